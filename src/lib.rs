@@ -1,0 +1,3 @@
+//! One air picture of drone traffic: radar plots (ASTERIX CAT048) and transponder reports (CAT129) in, fused CAT129 out.
+
+pub mod time;
