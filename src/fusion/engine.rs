@@ -1,0 +1,423 @@
+//! The engine of the `reference` profile: told the time and the reports, it yields every slot once.
+//!
+//! Sans-IO: no clock, no socket, no randomness. [`Engine::advance`] first, drained; then [`Engine::handle`].
+
+use std::collections::BTreeMap;
+
+use super::association::{Evidence, Pairs};
+use super::numbering::Numbers;
+use super::radar::{Detection, Detections};
+use super::settings::Settings;
+use super::slots::{Slot, SlotSet, Window};
+use super::transponder::Curve;
+use crate::normalise::{Enu, Fix, Identity, RadarTrackKey, Report, UasItems};
+use crate::time::Time;
+
+/// The one owner of the window.
+#[derive(Debug)]
+pub struct Engine {
+    settings: Settings,
+    clock: Option<Clock>,
+    /// The newest slot that holds a report since the window was last empty.
+    newest: Option<Slot>,
+    detections: Detections,
+    aircraft: BTreeMap<Identity, Aircraft>,
+    numbers: Numbers,
+    /// Points left out because no transponder number was left.
+    unnumbered: u64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Clock {
+    /// The latest reception.
+    now: Time,
+    /// The slot to be emitted next.
+    next: Slot,
+}
+
+#[derive(Debug)]
+struct Aircraft {
+    curve: Curve,
+    pairs: Pairs,
+    items: UasItems,
+    /// Given with the first point in an emitted slot.
+    number: Option<u32>,
+    first_seen: Option<Slot>,
+}
+
+/// Everything put out for one slot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Emission {
+    /// The slot.
+    pub slot: Slot,
+    /// Its centre, the time of applicability.
+    pub time: Time,
+    /// Fused, then radar, then transponder; each by track number, equal numbers by sensor.
+    pub points: Vec<Point>,
+}
+
+/// One output point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// Track number: T · 10000 + R, R or T.
+    pub number: u32,
+    /// Position; its height is an assumed one where [`Source::height_measured`] is false.
+    pub position: Enu,
+    /// Centre of the first slot that was emitted with this track.
+    pub first_seen: Time,
+    /// What it is made of.
+    pub source: Source,
+}
+
+/// What a point is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Source {
+    /// An associated pair.
+    Fused(RadarPart, TransponderPart, Association),
+    /// A radar track that no transponder explains.
+    Radar(RadarPart),
+    /// A transponder that no radar track confirms.
+    Transponder(TransponderPart),
+}
+
+/// The radar's part in a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RadarPart {
+    /// The radar track.
+    pub track: RadarTrackKey,
+    /// Time of the plot.
+    pub time: Time,
+    /// Whether the radar measured a height.
+    pub height_measured: bool,
+    /// Probability that it is a UAV; `None` unknown.
+    pub uav_probability: Option<f64>,
+}
+
+/// The transponder's part in a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TransponderPart {
+    /// Its number T.
+    pub number: u32,
+    /// Who it is.
+    pub identity: Identity,
+    /// Its identifying items as last received.
+    pub items: UasItems,
+}
+
+/// Why a pair was fused.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Association {
+    /// Distance between the two, metres (horizontal where the radar measured no height).
+    pub distance_m: f64,
+    /// The threshold it had to stay within, metres.
+    pub gate_m: f64,
+    /// How often it did.
+    pub evidence: Evidence,
+}
+
+/// Why the engine did not take a report.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refused {
+    /// Its slot has already left the window.
+    Late,
+    /// Its slot is farther ahead of the window than reports may wait.
+    Future,
+}
+
+impl Engine {
+    /// An engine that knows nothing yet. The settings must fit the ring ([`Settings::fits_ring`]).
+    pub fn new(settings: Settings) -> Self {
+        assert!(settings.fits_ring(), "window and waiting reports do not fit the ring");
+        Self {
+            clock: None,
+            newest: None,
+            detections: Detections::new(settings.grid, settings.gate.clone()),
+            aircraft: BTreeMap::new(),
+            numbers: Numbers::new(settings.transponder_numbers.clone()),
+            unnumbered: 0,
+            settings,
+        }
+    }
+
+    /// Tells the time of a reception; yields the slots that are due before what was received may be handled.
+    ///
+    /// The first call starts the clock: slots due by then are never emitted. A step backward changes nothing. A step of
+    /// more than the window forward emits what is owed and starts afresh with an empty window (numbers stay).
+    pub fn advance(&mut self, received: Time) -> Due<'_> {
+        let Some(clock) = &mut self.clock else {
+            self.start(received);
+            return Due { engine: self, last: None, restart: None };
+        };
+        let window_ns = self.settings.window_slots * self.settings.grid.slot_ns();
+        if received.nanos() - clock.now.nanos() > window_ns {
+            return Due { last: self.newest, restart: Some(received), engine: self };
+        }
+        clock.now = clock.now.max(received);
+        let last = self.settings.grid.of(clock.now).plus(-self.settings.latency_slots);
+        Due { engine: self, last: Some(last), restart: None }
+    }
+
+    /// The end of the input: yields every slot up to the last that holds a report.
+    pub fn finish(&mut self) -> Due<'_> {
+        Due { last: self.newest, engine: self, restart: None }
+    }
+
+    /// Takes a report in.
+    ///
+    /// # Panics
+    /// When no time was told before.
+    pub fn handle(&mut self, report: Report) -> Result<(), Refused> {
+        let clock = self.clock.expect("advance() is told the reception before its reports are handled");
+        let slot = self.settings.grid.of(report.time());
+        let window = self.window(clock.next);
+        if slot < window.first {
+            return Err(Refused::Late);
+        }
+        if slot > window.last.plus(self.settings.waiting_slots()) {
+            return Err(Refused::Future);
+        }
+        self.newest = self.newest.max(Some(slot));
+        match report {
+            Report::Plot(plot) => self.detections.insert(plot),
+            Report::Fix(fix) => {
+                self.aircraft.entry(fix.identity).or_insert_with(|| Aircraft::new(&fix)).handle(&fix);
+            }
+        }
+        Ok(())
+    }
+
+    /// How far a reception lies behind the engine's time, nanoseconds (0 when it does not).
+    pub fn behind_ns(&self, received: Time) -> i64 {
+        self.clock.map_or(0, |clock| (clock.now.nanos() - received.nanos()).max(0))
+    }
+
+    /// The next slot to be emitted, once the clock has started.
+    pub fn next_slot(&self) -> Option<Slot> {
+        self.clock.map(|clock| clock.next)
+    }
+
+    /// Points left out because all transponder numbers were used up.
+    pub fn unnumbered(&self) -> u64 {
+        self.unnumbered
+    }
+
+    fn start(&mut self, received: Time) {
+        let next = self.settings.grid.of(received).plus(1 - self.settings.latency_slots);
+        self.clock = Some(Clock { now: received, next });
+    }
+
+    fn restart(&mut self, received: Time) {
+        self.newest = None;
+        self.aircraft.clear();
+        self.detections = Detections::new(self.settings.grid, self.settings.gate.clone());
+        self.start(received);
+    }
+
+    fn window(&self, emitted: Slot) -> Window {
+        let Settings { latency_slots, window_slots, suppress_slots, .. } = self.settings;
+        let last = emitted.plus(latency_slots - 1);
+        Window {
+            first: emitted.plus(latency_slots - window_slots),
+            emitted,
+            horizon: emitted.plus(suppress_slots).min(last),
+            last,
+        }
+    }
+
+    /// Emits the next slot.
+    fn emit(&mut self) -> Option<Emission> {
+        let clock = self.clock.as_mut()?;
+        let slot = clock.next;
+        clock.next = slot.plus(1);
+        let window = self.window(slot);
+        let stale = self.detections.settle(&window);
+        self.detections.remove(window.first.plus(-1));
+        let Self { aircraft, detections, settings, .. } = self;
+        aircraft.retain(|_, aircraft| {
+            aircraft.update(&window, stale, detections, settings);
+            !aircraft.curve.is_empty()
+        });
+        let points = self.points(&window);
+        self.detections.mark_seen(slot);
+        Some(Emission { slot, time: self.settings.grid.centre(slot), points })
+    }
+
+    fn points(&mut self, window: &Window) -> Vec<Point> {
+        let Self { settings, detections, aircraft, numbers, unnumbered, .. } = self;
+        let slot = window.emitted;
+        let first_seen = |seen: &mut Option<Slot>| settings.grid.centre(*seen.get_or_insert(slot));
+        let mut points = Vec::new();
+        let mut alone = Vec::new();
+        let mut explained = Vec::new();
+        for (&identity, Aircraft { curve, pairs, items, number, first_seen: seen }) in aircraft {
+            if !curve.present().contains(slot) {
+                continue;
+            }
+            *number = number.or_else(|| numbers.of(identity));
+            let Some(number) = *number else {
+                *unnumbered += 1;
+                continue;
+            };
+            let position = curve.point(slot);
+            let transponder = TransponderPart { number, identity, items: *items };
+            let since = first_seen(seen);
+            let before = points.len();
+            for pair in pairs.iter_mut() {
+                let both = curve.present().and(detections.track(pair.track).present);
+                let evidence = pair.associated(slot, window, both, settings);
+                let detection = detections.detection(pair.track, slot);
+                if let (Some(evidence), Some(detection)) = (evidence, detection) {
+                    explained.push(pair.track);
+                    points.push(Point {
+                        number: number * 10_000 + u32::from(pair.track.number),
+                        position: fuse(detection, position, settings),
+                        first_seen: first_seen(&mut pair.first_seen),
+                        source: Source::Fused(
+                            RadarPart::of(detection),
+                            transponder,
+                            Association {
+                                distance_m: detection.distance_m(position),
+                                gate_m: detection.gate_m,
+                                evidence,
+                            },
+                        ),
+                    });
+                }
+            }
+            let neighbours = (slot.plus(-settings.suppress_slots).max(window.first), window.horizon);
+            if points.len() == before
+                && !pairs.any_associated(neighbours, window, curve, detections, settings)
+            {
+                let source = Source::Transponder(transponder);
+                alone.push(Point { number, position, first_seen: since, source });
+            }
+        }
+        explained.sort_unstable();
+        let so_far = SlotSet::span(window.first, slot);
+        for detection in detections.of_slot(slot) {
+            let plot = &detection.plot;
+            if explained.binary_search(&plot.track).is_ok() {
+                continue;
+            }
+            let mut track = detections.track(plot.track);
+            let uav_s = f64::from(track.uav.and(so_far).count())
+                * settings.period_s[usize::from(plot.track.sensor.0)];
+            if uav_s > settings.radar_only_min_s {
+                points.push(Point {
+                    number: plot.track.number.into(),
+                    position: plot.position,
+                    first_seen: first_seen(&mut track.first_seen),
+                    source: Source::Radar(RadarPart::of(detection)),
+                });
+            }
+        }
+        points.append(&mut alone);
+        // Stable: fused pairs with one number, of two radars, stand by sensor already.
+        points.sort_by_key(|point| (point.source.rank(), point.number));
+        points
+    }
+}
+
+impl Aircraft {
+    fn new(fix: &Fix) -> Self {
+        Self {
+            curve: Curve::new(),
+            pairs: Pairs::default(),
+            items: fix.items,
+            number: None,
+            first_seen: None,
+        }
+    }
+
+    fn handle(&mut self, fix: &Fix) {
+        self.items = fix.items;
+        self.curve.insert(fix);
+    }
+
+    fn update(&mut self, window: &Window, stale: SlotSet, detections: &Detections, settings: &Settings) {
+        let changed = self.curve.update(window, settings.grid, settings.max_gap_ns);
+        self.pairs.update(window, changed.or(stale), &self.curve, detections);
+    }
+}
+
+/// The weighted mean; the height is the transponder's alone where the radar measured none.
+fn fuse(detection: &Detection, transponder: Enu, settings: &Settings) -> Enu {
+    let (radar, by) = (settings.weight_radar, settings.weight_transponder);
+    let mut fused = (detection.plot.position.0 * radar + transponder.0 * by) / (radar + by);
+    if !detection.plot.height_measured {
+        fused.z = transponder.0.z;
+    }
+    Enu(fused)
+}
+
+impl RadarPart {
+    fn of(detection: &Detection) -> Self {
+        let plot = &detection.plot;
+        Self {
+            track: plot.track,
+            time: plot.time,
+            height_measured: plot.height_measured,
+            uav_probability: plot.uav_probability,
+        }
+    }
+}
+
+impl Source {
+    fn rank(&self) -> u8 {
+        match self {
+            Self::Fused(..) => 0,
+            Self::Radar(_) => 1,
+            Self::Transponder(_) => 2,
+        }
+    }
+
+    /// Whether the point's height was measured: always, unless it is a radar's alone that measured none.
+    pub fn height_measured(&self) -> bool {
+        !matches!(self, Self::Radar(RadarPart { height_measured: false, .. }))
+    }
+
+    /// The radar's part, if it has one.
+    pub fn radar(&self) -> Option<&RadarPart> {
+        match self {
+            Self::Fused(radar, ..) | Self::Radar(radar) => Some(radar),
+            Self::Transponder(_) => None,
+        }
+    }
+
+    /// The transponder's part, if it has one.
+    pub fn transponder(&self) -> Option<&TransponderPart> {
+        match self {
+            Self::Fused(_, transponder, _) | Self::Transponder(transponder) => Some(transponder),
+            Self::Radar(_) => None,
+        }
+    }
+}
+
+/// The slots that are due, in order. Those not taken are emitted, and lost, when it is dropped.
+#[derive(Debug)]
+#[must_use = "the due slots are the engine's output"]
+pub struct Due<'a> {
+    engine: &'a mut Engine,
+    last: Option<Slot>,
+    restart: Option<Time>,
+}
+
+impl Iterator for Due<'_> {
+    type Item = Emission;
+
+    fn next(&mut self) -> Option<Emission> {
+        if self.last.zip(self.engine.next_slot()).is_some_and(|(last, next)| next <= last) {
+            return self.engine.emit();
+        }
+        if let Some(received) = self.restart.take() {
+            self.engine.restart(received);
+        }
+        None
+    }
+}
+
+impl Drop for Due<'_> {
+    fn drop(&mut self) {
+        self.for_each(drop);
+    }
+}

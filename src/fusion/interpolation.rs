@@ -1,0 +1,107 @@
+//! Piecewise cubic Hermite interpolation that keeps the shape of its data (PCHIP).
+//!
+//! Fritsch and Carlson, *Monotone piecewise cubic interpolation* (SIAM J. Numer. Anal. 17, 1980), with the weighted
+//! harmonic mean of Fritsch and Butland and the one-sided end formula that MATLAB and SciPy use. Proved against SciPy:
+//! `tests/oracles.rs`.
+
+use nalgebra::Vector3;
+
+use crate::time::Time;
+
+/// A point that the curve goes through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Knot {
+    /// When.
+    pub time: Time,
+    /// Where, metres.
+    pub position: Vector3<f64>,
+}
+
+/// The cubic between two neighbouring knots.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    from: Knot,
+    to: Knot,
+    length_s: f64,
+    from_slope: Vector3<f64>,
+    to_slope: Vector3<f64>,
+}
+
+impl Piece {
+    /// The piece from knot `index` to the next; slopes come from the neighbours in `knots` (two or more, times strictly
+    /// increasing).
+    fn of(knots: &[Knot], index: usize) -> Self {
+        let (from, to) = (knots[index], knots[index + 1]);
+        Self {
+            from,
+            to,
+            length_s: to.time.seconds_since(from.time),
+            from_slope: slope(knots, index),
+            to_slope: slope(knots, index + 1),
+        }
+    }
+
+    /// The position at `time`, between the piece's knots.
+    fn at(&self, time: Time) -> Vector3<f64> {
+        let h = self.length_s;
+        let s = time.seconds_since(self.from.time) / h;
+        let rest = 1.0 - s;
+        let from_weight = (1.0 + 2.0 * s) * rest * rest;
+        self.from.position * from_weight
+            + self.to.position * (1.0 - from_weight)
+            + (self.from_slope * rest - self.to_slope * s) * (h * s * rest)
+    }
+}
+
+/// The position of the curve through `knots` at `time`: on a knot the knot itself; outside the knots, or with fewer than
+/// two, nothing.
+pub fn evaluate(knots: &[Knot], time: Time) -> Option<Vector3<f64>> {
+    let index = knots.partition_point(|knot| knot.time <= time).checked_sub(1)?;
+    if knots.len() < 2 {
+        return None;
+    }
+    if knots[index].time == time {
+        return Some(knots[index].position);
+    }
+    (index + 1 < knots.len()).then(|| Piece::of(knots, index).at(time))
+}
+
+/// The derivative at a knot, metres per second, each axis by itself.
+fn slope(knots: &[Knot], index: usize) -> Vector3<f64> {
+    let step = |i: usize| knots[i + 1].time.seconds_since(knots[i].time);
+    let secant = |i: usize| (knots[i + 1].position - knots[i].position) / step(i);
+    let last = knots.len() - 1;
+    if last == 1 {
+        secant(0)
+    } else if index == 0 {
+        end_slope(step(0), step(1), secant(0), secant(1))
+    } else if index == last {
+        end_slope(step(last - 1), step(last - 2), secant(last - 1), secant(last - 2))
+    } else {
+        let (before, after) = (step(index - 1), step(index));
+        secant(index - 1).zip_map(&secant(index), |d0, d1| interior_slope(before, after, d0, d1))
+    }
+}
+
+/// Weighted harmonic mean of the secants, flat at an extremum.
+fn interior_slope(before: f64, after: f64, d0: f64, d1: f64) -> f64 {
+    if d0 * d1 <= 0.0 {
+        return 0.0;
+    }
+    let (w1, w2) = (2.0 * after + before, after + 2.0 * before);
+    (w1 + w2) / (w1 / d0 + w2 / d1)
+}
+
+/// The three-point formula at an end, clamped so that the shape is kept; `near` and `d0` belong to the end's own piece.
+fn end_slope(near: f64, far: f64, d0: Vector3<f64>, d1: Vector3<f64>) -> Vector3<f64> {
+    d0.zip_map(&d1, |d0, d1| {
+        let slope = ((2.0 * near + far) * d0 - near * d1) / (near + far);
+        if slope * d0 <= 0.0 {
+            0.0
+        } else if d0 * d1 <= 0.0 && slope.abs() > 3.0 * d0.abs() {
+            3.0 * d0
+        } else {
+            slope
+        }
+    })
+}

@@ -1,0 +1,21 @@
+//! The reference engine: slots, window, interpolation, association, fusion, numbers.
+//!
+//! Source: Cisek, Brekke, Jahangir, Johansen, *Track-to-track data fusion for Unmanned Traffic Management System*;
+//! what the paper leaves open is settled in `docs/ALGORITHM.md`. Everything is as if recomputed from the window at every
+//! slot; what is kept between slots only saves work (`tests/recomputation.rs` holds the two against each other).
+
+mod association;
+mod engine;
+mod interpolation;
+mod numbering;
+mod radar;
+mod settings;
+mod slots;
+mod transponder;
+
+pub use association::Evidence;
+pub use engine::{Association, Due, Emission, Engine, Point, RadarPart, Refused, Source, TransponderPart};
+pub use interpolation::{Knot, evaluate};
+pub use numbering::{LARGEST as LARGEST_TRANSPONDER_NUMBER, Numbers};
+pub use settings::{Gate, Settings};
+pub use slots::{RING, Slot, SlotGrid};

@@ -1,0 +1,99 @@
+//! Track numbers of transponders: given once, kept for good.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::normalise::Identity;
+
+/// The largest number: fused tracks are number · 10000 + radar track, which must fit 32 bits.
+pub const LARGEST: u32 = 429_496;
+
+/// Who has which number.
+#[derive(Clone, Debug, Default)]
+pub struct Numbers {
+    configured: BTreeMap<Vec<u8>, u32>,
+    reserved: BTreeSet<u32>,
+    given: BTreeMap<Identity, u32>,
+    taken: BTreeSet<u32>,
+    /// No number below this is free for an identity without a claim.
+    lowest: u32,
+}
+
+impl Numbers {
+    /// None given yet; `configured`: trimmed serial number to number.
+    pub fn new(configured: BTreeMap<Vec<u8>, u32>) -> Self {
+        let reserved = configured.values().copied().collect();
+        Self { configured, reserved, lowest: 1, ..Self::default() }
+    }
+
+    /// The number of an identity: the one it has; else its configured one if that is not taken; else its serial number
+    /// if that is a number that is free; else the lowest free one. `None` when all are used up.
+    pub fn of(&mut self, identity: Identity) -> Option<u32> {
+        if let Some(&number) = self.given.get(&identity) {
+            return Some(number);
+        }
+        let configured = self.configured.get(identity.serial()).copied();
+        let number = configured
+            .filter(|number| !self.taken.contains(number))
+            .or_else(|| decimal(identity.serial()).filter(|&number| self.is_free(number)))
+            .or_else(|| self.lowest_free())?;
+        self.taken.insert(number);
+        self.given.insert(identity, number);
+        Some(number)
+    }
+
+    fn is_free(&self, number: u32) -> bool {
+        !self.taken.contains(&number) && !self.reserved.contains(&number)
+    }
+
+    fn lowest_free(&mut self) -> Option<u32> {
+        while self.lowest <= LARGEST && !self.is_free(self.lowest) {
+            self.lowest += 1;
+        }
+        (self.lowest <= LARGEST).then_some(self.lowest)
+    }
+}
+
+/// A serial number that is a decimal integer from 1 to [`LARGEST`]; leading zeros are allowed.
+fn decimal(serial: &[u8]) -> Option<u32> {
+    if serial.is_empty() || !serial.iter().all(u8::is_ascii_digit) {
+        return None;
+    }
+    let number = serial.iter().fold(0_u64, |number, digit| number * 10 + u64::from(digit - b'0'));
+    u32::try_from(number).ok().filter(|number| (1..=LARGEST).contains(number))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn identity(serial: &str, country: &[u8; 2]) -> Identity {
+        let mut octets = [b' '; 12];
+        octets[..serial.len()].copy_from_slice(serial.as_bytes());
+        Identity::new(&octets, Some(country)).unwrap()
+    }
+
+    #[test]
+    fn configured_then_the_serial_itself_then_the_lowest_free() {
+        let configured = BTreeMap::from([(b"ALPHA".to_vec(), 2), (b"BRAVO".to_vec(), 7)]);
+        let mut numbers = Numbers::new(configured);
+        let mut of = |serial, country| numbers.of(identity(serial, country)).unwrap();
+        assert_eq!(of("ALPHA", b"NO"), 2);
+        assert_eq!(of("X", b"NO"), 1);
+        assert_eq!(of("Y", b"NO"), 3, "2 is taken");
+        assert_eq!(of("ALPHA", b"SE"), 4, "its configured number is taken");
+        assert_eq!(of("0007", b"NO"), 5, "7 is configured for another");
+        assert_eq!(of("000429496", b"NO"), 429_496);
+        assert_eq!(of("429497", b"NO"), 6);
+        assert_eq!(of("Z", b"NO"), 8, "7 is kept for BRAVO");
+        assert_eq!(of("X", b"NO"), 1, "a number given stays");
+        assert_eq!(of("BRAVO", b"NO"), 7);
+    }
+
+    #[test]
+    fn numbers_end() {
+        let mut numbers = Numbers { lowest: LARGEST, ..Numbers::new(BTreeMap::new()) };
+        assert_eq!(numbers.of(identity("A", b"NO")), Some(LARGEST));
+        assert_eq!(numbers.of(identity("B", b"NO")), None);
+        assert_eq!(numbers.of(identity("C", b"NO")), None);
+    }
+}

@@ -1,0 +1,192 @@
+//! Time in slots, and sets of slots.
+
+use crate::time::Time;
+
+/// Slot number k: covers [k·slot, (k+1)·slot) since the Unix epoch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Slot(pub i64);
+
+impl Slot {
+    /// The slot `by` later (earlier where negative).
+    pub const fn plus(self, by: i64) -> Self {
+        Self(self.0 + by)
+    }
+}
+
+/// How long a slot is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SlotGrid {
+    slot_ns: i64,
+}
+
+impl SlotGrid {
+    /// Slots of `slot_ns` nanoseconds (even and above zero, so that a centre is a whole nanosecond).
+    pub const fn new(slot_ns: i64) -> Self {
+        assert!(slot_ns > 0 && slot_ns % 2 == 0);
+        Self { slot_ns }
+    }
+
+    /// The slot that holds an instant.
+    pub const fn of(self, time: Time) -> Slot {
+        Slot(time.nanos().div_euclid(self.slot_ns))
+    }
+
+    /// When a slot opens.
+    pub const fn open(self, slot: Slot) -> Time {
+        Time::from_nanos(slot.0 * self.slot_ns)
+    }
+
+    /// A slot's nominal time.
+    pub const fn centre(self, slot: Slot) -> Time {
+        Time::from_nanos(slot.0 * self.slot_ns + self.slot_ns / 2)
+    }
+
+    /// Length of a slot, seconds.
+    pub fn slot_s(self) -> f64 {
+        self.slot_ns as f64 * 1e-9
+    }
+
+    /// Length of a slot, nanoseconds.
+    pub const fn slot_ns(self) -> i64 {
+        self.slot_ns
+    }
+}
+
+/// The ring holds this many slots: the window and the reports that wait ahead of it must fit.
+pub const RING: usize = 128;
+
+/// A set of slots, no two of which are [`RING`] or more apart: a bit each, at the slot's place in the ring. A slot that
+/// has left the window must be taken out before the ring comes round to it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub(super) struct SlotSet(u128);
+
+impl SlotSet {
+    /// No slot.
+    pub(super) const EMPTY: Self = Self(0);
+
+    /// All slots from `first` to `last`, both included; empty where `last` is before `first`.
+    pub(super) fn span(first: Slot, last: Slot) -> Self {
+        let count = last.0 - first.0 + 1;
+        debug_assert!(count <= RING as i64, "{count} slots do not fit the ring");
+        match count {
+            ..=0 => Self::EMPTY,
+            1..128 => Self(((1_u128 << count) - 1).rotate_left(ring_place(first) as u32)),
+            _ => Self(u128::MAX),
+        }
+    }
+
+    /// Just this slot.
+    pub(super) fn only(slot: Slot) -> Self {
+        Self(1 << ring_place(slot))
+    }
+
+    /// Whether it holds none.
+    pub(super) fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// Whether it holds `slot`.
+    pub(super) fn contains(self, slot: Slot) -> bool {
+        self.0 & Self::only(slot).0 != 0
+    }
+
+    /// Puts `slot` in or takes it out.
+    pub(super) fn set(&mut self, slot: Slot, member: bool) {
+        let bit = Self::only(slot).0;
+        if member { self.0 |= bit } else { self.0 &= !bit }
+    }
+
+    /// How many slots.
+    pub(super) fn count(self) -> u32 {
+        self.0.count_ones()
+    }
+
+    /// Slots in either.
+    pub(super) fn or(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// Slots in both.
+    pub(super) fn and(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+
+    /// Slots of this set that are not in `other`.
+    pub(super) fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
+
+    /// The slots in order, when all of them lie within [`RING`] slots from `first`.
+    pub(super) fn slots_from(self, first: Slot) -> impl Iterator<Item = Slot> {
+        let mut bits = self.0.rotate_right(ring_place(first) as u32);
+        std::iter::from_fn(move || {
+            (bits != 0).then(|| {
+                let place = bits.trailing_zeros();
+                bits &= bits - 1;
+                first.plus(place.into())
+            })
+        })
+    }
+}
+
+/// A slot's place in a ring of [`RING`].
+pub(super) const fn ring_place(slot: Slot) -> usize {
+    slot.0.rem_euclid(RING as i64) as usize
+}
+
+/// The slots that the emission of one slot looks at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Window {
+    /// The oldest slot (k-75).
+    pub(super) first: Slot,
+    /// The slot being emitted (k).
+    pub(super) emitted: Slot,
+    /// The last slot at which an association can still change the output (k+16).
+    pub(super) horizon: Slot,
+    /// The newest slot (k+24): knots come from `first` to here.
+    pub(super) last: Slot,
+}
+
+impl Window {
+    /// `first` to `horizon`: where points are evaluated and compared.
+    pub(super) fn evaluated(&self) -> SlotSet {
+        SlotSet::span(self.first, self.horizon)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn a_boundary_belongs_to_the_later_slot() {
+        let grid = SlotGrid::new(250_000_000);
+        assert_eq!(grid.of(Time::from_nanos(249_999_999)), Slot(0));
+        assert_eq!(grid.of(Time::from_nanos(250_000_000)), Slot(1));
+        assert_eq!(grid.of(Time::from_nanos(-1)), Slot(-1));
+        assert_eq!(grid.centre(Slot(1)).nanos(), 375_000_000);
+    }
+
+    proptest! {
+        #[test]
+        fn a_slot_set_is_a_set(
+            first in -1000..1000_i64, members in prop::collection::btree_set(0..128_i64, 0..40),
+            from in 0..128_i64, to in 0..128_i64,
+        ) {
+            let members: BTreeSet<Slot> = members.into_iter().map(|slot| Slot(first + slot)).collect();
+            let mut set = SlotSet::EMPTY;
+            for &slot in &members {
+                set.set(slot, true);
+            }
+            prop_assert_eq!(set.slots_from(Slot(first)).collect::<BTreeSet<_>>(), members.clone());
+            prop_assert_eq!(set.count() as usize, members.len());
+            let (from, to) = (Slot(first + from), Slot(first + to));
+            let within = set.and(SlotSet::span(from, to));
+            let expected = members.iter().filter(|slot| (from..=to).contains(slot)).count();
+            prop_assert_eq!(within.count() as usize, expected);
+            prop_assert_eq!(set.without(within).count() as usize, members.len() - expected);
+        }
+    }
+}

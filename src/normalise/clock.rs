@@ -1,0 +1,57 @@
+//! Time of day to UTC: the message says when within a day, the reception says which day.
+
+use crate::time::{DAY, Time};
+
+/// Nanoseconds of one count of an ASTERIX time of day, 1/128 s.
+pub(super) const NANOS_PER_COUNT: i64 = 7_812_500;
+/// Counts in a UTC day.
+pub const COUNTS_PER_DAY: u32 = 86_400 * 128;
+
+/// The instant with this time of day (counts of 1/128 s) that is nearest to `reference`.
+///
+/// 86400 s exactly is the next midnight. `None` for more: no day has such a time.
+pub fn nearest_day(count: u32, reference: Time) -> Option<Time> {
+    if count > COUNTS_PER_DAY {
+        return None;
+    }
+    let time_of_day = i64::from(count) * NANOS_PER_COUNT;
+    let offset = (time_of_day - reference.since_midnight() + DAY / 2).rem_euclid(DAY) - DAY / 2;
+    Some(Time::from_nanos(reference.nanos().checked_add(offset)?))
+}
+
+/// The time of day of an instant in counts of 1/128 s, to the nearest (the engine's times are whole counts).
+pub fn time_of_day_count(time: Time) -> u32 {
+    let count = (time.since_midnight() + NANOS_PER_COUNT / 2) / NANOS_PER_COUNT;
+    (count as u32) % COUNTS_PER_DAY
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::time::SECOND;
+
+    const MIDNIGHT: i64 = 20_000 * DAY;
+
+    #[test]
+    fn midnight_between_report_and_reception() {
+        let just_after = Time::from_nanos(MIDNIGHT + SECOND);
+        let just_before = Time::from_nanos(MIDNIGHT - SECOND);
+        let last_count = COUNTS_PER_DAY - 1;
+        assert_eq!(nearest_day(last_count, just_after).unwrap().nanos(), MIDNIGHT - NANOS_PER_COUNT);
+        assert_eq!(nearest_day(0, just_before).unwrap().nanos(), MIDNIGHT);
+        assert_eq!(nearest_day(COUNTS_PER_DAY, just_before).unwrap().nanos(), MIDNIGHT);
+        assert_eq!(nearest_day(COUNTS_PER_DAY + 1, just_before), None);
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn a_time_of_day_is_found_again_within_half_a_day(
+            count in 0..COUNTS_PER_DAY, days in -20_000..40_000_i64, offset in -DAY / 2 + 1..DAY / 2,
+        ) {
+            let time = Time::from_nanos(days * DAY + i64::from(count) * NANOS_PER_COUNT);
+            let reference = Time::from_nanos(time.nanos() + offset);
+            proptest::prop_assert_eq!(nearest_day(count, reference), Some(time));
+            proptest::prop_assert_eq!(time_of_day_count(time), count);
+        }
+    }
+}

@@ -1,0 +1,11 @@
+//! From what sensors send to reports in one frame and one time.
+
+mod clock;
+mod geodesy;
+mod polar;
+mod report;
+
+pub use clock::{COUNTS_PER_DAY, nearest_day, time_of_day_count};
+pub use geodesy::{Ecef, Enu, Frame, Geodetic};
+pub use polar::RadarSite;
+pub use report::{Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex, UasItems};

@@ -1,0 +1,48 @@
+//! A radar's slant range, azimuth and the target's height to east-north-up.
+
+use super::geodesy::{Enu, Frame, Geodetic};
+
+/// Where a radar stands and how it is turned.
+#[derive(Clone, Debug)]
+pub struct RadarSite {
+    local: Frame,
+    /// R + H0: Gaussian mean radius at the radar plus its ellipsoidal height, metres.
+    centre_distance_m: f64,
+    radius_m: f64,
+    bearing_correction: f64,
+}
+
+impl RadarSite {
+    /// A radar at `position` whose azimuths get `bearing_correction_deg` added, clockwise.
+    pub fn new(position: Geodetic, bearing_correction_deg: f64) -> Self {
+        let radius_m = position.gaussian_radius_m();
+        Self {
+            local: Frame::at(position),
+            centre_distance_m: radius_m + position.height_m,
+            radius_m,
+            bearing_correction: bearing_correction_deg.to_radians(),
+        }
+    }
+
+    /// The tangent plane at this radar.
+    pub fn frame(&self) -> &Frame {
+        &self.local
+    }
+
+    /// The plot's position in this radar's own tangent plane.
+    ///
+    /// `slant_range_m` above zero; `azimuth` in radians clockwise from the radar's north mark; `height_m` above the
+    /// ellipsoid. The elevation is that of a sphere of the Gaussian mean radius: with ρ the slant range, H the height,
+    /// sin ε = ((R+H)² - (R+H₀)² - ρ²) / (2 ρ (R+H₀)), clamped where range and height contradict each other.
+    pub fn position(&self, slant_range_m: f64, azimuth: f64, height_m: f64) -> Enu {
+        let target = self.radius_m + height_m;
+        let site = self.centre_distance_m;
+        // The difference of squares as a product: the squares differ in their twelfth digit only.
+        let sin_elevation = (((target - site) * (target + site) - slant_range_m * slant_range_m)
+            / (2.0 * slant_range_m * site))
+            .clamp(-1.0, 1.0);
+        let ground_m = slant_range_m * (1.0 - sin_elevation * sin_elevation).sqrt();
+        let (sin, cos) = (azimuth + self.bearing_correction).sin_cos();
+        Enu::new(ground_m * sin, ground_m * cos, slant_range_m * sin_elevation)
+    }
+}

@@ -1,0 +1,243 @@
+//! The reference profile as it is written down, recomputed from all reports at every slot; slow and plain on purpose.
+//! Only the interpolation and the numbers are the engine's own: SciPy and unit tests answer for those.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use utm_fusion::fusion::{
+    Association, Emission, Evidence, Knot, Numbers, Point, RadarPart, Settings, Slot, Source,
+    TransponderPart, evaluate,
+};
+use utm_fusion::normalise::{Enu, Fix, Identity, Plot, RadarTrackKey, Report};
+use utm_fusion::time::Time;
+
+use crate::scenario::{Arrival, SLOT_NS};
+
+struct Plain<'a> {
+    settings: &'a Settings,
+    reports: Vec<Report>,
+    numbers: Numbers,
+    first_seen: BTreeMap<String, Slot>,
+    next: i64,
+    emissions: Vec<Emission>,
+}
+
+pub fn run(settings: &Settings, arrivals: &[Arrival]) -> Vec<Emission> {
+    let mut plain = Plain {
+        settings,
+        reports: Vec::new(),
+        numbers: Numbers::new(settings.transponder_numbers.clone()),
+        first_seen: BTreeMap::new(),
+        next: i64::MIN,
+        emissions: Vec::new(),
+    };
+    let mut now: Option<i64> = None;
+    for arrival in arrivals {
+        let received = arrival.received.nanos();
+        match now {
+            Some(before) if received - before > 100 * SLOT_NS => {
+                plain.flush();
+                plain.reports.clear();
+                plain.first_seen.clear();
+                plain.next = i64::MIN;
+            }
+            _ => {}
+        }
+        if plain.next == i64::MIN {
+            plain.next =
+                (0..).map(|k| received / SLOT_NS - 200 + k).find(|k| SLOT_NS * (k + 25) > received).unwrap();
+        }
+        now = now.max(Some(received));
+        while SLOT_NS * (plain.next + 25) <= now.unwrap() {
+            plain.emit();
+        }
+        if slot(arrival.report.time()) >= plain.next - 75 {
+            plain.reports.push(arrival.report);
+        }
+    }
+    plain.flush();
+    plain.emissions
+}
+
+fn slot(time: Time) -> i64 {
+    time.nanos().div_euclid(SLOT_NS)
+}
+
+fn centre(slot: i64) -> Time {
+    Time::from_nanos(slot * SLOT_NS + SLOT_NS / 2)
+}
+
+/// What `first_seen` is kept by.
+fn name(key: &impl std::fmt::Debug) -> String {
+    format!("{key:?}")
+}
+
+impl Plain<'_> {
+    fn flush(&mut self) {
+        while self.reports.iter().any(|report| slot(report.time()) >= self.next) {
+            self.emit();
+        }
+    }
+
+    fn emit(&mut self) {
+        let k = self.next;
+        self.next += 1;
+        let settings = self.settings;
+        let window = k - 75..=k + 24;
+        let known: Vec<&Report> = self.reports.iter().filter(|r| window.contains(&slot(r.time()))).collect();
+
+        let mut detections: BTreeMap<(RadarTrackKey, i64), Plot> = BTreeMap::new();
+        let mut knots: BTreeMap<Identity, BTreeMap<Time, Fix>> = BTreeMap::new();
+        for report in known {
+            match *report {
+                Report::Plot(plot) => {
+                    let place = detections.entry((plot.track, slot(plot.time))).or_insert(plot);
+                    if plot.time >= place.time {
+                        *place = plot;
+                    }
+                }
+                Report::Fix(fix) => {
+                    knots.entry(fix.identity).or_default().insert(fix.time, fix);
+                }
+            }
+        }
+        let mut curves: BTreeMap<Identity, BTreeMap<i64, Enu>> = BTreeMap::new();
+        for (&identity, fixes) in &knots {
+            let knots: Vec<Knot> =
+                fixes.values().map(|fix| Knot { time: fix.time, position: fix.position.0 }).collect();
+            let in_long_gap = |time: Time| {
+                knots.windows(2).any(|pair| {
+                    pair[0].time < time
+                        && time < pair[1].time
+                        && pair[1].time.nanos() - pair[0].time.nanos() > settings.max_gap_ns
+                })
+            };
+            let curve = window
+                .clone()
+                .filter(|&s| !in_long_gap(centre(s)))
+                .filter_map(|s| evaluate(&knots, centre(s)).map(|point| (s, Enu(point))));
+            curves.insert(identity, curve.collect());
+        }
+        let distance = |plot: &Plot, point: &Enu| {
+            let offset = plot.position.0 - point.0;
+            if plot.height_measured { offset.norm() } else { offset.xy().norm() }
+        };
+        let associated = |identity: Identity, track: RadarTrackKey, at: i64| -> Option<Evidence> {
+            let mut evidence = Evidence { co_present: 0, within: 0 };
+            let mut within_now = false;
+            for s in *window.start()..=at {
+                within_now = false;
+                if let (Some(plot), Some(point)) = (detections.get(&(track, s)), curves[&identity].get(&s)) {
+                    evidence.co_present += 1;
+                    within_now = distance(plot, point) <= settings.gate.at(plot.slant_range_m);
+                    evidence.within += u32::from(within_now);
+                }
+            }
+            let enough = evidence.co_present >= settings.min_samples
+                && 10 * evidence.within >= 9 * evidence.co_present;
+            (within_now && enough).then_some(evidence)
+        };
+        let tracks: BTreeSet<RadarTrackKey> = detections.keys().map(|key| key.0).collect();
+
+        let mut points = Vec::new();
+        let mut explained = BTreeSet::new();
+        let first_seen = &mut self.first_seen;
+        let mut since = |name: String| centre(first_seen.entry(name).or_insert(Slot(k)).0);
+        for (&identity, curve) in &curves {
+            let Some(point) = curve.get(&k) else { continue };
+            let number = self.numbers.of(identity).unwrap();
+            let last_received = self.reports.iter().rev().find_map(|report| match report {
+                Report::Fix(fix) if fix.identity == identity => Some(fix.items),
+                _ => None,
+            });
+            let transponder = TransponderPart { number, identity, items: last_received.unwrap() };
+            let transponder_since = since(name(&identity));
+            for &track in &tracks {
+                let Some(evidence) = associated(identity, track, k) else { continue };
+                let plot = &detections[&(track, k)];
+                explained.insert(track);
+                let mut position = (plot.position.0 * settings.weight_radar
+                    + point.0 * settings.weight_transponder)
+                    / (settings.weight_radar + settings.weight_transponder);
+                if !plot.height_measured {
+                    position.z = point.up();
+                }
+                let association = Association {
+                    distance_m: distance(plot, point),
+                    gate_m: settings.gate.at(plot.slant_range_m),
+                    evidence,
+                };
+                points.push((
+                    0,
+                    Point {
+                        number: number * 10_000 + u32::from(track.number),
+                        position: Enu(position),
+                        first_seen: since(name(&(identity, track))),
+                        source: Source::Fused(radar_part(plot), transponder, association),
+                    },
+                ));
+            }
+            let nearby =
+                (k - settings.suppress_slots).max(k - 75)..=(k + settings.suppress_slots).min(k + 24);
+            let suppressed =
+                nearby.into_iter().any(|s| tracks.iter().any(|&t| associated(identity, t, s).is_some()));
+            if !suppressed {
+                let source = Source::Transponder(transponder);
+                points.push((2, Point { number, position: *point, first_seen: transponder_since, source }));
+            }
+        }
+        for &track in &tracks {
+            let Some(plot) = detections.get(&(track, k)) else { continue };
+            let track_since = since(name(&track));
+            let uav = (k - 75..=k)
+                .filter(|&s| detections.get(&(track, s)).is_some_and(|plot| plot.uav_probability > Some(0.0)))
+                .count();
+            if !explained.contains(&track)
+                && uav as f64 * settings.period_s[usize::from(track.sensor.0)] > 8.0
+            {
+                points.push((
+                    1,
+                    Point {
+                        number: track.number.into(),
+                        position: plot.position,
+                        first_seen: track_since,
+                        source: Source::Radar(radar_part(plot)),
+                    },
+                ));
+            }
+        }
+        points.sort_by_key(|(rank, point)| {
+            (*rank, point.number, point.source.radar().map(|radar| radar.track))
+        });
+        // A track is new again once nothing of it is left; radar tracks and pairs count up to the last slot that
+        // can still change this output.
+        let horizon = (k + settings.suppress_slots).min(k + 24);
+        let left = |report: &&Report| slot(report.time()) >= k - 75;
+        let mut names = BTreeSet::new();
+        for report in self.reports.iter().filter(left) {
+            if let Report::Fix(fix) = report {
+                names.insert(name(&fix.identity));
+            }
+        }
+        for (&(track, s), plot) in detections.iter().filter(|((_, s), _)| *s <= horizon) {
+            names.insert(name(&track));
+            for (&identity, curve) in &curves {
+                let near = |point| distance(plot, point) <= settings.gate.at(plot.slant_range_m);
+                if curve.get(&s).is_some_and(near) {
+                    names.insert(name(&(identity, track)));
+                }
+            }
+        }
+        self.first_seen.retain(|name, _| names.contains(name));
+        let points = points.into_iter().map(|(_, point)| point).collect();
+        self.emissions.push(Emission { slot: Slot(k), time: centre(k), points });
+    }
+}
+
+fn radar_part(plot: &Plot) -> RadarPart {
+    RadarPart {
+        track: plot.track,
+        time: plot.time,
+        height_measured: plot.height_measured,
+        uav_probability: plot.uav_probability,
+    }
+}
