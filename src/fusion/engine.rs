@@ -402,6 +402,13 @@ pub struct Due<'a> {
     restart: Option<Time>,
 }
 
+impl Due<'_> {
+    /// Whether the engine starts afresh after these.
+    pub fn restarts(&self) -> bool {
+        self.restart.is_some()
+    }
+}
+
 impl Iterator for Due<'_> {
     type Item = Emission;
 

@@ -2,10 +2,12 @@
 
 mod clock;
 mod geodesy;
+mod normaliser;
 mod polar;
 mod report;
 
 pub use clock::{COUNTS_PER_DAY, nearest_day, time_of_day_count};
 pub use geodesy::{Ecef, Enu, Frame, Geodetic};
+pub use normaliser::{Normaliser, Refusal, Refused};
 pub use polar::RadarSite;
 pub use report::{Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex, UasItems};

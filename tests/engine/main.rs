@@ -1,5 +1,7 @@
 //! The engine against a plain recomputation of everything from the window at every slot, over random scenarios.
 
+#![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
+
 mod plain;
 mod scenario;
 

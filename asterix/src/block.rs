@@ -1,0 +1,161 @@
+//! Data blocks and the records in them.
+
+use std::marker::PhantomData;
+
+use crate::{Fault, FaultKind};
+
+/// Octets of a block header: CAT and LEN.
+const HEADER: usize = 3;
+
+/// A category's record: decoded from the octets of a block and encoded back to the same octets.
+pub trait Record: Sized {
+    /// The category, as in the first octet of its blocks.
+    const CATEGORY: u8;
+
+    /// Decodes the record at the front of `octets`, which begin with its FSPEC and go to the end of the block, and says
+    /// how many octets it took. Offsets in the fault count from the FSPEC.
+    fn decode(octets: &[u8]) -> Result<(Self, usize), Fault>;
+
+    /// Appends the record: its FSPEC and its items.
+    fn encode_into(&self, out: &mut Vec<u8>);
+}
+
+/// Walks the data blocks of one datagram or of a slice of a file.
+///
+/// A block whose LEN cannot be right ends the walk with a [`Fault`], as does a rest too short for a header: where the
+/// next block begins is unknown. The blocks before it stand.
+pub fn blocks(octets: &[u8]) -> Blocks<'_> {
+    Blocks { octets, offset: 0 }
+}
+
+/// The iterator of [`blocks`].
+#[derive(Clone, Debug)]
+pub struct Blocks<'a> {
+    octets: &'a [u8],
+    offset: usize,
+}
+
+impl<'a> Iterator for Blocks<'a> {
+    type Item = Result<Block<'a>, Fault>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let offset = self.offset;
+        let rest = &self.octets[offset..];
+        let &category = rest.first()?;
+        let fault = |kind| Fault { category: Some(category), item: None, offset, kind };
+        let length = match rest {
+            [_, high, low, ..] => usize::from(u16::from_be_bytes([*high, *low])),
+            _ => usize::MAX, // not even a header: past the end, whatever LEN would have been
+        };
+        let block = if length < HEADER {
+            Err(fault(FaultKind::BlockTooShort))
+        } else {
+            match rest.get(..length) {
+                Some(octets) => Ok(Block { category, offset, octets }),
+                None => Err(fault(FaultKind::BlockPastEnd)),
+            }
+        };
+        self.offset = if block.is_ok() { offset + length } else { self.octets.len() };
+        Some(block)
+    }
+}
+
+impl std::iter::FusedIterator for Blocks<'_> {}
+
+/// A data block: CAT, LEN and records of that category.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Block<'a> {
+    /// The category (CAT).
+    pub category: u8,
+    /// Where its CAT octet stands, counted from 0 at the start of the datagram.
+    pub offset: usize,
+    /// The whole block, header included.
+    pub octets: &'a [u8],
+}
+
+impl<'a> Block<'a> {
+    /// What follows the header: the records.
+    pub fn contents(&self) -> &'a [u8] {
+        &self.octets[HEADER..]
+    }
+
+    /// The records of the block, in order, read as records of `R`.
+    ///
+    /// The caller has looked at [`Block::category`]: the octets of another category make no sense as `R`.
+    pub fn records<R: Record>(&self) -> Records<'a, R> {
+        debug_assert_eq!(self.category, R::CATEGORY, "records of another category");
+        Records { rest: self.contents(), offset: self.offset + HEADER, record: PhantomData }
+    }
+}
+
+/// The iterator of [`Block::records`]: every record up to the end of the block or to the first [`Fault`], which comes once
+/// and last, because where a bad record ends is unknown.
+#[derive(Clone, Debug)]
+pub struct Records<'a, R> {
+    rest: &'a [u8],
+    offset: usize,
+    record: PhantomData<R>,
+}
+
+/// A record and where it stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Located<R> {
+    /// Where its FSPEC begins, counted from 0 at the start of the datagram.
+    pub offset: usize,
+    /// Octets it takes, FSPEC included.
+    pub length: usize,
+    /// The record.
+    pub record: R,
+}
+
+impl<R: Record> Iterator for Records<'_, R> {
+    type Item = Result<Located<R>, Fault>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.rest.is_empty() {
+            return None;
+        }
+        let offset = self.offset;
+        match R::decode(self.rest) {
+            Ok((record, length)) => {
+                self.rest = &self.rest[length..];
+                self.offset += length;
+                Some(Ok(Located { offset, length, record }))
+            }
+            Err(fault) => {
+                self.rest = &[];
+                Some(Err(Fault { offset: offset + fault.offset, ..fault }))
+            }
+        }
+    }
+}
+
+impl<R: Record> std::iter::FusedIterator for Records<'_, R> {}
+
+/// The records do not fit into one block: LEN has 16 bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("a block of {length} octets does not fit LEN, which ends at 65535")]
+pub struct BlockTooLong {
+    /// Octets that the block would have had, header included.
+    pub length: usize,
+}
+
+/// Appends one block that holds `records`. When they do not fit, `out` is left as it was.
+pub fn encode_block<R: Record>(records: &[R], out: &mut Vec<u8>) -> Result<(), BlockTooLong> {
+    let start = out.len();
+    out.extend_from_slice(&[R::CATEGORY, 0, 0]);
+    for record in records {
+        record.encode_into(out);
+    }
+    let length = out.len() - start;
+    match u16::try_from(length) {
+        Ok(len) => {
+            out[start + 1..start + HEADER].copy_from_slice(&len.to_be_bytes());
+            Ok(())
+        }
+        Err(_) => {
+            out.truncate(start);
+            Err(BlockTooLong { length })
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! The special purpose field of the fusion service's own records: what CAT129 has no item for.
+
+use std::io::Cursor;
+
+use deku::reader::Reader;
+use deku::writer::Writer;
+use deku::{DekuRead, DekuReader, DekuWrite, DekuWriter};
+
+use crate::Explicit;
+use crate::items::nearest;
+
+/// Octets after the length octet.
+const CONTENTS: usize = 21;
+/// Marks the layout: the letters `UF` and version 1.
+const MAGIC: [u8; 3] = *b"UF\x01";
+
+/// Which sensors a point comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Source {
+    /// 1: radar and transponder.
+    Fused,
+    /// 2: radar alone.
+    Radar,
+    /// 3: transponder alone.
+    Transponder,
+}
+
+/// A standard deviation: LSB 0.1 m, 0 to 6553.4 m, or unknown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Deviation(u16);
+
+impl Deviation {
+    /// Not known.
+    pub const UNKNOWN: Self = Self(u16::MAX);
+
+    /// The nearest deviation; above 6553.4 m that, and [`Deviation::UNKNOWN`] for a negative number or none.
+    pub fn from_metres(deviation_m: f64) -> Self {
+        const LARGEST: u16 = u16::MAX - 1;
+        let count = nearest((deviation_m * 10.0).min(f64::from(LARGEST)), 0, i32::from(LARGEST));
+        // `min` gives its other argument for a NaN, so that is asked for here.
+        if deviation_m.is_nan() {
+            Self::UNKNOWN
+        } else {
+            count.map_or(Self::UNKNOWN, |count| Self(count as u16))
+        }
+    }
+
+    /// The deviation in metres; `None` when unknown.
+    pub fn metres(self) -> Option<f64> {
+        (self != Self::UNKNOWN).then_some(f64::from(self.0) / 10.0)
+    }
+}
+
+/// The probability that the radar saw an unmanned aircraft: LSB 1/254, or unknown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct UavProbability(u8);
+
+impl UavProbability {
+    /// Not known; always so without a radar detection.
+    pub const UNKNOWN: Self = Self(u8::MAX);
+
+    /// The nearest probability; [`UavProbability::UNKNOWN`] outside 0 to 1.
+    pub fn from_probability(probability: f64) -> Self {
+        nearest(probability * 254.0, 0, 254).map_or(Self::UNKNOWN, |count| Self(count as u8))
+    }
+
+    /// The probability, 0 to 1; `None` when unknown.
+    pub fn probability(self) -> Option<f64> {
+        (self != Self::UNKNOWN).then_some(f64::from(self.0) / 254.0)
+    }
+}
+
+/// What else is known about a point. Bits that this version does not name are kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Flags(pub u8);
+
+impl Flags {
+    /// The transponder's position is interpolated.
+    pub const INTERPOLATED: Self = Self(0x01);
+    /// The position is extrapolated beyond the last report.
+    pub const EXTRAPOLATED: Self = Self(0x02);
+    /// The transponder's integrity is in doubt.
+    pub const INTEGRITY_SUSPECT: Self = Self(0x04);
+    /// The transponder's position contradicts the radar.
+    pub const INTEGRITY_FAILED: Self = Self(0x08);
+    /// The radar track has no transponder.
+    pub const UNCOOPERATIVE: Self = Self(0x10);
+    /// The radar did not measure the height.
+    pub const HEIGHT_NOT_MEASURED: Self = Self(0x20);
+
+    /// Whether all flags of `other` are set.
+    pub const fn contains(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// The flags of both.
+    #[must_use]
+    pub const fn with(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+}
+
+/// The special purpose field of an output point, layout `UF` version 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FusionReport {
+    /// Which sensors contribute.
+    pub source: Source,
+    /// The service's number of the track.
+    pub track_number: u32,
+    /// The radar's number of its track (I048/161), where one contributes; 65535 cannot be told from none.
+    pub radar_track: Option<u16>,
+    /// The number of the transponder, where one contributes; 2^32 - 1 cannot be told from none.
+    pub transponder: Option<u32>,
+    /// Standard deviation of the position, horizontally.
+    pub horizontal_deviation: Deviation,
+    /// Standard deviation of the height.
+    pub vertical_deviation: Deviation,
+    /// What else is known.
+    pub flags: Flags,
+    /// The probability that the contributing radar detection is an unmanned aircraft.
+    pub uav_probability: UavProbability,
+}
+
+/// The octets after the magic, as they stand.
+#[derive(DekuRead, DekuWrite)]
+#[deku(endian = "big")]
+struct Words {
+    source: u8,
+    track_number: u32,
+    radar_track: u16,
+    transponder: u32,
+    horizontal_deviation: u16,
+    vertical_deviation: u16,
+    flags: u8,
+    uav_probability: u8,
+    spare: u8,
+}
+
+impl FusionReport {
+    /// Reads a special purpose field. `None` for another magic, version or length, or a source that this version does not
+    /// name: such a field is somebody else's, or of another version, and stays as it is. The spare octet is not looked at.
+    pub fn read(field: &Explicit) -> Option<Self> {
+        let contents: &[u8; CONTENTS] = field.contents().try_into().ok()?;
+        let words = contents.strip_prefix(&MAGIC)?;
+        let words = Words::from_reader_with_ctx(&mut Reader::new(&mut Cursor::new(words)), ()).ok()?;
+        Some(Self {
+            source: match words.source {
+                1 => Source::Fused,
+                2 => Source::Radar,
+                3 => Source::Transponder,
+                _ => return None,
+            },
+            track_number: words.track_number,
+            radar_track: (words.radar_track != u16::MAX).then_some(words.radar_track),
+            transponder: (words.transponder != u32::MAX).then_some(words.transponder),
+            horizontal_deviation: Deviation(words.horizontal_deviation),
+            vertical_deviation: Deviation(words.vertical_deviation),
+            flags: Flags(words.flags),
+            uav_probability: UavProbability(words.uav_probability),
+        })
+    }
+
+    /// The special purpose field that says this.
+    pub fn to_field(&self) -> Explicit {
+        let words = Words {
+            source: match self.source {
+                Source::Fused => 1,
+                Source::Radar => 2,
+                Source::Transponder => 3,
+            },
+            track_number: self.track_number,
+            radar_track: self.radar_track.unwrap_or(u16::MAX),
+            transponder: self.transponder.unwrap_or(u32::MAX),
+            horizontal_deviation: self.horizontal_deviation.0,
+            vertical_deviation: self.vertical_deviation.0,
+            flags: self.flags.0,
+            uav_probability: self.uav_probability.0,
+            spare: 0,
+        };
+        let mut contents = [0; CONTENTS];
+        contents[..MAGIC.len()].copy_from_slice(&MAGIC);
+        words
+            .to_writer(&mut Writer::new(Cursor::new(&mut contents[MAGIC.len()..])), ())
+            .expect("the words fill the contents exactly");
+        Explicit::new(&contents).expect("21 octets fit a special purpose field")
+    }
+}

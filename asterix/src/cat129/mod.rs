@@ -1,0 +1,139 @@
+//! Category 129, UAS identification and target reports, edition 1.2 (EUROCONTROL-SPEC-0149-29).
+
+pub mod fusion_report;
+mod items;
+mod profile;
+
+use std::io::Cursor;
+
+use deku::reader::Reader;
+use deku::writer::Writer;
+use deku::{DekuError, DekuRead, DekuReader, DekuWrite, DekuWriter};
+
+use crate::uap::{explain, read_fspec};
+use crate::{DataSource, Explicit, Fault, Fspec, TimeOfDay};
+
+pub use fusion_report::FusionReport;
+pub use items::{
+    Altitude, CertificationCategory, DataDestination, GnssAccuracy, HorizontalVelocity, OperationalRisk,
+    Position, VerticalVelocity,
+};
+pub use profile::UAP;
+
+/// A CAT129 record: the items in the order of [`UAP`]; an absent item is `None`.
+///
+/// Texts are kept as the octets that were sent. The category has no RE field.
+#[derive(Clone, Debug, Default, PartialEq, DekuRead, DekuWrite)]
+#[deku(ctx = "fspec: Fspec, long_risk: bool")]
+pub struct Record {
+    /// I129/010, who reports. Mandatory; 0/0 is recommended for the air-to-ground link.
+    #[deku(cond = "fspec.has(1)")]
+    pub data_source: Option<DataSource>,
+    /// I129/015, for whom.
+    #[deku(cond = "fspec.has(2)")]
+    pub data_destination: Option<DataDestination>,
+    /// I129/020, manufacturer: three ASCII characters.
+    #[deku(cond = "fspec.has(3)")]
+    pub manufacturer: Option<[u8; 3]>,
+    /// I129/030, model: three ASCII characters.
+    #[deku(cond = "fspec.has(4)")]
+    pub model: Option<[u8; 3]>,
+    /// I129/040, serial number: 12 octets. No encoding is stated; ASCII in practice.
+    #[deku(cond = "fspec.has(5)")]
+    pub serial_number: Option<[u8; 12]>,
+    /// I129/050, country of registration: two ASCII characters, ISO 3166-1 alpha-2. Mandatory.
+    #[deku(cond = "fspec.has(6)")]
+    pub registration_country: Option<[u8; 2]>,
+    /// I129/070, time of transmission. Mandatory.
+    #[deku(cond = "fspec.has(7)")]
+    pub time_of_day: Option<TimeOfDay>,
+    /// I129/080, position in WGS-84. Mandatory.
+    #[deku(cond = "fspec.has(8)")]
+    pub position: Option<Position>,
+    /// I129/090, altitude above mean sea level. This or I129/100 is mandatory.
+    #[deku(cond = "fspec.has(9)")]
+    pub altitude_amsl: Option<Altitude>,
+    /// I129/100, altitude above ground level.
+    #[deku(cond = "fspec.has(10)")]
+    pub altitude_agl: Option<Altitude>,
+    /// I129/110, accuracy of the position.
+    #[deku(cond = "fspec.has(11)")]
+    pub gnss_accuracy: Option<GnssAccuracy>,
+    /// I129/120, operational risk, in the length it was read with.
+    #[deku(cond = "fspec.has(12)", ctx = "long_risk")]
+    pub operational_risk: Option<OperationalRisk>,
+    /// SP, the special purpose field; [`FusionReport`] is one layout of it.
+    #[deku(cond = "fspec.has(13)")]
+    pub special_purpose: Option<Explicit>,
+    /// I129/185, horizontal velocity.
+    #[deku(cond = "fspec.has(14)")]
+    pub horizontal_velocity: Option<HorizontalVelocity>,
+    /// I129/220, vertical velocity.
+    #[deku(cond = "fspec.has(15)")]
+    pub vertical_velocity: Option<VerticalVelocity>,
+    /// FSPEC octets beyond the minimal ones, which announce nothing; 0 in a record built anew. The whole FSPEC never gets
+    /// longer than [`Fspec::MAX_OCTETS`].
+    #[deku(skip, default = "fspec.padding()")]
+    pub fspec_padding: u8,
+}
+
+impl Record {
+    /// The FSPEC that announces the items of this record.
+    pub fn fspec(&self) -> Fspec {
+        let present = [
+            self.data_source.is_some(),
+            self.data_destination.is_some(),
+            self.manufacturer.is_some(),
+            self.model.is_some(),
+            self.serial_number.is_some(),
+            self.registration_country.is_some(),
+            self.time_of_day.is_some(),
+            self.position.is_some(),
+            self.altitude_amsl.is_some(),
+            self.altitude_agl.is_some(),
+            self.gnss_accuracy.is_some(),
+            self.operational_risk.is_some(),
+            self.special_purpose.is_some(),
+            self.horizontal_velocity.is_some(),
+            self.vertical_velocity.is_some(),
+        ];
+        const { assert!(UAP.len() == 15) };
+        Fspec::of(present, self.fspec_padding)
+    }
+
+    /// The record at the front of `octets` and its length, I129/120 read as 3 octets or as 1.
+    fn read(octets: &[u8], fspec: Fspec, long_risk: bool) -> Result<(Self, usize), DekuError> {
+        let mut items = Cursor::new(&octets[fspec.length()..]);
+        let record = Self::from_reader_with_ctx(&mut Reader::new(&mut items), (fspec, long_risk))?;
+        Ok((record, fspec.length() + items.position() as usize))
+    }
+}
+
+impl crate::Record for Record {
+    const CATEGORY: u8 = 129;
+
+    fn decode(octets: &[u8]) -> Result<(Self, usize), Fault> {
+        let fspec = read_fspec(Self::CATEGORY, &UAP, octets)?;
+        let ends_the_block =
+            |read: &Result<(Self, usize), _>| matches!(read, Ok((_, length)) if *length == octets.len());
+        let short = Self::read(octets, fspec, false);
+        if !ends_the_block(&short) && fspec.has(OperationalRisk::FRN) {
+            // The edition contradicts itself on the length of I129/120. A block holds one record, so its end tells.
+            let long = Self::read(octets, fspec, true);
+            if ends_the_block(&long) {
+                return long.map_err(|_| explain(Self::CATEGORY, &UAP, octets, fspec));
+            }
+        }
+        short.map_err(|_| explain(Self::CATEGORY, &UAP, octets, fspec))
+    }
+
+    fn encode_into(&self, out: &mut Vec<u8>) {
+        let fspec = self.fspec();
+        fspec.encode_into(out);
+        let mut cursor = Cursor::new(out);
+        cursor.set_position(cursor.get_ref().len() as u64);
+        let long_risk = self.operational_risk.is_some_and(|risk| risk.undescribed.is_some());
+        self.to_writer(&mut Writer::new(cursor), (fspec, long_risk))
+            .expect("writing whole octets to a vector cannot fail");
+    }
+}

@@ -1,0 +1,109 @@
+//! What can be wrong with octets that came from outside.
+
+use std::fmt;
+
+/// A part of a datagram that could not be read, and why. A value, not a panic: the records before it stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Fault {
+    /// Category of the block; `None` where not even its CAT octet could be trusted.
+    pub category: Option<u8>,
+    /// Number of the item, for example `"040"`; `None` when the trouble is in the block or in the FSPEC.
+    pub item: Option<&'static str>,
+    /// The octet where the trouble is, counted from 0 at the start of the datagram: the CAT octet of a bad block, the first
+    /// octet of a bad FSPEC (of a reserved bit: the FSPEC octet that holds it), the first octet of a bad item.
+    pub offset: usize,
+    /// Why.
+    pub kind: FaultKind,
+}
+
+/// Why a [`Fault`] was raised.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum FaultKind {
+    /// LEN is below 3, the size of the block header that it counts.
+    BlockTooShort,
+    /// LEN passes the end of the datagram, or one or two octets are left, which is less than a block header.
+    BlockPastEnd,
+    /// The FSPEC announces another octet and the block ends.
+    FspecPastEnd,
+    /// The FSPEC is longer than any record of the category could need.
+    FspecTooLong,
+    /// The FSPEC announces an item that the category does not define, so its length is unknown.
+    ReservedFrn,
+    /// The item runs past the end of its block.
+    ItemPastEnd,
+    /// The primary subfield of a compound item announces a second octet of subfields, which the item does not define.
+    PrimarySubfieldExtended,
+    /// The block ends where the repetition count of an item should be.
+    NoRepetitionCount,
+    /// The length octet of an SP or RE field is 0, although it counts itself.
+    LengthZero,
+    /// An item goes on over more extensions than [`crate::Chain::MAX_OCTETS`] allows.
+    ChainTooLong,
+}
+
+impl FaultKind {
+    /// Every kind, for tables of counters.
+    pub const ALL: [Self; 10] = [
+        Self::BlockTooShort,
+        Self::BlockPastEnd,
+        Self::FspecPastEnd,
+        Self::FspecTooLong,
+        Self::ReservedFrn,
+        Self::ItemPastEnd,
+        Self::PrimarySubfieldExtended,
+        Self::NoRepetitionCount,
+        Self::LengthZero,
+        Self::ChainTooLong,
+    ];
+
+    /// A short name that stays the same over releases, for counters: `"item_past_end"`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::BlockTooShort => "block_too_short",
+            Self::BlockPastEnd => "block_past_end",
+            Self::FspecPastEnd => "fspec_past_end",
+            Self::FspecTooLong => "fspec_too_long",
+            Self::ReservedFrn => "reserved_frn",
+            Self::ItemPastEnd => "item_past_end",
+            Self::PrimarySubfieldExtended => "primary_subfield_extended",
+            Self::NoRepetitionCount => "no_repetition_count",
+            Self::LengthZero => "length_zero",
+            Self::ChainTooLong => "chain_too_long",
+        }
+    }
+}
+
+impl fmt::Display for FaultKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::BlockTooShort => "the block's LEN is below 3, the size of its own header",
+            Self::BlockPastEnd => "the block runs past the end of the datagram",
+            Self::FspecPastEnd => "the FSPEC runs past the end of its block",
+            Self::FspecTooLong => "the FSPEC is longer than any record needs",
+            Self::ReservedFrn => "the FSPEC announces an item that the category does not define",
+            Self::ItemPastEnd => "the item runs past the end of its block",
+            Self::PrimarySubfieldExtended => {
+                "the primary subfield announces a second octet, which does not exist"
+            }
+            Self::NoRepetitionCount => "the block ends before the item's repetition count",
+            Self::LengthZero => "the length octet is 0, although it counts itself",
+            Self::ChainTooLong => "the item has more extensions than any edition defines",
+        })
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.category {
+            Some(category) => write!(f, "CAT{category:03} ")?,
+            None => f.write_str("ASTERIX ")?,
+        }
+        if let Some(item) = self.item {
+            write!(f, "item {item} ")?;
+        }
+        write!(f, "at octet {}: {}", self.offset, self.kind)
+    }
+}
+
+impl std::error::Error for Fault {}

@@ -1,0 +1,139 @@
+//! The field specification (FSPEC): which items a record holds.
+
+use crate::FaultKind;
+
+/// The FSPEC of one record.
+///
+/// Seven field reference numbers (FRN) an octet, the first at the highest bit; the lowest bit (FX) says that another
+/// octet follows. Trailing octets without an item are legal and occur, so the length is kept beside the bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fspec {
+    /// The octets as they stand on the wire, FX bits included, the first at the top.
+    bits: u64,
+    /// How many of them there are, 1 to [`Fspec::MAX_OCTETS`].
+    length: u8,
+}
+
+/// The FX bit of each of the eight octets.
+const EXTENSIONS: u64 = 0x0101_0101_0101_0101;
+
+impl Fspec {
+    /// The longest FSPEC that is read. CAT048 needs 4 octets, CAT129 3; the rest is room for padding.
+    pub const MAX_OCTETS: usize = 8;
+
+    /// Reads the FSPEC at the front of `octets`.
+    pub fn read(octets: &[u8]) -> Result<Self, FaultKind> {
+        let mut bits = 0;
+        for (index, &octet) in octets.iter().take(Self::MAX_OCTETS).enumerate() {
+            bits |= u64::from(octet) << (56 - 8 * index);
+            if octet & 1 == 0 {
+                return Ok(Self { bits, length: index as u8 + 1 });
+            }
+        }
+        Err(if octets.len() < Self::MAX_OCTETS { FaultKind::FspecPastEnd } else { FaultKind::FspecTooLong })
+    }
+
+    /// The shortest FSPEC for the items that are `present` (index 0 is FRN 1), and `padding` empty octets after it, as
+    /// many as [`Fspec::MAX_OCTETS`] leaves room for.
+    pub fn of<const N: usize>(present: [bool; N], padding: u8) -> Self {
+        const { assert!(N <= 7 * Self::MAX_OCTETS) };
+        let mut bits = 0;
+        for (index, &present) in present.iter().enumerate() {
+            bits |= u64::from(present) << (63 - bit_index(index as u8 + 1));
+        }
+        let length = (minimal_length(bits) + padding).min(Self::MAX_OCTETS as u8);
+        let all_but_last = EXTENSIONS & !(u64::MAX >> (8 * (length - 1)));
+        Self { bits: bits | all_but_last, length }
+    }
+
+    /// Whether the item with this field reference number (1 to 56) is present.
+    #[inline]
+    pub const fn has(self, frn: u8) -> bool {
+        self.bits >> (63 - bit_index(frn)) & 1 == 1
+    }
+
+    /// Octets on the wire.
+    pub const fn length(self) -> usize {
+        self.length as usize
+    }
+
+    /// Octets after the last one that announces an item (after the first, when no octet does).
+    pub const fn padding(self) -> u8 {
+        self.length - minimal_length(self.bits & !EXTENSIONS)
+    }
+
+    /// The first announced field reference number above `last`, the highest that the category defines.
+    pub fn first_above(self, last: u8) -> Option<u8> {
+        // Nearly always nothing is announced up there: one test settles it.
+        let defined = !(u64::MAX >> bit_index(last) >> 1);
+        if self.bits & !EXTENSIONS & !defined == 0 {
+            return None;
+        }
+        (last + 1..=7 * Self::MAX_OCTETS as u8).find(|&frn| self.has(frn))
+    }
+
+    /// Appends the octets.
+    pub fn encode_into(self, out: &mut Vec<u8>) {
+        out.extend_from_slice(&self.bits.to_be_bytes()[..self.length()]);
+    }
+}
+
+/// Bits from the top down to the one of this field reference number.
+const fn bit_index(frn: u8) -> u8 {
+    (frn - 1) + (frn - 1) / 7
+}
+
+/// Octets down to the last that is not zero; at least one.
+const fn minimal_length(bits: u64) -> u8 {
+    let used = (71 - bits.trailing_zeros() as u8) / 8;
+    if used == 0 { 1 } else { used }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reads_frns_over_several_octets() {
+        let fspec = Fspec::read(&[0x81, 0x03, 0x02, 0xff]).unwrap();
+        let present: Vec<u8> = (1..=56).filter(|&frn| fspec.has(frn)).collect();
+        assert_eq!(present, [1, 14, 21]);
+        assert_eq!((fspec.length(), fspec.padding()), (3, 0));
+    }
+
+    #[test]
+    fn counts_trailing_octets_without_an_item() {
+        for (octets, length, padding) in [
+            (&[0xf7, 0x5f, 0x8f, 0x00][..], 4, 1),
+            (&[0x81, 0x01, 0x00][..], 3, 2),
+            (&[0x01, 0x80][..], 2, 0),
+            (&[0x00][..], 1, 0),
+            (&[0x01, 0x00][..], 2, 1),
+            (&[0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x02][..], 8, 0),
+        ] {
+            let fspec = Fspec::read(octets).unwrap();
+            assert_eq!((fspec.length(), fspec.padding()), (length, padding), "{octets:02x?}");
+            let present = std::array::from_fn::<bool, 56, _>(|index| fspec.has(index as u8 + 1));
+            let mut out = Vec::new();
+            Fspec::of(present, fspec.padding()).encode_into(&mut out);
+            assert_eq!(out, octets);
+        }
+    }
+
+    #[test]
+    fn ends_and_limits() {
+        assert_eq!(Fspec::read(&[]), Err(FaultKind::FspecPastEnd));
+        assert_eq!(Fspec::read(&[0xff; 7]), Err(FaultKind::FspecPastEnd));
+        assert_eq!(Fspec::read(&[0xff; 8]), Err(FaultKind::FspecTooLong));
+        assert_eq!(Fspec::of([true; 3], 200).length(), 8);
+    }
+
+    #[test]
+    fn finds_items_that_a_category_does_not_define() {
+        let fspec = Fspec::read(&[0x03, 0x01, 0x01, 0x01, 0x04]).unwrap();
+        assert_eq!(fspec.first_above(28), Some(34));
+        assert_eq!(fspec.first_above(34), None);
+        assert_eq!(fspec.first_above(6), Some(7));
+        assert_eq!(fspec.first_above(56), None);
+    }
+}

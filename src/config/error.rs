@@ -1,0 +1,80 @@
+//! What is wrong with a configuration, and where.
+
+use std::fmt;
+
+/// Where a value was written.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Place {
+    /// The file as a whole: something that should be in it is not.
+    File,
+    /// A line of the file, from 1.
+    Line(usize),
+    /// An environment variable, by its name.
+    Variable(String),
+}
+
+/// One thing that is wrong: `site.toml:12: sensors[0].latitude_deg = 152.5: a latitude is between -90 and 90 degrees`.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub struct ConfigError {
+    /// The file, as it was named.
+    pub file: String,
+    /// The line or the variable.
+    pub place: Place,
+    /// The path of the key, `sensors[0].latitude_deg`; empty for the text itself.
+    pub key: String,
+    /// The value that was refused, as TOML, where it is short enough to help.
+    pub value: Option<String>,
+    /// What is wrong and what to do.
+    pub message: String,
+}
+
+impl fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.place {
+            Place::File => write!(f, "{}: ", self.file)?,
+            Place::Line(line) => write!(f, "{}:{line}: ", self.file)?,
+            Place::Variable(name) => write!(f, "environment variable {name}: ")?,
+        }
+        match (self.key.is_empty(), &self.value) {
+            (true, _) => {}
+            (false, None) => write!(f, "{}: ", self.key)?,
+            (false, Some(value)) => write!(f, "{} = {value}: ", self.key)?,
+        }
+        f.write_str(&self.message)
+    }
+}
+
+/// Everything that is wrong, in the order of the file, then of the variables; never empty. Displayed one a line.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub struct ConfigErrors(Vec<ConfigError>);
+
+impl ConfigErrors {
+    /// `errors` sorted by place, or `None` when there are none.
+    pub(super) fn of(mut errors: Vec<ConfigError>) -> Option<Self> {
+        errors.sort_by(|a, b| a.place.cmp(&b.place));
+        (!errors.is_empty()).then_some(Self(errors))
+    }
+
+    /// The errors, one or more.
+    pub fn iter(&self) -> std::slice::Iter<'_, ConfigError> {
+        self.0.iter()
+    }
+}
+
+impl From<ConfigError> for ConfigErrors {
+    fn from(error: ConfigError) -> Self {
+        Self(vec![error])
+    }
+}
+
+impl fmt::Display for ConfigErrors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, error) in self.0.iter().enumerate() {
+            if i > 0 {
+                f.write_str("\n")?;
+            }
+            write!(f, "{error}")?;
+        }
+        Ok(())
+    }
+}

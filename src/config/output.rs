@@ -1,0 +1,77 @@
+//! `[output]`, `[http]` and `[state]`.
+
+use std::net::{Ipv4Addr, SocketAddr};
+use std::path::PathBuf;
+
+use super::network::read_sink;
+use super::reader::{Item, Section, each};
+use super::types::{Auth, Http, Output, Record, SerialSource, State};
+
+pub(super) fn read_output(mut section: Section<'_>) -> Option<Output> {
+    let asterix = each(section.item("asterix"), read_sink);
+    let serial = section
+        .item("serial")
+        .and_then(|i| i.word(&[("uas", SerialSource::Uas), ("track-number", SerialSource::TrackNumber)]));
+    let status = section.item("status").and_then(|item| item.flag());
+    let flush_on_stop = section.item("flush_on_stop").and_then(|item| item.flag());
+    let record = section.item("record").and_then(|item| read_record(item.section()?));
+    section.finish();
+    Some(Output {
+        asterix: asterix?,
+        serial: serial.unwrap_or(SerialSource::Uas),
+        status: status.unwrap_or(true),
+        flush_on_stop: flush_on_stop.unwrap_or(true),
+        record,
+    })
+}
+
+fn read_record(mut section: Section<'_>) -> Option<Record> {
+    let dir = read_dir(section.need("dir", "dir = …, the directory of the recordings"));
+    let rotate_mib = section
+        .item("rotate_mib")
+        .and_then(|i| i.whole(1..=1_048_576u32, "a file grows to a whole number of MiB, 1 to 1048576"));
+    let keep = section
+        .item("keep")
+        .and_then(|i| i.whole(1..=1_000_000u32, "the files kept are a whole number, 1 to 1000000"));
+    section.finish();
+    Some(Record { dir: dir?, rotate_mib: rotate_mib.unwrap_or(256), keep: keep.unwrap_or(16) })
+}
+
+pub(super) fn read_http(mut section: Section<'_>) -> Option<Http> {
+    let listen_item = section.item("listen");
+    let listen = listen_item.as_ref().map_or(Some(SocketAddr::from((Ipv4Addr::LOCALHOST, 8080))), |item| {
+        let listen = item.text()?.parse().ok();
+        if listen.is_none() {
+            item.refuse(
+                "expected an address and a port, such as \"127.0.0.1:8080\"; names are not looked up",
+            );
+        }
+        listen
+    });
+    let auth = section.item("auth").map(|item| {
+        let mut section = item.section()?;
+        let mode = section.need("mode", "mode = \"none\" or mode = \"tokens\"");
+        let mode = mode.and_then(|item| item.word(&[("none", Auth::None), ("tokens", Auth::Tokens)]));
+        section.finish();
+        mode
+    });
+    section.finish();
+    let (listen, auth) = (listen?, auth.unwrap_or(Some(Auth::None))?);
+    if let (Auth::None, false, Some(item)) = (auth, listen.ip().to_canonical().is_loopback(), listen_item) {
+        item.refuse(
+            "without authentication the service listens on a loopback address only; write 127.0.0.1, \
+             or auth = { mode = \"tokens\" }",
+        );
+    }
+    Some(Http { listen, auth })
+}
+
+pub(super) fn read_state(mut section: Section<'_>) -> Option<State> {
+    let dir = section.item("dir").map(|item| read_dir(Some(item)));
+    section.finish();
+    Some(State { dir: dir.unwrap_or(Some(PathBuf::from("state")))? })
+}
+
+fn read_dir(item: Option<Item<'_>>) -> Option<PathBuf> {
+    Some(item?.text()?.into())
+}

@@ -1,0 +1,315 @@
+//! Asking the tree for keys. A getter gives `None` where the key is absent, and where it is wrong, in which case it has
+//! said so: whatever a reader then returns is thrown away, so it just goes on to find the next fault.
+
+use std::cell::RefCell;
+use std::fmt::Display;
+use std::net::Ipv4Addr;
+use std::ops::RangeInclusive;
+
+use jiff::SignedDuration;
+
+use super::error::{ConfigError, ConfigErrors, Place};
+use super::tree::{Node, Table, Value, quoted};
+
+/// What has been found wrong so far.
+pub(super) struct Faults {
+    file: String,
+    found: RefCell<Vec<ConfigError>>,
+}
+
+impl Faults {
+    pub(super) fn new(file: &str) -> Self {
+        Self { file: file.to_owned(), found: RefCell::default() }
+    }
+
+    pub(super) fn add(&self, place: &Place, key: &str, value: Option<String>, message: impl Display) {
+        self.found.borrow_mut().push(ConfigError {
+            file: self.file.clone(),
+            place: place.clone(),
+            key: key.to_owned(),
+            value,
+            message: message.to_string(),
+        });
+    }
+
+    pub(super) fn any(&self) -> bool {
+        !self.found.borrow().is_empty()
+    }
+
+    /// The faults so far as an error.
+    pub(super) fn check(&self) -> Result<(), ConfigErrors> {
+        ConfigErrors::of(self.found.borrow().clone()).map_or(Ok(()), Err)
+    }
+}
+
+/// A table that is asked for its keys one by one; what nobody asked for is unknown.
+pub(super) struct Section<'a> {
+    key: String,
+    place: &'a Place,
+    entries: Option<&'a Table>,
+    asked: Vec<&'static str>,
+    missing: bool,
+    faults: &'a Faults,
+}
+
+impl<'a> Section<'a> {
+    /// The whole file.
+    pub(super) fn top(root: &'a Table, faults: &'a Faults) -> Self {
+        Self {
+            key: String::new(),
+            place: &Place::File,
+            entries: Some(root),
+            asked: Vec::new(),
+            missing: false,
+            faults,
+        }
+    }
+
+    /// The key, where it is given.
+    pub(super) fn item(&mut self, name: &'static str) -> Option<Item<'a>> {
+        self.asked.push(name);
+        let node = self.entries?.get(name)?;
+        Some(Item { key: join(&self.key, name), node, faults: self.faults })
+    }
+
+    /// A key that does not belong here, where it is given; it is not offered as one that is expected.
+    pub(super) fn stray(&mut self, name: &'static str) -> Option<Item<'a>> {
+        self.entries?.contains_key(name).then(|| self.item(name)).flatten()
+    }
+
+    /// The key, which has to be given; `meaning` tells what to write.
+    pub(super) fn need(&mut self, name: &'static str, meaning: &str) -> Option<Item<'a>> {
+        let item = self.item(name);
+        // A missing or broken section has been reported as a whole.
+        if item.is_none() && self.entries.is_some() {
+            let message = format!("this key is missing; add {meaning}");
+            self.faults.add(self.place, &join(&self.key, name), None, message);
+        }
+        item
+    }
+
+    /// The table of that name; one without entries where it is absent.
+    pub(super) fn section(&mut self, name: &'static str) -> Self {
+        let item = self.item(name);
+        item.as_ref().and_then(Item::section).unwrap_or_else(|| Self {
+            key: join(&self.key, name),
+            place: self.place,
+            entries: None,
+            asked: Vec::new(),
+            missing: item.is_none(),
+            faults: self.faults,
+        })
+    }
+
+    /// Every key with its value, for a table whose keys are the user's.
+    pub(super) fn all(&self) -> impl Iterator<Item = (&'a str, Item<'a>)> {
+        self.entries.into_iter().flatten().map(|(name, node)| {
+            let item = Item { key: join(&self.key, name), node, faults: self.faults };
+            (name.as_str(), item)
+        })
+    }
+
+    /// Whether nothing was written under this name, not even something wrong.
+    pub(super) const fn is_missing(&self) -> bool {
+        self.missing
+    }
+
+    /// Finds fault with the table as a whole.
+    pub(super) fn refuse(&self, message: impl Display) {
+        self.faults.add(self.place, &self.key, None, message);
+    }
+
+    /// Takes every key as asked for: what is meant cannot be told.
+    pub(super) fn abandon(&mut self) {
+        self.entries = None;
+    }
+
+    /// Refuses the keys that nobody asked for.
+    pub(super) fn finish(self) {
+        for (name, item) in self.all().filter(|(name, _)| !self.asked.contains(name)) {
+            let near = self.asked.iter().find(|known| is_near(known, name));
+            let near = near.map_or_else(String::new, |known| format!("did you mean {known}? "));
+            let expected = self.asked.join(", ");
+            item.faults.add(
+                &item.node.place,
+                &item.key,
+                None,
+                format!("this key is unknown; {near}expected here: {expected}"),
+            );
+        }
+    }
+}
+
+/// One value, with its place and the path of its key.
+#[derive(Clone)]
+pub(super) struct Item<'a> {
+    key: String,
+    node: &'a Node,
+    faults: &'a Faults,
+}
+
+impl<'a> Item<'a> {
+    /// Finds fault with the value.
+    pub(super) fn refuse(&self, message: impl Display) {
+        self.faults.add(&self.node.place, &self.key, self.node.value.shown(), message);
+    }
+
+    fn expected(&self, what: &str) {
+        self.refuse(format!("expected {what}, found {}", self.node.value.kind()));
+    }
+
+    /// A finite number that is `valid`; `rule` says which are.
+    pub(super) fn number(&self, rule: &str, valid: impl Fn(f64) -> bool) -> Option<f64> {
+        let number = match self.node.value {
+            Value::Number(number) => number,
+            Value::Whole(whole) => whole as f64,
+            _ => {
+                self.expected("a number without quotes, such as 0.25");
+                return None;
+            }
+        };
+        let good = number.is_finite() && valid(number);
+        if !good {
+            self.refuse(rule);
+        }
+        good.then_some(number)
+    }
+
+    /// A time of at most a day that is `valid` in seconds, rounded to nanoseconds.
+    pub(super) fn seconds(&self, rule: &str, valid: impl Fn(f64) -> bool) -> Option<SignedDuration> {
+        let seconds = self.number(rule, |s| valid(s) && (0.0..=86_400.0).contains(&s))?;
+        Some(SignedDuration::from_nanos((seconds * 1e9).round() as i64))
+    }
+
+    /// A whole number in `range`; `rule` says which are.
+    pub(super) fn whole<T>(&self, range: RangeInclusive<T>, rule: &str) -> Option<T>
+    where
+        T: TryFrom<i64> + PartialOrd,
+    {
+        let whole = match self.node.value {
+            Value::Whole(whole) => T::try_from(whole).ok().filter(|whole| range.contains(whole)),
+            Value::Number(_) => None,
+            _ => {
+                self.expected("a whole number without quotes");
+                return None;
+            }
+        };
+        if whole.is_none() {
+            self.refuse(rule);
+        }
+        whole
+    }
+
+    /// Text that is not blank.
+    pub(super) fn text(&self) -> Option<&'a str> {
+        let Value::Text(text) = &self.node.value else {
+            self.expected("text in quotes");
+            return None;
+        };
+        if text.trim().is_empty() {
+            self.refuse("this is blank; write what it should be, or remove the key");
+            return None;
+        }
+        Some(text)
+    }
+
+    /// True or false.
+    pub(super) fn flag(&self) -> Option<bool> {
+        let Value::Flag(flag) = self.node.value else {
+            self.expected("true or false, without quotes");
+            return None;
+        };
+        Some(flag)
+    }
+
+    /// One of the given words.
+    pub(super) fn word<T: Copy>(&self, words: &[(&str, T)]) -> Option<T> {
+        let text = self.text()?;
+        let found = words.iter().find(|(word, _)| *word == text);
+        if found.is_none() {
+            let words: Vec<_> = words.iter().map(|(word, _)| quoted(word)).collect();
+            self.refuse(format!("expected {}", words.join(" or ")));
+        }
+        found.map(|&(_, meaning)| meaning)
+    }
+
+    /// An IPv4 address.
+    pub(super) fn ipv4(&self) -> Option<Ipv4Addr> {
+        let address = self.text()?.parse().ok();
+        if address.is_none() {
+            self.refuse("expected an IPv4 address, such as \"127.0.0.1\"; names are not looked up");
+        }
+        address
+    }
+
+    /// The entries of a list.
+    pub(super) fn list(&self) -> Option<Vec<Self>> {
+        let Value::List(list) = &self.node.value else {
+            self.expected("a list, such as [ … ]");
+            return None;
+        };
+        let entry = |(i, node)| Self { key: format!("{}[{i}]", self.key), node, faults: self.faults };
+        Some(list.iter().enumerate().map(entry).collect())
+    }
+
+    /// The value as a table.
+    pub(super) fn section(&self) -> Option<Section<'a>> {
+        let Value::Table(entries) = &self.node.value else {
+            self.expected("a table, such as { key = value }");
+            return None;
+        };
+        Some(Section {
+            key: self.key.clone(),
+            place: &self.node.place,
+            entries: Some(entries),
+            asked: Vec::new(),
+            missing: false,
+            faults: self.faults,
+        })
+    }
+
+    /// The path of the key.
+    pub(super) fn key(&self) -> &str {
+        &self.key
+    }
+}
+
+/// Every entry read by `read`; `None` where one failed. An absent list is empty.
+pub(super) fn each<'a, T>(
+    list: Option<Item<'a>>,
+    mut read: impl FnMut(Section<'a>) -> Option<T>,
+) -> Option<Vec<T>> {
+    let Some(list) = list else { return Some(Vec::new()) };
+    // Every entry is read, also after a failure, before the failure shows.
+    let read: Vec<_> = list.list()?.iter().map(|item| item.section().and_then(&mut read)).collect();
+    read.into_iter().collect()
+}
+
+fn join(path: &str, name: &str) -> String {
+    let bare = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
+    let name = if bare && !name.is_empty() { name.to_owned() } else { quoted(name) };
+    if path.is_empty() { name } else { format!("{path}.{name}") }
+}
+
+/// Whether `known` may be meant by `written`: the unit forgotten, or at most two letters wrong.
+fn is_near(known: &str, written: &str) -> bool {
+    // A distance costs the product of the lengths, and a stranger may write a long key.
+    let comparable = written.len() >= 3 && written.len() <= known.len() + 2;
+    comparable && (known.starts_with(written) || edits(known, written) <= 2)
+}
+
+/// Letters to insert, remove or change (Levenshtein), one row of the table at a time.
+fn edits(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, from) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, to) in b.iter().enumerate() {
+            let change = diagonal + usize::from(from != *to);
+            diagonal = row[j + 1];
+            row[j + 1] = change.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}

@@ -1,0 +1,424 @@
+//! Every rule with the line, the key and the message of its violation.
+
+use jiff::SignedDuration;
+
+use super::*;
+
+/// The smallest useful file; the tables below count on its line numbers.
+const BASE: &str = r#"[site]
+name = "test"
+sac = 25
+sic = 1
+
+[[sensors]]
+id = "north"
+kind = "radar"
+sac = 25
+sic = 200
+latitude_deg = 52.5
+longitude_deg = -0.5
+height_amsl_m = 105
+inputs = [{ group = "239.192.48.1", port = 8048, interface = "127.0.0.1" }]
+
+[[sensors]]
+id = "air"
+kind = "transponder"
+sac = 0
+sic = 0
+
+[fusion]
+slot_s = 0.25
+
+[output]
+asterix = [{ group = "239.192.129.2", port = 8130 }]
+
+[http]
+listen = "127.0.0.1:8080"
+"#;
+
+fn parse(text: &str) -> Result<Config, ConfigErrors> {
+    Config::parse(text, "site.toml", std::iter::empty())
+}
+
+fn parse_with(text: &str, env: &[(&str, &str)]) -> Result<Config, ConfigErrors> {
+    let env = env.iter().map(|&(name, value)| (name.to_owned(), value.to_owned()));
+    Config::parse(text, "site.toml", env)
+}
+
+/// A replacement in `BASE` and the one fault it makes: where ("line: key = value", " key" for the whole file) and a
+/// part of the message.
+type Rule<'a> = (&'a str, &'a str, &'a str, &'a str);
+
+fn check(rules: &[Rule<'_>]) {
+    let wrong: Vec<_> = rules.iter().filter_map(broken).collect();
+    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+}
+
+fn broken(&(old, new, place, message): &Rule<'_>) -> Option<String> {
+    assert_eq!(BASE.matches(old).count(), 1, "{old:?} has to be in the base file once");
+    let Err(errors) = parse(&BASE.replace(old, new)) else { return Some(format!("{new:?} was accepted")) };
+    let shown = errors.to_string();
+    let rest = shown.strip_prefix(&format!("site.toml:{place}"));
+    let found = rest.is_some_and(|rest| rest.starts_with([':', ' ']) && rest.contains(message));
+    let good = found && errors.iter().count() == 1;
+    (!good).then(|| format!("{new:?} gives\n  {shown}\nand not\n  {place} … {message}"))
+}
+
+#[test]
+fn the_base_is_valid_and_its_defaults_are_those_of_the_reference() {
+    let config = parse(BASE).unwrap();
+    assert_eq!(config.fusion, Fusion::default());
+    assert_eq!(config.fusion.latency(), SignedDuration::from_millis(6250));
+    let (sensor, radar) = config.radars().next().unwrap();
+    assert_eq!((sensor.id.as_str(), sensor.period_s), ("north", None));
+    assert_eq!(radar.assumed_height_amsl_m, 105.0);
+    assert_eq!(radar.classification, Classification::SpecialPurpose { octet: 0 });
+    assert_eq!(config.output.asterix[0].ttl, 1);
+    assert_eq!((config.output.status, config.output.flush_on_stop), (true, true));
+    assert_eq!(config.state.dir.to_str(), Some("state"));
+    assert!(config.http.listen.ip().is_loopback());
+}
+
+#[test]
+fn site_and_sensors() {
+    let radar = "height_amsl_m = 105";
+    let with = |line: &str| format!("{radar}\n{line}");
+    check(&[
+        ("[site]\nname = \"test\"\nsac = 25\nsic = 1\n", "", " site", "section is missing; add [site]"),
+        ("name = \"test\"\n", "", "1: site.name", "missing; add name"),
+        ("name = \"test\"", "name = \" \"", "2: site.name = \" \"", "blank"),
+        ("name = \"test\"", "name = 5", "2: site.name = 5", "expected text in quotes, found a whole number"),
+        ("sic = 1\n", "sic = 256\n", "4: site.sic = 256", "0 to 255"),
+        ("sic = 1\n", "sic = 1.0\n", "4: site.sic = 1.0", "0 to 255"),
+        ("sic = 1\n", "sic = 99999999999999999999\n", "4: site.sic = inf", "0 to 255"),
+        (
+            "sic = 1\n",
+            "sic = 1\ngeoid_undulation_m = 469\n",
+            "5: site.geoid_undulation_m = 469",
+            "-120 and 100",
+        ),
+        (
+            "sic = 1\n",
+            "sic = 1\ngeoid_undulation = 46\n",
+            "5: site.geoid_undulation",
+            "did you mean geoid_und",
+        ),
+        ("id = \"north\"\n", "", "6: sensors[0].id", "missing"),
+        ("\"north\"", "\"a/b\"", "7: sensors[0].id = \"a/b\"", "letters A-Z a-z, digits, _ and -"),
+        ("\"air\"", "\"\"", "17: sensors[1].id = \"\"", "blank"),
+        ("\"air\"", "\"north\"", "17: sensors[1].id = \"north\"", "another sensor has this id"),
+        ("\"transponder\"", "\"adsb\"", "18: sensors[1].kind = \"adsb\"", "\"radar\" or \"transponder\""),
+        ("sac = 0\nsic = 0", "sac = 25\nsic = 1", "20: sensors[1].sic = 1", "service's own"),
+        ("sic = 200", "sic = 1", "10: sensors[0].sic = 1", "service's own"),
+        ("52.5", "152.5", "11: sensors[0].latitude_deg = 152.5", "between -90 and 90"),
+        ("52.5", "nan", "11: sensors[0].latitude_deg = NaN", "between -90 and 90"),
+        ("52.5", "\"52.5\"", "11: sensors[0].latitude_deg", "number without quotes"),
+        ("latitude_deg = 52.5\n", "", "6: sensors[0].latitude_deg", "missing; add latitude_deg"),
+        ("-0.5", "-180.5", "12: sensors[0].longitude_deg", "between -180 and 180"),
+        (radar, "height_amsl_m = 9001", "13: sensors[0].height_amsl_m = 9001", "-500 and 9000"),
+        (
+            radar,
+            &with("bearing_correction_deg = 181"),
+            "14: sensors[0].bearing_correction_deg",
+            "-180 and 180",
+        ),
+        (radar, &with("max_range_m = 0"), "14: sensors[0].max_range_m = 0", "above 0"),
+        (radar, &with("assumed_height_amsl_m = 1e9"), "14: sensors[0].assumed_height_amsl_m", "20000"),
+        (radar, &with("period_s = 0"), "14: sensors[0].period_s = 0", "above 0"),
+        (radar, &with("period = 1"), "14: sensors[0].period", "did you mean period_s?"),
+        (
+            radar,
+            &with("accuracy = { range_m = 0, azimuth_deg = 1 }"),
+            "14: sensors[0].accuracy.range_m",
+            "above 0",
+        ),
+        (radar, &with("accuracy = { range_m = 1 }"), "14: sensors[0].accuracy.azimuth_deg", "missing"),
+        (radar, &with("accuracy = 5"), "14: sensors[0].accuracy = 5", "expected a table"),
+        (radar, &with("classification = {}"), "14: sensors[0].classification.source", "missing"),
+        (
+            radar,
+            &with("classification = { source = \"guess\" }"),
+            "14: sensors[0].classification.source = \"guess\"",
+            "\"special-purpose\" or",
+        ),
+        (
+            radar,
+            &with("classification = { source = \"special-purpose\", octet = 254 }"),
+            "14: sensors[0].classification.octet = 254",
+            "253",
+        ),
+        (
+            radar,
+            &with("classification = { source = \"constant\", value = 1.1 }"),
+            "14: sensors[0].classification.value = 1.1",
+            "between 0 and 1",
+        ),
+        (
+            radar,
+            &with("classification = { source = \"constant\" }"),
+            "14: sensors[0].classification.value",
+            "missing",
+        ),
+        (
+            radar,
+            &with("classification = { source = \"target-classification\", octet = 0 }"),
+            "14: sensors[0].classification.octet",
+            "unknown",
+        ),
+        (
+            "sic = 0",
+            "sic = 0\nmax_range_m = 5",
+            "21: sensors[1].max_range_m = 5",
+            "only a radar has this key",
+        ),
+        (
+            radar,
+            &with("accuracy = { range_m = 5, azimuth_deg = 1, vertical_m = 1 }"),
+            "14: sensors[0].accuracy.vertical_m",
+            "expected here: range_m, azimuth_deg, height_m",
+        ),
+    ]);
+}
+
+#[test]
+fn sensors_as_a_whole() {
+    let start = BASE.find("[[sensors]]").unwrap();
+    let end = BASE.find("[fusion]").unwrap();
+    let air = BASE.find("[[sensors]]\nid = \"air\"").unwrap();
+    check(&[
+        (&BASE[start..end], "", " sensors", "add [[sensors]]"),
+        (&BASE[start..end], "[sensors]\n", "6: sensors", "expected a list"),
+        (&BASE[start..air], "", "6: sensors", "there is no radar"),
+    ]);
+    let more = |kind: &str, sic: u8| {
+        let place = "latitude_deg = 1\nlongitude_deg = 1\nheight_amsl_m = 1\n";
+        let place = if kind == "radar" { place } else { "" };
+        format!("[[sensors]]\nid = \"south\"\nkind = \"{kind}\"\nsac = 25\nsic = {sic}\n{place}\n[fusion]")
+    };
+    check(&[(
+        "[fusion]",
+        &more("radar", 200),
+        "26: sensors[2].sic = 200",
+        "sensors[0] is already the radar with",
+    )]);
+    for (kind, sic) in [("radar", 201), ("transponder", 200)] {
+        parse(&BASE.replace("[fusion]", &more(kind, sic))).unwrap();
+    }
+}
+
+#[test]
+fn lines_to_listen_on_and_to_send_to() {
+    let (input, sink) = (
+        r#"{ group = "239.192.48.1", port = 8048, interface = "127.0.0.1" }"#,
+        "[output]\nasterix = [{ group = \"239.192.129.2\", port = 8130 }]",
+    );
+    let send = |entry: &str| format!("[output]\nasterix = [{{ {entry} }}]");
+    for (new, key, message) in [
+        (r#"{ port = 1 }"#, "", "group or address is missing"),
+        (r#"{ group = "239.0.0.1", address = "127.0.0.1", port = 1 }"#, ".address", "exclude each other"),
+        (r#"{ group = "127.0.0.1", port = 1 }"#, ".group", "224.0.0.0 to 239.255.255.255"),
+        (r#"{ group = "radar.local", port = 1 }"#, ".group", "IPv4 address"),
+        (r#"{ group = "239.0.0.1", port = 1, interface = "eth0" }"#, ".interface = \"eth0\"", "IPv4 address"),
+        (r#"{ group = "239.0.0.1", port = 1, interface = "239.0.0.1" }"#, ".interface", "machine's own"),
+        (
+            r#"{ address = "127.0.0.1", port = 1, interface = "127.0.0.1" }"#,
+            ".interface",
+            "goes with a group",
+        ),
+        (r#"{ address = "239.0.0.1", port = 1 }"#, ".address", "write group"),
+        (r#"{ address = "255.255.255.255", port = 1 }"#, ".address", "broadcast"),
+        (r#"{ address = "127.0.0.1" }"#, ".port", "missing; add the UDP port"),
+        (r#"{ address = "127.0.0.1", port = 0 }"#, ".port = 0", "1 to 65535"),
+        (r#"{ address = "127.0.0.1", port = 65536 }"#, ".port = 65536", "1 to 65535"),
+        (r#"{ address = "127.0.0.1", port = 1, source = "239.0.0.1" }"#, ".source", "one host"),
+        (r#"{ address = "127.0.0.1", port = 1, ttl = 1 }"#, ".ttl", "unknown"),
+        (r#"5"#, " = 5", "expected a table"),
+    ] {
+        check(&[(input, new, &format!("14: sensors[0].inputs[0]{key}"), message)]);
+    }
+    for (entry, key, message) in [
+        (r#"group = "239.0.0.1", port = 1, ttl = 256"#, ".ttl = 256", "0 to 255"),
+        (r#"address = "0.0.0.0", port = 1"#, ".address", "nothing can be sent"),
+        (r#"group = "239.0.0.1", port = 1, source = "127.0.0.1""#, ".source", "unknown"),
+    ] {
+        check(&[(sink, &send(entry), &format!("26: output.asterix[0]{key}"), message)]);
+    }
+}
+
+#[test]
+fn fusion_rules() {
+    let slot = "slot_s = 0.25";
+    for (new, place, message) in [
+        (
+            "profile = \"operational\"",
+            "23: fusion.profile = \"operational\"",
+            "not exist in this version yet",
+        ),
+        ("profile = \"best\"", "23: fusion.profile = \"best\"", "use \"reference\""),
+        ("slot_s = 0", "23: fusion.slot_s = 0", "whole number of milliseconds"),
+        ("slot_s = 0.0005", "23: fusion.slot_s", "whole number of milliseconds"),
+        ("slot_s = -1", "23: fusion.slot_s", "whole number of milliseconds"),
+        (
+            "slot_s = 0.5",
+            "23: fusion.slot_s = 0.5",
+            "latency_s is a whole number of slots (slot_s = 0.5), and 6.25",
+        ),
+        ("latency_s = 6.3", "23: fusion.latency_s = 6.3", "set it to 6.25 or 6.5"),
+        ("latency_s = 0\nmax_future_s = 0", "23: fusion.latency_s = 0", "at least one slot"),
+        ("latency_s = 25", "23: fusion.latency_s = 25", "shorter than window_s"),
+        ("window_s = 6.25", "23: fusion.window_s = 6.25", "shorter than window_s"),
+        ("window_s = 25.1", "23: fusion.window_s", "whole number of slots"),
+        ("window_s = 32.25", "23: fusion.window_s", "at most 128 slots, here 32 seconds"),
+        ("slot_s = 0.125", "23: fusion.slot_s", "at most 128 slots, here 16 seconds"),
+        ("suppress_s = 0.1", "23: fusion.suppress_s", "whole number of slots"),
+        ("suppress_s = 25.25", "23: fusion.suppress_s", "at most window_s"),
+        ("max_future_s = 6.5", "23: fusion.max_future_s", "at most latency_s"),
+        ("max_future_s = -1", "23: fusion.max_future_s", "at least 0"),
+        ("latency_s = 0.75", "23: fusion.latency_s", "max_future_s is at most latency_s"),
+        ("max_gap_s = 0", "23: fusion.max_gap_s", "above 0"),
+        ("max_gap_s = inf", "23: fusion.max_gap_s", "at most 86400"),
+        ("threshold_m = []", "23: fusion.threshold_m = []", "no row"),
+        ("threshold_m = [[1, 2],\n [1, 3]]", "24: fusion.threshold_m[1] = [1, 3]", "rise from row to row"),
+        ("threshold_m = [[0, 0]]", "23: fusion.threshold_m[0][1] = 0", "above 0"),
+        ("threshold_m = [[-1, 2]]", "23: fusion.threshold_m[0][0]", "at least 0"),
+        ("threshold_m = [[1, 2, 3]]", "23: fusion.threshold_m[0] = [1, 2, 3]", "a row is [slant range"),
+        ("threshold_m = 60", "23: fusion.threshold_m = 60", "expected a list"),
+        ("ratio_min = 0", "23: fusion.ratio_min = 0", "above 0 and at most 1"),
+        ("ratio_min = 1.01", "23: fusion.ratio_min", "above 0 and at most 1"),
+        ("min_samples = 0", "23: fusion.min_samples = 0", "at least 1"),
+        ("min_samples = 101", "23: fusion.min_samples = 101", "at most the slots of window_s"),
+        ("weight_radar = -1", "23: fusion.weight_radar = -1", "at least 0"),
+        (
+            "weight_radar = 0\nweight_transponder = 0",
+            "24: fusion.weight_transponder = 0",
+            "both weights are 0",
+        ),
+        ("radar_only_min_s = -1", "23: fusion.radar_only_min_s", "between 0 and 86400"),
+        ("transponder_numbers = { A = 0 }", "23: fusion.transponder_numbers.A = 0", "1 to 429496"),
+        ("transponder_numbers = { A = 429497 }", "23: fusion.transponder_numbers.A", "1 to 429496"),
+        (
+            "transponder_numbers = { A = 1, B = 1 }",
+            "23: fusion.transponder_numbers.B = 1",
+            "A has this number",
+        ),
+        ("transponder_numbers = { \" \" = 1 }", "23: fusion.transponder_numbers.\" \"", "serial is blank"),
+        (
+            "transponder_numbers = { A = 1, \"A \" = 2 }",
+            "23: fusion.transponder_numbers.\"A \"",
+            "there twice",
+        ),
+        (
+            "transponder_numbers = { A234567890123 = 1 }",
+            "23: fusion.transponder_numbers.A234567890123",
+            "12 octets",
+        ),
+        ("latency = 5", "23: fusion.latency", "did you mean latency_s?"),
+        ("ratoi_min = 1", "23: fusion.ratoi_min", "did you mean ratio_min?"),
+        ("colour = 1", "23: fusion.colour", "unknown; expected here: profile, slot_s, latency_s"),
+    ] {
+        check(&[(slot, new, place, message)]);
+    }
+    assert_eq!("operational".parse::<Profile>().unwrap().supported(), Err(ProfileError::Unsupported));
+    let trimmed = parse(&BASE.replace(slot, "transponder_numbers = { \" DRONE 1 \" = 429496 }")).unwrap();
+    assert_eq!(trimmed.fusion.transponder_numbers["DRONE 1"], 429_496);
+}
+
+#[test]
+fn output_http_state_and_areas() {
+    let (output, listen) = ("[output]", "listen = \"127.0.0.1:8080\"");
+    let under = |line: &str| format!("{output}\n{line}");
+    let end = |line: &str| format!("{listen}\n{line}");
+    for (old, new, place, message) in [
+        (output, under("serial = \"uav\""), "26: output.serial = \"uav\"", "\"uas\" or \"track-number\""),
+        (output, under("status = \"yes\""), "26: output.status = \"yes\"", "true or false, without quotes"),
+        (output, under("flush_on_stop = 1"), "26: output.flush_on_stop = 1", "true or false"),
+        (output, under("record = {}"), "26: output.record.dir", "missing"),
+        (
+            output,
+            under("record = { dir = \"r\", rotate_mib = 0 }"),
+            "26: output.record.rotate_mib = 0",
+            "1 to",
+        ),
+        (output, under("record = { dir = \"r\", keep = 0 }"), "26: output.record.keep = 0", "1 to"),
+        (listen, "listen = \"localhost:80\"".into(), "29: http.listen", "such as \"127.0.0.1:8080\""),
+        (listen, "listen = \"0.0.0.0:80\"".into(), "29: http.listen = \"0.0.0.0:80\"", "mode = \"tokens\""),
+        (
+            listen,
+            end("auth = { mode = \"basic\" }"),
+            "30: http.auth.mode = \"basic\"",
+            "\"none\" or \"tokens\"",
+        ),
+        (listen, end("auth = {}"), "30: http.auth.mode", "missing"),
+        (listen, end("[state]\ndir = \"\""), "31: state.dir = \"\"", "blank"),
+        (listen, end("[stat]\ndir = \"x\""), "30: stat", "did you mean state?"),
+        (listen, end("[[areas]]\nkind = \"mask\""), "30: areas[0].file", "missing"),
+        (
+            listen,
+            end("[[areas]]\nkind = \"wall\"\nfile = \"Cargo.toml\""),
+            "31: areas[0].kind",
+            "\"mask\" or",
+        ),
+        (
+            listen,
+            end("[[areas]]\nkind = \"alert\"\nfile = \"no.geojson\""),
+            "32: areas[0].file",
+            "there is no file",
+        ),
+        (
+            listen,
+            end("[[areas]]\nkind = \"coverage\"\nfile = \"Cargo.toml\""),
+            "30: areas[0].sensor",
+            "missing",
+        ),
+        (
+            listen,
+            end("[[areas]]\nkind = \"coverage\"\nfile = \"Cargo.toml\"\nsensor = \"east\""),
+            "33: areas[0].sensor = \"east\"",
+            "the sensors are: north, air",
+        ),
+        (
+            listen,
+            end("[[areas]]\nkind = \"mask\"\nfile = \"Cargo.toml\"\nsensor = \"north\""),
+            "33: areas[0].sensor",
+            "only an area of kind = \"coverage\"",
+        ),
+        (listen, "listen = ".into(), "29", "this is not TOML"),
+        (listen, end(listen), "30", "this is not TOML: duplicate key"),
+    ] {
+        check(&[(old, &new, place, message)]);
+    }
+    let open = parse(&BASE.replace(listen, "listen = \"[::]:80\"\nauth = { mode = \"tokens\" }")).unwrap();
+    assert_eq!(open.http.auth, Auth::Tokens);
+}
+
+#[test]
+fn all_faults_are_reported_in_the_order_of_the_file() {
+    let text = BASE
+        .replace("sac = 25\nsic = 1\n", "sac = 256\n")
+        .replace("52.5", "152.5")
+        .replace("slot_s", "slot")
+        .replace("port = 8130", "port = \"8130\"");
+    let errors = parse_with(&text, &[("UTM_FUSION__HTTP__LISTEN", "8080")]).unwrap_err();
+    let places: Vec<_> = errors.iter().map(|error| (error.place.clone(), error.key.as_str())).collect();
+    let line = Place::Line;
+    let variable = Place::Variable("UTM_FUSION__HTTP__LISTEN".into());
+    assert_eq!(
+        places,
+        [
+            (line(1), "site.sic"),
+            (line(3), "site.sac"),
+            (line(10), "sensors[0].latitude_deg"),
+            (line(22), "fusion.slot"),
+            (line(25), "output.asterix[0].port"),
+            (variable, "http.listen"),
+        ]
+    );
+    let shown = errors.to_string();
+    assert!(
+        shown.contains(
+            "site.toml:10: sensors[0].latitude_deg = 152.5: a latitude is between -90 and 90 degrees; "
+        ),
+        "{shown}"
+    );
+    assert!(shown.contains("environment variable UTM_FUSION__HTTP__LISTEN: http.listen = 8080: "), "{shown}");
+}

@@ -1,0 +1,147 @@
+//! The file as a tree of values, each with the place where it was written.
+
+use std::collections::BTreeMap;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::error::Place;
+use super::reader::Faults;
+
+/// A value and where it was written.
+#[derive(Clone, Debug)]
+pub(super) struct Node {
+    pub(super) place: Place,
+    pub(super) value: Value,
+}
+
+/// The tables of the tree: the line of a key is that of its name.
+pub(super) type Table = BTreeMap<String, Node>;
+
+/// A TOML value.
+#[derive(Clone, Debug)]
+pub(super) enum Value {
+    Table(Table),
+    List(Vec<Node>),
+    Text(String),
+    Whole(i64),
+    Number(f64),
+    Flag(bool),
+    Date(String),
+}
+
+/// The tree of `text`; incomplete where `faults` got something.
+pub(super) fn parse(text: &str, faults: &Faults) -> Table {
+    let lines = Lines::of(text);
+    let (root, mut errors) = DeTable::parse_recoverable(text);
+    // The recovery stumbles several times over one mistake: the first of a line tells.
+    errors.sort_by_key(|error| error.span().map(|span| span.start));
+    let mut last = None;
+    for error in errors {
+        let place = error.span().map_or(Place::File, |span| lines.place(span.start));
+        if last.as_ref() != Some(&place) {
+            faults.add(&place, "", None, format!("this is not TOML: {}", error.message()));
+        }
+        last = Some(place);
+    }
+    if faults.any() { Table::new() } else { table(root.get_ref(), &|at| lines.place(at)) }
+}
+
+/// The value of a variable: TOML where it is, else text.
+pub(super) fn parse_variable(name: &str, text: &str) -> Node {
+    let place = || Place::Variable(name.to_owned());
+    match DeValue::parse(text.trim()) {
+        Ok(read) => Node { place: place(), value: value(read.get_ref(), &|_| place()) },
+        Err(_) => Node { place: place(), value: Value::Text(text.to_owned()) },
+    }
+}
+
+fn table(entries: &DeTable<'_>, place: &dyn Fn(usize) -> Place) -> Table {
+    entries
+        .iter()
+        .map(|(key, entry)| {
+            let node = Node { place: place(key.span().start), value: value(entry.get_ref(), place) };
+            (key.get_ref().to_string(), node)
+        })
+        .collect()
+}
+
+fn value(read: &DeValue<'_>, place: &dyn Fn(usize) -> Place) -> Value {
+    match read {
+        DeValue::Table(entries) => Value::Table(table(entries, place)),
+        DeValue::Array(list) => {
+            let node = |entry: &Spanned<DeValue<'_>>| Node {
+                place: place(entry.span().start),
+                value: value(entry.get_ref(), place),
+            };
+            Value::List(list.iter().map(node).collect())
+        }
+        DeValue::String(text) => Value::Text(text.to_string()),
+        // One beyond 64 bits is beyond every range that is asked for.
+        DeValue::Integer(whole) => i64::from_str_radix(whole.as_str(), whole.radix())
+            .map_or(Value::Number(f64::INFINITY), Value::Whole),
+        DeValue::Float(number) => number.as_str().parse().map_or(Value::Number(f64::NAN), Value::Number),
+        DeValue::Boolean(flag) => Value::Flag(*flag),
+        DeValue::Datetime(date) => Value::Date(date.to_string()),
+    }
+}
+
+/// Where the lines of a text begin.
+struct Lines(Vec<usize>);
+
+impl Lines {
+    fn of(text: &str) -> Self {
+        Self(text.match_indices('\n').map(|(at, _)| at + 1).collect())
+    }
+
+    fn place(&self, offset: usize) -> Place {
+        Place::Line(1 + self.0.partition_point(|&start| start <= offset))
+    }
+}
+
+impl Value {
+    /// What it is, for "found …".
+    pub(super) const fn kind(&self) -> &'static str {
+        match self {
+            Self::Table(_) => "a table",
+            Self::List(_) => "a list",
+            Self::Text(_) => "text",
+            Self::Whole(_) => "a whole number",
+            Self::Number(_) => "a number with a fraction",
+            Self::Flag(_) => "true or false",
+            Self::Date(_) => "a date or time",
+        }
+    }
+
+    /// As TOML where that is short; a table never is.
+    pub(super) fn shown(&self) -> Option<String> {
+        const LONGEST: usize = 60;
+        let shown = match self {
+            Self::Table(_) => return None,
+            Self::List(list) => {
+                let parts: Option<Vec<_>> = list.iter().map(|node| node.value.shown()).collect();
+                format!("[{}]", parts?.join(", "))
+            }
+            Self::Text(text) => quoted(text),
+            Self::Whole(whole) => whole.to_string(),
+            Self::Number(number) => format!("{number:?}"),
+            Self::Flag(flag) => flag.to_string(),
+            Self::Date(date) => date.clone(),
+        };
+        (shown.chars().count() <= LONGEST).then_some(shown)
+    }
+}
+
+/// `text` as a TOML string on one line.
+pub(super) fn quoted(text: &str) -> String {
+    let mut out = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => out.extend(['\\', c]),
+            c if c.is_control() => out.push_str(&format!("\\u{:04X}", u32::from(c))),
+            c => out.push(c),
+        }
+    }
+    out.push('"');
+    out
+}

@@ -1,0 +1,362 @@
+//! What a configuration holds, with units. Every value here has passed the rules of its reader.
+
+use std::collections::BTreeMap;
+use std::net::{Ipv4Addr, SocketAddr};
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use jiff::SignedDuration;
+
+/// The engine keeps sets of slots in 128-bit words.
+pub const MAX_WINDOW_SLOTS: u32 = 128;
+
+/// `[site]`: the service itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Site {
+    /// Shown on the interfaces.
+    pub name: String,
+    /// System area code of what the service sends (I129/010).
+    pub sac: u8,
+    /// System identification code of what the service sends (I129/010).
+    pub sic: u8,
+    /// Geoid above the ellipsoid, metres; `None`: EGM96 at the first radar.
+    pub geoid_undulation_m: Option<f64>,
+}
+
+/// `[[sensors]]`: a source of reports. (kind, SAC, SIC) is unique, and never the service's own SAC and SIC.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sensor {
+    /// Unique, of letters, digits, `_` and `-`: it becomes part of track ids.
+    pub id: String,
+    /// System area code of its records.
+    pub sac: u8,
+    /// System identification code of its records.
+    pub sic: u8,
+    /// Seconds between two reports of one target; `None`: not stated (0.25 where a radar's is needed).
+    pub period_s: Option<f64>,
+    /// Where to listen for it live; several are redundant lines. A replay does not need any.
+    pub inputs: Vec<Input>,
+    /// What kind it is, and what only that kind has.
+    pub kind: SensorKind,
+}
+
+/// Radar (CAT048) or transponder receiver (CAT129).
+#[derive(Clone, Debug, PartialEq)]
+pub enum SensorKind {
+    /// Plots, CAT048.
+    Radar(Radar),
+    /// Position reports of equipped drones, CAT129.
+    Transponder(Transponder),
+}
+
+/// What only a radar has.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Radar {
+    /// WGS-84 latitude, degrees, north positive.
+    pub latitude_deg: f64,
+    /// WGS-84 longitude, degrees, east positive.
+    pub longitude_deg: f64,
+    /// Height of the antenna above mean sea level, metres.
+    pub height_amsl_m: f64,
+    /// Added to every azimuth, degrees clockwise.
+    pub bearing_correction_deg: f64,
+    /// Instrumented range, metres; not used by the `reference` profile.
+    pub max_range_m: Option<f64>,
+    /// Height above mean sea level, metres, that gives a plot without I048/110 its horizontal position; by default
+    /// the radar's own.
+    pub assumed_height_amsl_m: f64,
+    /// Where a plot states its UAV probability.
+    pub classification: Classification,
+    /// One standard deviation of a plot.
+    pub accuracy: Option<RadarAccuracy>,
+}
+
+/// Where a plot states how likely it is a UAV: CAT048 has no item for it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Classification {
+    /// An octet n of I048/SP, counted from 0 after the length octet: n / 255.
+    SpecialPurpose {
+        /// 0 to 253.
+        octet: usize,
+    },
+    /// The codes of I048/030: birds, vehicles, wind turbines and the like are 0, everything else 1.
+    TargetClassification,
+    /// One probability for every plot.
+    Constant {
+        /// 0 to 1.
+        value: f64,
+    },
+}
+
+/// Standard deviations of a plot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RadarAccuracy {
+    /// Slant range, metres.
+    pub range_m: f64,
+    /// Azimuth, degrees.
+    pub azimuth_deg: f64,
+    /// Height, metres; `None` for a radar that measures none.
+    pub height_m: Option<f64>,
+}
+
+/// What only a transponder receiver has.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Transponder {
+    /// One standard deviation of a report.
+    pub accuracy: Option<TransponderAccuracy>,
+}
+
+/// Standard deviations of a transponder report.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TransponderAccuracy {
+    /// Horizontal, metres.
+    pub horizontal_m: f64,
+    /// Vertical, metres.
+    pub vertical_m: f64,
+}
+
+/// A UDP line to listen on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Input {
+    /// The group to join, or the local address to bind (`0.0.0.0`: all).
+    pub address: Address,
+    /// UDP port.
+    pub port: u16,
+    /// Only datagrams from here count; a group is joined source-specifically.
+    pub source: Option<Ipv4Addr>,
+}
+
+/// A UDP destination.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Sink {
+    /// The group or host to send to.
+    pub address: Address,
+    /// UDP port.
+    pub port: u16,
+    /// Time to live, hops; by default 1 for a group and 64 for a host.
+    pub ttl: u8,
+}
+
+/// A multicast group or a single address.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Address {
+    /// `group`, 224.0.0.0/4.
+    Multicast {
+        /// The group.
+        group: Ipv4Addr,
+        /// Address of the network interface to use; `0.0.0.0` leaves it to the routing table.
+        interface: Ipv4Addr,
+    },
+    /// `address`.
+    Unicast(Ipv4Addr),
+}
+
+/// Which rules the engine follows. The default is `reference`; `operational` becomes it once it exists.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Profile {
+    /// The published algorithm and nothing else.
+    #[default]
+    Reference,
+    /// Better estimation from the same inputs; not in this version, see [`Profile::supported`].
+    Operational,
+}
+
+/// Why a profile is refused, in the file and on the command line alike.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ProfileError {
+    /// A profile of a later version.
+    #[error("the profile \"operational\" does not exist in this version yet; use \"reference\"")]
+    Unsupported,
+    /// Not a profile.
+    #[error("there is no such profile; use \"reference\"")]
+    Unknown,
+}
+
+impl Profile {
+    /// The profile's name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Reference => "reference",
+            Self::Operational => "operational",
+        }
+    }
+
+    /// The profile itself where this version has it.
+    ///
+    /// # Errors
+    /// [`ProfileError::Unsupported`] for [`Profile::Operational`].
+    pub const fn supported(self) -> Result<Self, ProfileError> {
+        match self {
+            Self::Reference => Ok(self),
+            Self::Operational => Err(ProfileError::Unsupported),
+        }
+    }
+}
+
+/// By name; also the names of profiles that this version does not have.
+impl FromStr for Profile {
+    type Err = ProfileError;
+
+    fn from_str(name: &str) -> Result<Self, ProfileError> {
+        match name {
+            "reference" => Ok(Self::Reference),
+            "operational" => Ok(Self::Operational),
+            _ => Err(ProfileError::Unknown),
+        }
+    }
+}
+
+/// `[fusion]`: the engine. Its [`Default`] is that of an empty section.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fusion {
+    /// The rules it follows.
+    pub profile: Profile,
+    /// Length of a slot: whole milliseconds.
+    pub slot: SignedDuration,
+    /// A slot is emitted this many slots after it opened; at least 1, below `window_slots`.
+    pub latency_slots: u32,
+    /// Slots of the window, newest included; at most [`MAX_WINDOW_SLOTS`].
+    pub window_slots: u32,
+    /// A report further ahead of its reception is dropped; 0 to the latency.
+    pub max_future: SignedDuration,
+    /// Nothing is interpolated between two transponder reports further apart.
+    pub max_gap: SignedDuration,
+    /// Association distance in metres over slant range in metres: rows (range, distance) of rising range, linear
+    /// between them and constant beyond the ends.
+    pub threshold_m: Vec<(f64, f64)>,
+    /// Share of a pair's common slots within the threshold that associates it; above 0, at most 1.
+    pub ratio_min: f64,
+    /// Common slots that a pair needs; 1 to `window_slots`.
+    pub min_samples: u32,
+    /// Weight of the radar's position in the mean.
+    pub weight_radar: f64,
+    /// Weight of the transponder's position in the mean.
+    pub weight_transponder: f64,
+    /// A radar track alone is put out after more than this time with UAV probability, seconds.
+    pub radar_only_min_s: f64,
+    /// A transponder alone is held back this many slots before and after an association.
+    pub suppress_slots: u32,
+    /// Transponder number of a serial (I129/040, trimmed).
+    pub transponder_numbers: BTreeMap<String, u32>,
+}
+
+impl Fusion {
+    /// How long after it opened a slot is emitted.
+    pub fn latency(&self) -> SignedDuration {
+        self.slot.saturating_mul(self.latency_slots as i32)
+    }
+
+    /// The length of the window.
+    pub fn window(&self) -> SignedDuration {
+        self.slot.saturating_mul(self.window_slots as i32)
+    }
+
+    /// How long before and after an association a transponder alone is held back.
+    pub fn suppress(&self) -> SignedDuration {
+        self.slot.saturating_mul(self.suppress_slots as i32)
+    }
+}
+
+impl Default for Fusion {
+    fn default() -> Self {
+        Self {
+            profile: Profile::default(),
+            slot: SignedDuration::from_millis(250),
+            latency_slots: 25,
+            window_slots: 100,
+            max_future: SignedDuration::from_secs(1),
+            max_gap: SignedDuration::from_secs(25),
+            threshold_m: vec![(0.0, 60.0), (333.33, 60.0), (4333.33, 300.0)],
+            ratio_min: 0.9,
+            min_samples: 4,
+            weight_radar: 1.0,
+            weight_transponder: 10.0,
+            radar_only_min_s: 8.0,
+            suppress_slots: 16,
+            transponder_numbers: BTreeMap::new(),
+        }
+    }
+}
+
+/// `[[areas]]`: a file of polygons and what they are for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Area {
+    /// What the polygons are for.
+    pub kind: AreaKind,
+    /// GeoJSON; an absolute path (in the file it is relative to the configuration).
+    pub file: PathBuf,
+}
+
+/// What the polygons of an area are for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum AreaKind {
+    /// Plots inside are dropped.
+    Mask,
+    /// Where a sensor sees.
+    Coverage {
+        /// The id of that sensor.
+        sensor: String,
+    },
+    /// Tracks inside raise an alert.
+    Alert,
+}
+
+/// `[output]`: what is sent and recorded.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Output {
+    /// Where the fused CAT129 goes.
+    pub asterix: Vec<Sink>,
+    /// What I129/040 holds.
+    pub serial: SerialSource,
+    /// A CAT065 service status each second on the sinks.
+    pub status: bool,
+    /// What the window still holds is emitted when the service stops.
+    pub flush_on_stop: bool,
+    /// Recording of what arrives.
+    pub record: Option<Record>,
+}
+
+/// What I129/040 of a fused or transponder-only record holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SerialSource {
+    /// The aircraft's own serial.
+    Uas,
+    /// The track number, for readers that know only this item.
+    TrackNumber,
+}
+
+/// Recording into rotating capture files.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Record {
+    /// Directory, relative to the working directory.
+    pub dir: PathBuf,
+    /// A new file starts at this size, MiB.
+    pub rotate_mib: u32,
+    /// The newest files that are kept.
+    pub keep: u32,
+}
+
+/// `[http]`: the HTTP service.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Http {
+    /// Address and port; port 0 takes a free one.
+    pub listen: SocketAddr,
+    /// Who may use it.
+    pub auth: Auth,
+}
+
+/// Who may use the HTTP service.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Auth {
+    /// Everybody; on a loopback address only.
+    None,
+    /// Holders of a bearer token.
+    Tokens,
+}
+
+/// `[state]`: what outlives a restart.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct State {
+    /// Directory, relative to the working directory.
+    pub dir: PathBuf,
+}

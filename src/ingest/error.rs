@@ -1,0 +1,113 @@
+//! What can go wrong with a capture, in words that say where it is and what to do.
+//!
+//! Messages carry their cause, so that one line in a log is enough.
+
+use std::io;
+
+use thiserror::Error;
+
+/// A capture that cannot be read at all.
+#[derive(Debug, Error)]
+pub enum OpenError {
+    /// The file does not open: missing, no permission, …
+    #[error("{name}: cannot be opened: {cause}; check the path and its permissions")]
+    Open {
+        /// Its path.
+        name: String,
+        /// What the system says.
+        cause: io::Error,
+    },
+    /// A directory where a file is expected.
+    #[error("{name}: is a directory; give the capture files in it, one by one")]
+    Directory {
+        /// Its path.
+        name: String,
+    },
+    /// The first octets cannot be read.
+    #[error("{name}: cannot be read: {cause}")]
+    Read {
+        /// Its path.
+        name: String,
+        /// What the system says.
+        cause: io::Error,
+    },
+    /// Not one octet.
+    #[error("{name}: is empty; did the recording start, was the disk full?")]
+    Empty {
+        /// Its path.
+        name: String,
+    },
+    /// Something this program does not read.
+    #[error("{name}: is not a capture: it looks like {found}; {advice}")]
+    Foreign {
+        /// Its path.
+        name: String,
+        /// What it looks like, or its first octets in hexadecimal.
+        found: String,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// A pcap that ends inside its file header.
+    #[error("{name}: is a pcap of {octets} octets, cut inside its file header of 24; nothing can be saved")]
+    HeaderCut {
+        /// Its path.
+        name: String,
+        /// Its size.
+        octets: usize,
+    },
+    /// A pcap whose frames begin with something else than the supported link headers.
+    #[error(
+        "{name}: is a pcap of link type {number} ({link}), which cannot be read; \
+         capture on an Ethernet or loopback interface, or with `-i any`"
+    )]
+    LinkType {
+        /// Its path.
+        name: String,
+        /// The number in the file header.
+        number: u16,
+        /// Its usual name, or `unknown`.
+        link: &'static str,
+    },
+}
+
+/// Damage that ends a capture. What came before it was read and holds.
+#[derive(Debug, Error)]
+#[error("{name}: at offset {offset}: {damage}")]
+pub struct ReadError {
+    /// Path of the capture.
+    pub name: String,
+    /// Offset in the file of the record that could not be read.
+    pub offset: u64,
+    /// What is wrong.
+    pub damage: Damage,
+}
+
+/// What is wrong at the offset of a [`ReadError`].
+#[derive(Debug, Error)]
+pub enum Damage {
+    /// The system refuses to go on.
+    #[error("cannot be read further: {0}; check the disk or the connection and try again")]
+    Io(#[from] io::Error),
+    /// The file ends inside a pcap record.
+    #[error(
+        "the file ends in the middle of a pcap record ({present} of {needed} octets); the recording was cut off \
+         (process killed, disk full, or still being written?), all records before it are complete and were read"
+    )]
+    Cut {
+        /// Octets of the record that are there, its header included.
+        present: usize,
+        /// Octets it needs; at least 16, the size of its header.
+        needed: usize,
+    },
+    /// A pcap record longer than any frame: the file is damaged, or an earlier length was wrong.
+    #[error(
+        "a pcap record claims {length} octets (at most {most} are possible); the file is damaged from here on, all \
+         records before it were read; copy it again from where it was recorded"
+    )]
+    Absurd {
+        /// Octets of the frame as the record header says.
+        length: usize,
+        /// The limit.
+        most: usize,
+    },
+}

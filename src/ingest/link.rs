@@ -1,0 +1,143 @@
+//! From a captured frame down to the payload of its UDP datagram.
+
+use std::fmt;
+use std::ops::Range;
+
+use etherparse::err::packet::SliceError;
+use etherparse::{EtherType, IpNumber, LaxSlicedPacket, UdpSlice, ether_type};
+
+use super::skipped::SkipReason;
+
+/// The header every frame of a capture begins with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LinkType {
+    /// Ethernet II, with or without VLAN tags.
+    Ethernet,
+    /// What Linux gives for `-i any`, version 1.
+    LinuxCooked,
+    /// What Linux gives for `-i any`, version 2.
+    LinuxCooked2,
+    /// No link header: an IPv4 or IPv6 packet.
+    RawIp,
+    /// BSD and macOS loopback: an address family in 4 octets.
+    Loopback,
+}
+
+impl LinkType {
+    /// The link type with this number in a capture file (<https://www.tcpdump.org/linktypes.html>).
+    pub(super) fn from_number(number: u16) -> Option<Self> {
+        match number {
+            0 | 108 => Some(Self::Loopback),
+            1 => Some(Self::Ethernet),
+            // 12 and 14 are what BSD systems wrote for 101; 228 and 229 are restricted to one version of IP.
+            12 | 14 | 101 | 228 | 229 => Some(Self::RawIp),
+            113 => Some(Self::LinuxCooked),
+            276 => Some(Self::LinuxCooked2),
+            _ => None,
+        }
+    }
+
+    /// What `frame` carries, and where that begins; `None` if the frame is shorter than the link header.
+    fn ether_type(self, frame: &[u8]) -> Option<(EtherType, usize)> {
+        let (place, header) = match self {
+            Self::Ethernet => (12, 14),
+            Self::LinuxCooked => (14, 16),
+            Self::LinuxCooked2 => (0, 20),
+            // `IPV4` stands for both: the version is taken from the packet itself.
+            Self::RawIp => return Some((ether_type::IPV4, 0)),
+            Self::Loopback => {
+                let family = frame.first_chunk::<4>()?;
+                let ether_type = if is_ip_family(*family) { ether_type::IPV4 } else { EtherType(0) };
+                return Some((ether_type, 4));
+            }
+        };
+        let number = frame.get(..header)?.get(place..)?.first_chunk::<2>()?;
+        Some((EtherType(u16::from_be_bytes(*number)), header))
+    }
+}
+
+impl fmt::Display for LinkType {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Ethernet => "Ethernet",
+            Self::LinuxCooked => "Linux cooked",
+            Self::LinuxCooked2 => "Linux cooked v2",
+            Self::RawIp => "raw IP",
+            Self::Loopback => "loopback",
+        })
+    }
+}
+
+/// Whether an address family is IPv4 or IPv6. The number is in the byte order of the machine that captured (108: in
+/// network order), and every system has its own for IPv6: 24, 28, 30 (BSDs and macOS), 10 (Linux), 23 (Windows).
+fn is_ip_family(family: [u8; 4]) -> bool {
+    let number = match family {
+        [number, 0, 0, 0] | [0, 0, 0, number] => number,
+        _ => return false,
+    };
+    matches!(number, 2 | 10 | 23 | 24 | 28 | 30)
+}
+
+/// Where in `frame` the payload of its UDP datagram lies. Padding after the UDP length is not part of it.
+///
+/// A frame cut by the capture is fine as long as the whole datagram is there.
+pub(super) fn udp_payload(link: LinkType, frame: &[u8]) -> Result<Range<usize>, SkipReason> {
+    let (ether_type, start) = link.ether_type(frame).ok_or(SkipReason::Truncated)?;
+    let packet = LaxSlicedPacket::from_ether_type(ether_type, &frame[start..]);
+    let error = packet.stop_err.as_ref().map(|(error, _)| match error {
+        SliceError::Len(_) => SkipReason::Truncated,
+        _ => SkipReason::Malformed,
+    });
+    let Some(ip) = packet.ip_payload() else {
+        // An address resolution packet that is cut is still none of ours.
+        let arp = packet.net.is_some() || ether_type == ether_type::ARP;
+        return Err(error.filter(|_| !arp).unwrap_or(SkipReason::NotIp));
+    };
+    if ip.fragmented {
+        return Err(SkipReason::Fragment);
+    }
+    // The slicing stopped at an extension header; behind it there may have been a datagram. That a TCP or ICMP header
+    // is broken is not of interest.
+    if let Some(reason) = error
+        && ip.ip_number.is_ipv6_ext_header_value()
+    {
+        return Err(reason);
+    }
+    if ip.ip_number != IpNumber::UDP {
+        return Err(SkipReason::NotUdp);
+    }
+    let lacks = if ip.incomplete { SkipReason::Truncated } else { SkipReason::Malformed };
+    let payload = UdpSlice::from_slice(ip.payload).map_err(|_| lacks)?.payload();
+    let start = payload.as_ptr().addr() - frame.as_ptr().addr();
+    Ok(start..start + payload.len())
+}
+
+/// What a link type that cannot be read is usually called.
+pub(super) fn usual_name(number: u16) -> &'static str {
+    match number {
+        6 => "Token Ring",
+        8 => "SLIP",
+        9 | 50 => "PPP",
+        10 => "FDDI",
+        51 => "PPPoE",
+        104 => "Cisco HDLC",
+        105 => "IEEE 802.11",
+        107 => "Frame Relay",
+        117 => "OpenBSD pflog",
+        119 => "IEEE 802.11 with Prism header",
+        127 => "IEEE 802.11 with radiotap header",
+        147..=162 => "private use",
+        163 => "IEEE 802.11 with AVS header",
+        187 | 201 => "Bluetooth HCI",
+        189 | 220 => "Linux USB",
+        192 => "PPI",
+        195 | 215 | 230 => "IEEE 802.15.4",
+        227 => "SocketCAN",
+        239 => "Linux NFLOG",
+        249 => "USBPcap",
+        251 | 256 => "Bluetooth Low Energy",
+        252 => "Wireshark upper PDU",
+        253 => "Linux netlink",
+        _ => "unknown",
+    }
+}

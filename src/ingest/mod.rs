@@ -1,0 +1,197 @@
+//! Captures in: files and pipes become a stream of [`Datagram`]s, in the order of the file.
+//!
+//! | format | recognised by | one [`Datagram`] is | reception time |
+//! |---|---|---|---|
+//! | raw ASTERIX | a plausible first block (see `recognise.rs`) | one data block: CAT, LEN, records | none |
+//! | pcap | `a1b2c3d4` or `a1b23c4d`, either byte order | the payload of one UDP datagram | of the capture |
+//!
+//! The name of a file says nothing. Memory is bounded by one window over the file, whatever its size. What cannot be a
+//! datagram (ARP, TCP, fragments, …) is passed over and counted in [`Skipped`]; damage ends the capture with a
+//! [`ReadError`] that says where. Nothing here looks into a block: broken ASTERIX is for the decoder to report.
+//!
+//! A further format takes a file of its own, a line in `recognise.rs`, and a variant of [`Format`] and of `Reader`.
+
+mod error;
+mod link;
+mod merge;
+mod pcap;
+mod raw;
+mod recognise;
+mod skipped;
+mod window;
+
+use std::fmt;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+use crate::time::Time;
+use recognise::Kind;
+use window::Window;
+
+pub use error::{Damage, OpenError, ReadError};
+pub use link::LinkType;
+pub use merge::{Merged, Reception, ReceptionKind};
+pub use pcap::Resolution;
+pub use skipped::{SkipReason, Skipped};
+
+/// One UDP datagram of a capture, or one data block of a raw file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Datagram {
+    /// When the capture says it arrived; `None` in a file without reception times.
+    pub received: Option<Time>,
+    /// Offset in the file of the payload's first octet.
+    pub origin: u64,
+    /// What the sender put into the datagram, without link, IP and UDP headers and without padding: at most 65,535
+    /// octets. In a raw file one block with its CAT and LEN; the last one may be what follows the last whole block.
+    pub payload: Vec<u8>,
+}
+
+/// What a capture turned out to be. `Display` is for people: `pcap (Ethernet, nanoseconds)`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Concatenated ASTERIX data blocks, nothing else.
+    Raw,
+    /// Classic pcap.
+    Pcap {
+        /// What every frame begins with.
+        link: LinkType,
+        /// Unit of the fraction in its time stamps.
+        resolution: Resolution,
+    },
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Raw => f.write_str("raw ASTERIX"),
+            Self::Pcap { link, resolution } => write!(f, "pcap ({link}, {resolution})"),
+        }
+    }
+}
+
+/// An open capture: iterate over it to get its datagrams. After an error the iteration is over.
+pub struct Capture {
+    name: String,
+    size: Option<u64>,
+    format: Format,
+    window: Window,
+    reader: Reader,
+    skipped: Skipped,
+    ended: bool,
+}
+
+enum Reader {
+    Raw,
+    Pcap(pcap::Pcap),
+}
+
+impl Capture {
+    /// Opens the file at `path`; `-` is standard input.
+    ///
+    /// # Errors
+    /// The file cannot be opened or read, is empty, or is nothing this program reads; the message says what it is.
+    pub fn open(path: &Path) -> Result<Self, OpenError> {
+        if path == Path::new("-") {
+            return Self::from_reader("standard input".to_owned(), Box::new(io::stdin()), None);
+        }
+        let name = path.display().to_string();
+        let cannot = |cause| OpenError::Open { name: name.clone(), cause };
+        #[expect(clippy::disallowed_methods, reason = "this is the place where captures are opened")]
+        let file = File::open(path).map_err(cannot)?;
+        let metadata = file.metadata().map_err(cannot)?;
+        if metadata.is_dir() {
+            return Err(OpenError::Directory { name });
+        }
+        // A pipe or a device has no size to show progress against.
+        let size = metadata.is_file().then_some(metadata.len());
+        Self::from_reader(name, Box::new(file), size)
+    }
+
+    /// Reads a capture from any reader, which needs no buffer of its own. `name` appears in every message; `size`, in
+    /// octets, is only handed on to [`Capture::size`].
+    ///
+    /// # Errors
+    /// As [`Capture::open`].
+    pub fn from_reader(
+        name: String,
+        reader: Box<dyn Read + Send>,
+        size: Option<u64>,
+    ) -> Result<Self, OpenError> {
+        let mut window = Window::new(reader);
+        let kind = match recognise::recognise(&mut window) {
+            Ok(kind) => kind,
+            Err(cause) => return Err(OpenError::Read { name, cause }),
+        };
+        let (format, reader) = match kind {
+            Kind::Raw => (Format::Raw, Reader::Raw),
+            Kind::Pcap => {
+                let pcap = pcap::Pcap::open(&name, &mut window)?;
+                (Format::Pcap { link: pcap.link(), resolution: pcap.resolution() }, Reader::Pcap(pcap))
+            }
+            Kind::Empty => return Err(OpenError::Empty { name }),
+            Kind::Foreign { found, advice } => return Err(OpenError::Foreign { name, found, advice }),
+        };
+        Ok(Self { name, size, format, window, reader, skipped: Skipped::default(), ended: false })
+    }
+
+    /// What messages call this capture: its path, or `standard input`.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What it was recognised as.
+    pub fn format(&self) -> &Format {
+        &self.format
+    }
+
+    /// Size of the file in octets; `None` for standard input and pipes.
+    pub fn size(&self) -> Option<u64> {
+        self.size
+    }
+
+    /// Octets consumed so far, for a progress bar. Less than the size at the end only if damage ended the capture.
+    pub fn consumed(&self) -> u64 {
+        self.window.position()
+    }
+
+    /// Frames passed over so far because they hold no whole UDP datagram.
+    pub fn skipped(&self) -> &Skipped {
+        &self.skipped
+    }
+}
+
+impl Iterator for Capture {
+    type Item = Result<Datagram, ReadError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.ended {
+            return None;
+        }
+        let next = match &mut self.reader {
+            Reader::Raw => raw::next(&mut self.window, &mut self.ended),
+            Reader::Pcap(pcap) => pcap.next(&mut self.window, &mut self.skipped),
+        };
+        match next {
+            Ok(Some(datagram)) => Some(Ok(datagram)),
+            Ok(None) => {
+                self.ended = true;
+                None
+            }
+            Err(damage) => {
+                self.ended = true;
+                Some(Err(ReadError { name: self.name.clone(), offset: self.window.position(), damage }))
+            }
+        }
+    }
+}
+
+impl fmt::Debug for Capture {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Capture")
+            .field("name", &self.name)
+            .field("format", &self.format)
+            .field("consumed", &self.consumed())
+            .finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,140 @@
+//! Classic pcap: a file header of 24 octets, then records of a 16-octet header and a frame each.
+//!
+//! The layout is `pcap-parser`'s business; where octets come from, where they end and what that means is decided here.
+//! The header's time zone correction is ignored, as every known reader and writer does: time stamps are UTC.
+
+use std::fmt;
+
+use pcap_parser::nom::{Err as Outcome, Needed};
+use pcap_parser::{PcapHeader, parse_pcap_frame, parse_pcap_frame_be, parse_pcap_header};
+
+use super::error::Damage;
+use super::link::{self, LinkType};
+use super::skipped::Skipped;
+use super::window::Window;
+use super::{Datagram, OpenError};
+use crate::time::{SECOND, Time};
+
+/// Octets of the file header.
+const FILE_HEADER: usize = 24;
+/// Octets of a record's header: seconds, fraction, captured length, original length.
+const RECORD_HEADER: usize = 16;
+/// Longest frame a record may hold: the limit of libpcap and Wireshark, whatever the header's snapshot length says
+/// (which is 0 in some files).
+const LONGEST_FRAME: usize = 262_144;
+
+/// Unit of the fraction in a time stamp.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Resolution {
+    /// The usual one.
+    Microseconds,
+    /// `tcpdump --time-stamp-precision=nano`, and what `utm-fusion record` writes.
+    Nanoseconds,
+}
+
+impl fmt::Display for Resolution {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Microseconds => "microseconds",
+            Self::Nanoseconds => "nanoseconds",
+        })
+    }
+}
+
+/// What the file header says about all records.
+pub(super) struct Pcap {
+    link: LinkType,
+    resolution: Resolution,
+    big_endian: bool,
+}
+
+impl Pcap {
+    /// Reads the file header, of which the magic number has been recognised.
+    pub(super) fn open(name: &str, window: &mut Window) -> Result<Self, OpenError> {
+        let octets = match window.peek(FILE_HEADER) {
+            Ok(octets) => octets,
+            Err(cause) => return Err(OpenError::Read { name: name.to_owned(), cause }),
+        };
+        let Ok((_, header)) = parse_pcap_header(octets) else {
+            return Err(OpenError::HeaderCut { name: name.to_owned(), octets: octets.len() });
+        };
+        window.consume(FILE_HEADER);
+        Self::from_header(&header).map_err(|number| OpenError::LinkType {
+            name: name.to_owned(),
+            number,
+            link: link::usual_name(number),
+        })
+    }
+
+    fn from_header(header: &PcapHeader) -> Result<Self, u16> {
+        // The upper half of the field is not part of the link type: it may say how long the frame check sequence is,
+        // which lies behind the IP packet and is never looked at.
+        let number = header.network.0 as u16;
+        let link = LinkType::from_number(number).ok_or(number)?;
+        let resolution =
+            if header.is_nanosecond_precision() { Resolution::Nanoseconds } else { Resolution::Microseconds };
+        Ok(Self { link, resolution, big_endian: header.is_bigendian() })
+    }
+
+    pub(super) fn link(&self) -> LinkType {
+        self.link
+    }
+
+    pub(super) fn resolution(&self) -> Resolution {
+        self.resolution
+    }
+
+    /// The next UDP datagram; frames without one are counted in `skipped`.
+    pub(super) fn next(
+        &self,
+        window: &mut Window,
+        skipped: &mut Skipped,
+    ) -> Result<Option<Datagram>, Damage> {
+        let parse = if self.big_endian { parse_pcap_frame_be } else { parse_pcap_frame };
+        let mut needed = RECORD_HEADER;
+        loop {
+            let position = window.position();
+            let octets = window.peek(needed)?;
+            if octets.is_empty() {
+                return Ok(None);
+            }
+            if octets.len() < needed {
+                return Err(Damage::Cut { present: octets.len(), needed });
+            }
+            match parse(octets) {
+                Ok((rest, record)) => {
+                    let length = octets.len() - rest.len();
+                    let datagram = link::udp_payload(self.link, record.data).map(|range| Datagram {
+                        received: Some(self.time(record.ts_sec, record.ts_usec)),
+                        origin: position + (RECORD_HEADER + range.start) as u64,
+                        payload: record.data[range].to_vec(),
+                    });
+                    window.consume(length);
+                    match datagram {
+                        Ok(datagram) => return Ok(Some(datagram)),
+                        Err(reason) => skipped.add(reason),
+                    }
+                    needed = RECORD_HEADER;
+                }
+                // The only way a record does not parse: more octets are needed.
+                Err(Outcome::Incomplete(Needed::Size(more))) => {
+                    needed = octets.len().saturating_add(more.get());
+                    let length = needed - RECORD_HEADER;
+                    if length > LONGEST_FRAME {
+                        return Err(Damage::Absurd { length, most: LONGEST_FRAME });
+                    }
+                }
+                Err(_) => return Err(Damage::Cut { present: octets.len(), needed }),
+            }
+        }
+    }
+
+    /// The time of a record. A fraction of a second or more, which some writers leave, carries over.
+    fn time(&self, seconds: u32, fraction: u32) -> Time {
+        let nanos = match self.resolution {
+            Resolution::Microseconds => i64::from(fraction) * 1000,
+            Resolution::Nanoseconds => i64::from(fraction),
+        };
+        Time::from_nanos(i64::from(seconds) * SECOND + nanos)
+    }
+}

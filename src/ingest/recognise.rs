@@ -1,0 +1,176 @@
+//! What a file is, from its first octets. Names and extensions are not asked.
+//!
+//! Nothing marks raw ASTERIX: any octet but 0 is a category, so almost anything could be a block. A file is taken for
+//! raw ASTERIX when
+//! 1. it does not begin with the magic number of another format,
+//! 2. its first block is whole: CAT is not 0, LEN is at least 3 and the file is that long,
+//! 3. its first record announces items: FSPEC does not begin with 00 or 01,
+//! 4. it is not text. LEN of a block below 2,304 octets begins with an octet that no text contains; a larger one is
+//!    believed only if there are control characters among its first octets, as there are in all binary data,
+//! 5. what follows the first block is the end, a stray octet or two, zeros, or the header of another block (CAT not 0,
+//!    LEN at least 3), of which the end may be missing. A block of 2,304 octets or more is believed only next to one of
+//!    its own category: all but radar video (CAT240) keeps its blocks to the size of an Ethernet frame.
+
+use std::io;
+
+use super::raw::{self, HEADER};
+use super::window::Window;
+
+/// What a file turned out to be.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Raw,
+    Pcap,
+    Empty,
+    Foreign { found: String, advice: &'static str },
+}
+
+/// Octets looked at for a magic number. Few: a pipe may not have more for a while.
+const LONGEST_MAGIC: usize = 16;
+
+/// Octets looked at to tell text from binary data.
+const SAMPLE: usize = 512;
+
+/// LEN from which a block is unusual; the smallest that text could be taken for (a tab and a zero).
+const LARGE: usize = 0x0900;
+
+/// Category whose blocks are large.
+const VIDEO: u8 = 240;
+
+const WHAT_IS_READ: &str = "this program reads raw ASTERIX and pcap captures";
+const PACKED: &str = "unpack it first";
+
+/// Formats known by their first octets, and what to do about them.
+const FOREIGN: &[(&[u8], &str, &str)] = &[
+    (
+        b"\x0A\x0D\x0D\x0A",
+        "a pcapng capture",
+        "pcapng cannot be read yet; convert it: editcap -F pcap IN OUT",
+    ),
+    (b"\x34\xCD\xB2\xA1", "a modified pcap capture", "convert it: editcap -F pcap IN OUT"),
+    (b"\xA1\xB2\xCD\x34", "a modified pcap capture", "convert it: editcap -F pcap IN OUT"),
+    (b"snoop\0\0\0", "a snoop capture", "convert it: editcap -F pcap IN OUT"),
+    (b"GMBU", "a Network Monitor capture", "convert it: editcap -F pcap IN OUT"),
+    (b"\x1F\x8B\x08", "gzip-compressed data", "compressed files cannot be read yet; unpack it first: gunzip"),
+    (b"BZh", "bzip2-compressed data", "unpack it first: bunzip2"),
+    (b"\xFD7zXZ\0", "xz-compressed data", "unpack it first: unxz"),
+    (b"\x28\xB5\x2F\xFD", "Zstandard-compressed data", "unpack it first: unzstd"),
+    (b"\x04\x22\x4D\x18", "LZ4-compressed data", "unpack it first: unlz4"),
+    (b"7z\xBC\xAF\x27\x1C", "a 7-Zip archive", PACKED),
+    (b"PK\x03\x04", "a ZIP archive", PACKED),
+    (b"Rar!", "a RAR archive", PACKED),
+    (b"\x89PNG", "a PNG image", WHAT_IS_READ),
+    (b"\xFF\xD8\xFF", "a JPEG image", WHAT_IS_READ),
+    (b"GIF8", "a GIF image", WHAT_IS_READ),
+    (b"%PDF", "a PDF document", WHAT_IS_READ),
+    (b"\x7FELF", "a Linux program (ELF)", WHAT_IS_READ),
+    (b"MZ\x90\0", "a Windows program", WHAT_IS_READ),
+    (b"SQLite format 3\0", "an SQLite database", WHAT_IS_READ),
+    (b"PAR1", "a Parquet file", WHAT_IS_READ),
+    (b"\x89HDF", "an HDF5 file", WHAT_IS_READ),
+    (b"\x93NUMPY", "a NumPy array", WHAT_IS_READ),
+    (b"RIFF", "a RIFF file (audio, video)", WHAT_IS_READ),
+    (b"\xFF\xFE", "text in UTF-16", WHAT_IS_READ),
+    (b"\xFE\xFF", "text in UTF-16", WHAT_IS_READ),
+];
+
+/// Looks at the first octets of a file without consuming any.
+pub(super) fn recognise(window: &mut Window) -> io::Result<Kind> {
+    let head = window.peek(LONGEST_MAGIC)?;
+    if head.is_empty() {
+        return Ok(Kind::Empty);
+    }
+    if let [0xA1, 0xB2, 0xC3, 0xD4, ..]
+    | [0xD4, 0xC3, 0xB2, 0xA1, ..]
+    | [0xA1, 0xB2, 0x3C, 0x4D, ..]
+    | [0x4D, 0x3C, 0xB2, 0xA1, ..] = head
+    {
+        return Ok(Kind::Pcap);
+    }
+    if let Some((_, found, advice)) = FOREIGN.iter().find(|(magic, ..)| head.starts_with(magic)) {
+        return Ok(Kind::Foreign { found: (*found).to_owned(), advice });
+    }
+    match objection_to_raw(window)? {
+        None => Ok(Kind::Raw),
+        Some(objection) => {
+            let sample = window.peek(SAMPLE)?;
+            Ok(describe(&sample[..sample.len().min(SAMPLE)], &objection))
+        }
+    }
+}
+
+/// Why this is not raw ASTERIX, as a half sentence; `None` if it is.
+fn objection_to_raw(window: &mut Window) -> io::Result<Option<String>> {
+    let octets = window.peek(HEADER)?;
+    let Some((category, length)) = plausible_header(octets) else {
+        return Ok(Some("they are not the header of an ASTERIX block".to_owned()));
+    };
+    let octets = window.peek(length + HEADER)?;
+    if octets.len() < length {
+        let end = octets.len();
+        return Ok(Some(format!(
+            "as ASTERIX, they would begin a block of category {category} and {length} octets, but the file ends after {end}"
+        )));
+    }
+    if matches!(octets[HEADER..length], [0 | 1, ..]) {
+        return Ok(Some("as ASTERIX, their first record would announce no items".to_owned()));
+    }
+    if is_text(&octets[..length.min(SAMPLE)]) {
+        return Ok(Some("they are text".to_owned()));
+    }
+    let next = &octets[length..];
+    let is_large = |category, length| length >= LARGE && category != VIDEO;
+    let follows = match (next, plausible_header(next)) {
+        (_, Some((next_category, next_length))) => {
+            next_category == category || !(is_large(category, length) || is_large(next_category, next_length))
+        }
+        ([] | [_] | [_, _], None) => true,
+        ([0, 0, 0, ..], None) => !is_large(category, length),
+        (_, None) => false,
+    };
+    Ok((!follows).then(|| {
+        format!(
+            "as ASTERIX, they would begin a block of category {category} and {length} octets, but no block follows \
+             it ({} at offset {length})",
+            hexadecimal(&next[..HEADER])
+        )
+    }))
+}
+
+/// CAT and LEN, if these octets can begin a block.
+fn plausible_header(octets: &[u8]) -> Option<(u8, usize)> {
+    let category = *octets.first()?;
+    let length = raw::block_length(octets)?;
+    (category != 0 && length >= HEADER).then_some((category, length))
+}
+
+/// No control character but those of text, and either mostly ASCII or UTF-8 (the sample may end inside a character).
+fn is_text(sample: &[u8]) -> bool {
+    let control = |octet: &u8| octet.is_ascii_control() && !b"\t\n\x0C\r\x1B".contains(octet);
+    let ascii = sample.iter().filter(|octet| octet.is_ascii()).count();
+    let utf_8 = str::from_utf8(sample).map_or_else(|error| error.error_len().is_none(), |_| true);
+    !sample.iter().any(control) && (utf_8 || ascii * 2 > sample.len())
+}
+
+fn describe(sample: &[u8], objection: &str) -> Kind {
+    let (found, advice) = if is_text(sample) {
+        let text = sample.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(sample).trim_ascii_start();
+        match text {
+            // A `[` alone would take TOML for JSON.
+            [b'{', ..] | [b'[', b'{' | b'\n' | b'\r', ..] => {
+                ("JSON", "what `utm-fusion decode` printed becomes ASTERIX again with `utm-fusion encode`")
+            }
+            [b'<', ..] => ("XML or HTML", WHAT_IS_READ),
+            _ => ("text", WHAT_IS_READ),
+        }
+    } else {
+        let first = hexadecimal(&sample[..sample.len().min(8)]);
+        let found = format!("nothing known (first octets {first}; {objection})");
+        return Kind::Foreign { found, advice: WHAT_IS_READ };
+    };
+    Kind::Foreign { found: found.to_owned(), advice }
+}
+
+fn hexadecimal(octets: &[u8]) -> String {
+    octets.iter().map(|octet| format!("{octet:02x}")).collect::<Vec<_>>().join(" ")
+}

@@ -1,0 +1,70 @@
+//! Frames without a UDP datagram, counted by reason.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// Why a captured frame gave no datagram. Only [`Fragment`](Self::Fragment), [`Truncated`](Self::Truncated) and
+/// [`Malformed`](Self::Malformed) can have cost surveillance data; the others are other traffic on the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum SkipReason {
+    /// ARP, spanning tree, LLDP, IEEE 802.3 frames, …
+    NotIp,
+    /// TCP, ICMP, IGMP, …
+    NotUdp,
+    /// A part of a fragmented IP packet (fragments are not put together), whatever the whole would be.
+    Fragment,
+    /// The capture holds fewer octets than the frame's headers announce: its snapshot length was too short.
+    Truncated,
+    /// Headers that contradict themselves, such as a UDP length larger than its IP packet.
+    Malformed,
+}
+
+impl fmt::Display for SkipReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NotIp => "not IP",
+            Self::NotUdp => "not UDP",
+            Self::Fragment => "fragmented",
+            Self::Truncated => "cut short by the capture",
+            Self::Malformed => "malformed",
+        })
+    }
+}
+
+/// Frames passed over, by reason, in the order of [`SkipReason`]. `Display`: `3 not IP, 1 fragmented`, or `none`.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Skipped(BTreeMap<SkipReason, u64>);
+
+impl Skipped {
+    /// Frames passed over for `reason`.
+    pub fn count(&self, reason: SkipReason) -> u64 {
+        self.0.get(&reason).copied().unwrap_or(0)
+    }
+
+    /// Frames passed over for any reason.
+    pub fn total(&self) -> u64 {
+        self.0.values().sum()
+    }
+
+    /// The reasons that occurred, with their counts.
+    pub fn iter(&self) -> impl Iterator<Item = (SkipReason, u64)> {
+        self.0.iter().map(|(reason, count)| (*reason, *count))
+    }
+
+    pub(super) fn add(&mut self, reason: SkipReason) {
+        *self.0.entry(reason).or_default() += 1;
+    }
+}
+
+impl fmt::Display for Skipped {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.is_empty() {
+            return f.write_str("none");
+        }
+        for (place, (reason, count)) in self.iter().enumerate() {
+            let comma = if place == 0 { "" } else { ", " };
+            write!(f, "{comma}{count} {reason}")?;
+        }
+        Ok(())
+    }
+}

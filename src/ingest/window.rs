@@ -1,0 +1,58 @@
+//! A window that slides over a reader: the only buffer between a file and its datagrams.
+
+use std::io::{self, ErrorKind, Read};
+
+/// Octets the window can show at once: more than the longest pcap record and the longest ASTERIX block.
+const CAPACITY: usize = 512 * 1024;
+
+/// Shows the next octets of a reader, as many as asked for, before they are consumed.
+///
+/// It reads no further than it must to show what was asked for plus what one `read` happens to give, so a pipe that
+/// trickles is served as it trickles.
+pub(super) struct Window {
+    reader: Box<dyn Read + Send>,
+    buffer: Box<[u8]>,
+    start: usize,
+    end: usize,
+    position: u64,
+    at_end: bool,
+}
+
+impl Window {
+    pub(super) fn new(reader: Box<dyn Read + Send>) -> Self {
+        let buffer = vec![0; CAPACITY].into_boxed_slice();
+        Self { reader, buffer, start: 0, end: 0, position: 0, at_end: false }
+    }
+
+    /// The next octets: at least `count` of them (at most [`CAPACITY`]), fewer only where the file ends.
+    pub(super) fn peek(&mut self, count: usize) -> io::Result<&[u8]> {
+        debug_assert!(count <= CAPACITY, "callers bound what they ask for");
+        if self.start + count > CAPACITY {
+            self.buffer.copy_within(self.start..self.end, 0);
+            self.end -= self.start;
+            self.start = 0;
+        }
+        while self.end - self.start < count && !self.at_end {
+            match self.reader.read(&mut self.buffer[self.end..]) {
+                // Remembered: a terminal would go on after its end of file, and then offsets would lie.
+                Ok(0) => self.at_end = true,
+                Ok(read) => self.end += read,
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(&self.buffer[self.start..self.end])
+    }
+
+    /// Moves past the next `count` octets, which `peek` has shown.
+    pub(super) fn consume(&mut self, count: usize) {
+        debug_assert!(count <= self.end - self.start, "only what was shown can be consumed");
+        self.start += count;
+        self.position += count as u64;
+    }
+
+    /// Offset in the file of the next octet.
+    pub(super) fn position(&self) -> u64 {
+        self.position
+    }
+}

@@ -1,0 +1,143 @@
+//! What happens on the way in: one type is both the log line and the counter.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use asterix::{DataSource, Fault, FaultKind};
+
+use crate::normalise::{Refusal, SensorIndex};
+
+/// Something that happened to what was received.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// A datagram, or a record of a file without reception times, of this many octets came.
+    Received {
+        /// Octets of the payload.
+        octets: usize,
+    },
+    /// The same datagram as one handled at most 2 s before: dropped.
+    DuplicateDatagram,
+    /// A block or record that cannot be read; the rest of its block or datagram is lost with it.
+    Faulty {
+        /// What is wrong; its offset counts from the start of the payload.
+        fault: Fault,
+    },
+    /// A block of a category that is not used: skipped by its LEN.
+    SkippedBlock {
+        /// Its category.
+        category: u8,
+    },
+    /// A CAT129 block with more than the one record its edition allows; all are read.
+    SeveralRecords,
+    /// A record became a report.
+    Accepted {
+        /// From this sensor.
+        sensor: SensorIndex,
+    },
+    /// A record gave no report.
+    Refused {
+        /// Category of the record.
+        category: u8,
+        /// From this sensor, where it is known.
+        sensor: Option<SensorIndex>,
+        /// Why.
+        refusal: Refusal,
+    },
+    /// Nothing came for longer than the window: it was emptied and the engine started afresh.
+    Restarted,
+    /// The clock of reception stepped back by more than 1 s: the engine waits until it is caught up.
+    ClockBehind {
+        /// How far, nanoseconds.
+        behind_ns: i64,
+    },
+}
+
+impl Event {
+    /// Whether an operator should hear of it.
+    pub fn is_warning(&self) -> bool {
+        matches!(self, Self::Faulty { .. } | Self::Restarted | Self::ClockBehind { .. })
+    }
+}
+
+impl fmt::Display for Event {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Received { octets } => write!(f, "{octets} octets received"),
+            Self::DuplicateDatagram => f.write_str("a datagram that came twice was handled once"),
+            Self::Faulty { fault } => fault.fmt(f),
+            Self::SkippedBlock { category } => write!(f, "a block of category {category} was skipped"),
+            Self::SeveralRecords => f.write_str("a CAT129 block holds more than one record"),
+            Self::Accepted { .. } => f.write_str("a report was accepted"),
+            Self::Refused { category, refusal, .. } => {
+                write!(f, "a CAT{category:03} record was dropped: {}", refusal.name())
+            }
+            Self::Restarted => {
+                f.write_str("nothing came for longer than the window: started afresh with an empty one")
+            }
+            Self::ClockBehind { behind_ns } => write!(
+                f,
+                "the clock of reception stepped back by {:.1} s: nothing is emitted until it is caught up",
+                *behind_ns as f64 * 1e-9
+            ),
+        }
+    }
+}
+
+/// How often what happened. Everything dropped is in here by reason.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Datagrams (or records of files without reception times).
+    pub received: u64,
+    /// Their octets.
+    pub octets: u64,
+    /// Datagrams that came twice.
+    pub duplicates: u64,
+    /// Unreadable blocks and records, by category and reason.
+    pub faults: BTreeMap<(Option<u8>, &'static str), u64>,
+    /// Blocks skipped by their LEN, by category.
+    pub skipped: BTreeMap<u8, u64>,
+    /// CAT129 blocks with more than one record.
+    pub several_records: u64,
+    /// Reports, by sensor.
+    pub accepted: BTreeMap<SensorIndex, u64>,
+    /// Records without a report, by sensor and reason.
+    pub refused: BTreeMap<(Option<SensorIndex>, &'static str), u64>,
+    /// Records of no configured sensor, by category and source; these are not in `refused`.
+    pub unknown_sources: BTreeMap<(u8, DataSource), u64>,
+    /// Fresh starts after a silence longer than the window.
+    pub restarts: u64,
+    /// Times the clock of reception stepped back by more than 1 s.
+    pub clock_behind: u64,
+}
+
+impl Tally {
+    /// Counts an event.
+    pub fn count(&mut self, event: &Event) {
+        match *event {
+            Event::Received { octets } => {
+                self.received += 1;
+                self.octets += octets as u64;
+            }
+            Event::DuplicateDatagram => self.duplicates += 1,
+            Event::Faulty { fault } => add(&mut self.faults, (fault.category, fault.kind.name())),
+            Event::SkippedBlock { category } => add(&mut self.skipped, category),
+            Event::SeveralRecords => self.several_records += 1,
+            Event::Accepted { sensor } => add(&mut self.accepted, sensor),
+            Event::Refused { category, refusal: Refusal::UnknownSource(source), .. } => {
+                add(&mut self.unknown_sources, (category, source));
+            }
+            Event::Refused { sensor, refusal, .. } => add(&mut self.refused, (sensor, refusal.name())),
+            Event::Restarted => self.restarts += 1,
+            Event::ClockBehind { .. } => self.clock_behind += 1,
+        }
+    }
+
+    /// Faults of one kind, of whatever category.
+    pub fn faults_of(&self, kind: FaultKind) -> u64 {
+        self.faults.iter().filter(|((_, name), _)| *name == kind.name()).map(|(_, count)| count).sum()
+    }
+}
+
+fn add<K: Ord>(counters: &mut BTreeMap<K, u64>, key: K) {
+    *counters.entry(key).or_default() += 1;
+}

@@ -1,0 +1,232 @@
+//! The way in, in one place and one direction: datagram ► decode ► normalise ► engine. One owner; sans-IO.
+
+mod duplicates;
+mod event;
+
+use asterix::{Block, Record, blocks, cat048, cat129};
+
+use crate::config::{Config, SensorKind};
+use crate::fusion::{self, Emission, Engine, Gate, Settings, SlotGrid};
+use crate::ingest::{Reception, ReceptionKind};
+use crate::normalise::{Normaliser, Refusal, Refused, Report};
+use crate::time::{SECOND, Time};
+use duplicates::Duplicates;
+
+pub use event::{Event, Tally};
+
+/// A datagram's way through decoder, normalisation and engine.
+#[derive(Debug)]
+pub struct Pipeline {
+    duplicates: Duplicates,
+    normaliser: Normaliser,
+    engine: Engine,
+    tally: Tally,
+    /// The latest reception.
+    now: Time,
+    /// Whether the clock of reception is being waited for: one alarm a step.
+    clock_behind: bool,
+}
+
+/// What comes out while a reception is handled.
+#[derive(Debug)]
+pub enum Output {
+    /// A slot that was due before the reception.
+    Emission(Emission),
+    /// What happened to it; already counted in the [`Tally`].
+    Event(Event),
+}
+
+/// A window that cannot work: its slots and the reports that wait ahead of it do not fit the engine's ring.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the window and max_future_s together are longer than {} slots: shorten fusion.window_s or fusion.max_future_s, or lengthen fusion.slot_s",
+    fusion::RING
+)]
+pub struct WindowTooLong;
+
+impl Pipeline {
+    /// The pipeline of a site.
+    pub fn new(config: &Config) -> Result<Self, WindowTooLong> {
+        let settings = settings(config);
+        if !settings.fits_ring() {
+            return Err(WindowTooLong);
+        }
+        Ok(Self {
+            duplicates: Duplicates::default(),
+            normaliser: Normaliser::new(config),
+            engine: Engine::new(settings),
+            tally: Tally::default(),
+            now: Time::from_nanos(i64::MIN),
+            clock_behind: false,
+        })
+    }
+
+    /// Takes in what was received; hands out the slots due before it, then what happened to it.
+    pub fn receive(&mut self, reception: &Reception, mut out: impl FnMut(Output)) {
+        let mut out = |tally: &mut Tally, output: Output| {
+            if let Output::Event(event) = &output {
+                tally.count(event);
+            }
+            out(output);
+        };
+        let octets = reception.payload.len();
+        out(&mut self.tally, Output::Event(Event::Received { octets }));
+        if let Some(received) = reception.received {
+            self.advance(received, &mut out);
+            let is_datagram = reception.kind == ReceptionKind::Datagram;
+            if is_datagram && self.duplicates.is_repeated(&reception.payload, self.now) {
+                return out(&mut self.tally, Output::Event(Event::DuplicateDatagram));
+            }
+        }
+        for block in blocks(&reception.payload) {
+            let Self { normaliser, engine, tally, .. } = self;
+            let mut event = |event| out(tally, Output::Event(event));
+            let Some(received) = reception.received else {
+                // Nothing here has a time, nor anything before it: there is nothing to handle, only to count.
+                untimed(block, &mut event);
+                continue;
+            };
+            match block {
+                Ok(block) if block.category == cat048::Record::CATEGORY => {
+                    records(block, engine, &mut event, |record| {
+                        normaliser.plot(record, received).map(Report::Plot)
+                    });
+                }
+                Ok(block) if block.category == cat129::Record::CATEGORY => {
+                    let count = records(block, engine, &mut event, |record| {
+                        normaliser.fix(record, received).map(Report::Fix)
+                    });
+                    if count > 1 {
+                        event(Event::SeveralRecords);
+                    }
+                }
+                Ok(block) => event(Event::SkippedBlock { category: block.category }),
+                Err(fault) => event(Event::Faulty { fault }),
+            }
+        }
+    }
+
+    /// The end of the input: hands out every slot up to the last that holds a report.
+    pub fn finish(&mut self, out: impl FnMut(Emission)) {
+        self.engine.finish().for_each(out);
+    }
+
+    /// What happened so far.
+    pub fn tally(&self) -> &Tally {
+        &self.tally
+    }
+
+    /// The site's frame and geoid.
+    pub fn normaliser(&self) -> &Normaliser {
+        &self.normaliser
+    }
+
+    /// The engine, to look at.
+    pub fn engine(&self) -> &Engine {
+        &self.engine
+    }
+
+    fn advance(&mut self, received: Time, out: &mut impl FnMut(&mut Tally, Output)) {
+        let behind_ns = self.engine.behind_ns(received);
+        if behind_ns > SECOND && !self.clock_behind {
+            out(&mut self.tally, Output::Event(Event::ClockBehind { behind_ns }));
+        }
+        self.clock_behind = behind_ns > SECOND || (self.clock_behind && behind_ns > 0);
+        self.now = self.now.max(received);
+        let due = self.engine.advance(received);
+        let restarts = due.restarts();
+        for emission in due {
+            out(&mut self.tally, Output::Emission(emission));
+        }
+        if restarts {
+            out(&mut self.tally, Output::Event(Event::Restarted));
+        }
+    }
+}
+
+/// Hands the records of a block to the engine; returns how many were whole.
+fn records<R: Record>(
+    block: Block<'_>,
+    engine: &mut Engine,
+    event: &mut impl FnMut(Event),
+    report: impl Fn(&R) -> Result<Report, Refused>,
+) -> usize {
+    let category = block.category;
+    let mut count = 0;
+    for located in block.records::<R>() {
+        let record = match located {
+            Ok(located) => located.record,
+            Err(fault) => {
+                event(Event::Faulty { fault });
+                break;
+            }
+        };
+        count += 1;
+        event(match report(&record).and_then(|report| handle(engine, report)) {
+            Ok(sensor) => Event::Accepted { sensor },
+            Err((sensor, refusal)) => Event::Refused { category, sensor, refusal },
+        });
+    }
+    count
+}
+
+fn handle(engine: &mut Engine, report: Report) -> Result<crate::normalise::SensorIndex, Refused> {
+    let sensor = match &report {
+        Report::Plot(plot) => plot.track.sensor,
+        Report::Fix(fix) => fix.sensor,
+    };
+    engine.handle(report).map(|()| sensor).map_err(|refused| {
+        let refusal = match refused {
+            fusion::Refused::Late => Refusal::Late,
+            fusion::Refused::Future => Refusal::Future,
+        };
+        (Some(sensor), refusal)
+    })
+}
+
+/// Counts a block in front of the first record that has a time.
+fn untimed(block: Result<Block<'_>, asterix::Fault>, event: &mut impl FnMut(Event)) {
+    fn each<R: Record>(block: Block<'_>, event: &mut impl FnMut(Event)) {
+        let refused = Event::Refused { category: block.category, sensor: None, refusal: Refusal::NoTime };
+        for located in block.records::<R>() {
+            event(located.map_or_else(|fault| Event::Faulty { fault }, |_| refused));
+        }
+    }
+    match block {
+        Ok(block) if block.category == cat048::Record::CATEGORY => each::<cat048::Record>(block, event),
+        Ok(block) if block.category == cat129::Record::CATEGORY => each::<cat129::Record>(block, event),
+        Ok(block) => event(Event::SkippedBlock { category: block.category }),
+        Err(fault) => event(Event::Faulty { fault }),
+    }
+}
+
+/// The engine's settings from the configuration.
+fn settings(config: &Config) -> Settings {
+    let fusion = &config.fusion;
+    let grid = SlotGrid::new(fusion.slot.as_nanos() as i64);
+    let period_s = |sensor: &crate::config::Sensor| match sensor.kind {
+        SensorKind::Radar(_) => sensor.period_s.unwrap_or(0.0).max(grid.slot_s()),
+        SensorKind::Transponder(_) => 0.0,
+    };
+    Settings {
+        grid,
+        latency_slots: fusion.latency_slots.into(),
+        window_slots: fusion.window_slots.into(),
+        max_future_ns: fusion.max_future.as_nanos() as i64,
+        max_gap_ns: fusion.max_gap.as_nanos() as i64,
+        gate: Gate::new(fusion.threshold_m.clone())
+            .expect("a configured threshold table has rows that increase"),
+        ratio_min_ppm: (fusion.ratio_min * 1e6).round() as u64,
+        min_samples: fusion.min_samples,
+        weight_radar: fusion.weight_radar,
+        weight_transponder: fusion.weight_transponder,
+        radar_only_min_s: fusion.radar_only_min_s,
+        suppress_slots: fusion.suppress_slots.into(),
+        period_s: config.sensors.iter().map(period_s).collect(),
+        transponder_numbers: fusion
+            .transponder_numbers
+            .iter()
+            .map(|(serial, &number)| (serial.as_bytes().to_vec(), number))
+            .collect(),
+    }
+}

@@ -1,0 +1,70 @@
+//! Captures built in memory, and the recordings of the project, through the public reader.
+
+mod pcaps;
+mod raws;
+mod recordings;
+mod writer;
+
+use std::io::{self, Read};
+
+use utm_fusion::ingest::{Capture, Datagram, OpenError, ReadError};
+
+/// Two CAT048-like blocks and one CAT129-like: the reader looks at no more than CAT and LEN.
+const BLOCKS: [&[u8]; 3] =
+    [&[48, 0, 8, 0xFF, 1, 2, 3, 4], &[48, 0, 5, 0x80, 0], &[129, 0, 12, 9, 8, 7, 6, 5, 4, 3, 2, 1]];
+
+/// Gives `step` octets at a time, more and more if `step` is 0, and is interrupted before every one.
+struct Trickle {
+    octets: io::Cursor<Vec<u8>>,
+    step: usize,
+    calls: usize,
+}
+
+impl Read for Trickle {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.calls += 1;
+        if self.calls % 2 == 1 {
+            return Err(io::ErrorKind::Interrupted.into());
+        }
+        let most = if self.step == 0 { self.calls / 2 } else { self.step };
+        let most = most.min(buffer.len());
+        self.octets.read(&mut buffer[..most])
+    }
+}
+
+fn open_in_steps(octets: &[u8], step: usize) -> Result<Capture, OpenError> {
+    let reader = Trickle { octets: io::Cursor::new(octets.to_vec()), step, calls: 0 };
+    Capture::from_reader("test".to_owned(), Box::new(reader), None)
+}
+
+fn open(octets: &[u8]) -> Result<Capture, OpenError> {
+    let reader = io::Cursor::new(octets.to_vec());
+    Capture::from_reader("test".to_owned(), Box::new(reader), Some(octets.len() as u64))
+}
+
+/// All datagrams, and the error that ended them. Checks what holds for every capture: a payload lies at its origin, and
+/// after the end there is nothing.
+fn read(octets: &[u8], capture: &mut Capture) -> (Vec<Datagram>, Option<ReadError>) {
+    let mut datagrams = Vec::new();
+    let mut error = None;
+    for item in capture.by_ref() {
+        match item {
+            Ok(datagram) => datagrams.push(datagram),
+            Err(damage) => {
+                assert!(error.replace(damage).is_none(), "a second error");
+            }
+        }
+    }
+    assert!(capture.next().is_none());
+    for datagram in &datagrams {
+        assert!(octets[datagram.origin as usize..].starts_with(&datagram.payload));
+    }
+    if error.is_none() {
+        assert!(Capture::consumed(capture) <= octets.len() as u64);
+    }
+    (datagrams, error)
+}
+
+fn payloads(datagrams: &[Datagram]) -> Vec<&[u8]> {
+    datagrams.iter().map(|datagram| datagram.payload.as_slice()).collect()
+}

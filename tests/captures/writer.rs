@@ -1,0 +1,146 @@
+//! A little writer of captures, octet by octet and without the crates the reader uses, so that both are not wrong alike.
+
+/// A classic pcap file under construction.
+pub(crate) struct PcapWriter {
+    pub(crate) octets: Vec<u8>,
+    big_endian: bool,
+}
+
+/// The four magic numbers: byte order, and whether the fraction is nanoseconds.
+pub(crate) const MAGICS: [(bool, bool); 4] = [(false, false), (false, true), (true, false), (true, true)];
+
+impl PcapWriter {
+    pub(crate) fn new(big_endian: bool, nanoseconds: bool, link: u32) -> Self {
+        let mut file = Self { octets: Vec::new(), big_endian };
+        file.u32(if nanoseconds { 0xA1B2_3C4D } else { 0xA1B2_C3D4 });
+        file.u16(2);
+        file.u16(4);
+        for field in [0, 0, 65_535, link] {
+            file.u32(field);
+        }
+        file
+    }
+
+    pub(crate) fn record(&mut self, seconds: u32, fraction: u32, frame: &[u8]) {
+        self.record_of(seconds, fraction, frame, frame.len());
+    }
+
+    /// A record of which `original` octets were on the wire and only `frame` was kept.
+    pub(crate) fn record_of(&mut self, seconds: u32, fraction: u32, frame: &[u8], original: usize) {
+        for field in [seconds, fraction, frame.len() as u32, original as u32] {
+            self.u32(field);
+        }
+        self.octets.extend_from_slice(frame);
+    }
+
+    fn u16(&mut self, value: u16) {
+        self.octets.extend(if self.big_endian { value.to_be_bytes() } else { value.to_le_bytes() });
+    }
+
+    fn u32(&mut self, value: u32) {
+        self.octets.extend(if self.big_endian { value.to_be_bytes() } else { value.to_le_bytes() });
+    }
+}
+
+pub(crate) fn udp(payload: &[u8]) -> Vec<u8> {
+    let length = (8 + payload.len() as u16).to_be_bytes();
+    [&[0x1F, 0x70, 0x1F, 0x71], &length[..], &[0, 0], payload].concat()
+}
+
+pub(crate) const UDP: u8 = 17;
+
+pub(crate) fn ipv4(protocol: u8, fragment: u16, payload: &[u8]) -> Vec<u8> {
+    let mut packet = vec![0x45, 0];
+    packet.extend((20 + payload.len() as u16).to_be_bytes());
+    packet.extend([0, 1]);
+    packet.extend(fragment.to_be_bytes());
+    packet.extend([64, protocol, 0, 0, 127, 0, 0, 1, 239, 192, 48, 1]);
+    packet.extend_from_slice(payload);
+    packet
+}
+
+pub(crate) fn ipv6(next_header: u8, payload: &[u8]) -> Vec<u8> {
+    let mut packet = vec![0x60, 0, 0, 0];
+    packet.extend((payload.len() as u16).to_be_bytes());
+    packet.extend([next_header, 64]);
+    packet.extend([[0; 15], [0; 15]].map(|zeros| [&zeros[..], &[1]].concat()).concat());
+    packet.extend_from_slice(payload);
+    packet
+}
+
+/// How frames of one capture are wrapped: the link type's number, a name, and what precedes an IP packet of a version.
+pub(crate) struct Wrapping {
+    pub(crate) link: u32,
+    pub(crate) shown: &'static str,
+    pub(crate) versions: &'static [u8],
+    pub(crate) header: fn(u8) -> Vec<u8>,
+}
+
+fn ether_type(version: u8) -> [u8; 2] {
+    if version == 4 { [0x08, 0x00] } else { [0x86, 0xDD] }
+}
+
+pub(crate) fn ethernet(between: &[u8], ether_type: [u8; 2]) -> Vec<u8> {
+    [&[1, 0, 0x5E, 0x40, 0x30, 1], &[2, 0, 0, 0, 0, 1], between, &ether_type[..]].concat()
+}
+
+fn cooked(version: u8) -> Vec<u8> {
+    [&[0, 0, 3, 4, 0, 6, 2, 0, 0, 0, 0, 1, 0, 0], &ether_type(version)[..]].concat()
+}
+
+fn cooked_2(version: u8) -> Vec<u8> {
+    [&ether_type(version)[..], &[0, 0, 0, 0, 0, 2, 3, 4, 0, 6, 2, 0, 0, 0, 0, 1, 0, 0]].concat()
+}
+
+const BOTH: &[u8] = &[4, 6];
+
+/// Every link type that is read, Ethernet with each kind of tag.
+pub(crate) const WRAPPINGS: &[Wrapping] = &[
+    Wrapping { link: 1, shown: "Ethernet", versions: BOTH, header: |v| ethernet(&[], ether_type(v)) },
+    Wrapping {
+        link: 1,
+        shown: "Ethernet",
+        versions: BOTH,
+        header: |v| ethernet(&[0x81, 0, 0, 7], ether_type(v)),
+    },
+    Wrapping {
+        link: 1,
+        shown: "Ethernet",
+        versions: BOTH,
+        header: |v| ethernet(&[0x88, 0xA8, 0, 7, 0x81, 0, 0, 8], ether_type(v)),
+    },
+    // Announces a frame check sequence of 4 octets in the upper half of the field.
+    Wrapping {
+        link: 0x4400_0001,
+        shown: "Ethernet",
+        versions: BOTH,
+        header: |v| ethernet(&[], ether_type(v)),
+    },
+    Wrapping { link: 113, shown: "Linux cooked", versions: BOTH, header: cooked },
+    Wrapping { link: 276, shown: "Linux cooked v2", versions: BOTH, header: cooked_2 },
+    Wrapping { link: 101, shown: "raw IP", versions: BOTH, header: |_| Vec::new() },
+    Wrapping { link: 12, shown: "raw IP", versions: BOTH, header: |_| Vec::new() },
+    Wrapping { link: 14, shown: "raw IP", versions: BOTH, header: |_| Vec::new() },
+    Wrapping { link: 228, shown: "raw IP", versions: &[4], header: |_| Vec::new() },
+    Wrapping { link: 229, shown: "raw IP", versions: &[6], header: |_| Vec::new() },
+    Wrapping {
+        link: 0,
+        shown: "loopback",
+        versions: BOTH,
+        header: |v| vec![if v == 4 { 2 } else { 30 }, 0, 0, 0],
+    },
+    Wrapping {
+        link: 108,
+        shown: "loopback",
+        versions: BOTH,
+        header: |v| vec![0, 0, 0, if v == 4 { 2 } else { 24 }],
+    },
+];
+
+impl Wrapping {
+    /// A frame with one UDP datagram, and two octets of padding after it.
+    pub(crate) fn frame(&self, version: u8, payload: &[u8]) -> Vec<u8> {
+        let packet = if version == 4 { ipv4(UDP, 0, &udp(payload)) } else { ipv6(UDP, &udp(payload)) };
+        [(self.header)(version), packet, vec![0xEE, 0xEE]].concat()
+    }
+}
