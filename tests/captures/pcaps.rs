@@ -274,7 +274,7 @@ proptest! {
         prop_assert_eq!(datagrams, expected);
         prop_assert_eq!(damage.map(|error| error.to_string()), same_damage.map(|error| error.to_string()));
         prop_assert_eq!(at_once.skipped(), in_steps.skipped());
-        prop_assert_eq!(at_once.position(), in_steps.position());
+        prop_assert_eq!(at_once.consumed(), in_steps.consumed());
     }
 
     #[test]
