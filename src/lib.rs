@@ -1,8 +1,11 @@
 //! One air picture of drone traffic: radar plots (ASTERIX CAT048) and transponder reports (CAT129) in, fused CAT129 out.
 
+pub mod commands;
 pub mod config;
 pub mod fusion;
 pub mod ingest;
 pub mod normalise;
+pub mod picture;
 pub mod pipeline;
+pub mod publish;
 pub mod time;

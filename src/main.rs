@@ -1,2 +1,49 @@
-//! The command line.
-fn main() {}
+//! The command line of `utm-fusion`.
+
+use std::io::{self, IsTerminal};
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use tracing_subscriber::EnvFilter;
+use utm_fusion::commands::{check, demo, exit_code, is_closed_pipe, replay};
+
+/// One air picture of drone traffic from radar (ASTERIX CAT048) and transponders (CAT129).
+#[derive(Parser)]
+#[command(
+    version,
+    after_help = "Exit codes: 0 done, 1 failure, 2 wrong usage, 3 configuration invalid, 4 input had errors and --strict.\nThe variable RUST_LOG sets what is logged to standard error (default: info)."
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Demo(demo::Args),
+    Replay(replay::Args),
+    Check(check::Args),
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
+    tracing_subscriber::fmt()
+        .with_writer(io::stderr)
+        .with_ansi(io::stderr().is_terminal())
+        .with_env_filter(filter)
+        .with_target(false)
+        .without_time()
+        .init();
+    let result = match &cli.command {
+        Command::Demo(args) => demo::run(args),
+        Command::Replay(args) => replay::run(args),
+        Command::Check(args) => check::run(args),
+    };
+    if let Err(error) = &result
+        && !is_closed_pipe(error.as_ref())
+    {
+        eprintln!("utm-fusion: {error}");
+    }
+    ExitCode::from(exit_code(&result))
+}

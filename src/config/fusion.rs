@@ -73,7 +73,7 @@ fn read_slots(section: &mut Section<'_>, default: &Fusion) -> Option<Slots> {
     let slot_item = section.item("slot_s");
     let slot = match &slot_item {
         Some(item) => item.seconds(SLOT, |s| s > 0.0 && s <= 60.0).and_then(|slot| {
-            let whole = slot > SignedDuration::ZERO && slot.subsec_nanos() % 1_000_000 == 0;
+            let whole = slot.subsec_nanos() % 1_000_000 == 0;
             if !whole {
                 item.refuse(SLOT);
             }
@@ -120,6 +120,15 @@ fn read_slots(section: &mut Section<'_>, default: &Fusion) -> Option<Slots> {
         let message =
             "max_future_s is at most latency_s (by default 1 and 6.25); lower it or raise latency_s";
         Span { item: future, ..Span::default() }.or(&latency).refuse(message);
+    }
+    if let (Some(future), Some(slots), Some(slot)) = (max_future, window.slots, slot)
+        && slots <= MAX_WINDOW_SLOTS
+        && i128::from(slots) + future.as_nanos() / slot.as_nanos() >= i128::from(MAX_WINDOW_SLOTS)
+    {
+        window.refuse(format!(
+            "window_s and max_future_s together are shorter than {MAX_WINDOW_SLOTS} slots, here {} seconds; shorten one or lengthen slot_s",
+            seconds(MAX_WINDOW_SLOTS)
+        ));
     }
     Some(Slots {
         slot: slot?,

@@ -97,7 +97,7 @@ impl Config {
         overrides::apply(&mut root, env, &faults);
 
         let mut top = Section::top(&root, &faults);
-        let (site, own) = site::read_site(top.section("site"));
+        let (site, own) = site::read_site(top.need_section("site", "[site] with name, sac and sic"));
         let (sensors, ids) = sensors::read(&mut top, own);
         let fusion = fusion::read(top.section("fusion"));
         let areas = site::read_areas(&mut top, &ids, Path::new(name));

@@ -48,21 +48,13 @@ pub(super) struct Section<'a> {
     place: &'a Place,
     entries: Option<&'a Table>,
     asked: Vec<&'static str>,
-    missing: bool,
     faults: &'a Faults,
 }
 
 impl<'a> Section<'a> {
     /// The whole file.
     pub(super) fn top(root: &'a Table, faults: &'a Faults) -> Self {
-        Self {
-            key: String::new(),
-            place: &Place::File,
-            entries: Some(root),
-            asked: Vec::new(),
-            missing: false,
-            faults,
-        }
+        Self { key: String::new(), place: &Place::File, entries: Some(root), asked: Vec::new(), faults }
     }
 
     /// The key, where it is given.
@@ -91,12 +83,21 @@ impl<'a> Section<'a> {
     /// The table of that name; one without entries where it is absent.
     pub(super) fn section(&mut self, name: &'static str) -> Self {
         let item = self.item(name);
-        item.as_ref().and_then(Item::section).unwrap_or_else(|| Self {
+        self.open(name, item)
+    }
+
+    /// The same for a table that has to be given.
+    pub(super) fn need_section(&mut self, name: &'static str, meaning: &str) -> Self {
+        let item = self.need(name, meaning);
+        self.open(name, item)
+    }
+
+    fn open(&self, name: &str, item: Option<Item<'a>>) -> Self {
+        item.and_then(|item| item.section()).unwrap_or_else(|| Self {
             key: join(&self.key, name),
             place: self.place,
             entries: None,
             asked: Vec::new(),
-            missing: item.is_none(),
             faults: self.faults,
         })
     }
@@ -107,11 +108,6 @@ impl<'a> Section<'a> {
             let item = Item { key: join(&self.key, name), node, faults: self.faults };
             (name.as_str(), item)
         })
-    }
-
-    /// Whether nothing was written under this name, not even something wrong.
-    pub(super) const fn is_missing(&self) -> bool {
-        self.missing
     }
 
     /// Finds fault with the table as a whole.
@@ -175,10 +171,11 @@ impl<'a> Item<'a> {
         good.then_some(number)
     }
 
-    /// A time of at most a day that is `valid` in seconds, rounded to nanoseconds.
+    /// A time of at most a day, rounded to nanoseconds, that is then `valid` in seconds.
     pub(super) fn seconds(&self, rule: &str, valid: impl Fn(f64) -> bool) -> Option<SignedDuration> {
-        let seconds = self.number(rule, |s| valid(s) && (0.0..=86_400.0).contains(&s))?;
-        Some(SignedDuration::from_nanos((seconds * 1e9).round() as i64))
+        let nanos = |seconds: f64| (seconds * 1e9).round();
+        let seconds = self.number(rule, |s| (0.0..=86_400.0).contains(&s) && valid(nanos(s) / 1e9))?;
+        Some(SignedDuration::from_nanos(nanos(seconds) as i64))
     }
 
     /// A whole number in `range`; `rule` says which are.
@@ -263,7 +260,6 @@ impl<'a> Item<'a> {
             place: &self.node.place,
             entries: Some(entries),
             asked: Vec::new(),
-            missing: false,
             faults: self.faults,
         })
     }

@@ -7,9 +7,6 @@ use super::types::{Area, AreaKind, Site};
 
 /// The site and, also where something else is wrong, its SAC and SIC.
 pub(super) fn read_site(mut section: Section<'_>) -> (Option<Site>, Option<(u8, u8)>) {
-    if section.is_missing() {
-        section.refuse("this section is missing; add [site] with name, sac and sic");
-    }
     let name = section.need("name", "name = …, how the interfaces call this service").and_then(|i| i.text());
     let sac = section
         .need("sac", "sac = …, the system area code (SAC) of what the service sends")

@@ -78,8 +78,10 @@ fn value(read: &DeValue<'_>, place: &dyn Fn(usize) -> Place) -> Value {
         }
         DeValue::String(text) => Value::Text(text.to_string()),
         // One beyond 64 bits is beyond every range that is asked for.
-        DeValue::Integer(whole) => i64::from_str_radix(whole.as_str(), whole.radix())
-            .map_or(Value::Number(f64::INFINITY), Value::Whole),
+        DeValue::Integer(whole) => i128::from_str_radix(whole.as_str(), whole.radix())
+            .map_or(Value::Number(f64::INFINITY), |whole| {
+                i64::try_from(whole).map_or(Value::Number(whole as f64), Value::Whole)
+            }),
         DeValue::Float(number) => number.as_str().parse().map_or(Value::Number(f64::NAN), Value::Number),
         DeValue::Boolean(flag) => Value::Flag(*flag),
         DeValue::Datetime(date) => Value::Date(date.to_string()),

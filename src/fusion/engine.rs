@@ -10,7 +10,7 @@ use super::radar::{Detection, Detections};
 use super::settings::Settings;
 use super::slots::{Slot, SlotSet, Window};
 use super::transponder::Curve;
-use crate::normalise::{Enu, Fix, Identity, RadarTrackKey, Report, UasItems};
+use crate::normalise::{Enu, Fix, Identity, RadarTrackKey, Report, SensorIndex, UasItems};
 use crate::time::Time;
 
 /// The one owner of the window.
@@ -40,6 +40,7 @@ struct Aircraft {
     curve: Curve,
     pairs: Pairs,
     items: UasItems,
+    sensor: SensorIndex,
     /// Given with the first point in an emitted slot.
     number: Option<u32>,
     first_seen: Option<Slot>,
@@ -100,6 +101,8 @@ pub struct TransponderPart {
     pub number: u32,
     /// Who it is.
     pub identity: Identity,
+    /// The sensor that received it last.
+    pub sensor: SensorIndex,
     /// Its identifying items as last received.
     pub items: UasItems,
 }
@@ -249,7 +252,7 @@ impl Engine {
         let mut points = Vec::new();
         let mut alone = Vec::new();
         let mut explained = Vec::new();
-        for (&identity, Aircraft { curve, pairs, items, number, first_seen: seen }) in aircraft {
+        for (&identity, Aircraft { curve, pairs, items, sensor, number, first_seen: seen }) in aircraft {
             if !curve.present().contains(slot) {
                 continue;
             }
@@ -259,7 +262,7 @@ impl Engine {
                 continue;
             };
             let position = curve.point(slot);
-            let transponder = TransponderPart { number, identity, items: *items };
+            let transponder = TransponderPart { number, identity, sensor: *sensor, items: *items };
             let since = first_seen(seen);
             let before = points.len();
             for pair in pairs.iter_mut() {
@@ -324,6 +327,7 @@ impl Aircraft {
             curve: Curve::new(),
             pairs: Pairs::default(),
             items: fix.items,
+            sensor: fix.sensor,
             number: None,
             first_seen: None,
         }
@@ -331,6 +335,7 @@ impl Aircraft {
 
     fn handle(&mut self, fix: &Fix) {
         self.items = fix.items;
+        self.sensor = fix.sensor;
         self.curve.insert(fix);
     }
 

@@ -36,29 +36,17 @@ pub enum Output {
     Event(Event),
 }
 
-/// A window that cannot work: its slots and the reports that wait ahead of it do not fit the engine's ring.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "the window and max_future_s together are longer than {} slots: shorten fusion.window_s or fusion.max_future_s, or lengthen fusion.slot_s",
-    fusion::RING
-)]
-pub struct WindowTooLong;
-
 impl Pipeline {
     /// The pipeline of a site.
-    pub fn new(config: &Config) -> Result<Self, WindowTooLong> {
-        let settings = settings(config);
-        if !settings.fits_ring() {
-            return Err(WindowTooLong);
-        }
-        Ok(Self {
+    pub fn new(config: &Config) -> Self {
+        Self {
             duplicates: Duplicates::default(),
             normaliser: Normaliser::new(config),
-            engine: Engine::new(settings),
+            engine: Engine::new(settings(config)),
             tally: Tally::default(),
             now: Time::from_nanos(i64::MIN),
             clock_behind: false,
-        })
+        }
     }
 
     /// Takes in what was received; hands out the slots due before it, then what happened to it.

@@ -146,10 +146,11 @@ impl Plain<'_> {
             let Some(point) = curve.get(&k) else { continue };
             let number = self.numbers.of(identity).unwrap();
             let last_received = self.reports.iter().rev().find_map(|report| match report {
-                Report::Fix(fix) if fix.identity == identity => Some(fix.items),
+                Report::Fix(fix) if fix.identity == identity => Some((fix.sensor, fix.items)),
                 _ => None,
             });
-            let transponder = TransponderPart { number, identity, items: last_received.unwrap() };
+            let (sensor, items) = last_received.unwrap();
+            let transponder = TransponderPart { number, identity, sensor, items };
             let transponder_since = since(name(&identity));
             for &track in &tracks {
                 let Some(evidence) = associated(identity, track, k) else { continue };

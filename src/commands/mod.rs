@@ -1,0 +1,52 @@
+//! The command line: one file a subcommand. Data on standard output, everything else on standard error.
+
+pub mod check;
+pub mod demo;
+pub mod moment;
+pub mod progress;
+pub mod replay;
+pub mod summary;
+
+use std::error::Error;
+use std::io;
+
+use crate::config::ConfigErrors;
+
+/// How a command ended that did its work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// All of it.
+    Done,
+    /// The input had errors, and `--strict` asks to hear of it: exit code 4.
+    InputErrors,
+    /// An input could not be read to its end: exit code 1, already reported.
+    InputUnreadable,
+}
+
+/// What a command returns: errors of any kind, told apart by [`exit_code`].
+pub type CommandResult = Result<Outcome, Box<dyn Error + Send + Sync>>;
+
+/// Arguments that contradict each other: exit code 2.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct Usage(pub String);
+
+/// The process's exit code: 0 done, 1 run-time failure, 2 wrong usage, 3 configuration invalid, 4 input had errors.
+///
+/// A closed pipe is no failure: whoever read has read enough.
+pub fn exit_code(result: &CommandResult) -> u8 {
+    match result {
+        Ok(Outcome::Done) => 0,
+        Ok(Outcome::InputErrors) => 4,
+        Ok(Outcome::InputUnreadable) => 1,
+        Err(error) if is_closed_pipe(error.as_ref()) => 0,
+        Err(error) if error.is::<Usage>() => 2,
+        Err(error) if error.is::<ConfigErrors>() => 3,
+        Err(_) => 1,
+    }
+}
+
+/// Whether the reader of our output has gone.
+pub fn is_closed_pipe(error: &(dyn Error + 'static)) -> bool {
+    error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
+}

@@ -1,0 +1,120 @@
+//! Times and durations as a person writes them.
+
+use std::str::FromStr;
+
+use jiff::{SignedDuration, Timestamp};
+
+use crate::normalise::nearest_day;
+use crate::time::{SECOND, Time};
+
+/// `2026-11-20T10:00:00Z`, `10:00:00` or `+90s`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Moment {
+    /// That instant.
+    At(Time),
+    /// That UTC time of day, on the day nearest to the first reception; counts of 1/128 s.
+    TimeOfDay(u32),
+    /// So long after the first reception.
+    After(SignedDuration),
+}
+
+impl Moment {
+    /// The instant, given the first reception.
+    pub fn resolve(self, first: Time) -> Time {
+        match self {
+            Self::At(time) => time,
+            Self::TimeOfDay(count) => nearest_day(count, first).unwrap_or(first),
+            Self::After(span) => first + span,
+        }
+    }
+}
+
+impl FromStr for Moment {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if let Some(span) = text.strip_prefix('+') {
+            return duration(span).map(Self::After);
+        }
+        if let Ok(stamp) = text.parse::<Timestamp>() {
+            let nanos =
+                i64::try_from(stamp.as_nanosecond()).map_err(|_| "years 1678 to 2261 only".to_owned())?;
+            return Ok(Self::At(Time::from_nanos(nanos)));
+        }
+        if let Ok(time) = text.parse::<jiff::civil::Time>() {
+            let midnight = SignedDuration::from_secs(
+                i64::from(time.hour()) * 3600 + i64::from(time.minute()) * 60 + i64::from(time.second()),
+            );
+            let nanos = midnight.as_nanos() as i64 + i64::from(time.subsec_nanosecond());
+            return Ok(Self::TimeOfDay((nanos / (SECOND / 128)) as u32));
+        }
+        Err("write it as 2026-11-20T10:00:00Z, as 10:00:00 (UTC), or as +90s after the first reception"
+            .to_owned())
+    }
+}
+
+/// `6.25s`, `250ms`, `2m`, `1h`: at least 0 and at most a year.
+pub fn duration(text: &str) -> Result<SignedDuration, String> {
+    let split = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
+    let (number, unit) = text.split_at(split);
+    let seconds_a_unit = match unit {
+        "ms" => 0.001,
+        "s" => 1.0,
+        "m" | "min" => 60.0,
+        "h" => 3600.0,
+        _ => return Err("write a duration with its unit, as 6.25s, 250ms, 2m or 1h".to_owned()),
+    };
+    let number: f64 = number.parse().map_err(|_| format!("{number:?} is no number"))?;
+    let seconds = number * seconds_a_unit;
+    if !(0.0..=31_557_600.0).contains(&seconds) {
+        return Err("a duration is at least 0 and at most a year".to_owned());
+    }
+    SignedDuration::try_from_secs_f64(seconds).map_err(|error| error.to_string())
+}
+
+/// `max`, or how many times faster than it happened.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Speed {
+    /// As fast as it goes.
+    Max,
+    /// So many seconds of the recording in one second.
+    Times(f64),
+}
+
+impl FromStr for Speed {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.parse() {
+            Ok(times) if (0.001..=1e6).contains(&times) => Ok(Self::Times(times)),
+            _ if text == "max" => Ok(Self::Max),
+            _ => Err("write `max`, or how many times faster than it happened: 1, 10, 0.5".to_owned()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn moments_as_people_write_them() {
+        let first = Time::from_nanos(20_000 * crate::time::DAY + 86_390 * SECOND);
+        let after = |text: &str| text.parse::<Moment>().unwrap().resolve(first).seconds_since(first);
+        assert_eq!(after("+90s"), 90.0);
+        assert_eq!(after("+1.5m"), 90.0);
+        assert_eq!(after("23:59:55"), 5.0);
+        assert_eq!(after("00:00:05"), 15.0);
+        assert_eq!(after("2024-10-04T00:00:00Z"), 10.0);
+        for wrong in ["", "10", "+", "+5", "25:00:00", "+-5s", "yesterday", "+1e9h", "+nans"] {
+            assert!(wrong.parse::<Moment>().is_err(), "{wrong}");
+        }
+        assert_eq!("max".parse(), Ok(Speed::Max));
+        assert_eq!("10".parse(), Ok(Speed::Times(10.0)));
+        assert!(
+            "0".parse::<Speed>().is_err()
+                && "fast".parse::<Speed>().is_err()
+                && "NaN".parse::<Speed>().is_err()
+        );
+    }
+}

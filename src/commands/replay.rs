@@ -1,0 +1,297 @@
+//! `replay`: captured files through the engine.
+
+use std::fs::File;
+use std::io::{self, BufWriter, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use jiff::civil::Date;
+use tracing::{error, info, warn};
+
+use super::moment::{Moment, Speed};
+use super::summary::Summary;
+use super::{CommandResult, Outcome, Usage, progress};
+use crate::config::{Config, Profile};
+use crate::fusion::Emission;
+use crate::ingest::{Capture, Merged, Reception};
+use crate::picture::{Picture, PictureMaker};
+use crate::pipeline::{Event, Output, Pipeline};
+use crate::publish::{OutputFormat, PictureWriter};
+use crate::time::Time;
+
+/// Replays captured files through the same engine as the live service.
+///
+/// The same input gives the same bytes, at any speed. Without -o a summary is printed.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Args {
+    /// Captures: raw ASTERIX or pcap, recognised by content; `-` is standard input. Several are merged by reception time.
+    #[arg(required = true, value_name = "INPUT")]
+    pub inputs: Vec<PathBuf>,
+    /// The site's configuration.
+    #[arg(long, value_name = "FILE")]
+    pub config: PathBuf,
+    /// Where the output goes; `-` is standard output. The extension tells the format: .ast .pcap .ndjson .geojson .csv.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// The output's format, where the extension does not tell.
+    #[arg(long, value_enum, value_name = "FORMAT")]
+    pub output_format: Option<OutputFormat>,
+    /// The engine's profile, instead of the configuration's.
+    #[arg(long, value_name = "PROFILE")]
+    pub profile: Option<String>,
+    /// How many times faster than it happened; `max`: as fast as it goes.
+    #[arg(long, default_value = "max", value_name = "N|max")]
+    pub speed: Speed,
+    /// No output before this time of the flight: 2026-11-20T10:00:00Z, 10:00:00 or +90s.
+    #[arg(long, value_name = "T")]
+    pub start: Option<Moment>,
+    /// No output from this time of the flight on.
+    #[arg(long, value_name = "T")]
+    pub end: Option<Moment>,
+    /// UTC day of the first record of a file without reception times (raw ASTERIX).
+    #[arg(long, default_value = "1970-01-01", value_name = "YYYY-MM-DD")]
+    pub date: Date,
+    /// Adds how long it took to the summary, and prints it to standard error where standard output holds data.
+    #[arg(long)]
+    pub stats: bool,
+}
+
+/// Runs the command; the summary goes to `stdout` unless the output does.
+pub fn run(args: &Args) -> CommandResult {
+    let mut config = Config::load(&args.config)?;
+    if let Some(name) = &args.profile {
+        let profile = name.parse::<Profile>().and_then(Profile::supported);
+        config.fusion.profile = profile.map_err(|error| Usage(format!("--profile {name}: {error}")))?;
+    }
+    let captures = args.inputs.iter().map(|path| Capture::open(path)).collect::<Result<Vec<_>, _>>()?;
+    let output = Destination::open(args, &config)?;
+    let to_stdout = args.output.as_deref() == Some(Path::new("-"));
+
+    #[expect(clippy::disallowed_methods, reason = "how long it took")]
+    let started = Instant::now();
+    let mut replay = Replay::new(args, &config, output);
+    let outcome = replay.run(captures)?;
+    let (summary, pipeline) = replay.finish()?;
+
+    let mut text = summary.text(pipeline.tally(), &config)?;
+    if args.stats {
+        text += &format!("took       {:.3} s\n", started.elapsed().as_secs_f64());
+    }
+    if !to_stdout {
+        io::stdout().write_all(text.as_bytes())?;
+    } else if args.stats {
+        io::stderr().write_all(text.as_bytes())?;
+    }
+    Ok(outcome)
+}
+
+/// Where pictures are written; nowhere without `-o`.
+struct Destination(Option<PictureWriter<Box<dyn Write>>>);
+
+impl Destination {
+    fn open(args: &Args, config: &Config) -> Result<Self, Box<dyn std::error::Error + Send + Sync>> {
+        let Some(path) = &args.output else {
+            return match args.output_format {
+                Some(_) => {
+                    Err(Usage("--output-format needs -o FILE, or -o - for standard output".to_owned()).into())
+                }
+                None => Ok(Self(None)),
+            };
+        };
+        let format = args.output_format.or_else(|| OutputFormat::of(path)).ok_or_else(|| {
+            Usage(format!(
+                "-o {}: the extension is none of .ast .pcap .ndjson .geojson .csv; name one with --output-format",
+                path.display()
+            ))
+        })?;
+        let out: Box<dyn Write> = if path == Path::new("-") {
+            Box::new(BufWriter::new(io::stdout().lock()))
+        } else {
+            #[expect(clippy::disallowed_methods, reason = "the file that -o names")]
+            let file = File::create(path)
+                .map_err(|error| format!("{}: cannot be written: {error}", path.display()))?;
+            Box::new(BufWriter::with_capacity(1 << 16, file))
+        };
+        Ok(Self(Some(PictureWriter::new(format, out, config)?)))
+    }
+}
+
+struct Replay<'a> {
+    args: &'a Args,
+    pipeline: Pipeline,
+    stage: Stage<'a>,
+    warnings: u32,
+}
+
+/// What happens to an emission.
+struct Stage<'a> {
+    args: &'a Args,
+    maker: PictureMaker,
+    output: Destination,
+    summary: Summary,
+    pace: Pace,
+    /// The first reception: what `--start` and `--end` may be relative to.
+    first: Option<Time>,
+    failed: Option<io::Error>,
+}
+
+/// Warnings that are printed one by one; the rest is only counted.
+const WARNINGS_SHOWN: u32 = 20;
+
+impl<'a> Replay<'a> {
+    fn new(args: &'a Args, config: &Config, output: Destination) -> Self {
+        let pipeline = Pipeline::new(config);
+        let stage = Stage {
+            args,
+            maker: PictureMaker::new(config, pipeline.normaliser()),
+            output,
+            summary: Summary::default(),
+            pace: Pace::new(args.speed),
+            first: None,
+            failed: None,
+        };
+        Self { args, pipeline, stage, warnings: 0 }
+    }
+
+    fn run(&mut self, captures: Vec<Capture>) -> CommandResult {
+        for capture in &captures {
+            info!("{}: {}", capture.name(), capture.format());
+        }
+        let total = captures.iter().map(Capture::size).sum::<Option<u64>>();
+        let bar = if io::stderr().is_terminal() { Some(progress::bar(total)) } else { None };
+        let mut merged = Merged::new(captures, self.args.date);
+        let mut outcome = Outcome::Done;
+        let mut count: u64 = 0;
+        while let Some(next) = merged.next() {
+            match next {
+                Ok(reception) => {
+                    if self.stage.ended(reception.received) {
+                        break;
+                    }
+                    self.receive(&reception, &merged);
+                }
+                Err(damage) => {
+                    error!("{damage}");
+                    outcome = Outcome::InputUnreadable;
+                }
+            }
+            if let Some(error) = self.stage.failed.take() {
+                return Err(error.into());
+            }
+            count += 1;
+            if let Some(bar) = &bar
+                && count.is_multiple_of(256)
+            {
+                bar.set_position(merged.captures().map(Capture::consumed).sum());
+            }
+        }
+        let Self { pipeline, stage, .. } = self;
+        pipeline.finish(|emission| stage.emit(emission));
+        if let Some(bar) = bar {
+            bar.finish_and_clear();
+        }
+        for capture in merged.captures().filter(|capture| capture.skipped().total() > 0) {
+            info!("{}: frames without a whole UDP datagram: {}", capture.name(), capture.skipped());
+        }
+        Ok(outcome)
+    }
+
+    fn receive(&mut self, reception: &Reception, merged: &Merged) {
+        let Self { pipeline, stage, warnings, .. } = self;
+        if stage.first.is_none() {
+            stage.first = reception.received;
+        }
+        pipeline.receive(reception, |output| match output {
+            Output::Emission(emission) => stage.emit(emission),
+            Output::Event(event) if event.is_warning() => {
+                *warnings += 1;
+                let capture = merged.captures().nth(reception.input).map_or("", Capture::name);
+                report(&event, reception, capture, *warnings);
+            }
+            Output::Event(_) => {}
+        });
+    }
+
+    fn finish(self) -> Result<(Summary, Pipeline), io::Error> {
+        if let Some(error) = self.stage.failed {
+            return Err(error);
+        }
+        if let Some(writer) = self.stage.output.0 {
+            writer.finish()?;
+        }
+        Ok((self.stage.summary, self.pipeline))
+    }
+}
+
+/// Says where in which file something was wrong.
+fn report(event: &Event, reception: &Reception, capture: &str, number: u32) {
+    if number > WARNINGS_SHOWN {
+        if number == WARNINGS_SHOWN + 1 {
+            warn!("more like this is only counted");
+        }
+        return;
+    }
+    let mut event = *event;
+    if let Event::Faulty { fault } = &mut event {
+        // The operator looks for it in the file.
+        fault.offset += reception.origin as usize;
+    }
+    match reception.received {
+        Some(received) => warn!("{capture}: {received}: {event}"),
+        None => warn!("{capture}: {event}"),
+    }
+}
+
+impl Stage<'_> {
+    fn emit(&mut self, emission: Emission) {
+        if self.failed.is_some() {
+            return;
+        }
+        let picture = self.maker.picture(emission);
+        if !self.is_wanted(&picture) {
+            return;
+        }
+        self.pace.wait_for(picture.time);
+        self.summary.count(&picture);
+        if let Some(writer) = &mut self.output.0 {
+            self.failed = writer.write(&picture, &self.maker).err();
+        }
+    }
+
+    fn is_wanted(&self, picture: &Picture) -> bool {
+        let Some(first) = self.first else { return true };
+        let at = |moment: Option<Moment>| moment.map(|moment| moment.resolve(first));
+        at(self.args.start).is_none_or(|start| start <= picture.time)
+            && at(self.args.end).is_none_or(|end| picture.time < end)
+    }
+
+    /// Whether nothing received from now on can change what is wanted. A minute is more than any latency.
+    fn ended(&self, received: Option<Time>) -> bool {
+        let (Some(first), Some(end), Some(received)) = (self.first, self.args.end, received) else {
+            return false;
+        };
+        received.seconds_since(end.resolve(first)) > 60.0
+    }
+}
+
+/// Keeps to the pace of the flight.
+struct Pace {
+    speed: Speed,
+    /// The first picture, and when it was shown.
+    start: Option<(Time, Instant)>,
+}
+
+impl Pace {
+    fn new(speed: Speed) -> Self {
+        Self { speed, start: None }
+    }
+
+    #[expect(clippy::disallowed_methods, reason = "pacing is what --speed asks for")]
+    fn wait_for(&mut self, time: Time) {
+        let Speed::Times(times) = self.speed else { return };
+        let now = Instant::now();
+        let (first, shown) = *self.start.get_or_insert((time, now));
+        let due = shown + Duration::from_secs_f64(time.seconds_since(first).max(0.0) / times);
+        std::thread::sleep(due.saturating_duration_since(now));
+    }
+}

@@ -1,0 +1,154 @@
+//! What a replay tells at its end.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::{self, Write as _};
+
+use crate::config::{Config, SensorKind};
+use crate::fusion::Source;
+use crate::normalise::{Identity, RadarTrackKey, SensorIndex};
+use crate::picture::Picture;
+use crate::pipeline::Tally;
+use crate::time::Time;
+
+/// Counts what came out. Grows with the number of aircraft and radar tracks, not with time.
+#[derive(Clone, Debug, Default)]
+pub struct Summary {
+    slots: u64,
+    points: BTreeMap<&'static str, u64>,
+    span: Option<(Time, Time)>,
+    aircraft: BTreeMap<u32, Aircraft>,
+    radar_only: BTreeSet<RadarTrackKey>,
+}
+
+#[derive(Clone, Debug)]
+struct Aircraft {
+    identity: Identity,
+    fused: u64,
+    alone: u64,
+    radar_tracks: BTreeSet<RadarTrackKey>,
+}
+
+impl Summary {
+    /// Counts a picture.
+    pub fn count(&mut self, picture: &Picture) {
+        self.slots += 1;
+        for track in &picture.tracks {
+            let source = &track.point.source;
+            *self.points.entry(track.source_name()).or_default() += 1;
+            let first = self.span.map_or(track.time, |(first, _)| first);
+            self.span = Some((first, track.time));
+            if let Some(part) = source.transponder() {
+                let aircraft = self.aircraft.entry(part.number).or_insert_with(|| Aircraft {
+                    identity: part.identity,
+                    fused: 0,
+                    alone: 0,
+                    radar_tracks: BTreeSet::new(),
+                });
+                match source {
+                    Source::Fused(radar, ..) => {
+                        aircraft.fused += 1;
+                        aircraft.radar_tracks.insert(radar.track);
+                    }
+                    _ => aircraft.alone += 1,
+                }
+            } else if let Some(radar) = source.radar() {
+                self.radar_only.insert(radar.track);
+            }
+        }
+    }
+
+    /// Points put out from one source: `fused`, `radar` or `transponder`.
+    pub fn points(&self, source: &str) -> u64 {
+        self.points.get(source).copied().unwrap_or(0)
+    }
+
+    /// The summary as text: what came in, what was dropped and why, what came out.
+    pub fn text(&self, tally: &Tally, config: &Config) -> Result<String, fmt::Error> {
+        let mut text = String::new();
+        received(&mut text, tally)?;
+        for (index, sensor) in config.sensors.iter().enumerate() {
+            let index = SensorIndex(index as u16);
+            let (kind, what) = match sensor.kind {
+                SensorKind::Radar(_) => ("radar", "plots"),
+                SensorKind::Transponder(_) => ("transponder", "reports"),
+            };
+            let accepted = tally.accepted.get(&index).copied().unwrap_or(0);
+            write!(text, "sensor     {} ({kind}): {accepted} {what}", sensor.id)?;
+            let dropped = tally.refused.iter().filter(|((sensor, _), _)| *sensor == Some(index));
+            dropped_list(&mut text, dropped.map(|((_, reason), count)| (*reason, *count)))?;
+            writeln!(text)?;
+        }
+        self.put_out(&mut text)?;
+        Ok(text)
+    }
+
+    fn put_out(&self, text: &mut String) -> fmt::Result {
+        match self.span {
+            Some((first, last)) => writeln!(
+                text,
+                "output     {first} to {last}, {} slots: {} fused, {} radar, {} transponder points",
+                self.slots,
+                self.points("fused"),
+                self.points("radar"),
+                self.points("transponder"),
+            )?,
+            None => writeln!(text, "output     no point in {} slots", self.slots)?,
+        }
+        const SHOWN: usize = 30;
+        for (number, aircraft) in self.aircraft.iter().take(SHOWN) {
+            writeln!(
+                text,
+                "aircraft   {number} (serial {}): {} points fused with {} radar tracks, {} of the transponder alone",
+                aircraft.identity.serial().escape_ascii(),
+                aircraft.fused,
+                aircraft.radar_tracks.len(),
+                aircraft.alone,
+            )?;
+        }
+        if self.aircraft.len() > SHOWN {
+            writeln!(text, "aircraft   and {} more", self.aircraft.len() - SHOWN)?;
+        }
+        writeln!(text, "radar only {} tracks", self.radar_only.len())
+    }
+}
+
+fn received(text: &mut String, tally: &Tally) -> fmt::Result {
+    writeln!(text, "received   {} datagrams or records, {} octets", tally.received, tally.octets)?;
+    let mut line = |name: String, count: u64| {
+        if count > 0 { writeln!(text, "dropped    {count} {name}") } else { Ok(()) }
+    };
+    line("repeated datagrams (redundant lines)".to_owned(), tally.duplicates)?;
+    for ((category, kind), &count) in &tally.faults {
+        let category = category.map_or(String::new(), |category| format!(" in category {category}"));
+        line(format!("unreadable{category}: {kind}"), count)?;
+    }
+    for (category, &count) in &tally.skipped {
+        line(format!("blocks of category {category}, which is not used"), count)?;
+    }
+    for ((category, source), &count) in &tally.unknown_sources {
+        line(
+            format!("CAT{category:03} records of SAC {} SIC {}, which no sensor has", source.sac, source.sic),
+            count,
+        )?;
+    }
+    for ((sensor, reason), &count) in &tally.refused {
+        if sensor.is_none() {
+            line(format!("records of no sensor: {reason}"), count)?;
+        }
+    }
+    let mut note = |count: u64, what: &str| {
+        if count > 0 { writeln!(text, "noted      {count} {what}") } else { Ok(()) }
+    };
+    note(tally.several_records, "CAT129 blocks with more than one record")?;
+    note(tally.restarts, "fresh starts after a silence longer than the window")?;
+    note(tally.clock_behind, "backward steps of the clock of reception")
+}
+
+fn dropped_list(text: &mut String, reasons: impl Iterator<Item = (&'static str, u64)>) -> fmt::Result {
+    let mut first = true;
+    for (reason, count) in reasons {
+        write!(text, "{} {count} {reason}", if first { "; dropped:" } else { "," })?;
+        first = false;
+    }
+    Ok(())
+}

@@ -1,0 +1,123 @@
+//! What everybody outside reads: tracks with WGS-84 positions, made once a slot from the engine's emission.
+
+mod track_json;
+
+use crate::config::Config;
+use crate::fusion::{Emission, Point, Slot, Source};
+use crate::normalise::{Frame, Geodetic, Normaliser, SensorIndex};
+use crate::time::Time;
+
+pub use track_json::TrackJson;
+
+/// Everything of one slot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// The slot.
+    pub slot: Slot,
+    /// Its centre: the time of applicability of every track in it.
+    pub time: Time,
+    /// Fused, then radar, then transponder; each by track number.
+    pub tracks: Vec<Track>,
+}
+
+/// One output point with its place on Earth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Track {
+    /// What the engine put out.
+    pub point: Point,
+    /// Time of applicability.
+    pub time: Time,
+    /// Latitude, longitude and ellipsoidal height; the height is an assumed one where none was measured.
+    pub position: Geodetic,
+    /// Height above mean sea level, metres; `None` where none was measured.
+    pub altitude_amsl_m: Option<f64>,
+}
+
+impl Track {
+    /// Whether a transponder's part in it is interpolated: in the `reference` profile, wherever there is one.
+    pub fn is_interpolated(&self) -> bool {
+        self.point.source.transponder().is_some()
+    }
+
+    /// Whether a radar took part that did not measure the height.
+    pub fn radar_height_missing(&self) -> bool {
+        self.point.source.radar().is_some_and(|radar| !radar.height_measured)
+    }
+
+    /// `fused`, `radar` or `transponder`.
+    pub fn source_name(&self) -> &'static str {
+        match self.point.source {
+            Source::Fused(..) => "fused",
+            Source::Radar(_) => "radar",
+            Source::Transponder(_) => "transponder",
+        }
+    }
+}
+
+/// Makes pictures: knows the site's frame, its geoid, and the names of its sensors.
+#[derive(Clone, Debug)]
+pub struct PictureMaker {
+    frame: Frame,
+    undulation_m: f64,
+    sensors: Vec<String>,
+    weights: Weights,
+}
+
+/// The weights in a fused position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Weights {
+    radar: f64,
+    transponder: f64,
+}
+
+impl PictureMaker {
+    /// For the site of `config`, in the frame of `normaliser`.
+    pub fn new(config: &Config, normaliser: &Normaliser) -> Self {
+        Self {
+            frame: normaliser.frame().clone(),
+            undulation_m: normaliser.undulation_m(),
+            sensors: config.sensors.iter().map(|sensor| sensor.id.clone()).collect(),
+            weights: Weights {
+                radar: config.fusion.weight_radar,
+                transponder: config.fusion.weight_transponder,
+            },
+        }
+    }
+
+    /// The picture of an emission.
+    pub fn picture(&self, emission: Emission) -> Picture {
+        let track = |point: Point| {
+            let position = self.frame.to_geodetic(point.position);
+            let measured = point.source.height_measured();
+            Track {
+                time: emission.time,
+                position,
+                altitude_amsl_m: measured.then_some(position.height_m - self.undulation_m),
+                point,
+            }
+        };
+        Picture {
+            slot: emission.slot,
+            time: emission.time,
+            tracks: emission.points.into_iter().map(track).collect(),
+        }
+    }
+
+    /// A sensor's configured name.
+    pub fn sensor(&self, index: SensorIndex) -> &str {
+        &self.sensors[usize::from(index.0)]
+    }
+
+    /// The track's id, of letters, digits, `-`, `.`, `_`: `F-<number>`, `T-<number>`, or
+    /// `R-<sensor>-<number>-<first seen>`, because a radar gives its numbers again.
+    pub fn track_id(&self, track: &Track) -> String {
+        let Point { number, first_seen, source, .. } = &track.point;
+        match source {
+            Source::Fused(..) => format!("F-{number}"),
+            Source::Radar(radar) => {
+                format!("R-{}-{number}-{}", self.sensor(radar.track.sensor), first_seen.as_seconds())
+            }
+            Source::Transponder(_) => format!("T-{number}"),
+        }
+    }
+}

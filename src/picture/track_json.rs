@@ -1,0 +1,173 @@
+//! A track as JSON: the properties of the HTTP API, one object a line in `replay --output-format ndjson`.
+
+use serde::Serialize;
+
+use super::{PictureMaker, Track};
+use crate::fusion::{RadarPart, Source, TransponderPart};
+
+/// Metres, degrees, RFC 3339 UTC; what is unknown is left out.
+#[derive(Clone, Debug, Serialize)]
+pub struct TrackJson<'a> {
+    id: String,
+    source: &'static str,
+    track_number: u32,
+    state: &'static str,
+    time: String,
+    lat: f64,
+    lng: f64,
+    /// Above the ellipsoid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    alt: Option<f64>,
+    /// Above mean sea level.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    alt_msl: Option<f64>,
+    geoid_separation: f64,
+    interpolated: bool,
+    extrapolated: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    uav_probability: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    uas_id: Option<UasId>,
+    first_seen: String,
+    contributors: Vec<Contributor<'a>>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct UasId {
+    serial_number: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    manufacturer: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    model: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    registration_country: Option<String>,
+}
+
+/// Who took part and, of a fused pair, why.
+#[derive(Clone, Debug, Serialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
+enum Contributor<'a> {
+    Radar {
+        sensor: &'a str,
+        track_number: u16,
+        time: String,
+        weight: f64,
+        height_measured: bool,
+        #[serde(flatten)]
+        association: Option<Association>,
+    },
+    Transponder {
+        sensor: &'a str,
+        track_number: u32,
+        weight: f64,
+    },
+}
+
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Association {
+    distance_m: f64,
+    threshold_m: f64,
+    ratio: f64,
+    within: u32,
+    co_present: u32,
+}
+
+impl<'a> TrackJson<'a> {
+    /// Of a track of `maker`'s.
+    pub fn new(track: &Track, maker: &'a PictureMaker) -> Self {
+        let source = &track.point.source;
+        Self {
+            id: maker.track_id(track),
+            source: track.source_name(),
+            track_number: track.point.number,
+            state: "active",
+            time: track.time.to_string(),
+            lat: rounded(track.position.latitude_deg(), 9),
+            lng: rounded(track.position.longitude_deg(), 9),
+            alt: track.altitude_amsl_m.map(|_| rounded(track.position.height_m, 3)),
+            alt_msl: track.altitude_amsl_m.map(|metres| rounded(metres, 3)),
+            geoid_separation: rounded(maker.undulation_m, 3),
+            interpolated: track.is_interpolated(),
+            extrapolated: false,
+            uav_probability: source.radar().and_then(|radar| radar.uav_probability).map(|p| rounded(p, 4)),
+            uas_id: source.transponder().map(UasId::new),
+            first_seen: track.point.first_seen.to_string(),
+            contributors: contributors(source, maker),
+        }
+    }
+}
+
+impl TrackJson<'_> {
+    /// Longitude, degrees.
+    pub fn lng(&self) -> f64 {
+        self.lng
+    }
+
+    /// Latitude, degrees.
+    pub fn lat(&self) -> f64 {
+        self.lat
+    }
+
+    /// Height above the ellipsoid, metres, where it was measured.
+    pub fn alt(&self) -> Option<f64> {
+        self.alt
+    }
+}
+
+impl UasId {
+    fn new(part: &TransponderPart) -> Self {
+        Self {
+            serial_number: part.identity.serial().escape_ascii().to_string(),
+            manufacturer: part.items.manufacturer.and_then(|octets| text(&octets)),
+            model: part.items.model.and_then(|octets| text(&octets)),
+            registration_country: part.items.registration_country.and_then(|octets| text(&octets)),
+        }
+    }
+}
+
+fn contributors<'a>(source: &Source, maker: &'a PictureMaker) -> Vec<Contributor<'a>> {
+    let radar = |part: &RadarPart, weight, association| Contributor::Radar {
+        sensor: maker.sensor(part.track.sensor),
+        track_number: part.track.number,
+        time: part.time.to_string(),
+        weight,
+        height_measured: part.height_measured,
+        association,
+    };
+    let transponder = |part: &TransponderPart, weight| Contributor::Transponder {
+        sensor: maker.sensor(part.sensor),
+        track_number: part.number,
+        weight,
+    };
+    match source {
+        Source::Fused(radar_part, transponder_part, pair) => {
+            let sum = maker.weights.radar + maker.weights.transponder;
+            let association = Association {
+                distance_m: rounded(pair.distance_m, 3),
+                threshold_m: rounded(pair.gate_m, 3),
+                ratio: rounded(pair.evidence.ratio(), 4),
+                within: pair.evidence.within,
+                co_present: pair.evidence.co_present,
+            };
+            vec![
+                radar(radar_part, rounded(maker.weights.radar / sum, 4), Some(association)),
+                transponder(transponder_part, rounded(maker.weights.transponder / sum, 4)),
+            ]
+        }
+        Source::Radar(part) => vec![radar(part, 1.0, None)],
+        Source::Transponder(part) => vec![transponder(part, 1.0)],
+    }
+}
+
+/// Octets as text without the padding; what is not printable ASCII is escaped. `None` where nothing is left.
+fn text(octets: &[u8]) -> Option<String> {
+    let escaped = octets.escape_ascii().to_string().replace("\\x00", " ");
+    let trimmed = escaped.trim();
+    (!trimmed.is_empty()).then(|| trimmed.to_owned())
+}
+
+/// To so many decimals: a tenth of a millimetre is plenty, and half the octets.
+fn rounded(value: f64, decimals: i32) -> f64 {
+    let scale = 10_f64.powi(decimals);
+    (value * scale).round() / scale
+}

@@ -1,0 +1,94 @@
+//! A track as the CAT129 record that goes out (`docs/CAT129.md`).
+
+use asterix::cat129::fusion_report::{Deviation, Flags, Source as ReportSource, UavProbability};
+use asterix::cat129::{Altitude, FusionReport, Position, Record};
+use asterix::{DataSource, TimeOfDay, encode_block};
+
+use crate::config::SerialSource;
+use crate::fusion::Source;
+use crate::normalise::time_of_day_count;
+use crate::picture::Track;
+
+/// Encodes tracks: one record in one block each, as edition 1.2 of the category demands.
+#[derive(Clone, Copy, Debug)]
+pub struct Cat129Encoder {
+    /// The service's own SAC/SIC (I129/010).
+    pub source: DataSource,
+    /// What I129/040 holds.
+    pub serial: SerialSource,
+}
+
+impl Cat129Encoder {
+    /// Appends the track's block. A position that CAT129 cannot hold (a height beyond ±838 km) is left out: `false`.
+    pub fn encode(&self, track: &Track, out: &mut Vec<u8>) -> bool {
+        let Some(record) = self.record(track) else { return false };
+        encode_block(&[record], out).is_ok()
+    }
+
+    fn record(&self, track: &Track) -> Option<Record> {
+        let point = &track.point;
+        let position = &track.position;
+        let transponder = point.source.transponder();
+        let number = decimal(point.number);
+        let items = transponder.map(|part| &part.items);
+        let altitude = track.altitude_amsl_m.map(|metres| Altitude::from_metres(metres).ok_or(()));
+        Some(Record {
+            data_source: Some(self.source),
+            manufacturer: items.map_or(Some(*b"RDR"), |items| items.manufacturer),
+            model: items.map_or(Some(*b"UNK"), |items| items.model),
+            serial_number: Some(match (items, self.serial) {
+                (Some(items), SerialSource::Uas) => items.serial_number,
+                _ => number,
+            }),
+            registration_country: Some(items.and_then(|items| items.registration_country).unwrap_or(*b"ZZ")),
+            time_of_day: TimeOfDay::from_count(time_of_day_count(track.time)),
+            position: Some(Position::new(position.latitude_deg(), position.longitude_deg())?),
+            altitude_amsl: altitude.transpose().ok()?,
+            special_purpose: Some(report(track).to_field()),
+            ..Record::default()
+        })
+    }
+}
+
+/// The special purpose field: what CAT129 has no item for.
+fn report(track: &Track) -> FusionReport {
+    let point = &track.point;
+    let (radar, transponder) = (point.source.radar(), point.source.transponder());
+    let flag = |set, flag| if set { flag } else { Flags::default() };
+    FusionReport {
+        source: match point.source {
+            Source::Fused(..) => ReportSource::Fused,
+            Source::Radar(_) => ReportSource::Radar,
+            Source::Transponder(_) => ReportSource::Transponder,
+        },
+        track_number: point.number,
+        radar_track: radar.map(|part| part.track.number),
+        transponder: transponder.map(|part| part.number),
+        horizontal_deviation: Deviation::UNKNOWN,
+        vertical_deviation: Deviation::UNKNOWN,
+        flags: flag(track.is_interpolated(), Flags::INTERPOLATED)
+            .with(flag(track.radar_height_missing(), Flags::HEIGHT_NOT_MEASURED)),
+        uav_probability: radar
+            .and_then(|part| part.uav_probability)
+            .map_or(UavProbability::UNKNOWN, UavProbability::from_probability),
+    }
+}
+
+/// A number, right-justified with zeros to 12 characters.
+fn decimal(mut number: u32) -> [u8; 12] {
+    let mut digits = [b'0'; 12];
+    for digit in digits.iter_mut().rev() {
+        *digit += (number % 10) as u8;
+        number /= 10;
+    }
+    digits
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn numbers_are_right_justified_with_zeros() {
+        assert_eq!(&super::decimal(0), b"000000000000");
+        assert_eq!(&super::decimal(4_294_964_095), b"004294964095");
+    }
+}

@@ -1,0 +1,156 @@
+//! The file formats of `replay`.
+
+use std::io::{self, Write};
+use std::net::Ipv4Addr;
+use std::path::Path;
+
+use asterix::DataSource;
+use serde::Serialize;
+
+use super::{Cat129Encoder, PcapWriter, UdpFlow, csv, pack};
+use crate::config::{Address, Config, Sink};
+use crate::picture::{Picture, PictureMaker, Track, TrackJson};
+use crate::time::Time;
+
+/// What a file of output looks like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum OutputFormat {
+    /// CAT129 data blocks, one after another.
+    Asterix,
+    /// CAT129 datagrams as the service would send them, with the times at which it would.
+    Pcap,
+    /// One JSON object a line and track.
+    Ndjson,
+    /// One GeoJSON feature collection (RFC 7946), a point a track and slot.
+    Geojson,
+    /// Comma-separated values.
+    Csv,
+}
+
+impl OutputFormat {
+    /// By the extension of a file's name: `.ast .pcap .ndjson .geojson .csv`.
+    pub fn of(path: &Path) -> Option<Self> {
+        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+            "ast" => Some(Self::Asterix),
+            "pcap" => Some(Self::Pcap),
+            "ndjson" => Some(Self::Ndjson),
+            "geojson" => Some(Self::Geojson),
+            "csv" => Some(Self::Csv),
+            _ => None,
+        }
+    }
+}
+
+/// Writes pictures in one format.
+pub struct PictureWriter<W> {
+    form: Form<W>,
+    encoder: Cat129Encoder,
+    latency: jiff::SignedDuration,
+}
+
+enum Form<W> {
+    Asterix { out: W, block: Vec<u8> },
+    Pcap(PcapWriter<W>),
+    Ndjson(W),
+    Geojson { out: W, features: u64 },
+    Csv(W),
+}
+
+/// Where the service sends when the configuration names no sink.
+const DEFAULT_FLOW: UdpFlow =
+    UdpFlow { from: Ipv4Addr::LOCALHOST, to: Ipv4Addr::new(239, 192, 129, 2), port: 8130, ttl: 1 };
+
+impl<W: Write> PictureWriter<W> {
+    /// Writes what the format has in front.
+    pub fn new(format: OutputFormat, mut out: W, config: &Config) -> io::Result<Self> {
+        let form = match format {
+            OutputFormat::Asterix => Form::Asterix { out, block: Vec::new() },
+            OutputFormat::Pcap => Form::Pcap(PcapWriter::new(out, flow(config.output.asterix.first()))?),
+            OutputFormat::Ndjson => Form::Ndjson(out),
+            OutputFormat::Geojson => {
+                out.write_all(b"{\"type\":\"FeatureCollection\",\"features\":[")?;
+                Form::Geojson { out, features: 0 }
+            }
+            OutputFormat::Csv => {
+                csv::header(&mut out)?;
+                Form::Csv(out)
+            }
+        };
+        let source = DataSource { sac: config.site.sac, sic: config.site.sic };
+        let encoder = Cat129Encoder { source, serial: config.output.serial };
+        // A slot is sent this long after its centre.
+        let latency = config.fusion.latency() - config.fusion.slot / 2;
+        Ok(Self { form, encoder, latency })
+    }
+
+    /// Writes a picture.
+    pub fn write(&mut self, picture: &Picture, maker: &PictureMaker) -> io::Result<()> {
+        match &mut self.form {
+            Form::Asterix { out, block } => {
+                block.clear();
+                for track in &picture.tracks {
+                    self.encoder.encode(track, block);
+                }
+                out.write_all(block)
+            }
+            Form::Pcap(pcap) => {
+                let sent: Time = picture.time + self.latency;
+                pack(picture, &self.encoder).iter().try_for_each(|datagram| pcap.write(sent, datagram))
+            }
+            Form::Ndjson(out) => picture.tracks.iter().try_for_each(|track| {
+                serde_json::to_writer(&mut *out, &TrackJson::new(track, maker))?;
+                out.write_all(b"\n")
+            }),
+            Form::Geojson { out, features } => picture.tracks.iter().try_for_each(|track| {
+                out.write_all(if *features == 0 { b"\n" } else { b",\n" })?;
+                *features += 1;
+                Ok(serde_json::to_writer(&mut *out, &Feature::new(track, maker))?)
+            }),
+            Form::Csv(out) => csv::picture(out, picture, maker),
+        }
+    }
+
+    /// Writes what the format has behind, and everything buffered.
+    pub fn finish(self) -> io::Result<()> {
+        match self.form {
+            Form::Asterix { mut out, .. } | Form::Ndjson(mut out) | Form::Csv(mut out) => out.flush(),
+            Form::Pcap(mut pcap) => pcap.flush(),
+            Form::Geojson { mut out, .. } => {
+                out.write_all(b"\n]}\n")?;
+                out.flush()
+            }
+        }
+    }
+}
+
+fn flow(sink: Option<&Sink>) -> UdpFlow {
+    let Some(sink) = sink else { return DEFAULT_FLOW };
+    let (from, to) = match sink.address {
+        Address::Multicast { group, interface } => (interface, group),
+        Address::Unicast(address) => (Ipv4Addr::LOCALHOST, address),
+    };
+    UdpFlow { from, to, port: sink.port, ttl: sink.ttl }
+}
+
+#[derive(Serialize)]
+struct Feature<'a> {
+    r#type: &'static str,
+    geometry: Geometry,
+    properties: TrackJson<'a>,
+}
+
+/// Longitude, latitude and, where it was measured, ellipsoidal height.
+#[derive(Serialize)]
+struct Geometry {
+    r#type: &'static str,
+    coordinates: Vec<f64>,
+}
+
+impl<'a> Feature<'a> {
+    fn new(track: &Track, maker: &'a PictureMaker) -> Self {
+        let properties = TrackJson::new(track, maker);
+        let mut coordinates = vec![properties.lng(), properties.lat()];
+        coordinates.extend(properties.alt());
+        Self { r#type: "Feature", geometry: Geometry { r#type: "Point", coordinates }, properties }
+    }
+}

@@ -1,0 +1,81 @@
+//! UDP datagrams as a classic pcap file, for tools that read captures.
+
+use std::io::{self, Write};
+use std::net::Ipv4Addr;
+
+use etherparse::PacketBuilder;
+
+use crate::time::{SECOND, Time};
+
+/// The headers that every datagram of the file gets.
+#[derive(Clone, Copy, Debug)]
+pub struct UdpFlow {
+    /// Sender; the source port is the destination's.
+    pub from: Ipv4Addr,
+    /// Receiver: a group or an address.
+    pub to: Ipv4Addr,
+    /// Destination port.
+    pub port: u16,
+    /// Hops.
+    pub ttl: u8,
+}
+
+/// Writes Ethernet frames with time stamps in nanoseconds, which hold every time the engine knows exactly.
+#[derive(Debug)]
+pub struct PcapWriter<W> {
+    out: W,
+    flow: UdpFlow,
+    frame: Vec<u8>,
+}
+
+/// Magic of nanosecond files, in this machine's byte order on every machine: little-endian.
+const MAGIC_NANOSECONDS: u32 = 0xa1b2_3c4d;
+const LINKTYPE_ETHERNET: u32 = 1;
+const SNAPLEN: u32 = 262_144;
+
+impl<W: Write> PcapWriter<W> {
+    /// Writes the file's header.
+    pub fn new(mut out: W, flow: UdpFlow) -> io::Result<Self> {
+        out.write_all(&MAGIC_NANOSECONDS.to_le_bytes())?;
+        for half in [2_u16, 4] {
+            out.write_all(&half.to_le_bytes())?; // version 2.4
+        }
+        for word in [0, 0, SNAPLEN, LINKTYPE_ETHERNET] {
+            out.write_all(&word.to_le_bytes())?;
+        }
+        Ok(Self { out, flow, frame: Vec::new() })
+    }
+
+    /// Writes one datagram, sent at `time`.
+    ///
+    /// # Errors
+    /// The file cannot be written, or `time` is outside 1970 to 2106, which this format cannot hold.
+    pub fn write(&mut self, time: Time, datagram: &[u8]) -> io::Result<()> {
+        let UdpFlow { from, to, port, ttl } = self.flow;
+        self.frame.clear();
+        PacketBuilder::ethernet2([2, 0, 0, 0, 0, 1], mac_of(to))
+            .ipv4(from.octets(), to.octets(), ttl)
+            .udp(port, port)
+            .write(&mut self.frame, datagram)
+            .map_err(io::Error::other)?;
+        let seconds = u32::try_from(time.nanos().div_euclid(SECOND)).map_err(|_| {
+            io::Error::other(format!("a pcap file holds the years 1970 to 2106, and {time} is none of them"))
+        })?;
+        let length = self.frame.len() as u32;
+        for word in [seconds, time.nanos().rem_euclid(SECOND) as u32, length, length] {
+            self.out.write_all(&word.to_le_bytes())?;
+        }
+        self.out.write_all(&self.frame)
+    }
+
+    /// Writes out what is buffered.
+    pub fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}
+
+/// The Ethernet address of a multicast group (RFC 1112 section 6.4); a locally administered one for anything else.
+fn mac_of(address: Ipv4Addr) -> [u8; 6] {
+    let [_, b, c, d] = address.octets();
+    if address.is_multicast() { [0x01, 0x00, 0x5e, b & 0x7f, c, d] } else { [2, 0, 0, 0, 0, 2] }
+}

@@ -1,0 +1,237 @@
+//! The configuration as its users meet it: the files of `config/`, the environment, the effective configuration.
+
+use std::path::{Path, PathBuf};
+
+use proptest::prelude::*;
+use utm_fusion::config::{AreaKind, Auth, Config, ConfigErrors, Fusion, Place, SensorKind};
+
+const EXAMPLE: &str = include_str!("../config/example.toml");
+
+/// Small, and with what has to be escaped when it is shown.
+const SMALL: &str = r#"[site]
+name = "a \"b\" \\ \u0001\n"
+sac = 25
+sic = 1
+
+[[sensors]]
+id = "north"
+kind = "radar"
+sac = 25
+sic = 200
+latitude_deg = 52.123456789012
+longitude_deg = -0.1
+height_amsl_m = 1e-7
+classification = { source = "constant", value = 0.3 }
+
+[fusion]
+slot_s = 0.1
+latency_s = 0.7
+window_s = 12.8
+suppress_s = 0.3
+max_future_s = 0.123456789
+transponder_numbers = { "A \"B\" 1" = 9, 007 = 3 }
+"#;
+
+fn parse(text: &str, env: &[(&str, &str)]) -> Result<Config, ConfigErrors> {
+    let env = env.iter().map(|&(name, value)| (name.to_owned(), value.to_owned()));
+    Config::parse(text, "config/site.toml", env)
+}
+
+fn load(name: &str) -> Config {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config").join(name);
+    Config::load(&path).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+#[test]
+fn the_example_is_valid_and_shows_the_defaults() {
+    let config = load("example.toml");
+    let numbers = [("DRONE-ALPHA".to_owned(), 7)].into();
+    assert_eq!(config.fusion, Fusion { transponder_numbers: numbers, ..Fusion::default() });
+    assert_eq!(config.areas.len(), 3);
+    assert_eq!(config.areas[1].kind, AreaKind::Coverage { sensor: "ground-station".into() });
+    assert!(config.areas.iter().all(|area| area.file.is_absolute()));
+}
+
+#[test]
+fn the_trial_site_is_valid() {
+    let config = load("deenethorpe.toml");
+    assert_eq!(config.fusion, Fusion::default());
+    let (sensor, radar) = config.radars().next().unwrap();
+    assert_eq!((sensor.sac, sensor.sic, sensor.period_s), (25, 200, Some(0.25)));
+    assert_eq!((radar.height_amsl_m, radar.assumed_height_amsl_m), (105.0, 150.0));
+    assert!(matches!(config.sensors[1].kind, SensorKind::Transponder(_)));
+}
+
+#[test]
+fn the_effective_configuration_reads_back_to_the_same() {
+    for text in [EXAMPLE, SMALL, include_str!("../config/deenethorpe.toml")] {
+        let config = parse(text, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+        let shown = config.to_toml();
+        // Somewhere else, because no path may depend on where the file was.
+        let back = Config::parse(&shown, "/elsewhere/site.toml", std::iter::empty());
+        assert_eq!(back.unwrap_or_else(|errors| panic!("{errors}\n{shown}")), config, "{shown}");
+    }
+}
+
+#[test]
+fn the_effective_configuration_says_what_is_taken_for_an_absent_key() {
+    let shown = parse(SMALL, &[]).unwrap().to_toml();
+    for line in [
+        "# geoid_undulation_m: EGM96 at the first radar",
+        "# period_s: not stated, 0.25 is assumed",
+        "assumed_height_amsl_m = 1e-7",
+        "latency_s = 0.7",
+        "listen = \"127.0.0.1:8080\"",
+        "dir = \"state\"",
+    ] {
+        assert!(shown.lines().any(|shown| shown == line), "{line}\nis not in\n{shown}");
+    }
+}
+
+#[test]
+fn the_environment_overrides_keys() {
+    let config = parse(
+        SMALL,
+        &[
+            ("HOME", "/root"),
+            ("UTM_FUSION_SHARED_DATA", "not an override"),
+            ("UTM_FUSION__SITE__NAME", "bare text"),
+            ("UTM_FUSION__SITE__SAC", " 0x1A "),
+            ("UTM_FUSION__FUSION__LATENCY_S", "5"),
+            ("UTM_FUSION__FUSION__THRESHOLD_M", "[[0, 50]]"),
+            ("UTM_FUSION__FUSION__TRANSPONDER_NUMBERS", "{ X = 1 }"),
+            ("UTM_FUSION__HTTP__LISTEN", "0.0.0.0:80"),
+            ("UTM_FUSION__HTTP__AUTH__MODE", "tokens"),
+            ("UTM_FUSION__OUTPUT__RECORD__DIR", "\"quoted\""),
+            ("UTM_FUSION__OUTPUT__ASTERIX", r#"[{ address = "10.0.0.1", port = 8130 }]"#),
+        ],
+    )
+    .unwrap_or_else(|errors| panic!("{errors}"));
+    assert_eq!((config.site.name.as_str(), config.site.sac), ("bare text", 26));
+    assert_eq!(config.fusion.latency_slots, 50);
+    assert_eq!(config.fusion.threshold_m, [(0.0, 50.0)]);
+    assert_eq!(config.fusion.transponder_numbers, [("X".to_owned(), 1)].into());
+    assert_eq!((config.http.listen.to_string().as_str(), config.http.auth), ("0.0.0.0:80", Auth::Tokens));
+    assert_eq!(config.output.record.unwrap().dir.to_str(), Some("quoted"));
+    assert_eq!(config.output.asterix[0].ttl, 64);
+}
+
+#[test]
+fn an_override_that_is_wrong_is_named() {
+    for (name, value, key, message) in [
+        ("UTM_FUSION__FUSION__LATENCY_S", "soon", "fusion.latency_s = \"soon\"", "expected a number"),
+        ("UTM_FUSION__FUSION__LATENCY_S", "5\nwindow_s = 9", "fusion.latency_s", "expected a number"),
+        ("UTM_FUSION__FUSION__LATENCY_S", "0.75", "fusion.latency_s = 0.75", "whole number of slots"),
+        (
+            "UTM_FUSION__FUSION__PROFILE",
+            "operational",
+            "fusion.profile = \"operational\"",
+            "use \"reference\"",
+        ),
+        ("UTM_FUSION__FUSION__LATENCY", "5", "fusion.latency", "did you mean latency_s?"),
+        ("UTM_FUSION__FUSIN__LATENCY_S", "5", "fusin", "did you mean fusion?"),
+        ("UTM_FUSION__SITE__NAME", "25", "site.name = 25", "expected text in quotes"),
+        ("UTM_FUSION__SENSORS__0__SAC", "1", "sensors.0.sac", "set in the file only"),
+        ("UTM_FUSION__AREAS", "[]", "areas", "set in the file only"),
+        ("UTM_FUSION__FUSION", "{}", "fusion", "names no key"),
+        ("UTM_FUSION__", "5", "this", "names no key"),
+        ("UTM_FUSION__FUSION__", "5", "fusion.\"\"", "unknown"),
+        ("UTM_FUSION__SITE__NAME__X", "5", "site.name.x", "set name as a whole"),
+        ("UTM_FUSION__FUSION__TRANSPONDER_NUMBERS__X", "5", "fusion.transponder_numbers.x", "set together"),
+    ] {
+        let Err(errors) = parse(SMALL, &[(name, value)]) else { panic!("{name}={value} was accepted") };
+        let shown = errors.to_string();
+        assert_eq!(errors.iter().count(), 1, "{shown}");
+        let rest = shown.strip_prefix(&format!("environment variable {name}: {key}"));
+        assert!(rest.is_some_and(|rest| rest.starts_with([':', ' '])), "{shown}");
+        assert!(shown.contains(message), "{shown}");
+    }
+}
+
+#[test]
+fn all_faults_are_reported_in_the_order_of_the_file() {
+    let text = SMALL
+        .replace("sac = 25\nsic = 1\n", "sac = 256\n")
+        .replace("52.1", "152.1")
+        .replace("slot_s", "slot")
+        .replace("0.123456789", "\"1\"");
+    let errors = parse(&text, &[("UTM_FUSION__HTTP__LISTEN", "8080")]).unwrap_err();
+    let places: Vec<_> = errors.iter().map(|error| (error.place.clone(), error.key.as_str())).collect();
+    let variable = Place::Variable("UTM_FUSION__HTTP__LISTEN".into());
+    let wanted = [
+        (Place::Line(1), "site.sic"),
+        (Place::Line(3), "site.sac"),
+        (Place::Line(10), "sensors[0].latitude_deg"),
+        (Place::Line(16), "fusion.slot"),
+        (Place::Line(17), "fusion.latency_s"),
+        (Place::Line(18), "fusion.window_s"),
+        (Place::Line(19), "fusion.suppress_s"),
+        (Place::Line(20), "fusion.max_future_s"),
+        (variable, "http.listen"),
+    ];
+    assert_eq!(places, wanted, "{errors}");
+    let line = "config/site.toml:10: sensors[0].latitude_deg = 152.123456789012: \
+                a latitude is between -90 and 90 degrees; ";
+    assert!(errors.to_string().contains(line), "{errors}");
+}
+
+#[test]
+fn a_file_that_cannot_be_read_says_so() {
+    let errors = Config::load("no/such/site.toml").unwrap_err().to_string();
+    assert!(errors.starts_with("no/such/site.toml: cannot be read: "), "{errors}");
+}
+
+/// The site files of the recorded and simulated flights.
+#[test]
+fn every_site_of_the_shared_data_loads() {
+    let Some(root) = std::env::var_os("UTM_FUSION_SHARED_DATA") else {
+        println!("skipped: UTM_FUSION_SHARED_DATA is not set");
+        return;
+    };
+    let mut dirs = vec![PathBuf::from(root)];
+    let mut loaded = 0;
+    while let Some(dir) = dirs.pop() {
+        for entry in std::fs::read_dir(&dir).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                dirs.push(path);
+            } else if path.file_name().is_some_and(|name| name == "site.toml") {
+                Config::load(&path).unwrap_or_else(|errors| panic!("{errors}"));
+                loaded += 1;
+            }
+        }
+    }
+    assert!(loaded > 0, "there is no site.toml under UTM_FUSION_SHARED_DATA");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn arbitrary_text_never_panics(text in "(?s).{0,200}", name in "[A-Z_]{0,20}", value in "(?s).{0,40}") {
+        let _ = parse(&text, &[(&format!("UTM_FUSION__{name}"), &value)]);
+    }
+
+    /// Near misses get further than noise: the example with one value replaced, or with two lines swapped or cut.
+    #[test]
+    fn a_broken_example_never_panics_and_names_what_it_refuses(
+        at in 0..EXAMPLE.lines().count(),
+        to in 0..EXAMPLE.lines().count(),
+        value in prop_oneof!["[-+.0-9einf]{0,9}", "\"[ -~]{0,8}\"", "[\\[\\]{}=,a-z0-9 ]{0,12}", "1e-?[0-9]{1,3}"],
+        how in 0..3,
+    ) {
+        let mut lines: Vec<String> = EXAMPLE.lines().map(str::to_owned).collect();
+        match how {
+            0 => if let Some((key, _)) = lines[at].split_once('=') { lines[at] = format!("{key}= {value}"); },
+            1 => lines.swap(at, to),
+            _ => lines[at] = lines[at].chars().take(to).collect(),
+        }
+        match parse(&lines.join("\n"), &[]) {
+            Ok(config) => {
+                let shown = config.to_toml();
+                prop_assert_eq!(parse(&shown, &[]), Ok(config), "{}", shown);
+            }
+            Err(errors) => prop_assert!(errors.iter().all(|error| !error.message.is_empty())),
+        }
+    }
+}
