@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use crate::{Fault, FaultKind};
+use crate::{Fault, FaultKind, UapItem, uap};
 
 /// Octets of a block header: CAT and LEN.
 const HEADER: usize = 3;
@@ -42,11 +42,20 @@ impl<'a> Iterator for Blocks<'a> {
         let offset = self.offset;
         let rest = &self.octets[offset..];
         let &category = rest.first()?;
-        let fault = |kind| Fault { category: Some(category), item: None, offset, kind };
         let length = match rest {
             [_, high, low, ..] => usize::from(u16::from_be_bytes([*high, *low])),
-            _ => usize::MAX, // not even a header: past the end, whatever LEN would have been
+            _ => {
+                // One or two octets: what looks like a CAT may be padding.
+                self.offset = self.octets.len();
+                return Some(Err(Fault {
+                    category: None,
+                    item: None,
+                    offset,
+                    kind: FaultKind::BlockPastEnd,
+                }));
+            }
         };
+        let fault = |kind| Fault { category: Some(category), item: None, offset, kind };
         let block = if length < HEADER {
             Err(fault(FaultKind::BlockTooShort))
         } else {
@@ -77,6 +86,18 @@ impl<'a> Block<'a> {
     /// What follows the header: the records.
     pub fn contents(&self) -> &'a [u8] {
         &self.octets[HEADER..]
+    }
+
+    /// How many records the block holds, measured item by item by the profile of its category and not read.
+    pub fn measure(&self, uap: &[UapItem]) -> Result<usize, Fault> {
+        let (mut count, mut offset) = (0, HEADER);
+        while offset < self.octets.len() {
+            let length = uap::walk(self.category, uap, &self.octets[offset..])
+                .map_err(|fault| Fault { offset: self.offset + offset + fault.offset, ..fault })?;
+            offset += length;
+            count += 1;
+        }
+        Ok(count)
     }
 
     /// The records of the block, in order, read as records of `R`.

@@ -5,7 +5,7 @@ use std::fmt;
 /// A part of a datagram that could not be read, and why. A value, not a panic: the records before it stand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Fault {
-    /// Category of the block; `None` where not even its CAT octet could be trusted.
+    /// Category of the block; `None` for one or two octets that are no block header.
     pub category: Option<u8>,
     /// Number of the item, for example `"040"`; `None` when the trouble is in the block or in the FSPEC.
     pub item: Option<&'static str>,

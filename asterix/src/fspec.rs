@@ -30,7 +30,8 @@ impl Fspec {
                 return Ok(Self { bits, length: index as u8 + 1 });
             }
         }
-        Err(if octets.len() < Self::MAX_OCTETS { FaultKind::FspecPastEnd } else { FaultKind::FspecTooLong })
+        let ends = octets.iter().any(|octet| octet & 1 == 0);
+        Err(if ends { FaultKind::FspecTooLong } else { FaultKind::FspecPastEnd })
     }
 
     /// The shortest FSPEC for the items that are `present` (index 0 is FRN 1), and `padding` empty octets after it, as
@@ -41,12 +42,12 @@ impl Fspec {
         for (index, &present) in present.iter().enumerate() {
             bits |= u64::from(present) << (63 - bit_index(index as u8 + 1));
         }
-        let length = (minimal_length(bits) + padding).min(Self::MAX_OCTETS as u8);
+        let length = minimal_length(bits).saturating_add(padding).min(Self::MAX_OCTETS as u8);
         let all_but_last = EXTENSIONS & !(u64::MAX >> (8 * (length - 1)));
         Self { bits: bits | all_but_last, length }
     }
 
-    /// Whether the item with this field reference number (1 to 56) is present.
+    /// Whether the item with this field reference number is present; 1 to 56, another is a mistake of the caller.
     #[inline]
     pub const fn has(self, frn: u8) -> bool {
         self.bits >> (63 - bit_index(frn)) & 1 == 1
@@ -124,8 +125,12 @@ mod tests {
     fn ends_and_limits() {
         assert_eq!(Fspec::read(&[]), Err(FaultKind::FspecPastEnd));
         assert_eq!(Fspec::read(&[0xff; 7]), Err(FaultKind::FspecPastEnd));
-        assert_eq!(Fspec::read(&[0xff; 8]), Err(FaultKind::FspecTooLong));
-        assert_eq!(Fspec::of([true; 3], 200).length(), 8);
+        assert_eq!(Fspec::read(&[0xff; 20]), Err(FaultKind::FspecPastEnd));
+        assert_eq!(
+            Fspec::read(&[0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x00]),
+            Err(FaultKind::FspecTooLong)
+        );
+        assert_eq!(Fspec::of([true; 3], u8::MAX).length(), 8);
     }
 
     #[test]

@@ -73,32 +73,58 @@ impl Format {
     }
 }
 
-/// Reads the FSPEC at the front of a record and refuses items that `uap` does not define.
+/// A line of a profile.
+pub(crate) const fn item(frn: u8, item: &'static str, name: &'static str, format: Format) -> UapItem {
+    UapItem { frn, item, name, format }
+}
+
+/// Reads the FSPEC at the front of a record that announces no item beyond those of `uap`.
 pub(crate) fn read_fspec(category: u8, uap: &[UapItem], octets: &[u8]) -> Result<Fspec, Fault> {
-    let fault = |offset, kind| Fault { category: Some(category), item: None, offset, kind };
-    let fspec = Fspec::read(octets).map_err(|kind| fault(0, kind))?;
-    match fspec.first_above(uap.len() as u8) {
-        None => Ok(fspec),
-        Some(frn) => Err(fault((usize::from(frn) - 1) / 7, FaultKind::ReservedFrn)),
+    match Fspec::read(octets) {
+        Ok(fspec) if fspec.first_above(uap.len() as u8).is_none() => Ok(fspec),
+        _ => Err(explain(category, uap, octets)),
     }
 }
 
-/// Finds the item at which reading a record failed.
+/// Finds what is wrong with a record, the first thing in the order of its octets.
 ///
 /// The readers of the categories carry no bookkeeping; only when one fails is the record walked again, item by item.
-/// `octets` begin with the FSPEC and go to the end of the block.
-pub(crate) fn explain(category: u8, uap: &'static [UapItem], octets: &[u8], fspec: Fspec) -> Fault {
+pub(crate) fn explain(category: u8, uap: &[UapItem], octets: &[u8]) -> Fault {
+    walk(category, uap, octets).err().unwrap_or_else(|| {
+        // Not reached: the table and the reader of a category agree, which the tests of both hold them to.
+        debug_assert!(false, "CAT{category:03}: the reader refused a record that its table accepts");
+        Fault { category: Some(category), item: None, offset: 0, kind: FaultKind::ItemPastEnd }
+    })
+}
+
+/// Octets of the record at the front of `octets`, which go to the end of the block, measured item by item.
+///
+/// An FSPEC that announces what no record has (a reserved item, or more octets than needed) is the last thing looked
+/// at: the items before it may already run out of octets.
+pub(crate) fn walk(category: u8, uap: &[UapItem], octets: &[u8]) -> Result<usize, Fault> {
     let fault = |item, offset, kind| Fault { category: Some(category), item, offset, kind };
-    let mut offset = fspec.length();
-    for item in uap.iter().filter(|item| fspec.has(item.frn)) {
+    let Some(last) = octets.iter().position(|octet| octet & 1 == 0) else {
+        return Err(fault(None, 0, FaultKind::FspecPastEnd));
+    };
+    let fspec = &octets[..=last];
+    let announces = |frn: u8| {
+        let (octet, bit) = (usize::from(frn - 1) / 7, (frn - 1) % 7);
+        fspec.get(octet).is_some_and(|octet| octet & (0x80 >> bit) != 0)
+    };
+    let mut offset = fspec.len();
+    for item in uap.iter().filter(|item| announces(item.frn)) {
         match item.format.measure(&octets[offset..]) {
             Ok(length) => offset += length,
-            Err(kind) => return fault(Some(item.item), offset, kind),
+            Err(kind) => return Err(fault(Some(item.item), offset, kind)),
         }
     }
-    // Not reached: the table and the reader of a category agree, which the tests of both hold them to.
-    debug_assert!(false, "CAT{category:03}: the reader refused a record that its table accepts");
-    fault(None, offset, FaultKind::ItemPastEnd)
+    if let Some(frn) = (uap.len() as u8 + 1..=7 * Fspec::MAX_OCTETS as u8).find(|&frn| announces(frn)) {
+        return Err(fault(None, usize::from(frn - 1) / 7, FaultKind::ReservedFrn));
+    }
+    if fspec.len() > Fspec::MAX_OCTETS {
+        return Err(fault(None, 0, FaultKind::FspecTooLong));
+    }
+    Ok(offset)
 }
 
 #[cfg(test)]

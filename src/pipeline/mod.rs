@@ -3,7 +3,7 @@
 mod duplicates;
 mod event;
 
-use asterix::{Block, Record, blocks, cat048, cat129};
+use asterix::{Block, Record, blocks, cat034, cat048, cat129};
 
 use crate::config::{Config, SensorKind};
 use crate::fusion::{self, Emission, Engine, Gate, Settings, SlotGrid};
@@ -88,7 +88,7 @@ impl Pipeline {
                         event(Event::SeveralRecords);
                     }
                 }
-                Ok(block) => event(Event::SkippedBlock { category: block.category }),
+                Ok(block) => event(unused(block)),
                 Err(fault) => event(Event::Faulty { fault }),
             }
         }
@@ -183,9 +183,18 @@ fn untimed(block: Result<Block<'_>, asterix::Fault>, event: &mut impl FnMut(Even
     match block {
         Ok(block) if block.category == cat048::Record::CATEGORY => each::<cat048::Record>(block, event),
         Ok(block) if block.category == cat129::Record::CATEGORY => each::<cat129::Record>(block, event),
-        Ok(block) => event(Event::SkippedBlock { category: block.category }),
+        Ok(block) => event(unused(block)),
         Err(fault) => event(Event::Faulty { fault }),
     }
+}
+
+/// A block that nothing is taken from. Of a category whose profile is known it must still be well formed.
+fn unused(block: Block<'_>) -> Event {
+    match block.category {
+        34 => block.measure(&cat034::UAP).err().map(|fault| Event::Faulty { fault }),
+        _ => None,
+    }
+    .unwrap_or(Event::SkippedBlock { category: block.category })
 }
 
 /// The engine's settings from the configuration.

@@ -193,7 +193,7 @@ impl crate::Record for Record {
         let mut items = Cursor::new(&octets[fspec.length()..]);
         match Self::from_reader_with_ctx(&mut Reader::new(&mut items), fspec) {
             Ok(record) => Ok((record, fspec.length() + items.position() as usize)),
-            Err(_) => Err(explain(Self::CATEGORY, &UAP, octets, fspec)),
+            Err(_) => Err(explain(Self::CATEGORY, &UAP, octets)),
         }
     }
 

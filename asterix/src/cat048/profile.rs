@@ -1,5 +1,6 @@
 //! The user application profile of category 048.
 
+use crate::uap::item;
 use crate::{Format, UapItem};
 
 /// I048/130: seven subfields of one octet.
@@ -42,7 +43,3 @@ pub const UAP: [UapItem; 28] = [
     item(27, "SP", "Special Purpose Field", Format::Explicit),
     item(28, "RE", "Reserved Expansion Field", Format::Explicit),
 ];
-
-const fn item(frn: u8, item: &'static str, name: &'static str, format: Format) -> UapItem {
-    UapItem { frn, item, name, format }
-}

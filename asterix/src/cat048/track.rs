@@ -178,6 +178,13 @@ impl TrackStatus {
     }
 }
 
+impl From<Chain> for TrackStatus {
+    /// A status with any octets, for what the setters do not cover.
+    fn from(chain: Chain) -> Self {
+        Self(chain)
+    }
+}
+
 impl Default for TrackStatus {
     fn default() -> Self {
         Self::new()

@@ -289,7 +289,7 @@ mod tests {
     #[test]
     fn operational_risk() {
         let risk = OperationalRisk::new(CertificationCategory::Specific, 3, 9).unwrap();
-        assert_eq!(risk.octet, 0b10_10_1001);
+        assert_eq!(risk.octet, 0b1010_1001);
         assert_eq!(risk.certification_category(), CertificationCategory::Specific);
         assert_eq!((risk.air_risk_category(), risk.airspace_encounter_category()), (3, 9));
         assert_eq!(OperationalRisk::new(CertificationCategory::Open, 0, 0), None);

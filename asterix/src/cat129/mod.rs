@@ -114,17 +114,17 @@ impl crate::Record for Record {
 
     fn decode(octets: &[u8]) -> Result<(Self, usize), Fault> {
         let fspec = read_fspec(Self::CATEGORY, &UAP, octets)?;
+        let mut read = Self::read(octets, fspec, false);
         let ends_the_block =
             |read: &Result<(Self, usize), _>| matches!(read, Ok((_, length)) if *length == octets.len());
-        let short = Self::read(octets, fspec, false);
-        if !ends_the_block(&short) && fspec.has(OperationalRisk::FRN) {
+        if fspec.has(OperationalRisk::FRN) && !ends_the_block(&read) {
             // The edition contradicts itself on the length of I129/120. A block holds one record, so its end tells.
             let long = Self::read(octets, fspec, true);
             if ends_the_block(&long) {
-                return long.map_err(|_| explain(Self::CATEGORY, &UAP, octets, fspec));
+                read = long;
             }
         }
-        short.map_err(|_| explain(Self::CATEGORY, &UAP, octets, fspec))
+        read.map_err(|_| explain(Self::CATEGORY, &UAP, octets))
     }
 
     fn encode_into(&self, out: &mut Vec<u8>) {

@@ -1,5 +1,6 @@
 //! The user application profile of category 129.
 
+use crate::uap::item;
 use crate::{Format, UapItem};
 
 /// The items of category 129, edition 1.2, in the order of the record: `UAP[n]` has FRN n + 1. FRN 16 to 21 are reserved.
@@ -20,7 +21,3 @@ pub const UAP: [UapItem; 15] = [
     item(14, "185", "Horizontal Velocity", Format::Fixed(5)),
     item(15, "220", "Vertical Velocity", Format::Fixed(3)),
 ];
-
-const fn item(frn: u8, item: &'static str, name: &'static str, format: Format) -> UapItem {
-    UapItem { frn, item, name, format }
-}

@@ -1,0 +1,76 @@
+//! What the tests share: octets written by hand, and short ways to read them.
+#![allow(dead_code, unreachable_pub, missing_docs, reason = "each test file uses a part of it")]
+
+use asterix::{Block, Fault, Record, blocks};
+
+/// The octets of a hexadecimal text; spaces and line ends are for the reader.
+pub fn hex(text: &str) -> Vec<u8> {
+    let digits: Vec<u32> = text.chars().filter_map(|digit| digit.to_digit(16)).collect();
+    digits.chunks(2).map(|pair| (pair[0] << 4 | pair[1]) as u8).collect()
+}
+
+/// The block of these contents.
+pub fn block(category: u8, contents: &[u8]) -> Vec<u8> {
+    let length = u16::try_from(contents.len() + 3).unwrap().to_be_bytes();
+    [&[category, length[0], length[1]], contents].concat()
+}
+
+/// The records of the only block in `octets`, and the fault that ended it.
+pub fn read<R: Record>(octets: &[u8]) -> (Vec<R>, Option<Fault>) {
+    let walked: Vec<Result<Block<'_>, Fault>> = blocks(octets).collect();
+    let [Ok(block)] = walked.as_slice() else { panic!("not one block: {walked:?}") };
+    assert_eq!(block.category, R::CATEGORY);
+    read_block(block)
+}
+
+/// The records of a block, and the fault that ended it. Checks that the records stand one behind the other.
+pub fn read_block<R: Record>(block: &Block<'_>) -> (Vec<R>, Option<Fault>) {
+    let mut next = block.offset + 3;
+    let (mut records, mut fault) = (Vec::new(), None);
+    for result in block.records::<R>() {
+        assert_eq!(fault, None, "something came after a fault");
+        match result {
+            Ok(located) => {
+                assert_eq!(located.offset, next);
+                next += located.length;
+                records.push(located.record);
+            }
+            Err(found) => fault = Some(found),
+        }
+    }
+    assert!(fault.is_some() || next == block.offset + block.octets.len(), "octets were left over");
+    (records, fault)
+}
+
+/// The octets of one record.
+pub fn encode(record: &impl Record) -> Vec<u8> {
+    let mut out = Vec::new();
+    record.encode_into(&mut out);
+    out
+}
+
+/// A plot of a 3D drone radar: CAT048 with 010, 140, 020, 040, 161, 030, 110 and SP.
+pub const DRONE_PLOT: &str = "30 0019 f1114904
+    1907 546000 20 0100 4000 0007 2730 3ffe 02fe";
+
+/// Every item of CAT048.
+pub const EVERY_ITEM: &str = "30 0073 fffffffe
+    1481 384040 e180 30a6 ba34 e804 fffb fe01020304050607
+    4a08eb 48f534c75820 02 0011223344556640 0011223344556650 f783 0100ff00 40008000 a740
+    01020304 2701fe 0fff 01230456 fffe c0 8005 01 000a00140bb8 2df5
+    30000000000000 1f 0abc 1f 0fff 03807f 04010203";
+
+/// A drone over the Baltic: CAT129 with the mandatory items.
+pub const MINIMAL_UAS: &str = "81 0017 87c0 0000 504c 546000 1360b60b 05555555 0004b0";
+
+/// A drone in Paris: CAT129 with all items but 015, 120 and SP.
+pub const FULL_UAS: &str =
+    "81 0037 bff380 1907 414952 444954 313233343536373834303935 4652 546040 115f094b 00d61a3c
+    0004d2 0001c8 0003 0012cfff6a 0fff1f";
+
+/// An output point of the service: CAT129 with 010, 070, 080 and SP.
+pub const FUSED_POINT: &str = "81 0028 8384 190a 546000 1360b60b 05555555
+    16 5546 01 01 00002717 0007 00000001 0019 ffff 21 7f 00";
+
+/// All of the above.
+pub const VECTORS: [&str; 5] = [DRONE_PLOT, EVERY_ITEM, MINIMAL_UAS, FULL_UAS, FUSED_POINT];

@@ -1,0 +1,104 @@
+//! Damaged octets: never a panic, and never a record that was not whole.
+
+#![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
+
+mod common;
+
+use asterix::{Record, blocks, cat048, cat129};
+use common::{VECTORS, block, encode, hex, read};
+
+/// Reads everything that can be read; what a block yields without a fault must encode to the block.
+fn survey(datagram: &[u8]) -> usize {
+    fn records<R: Record>(block: &asterix::Block<'_>) -> usize {
+        let (records, fault) = common::read_block::<R>(block);
+        let encoded: Vec<u8> = records.iter().flat_map(encode).collect();
+        assert!(block.contents().starts_with(&encoded));
+        assert_eq!(fault.is_none(), encoded.len() == block.contents().len());
+        if let Some(fault) = fault {
+            assert_eq!(fault.category, Some(R::CATEGORY));
+            let end = block.offset + block.octets.len();
+            assert!((block.offset + 3 + encoded.len()..=end).contains(&fault.offset), "{fault}");
+        }
+        records.len()
+    }
+    blocks(datagram)
+        .flatten()
+        .map(|block| match block.category {
+            48 => records::<cat048::Record>(&block),
+            129 => records::<cat129::Record>(&block),
+            _ => 0,
+        })
+        .sum()
+}
+
+#[test]
+fn datagram_cut_at_every_length() {
+    for vector in VECTORS.map(hex) {
+        assert_eq!(survey(&vector), 1);
+        for length in 0..vector.len() {
+            assert_eq!(survey(&vector[..length]), 0, "a block cut to {length} octets");
+            assert!(blocks(&vector[..length]).all(|block| block.is_err()));
+        }
+    }
+}
+
+#[test]
+fn record_cut_at_every_length() {
+    for vector in VECTORS.map(hex) {
+        for length in 1..vector.len() - 3 {
+            // LEN says what is there, so the block is fine and its record is not.
+            assert_eq!(
+                survey(&block(vector[0], &vector[3..3 + length])),
+                0,
+                "a record cut to {length} octets"
+            );
+        }
+    }
+}
+
+#[test]
+fn second_record_cut_at_every_length() {
+    for vector in VECTORS.map(hex) {
+        let contents = &vector[3..];
+        for length in 0..contents.len() {
+            let both = block(vector[0], &[contents, &contents[..length]].concat());
+            assert_eq!(survey(&both), 1);
+        }
+    }
+}
+
+#[test]
+fn every_octet_set_to_every_value() {
+    for mut vector in VECTORS.map(hex) {
+        for index in 0..vector.len() {
+            let original = vector[index];
+            for value in 0..=u8::MAX {
+                vector[index] = value;
+                survey(&vector);
+            }
+            vector[index] = original;
+        }
+    }
+}
+
+#[test]
+fn every_octet_removed_or_doubled() {
+    for vector in VECTORS.map(hex) {
+        let contents = &vector[3..];
+        for index in 0..contents.len() {
+            survey(&block(vector[0], &[&contents[..index], &contents[index + 1..]].concat()));
+            survey(&block(vector[0], &[&contents[..=index], &contents[index..]].concat()));
+        }
+    }
+}
+
+#[test]
+fn faults_say_which_item() {
+    // Cut in the middle of I048/240 of the record that has every item.
+    let vector = hex(common::EVERY_ITEM);
+    let (_, fault) = read::<cat048::Record>(&block(48, &vector[3..36]));
+    let fault = fault.unwrap();
+    assert_eq!((fault.item, fault.offset), (Some("240"), 3 + 30));
+    assert_eq!(fault.kind.name(), "item_past_end");
+    assert_eq!(fault.to_string(), "CAT048 item 240 at octet 33: the item runs past the end of its block");
+}
