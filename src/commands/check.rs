@@ -4,6 +4,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use super::{CommandResult, Outcome};
+use crate::areas::Masks;
 use crate::config::Config;
 use crate::normalise::Normaliser;
 
@@ -18,7 +19,7 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> CommandResult {
     let config = Config::load(&args.config)?;
-    let undulation_m = Normaliser::new(&config).undulation_m();
+    let undulation_m = Normaliser::new(&config, Masks::load(&config.areas)?).undulation_m();
     let mut out = io::stdout().lock();
     writeln!(out, "# {}: valid. In force, defaults filled in:", args.config.display())?;
     writeln!(out, "# geoid undulation: {undulation_m:.2} m\n")?;

@@ -1,12 +1,186 @@
 //! `demo`: the bundled flight through the engine, with a live table in the terminal.
 
+use std::collections::BTreeMap;
+use std::io::{self, Cursor, IsTerminal, Write};
+
+use jiff::SignedDuration;
+
+use super::moment::{Speed, duration};
+use super::pace::Pace;
+use super::summary::Summary;
 use super::{CommandResult, Outcome};
+use crate::areas::Masks;
+use crate::config::Config;
+use crate::fusion::{Emission, Source};
+use crate::ingest::{Capture, Merged};
+use crate::normalise::Enu;
+use crate::picture::{Picture, PictureMaker, Track};
+use crate::pipeline::{Output, Pipeline, Tally};
+use crate::time::Time;
 
 /// Shows the main job on a bundled flight: radar and transponders in, one air picture out.
+///
+/// Two drones with a transponder, one without, and birds; 75 seconds over midnight, with some bad input. The flight is
+/// simulated (testdata/demo). In a terminal the table is live; elsewhere it is printed every 15 s of the flight.
 #[derive(Clone, Debug, clap::Args)]
-pub struct Args {}
+pub struct Args {
+    /// How long the show takes in a terminal.
+    #[arg(long, default_value = "25s", value_name = "DURATION", value_parser = duration)]
+    pub duration: SignedDuration,
+}
+
+const SITE: &str = include_str!("../../testdata/demo/site.toml");
+const CAPTURE: &[u8] = include_bytes!("../../testdata/demo/capture.pcap");
+/// The flight, seconds.
+const FLIGHT_S: f64 = 75.0;
+/// A track stays in the table this long after its last point, seconds: the radar misses a detection now and then.
+const LINGER_S: f64 = 2.0;
+/// Between two tables where there is no terminal, seconds of the flight.
+const PRINT_EVERY_S: f64 = 15.0;
 
 /// Runs the command.
-pub fn run(_args: &Args) -> CommandResult {
+pub fn run(args: &Args) -> CommandResult {
+    let config = Config::parse(SITE, "testdata/demo/site.toml", std::iter::empty())?;
+    let size = CAPTURE.len() as u64;
+    let capture =
+        Capture::from_reader("the bundled flight".to_owned(), Box::new(Cursor::new(CAPTURE)), Some(size))?;
+    let live = io::stdout().is_terminal();
+    let show_s = args.duration.as_secs_f64();
+    let speed = if live && show_s > 0.0 { Speed::Times(FLIGHT_S / show_s) } else { Speed::Max };
+
+    let mut pipeline = Pipeline::new(&config, Masks::default());
+    let mut show = Show {
+        site: &config.site.name,
+        maker: PictureMaker::new(&config, pipeline.normaliser()),
+        pace: Pace::new(speed),
+        summary: Summary::default(),
+        shown: BTreeMap::new(),
+        next_print: None,
+        live,
+        lines: 0,
+    };
+    // A slot is shown with what had come in when it was emitted.
+    for reception in Merged::new(vec![capture], jiff::civil::Date::MIN) {
+        let mut due = Vec::new();
+        pipeline.receive(&reception?, |output| {
+            if let Output::Emission(emission) = output {
+                due.push(emission);
+            }
+        });
+        due.into_iter().try_for_each(|emission| show.slot(emission, pipeline.tally()))?;
+    }
+    let mut owed = Vec::new();
+    pipeline.finish(|emission| owed.push(emission));
+    owed.into_iter().try_for_each(|emission| show.slot(emission, pipeline.tally()))?;
+
+    let summary = show.summary.text(pipeline.tally(), &config)?;
+    writeln!(io::stdout(), "\n{summary}")?;
     Ok(Outcome::Done)
+}
+
+struct Show<'a> {
+    site: &'a str,
+    maker: PictureMaker,
+    pace: Pace,
+    summary: Summary,
+    /// By source and number: the tracks of the last moments.
+    shown: BTreeMap<(u8, u32), Track>,
+    next_print: Option<f64>,
+    live: bool,
+    /// Lines of the table on the screen.
+    lines: usize,
+}
+
+impl Show<'_> {
+    fn slot(&mut self, emission: Emission, tally: &Tally) -> io::Result<()> {
+        let picture = self.maker.picture(emission);
+        self.summary.count(&picture);
+        self.pace.wait_for(picture.time);
+        self.update(&picture);
+        let now = picture.time.as_seconds();
+        let next = *self.next_print.get_or_insert(now + PRINT_EVERY_S);
+        if self.live || now >= next {
+            self.next_print = Some(next + PRINT_EVERY_S);
+            self.draw(picture.time, tally)?;
+        }
+        Ok(())
+    }
+
+    fn update(&mut self, picture: &Picture) {
+        self.shown.retain(|_, track| picture.time.seconds_since(track.time) < LINGER_S);
+        for track in &picture.tracks {
+            let source = &track.point.source;
+            let rank = u8::from(source.radar().is_none()) * 2 + u8::from(source.transponder().is_none());
+            if let Some(part) = source.transponder() {
+                // One row an aircraft: fused and alone take turns.
+                self.shown.retain(|_, other| {
+                    other.point.source.transponder().is_none_or(|other| other.number != part.number)
+                });
+            }
+            self.shown.insert((rank, track.point.number), track.clone());
+        }
+    }
+
+    fn draw(&mut self, time: Time, tally: &Tally) -> io::Result<()> {
+        let mut rows = vec![
+            format!("{}  {time}  (a slot is put out 6.25 s after it opened)", self.site),
+            format!(
+                "received {}   accepted {}   dropped or not used {}",
+                tally.received,
+                tally.accepted.values().sum::<u64>(),
+                tally.dropped(),
+            ),
+            format!(
+                "{:>9}  {:<11}  {:<12}  {:>6}  {:>7}  {:>8}  {:>7}  {}",
+                "track", "source", "serial", "radar", "bearing", "range", "height", "radar to transponder"
+            ),
+        ];
+        rows.extend(self.shown.values().map(|track| row(track, time)));
+        let mut out = io::stdout().lock();
+        if self.live {
+            if self.lines > 0 {
+                write!(out, "\x1b[{}A", self.lines)?; // back up over the last table
+            }
+            let blank = self.lines.saturating_sub(rows.len());
+            rows.extend(std::iter::repeat_n(String::new(), blank));
+            self.lines = rows.len();
+            rows.iter().try_for_each(|row| writeln!(out, "\x1b[2K{row}"))?; // each line cleared first
+        } else {
+            rows.iter().try_for_each(|row| writeln!(out, "{row}"))?;
+            writeln!(out)?;
+        }
+        out.flush()
+    }
+}
+
+fn row(track: &Track, now: Time) -> String {
+    let source = &track.point.source;
+    let serial =
+        source.transponder().map_or("-".to_owned(), |part| part.identity.serial().escape_ascii().to_string());
+    let radar = source.radar().map_or("-".to_owned(), |part| part.track.number.to_string());
+    let (bearing_deg, range_m) = bearing_and_range(track.point.position);
+    let height = track.altitude_amsl_m.map_or("-".to_owned(), |metres| format!("{metres:.0} m"));
+    let agreement = match source {
+        Source::Fused(_, _, pair) => format!(
+            "{:.1} m of {:.0} m, {:.0} % of {} slots",
+            pair.distance_m,
+            pair.gate_m,
+            100.0 * pair.evidence.ratio(),
+            pair.evidence.co_present
+        ),
+        _ if track.time < now => format!("last {:.2} s ago", now.seconds_since(track.time)),
+        _ => String::new(),
+    };
+    let range = format!("{range_m:.0} m");
+    format!(
+        "{:>9}  {:<11}  {serial:<12}  {radar:>6}  {bearing_deg:>6.1}°  {range:>8}  {height:>7}  {agreement}",
+        track.point.number,
+        track.source_name(),
+    )
+}
+
+/// From the first radar: degrees clockwise from north, metres over ground.
+fn bearing_and_range(position: Enu) -> (f64, f64) {
+    let bearing = position.east().atan2(position.north()).to_degrees();
+    (bearing.rem_euclid(360.0), position.east().hypot(position.north()))
 }

@@ -3,6 +3,7 @@
 pub mod check;
 pub mod demo;
 pub mod moment;
+pub mod pace;
 pub mod progress;
 pub mod replay;
 pub mod summary;
@@ -10,6 +11,7 @@ pub mod summary;
 use std::error::Error;
 use std::io;
 
+use crate::areas::AreaError;
 use crate::config::ConfigErrors;
 
 /// How a command ended that did its work.
@@ -41,7 +43,7 @@ pub fn exit_code(result: &CommandResult) -> u8 {
         Ok(Outcome::InputUnreadable) => 1,
         Err(error) if is_closed_pipe(error.as_ref()) => 0,
         Err(error) if error.is::<Usage>() => 2,
-        Err(error) if error.is::<ConfigErrors>() => 3,
+        Err(error) if error.is::<ConfigErrors>() || error.is::<AreaError>() => 3,
         Err(_) => 1,
     }
 }

@@ -3,14 +3,16 @@
 use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use jiff::civil::Date;
 use tracing::{error, info, warn};
 
 use super::moment::{Moment, Speed};
+use super::pace::Pace;
 use super::summary::Summary;
 use super::{CommandResult, Outcome, Usage, progress};
+use crate::areas::Masks;
 use crate::config::{Config, Profile};
 use crate::fusion::Emission;
 use crate::ingest::{Capture, Merged, Reception};
@@ -63,13 +65,14 @@ pub fn run(args: &Args) -> CommandResult {
         let profile = name.parse::<Profile>().and_then(Profile::supported);
         config.fusion.profile = profile.map_err(|error| Usage(format!("--profile {name}: {error}")))?;
     }
+    let masks = Masks::load(&config.areas)?;
     let captures = args.inputs.iter().map(|path| Capture::open(path)).collect::<Result<Vec<_>, _>>()?;
     let output = Destination::open(args, &config)?;
     let to_stdout = args.output.as_deref() == Some(Path::new("-"));
 
     #[expect(clippy::disallowed_methods, reason = "how long it took")]
     let started = Instant::now();
-    let mut replay = Replay::new(args, &config, output);
+    let mut replay = Replay::new(args, &config, masks, output);
     let outcome = replay.run(captures)?;
     let (summary, pipeline) = replay.finish()?;
 
@@ -139,8 +142,8 @@ struct Stage<'a> {
 const WARNINGS_SHOWN: u32 = 20;
 
 impl<'a> Replay<'a> {
-    fn new(args: &'a Args, config: &Config, output: Destination) -> Self {
-        let pipeline = Pipeline::new(config);
+    fn new(args: &'a Args, config: &Config, masks: Masks, output: Destination) -> Self {
+        let pipeline = Pipeline::new(config, masks);
         let stage = Stage {
             args,
             maker: PictureMaker::new(config, pipeline.normaliser()),
@@ -271,27 +274,5 @@ impl Stage<'_> {
             return false;
         };
         received.seconds_since(end.resolve(first)) > 60.0
-    }
-}
-
-/// Keeps to the pace of the flight.
-struct Pace {
-    speed: Speed,
-    /// The first picture, and when it was shown.
-    start: Option<(Time, Instant)>,
-}
-
-impl Pace {
-    fn new(speed: Speed) -> Self {
-        Self { speed, start: None }
-    }
-
-    #[expect(clippy::disallowed_methods, reason = "pacing is what --speed asks for")]
-    fn wait_for(&mut self, time: Time) {
-        let Speed::Times(times) = self.speed else { return };
-        let now = Instant::now();
-        let (first, shown) = *self.start.get_or_insert((time, now));
-        let due = shown + Duration::from_secs_f64(time.seconds_since(first).max(0.0) / times);
-        std::thread::sleep(due.saturating_duration_since(now));
     }
 }

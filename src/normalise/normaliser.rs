@@ -6,9 +6,10 @@ use asterix::cat048::{self, DetectionType};
 use asterix::{DataSource, TimeOfDay, cat129};
 
 use super::clock::nearest_day;
-use super::geodesy::{Frame, Geodetic};
+use super::geodesy::{Enu, Frame, Geodetic};
 use super::polar::RadarSite;
 use super::report::{Fix, Identity, Plot, RadarTrackKey, SensorIndex, UasItems};
+use crate::areas::Masks;
 use crate::config::{Classification, Config, Radar, SensorKind};
 use crate::time::Time;
 
@@ -41,6 +42,8 @@ pub enum Refusal {
     PositionOutOfRange,
     /// Time of day above 86400 s.
     TimeOutOfRange,
+    /// Inside a mask of `[[areas]]`.
+    Masked,
     /// Ahead of its reception by more than `max_future_s`.
     Future,
     /// Older than the window.
@@ -64,6 +67,7 @@ impl Refusal {
             Self::NoHeight => "no_height",
             Self::PositionOutOfRange => "position_out_of_range",
             Self::TimeOutOfRange => "time_out_of_range",
+            Self::Masked => "masked",
             Self::Future => "future",
             Self::Late => "late",
         }
@@ -79,6 +83,7 @@ pub struct Normaliser {
     frame: Frame,
     undulation_m: f64,
     max_future_ns: i64,
+    masks: Masks,
     radars: BTreeMap<DataSource, RadarSensor>,
     transponders: BTreeMap<DataSource, SensorIndex>,
 }
@@ -98,11 +103,12 @@ struct RadarSensor {
 const NOT_A_UAV: [u8; 6] = [5, 6, 7, 19, 20, 23];
 
 impl Normaliser {
-    /// The frame is east-north-up at the first radar; without a configured geoid undulation EGM96's there is used.
+    /// The frame is east-north-up at the first radar; without a configured geoid undulation EGM96's there is used. Plots
+    /// inside `masks` are dropped.
     ///
     /// # Panics
     /// Without a radar: a [`Config`] has one.
-    pub fn new(config: &Config) -> Self {
+    pub fn new(config: &Config, masks: Masks) -> Self {
         let mut frame = None;
         let mut undulation_m = 0.0;
         let mut radars = BTreeMap::new();
@@ -140,6 +146,7 @@ impl Normaliser {
             frame: frame.expect("a configuration has a radar"),
             undulation_m,
             max_future_ns: config.fusion.max_future.as_nanos() as i64,
+            masks,
             radars,
             transponders,
         }
@@ -167,6 +174,14 @@ impl Normaliser {
         let source = record.data_source.ok_or((None, Refusal::NoDataSource))?;
         let sensor = *self.transponders.get(&source).ok_or((None, Refusal::UnknownSource(source)))?;
         self.fix_of(sensor, record, received).map_err(|refusal| (Some(sensor), refusal))
+    }
+
+    fn is_masked(&self, position: Enu) -> bool {
+        if self.masks.is_empty() {
+            return false;
+        }
+        let place = self.frame.to_geodetic(position);
+        self.masks.contain(place.longitude_deg(), place.latitude_deg())
     }
 
     fn fix_of(&self, sensor: SensorIndex, record: &cat129::Record, received: Time) -> Result<Fix, Refusal> {
@@ -226,6 +241,9 @@ impl RadarSensor {
         let local = self.site.position(slant_range_m, polar.azimuth_deg().to_radians(), height_m);
         let position =
             if self.is_origin { local } else { site.frame.from_ecef(self.site.frame().to_ecef(local)) };
+        if site.is_masked(position) {
+            return Err(Refusal::Masked);
+        }
         Ok(Plot {
             track: RadarTrackKey { sensor: self.index, number },
             time: site.time(time_of_day, received)?,

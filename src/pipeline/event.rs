@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use asterix::{DataSource, Fault, FaultKind};
+use asterix::{DataSource, Fault};
 
 use crate::normalise::{Refusal, SensorIndex};
 
@@ -132,9 +132,13 @@ impl Tally {
         }
     }
 
-    /// Faults of one kind, of whatever category.
-    pub fn faults_of(&self, kind: FaultKind) -> u64 {
-        self.faults.iter().filter(|((_, name), _)| *name == kind.name()).map(|(_, count)| count).sum()
+    /// Datagrams, blocks and records dropped for whatever reason.
+    pub fn dropped(&self) -> u64 {
+        self.duplicates
+            + self.faults.values().sum::<u64>()
+            + self.skipped.values().sum::<u64>()
+            + self.refused.values().sum::<u64>()
+            + self.unknown_sources.values().sum::<u64>()
     }
 }
 

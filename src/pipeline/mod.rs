@@ -5,6 +5,7 @@ mod event;
 
 use asterix::{Block, Record, blocks, cat034, cat048, cat129};
 
+use crate::areas::Masks;
 use crate::config::{Config, SensorKind};
 use crate::fusion::{self, Emission, Engine, Gate, Settings, SlotGrid};
 use crate::ingest::{Reception, ReceptionKind};
@@ -37,11 +38,11 @@ pub enum Output {
 }
 
 impl Pipeline {
-    /// The pipeline of a site.
-    pub fn new(config: &Config) -> Self {
+    /// The pipeline of a site; plots inside `masks` are dropped.
+    pub fn new(config: &Config, masks: Masks) -> Self {
         Self {
             duplicates: Duplicates::default(),
-            normaliser: Normaliser::new(config),
+            normaliser: Normaliser::new(config, masks),
             engine: Engine::new(settings(config)),
             tally: Tally::default(),
             now: Time::from_nanos(i64::MIN),

@@ -1,0 +1,105 @@
+//! The polygons of `[[areas]]`: GeoJSON files (RFC 7946), looked at once at the start.
+
+use std::path::PathBuf;
+
+use geo::{BoundingRect, GeometryCollection, Intersects, MultiPolygon, Point, Rect};
+use geojson::GeoJson;
+
+use crate::config::{Area, AreaKind};
+
+/// Where plots are dropped: roads, wind farms, fixed echoes.
+#[derive(Clone, Debug, Default)]
+pub struct Masks(Vec<(Rect, MultiPolygon)>);
+
+/// A file of `[[areas]]` that cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}: {problem}; areas are polygons in GeoJSON (RFC 7946), longitude before latitude", file.display())]
+pub struct AreaError {
+    /// The file.
+    pub file: PathBuf,
+    /// What is wrong with it.
+    pub problem: String,
+}
+
+impl Masks {
+    /// Loads the areas of kind `mask`; the others are for the live service.
+    pub fn load(areas: &[Area]) -> Result<Self, AreaError> {
+        let masks = areas.iter().filter(|area| area.kind == AreaKind::Mask).map(|area| {
+            let error = |problem: String| AreaError { file: area.file.clone(), problem };
+            #[expect(clippy::disallowed_methods, reason = "the one place that reads areas")]
+            let text = std::fs::read_to_string(&area.file)
+                .map_err(|cause| error(format!("cannot be read: {cause}")))?;
+            polygons(&text).map_err(error)
+        });
+        masks.collect::<Result<Vec<_>, _>>().map(|masks| Self(masks.into_iter().flatten().collect()))
+    }
+
+    /// Whether there is none: then no position need be worked out.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Whether a place (degrees) is inside one of them or on its edge. Straight lines in longitude and latitude.
+    pub fn contain(&self, longitude_deg: f64, latitude_deg: f64) -> bool {
+        let place = Point::new(longitude_deg, latitude_deg);
+        self.0.iter().any(|(bounds, mask)| bounds.intersects(&place) && mask.intersects(&place))
+    }
+}
+
+fn polygons(text: &str) -> Result<Vec<(Rect, MultiPolygon)>, String> {
+    let json: GeoJson = text.parse().map_err(|cause| format!("is no GeoJSON: {cause}"))?;
+    let collection =
+        GeometryCollection::try_from(&json).map_err(|cause| format!("is no GeoJSON: {cause}"))?;
+    let mut polygons = Vec::new();
+    for geometry in collection {
+        let polygon: MultiPolygon = match geometry {
+            geo::Geometry::Polygon(polygon) => polygon.into(),
+            geo::Geometry::MultiPolygon(polygons) => polygons,
+            geo::Geometry::GeometryCollection(collection) if collection.is_empty() => continue,
+            _ => return Err("holds something that is no polygon".to_owned()),
+        };
+        let bounds = polygon.bounding_rect().ok_or("holds an empty polygon")?;
+        let (min, max) = (bounds.min(), bounds.max());
+        if min.x < -180.0 || max.x > 180.0 || min.y < -90.0 || max.y > 90.0 {
+            return Err("holds a position beyond ±180 degrees of longitude or ±90 of latitude".to_owned());
+        }
+        polygons.push((bounds, polygon));
+    }
+    if polygons.is_empty() { Err("holds no polygon".to_owned()) } else { Ok(polygons) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RING: &str = "[[[10, 50], [11, 50], [11, 51], [10, 51], [10, 50]], [[10.4, 50.4], [10.6, 50.4], [10.6, 50.6], [10.4, 50.4]]]";
+
+    #[test]
+    fn a_mask_has_edges_and_holes() {
+        let masks = Masks(polygons(&format!(r#"{{"type": "Polygon", "coordinates": {RING}}}"#)).unwrap());
+        for (longitude_deg, latitude_deg, inside) in [
+            (10.1, 50.1, true),
+            (10.0, 50.5, true),
+            (10.55, 50.45, false),
+            (9.9, 50.5, false),
+            (50.5, 10.5, false),
+        ] {
+            assert_eq!(masks.contain(longitude_deg, latitude_deg), inside, "{longitude_deg} {latitude_deg}");
+        }
+        assert!(!Masks::default().contain(10.1, 50.1));
+    }
+
+    #[test]
+    fn what_is_no_area_is_refused_with_the_reason() {
+        for (text, part) in [
+            ("", "no GeoJSON"),
+            ("{}", "no GeoJSON"),
+            (r#"{"type": "Point", "coordinates": [10, 50]}"#, "no polygon"),
+            (r#"{"type": "FeatureCollection", "features": []}"#, "no polygon"),
+            (r#"{"type": "Polygon", "coordinates": [[[10, 95], [11, 95], [11, 96], [10, 95]]]}"#, "beyond"),
+        ] {
+            let problem = polygons(text).unwrap_err();
+            assert!(problem.contains(part), "{text}: {problem}");
+        }
+    }
+}
