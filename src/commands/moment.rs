@@ -105,7 +105,7 @@ mod tests {
         assert_eq!(after("+1.5m"), 90.0);
         assert_eq!(after("23:59:55"), 5.0);
         assert_eq!(after("00:00:05"), 15.0);
-        assert_eq!(after("2024-10-04T00:00:00Z"), 10.0);
+        assert_eq!(after("2024-10-05T00:00:00Z"), 10.0);
         for wrong in ["", "10", "+", "+5", "25:00:00", "+-5s", "yesterday", "+1e9h", "+nans"] {
             assert!(wrong.parse::<Moment>().is_err(), "{wrong}");
         }

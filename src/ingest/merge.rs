@@ -6,7 +6,7 @@ use asterix::{Record, TimeOfDay, blocks, cat048, cat129};
 use jiff::civil::Date;
 
 use super::{Capture, Datagram, ReadError};
-use crate::normalise::nearest_day;
+use crate::normalise::{nearest_day, on_day};
 use crate::time::{SECOND, Time};
 
 /// What the pipeline is handed.
@@ -165,7 +165,8 @@ impl Input {
 /// there with the third. (The pipeline drops the strays: they are in the future, or late.)
 #[derive(Clone, Debug)]
 struct RawClock {
-    start: Option<Time>,
+    /// At the start of the day of the first record.
+    midnight: Option<Time>,
     running: Option<Time>,
     /// Successive reports that are more than a minute ahead, or more than a minute behind; at most two.
     astray: VecDeque<Time>,
@@ -176,16 +177,14 @@ const ASTRAY_NS: i64 = 60 * SECOND;
 
 impl RawClock {
     fn starting_on(date: Date) -> Self {
-        Self { start: Time::midnight(date), running: None, astray: VecDeque::new() }
+        Self { midnight: Time::midnight(date), running: None, astray: VecDeque::new() }
     }
 
     /// The next record's time of day, if it has one that a day has.
     fn tell(&mut self, time_of_day: Option<TimeOfDay>) {
         let Some(count) = time_of_day.map(TimeOfDay::count) else { return };
         let Some(running) = self.running else {
-            // The first falls on the given day: noon is the reference to which all of that day is nearest.
-            let noon = self.start.map(|midnight| Time::from_nanos(midnight.nanos() + 43_200 * SECOND));
-            self.running = noon.and_then(|noon| nearest_day(count, noon));
+            self.running = self.midnight.and_then(|midnight| on_day(count, midnight));
             return;
         };
         let Some(time) = nearest_day(count, running) else { return };

@@ -7,16 +7,19 @@ pub(super) const NANOS_PER_COUNT: i64 = 7_812_500;
 /// Counts in a UTC day.
 pub const COUNTS_PER_DAY: u32 = 86_400 * 128;
 
-/// The instant with this time of day (counts of 1/128 s) that is nearest to `reference`.
+/// The instant with this time of day (counts of 1/128 s) on the day that begins at `midnight`.
 ///
 /// 86400 s exactly is the next midnight. `None` for more: no day has such a time.
+pub fn on_day(count: u32, midnight: Time) -> Option<Time> {
+    let time_of_day = (count <= COUNTS_PER_DAY).then_some(i64::from(count) * NANOS_PER_COUNT)?;
+    midnight.nanos().checked_add(time_of_day).map(Time::from_nanos)
+}
+
+/// The instant with this time of day (counts of 1/128 s) that is nearest to `reference`; `None` as [`on_day`].
 pub fn nearest_day(count: u32, reference: Time) -> Option<Time> {
-    if count > COUNTS_PER_DAY {
-        return None;
-    }
-    let time_of_day = i64::from(count) * NANOS_PER_COUNT;
+    let time_of_day = (count <= COUNTS_PER_DAY).then_some(i64::from(count) * NANOS_PER_COUNT)?;
     let offset = (time_of_day - reference.since_midnight() + DAY / 2).rem_euclid(DAY) - DAY / 2;
-    Some(Time::from_nanos(reference.nanos().checked_add(offset)?))
+    reference.nanos().checked_add(offset).map(Time::from_nanos)
 }
 
 /// The time of day of an instant in counts of 1/128 s, to the nearest (the engine's times are whole counts).
