@@ -41,7 +41,9 @@ impl FromStr for Moment {
                 i64::try_from(stamp.as_nanosecond()).map_err(|_| "years 1678 to 2261 only".to_owned())?;
             return Ok(Self::At(Time::from_nanos(nanos)));
         }
-        if let Ok(time) = text.parse::<jiff::civil::Time>() {
+        if text.contains(':')
+            && let Ok(time) = text.parse::<jiff::civil::Time>()
+        {
             let midnight = SignedDuration::from_secs(
                 i64::from(time.hour()) * 3600 + i64::from(time.minute()) * 60 + i64::from(time.second()),
             );
