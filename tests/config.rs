@@ -26,7 +26,7 @@ classification = { source = "constant", value = 0.3 }
 [fusion]
 slot_s = 0.1
 latency_s = 0.7
-window_s = 12.8
+window_s = 12.1
 suppress_s = 0.3
 max_future_s = 0.123456789
 transponder_numbers = { "A \"B\" 1" = 9, 007 = 3 }

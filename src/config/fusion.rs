@@ -85,16 +85,9 @@ fn read_slots(section: &mut Section<'_>, default: &Fusion) -> Option<Slots> {
     let latency = read("latency_s", default.latency());
     let window = read("window_s", default.window());
     let suppress = read("suppress_s", default.suppress());
-    let seconds = |slots: u32| slot.map_or(0.0, |slot| slot.as_secs_f64() * f64::from(slots));
 
     if latency.slots == Some(0) {
         latency.refuse("latency_s is at least one slot: before, the slot is not over");
-    }
-    if window.slots.is_some_and(|slots| slots > MAX_WINDOW_SLOTS) {
-        window.refuse(format!(
-            "window_s is at most {MAX_WINDOW_SLOTS} slots, here {} seconds; shorten it or lengthen slot_s",
-            seconds(MAX_WINDOW_SLOTS)
-        ));
     }
     if latency.slots.zip(window.slots).is_some_and(|(latency, window)| latency >= window) {
         latency.or(&window).refuse("latency_s is shorter than window_s; shorten it or lengthen window_s");
@@ -122,12 +115,11 @@ fn read_slots(section: &mut Section<'_>, default: &Fusion) -> Option<Slots> {
         Span { item: future, ..Span::default() }.or(&latency).refuse(message);
     }
     if let (Some(future), Some(slots), Some(slot)) = (max_future, window.slots, slot)
-        && slots <= MAX_WINDOW_SLOTS
-        && i128::from(slots) + future.as_nanos() / slot.as_nanos() >= i128::from(MAX_WINDOW_SLOTS)
+        && i128::from(slots) + future.as_nanos() / slot.as_nanos() > i128::from(MAX_WINDOW_SLOTS)
     {
         window.refuse(format!(
-            "window_s and max_future_s together are shorter than {MAX_WINDOW_SLOTS} slots, here {} seconds; shorten one or lengthen slot_s",
-            seconds(MAX_WINDOW_SLOTS)
+            "window_s and max_future_s together are at most {MAX_WINDOW_SLOTS} slots, here {} seconds; shorten one or lengthen slot_s",
+            slot.saturating_mul(MAX_WINDOW_SLOTS as i32).as_secs_f64()
         ));
     }
     Some(Slots {

@@ -7,8 +7,9 @@ use std::str::FromStr;
 
 use jiff::SignedDuration;
 
-/// The engine keeps sets of slots in 128-bit words.
-pub const MAX_WINDOW_SLOTS: u32 = 128;
+/// Slots of the window and of `max_future` together: the engine keeps sets of slots in 128-bit words, and needs room
+/// for the slot that leaves the window and for one that a waiting report has just begun.
+pub const MAX_WINDOW_SLOTS: u32 = 126;
 
 /// `[site]`: the service itself.
 #[derive(Clone, Debug, PartialEq)]
@@ -215,7 +216,8 @@ pub struct Fusion {
     pub slot: SignedDuration,
     /// A slot is emitted this many slots after it opened; at least 1, below `window_slots`.
     pub latency_slots: u32,
-    /// Slots of the window, newest included; at most [`MAX_WINDOW_SLOTS`].
+    /// Slots of the window, newest included; with `max_future` at most
+    /// [`MAX_WINDOW_SLOTS`].
     pub window_slots: u32,
     /// A report further ahead of its reception is dropped; 0 to the latency.
     pub max_future: SignedDuration,

@@ -39,10 +39,11 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Whether window and waiting reports fit the ring: the one bound that the engine itself needs.
+    /// Whether the ring holds the window, the slot that is about to leave it, and the reports that wait ahead: the one
+    /// bound that the engine itself needs.
     pub fn fits_ring(&self) -> bool {
         (1..self.window_slots).contains(&self.latency_slots)
-            && self.window_slots + self.waiting_slots() <= RING as i64
+            && 1 + self.window_slots + self.waiting_slots() <= RING as i64
     }
 
     /// Slots ahead of the window that a report may be of.
