@@ -30,19 +30,19 @@ pub(super) enum Value {
     Date(String),
 }
 
+/// Lines with a syntax error that are shown: one bracket left open breaks every line behind it.
+const SYNTAX_ERRORS_SHOWN: usize = 3;
+
 /// The tree of `text`; incomplete where `faults` got something.
 pub(super) fn parse(text: &str, faults: &Faults) -> Table {
     let lines = Lines::of(text);
     let (root, mut errors) = DeTable::parse_recoverable(text);
     // The recovery stumbles several times over one mistake: the first of a line tells.
     errors.sort_by_key(|error| error.span().map(|span| span.start));
-    let mut last = None;
-    for error in errors {
-        let place = error.span().map_or(Place::File, |span| lines.place(span.start));
-        if last.as_ref() != Some(&place) {
-            faults.add(&place, "", None, format!("this is not TOML: {}", error.message()));
-        }
-        last = Some(place);
+    let place = |error: &toml::de::Error| error.span().map_or(Place::File, |span| lines.place(span.start));
+    errors.dedup_by_key(|error| place(error));
+    for error in errors.iter().take(SYNTAX_ERRORS_SHOWN) {
+        faults.add(&place(error), "", None, format!("this is not TOML: {}", error.message()));
     }
     if faults.any() { Table::new() } else { table(root.get_ref(), &|at| lines.place(at)) }
 }

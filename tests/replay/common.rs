@@ -1,0 +1,242 @@
+//! What the tests share: the flights, the program, and a plain reading of datagrams.
+
+use std::fs;
+use std::net::Ipv4Addr;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use asterix::{Block, Record, blocks, cat034, cat048, cat129};
+use utm_fusion::areas::Masks;
+use utm_fusion::config::Config;
+use utm_fusion::fusion::Emission;
+use utm_fusion::ingest::{Capture, Datagram, Merged, Reception};
+use utm_fusion::pipeline::{Event, Output, Pipeline, Tally};
+use utm_fusion::publish::{PcapWriter, UdpFlow};
+use utm_fusion::time::Time;
+
+/// Nanoseconds in a slot.
+pub(crate) const SLOT_NS: i64 = 250_000_000;
+
+/// Every output format, by the extension that asks for it.
+pub(crate) const EXTENSIONS: [&str; 5] = ["ast", "pcap", "ndjson", "geojson", "csv"];
+
+/// A directory with a capture, the site to replay it with, and what has to come out.
+pub(crate) struct Flight {
+    pub(crate) name: String,
+    dir: PathBuf,
+}
+
+/// The flight of the demonstration: short, through midnight, with all that can happen.
+pub(crate) fn demo() -> Flight {
+    bundled().swap_remove(0)
+}
+
+/// The flights in `testdata`.
+pub(crate) fn bundled() -> Vec<Flight> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata");
+    ["demo", "conformance/bias", "conformance/crossing", "conformance/hostile"]
+        .map(|name| Flight { name: name.to_owned(), dir: root.join(name) })
+        .into()
+}
+
+/// The flights of a real drone radar, where `UTM_FUSION_SHARED_DATA` says they are.
+pub(crate) fn trials() -> Vec<Flight> {
+    let Some(root) = std::env::var_os("UTM_FUSION_SHARED_DATA") else {
+        println!("skipped: UTM_FUSION_SHARED_DATA is not set");
+        return Vec::new();
+    };
+    ["1_1", "1_4", "2_1", "1_1/degraded", "1_4/degraded", "2_1/degraded"]
+        .map(|name| Flight {
+            name: format!("drone-trial/{name}"),
+            dir: Path::new(&root).join("drone-trial").join(name),
+        })
+        .into()
+}
+
+impl Flight {
+    pub(crate) fn path(&self, file: &str) -> PathBuf {
+        self.dir.join(file)
+    }
+
+    pub(crate) fn capture(&self) -> PathBuf {
+        self.path("capture.pcap")
+    }
+
+    pub(crate) fn site(&self) -> PathBuf {
+        self.path("site.toml")
+    }
+
+    pub(crate) fn config(&self) -> Config {
+        Config::load(self.site()).unwrap()
+    }
+
+    pub(crate) fn receptions(&self) -> Vec<Reception> {
+        let capture = Capture::open(&self.capture()).unwrap();
+        Merged::new(vec![capture], jiff::civil::date(1970, 1, 1)).map(Result::unwrap).collect()
+    }
+
+    /// `replay` of these inputs with this flight's site.
+    pub(crate) fn replay(&self, inputs: &[&Path]) -> Command {
+        let mut command = utm_fusion("replay");
+        command.args(inputs).arg("--config").arg(self.site());
+        command
+    }
+
+    /// What `replay INPUTS -o x.EXTENSION` writes; it must succeed.
+    pub(crate) fn output(&self, inputs: &[&Path], extension: &str) -> Vec<u8> {
+        let scratch = Scratch::new();
+        let file = scratch.path(&format!("out.{extension}"));
+        let ran = ran(self.replay(inputs).arg("-o").arg(&file));
+        assert_eq!(ran.code, 0, "{}: {}", self.name, ran.stderr);
+        fs::read(file).unwrap()
+    }
+
+    /// The lines of this flight's output as CSV, without the names of the columns.
+    pub(crate) fn csv(&self) -> Vec<String> {
+        csv_lines(self.output(&[&self.capture()], "csv"))
+    }
+}
+
+pub(crate) fn csv_lines(octets: Vec<u8>) -> Vec<String> {
+    let text = String::from_utf8(octets).unwrap();
+    let mut lines = text.lines();
+    let columns = "time,id,source,track_number,radar_track,transponder,lat,lon,alt_msl,flags";
+    assert_eq!(lines.next(), Some(columns));
+    lines.map(str::to_owned).collect()
+}
+
+/// The program, with none of this process's overrides.
+pub(crate) fn utm_fusion(subcommand: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_utm-fusion"));
+    for (name, _) in std::env::vars_os() {
+        if name == "RUST_LOG" || name.to_string_lossy().starts_with("UTM_FUSION__") {
+            command.env_remove(name);
+        }
+    }
+    command.arg(subcommand).stdin(Stdio::null());
+    command
+}
+
+pub(crate) struct Ran {
+    pub(crate) code: i32,
+    pub(crate) stdout: Vec<u8>,
+    pub(crate) stderr: String,
+}
+
+impl Ran {
+    pub(crate) fn text(&self) -> &str {
+        str::from_utf8(&self.stdout).unwrap()
+    }
+}
+
+/// Runs it to its end.
+pub(crate) fn ran(command: &mut Command) -> Ran {
+    let output = command.output().unwrap();
+    Ran {
+        code: output.status.code().expect("it was not killed"),
+        stdout: output.stdout,
+        stderr: String::from_utf8(output.stderr).unwrap(),
+    }
+}
+
+/// A directory of its own for a test; gone with it.
+pub(crate) struct Scratch(PathBuf);
+
+impl Scratch {
+    pub(crate) fn new() -> Self {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let dir = std::env::temp_dir().join(format!("utm-fusion-replay-{}-{count}", std::process::id()));
+        fs::create_dir_all(&dir).unwrap();
+        Self(dir)
+    }
+
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    pub(crate) fn file(&self, name: &str, contents: &[u8]) -> PathBuf {
+        let path = self.path(name);
+        fs::write(&path, contents).unwrap();
+        path
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// A capture of these datagrams; the file's time stamps are exact.
+pub(crate) fn pcap<'a>(datagrams: impl IntoIterator<Item = (Time, &'a [u8])>) -> Vec<u8> {
+    let mut octets = Vec::new();
+    let flow = UdpFlow { from: Ipv4Addr::LOCALHOST, to: Ipv4Addr::new(239, 192, 0, 1), port: 8000, ttl: 1 };
+    let mut writer = PcapWriter::new(&mut octets, flow).unwrap();
+    for (time, payload) in datagrams {
+        writer.write(time, payload).unwrap();
+    }
+    octets
+}
+
+/// The datagrams of a capture that is whole.
+pub(crate) fn datagrams(path: &Path) -> Vec<Datagram> {
+    Capture::open(path).unwrap().map(Result::unwrap).collect()
+}
+
+/// What the library makes of receptions.
+pub(crate) struct Flown {
+    pub(crate) emissions: Vec<Emission>,
+    /// What happened to each reception.
+    pub(crate) events: Vec<Vec<Event>>,
+    pub(crate) tally: Tally,
+}
+
+pub(crate) fn fly(config: &Config, receptions: &[Reception]) -> Flown {
+    let mut pipeline = Pipeline::new(config, Masks::default());
+    let (mut emissions, mut events) = (Vec::new(), Vec::new());
+    for reception in receptions {
+        let mut happened = Vec::new();
+        pipeline.receive(reception, |output| match output {
+            Output::Emission(emission) => emissions.push(emission),
+            Output::Event(event) => happened.push(event),
+        });
+        events.push(happened);
+    }
+    pipeline.finish(|emission| emissions.push(emission));
+    Flown { emissions, events, tally: pipeline.tally().clone() }
+}
+
+/// What is in a datagram, by the decoder alone.
+#[derive(Default)]
+pub(crate) struct Contents {
+    pub(crate) plots: Vec<cat048::Record>,
+    pub(crate) fixes: Vec<cat129::Record>,
+    pub(crate) faults: usize,
+    /// Well-formed blocks of categories that are not used.
+    pub(crate) others: usize,
+}
+
+pub(crate) fn contents(payload: &[u8]) -> Contents {
+    fn records<R: Record>(block: Block<'_>, faults: &mut usize) -> Vec<R> {
+        let (whole, bad): (Vec<_>, Vec<_>) = block.records::<R>().partition(Result::is_ok);
+        *faults += bad.len();
+        whole.into_iter().map(|located| located.unwrap().record).collect()
+    }
+    let mut contents = Contents::default();
+    for block in blocks(payload) {
+        match block {
+            Ok(block) if block.category == 48 => {
+                contents.plots.extend(records::<cat048::Record>(block, &mut contents.faults));
+            }
+            Ok(block) if block.category == 129 => {
+                contents.fixes.extend(records::<cat129::Record>(block, &mut contents.faults));
+            }
+            Ok(block) if block.category == 34 && block.measure(&cat034::UAP).is_err() => contents.faults += 1,
+            Ok(_) => contents.others += 1,
+            Err(_) => contents.faults += 1,
+        }
+    }
+    contents
+}

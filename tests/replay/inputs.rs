@@ -1,0 +1,182 @@
+//! What comes in: files without reception times, damaged files, foreign files, and a part of a flight.
+
+use std::fs;
+use std::path::PathBuf;
+
+use asterix::blocks;
+
+use super::common::{Flight, Scratch, csv_lines, datagrams, demo, ran};
+
+/// Midnight in the demonstration, seconds UTC since the epoch: it flies from 30 s before to 45 s after.
+const MIDNIGHT: f64 = 1_782_000_000.0;
+
+/// The whole blocks of a flight's capture, per category one after another: a recording without reception times.
+fn raw_files(flight: &Flight, scratch: &Scratch) -> [PathBuf; 2] {
+    let datagrams = datagrams(&flight.capture());
+    [(48, "radar.ast"), (129, "transponder.ast")].map(|(category, name)| {
+        let whole = datagrams.iter().flat_map(|datagram| blocks(&datagram.payload).filter_map(Result::ok));
+        let octets: Vec<_> = whole.filter(|block| block.category == category).map(|b| b.octets).collect();
+        scratch.file(name, &octets.concat())
+    })
+}
+
+fn time(line: &str) -> f64 {
+    line.split(',').next().unwrap().parse().unwrap()
+}
+
+/// Time and id left out, which are not the same on another day.
+fn but_for_the_day(line: &str) -> Vec<&str> {
+    line.split(',').skip(2).collect()
+}
+
+#[test]
+fn files_without_reception_times_fly_on_the_day_that_is_given() {
+    let flight = demo();
+    let scratch = Scratch::new();
+    let [radar, transponder] = raw_files(&flight, &scratch);
+    let on = |date: &[&str]| {
+        let file = scratch.path("out.csv");
+        let ran = ran(flight.replay(&[&radar, &transponder]).args(date).arg("-o").arg(&file));
+        assert_eq!(ran.code, 0, "{}", ran.stderr);
+        assert!(ran.stderr.contains("radar.ast: raw ASTERIX"), "{}", ran.stderr);
+        csv_lines(fs::read(&file).unwrap())
+    };
+    let dated = on(&["--date", "2026-06-20"]);
+    assert!(dated.iter().all(|line| (MIDNIGHT - 30.0..MIDNIGHT + 45.0).contains(&time(line))));
+    let before = dated.iter().filter(|line| time(line) < MIDNIGHT).count();
+    assert!(before > 100 && dated.len() - before > 100, "on both sides of midnight: {before}");
+
+    let undated = on(&[]);
+    assert_eq!(undated.len(), dated.len());
+    for (undated, dated) in undated.iter().zip(&dated) {
+        assert_eq!(time(dated) - time(undated), MIDNIGHT - 86_400.0, "from 1970-01-01 to the next day");
+        assert_eq!(but_for_the_day(undated), but_for_the_day(dated));
+    }
+
+    // No latency is known here, so a few points may differ from those of the capture.
+    let captured = flight.csv();
+    let same = captured.iter().filter(|line| dated.contains(line)).count();
+    assert!(same * 100 >= captured.len() * 95, "{same} of {}", captured.len());
+}
+
+#[test]
+fn what_is_whole_of_a_cut_raw_file_is_used_and_the_rest_is_located() {
+    let flight = demo();
+    let scratch = Scratch::new();
+    let [radar, transponder] = raw_files(&flight, &scratch);
+    let octets = fs::read(&radar).unwrap();
+    let block = blocks(&octets).map(Result::unwrap).find(|block| block.offset > octets.len() / 2).unwrap();
+    let whole = scratch.file("whole.ast", &octets[..block.offset]);
+    let wanted = flight.output(&[&whole, &transponder], "csv");
+    // In its records, in its header, and after its first octet.
+    for kept in [block.octets.len() - 1, 5, 2, 1] {
+        let cut = scratch.file("cut.ast", &octets[..block.offset + kept]);
+        assert!(flight.output(&[&cut, &transponder], "csv") == wanted, "{kept} octets of it");
+        let ran = ran(&mut flight.replay(&[&cut, &transponder]));
+        let place = format!("at octet {}: the block runs past the end of the datagram", block.offset);
+        assert!(ran.stderr.contains("cut.ast: ") && ran.stderr.contains(&place), "{place}\n{}", ran.stderr);
+        assert!(ran.text().contains("block_past_end"), "{}", ran.text());
+        assert_eq!(ran.code, 0, "all of it was read");
+    }
+}
+
+#[test]
+fn what_is_whole_of_a_cut_pcap_is_used_and_the_failure_is_told() {
+    let flight = demo();
+    let scratch = Scratch::new();
+    let octets = fs::read(flight.capture()).unwrap();
+    // A record is a header of 16 octets, Ethernet, IPv4 and UDP headers of 42, and the payload.
+    let records: Vec<_> =
+        datagrams(&flight.capture()).iter().map(|datagram| datagram.origin as usize - 58).collect();
+    let [start, end] = records[200..202] else { panic!() };
+    let whole = scratch.file("whole.pcap", &octets[..start]);
+    let wanted = flight.output(&[&whole], "csv");
+    for at in [start + 1, start + 16, start + 40, end - 1] {
+        let cut = scratch.file("cut.pcap", &octets[..at]);
+        let out = scratch.path("out.csv");
+        let ran = ran(flight.replay(&[&cut]).arg("-o").arg(&out));
+        assert_eq!(ran.code, 1, "{}", ran.stderr);
+        assert!(fs::read(&out).unwrap() == wanted);
+        let place = format!("cut.pcap: at offset {start}: the file ends in the middle of a pcap record (");
+        assert!(ran.stderr.contains(&place), "{place}\n{}", ran.stderr);
+        assert!(ran.text().starts_with("received   200 datagrams"), "{}", ran.text());
+    }
+}
+
+/// The other inputs go on where one is damaged.
+#[test]
+fn damage_ends_its_own_input_only() {
+    let flight = demo();
+    let scratch = Scratch::new();
+    let octets = fs::read(flight.capture()).unwrap();
+    let cut = scratch.file("cut.pcap", &octets[..octets.len() / 3]);
+    let out = scratch.path("out.csv");
+    let ran = ran(flight.replay(&[&cut, &flight.capture()]).arg("-o").arg(&out));
+    assert_eq!(ran.code, 1, "{}", ran.stderr);
+    // The copies of the first third are redundant lines.
+    assert!(csv_lines(fs::read(&out).unwrap()) == flight.csv());
+}
+
+#[test]
+fn what_is_no_capture_is_told_apart() {
+    let flight = demo();
+    let scratch = Scratch::new();
+    let site = fs::read(flight.site()).unwrap();
+    for (name, contents, message) in [
+        ("a.png", &b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"[..], "it looks like a PNG image"),
+        ("a.toml", &site, "it looks like text"),
+        ("a.pcap.gz", b"\x1f\x8b\x08\0\0\0\0\0\0\x03", "it looks like gzip-compressed data"),
+        ("a.pcapng", b"\n\r\r\n\x1c\0\0\0\x4d\x3c\x2b\x1a\x01\0\0\0", "it looks like a pcapng capture"),
+        ("a.bin", b"\0\0\0\0\0\0\0\0\0\0\0\0", "it looks like nothing known (first octets 00 00"),
+        ("short.pcap", b"\xd4\xc3\xb2\xa1\x02\0", "cut inside its file header"),
+        ("empty.pcap", b"", "is empty"),
+    ] {
+        let file = scratch.file(name, contents);
+        let out = scratch.path("out.csv");
+        // Beside a good one, too.
+        for inputs in [vec![&*file], vec![&*flight.capture(), &*file]] {
+            let ran = ran(flight.replay(&inputs).arg("-o").arg(&out));
+            assert_eq!(ran.code, 1, "{name}: {}", ran.stderr);
+            let told = ran.stderr.starts_with(&format!("utm-fusion: {}: ", file.display()));
+            assert!(told && ran.stderr.contains(message), "{name}: {}", ran.stderr);
+            assert_eq!(ran.stderr.lines().count(), 1, "{}", ran.stderr);
+            assert!(ran.stdout.is_empty() && !out.exists(), "{name}: nothing was begun");
+        }
+    }
+    for (name, message) in [("missing.pcap", "cannot be opened: "), ("", "is a directory")] {
+        let path = scratch.path(name);
+        let ran = ran(&mut flight.replay(&[&path]));
+        assert_eq!(ran.code, 1);
+        let told = format!("utm-fusion: {}: {message}", path.display());
+        assert!(ran.stderr.starts_with(&told), "{}", ran.stderr);
+    }
+}
+
+#[test]
+fn a_part_of_the_flight_is_that_part_of_the_output() {
+    let flight = demo();
+    let whole = flight.csv();
+    // The first reception is 23:59:30.279599.
+    let first = MIDNIGHT - 30.0 + 0.279_599;
+    let part = |args: &[&str]| {
+        let ran =
+            ran(flight.replay(&[&flight.capture()]).args(["-o", "-", "--output-format", "csv"]).args(args));
+        assert_eq!(ran.code, 0, "{args:?}: {}", ran.stderr);
+        csv_lines(ran.stdout)
+    };
+    for (args, from, to) in [
+        (&["--start", "+20s"][..], first + 20.0, f64::MAX),
+        (&["--start", "2026-06-21T00:00:10Z"], MIDNIGHT + 10.0, f64::MAX),
+        (&["--end", "00:00:10"], 0.0, MIDNIGHT + 10.0),
+        (&["--end", "23:59:50"], 0.0, MIDNIGHT - 10.0),
+        (&["--start", "23:59:50", "--end", "+0.5m"], MIDNIGHT - 10.0, first + 30.0),
+        // A slot's centre belongs to what begins there, not to what ends there.
+        (&["--start", "23:59:50.125", "--end", "23:59:50.625"], MIDNIGHT - 9.875, MIDNIGHT - 9.375),
+        (&["--start", "+10m"], f64::MAX, f64::MAX),
+        (&["--start", "00:00:10", "--end", "00:00:10"], f64::MAX, f64::MAX),
+    ] {
+        let wanted: Vec<_> = whole.iter().filter(|line| (from..to).contains(&time(line))).cloned().collect();
+        assert!(wanted.len() < whole.len() && (from == f64::MAX || !wanted.is_empty()), "{args:?}");
+        assert_eq!(part(args), wanted, "{args:?}");
+    }
+}

@@ -1,0 +1,11 @@
+//! `replay` and `check` as their users meet them: the built program on whole flights, its files, its words, its exit codes.
+
+#![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
+
+mod common;
+mod conformance;
+mod determinism;
+mod formats;
+mod hostile;
+mod inputs;
+mod usage;
