@@ -5,6 +5,7 @@ pub mod commands;
 pub mod config;
 pub mod fusion;
 pub mod ingest;
+pub mod json;
 pub mod normalise;
 pub mod picture;
 pub mod pipeline;

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use tracing_subscriber::EnvFilter;
-use utm_fusion::commands::{check, demo, exit_code, is_closed_pipe, replay};
+use utm_fusion::commands::{check, decode, demo, exit_code, is_closed_pipe, replay};
 
 /// One air picture of drone traffic from radar (ASTERIX CAT048) and transponders (CAT129).
 #[derive(Parser)]
@@ -22,6 +22,7 @@ struct Cli {
 enum Command {
     Demo(demo::Args),
     Replay(replay::Args),
+    Decode(decode::Args),
     Check(check::Args),
 }
 
@@ -38,6 +39,7 @@ fn main() -> ExitCode {
     let result = match &cli.command {
         Command::Demo(args) => demo::run(args),
         Command::Replay(args) => replay::run(args),
+        Command::Decode(args) => decode::run(args, &mut io::stdout().lock()),
         Command::Check(args) => check::run(args),
     };
     if let Err(error) = &result

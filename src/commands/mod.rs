@@ -1,6 +1,7 @@
 //! The command line: one file a subcommand. Data on standard output, everything else on standard error.
 
 pub mod check;
+pub mod decode;
 pub mod demo;
 pub mod moment;
 pub mod pace;

@@ -1,0 +1,203 @@
+//! `decode`: captures as JSON, one record a line.
+
+use std::collections::BTreeMap;
+use std::io::{self, BufWriter, Write};
+use std::path::PathBuf;
+
+use asterix::{Block, Fault, Record as _, blocks, cat048, cat129};
+use serde::Serialize;
+
+use super::{CommandResult, Outcome};
+use crate::ingest::{Capture, Datagram, SkipReason};
+use crate::json::{BlockLine, FaultLine, Place, Record, RecordLine};
+
+/// Print captures as JSON, one record a line
+///
+/// A record: {"time":"2026-11-20T10:20:30.250Z","offset":3,"block":0,"cat":48,"sac":25,"sic":200,"items":{…}}. `offset`
+/// and `block` are where the record and its block begin in the file, `time` is null in files without reception times, and
+/// the items have the numbers of the specification. No bit is lost: octets without a known meaning are hexadecimal,
+/// numbers round back to what was sent.
+///
+/// What cannot be read: {"error":{"kind":…,"offset":…,"detail":…},"offset":…,"block":…,"cat":…,"hex":…}, and decoding
+/// goes on with the next block. A block of a category other than 48 and 129: its octets as `hex`, without `items`.
+/// With several inputs each line names its file, as `input`.
+#[derive(clap::Args, Debug, Default)]
+pub struct Args {
+    /// Capture files (raw ASTERIX, pcap), or - for standard input; read one after the other
+    #[arg(required = true, value_name = "INPUT")]
+    pub inputs: Vec<PathBuf>,
+    /// Look at blocks of this category only; where no block can be made out is still told
+    #[arg(long, value_name = "N")]
+    pub cat: Option<u8>,
+    /// Stop after this many lines
+    #[arg(long, value_name = "N")]
+    pub limit: Option<u64>,
+    /// Print what cannot be read, not the records
+    #[arg(long)]
+    pub errors_only: bool,
+    /// End with exit code 4 if there was anything that cannot be read
+    #[arg(long)]
+    pub strict: bool,
+    /// Add the octets of each record, as `hex`
+    #[arg(long)]
+    pub hex: bool,
+}
+
+/// Reads the inputs and writes a line for each record, unknown block and error to `out`; what went wrong in all is said
+/// on standard error.
+///
+/// # Errors
+/// An input cannot be opened, which is found before anything is printed, or cannot be read to its end; or `out` cannot be
+/// written to: a closed pipe comes back as its [`io::Error`].
+pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
+    let captures = args.inputs.iter().map(|path| Capture::open(path)).collect::<Result<Vec<_>, _>>()?;
+    let several = captures.len() > 1;
+    let mut printer = Printer {
+        args,
+        out: BufWriter::new(out),
+        line: Vec::new(),
+        left: args.limit.unwrap_or(u64::MAX),
+        errors: BTreeMap::new(),
+    };
+    let mut damage = None;
+    for mut capture in captures {
+        let input = several.then(|| capture.name().to_owned());
+        while printer.left > 0 && damage.is_none() {
+            match capture.next() {
+                Some(Ok(datagram)) => printer.datagram(&datagram, input.as_deref())?,
+                Some(Err(error)) => damage = Some(error),
+                None => break,
+            }
+        }
+        printer.count_frames(&capture);
+    }
+    printer.out.flush()?;
+    printer.summarise();
+    match damage {
+        Some(error) => Err(error.into()),
+        None if args.strict && !printer.errors.is_empty() => Ok(Outcome::InputErrors),
+        None => Ok(Outcome::Done),
+    }
+}
+
+struct Printer<'a, W: Write> {
+    args: &'a Args,
+    out: BufWriter<W>,
+    /// The line being made.
+    line: Vec<u8>,
+    /// Lines still wanted.
+    left: u64,
+    /// What could not be read, by reason.
+    errors: BTreeMap<String, u64>,
+}
+
+/// A datagram and the file it is from, where there are several.
+#[derive(Clone, Copy)]
+struct Source<'a> {
+    input: Option<&'a str>,
+    datagram: &'a Datagram,
+}
+
+impl<'a> Source<'a> {
+    /// Where something stands in the file that begins at these offsets of the datagram.
+    fn place(&self, offset: usize, block: usize) -> Place<'a> {
+        let origin = self.datagram.origin;
+        Place { input: self.input, offset: origin + offset as u64, block: origin + block as u64 }
+    }
+}
+
+impl<W: Write> Printer<'_, W> {
+    fn datagram(&mut self, datagram: &Datagram, input: Option<&str>) -> io::Result<()> {
+        let source = Source { input, datagram };
+        for block in blocks(&datagram.payload) {
+            match block {
+                Ok(block) if self.args.cat.is_some_and(|wanted| wanted != block.category) => {}
+                Ok(block) if block.category == cat048::Record::CATEGORY => {
+                    self.block::<cat048::Record>(block, source)?;
+                }
+                Ok(block) if block.category == cat129::Record::CATEGORY => {
+                    self.block::<cat129::Record>(block, source)?;
+                }
+                Ok(block) => self.unread_block(block, source)?,
+                Err(fault) => {
+                    let place = source.place(fault.offset, fault.offset);
+                    self.fault(fault, place, &datagram.payload[fault.offset..], source)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn block<R: Record>(&mut self, block: Block<'_>, source: Source<'_>) -> io::Result<()> {
+        if block.contents().is_empty() {
+            return self.unread_block(block, source);
+        }
+        let end = block.offset + block.octets.len();
+        let mut next = end - block.contents().len();
+        for located in block.records::<R>() {
+            let place = source.place(next, block.offset);
+            let octets = &source.datagram.payload[next..end];
+            match located {
+                Ok(located) => {
+                    next += located.length;
+                    if !self.args.errors_only {
+                        let octets = self.args.hex.then_some(&octets[..located.length]);
+                        let received = source.datagram.received;
+                        self.print(&RecordLine::new(&located.record, place, received, octets))?;
+                    }
+                }
+                Err(fault) => self.fault(fault, place, octets, source)?,
+            }
+        }
+        Ok(())
+    }
+
+    fn unread_block(&mut self, block: Block<'_>, source: Source<'_>) -> io::Result<()> {
+        if self.args.errors_only {
+            return Ok(());
+        }
+        let place = source.place(block.offset, block.offset);
+        self.print(&BlockLine::new(block.category, place, block.octets))
+    }
+
+    fn fault(&mut self, fault: Fault, place: Place<'_>, octets: &[u8], source: Source<'_>) -> io::Result<()> {
+        if self.left > 0 {
+            self.count(fault.kind.name().to_owned(), 1);
+        }
+        self.print(&FaultLine::new(fault, source.datagram.origin, place, octets))
+    }
+
+    fn print(&mut self, line: &impl Serialize) -> io::Result<()> {
+        if self.left == 0 {
+            return Ok(());
+        }
+        self.left -= 1;
+        self.line.clear();
+        serde_json::to_writer(&mut self.line, line)?;
+        self.line.push(b'\n');
+        self.out.write_all(&self.line)
+    }
+
+    fn count(&mut self, reason: String, times: u64) {
+        *self.errors.entry(reason).or_default() += times;
+    }
+
+    /// Counts the frames that may have held records and could not be read; they have no lines.
+    fn count_frames(&mut self, capture: &Capture) {
+        let lost = [SkipReason::Fragment, SkipReason::Truncated, SkipReason::Malformed];
+        for (reason, times) in capture.skipped().iter().filter(|(reason, _)| lost.contains(reason)) {
+            self.count(format!("{reason} frame"), times);
+        }
+    }
+
+    fn summarise(&self) {
+        let total: u64 = self.errors.values().sum();
+        if total > 0 {
+            let counts: Vec<_> =
+                self.errors.iter().map(|(reason, times)| format!("{times} {reason}")).collect();
+            let plural = if total == 1 { "" } else { "s" };
+            // Without a standard error there is nobody to tell.
+            let _ = writeln!(io::stderr(), "{total} error{plural} in the input: {}", counts.join(", "));
+        }
+    }
+}

@@ -1,0 +1,191 @@
+//! Every kind of line, octet by octet.
+
+use utm_fusion::commands::{Outcome, decode};
+
+use super::{Temporary, block, octets, pcap};
+
+/// What `decode` prints of a file with these octets.
+fn decoded(name: &str, octets: &[u8]) -> Vec<String> {
+    let file = Temporary::new(name, octets);
+    let args = decode::Args { inputs: vec![file.0.clone()], ..decode::Args::default() };
+    let mut out = Vec::new();
+    assert_eq!(decode::run(&args, &mut out).unwrap(), Outcome::Done);
+    String::from_utf8(out).unwrap().lines().map(str::to_owned).collect()
+}
+
+#[test]
+fn every_item_of_cat048() {
+    let record = "fffffffe \
+        19c8 48b720 a0 00e118e0 0804 3ffb e0050203 4a08eb 48f534c75820 \
+        01 01020304050607 40 0783 11223344 4000 8000 a6 01020304 27 10 0fff 0102030f \
+        0014 80 0102 00c1 01020304050607 1f 0abc 1e 0def 03aabb 02cc";
+    let lines = decoded("all048", &block(48, &[record]));
+    assert_eq!(
+        lines,
+        [concat!(
+            r#"{"time":null,"offset":3,"block":0,"cat":48,"sac":25,"sic":200,"items":{"#,
+            r#""010":{"sac":25,"sic":200},"140":37230.25,"#,
+            r#""020":{"typ":5,"sim":0,"rdp":0,"spi":0,"rab":0},"#,
+            r#""040":{"rho_m":1627.7,"theta_deg":34.98},"070":{"v":0,"g":0,"l":0,"mode_3a":"4004"},"#,
+            r#""090":{"v":0,"g":0,"flight_level":-1.25},"130":"e0050203","220":"4A08EB","240":"ROT415  ","#,
+            r#""250":"010102030405060740","161":{"track_number":1923},"042":"11223344","#,
+            r#""200":{"speed_m_s":1852.0,"heading_deg":180.0},"#,
+            r#""170":{"cnf":1,"rad":1,"dou":0,"mah":0,"cdm":3},"210":"01020304","030":[19,8],"080":"0fff","#,
+            r#""100":"0102030f","110":{"height_m":152.4},"120":"800102","230":"00c1","260":"01020304050607","#,
+            r#""055":"1f","050":"0abc","065":"1e","060":"0def","SP":"03aabb","RE":"02cc"}}"#,
+        )]
+    );
+}
+
+#[test]
+fn every_item_of_cat129() {
+    let record = "bff380 1907 414952 444954 313233343536373834303935 4652 546040 115f094b 00d61a3c 0004d2 0001c8 0003 \
+        0012cfff6a 0fff1f";
+    let items = concat!(
+        r#""020":"AIR","030":"DIT","040":"123456784095","050":"FR","070":43200.5,"#,
+        r#""080":{"latitude_deg":48.85659998,"longitude_deg":2.35220008},"090":{"altitude_m":123.4},"#,
+        r#""100":{"altitude_m":45.6},"110":{"accuracy_m":3}"#,
+    );
+    let velocities = r#""185":{"east_m_s":3.0,"north_m_s":-1.5},"220":{"up_m_s":-2.25}"#;
+    assert_eq!(
+        decoded("some129", &block(129, &[record])),
+        [format!(
+            r#"{{"time":null,"offset":3,"block":0,"cat":129,"sac":25,"sic":7,"items":{{"010":{{"sac":25,"sic":7}},{items},{velocities}}}}}"#
+        )]
+    );
+    // The same with all items: destination, risk in three octets, the service's own special purpose field.
+    let record = "ffff80 1907 2009 414952 444954 313233343536373834303935 4652 546040 115f094b 00d61a3c 0004d2 0001c8 \
+        0003 a90102 16554601 01 0000002a 0783 ffffffff 0064 ffff a1 7f 00 0012cfff6a 0fff1f";
+    assert_eq!(
+        decoded("all129", &block(129, &[record])),
+        [format!(
+            r#"{{"time":null,"offset":3,"block":0,"cat":129,"sac":25,"sic":7,"items":{{"010":{{"sac":25,"sic":7}},"015":{{"dac":32,"dic":9}},{items},{rest},{velocities}}}}}"#,
+            rest = concat!(
+                r#""120":{"certification_category":2,"air_risk_category":3,"airspace_encounter_category":9,"undescribed":"0102"},"#,
+                r#""SP":{"uf":{"source":"fused","track_number":42,"radar_track":1923,"horizontal_deviation_m":10.0,"#,
+                r#""flags":["interpolated","height_not_measured","bit_8"],"uav_probability":0.5}}"#,
+            ),
+        )]
+    );
+}
+
+#[test]
+fn extensions_and_what_no_edition_names() {
+    assert_eq!(
+        decoded("extensions", &block(48, &["20 21 7f d3 97 3b a7 15 42"])),
+        [concat!(
+            r#"{"time":null,"offset":3,"block":0,"cat":48,"items":{"020":{"#,
+            r#""typ":1,"sim":0,"rdp":0,"spi":0,"rab":0,"#,
+            r#""tst":0,"err":1,"xpp":1,"me":1,"mi":1,"foe_fri":3,"#,
+            r#""adsb_ep":1,"adsb":1,"scn_ep":0,"scn":1,"pai_ep":0,"pai":0,"spare_3":1,"#,
+            r#""acasxv_ep":1,"acasxv":2,"poxpr_ep":1,"poxpr":1,"#,
+            r#""poact_ep":0,"poact":0,"dtfxpr_ep":1,"dtfxpr":1,"dtfact_ep":1,"dtfact":0,"spare_5":1,"#,
+            r#""irmxpr_ep":1,"irmxpr":0,"irmact_ep":1,"irmact":0,"spare_6":3,"more":"1542"}}}"#,
+        )]
+    );
+}
+
+#[test]
+fn spare_bits_and_octets_without_meaning_are_kept() {
+    // I048/070, 161, 110 with spare bits set; I048/240 with a code that is no character; an FSPEC of one octet too many.
+    let lines = decoded("spare048", &block(48, &["09 51 09 00 f804 000000000000 f783 fffe"]));
+    assert_eq!(
+        lines,
+        [concat!(
+            r#"{"time":null,"offset":3,"block":0,"cat":48,"fspec":"09510900","items":{"#,
+            r#""070":{"v":1,"g":1,"l":1,"spare":1,"mode_3a":"4004"},"240":{"hex":"000000000000"},"#,
+            r#""161":{"spare":15,"track_number":1923},"110":{"spare":3,"height_m":-15.24}}}"#
+        )]
+    );
+    // I129/040 that is no text, 110 unknown, an SP of another layout and one with its spare octet set, 220 spare.
+    let foreign = block(129, &["09 15 80 00 3132333435363738394142 0000 03aabb ffff1f"]);
+    let spare = block(129, &["01 04 16554601 01 0000002a 0783 ffffffff 0064 ffff 01 7f 01"]);
+    let lines = decoded("spare129", &[foreign, spare].concat());
+    assert_eq!(
+        lines[0],
+        concat!(
+            r#"{"time":null,"offset":3,"block":0,"cat":129,"items":{"040":{"hex":"003132333435363738394142"},"#,
+            r#""110":{"accuracy_m":null},"SP":"03aabb","220":{"spare":15,"up_m_s":-2.25}}}"#
+        )
+    );
+    assert!(lines[1].contains(r#""SP":"165546010100"#), "{}", lines[1]);
+}
+
+#[test]
+fn times_are_of_the_day_nearest_to_the_reception() {
+    const MIDNIGHT: u32 = 20_000 * 86_400;
+    let last = block(48, &["40 a8bfff"]); // the last count of a day
+    let (file, origins) = pcap(&[
+        (MIDNIGHT + 1, &last),
+        (MIDNIGHT - 1, &block(129, &["02 000010"])),
+        (MIDNIGHT, &block(48, &["40 ffffff"])),
+        (MIDNIGHT, &block(48, &["80 1907"])),
+    ]);
+    let lines = decoded("midnight", &file);
+    let place = |index: usize| format!(r#""offset":{},"block":{}"#, origins[index] + 3, origins[index]);
+    let expected = [
+        format!(
+            r#"{{"time":"2024-10-03T23:59:59.992Z",{},"cat":48,"items":{{"140":86399.9921875}}}}"#,
+            place(0)
+        ),
+        format!(r#"{{"time":"2024-10-04T00:00:00.125Z",{},"cat":129,"items":{{"070":0.125}}}}"#, place(1)),
+        format!(r#"{{"time":null,{},"cat":48,"items":{{"140":131071.9921875}}}}"#, place(2)),
+        format!(
+            r#"{{"time":null,{},"cat":48,"sac":25,"sic":7,"items":{{"010":{{"sac":25,"sic":7}}}}}}"#,
+            place(3)
+        ),
+    ];
+    assert_eq!(lines, expected);
+}
+
+#[test]
+fn faults_say_where_and_keep_the_octets() {
+    let file = [
+        block(48, &["80 1907", "a0 1908 01"]), // the second record: its I048/020 has no end
+        block(62, &["0102"]),
+        block(48, &[]),
+        block(129, &["8101 04 1907"]), // an item that the category does not define
+        octets("30 0002 ff"),
+    ]
+    .concat();
+    let lines = decoded("faults", &file);
+    assert_eq!(
+        lines,
+        [
+            r#"{"time":null,"offset":3,"block":0,"cat":48,"sac":25,"sic":7,"items":{"010":{"sac":25,"sic":7}}}"#,
+            concat!(
+                r#"{"error":{"kind":"item_past_end","offset":9,"item":"020","#,
+                r#""detail":"CAT048 item 020 at octet 9: the item runs past the end of its block"},"#,
+                r#""offset":6,"block":0,"cat":48,"hex":"a0190801"}"#
+            ),
+            r#"{"time":null,"offset":10,"block":10,"cat":62,"hex":"3e00050102"}"#,
+            r#"{"time":null,"offset":15,"block":15,"cat":48,"hex":"300003"}"#,
+            concat!(
+                r#"{"error":{"kind":"reserved_frn","offset":23,"#,
+                r#""detail":"CAT129 at octet 23: the FSPEC announces an item that the category does not define"},"#,
+                r#""offset":21,"block":18,"cat":129,"hex":"8101041907"}"#
+            ),
+            concat!(
+                r#"{"error":{"kind":"block_too_short","offset":26,"#,
+                r#""detail":"CAT048 at octet 26: the block's LEN is below 3, the size of its own header"},"#,
+                r#""offset":26,"block":26,"cat":48,"hex":"300002ff"}"#
+            ),
+        ]
+    );
+}
+
+#[test]
+fn several_records_and_blocks_of_a_datagram() {
+    let first = block(48, &["80 1907", "80 1908"]);
+    let second = block(129, &["80 0000"]);
+    let (file, origins) = pcap(&[(0, b"padding"), (0, &[first.clone(), second].concat())]);
+    let lines = decoded("several", &file);
+    let origin = origins[1];
+    let places: Vec<String> = [(3, 0), (6, 0), (first.len() + 3, first.len())]
+        .map(|(offset, block)| format!(r#""offset":{},"block":{}"#, origin + offset, origin + block))
+        .into();
+    assert_eq!(lines.len(), 4);
+    for (line, place) in lines[1..].iter().zip(places) {
+        assert!(line.contains(&place), "{line} {place}");
+    }
+}

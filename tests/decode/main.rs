@@ -1,0 +1,63 @@
+//! The command `decode`: hand-made records, its options, and the recordings of the project.
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod lines;
+mod lossless;
+mod options;
+mod recordings;
+
+use std::fs;
+use std::path::PathBuf;
+
+/// The octets that these hexadecimal digits say; blanks do not count.
+fn octets(hex: &str) -> Vec<u8> {
+    let digits: Vec<u32> =
+        hex.chars().filter(|c| !c.is_whitespace()).map(|c| c.to_digit(16).unwrap()).collect();
+    digits.chunks_exact(2).map(|pair| (pair[0] << 4 | pair[1]) as u8).collect()
+}
+
+/// A block of these records.
+fn block(category: u8, records: &[&str]) -> Vec<u8> {
+    let contents = octets(&records.concat());
+    let length = u16::try_from(contents.len() + 3).unwrap().to_be_bytes();
+    [&[category, length[0], length[1]], contents.as_slice()].concat()
+}
+
+/// A pcap of Ethernet frames with one UDP datagram each, and the offsets of the datagrams in it.
+fn pcap(datagrams: &[(u32, &[u8])]) -> (Vec<u8>, Vec<usize>) {
+    let mut file = octets("d4c3b2a1 02000400 00000000 00000000 ffff0000 01000000");
+    let mut offsets = Vec::new();
+    for (seconds, payload) in datagrams {
+        let length = payload.len() as u16;
+        file.extend(seconds.to_le_bytes());
+        file.extend([0; 4]);
+        file.extend((u32::from(length) + 42).to_le_bytes().repeat(2));
+        file.extend(octets("01005e010101 020000000001 0800"));
+        file.extend(octets("4500"));
+        file.extend((length + 28).to_be_bytes());
+        file.extend(octets("0000 4000 40 11 0000 0a000001 efc03001"));
+        file.extend(octets("1f70 1f70"));
+        file.extend((length + 8).to_be_bytes());
+        file.extend([0; 2]);
+        offsets.push(file.len());
+        file.extend_from_slice(payload);
+    }
+    (file, offsets)
+}
+
+/// A file that goes away with the test.
+struct Temporary(PathBuf);
+
+impl Temporary {
+    fn new(name: &str, contents: &[u8]) -> Self {
+        let path = std::env::temp_dir().join(format!("utm-fusion-decode-{}-{name}", std::process::id()));
+        fs::write(&path, contents).unwrap();
+        Self(path)
+    }
+}
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        let _ = fs::remove_file(&self.0);
+    }
+}
