@@ -18,8 +18,6 @@ pub(super) struct Pair {
     pub(super) track: RadarTrackKey,
     /// Slots where both have a point and their distance is within the gate.
     within: SlotSet,
-    /// The first emitted slot in which it was associated.
-    pub(super) first_seen: Option<Slot>,
 }
 
 /// How a pair stands at a slot, counted from the window's first slot.
@@ -68,15 +66,15 @@ impl Pairs {
 
     fn entry(&mut self, track: RadarTrackKey) -> &mut Pair {
         let index = self.0.binary_search_by_key(&track, |pair| pair.track).unwrap_or_else(|index| {
-            self.0.insert(index, Pair { track, within: SlotSet::EMPTY, first_seen: None });
+            self.0.insert(index, Pair { track, within: SlotSet::EMPTY });
             index
         });
         &mut self.0[index]
     }
 
     /// The pairs, by radar track.
-    pub(super) fn iter_mut(&mut self) -> impl Iterator<Item = &mut Pair> {
-        self.0.iter_mut()
+    pub(super) fn iter(&self) -> impl Iterator<Item = &Pair> {
+        self.0.iter()
     }
 
     /// Whether any pair is associated in one of the slots from `from` to `to`.

@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use super::association::{Evidence, Pairs};
-use super::numbering::Numbers;
+use super::numbering::{Numbered, Numbers};
 use super::radar::{Detection, Detections};
 use super::settings::Settings;
 use super::slots::{Slot, SlotSet, Window};
@@ -42,8 +42,7 @@ struct Aircraft {
     items: UasItems,
     sensor: SensorIndex,
     /// Given with the first point in an emitted slot.
-    number: Option<u32>,
-    first_seen: Option<Slot>,
+    numbered: Option<Numbered>,
 }
 
 /// Everything put out for one slot.
@@ -64,7 +63,7 @@ pub struct Point {
     pub number: u32,
     /// Position; its height is an assumed one where [`Source::height_measured`] is false.
     pub position: Enu,
-    /// Centre of the first slot that was emitted with this track.
+    /// Centre of the first slot that was emitted with this radar track or, where it takes part, this transponder.
     pub first_seen: Time,
     /// What it is made of.
     pub source: Source,
@@ -248,24 +247,23 @@ impl Engine {
     fn points(&mut self, window: &Window) -> Vec<Point> {
         let Self { settings, detections, aircraft, numbers, unnumbered, .. } = self;
         let slot = window.emitted;
-        let first_seen = |seen: &mut Option<Slot>| settings.grid.centre(*seen.get_or_insert(slot));
         let mut points = Vec::new();
         let mut alone = Vec::new();
         let mut explained = Vec::new();
-        for (&identity, Aircraft { curve, pairs, items, sensor, number, first_seen: seen }) in aircraft {
+        for (&identity, Aircraft { curve, pairs, items, sensor, numbered }) in aircraft {
             if !curve.present().contains(slot) {
                 continue;
             }
-            *number = number.or_else(|| numbers.of(identity));
-            let Some(number) = *number else {
+            *numbered = numbered.or_else(|| numbers.of(identity, slot));
+            let Some(Numbered { number, since }) = *numbered else {
                 *unnumbered += 1;
                 continue;
             };
             let position = curve.point(slot);
             let transponder = TransponderPart { number, identity, sensor: *sensor, items: *items };
-            let since = first_seen(seen);
+            let first_seen = settings.grid.centre(since);
             let before = points.len();
-            for pair in pairs.iter_mut() {
+            for pair in pairs.iter() {
                 let both = curve.present().and(detections.track(pair.track).present);
                 let evidence = pair.associated(slot, window, both, settings);
                 let detection = detections.detection(pair.track, slot);
@@ -274,7 +272,7 @@ impl Engine {
                     points.push(Point {
                         number: number * 10_000 + u32::from(pair.track.number),
                         position: fuse(detection, position, settings),
-                        first_seen: first_seen(&mut pair.first_seen),
+                        first_seen,
                         source: Source::Fused(
                             RadarPart::of(detection),
                             transponder,
@@ -292,7 +290,7 @@ impl Engine {
                 && !pairs.any_associated(neighbours, window, curve, detections, settings)
             {
                 let source = Source::Transponder(transponder);
-                alone.push(Point { number, position, first_seen: since, source });
+                alone.push(Point { number, position, first_seen, source });
             }
         }
         explained.sort_unstable();
@@ -302,14 +300,14 @@ impl Engine {
             if explained.binary_search(&plot.track).is_ok() {
                 continue;
             }
-            let mut track = detections.track(plot.track);
+            let track = detections.track(plot.track);
             let uav_s = f64::from(track.uav.and(so_far).count())
                 * settings.period_s[usize::from(plot.track.sensor.0)];
             if uav_s > settings.radar_only_min_s {
                 points.push(Point {
                     number: plot.track.number.into(),
                     position: plot.position,
-                    first_seen: first_seen(&mut track.first_seen),
+                    first_seen: settings.grid.centre(track.first_seen.unwrap_or(slot)),
                     source: Source::Radar(RadarPart::of(detection)),
                 });
             }
@@ -328,8 +326,7 @@ impl Aircraft {
             pairs: Pairs::default(),
             items: fix.items,
             sensor: fix.sensor,
-            number: None,
-            first_seen: None,
+            numbered: None,
         }
     }
 

@@ -1,18 +1,28 @@
-//! Track numbers of transponders: given once, kept for good.
+//! Track numbers of transponders: given once, kept for good, with when that was.
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::slots::Slot;
 use crate::normalise::Identity;
 
 /// The largest number: fused tracks are number · 10000 + radar track, which must fit 32 bits.
 pub const LARGEST: u32 = 429_496;
+
+/// A transponder's number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Numbered {
+    /// The number T.
+    pub number: u32,
+    /// The slot it was given in: the first emitted one with a point of the transponder.
+    pub since: Slot,
+}
 
 /// Who has which number.
 #[derive(Clone, Debug, Default)]
 pub struct Numbers {
     configured: BTreeMap<Vec<u8>, u32>,
     reserved: BTreeSet<u32>,
-    given: BTreeMap<Identity, u32>,
+    given: BTreeMap<Identity, Numbered>,
     taken: BTreeSet<u32>,
     /// No number below this is free for an identity without a claim.
     lowest: u32,
@@ -27,9 +37,11 @@ impl Numbers {
 
     /// The number of an identity: the one it has; else its configured one if that is not taken; else its serial number
     /// if that is a number that is free; else the lowest free one. `None` when all are used up.
-    pub fn of(&mut self, identity: Identity) -> Option<u32> {
-        if let Some(&number) = self.given.get(&identity) {
-            return Some(number);
+    ///
+    /// `slot`: the slot being emitted, in which the identity has a point.
+    pub fn of(&mut self, identity: Identity, slot: Slot) -> Option<Numbered> {
+        if let Some(&numbered) = self.given.get(&identity) {
+            return Some(numbered);
         }
         let configured = self.configured.get(identity.serial()).copied();
         let number = configured
@@ -37,8 +49,9 @@ impl Numbers {
             .or_else(|| decimal(identity.serial()).filter(|&number| self.is_free(number)))
             .or_else(|| self.lowest_free())?;
         self.taken.insert(number);
-        self.given.insert(identity, number);
-        Some(number)
+        let numbered = Numbered { number, since: slot };
+        self.given.insert(identity, numbered);
+        Some(numbered)
     }
 
     fn is_free(&self, number: u32) -> bool {
@@ -76,7 +89,11 @@ mod tests {
     fn configured_then_the_serial_itself_then_the_lowest_free() {
         let configured = BTreeMap::from([(b"ALPHA".to_vec(), 2), (b"BRAVO".to_vec(), 7)]);
         let mut numbers = Numbers::new(configured);
-        let mut of = |serial, country| numbers.of(identity(serial, country)).unwrap();
+        let mut slot = 0;
+        let mut of = |serial, country| {
+            slot += 1;
+            numbers.of(identity(serial, country), Slot(slot)).unwrap().number
+        };
         assert_eq!(of("ALPHA", b"NO"), 2);
         assert_eq!(of("X", b"NO"), 1);
         assert_eq!(of("Y", b"NO"), 3, "2 is taken");
@@ -87,13 +104,17 @@ mod tests {
         assert_eq!(of("Z", b"NO"), 8, "7 is kept for BRAVO");
         assert_eq!(of("X", b"NO"), 1, "a number given stays");
         assert_eq!(of("BRAVO", b"NO"), 7);
+        let alpha = numbers.of(identity("ALPHA", b"NO"), Slot(99));
+        assert_eq!(alpha, Some(Numbered { number: 2, since: Slot(1) }), "and so does its first slot");
     }
 
     #[test]
     fn numbers_end() {
         let mut numbers = Numbers { lowest: LARGEST, ..Numbers::new(BTreeMap::new()) };
-        assert_eq!(numbers.of(identity("A", b"NO")), Some(LARGEST));
-        assert_eq!(numbers.of(identity("B", b"NO")), None);
-        assert_eq!(numbers.of(identity("C", b"NO")), None);
+        let mut of = |serial| numbers.of(identity(serial, b"NO"), Slot(0)).map(|numbered| numbered.number);
+        assert_eq!(of("A"), Some(LARGEST));
+        assert_eq!(of("B"), None);
+        assert_eq!(of("C"), None);
+        assert_eq!(of("A"), Some(LARGEST));
     }
 }

@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use utm_fusion::fusion::{
-    Association, Emission, Evidence, Knot, Numbers, Point, RadarPart, Settings, Slot, Source,
+    Association, Emission, Evidence, Knot, Numbered, Numbers, Point, RadarPart, Settings, Slot, Source,
     TransponderPart, evaluate,
 };
 use utm_fusion::normalise::{Enu, Fix, Identity, Plot, RadarTrackKey, Report};
@@ -16,7 +16,8 @@ struct Plain<'a> {
     settings: &'a Settings,
     reports: Vec<Report>,
     numbers: Numbers,
-    first_seen: BTreeMap<String, Slot>,
+    /// Of radar tracks.
+    first_seen: BTreeMap<RadarTrackKey, Slot>,
     next: i64,
     emissions: Vec<Emission>,
 }
@@ -64,11 +65,6 @@ fn slot(time: Time) -> i64 {
 
 fn centre(slot: i64) -> Time {
     Time::from_nanos(slot * SLOT_NS + SLOT_NS / 2)
-}
-
-/// What `first_seen` is kept by.
-fn name(key: &impl std::fmt::Debug) -> String {
-    format!("{key:?}")
 }
 
 impl Plain<'_> {
@@ -140,18 +136,15 @@ impl Plain<'_> {
 
         let mut points = Vec::new();
         let mut explained = BTreeSet::new();
-        let first_seen = &mut self.first_seen;
-        let mut since = |name: String| centre(first_seen.entry(name).or_insert(Slot(k)).0);
         for (&identity, curve) in &curves {
             let Some(point) = curve.get(&k) else { continue };
-            let number = self.numbers.of(identity).unwrap();
+            let Numbered { number, since } = self.numbers.of(identity, Slot(k)).unwrap();
             let last_received = self.reports.iter().rev().find_map(|report| match report {
                 Report::Fix(fix) if fix.identity == identity => Some((fix.sensor, fix.items)),
                 _ => None,
             });
             let (sensor, items) = last_received.unwrap();
             let transponder = TransponderPart { number, identity, sensor, items };
-            let transponder_since = since(name(&identity));
             for &track in &tracks {
                 let Some(evidence) = associated(identity, track, k) else { continue };
                 let plot = &detections[&(track, k)];
@@ -172,7 +165,7 @@ impl Plain<'_> {
                     Point {
                         number: number * 10_000 + u32::from(track.number),
                         position: Enu(position),
-                        first_seen: since(name(&(identity, track))),
+                        first_seen: centre(since.0),
                         source: Source::Fused(radar_part(plot), transponder, association),
                     },
                 ));
@@ -183,12 +176,12 @@ impl Plain<'_> {
                 nearby.into_iter().any(|s| tracks.iter().any(|&t| associated(identity, t, s).is_some()));
             if !suppressed {
                 let source = Source::Transponder(transponder);
-                points.push((2, Point { number, position: *point, first_seen: transponder_since, source }));
+                points.push((2, Point { number, position: *point, first_seen: centre(since.0), source }));
             }
         }
         for &track in &tracks {
             let Some(plot) = detections.get(&(track, k)) else { continue };
-            let track_since = since(name(&track));
+            let since = *self.first_seen.entry(track).or_insert(Slot(k));
             let uav = (k - 75..=k)
                 .filter(|&s| detections.get(&(track, s)).is_some_and(|plot| plot.uav_probability > Some(0.0)))
                 .count();
@@ -200,7 +193,7 @@ impl Plain<'_> {
                     Point {
                         number: track.number.into(),
                         position: plot.position,
-                        first_seen: track_since,
+                        first_seen: centre(since.0),
                         source: Source::Radar(radar_part(plot)),
                     },
                 ));
@@ -209,26 +202,10 @@ impl Plain<'_> {
         points.sort_by_key(|(rank, point)| {
             (*rank, point.number, point.source.radar().map(|radar| radar.track))
         });
-        // A track is new again once nothing of it is left; radar tracks and pairs count up to the last slot that
-        // can still change this output.
+        // A radar track is new again once nothing of it is left up to the last slot that can still change this output.
         let horizon = (k + settings.suppress_slots).min(k + 24);
-        let left = |report: &&Report| slot(report.time()) >= k - 75;
-        let mut names = BTreeSet::new();
-        for report in self.reports.iter().filter(left) {
-            if let Report::Fix(fix) = report {
-                names.insert(name(&fix.identity));
-            }
-        }
-        for (&(track, s), plot) in detections.iter().filter(|((_, s), _)| *s <= horizon) {
-            names.insert(name(&track));
-            for (&identity, curve) in &curves {
-                let near = |point| distance(plot, point) <= settings.gate.at(plot.slant_range_m);
-                if curve.get(&s).is_some_and(near) {
-                    names.insert(name(&(identity, track)));
-                }
-            }
-        }
-        self.first_seen.retain(|name, _| names.contains(name));
+        self.first_seen
+            .retain(|track, _| detections.keys().any(|(other, s)| other == track && *s <= horizon));
         let points = points.into_iter().map(|(_, point)| point).collect();
         self.emissions.push(Emission { slot: Slot(k), time: centre(k), points });
     }
