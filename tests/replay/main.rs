@@ -8,4 +8,5 @@ mod determinism;
 mod formats;
 mod hostile;
 mod inputs;
+mod masks;
 mod usage;

@@ -1,0 +1,69 @@
+//! Masks of `[[areas]]`: plots inside are dropped and counted, everything else flies on.
+
+use std::fs;
+
+use super::common::{Scratch, csv_lines, demo, ran, utm_fusion};
+
+const AREAS: &str = "\n[[areas]]\nkind = \"mask\"\nfile = \"mask.geojson\"\n";
+
+/// A box about the demo's radar (53.0817 N, 10.3264 E), open to the west of `west_deg`.
+fn mask_from(west_deg: f64) -> String {
+    let ring = format!("[[{west_deg},53],[10.5,53],[10.5,53.2],[{west_deg},53.2],[{west_deg},53]]");
+    format!(
+        r#"{{"type":"Feature","properties":{{}},"geometry":{{"type":"Polygon","coordinates":[{ring}]}}}}"#
+    )
+}
+
+#[test]
+fn plots_inside_are_dropped_and_counted() {
+    let flight = demo();
+    let scratch = Scratch::new();
+    let site = scratch.file("site.toml", &[fs::read(flight.site()).unwrap(), AREAS.into()].concat());
+    let replay = |mask: &str| {
+        scratch.file("mask.geojson", mask.as_bytes());
+        let mut command = utm_fusion("replay");
+        let out = scratch.path("out.csv");
+        let ran = ran(command.arg(flight.capture()).arg("--config").arg(&site).arg("-o").arg(&out));
+        assert_eq!(ran.code, 0, "{}", ran.stderr);
+        (ran.text().to_owned(), csv_lines(fs::read(out).unwrap()))
+    };
+
+    // Everything: only the transponders are left.
+    let (summary, lines) = replay(&mask_from(10.2));
+    assert!(summary.contains("halfmoon (radar): 0 plots; dropped: 1175 masked"), "{summary}");
+    assert!(!lines.is_empty() && lines.iter().all(|line| line.split(',').nth(2) == Some("transponder")));
+
+    // A far corner: as without a mask.
+    let (summary, lines) = replay(&mask_from(10.499));
+    assert!(summary.contains("halfmoon (radar): 1175 plots"), "{summary}");
+    assert_eq!(lines, flight.csv());
+
+    // The east: no radar point is left there, and some are in the west.
+    let (summary, lines) = replay(&mask_from(10.33));
+    assert!(summary.contains(" masked"), "{summary}");
+    let radar: Vec<f64> = lines
+        .iter()
+        .map(|line| line.split(',').collect::<Vec<_>>())
+        .filter(|columns| columns[2] == "radar")
+        .map(|columns| columns[7].parse().unwrap())
+        .collect();
+    assert!(!radar.is_empty() && radar.iter().all(|&longitude_deg| longitude_deg < 10.33), "{radar:?}");
+}
+
+#[test]
+fn an_area_that_is_none_is_told_with_code_3() {
+    let flight = demo();
+    let scratch = Scratch::new();
+    let site = scratch.file("site.toml", &[fs::read(flight.site()).unwrap(), AREAS.into()].concat());
+    scratch.file("mask.geojson", br#"{"type":"Point","coordinates":[10,53]}"#);
+    for subcommand in ["check", "replay"] {
+        let mut command = utm_fusion(subcommand);
+        command.arg("--config").arg(&site);
+        if subcommand == "replay" {
+            command.arg(flight.capture());
+        }
+        let ran = ran(&mut command);
+        assert_eq!(ran.code, 3, "{}", ran.stderr);
+        assert!(ran.stderr.contains("mask.geojson: holds something that is no polygon"), "{}", ran.stderr);
+    }
+}
