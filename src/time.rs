@@ -51,7 +51,7 @@ impl Time {
 
     /// `self - earlier` in seconds; exact enough for interpolation (differences here are below a minute).
     pub fn seconds_since(self, earlier: Self) -> f64 {
-        (self.0 - earlier.0) as f64 / SECOND as f64
+        self.0.saturating_sub(earlier.0) as f64 / SECOND as f64
     }
 }
 

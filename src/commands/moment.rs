@@ -2,6 +2,7 @@
 
 use std::str::FromStr;
 
+use jiff::civil::Date;
 use jiff::{SignedDuration, Timestamp};
 
 use crate::normalise::nearest_day;
@@ -74,6 +75,16 @@ pub fn duration(text: &str) -> Result<SignedDuration, String> {
     SignedDuration::try_from_secs_f64(seconds).map_err(|error| error.to_string())
 }
 
+/// `2026-11-20`: a UTC day of the years 1970 to 2200, so that no difference of two times is out of range.
+pub fn day(text: &str) -> Result<Date, String> {
+    let day: Date = text.parse().map_err(|_| "write a day as 2026-11-20".to_owned())?;
+    if (1970..=2200).contains(&day.year()) {
+        Ok(day)
+    } else {
+        Err("a day of the years 1970 to 2200".to_owned())
+    }
+}
+
 /// `max`, or how many times faster than it happened.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Speed {
@@ -111,6 +122,10 @@ mod tests {
         for wrong in ["", "10", "+", "+5", "25:00:00", "+-5s", "yesterday", "+1e9h", "+nans"] {
             assert!(wrong.parse::<Moment>().is_err(), "{wrong}");
         }
+        assert_eq!(day("2026-11-20"), Ok(jiff::civil::date(2026, 11, 20)));
+        assert!(
+            ["2026-02-30", "1969-12-31", "2201-01-01", "today"].into_iter().all(|text| day(text).is_err())
+        );
         assert_eq!("max".parse(), Ok(Speed::Max));
         assert_eq!("10".parse(), Ok(Speed::Times(10.0)));
         assert!(

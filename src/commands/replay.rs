@@ -8,7 +8,7 @@ use std::time::Instant;
 use jiff::civil::Date;
 use tracing::{error, info, warn};
 
-use super::moment::{Moment, Speed};
+use super::moment::{Moment, Speed, day};
 use super::pace::Pace;
 use super::summary::Summary;
 use super::{CommandResult, Outcome, Usage, progress};
@@ -50,8 +50,8 @@ pub struct Args {
     /// No output from this time of the flight on.
     #[arg(long, value_name = "T")]
     pub end: Option<Moment>,
-    /// UTC day of the first record of a file without reception times (raw ASTERIX).
-    #[arg(long, default_value = "1970-01-01", value_name = "YYYY-MM-DD")]
+    /// UTC day of the first record of each file without reception times (raw ASTERIX).
+    #[arg(long, default_value = "1970-01-01", value_name = "YYYY-MM-DD", value_parser = day)]
     pub date: Date,
     /// Adds how long it took to the summary, and prints it to standard error where standard output holds data.
     #[arg(long)]
@@ -107,6 +107,12 @@ impl Destination {
                 path.display()
             ))
         })?;
+        let same = |input: &PathBuf| std::fs::canonicalize(input).ok() == std::fs::canonicalize(path).ok();
+        if path.exists() && args.inputs.iter().any(same) {
+            return Err(
+                Usage(format!("-o {} is also an input: it would be overwritten", path.display())).into()
+            );
+        }
         let out: Box<dyn Write> = if path == Path::new("-") {
             Box::new(BufWriter::new(io::stdout().lock()))
         } else {

@@ -10,6 +10,18 @@ use asterix::{blocks, cat048};
 use super::common::{EXTENSIONS, Scratch, bundled, csv_lines, datagrams, demo, pcap, ran, utm_fusion};
 
 #[test]
+fn an_input_is_never_overwritten() {
+    let flight = demo();
+    let scratch = Scratch::new();
+    let octets = fs::read(flight.capture()).unwrap();
+    let capture = scratch.file("capture.pcap", &octets);
+    let ran = ran(flight.replay(&[&capture]).arg("-o").arg(&capture));
+    assert_eq!(ran.code, 2, "{}", ran.stderr);
+    assert!(ran.stderr.contains("is also an input: it would be overwritten"), "{}", ran.stderr);
+    assert_eq!(fs::read(&capture).unwrap(), octets);
+}
+
+#[test]
 fn wrong_usage_is_told_with_code_2() {
     let flight = demo();
     let (site, capture) = (flight.site(), flight.capture());
