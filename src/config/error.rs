@@ -1,6 +1,7 @@
 //! What is wrong with a configuration, and where.
 
-use std::fmt;
+use std::cell::RefCell;
+use std::fmt::{self, Display};
 
 /// Where a value was written.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -28,7 +29,7 @@ pub struct ConfigError {
     pub message: String,
 }
 
-impl fmt::Display for ConfigError {
+impl Display for ConfigError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.place {
             Place::File => write!(f, "{}: ", self.file)?,
@@ -67,7 +68,7 @@ impl From<ConfigError> for ConfigErrors {
     }
 }
 
-impl fmt::Display for ConfigErrors {
+impl Display for ConfigErrors {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (i, error) in self.0.iter().enumerate() {
             if i > 0 {
@@ -76,5 +77,36 @@ impl fmt::Display for ConfigErrors {
             write!(f, "{error}")?;
         }
         Ok(())
+    }
+}
+
+/// What has been found wrong so far.
+pub(super) struct Faults {
+    file: String,
+    found: RefCell<Vec<ConfigError>>,
+}
+
+impl Faults {
+    pub(super) fn new(file: &str) -> Self {
+        Self { file: file.to_owned(), found: RefCell::default() }
+    }
+
+    pub(super) fn add(&self, place: &Place, key: &str, value: Option<String>, message: impl Display) {
+        self.found.borrow_mut().push(ConfigError {
+            file: self.file.clone(),
+            place: place.clone(),
+            key: key.to_owned(),
+            value,
+            message: message.to_string(),
+        });
+    }
+
+    pub(super) fn any(&self) -> bool {
+        !self.found.borrow().is_empty()
+    }
+
+    /// The faults so far as an error.
+    pub(super) fn check(&self) -> Result<(), ConfigErrors> {
+        ConfigErrors::of(self.found.borrow().clone()).map_or(Ok(()), Err)
     }
 }

@@ -32,7 +32,8 @@ pub use types::{
     Transponder, TransponderAccuracy,
 };
 
-use reader::{Faults, Section};
+use error::Faults;
+use reader::Section;
 
 /// A valid configuration, every default filled in. [`Display`](std::fmt::Display) writes it as TOML that reads back
 /// to the same value.

@@ -1,46 +1,14 @@
 //! Asking the tree for keys. A getter gives `None` where the key is absent, and where it is wrong, in which case it has
 //! said so: whatever a reader then returns is thrown away, so it just goes on to find the next fault.
 
-use std::cell::RefCell;
 use std::fmt::Display;
 use std::net::Ipv4Addr;
 use std::ops::RangeInclusive;
 
 use jiff::SignedDuration;
 
-use super::error::{ConfigError, ConfigErrors, Place};
+use super::error::{Faults, Place};
 use super::tree::{Node, Table, Value, quoted};
-
-/// What has been found wrong so far.
-pub(super) struct Faults {
-    file: String,
-    found: RefCell<Vec<ConfigError>>,
-}
-
-impl Faults {
-    pub(super) fn new(file: &str) -> Self {
-        Self { file: file.to_owned(), found: RefCell::default() }
-    }
-
-    pub(super) fn add(&self, place: &Place, key: &str, value: Option<String>, message: impl Display) {
-        self.found.borrow_mut().push(ConfigError {
-            file: self.file.clone(),
-            place: place.clone(),
-            key: key.to_owned(),
-            value,
-            message: message.to_string(),
-        });
-    }
-
-    pub(super) fn any(&self) -> bool {
-        !self.found.borrow().is_empty()
-    }
-
-    /// The faults so far as an error.
-    pub(super) fn check(&self) -> Result<(), ConfigErrors> {
-        ConfigErrors::of(self.found.borrow().clone()).map_or(Ok(()), Err)
-    }
-}
 
 /// A table that is asked for its keys one by one; what nobody asked for is unknown.
 pub(super) struct Section<'a> {
