@@ -265,9 +265,9 @@ impl Engine {
             let before = points.len();
             for pair in pairs.iter() {
                 let both = curve.present().and(detections.track(pair.track).present);
-                let evidence = pair.associated(slot, window, both, settings);
-                let detection = detections.detection(pair.track, slot);
-                if let (Some(evidence), Some(detection)) = (evidence, detection) {
+                if let Some(evidence) = pair.associated(slot, window, both, settings)
+                    && let Some(detection) = detections.detection(pair.track, slot)
+                {
                     explained.push(pair.track);
                     points.push(Point {
                         number: number * 10_000 + u32::from(pair.track.number),

@@ -2,7 +2,7 @@
 //!
 //! Source: Cisek, Brekke, Jahangir, Johansen, *Track-to-track data fusion for Unmanned Traffic Management System*;
 //! what the paper leaves open is settled in `docs/ALGORITHM.md`. Everything is as if recomputed from the window at every
-//! slot; what is kept between slots only saves work (`tests/recomputation.rs` holds the two against each other).
+//! slot; what is kept between slots only saves work (`tests/engine` holds the two against each other).
 
 mod association;
 mod engine;

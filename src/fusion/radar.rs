@@ -1,7 +1,5 @@
 //! The window's radar detections: by slot, by track, and by place.
 
-use std::collections::BTreeMap;
-
 use super::settings::Gate;
 use super::slots::{RING, Slot, SlotGrid, SlotSet, Window, ring_place};
 use crate::normalise::{Enu, Plot, RadarTrackKey};
@@ -40,7 +38,8 @@ pub(super) struct Detections {
     /// Side of a square cell: the widest gate, so that a detection within its gate is in the same or a neighbouring cell.
     cell_m: f64,
     slots: Box<[SlotDetections]>,
-    tracks: BTreeMap<RadarTrackKey, TrackSlots>,
+    /// By sensor and track number; those that hold no detection are as new.
+    tracks: Vec<Vec<TrackSlots>>,
     /// Slots that got plots since they were last settled.
     unsettled: SlotSet,
 }
@@ -57,7 +56,7 @@ impl Detections {
     pub(super) fn new(grid: SlotGrid, gate: Gate) -> Self {
         let cell_m = gate.widest_m().max(1.0);
         let slots = vec![SlotDetections::default(); RING].into_boxed_slice();
-        Self { grid, gate, cell_m, slots, tracks: BTreeMap::new(), unsettled: SlotSet::EMPTY }
+        Self { grid, gate, cell_m, slots, tracks: Vec::new(), unsettled: SlotSet::EMPTY }
     }
 
     /// A plot of a slot in the ring.
@@ -68,17 +67,15 @@ impl Detections {
         self.unsettled.set(slot, true);
     }
 
-    /// Takes out a slot that left the window, after [`Self::settle`]: a track that has no other slot is forgotten.
+    /// Takes out a slot that left the window, after [`Self::settle`]: a track that has no other slot is as new.
     pub(super) fn remove(&mut self, slot: Slot) {
         let left = &mut self.slots[ring_place(slot)];
         for detection in left.detections.drain(..) {
-            let key = detection.plot.track;
-            if let Some(track) = self.tracks.get_mut(&key) {
-                track.present.set(slot, false);
-                track.uav.set(slot, false);
-                if track.present.is_empty() {
-                    self.tracks.remove(&key);
-                }
+            let track = track_mut(&mut self.tracks, detection.plot.track);
+            track.present.set(slot, false);
+            track.uav.set(slot, false);
+            if track.present.is_empty() {
+                *track = TrackSlots::default();
             }
         }
         left.cells.clear();
@@ -101,7 +98,7 @@ impl Detections {
             });
             cells.clear();
             for (index, detection) in detections.iter().enumerate() {
-                let track = self.tracks.entry(detection.plot.track).or_default();
+                let track = track_mut(&mut self.tracks, detection.plot.track);
                 track.present.set(slot, true);
                 track.uav.set(slot, detection.plot.uav_probability.is_some_and(|p| p > 0.0));
                 cells.push((Cell::of(detection.plot.position, self.cell_m), index as u32));
@@ -139,17 +136,27 @@ impl Detections {
 
     /// The slots of a track.
     pub(super) fn track(&self, key: RadarTrackKey) -> TrackSlots {
-        self.tracks.get(&key).copied().unwrap_or_default()
+        let tracks = self.tracks.get(usize::from(key.sensor.0));
+        tracks.and_then(|tracks| tracks.get(usize::from(key.number))).copied().unwrap_or_default()
     }
 
     /// Notes that the detections of `slot` have now been emitted.
     pub(super) fn mark_seen(&mut self, slot: Slot) {
         for detection in &self.slots[ring_place(slot)].detections {
-            if let Some(track) = self.tracks.get_mut(&detection.plot.track) {
-                track.first_seen.get_or_insert(slot);
-            }
+            track_mut(&mut self.tracks, detection.plot.track).first_seen.get_or_insert(slot);
         }
     }
+}
+
+fn track_mut(tracks: &mut Vec<Vec<TrackSlots>>, key: RadarTrackKey) -> &mut TrackSlots {
+    fn grown<T: Default>(list: &mut Vec<T>, index: u16) -> &mut T {
+        let index = usize::from(index);
+        if index >= list.len() {
+            list.resize_with(index + 1, T::default);
+        }
+        &mut list[index]
+    }
+    grown(grown(tracks, key.sensor.0), key.number)
 }
 
 /// A square on the ground. Orders by row, then column.
@@ -173,5 +180,32 @@ impl Cell {
             let cell = |by| Self { row, column: self.column.saturating_add(by) };
             (cell(-1), cell(1))
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::normalise::SensorIndex;
+    use crate::time::Time;
+
+    #[test]
+    fn a_detection_on_its_gate_is_within() {
+        let grid = SlotGrid::new(250_000_000);
+        let window = Window { first: Slot(0), emitted: Slot(0), horizon: Slot(0), last: Slot(0) };
+        for (east, count) in [(60.0, 1), (60.0_f64.next_up(), 0), (-60.0, 1), (0.0, 1)] {
+            let gate = Gate::new(vec![(0.0, 60.0)]).unwrap();
+            let mut detections = Detections::new(grid, gate);
+            detections.insert(Plot {
+                track: RadarTrackKey { sensor: SensorIndex(0), number: 1 },
+                time: Time::default(),
+                position: Enu::new(east, 0.0, 0.0),
+                height_measured: true,
+                slant_range_m: 60.0,
+                uav_probability: None,
+            });
+            detections.settle(&window);
+            assert_eq!(detections.within_gate(Slot(0), Enu::new(0.0, 0.0, 0.0)).count(), count, "{east}");
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 use proptest::collection::vec;
 use proptest::prelude::*;
+use proptest::sample::Index;
 use utm_fusion::fusion::{Emission, Engine, Gate, Settings, SlotGrid};
 use utm_fusion::normalise::{Enu, Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex, UasItems};
 use utm_fusion::time::{SECOND, Time};
@@ -56,6 +57,18 @@ pub fn run(settings: &Settings, arrivals: &[Arrival]) -> Vec<Emission> {
     emissions
 }
 
+impl Arrival {
+    /// A second report of the same track or identity and time, from elsewhere.
+    fn again(&self, delay_ms: i64, shift_m: f64) -> Self {
+        let shifted = |position: Enu| Enu::new(position.east() + shift_m, position.north(), position.up());
+        let report = match self.report {
+            Report::Plot(plot) => Report::Plot(Plot { position: shifted(plot.position), ..plot }),
+            Report::Fix(fix) => Report::Fix(Fix { position: shifted(fix.position), ..fix }),
+        };
+        Self { received: Time::from_nanos(self.received.nanos() + delay_ms * 1_000_000), report }
+    }
+}
+
 /// Where a target is at second 0, and how it moves, m/s.
 type Target = ([f64; 3], [f64; 2]);
 
@@ -65,16 +78,17 @@ pub fn any() -> impl Strategy<Value = Scenario> {
     let stray = (0..60_000_i64, any_delay(), prop_oneof![any_fix(), any_plot()], any_target());
     let silence = prop_oneof![4 => Just(0), 1 => 20..40_i64];
     let config =
-        (prop_oneof![4 => Just(25_i64), 1 => 2..6_i64], prop_oneof![4 => Just(16_i64), 1 => 0..30_i64]);
+        (prop_oneof![4 => Just(25_i64), 1 => 2..5_i64], prop_oneof![4 => Just(16_i64), 1 => 0..30_i64]);
     (
         [any_target(), any_target()],
         vec(stream(1_800..2_200, any_fix().boxed()), 1..4),
         vec(stream(240..260, any_plot().boxed()), 1..5),
         vec(stray, 0..30),
+        vec((proptest::prelude::any::<Index>(), any_delay(), -40.0..40.0_f64), 0..10),
         silence,
         config,
     )
-        .prop_map(|(targets, fixes, plots, strays, silence, (max_gap_s, suppress_slots))| {
+        .prop_map(|(targets, fixes, plots, strays, doubled, silence, (max_gap_s, suppress_slots))| {
             let mut arrivals = Vec::new();
             for stream in fixes.into_iter().chain(plots) {
                 let target = targets[stream.target];
@@ -84,6 +98,9 @@ pub fn any() -> impl Strategy<Value = Scenario> {
             arrivals.extend(strays.into_iter().map(|(sent_ms, delay_ms, report, target)| {
                 Sending { sent_ms, delay_ms, noise_m: 0.0 }.arrival(report, target)
             }));
+            for (which, delay_ms, shift_m) in doubled {
+                arrivals.push(which.get(&arrivals).again(delay_ms, shift_m));
+            }
             for arrival in &mut arrivals {
                 if arrival.received.nanos() > (START + 30) * SECOND {
                     arrival.received = Time::from_nanos(arrival.received.nanos() + silence * SECOND);
@@ -91,7 +108,6 @@ pub fn any() -> impl Strategy<Value = Scenario> {
                 }
             }
             arrivals.sort_by_key(|arrival| arrival.received);
-            distinct_times(&mut arrivals);
             Scenario { arrivals, max_gap_s, suppress_slots }
         })
 }
@@ -133,11 +149,13 @@ impl Sending {
     }
 }
 
-/// Reports of one target every `period_ms` or so, with gaps and noise.
+/// Reports of one target every `period_ms` or so, often exactly in the middle of it, with gaps and noise.
 fn stream(period_ms: std::ops::Range<i64>, first: BoxedStrategy<Report>) -> impl Strategy<Value = Stream> {
     let steps = 60_000 / period_ms.end;
     let noise = prop_oneof![9 => -20.0..20.0_f64, 1 => -100.0..100.0_f64];
     let each = vec((any_delay(), 0..10_u8, noise), steps as usize);
+    let middle = Just(i64::midpoint(period_ms.start, period_ms.end));
+    let period_ms = prop_oneof![period_ms, middle];
     (0..2_usize, first, period_ms, 0..30_000_i64, each).prop_map(
         |(target, first, period_ms, phase_ms, each)| {
             let heard = |step: usize, luck| luck > 1 || (luck == 1 && step % 20 < 10);
@@ -168,12 +186,17 @@ fn any_delay() -> impl Strategy<Value = i64> {
 }
 
 fn any_fix() -> impl Strategy<Value = Report> {
-    (0..3_u8).prop_map(|name| {
+    (0..3_u8, 0..2_u8).prop_map(|(name, model)| {
         let serial_number = [b'U', b'1' + name, b' ', b' ', b' ', b' ', b' ', b' ', b' ', b' ', b' ', b' '];
         Report::Fix(Fix {
             sensor: SensorIndex(2),
             identity: Identity::new(&serial_number, None).unwrap(),
-            items: UasItems { manufacturer: None, model: None, serial_number, registration_country: None },
+            items: UasItems {
+                manufacturer: None,
+                model: Some([b'M', b'0', b'0' + model]),
+                serial_number,
+                registration_country: None,
+            },
             time: Time::default(),
             position: NOWHERE,
         })
@@ -204,13 +227,18 @@ fn moved(report: Report, by_ns: i64) -> Report {
     }
 }
 
-/// No two different reports with equal (identity or radar track, time): there the last received wins, and order matters.
-fn distinct_times(arrivals: &mut Vec<Arrival>) {
+/// Without that in which the order of reception counts: two reports with equal (identity or radar track, time), and whose
+/// items came last.
+pub fn indifferent_to_order(mut arrivals: Vec<Arrival>) -> Vec<Arrival> {
     let mut seen = std::collections::BTreeSet::new();
-    arrivals.retain(|arrival| match arrival.report {
+    arrivals.retain_mut(|arrival| match &mut arrival.report {
         Report::Plot(plot) => seen.insert((plot.time, plot.track.sensor.0, plot.track.number)),
-        Report::Fix(fix) => seen.insert((fix.time, 99, u16::from(fix.identity.serial()[1]))),
+        Report::Fix(fix) => {
+            fix.items.model = None;
+            seen.insert((fix.time, 99, u16::from(fix.identity.serial()[1])))
+        }
     });
+    arrivals
 }
 
 /// The same arrivals, shuffled among those received between two successive slot deadlines.

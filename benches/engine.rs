@@ -1,0 +1,197 @@
+//! How fast the engine is, and how its time grows with the traffic.
+//!
+//! Throughput is in seconds of flight per second: `thrpt: 1.5 Kelem/s` is 1500 times real time, on one core.
+
+#![allow(missing_docs, reason = "criterion's macro makes public items")]
+
+use std::time::{Duration, Instant};
+
+use asterix::{Record, TimeOfDay, cat048, cat129, encode_block};
+use criterion::{BatchSize, Criterion, Throughput, criterion_group};
+use utm_fusion::areas::Masks;
+use utm_fusion::config::Config;
+use utm_fusion::fusion::Engine;
+use utm_fusion::ingest::{Reception, ReceptionKind};
+use utm_fusion::normalise::{Frame, Normaliser, Report, time_of_day_count};
+use utm_fusion::pipeline::{Output, Pipeline};
+
+#[path = "../tests/traffic/mod.rs"]
+mod traffic;
+
+use traffic::{SLOT_NS, Traffic, feed};
+
+const FLIGHT_S: i64 = 120;
+
+/// Reports in, points out.
+fn dense(criterion: &mut Criterion) {
+    let slots: Vec<Vec<Report>> =
+        (0..seconds(FLIGHT_S)).map(|slot| Traffic::DENSE.reports(slot).collect()).collect();
+    let fly = || {
+        let mut engine = Engine::new(Traffic::DENSE.settings());
+        (0..)
+            .zip(&slots)
+            .map(|(slot, reports)| feed(&mut engine, slot, reports.iter().copied()))
+            .sum::<usize>()
+    };
+    println!("dense: {} points in {FLIGHT_S} s", fly());
+    let mut group = criterion.benchmark_group("dense");
+    group.throughput(Throughput::Elements(FLIGHT_S as u64)).sample_size(20);
+    group.bench_function("50 drones and 60 birds, engine", |bencher| bencher.iter(fly));
+    group.finish();
+}
+
+/// Datagrams in, points out: decoder and normalisation included.
+fn end_to_end(criterion: &mut Criterion) {
+    let config = Config::parse(SITE, "site.toml", std::iter::empty()).expect("the site is valid");
+    let frame = Normaliser::new(&config, Masks::default()).frame().clone();
+    let datagrams: Vec<Reception> =
+        (0..seconds(FLIGHT_S)).flat_map(|slot| receptions(slot, &frame)).collect();
+    let fly = || {
+        let mut pipeline = Pipeline::new(&config, Masks::default());
+        let mut points = 0;
+        for datagram in &datagrams {
+            pipeline.receive(datagram, |output| {
+                if let Output::Emission(emission) = output {
+                    points += emission.points.len();
+                }
+            });
+        }
+        points
+    };
+    println!("end to end: {} datagrams, {} points in {FLIGHT_S} s", datagrams.len(), fly());
+    let mut group = criterion.benchmark_group("dense");
+    group.throughput(Throughput::Elements(FLIGHT_S as u64)).sample_size(20);
+    group.bench_function("50 drones and 60 birds, end to end", |bencher| bencher.iter(fly));
+    group.finish();
+}
+
+/// Time of a slot over the number of radar tracks, at constant density, one in ten with a transponder.
+fn growth(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("slot");
+    group.sample_size(20);
+    let mut measured = Vec::new();
+    for targets in [100, 1_000, 10_000] {
+        let traffic = Traffic { targets, drones: targets / 10, radars: 3 };
+        let mut engine = Engine::new(traffic.settings());
+        let warm = seconds(40);
+        for slot in 0..warm {
+            feed(&mut engine, slot, traffic.reports(slot));
+        }
+        let mut slots = warm..;
+        let mut fastest = Duration::MAX;
+        group.bench_function(format!("{targets} radar tracks"), |bencher| {
+            let next = || slots.next().map(|slot| (slot, traffic.reports(slot).collect::<Vec<_>>()));
+            bencher.iter_batched(
+                next,
+                |batch| {
+                    let start = now();
+                    let points = batch.map(|(slot, reports)| feed(&mut engine, slot, reports));
+                    fastest = fastest.min(start.elapsed());
+                    points
+                },
+                BatchSize::PerIteration,
+            );
+        });
+        measured.push((targets as f64, fastest.as_secs_f64()));
+    }
+    group.finish();
+    if measured.iter().all(|&(_, time_s)| time_s < 1.0) {
+        println!("time of a slot grows with the number of tracks to the power of {:.2}", exponent(&measured));
+    }
+}
+
+/// Slope of the straight line through the logarithms, by least squares.
+fn exponent(measured: &[(f64, f64)]) -> f64 {
+    let logs = || measured.iter().map(|&(x, y)| (x.ln(), y.ln()));
+    let count = measured.len() as f64;
+    let (mean_x, mean_y) = logs().fold((0.0, 0.0), |(sx, sy), (x, y)| (sx + x / count, sy + y / count));
+    let (sxy, sxx) = logs().fold((0.0, 0.0), |(sxy, sxx), (x, y)| {
+        (sxy + (x - mean_x) * (y - mean_y), sxx + (x - mean_x).powi(2))
+    });
+    sxy / sxx
+}
+
+#[expect(clippy::disallowed_methods, reason = "a benchmark looks at the clock")]
+fn now() -> Instant {
+    Instant::now()
+}
+
+fn seconds(count: i64) -> i64 {
+    count * 1_000_000_000 / SLOT_NS
+}
+
+/// One datagram for the radar's plots of a slot, one for each transponder report.
+fn receptions(slot: i64, frame: &Frame) -> Vec<Reception> {
+    let mut plots = Vec::new();
+    let mut payloads = Vec::new();
+    for report in Traffic::DENSE.reports(slot) {
+        let time_of_day = TimeOfDay::from_count(time_of_day_count(report.time()));
+        match report {
+            Report::Plot(plot) => plots.push(cat048::Record {
+                data_source: Some(RADAR),
+                time_of_day,
+                polar_position: cat048::PolarPosition::new(
+                    plot.slant_range_m,
+                    plot.position.east().atan2(plot.position.north()).to_degrees(),
+                ),
+                track_number: cat048::TrackNumber::new(plot.track.number),
+                height_3d: cat048::Height3D::from_metres(frame.to_geodetic(plot.position).height_m),
+                ..cat048::Record::default()
+            }),
+            Report::Fix(fix) => {
+                let place = frame.to_geodetic(fix.position);
+                payloads.push(block(&[cat129::Record {
+                    data_source: Some(TRANSPONDER),
+                    serial_number: Some(fix.items.serial_number),
+                    time_of_day,
+                    position: cat129::Position::new(place.latitude_deg(), place.longitude_deg()),
+                    altitude_amsl: cat129::Altitude::from_metres(place.height_m),
+                    ..cat129::Record::default()
+                }]));
+            }
+        }
+    }
+    payloads.push(block(&plots));
+    let reception = |payload| Reception {
+        received: Some(Traffic::received(slot)),
+        input: 0,
+        kind: ReceptionKind::Datagram,
+        origin: 0,
+        payload,
+    };
+    payloads.into_iter().map(reception).collect()
+}
+
+fn block<R: Record>(records: &[R]) -> Vec<u8> {
+    let mut octets = Vec::new();
+    encode_block(records, &mut octets).expect("the records fit into a block");
+    octets
+}
+
+const RADAR: asterix::DataSource = asterix::DataSource { sac: 1, sic: 2 };
+const TRANSPONDER: asterix::DataSource = asterix::DataSource { sac: 1, sic: 3 };
+const SITE: &str = r#"
+[site]
+name = "bench"
+sac = 1
+sic = 1
+geoid_undulation_m = 0.0
+
+[[sensors]]
+kind = "radar"
+id = "radar"
+sac = 1
+sic = 2
+latitude_deg = 53.0
+longitude_deg = 10.0
+height_amsl_m = 0.0
+
+[[sensors]]
+kind = "transponder"
+id = "transponder"
+sac = 1
+sic = 3
+"#;
+
+criterion_group!(benches, dense, end_to_end, growth);
+criterion::criterion_main!(benches);

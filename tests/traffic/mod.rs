@@ -1,0 +1,151 @@
+//! Endless, repeatable traffic for benchmarks and the memory test: every target circles among four others, radars see it at
+//! 4 Hz, and those that are equipped tell their position every 2 s. Nothing is stored: a slot's reports are computed.
+
+use std::f64::consts::TAU;
+
+use utm_fusion::fusion::{Engine, Gate, Settings, SlotGrid};
+use utm_fusion::normalise::{Enu, Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex, UasItems};
+use utm_fusion::time::{SECOND, Time};
+
+/// Nanoseconds of a slot.
+pub const SLOT_NS: i64 = SECOND / 4;
+/// Slots between two reports of a transponder: 2 s.
+const FIX_SLOTS: i64 = 8;
+/// From a transponder's report, at the start of its slot, to its reception.
+const LATENCY_NS: i64 = 3 * SECOND / 10;
+/// Targets that circle about one place.
+const GROUP: u64 = 5;
+/// 110 targets fly in a square of this side; the area grows with their number.
+const SIDE_M: f64 = 7_000.0;
+/// Radar sites stand on a grid of this side, one at the origin: targets are within about 5 km of one.
+const SITES_M: f64 = 7_000.0;
+
+/// Targets and who sees them.
+#[derive(Clone, Copy, Debug)]
+pub struct Traffic {
+    /// Radar tracks.
+    pub targets: u64,
+    /// How many of the targets, from the first, are drones with a transponder; the others are birds.
+    pub drones: u64,
+    /// Radars that share the targets: a track number has 12 bits.
+    pub radars: u64,
+}
+
+impl Traffic {
+    /// 50 drones and 60 birds within 5 km of one radar.
+    pub const DENSE: Self = Self { targets: 110, drones: 50, radars: 1 };
+
+    /// The reports of `slot`, all received by [`Self::received`].
+    pub fn reports(self, slot: i64) -> impl Iterator<Item = Report> {
+        (0..self.targets).flat_map(move |target| {
+            let is_due = target < self.drones && (slot + target as i64) % FIX_SLOTS == 0;
+            let fix = is_due.then(|| Report::Fix(self.fix(target, slot)));
+            fix.into_iter().chain([Report::Plot(self.plot(target, slot))])
+        })
+    }
+
+    /// When the reports of `slot` are received: after its end.
+    pub fn received(slot: i64) -> Time {
+        Time::from_nanos(slot * SLOT_NS + LATENCY_NS)
+    }
+
+    /// The `reference` profile for these radars and one transponder receiver behind them.
+    pub fn settings(self) -> Settings {
+        Settings {
+            grid: SlotGrid::new(SLOT_NS),
+            latency_slots: 25,
+            window_slots: 100,
+            max_future_ns: SECOND,
+            max_gap_ns: 25 * SECOND,
+            gate: Gate::new(vec![(0.0, 60.0), (333.33, 60.0), (4333.33, 300.0)]).expect("ranges increase"),
+            ratio_min_ppm: 900_000,
+            min_samples: 4,
+            weight_radar: 1.0,
+            weight_transponder: 10.0,
+            radar_only_min_s: 8.0,
+            suppress_slots: 16,
+            period_s: vec![0.25; self.radars as usize + 1],
+            transponder_numbers: [].into(),
+        }
+    }
+
+    fn fix(self, target: u64, slot: i64) -> Fix {
+        let time = Time::from_nanos(slot * SLOT_NS);
+        let mut serial_number = [b' '; 12];
+        serial_number[..5].copy_from_slice(format!("{:05}", target + 1).as_bytes());
+        Fix {
+            sensor: SensorIndex(self.radars as u16),
+            identity: Identity::new(&serial_number, None).expect("it has digits"),
+            items: UasItems { manufacturer: None, model: None, serial_number, registration_country: None },
+            time,
+            position: self.place(target, time),
+        }
+    }
+
+    /// Range is measured to 5 m, azimuth to 1°, height to 10 m.
+    fn plot(self, target: u64, slot: i64) -> Plot {
+        // Every target is detected at its own 1/128 s of the slot.
+        let time = Time::from_nanos(slot * SLOT_NS + (target % 32) as i64 * (SLOT_NS / 32));
+        let Enu(mut position) = self.place(target, time);
+        let site = |metres: f64| (metres / SITES_M).round() * SITES_M;
+        let (site_east, site_north) = (site(position.x), site(position.y));
+        let (east, north) = (position.x - site_east, position.y - site_north);
+        let [range_error, azimuth_error, height_error, luck] = [0, 1, 2, 3]
+            .map(|which| noise(target ^ (slot as u64).wrapping_mul(0x5851_F42D_4C95_7F2D) ^ (which << 60)));
+        let range = east.hypot(north) + 5.0 * range_error;
+        let azimuth = east.atan2(north) + azimuth_error.to_radians();
+        position.x = site_east + range * azimuth.sin();
+        position.y = site_north + range * azimuth.cos();
+        position.z += 10.0 * height_error;
+        // Half the plots of a bird look like a drone.
+        let is_uav = target < self.drones || luck > 0.0;
+        Plot {
+            track: RadarTrackKey {
+                sensor: SensorIndex((target % self.radars) as u16),
+                number: (target / self.radars) as u16,
+            },
+            time,
+            position: Enu(position),
+            height_measured: true,
+            slant_range_m: range.hypot(position.z),
+            uav_probability: Some(if is_uav { 0.8 } else { 0.0 }),
+        }
+    }
+
+    /// A circle of 50 to 250 m about the place of the group, once in a minute or two.
+    fn place(self, target: u64, time: Time) -> Enu {
+        let group = target / GROUP;
+        let side = SIDE_M * (self.targets as f64 / 110.0).sqrt();
+        let radius = 50.0 * (1 + target % GROUP) as f64;
+        let period_s = 60.0 * (1 + target % 2) as f64;
+        let turns = (time.nanos() % (120 * SECOND)) as f64 / SECOND as f64 / period_s;
+        let angle = TAU * (turns + unit(target));
+        Enu::new(
+            side * (unit(group << 32) - 0.5) + radius * angle.cos(),
+            side * (unit((group << 32) + 1) - 0.5) + radius * angle.sin(),
+            50.0 + 70.0 * unit(target << 16),
+        )
+    }
+}
+
+/// One slot of traffic through the engine; returns how many points were emitted.
+pub fn feed(engine: &mut Engine, slot: i64, reports: impl IntoIterator<Item = Report>) -> usize {
+    let points = engine.advance(Traffic::received(slot)).map(|emission| emission.points.len()).sum();
+    for report in reports {
+        engine.handle(report).expect("the traffic is in time");
+    }
+    points
+}
+
+/// A number from 0 to 1 that looks random (SplitMix64).
+fn unit(seed: u64) -> f64 {
+    let mut z = seed.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// An error of mean 0 and variance 1, bounded.
+fn noise(seed: u64) -> f64 {
+    12.0_f64.sqrt() * (unit(seed) - 0.5)
+}
