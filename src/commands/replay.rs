@@ -77,6 +77,10 @@ pub fn run(args: &Args) -> CommandResult {
     let (summary, pipeline) = replay.finish()?;
 
     let mut text = summary.text(pipeline.tally(), &config)?;
+    let unnumbered = pipeline.engine().unnumbered();
+    if unnumbered > 0 {
+        text += &format!("dropped    {unnumbered} points of transponders for which no number was left\n");
+    }
     if args.stats {
         text += &format!("took       {:.3} s\n", started.elapsed().as_secs_f64());
     }

@@ -10,7 +10,7 @@ use super::radar::{Detection, Detections};
 use super::settings::Settings;
 use super::slots::{Slot, SlotSet, Window};
 use super::transponder::Curve;
-use crate::normalise::{Enu, Fix, Identity, RadarTrackKey, Report, SensorIndex, UasItems};
+use crate::normalise::{Enu, Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex, UasItems};
 use crate::time::Time;
 
 /// The one owner of the window.
@@ -246,74 +246,31 @@ impl Engine {
 
     fn points(&mut self, window: &Window) -> Vec<Point> {
         let Self { settings, detections, aircraft, numbers, unnumbered, .. } = self;
-        let slot = window.emitted;
         let mut points = Vec::new();
-        let mut alone = Vec::new();
-        let mut explained = Vec::new();
-        for (&identity, Aircraft { curve, pairs, items, sensor, numbered }) in aircraft {
-            if !curve.present().contains(slot) {
+        for (&identity, aircraft) in aircraft {
+            if !aircraft.curve.present().contains(window.emitted) {
                 continue;
             }
-            *numbered = numbered.or_else(|| numbers.of(identity, slot));
-            let Some(Numbered { number, since }) = *numbered else {
-                *unnumbered += 1;
-                continue;
-            };
-            let position = curve.point(slot);
-            let transponder = TransponderPart { number, identity, sensor: *sensor, items: *items };
-            let first_seen = settings.grid.centre(since);
-            let before = points.len();
-            for pair in pairs.iter() {
-                let both = curve.present().and(detections.track(pair.track).present);
-                if let Some(evidence) = pair.associated(slot, window, both, settings)
-                    && let Some(detection) = detections.detection(pair.track, slot)
-                {
-                    explained.push(pair.track);
-                    points.push(Point {
-                        number: number * 10_000 + u32::from(pair.track.number),
-                        position: fuse(detection, position, settings),
-                        first_seen,
-                        source: Source::Fused(
-                            RadarPart::of(detection),
-                            transponder,
-                            Association {
-                                distance_m: detection.distance_m(position),
-                                gate_m: detection.gate_m,
-                                evidence,
-                            },
-                        ),
-                    });
+            aircraft.numbered = aircraft.numbered.or_else(|| numbers.of(identity, window.emitted));
+            match aircraft.numbered {
+                Some(numbered) => {
+                    aircraft.put_out(identity, numbered, window, detections, settings, &mut points);
                 }
-            }
-            let neighbours = (slot.plus(-settings.suppress_slots).max(window.first), window.horizon);
-            if points.len() == before
-                && !pairs.any_associated(neighbours, window, curve, detections, settings)
-            {
-                let source = Source::Transponder(transponder);
-                alone.push(Point { number, position, first_seen, source });
+                None => *unnumbered += 1,
             }
         }
+        let mut explained: Vec<RadarTrackKey> =
+            points.iter().filter_map(|point| point.source.radar()).map(|radar| radar.track).collect();
         explained.sort_unstable();
-        let so_far = SlotSet::span(window.first, slot);
-        for detection in detections.of_slot(slot) {
-            let plot = &detection.plot;
-            if explained.binary_search(&plot.track).is_ok() {
-                continue;
-            }
-            let track = detections.track(plot.track);
-            let uav_s = f64::from(track.uav.and(so_far).count())
-                * settings.period_s[usize::from(plot.track.sensor.0)];
-            if uav_s > settings.radar_only_min_s {
-                points.push(Point {
-                    number: plot.track.number.into(),
-                    position: plot.position,
-                    first_seen: settings.grid.centre(track.first_seen.unwrap_or(slot)),
-                    source: Source::Radar(RadarPart::of(detection)),
-                });
-            }
-        }
-        points.append(&mut alone);
-        // Stable: fused pairs with one number, of two radars, stand by sensor already.
+        let unexplained = |detection: &&Detection| explained.binary_search(&detection.plot.track).is_err();
+        points.extend(
+            detections
+                .of_slot(window.emitted)
+                .iter()
+                .filter(unexplained)
+                .filter_map(|detection| radar_only(detection, window, detections, settings)),
+        );
+        // Stable: points with one number, of two radars, stand by sensor already.
         points.sort_by_key(|point| (point.source.rank(), point.number));
         points
     }
@@ -336,10 +293,67 @@ impl Aircraft {
         self.curve.insert(fix);
     }
 
+    /// The points of the emitted slot, in which the curve has one: of every associated pair, or of the transponder alone
+    /// where none was associated nearby.
+    fn put_out(
+        &self,
+        identity: Identity,
+        Numbered { number, since }: Numbered,
+        window: &Window,
+        detections: &Detections,
+        settings: &Settings,
+        points: &mut Vec<Point>,
+    ) {
+        let Self { curve, pairs, items, sensor, .. } = self;
+        let slot = window.emitted;
+        let position = curve.point(slot);
+        let first_seen = settings.grid.centre(since);
+        let transponder = TransponderPart { number, identity, sensor: *sensor, items: *items };
+        let before = points.len();
+        for pair in pairs.iter() {
+            let both = curve.present().and(detections.track(pair.track).present);
+            if let Some(evidence) = pair.associated(slot, window, both, settings)
+                && let Some(detection) = detections.detection(pair.track, slot)
+            {
+                let distance_m = detection.distance_m(position);
+                let association = Association { distance_m, gate_m: detection.gate_m, evidence };
+                points.push(Point {
+                    number: number * 10_000 + u32::from(pair.track.number),
+                    position: fuse(detection, position, settings),
+                    first_seen,
+                    source: Source::Fused(RadarPart::of(detection), transponder, association),
+                });
+            }
+        }
+        let nearby = (slot.plus(-settings.suppress_slots).max(window.first), window.horizon);
+        if points.len() == before && !pairs.any_associated(nearby, window, curve, detections, settings) {
+            points.push(Point { number, position, first_seen, source: Source::Transponder(transponder) });
+        }
+    }
+
     fn update(&mut self, window: &Window, stale: SlotSet, detections: &Detections, settings: &Settings) {
         let changed = self.curve.update(window, settings.grid, settings.max_gap_ns);
         self.pairs.update(window, changed.or(stale), &self.curve, detections);
     }
+}
+
+/// The point of a detection that no transponder explains, when its track was a UAV for long enough.
+fn radar_only(
+    detection: &Detection,
+    window: &Window,
+    detections: &Detections,
+    settings: &Settings,
+) -> Option<Point> {
+    let Plot { track: key, position, .. } = detection.plot;
+    let track = detections.track(key);
+    let so_far = SlotSet::span(window.first, window.emitted);
+    let uav_s = f64::from(track.uav.and(so_far).count()) * settings.period_s[usize::from(key.sensor.0)];
+    (uav_s > settings.radar_only_min_s).then(|| Point {
+        number: key.number.into(),
+        position,
+        first_seen: settings.grid.centre(track.first_seen.unwrap_or(window.emitted)),
+        source: Source::Radar(RadarPart::of(detection)),
+    })
 }
 
 /// The weighted mean; the height is the transponder's alone where the radar measured none.

@@ -14,17 +14,13 @@ pub(super) struct Curve {
     fresh: Vec<Time>,
     /// Slots that have a point.
     present: SlotSet,
-    points: Box<[Enu; RING]>,
+    /// By place in the ring; empty until the first point, because a flood of invented identities sends one report each.
+    points: Vec<Enu>,
 }
 
 impl Curve {
     pub(super) fn new() -> Self {
-        Self {
-            knots: Vec::new(),
-            fresh: Vec::new(),
-            present: SlotSet::EMPTY,
-            points: Box::new([Enu::new(0.0, 0.0, 0.0); RING]),
-        }
+        Self { knots: Vec::new(), fresh: Vec::new(), present: SlotSet::EMPTY, points: Vec::new() }
     }
 
     /// A report: of two with one time the last received counts.
@@ -84,10 +80,10 @@ impl Curve {
         let mut changed = SlotSet::EMPTY;
         for slot in moved.and(evaluated).slots_from(window.first) {
             let point = evaluate(knots, grid.centre(slot), max_gap_ns);
-            let place = &mut self.points[ring_place(slot)];
             match point {
-                Some(point) if !self.present.contains(slot) || *place != point => {
-                    *place = point;
+                Some(point) if !self.present.contains(slot) || self.points[ring_place(slot)] != point => {
+                    self.points.resize(RING, point);
+                    self.points[ring_place(slot)] = point;
                     self.present.set(slot, true);
                     changed.set(slot, true);
                 }
