@@ -64,7 +64,9 @@ fn the_trial_site_is_valid() {
 
 #[test]
 fn the_effective_configuration_reads_back_to_the_same() {
-    for text in [EXAMPLE, SMALL, include_str!("../config/deenethorpe.toml")] {
+    for text in
+        [EXAMPLE, SMALL, include_str!("../config/deenethorpe.toml"), include_str!("../config/demo.toml")]
+    {
         let config = parse(text, &[]).unwrap_or_else(|errors| panic!("{errors}"));
         let shown = config.to_toml();
         // Somewhere else, because no path may depend on where the file was.

@@ -153,22 +153,20 @@ fn is_text(sample: &[u8]) -> bool {
 }
 
 fn describe(sample: &[u8], objection: &str) -> Kind {
-    let (found, advice) = if is_text(sample) {
+    let found = if is_text(sample) {
         let text = sample.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(sample).trim_ascii_start();
         match text {
             // A `[` alone would take TOML for JSON.
-            [b'{', ..] | [b'[', b'{' | b'\n' | b'\r', ..] => {
-                ("JSON", "what `utm-fusion decode` printed becomes ASTERIX again with `utm-fusion encode`")
-            }
-            [b'<', ..] => ("XML or HTML", WHAT_IS_READ),
-            _ => ("text", WHAT_IS_READ),
+            [b'{', ..] | [b'[', b'{' | b'\n' | b'\r', ..] => "JSON",
+            [b'<', ..] => "XML or HTML",
+            _ => "text",
         }
     } else {
         let first = hexadecimal(&sample[..sample.len().min(8)]);
         let found = format!("nothing known (first octets {first}; {objection})");
         return Kind::Foreign { found, advice: WHAT_IS_READ };
     };
-    Kind::Foreign { found: found.to_owned(), advice }
+    Kind::Foreign { found: found.to_owned(), advice: WHAT_IS_READ }
 }
 
 fn hexadecimal(octets: &[u8]) -> String {
