@@ -5,6 +5,7 @@ use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use indicatif::ProgressBar;
 use jiff::civil::Date;
 use tracing::{error, info, warn};
 
@@ -134,6 +135,8 @@ struct Replay<'a> {
     pipeline: Pipeline,
     stage: Stage<'a>,
     warnings: u32,
+    /// On a terminal.
+    bar: Option<ProgressBar>,
 }
 
 /// What happens to an emission.
@@ -163,7 +166,7 @@ impl<'a> Replay<'a> {
             first: None,
             failed: None,
         };
-        Self { args, pipeline, stage, warnings: 0 }
+        Self { args, pipeline, stage, warnings: 0, bar: None }
     }
 
     fn run(&mut self, captures: Vec<Capture>) -> CommandResult {
@@ -171,7 +174,7 @@ impl<'a> Replay<'a> {
             info!("{}: {}", capture.name(), capture.format());
         }
         let total = captures.iter().map(Capture::size).sum::<Option<u64>>();
-        let bar = if io::stderr().is_terminal() { Some(progress::bar(total)) } else { None };
+        self.bar = io::stderr().is_terminal().then(|| progress::bar(total));
         let mut merged = Merged::new(captures, self.args.date);
         let mut outcome = Outcome::Done;
         let mut count: u64 = 0;
@@ -192,13 +195,13 @@ impl<'a> Replay<'a> {
                 return Err(error.into());
             }
             count += 1;
-            if let Some(bar) = &bar
+            if let Some(bar) = &self.bar
                 && count.is_multiple_of(256)
             {
                 bar.set_position(merged.captures().map(Capture::consumed).sum());
             }
         }
-        let Self { pipeline, stage, .. } = self;
+        let Self { pipeline, stage, bar, .. } = self;
         pipeline.finish(|emission| stage.emit(emission));
         if let Some(bar) = bar {
             bar.finish_and_clear();
@@ -210,7 +213,7 @@ impl<'a> Replay<'a> {
     }
 
     fn receive(&mut self, reception: &Reception, merged: &Merged) {
-        let Self { pipeline, stage, warnings, .. } = self;
+        let Self { pipeline, stage, warnings, bar, .. } = self;
         if stage.first.is_none() {
             stage.first = reception.received;
         }
@@ -219,7 +222,9 @@ impl<'a> Replay<'a> {
             Output::Event(event) if event.is_warning() => {
                 *warnings += 1;
                 let capture = merged.captures().nth(reception.input).map_or("", Capture::name);
-                report(&event, reception, capture, *warnings);
+                let tell = || report(&event, reception, capture, *warnings);
+                // Not into the line of the bar.
+                bar.as_ref().map_or_else(tell, |bar| bar.suspend(tell));
             }
             Output::Event(_) => {}
         });
