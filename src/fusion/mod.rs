@@ -5,6 +5,7 @@
 //! slot; what is kept between slots only saves work (`tests/engine` holds the two against each other).
 
 mod association;
+mod cells;
 mod engine;
 mod interpolation;
 mod numbering;

@@ -1,8 +1,10 @@
 //! The window's radar detections: by slot, by track, and by place.
 
+use super::cells::Cells;
 use super::settings::Gate;
 use super::slots::{RING, Slot, SlotGrid, SlotSet, Window, ring_place};
 use crate::normalise::{Enu, Plot, RadarTrackKey};
+use crate::time::Time;
 
 /// A plot and the distance within which a transponder agrees with it.
 #[derive(Clone, Copy, Debug)]
@@ -42,21 +44,33 @@ pub(super) struct Detections {
     tracks: Vec<Vec<TrackSlots>>,
     /// Slots that got plots since they were last settled.
     unsettled: SlotSet,
+    /// Kept between slots only so that settling allocates nothing.
+    order: Vec<((RadarTrackKey, Time), usize)>,
+    sorted: Vec<Detection>,
 }
 
 #[derive(Clone, Debug, Default)]
 struct SlotDetections {
     /// Settled: one detection a track, by track. Plots that came since stand behind, in order of reception.
     detections: Vec<Detection>,
-    /// Cell and index into `detections`, by cell.
-    cells: Vec<(Cell, u32)>,
+    /// Of the settled ones.
+    cells: Cells,
 }
 
 impl Detections {
     pub(super) fn new(grid: SlotGrid, gate: Gate) -> Self {
         let cell_m = gate.widest_m().max(1.0);
         let slots = vec![SlotDetections::default(); RING].into_boxed_slice();
-        Self { grid, gate, cell_m, slots, tracks: Vec::new(), unsettled: SlotSet::EMPTY }
+        Self {
+            grid,
+            gate,
+            cell_m,
+            slots,
+            tracks: Vec::new(),
+            unsettled: SlotSet::EMPTY,
+            order: Vec::new(),
+            sorted: Vec::new(),
+        }
     }
 
     /// A plot of a slot in the ring.
@@ -87,23 +101,22 @@ impl Detections {
         let stale = self.unsettled.and(window.evaluated());
         for slot in stale.slots_from(window.first) {
             let SlotDetections { detections, cells } = &mut self.slots[ring_place(slot)];
-            // Stable: of two plots of one track and time the one received last stays last, and is kept.
-            detections.sort_by_key(|detection| (detection.plot.track, detection.plot.time));
-            detections.dedup_by(|later, kept| {
-                let same = later.plot.track == kept.plot.track;
-                if same {
-                    *kept = *later;
-                }
-                same
-            });
-            cells.clear();
-            for (index, detection) in detections.iter().enumerate() {
+            // By track and time, what was received later behind: the last of a track is kept.
+            self.order.clear();
+            let keys = detections.iter().map(|detection| (detection.plot.track, detection.plot.time));
+            self.order.extend(keys.zip(0..));
+            self.order.sort_unstable();
+            self.sorted.clear();
+            for tracks in self.order.chunk_by(|a, b| a.0.0 == b.0.0) {
+                self.sorted.extend(tracks.last().map(|&(_, index)| detections[index]));
+            }
+            std::mem::swap(detections, &mut self.sorted);
+            for detection in detections.iter() {
                 let track = track_mut(&mut self.tracks, detection.plot.track);
                 track.present.set(slot, true);
                 track.uav.set(slot, detection.plot.uav_probability.is_some_and(|p| p > 0.0));
-                cells.push((Cell::of(detection.plot.position, self.cell_m), index as u32));
             }
-            cells.sort_unstable();
+            cells.fill(detections.iter().map(|detection| detection.plot.position), self.cell_m);
         }
         self.unsettled = self.unsettled.without(stale);
         stale
@@ -124,14 +137,10 @@ impl Detections {
     /// Detections of a settled slot within their gate of `point`.
     pub(super) fn within_gate(&self, slot: Slot, point: Enu) -> impl Iterator<Item = &Detection> {
         let SlotDetections { detections, cells } = &self.slots[ring_place(slot)];
-        Cell::of(point, self.cell_m).rows_around().into_iter().flat_map(move |(first, last)| {
-            let start = cells.partition_point(|&(cell, _)| cell < first);
-            cells[start..]
-                .iter()
-                .take_while(move |&&(cell, _)| cell <= last)
-                .map(|&(_, index)| &detections[index as usize])
-                .filter(move |detection| detection.distance_m(point) <= detection.gate_m)
-        })
+        cells
+            .around(point, self.cell_m)
+            .map(|index| &detections[index])
+            .filter(move |detection| detection.distance_m(point) <= detection.gate_m)
     }
 
     /// The slots of a track.
@@ -159,35 +168,10 @@ fn track_mut(tracks: &mut Vec<Vec<TrackSlots>>, key: RadarTrackKey) -> &mut Trac
     grown(grown(tracks, key.sensor.0), key.number)
 }
 
-/// A square on the ground. Orders by row, then column.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Cell {
-    row: i32,
-    column: i32,
-}
-
-impl Cell {
-    fn of(position: Enu, side_m: f64) -> Self {
-        // `as` saturates, and no position on Earth comes near the limits with cells of a metre or more.
-        let index = |metres: f64| (metres / side_m).floor() as i32;
-        Self { row: index(position.north()), column: index(position.east()) }
-    }
-
-    /// First and last cell of the three rows that surround this one.
-    fn rows_around(self) -> [(Self, Self); 3] {
-        [-1, 0, 1].map(|offset| {
-            let row = self.row.saturating_add(offset);
-            let cell = |by| Self { row, column: self.column.saturating_add(by) };
-            (cell(-1), cell(1))
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::normalise::SensorIndex;
-    use crate::time::Time;
 
     #[test]
     fn a_detection_on_its_gate_is_within() {
