@@ -40,6 +40,12 @@ pub(crate) fn bundled() -> Vec<Flight> {
         .into()
 }
 
+/// A random site with three radars that classify differently, and two receivers.
+pub(crate) fn three_radars() -> Flight {
+    let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/three-radars");
+    Flight { name: "three-radars".to_owned(), dir }
+}
+
 /// The flights of a real drone radar, where `UTM_FUSION_SHARED_DATA` says they are.
 pub(crate) fn trials() -> Vec<Flight> {
     let Some(root) = std::env::var_os("UTM_FUSION_SHARED_DATA") else {

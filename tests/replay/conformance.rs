@@ -10,7 +10,7 @@ use utm_fusion::config::{Classification, Config, Sensor, SensorKind};
 use utm_fusion::normalise::nearest_day;
 use utm_fusion::pipeline::Tally;
 
-use super::common::{Flight, SLOT_NS, bundled, contents, csv_lines, fly, ran, trials};
+use super::common::{Flight, SLOT_NS, bundled, contents, fly, ran, three_radars, trials};
 
 /// Slots in a day.
 const DAY_SLOTS: i64 = 86_400 * 4;
@@ -108,13 +108,17 @@ fn assert_agree(name: &str, got: &[Point], expected: &[Point], horizontal_m: f64
     assert_eq!(got.len(), expected.len(), "{name}");
 }
 
+/// The flight's `-o x.csv`.
+fn assert_table_conforms(flight: &Flight, expected: &[Point]) {
+    assert!(!expected.is_empty());
+    let csv: Vec<_> = flight.csv().iter().map(|line| Point::of_csv(line)).collect();
+    assert_agree(&flight.name, &csv, expected, 0.001, 0.001);
+}
+
 /// The flight's `-o x.csv` and `-o x.ast`, and its summary's points.
 fn assert_conforms(flight: &Flight) {
     let (name, inputs, expected) = (&flight.name, [&*flight.capture()], expected(flight));
-    assert!(!expected.is_empty());
-    let csv: Vec<_> =
-        csv_lines(flight.output(&inputs, "csv")).iter().map(|line| Point::of_csv(line)).collect();
-    assert_agree(name, &csv, &expected, 0.001, 0.001);
+    assert_table_conforms(flight, &expected);
 
     let said = Said::by_sensors(flight);
     let octets = flight.output(&inputs, "ast");
@@ -139,6 +143,19 @@ fn assert_conforms(flight: &Flight) {
     );
     let summary = ran(&mut flight.replay(&inputs));
     assert!(summary.text().contains(&points), "{name}: {points}is not in\n{}", summary.text());
+}
+
+#[test]
+fn every_point_of_three_radars_is_as_expected() {
+    let flight = three_radars();
+    let expected = expected(&flight);
+    assert_table_conforms(&flight, &expected);
+    let json = String::from_utf8(flight.output(&[&flight.capture()], "ndjson")).unwrap();
+    for radar in ["alpha", "bravo", "charlie"] {
+        let contributor = format!(r#"{{"kind":"radar","sensor":"{radar}","#);
+        let fused = |line: &str| line.contains(r#""source":"fused""#) && line.contains(&contributor);
+        assert!(json.lines().any(fused), "{radar}");
+    }
 }
 
 #[test]
