@@ -5,8 +5,7 @@ use std::collections::BTreeMap;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::error::Faults;
-use super::error::Place;
+use super::error::{Faults, Place};
 
 /// A value and where it was written.
 #[derive(Clone, Debug)]

@@ -28,7 +28,7 @@ const LONGEST_FRAME: usize = 262_144;
 pub enum Resolution {
     /// The usual one.
     Microseconds,
-    /// `tcpdump --time-stamp-precision=nano`, and what `utm-fusion record` writes.
+    /// `tcpdump --time-stamp-precision=nano`, and what `replay` writes.
     Nanoseconds,
 }
 
