@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use indicatif::ProgressBar;
+use jiff::SignedDuration;
 use jiff::civil::Date;
 use tracing::{error, info, warn};
 
@@ -148,6 +149,8 @@ struct Stage<'a> {
     pace: Pace,
     /// The first reception: what `--start` and `--end` may be relative to.
     first: Option<Time>,
+    /// From the opening of a slot to its emission.
+    latency: SignedDuration,
     failed: Option<io::Error>,
 }
 
@@ -164,6 +167,7 @@ impl<'a> Replay<'a> {
             summary: Summary::default(),
             pace: Pace::new(args.speed),
             first: None,
+            latency: config.fusion.latency(),
             failed: None,
         };
         Self { args, pipeline, stage, warnings: 0, bar: None }
@@ -283,11 +287,11 @@ impl Stage<'_> {
             && at(self.args.end).is_none_or(|end| picture.time < end)
     }
 
-    /// Whether nothing received from now on can change what is wanted. A minute is more than any latency.
+    /// Whether every slot that is wanted was due before this reception.
     fn ended(&self, received: Option<Time>) -> bool {
         let (Some(first), Some(end), Some(received)) = (self.first, self.args.end, received) else {
             return false;
         };
-        received.seconds_since(end.resolve(first)) > 60.0
+        received > end.resolve(first) + self.latency
     }
 }

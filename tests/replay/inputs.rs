@@ -4,8 +4,10 @@ use std::fs;
 use std::path::PathBuf;
 
 use asterix::blocks;
+use jiff::SignedDuration;
+use utm_fusion::time::{SECOND, Time};
 
-use super::common::{Flight, Scratch, csv_lines, datagrams, demo, ran};
+use super::common::{Flight, Scratch, csv_lines, datagrams, demo, pcap, ran, utm_fusion};
 
 /// Midnight in the demonstration, seconds UTC since the epoch: it flies from 30 s before to 45 s after.
 const MIDNIGHT: f64 = 1_782_000_000.0;
@@ -179,4 +181,61 @@ fn a_part_of_the_flight_is_that_part_of_the_output() {
         assert!(wanted.len() < whole.len() && (from == f64::MAX || !wanted.is_empty()), "{args:?}");
         assert_eq!(part(args), wanted, "{args:?}");
     }
+}
+
+/// What is received long after the end still counts, as long as a wanted slot waits for it.
+#[test]
+fn a_part_of_the_flight_waits_as_long_as_the_latency() {
+    let flight = demo();
+    let scratch = Scratch::new();
+    let site = String::from_utf8(fs::read(flight.site()).unwrap()).unwrap();
+    let site = site
+        .replace("latency_s = 6.25", "slot_s = 1.0\nlatency_s = 72.0")
+        .replace("window_s = 25.0", "window_s = 110.0");
+    let site = scratch.file("site.toml", site.as_bytes());
+    // The transponders' first reports come 70 s late.
+    let start = Time::from_nanos((MIDNIGHT as i64 - 30) * SECOND);
+    let mut held_up: Vec<_> = datagrams(&flight.capture())
+        .into_iter()
+        .map(|datagram| {
+            let received = datagram.received.unwrap();
+            let is_early_fix = datagram.payload[0] == 129 && received.seconds_since(start) < 6.0;
+            let delay_s = if is_early_fix { 70 } else { 0 };
+            (received + SignedDuration::from_secs(delay_s), datagram.payload)
+        })
+        .collect();
+    held_up.sort();
+    let capture =
+        scratch.file("late.pcap", &pcap(held_up.iter().map(|(at, octets)| (*at, octets.as_slice()))));
+    let csv = |args: &[&str]| {
+        let mut command = utm_fusion("replay");
+        command.arg(&capture).arg("--config").arg(&site);
+        let ran = ran(command.args(["-o", "-", "--output-format", "csv"]).args(args));
+        assert_eq!(ran.code, 0, "{}", ran.stderr);
+        csv_lines(ran.stdout)
+    };
+    let wanted: Vec<_> = csv(&[]).into_iter().filter(|line| time(line) < MIDNIGHT - 24.0).collect();
+    assert!(!wanted.is_empty());
+    assert_eq!(csv(&["--end", "23:59:36"]), wanted);
+}
+
+/// Edition 1.2 of CAT129 allows one record in a block. More are read all the same, and the summary says so.
+#[test]
+fn several_records_in_a_cat129_block_are_read_and_noted() {
+    let flight = demo();
+    let scratch = Scratch::new();
+    let blocks_of: Vec<_> = datagrams(&flight.capture())
+        .into_iter()
+        .filter(|datagram| datagram.payload[0] == 129)
+        .take(3)
+        .collect();
+    let records: Vec<u8> = blocks_of.iter().flat_map(|datagram| datagram.payload[3..].to_vec()).collect();
+    let mut block = vec![129];
+    block.extend((records.len() as u16 + 3).to_be_bytes());
+    block.extend(records);
+    let received = blocks_of[2].received.unwrap();
+    let capture = scratch.file("several.pcap", &pcap([(received, block.as_slice())]));
+    let ran = ran(&mut flight.replay(&[&capture]));
+    assert!(ran.text().contains("noted      1 CAT129 blocks with more than one record"), "{}", ran.text());
+    assert!(ran.text().contains("squitter (transponder): 3 reports"), "{}", ran.text());
 }
