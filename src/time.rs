@@ -28,11 +28,6 @@ impl Time {
         self.0
     }
 
-    /// The instant of a capture's time stamp: seconds since the epoch (32 bits in a pcap) and nanoseconds.
-    pub const fn from_unix(seconds: u32, nanos: u32) -> Self {
-        Self(seconds as i64 * SECOND + nanos as i64)
-    }
-
     /// Midnight at the start of `date`, or `None` outside the years 1678 to 2262.
     pub fn midnight(date: Date) -> Option<Self> {
         let zoned = date.to_zoned(TimeZone::UTC).ok()?;

@@ -68,7 +68,7 @@ fn the_effective_configuration_reads_back_to_the_same() {
         [EXAMPLE, SMALL, include_str!("../config/deenethorpe.toml"), include_str!("../config/demo.toml")]
     {
         let config = parse(text, &[]).unwrap_or_else(|errors| panic!("{errors}"));
-        let shown = config.to_toml();
+        let shown = config.to_string();
         // Somewhere else, because no path may depend on where the file was.
         let back = Config::parse(&shown, "/elsewhere/site.toml", std::iter::empty());
         assert_eq!(back.unwrap_or_else(|errors| panic!("{errors}\n{shown}")), config, "{shown}");
@@ -77,7 +77,7 @@ fn the_effective_configuration_reads_back_to_the_same() {
 
 #[test]
 fn the_effective_configuration_says_what_is_taken_for_an_absent_key() {
-    let shown = parse(SMALL, &[]).unwrap().to_toml();
+    let shown = parse(SMALL, &[]).unwrap().to_string();
     for line in [
         "# geoid_undulation_m: EGM96 at the first radar",
         "# period_s: not stated, 0.25 is assumed",
@@ -230,7 +230,7 @@ proptest! {
         }
         match parse(&lines.join("\n"), &[]) {
             Ok(config) => {
-                let shown = config.to_toml();
+                let shown = config.to_string();
                 prop_assert_eq!(parse(&shown, &[]), Ok(config), "{}", shown);
             }
             Err(errors) => prop_assert!(errors.iter().all(|error| !error.message.is_empty())),

@@ -51,6 +51,7 @@ pub fn run(args: &Args) -> CommandResult {
     let mut pipeline = Pipeline::new(&config, Masks::default());
     let mut show = Show {
         site: &config.site.name,
+        latency_s: config.fusion.latency().as_secs_f64(),
         maker: PictureMaker::new(&config, pipeline.normaliser()),
         pace: Pace::new(speed),
         summary: Summary::default(),
@@ -80,6 +81,8 @@ pub fn run(args: &Args) -> CommandResult {
 
 struct Show<'a> {
     site: &'a str,
+    /// From the opening of a slot to its emission.
+    latency_s: f64,
     maker: PictureMaker,
     pace: Pace,
     summary: Summary,
@@ -123,7 +126,7 @@ impl Show<'_> {
 
     fn draw(&mut self, time: Time, tally: &Tally) -> io::Result<()> {
         let mut rows = vec![
-            format!("{}  {time}  (a slot is put out 6.25 s after it opened)", self.site),
+            format!("{}  {time}  (a slot is put out {} s after it opened)", self.site, self.latency_s),
             format!(
                 "received {}   accepted {}   dropped or not used {}",
                 tally.received,

@@ -129,11 +129,6 @@ impl Config {
             SensorKind::Transponder(_) => None,
         })
     }
-
-    /// The effective configuration as TOML, every default filled in.
-    pub fn to_toml(&self) -> String {
-        self.to_string()
-    }
 }
 
 #[cfg(test)]

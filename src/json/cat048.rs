@@ -7,7 +7,7 @@ use asterix::{DataSource, Fspec, RawItem, TimeOfDay};
 use serde::Serialize;
 
 use super::chain::Fields;
-use super::values::{Hex, Text, is_zero, rounded};
+use super::values::{Hex, Source, Text, is_zero, rounded};
 
 /// The items of a record, in its order; what is absent is left out.
 #[derive(Serialize)]
@@ -123,19 +123,6 @@ impl super::Record for Record {
 
     fn padded_fspec(&self) -> Option<Fspec> {
         (self.fspec_padding > 0).then(|| self.fspec())
-    }
-}
-
-/// I048/010, I129/010.
-#[derive(Serialize)]
-pub(super) struct Source {
-    sac: u8,
-    sic: u8,
-}
-
-impl From<DataSource> for Source {
-    fn from(source: DataSource) -> Self {
-        Self { sac: source.sac, sic: source.sic }
     }
 }
 

@@ -8,8 +8,7 @@ use asterix::cat129::{
 use asterix::{DataSource, Explicit, Fspec, Record as _, TimeOfDay};
 use serde::Serialize;
 
-use super::cat048::Source;
-use super::values::{Hex, Text, is_zero, rounded};
+use super::values::{Hex, Source, Text, is_zero, rounded};
 
 /// The items of a record, in its order; what is absent is left out.
 #[derive(Serialize)]

@@ -22,6 +22,7 @@ use serde::Serialize;
 use crate::normalise::nearest_day;
 use crate::time::Time;
 pub use values::Hex;
+pub(crate) use values::rounded;
 
 /// A category's record that can be written as JSON.
 pub trait Record: asterix::Record {

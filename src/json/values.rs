@@ -1,5 +1,6 @@
-//! Octets, texts and numbers in JSON.
+//! Octets, texts, numbers and data sources in JSON.
 
+use asterix::DataSource;
 use serde::Serialize;
 
 /// Octets in hexadecimal, lower case, two digits each.
@@ -41,7 +42,7 @@ impl Text {
 }
 
 /// `value` to 10^-`decimals`, so that JSON shows no more digits than mean something.
-pub(super) fn rounded(value: f64, decimals: i32) -> f64 {
+pub(crate) fn rounded(value: f64, decimals: i32) -> f64 {
     let scale = 10_f64.powi(decimals);
     (value * scale).round() / scale
 }
@@ -49,6 +50,19 @@ pub(super) fn rounded(value: f64, decimals: i32) -> f64 {
 /// Whether spare bits are as they should be, and left out.
 pub(super) fn is_zero(spare: &u8) -> bool {
     *spare == 0
+}
+
+/// I048/010, I129/010.
+#[derive(Serialize)]
+pub(super) struct Source {
+    sac: u8,
+    sic: u8,
+}
+
+impl From<DataSource> for Source {
+    fn from(source: DataSource) -> Self {
+        Self { sac: source.sac, sic: source.sic }
+    }
 }
 
 #[cfg(test)]

@@ -1,23 +1,23 @@
 //! Time of day to UTC: the message says when within a day, the reception says which day.
 
+use asterix::TimeOfDay;
+
 use crate::time::{DAY, Time};
 
 /// Nanoseconds of one count of an ASTERIX time of day, 1/128 s.
 pub(super) const NANOS_PER_COUNT: i64 = 7_812_500;
-/// Counts in a UTC day.
-pub const COUNTS_PER_DAY: u32 = 86_400 * 128;
 
 /// The instant with this time of day (counts of 1/128 s) on the day that begins at `midnight`.
 ///
 /// 86400 s exactly is the next midnight. `None` for more: no day has such a time.
 pub fn on_day(count: u32, midnight: Time) -> Option<Time> {
-    let time_of_day = (count <= COUNTS_PER_DAY).then_some(i64::from(count) * NANOS_PER_COUNT)?;
+    let time_of_day = (count <= TimeOfDay::PER_DAY).then_some(i64::from(count) * NANOS_PER_COUNT)?;
     midnight.nanos().checked_add(time_of_day).map(Time::from_nanos)
 }
 
 /// The instant with this time of day (counts of 1/128 s) that is nearest to `reference`; `None` as [`on_day`].
 pub fn nearest_day(count: u32, reference: Time) -> Option<Time> {
-    let time_of_day = (count <= COUNTS_PER_DAY).then_some(i64::from(count) * NANOS_PER_COUNT)?;
+    let time_of_day = (count <= TimeOfDay::PER_DAY).then_some(i64::from(count) * NANOS_PER_COUNT)?;
     let offset = (time_of_day - reference.since_midnight() + DAY / 2).rem_euclid(DAY) - DAY / 2;
     reference.nanos().checked_add(offset).map(Time::from_nanos)
 }
@@ -25,7 +25,7 @@ pub fn nearest_day(count: u32, reference: Time) -> Option<Time> {
 /// The time of day of an instant in counts of 1/128 s, to the nearest (the engine's times are whole counts).
 pub fn time_of_day_count(time: Time) -> u32 {
     let count = (time.since_midnight() + NANOS_PER_COUNT / 2) / NANOS_PER_COUNT;
-    (count as u32) % COUNTS_PER_DAY
+    (count as u32) % TimeOfDay::PER_DAY
 }
 
 #[cfg(test)]
@@ -39,17 +39,17 @@ mod tests {
     fn midnight_between_report_and_reception() {
         let just_after = Time::from_nanos(MIDNIGHT + SECOND);
         let just_before = Time::from_nanos(MIDNIGHT - SECOND);
-        let last_count = COUNTS_PER_DAY - 1;
+        let last_count = TimeOfDay::PER_DAY - 1;
         assert_eq!(nearest_day(last_count, just_after).unwrap().nanos(), MIDNIGHT - NANOS_PER_COUNT);
         assert_eq!(nearest_day(0, just_before).unwrap().nanos(), MIDNIGHT);
-        assert_eq!(nearest_day(COUNTS_PER_DAY, just_before).unwrap().nanos(), MIDNIGHT);
-        assert_eq!(nearest_day(COUNTS_PER_DAY + 1, just_before), None);
+        assert_eq!(nearest_day(TimeOfDay::PER_DAY, just_before).unwrap().nanos(), MIDNIGHT);
+        assert_eq!(nearest_day(TimeOfDay::PER_DAY + 1, just_before), None);
     }
 
     proptest::proptest! {
         #[test]
         fn a_time_of_day_is_found_again_within_half_a_day(
-            count in 0..COUNTS_PER_DAY, days in -20_000..40_000_i64, offset in -DAY / 2 + 1..DAY / 2,
+            count in 0..TimeOfDay::PER_DAY, days in -20_000..40_000_i64, offset in -DAY / 2 + 1..DAY / 2,
         ) {
             let time = Time::from_nanos(days * DAY + i64::from(count) * NANOS_PER_COUNT);
             let reference = Time::from_nanos(time.nanos() + offset);

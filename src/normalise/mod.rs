@@ -6,7 +6,7 @@ mod normaliser;
 mod polar;
 mod report;
 
-pub use clock::{COUNTS_PER_DAY, nearest_day, on_day, time_of_day_count};
+pub use clock::{nearest_day, on_day, time_of_day_count};
 pub use geodesy::{Ecef, Enu, Frame, Geodetic};
 pub use normaliser::{Normaliser, Refusal, Refused};
 pub use polar::RadarSite;

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::{PictureMaker, Track};
 use crate::fusion::{RadarPart, Source, TransponderPart};
+use crate::json::rounded;
 
 /// Metres, degrees, RFC 3339 UTC; what is unknown is left out.
 #[derive(Clone, Debug, Serialize)]
@@ -164,10 +165,4 @@ fn text(octets: &[u8]) -> Option<String> {
     let escaped = octets.escape_ascii().to_string().replace("\\x00", " ");
     let trimmed = escaped.trim();
     (!trimmed.is_empty()).then(|| trimmed.to_owned())
-}
-
-/// To so many decimals: a tenth of a millimetre is plenty, and half the octets.
-fn rounded(value: f64, decimals: i32) -> f64 {
-    let scale = 10_f64.powi(decimals);
-    (value * scale).round() / scale
 }

@@ -10,7 +10,7 @@ use super::common::{SLOT_NS, Scratch, bundled, datagrams, demo, pcap, ran};
 
 /// Sixty transponders that report each second, where the demonstration is: more in a slot than a datagram holds.
 fn crowd() -> Vec<u8> {
-    let start = Time::from_unix(1_781_999_980, 0);
+    let start = Time::from_nanos(1_781_999_980 * SECOND);
     let report = |index: u32, second: u32| {
         let record = cat129::Record {
             data_source: Some(DataSource { sac: 0, sic: 0 }),
@@ -190,7 +190,7 @@ fn without_a_point_every_format_is_still_valid() {
     let flight = demo();
     let marker: &[u8] = &[34, 0, 6, 0x80, 70, 41];
     let scratch = Scratch::new();
-    for received in [vec![], vec![(Time::from_unix(1_781_999_970, 0), marker)]] {
+    for received in [vec![], vec![(Time::from_nanos(1_781_999_970 * SECOND), marker)]] {
         let input = scratch.file("in.pcap", &pcap(received));
         for (extension, empty) in [
             ("ast", ""),
