@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use tracing_subscriber::EnvFilter;
-use utm_fusion::commands::{check, decode, demo, exit_code, is_closed_pipe, replay};
+use utm_fusion::commands::{check, decode, demo, encode, exit_code, is_closed_pipe, replay};
 
 /// One air picture of drone traffic from radar (ASTERIX CAT048) and transponders (CAT129).
 #[derive(Parser)]
@@ -23,6 +23,7 @@ enum Command {
     Demo(demo::Args),
     Replay(replay::Args),
     Decode(decode::Args),
+    Encode(encode::Args),
     Check(check::Args),
 }
 
@@ -40,6 +41,7 @@ fn main() -> ExitCode {
         Command::Demo(args) => demo::run(args),
         Command::Replay(args) => replay::run(args),
         Command::Decode(args) => decode::run(args, &mut io::stdout().lock()),
+        Command::Encode(args) => encode::run(args),
         Command::Check(args) => check::run(args),
     };
     if let Err(error) = &result

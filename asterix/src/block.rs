@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use crate::{Fault, FaultKind, UapItem, uap};
+use crate::{DataSource, Fault, FaultKind, Fspec, TimeOfDay, UapItem, uap};
 
 /// Octets of a block header: CAT and LEN.
 const HEADER: usize = 3;
@@ -11,6 +11,17 @@ const HEADER: usize = 3;
 pub trait Record: Sized {
     /// The category, as in the first octet of its blocks.
     const CATEGORY: u8;
+    /// The items of the category, in the order of the record: `UAP[n]` has FRN n + 1.
+    const UAP: &'static [UapItem];
+
+    /// Item 010, who reports.
+    fn data_source(&self) -> Option<DataSource>;
+
+    /// The item of the time of day, whatever its number.
+    fn time_of_day(&self) -> Option<TimeOfDay>;
+
+    /// The FSPEC that announces the items of this record.
+    fn fspec(&self) -> Fspec;
 
     /// Decodes the record at the front of `octets`, which begin with its FSPEC and go to the end of the block, and says
     /// how many octets it took. Offsets in the fault count from the FSPEC.

@@ -32,8 +32,10 @@ pub enum FaultKind {
     ReservedFrn,
     /// The item runs past the end of its block.
     ItemPastEnd,
-    /// The primary subfield of a compound item announces a second octet of subfields, which the item does not define.
+    /// The primary subfield of a compound item announces more octets of subfields than the item defines.
     PrimarySubfieldExtended,
+    /// The primary subfield of a compound item announces a subfield that the item does not define, so its length is unknown.
+    ReservedSubfield,
     /// The block ends where the repetition count of an item should be.
     NoRepetitionCount,
     /// The length octet of an SP or RE field is 0, although it counts itself.
@@ -44,7 +46,7 @@ pub enum FaultKind {
 
 impl FaultKind {
     /// Every kind, for tables of counters.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::BlockTooShort,
         Self::BlockPastEnd,
         Self::FspecPastEnd,
@@ -52,6 +54,7 @@ impl FaultKind {
         Self::ReservedFrn,
         Self::ItemPastEnd,
         Self::PrimarySubfieldExtended,
+        Self::ReservedSubfield,
         Self::NoRepetitionCount,
         Self::LengthZero,
         Self::ChainTooLong,
@@ -67,6 +70,7 @@ impl FaultKind {
             Self::ReservedFrn => "reserved_frn",
             Self::ItemPastEnd => "item_past_end",
             Self::PrimarySubfieldExtended => "primary_subfield_extended",
+            Self::ReservedSubfield => "reserved_subfield",
             Self::NoRepetitionCount => "no_repetition_count",
             Self::LengthZero => "length_zero",
             Self::ChainTooLong => "chain_too_long",
@@ -84,7 +88,10 @@ impl fmt::Display for FaultKind {
             Self::ReservedFrn => "the FSPEC announces an item that the category does not define",
             Self::ItemPastEnd => "the item runs past the end of its block",
             Self::PrimarySubfieldExtended => {
-                "the primary subfield announces a second octet, which does not exist"
+                "the primary subfield announces another octet, which does not exist"
+            }
+            Self::ReservedSubfield => {
+                "the primary subfield announces a subfield that the item does not define"
             }
             Self::NoRepetitionCount => "the block ends before the item's repetition count",
             Self::LengthZero => "the length octet is 0, although it counts itself",

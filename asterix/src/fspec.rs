@@ -1,6 +1,6 @@
 //! The field specification (FSPEC): which items a record holds.
 
-use crate::FaultKind;
+use crate::{FaultKind, UapItem};
 
 /// The FSPEC of one record.
 ///
@@ -63,19 +63,31 @@ impl Fspec {
         self.length - minimal_length(self.bits & !EXTENSIONS)
     }
 
-    /// The first announced field reference number above `last`, the highest that the category defines.
-    pub fn first_above(self, last: u8) -> Option<u8> {
-        // Nearly always nothing is announced up there: one test settles it.
-        let defined = !(u64::MAX >> bit_index(last) >> 1);
-        if self.bits & !EXTENSIONS & !defined == 0 {
-            return None;
-        }
-        (last + 1..=7 * Self::MAX_OCTETS as u8).find(|&frn| self.has(frn))
+    /// Whether every item it announces is one of these.
+    #[inline]
+    pub(crate) const fn is_within(self, defined: Frns) -> bool {
+        self.bits & !EXTENSIONS & !defined.0 == 0
     }
 
     /// Appends the octets.
     pub fn encode_into(self, out: &mut Vec<u8>) {
         out.extend_from_slice(&self.bits.to_be_bytes()[..self.length()]);
+    }
+}
+
+/// A set of field reference numbers, each at its place in an FSPEC.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frns(u64);
+
+impl Frns {
+    /// Those of a profile.
+    pub const fn of(uap: &[UapItem]) -> Self {
+        let (mut bits, mut index) = (0, 0);
+        while index < uap.len() {
+            bits |= 1 << (63 - bit_index(uap[index].frn));
+            index += 1;
+        }
+        Self(bits)
     }
 }
 
@@ -135,10 +147,17 @@ mod tests {
 
     #[test]
     fn finds_items_that_a_category_does_not_define() {
-        let fspec = Fspec::read(&[0x03, 0x01, 0x01, 0x01, 0x04]).unwrap();
-        assert_eq!(fspec.first_above(28), Some(34));
-        assert_eq!(fspec.first_above(34), None);
-        assert_eq!(fspec.first_above(6), Some(7));
-        assert_eq!(fspec.first_above(56), None);
+        let defined = Frns::of(&crate::cat065::UAP);
+        for (octets, within) in [
+            (&[0xfe][..], true),
+            (&[0xff, 0x06][..], true),
+            (&[0x01, 0x80][..], false),
+            (&[0x01, 0x08][..], false),
+            (&[0x01, 0x07, 0x80][..], false),
+            (&[0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x02][..], false),
+            (&[0x01, 0x01, 0x00][..], true),
+        ] {
+            assert_eq!(Fspec::read(octets).unwrap().is_within(defined), within, "{octets:02x?}");
+        }
     }
 }

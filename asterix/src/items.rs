@@ -2,6 +2,10 @@
 
 use deku::{DekuRead, DekuWrite};
 
+use crate::Layout;
+use crate::item::Describe;
+use crate::layout::{count, quantity};
+
 /// The whole number nearest to `value`, halves away from zero; `None` outside `min` to `max` and for what is no number.
 pub(crate) fn nearest(value: f64, min: i32, max: i32) -> Option<i32> {
     let rounded = value.round();
@@ -31,6 +35,10 @@ pub struct DataSource {
     pub sac: u8,
     /// System identification code.
     pub sic: u8,
+}
+
+impl Describe for DataSource {
+    const LAYOUT: Layout = Layout::Fields(&[count("sac", 8), count("sic", 8)]);
 }
 
 /// Time of day: I048/140, I129/070. UTC since midnight, 24 bits, LSB 1/128 s, range of the item 0 to below 86400 s.
@@ -70,6 +78,10 @@ impl TimeOfDay {
     pub const fn in_range(self) -> bool {
         self.count() < Self::PER_DAY
     }
+}
+
+impl Describe for TimeOfDay {
+    const LAYOUT: Layout = Layout::Fields(&[quantity("", 24, false, 1.0 / 128.0, 7)]);
 }
 
 #[cfg(test)]

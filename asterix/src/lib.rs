@@ -44,20 +44,26 @@
 //! # Ok::<(), asterix::Fault>(())
 //! ```
 
+mod bits;
 mod block;
 mod fault;
 mod fspec;
+mod item;
 mod items;
+mod layout;
 mod uap;
 mod variable;
 
 pub mod cat034;
 pub mod cat048;
+pub mod cat065;
 pub mod cat129;
 
 pub use block::{Block, BlockTooLong, Blocks, Located, Record, Records, blocks, encode_block};
 pub use fault::{Fault, FaultKind};
 pub use fspec::Fspec;
+pub use item::{Describe, Repeated};
 pub use items::{DataSource, TimeOfDay};
-pub use uap::{Format, UapItem};
-pub use variable::{Chain, Explicit, RawItem};
+pub use layout::{Contents, Field, Kind, Layout, Quantity, Subfield, octets_of};
+pub use uap::{UapItem, items, profile};
+pub use variable::{Chain, Explicit};

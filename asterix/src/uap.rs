@@ -1,9 +1,17 @@
 //! User application profiles: the order of a category's items and how long each is.
 
-use crate::{Chain, Fault, FaultKind, Fspec};
+use std::io::Cursor;
+use std::marker::PhantomData;
+
+use deku::reader::Reader;
+use deku::writer::Writer;
+use deku::{DekuReader, DekuWriter};
+
+use crate::fspec::Frns;
+use crate::{Fault, FaultKind, Fspec, Layout, Record};
 
 /// One item of a category's user application profile.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UapItem {
     /// Field reference number, counted from 1: the item's place in the FSPEC and in the record.
     pub frn: u8,
@@ -11,115 +19,101 @@ pub struct UapItem {
     pub item: &'static str,
     /// Name of the item.
     pub name: &'static str,
-    /// How its length is found.
-    pub format: Format,
+    /// What its octets mean, and how its length is found.
+    pub layout: Layout,
 }
 
-/// How the length of an item is found (ASTERIX part 1, EUROCONTROL-SPEC-0149, section 4.3).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
-    /// Always this many octets.
-    Fixed(usize),
-    /// Octets of which all but the last have the lowest bit (FX) set.
-    Extended,
-    /// One octet that counts the repetitions (0 is allowed), then that many times this many octets.
-    Repetitive(usize),
-    /// One octet (the primary subfield) whose bits 8 to 2 announce these subfields, then those that are announced.
-    /// Bits beyond the subfields are spare; its lowest bit (FX) must be 0.
-    Compound(&'static [Format]),
-    /// One octet that counts all octets of the item, itself included.
-    Explicit,
-    /// I129/120 alone: 1 octet or 3, see [`crate::cat129::OperationalRisk`].
-    OneOrThree,
-}
-
-impl Format {
-    /// Octets of the item at the front of `octets`, which go to the end of the block.
-    ///
-    /// [`Format::OneOrThree`] counts as 1: which of the two it is shows only after the whole record.
-    pub fn measure(self, octets: &[u8]) -> Result<usize, FaultKind> {
-        let length = match self {
-            Self::Fixed(length) => length,
-            Self::OneOrThree => 1,
-            Self::Extended => match octets.iter().take(Chain::MAX_OCTETS).position(|octet| octet & 1 == 0) {
-                Some(last) => last + 1,
-                None if octets.len() < Chain::MAX_OCTETS => return Err(FaultKind::ItemPastEnd),
-                None => return Err(FaultKind::ChainTooLong),
-            },
-            Self::Repetitive(size) => {
-                let count = *octets.first().ok_or(FaultKind::NoRepetitionCount)?;
-                1 + usize::from(count) * size
-            }
-            Self::Explicit => match *octets.first().ok_or(FaultKind::ItemPastEnd)? {
-                0 => return Err(FaultKind::LengthZero),
-                length => usize::from(length),
-            },
-            Self::Compound(subfields) => {
-                let primary = *octets.first().ok_or(FaultKind::ItemPastEnd)?;
-                if primary & 1 == 1 {
-                    return Err(FaultKind::PrimarySubfieldExtended);
-                }
-                let mut length = 1;
-                for (index, subfield) in subfields.iter().enumerate() {
-                    if primary & (0x80 >> index) != 0 {
-                        let rest = octets.get(length..).ok_or(FaultKind::ItemPastEnd)?;
-                        length += subfield.measure(rest)?;
-                    }
-                }
-                length
-            }
-        };
-        if length <= octets.len() { Ok(length) } else { Err(FaultKind::ItemPastEnd) }
-    }
+/// The profile of a category, where this crate knows one.
+pub fn profile(category: u8) -> Option<&'static [UapItem]> {
+    Some(match category {
+        34 => &crate::cat034::UAP,
+        48 => &crate::cat048::UAP,
+        65 => &crate::cat065::UAP,
+        129 => &crate::cat129::UAP,
+        _ => return None,
+    })
 }
 
 /// A line of a profile.
-pub(crate) const fn item(frn: u8, item: &'static str, name: &'static str, format: Format) -> UapItem {
-    UapItem { frn, item, name, format }
+pub(crate) const fn item(frn: u8, item: &'static str, name: &'static str, layout: Layout) -> UapItem {
+    UapItem { frn, item, name, layout }
 }
 
-/// Reads the FSPEC at the front of a record that announces no item beyond those of `uap`.
-pub(crate) fn read_fspec(category: u8, uap: &[UapItem], octets: &[u8]) -> Result<Fspec, Fault> {
+/// The field reference numbers that a profile defines, as bits of an FSPEC.
+struct Defined<R>(PhantomData<R>);
+
+impl<R: Record> Defined<R> {
+    const FRNS: Frns = Frns::of(R::UAP);
+}
+
+/// Reads the FSPEC at the front of a record that announces no item beyond those of its category.
+#[inline]
+pub(crate) fn read_fspec<R: Record>(octets: &[u8]) -> Result<Fspec, Fault> {
     match Fspec::read(octets) {
-        Ok(fspec) if fspec.first_above(uap.len() as u8).is_none() => Ok(fspec),
-        _ => Err(explain(category, uap, octets)),
+        Ok(fspec) if fspec.is_within(Defined::<R>::FRNS) => Ok(fspec),
+        _ => Err(explain::<R>(octets)),
     }
+}
+
+/// Decodes the record at the front of `octets`, see [`Record::decode`].
+#[inline]
+pub(crate) fn decode<R>(octets: &[u8]) -> Result<(R, usize), Fault>
+where
+    R: Record + for<'a> DekuReader<'a, Fspec>,
+{
+    let fspec = read_fspec::<R>(octets)?;
+    let mut items = Cursor::new(&octets[fspec.length()..]);
+    match R::from_reader_with_ctx(&mut Reader::new(&mut items), fspec) {
+        Ok(record) => Ok((record, fspec.length() + items.position() as usize)),
+        Err(_) => Err(explain::<R>(octets)),
+    }
+}
+
+/// Appends a record, see [`Record::encode_into`].
+#[inline]
+pub(crate) fn encode<R: Record + DekuWriter<Fspec>>(record: &R, out: &mut Vec<u8>) {
+    let fspec = record.fspec();
+    fspec.encode_into(out);
+    let mut cursor = Cursor::new(out);
+    cursor.set_position(cursor.get_ref().len() as u64);
+    record.to_writer(&mut Writer::new(cursor), fspec).expect("writing whole octets to a vector cannot fail");
 }
 
 /// Finds what is wrong with a record, the first thing in the order of its octets.
 ///
 /// The readers of the categories carry no bookkeeping; only when one fails is the record walked again, item by item.
-pub(crate) fn explain(category: u8, uap: &[UapItem], octets: &[u8]) -> Fault {
-    walk(category, uap, octets).err().unwrap_or_else(|| {
+#[cold]
+pub(crate) fn explain<R: Record>(octets: &[u8]) -> Fault {
+    walk(R::CATEGORY, R::UAP, octets).err().unwrap_or_else(|| {
         // Not reached: the table and the reader of a category agree, which the tests of both hold them to.
-        debug_assert!(false, "CAT{category:03}: the reader refused a record that its table accepts");
-        Fault { category: Some(category), item: None, offset: 0, kind: FaultKind::ItemPastEnd }
+        debug_assert!(false, "CAT{:03}: the reader refused a record that its table accepts", R::CATEGORY);
+        Fault { category: Some(R::CATEGORY), item: None, offset: 0, kind: FaultKind::ItemPastEnd }
     })
 }
 
 /// Octets of the record at the front of `octets`, which go to the end of the block, measured item by item.
 ///
-/// An FSPEC that announces what no record has (a reserved item, or more octets than needed) is the last thing looked
-/// at: the items before it may already run out of octets.
+/// The items are looked at in the order of the record, up to the first of which the category knows no length. Only then
+/// an FSPEC with more octets than any record needs is found out.
 pub(crate) fn walk(category: u8, uap: &[UapItem], octets: &[u8]) -> Result<usize, Fault> {
     let fault = |item, offset, kind| Fault { category: Some(category), item, offset, kind };
     let Some(last) = octets.iter().position(|octet| octet & 1 == 0) else {
         return Err(fault(None, 0, FaultKind::FspecPastEnd));
     };
     let fspec = &octets[..=last];
-    let announces = |frn: u8| {
-        let (octet, bit) = (usize::from(frn - 1) / 7, (frn - 1) % 7);
-        fspec.get(octet).is_some_and(|octet| octet & (0x80 >> bit) != 0)
-    };
     let mut offset = fspec.len();
-    for item in uap.iter().filter(|item| announces(item.frn)) {
-        match item.format.measure(&octets[offset..]) {
+    for frn in 1..=7 * Fspec::MAX_OCTETS as u8 {
+        let (octet, bit) = (usize::from(frn - 1) / 7, (frn - 1) % 7);
+        if !fspec.get(octet).is_some_and(|octet| octet & (0x80 >> bit) != 0) {
+            continue;
+        }
+        let Some(item) = uap.iter().find(|item| item.frn == frn) else {
+            return Err(fault(None, octet, FaultKind::ReservedFrn));
+        };
+        match item.layout.measure(&octets[offset..]) {
             Ok(length) => offset += length,
             Err(kind) => return Err(fault(Some(item.item), offset, kind)),
         }
-    }
-    if let Some(frn) = (uap.len() as u8 + 1..=7 * Fspec::MAX_OCTETS as u8).find(|&frn| announces(frn)) {
-        return Err(fault(None, usize::from(frn - 1) / 7, FaultKind::ReservedFrn));
     }
     if fspec.len() > Fspec::MAX_OCTETS {
         return Err(fault(None, 0, FaultKind::FspecTooLong));
@@ -127,41 +121,24 @@ pub(crate) fn walk(category: u8, uap: &[UapItem], octets: &[u8]) -> Result<usize
     Ok(offset)
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn measures_every_format() {
-        const DOPPLER: Format = Format::Compound(&[Format::Fixed(2), Format::Repetitive(6)]);
-        let full = [0x01; 17];
-        for (format, octets, expected) in [
-            (Format::Fixed(2), &[0, 0, 0][..], Ok(2)),
-            (Format::Fixed(2), &[0][..], Err(FaultKind::ItemPastEnd)),
-            (Format::Extended, &[1, 3, 2, 0][..], Ok(3)),
-            (Format::Extended, &[1, 3][..], Err(FaultKind::ItemPastEnd)),
-            (Format::Extended, &[][..], Err(FaultKind::ItemPastEnd)),
-            (Format::Extended, &full[..], Err(FaultKind::ChainTooLong)),
-            (Format::Repetitive(3), &[0][..], Ok(1)),
-            (Format::Repetitive(3), &[2, 0, 0, 0, 0, 0, 0][..], Ok(7)),
-            (Format::Repetitive(3), &[2, 0, 0, 0, 0, 0][..], Err(FaultKind::ItemPastEnd)),
-            (Format::Repetitive(3), &[][..], Err(FaultKind::NoRepetitionCount)),
-            (Format::Explicit, &[1][..], Ok(1)),
-            (Format::Explicit, &[3, 0, 0, 0][..], Ok(3)),
-            (Format::Explicit, &[0, 0][..], Err(FaultKind::LengthZero)),
-            (Format::Explicit, &[3, 0][..], Err(FaultKind::ItemPastEnd)),
-            (Format::Explicit, &[][..], Err(FaultKind::ItemPastEnd)),
-            (DOPPLER, &[0x00][..], Ok(1)),
-            (DOPPLER, &[0x80, 0, 0][..], Ok(3)),
-            (DOPPLER, &[0xc0, 0, 0, 1, 0, 0, 0, 0, 0, 0][..], Ok(10)),
-            (DOPPLER, &[0x40, 0][..], Ok(2)),
-            (DOPPLER, &[0x3e, 0][..], Ok(1)),
-            (DOPPLER, &[0x80, 0][..], Err(FaultKind::ItemPastEnd)),
-            (DOPPLER, &[0x40][..], Err(FaultKind::NoRepetitionCount)),
-            (DOPPLER, &[0x81, 0, 0][..], Err(FaultKind::PrimarySubfieldExtended)),
-            (DOPPLER, &[][..], Err(FaultKind::ItemPastEnd)),
-        ] {
-            assert_eq!(format.measure(octets), expected, "{format:?} of {octets:02x?}");
+/// The items of a whole record, `octets` from its FSPEC to its end: each with its own octets.
+///
+/// For records that were decoded, or written by [`crate::Record::encode_into`]; of another the rest is left out.
+pub fn items<'a>(
+    uap: &'static [UapItem],
+    octets: &'a [u8],
+) -> impl Iterator<Item = (&'static UapItem, &'a [u8])> {
+    let fspec = Fspec::read(octets).ok();
+    // I129/120 is longer than measured where the record is.
+    let long = walk(0, uap, octets).is_ok_and(|length| length < octets.len());
+    let mut offset = fspec.map_or(0, Fspec::length);
+    uap.iter().filter(move |item| fspec.is_some_and(|fspec| fspec.has(item.frn))).map_while(move |item| {
+        let rest = octets.get(offset..)?;
+        let mut length = item.layout.measure(rest).ok()?;
+        if long && matches!(item.layout, Layout::OneOrThree(_)) {
+            length = 3;
         }
-    }
+        offset += length;
+        Some((item, rest.get(..length)?))
+    })
 }

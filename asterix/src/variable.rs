@@ -7,11 +7,9 @@ use deku::writer::Writer;
 use deku::{DekuError, DekuReader, DekuWriter, ctx::Order};
 use smallvec::SmallVec;
 
-use crate::Format;
-
 /// What the readers of this module return when an item contradicts itself. It never leaves the crate: the fault that does
 /// is found by a second walk over the record.
-const REFUSED: DekuError = DekuError::Io(ErrorKind::InvalidData);
+pub(crate) const REFUSED: DekuError = DekuError::Io(ErrorKind::InvalidData);
 
 /// How many octets an item of variable length holds without allocating.
 const INLINE: usize = 32;
@@ -147,71 +145,6 @@ impl DekuReader<'_> for Explicit {
 
 impl DekuWriter for Explicit {
     fn to_writer<W: Write + Seek>(&self, writer: &mut Writer<W>, (): ()) -> Result<(), DekuError> {
-        writer.write_bytes(&self.0)
-    }
-}
-
-/// An item of variable length whose meaning this crate does not know yet: measured exactly, and kept as its octets.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct RawItem(SmallVec<[u8; INLINE]>);
-
-impl RawItem {
-    /// The item made of `octets`, or `None` when an item of this format would not take exactly all of them.
-    pub fn new(format: Format, octets: &[u8]) -> Option<Self> {
-        (format.measure(octets) == Ok(octets.len())).then(|| Self(SmallVec::from_slice(octets)))
-    }
-
-    /// The whole item, with its count or primary subfield.
-    pub fn octets(&self) -> &[u8] {
-        &self.0
-    }
-
-    fn read_part<R: Read + Seek>(&mut self, reader: &mut Reader<R>, format: Format) -> Result<(), DekuError> {
-        match format {
-            Format::Fixed(length) => read_more(reader, &mut self.0, length),
-            Format::Repetitive(size) => {
-                let count = read_octet(reader)?;
-                self.0.push(count);
-                read_more(reader, &mut self.0, usize::from(count) * size)
-            }
-            Format::Compound(subfields) => {
-                let primary = read_octet(reader)?;
-                if primary & 1 == 1 {
-                    return Err(REFUSED);
-                }
-                self.0.push(primary);
-                let announced =
-                    subfields.iter().enumerate().filter(|(index, _)| primary & (0x80 >> index) != 0);
-                let mut fixed = 0; // octets of the subfields not yet read: neighbours are read at once
-                for (_, &subfield) in announced {
-                    if let Format::Fixed(length) = subfield {
-                        fixed += length;
-                    } else {
-                        read_more(reader, &mut self.0, std::mem::take(&mut fixed))?;
-                        self.read_part(reader, subfield)?;
-                    }
-                }
-                read_more(reader, &mut self.0, fixed)
-            }
-            // These formats have types of their own.
-            Format::Extended | Format::Explicit | Format::OneOrThree => Err(REFUSED),
-        }
-    }
-}
-
-impl DekuReader<'_, Format> for RawItem {
-    fn from_reader_with_ctx<R: Read + Seek>(
-        reader: &mut Reader<R>,
-        format: Format,
-    ) -> Result<Self, DekuError> {
-        let mut item = Self(SmallVec::new());
-        item.read_part(reader, format)?;
-        Ok(item)
-    }
-}
-
-impl DekuWriter<Format> for RawItem {
-    fn to_writer<W: Write + Seek>(&self, writer: &mut Writer<W>, _: Format) -> Result<(), DekuError> {
         writer.write_bytes(&self.0)
     }
 }

@@ -4,12 +4,11 @@ use std::collections::BTreeMap;
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
-use asterix::{Block, Fault, Record as _, blocks, cat048, cat129};
-use serde::Serialize;
+use asterix::{Block, Fault, Record, blocks, cat034, cat048, cat065, cat129};
 
 use super::{CommandResult, Outcome};
 use crate::ingest::{Capture, Datagram, SkipReason};
-use crate::json::{BlockLine, FaultLine, Place, Record, RecordLine};
+use crate::json::{Place, write_block, write_fault, write_record};
 
 /// Print captures as JSON, one record a line
 ///
@@ -19,7 +18,7 @@ use crate::json::{BlockLine, FaultLine, Place, Record, RecordLine};
 /// numbers round back to what was sent.
 ///
 /// What cannot be read: {"error":{"kind":…,"offset":…,"detail":…},"offset":…,"block":…,"cat":…,"hex":…}, and decoding
-/// goes on with the next block. A block of a category other than 48 and 129: its octets as `hex`, without `items`.
+/// goes on with the next block. A block of a category other than 34, 48, 65 and 129: its octets as `hex`, without `items`.
 /// With several inputs each line names its file, as `input`.
 #[derive(clap::Args, Debug, Default)]
 pub struct Args {
@@ -112,13 +111,13 @@ impl<W: Write> Printer<'_, W> {
         for block in blocks(&datagram.payload) {
             match block {
                 Ok(block) if self.args.cat.is_some_and(|wanted| wanted != block.category) => {}
-                Ok(block) if block.category == cat048::Record::CATEGORY => {
-                    self.block::<cat048::Record>(block, source)?;
-                }
-                Ok(block) if block.category == cat129::Record::CATEGORY => {
-                    self.block::<cat129::Record>(block, source)?;
-                }
-                Ok(block) => self.unread_block(block, source)?,
+                Ok(block) => match block.category {
+                    cat034::Record::CATEGORY => self.block::<cat034::Record>(block, source)?,
+                    cat048::Record::CATEGORY => self.block::<cat048::Record>(block, source)?,
+                    cat065::Record::CATEGORY => self.block::<cat065::Record>(block, source)?,
+                    cat129::Record::CATEGORY => self.block::<cat129::Record>(block, source)?,
+                    _ => self.unread_block(block, source)?,
+                },
                 Err(fault) => {
                     let place = source.place(fault.offset, fault.offset);
                     self.fault(fault, place, &datagram.payload[fault.offset..], source)?;
@@ -140,10 +139,11 @@ impl<W: Write> Printer<'_, W> {
             match located {
                 Ok(located) => {
                     next += located.length;
-                    if !self.args.errors_only {
-                        let octets = self.args.hex.then_some(&octets[..located.length]);
+                    if !self.args.errors_only && self.left > 0 {
+                        let (octets, hex) = (&octets[..located.length], self.args.hex);
                         let received = source.datagram.received;
-                        self.print(&RecordLine::new(&located.record, place, received, octets))?;
+                        write_record(&mut self.line, &located.record, octets, place, received, hex);
+                        self.print()?;
                     }
                 }
                 Err(fault) => self.fault(fault, place, octets, source)?,
@@ -157,25 +157,26 @@ impl<W: Write> Printer<'_, W> {
             return Ok(());
         }
         let place = source.place(block.offset, block.offset);
-        self.print(&BlockLine::new(block.category, place, block.octets))
+        write_block(&mut self.line, block.category, block.octets, place);
+        self.print()
     }
 
     fn fault(&mut self, fault: Fault, place: Place<'_>, octets: &[u8], source: Source<'_>) -> io::Result<()> {
         if self.left > 0 {
             self.count(fault.kind.name().to_owned(), 1);
         }
-        self.print(&FaultLine::new(fault, source.datagram.origin, place, octets))
+        write_fault(&mut self.line, fault, octets, source.datagram.origin, place);
+        self.print()
     }
 
-    fn print(&mut self, line: &impl Serialize) -> io::Result<()> {
-        if self.left == 0 {
-            return Ok(());
+    /// Prints the line that was made, if one is still wanted.
+    fn print(&mut self) -> io::Result<()> {
+        if self.left > 0 {
+            self.left -= 1;
+            self.out.write_all(&self.line)?;
         }
-        self.left -= 1;
         self.line.clear();
-        serde_json::to_writer(&mut self.line, line)?;
-        self.line.push(b'\n');
-        self.out.write_all(&self.line)
+        Ok(())
     }
 
     fn count(&mut self, reason: String, times: u64) {

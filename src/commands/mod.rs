@@ -3,6 +3,7 @@
 pub mod check;
 pub mod decode;
 pub mod demo;
+pub mod encode;
 pub mod moment;
 pub mod pace;
 pub mod progress;
@@ -24,6 +25,8 @@ pub enum Outcome {
     InputErrors,
     /// An input could not be read to its end: exit code 1, already reported.
     InputUnreadable,
+    /// A part of the input was left out: exit code 1, already reported.
+    Incomplete,
 }
 
 /// What a command returns: errors of any kind, told apart by [`exit_code`].
@@ -41,7 +44,7 @@ pub fn exit_code(result: &CommandResult) -> u8 {
     match result {
         Ok(Outcome::Done) => 0,
         Ok(Outcome::InputErrors) => 4,
-        Ok(Outcome::InputUnreadable) => 1,
+        Ok(Outcome::InputUnreadable | Outcome::Incomplete) => 1,
         Err(error) if is_closed_pipe(error.as_ref()) => 0,
         Err(error) if error.is::<Usage>() => 2,
         Err(error) if error.is::<ConfigErrors>() || error.is::<AreaError>() => 3,

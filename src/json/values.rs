@@ -1,44 +1,64 @@
-//! Octets, texts, numbers and data sources in JSON.
-
-use asterix::DataSource;
-use serde::Serialize;
+//! Numbers and octets in JSON.
 
 /// Octets in hexadecimal, lower case, two digits each.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Hex(String);
-
-impl Hex {
-    /// These octets.
-    pub fn new(octets: &[u8]) -> Self {
-        const DIGITS: &[u8; 16] = b"0123456789abcdef";
-        let digits = octets.iter().flat_map(|octet| [octet >> 4, octet & 0x0f]);
-        Self(digits.map(|digit| char::from(DIGITS[usize::from(digit)])).collect())
+pub(super) fn write_hex(out: &mut Vec<u8>, octets: &[u8]) {
+    const DIGITS: &[u8; 16] = b"0123456789abcdef";
+    out.push(b'"');
+    for octet in octets {
+        out.push(DIGITS[usize::from(octet >> 4)]);
+        out.push(DIGITS[usize::from(octet & 0x0f)]);
     }
+    out.push(b'"');
 }
 
-/// Characters: as they are, trailing spaces included, or in hexadecimal where they cannot be.
-#[derive(Debug, PartialEq, Eq, Serialize)]
-#[serde(untagged)]
-pub(super) enum Text {
-    /// Printable ASCII.
-    Plain(String),
-    /// Anything else.
-    Octets {
-        /// The octets.
-        hex: Hex,
-    },
+/// The octets of a hexadecimal text of either case; `None` for another character and for half an octet.
+pub(super) fn read_hex(text: &str) -> Option<Vec<u8>> {
+    let digit = |digit: u8| char::from(digit).to_digit(16);
+    let pairs = text.as_bytes().chunks(2);
+    pairs
+        .map(|pair| match *pair {
+            [high, low] => Some((digit(high)? << 4 | digit(low)?) as u8),
+            _ => None,
+        })
+        .collect()
 }
 
-impl Text {
-    /// A text of ASCII characters.
-    pub fn ascii(octets: &[u8]) -> Self {
-        match std::str::from_utf8(octets) {
-            Ok(text) if octets.iter().all(|octet| matches!(octet, b' '..=b'~')) => {
-                Self::Plain(text.to_owned())
-            }
-            _ => Self::Octets { hex: Hex::new(octets) },
+/// `value` with so many decimals, trailing zeros left out but for one: `34.98`, `3.0`; without any where `decimals` is 0.
+pub(super) fn write_decimal(out: &mut Vec<u8>, value: f64, decimals: u8) {
+    let scale = 10_u64.pow(u32::from(decimals));
+    let scaled = (value * scale as f64).round() as i64;
+    if scaled < 0 {
+        out.push(b'-');
+    }
+    let (whole, fraction) = (scaled.unsigned_abs() / scale, scaled.unsigned_abs() % scale);
+    write_integer(out, whole);
+    if decimals > 0 {
+        out.push(b'.');
+        let start = out.len();
+        let mut digit = scale / 10;
+        let mut left = fraction;
+        while left > 0 || out.len() == start {
+            out.push(b'0' + (left / digit) as u8);
+            left %= digit;
+            digit /= 10;
         }
     }
+}
+
+/// A whole number.
+pub(super) fn write_integer(out: &mut Vec<u8>, number: u64) {
+    let mut digits = [0; 20];
+    let mut at = digits.len();
+    let mut left = number;
+    loop {
+        at -= 1;
+        digits[at] = b'0' + (left % 10) as u8;
+        left /= 10;
+        if left == 0 {
+            break;
+        }
+    }
+    out.extend_from_slice(&digits[at..]);
 }
 
 /// `value` to 10^-`decimals`, so that JSON shows no more digits than mean something.
@@ -47,44 +67,52 @@ pub(crate) fn rounded(value: f64, decimals: i32) -> f64 {
     (value * scale).round() / scale
 }
 
-/// Whether spare bits are as they should be, and left out.
-pub(super) fn is_zero(spare: &u8) -> bool {
-    *spare == 0
-}
-
-/// I048/010, I129/010.
-#[derive(Serialize)]
-pub(super) struct Source {
-    sac: u8,
-    sic: u8,
-}
-
-impl From<DataSource> for Source {
-    fn from(source: DataSource) -> Self {
-        Self { sac: source.sac, sic: source.sic }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn json(value: &impl Serialize) -> String {
-        serde_json::to_string(value).unwrap()
+    fn decimal(value: f64, decimals: u8) -> String {
+        let mut out = Vec::new();
+        write_decimal(&mut out, value, decimals);
+        String::from_utf8(out).unwrap()
     }
 
     #[test]
-    fn texts_keep_every_character() {
-        assert_eq!(json(&Text::ascii(b"A \"~ ")), r#""A \"~ ""#);
-        assert_eq!(json(&Text::ascii(b"A\0")), r#"{"hex":"4100"}"#);
-        assert_eq!(json(&Text::ascii("é".as_bytes())), r#"{"hex":"c3a9"}"#);
-        assert_eq!(json(&Text::ascii(&[0x7f])), r#"{"hex":"7f"}"#);
+    fn decimals() {
+        assert_eq!(decimal(1_627.734_375, 1), "1627.7");
+        assert_eq!(decimal(34.980_468_75, 3), "34.98");
+        assert_eq!(decimal(-0.000_000_167, 8), "-0.00000017");
+        assert_eq!(decimal(-0.04, 1), "0.0");
+        assert_eq!(decimal(3.0, 2), "3.0");
+        assert_eq!(decimal(-55.0, 0), "-55");
+        assert_eq!(decimal(86_399.992_187_5, 7), "86399.9921875");
+        assert_eq!(decimal(10.05, 2), "10.05");
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn decimals_read_as_the_rounded_number(value in -1e6..1e6_f64, decimals in 0_u8..8) {
+            let read: f64 = decimal(value, decimals).parse().unwrap();
+            proptest::prop_assert!((read - value).abs() <= 0.501 * 10_f64.powi(-i32::from(decimals)));
+        }
+
+        #[test]
+        fn hexadecimal_reads_back(octets: Vec<u8>) {
+            let mut out = Vec::new();
+            write_hex(&mut out, &octets);
+            let text = String::from_utf8(out).unwrap();
+            proptest::prop_assert_eq!(read_hex(text.trim_matches('"')), Some(octets));
+        }
     }
 
     #[test]
-    fn numbers_show_their_decimals_only() {
-        assert_eq!(json(&rounded(1_627.734_375, 1)), "1627.7");
-        assert_eq!(json(&rounded(34.980_468_75, 3)), "34.98");
-        assert_eq!(json(&rounded(-0.000_000_167, 8)), "-1.7e-7");
+    fn integers_and_hexadecimal() {
+        for number in [0, 9, 10, 4095, u64::MAX] {
+            let mut out = Vec::new();
+            write_integer(&mut out, number);
+            assert_eq!(String::from_utf8(out).unwrap(), number.to_string());
+        }
+        assert_eq!(read_hex("0aFf"), Some(vec![0x0a, 0xff]));
+        assert_eq!((read_hex("0aF"), read_hex("0g"), read_hex("é")), (None, None, None));
     }
 }

@@ -3,7 +3,7 @@
 mod duplicates;
 mod event;
 
-use asterix::{Block, Record, blocks, cat034, cat048, cat129};
+use asterix::{Block, Record, blocks, cat048, cat129, profile};
 
 use crate::areas::Masks;
 use crate::config::{Config, SensorKind};
@@ -191,11 +191,8 @@ fn untimed(block: Result<Block<'_>, asterix::Fault>, event: &mut impl FnMut(Even
 
 /// A block that nothing is taken from. Of a category whose profile is known it must still be well formed.
 fn unused(block: Block<'_>) -> Event {
-    match block.category {
-        34 => block.measure(&cat034::UAP).err().map(|fault| Event::Faulty { fault }),
-        _ => None,
-    }
-    .unwrap_or(Event::SkippedBlock { category: block.category })
+    let fault = profile(block.category).and_then(|profile| block.measure(profile).err());
+    fault.map_or(Event::SkippedBlock { category: block.category }, |fault| Event::Faulty { fault })
 }
 
 /// The engine's settings from the configuration.

@@ -4,7 +4,10 @@ use std::fmt;
 
 use deku::{DekuRead, DekuWrite};
 
+use crate::item::Describe;
 use crate::items::{octets24, word24};
+use crate::layout::{count, field};
+use crate::{Kind, Layout};
 
 /// I048/070, Mode 3/A code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, DekuRead, DekuWrite)]
@@ -54,6 +57,16 @@ impl fmt::Display for Mode3A {
     }
 }
 
+impl Describe for Mode3A {
+    const LAYOUT: Layout = Layout::Fields(&[
+        count("v", 1),
+        count("g", 1),
+        count("l", 1),
+        field("spare", 1, Kind::Spare),
+        field("mode_3a", 12, Kind::Octal),
+    ]);
+}
+
 /// I048/220, the aircraft's 24-bit Mode S address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, DekuRead, DekuWrite)]
 pub struct AircraftAddress([u8; 3]);
@@ -74,6 +87,10 @@ impl fmt::Display for AircraftAddress {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{:06X}", self.address())
     }
+}
+
+impl Describe for AircraftAddress {
+    const LAYOUT: Layout = Layout::Fields(&[field("", 24, Kind::Address)]);
 }
 
 /// I048/240, aircraft identification: eight characters of 6 bits (ICAO Annex 10, volume IV, table 3-7).
@@ -101,6 +118,11 @@ impl AircraftIdentification {
     }
 
     /// The item as it stands.
+    pub const fn from_octets(octets: [u8; 6]) -> Self {
+        Self(octets)
+    }
+
+    /// The item as it stands.
     pub const fn octets(self) -> [u8; 6] {
         self.0
     }
@@ -123,6 +145,10 @@ impl fmt::Display for AircraftIdentification {
         let characters = self.characters();
         f.write_str(std::str::from_utf8(&characters).unwrap_or_default().trim_end())
     }
+}
+
+impl Describe for AircraftIdentification {
+    const LAYOUT: Layout = Layout::Fields(&[field("", 48, Kind::Icao)]);
 }
 
 #[cfg(test)]

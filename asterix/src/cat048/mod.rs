@@ -1,33 +1,37 @@
 //! Category 048, monoradar target reports, edition 1.32 (EUROCONTROL-SPEC-0149-4).
 
+mod characteristics;
+mod data_link;
+pub mod expansion;
 mod identity;
 mod plot;
 mod profile;
+mod reply;
 mod target_report;
 mod track;
 mod warnings;
 
-use std::io::Cursor;
+use deku::{DekuRead, DekuWrite};
 
-use deku::reader::Reader;
-use deku::writer::Writer;
-use deku::{DekuRead, DekuReader, DekuWrite, DekuWriter};
+use crate::{DataSource, Explicit, Fault, Fspec, Repeated, TimeOfDay, UapItem, uap};
 
-use crate::uap::{explain, read_fspec};
-use crate::{DataSource, Explicit, Fault, Fspec, RawItem, TimeOfDay};
-
+pub use characteristics::{
+    Amplitude, AzimuthDifference, CalculatedDoppler, PlotCharacteristics, RadialDoppler, RangeDifference,
+    RawDoppler, Replies, RunLength,
+};
+pub use data_link::{AcasAdvisory, BdsRegister, Capability, Communications, FlightStatus};
+pub use expansion::ReservedExpansion;
 pub use identity::{AircraftAddress, AircraftIdentification, Mode3A};
 pub use plot::{FlightLevel, Height3D, PolarPosition};
 pub use profile::UAP;
+pub use reply::{Mode1, Mode1Confidence, Mode2, Mode2Confidence, Mode3AConfidence, ModeC};
 pub use target_report::{DetectionType, FriendOrFoe, TargetReport};
-pub use track::{ClimbMode, TrackNumber, TrackSensor, TrackStatus, TrackVelocity};
+pub use track::{
+    CartesianPosition, ClimbMode, TrackNumber, TrackQuality, TrackSensor, TrackStatus, TrackVelocity,
+};
 pub use warnings::{Warnings, warning_name};
 
-use profile::{BDS_REGISTERS, PLOT_CHARACTERISTICS, RADIAL_DOPPLER};
-
 /// A CAT048 record: the items in the order of [`UAP`]; an absent item is `None`.
-///
-/// Items with a type of their own are understood; the others keep their octets, see [`Record::raw_items`].
 #[derive(Clone, Debug, Default, PartialEq, DekuRead, DekuWrite)]
 #[deku(ctx = "fspec: Fspec")]
 pub struct Record {
@@ -49,70 +53,70 @@ pub struct Record {
     /// I048/090, flight level.
     #[deku(cond = "fspec.has(6)")]
     pub flight_level: Option<FlightLevel>,
-    /// I048/130, radar plot characteristics: raw.
-    #[deku(cond = "fspec.has(7)", ctx = "PLOT_CHARACTERISTICS")]
-    pub plot_characteristics: Option<RawItem>,
+    /// I048/130, radar plot characteristics.
+    #[deku(cond = "fspec.has(7)")]
+    pub plot_characteristics: Option<PlotCharacteristics>,
     /// I048/220, 24-bit aircraft address.
     #[deku(cond = "fspec.has(8)")]
     pub aircraft_address: Option<AircraftAddress>,
     /// I048/240, aircraft identification.
     #[deku(cond = "fspec.has(9)")]
     pub aircraft_identification: Option<AircraftIdentification>,
-    /// I048/250, BDS register data: raw.
-    #[deku(cond = "fspec.has(10)", ctx = "BDS_REGISTERS")]
-    pub bds_registers: Option<RawItem>,
+    /// I048/250, BDS register data.
+    #[deku(cond = "fspec.has(10)")]
+    pub bds_registers: Option<Repeated<BdsRegister>>,
     /// I048/161, the radar's number of the track.
     #[deku(cond = "fspec.has(11)")]
     pub track_number: Option<TrackNumber>,
-    /// I048/042, calculated Cartesian position: raw.
+    /// I048/042, calculated Cartesian position.
     #[deku(cond = "fspec.has(12)")]
-    pub cartesian_position: Option<[u8; 4]>,
+    pub cartesian_position: Option<CartesianPosition>,
     /// I048/200, calculated speed and heading of the track.
     #[deku(cond = "fspec.has(13)")]
     pub track_velocity: Option<TrackVelocity>,
     /// I048/170, status of the track.
     #[deku(cond = "fspec.has(14)")]
     pub track_status: Option<TrackStatus>,
-    /// I048/210, track quality: raw.
+    /// I048/210, track quality.
     #[deku(cond = "fspec.has(15)")]
-    pub track_quality: Option<[u8; 4]>,
+    pub track_quality: Option<TrackQuality>,
     /// I048/030, warnings, error conditions and target classification.
     #[deku(cond = "fspec.has(16)")]
     pub warnings: Option<Warnings>,
-    /// I048/080, Mode 3/A code confidence: raw.
+    /// I048/080, Mode 3/A code confidence.
     #[deku(cond = "fspec.has(17)")]
-    pub mode_3a_confidence: Option<[u8; 2]>,
-    /// I048/100, Mode C code and confidence: raw.
+    pub mode_3a_confidence: Option<Mode3AConfidence>,
+    /// I048/100, Mode C code and confidence.
     #[deku(cond = "fspec.has(18)")]
-    pub mode_c: Option<[u8; 4]>,
+    pub mode_c: Option<ModeC>,
     /// I048/110, height measured by a 3D radar.
     #[deku(cond = "fspec.has(19)")]
     pub height_3d: Option<Height3D>,
-    /// I048/120, radial Doppler speed: raw.
-    #[deku(cond = "fspec.has(20)", ctx = "RADIAL_DOPPLER")]
-    pub radial_doppler: Option<RawItem>,
-    /// I048/230, communications and ACAS capability, flight status: raw.
+    /// I048/120, radial Doppler speed.
+    #[deku(cond = "fspec.has(20)")]
+    pub radial_doppler: Option<RadialDoppler>,
+    /// I048/230, communications and ACAS capability, flight status.
     #[deku(cond = "fspec.has(21)")]
-    pub capability: Option<[u8; 2]>,
-    /// I048/260, ACAS resolution advisory: raw.
+    pub capability: Option<Capability>,
+    /// I048/260, ACAS resolution advisory.
     #[deku(cond = "fspec.has(22)")]
-    pub acas_advisory: Option<[u8; 7]>,
-    /// I048/055, Mode 1 code: raw.
+    pub acas_advisory: Option<AcasAdvisory>,
+    /// I048/055, Mode 1 code.
     #[deku(cond = "fspec.has(23)")]
-    pub mode_1: Option<[u8; 1]>,
-    /// I048/050, Mode 2 code: raw.
+    pub mode_1: Option<Mode1>,
+    /// I048/050, Mode 2 code.
     #[deku(cond = "fspec.has(24)")]
-    pub mode_2: Option<[u8; 2]>,
-    /// I048/065, Mode 1 code confidence: raw.
+    pub mode_2: Option<Mode2>,
+    /// I048/065, Mode 1 code confidence.
     #[deku(cond = "fspec.has(25)")]
-    pub mode_1_confidence: Option<[u8; 1]>,
-    /// I048/060, Mode 2 code confidence: raw.
+    pub mode_1_confidence: Option<Mode1Confidence>,
+    /// I048/060, Mode 2 code confidence.
     #[deku(cond = "fspec.has(26)")]
-    pub mode_2_confidence: Option<[u8; 2]>,
+    pub mode_2_confidence: Option<Mode2Confidence>,
     /// SP, the special purpose field.
     #[deku(cond = "fspec.has(27)")]
     pub special_purpose: Option<Explicit>,
-    /// RE, the reserved expansion field: raw.
+    /// RE, the reserved expansion field; [`ReservedExpansion`] is what edition 1.13 puts there.
     #[deku(cond = "fspec.has(28)")]
     pub reserved_expansion: Option<Explicit>,
     /// FSPEC octets beyond the minimal ones, which announce nothing; 0 in a record built anew. The whole FSPEC never gets
@@ -121,9 +125,19 @@ pub struct Record {
     pub fspec_padding: u8,
 }
 
-impl Record {
-    /// The FSPEC that announces the items of this record.
-    pub fn fspec(&self) -> Fspec {
+impl crate::Record for Record {
+    const CATEGORY: u8 = 48;
+    const UAP: &'static [UapItem] = &UAP;
+
+    fn data_source(&self) -> Option<DataSource> {
+        self.data_source
+    }
+
+    fn time_of_day(&self) -> Option<TimeOfDay> {
+        self.time_of_day
+    }
+
+    fn fspec(&self) -> Fspec {
         let present = [
             self.data_source.is_some(),
             self.time_of_day.is_some(),
@@ -154,55 +168,14 @@ impl Record {
             self.special_purpose.is_some(),
             self.reserved_expansion.is_some(),
         ];
-        const { assert!(UAP.len() == 28) };
         Fspec::of(present, self.fspec_padding)
     }
 
-    /// The items that are kept as octets, in the order of [`UAP`]: item number and the whole item. SP is not among them,
-    /// see [`Record::special_purpose`].
-    pub fn raw_items(&self) -> impl Iterator<Item = (&'static str, &[u8])> {
-        fn fixed<const N: usize>(item: &Option<[u8; N]>) -> Option<&[u8]> {
-            item.as_ref().map(<[u8; N]>::as_slice)
-        }
-        [
-            ("130", self.plot_characteristics.as_ref().map(RawItem::octets)),
-            ("250", self.bds_registers.as_ref().map(RawItem::octets)),
-            ("042", fixed(&self.cartesian_position)),
-            ("210", fixed(&self.track_quality)),
-            ("080", fixed(&self.mode_3a_confidence)),
-            ("100", fixed(&self.mode_c)),
-            ("120", self.radial_doppler.as_ref().map(RawItem::octets)),
-            ("230", fixed(&self.capability)),
-            ("260", fixed(&self.acas_advisory)),
-            ("055", fixed(&self.mode_1)),
-            ("050", fixed(&self.mode_2)),
-            ("065", fixed(&self.mode_1_confidence)),
-            ("060", fixed(&self.mode_2_confidence)),
-            ("RE", self.reserved_expansion.as_ref().map(Explicit::octets)),
-        ]
-        .into_iter()
-        .filter_map(|(item, octets)| Some((item, octets?)))
-    }
-}
-
-impl crate::Record for Record {
-    const CATEGORY: u8 = 48;
-
     fn decode(octets: &[u8]) -> Result<(Self, usize), Fault> {
-        let fspec = read_fspec(Self::CATEGORY, &UAP, octets)?;
-        let mut items = Cursor::new(&octets[fspec.length()..]);
-        match Self::from_reader_with_ctx(&mut Reader::new(&mut items), fspec) {
-            Ok(record) => Ok((record, fspec.length() + items.position() as usize)),
-            Err(_) => Err(explain(Self::CATEGORY, &UAP, octets)),
-        }
+        uap::decode(octets)
     }
 
     fn encode_into(&self, out: &mut Vec<u8>) {
-        let fspec = self.fspec();
-        fspec.encode_into(out);
-        let mut cursor = Cursor::new(out);
-        cursor.set_position(cursor.get_ref().len() as u64);
-        self.to_writer(&mut Writer::new(cursor), fspec)
-            .expect("writing whole octets to a vector cannot fail");
+        uap::encode(self, out);
     }
 }

@@ -2,7 +2,10 @@
 
 use deku::{DekuRead, DekuWrite};
 
+use crate::item::Describe;
 use crate::items::{nearest, sign_extend};
+use crate::layout::{count, field, quantity};
+use crate::{Kind, Layout};
 
 /// Metres in a nautical mile.
 const NAUTICAL_MILE_M: f64 = 1852.0;
@@ -42,6 +45,13 @@ impl PolarPosition {
     pub fn azimuth_deg(self) -> f64 {
         f64::from(self.theta) * (360.0 / 65536.0)
     }
+}
+
+impl Describe for PolarPosition {
+    const LAYOUT: Layout = Layout::Fields(&[
+        quantity("rho_m", 16, false, NAUTICAL_MILE_M / 256.0, 1),
+        quantity("theta_deg", 16, false, 360.0 / 65536.0, 3),
+    ]);
 }
 
 /// I048/090, flight level from the transponder's Mode C or Mode S reply.
@@ -89,6 +99,11 @@ impl FlightLevel {
     }
 }
 
+impl Describe for FlightLevel {
+    const LAYOUT: Layout =
+        Layout::Fields(&[count("v", 1), count("g", 1), quantity("flight_level", 14, true, 0.25, 2)]);
+}
+
 /// I048/110, height measured by a 3D radar, above mean sea level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, DekuRead, DekuWrite)]
 #[deku(endian = "big")]
@@ -125,6 +140,11 @@ impl Height3D {
     pub fn height_m(self) -> f64 {
         self.height_ft() * FOOT_M
     }
+}
+
+impl Describe for Height3D {
+    const LAYOUT: Layout =
+        Layout::Fields(&[field("spare", 2, Kind::Spare), quantity("height_m", 14, true, 25.0 * FOOT_M, 2)]);
 }
 
 #[cfg(test)]

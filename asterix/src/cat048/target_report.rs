@@ -2,7 +2,9 @@
 
 use deku::{DekuRead, DekuWrite};
 
-use crate::Chain;
+use crate::item::Describe;
+use crate::layout::{count, field};
+use crate::{Chain, Kind, Layout};
 
 /// TYP in I048/020: what detected the target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -221,6 +223,47 @@ impl TargetReport {
     pub const fn with_test(self, test: bool) -> Self {
         Self(self.0.with(1, 0x80, (test as u8) << 7))
     }
+}
+
+impl Describe for TargetReport {
+    /// `…_ep` is the element-populated bit of the value that follows it.
+    const LAYOUT: Layout = Layout::Extended(&[
+        &[count("typ", 3), count("sim", 1), count("rdp", 1), count("spi", 1), count("rab", 1)],
+        &[
+            count("tst", 1),
+            count("err", 1),
+            count("xpp", 1),
+            count("me", 1),
+            count("mi", 1),
+            count("foe_fri", 2),
+        ],
+        &[
+            count("adsb_ep", 1),
+            count("adsb", 1),
+            count("scn_ep", 1),
+            count("scn", 1),
+            count("pai_ep", 1),
+            count("pai", 1),
+            field("spare_3", 1, Kind::Spare),
+        ],
+        &[count("acasxv_ep", 1), count("acasxv", 4), count("poxpr_ep", 1), count("poxpr", 1)],
+        &[
+            count("poact_ep", 1),
+            count("poact", 1),
+            count("dtfxpr_ep", 1),
+            count("dtfxpr", 1),
+            count("dtfact_ep", 1),
+            count("dtfact", 1),
+            field("spare_5", 1, Kind::Spare),
+        ],
+        &[
+            count("irmxpr_ep", 1),
+            count("irmxpr", 1),
+            count("irmact_ep", 1),
+            count("irmact", 1),
+            field("spare_6", 3, Kind::Spare),
+        ],
+    ]);
 }
 
 impl From<Chain> for TargetReport {

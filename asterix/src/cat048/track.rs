@@ -1,9 +1,35 @@
-//! The radar's own track: I048/161, 170, 200.
+//! The radar's own track: I048/042, 161, 170, 200, 210.
 
 use deku::{DekuRead, DekuWrite};
 
-use crate::Chain;
+use crate::item::{Describe, item};
 use crate::items::nearest;
+use crate::layout::{count, field, quantity};
+use crate::{Chain, Kind, Layout};
+
+item! {
+    /// I048/042 (5.2.5), calculated position in Cartesian co-ordinates, local to the radar.
+    pub struct CartesianPosition(4) {
+        /// X, metres east of the radar: LSB 1/128 NM (14.46875 m), -474,112 to 474,097 m.
+        signed 16 "x_m" x_m / with_x_m = 1852.0 / 128.0, 1;
+        /// Y, metres north of the radar: LSB 1/128 NM (14.46875 m), -474,112 to 474,097 m.
+        signed 16 "y_m" y_m / with_y_m = 1852.0 / 128.0, 1;
+    }
+}
+
+item! {
+    /// I048/210 (5.2.21), track quality: standard deviations in the local grid.
+    pub struct TrackQuality(4) {
+        /// SIGMA X, of the position along the east axis, in metres: LSB 1/128 NM (14.46875 m), 0 to 3689.5 m.
+        unsigned 8 "sigma_x_m" sigma_x_m / with_sigma_x_m = 1852.0 / 128.0, 1;
+        /// SIGMA Y, of the position along the north axis, in metres: LSB 1/128 NM (14.46875 m), 0 to 3689.5 m.
+        unsigned 8 "sigma_y_m" sigma_y_m / with_sigma_y_m = 1852.0 / 128.0, 1;
+        /// SIGMA V, of the ground speed, in metres a second: LSB 2^-14 NM/s (0.113 m/s), 0 to 28.8 m/s.
+        unsigned 8 "sigma_v_m_s" sigma_v_m_s / with_sigma_v_m_s = 1852.0 / 16384.0, 2;
+        /// SIGMA H, of the heading, in degrees: LSB 360/4096 degrees (about 0.088), 0 to 22.4 degrees.
+        unsigned 8 "sigma_h_deg" sigma_h_deg / with_sigma_h_deg = 360.0 / 4096.0, 2;
+    }
+}
 
 /// I048/161, the radar's number of the track.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, DekuRead, DekuWrite)]
@@ -30,6 +56,10 @@ impl TrackNumber {
     pub const fn number(self) -> u16 {
         self.0 & 0x0fff
     }
+}
+
+impl Describe for TrackNumber {
+    const LAYOUT: Layout = Layout::Fields(&[field("spare", 4, Kind::Spare), count("track_number", 12)]);
 }
 
 /// RAD in I048/170: what keeps the track alive.
@@ -178,6 +208,19 @@ impl TrackStatus {
     }
 }
 
+impl Describe for TrackStatus {
+    const LAYOUT: Layout = Layout::Extended(&[
+        &[count("cnf", 1), count("rad", 2), count("dou", 1), count("mah", 1), count("cdm", 2)],
+        &[
+            count("tre", 1),
+            count("gho", 1),
+            count("sup", 1),
+            count("tcc", 1),
+            field("spare_2", 3, Kind::Spare),
+        ],
+    ]);
+}
+
 impl From<Chain> for TrackStatus {
     /// A status with any octets, for what the setters do not cover.
     fn from(chain: Chain) -> Self {
@@ -224,6 +267,13 @@ impl TrackVelocity {
     pub fn heading_deg(self) -> f64 {
         f64::from(self.heading) * (360.0 / 65536.0)
     }
+}
+
+impl Describe for TrackVelocity {
+    const LAYOUT: Layout = Layout::Fields(&[
+        quantity("speed_m_s", 16, false, 1852.0 / 16384.0, 2),
+        quantity("heading_deg", 16, false, 360.0 / 65536.0, 3),
+    ]);
 }
 
 #[cfg(test)]

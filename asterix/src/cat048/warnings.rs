@@ -2,7 +2,8 @@
 
 use deku::{DekuRead, DekuWrite};
 
-use crate::Chain;
+use crate::item::Describe;
+use crate::{Chain, Layout};
 
 /// I048/030: one or more codes of 7 bits; [`warning_name`] names them, unknown ones are kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, DekuRead, DekuWrite)]
@@ -32,6 +33,10 @@ impl Warnings {
     pub const fn chain(&self) -> &Chain {
         &self.0
     }
+}
+
+impl Describe for Warnings {
+    const LAYOUT: Layout = Layout::Codes;
 }
 
 /// What a code of I048/030 means in edition 1.32; `None` for a code that it does not define.

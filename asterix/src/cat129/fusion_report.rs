@@ -6,8 +6,9 @@ use deku::reader::Reader;
 use deku::writer::Writer;
 use deku::{DekuRead, DekuReader, DekuWrite, DekuWriter};
 
-use crate::Explicit;
 use crate::items::nearest;
+use crate::layout::{count, field};
+use crate::{Explicit, Field, Kind, Quantity};
 
 /// Octets after the length octet.
 const CONTENTS: usize = 21;
@@ -136,7 +137,33 @@ struct Words {
     spare: u8,
 }
 
+/// A physical value whose highest count means "unknown".
+const fn known(key: &'static str, bits: u16, lsb: f64, decimals: u8) -> Field {
+    let unknown = Some((1 << bits) - 1);
+    field(key, bits, Kind::Quantity(Quantity { signed: false, lsb, decimals, unknown }))
+}
+
 impl FusionReport {
+    /// The fields, from the first octet after the length octet. The source is 1 fused, 2 radar, 3 transponder.
+    pub const FIELDS: &'static [Field] = &[
+        field("magic", 24, Kind::Constant(u32::from_be_bytes([0, MAGIC[0], MAGIC[1], MAGIC[2]]) as u64)),
+        count("source", 8),
+        count("track_number", 32),
+        field("radar_track", 16, Kind::CountOr(0xffff)),
+        field("transponder", 32, Kind::CountOr(0xffff_ffff)),
+        known("horizontal_deviation_m", 16, 0.1, 1),
+        known("vertical_deviation_m", 16, 0.1, 1),
+        field("spare", 2, Kind::Spare),
+        count("height_not_measured", 1),
+        count("uncooperative", 1),
+        count("integrity_failed", 1),
+        count("integrity_suspect", 1),
+        count("extrapolated", 1),
+        count("interpolated", 1),
+        known("uav_probability", 8, 1.0 / 254.0, 3),
+        field("spare_2", 8, Kind::Spare),
+    ];
+
     /// Reads a special purpose field. `None` for another magic, version or length, or a source that this version does not
     /// name: such a field is somebody else's, or of another version, and stays as it is. The spare octet is not looked at.
     pub fn read(field: &Explicit) -> Option<Self> {

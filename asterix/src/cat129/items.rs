@@ -2,7 +2,10 @@
 
 use deku::{DekuRead, DekuWrite};
 
+use crate::item::Describe;
 use crate::items::{nearest, octets24, sign_extend, word24};
+use crate::layout::{count, field, quantity};
+use crate::{Kind, Layout};
 
 /// I129/015, data destination identifier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, DekuRead, DekuWrite)]
@@ -11,6 +14,10 @@ pub struct DataDestination {
     pub dac: u8,
     /// Destination identification code.
     pub dic: u8,
+}
+
+impl Describe for DataDestination {
+    const LAYOUT: Layout = Layout::Fields(&[count("dac", 8), count("dic", 8)]);
 }
 
 /// I129/080, position in WGS-84: two 32-bit two's complement numbers, LSB 180/2^30 degrees (1.9 cm along a meridian).
@@ -56,6 +63,13 @@ impl Position {
     }
 }
 
+impl Describe for Position {
+    const LAYOUT: Layout = Layout::Fields(&[
+        quantity("latitude_deg", 32, true, 180.0 / Self::HALF_TURN as f64, 8),
+        quantity("longitude_deg", 32, true, 180.0 / Self::HALF_TURN as f64, 8),
+    ]);
+}
+
 /// I129/090 and I129/100, an altitude: 24-bit two's complement, LSB 0.1 m, -838,860.8 m to 838,860.7 m.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, DekuRead, DekuWrite)]
 pub struct Altitude([u8; 3]);
@@ -80,6 +94,10 @@ impl Altitude {
     pub fn metres(self) -> f64 {
         f64::from(self.count()) / 10.0
     }
+}
+
+impl Describe for Altitude {
+    const LAYOUT: Layout = Layout::Fields(&[quantity("altitude_m", 24, true, 0.1, 1)]);
 }
 
 /// I129/110, accuracy of the GNSS position: 50 % circular error probable, LSB 1 m.
@@ -114,6 +132,10 @@ impl GnssAccuracy {
     pub fn metres(self) -> Option<f64> {
         (self.0 != 0).then_some(f64::from(self.0))
     }
+}
+
+impl Describe for GnssAccuracy {
+    const LAYOUT: Layout = Layout::Fields(&[field("accuracy_m", 16, Kind::CountOr(0))]);
 }
 
 /// Certification category of the UAS in I129/120.
@@ -178,6 +200,14 @@ impl OperationalRisk {
     }
 }
 
+impl Describe for OperationalRisk {
+    const LAYOUT: Layout = Layout::OneOrThree(&[
+        count("certification_category", 2),
+        field("air_risk_category", 2, Kind::CountFrom(1)),
+        count("airspace_encounter_category", 4),
+    ]);
+}
+
 /// LSB of the velocities, as counts in 1 m/s.
 const PER_METRE_PER_SECOND: f64 = 100.0;
 
@@ -222,6 +252,13 @@ impl HorizontalVelocity {
     }
 }
 
+impl Describe for HorizontalVelocity {
+    const LAYOUT: Layout = Layout::Fields(&[
+        quantity("east_m_s", 20, true, 1.0 / PER_METRE_PER_SECOND, 2),
+        quantity("north_m_s", 20, true, 1.0 / PER_METRE_PER_SECOND, 2),
+    ]);
+}
+
 /// I129/220, vertical velocity, up positive: four spare bits and 20 bits of two's complement, LSB 0.01 m/s, -5242.88 to
 /// 5242.87 m/s.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, DekuRead, DekuWrite)]
@@ -242,6 +279,13 @@ impl VerticalVelocity {
     pub fn up_m_s(self) -> f64 {
         f64::from(self.up()) / PER_METRE_PER_SECOND
     }
+}
+
+impl Describe for VerticalVelocity {
+    const LAYOUT: Layout = Layout::Fields(&[
+        field("spare", 4, Kind::Spare),
+        quantity("up_m_s", 20, true, 1.0 / PER_METRE_PER_SECOND, 2),
+    ]);
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use deku::writer::Writer;
 use deku::{DekuError, DekuRead, DekuReader, DekuWrite, DekuWriter};
 
 use crate::uap::{explain, read_fspec};
-use crate::{DataSource, Explicit, Fault, Fspec, TimeOfDay};
+use crate::{DataSource, Explicit, Fault, Fspec, TimeOfDay, UapItem};
 
 pub use fusion_report::FusionReport;
 pub use items::{
@@ -78,8 +78,27 @@ pub struct Record {
 }
 
 impl Record {
-    /// The FSPEC that announces the items of this record.
-    pub fn fspec(&self) -> Fspec {
+    /// The record at the front of `octets` and its length, I129/120 read as 3 octets or as 1.
+    fn read(octets: &[u8], fspec: Fspec, long_risk: bool) -> Result<(Self, usize), DekuError> {
+        let mut items = Cursor::new(&octets[fspec.length()..]);
+        let record = Self::from_reader_with_ctx(&mut Reader::new(&mut items), (fspec, long_risk))?;
+        Ok((record, fspec.length() + items.position() as usize))
+    }
+}
+
+impl crate::Record for Record {
+    const CATEGORY: u8 = 129;
+    const UAP: &'static [UapItem] = &UAP;
+
+    fn data_source(&self) -> Option<DataSource> {
+        self.data_source
+    }
+
+    fn time_of_day(&self) -> Option<TimeOfDay> {
+        self.time_of_day
+    }
+
+    fn fspec(&self) -> Fspec {
         let present = [
             self.data_source.is_some(),
             self.data_destination.is_some(),
@@ -97,23 +116,11 @@ impl Record {
             self.horizontal_velocity.is_some(),
             self.vertical_velocity.is_some(),
         ];
-        const { assert!(UAP.len() == 15) };
         Fspec::of(present, self.fspec_padding)
     }
 
-    /// The record at the front of `octets` and its length, I129/120 read as 3 octets or as 1.
-    fn read(octets: &[u8], fspec: Fspec, long_risk: bool) -> Result<(Self, usize), DekuError> {
-        let mut items = Cursor::new(&octets[fspec.length()..]);
-        let record = Self::from_reader_with_ctx(&mut Reader::new(&mut items), (fspec, long_risk))?;
-        Ok((record, fspec.length() + items.position() as usize))
-    }
-}
-
-impl crate::Record for Record {
-    const CATEGORY: u8 = 129;
-
     fn decode(octets: &[u8]) -> Result<(Self, usize), Fault> {
-        let fspec = read_fspec(Self::CATEGORY, &UAP, octets)?;
+        let fspec = read_fspec::<Self>(octets)?;
         let mut read = Self::read(octets, fspec, false);
         let ends_the_block =
             |read: &Result<(Self, usize), _>| matches!(read, Ok((_, length)) if *length == octets.len());
@@ -124,7 +131,7 @@ impl crate::Record for Record {
                 read = long;
             }
         }
-        read.map_err(|_| explain(Self::CATEGORY, &UAP, octets))
+        read.map_err(|_| explain::<Self>(octets))
     }
 
     fn encode_into(&self, out: &mut Vec<u8>) {

@@ -1,0 +1,83 @@
+//! Runs of bits in octets, counted from the highest bit of the first octet.
+
+/// The `width` (at most 64) bits that begin at bit `offset`, as an unsigned number.
+#[inline]
+pub(crate) const fn get(octets: &[u8], offset: usize, width: usize) -> u64 {
+    let (mut index, end) = (offset / 8, offset + width);
+    let mut word: u128 = 0;
+    while index * 8 < end {
+        word = word << 8 | octets[index] as u128;
+        index += 1;
+    }
+    (word >> (index * 8 - end)) as u64 & mask(width)
+}
+
+/// `octets` with the `width` (at most 64) bits that begin at bit `offset` replaced by the low bits of `value`.
+#[inline]
+pub(crate) const fn set<const N: usize>(
+    mut octets: [u8; N],
+    offset: usize,
+    width: usize,
+    value: u64,
+) -> [u8; N] {
+    put(&mut octets, offset, width, value);
+    octets
+}
+
+/// Replaces the `width` (at most 64) bits that begin at bit `offset` by the low bits of `value`.
+#[inline]
+pub(crate) const fn put(octets: &mut [u8], offset: usize, width: usize, value: u64) {
+    let end = offset + width;
+    let last = end.div_ceil(8);
+    let shift = last * 8 - end;
+    let mut bits = (value as u128 & mask(width) as u128) << shift;
+    let mut kept = !((mask(width) as u128) << shift);
+    let mut index = last;
+    while index * 8 > offset {
+        index -= 1;
+        octets[index] = octets[index] & kept as u8 | bits as u8;
+        bits >>= 8;
+        kept = kept >> 8 | 0xff << 120;
+    }
+}
+
+/// The low `width` bits of `word` as two's complement.
+pub(crate) const fn signed(word: u64, width: usize) -> i64 {
+    (word << (64 - width)) as i64 >> (64 - width)
+}
+
+/// Ones in the low `width` bits.
+pub(crate) const fn mask(width: usize) -> u64 {
+    if width >= 64 { u64::MAX } else { (1 << width) - 1 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_of_any_place_and_width() {
+        let octets = [0x12, 0x34, 0x56, 0x78, 0x9a, 0xbc, 0xde, 0xf0, 0x12];
+        assert_eq!(get(&octets, 0, 8), 0x12);
+        assert_eq!(get(&octets, 4, 12), 0x234);
+        assert_eq!(get(&octets, 7, 1), 0);
+        assert_eq!(get(&octets, 4, 64), 0x2345_6789_abcd_ef01);
+        assert_eq!(get(&octets, 15, 3), 0b001);
+        assert_eq!((signed(0x3fff, 14), signed(0x1fff, 14), signed(u64::MAX, 64)), (-1, 8191, -1));
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn what_is_put_is_got_and_nothing_else_changes(
+            octets: [u8; 12], offset in 0_usize..96, width in 1_usize..=64, value: u64,
+        ) {
+            proptest::prop_assume!(offset + width <= 96);
+            let changed = set(octets, offset, width, value);
+            proptest::prop_assert_eq!(get(&changed, offset, width), value & mask(width));
+            for bit in (0..96).filter(|bit| !(offset..offset + width).contains(bit)) {
+                proptest::prop_assert_eq!(get(&changed, bit, 1), get(&octets, bit, 1));
+            }
+            proptest::prop_assert_eq!(set(changed, offset, width, get(&octets, offset, width)), octets);
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! Category 034, monoradar service messages, edition 1.29 (EUROCONTROL-SPEC-0149-2b).
+
+mod message;
+mod status;
+
+use deku::{DekuRead, DekuWrite};
+
+use crate::item::{Describe, Repeated};
+use crate::uap::{self, item};
+use crate::{Contents, DataSource, Explicit, Fault, Fspec, Layout, TimeOfDay, UapItem};
+
+pub use message::{
+    CollimationError, CounterKind, DataFilter, Filter, MessageCount, MessageKind, MessageType, PolarWindow,
+    RotationPeriod, SectorNumber, SourcePosition,
+};
+pub use status::{
+    Channels, CommonMode, CommonStatus, ModeSMode, ModeSStatus, PsrMode, PsrStatus, SsrMode, SsrStatus,
+    SystemMode, SystemStatus,
+};
+
+/// The items of category 034, edition 1.29, in the order of the record: `UAP[n]` has FRN n + 1. RE stands before SP, the
+/// reverse of category 048.
+pub const UAP: [UapItem; 14] = [
+    item(1, "010", "Data Source Identifier", DataSource::LAYOUT),
+    item(2, "000", "Message Type", MessageType::LAYOUT),
+    item(3, "030", "Time of Day", TimeOfDay::LAYOUT),
+    item(4, "020", "Sector Number", SectorNumber::LAYOUT),
+    item(5, "041", "Antenna Rotation Speed", RotationPeriod::LAYOUT),
+    item(6, "050", "System Configuration and Status", SystemStatus::LAYOUT),
+    item(7, "060", "System Processing Mode", SystemMode::LAYOUT),
+    item(8, "070", "Message Count Values", Repeated::<MessageCount>::LAYOUT),
+    item(9, "100", "Generic Polar Window", PolarWindow::LAYOUT),
+    item(10, "110", "Data Filter", DataFilter::LAYOUT),
+    item(11, "120", "3D-Position of Data Source", SourcePosition::LAYOUT),
+    item(12, "090", "Collimation Error", CollimationError::LAYOUT),
+    item(13, "RE", "Reserved Expansion Field", Layout::Explicit(Contents::Opaque)),
+    item(14, "SP", "Special Purpose Field", Layout::Explicit(Contents::Opaque)),
+];
+
+/// A CAT034 record: the items in the order of [`UAP`]; an absent item is `None`.
+#[derive(Clone, Debug, Default, PartialEq, DekuRead, DekuWrite)]
+#[deku(ctx = "fspec: Fspec")]
+pub struct Record {
+    /// I034/010, the radar.
+    #[deku(cond = "fspec.has(1)")]
+    pub data_source: Option<DataSource>,
+    /// I034/000, what is said: a north marker, a sector crossing, …
+    #[deku(cond = "fspec.has(2)")]
+    pub message_type: Option<MessageType>,
+    /// I034/030, when it was said.
+    #[deku(cond = "fspec.has(3)")]
+    pub time_of_day: Option<TimeOfDay>,
+    /// I034/020, the sector that the antenna enters.
+    #[deku(cond = "fspec.has(4)")]
+    pub sector_number: Option<SectorNumber>,
+    /// I034/041, time of one turn of the antenna.
+    #[deku(cond = "fspec.has(5)")]
+    pub rotation_period: Option<RotationPeriod>,
+    /// I034/050, configuration and status of the radar.
+    #[deku(cond = "fspec.has(6)")]
+    pub system_status: Option<SystemStatus>,
+    /// I034/060, what the radar leaves out under load.
+    #[deku(cond = "fspec.has(7)")]
+    pub system_mode: Option<SystemMode>,
+    /// I034/070, how many reports of each kind were sent.
+    #[deku(cond = "fspec.has(8)")]
+    pub message_counts: Option<Repeated<MessageCount>>,
+    /// I034/100, the part of the coverage that the message is about.
+    #[deku(cond = "fspec.has(9)")]
+    pub polar_window: Option<PolarWindow>,
+    /// I034/110, what is filtered there.
+    #[deku(cond = "fspec.has(10)")]
+    pub data_filter: Option<DataFilter>,
+    /// I034/120, where the radar stands: to 2.4 m.
+    #[deku(cond = "fspec.has(11)")]
+    pub source_position: Option<SourcePosition>,
+    /// I034/090, how far PSR and SSR are apart.
+    #[deku(cond = "fspec.has(12)")]
+    pub collimation_error: Option<CollimationError>,
+    /// RE, the reserved expansion field.
+    #[deku(cond = "fspec.has(13)")]
+    pub reserved_expansion: Option<Explicit>,
+    /// SP, the special purpose field.
+    #[deku(cond = "fspec.has(14)")]
+    pub special_purpose: Option<Explicit>,
+    /// FSPEC octets beyond the minimal ones, which announce nothing; 0 in a record built anew. The whole FSPEC never gets
+    /// longer than [`Fspec::MAX_OCTETS`].
+    #[deku(skip, default = "fspec.padding()")]
+    pub fspec_padding: u8,
+}
+
+impl crate::Record for Record {
+    const CATEGORY: u8 = 34;
+    const UAP: &'static [UapItem] = &UAP;
+
+    fn data_source(&self) -> Option<DataSource> {
+        self.data_source
+    }
+
+    fn time_of_day(&self) -> Option<TimeOfDay> {
+        self.time_of_day
+    }
+
+    fn fspec(&self) -> Fspec {
+        let present = [
+            self.data_source.is_some(),
+            self.message_type.is_some(),
+            self.time_of_day.is_some(),
+            self.sector_number.is_some(),
+            self.rotation_period.is_some(),
+            self.system_status.is_some(),
+            self.system_mode.is_some(),
+            self.message_counts.is_some(),
+            self.polar_window.is_some(),
+            self.data_filter.is_some(),
+            self.source_position.is_some(),
+            self.collimation_error.is_some(),
+            self.reserved_expansion.is_some(),
+            self.special_purpose.is_some(),
+        ];
+        Fspec::of(present, self.fspec_padding)
+    }
+
+    fn decode(octets: &[u8]) -> Result<(Self, usize), Fault> {
+        uap::decode(octets)
+    }
+
+    fn encode_into(&self, out: &mut Vec<u8>) {
+        uap::encode(self, out);
+    }
+}

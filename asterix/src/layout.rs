@@ -1,0 +1,315 @@
+//! What the bits of an item mean: the specification's tables as data.
+//!
+//! The typed items are made from these descriptions (`item.rs`), profiles list them, and whoever prints or builds records
+//! without knowing their category walks them.
+
+use std::fmt;
+
+use crate::{Chain, FaultKind, bits};
+
+/// A run of bits in an item.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Field {
+    /// Its name in lower case with its unit, unique in the item: `"rho_m"`; empty for the only field of an item.
+    pub key: &'static str,
+    /// How many bits.
+    pub bits: u16,
+    /// What they are.
+    pub kind: Kind,
+}
+
+/// What the bits of a [`Field`] are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Kind {
+    /// Nothing; zero in a record built anew, kept as read.
+    Spare,
+    /// A whole number, unsigned: a count, or a code of a table of the specification.
+    Count,
+    /// A whole number, unsigned, of which this value means "unknown" or "none".
+    CountOr(u64),
+    /// A whole number, unsigned, whose count 0 stands for this number.
+    CountFrom(u64),
+    /// A physical value: the count times `lsb`.
+    Quantity(Quantity),
+    /// Octal digits, three bits each: Mode 1, 2, 3/A and C codes.
+    Octal,
+    /// Bits without an inner order, four to a hexadecimal digit.
+    Hex,
+    /// A 24-bit aircraft address: hexadecimal, by custom in capital letters.
+    Address,
+    /// Characters of 8 bits, ASCII.
+    Ascii,
+    /// Characters of 6 bits (ICAO Annex 10, volume IV, table 3-7).
+    Icao,
+    /// This number and no other: how a layout of a special purpose field is recognised.
+    Constant(u64),
+}
+
+/// How a count becomes a physical value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quantity {
+    /// Whether the count is in two's complement.
+    pub signed: bool,
+    /// Value of one count, in the unit of the field's key.
+    pub lsb: f64,
+    /// Decimals that are enough to round back to the count.
+    pub decimals: u8,
+    /// The count that means "unknown", where there is one.
+    pub unknown: Option<u64>,
+}
+
+/// The structure of an item, which also says how its length is found (EUROCONTROL-SPEC-0149, part 1, section 4.3).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Layout {
+    /// Fields one after the other, always the same whole number of octets.
+    Fields(&'static [Field]),
+    /// Octets of seven bits, of which all but the last have the lowest bit (FX) set. Further octets than those described
+    /// are kept.
+    Extended(&'static [&'static [Field]]),
+    /// As [`Layout::Extended`], every octet a code of seven bits.
+    Codes,
+    /// One octet that counts the repetitions (0 is allowed), then that many times these fields.
+    Repetitive(&'static [Field]),
+    /// A primary subfield whose bits announce the subfields that follow: seven an octet and FX, which is set only while
+    /// there are more subfields to announce.
+    Compound(&'static [Subfield]),
+    /// One octet that counts all octets of the item, itself included.
+    Explicit(Contents),
+    /// I129/120 alone: these fields, which are one octet, and two more octets or none; see
+    /// [`crate::cat129::OperationalRisk`].
+    OneOrThree(&'static [Field]),
+}
+
+/// A part of a compound item.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Subfield {
+    /// Its name in lower case, with the unit when it is a single value; empty where the specification defines none: such a
+    /// subfield cannot be measured.
+    pub key: &'static str,
+    /// Its structure.
+    pub layout: Layout,
+}
+
+impl Subfield {
+    /// A bit of the primary subfield that the specification leaves without a subfield.
+    pub(crate) const UNDEFINED: Self = Self { key: "", layout: Layout::Fields(&[]) };
+}
+
+/// What may stand behind the length octet of an explicit item.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Contents {
+    /// Anything: users agree on it among themselves.
+    Opaque,
+    /// Anything, or these fields, under this key, where the length and all [`Kind::Constant`] agree.
+    Known(&'static str, &'static [Field]),
+    /// Anything, or a reserved expansion field: one octet whose eight bits announce these subfields, then those.
+    Expansion(&'static [Subfield]),
+}
+
+impl Field {
+    /// The bits of this field where it begins at bit `at` of `octets`: of its at most 64 bits, or of the first 64 of a text.
+    ///
+    /// Panics beyond the octets.
+    pub fn count(&self, octets: &[u8], at: usize) -> u64 {
+        bits::get(octets, at, usize::from(self.bits.min(64)))
+    }
+
+    /// Sets the bits of this field, at most 64, where it begins at bit `at` of `octets`, to the low bits of `count`.
+    ///
+    /// Panics beyond the octets.
+    pub fn set_count(&self, octets: &mut [u8], at: usize, count: u64) {
+        bits::put(octets, at, usize::from(self.bits.min(64)), count);
+    }
+}
+
+/// Octets that `fields` take together.
+pub const fn octets_of(fields: &[Field]) -> usize {
+    let (mut index, mut bits) = (0, 0);
+    while index < fields.len() {
+        bits += fields[index].bits as usize;
+        index += 1;
+    }
+    assert!(bits % 8 == 0, "the fields are whole octets");
+    bits / 8
+}
+
+impl Layout {
+    /// Octets of the item at the front of `octets`, which go to the end of the block.
+    ///
+    /// [`Layout::OneOrThree`] counts as 1: which of the two it is shows only after the whole record.
+    pub fn measure(&self, octets: &[u8]) -> Result<usize, FaultKind> {
+        let length = match *self {
+            Self::Fields(fields) | Self::OneOrThree(fields) => octets_of(fields),
+            Self::Extended(_) | Self::Codes => {
+                match octets.iter().take(Chain::MAX_OCTETS).position(|octet| octet & 1 == 0) {
+                    Some(last) => last + 1,
+                    None if octets.len() < Chain::MAX_OCTETS => return Err(FaultKind::ItemPastEnd),
+                    None => return Err(FaultKind::ChainTooLong),
+                }
+            }
+            Self::Repetitive(fields) => {
+                let count = *octets.first().ok_or(FaultKind::NoRepetitionCount)?;
+                1 + usize::from(count) * octets_of(fields)
+            }
+            Self::Explicit(_) => match *octets.first().ok_or(FaultKind::ItemPastEnd)? {
+                0 => return Err(FaultKind::LengthZero),
+                length => usize::from(length),
+            },
+            Self::Compound(subfields) => {
+                let primary = Self::primary(subfields, octets)?;
+                let mut length = primary.len();
+                for subfield in announced(subfields, primary) {
+                    if subfield.key.is_empty() {
+                        return Err(FaultKind::ReservedSubfield);
+                    }
+                    let rest = octets.get(length..).ok_or(FaultKind::ItemPastEnd)?;
+                    length += subfield.layout.measure(rest)?;
+                }
+                length
+            }
+        };
+        if length <= octets.len() { Ok(length) } else { Err(FaultKind::ItemPastEnd) }
+    }
+
+    /// The primary subfield at the front of `octets`, which announces no more than `subfields`.
+    fn primary<'a>(subfields: &[Subfield], octets: &'a [u8]) -> Result<&'a [u8], FaultKind> {
+        let most = subfields.len().div_ceil(7);
+        let end = match octets.iter().take(most).position(|octet| octet & 1 == 0) {
+            Some(last) => last + 1,
+            None if octets.len() < most => return Err(FaultKind::ItemPastEnd),
+            None => return Err(FaultKind::PrimarySubfieldExtended),
+        };
+        let primary = &octets[..end];
+        let bits = end * 8;
+        let defined = |bit: usize| bit % 8 == 7 || bit / 8 * 7 + bit % 8 < subfields.len();
+        if (0..bits).any(|bit| !defined(bit) && bits::get(primary, bit, 1) == 1) {
+            return Err(FaultKind::ReservedSubfield);
+        }
+        Ok(primary)
+    }
+}
+
+/// The subfields that a primary subfield announces.
+fn announced<'a>(subfields: &'a [Subfield], primary: &'a [u8]) -> impl Iterator<Item = &'a Subfield> {
+    subfields.iter().enumerate().filter_map(|(index, subfield)| {
+        let (octet, bit) = (index / 7, index % 7);
+        (*primary.get(octet)? & (0x80 >> bit) != 0).then_some(subfield)
+    })
+}
+
+/// A line of a layout.
+pub(crate) const fn field(key: &'static str, bits: u16, kind: Kind) -> Field {
+    Field { key, bits, kind }
+}
+
+/// A line of a layout with a whole number.
+pub(crate) const fn count(key: &'static str, bits: u16) -> Field {
+    field(key, bits, Kind::Count)
+}
+
+/// The only field of an item that is a text of this many characters.
+pub(crate) const fn text(characters: u16) -> Field {
+    field("", 8 * characters, Kind::Ascii)
+}
+
+/// A line of a layout with a physical value.
+pub(crate) const fn quantity(key: &'static str, bits: u16, signed: bool, lsb: f64, decimals: u8) -> Field {
+    Field { key, bits, kind: Kind::Quantity(Quantity { signed, lsb, decimals, unknown: None }) }
+}
+
+/// Prints an item of a fixed length as a struct with its fields.
+pub(crate) fn debug(f: &mut fmt::Formatter<'_>, name: &str, fields: &[Field], octets: &[u8]) -> fmt::Result {
+    let mut shown = f.debug_struct(name);
+    let mut at = 0;
+    for field in fields {
+        let width = usize::from(field.bits);
+        let count = bits::get(octets, at, width.min(64));
+        match field.kind {
+            Kind::Spare if count == 0 => {}
+            Kind::Quantity(quantity) => {
+                shown.field(field.key, &quantity.value(count, width));
+            }
+            Kind::Octal => {
+                shown.field(field.key, &format_args!("{count:#o}"));
+            }
+            Kind::Hex => {
+                shown.field(field.key, &format_args!("{count:#x}"));
+            }
+            _ => {
+                shown.field(field.key, &count);
+            }
+        }
+        at += width;
+    }
+    shown.finish()
+}
+
+impl Quantity {
+    /// The physical value of a count of `width` bits.
+    pub fn value(self, count: u64, width: usize) -> f64 {
+        let count = if self.signed { bits::signed(count, width) as f64 } else { count as f64 };
+        count * self.lsb
+    }
+
+    /// The count of `width` bits nearest to a physical value, halves away from zero; `None` out of range.
+    pub fn count(self, value: f64, width: usize) -> Option<u64> {
+        crate::item::nearest_count(value, self.lsb, width, self.signed).map(|count| count & bits::mask(width))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn measures_every_format() {
+        const TWO: Layout = Layout::Fields(&[count("a", 12), count("b", 4)]);
+        const THREE: Layout = Layout::Repetitive(&[count("", 24)]);
+        const CHAIN: Layout = Layout::Extended(&[]);
+        const OPAQUE: Layout = Layout::Explicit(Contents::Opaque);
+        const DOPPLER: Layout = Layout::Compound(&[
+            Subfield { key: "cal", layout: TWO },
+            Subfield { key: "rds", layout: Layout::Repetitive(&[count("", 48)]) },
+            Subfield::UNDEFINED,
+        ]);
+        const LONG: Layout = Layout::Compound(&[Subfield { key: "a", layout: TWO }; 9]);
+        let full = [0x01; 17];
+        for (layout, octets, expected) in [
+            (TWO, &[0, 0, 0][..], Ok(2)),
+            (TWO, &[0][..], Err(FaultKind::ItemPastEnd)),
+            (CHAIN, &[1, 3, 2, 0][..], Ok(3)),
+            (CHAIN, &[1, 3][..], Err(FaultKind::ItemPastEnd)),
+            (CHAIN, &[][..], Err(FaultKind::ItemPastEnd)),
+            (CHAIN, &full[..], Err(FaultKind::ChainTooLong)),
+            (THREE, &[0][..], Ok(1)),
+            (THREE, &[2, 0, 0, 0, 0, 0, 0][..], Ok(7)),
+            (THREE, &[2, 0, 0, 0, 0, 0][..], Err(FaultKind::ItemPastEnd)),
+            (THREE, &[][..], Err(FaultKind::NoRepetitionCount)),
+            (OPAQUE, &[1][..], Ok(1)),
+            (OPAQUE, &[3, 0, 0, 0][..], Ok(3)),
+            (OPAQUE, &[0, 0][..], Err(FaultKind::LengthZero)),
+            (OPAQUE, &[3, 0][..], Err(FaultKind::ItemPastEnd)),
+            (OPAQUE, &[][..], Err(FaultKind::ItemPastEnd)),
+            (DOPPLER, &[0x00][..], Ok(1)),
+            (DOPPLER, &[0x80, 0, 0][..], Ok(3)),
+            (DOPPLER, &[0xc0, 0, 0, 1, 0, 0, 0, 0, 0, 0][..], Ok(10)),
+            (DOPPLER, &[0x40, 0][..], Ok(2)),
+            (DOPPLER, &[0x20, 0][..], Err(FaultKind::ReservedSubfield)),
+            (DOPPLER, &[0x02, 0][..], Err(FaultKind::ReservedSubfield)),
+            (DOPPLER, &[0x80, 0][..], Err(FaultKind::ItemPastEnd)),
+            (DOPPLER, &[0x40][..], Err(FaultKind::NoRepetitionCount)),
+            (DOPPLER, &[0x81, 0, 0][..], Err(FaultKind::PrimarySubfieldExtended)),
+            (DOPPLER, &[][..], Err(FaultKind::ItemPastEnd)),
+            (LONG, &[0x01, 0x80, 0, 0][..], Ok(4)),
+            (LONG, &[0x03, 0x40, 0, 0, 0, 0][..], Ok(6)),
+            (LONG, &[0x02, 0, 0][..], Ok(3)),
+            (LONG, &[0x01, 0x00][..], Ok(2)),
+            (LONG, &[0x01, 0x20, 0, 0][..], Err(FaultKind::ReservedSubfield)),
+            (LONG, &[0x01, 0x81, 0, 0][..], Err(FaultKind::PrimarySubfieldExtended)),
+            (LONG, &[0x01][..], Err(FaultKind::ItemPastEnd)),
+        ] {
+            assert_eq!(layout.measure(octets), expected, "{layout:?} of {octets:02x?}");
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! `encode`: the lines of `decode` as ASTERIX.
+
+use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
+use std::path::{Path, PathBuf};
+
+use super::{CommandResult, Outcome};
+use crate::json::Encoder;
+
+/// Make ASTERIX of the lines that `decode` prints
+///
+/// What `decode` printed comes back octet by octet, blocks of unknown categories and octets that could not be read
+/// included; of a pcap the blocks, without the frames around them. Lines may also be written by hand or by a program:
+/// {"cat":48,"items":{"010":{"sac":25,"sic":200},"140":37230.25,"040":{"rho_m":1852,"theta_deg":90}}} is a block of one
+/// record. Lines with the same `block` make one block.
+///
+/// A line that cannot be encoded is named on standard error and left out; the exit code is then 1.
+#[derive(clap::Args, Debug, Default)]
+pub struct Args {
+    /// File of lines, or - for standard input
+    #[arg(value_name = "INPUT")]
+    pub input: PathBuf,
+    /// File to write raw ASTERIX to, or - for standard output
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+}
+
+/// A file that cannot be opened or written.
+#[derive(Debug, thiserror::Error)]
+#[error("{name}: cannot be {what}: {cause}; check the path, its permissions and the disk")]
+struct FileError {
+    name: String,
+    what: &'static str,
+    cause: io::Error,
+}
+
+/// Bad lines that are named one by one; the rest is counted.
+const NAMED: u64 = 20;
+
+/// Longest line that is read: a block of 65,535 octets in hexadecimal, or as items, is well below.
+const LONGEST_LINE: u64 = 16 << 20;
+
+/// Encodes the input into the output.
+///
+/// # Errors
+/// A file cannot be opened, read or written.
+pub fn run(args: &Args) -> CommandResult {
+    let name = args.input.display().to_string();
+    let input: Box<dyn Read> = if args.input == Path::new("-") {
+        Box::new(io::stdin().lock())
+    } else {
+        #[expect(clippy::disallowed_methods, reason = "the lines are read here")]
+        let file = std::fs::File::open(&args.input).map_err(|cause| FileError {
+            name: name.clone(),
+            what: "opened",
+            cause,
+        })?;
+        Box::new(file)
+    };
+    let output: Box<dyn Write> = if args.output == Path::new("-") {
+        Box::new(io::stdout().lock())
+    } else {
+        let name = args.output.display().to_string();
+        #[expect(clippy::disallowed_methods, reason = "the blocks are written here")]
+        let file = std::fs::File::create(&args.output).map_err(|cause| FileError {
+            name,
+            what: "created",
+            cause,
+        })?;
+        Box::new(file)
+    };
+    encode(&name, BufReader::new(input), BufWriter::new(output))
+}
+
+/// Encodes line by line.
+fn encode(name: &str, mut input: impl BufRead, mut output: impl Write) -> CommandResult {
+    let mut encoder = Encoder::default();
+    let (mut line, mut octets) = (Vec::new(), Vec::new());
+    let (mut number, mut bad) = (0_u64, 0_u64);
+    loop {
+        line.clear();
+        let read = (&mut input).take(LONGEST_LINE).read_until(b'\n', &mut line);
+        if read.map_err(|cause| FileError { name: name.to_owned(), what: "read", cause })? == 0 {
+            break;
+        }
+        number += 1;
+        if line.trim_ascii().is_empty() {
+            continue;
+        }
+        let result = match std::str::from_utf8(&line) {
+            Ok(line) => encoder.line(line, &mut octets).map_err(|error| error.to_string()),
+            Err(_) => Err("is no text".to_owned()),
+        };
+        if let Err(error) = result {
+            bad += 1;
+            if bad <= NAMED {
+                let _ = writeln!(io::stderr(), "{name}: line {number}: {error}");
+            }
+        }
+        output.write_all(&octets)?;
+        octets.clear();
+    }
+    encoder.finish(&mut octets);
+    output.write_all(&octets)?;
+    output.flush()?;
+    if bad == 0 {
+        return Ok(Outcome::Done);
+    }
+    let plural = if bad == 1 { "" } else { "s" };
+    let _ = writeln!(io::stderr(), "{bad} line{plural} of {number} left out");
+    Ok(Outcome::Incomplete)
+}

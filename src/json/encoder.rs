@@ -1,0 +1,190 @@
+//! ASTERIX from the lines of `decode`.
+
+use asterix::{Fspec, UapItem, profile};
+use serde::Deserialize;
+use serde_json::{Map, Value};
+
+use super::read::{octets, read_item};
+
+/// What is wrong with a line.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LineError {
+    /// It is no JSON object with the members of a line.
+    #[error("is not a line that `decode` prints: {0}")]
+    Json(String),
+    /// It has neither items nor octets.
+    #[error("has neither `items` nor `hex`, so there is nothing to encode")]
+    Nothing,
+    /// It has items and no category.
+    #[error("has `items` but no `cat`")]
+    NoCategory,
+    /// Its category has no profile.
+    #[error("category {0} is not known; give the octets of its block as `hex`")]
+    UnknownCategory(u8),
+    /// An item that its category does not define.
+    #[error("category {category:03} has no item {item}")]
+    UnknownItem {
+        /// The category.
+        category: u8,
+        /// The item's number as given.
+        item: String,
+    },
+    /// An item whose value cannot be encoded.
+    #[error("item {item}: {trouble}")]
+    Item {
+        /// Number of the item.
+        item: &'static str,
+        /// What is wrong with it, and where in it.
+        trouble: String,
+    },
+    /// An FSPEC that is none, or that does not announce the items of the line.
+    #[error("`fspec` does not announce the items of this line; leave it out to have the shortest one")]
+    Fspec,
+    /// Octets that are no hexadecimal text.
+    #[error("`hex` {0}")]
+    Hex(String),
+    /// A record that has another category than the block which it continues.
+    #[error("category {record:03} in a block of category {block:03}")]
+    OtherCategory {
+        /// Of the record.
+        record: u8,
+        /// Of the block.
+        block: u8,
+    },
+    /// More octets than a block can hold.
+    #[error("its block has {0} octets, which does not fit LEN, which ends at 65535")]
+    BlockTooLong(usize),
+}
+
+/// A line, as far as it counts.
+#[derive(Deserialize)]
+struct Line {
+    error: Option<serde::de::IgnoredAny>,
+    input: Option<String>,
+    offset: Option<u64>,
+    block: Option<u64>,
+    cat: Option<u8>,
+    fspec: Option<Value>,
+    items: Option<Map<String, Value>>,
+    hex: Option<Value>,
+}
+
+/// Which block a line belongs to: its file and offset there.
+type Key = (Option<String>, u64);
+
+/// Makes ASTERIX of the lines that `decode` prints, a block of those that name the same one.
+///
+/// Lines that name no block are a block each. The octets of unknown blocks and of what could not be read come out as they
+/// went in.
+#[derive(Debug, Default)]
+pub struct Encoder {
+    /// The block that is being made, LEN not yet set, and what it was called.
+    block: Vec<u8>,
+    key: Option<Key>,
+}
+
+/// Octets of CAT and LEN.
+const HEADER: usize = 3;
+
+impl Encoder {
+    /// Takes a line, and appends to `out` the block before it, if that is now complete.
+    ///
+    /// # Errors
+    /// The line cannot be encoded. The block that it belongs to, as far as it was made, is not lost: it comes out with the
+    /// next one.
+    pub fn line(&mut self, line: &str, out: &mut Vec<u8>) -> Result<(), LineError> {
+        let line: Line = serde_json::from_str(line).map_err(|error| LineError::Json(error.to_string()))?;
+        let key = line.block.map(|block| (line.input, block));
+        if let Some(items) = &line.items {
+            let category = line.cat.ok_or(LineError::NoCategory)?;
+            let record = encode_record(category, items, line.fspec.as_ref())?;
+            return self.append(key, category, &record, out);
+        }
+        let hex = line.hex.as_ref().ok_or(LineError::Nothing)?;
+        let octets = octets(hex).map_err(LineError::Hex)?;
+        // The rest of a block from a bad record on stands behind the block's header. Everything else is whole.
+        match line.cat {
+            Some(category) if line.error.is_some() && line.offset > line.block => {
+                self.append(key, category, &octets, out)
+            }
+            _ => {
+                self.finish(out);
+                out.extend(octets);
+                Ok(())
+            }
+        }
+    }
+
+    /// Appends to `out` the last block.
+    pub fn finish(&mut self, out: &mut Vec<u8>) {
+        if let Ok(length) = u16::try_from(self.block.len())
+            && !self.block.is_empty()
+        {
+            self.block[1..HEADER].copy_from_slice(&length.to_be_bytes());
+            out.append(&mut self.block);
+        }
+        self.key = None;
+    }
+
+    fn append(
+        &mut self,
+        key: Option<Key>,
+        category: u8,
+        octets: &[u8],
+        out: &mut Vec<u8>,
+    ) -> Result<(), LineError> {
+        if key.is_none() || key != self.key {
+            self.finish(out);
+            self.block.extend([category, 0, 0]);
+            self.key = key;
+        }
+        if self.block[0] != category {
+            return Err(LineError::OtherCategory { record: category, block: self.block[0] });
+        }
+        let length = self.block.len() + octets.len();
+        if length > usize::from(u16::MAX) {
+            return Err(LineError::BlockTooLong(length));
+        }
+        self.block.extend(octets);
+        Ok(())
+    }
+}
+
+/// The octets of a record with these items.
+fn encode_record(
+    category: u8,
+    items: &Map<String, Value>,
+    fspec: Option<&Value>,
+) -> Result<Vec<u8>, LineError> {
+    let uap = profile(category).ok_or(LineError::UnknownCategory(category))?;
+    if let Some(item) = items.keys().find(|key| uap.iter().all(|item| item.item != key.as_str())) {
+        return Err(LineError::UnknownItem { category, item: item.clone() });
+    }
+    let present = |item: &&UapItem| items.contains_key(item.item);
+    let mut announced = [false; 7 * Fspec::MAX_OCTETS];
+    for item in uap.iter().filter(present) {
+        announced[usize::from(item.frn) - 1] = true;
+    }
+    let minimal = Fspec::of(announced, 0);
+    let fspec = match fspec {
+        Some(given) => padded(minimal, given).ok_or(LineError::Fspec)?,
+        None => minimal,
+    };
+    let mut record = Vec::new();
+    fspec.encode_into(&mut record);
+    for item in uap {
+        if let Some(value) = items.get(item.item) {
+            read_item(&mut record, &item.layout, value)
+                .map_err(|trouble| LineError::Item { item: item.item, trouble })?;
+        }
+    }
+    Ok(record)
+}
+
+/// The FSPEC that is given, if it announces the same as the shortest one.
+fn padded(minimal: Fspec, given: &Value) -> Option<Fspec> {
+    let octets = octets(given).ok()?;
+    let fspec = Fspec::read(&octets).ok()?;
+    let same = (1..=7 * Fspec::MAX_OCTETS as u8).all(|frn| fspec.has(frn) == minimal.has(frn));
+    (same && fspec.length() == octets.len()).then_some(fspec)
+}

@@ -1,0 +1,293 @@
+//! Items from JSON: the inverse of the walk that prints them.
+
+use asterix::{Contents, Field, Kind, Layout, Subfield, octets_of};
+use serde_json::{Map, Value};
+
+use super::characters;
+use super::values::read_hex;
+
+/// What is wrong with the value of an item, in words that begin where a path to it ends: `rho_m: …`.
+pub(super) type Trouble = String;
+
+/// Appends the item that `value` describes.
+pub(super) fn read_item(out: &mut Vec<u8>, layout: &Layout, value: &Value) -> Result<(), Trouble> {
+    match *layout {
+        Layout::Fields(fields) => read_fields(out, fields, value),
+        Layout::OneOrThree(fields) => {
+            let mut object = Members::of(value)?;
+            let undescribed = object.take("undescribed").map(octets).transpose()?;
+            object.fields(out, fields)?;
+            object.end(fields.iter().map(|field| field.key))?;
+            match undescribed {
+                Some(octets) if octets.len() != 2 => Err("undescribed: must be two octets".to_owned()),
+                Some(octets) => {
+                    out.extend(octets);
+                    Ok(())
+                }
+                None => Ok(()),
+            }
+        }
+        Layout::Extended(parts) => read_extended(out, parts, value),
+        Layout::Codes => {
+            let codes = value.as_array().filter(|codes| !codes.is_empty());
+            let codes = codes.ok_or("must be an array of one code or more")?;
+            for (index, code) in codes.iter().enumerate() {
+                let code = whole(code).filter(|code| *code < 128).ok_or("a code must be 0 to 127")?;
+                let extended = index + 1 < codes.len();
+                out.push((code as u8) << 1 | u8::from(extended));
+            }
+            Ok(())
+        }
+        Layout::Repetitive(fields) => {
+            let parts = value.as_array().ok_or("must be an array")?;
+            out.push(u8::try_from(parts.len()).map_err(|_| "has more than 255 parts")?);
+            for (index, part) in parts.iter().enumerate() {
+                read_fields(out, fields, part).map_err(|trouble| format!("[{index}] {trouble}"))?;
+            }
+            Ok(())
+        }
+        Layout::Compound(subfields) => {
+            let (announced, octets) = read_subfields(subfields, value)?;
+            let mut primary = vec![0_u8; announced.last().map_or(1, |last| last / 7 + 1)];
+            for index in announced {
+                primary[index / 7] |= 0x80 >> (index % 7);
+            }
+            let last = primary.len() - 1;
+            primary[..last].iter_mut().for_each(|octet| *octet |= 1);
+            out.extend(primary);
+            out.extend(octets);
+            Ok(())
+        }
+        Layout::Explicit(contents) => read_explicit(out, contents, value),
+    }
+}
+
+fn read_extended(out: &mut Vec<u8>, parts: &[&[Field]], value: &Value) -> Result<(), Trouble> {
+    let mut object = Members::of(value)?;
+    let more = object.take("more").map(octets).transpose()?;
+    // An octet was sent if a field of it, or of one behind it, is there.
+    let sent = match more {
+        Some(_) => parts.len(),
+        None => {
+            let named = |fields: &&[Field]| fields.iter().any(|field| object.has(field.key));
+            parts.iter().rposition(named).map_or(1, |last| last + 1)
+        }
+    };
+    for fields in &parts[..sent.min(parts.len())] {
+        let at = out.len();
+        out.push(0);
+        object.put(&mut out[at..], fields)?;
+        out[at] |= 1;
+    }
+    object.end(parts.iter().flat_map(|fields| fields.iter().map(|field| field.key)))?;
+    match more {
+        Some(more) => {
+            let ends = more.iter().position(|octet| octet & 1 == 0);
+            if ends.is_none_or(|end| end + 1 != more.len()) {
+                return Err("more: the lowest bit must be set in all octets but the last".to_owned());
+            }
+            out.extend(more);
+        }
+        None => {
+            if let Some(last) = out.last_mut() {
+                *last &= !1;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn read_explicit(out: &mut Vec<u8>, contents: Contents, value: &Value) -> Result<(), Trouble> {
+    if value.is_string() {
+        let octets = octets(value)?;
+        return match octets.first() {
+            Some(&length) if usize::from(length) == octets.len() => {
+                out.extend(octets);
+                Ok(())
+            }
+            _ => Err(format!("its first octet must be its length, {}", octets.len())),
+        };
+    }
+    let inner = match contents {
+        Contents::Opaque => return Err("must be a text of hexadecimal octets".to_owned()),
+        Contents::Known(key, fields) => {
+            let mut object = Members::of(value)?;
+            let known = object.take(key).ok_or_else(|| format!("has no `{key}`"))?;
+            object.end([key].into_iter())?;
+            let mut inner = Vec::new();
+            read_fields(&mut inner, fields, known).map_err(|trouble| format!("{key}: {trouble}"))?;
+            inner
+        }
+        Contents::Expansion(subfields) => {
+            let (announced, octets) = read_subfields(subfields, value)?;
+            let first = announced.iter().fold(0, |bits, index| bits | 0x80 >> index);
+            [vec![first], octets].concat()
+        }
+    };
+    let length = u8::try_from(inner.len() + 1).map_err(|_| "is longer than 255 octets")?;
+    out.push(length);
+    out.extend(inner);
+    Ok(())
+}
+
+/// The places of the subfields that are there, and their octets.
+fn read_subfields(subfields: &[Subfield], value: &Value) -> Result<(Vec<usize>, Vec<u8>), Trouble> {
+    let mut object = Members::of(value)?;
+    let (mut announced, mut octets) = (Vec::new(), Vec::new());
+    for (index, subfield) in subfields.iter().enumerate().filter(|(_, subfield)| !subfield.key.is_empty()) {
+        if let Some(value) = object.take(subfield.key) {
+            announced.push(index);
+            read_item(&mut octets, &subfield.layout, value)
+                .map_err(|trouble| format!("{}: {trouble}", subfield.key))?;
+        }
+    }
+    object.end(subfields.iter().map(|subfield| subfield.key))?;
+    Ok((announced, octets))
+}
+
+/// Appends fields, from an object or, of the only field of an item, from its value.
+fn read_fields(out: &mut Vec<u8>, fields: &[Field], value: &Value) -> Result<(), Trouble> {
+    if let [field] = fields
+        && field.key.is_empty()
+    {
+        let at = out.len();
+        out.resize(at + octets_of(fields), 0);
+        return put_value(&mut out[at..], 0, field, value);
+    }
+    let mut object = Members::of(value)?;
+    object.fields(out, fields)?;
+    object.end(fields.iter().map(|field| field.key))
+}
+
+/// Puts a value where its field begins, bit `at`.
+fn put_value(octets: &mut [u8], at: usize, field: &Field, value: &Value) -> Result<(), Trouble> {
+    let width = usize::from(field.bits);
+    if matches!(field.kind, Kind::Ascii | Kind::Icao) {
+        let text = text_octets(field.kind, width / 8, value)?;
+        octets[at / 8..at / 8 + text.len()].copy_from_slice(&text);
+        return Ok(());
+    }
+    let count = count_of(field.kind, width, value)?;
+    if width < 64 && count >> width != 0 {
+        return Err(format!("{value} does not fit {width} bits"));
+    }
+    field.set_count(octets, at, count);
+    Ok(())
+}
+
+fn text_octets(kind: Kind, length: usize, value: &Value) -> Result<Vec<u8>, Trouble> {
+    if let Some(hex) = value.get("hex") {
+        let octets = octets(hex)?;
+        return if octets.len() == length { Ok(octets) } else { Err(format!("must be {length} octets")) };
+    }
+    let text = value.as_str().ok_or("must be a text")?;
+    if kind == Kind::Icao {
+        let wanted = "must be capital letters, digits and spaces";
+        return characters::encode(text, length)
+            .ok_or_else(|| format!("{wanted}, at most {}", length / 3 * 4));
+    }
+    if text.len() == length && text.is_ascii() {
+        Ok(text.as_bytes().to_vec())
+    } else {
+        Err(format!("must be {length} ASCII characters"))
+    }
+}
+
+fn count_of(kind: Kind, width: usize, value: &Value) -> Result<u64, Trouble> {
+    let digits = |base: u32, bits: usize| {
+        let text = value.as_str().filter(|text| text.len() == width / bits && !text.starts_with('+'));
+        let count = text.and_then(|text| u64::from_str_radix(text, base).ok());
+        count.ok_or_else(|| format!("must be a text of {} digits to the base {base}", width / bits))
+    };
+    match kind {
+        Kind::Octal => digits(8, 3),
+        Kind::Hex | Kind::Address => digits(16, 4),
+        Kind::CountOr(unknown) if value.is_null() => Ok(unknown),
+        Kind::Quantity(quantity) => match quantity.unknown {
+            Some(unknown) if value.is_null() => Ok(unknown),
+            _ => {
+                let number = value.as_f64().ok_or("must be a number")?;
+                quantity.count(number, width).ok_or_else(|| format!("{number} is out of range"))
+            }
+        },
+        Kind::CountFrom(first) => whole(value)
+            .and_then(|number| number.checked_sub(first))
+            .ok_or_else(|| format!("must be {first} or more")),
+        _ => whole(value).ok_or_else(|| "must be a whole number".to_owned()),
+    }
+}
+
+fn whole(value: &Value) -> Option<u64> {
+    value.as_u64()
+}
+
+/// The octets of a hexadecimal text.
+pub(super) fn octets(value: &Value) -> Result<Vec<u8>, Trouble> {
+    let octets = value.as_str().and_then(read_hex);
+    octets.ok_or_else(|| "must be a text of hexadecimal octets".to_owned())
+}
+
+/// The members of an object, of which each must be taken.
+struct Members<'a> {
+    object: &'a Map<String, Value>,
+    taken: usize,
+}
+
+impl<'a> Members<'a> {
+    fn of(value: &'a Value) -> Result<Self, Trouble> {
+        let object = value.as_object().ok_or("must be an object")?;
+        Ok(Self { object, taken: 0 })
+    }
+
+    fn has(&self, key: &str) -> bool {
+        self.object.contains_key(key)
+    }
+
+    fn take(&mut self, key: &str) -> Option<&'a Value> {
+        let value = self.object.get(key)?;
+        self.taken += 1;
+        Some(value)
+    }
+
+    /// Appends fields that are whole octets.
+    fn fields(&mut self, out: &mut Vec<u8>, fields: &[Field]) -> Result<(), Trouble> {
+        let at = out.len();
+        out.resize(at + octets_of(fields), 0);
+        self.put(&mut out[at..], fields)
+    }
+
+    /// Puts fields from the first bit of `octets` on. Spare bits that are not there are zero.
+    fn put(&mut self, octets: &mut [u8], fields: &[Field]) -> Result<(), Trouble> {
+        let mut at = 0;
+        for field in fields {
+            let here = at;
+            at += usize::from(field.bits);
+            if let Kind::Constant(constant) = field.kind {
+                field.set_count(octets, here, constant);
+                continue;
+            }
+            match self.take(field.key) {
+                Some(value) => put_value(octets, here, field, value)
+                    .map_err(|trouble| format!("{}: {trouble}", field.key))?,
+                None if field.kind == Kind::Spare => {}
+                None => return Err(format!("has no `{}`", field.key)),
+            }
+        }
+        Ok(())
+    }
+
+    /// Complains if a member was not taken: it is none of `known`.
+    fn end<'k>(&self, known: impl Iterator<Item = &'k str>) -> Result<(), Trouble> {
+        if self.taken == self.object.len() {
+            return Ok(());
+        }
+        let known: Vec<&str> = known.filter(|key| !key.is_empty() && !key.starts_with("spare")).collect();
+        let unknown = self.object.keys().find(|key| {
+            !known.contains(&key.as_str())
+                && !key.starts_with("spare")
+                && !matches!(key.as_str(), "more" | "undescribed")
+        });
+        let unknown = unknown.map_or("a member", String::as_str);
+        Err(format!("`{unknown}` is unknown here; known are {}", known.join(", ")))
+    }
+}
