@@ -16,9 +16,9 @@ fn decoded(name: &str, octets: &[u8]) -> Vec<String> {
 #[test]
 fn every_item_of_cat048() {
     let record = "fffffffe \
-        19c8 48b720 a0 00e118e0 0804 3ffb e0050203 4a08eb 48f534c75820 \
-        01 01020304050607 40 0783 11223344 4000 8000 a6 01020304 27 10 0fff 0102030f \
-        0014 80 0102 00c1 01020304050607 1f 0abc 1e 0def 03aabb 02cc";
+        19c8 48b720 a0 00e118e0 0804 3ffb fe18040b1cf60afd 4a08eb 48f534c75820 \
+        01 01020304050607 40 0783 0100ff80 4000 8000 a6 01020304 26 0801 0abc0102 0014 \
+        c0 83fe 01 000100020003 20fd 30010203040506 5f 0abc 1e 0800 03aabb 02cc";
     let lines = decoded("all048", &block(48, &[record]));
     assert_eq!(
         lines,
@@ -27,13 +27,73 @@ fn every_item_of_cat048() {
             r#""010":{"sac":25,"sic":200},"140":37230.25,"#,
             r#""020":{"typ":5,"sim":0,"rdp":0,"spi":0,"rab":0},"#,
             r#""040":{"rho_m":1627.7,"theta_deg":34.98},"070":{"v":0,"g":0,"l":0,"mode_3a":"4004"},"#,
-            r#""090":{"v":0,"g":0,"flight_level":-1.25},"130":"e0050203","220":"4A08EB","240":"ROT415  ","#,
-            r#""250":"010102030405060740","161":{"track_number":1923},"042":"11223344","#,
+            r#""090":{"v":0,"g":0,"flight_level":-1.25},"#,
+            r#""130":{"srl_deg":1.05,"srr":4,"sam_dbm":11,"prl_deg":1.23,"pam_dbm":-10,"rpd_m":72.3,"apd_deg":-0.066},"#,
+            r#""220":"4A08EB","240":"ROT415  ","250":[{"data":"01020304050607","bds1":4,"bds2":0}],"#,
+            r#""161":{"track_number":1923},"042":{"x_m":3704.0,"y_m":-1852.0},"#,
             r#""200":{"speed_m_s":1852.0,"heading_deg":180.0},"#,
-            r#""170":{"cnf":1,"rad":1,"dou":0,"mah":0,"cdm":3},"210":"01020304","030":[19,8],"080":"0fff","#,
-            r#""100":"0102030f","110":{"height_m":152.4},"120":"800102","230":"00c1","260":"01020304050607","#,
-            r#""055":"1f","050":"0abc","065":"1e","060":"0def","SP":"03aabb","RE":"02cc"}}"#,
+            r#""170":{"cnf":1,"rad":1,"dou":0,"mah":0,"cdm":3},"#,
+            r#""210":{"sigma_x_m":14.5,"sigma_y_m":28.9,"sigma_v_m_s":0.34,"sigma_h_deg":0.35},"030":[19],"#,
+            r#""080":{"low_quality":"4001"},"100":{"v":0,"g":0,"mode_c_gray":"abc","low_quality":"102"},"#,
+            r#""110":{"height_m":152.4},"#,
+            r#""120":{"cal":{"d":1,"speed_m_s":-2},"rds":[{"doppler_m_s":1,"ambiguity_m_s":2,"frequency_mhz":3}]},"#,
+            r#""230":{"com":1,"stat":0,"si":0,"mssc":1,"arc":1,"aic":1,"b1a":1,"b1b":13},"260":"30010203040506","#,
+            r#""055":{"v":0,"g":1,"l":0,"mode_1":31},"050":{"v":0,"g":0,"l":0,"mode_2":"5274"},"#,
+            r#""065":{"low_quality":30},"060":{"low_quality":"4000"},"SP":"03aabb","RE":"02cc"}}"#,
         )]
+    );
+}
+
+/// The items of a block of one record.
+fn items(name: &str, category: u8, record: &str) -> String {
+    let lines = decoded(name, &block(category, &[record]));
+    let [line] = lines.as_slice() else { panic!("not one line: {lines:?}") };
+    line[line.find(r#""items":"#).unwrap() + 8..line.len() - 1].to_owned()
+}
+
+#[test]
+fn the_reserved_expansion_field_of_cat048() {
+    // MD5 (SUM), M4E, ERR, RTC (TRN, TLC), CPC (RPL), GEN48 (RCSDB).
+    let field = "80 a2 06 000100 2180 32 c0010100 40 02010007000000 10 3f9c";
+    let record = format!("8101 01 02 1907 {:02x} af {field}", octets(field).len() + 2);
+    assert_eq!(
+        items("re", 48, &record),
+        concat!(
+            r#"{"010":{"sac":25,"sic":7},"RE":{"md5":{"sum":{"m5":1,"id":0,"da":1,"m1":0,"m2":0,"m3":0,"mc":1}},"m4e":{"foe_fri":3},"#,
+            r#""err_m":1852.0,"rtc":{"trn_percent":50,"tlc":{"acqi":3,"updates":1,"last_update_ms":256}},"#,
+            r#""cpc":{"rpl":[{"type":1,"reply_number":7},{"type":0,"reply_number":0}]},"gen48":{"rcsdb":{"dbm2":-1.0}}}}"#,
+        )
+    );
+}
+
+#[test]
+fn cat034() {
+    let record = "fff8 1907 02 48b720 40 0200 94 a2 60 4080 98 5a d4 20 01 2fff 0100020040008000 03 \
+        0069255555d55555 ff80";
+    assert_eq!(
+        items("034", 34, record),
+        concat!(
+            r#"{"010":{"sac":25,"sic":7},"000":2,"030":37230.25,"020":{"azimuth_deg":90.0},"041":{"period_s":4.0},"#,
+            r#""050":{"com":{"nogo":1,"rdpc":0,"rdpr":1,"ovl_rdp":0,"ovl_xmt":0,"msc":0,"tsv":1},"#,
+            r#""psr":{"ant":0,"chab":3,"ovl":0,"msc":0},"#,
+            r#""mds":{"ant":0,"chab":2,"ovl_sur":0,"msc":0,"scf":0,"dlf":0,"ovl_scf":0,"ovl_dlf":1}},"#,
+            r#""060":{"com":{"red_rdp":5,"red_xmt":5},"psr":{"pol":1,"red_rad":5,"stc":1},"ssr":{"red_rad":1}},"#,
+            r#""070":[{"typ":5,"count":2047}],"#,
+            r#""100":{"rho_start_m":1852.0,"rho_end_m":3704.0,"theta_start_deg":90.0,"theta_end_deg":180.0},"110":3,"#,
+            r#""120":{"height_m":105,"latitude_deg":52.49999,"longitude_deg":-60.00001},"#,
+            r#""090":{"range_m":-14.5,"azimuth_deg":-2.813}}"#,
+        )
+    );
+}
+
+#[test]
+fn cat065() {
+    assert_eq!(
+        items("065", 65, "ff06 1907 01 03 48b720 02 7a 10 02aa 02bb"),
+        concat!(
+            r#"{"010":{"sac":25,"sic":7},"000":1,"015":3,"030":37230.25,"020":2,"#,
+            r#""040":{"nogo":1,"ovl":1,"tsv":1,"pss":2,"sttn":1},"050":16,"RE":"02aa","SP":"02bb"}"#,
+        )
     );
 }
 
@@ -62,8 +122,9 @@ fn every_item_of_cat129() {
             r#"{{"time":null,"offset":3,"block":0,"cat":129,"sac":25,"sic":7,"items":{{"010":{{"sac":25,"sic":7}},"015":{{"dac":32,"dic":9}},{items},{rest},{velocities}}}}}"#,
             rest = concat!(
                 r#""120":{"certification_category":2,"air_risk_category":3,"airspace_encounter_category":9,"undescribed":"0102"},"#,
-                r#""SP":{"uf":{"source":"fused","track_number":42,"radar_track":1923,"horizontal_deviation_m":10.0,"#,
-                r#""flags":["interpolated","height_not_measured","bit_8"],"uav_probability":0.5}}"#,
+                r#""SP":{"uf":{"source":1,"track_number":42,"radar_track":1923,"transponder":null,"#,
+                r#""horizontal_deviation_m":10.0,"vertical_deviation_m":null,"spare":2,"height_not_measured":1,"uncooperative":0,"#,
+                r#""integrity_failed":0,"integrity_suspect":0,"extrapolated":0,"interpolated":1,"uav_probability":0.5}}"#,
             ),
         )]
     );
@@ -108,7 +169,9 @@ fn spare_bits_and_octets_without_meaning_are_kept() {
             r#""110":{"accuracy_m":null},"SP":"03aabb","220":{"spare":15,"up_m_s":-2.25}}}"#
         )
     );
-    assert!(lines[1].contains(r#""SP":"165546010100"#), "{}", lines[1]);
+    assert!(lines[1].contains(r#""uav_probability":0.5,"spare_2":1}"#), "{}", lines[1]);
+    let other = items("version", 129, "81 04 1907 16554602 01 0000002a 0783 ffffffff 0064 ffff 01 7f 00");
+    assert_eq!(other, r#"{"010":{"sac":25,"sic":7},"SP":"16554602010000002a0783ffffffff0064ffff017f00"}"#);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! The command `decode`: hand-made records, its options, and the recordings of the project.
+//! The commands `decode` and `encode`: hand-made records, its options, and the recordings of the project.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod lines;
@@ -8,6 +8,7 @@ mod recordings;
 
 use std::fs;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// The octets that these hexadecimal digits say; blanks do not count.
 fn octets(hex: &str) -> Vec<u8> {
@@ -50,7 +51,10 @@ struct Temporary(PathBuf);
 
 impl Temporary {
     fn new(name: &str, contents: &[u8]) -> Self {
-        let path = std::env::temp_dir().join(format!("utm-fusion-decode-{}-{name}", std::process::id()));
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let number = COUNT.fetch_add(1, Ordering::Relaxed);
+        let name = format!("utm-fusion-decode-{}-{number}-{name}", std::process::id());
+        let path = std::env::temp_dir().join(name);
         fs::write(&path, contents).unwrap();
         Self(path)
     }

@@ -8,6 +8,9 @@ use std::path::{Path, PathBuf};
 use flate2::read::GzDecoder;
 use serde_json::Value;
 use utm_fusion::commands::decode;
+use utm_fusion::ingest::Capture;
+
+use super::lossless::there_and_back;
 
 fn folder() -> Option<PathBuf> {
     let folder = std::env::var_os("UTM_FUSION_SHARED_DATA");
@@ -77,41 +80,104 @@ fn is_near(printed: &Value, theirs: f64, decimals: i32) -> bool {
     printed.as_f64().is_some_and(|ours| (ours - theirs).abs() <= 0.500_001 * 10_f64.powi(-decimals))
 }
 
-/// The parts of an extended item, its first octet.
-fn same_bits(ours: &Value, theirs: &Value) -> bool {
-    let theirs = theirs["_groups"][0].as_object().unwrap();
-    theirs.iter().all(|(name, value)| ours[name.to_lowercase()] == *value) && theirs.len() == 5
+/// Whether each field of an item says the same; the other decoder's units are NM, NM/s and degrees.
+///
+/// `fields`: our name, theirs, the factor to our unit, our decimals.
+fn same(ours: &Value, theirs: &Value, fields: &[(&str, &str, f64, i32)]) -> bool {
+    let known = |name: &&String| fields.iter().any(|(_, theirs, ..)| theirs == name);
+    let theirs = theirs.as_object().unwrap();
+    theirs.keys().all(|name| known(&name))
+        && ours.as_object().unwrap().len() == theirs.len()
+        && fields.iter().filter(|(_, name, ..)| theirs.contains_key(*name)).all(
+            |(ours_name, name, factor, decimals)| {
+                let (ours, theirs) = (&ours[*ours_name], &theirs[*name]);
+                match theirs {
+                    Value::String(_) => ours == theirs,
+                    _ => is_near(ours, theirs.as_f64().unwrap() * factor, *decimals),
+                }
+            },
+        )
 }
 
-/// Whether an item says the same; `true` for the items that the codec does not type.
+/// The same whole numbers under the same names, ours in lower case.
+fn same_codes(ours: &Value, theirs: &Value) -> bool {
+    let theirs = theirs.as_object().unwrap();
+    ours.as_object().unwrap().len() == theirs.len()
+        && theirs.iter().all(|(name, value)| ours[name.to_lowercase()] == *value)
+}
+
+/// Whether an item says the same.
 fn agrees(item: &str, ours: &Value, theirs: &Value) -> bool {
-    const NAUTICAL_MILE_M: f64 = 1852.0;
-    let number = |name: &str| theirs[name].as_f64().unwrap();
+    const NM: f64 = 1852.0;
     match item {
-        "010" => ours["sac"] == theirs["SAC"] && ours["sic"] == theirs["SIC"],
-        "140" => ours == theirs,
-        "020" | "170" => same_bits(ours, theirs),
-        "040" => {
-            is_near(&ours["rho_m"], number("RHO") * NAUTICAL_MILE_M, 1)
-                && is_near(&ours["theta_deg"], number("THETA"), 3)
+        "010" => same_codes(ours, theirs),
+        "140" | "240" | "030" => ours == theirs,
+        "020" | "170" => {
+            let groups = theirs["_groups"].as_array().unwrap();
+            let all: serde_json::Map<_, _> =
+                groups.iter().flat_map(|group| group.as_object().unwrap().clone()).collect();
+            same_codes(ours, &Value::Object(all))
         }
-        "070" => {
-            ["v", "g", "l"].iter().all(|bit| ours[*bit] == theirs[bit.to_uppercase()])
-                && ours["mode_3a"] == theirs["MODE3A"]
+        "040" => same(ours, theirs, &[("rho_m", "RHO", NM, 1), ("theta_deg", "THETA", 1.0, 3)]),
+        "042" => same(ours, theirs, &[("x_m", "X", NM, 1), ("y_m", "Y", NM, 1)]),
+        "070" => same(
+            ours,
+            theirs,
+            &[("v", "V", 1.0, 0), ("g", "G", 1.0, 0), ("l", "L", 1.0, 0), ("mode_3a", "MODE3A", 1.0, 0)],
+        ),
+        "080" => {
+            // Their pulses from A4 to D1 are the bits of our number.
+            let pulses = theirs.as_object().unwrap().values();
+            let bits = pulses.fold(0, |bits, pulse| bits << 1 | pulse.as_u64().unwrap());
+            ours["low_quality"] == format!("{bits:04o}")
         }
         "090" => {
-            ["v", "g"].iter().all(|bit| ours[*bit] == theirs[bit.to_uppercase()])
-                && ours["flight_level"] == theirs["FL"]
+            same(ours, theirs, &[("v", "V", 1.0, 0), ("g", "G", 1.0, 0), ("flight_level", "FL", 1.0, 2)])
         }
+        "130" => same(
+            ours,
+            theirs,
+            &[
+                ("srl_deg", "SRL", 1.0, 2),
+                ("srr", "SRR", 1.0, 0),
+                ("sam_dbm", "SAM", 1.0, 0),
+                ("prl_deg", "PRL", 1.0, 2),
+                ("pam_dbm", "PAM", 1.0, 0),
+                ("rpd_m", "RPD", NM, 1),
+                ("apd_deg", "APD", 1.0, 3),
+            ],
+        ),
         "161" => ours["track_number"] == theirs["TRN"],
-        "200" => {
-            is_near(&ours["speed_m_s"], number("GSP") * NAUTICAL_MILE_M, 2)
-                && is_near(&ours["heading_deg"], number("HDG"), 3)
-        }
+        "200" => same(ours, theirs, &[("speed_m_s", "GSP", NM, 2), ("heading_deg", "HDG", 1.0, 3)]),
         "220" => u64::from_str_radix(ours.as_str().unwrap(), 16).ok() == theirs.as_u64(),
-        "240" => ours == theirs,
-        _ => ours.is_string() || item == "030",
+        "230" => same_codes(ours, theirs),
+        "250" => {
+            let (ours, theirs) = (ours.as_array().unwrap(), theirs.as_array().unwrap());
+            ours.len() == theirs.len()
+                && ours.iter().zip(theirs).all(|(ours, theirs)| {
+                    u64::from_str_radix(ours["data"].as_str().unwrap(), 16).ok() == theirs["MBDATA"].as_u64()
+                        && (&ours["bds1"], &ours["bds2"]) == (&theirs["BDS1"], &theirs["BDS2"])
+                })
+        }
+        _ => panic!("I048/{item} is not compared: {ours} {theirs}"),
     }
+}
+
+/// The data blocks of a capture as they stand.
+fn payloads(path: &Path) -> Vec<u8> {
+    Capture::open(path).unwrap().flat_map(|datagram| datagram.unwrap().payload).collect()
+}
+
+#[test]
+fn every_recording_comes_back() {
+    let Some(folder) = folder() else { return };
+    let mut paths = Vec::new();
+    captures(&folder, &mut paths);
+    for path in paths {
+        assert!(there_and_back(&path) == payloads(&path), "{}", path.display());
+    }
+    let hour = folder.join("cat048-barcelona/capture.ast");
+    assert!(there_and_back(&hour) == fs::read(&hour).unwrap());
 }
 
 #[test]
