@@ -153,15 +153,7 @@ fn damaged_datagrams_are_counted_by_reason() {
     let pcap = std::fs::read(folder.join("conformance/hostile/capture.pcap")).unwrap();
     let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
     let mut recent: std::collections::HashMap<&[u8], u64> = std::collections::HashMap::new();
-    let mut rest = &pcap[24..];
-    while let Some((header, after)) = rest.split_at_checked(16) {
-        let word = |index: usize| u32::from_le_bytes(header[index..index + 4].try_into().unwrap());
-        let (packet, next) = after.split_at(word(8) as usize);
-        rest = next;
-        // Ethernet, IPv4 without options, UDP; its length, because padding may follow.
-        let udp = &packet[14 + 20..];
-        let datagram = &udp[8..usize::from(u16::from_be_bytes([udp[4], udp[5]]))];
-        let received_us = u64::from(word(0)) * 1_000_000 + u64::from(word(4));
+    for (received_us, datagram) in common::datagrams(&pcap) {
         // A copy of a datagram within 2 s came over a redundant line and is not counted again.
         if recent.get(datagram).is_some_and(|handled| received_us - handled <= 2_000_000) {
             continue;
