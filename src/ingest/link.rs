@@ -1,12 +1,22 @@
 //! From a captured frame down to the payload of its UDP datagram.
 
 use std::fmt;
+use std::net::{IpAddr, SocketAddr};
 use std::ops::Range;
 
 use etherparse::err::packet::SliceError;
-use etherparse::{EtherType, IpNumber, LaxSlicedPacket, UdpSlice, ether_type};
+use etherparse::{EtherType, IpNumber, LaxNetSlice, LaxSlicedPacket, UdpSlice, ether_type};
 
 use super::skipped::SkipReason;
+
+/// Who sent a datagram, and where to: addresses of its IP header, ports of its UDP header.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Endpoints {
+    /// The sender.
+    pub source: SocketAddr,
+    /// The receiver: for multicast the group and its port.
+    pub destination: SocketAddr,
+}
 
 /// The header every frame of a capture begins with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,10 +88,11 @@ fn is_ip_family(family: [u8; 4]) -> bool {
     matches!(number, 2 | 10 | 23 | 24 | 28 | 30)
 }
 
-/// Where in `frame` the payload of its UDP datagram lies. Padding after the UDP length is not part of it.
+/// Where in `frame` the payload of its UDP datagram lies, and between whom it went. Padding after the UDP length is not
+/// part of it.
 ///
 /// A frame cut by the capture is fine as long as the whole datagram is there.
-pub(super) fn udp_payload(link: LinkType, frame: &[u8]) -> Result<Range<usize>, SkipReason> {
+pub(super) fn udp_payload(link: LinkType, frame: &[u8]) -> Result<(Range<usize>, Endpoints), SkipReason> {
     let (ether_type, start) = link.ether_type(frame).ok_or(SkipReason::Truncated)?;
     let packet = LaxSlicedPacket::from_ether_type(ether_type, &frame[start..]);
     let error = packet.stop_err.as_ref().map(|(error, _)| match error {
@@ -107,9 +118,30 @@ pub(super) fn udp_payload(link: LinkType, frame: &[u8]) -> Result<Range<usize>, 
         return Err(SkipReason::NotUdp);
     }
     let lacks = if ip.incomplete { SkipReason::Truncated } else { SkipReason::Malformed };
-    let payload = UdpSlice::from_slice(ip.payload).map_err(|_| lacks)?.payload();
+    let udp = UdpSlice::from_slice(ip.payload).map_err(|_| lacks)?;
+    let (source, destination) = packet.net.as_ref().and_then(addresses).ok_or(SkipReason::NotIp)?;
+    let endpoints = Endpoints {
+        source: SocketAddr::new(source, udp.source_port()),
+        destination: SocketAddr::new(destination, udp.destination_port()),
+    };
+    let payload = udp.payload();
     let start = payload.as_ptr().addr() - frame.as_ptr().addr();
-    Ok(start..start + payload.len())
+    Ok((start..start + payload.len(), endpoints))
+}
+
+/// Source and destination of an IP header.
+fn addresses(net: &LaxNetSlice<'_>) -> Option<(IpAddr, IpAddr)> {
+    match net {
+        LaxNetSlice::Ipv4(ip) => {
+            let header = ip.header();
+            Some((header.source_addr().into(), header.destination_addr().into()))
+        }
+        LaxNetSlice::Ipv6(ip) => {
+            let header = ip.header();
+            Some((header.source_addr().into(), header.destination_addr().into()))
+        }
+        LaxNetSlice::Arp(_) => None,
+    }
 }
 
 /// What a link type that cannot be read is usually called.

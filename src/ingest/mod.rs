@@ -30,7 +30,7 @@ use recognise::Kind;
 use window::Window;
 
 pub use error::{Damage, OpenError, ReadError};
-pub use link::LinkType;
+pub use link::{Endpoints, LinkType};
 pub use merge::{Merged, Reception, ReceptionKind};
 pub use pcap::Resolution;
 pub use skipped::{SkipReason, Skipped};
@@ -40,6 +40,8 @@ pub use skipped::{SkipReason, Skipped};
 pub struct Datagram {
     /// When the capture says it arrived; `None` in a file without reception times.
     pub received: Option<Time>,
+    /// Who sent it, and where to; `None` in a file that does not say.
+    pub endpoints: Option<Endpoints>,
     /// Offset in the file of the payload's first octet.
     pub origin: u64,
     /// What the sender put into the datagram, without link, IP and UDP headers and without padding: at most 65,535

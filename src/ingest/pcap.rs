@@ -104,11 +104,13 @@ impl Pcap {
             match parse(octets) {
                 Ok((rest, record)) => {
                     let length = octets.len() - rest.len();
-                    let datagram = link::udp_payload(self.link, record.data).map(|range| Datagram {
-                        received: Some(self.time(record.ts_sec, record.ts_usec)),
-                        origin: position + (RECORD_HEADER + range.start) as u64,
-                        payload: record.data[range].to_vec(),
-                    });
+                    let datagram =
+                        link::udp_payload(self.link, record.data).map(|(range, endpoints)| Datagram {
+                            received: Some(self.time(record.ts_sec, record.ts_usec)),
+                            endpoints: Some(endpoints),
+                            origin: position + (RECORD_HEADER + range.start) as u64,
+                            payload: record.data[range].to_vec(),
+                        });
                     window.consume(length);
                     match datagram {
                         Ok(datagram) => return Ok(Some(datagram)),

@@ -7,7 +7,7 @@ mod writer;
 
 use std::io::{self, Read};
 
-use utm_fusion::ingest::{Capture, Datagram, OpenError, ReadError};
+use utm_fusion::ingest::{Capture, Datagram, Endpoints, OpenError, ReadError};
 
 /// Two CAT048-like blocks and one CAT129-like: the reader looks at no more than CAT and LEN.
 const BLOCKS: [&[u8]; 3] =
@@ -63,6 +63,16 @@ fn read(octets: &[u8], capture: &mut Capture) -> (Vec<Datagram>, Option<ReadErro
         assert!(Capture::consumed(capture) <= octets.len() as u64);
     }
     (datagrams, error)
+}
+
+/// The endpoints that every frame of `writer.rs` has.
+fn endpoints(version: u8) -> Option<Endpoints> {
+    let (source, destination) = if version == 4 {
+        ("127.0.0.1:8048", "239.192.48.1:8049")
+    } else {
+        ("[::1]:8048", "[ff02::30]:8049")
+    };
+    Some(Endpoints { source: source.parse().unwrap(), destination: destination.parse().unwrap() })
 }
 
 fn payloads(datagrams: &[Datagram]) -> Vec<&[u8]> {

@@ -7,7 +7,7 @@ use utm_fusion::ingest::{Capture, Damage, OpenError, SkipReason};
 use utm_fusion::time::Time;
 
 use crate::writer::{MAGICS, PcapWriter, UDP, WRAPPINGS, ethernet, ipv4, ipv6, udp};
-use crate::{BLOCKS, open, open_in_steps, payloads, read};
+use crate::{BLOCKS, endpoints, open, open_in_steps, payloads, read};
 
 const IPV4: [u8; 2] = [0x08, 0x00];
 const IPV6: [u8; 2] = [0x86, 0xDD];
@@ -44,6 +44,7 @@ fn every_magic_with_every_link_type_and_ip_version_gives_payload_time_and_origin
                 let second = 1_700_000_000_000_000_000;
                 for (fraction, datagram) in (123_456..).zip(&datagrams) {
                     assert_eq!(datagram.received, Some(Time::from_nanos(second + fraction * scale)));
+                    assert_eq!(datagram.endpoints, endpoints(version));
                 }
                 seen += 1;
             }
@@ -131,6 +132,7 @@ fn an_unfragmented_ipv6_packet_behind_extension_headers_is_read() {
     file.record(1, 0, &packet);
     let (datagrams, _) = read(&file.octets, &mut open(&file.octets).unwrap());
     assert_eq!(payloads(&datagrams), [BLOCKS[2]]);
+    assert_eq!(datagrams[0].endpoints, endpoints(6));
 }
 
 #[test]

@@ -18,7 +18,7 @@ fn each_block_is_a_datagram_without_a_time() {
     assert!(error.is_none());
     assert_eq!(payloads(&datagrams), BLOCKS);
     assert_eq!(datagrams.iter().map(|datagram| datagram.origin).collect::<Vec<_>>(), [0, 8, 13]);
-    assert!(datagrams.iter().all(|datagram| datagram.received.is_none()));
+    assert!(datagrams.iter().all(|datagram| datagram.received.is_none() && datagram.endpoints.is_none()));
     assert_eq!(capture.consumed(), 25);
 }
 

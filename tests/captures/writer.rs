@@ -42,6 +42,7 @@ impl PcapWriter {
     }
 }
 
+/// From port 8048 to 8049.
 pub(crate) fn udp(payload: &[u8]) -> Vec<u8> {
     let length = (8 + payload.len() as u16).to_be_bytes();
     [&[0x1F, 0x70, 0x1F, 0x71], &length[..], &[0, 0], payload].concat()
@@ -49,6 +50,7 @@ pub(crate) fn udp(payload: &[u8]) -> Vec<u8> {
 
 pub(crate) const UDP: u8 = 17;
 
+/// From 127.0.0.1 to 239.192.48.1.
 pub(crate) fn ipv4(protocol: u8, fragment: u16, payload: &[u8]) -> Vec<u8> {
     let mut packet = vec![0x45, 0];
     packet.extend((20 + payload.len() as u16).to_be_bytes());
@@ -59,11 +61,12 @@ pub(crate) fn ipv4(protocol: u8, fragment: u16, payload: &[u8]) -> Vec<u8> {
     packet
 }
 
+/// From ::1 to ff02::30.
 pub(crate) fn ipv6(next_header: u8, payload: &[u8]) -> Vec<u8> {
     let mut packet = vec![0x60, 0, 0, 0];
     packet.extend((payload.len() as u16).to_be_bytes());
     packet.extend([next_header, 64]);
-    packet.extend([[0; 15], [0; 15]].map(|zeros| [&zeros[..], &[1]].concat()).concat());
+    packet.extend([&[0; 15][..], &[1, 0xFF, 2], &[0; 13], &[0x30]].concat());
     packet.extend_from_slice(payload);
     packet
 }
