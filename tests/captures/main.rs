@@ -72,7 +72,8 @@ fn endpoints(version: u8) -> Option<Endpoints> {
     } else {
         ("[::1]:8048", "[ff02::30]:8049")
     };
-    Some(Endpoints { source: source.parse().unwrap(), destination: destination.parse().unwrap() })
+    let address = |text: &str| text.parse().expect("an address and a port");
+    Some(Endpoints { source: address(source), destination: address(destination) })
 }
 
 fn payloads(datagrams: &[Datagram]) -> Vec<&[u8]> {
