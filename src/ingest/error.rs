@@ -88,26 +88,41 @@ pub enum Damage {
     /// The system refuses to go on.
     #[error("cannot be read further: {0}; check the disk or the connection and try again")]
     Io(#[from] io::Error),
-    /// The file ends inside a pcap record.
+    /// The file ends inside a record.
     #[error(
-        "the file ends in the middle of a pcap record ({present} of {needed} octets); the recording was cut off \
+        "the file ends in the middle of a {record} ({present} of {needed} octets); the recording was cut off \
          (process killed, disk full, or still being written?), all records before it are complete and were read"
     )]
     Cut {
+        /// What the format calls it.
+        record: &'static str,
         /// Octets of the record that are there, its header included.
         present: usize,
-        /// Octets it needs; at least 16, the size of its header.
+        /// Octets it needs; at least the size of its header.
         needed: usize,
     },
-    /// A pcap record longer than any frame: the file is damaged, or an earlier length was wrong.
+    /// A record longer than any frame: the file is damaged, or an earlier length was wrong.
     #[error(
-        "a pcap record claims {length} octets (at most {most} are possible); the file is damaged from here on, all \
+        "a {record} claims {length} octets (at most {most} are possible); the file is damaged from here on, all \
          records before it were read; copy it again from where it was recorded"
     )]
     Absurd {
-        /// Octets of the frame as the record header says.
+        /// What the format calls it.
+        record: &'static str,
+        /// Octets as its header says.
         length: usize,
         /// The limit.
         most: usize,
+    },
+    /// A record that contradicts itself: nobody knows where the next one begins.
+    #[error(
+        "a {record} {fault}; the file is damaged from here on, all records before it were read; copy it again from \
+         where it was recorded"
+    )]
+    Garbled {
+        /// What the format calls it.
+        record: &'static str,
+        /// What is wrong with it, as the rest of a sentence.
+        fault: String,
     },
 }

@@ -4,10 +4,11 @@
 //! |---|---|---|---|
 //! | raw ASTERIX | a plausible first block (see `recognise.rs`) | one data block: CAT, LEN, records | none |
 //! | pcap | `a1b2c3d4` or `a1b23c4d`, either byte order | the payload of one UDP datagram | of the capture |
+//! | pcapng | `0a0d0d0a` | the payload of one UDP datagram | of the capture; none in a simple packet block |
 //!
-//! The name of a file says nothing. Memory is bounded by one window over the file, whatever its size. What cannot be a
-//! datagram (ARP, TCP, fragments, …) is passed over and counted in [`Skipped`]; damage ends the capture with a
-//! [`ReadError`] that says where. Nothing here looks into a block: broken ASTERIX is for the decoder to report.
+//! The name of a file says nothing. Memory is bounded by one window over the file, whatever its size. What cannot be a datagram (ARP, TCP, fragments, …) is
+//! passed over and counted in [`Skipped`]; damage ends the capture with a [`ReadError`] that says where. Nothing here
+//! looks into a block: broken ASTERIX is for the decoder to report.
 //!
 //! A further format takes a file of its own, a line in `recognise.rs`, and a variant of [`Format`] and of `Reader`.
 
@@ -15,6 +16,7 @@ mod error;
 mod link;
 mod merge;
 mod pcap;
+mod pcapng;
 mod raw;
 mod recognise;
 mod skipped;
@@ -61,6 +63,8 @@ pub enum Format {
         /// Unit of the fraction in its time stamps.
         resolution: Resolution,
     },
+    /// pcapng; link types and units of time may change within the file.
+    Pcapng,
 }
 
 impl fmt::Display for Format {
@@ -68,6 +72,7 @@ impl fmt::Display for Format {
         match self {
             Self::Raw => f.write_str("raw ASTERIX"),
             Self::Pcap { link, resolution } => write!(f, "pcap ({link}, {resolution})"),
+            Self::Pcapng => f.write_str("pcapng"),
         }
     }
 }
@@ -86,6 +91,7 @@ pub struct Capture {
 enum Reader {
     Raw,
     Pcap(pcap::Pcap),
+    Pcapng(pcapng::Pcapng),
 }
 
 impl Capture {
@@ -121,18 +127,17 @@ impl Capture {
         size: Option<u64>,
     ) -> Result<Self, OpenError> {
         let mut window = Window::new(reader);
-        let kind = match recognise::recognise(&mut window) {
-            Ok(kind) => kind,
-            Err(cause) => return Err(OpenError::Read { name, cause }),
-        };
+        let kind = recognise::recognise(&mut window);
         let (format, reader) = match kind {
-            Kind::Raw => (Format::Raw, Reader::Raw),
-            Kind::Pcap => {
+            Ok(Kind::Raw) => (Format::Raw, Reader::Raw),
+            Ok(Kind::Pcap) => {
                 let pcap = pcap::Pcap::open(&name, &mut window)?;
                 (Format::Pcap { link: pcap.link(), resolution: pcap.resolution() }, Reader::Pcap(pcap))
             }
-            Kind::Empty => return Err(OpenError::Empty { name }),
-            Kind::Foreign { found, advice } => return Err(OpenError::Foreign { name, found, advice }),
+            Ok(Kind::Pcapng) => (Format::Pcapng, Reader::Pcapng(pcapng::Pcapng::default())),
+            Ok(Kind::Empty) => return Err(OpenError::Empty { name }),
+            Ok(Kind::Foreign { found, advice }) => return Err(OpenError::Foreign { name, found, advice }),
+            Err(cause) => return Err(OpenError::Read { name, cause }),
         };
         Ok(Self { name, size, format, window, reader, skipped: Skipped::default(), ended: false })
     }
@@ -173,6 +178,7 @@ impl Iterator for Capture {
         let next = match &mut self.reader {
             Reader::Raw => raw::next(&mut self.window, &mut self.ended),
             Reader::Pcap(pcap) => pcap.next(&mut self.window, &mut self.skipped),
+            Reader::Pcapng(pcapng) => pcapng.next(&mut self.window, &mut self.skipped),
         };
         match next {
             Ok(Some(datagram)) => Some(Ok(datagram)),

@@ -23,6 +23,8 @@ const RECORD_HEADER: usize = 16;
 /// (which is 0 in some files).
 const LONGEST_FRAME: usize = 262_144;
 
+const RECORD: &str = "pcap record";
+
 /// Unit of the fraction in a time stamp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Resolution {
@@ -99,7 +101,7 @@ impl Pcap {
                 return Ok(None);
             }
             if octets.len() < needed {
-                return Err(Damage::Cut { present: octets.len(), needed });
+                return Err(Damage::Cut { record: RECORD, present: octets.len(), needed });
             }
             match parse(octets) {
                 Ok((rest, record)) => {
@@ -123,10 +125,10 @@ impl Pcap {
                     needed = octets.len().saturating_add(more.get());
                     let length = needed - RECORD_HEADER;
                     if length > LONGEST_FRAME {
-                        return Err(Damage::Absurd { length, most: LONGEST_FRAME });
+                        return Err(Damage::Absurd { record: RECORD, length, most: LONGEST_FRAME });
                     }
                 }
-                Err(_) => return Err(Damage::Cut { present: octets.len(), needed }),
+                Err(_) => return Err(Damage::Cut { record: RECORD, present: octets.len(), needed }),
             }
         }
     }

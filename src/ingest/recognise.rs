@@ -13,6 +13,7 @@
 
 use std::io;
 
+use super::pcapng;
 use super::raw::{self, HEADER};
 use super::window::Window;
 
@@ -21,6 +22,7 @@ use super::window::Window;
 pub(super) enum Kind {
     Raw,
     Pcap,
+    Pcapng,
     Empty,
     Foreign { found: String, advice: &'static str },
 }
@@ -37,16 +39,11 @@ const LARGE: usize = 0x0900;
 /// Category whose blocks are large.
 const VIDEO: u8 = 240;
 
-const WHAT_IS_READ: &str = "this program reads raw ASTERIX and pcap captures";
+const WHAT_IS_READ: &str = "this program reads raw ASTERIX, pcap and pcapng";
 const PACKED: &str = "unpack it first";
 
 /// Formats known by their first octets, and what to do about them.
 const FOREIGN: &[(&[u8], &str, &str)] = &[
-    (
-        b"\x0A\x0D\x0D\x0A",
-        "a pcapng capture",
-        "pcapng cannot be read yet; convert it: editcap -F pcap IN OUT",
-    ),
     (b"\x34\xCD\xB2\xA1", "a modified pcap capture", "convert it: editcap -F pcap IN OUT"),
     (b"\xA1\xB2\xCD\x34", "a modified pcap capture", "convert it: editcap -F pcap IN OUT"),
     (b"snoop\0\0\0", "a snoop capture", "convert it: editcap -F pcap IN OUT"),
@@ -76,47 +73,59 @@ const FOREIGN: &[(&[u8], &str, &str)] = &[
 
 /// Looks at the first octets of a file without consuming any.
 pub(super) fn recognise(window: &mut Window) -> io::Result<Kind> {
-    let head = window.peek(LONGEST_MAGIC)?;
-    if head.is_empty() {
+    if window.peek(1)?.is_empty() {
         return Ok(Kind::Empty);
     }
+    let kind = by_content(window);
+    if let Kind::Foreign { .. } = kind {
+        // Of what could not be read, nobody knows what it is.
+        window.failed()?;
+    }
+    Ok(kind)
+}
+
+fn by_content(window: &mut Window) -> Kind {
+    let head = window.glimpse(LONGEST_MAGIC);
     if let [0xA1, 0xB2, 0xC3, 0xD4, ..]
     | [0xD4, 0xC3, 0xB2, 0xA1, ..]
     | [0xA1, 0xB2, 0x3C, 0x4D, ..]
     | [0x4D, 0x3C, 0xB2, 0xA1, ..] = head
     {
-        return Ok(Kind::Pcap);
+        return Kind::Pcap;
+    }
+    if head.starts_with(&pcapng::SECTION) {
+        return Kind::Pcapng;
     }
     if let Some((_, found, advice)) = FOREIGN.iter().find(|(magic, ..)| head.starts_with(magic)) {
-        return Ok(Kind::Foreign { found: (*found).to_owned(), advice });
+        return Kind::Foreign { found: (*found).to_owned(), advice };
     }
-    match objection_to_raw(window)? {
-        None => Ok(Kind::Raw),
+    match objection_to_raw(window) {
+        None => Kind::Raw,
         Some(objection) => {
-            let sample = window.peek(SAMPLE)?;
-            Ok(describe(&sample[..sample.len().min(SAMPLE)], &objection))
+            let sample = window.glimpse(SAMPLE);
+            describe(&sample[..sample.len().min(SAMPLE)], &objection)
         }
     }
 }
 
 /// Why this is not raw ASTERIX, as a half sentence; `None` if it is.
-fn objection_to_raw(window: &mut Window) -> io::Result<Option<String>> {
-    let octets = window.peek(HEADER)?;
+fn objection_to_raw(window: &mut Window) -> Option<String> {
+    let octets = window.glimpse(HEADER);
     let Some((category, length)) = plausible_header(octets) else {
-        return Ok(Some("they are not the header of an ASTERIX block".to_owned()));
+        return Some("they are not the header of an ASTERIX block".to_owned());
     };
-    let octets = window.peek(length + HEADER)?;
+    let octets = window.glimpse(length + HEADER);
     if octets.len() < length {
         let end = octets.len();
-        return Ok(Some(format!(
+        return Some(format!(
             "as ASTERIX, they would begin a block of category {category} and {length} octets, but the file ends after {end}"
-        )));
+        ));
     }
     if matches!(octets[HEADER..length], [0 | 1, ..]) {
-        return Ok(Some("as ASTERIX, their first record would announce no items".to_owned()));
+        return Some("as ASTERIX, their first record would announce no items".to_owned());
     }
     if is_text(&octets[..length.min(SAMPLE)]) {
-        return Ok(Some("they are text".to_owned()));
+        return Some("they are text".to_owned());
     }
     let next = &octets[length..];
     let is_large = |category, length| length >= LARGE && category != VIDEO;
@@ -128,13 +137,13 @@ fn objection_to_raw(window: &mut Window) -> io::Result<Option<String>> {
         ([0, 0, 0, ..], None) => !is_large(category, length),
         (_, None) => false,
     };
-    Ok((!follows).then(|| {
+    (!follows).then(|| {
         format!(
             "as ASTERIX, they would begin a block of category {category} and {length} octets, but no block follows \
              it ({} at offset {length})",
             hexadecimal(&next[..HEADER])
         )
-    }))
+    })
 }
 
 /// CAT and LEN, if these octets can begin a block.

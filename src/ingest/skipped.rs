@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Why a captured frame gave no datagram. Only [`Fragment`](Self::Fragment), [`Truncated`](Self::Truncated) and
-/// [`Malformed`](Self::Malformed) can have cost surveillance data; the others are other traffic on the wire.
+/// Why a captured frame gave no datagram. [`NotIp`](Self::NotIp) and [`NotUdp`](Self::NotUdp) are other traffic on the
+/// wire; any other reason can have cost surveillance data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum SkipReason {
     /// ARP, spanning tree, LLDP, IEEE 802.3 frames, …
@@ -17,6 +17,10 @@ pub enum SkipReason {
     Truncated,
     /// Headers that contradict themselves, such as a UDP length larger than its IP packet.
     Malformed,
+    /// In a pcapng file, on an interface whose frames begin with something else than the supported link headers.
+    LinkType,
+    /// In a pcapng file, on an interface that the file does not describe.
+    UnknownInterface,
 }
 
 impl fmt::Display for SkipReason {
@@ -27,6 +31,8 @@ impl fmt::Display for SkipReason {
             Self::Fragment => "fragmented",
             Self::Truncated => "cut short by the capture",
             Self::Malformed => "malformed",
+            Self::LinkType => "of a link type that cannot be read",
+            Self::UnknownInterface => "on an interface that the file does not describe",
         })
     }
 }

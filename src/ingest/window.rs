@@ -3,7 +3,7 @@
 use std::io::{self, ErrorKind, Read};
 
 /// Octets the window can show at once: more than the longest pcap record and the longest ASTERIX block.
-const CAPACITY: usize = 512 * 1024;
+pub(super) const CAPACITY: usize = 512 * 1024;
 
 /// Shows the next octets of a reader, as many as asked for, before they are consumed.
 ///
@@ -15,17 +15,31 @@ pub(super) struct Window {
     start: usize,
     end: usize,
     position: u64,
+    /// Octets behind the position that are gone already.
+    passed: u64,
+    /// What ended the reading, until it is told.
+    failure: Option<io::Error>,
     at_end: bool,
 }
 
 impl Window {
     pub(super) fn new(reader: Box<dyn Read + Send>) -> Self {
         let buffer = vec![0; CAPACITY].into_boxed_slice();
-        Self { reader, buffer, start: 0, end: 0, position: 0, at_end: false }
+        Self { reader, buffer, start: 0, end: 0, position: 0, passed: 0, failure: None, at_end: false }
     }
 
     /// The next octets: at least `count` of them (at most [`CAPACITY`]), fewer only where the file ends.
+    ///
+    /// An error of the reader comes when more is asked for than was read before it.
     pub(super) fn peek(&mut self, count: usize) -> io::Result<&[u8]> {
+        if self.glimpse(count).len() < count {
+            self.failed()?;
+        }
+        Ok(&self.buffer[self.start..self.end])
+    }
+
+    /// As [`peek`](Self::peek), but an error of the reader looks like the end of the file and is kept for later.
+    pub(super) fn glimpse(&mut self, count: usize) -> &[u8] {
         debug_assert!(count <= CAPACITY, "callers bound what they ask for");
         if self.start + count > CAPACITY {
             self.buffer.copy_within(self.start..self.end, 0);
@@ -38,17 +52,33 @@ impl Window {
                 Ok(0) => self.at_end = true,
                 Ok(read) => self.end += read,
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                Err(error) => return Err(error),
+                Err(error) => {
+                    self.failure = Some(error);
+                    self.at_end = true;
+                }
             }
         }
-        Ok(&self.buffer[self.start..self.end])
+        &self.buffer[self.start..self.end]
+    }
+
+    /// The error that ended the reading, if it was one and has not been told.
+    pub(super) fn failed(&mut self) -> io::Result<()> {
+        self.failure.take().map_or(Ok(()), Err)
     }
 
     /// Moves past the next `count` octets, which `peek` has shown.
     pub(super) fn consume(&mut self, count: usize) {
+        self.pass(count);
+        self.position += self.passed;
+        self.passed = 0;
+    }
+
+    /// Lets the next `count` octets, which `peek` has shown, go without moving: the position stays at the beginning of a
+    /// record longer than the window until the rest of it is consumed.
+    pub(super) fn pass(&mut self, count: usize) {
         debug_assert!(count <= self.end - self.start, "only what was shown can be consumed");
         self.start += count;
-        self.position += count as u64;
+        self.passed += count as u64;
     }
 
     /// Offset in the file of the next octet.

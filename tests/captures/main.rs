@@ -1,5 +1,7 @@
 //! Captures built in memory, and the recordings of the project, through the public reader.
 
+mod pcapng_damage;
+mod pcapngs;
 mod pcaps;
 mod raws;
 mod recordings;
@@ -42,8 +44,8 @@ fn open(octets: &[u8]) -> Result<Capture, OpenError> {
     Capture::from_reader("test".to_owned(), Box::new(reader), Some(octets.len() as u64))
 }
 
-/// All datagrams, and the error that ended them. Checks what holds for every capture: a payload lies at its origin, and
-/// after the end there is nothing.
+/// All datagrams, and the error that ended them. Checks what holds for every capture: a payload lies at its origin in the
+/// (unpacked) octets, and after the end there is nothing.
 fn read(octets: &[u8], capture: &mut Capture) -> (Vec<Datagram>, Option<ReadError>) {
     let mut datagrams = Vec::new();
     let mut error = None;
@@ -60,7 +62,7 @@ fn read(octets: &[u8], capture: &mut Capture) -> (Vec<Datagram>, Option<ReadErro
         assert!(octets[datagram.origin as usize..].starts_with(&datagram.payload));
     }
     if error.is_none() {
-        assert!(Capture::consumed(capture) <= octets.len() as u64);
+        assert!(capture.consumed() <= capture.size().unwrap_or(u64::MAX));
     }
     (datagrams, error)
 }

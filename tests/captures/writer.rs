@@ -42,6 +42,91 @@ impl PcapWriter {
     }
 }
 
+/// A pcapng file under construction.
+pub(crate) struct PcapngWriter {
+    pub(crate) octets: Vec<u8>,
+    big_endian: bool,
+}
+
+impl PcapngWriter {
+    /// With one section and no interface.
+    pub(crate) fn new(big_endian: bool) -> Self {
+        let mut file = Self { octets: Vec::new(), big_endian };
+        file.section(big_endian);
+        file
+    }
+
+    pub(crate) fn section(&mut self, big_endian: bool) {
+        self.big_endian = big_endian;
+        let body = [self.u32(0x1A2B_3C4D), self.u16(1), self.u16(0), vec![0xFF; 8]].concat();
+        self.block(0x0A0D_0D0A, &body);
+    }
+
+    /// A block of any type; the body is padded.
+    pub(crate) fn block(&mut self, kind: u32, body: &[u8]) {
+        let padding = vec![0; body.len().wrapping_neg() % 4];
+        let length = self.u32((12 + body.len() + padding.len()) as u32);
+        let block = [&self.u32(kind), &length, body, &padding, &length].concat();
+        self.octets.extend(block);
+    }
+
+    pub(crate) fn interface(&mut self, link: u16, snap_length: u32, options: &[(u16, &[u8])]) {
+        let body = [self.u16(link), self.u16(0), self.u32(snap_length), self.options(options)].concat();
+        self.block(1, &body);
+    }
+
+    pub(crate) fn packet(&mut self, interface: u32, time: u64, frame: &[u8]) {
+        self.packet_of(interface, time, frame, frame.len(), &[]);
+    }
+
+    /// An enhanced packet block that claims a number of captured octets.
+    pub(crate) fn packet_of(
+        &mut self,
+        interface: u32,
+        time: u64,
+        frame: &[u8],
+        captured: usize,
+        options: &[(u16, &[u8])],
+    ) {
+        let interface = self.u32(interface);
+        let body = [interface, self.packet_body(time, frame, captured), self.options(options)].concat();
+        self.block(6, &body);
+    }
+
+    /// The packet block of before 2009, after 3 lost packets.
+    pub(crate) fn obsolete_packet(&mut self, interface: u16, time: u64, frame: &[u8]) {
+        let body = [self.u16(interface), self.u16(3), self.packet_body(time, frame, frame.len())].concat();
+        self.block(2, &body);
+    }
+
+    pub(crate) fn simple_packet(&mut self, original: usize, frame: &[u8]) {
+        let body = [&self.u32(original as u32), frame].concat();
+        self.block(3, &body);
+    }
+
+    fn packet_body(&self, time: u64, frame: &[u8], captured: usize) -> Vec<u8> {
+        let times = [self.u32((time >> 32) as u32), self.u32(time as u32)].concat();
+        let padding = vec![0xDD; frame.len().wrapping_neg() % 4];
+        [times, self.u32(captured as u32), self.u32(captured as u32), frame.to_vec(), padding].concat()
+    }
+
+    fn options(&self, options: &[(u16, &[u8])]) -> Vec<u8> {
+        let option = |(code, value): &(u16, &[u8])| {
+            let padding = vec![0; value.len().wrapping_neg() % 4];
+            [self.u16(*code), self.u16(value.len() as u16), value.to_vec(), padding].concat()
+        };
+        options.iter().flat_map(option).collect()
+    }
+
+    fn u16(&self, value: u16) -> Vec<u8> {
+        if self.big_endian { value.to_be_bytes() } else { value.to_le_bytes() }.to_vec()
+    }
+
+    fn u32(&self, value: u32) -> Vec<u8> {
+        if self.big_endian { value.to_be_bytes() } else { value.to_le_bytes() }.to_vec()
+    }
+}
+
 /// From port 8048 to 8049.
 pub(crate) fn udp(payload: &[u8]) -> Vec<u8> {
     let length = (8 + payload.len() as u16).to_be_bytes();

@@ -128,7 +128,7 @@ fn what_is_no_capture_is_told_apart() {
         ("a.png", &b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"[..], "it looks like a PNG image"),
         ("a.toml", &site, "it looks like text"),
         ("a.pcap.gz", b"\x1f\x8b\x08\0\0\0\0\0\0\x03", "it looks like gzip-compressed data"),
-        ("a.pcapng", b"\n\r\r\n\x1c\0\0\0\x4d\x3c\x2b\x1a\x01\0\0\0", "it looks like a pcapng capture"),
+        ("a.pcap.xz", b"\xfd7zXZ\0\0\x04\xe6\xd6\xb4\x46", "it looks like xz-compressed data"),
         ("a.bin", b"\0\0\0\0\0\0\0\0\0\0\0\0", "it looks like nothing known (first octets 00 00"),
         ("short.pcap", b"\xd4\xc3\xb2\xa1\x02\0", "cut inside its file header"),
         ("empty.pcap", b"", "is empty"),

@@ -1,0 +1,290 @@
+//! pcapng: blocks of a type, a length, a body, and the length again (<https://www.ietf.org/archive/id/draft-ietf-opsawg-pcapng-03.html>).
+//!
+//! A section header says the byte order of all blocks up to the next one; interfaces are numbered from 0 in every
+//! section, and each has its link type, unit of time and offset of time. Packets come in enhanced blocks, in obsolete ones
+//! (before 2009), and in simple ones, which have no time. All other blocks (names, statistics, secrets, what others
+//! invented) are passed over. What can be skipped is skipped: a damaged packet in a sound block costs itself only.
+//!
+//! The layout of an interface's options is `pcap-parser`'s business. Its times are not used: it takes every offset for
+//! little-endian, and no power of 2 for a unit.
+
+use pcap_parser::{
+    OptionCode, parse_interfacedescriptionblock_be, parse_interfacedescriptionblock_le,
+    parse_sectionheaderblock,
+};
+
+use super::Datagram;
+use super::error::Damage;
+use super::link::{self, LinkType};
+use super::skipped::{SkipReason, Skipped};
+use super::window::{CAPACITY, Window};
+use crate::time::{SECOND, Time};
+
+/// Type of a section header, in either byte order.
+pub(super) const SECTION: [u8; 4] = *b"\x0A\x0D\x0D\x0A";
+const INTERFACE: u32 = 1;
+const OBSOLETE_PACKET: u32 = 2;
+const SIMPLE_PACKET: u32 = 3;
+const ENHANCED_PACKET: u32 = 6;
+
+/// Octets of type and length.
+const HEADER: usize = 8;
+/// Octets of the shortest block: type and both lengths. A section header has its byte-order magic within them.
+const SHORTEST: usize = 12;
+/// Longest block that is looked into: a frame of 262,144 octets, and as much of options.
+const LONGEST: usize = CAPACITY;
+/// Longest block that is passed over; Wireshark's limit.
+const LONGEST_OTHER: usize = 16 << 20;
+/// Octets of a long block that are passed over at a time.
+const STEP: usize = 64 << 10;
+/// Interfaces of a section; more is damage.
+const MOST_INTERFACES: usize = 65_536;
+
+/// Octets of a block before its frame.
+const SIMPLE_FRAME: usize = 12;
+const FRAME: usize = 28;
+
+const BLOCK: &str = "pcapng block";
+
+/// What holds for the blocks of the section that is being read.
+#[derive(Default)]
+pub(super) struct Pcapng {
+    big_endian: bool,
+    interfaces: Vec<Interface>,
+}
+
+/// A packet in its block.
+struct Packet<'a> {
+    interface: usize,
+    /// In the interface's units.
+    time: Option<u64>,
+    /// Octets of the block before the frame.
+    start: usize,
+    frame: &'a [u8],
+}
+
+impl Pcapng {
+    /// The next UDP datagram; frames without one are counted in `skipped`.
+    pub(super) fn next(
+        &mut self,
+        window: &mut Window,
+        skipped: &mut Skipped,
+    ) -> Result<Option<Datagram>, Damage> {
+        loop {
+            let position = window.position();
+            let octets = window.peek(HEADER)?;
+            let Some(header) = octets.first_chunk::<HEADER>().copied() else {
+                let present = octets.len();
+                return if present == 0 { Ok(None) } else { Err(cut(present, HEADER)) };
+            };
+            let section = header.starts_with(&SECTION);
+            if section {
+                self.big_endian = is_big_endian(window.peek(SHORTEST)?)?;
+            }
+            let (kind, length) = (self.number(&header, 0), self.number(&header, 4) as usize);
+            if length < SHORTEST {
+                return Err(garbled(format!("claims {length} octets; {SHORTEST} is the least")));
+            }
+            let of_interest = matches!(kind, INTERFACE | OBSOLETE_PACKET | SIMPLE_PACKET | ENHANCED_PACKET);
+            if !section && !of_interest {
+                pass_over(window, length, &header)?;
+                continue;
+            }
+            if length > LONGEST {
+                return Err(Damage::Absurd { record: BLOCK, length, most: LONGEST });
+            }
+            let octets = window.peek(length)?;
+            if octets.len() < length {
+                return Err(cut(octets.len(), length));
+            }
+            let block = &octets[..length];
+            self.check_end(block)?;
+            let mut datagram = None;
+            if section {
+                check_version(block)?;
+                self.interfaces.clear();
+            } else if kind == INTERFACE {
+                if self.interfaces.len() == MOST_INTERFACES {
+                    return Err(garbled(format!("describes one more than {MOST_INTERFACES} interfaces")));
+                }
+                self.interfaces.push(Interface::new(block, self.big_endian));
+            } else {
+                match self.datagram(kind, block, position) {
+                    Ok(read) => datagram = Some(read),
+                    Err(reason) => skipped.add(reason),
+                }
+            }
+            window.consume(length);
+            if datagram.is_some() {
+                return Ok(datagram);
+            }
+        }
+    }
+
+    fn datagram(&self, kind: u32, block: &[u8], position: u64) -> Result<Datagram, SkipReason> {
+        let packet = self.packet(kind, block).ok_or(SkipReason::Malformed)?;
+        let interface = self.interfaces.get(packet.interface).ok_or(SkipReason::UnknownInterface)?;
+        let link = interface.link.ok_or(SkipReason::LinkType)?;
+        let (range, endpoints) = link::udp_payload(link, packet.frame)?;
+        Ok(Datagram {
+            received: packet.time.and_then(|units| interface.time(units)),
+            endpoints: Some(endpoints),
+            origin: position + (packet.start + range.start) as u64,
+            payload: packet.frame[range].to_vec(),
+        })
+    }
+
+    /// `None` if the block is too short for what it announces.
+    fn packet<'a>(&self, kind: u32, block: &'a [u8]) -> Option<Packet<'a>> {
+        let body = &block[..block.len() - 4];
+        if kind == SIMPLE_PACKET {
+            // It says how long the frame was; what was kept of it is limited by the interface.
+            let frame = body.get(SIMPLE_FRAME..)?;
+            let most = match self.interfaces.first() {
+                Some(interface) if interface.snap_length > 0 => interface.snap_length,
+                _ => u32::MAX,
+            };
+            let length = self.number(block, 8).min(most) as usize;
+            let frame = &frame[..frame.len().min(length)];
+            return Some(Packet { interface: 0, time: None, start: SIMPLE_FRAME, frame });
+        }
+        if body.len() < FRAME {
+            return None;
+        }
+        let mut interface = self.number(block, 8);
+        if kind == OBSOLETE_PACKET {
+            // Two octets each of interface and lost packets.
+            interface = if self.big_endian { interface >> 16 } else { interface & 0xFFFF };
+        }
+        let time = u64::from(self.number(block, 12)) << 32 | u64::from(self.number(block, 16));
+        let frame = body[FRAME..].get(..self.number(block, 20) as usize)?;
+        Some(Packet { interface: interface as usize, time: Some(time), start: FRAME, frame })
+    }
+
+    fn check_end(&self, block: &[u8]) -> Result<(), Damage> {
+        let (first, last) = (self.number(block, 4), self.number(block, block.len() - 4));
+        if first == last {
+            return Ok(());
+        }
+        Err(garbled(format!("claims {first} octets at its beginning and {last} at its end")))
+    }
+
+    /// The number in 4 octets of a block; callers have seen that they are there.
+    fn number(&self, octets: &[u8], place: usize) -> u32 {
+        let mut number = [0; 4];
+        number.copy_from_slice(&octets[place..place + 4]);
+        if self.big_endian { u32::from_be_bytes(number) } else { u32::from_le_bytes(number) }
+    }
+}
+
+/// What a section says about one interface. One whose block cannot be made out keeps its number: it has no link type.
+struct Interface {
+    link: Option<LinkType>,
+    /// Octets kept of a frame at most; 0 for all.
+    snap_length: u32,
+    /// Unit of its times: seconds to the power of -`resolution` of 10, or of 2 if the highest bit is set.
+    resolution: u8,
+    /// Seconds from the epoch to the zero of its times.
+    offset_s: i64,
+}
+
+impl Interface {
+    /// Microseconds, where a file says nothing else.
+    const MICROSECONDS: u8 = 6;
+
+    fn new(block: &[u8], big_endian: bool) -> Self {
+        let mut interface = Self { link: None, snap_length: 0, resolution: Self::MICROSECONDS, offset_s: 0 };
+        let parse =
+            if big_endian { parse_interfacedescriptionblock_be } else { parse_interfacedescriptionblock_le };
+        let Ok((_, description)) = parse(block) else { return interface };
+        interface.link = u16::try_from(description.linktype.0).ok().and_then(LinkType::from_number);
+        interface.snap_length = description.snaplen;
+        for option in description.options.iter().take_while(|option| option.code != OptionCode::EndOfOpt) {
+            match (option.code, option.as_bytes()) {
+                (OptionCode::IfTsresol, Ok(&[resolution])) => interface.resolution = resolution,
+                (OptionCode::IfTsoffset, Ok(octets)) => {
+                    if let Ok(octets) = octets.try_into() {
+                        interface.offset_s =
+                            if big_endian { i64::from_be_bytes(octets) } else { i64::from_le_bytes(octets) };
+                    }
+                }
+                _ => {}
+            }
+        }
+        interface
+    }
+
+    /// The time of a packet, to the nanosecond below; `None` if it lies outside the years 1678 to 2262.
+    fn time(&self, units: u64) -> Option<Time> {
+        // Below 2 to the power of 94.
+        let scaled = u128::from(units) * u128::from(SECOND.unsigned_abs());
+        let exponent = u32::from(self.resolution & 0x7F);
+        let nanos = if self.resolution & 0x80 == 0 {
+            // A unit that no 128 bits hold is shorter than any time is long.
+            10_u128.checked_pow(exponent).map_or(0, |per_second| scaled / per_second)
+        } else {
+            scaled >> exponent
+        };
+        let offset = i128::from(self.offset_s) * i128::from(SECOND);
+        let nanos = i128::try_from(nanos).ok()?.checked_add(offset)?;
+        i64::try_from(nanos).ok().map(Time::from_nanos)
+    }
+}
+
+/// The byte order of the section that begins with these octets.
+fn is_big_endian(section: &[u8]) -> Result<bool, Damage> {
+    match section {
+        [_, _, _, _, _, _, _, _, 0x1A, 0x2B, 0x3C, 0x4D, ..] => Ok(true),
+        [_, _, _, _, _, _, _, _, 0x4D, 0x3C, 0x2B, 0x1A, ..] => Ok(false),
+        [_, _, _, _, _, _, _, _, a, b, c, d, ..] => {
+            Err(garbled(format!("begins a section without a byte order ({a:02x} {b:02x} {c:02x} {d:02x})")))
+        }
+        _ => Err(cut(section.len(), SHORTEST)),
+    }
+}
+
+fn check_version(section: &[u8]) -> Result<(), Damage> {
+    let Ok((_, header)) = parse_sectionheaderblock(section) else {
+        return Err(garbled("begins a section and is too short for it".to_owned()));
+    };
+    let (major, minor) = (header.major_version, header.minor_version);
+    if major == 1 {
+        Ok(())
+    } else {
+        Err(garbled(format!("begins a section of version {major}.{minor}, not 1")))
+    }
+}
+
+/// Moves past a block of any length, of which only a part is in memory at a time.
+fn pass_over(window: &mut Window, length: usize, header: &[u8; HEADER]) -> Result<(), Damage> {
+    if length > LONGEST_OTHER {
+        return Err(Damage::Absurd { record: BLOCK, length, most: LONGEST_OTHER });
+    }
+    let mut left = length;
+    // The last step is left with more than the length at the end.
+    while left > 2 * STEP {
+        let present = window.peek(STEP)?.len();
+        if present < STEP {
+            return Err(cut(length - left + present, length));
+        }
+        window.pass(STEP);
+        left -= STEP;
+    }
+    let octets = window.peek(left)?;
+    if octets.len() < left {
+        return Err(cut(length - left + octets.len(), length));
+    }
+    if octets[left - 4..left] != header[4..] {
+        return Err(garbled("has another length at its end than at its beginning".to_owned()));
+    }
+    window.consume(left);
+    Ok(())
+}
+
+fn cut(present: usize, needed: usize) -> Damage {
+    Damage::Cut { record: BLOCK, present, needed }
+}
+
+fn garbled(fault: String) -> Damage {
+    Damage::Garbled { record: BLOCK, fault }
+}
