@@ -5,9 +5,9 @@ use std::collections::VecDeque;
 use asterix::{Record, TimeOfDay, blocks, cat048, cat129};
 use jiff::civil::Date;
 
+use super::clock::{DayClock, RawClock};
 use super::{Capture, Datagram, ReadError};
-use crate::normalise::{nearest_day, on_day};
-use crate::time::{SECOND, Time};
+use crate::time::Time;
 
 /// What the pipeline is handed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,14 +41,20 @@ pub struct Merged {
 struct Input {
     capture: Capture,
     clock: RawClock,
+    day_clock: DayClock,
     /// Read and not handed out: the records of one data block, at most.
     ahead: VecDeque<Reception>,
 }
 
 impl Merged {
-    /// `date`: the UTC day of the first record of a file without reception times.
+    /// `date`: the UTC day of the first record of a file that does not say on which day it was received.
     pub fn new(captures: Vec<Capture>, date: Date) -> Self {
-        let input = |capture| Input { capture, clock: RawClock::starting_on(date), ahead: VecDeque::new() };
+        let input = |capture| Input {
+            capture,
+            clock: RawClock::starting_on(date),
+            day_clock: DayClock::starting_on(date),
+            ahead: VecDeque::new(),
+        };
         Self { inputs: captures.into_iter().map(input).collect() }
     }
 
@@ -82,14 +88,18 @@ impl Input {
     fn fill(&mut self, index: usize) -> Result<(), ReadError> {
         while self.ahead.is_empty() {
             let Some(datagram) = self.capture.next().transpose()? else { break };
-            match datagram.received {
-                Some(_) => self.ahead.push_back(Reception {
-                    received: datagram.received,
-                    input: index,
-                    kind: ReceptionKind::Datagram,
-                    origin: datagram.origin,
-                    payload: datagram.payload,
-                }),
+            let on_its_day = datagram.since_midnight.and_then(|nanos| self.day_clock.tell(nanos));
+            match datagram.received.or(on_its_day) {
+                Some(received) => {
+                    self.clock.set(received);
+                    self.ahead.push_back(Reception {
+                        received: Some(received),
+                        input: index,
+                        kind: ReceptionKind::Datagram,
+                        origin: datagram.origin,
+                        payload: datagram.payload,
+                    });
+                }
                 None => self.split(&datagram, index),
             }
         }
@@ -150,99 +160,11 @@ impl Input {
 
     fn push(&mut self, datagram: &Datagram, index: usize, offset: usize, payload: Vec<u8>) {
         self.ahead.push_back(Reception {
-            received: self.clock.running,
+            received: self.clock.running(),
             input: index,
             kind: ReceptionKind::Record,
             origin: datagram.origin + offset as u64,
             payload,
         });
-    }
-}
-
-/// The reception times of a file that has none: the running maximum of its report times.
-///
-/// A report more than a minute away does not move the time, unless three in a row agree within a minute: then it moves
-/// there with the third. (The pipeline drops the strays: they are in the future, or late.)
-#[derive(Clone, Debug)]
-struct RawClock {
-    /// At the start of the day of the first record.
-    midnight: Option<Time>,
-    running: Option<Time>,
-    /// Successive reports that are more than a minute ahead, or more than a minute behind; at most two.
-    astray: VecDeque<Time>,
-}
-
-/// How far a report may be from the running time, and strays from each other, nanoseconds.
-const ASTRAY_NS: i64 = 60 * SECOND;
-
-impl RawClock {
-    fn starting_on(date: Date) -> Self {
-        Self { midnight: Time::midnight(date), running: None, astray: VecDeque::new() }
-    }
-
-    /// The next record's time of day, if it has one that a day has.
-    fn tell(&mut self, time_of_day: Option<TimeOfDay>) {
-        let Some(count) = time_of_day.map(TimeOfDay::count) else { return };
-        let Some(running) = self.running else {
-            self.running = self.midnight.and_then(|midnight| on_day(count, midnight));
-            return;
-        };
-        let Some(time) = nearest_day(count, running) else { return };
-        let apart = |a: Time, b: Time| (a.nanos() - b.nanos()).abs();
-        if apart(time, running) <= ASTRAY_NS {
-            self.astray.clear();
-            self.running = Some(running.max(time));
-            return;
-        }
-        let same_side = |stray: &Time| (*stray > running) == (time > running);
-        if !self.astray.iter().all(same_side) {
-            self.astray.clear();
-        }
-        self.astray.push_back(time);
-        if self.astray.len() == 3 {
-            let agree = self.astray.iter().all(|&a| self.astray.iter().all(|&b| apart(a, b) <= ASTRAY_NS));
-            if agree {
-                self.running = Some(time);
-                self.astray.clear();
-            } else {
-                self.astray.pop_front();
-            }
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn clock_after(seconds: &[f64]) -> Vec<f64> {
-        let mut clock = RawClock::starting_on(jiff::civil::date(1970, 1, 1));
-        let tell = |&second: &f64| {
-            clock.tell(TimeOfDay::from_count((second * 128.0) as u32));
-            clock.running.unwrap().as_seconds()
-        };
-        seconds.iter().map(tell).collect()
-    }
-
-    #[test]
-    fn the_first_record_falls_on_the_given_day_and_later_ones_on_the_nearest() {
-        assert_eq!(clock_after(&[0.0, 1.0]), [0.0, 1.0]);
-        assert_eq!(clock_after(&[86_400.0, 1.0]), [86_400.0, 86_401.0]);
-        assert_eq!(clock_after(&[86_390.0, 5.0, 86_399.0, 6.0]), [86_390.0, 86_405.0, 86_405.0, 86_406.0]);
-    }
-
-    #[test]
-    fn a_stray_does_not_move_the_time_and_three_that_agree_do() {
-        assert_eq!(clock_after(&[100.0, 500.0, 101.0, 500.0, 501.0]), [100.0, 100.0, 101.0, 101.0, 101.0]);
-        assert_eq!(clock_after(&[100.0, 500.0, 510.0, 520.0, 101.0]), [100.0, 100.0, 100.0, 520.0, 520.0]);
-        assert_eq!(clock_after(&[900.0, 500.0, 510.0, 520.0, 521.0]), [900.0, 900.0, 900.0, 520.0, 521.0]);
-        // Three that do not agree, and three of which one is on the other side.
-        assert_eq!(clock_after(&[100.0, 500.0, 900.0, 510.0, 520.0, 530.0]).last(), Some(&530.0));
-        assert_eq!(clock_after(&[500.0, 900.0, 100.0, 901.0, 902.0]).last(), Some(&500.0));
-    }
-
-    #[test]
-    fn what_no_day_has_is_no_time() {
-        assert_eq!(clock_after(&[100.0, 86_401.0]), [100.0, 100.0]);
     }
 }

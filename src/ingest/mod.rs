@@ -5,6 +5,7 @@
 //! | raw ASTERIX | a plausible first block (see `recognise.rs`) | one data block: CAT, LEN, records | none |
 //! | pcap | `a1b2c3d4` or `a1b23c4d`, either byte order | the payload of one UDP datagram | of the capture |
 //! | pcapng | `0a0d0d0a` | the payload of one UDP datagram | of the capture; none in a simple packet block |
+//! | FINAL | a whole first record, with its `a5a5a5a5` at the end | the data of one record | time of day, without a day |
 //!
 //! The name of a file says nothing. Memory is bounded by one window over the file, whatever its size. What cannot be a datagram (ARP, TCP, fragments, …) is
 //! passed over and counted in [`Skipped`]; damage ends the capture with a [`ReadError`] that says where. Nothing here
@@ -12,7 +13,9 @@
 //!
 //! A further format takes a file of its own, a line in `recognise.rs`, and a variant of [`Format`] and of `Reader`.
 
+mod clock;
 mod error;
+mod final_recording;
 mod link;
 mod merge;
 mod pcap;
@@ -37,11 +40,14 @@ pub use merge::{Merged, Reception, ReceptionKind};
 pub use pcap::Resolution;
 pub use skipped::{SkipReason, Skipped};
 
-/// One UDP datagram of a capture, or one data block of a raw file.
+/// One UDP datagram of a capture, one record of a FINAL recording, or one data block of a raw file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Datagram {
     /// When the capture says it arrived; `None` in a file without reception times.
     pub received: Option<Time>,
+    /// Nanoseconds after midnight at which a FINAL recording, which names no day, says it arrived; `None` elsewhere, and
+    /// where it says what no day has.
+    pub since_midnight: Option<i64>,
     /// Who sent it, and where to; `None` in a file that does not say.
     pub endpoints: Option<Endpoints>,
     /// Offset in the file of the payload's first octet.
@@ -65,6 +71,8 @@ pub enum Format {
     },
     /// pcapng; link types and units of time may change within the file.
     Pcapng,
+    /// FINAL recording.
+    Final,
 }
 
 impl fmt::Display for Format {
@@ -73,6 +81,7 @@ impl fmt::Display for Format {
             Self::Raw => f.write_str("raw ASTERIX"),
             Self::Pcap { link, resolution } => write!(f, "pcap ({link}, {resolution})"),
             Self::Pcapng => f.write_str("pcapng"),
+            Self::Final => f.write_str("FINAL recording"),
         }
     }
 }
@@ -92,6 +101,7 @@ enum Reader {
     Raw,
     Pcap(pcap::Pcap),
     Pcapng(pcapng::Pcapng),
+    Final,
 }
 
 impl Capture {
@@ -135,6 +145,7 @@ impl Capture {
                 (Format::Pcap { link: pcap.link(), resolution: pcap.resolution() }, Reader::Pcap(pcap))
             }
             Ok(Kind::Pcapng) => (Format::Pcapng, Reader::Pcapng(pcapng::Pcapng::default())),
+            Ok(Kind::Final) => (Format::Final, Reader::Final),
             Ok(Kind::Empty) => return Err(OpenError::Empty { name }),
             Ok(Kind::Foreign { found, advice }) => return Err(OpenError::Foreign { name, found, advice }),
             Err(cause) => return Err(OpenError::Read { name, cause }),
@@ -179,6 +190,7 @@ impl Iterator for Capture {
             Reader::Raw => raw::next(&mut self.window, &mut self.ended),
             Reader::Pcap(pcap) => pcap.next(&mut self.window, &mut self.skipped),
             Reader::Pcapng(pcapng) => pcapng.next(&mut self.window, &mut self.skipped),
+            Reader::Final => final_recording::next(&mut self.window),
         };
         match next {
             Ok(Some(datagram)) => Some(Ok(datagram)),

@@ -109,6 +109,7 @@ impl Pcap {
                     let datagram =
                         link::udp_payload(self.link, record.data).map(|(range, endpoints)| Datagram {
                             received: Some(self.time(record.ts_sec, record.ts_usec)),
+                            since_midnight: None,
                             endpoints: Some(endpoints),
                             origin: position + (RECORD_HEADER + range.start) as u64,
                             payload: record.data[range].to_vec(),

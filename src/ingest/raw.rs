@@ -33,5 +33,5 @@ pub(super) fn next(window: &mut Window, ended: &mut bool) -> Result<Option<Datag
     }
     let payload = window.peek(length)?[..length].to_vec();
     window.consume(length);
-    Ok(Some(Datagram { received: None, endpoints: None, origin, payload }))
+    Ok(Some(Datagram { received: None, since_midnight: None, endpoints: None, origin, payload }))
 }

@@ -1,5 +1,9 @@
 //! What a file is, from its first octets. Names and extensions are not asked.
 //!
+//! A FINAL recording is recognised by its first record: its time is one that a day has, its data begin with the header of
+//! a block that fits into them, and its trailer is at its end. If what follows is not such a record, or its beginning,
+//! it still is one unless it could be raw ASTERIX.
+//!
 //! Nothing marks raw ASTERIX: any octet but 0 is a category, so almost anything could be a block. A file is taken for
 //! raw ASTERIX when
 //! 1. it does not begin with the magic number of another format,
@@ -13,9 +17,9 @@
 
 use std::io;
 
-use super::pcapng;
 use super::raw::{self, HEADER};
 use super::window::Window;
+use super::{final_recording, pcapng};
 
 /// What a file turned out to be.
 #[derive(Debug, PartialEq, Eq)]
@@ -23,6 +27,7 @@ pub(super) enum Kind {
     Raw,
     Pcap,
     Pcapng,
+    Final,
     Empty,
     Foreign { found: String, advice: &'static str },
 }
@@ -39,7 +44,7 @@ const LARGE: usize = 0x0900;
 /// Category whose blocks are large.
 const VIDEO: u8 = 240;
 
-const WHAT_IS_READ: &str = "this program reads raw ASTERIX, pcap and pcapng";
+const WHAT_IS_READ: &str = "this program reads raw ASTERIX, pcap, pcapng and FINAL";
 const PACKED: &str = "unpack it first";
 
 /// Formats known by their first octets, and what to do about them.
@@ -99,6 +104,12 @@ fn by_content(window: &mut Window) -> Kind {
     if let Some((_, found, advice)) = FOREIGN.iter().find(|(magic, ..)| head.starts_with(magic)) {
         return Kind::Foreign { found: (*found).to_owned(), advice };
     }
+    if let Some(length) = final_record(window, 0) {
+        let goes_on = window.glimpse(length + 1).len() == length || final_record(window, length).is_some();
+        if goes_on || objection_to_raw(window).is_some() {
+            return Kind::Final;
+        }
+    }
     match objection_to_raw(window) {
         None => Kind::Raw,
         Some(objection) => {
@@ -106,6 +117,20 @@ fn by_content(window: &mut Window) -> Kind {
             describe(&sample[..sample.len().min(SAMPLE)], &objection)
         }
     }
+}
+
+/// Octets of the FINAL record at `place`, if there is a whole one.
+fn final_record(window: &mut Window, place: usize) -> Option<usize> {
+    let start = window.glimpse(place + final_recording::HEADER + HEADER).get(place..)?;
+    let header = start.first_chunk()?;
+    final_recording::since_midnight(header)?;
+    let length = final_recording::length(header);
+    let (_, block) = plausible_header(&start[final_recording::HEADER..])?;
+    if final_recording::HEADER + block > length {
+        return None;
+    }
+    let record = window.glimpse(place + length).get(place..place + length)?;
+    final_recording::ends_well(record).then_some(length)
 }
 
 /// Why this is not raw ASTERIX, as a half sentence; `None` if it is.

@@ -1,5 +1,6 @@
 //! Captures built in memory, and the recordings of the project, through the public reader.
 
+mod finals;
 mod pcapng_damage;
 mod pcapngs;
 mod pcaps;

@@ -1,6 +1,6 @@
 //! pcapng.
 
-use utm_fusion::ingest::{Datagram, Format, SkipReason};
+use utm_fusion::ingest::{Datagram, Format, Merged, ReceptionKind, SkipReason};
 use utm_fusion::time::Time;
 
 use crate::writer::{PcapngWriter, WRAPPINGS};
@@ -135,6 +135,23 @@ fn simple_and_obsolete_packets_are_read() {
         assert_eq!(datagrams[1].received, Some(Time::from_nanos(7000)));
         assert_eq!(capture.skipped().to_string(), "1 cut short by the capture");
     }
+}
+
+#[test]
+fn records_of_simple_packets_have_the_time_of_what_came_before() {
+    let mut file = PcapngWriter::new(false);
+    file.interface(1, 0, &[]);
+    let first = frame(&[48, 0, 7, 0x80, 25, 200, 0]);
+    file.simple_packet(first.len(), &first);
+    file.packet(0, 1_700_000_000_000_000, &frame(BLOCKS[2]));
+    file.simple_packet(first.len(), &first);
+    let receptions: Vec<_> = Merged::new(vec![open(&file.octets).unwrap()], jiff::civil::date(2026, 1, 1))
+        .map(|reception| reception.map(|reception| (reception.kind, reception.received)).unwrap())
+        .collect();
+    let time = Some(Time::from_nanos(1_700_000_000 * SECOND));
+    let records = receptions.iter().filter(|(kind, _)| *kind == ReceptionKind::Record).count();
+    assert_eq!((receptions[0].1, records), (None, receptions.len() - 1));
+    assert_eq!(receptions.last(), Some(&(ReceptionKind::Record, time)));
 }
 
 #[test]

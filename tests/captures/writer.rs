@@ -127,6 +127,12 @@ impl PcapngWriter {
     }
 }
 
+/// A record of a FINAL recording, received this many hundredths of a second after midnight.
+pub(crate) fn final_record(hundredths: u32, data: &[u8]) -> Vec<u8> {
+    let length = (data.len() as u16 + 12).to_be_bytes();
+    [&length, &[1, 2, 3][..], &hundredths.to_be_bytes()[1..], data, &[0xA5; 4]].concat()
+}
+
 /// From port 8048 to 8049.
 pub(crate) fn udp(payload: &[u8]) -> Vec<u8> {
     let length = (8 + payload.len() as u16).to_be_bytes();

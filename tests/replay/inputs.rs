@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use asterix::blocks;
 use jiff::SignedDuration;
+use utm_fusion::ingest::Datagram;
 use utm_fusion::time::{SECOND, Time};
 
 use super::common::{Flight, Scratch, csv_lines, datagrams, demo, pcap, ran, utm_fusion};
@@ -59,6 +60,26 @@ fn files_without_reception_times_fly_on_the_day_that_is_given() {
     let captured = flight.csv();
     let same = captured.iter().filter(|line| dated.contains(line)).count();
     assert!(same * 100 >= captured.len() * 95, "{same} of {}", captured.len());
+}
+
+/// A FINAL recording knows times of day in hundredths of a second; midnight is crossed in the middle.
+#[test]
+fn a_recording_flies_from_the_day_that_is_given() {
+    let flight = demo();
+    let scratch = Scratch::new();
+    let record = |datagram: &Datagram| {
+        let hundredths = datagram.received.unwrap().since_midnight() / (SECOND / 100);
+        let length = (datagram.payload.len() as u16 + 12).to_be_bytes();
+        let time = &(hundredths as u32).to_be_bytes()[1..];
+        [&length[..], &[0, 0, 0], time, &datagram.payload, &[0xA5; 4]].concat()
+    };
+    let recording: Vec<u8> = datagrams(&flight.capture()).iter().flat_map(record).collect();
+    let recording = scratch.file("capture.final", &recording);
+    let file = scratch.path("out.csv");
+    let ran = ran(flight.replay(&[&recording]).args(["--date", "2026-06-20"]).arg("-o").arg(&file));
+    assert_eq!(ran.code, 0, "{}", ran.stderr);
+    assert!(ran.stderr.contains("capture.final: FINAL recording"), "{}", ran.stderr);
+    assert!(csv_lines(fs::read(&file).unwrap()) == flight.csv());
 }
 
 #[test]
