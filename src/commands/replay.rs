@@ -28,7 +28,8 @@ use crate::time::Time;
 /// The same input gives the same bytes, at any speed. Without -o a summary is printed.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
-    /// Captures: raw ASTERIX or pcap, recognised by content; `-` is standard input. Several are merged by reception time.
+    /// Captures: raw ASTERIX, pcap, pcapng or FINAL, gzip-compressed or not, recognised by content; `-` is standard input.
+    /// Several are merged by reception time.
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
     /// The site's configuration.
@@ -52,7 +53,7 @@ pub struct Args {
     /// No output from this time of the flight on.
     #[arg(long, value_name = "T")]
     pub end: Option<Moment>,
-    /// UTC day of the first record of each file without reception times (raw ASTERIX).
+    /// UTC day of the first record of each file that does not say its day (raw ASTERIX, FINAL).
     #[arg(long, default_value = "1970-01-01", value_name = "YYYY-MM-DD", value_parser = day)]
     pub date: Date,
     /// Adds how long it took to the summary, and prints it to standard error where standard output holds data.
@@ -175,7 +176,8 @@ impl<'a> Replay<'a> {
 
     fn run(&mut self, captures: Vec<Capture>) -> CommandResult {
         for capture in &captures {
-            info!("{}: {}", capture.name(), capture.format());
+            let compressed = if capture.is_compressed() { ", gzip-compressed" } else { "" };
+            info!("{}: {}{compressed}", capture.name(), capture.format());
         }
         let total = captures.iter().map(Capture::size).sum::<Option<u64>>();
         self.bar = io::stderr().is_terminal().then(|| progress::bar(total));

@@ -6,6 +6,8 @@ use std::io;
 
 use thiserror::Error;
 
+use super::gzip::GzipError;
+
 /// A capture that cannot be read at all.
 #[derive(Debug, Error)]
 pub enum OpenError {
@@ -47,6 +49,12 @@ pub enum OpenError {
         /// What to do.
         advice: &'static str,
     },
+    /// Compressed twice.
+    #[error("{name}: is gzip-compressed twice; unpack it once: gunzip")]
+    GzipInGzip {
+        /// Its path.
+        name: String,
+    },
     /// A pcap that ends inside its file header.
     #[error("{name}: is a pcap of {octets} octets, cut inside its file header of 24; nothing can be saved")]
     HeaderCut {
@@ -74,7 +82,7 @@ pub enum OpenError {
 #[derive(Debug, Error)]
 #[error("{name}: at offset {offset}: {damage}")]
 pub struct ReadError {
-    /// Path of the capture.
+    /// Path of the capture, and whether the offset is of its unpacked data.
     pub name: String,
     /// Offset in the file of the record that could not be read.
     pub offset: u64,
@@ -87,7 +95,10 @@ pub struct ReadError {
 pub enum Damage {
     /// The system refuses to go on.
     #[error("cannot be read further: {0}; check the disk or the connection and try again")]
-    Io(#[from] io::Error),
+    Io(io::Error),
+    /// A compressed file cannot be unpacked to its end.
+    #[error("cannot be read further: {0}; all records before it were read")]
+    Gzip(GzipError),
     /// The file ends inside a record.
     #[error(
         "the file ends in the middle of a {record} ({present} of {needed} octets); the recording was cut off \
@@ -125,4 +136,10 @@ pub enum Damage {
         /// What is wrong with it, as the rest of a sentence.
         fault: String,
     },
+}
+
+impl From<io::Error> for Damage {
+    fn from(error: io::Error) -> Self {
+        error.downcast().map_or_else(Self::Io, Self::Gzip)
+    }
 }

@@ -7,7 +7,8 @@
 //! | pcapng | `0a0d0d0a` | the payload of one UDP datagram | of the capture; none in a simple packet block |
 //! | FINAL | a whole first record, with its `a5a5a5a5` at the end | the data of one record | time of day, without a day |
 //!
-//! The name of a file says nothing. Memory is bounded by one window over the file, whatever its size. What cannot be a datagram (ARP, TCP, fragments, …) is
+//! Each may be gzip-compressed (`1f8b08`); offsets are then those of the unpacked data. The name of a file says nothing.
+//! Memory is bounded by one window over the file, whatever its size. What cannot be a datagram (ARP, TCP, fragments, …) is
 //! passed over and counted in [`Skipped`]; damage ends the capture with a [`ReadError`] that says where. Nothing here
 //! looks into a block: broken ASTERIX is for the decoder to report.
 //!
@@ -16,6 +17,7 @@
 mod clock;
 mod error;
 mod final_recording;
+mod gzip;
 mod link;
 mod merge;
 mod pcap;
@@ -29,12 +31,16 @@ use std::fmt;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::time::Time;
+use gzip::Gunzip;
 use recognise::Kind;
 use window::Window;
 
 pub use error::{Damage, OpenError, ReadError};
+pub use gzip::GzipError;
 pub use link::{Endpoints, LinkType};
 pub use merge::{Merged, Reception, ReceptionKind};
 pub use pcap::Resolution;
@@ -50,7 +56,7 @@ pub struct Datagram {
     pub since_midnight: Option<i64>,
     /// Who sent it, and where to; `None` in a file that does not say.
     pub endpoints: Option<Endpoints>,
-    /// Offset in the file of the payload's first octet.
+    /// Offset in the file, unpacked if it is compressed, of the payload's first octet.
     pub origin: u64,
     /// What the sender put into the datagram, without link, IP and UDP headers and without padding: at most 65,535
     /// octets. In a raw file one block with its CAT and LEN; the last one may be what follows the last whole block.
@@ -91,6 +97,8 @@ pub struct Capture {
     name: String,
     size: Option<u64>,
     format: Format,
+    /// Octets read of a compressed file.
+    packed: Option<Arc<AtomicU64>>,
     window: Window,
     reader: Reader,
     skipped: Skipped,
@@ -137,7 +145,14 @@ impl Capture {
         size: Option<u64>,
     ) -> Result<Self, OpenError> {
         let mut window = Window::new(reader);
-        let kind = recognise::recognise(&mut window);
+        let mut kind = recognise::recognise(&mut window);
+        let mut packed = None;
+        if let Ok(Kind::Gzip) = kind {
+            let (gunzip, count) = Gunzip::new(window.into_reader());
+            window = Window::new(Box::new(gunzip));
+            kind = recognise::recognise(&mut window).map(Kind::unpacked);
+            packed = Some(count);
+        }
         let (format, reader) = match kind {
             Ok(Kind::Raw) => (Format::Raw, Reader::Raw),
             Ok(Kind::Pcap) => {
@@ -146,11 +161,12 @@ impl Capture {
             }
             Ok(Kind::Pcapng) => (Format::Pcapng, Reader::Pcapng(pcapng::Pcapng::default())),
             Ok(Kind::Final) => (Format::Final, Reader::Final),
+            Ok(Kind::Gzip) => return Err(OpenError::GzipInGzip { name }),
             Ok(Kind::Empty) => return Err(OpenError::Empty { name }),
             Ok(Kind::Foreign { found, advice }) => return Err(OpenError::Foreign { name, found, advice }),
             Err(cause) => return Err(OpenError::Read { name, cause }),
         };
-        Ok(Self { name, size, format, window, reader, skipped: Skipped::default(), ended: false })
+        Ok(Self { name, size, format, packed, window, reader, skipped: Skipped::default(), ended: false })
     }
 
     /// What messages call this capture: its path, or `standard input`.
@@ -163,14 +179,20 @@ impl Capture {
         &self.format
     }
 
-    /// Size of the file in octets; `None` for standard input and pipes.
+    /// Whether it is gzip-compressed around its format. Offsets are those of the unpacked data.
+    pub fn is_compressed(&self) -> bool {
+        self.packed.is_some()
+    }
+
+    /// Size of the file in octets, compressed if it is; `None` for standard input and pipes.
     pub fn size(&self) -> Option<u64> {
         self.size
     }
 
-    /// Octets consumed so far, for a progress bar. Less than the size at the end only if damage ended the capture.
+    /// Octets of the file consumed so far (read, of a compressed one), for a progress bar. Less than the size at the end
+    /// only if damage ended the capture.
     pub fn consumed(&self) -> u64 {
-        self.window.position()
+        self.packed.as_ref().map_or(self.window.position(), |count| count.load(Ordering::Relaxed))
     }
 
     /// Frames passed over so far because they hold no whole UDP datagram.
@@ -200,7 +222,9 @@ impl Iterator for Capture {
             }
             Err(damage) => {
                 self.ended = true;
-                Some(Err(ReadError { name: self.name.clone(), offset: self.window.position(), damage }))
+                let unpacked = if self.is_compressed() { ", unpacked" } else { "" };
+                let name = format!("{}{unpacked}", self.name);
+                Some(Err(ReadError { name, offset: self.window.position(), damage }))
             }
         }
     }

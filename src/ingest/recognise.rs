@@ -19,7 +19,7 @@ use std::io;
 
 use super::raw::{self, HEADER};
 use super::window::Window;
-use super::{final_recording, pcapng};
+use super::{final_recording, gzip, pcapng};
 
 /// What a file turned out to be.
 #[derive(Debug, PartialEq, Eq)]
@@ -28,8 +28,21 @@ pub(super) enum Kind {
     Pcap,
     Pcapng,
     Final,
+    Gzip,
     Empty,
     Foreign { found: String, advice: &'static str },
+}
+
+impl Kind {
+    /// The kind of what was found in a compressed file.
+    pub(super) fn unpacked(self) -> Self {
+        match self {
+            Self::Foreign { found, advice } => {
+                Self::Foreign { found: format!("{found}, gzip-compressed"), advice }
+            }
+            kind => kind,
+        }
+    }
 }
 
 /// Octets looked at for a magic number. Few: a pipe may not have more for a while.
@@ -44,7 +57,7 @@ const LARGE: usize = 0x0900;
 /// Category whose blocks are large.
 const VIDEO: u8 = 240;
 
-const WHAT_IS_READ: &str = "this program reads raw ASTERIX, pcap, pcapng and FINAL";
+const WHAT_IS_READ: &str = "this program reads raw ASTERIX, pcap, pcapng and FINAL, also gzip-compressed";
 const PACKED: &str = "unpack it first";
 
 /// Formats known by their first octets, and what to do about them.
@@ -53,7 +66,6 @@ const FOREIGN: &[(&[u8], &str, &str)] = &[
     (b"\xA1\xB2\xCD\x34", "a modified pcap capture", "convert it: editcap -F pcap IN OUT"),
     (b"snoop\0\0\0", "a snoop capture", "convert it: editcap -F pcap IN OUT"),
     (b"GMBU", "a Network Monitor capture", "convert it: editcap -F pcap IN OUT"),
-    (b"\x1F\x8B\x08", "gzip-compressed data", "compressed files cannot be read yet; unpack it first: gunzip"),
     (b"BZh", "bzip2-compressed data", "unpack it first: bunzip2"),
     (b"\xFD7zXZ\0", "xz-compressed data", "unpack it first: unxz"),
     (b"\x28\xB5\x2F\xFD", "Zstandard-compressed data", "unpack it first: unzstd"),
@@ -100,6 +112,9 @@ fn by_content(window: &mut Window) -> Kind {
     }
     if head.starts_with(&pcapng::SECTION) {
         return Kind::Pcapng;
+    }
+    if head.starts_with(gzip::MAGIC) {
+        return Kind::Gzip;
     }
     if let Some((_, found, advice)) = FOREIGN.iter().find(|(magic, ..)| head.starts_with(magic)) {
         return Kind::Foreign { found: (*found).to_owned(), advice };

@@ -1,6 +1,6 @@
 //! A window that slides over a reader: the only buffer between a file and its datagrams.
 
-use std::io::{self, ErrorKind, Read};
+use std::io::{self, Cursor, ErrorKind, Read};
 
 /// Octets the window can show at once: more than the longest pcap record and the longest ASTERIX block.
 pub(super) const CAPACITY: usize = 512 * 1024;
@@ -84,5 +84,12 @@ impl Window {
     /// Offset in the file of the next octet.
     pub(super) fn position(&self) -> u64 {
         self.position
+    }
+
+    /// The reader as it was before anything was shown. Nothing may have been consumed.
+    pub(super) fn into_reader(self) -> Box<dyn Read + Send> {
+        debug_assert!(self.position == 0, "what was consumed cannot be read again");
+        let shown = self.buffer[self.start..self.end].to_vec();
+        Box::new(Cursor::new(shown).chain(self.reader))
     }
 }

@@ -170,7 +170,7 @@ fn foreign_files_are_refused_with_what_they_look_like() {
         (b"\x89PNG\r\n\x1A\n\0\0\0\rIHDR", "PNG"),
         (b"\x7FELF\x02\x01\x01\0\0\0", "ELF"),
         (b"PK\x03\x04\x14\0\0\0", "ZIP"),
-        (b"\x1F\x8B\x08\0\0\0\0\0", "gunzip"),
+        (b"BZh91AY&SY", "bunzip2"),
         (b"\x34\xCD\xB2\xA1\x02\0\x04\0", "editcap -F pcap"),
         (b"SQLite format 3\0\x10\0", "SQLite"),
         (b"\0\0\0\0\0\0", "00 00 00 00 00 00; they are not the header"),

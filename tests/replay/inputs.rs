@@ -1,9 +1,12 @@
 //! What comes in: files without reception times, damaged files, foreign files, and a part of a flight.
 
 use std::fs;
+use std::io::Write;
 use std::path::PathBuf;
 
 use asterix::blocks;
+use flate2::Compression;
+use flate2::write::GzEncoder;
 use jiff::SignedDuration;
 use utm_fusion::ingest::Datagram;
 use utm_fusion::time::{SECOND, Time};
@@ -83,6 +86,22 @@ fn a_recording_flies_from_the_day_that_is_given() {
 }
 
 #[test]
+fn a_compressed_capture_gives_the_same() {
+    let flight = demo();
+    let scratch = Scratch::new();
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
+    encoder.write_all(&fs::read(flight.capture()).unwrap()).unwrap();
+    let packed = scratch.file("capture.pcap.gz", &encoder.finish().unwrap());
+    assert!(csv_lines(flight.output(&[&packed], "csv")) == flight.csv());
+    let ran = ran(&mut flight.replay(&[&packed]));
+    assert!(
+        ran.stderr.contains("capture.pcap.gz: pcap (Ethernet, microseconds), gzip-compressed"),
+        "{}",
+        ran.stderr
+    );
+}
+
+#[test]
 fn what_is_whole_of_a_cut_raw_file_is_used_and_the_rest_is_located() {
     let flight = demo();
     let scratch = Scratch::new();
@@ -148,7 +167,7 @@ fn what_is_no_capture_is_told_apart() {
     for (name, contents, message) in [
         ("a.png", &b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"[..], "it looks like a PNG image"),
         ("a.toml", &site, "it looks like text"),
-        ("a.pcap.gz", b"\x1f\x8b\x08\0\0\0\0\0\0\x03", "it looks like gzip-compressed data"),
+        ("a.pcap.gz", b"\x1f\x8b\x08\0\0\0\0\0\0\x03", "the gzip-compressed file ends too early"),
         ("a.pcap.xz", b"\xfd7zXZ\0\0\x04\xe6\xd6\xb4\x46", "it looks like xz-compressed data"),
         ("a.bin", b"\0\0\0\0\0\0\0\0\0\0\0\0", "it looks like nothing known (first octets 00 00"),
         ("short.pcap", b"\xd4\xc3\xb2\xa1\x02\0", "cut inside its file header"),
