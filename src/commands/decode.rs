@@ -22,7 +22,7 @@ use crate::json::{Place, write_block, write_fault, write_record};
 /// With several inputs each line names its file, as `input`.
 #[derive(clap::Args, Debug, Default)]
 pub struct Args {
-    /// Capture files (raw ASTERIX, pcap), or - for standard input; read one after the other
+    /// Capture files (raw ASTERIX, pcap, pcapng, FINAL; also gzip-compressed), or - for standard input; one after the other
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
     /// Look at blocks of this category only; where no block can be made out is still told
