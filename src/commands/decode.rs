@@ -6,8 +6,8 @@ use std::path::PathBuf;
 
 use asterix::{Block, Fault, Record, blocks, cat034, cat048, cat065, cat129};
 
-use super::{CommandResult, Outcome};
-use crate::ingest::{Capture, Datagram, SkipReason};
+use super::{CommandResult, Outcome, lost_frames};
+use crate::ingest::{Capture, Datagram};
 use crate::json::{Place, write_block, write_fault, write_record};
 
 /// Print captures as JSON, one record a line
@@ -185,8 +185,7 @@ impl<W: Write> Printer<'_, W> {
 
     /// Counts the frames that may have held records and could not be read; they have no lines.
     fn count_frames(&mut self, capture: &Capture) {
-        let lost = [SkipReason::Fragment, SkipReason::Truncated, SkipReason::Malformed];
-        for (reason, times) in capture.skipped().iter().filter(|(reason, _)| lost.contains(reason)) {
+        for (reason, times) in lost_frames(capture) {
             self.count(format!("{reason} frame"), times);
         }
     }

@@ -15,6 +15,7 @@ use std::io;
 
 use crate::areas::AreaError;
 use crate::config::ConfigErrors;
+use crate::ingest::{Capture, SkipReason};
 
 /// How a command ended that did its work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,6 +51,12 @@ pub fn exit_code(result: &CommandResult) -> u8 {
         Err(error) if error.is::<ConfigErrors>() || error.is::<AreaError>() => 3,
         Err(_) => 1,
     }
+}
+
+/// The frames that may have held records and could not be read, by reason.
+fn lost_frames(capture: &Capture) -> impl Iterator<Item = (SkipReason, u64)> {
+    let lost = [SkipReason::Fragment, SkipReason::Truncated, SkipReason::Malformed];
+    capture.skipped().iter().filter(move |(reason, _)| lost.contains(reason))
 }
 
 /// Whether the reader of our output has gone.
