@@ -10,4 +10,5 @@ pub mod normalise;
 pub mod picture;
 pub mod pipeline;
 pub mod publish;
+pub mod survey;
 pub mod time;

@@ -10,7 +10,7 @@ const MEMORY_NS: i64 = 2 * SECOND;
 
 /// The datagrams handled in the last 2 s, octet by octet: no hash stands for them, so none is lost by collision.
 #[derive(Debug, Default)]
-pub(super) struct Duplicates {
+pub(crate) struct Duplicates {
     handled: HashSet<Rc<[u8]>>,
     /// By the time they were handled at, oldest first.
     order: VecDeque<(Time, Rc<[u8]>)>,
@@ -18,7 +18,7 @@ pub(super) struct Duplicates {
 
 impl Duplicates {
     /// Whether `payload` was handled at most 2 s before `now`, which never decreases; remembers it where it was not.
-    pub(super) fn is_repeated(&mut self, payload: &[u8], now: Time) -> bool {
+    pub(crate) fn is_repeated(&mut self, payload: &[u8], now: Time) -> bool {
         while let Some((handled_at, oldest)) = self.order.front() {
             if now.nanos() - handled_at.nanos() <= MEMORY_NS {
                 break;

@@ -11,7 +11,7 @@ use crate::fusion::{self, Emission, Engine, Gate, Settings, SlotGrid};
 use crate::ingest::{Reception, ReceptionKind};
 use crate::normalise::{Normaliser, Refusal, Refused, Report};
 use crate::time::{SECOND, Time};
-use duplicates::Duplicates;
+pub(crate) use duplicates::Duplicates;
 
 pub use event::{Event, Tally};
 

@@ -1,0 +1,276 @@
+//! A survey of a capture: who sends what, how much, when, and how well. No I/O, no clock: datagrams in, [`Report`] out.
+//!
+//! Memory does not grow with the length of the capture. Streams, sources and what a source follows are bounded maps, whose overflow is
+//! counted; medians come from bins that are 3 % of their value wide.
+//!
+//! Times are those of reception. A file without any is told by the times of day in its records, whose days follow from
+//! each other: over midnight, and past single strays.
+
+mod bounded;
+mod categories;
+mod hints;
+mod histogram;
+mod presence;
+mod report;
+mod source;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use asterix::{Block, DataSource, Fault, Record, UapItem, blocks, cat034, cat048, cat129};
+
+use crate::ingest::{Datagram, Endpoints};
+use crate::pipeline::Duplicates;
+use crate::time::{SECOND, Time};
+use bounded::Bounded;
+use presence::{DOUBT_NS, Presence, nanos_between};
+use report::rate;
+use source::{Glimpse, Source, Target};
+
+pub use report::{
+    CategoryReport, Delay, ErrorReport, Followed, Interval, Items, LineHint, Report, SensorHint, Silences,
+    SourceReport, Span, Stamp, StreamReport,
+};
+
+/// Streams that are told apart.
+pub const STREAMS: usize = 1024;
+
+/// Sources that are told apart; one may take half a megabyte.
+pub const SOURCES: usize = 256;
+
+/// How far the clock of reception may go back without being told, nanoseconds.
+const STEP_NS: i64 = SECOND;
+
+/// Counts datagrams.
+#[derive(Debug)]
+pub struct Survey {
+    datagrams: u64,
+    octets: u64,
+    recent: Duplicates,
+    copies: u64,
+    /// Of reception, or of the times of day that are believed.
+    span: Presence,
+    dated: bool,
+    streams: Bounded<Endpoints, Stream>,
+    datagrams_of_more_streams: u64,
+    sources: Bounded<(u8, Option<DataSource>), Source>,
+    records_of_more_sources: u64,
+    categories: BTreeMap<u8, Category>,
+    errors: BTreeMap<(Option<u8>, &'static str), ErrorReport>,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Stream {
+    datagrams: u64,
+    octets: u64,
+    span: Option<(Time, Time)>,
+    categories: BTreeSet<u8>,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Category {
+    blocks: u64,
+    octets: u64,
+    records: Option<u64>,
+    uap: &'static [UapItem],
+}
+
+impl Default for Survey {
+    fn default() -> Self {
+        Self {
+            datagrams: 0,
+            octets: 0,
+            recent: Duplicates::default(),
+            copies: 0,
+            span: Presence::default(),
+            dated: false,
+            streams: Bounded::new(STREAMS),
+            datagrams_of_more_streams: 0,
+            sources: Bounded::new(SOURCES),
+            records_of_more_sources: 0,
+            categories: BTreeMap::new(),
+            errors: BTreeMap::new(),
+        }
+    }
+}
+
+impl Survey {
+    /// Counts a datagram, or a data block of a raw file.
+    pub fn datagram(&mut self, datagram: &Datagram) {
+        self.datagrams += 1;
+        self.octets += datagram.payload.len() as u64;
+        if let Some(received) = datagram.received {
+            self.dated = true;
+            self.span.see(received, STEP_NS);
+            let now = self.span.span().map_or(received, |(_, last)| last);
+            self.copies += u64::from(self.recent.is_repeated(&datagram.payload, now));
+        }
+        if let Some(endpoints) = datagram.endpoints {
+            match self.streams.get(endpoints) {
+                Some(stream) => stream.datagram(datagram),
+                None => self.datagrams_of_more_streams += 1,
+            }
+        }
+        for block in blocks(&datagram.payload) {
+            match block {
+                Ok(block) => self.block(block, datagram),
+                Err(fault) => self.fault(fault, datagram),
+            }
+        }
+    }
+
+    /// Counts a block: a line for each category that is looked into.
+    fn block(&mut self, block: Block<'_>, datagram: &Datagram) {
+        let category = self.categories.entry(block.category).or_default();
+        category.blocks += 1;
+        category.octets += block.octets.len() as u64;
+        match block.category {
+            34 => self.measure(block, datagram, &cat034::UAP),
+            48 => self.read(block, datagram, &cat048::UAP, |record: &cat048::Record| {
+                let track = record.track_number.map(|number| Target::Track(number.number()));
+                Glimpse::new(record.fspec(), record.data_source, record.time_of_day, track)
+            }),
+            129 => self.read(block, datagram, &cat129::UAP, |record: &cat129::Record| {
+                let serial = record.serial_number.as_ref().and_then(Target::serial);
+                Glimpse::new(record.fspec(), record.data_source, record.time_of_day, serial)
+            }),
+            _ => {}
+        }
+    }
+
+    /// Counts the records of a block, each with its source.
+    fn read<R: Record>(
+        &mut self,
+        block: Block<'_>,
+        datagram: &Datagram,
+        uap: &'static [UapItem],
+        glimpse: impl Fn(&R) -> Glimpse,
+    ) {
+        let mut records = 0;
+        for located in block.records::<R>() {
+            match located {
+                Ok(located) => {
+                    records += 1;
+                    self.record(block.category, &glimpse(&located.record), located.length, datagram);
+                }
+                Err(fault) => self.fault(fault, datagram),
+            }
+        }
+        let category = self.categories.entry(block.category).or_default();
+        category.uap = uap;
+        *category.records.get_or_insert(0) += records;
+    }
+
+    fn record(&mut self, category: u8, glimpse: &Glimpse, octets: usize, datagram: &Datagram) {
+        let around = self.span.span().map(|(_, last)| last);
+        let Some(source) = self.sources.get((category, glimpse.source)) else {
+            self.records_of_more_sources += 1;
+            return;
+        };
+        let seen = source.record(glimpse, octets, datagram, around);
+        if datagram.received.is_none() {
+            seen.into_iter().flatten().for_each(|time| self.span.see(time, DOUBT_NS));
+        }
+    }
+
+    /// Counts the records of a block of a category that is not read yet.
+    fn measure(&mut self, block: Block<'_>, datagram: &Datagram, uap: &[UapItem]) {
+        let records = match block.measure(uap) {
+            Ok(records) => records as u64,
+            Err(fault) => {
+                self.fault(fault, datagram);
+                0
+            }
+        };
+        *self.categories.entry(block.category).or_default().records.get_or_insert(0) += records;
+    }
+
+    fn fault(&mut self, fault: Fault, datagram: &Datagram) {
+        let first_offset = datagram.origin + fault.offset as u64;
+        let kind = fault.kind.name();
+        let error = self.errors.entry((fault.category, kind)).or_insert_with(|| ErrorReport {
+            kind,
+            category: fault.category,
+            count: 0,
+            first_offset,
+            first_item: fault.item,
+            detail: fault.kind.to_string(),
+        });
+        error.count += 1;
+    }
+
+    /// What was found so far.
+    pub fn report(&self) -> Report {
+        let dated = self.dated;
+        let all_records = self.categories.values().filter_map(|category| category.records).sum();
+        let source = |(&(category, source), counts): (&(u8, Option<DataSource>), &Source)| {
+            let uap = self.categories.get(&category).map_or(&[][..], |category| category.uap);
+            counts.report(category, source, uap, dated, all_records)
+        };
+        let sources: Vec<_> = self.sources.iter().map(source).collect();
+        Report {
+            datagrams: self.datagrams,
+            octets: self.octets,
+            copies: self.copies,
+            span: self.span(),
+            streams: self.streams.iter().map(|(endpoints, stream)| stream.report(*endpoints)).collect(),
+            datagrams_of_more_streams: self.datagrams_of_more_streams,
+            sensors: hints::sensors(&sources),
+            sources,
+            records_of_more_sources: self.records_of_more_sources,
+            categories: self
+                .categories
+                .iter()
+                .map(|(&category, counts)| CategoryReport {
+                    category,
+                    name: categories::name(category),
+                    blocks: counts.blocks,
+                    octets: counts.octets,
+                    records: counts.records,
+                })
+                .collect(),
+            errors: self.errors.values().cloned().collect(),
+        }
+    }
+
+    fn span(&self) -> Option<Span> {
+        let mut span = self.span.clone();
+        if !self.dated {
+            let doubted = self.sources.iter().filter_map(|(_, source)| source.doubted());
+            doubted.for_each(|time| span.see(time, DOUBT_NS));
+        }
+        let (first, last) = span.span()?;
+        Some(Span {
+            of: if self.dated { "reception" } else { "time of day" },
+            first: Stamp { time: first, dated: self.dated },
+            last: Stamp { time: last, dated: self.dated },
+            duration_ns: nanos_between(first, last),
+            steps_back: if self.dated { span.steps_back } else { 0 },
+        })
+    }
+}
+
+impl Stream {
+    fn datagram(&mut self, datagram: &Datagram) {
+        self.datagrams += 1;
+        self.octets += datagram.payload.len() as u64;
+        if let Some(received) = datagram.received {
+            let (first, last) = self.span.unwrap_or((received, received));
+            self.span = Some((first.min(received), last.max(received)));
+        }
+        self.categories.extend(blocks(&datagram.payload).flatten().map(|block| block.category));
+    }
+
+    fn report(&self, endpoints: Endpoints) -> StreamReport {
+        let stamp = |time| Stamp { time, dated: true };
+        StreamReport {
+            source: endpoints.source,
+            destination: endpoints.destination,
+            datagrams: self.datagrams,
+            octets: self.octets,
+            datagrams_per_s: rate(self.datagrams, self.span),
+            first: self.span.map(|(first, _)| stamp(first)),
+            last: self.span.map(|(_, last)| stamp(last)),
+            categories: self.categories.iter().copied().collect(),
+        }
+    }
+}

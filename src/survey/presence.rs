@@ -1,0 +1,149 @@
+//! When something was there, and when it was silent.
+
+use super::histogram::Histogram;
+use crate::normalise::{nearest_day, on_day};
+use crate::time::{SECOND, Time};
+
+/// First and last time, and the silences between.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Presence {
+    span: Option<(Time, Time)>,
+    /// The latest since the last step back: a silence begins here.
+    latest: Option<Time>,
+    /// From each time to the next later one.
+    pub(super) silences: Histogram,
+    /// Length in nanoseconds and beginning of the longest silence, the first of equals.
+    pub(super) longest: Option<(i64, Time)>,
+    /// How often the time went back by more than the tolerance.
+    pub(super) steps_back: u64,
+}
+
+impl Presence {
+    /// It is there at this time. Going back by no more than `tolerance_ns` is mere disorder.
+    pub(super) fn see(&mut self, time: Time, tolerance_ns: i64) {
+        let (first, last) = self.span.unwrap_or((time, time));
+        self.span = Some((first.min(time), last.max(time)));
+        let passed_ns = self.latest.map_or(0, |latest| nanos_between(latest, time));
+        if let Some(latest) = self.latest.filter(|_| passed_ns > 0) {
+            self.silences.add(passed_ns);
+            if self.longest.is_none_or(|(longest_ns, _)| passed_ns > longest_ns) {
+                self.longest = Some((passed_ns, latest));
+            }
+        }
+        if passed_ns < -tolerance_ns {
+            self.steps_back += 1;
+        } else if passed_ns < 0 {
+            return;
+        }
+        self.latest = Some(time);
+    }
+
+    /// First and last time.
+    pub(super) fn span(&self) -> Option<(Time, Time)> {
+        self.span
+    }
+}
+
+/// From `earlier` to `later`, nanoseconds; negative where they are the other way round.
+pub(super) fn nanos_between(earlier: Time, later: Time) -> i64 {
+    later.nanos().saturating_sub(earlier.nanos())
+}
+
+/// How far times of day may be from the one before without being doubted, nanoseconds.
+pub(super) const DOUBT_NS: i64 = 60 * SECOND;
+
+/// The days of one source's times of day, where no reception dates them; the first day is 1970-01-01.
+///
+/// A time more than a minute from the one before waits for the next: it is believed if that is nearer to it than to the
+/// one before, else it is a stray.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Days {
+    believed: Option<Time>,
+    /// Doubted; believed if nothing follows.
+    pub(super) doubted: Option<Time>,
+    /// How many were not believed.
+    pub(super) strays: u64,
+}
+
+impl Days {
+    /// The next time of day (counts of 1/128 s): its time, and the times that are believed now. `around` is a time of the
+    /// same file, for the first. `None` if no day has such a time.
+    pub(super) fn tell(&mut self, count: u32, around: Option<Time>) -> Option<(Time, [Option<Time>; 2])> {
+        let before = match (self.believed, around) {
+            (Some(before), _) => before,
+            (None, around) => {
+                let first = match around {
+                    Some(around) => nearest_day(count, around),
+                    None => on_day(count, Time::from_nanos(0)),
+                }?;
+                self.believed = Some(first);
+                return Some((first, [Some(first), None]));
+            }
+        };
+        let distance = |time: Time, from: Time| nanos_between(from, time).abs();
+        let time = nearest_day(count, before)?;
+        let mut confirmed = None;
+        let mut nearest = (time, before);
+        if let Some(doubted) = self.doubted.take() {
+            let beside_it = nearest_day(count, doubted)?;
+            if distance(beside_it, doubted) < distance(time, before) {
+                confirmed = Some(doubted);
+                nearest = (beside_it, doubted);
+                self.believed = confirmed;
+            } else {
+                self.strays += 1;
+            }
+        }
+        let (time, before) = nearest;
+        if distance(time, before) > DOUBT_NS {
+            self.doubted = Some(time);
+            return Some((time, [confirmed, None]));
+        }
+        self.believed = Some(time);
+        Some((time, [confirmed, Some(time)]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The seconds that are believed in the end, and the strays.
+    fn believed(seconds: &[f64]) -> (Vec<f64>, u64) {
+        let mut days = Days::default();
+        let mut all = Vec::new();
+        for second in seconds {
+            let (_, times) = days.tell((second * 128.0) as u32, None).unwrap();
+            all.extend(times.into_iter().flatten());
+        }
+        all.extend(days.doubted);
+        (all.into_iter().map(Time::as_seconds).collect(), days.strays)
+    }
+
+    #[test]
+    fn midnight_is_passed_in_both_directions() {
+        assert_eq!(believed(&[86_399.0, 1.0, 86_398.0]), (vec![86_399.0, 86_401.0, 86_398.0], 0));
+        assert_eq!(believed(&[86_000.0, 400.0, 800.0]), (vec![86_000.0, 86_800.0, 87_200.0], 0));
+    }
+
+    #[test]
+    fn a_stray_is_passed_over_and_slow_reports_are_not() {
+        assert_eq!(believed(&[100.0, 5_000.0, 101.0]), (vec![100.0, 101.0], 1));
+        assert_eq!(believed(&[100.0, 5_000.0, 5_001.0]), (vec![100.0, 5_000.0, 5_001.0], 0));
+        assert_eq!(believed(&[100.0, 300.0, 500.0, 700.0]), (vec![100.0, 300.0, 500.0, 700.0], 0));
+        assert_eq!(believed(&[100.0, 5_000.0]), (vec![100.0, 5_000.0], 0));
+        assert_eq!(Days::default().tell(86_401 * 128, None), None);
+    }
+
+    #[test]
+    fn silences_are_measured_from_the_latest_time() {
+        let mut presence = Presence::default();
+        for second in [10, 11, 10, 12, 30, 5, 6] {
+            presence.see(Time::from_nanos(second * SECOND), 10 * SECOND);
+        }
+        let at = |second| Time::from_nanos(second * SECOND);
+        assert_eq!(presence.span(), Some((at(5), at(30))));
+        assert_eq!(presence.longest, Some((18 * SECOND, at(12))));
+        assert_eq!((presence.steps_back, presence.silences.longer_than(0)), (1, 4));
+    }
+}

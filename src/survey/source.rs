@@ -1,0 +1,234 @@
+//! What one source sends: the records of one category with one SAC/SIC.
+
+use std::collections::BTreeSet;
+
+use asterix::{DataSource, Fspec, TimeOfDay, UapItem};
+
+use super::STEP_NS;
+use super::bounded::Bounded;
+use super::histogram::Histogram;
+use super::presence::{DOUBT_NS, Days, Presence, nanos_between};
+use super::report::{Delay, Followed, Interval, Items, Silences, SourceReport, Stamp, rate, seconds};
+use crate::ingest::{Datagram, Endpoints};
+use crate::normalise::{Identity, nearest_day};
+use crate::time::{SECOND, Time};
+
+/// What a survey looks at in a record of any category.
+pub(super) struct Glimpse {
+    pub(super) fspec: Fspec,
+    pub(super) source: Option<DataSource>,
+    pub(super) time: Option<TimeOfDay>,
+    /// What it is about, where the source follows it.
+    pub(super) target: Option<Target>,
+}
+
+impl Glimpse {
+    pub(super) fn new(
+        fspec: Fspec,
+        source: Option<DataSource>,
+        time: Option<TimeOfDay>,
+        target: Option<Target>,
+    ) -> Self {
+        Self { fspec, source, time, target }
+    }
+}
+
+/// What a source follows from record to record.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Target {
+    /// I048/161.
+    Track(u16),
+    /// I129/040, without the blanks about it.
+    Serial(Identity),
+}
+
+impl Target {
+    /// `None` for a blank serial number.
+    pub(super) fn serial(octets: &[u8; 12]) -> Option<Self> {
+        Identity::new(octets, None).map(Self::Serial)
+    }
+}
+
+/// Tracks or serial numbers of one source that are told apart: CAT048 has 4,096 track numbers.
+const TARGETS: usize = 4096;
+
+/// Streams named of one source; more than a few redundant lines are not usual.
+const LINES: usize = 8;
+
+/// A silence counts as a gap when it is longer than this many usual intervals…
+const GAP_INTERVALS: i64 = 5;
+
+/// … and longer than this, nanoseconds: records that come in bursts are silent between any two bursts.
+const GAP_NS: i64 = SECOND;
+
+/// Counts of one source. Its size is bounded: see [`TARGETS`] and [`Histogram`].
+#[derive(Clone, Debug)]
+pub(super) struct Source {
+    records: u64,
+    octets: u64,
+    /// By field reference number, from 1.
+    items: [u64; 7 * Fspec::MAX_OCTETS],
+    /// By reception; by time of day in files without.
+    presence: Presence,
+    days: Days,
+    delay: Histogram,
+    without_time: u64,
+    out_of_range: u64,
+    /// When each was last reported.
+    targets: Bounded<Target, Option<Time>>,
+    /// Between two reports of one target.
+    intervals: Histogram,
+    lines: BTreeSet<Endpoints>,
+}
+
+impl Default for Source {
+    fn default() -> Self {
+        Self {
+            records: 0,
+            octets: 0,
+            items: [0; 7 * Fspec::MAX_OCTETS],
+            presence: Presence::default(),
+            days: Days::default(),
+            delay: Histogram::default(),
+            without_time: 0,
+            out_of_range: 0,
+            targets: Bounded::new(TARGETS),
+            intervals: Histogram::default(),
+            lines: BTreeSet::new(),
+        }
+    }
+}
+
+impl Source {
+    /// Counts a record of `octets` octets that came with `datagram`. `around` is a time of the same file, for a first time
+    /// of day that nothing dates. Returns the times at which it is known that something was sent.
+    pub(super) fn record(
+        &mut self,
+        glimpse: &Glimpse,
+        octets: usize,
+        datagram: &Datagram,
+        around: Option<Time>,
+    ) -> [Option<Time>; 2] {
+        self.records += 1;
+        self.octets += octets as u64;
+        for (frn, count) in (1..).zip(&mut self.items) {
+            *count += u64::from(glimpse.fspec.has(frn));
+        }
+        if let Some(endpoints) = datagram.endpoints
+            && self.lines.len() < LINES
+        {
+            self.lines.insert(endpoints);
+        }
+        if glimpse.time.is_none() {
+            self.without_time += 1;
+        }
+        let received = datagram.received;
+        let count = glimpse.time.map(TimeOfDay::count);
+        let (time, seen) = match received {
+            Some(received) => {
+                let time = count.and_then(|count| nearest_day(count, received));
+                if let Some(time) = time {
+                    self.delay.add(nanos_between(time, received));
+                }
+                (time, [Some(received), None])
+            }
+            None => match count.and_then(|count| self.days.tell(count, around)) {
+                Some((time, believed)) => (Some(time), believed),
+                None => (None, [None; 2]),
+            },
+        };
+        self.out_of_range += u64::from(count.is_some() && time.is_none());
+        let tolerance_ns = if received.is_some() { STEP_NS } else { DOUBT_NS };
+        for time in seen.into_iter().flatten() {
+            self.presence.see(time, tolerance_ns);
+        }
+        self.follow(glimpse.target, time.or(received));
+        seen
+    }
+
+    fn follow(&mut self, target: Option<Target>, time: Option<Time>) {
+        let (Some(target), Some(time)) = (target, time) else { return };
+        let Some(last) = self.targets.get(target) else { return };
+        if let Some(passed_ns) = last.map(|last| nanos_between(last, time)) {
+            if passed_ns > 0 {
+                self.intervals.add(passed_ns);
+            } else if passed_ns > -DOUBT_NS {
+                return; // a copy, or out of order
+            }
+        }
+        *last = Some(time);
+    }
+
+    /// The last time of day, if it is neither believed nor refuted yet.
+    pub(super) fn doubted(&self) -> Option<Time> {
+        self.days.doubted
+    }
+
+    pub(super) fn report(
+        &self,
+        category: u8,
+        source: Option<DataSource>,
+        uap: &[UapItem],
+        dated: bool,
+        all_records: u64,
+    ) -> SourceReport {
+        let mut presence = self.presence.clone();
+        if let Some(doubted) = self.days.doubted {
+            presence.see(doubted, DOUBT_NS);
+        }
+        let stamp = |time| Stamp { time, dated };
+        let followed = self.followed();
+        let between_records_ns = presence.silences.quantile(0.5);
+        let of_target_ns = self.intervals.quantile(0.5);
+        let interval = match followed {
+            Some(followed) => of_target_ns.map(|median_ns| (followed.of, median_ns)),
+            None => between_records_ns.map(|median_ns| ("record", median_ns)),
+        };
+        let usual_ns = of_target_ns.max(between_records_ns);
+        let items = uap.iter().zip(self.items).filter(|(_, count)| *count > 0);
+        SourceReport {
+            category,
+            sac: source.map(|source| source.sac),
+            sic: source.map(|source| source.sic),
+            records: self.records,
+            octets: self.octets,
+            share: self.records as f64 / all_records.max(1) as f64,
+            records_per_s: rate(self.records, presence.span()),
+            first: presence.span().map(|(first, _)| stamp(first)),
+            last: presence.span().map(|(_, last)| stamp(last)),
+            followed,
+            interval: interval.map(|(of, median_ns)| Interval { of, median_s: seconds(median_ns) }),
+            silences: presence.longest.zip(usual_ns).map(|((longest_ns, from), usual_ns)| {
+                let limit_ns = usual_ns.saturating_mul(GAP_INTERVALS).max(GAP_NS);
+                let counted = presence.silences.longer_than(limit_ns);
+                Silences {
+                    gap_above_s: seconds(limit_ns),
+                    gaps: counted.max(u64::from(longest_ns > limit_ns)),
+                    longest_s: seconds(longest_ns),
+                    longest_from: stamp(from),
+                }
+            }),
+            delay: self.delay.range().map(|(min_ns, max_ns)| Delay {
+                min_s: seconds(min_ns),
+                median_s: seconds(self.delay.quantile(0.5).unwrap_or(min_ns)),
+                p99_s: seconds(self.delay.quantile(0.99).unwrap_or(max_ns)),
+                max_s: seconds(max_ns),
+            }),
+            without_time: self.without_time,
+            out_of_range: self.out_of_range,
+            strays: self.days.strays,
+            steps_back: presence.steps_back,
+            items: Items(items.map(|(item, count)| (item.item, count)).collect()),
+            lines: self.lines.iter().copied().collect(),
+        }
+    }
+
+    fn followed(&self) -> Option<Followed> {
+        let count = self.targets.len();
+        let (first, _) = self.targets.iter().next()?;
+        // There are no more track numbers than that.
+        let or_more = count == TARGETS && matches!(first, Target::Serial(_));
+        let of = if matches!(first, Target::Track(_)) { "track" } else { "serial" };
+        Some(Followed { of, count, or_more })
+    }
+}
