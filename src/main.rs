@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use tracing_subscriber::EnvFilter;
-use utm_fusion::commands::{check, decode, demo, encode, exit_code, is_closed_pipe, replay};
+use utm_fusion::commands::{check, decode, demo, encode, exit_code, info, is_closed_pipe, replay};
 
 /// One air picture of drone traffic from radar (ASTERIX CAT048) and transponders (CAT129).
 #[derive(Parser)]
@@ -24,6 +24,7 @@ enum Command {
     Replay(replay::Args),
     Decode(decode::Args),
     Encode(encode::Args),
+    Info(info::Args),
     Check(check::Args),
 }
 
@@ -42,6 +43,7 @@ fn main() -> ExitCode {
         Command::Replay(args) => replay::run(args),
         Command::Decode(args) => decode::run(args, &mut io::stdout().lock()),
         Command::Encode(args) => encode::run(args),
+        Command::Info(args) => info::run(args, &mut io::stdout().lock()),
         Command::Check(args) => check::run(args),
     };
     if let Err(error) = &result

@@ -4,6 +4,7 @@ pub mod check;
 pub mod decode;
 pub mod demo;
 pub mod encode;
+pub mod info;
 pub mod moment;
 pub mod pace;
 pub mod progress;

@@ -1,0 +1,124 @@
+//! `info`: what is in a capture, on one screen.
+
+mod table;
+mod text;
+
+use std::io::{self, BufWriter, IsTerminal, Write};
+use std::path::PathBuf;
+
+use serde::{Serialize, Serializer};
+use tracing::error;
+
+use super::{CommandResult, Outcome, lost_frames, progress};
+use crate::ingest::{Capture, Format, ReadError, Skipped};
+use crate::survey::{Report, Survey};
+
+/// Say what is in captures: who sends what, how much, when, and is it healthy
+///
+/// For each input: streams (who sends where), sources (SAC/SIC), how steadily and how late they report, which items they
+/// send, categories, errors, and the sensors that a configuration for it would have. Gaps are silences of a source longer
+/// than five times its usual interval and than a second; a delay is from the time of day in a record to its reception. Medians are good to
+/// 3 %.
+#[derive(clap::Args, Clone, Debug, Default)]
+pub struct Args {
+    /// Capture files (raw ASTERIX, pcap), or - for standard input; each by itself
+    #[arg(required = true, value_name = "INPUT")]
+    pub inputs: Vec<PathBuf>,
+    /// Print one JSON object per input, a line each
+    #[arg(long)]
+    pub json: bool,
+    /// End with exit code 4 if there was anything that cannot be read
+    #[arg(long)]
+    pub strict: bool,
+}
+
+/// What is said of an input.
+#[derive(Serialize)]
+struct Info {
+    input: String,
+    #[serde(serialize_with = "as_text")]
+    format: Format,
+    /// Octets of the file; of a pipe those that were read.
+    size: u64,
+    /// Frames of the capture that hold no whole UDP datagram, by reason.
+    #[serde(serialize_with = "by_reason")]
+    skipped: Skipped,
+    /// Those of them that may have cost records.
+    lost_frames: u64,
+    #[serde(flatten)]
+    report: Report,
+    /// Why it could not be read to its end.
+    damage: Option<String>,
+}
+
+fn as_text<S: Serializer>(format: &Format, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(format)
+}
+
+fn by_reason<S: Serializer>(skipped: &Skipped, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(skipped.iter().map(|(reason, count)| (reason.to_string(), count)))
+}
+
+/// Reads each input to its end, or to where it is damaged, and writes what is in it to `out`.
+///
+/// # Errors
+/// An input cannot be opened, which is found before anything is printed; or `out` cannot be written to: a closed pipe
+/// comes back as its [`io::Error`]. Damage is told and logged, and the next input is read.
+pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
+    let captures = args.inputs.iter().map(|path| Capture::open(path)).collect::<Result<Vec<_>, _>>()?;
+    let mut out = BufWriter::new(out);
+    let mut outcome = Outcome::Done;
+    for (place, capture) in captures.into_iter().enumerate() {
+        let info = survey(capture);
+        if info.damage.is_some() {
+            outcome = Outcome::InputUnreadable;
+        } else if args.strict && outcome == Outcome::Done && info.lost_frames + info.report.error_count() > 0
+        {
+            outcome = Outcome::InputErrors;
+        }
+        if args.json {
+            serde_json::to_writer(&mut out, &info)?;
+            writeln!(out)?;
+        } else {
+            let blank = if place == 0 { "" } else { "\n" };
+            write!(out, "{blank}{}", text::text(&info)?)?;
+        }
+        // Whoever waits for the next input can read this one.
+        out.flush()?;
+    }
+    Ok(outcome)
+}
+
+fn survey(mut capture: Capture) -> Info {
+    let bar = io::stderr().is_terminal().then(|| progress::bar(capture.size()));
+    let mut survey = Survey::default();
+    let mut damage: Option<ReadError> = None;
+    let mut count: u64 = 0;
+    while let Some(next) = capture.next() {
+        match next {
+            Ok(datagram) => survey.datagram(&datagram),
+            Err(error) => damage = Some(error),
+        }
+        count += 1;
+        if let Some(bar) = &bar
+            && count.is_multiple_of(4096)
+        {
+            bar.set_position(capture.consumed());
+        }
+    }
+    if let Some(bar) = bar {
+        bar.finish_and_clear();
+    }
+    if let Some(error) = &damage {
+        error!("{error}");
+    }
+    Info {
+        input: capture.name().to_owned(),
+        format: *capture.format(),
+        size: capture.size().unwrap_or(capture.consumed()),
+        lost_frames: lost_frames(&capture).map(|(_, times)| times).sum(),
+        skipped: capture.skipped().clone(),
+        report: survey.report(),
+        damage: damage.map(|error| format!("at offset {}: {}", error.offset, error.damage)),
+    }
+}

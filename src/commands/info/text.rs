@@ -1,0 +1,320 @@
+//! A report as text: one screen for a person.
+
+use std::fmt::{self, Display, Write as _};
+
+use super::Info;
+use super::table::{Table, duration, grouped, short};
+use crate::ingest::Format;
+use crate::survey::{LineHint, Report, SensorHint, SourceReport, Span, Stamp};
+use crate::time::{DAY, SECOND};
+
+/// Lines of a table that are printed, those with the highest counts; JSON has them all.
+const SHOWN: usize = 20;
+
+/// Columns of the screen; only long names make a line longer.
+const WIDTH: usize = 110;
+
+/// What is said of an input.
+pub(super) fn text(info: &Info) -> Result<String, fmt::Error> {
+    let mut text = String::new();
+    head(&mut text, info)?;
+    let report = &info.report;
+    let long = report.span.is_some_and(|span| span.duration_ns >= DAY);
+    streams(&mut text, report)?;
+    sources(&mut text, report, long)?;
+    timing(&mut text, report, long)?;
+    items(&mut text, report)?;
+    categories(&mut text, report)?;
+    errors(&mut text, info)?;
+    sensors(&mut text, &report.sensors)?;
+    Ok(text)
+}
+
+fn head(text: &mut String, info: &Info) -> fmt::Result {
+    let report = &info.report;
+    writeln!(text, "{}", info.input)?;
+    writeln!(text, "format     {}, {} octets", info.format, grouped(info.size))?;
+    let octets = grouped(report.octets);
+    match info.format {
+        Format::Raw => {
+            writeln!(text, "content    {} with {octets} octets", counted(report.datagrams, "block"))?;
+        }
+        _ => {
+            let frames = report.datagrams + info.skipped.total();
+            write!(text, "content    {}: ", counted(frames, "frame"))?;
+            write!(text, "{} with {octets} octets", counted(report.datagrams, "UDP datagram"))?;
+            if report.copies > 0 {
+                let copies = if report.copies == 1 { "is a copy" } else { "are copies" };
+                write!(text, ", of which {} {copies} of one at most 2 s before", grouped(report.copies))?;
+            }
+            if info.skipped.total() > 0 {
+                write!(text, "; skipped {}", info.skipped)?;
+            }
+            writeln!(text)?;
+        }
+    }
+    match report.span {
+        Some(Span { of, first, last, duration_ns, steps_back }) => {
+            let what = if of == "reception" { "received" } else { "times" };
+            write!(text, "{what:<10} {first} to {last}, {}", duration(duration_ns as f64 / SECOND as f64))?;
+            if !first.dated {
+                write!(text, " (times of day; there are none of reception)")?;
+            }
+            if steps_back > 0 {
+                write!(text, "; the clock went back {}", counted(steps_back, "time"))?;
+            }
+            writeln!(text)?;
+        }
+        None => writeln!(text, "times      none, neither of reception nor in the records")?,
+    }
+    if let Some(damage) = &info.damage {
+        writeln!(text, "damage     {damage}")?;
+    }
+    Ok(())
+}
+
+fn streams(text: &mut String, report: &Report) -> fmt::Result {
+    let mut table = Table::new("lrrrl", &["stream", "datagrams", "octets", "/s", "categories"]);
+    for stream in most(&report.streams, |stream| stream.datagrams) {
+        table.row([
+            format!("{} > {}", stream.source, stream.destination),
+            grouped(stream.datagrams),
+            grouped(stream.octets),
+            stream.datagrams_per_s.map_or(String::new(), short),
+            joined(stream.categories.iter().map(|category| format!("{category:03}")), " "),
+        ]);
+    }
+    section(text, &table)?;
+    more(text, report.streams.len(), "stream")?;
+    overflow(text, report.datagrams_of_more_streams, "datagram", "streams")
+}
+
+fn sources(text: &mut String, report: &Report, long: bool) -> fmt::Result {
+    let names = ["cat SAC/SIC", "records", "share", "/s", "first", "last", "reports of"];
+    let mut table = Table::new("lrrrrrl", &names);
+    for source in most(&report.sources, |source| source.records) {
+        let clock = |stamp: Option<Stamp>| stamp.map_or(String::new(), |stamp| clock(stamp, long));
+        table.row([
+            name(source),
+            grouped(source.records),
+            percent(source.share),
+            source.records_per_s.map_or(String::new(), short),
+            clock(source.first),
+            clock(source.last),
+            source.followed.map_or(String::new(), |followed| {
+                let more = if followed.or_more { " or more" } else { "" };
+                format!("{}{more}", counted(followed.count as u64, followed.of))
+            }),
+        ]);
+    }
+    section(text, &table)?;
+    more(text, report.sources.len(), "source")?;
+    overflow(text, report.records_of_more_sources, "record", "sources")
+}
+
+/// How steadily and how late the sources report.
+fn timing(text: &mut String, report: &Report, long: bool) -> fmt::Result {
+    let dated = report.sources.iter().any(|source| source.delay.is_some());
+    let names =
+        ["cat SAC/SIC", "interval", "gaps", "longest silence", "time of day", "delay: min", "median", "p99"];
+    let (columns, names) = if dated { ("lrrrlrrr", &names[..]) } else { ("lrrrl", &names[..5]) };
+    let mut table = Table::new(columns, names);
+    for source in most(&report.sources, |source| source.records) {
+        let mut row = vec![name(source), String::new(), String::new(), String::new(), times_of_day(source)];
+        if let Some(interval) = source.interval {
+            let of = if interval.of == "record" { "" } else { interval.of };
+            row[1] = format!("{} {of}", duration(interval.median_s)).trim_end().to_owned();
+        }
+        if let Some(silences) = source.silences {
+            row[2] = match silences.gaps {
+                0 => "none".to_owned(),
+                gaps => format!("{} > {}", grouped(gaps), duration(silences.gap_above_s)),
+            };
+            row[3] = format!("{} at {}", duration(silences.longest_s), clock(silences.longest_from, long));
+        }
+        if let Some(delay) = source.delay {
+            row.extend([delay.min_s, delay.median_s, delay.p99_s].map(duration));
+        }
+        table.row(row);
+    }
+    section(text, &table)
+}
+
+/// What is wrong with the times of day.
+fn times_of_day(source: &SourceReport) -> String {
+    let faults = [
+        (source.without_time, "missing"),
+        (source.out_of_range, "past 24 h"),
+        (source.strays, "astray"),
+        (source.steps_back, "steps back"),
+    ];
+    let faults = faults.into_iter().filter(|(count, _)| *count > 0);
+    let text = joined(faults.map(|(count, what)| format!("{} {what}", grouped(count))), ", ");
+    if text.is_empty() { "all good".to_owned() } else { text }
+}
+
+fn items(text: &mut String, report: &Report) -> fmt::Result {
+    if report.sources.is_empty() {
+        return Ok(());
+    }
+    writeln!(text, "\ncat SAC/SIC  items")?;
+    for source in most(&report.sources, |source| source.records) {
+        let (always, sometimes): (Vec<_>, Vec<_>) =
+            source.items.0.iter().partition(|(_, count)| *count == source.records);
+        let always = joined(always.iter().map(|(item, _)| item), " ");
+        let share = |count: u64| percent(count as f64 / source.records as f64);
+        let sometimes = sometimes.iter().map(|(item, count)| format!("{item} {}", share(*count)));
+        let parts: Vec<String> =
+            std::iter::once(always).chain(sometimes).filter(|part| !part.is_empty()).collect();
+        wrapped(text, &format!("{:<11}  ", name(source)), &parts)?;
+    }
+    Ok(())
+}
+
+/// The parts with commas between, on lines of [`WIDTH`].
+fn wrapped(text: &mut String, label: &str, parts: &[String]) -> fmt::Result {
+    let mut line = label.to_owned();
+    for (place, part) in parts.iter().enumerate() {
+        let comma = if place + 1 < parts.len() { ", " } else { "" };
+        if place > 0 && line.len() + part.len() + 1 > WIDTH {
+            writeln!(text, "{}", line.trim_end())?;
+            line = " ".repeat(label.len());
+        }
+        line += part;
+        line += comma;
+    }
+    writeln!(text, "{}", line.trim_end())
+}
+
+fn categories(text: &mut String, report: &Report) -> fmt::Result {
+    let mut table = Table::new("lrrrl", &["category", "blocks", "records", "octets", ""]);
+    for category in &report.categories {
+        table.row([
+            format!("{:03}", category.category),
+            grouped(category.blocks),
+            category.records.map_or("not read".to_owned(), grouped),
+            grouped(category.octets),
+            category.name.unwrap_or("unknown").to_owned(),
+        ]);
+    }
+    section(text, &table)
+}
+
+fn errors(text: &mut String, info: &Info) -> fmt::Result {
+    let mut table = Table::new("lrrl", &["error", "count", "first at", ""]);
+    for error in most(&info.report.errors, |error| error.count) {
+        let category = error.category.map_or(String::new(), |category| format!("CAT{category:03} "));
+        let item = error.first_item.map_or(String::new(), |item| format!("item {item}: "));
+        table.row([
+            format!("{category}{}", error.kind),
+            grouped(error.count),
+            error.first_offset.to_string(),
+            format!("{item}{}", error.detail),
+        ]);
+    }
+    if table.is_empty() && info.lost_frames == 0 {
+        return writeln!(text, "\nno errors");
+    }
+    section(text, &table)?;
+    more(text, info.report.errors.len(), "kind of error")?;
+    if info.lost_frames > 0 {
+        let frames = counted(info.lost_frames, "frame");
+        writeln!(
+            text,
+            "{}{frames} may have held records and could not be read",
+            if table.is_empty() { "\n" } else { "" }
+        )?;
+    }
+    Ok(())
+}
+
+/// With the keys of a configuration's `[[sensors]]`.
+fn sensors(text: &mut String, sensors: &[SensorHint]) -> fmt::Result {
+    if sensors.is_empty() {
+        return Ok(());
+    }
+    writeln!(text, "\nsensors of a configuration for it (places and accuracies are not in the data)")?;
+    for sensor in sensors {
+        let mut keys = vec![format!("sac = {}", sensor.sac), format!("sic = {}", sensor.sic)];
+        keys.extend(sensor.period_s.map(|period_s| format!("period_s = {period_s:?}")));
+        keys.extend(match sensor.classification {
+            Some("constant") => Some("classification = { source = \"constant\", value = 1.0 }".to_owned()),
+            Some(source) => Some(format!("classification = {{ source = \"{source}\" }}")),
+            None => None,
+        });
+        if !sensor.inputs.is_empty() {
+            keys.push(format!("inputs = [{}]", joined(sensor.inputs.iter().map(line), ", ")));
+        }
+        wrapped(text, &format!("{:<11}  ", sensor.kind), &keys)?;
+    }
+    Ok(())
+}
+
+fn line(line: &LineHint) -> String {
+    let key = if line.multicast { "group" } else { "address" };
+    format!("{{ {key} = \"{}\", port = {} }}", line.address, line.port)
+}
+
+/// A table after a blank line; nothing where it is empty.
+fn section(text: &mut String, table: &Table) -> fmt::Result {
+    if table.is_empty() { Ok(()) } else { write!(text, "\n{table}") }
+}
+
+/// The entries with the highest counts, as many as are shown, in their order.
+fn most<T>(all: &[T], count: impl Fn(&T) -> u64) -> impl Iterator<Item = &T> {
+    let mut places: Vec<_> = (0..all.len()).collect();
+    places.sort_by_key(|&place| std::cmp::Reverse(count(&all[place])));
+    places.truncate(SHOWN);
+    places.sort_unstable();
+    places.into_iter().map(|place| &all[place])
+}
+
+fn more(text: &mut String, count: usize, what: &str) -> fmt::Result {
+    match count.saturating_sub(SHOWN) {
+        0 => Ok(()),
+        hidden => writeln!(text, "and {} more; --json has them all", counted(hidden as u64, what)),
+    }
+}
+
+fn overflow(text: &mut String, count: u64, what: &str, of: &str) -> fmt::Result {
+    if count == 0 {
+        Ok(())
+    } else {
+        writeln!(text, "and {} of {of} that are not told apart", counted(count, what))
+    }
+}
+
+/// `048 70/41`.
+fn name(source: &SourceReport) -> String {
+    match (source.sac, source.sic) {
+        (Some(sac), Some(sic)) => format!("{:03} {sac}/{sic}", source.category),
+        _ => format!("{:03} none", source.category),
+    }
+}
+
+/// Time of day to the tenth of a second; with its day to the second where a capture is `long`.
+fn clock(stamp: Stamp, long: bool) -> String {
+    let text = stamp.to_string();
+    match (stamp.dated, long) {
+        (true, true) => text.get(5..19).unwrap_or(&text).replace('T', " "),
+        (true, false) => text.get(11..21).unwrap_or(&text).to_owned(),
+        (false, _) => text.get(..10).unwrap_or(&text).to_owned(),
+    }
+}
+
+fn percent(share: f64) -> String {
+    match share * 100.0 {
+        100.0 => "100 %".to_owned(),
+        percent if percent > 99.9 => "99.9 %".to_owned(),
+        percent if percent > 0.0 && percent < 0.1 => "< 0.1 %".to_owned(),
+        percent => format!("{percent:.1} %"),
+    }
+}
+
+fn counted(count: u64, what: &str) -> String {
+    format!("{} {what}{}", grouped(count), if count == 1 { "" } else { "s" })
+}
+
+fn joined(parts: impl Iterator<Item = impl Display>, between: &str) -> String {
+    parts.map(|part| part.to_string()).collect::<Vec<_>>().join(between)
+}

@@ -1,0 +1,87 @@
+//! Options, exit codes, and files that are not whole.
+
+use std::process::Command;
+
+use serde_json::Value;
+use utm_fusion::commands::Outcome;
+
+use super::{Temporary, block, info, json, octets, pcap, plot};
+
+fn whole() -> Vec<u8> {
+    pcap(&[(10.0, 8048, block(48, &[plot(7, 9.0, 1)])), (11.0, 8048, block(48, &[plot(7, 10.0, 1)]))])
+}
+
+#[test]
+fn strict_tells_of_what_cannot_be_read() {
+    let good = Temporary::new("good", &whole());
+    let bad = Temporary::new("bad", &pcap(&[(10.0, 8048, block(48, &["40 0000".to_owned()]))]));
+    let mut fragment = whole();
+    fragment[24 + 16 + 20] = 0x20; // more fragments
+    let lost = Temporary::new("lost", &fragment);
+    assert_eq!(info(&[&good.0], false, true).1, Outcome::Done);
+    assert_eq!(info(&[&bad.0], false, false).1, Outcome::Done);
+    assert_eq!(info(&[&bad.0, &good.0], false, true).1, Outcome::InputErrors);
+    let (text, outcome) = info(&[&lost.0], false, true);
+    assert_eq!(outcome, Outcome::InputErrors);
+    assert!(text.contains("skipped 1 fragmented\n"), "{text}");
+    assert!(text.contains("\n\n1 frame may have held records and could not be read\n"), "{text}");
+}
+
+#[test]
+fn a_damaged_file_is_told_up_to_there_and_the_next_one_is_read() {
+    let mut octets = whole();
+    octets.pop();
+    let (cut, good) = (Temporary::new("cut", &octets), Temporary::new("next", &whole()));
+    let (text, outcome) = info(&[&cut.0, &good.0], false, true);
+    assert_eq!(outcome, Outcome::InputUnreadable);
+    assert!(
+        text.contains("\ndamage     at offset 94: the file ends in the middle of a pcap record"),
+        "{text}"
+    );
+    assert!(text.contains("\n048 25/7           1  100 %"), "{text}");
+    assert!(text.contains("\n\n") && text.contains("\n048 25/7           2  100 %"), "{text}");
+    let (lines, _) = info(&[&cut.0, &good.0], true, false);
+    assert_eq!(lines.lines().count(), 2);
+}
+
+#[test]
+fn unknown_categories_are_counted_and_named_where_they_have_a_name() {
+    let file = [block(48, &[plot(7, 9.0, 1)]), block(62, &["01".to_owned()]), block(200, &[])].concat();
+    let info = json("unknown", &file);
+    let categories: Vec<_> = info["categories"].as_array().unwrap().iter().map(Value::to_string).collect();
+    assert_eq!(
+        categories,
+        [
+            r#"{"category":48,"name":"monoradar target reports","blocks":1,"octets":12,"records":1}"#,
+            r#"{"category":62,"name":"system track data","blocks":1,"octets":4,"records":null}"#,
+            r#"{"category":200,"name":null,"blocks":1,"octets":3,"records":null}"#,
+        ]
+    );
+}
+
+#[test]
+fn a_raw_file_with_rubbish_behind_its_blocks() {
+    let info = json("rubbish", &[block(48, &[plot(7, 9.0, 1)]), octets("30 ffff 00")].concat());
+    assert_eq!(info["errors"][0]["kind"], "block_past_end");
+    assert_eq!((&info["errors"][0]["first_offset"], &info["octets"]), (&12.into(), &16.into()));
+}
+
+#[test]
+fn exit_codes() {
+    let info = |arguments: &[&str]| {
+        let output =
+            Command::new(env!("CARGO_BIN_EXE_utm-fusion")).arg("info").args(arguments).output().unwrap();
+        (output.status.code(), output.stdout.is_empty())
+    };
+    let mut octets = whole();
+    let good = Temporary::new("code-good", &octets);
+    octets.pop();
+    let cut = Temporary::new("code-cut", &octets);
+    let bad = Temporary::new("code-bad", &pcap(&[(10.0, 8048, block(48, &["40 0000".to_owned()]))]));
+    let [good, cut, bad] = [&good, &cut, &bad].map(|file| file.0.to_str().unwrap());
+    assert_eq!(info(&[good, "--strict"]), (Some(0), false));
+    assert_eq!(info(&[cut, "--strict"]), (Some(1), false));
+    assert_eq!(info(&[bad, "--strict"]), (Some(4), false));
+    assert_eq!(info(&[good, "/nonexistent.ast"]), (Some(1), true));
+    assert_eq!(info(&[]), (Some(2), true));
+}

@@ -1,0 +1,113 @@
+//! The captures of the project, and recordings where `UTM_FUSION_SHARED_DATA` says they are.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+use utm_fusion::commands::decode;
+
+use super::info;
+
+fn folder() -> Option<PathBuf> {
+    let folder = std::env::var_os("UTM_FUSION_SHARED_DATA");
+    if folder.is_none() {
+        println!("skipped: UTM_FUSION_SHARED_DATA is not set");
+    }
+    folder.map(PathBuf::from)
+}
+
+/// The captures in a folder and below.
+fn captures(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            captures(&path, found);
+        } else if path.extension().is_some_and(|end| ["pcap", "ast", "raw", "bin"].iter().any(|e| end == *e))
+        {
+            found.push(path);
+        }
+    }
+}
+
+fn told(path: &Path) -> Value {
+    serde_json::from_str(&info(&[path], true, false).0).unwrap()
+}
+
+/// Records by category 48 and 129, SAC and SIC; errors in blocks that `decode` looks into.
+type Counts = (BTreeMap<(u64, Option<u64>, Option<u64>), u64>, u64);
+
+fn of_decode(path: &Path) -> Counts {
+    let mut out = Vec::new();
+    let args = decode::Args { inputs: vec![path.to_owned()], ..decode::Args::default() };
+    decode::run(&args, &mut out).unwrap();
+    let mut counts = Counts::default();
+    for line in out.split(|&octet| octet == b'\n').filter(|line| !line.is_empty()) {
+        let line: Value = serde_json::from_slice(line).unwrap();
+        if line.get("error").is_some() {
+            counts.1 += 1;
+        } else if line.get("items").is_some() && [48, 129].contains(&line["cat"].as_u64().unwrap()) {
+            let key = (line["cat"].as_u64().unwrap(), line["sac"].as_u64(), line["sic"].as_u64());
+            *counts.0.entry(key).or_default() += 1;
+        }
+    }
+    counts
+}
+
+fn of_info(told: &Value) -> Counts {
+    let records = told["sources"].as_array().unwrap().iter().filter_map(|source| {
+        let category = source["category"].as_u64().unwrap();
+        let key = (category, source["sac"].as_u64(), source["sic"].as_u64());
+        [48, 129].contains(&category).then(|| (key, source["records"].as_u64().unwrap()))
+    });
+    let read_by_both = |error: &&Value| {
+        let in_record = !error["kind"].as_str().unwrap().starts_with("block_");
+        !in_record || [48, 129].contains(&error["category"].as_u64().unwrap())
+    };
+    let errors = told["errors"].as_array().unwrap().iter().filter(read_by_both);
+    (records.collect(), errors.map(|error| error["count"].as_u64().unwrap()).sum())
+}
+
+fn all_as_decode(folder: &Path, least: usize) {
+    let mut paths = Vec::new();
+    captures(folder, &mut paths);
+    assert!(paths.len() >= least, "{paths:?}");
+    for path in paths {
+        assert_eq!(of_info(&told(&path)), of_decode(&path), "{}", path.display());
+    }
+}
+
+#[test]
+fn the_captures_of_the_project_hold_what_decode_prints() {
+    all_as_decode(&Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata"), 5);
+}
+
+#[test]
+fn recordings_hold_what_decode_prints() {
+    let Some(folder) = folder() else { return };
+    all_as_decode(&folder, 11);
+}
+
+#[test]
+fn a_real_hour() {
+    let Some(folder) = folder() else { return };
+    let told = told(&folder.join("cat048-barcelona/capture.ast"));
+    let radar = &told["sources"][0];
+    assert_eq!((&radar["records"], &radar["sac"], &radar["sic"]), (&json!(44_085), &json!(20), &json!(129)));
+    assert_eq!(radar["followed"], json!({"of": "track", "count": 333, "or_more": false}));
+    // The antenna turns once in 4 s.
+    assert!((radar["interval"]["median_s"].as_f64().unwrap() - 4.0).abs() < 0.05, "{radar}");
+    assert_eq!((&radar["silences"]["gaps"], &told["errors"]), (&json!(0), &json!([])));
+    assert_eq!(told["span"]["duration_s"].as_f64().unwrap().round(), 3599.0);
+}
+
+#[test]
+fn redundant_lines_of_a_real_network() {
+    let Some(folder) = folder() else { return };
+    let told = told(&folder.join("cat048-croatia/capture.pcap"));
+    assert_eq!((&told["datagrams"], &told["copies"]), (&json!(100), &json!(50)));
+    assert_eq!(told["streams"].as_array().unwrap().len(), 14);
+    let lines =
+        told["sensors"].as_array().unwrap().iter().map(|sensor| sensor["inputs"].as_array().unwrap().len());
+    assert_eq!(lines.collect::<Vec<_>>(), [2; 7]);
+}
