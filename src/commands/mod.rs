@@ -56,7 +56,13 @@ pub fn exit_code(result: &CommandResult) -> u8 {
 
 /// The frames that may have held records and could not be read, by reason.
 fn lost_frames(capture: &Capture) -> impl Iterator<Item = (SkipReason, u64)> {
-    let lost = [SkipReason::Fragment, SkipReason::Truncated, SkipReason::Malformed];
+    let lost = [
+        SkipReason::Fragment,
+        SkipReason::Truncated,
+        SkipReason::Malformed,
+        SkipReason::LinkType,
+        SkipReason::UnknownInterface,
+    ];
     capture.skipped().iter().filter(move |(reason, _)| lost.contains(reason))
 }
 

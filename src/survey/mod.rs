@@ -16,7 +16,7 @@ mod source;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use asterix::{Block, DataSource, Fault, Record, UapItem, blocks, cat034, cat048, cat129};
+use asterix::{Block, DataSource, Fault, Record, UapItem, blocks, cat034, cat048, cat065, cat129};
 
 use crate::ingest::{Datagram, Endpoints};
 use crate::pipeline::Duplicates;
@@ -124,14 +124,13 @@ impl Survey {
         category.blocks += 1;
         category.octets += block.octets.len() as u64;
         match block.category {
-            34 => self.measure(block, datagram, &cat034::UAP),
-            48 => self.read(block, datagram, &cat048::UAP, |record: &cat048::Record| {
-                let track = record.track_number.map(|number| Target::Track(number.number()));
-                Glimpse::new(record.fspec(), record.data_source, record.time_of_day, track)
+            34 => self.read(block, datagram, |_: &cat034::Record| None),
+            48 => self.read(block, datagram, |record: &cat048::Record| {
+                record.track_number.map(|number| Target::Track(number.number()))
             }),
-            129 => self.read(block, datagram, &cat129::UAP, |record: &cat129::Record| {
-                let serial = record.serial_number.as_ref().and_then(Target::serial);
-                Glimpse::new(record.fspec(), record.data_source, record.time_of_day, serial)
+            65 => self.read(block, datagram, |_: &cat065::Record| None),
+            129 => self.read(block, datagram, |record: &cat129::Record| {
+                record.serial_number.as_ref().and_then(Target::serial)
             }),
             _ => {}
         }
@@ -142,21 +141,21 @@ impl Survey {
         &mut self,
         block: Block<'_>,
         datagram: &Datagram,
-        uap: &'static [UapItem],
-        glimpse: impl Fn(&R) -> Glimpse,
+        target: impl Fn(&R) -> Option<Target>,
     ) {
         let mut records = 0;
         for located in block.records::<R>() {
             match located {
                 Ok(located) => {
                     records += 1;
-                    self.record(block.category, &glimpse(&located.record), located.length, datagram);
+                    let glimpse = Glimpse::of(&located.record, target(&located.record));
+                    self.record(block.category, &glimpse, located.length, datagram);
                 }
                 Err(fault) => self.fault(fault, datagram),
             }
         }
         let category = self.categories.entry(block.category).or_default();
-        category.uap = uap;
+        category.uap = R::UAP;
         *category.records.get_or_insert(0) += records;
     }
 
@@ -170,18 +169,6 @@ impl Survey {
         if datagram.received.is_none() {
             seen.into_iter().flatten().for_each(|time| self.span.see(time, DOUBT_NS));
         }
-    }
-
-    /// Counts the records of a block of a category that is not read yet.
-    fn measure(&mut self, block: Block<'_>, datagram: &Datagram, uap: &[UapItem]) {
-        let records = match block.measure(uap) {
-            Ok(records) => records as u64,
-            Err(fault) => {
-                self.fault(fault, datagram);
-                0
-            }
-        };
-        *self.categories.entry(block.category).or_default().records.get_or_insert(0) += records;
     }
 
     fn fault(&mut self, fault: Fault, datagram: &Datagram) {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use asterix::{DataSource, Fspec, TimeOfDay, UapItem};
+use asterix::{DataSource, Fspec, Record, TimeOfDay, UapItem};
 
 use super::STEP_NS;
 use super::bounded::Bounded;
@@ -23,13 +23,8 @@ pub(super) struct Glimpse {
 }
 
 impl Glimpse {
-    pub(super) fn new(
-        fspec: Fspec,
-        source: Option<DataSource>,
-        time: Option<TimeOfDay>,
-        target: Option<Target>,
-    ) -> Self {
-        Self { fspec, source, time, target }
+    pub(super) fn of(record: &impl Record, target: Option<Target>) -> Self {
+        Self { fspec: record.fspec(), source: record.data_source(), time: record.time_of_day(), target }
     }
 }
 
