@@ -34,7 +34,7 @@ fn told(path: &Path) -> Value {
     serde_json::from_str(&info(&[path], true, false).0).unwrap()
 }
 
-/// Records by category 48 and 129, SAC and SIC; errors in blocks that `decode` looks into.
+/// Records by category, SAC and SIC; errors.
 type Counts = (BTreeMap<(u64, Option<u64>, Option<u64>), u64>, u64);
 
 fn of_decode(path: &Path) -> Counts {
@@ -46,7 +46,7 @@ fn of_decode(path: &Path) -> Counts {
         let line: Value = serde_json::from_slice(line).unwrap();
         if line.get("error").is_some() {
             counts.1 += 1;
-        } else if line.get("items").is_some() && [48, 129].contains(&line["cat"].as_u64().unwrap()) {
+        } else if line.get("items").is_some() {
             let key = (line["cat"].as_u64().unwrap(), line["sac"].as_u64(), line["sic"].as_u64());
             *counts.0.entry(key).or_default() += 1;
         }
@@ -55,16 +55,12 @@ fn of_decode(path: &Path) -> Counts {
 }
 
 fn of_info(told: &Value) -> Counts {
-    let records = told["sources"].as_array().unwrap().iter().filter_map(|source| {
+    let records = told["sources"].as_array().unwrap().iter().map(|source| {
         let category = source["category"].as_u64().unwrap();
         let key = (category, source["sac"].as_u64(), source["sic"].as_u64());
-        [48, 129].contains(&category).then(|| (key, source["records"].as_u64().unwrap()))
+        (key, source["records"].as_u64().unwrap())
     });
-    let read_by_both = |error: &&Value| {
-        let in_record = !error["kind"].as_str().unwrap().starts_with("block_");
-        !in_record || [48, 129].contains(&error["category"].as_u64().unwrap())
-    };
-    let errors = told["errors"].as_array().unwrap().iter().filter(read_by_both);
+    let errors = told["errors"].as_array().unwrap().iter();
     (records.collect(), errors.map(|error| error["count"].as_u64().unwrap()).sum())
 }
 
