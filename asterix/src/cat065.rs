@@ -4,7 +4,7 @@
 use deku::{DekuRead, DekuWrite};
 
 use crate::item::{Describe, codes, item};
-use crate::uap::{self, item};
+use crate::uap::{self, item, read};
 use crate::{Contents, DataSource, Explicit, Fault, Fspec, Layout, TimeOfDay, UapItem};
 
 codes! {
@@ -152,31 +152,31 @@ pub const UAP: [UapItem; 9] = [
 #[deku(ctx = "fspec: Fspec")]
 pub struct Record {
     /// I065/010, the system.
-    #[deku(cond = "fspec.has(1)")]
+    #[deku(reader = "read(deku::reader, fspec, 1)")]
     pub data_source: Option<DataSource>,
     /// I065/000, what is said.
-    #[deku(cond = "fspec.has(2)")]
+    #[deku(reader = "read(deku::reader, fspec, 2)")]
     pub message_type: Option<MessageType>,
     /// I065/015, which service.
-    #[deku(cond = "fspec.has(3)")]
+    #[deku(reader = "read(deku::reader, fspec, 3)")]
     pub service_identification: Option<ServiceIdentification>,
     /// I065/030, when it was said.
-    #[deku(cond = "fspec.has(4)")]
+    #[deku(reader = "read(deku::reader, fspec, 4)")]
     pub time_of_day: Option<TimeOfDay>,
     /// I065/020, which batch of tracks has been sent.
-    #[deku(cond = "fspec.has(5)")]
+    #[deku(reader = "read(deku::reader, fspec, 5)")]
     pub batch_number: Option<BatchNumber>,
     /// I065/040, configuration and status of the system.
-    #[deku(cond = "fspec.has(6)")]
+    #[deku(reader = "read(deku::reader, fspec, 6)")]
     pub system_status: Option<SystemStatus>,
     /// I065/050, what happened to the service.
-    #[deku(cond = "fspec.has(7)")]
+    #[deku(reader = "read(deku::reader, fspec, 7)")]
     pub service_status: Option<ServiceStatus>,
     /// RE, the reserved expansion field.
-    #[deku(cond = "fspec.has(13)")]
+    #[deku(reader = "read(deku::reader, fspec, 13)")]
     pub reserved_expansion: Option<Explicit>,
     /// SP, the special purpose field.
-    #[deku(cond = "fspec.has(14)")]
+    #[deku(reader = "read(deku::reader, fspec, 14)")]
     pub special_purpose: Option<Explicit>,
     /// FSPEC octets beyond the minimal ones, which announce nothing; 0 in a record built anew. The whole FSPEC never gets
     /// longer than [`Fspec::MAX_OCTETS`].

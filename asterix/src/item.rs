@@ -16,13 +16,12 @@
 
 use std::io::{Read, Seek, Write};
 
-use deku::ctx::Order;
 use deku::reader::Reader;
 use deku::writer::Writer;
 use deku::{DekuError, DekuReader, DekuWriter};
 use smallvec::SmallVec;
 
-use crate::variable::REFUSED;
+use crate::variable::{REFUSED, read_octet};
 use crate::{Layout, Subfield};
 
 /// What has a place in the description of a category.
@@ -43,8 +42,10 @@ pub(crate) fn nearest_count(value: f64, lsb: f64, width: usize, signed: bool) ->
 macro_rules! item {
     ($(#[$meta:meta])* pub struct $name:ident($octets:literal) { $($fields:tt)* }) => {
         $(#[$meta])*
-        #[derive(Clone, Copy, PartialEq, Eq, Hash, deku::DekuRead, deku::DekuWrite)]
+        #[derive(Clone, Copy, PartialEq, Eq, Hash)]
         pub struct $name([u8; $octets]);
+
+        $crate::item::octets!($name, $octets);
 
         impl $name {
             /// The fields, from the highest bit down.
@@ -79,6 +80,34 @@ macro_rules! item {
         impl std::fmt::Debug for $name {
             fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
                 $crate::layout::debug(f, stringify!($name), Self::FIELDS, &self.0)
+            }
+        }
+    };
+}
+
+/// Reads and writes a type that holds the item's octets: all at once, where an array derives a read for each.
+macro_rules! octets {
+    ($name:ident, $octets:literal) => {
+        impl deku::DekuReader<'_> for $name {
+            #[inline(always)]
+            fn from_reader_with_ctx<R: std::io::Read + std::io::Seek>(
+                reader: &mut deku::reader::Reader<R>,
+                (): (),
+            ) -> Result<Self, deku::DekuError> {
+                let mut octets = [0; $octets];
+                reader.read_bytes_const_into::<$octets>(&mut octets, deku::ctx::Order::Msb0)?;
+                Ok(Self(octets))
+            }
+        }
+
+        impl deku::DekuWriter for $name {
+            #[inline]
+            fn to_writer<W: std::io::Write + std::io::Seek>(
+                &self,
+                writer: &mut deku::writer::Writer<W>,
+                (): (),
+            ) -> Result<(), deku::DekuError> {
+                writer.write_bytes(&self.0)
             }
         }
     };
@@ -272,6 +301,7 @@ macro_rules! compound {
         }
 
         impl deku::DekuReader<'_> for $name {
+            #[inline(always)]
             fn from_reader_with_ctx<R: std::io::Read + std::io::Seek>(
                 reader: &mut deku::reader::Reader<R>,
                 (): (),
@@ -304,7 +334,7 @@ macro_rules! compound {
     };
 }
 
-pub(crate) use {codes, compound, fields, item, methods};
+pub(crate) use {codes, compound, fields, item, methods, octets};
 
 /// The primary subfield of a compound item: seven bits an octet, the first at the top.
 #[derive(Clone, Copy, Debug, Default)]
@@ -319,14 +349,11 @@ impl Primary {
     }
 
     /// Reads one that announces no more than `subfields`.
-    #[inline]
+    #[inline(always)]
     pub fn read<R: Read + Seek>(reader: &mut Reader<R>, subfields: &[Subfield]) -> Result<Self, DekuError> {
-        let mut octet = [0];
-        reader.read_bytes_const::<1>(&mut octet, Order::Msb0)?;
-        let mut bits = u16::from(octet[0]) << 8;
+        let mut bits = u16::from(read_octet(reader)?) << 8;
         if bits & Self::EXTENSION != 0 && subfields.len() > 7 {
-            reader.read_bytes_const::<1>(&mut octet, Order::Msb0)?;
-            bits = bits & !Self::EXTENSION | u16::from(octet[0]);
+            bits = bits & !Self::EXTENSION | u16::from(read_octet(reader)?);
         }
         let mut defined = 0;
         for (index, subfield) in subfields.iter().enumerate() {
@@ -364,6 +391,16 @@ impl<T: Clone> Repeated<T> {
     }
 }
 
+impl<T: for<'a> DekuReader<'a>> Repeated<T> {
+    #[inline(never)]
+    fn read<R: Read + Seek>(&mut self, reader: &mut Reader<R>) -> Result<(), DekuError> {
+        for _ in 0..read_octet(reader)? {
+            self.0.push(T::from_reader_with_ctx(reader, ())?);
+        }
+        Ok(())
+    }
+}
+
 impl<T> std::ops::Deref for Repeated<T> {
     type Target = [T];
 
@@ -380,14 +417,13 @@ impl<T: Describe> Describe for Repeated<T> {
 }
 
 impl<T: for<'a> DekuReader<'a>> DekuReader<'_> for Repeated<T> {
+    #[inline(always)]
     fn from_reader_with_ctx<R: Read + Seek>(reader: &mut Reader<R>, (): ()) -> Result<Self, DekuError> {
-        let mut count = [0];
-        reader.read_bytes_const::<1>(&mut count, Order::Msb0)?;
-        let mut parts = SmallVec::new();
-        for _ in 0..count[0] {
-            parts.push(T::from_reader_with_ctx(reader, ())?);
+        let mut repeated = Self(SmallVec::new());
+        match repeated.read(reader) {
+            Ok(()) => Ok(repeated),
+            Err(error) => Err(error),
         }
-        Ok(Self(parts))
     }
 }
 

@@ -3,7 +3,7 @@
 use deku::{DekuRead, DekuWrite};
 
 use crate::Layout;
-use crate::item::Describe;
+use crate::item::{Describe, octets};
 use crate::layout::{count, quantity};
 
 /// The whole number nearest to `value`, halves away from zero; `None` outside `min` to `max` and for what is no number.
@@ -44,8 +44,10 @@ impl Describe for DataSource {
 /// Time of day: I048/140, I129/070. UTC since midnight, 24 bits, LSB 1/128 s, range of the item 0 to below 86400 s.
 ///
 /// A time past the end of the day decodes; whether to trust it is the reader's decision.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, DekuRead, DekuWrite)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct TimeOfDay([u8; 3]);
+
+octets!(TimeOfDay, 3);
 
 impl TimeOfDay {
     /// Counts in a second.

@@ -1,11 +1,12 @@
 //! User application profiles: the order of a category's items and how long each is.
 
-use std::io::Cursor;
+use std::io::{self, Cursor, Read, Seek, SeekFrom};
 use std::marker::PhantomData;
 
+use deku::ctx::Order;
 use deku::reader::Reader;
 use deku::writer::Writer;
-use deku::{DekuReader, DekuWriter};
+use deku::{DekuError, DekuReader, DekuWriter};
 
 use crate::fspec::Frns;
 use crate::{Fault, FaultKind, Fspec, Layout, Record};
@@ -56,16 +57,74 @@ pub(crate) fn read_fspec<R: Record>(octets: &[u8]) -> Result<Fspec, Fault> {
 }
 
 /// Decodes the record at the front of `octets`, see [`Record::decode`].
-#[inline]
 pub(crate) fn decode<R>(octets: &[u8]) -> Result<(R, usize), Fault>
 where
     R: Record + for<'a> DekuReader<'a, Fspec>,
 {
     let fspec = read_fspec::<R>(octets)?;
-    let mut items = Cursor::new(&octets[fspec.length()..]);
+    let mut items = Octets(&octets[fspec.length()..]);
     match R::from_reader_with_ctx(&mut Reader::new(&mut items), fspec) {
-        Ok(record) => Ok((record, fspec.length() + items.position() as usize)),
+        Ok(record) => Ok((record, octets.len() - items.0.len())),
         Err(_) => Err(explain::<R>(octets)),
+    }
+}
+
+/// Reads the item with this field reference number, if the record has it.
+///
+/// In place of the `cond` that deku offers: it goes by way of a function that returns the item through memory, which takes
+/// longer than reading it.
+#[inline(always)]
+pub(crate) fn read<T, R>(reader: &mut Reader<R>, fspec: Fspec, frn: u8) -> Result<Option<T>, DekuError>
+where
+    T: for<'a> DekuReader<'a>,
+    R: Read + Seek,
+{
+    if fspec.has(frn) { T::from_reader_with_ctx(reader, ()).map(Some) } else { Ok(None) }
+}
+
+/// As [`read`], of an item that is kept as octets.
+#[inline(always)]
+pub(crate) fn read_octets<const N: usize, R: Read + Seek>(
+    reader: &mut Reader<R>,
+    fspec: Fspec,
+    frn: u8,
+) -> Result<Option<[u8; N]>, DekuError> {
+    if !fspec.has(frn) {
+        return Ok(None);
+    }
+    let mut octets = [0; N];
+    reader.read_bytes_const_into::<N>(&mut octets, Order::Msb0)?;
+    Ok(Some(octets))
+}
+
+/// Octets that are read from the front: `Cursor` without its position, which the compiler sees through.
+pub(crate) struct Octets<'a>(pub &'a [u8]);
+
+impl Read for Octets<'_> {
+    #[inline(always)]
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let length = buffer.len().min(self.0.len());
+        self.read_exact(&mut buffer[..length])?;
+        Ok(length)
+    }
+
+    #[inline(always)]
+    fn read_exact(&mut self, buffer: &mut [u8]) -> io::Result<()> {
+        match self.0.split_at_checked(buffer.len()) {
+            Some((read, rest)) => {
+                buffer.copy_from_slice(read);
+                self.0 = rest;
+                Ok(())
+            }
+            None => Err(io::ErrorKind::UnexpectedEof.into()),
+        }
+    }
+}
+
+impl Seek for Octets<'_> {
+    /// Nothing that is read here goes back.
+    fn seek(&mut self, _: SeekFrom) -> io::Result<u64> {
+        Err(io::ErrorKind::Unsupported.into())
     }
 }
 
@@ -104,7 +163,7 @@ pub(crate) fn walk(category: u8, uap: &[UapItem], octets: &[u8]) -> Result<usize
     let mut offset = fspec.len();
     for frn in 1..=7 * Fspec::MAX_OCTETS as u8 {
         let (octet, bit) = (usize::from(frn - 1) / 7, (frn - 1) % 7);
-        if !fspec.get(octet).is_some_and(|octet| octet & (0x80 >> bit) != 0) {
+        if fspec.get(octet).is_none_or(|octet| octet & (0x80 >> bit) == 0) {
             continue;
         }
         let Some(item) = uap.iter().find(|item| item.frn == frn) else {

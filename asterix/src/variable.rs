@@ -1,5 +1,6 @@
 //! Items without a fixed length. Their octets are kept inline as they were read, so that encoding gives them back.
 
+use std::fmt;
 use std::io::{ErrorKind, Read, Seek, Write};
 
 use deku::reader::Reader;
@@ -12,7 +13,7 @@ use smallvec::SmallVec;
 pub(crate) const REFUSED: DekuError = DekuError::Io(ErrorKind::InvalidData);
 
 /// How many octets an item of variable length holds without allocating.
-const INLINE: usize = 32;
+const INLINE: usize = 24;
 
 /// Appends the next `more` octets to `octets`.
 fn read_more<R: Read + Seek>(
@@ -31,42 +32,48 @@ fn read_more<R: Read + Seek>(
     Ok(())
 }
 
-fn read_octet<R: Read + Seek>(reader: &mut Reader<R>) -> Result<u8, DekuError> {
+#[inline(always)]
+pub(crate) fn read_octet<R: Read + Seek>(reader: &mut Reader<R>) -> Result<u8, DekuError> {
     let mut octet = [0];
-    reader.read_bytes_const::<1>(&mut octet, Order::Msb0)?;
+    reader.read_bytes_const_into::<1>(&mut octet, Order::Msb0)?;
     Ok(octet[0])
 }
 
 /// An extended item: octets of seven bits, the lowest bit (FX) of all but the last set.
 ///
 /// Held inline, so copying one allocates nothing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Chain {
-    /// Zero beyond `length`.
+    /// Zero beyond the chain.
     octets: [u8; Self::MAX_OCTETS],
-    /// 1 to [`Chain::MAX_OCTETS`].
-    length: u8,
 }
 
 impl Chain {
     /// The longest chain that is read. I048/020 has 6 octets in edition 1.32.
     pub const MAX_OCTETS: usize = 16;
 
+    /// The FX bit of every octet.
+    const EXTENSIONS: u128 = u128::MAX / 0xff;
+
     /// One octet, whose bits 8 to 2 are those of `bits`.
     pub const fn new(bits: u8) -> Self {
-        let mut octets = [0; Self::MAX_OCTETS];
-        octets[0] = bits & !1;
-        Self { octets, length: 1 }
+        Self { octets: ((bits & !1) as u128).to_le_bytes() }
+    }
+
+    /// How many octets there are: up to the first without FX.
+    const fn length(&self) -> usize {
+        let ends = !u128::from_be_bytes(self.octets) & Self::EXTENSIONS;
+        ends.leading_zeros() as usize / 8 + 1
     }
 
     /// The octets, FX bits included; at least one.
     pub fn octets(&self) -> &[u8] {
-        &self.octets[..usize::from(self.length)]
+        &self.octets[..self.length()]
     }
 
     /// The octet at `index` (0 is the first part, 1 the first extension), or `None` where the chain ends before.
     pub const fn octet(&self, index: usize) -> Option<u8> {
-        if index < self.length as usize { Some(self.octets[index]) } else { None }
+        if index < self.length() { Some(self.octets[index]) } else { None }
     }
 
     /// The chain with bits 8 to 2 of the octet at `index` replaced where `mask` has ones; extended with zero octets to
@@ -75,26 +82,51 @@ impl Chain {
     /// Panics when `index` is not below [`Chain::MAX_OCTETS`].
     #[must_use]
     pub const fn with(mut self, index: usize, mask: u8, bits: u8) -> Self {
-        while (self.length as usize) <= index {
-            self.octets[self.length as usize - 1] |= 1;
-            self.length += 1;
+        let mut last = self.length() - 1;
+        while last < index {
+            self.octets[last] |= 1;
+            last += 1;
         }
         let mask = mask & !1;
         self.octets[index] = self.octets[index] & !mask | bits & mask;
         self
     }
+
+    /// The octets of a chain that goes on behind its first one, as one number; 0, which no such chain is, where it does not
+    /// end in time.
+    #[inline(never)]
+    fn read_extensions<R: Read + Seek>(first: u8, reader: &mut Reader<R>) -> u128 {
+        let mut word = u128::from(first) << 120;
+        for index in 1..Self::MAX_OCTETS {
+            let Ok(octet) = read_octet(reader) else { return 0 };
+            word |= u128::from(octet) << (120 - 8 * index);
+            if octet & 1 == 0 {
+                return word;
+            }
+        }
+        0
+    }
+}
+
+impl fmt::Debug for Chain {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Chain({:02x?})", self.octets())
+    }
 }
 
 impl DekuReader<'_> for Chain {
+    // Inlined, as is everything that most records hold: what a call leaves in memory piece by piece and its caller fetches
+    // at once stalls the processor.
+    #[inline(always)]
     fn from_reader_with_ctx<R: Read + Seek>(reader: &mut Reader<R>, (): ()) -> Result<Self, DekuError> {
-        let mut octets = [0; Self::MAX_OCTETS];
-        for (index, octet) in octets.iter_mut().enumerate() {
-            *octet = read_octet(reader)?;
-            if *octet & 1 == 0 {
-                return Ok(Self { octets, length: index as u8 + 1 });
-            }
+        let octet = read_octet(reader)?;
+        if octet & 1 == 0 {
+            return Ok(Self::new(octet));
         }
-        Err(REFUSED)
+        match Self::read_extensions(octet, reader) {
+            0 => Err(REFUSED),
+            word => Ok(Self { octets: word.to_be_bytes() }),
+        }
     }
 }
 

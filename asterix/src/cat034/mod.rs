@@ -6,7 +6,7 @@ mod status;
 use deku::{DekuRead, DekuWrite};
 
 use crate::item::{Describe, Repeated};
-use crate::uap::{self, item};
+use crate::uap::{self, item, read};
 use crate::{Contents, DataSource, Explicit, Fault, Fspec, Layout, TimeOfDay, UapItem};
 
 pub use message::{
@@ -42,46 +42,46 @@ pub const UAP: [UapItem; 14] = [
 #[deku(ctx = "fspec: Fspec")]
 pub struct Record {
     /// I034/010, the radar.
-    #[deku(cond = "fspec.has(1)")]
+    #[deku(reader = "read(deku::reader, fspec, 1)")]
     pub data_source: Option<DataSource>,
     /// I034/000, what is said: a north marker, a sector crossing, …
-    #[deku(cond = "fspec.has(2)")]
+    #[deku(reader = "read(deku::reader, fspec, 2)")]
     pub message_type: Option<MessageType>,
     /// I034/030, when it was said.
-    #[deku(cond = "fspec.has(3)")]
+    #[deku(reader = "read(deku::reader, fspec, 3)")]
     pub time_of_day: Option<TimeOfDay>,
     /// I034/020, the sector that the antenna enters.
-    #[deku(cond = "fspec.has(4)")]
+    #[deku(reader = "read(deku::reader, fspec, 4)")]
     pub sector_number: Option<SectorNumber>,
     /// I034/041, time of one turn of the antenna.
-    #[deku(cond = "fspec.has(5)")]
+    #[deku(reader = "read(deku::reader, fspec, 5)")]
     pub rotation_period: Option<RotationPeriod>,
     /// I034/050, configuration and status of the radar.
-    #[deku(cond = "fspec.has(6)")]
+    #[deku(reader = "read(deku::reader, fspec, 6)")]
     pub system_status: Option<SystemStatus>,
     /// I034/060, what the radar leaves out under load.
-    #[deku(cond = "fspec.has(7)")]
+    #[deku(reader = "read(deku::reader, fspec, 7)")]
     pub system_mode: Option<SystemMode>,
     /// I034/070, how many reports of each kind were sent.
-    #[deku(cond = "fspec.has(8)")]
+    #[deku(reader = "read(deku::reader, fspec, 8)")]
     pub message_counts: Option<Repeated<MessageCount>>,
     /// I034/100, the part of the coverage that the message is about.
-    #[deku(cond = "fspec.has(9)")]
+    #[deku(reader = "read(deku::reader, fspec, 9)")]
     pub polar_window: Option<PolarWindow>,
     /// I034/110, what is filtered there.
-    #[deku(cond = "fspec.has(10)")]
+    #[deku(reader = "read(deku::reader, fspec, 10)")]
     pub data_filter: Option<DataFilter>,
     /// I034/120, where the radar stands: to 2.4 m.
-    #[deku(cond = "fspec.has(11)")]
+    #[deku(reader = "read(deku::reader, fspec, 11)")]
     pub source_position: Option<SourcePosition>,
     /// I034/090, how far PSR and SSR are apart.
-    #[deku(cond = "fspec.has(12)")]
+    #[deku(reader = "read(deku::reader, fspec, 12)")]
     pub collimation_error: Option<CollimationError>,
     /// RE, the reserved expansion field.
-    #[deku(cond = "fspec.has(13)")]
+    #[deku(reader = "read(deku::reader, fspec, 13)")]
     pub reserved_expansion: Option<Explicit>,
     /// SP, the special purpose field.
-    #[deku(cond = "fspec.has(14)")]
+    #[deku(reader = "read(deku::reader, fspec, 14)")]
     pub special_purpose: Option<Explicit>,
     /// FSPEC octets beyond the minimal ones, which announce nothing; 0 in a record built anew. The whole FSPEC never gets
     /// longer than [`Fspec::MAX_OCTETS`].

@@ -4,7 +4,7 @@ use std::fmt;
 
 use deku::{DekuRead, DekuWrite};
 
-use crate::item::Describe;
+use crate::item::{Describe, octets};
 use crate::items::{octets24, word24};
 use crate::layout::{count, field};
 use crate::{Kind, Layout};
@@ -68,8 +68,10 @@ impl Describe for Mode3A {
 }
 
 /// I048/220, the aircraft's 24-bit Mode S address.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, DekuRead, DekuWrite)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct AircraftAddress([u8; 3]);
+
+octets!(AircraftAddress, 3);
 
 impl AircraftAddress {
     /// The address, or `None` above 24 bits.
@@ -94,8 +96,10 @@ impl Describe for AircraftAddress {
 }
 
 /// I048/240, aircraft identification: eight characters of 6 bits (ICAO Annex 10, volume IV, table 3-7).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, DekuRead, DekuWrite)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct AircraftIdentification([u8; 6]);
+
+octets!(AircraftIdentification, 6);
 
 impl AircraftIdentification {
     /// The identification made of capital letters, digits and spaces, filled up with spaces to eight characters;

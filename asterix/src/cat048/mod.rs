@@ -13,7 +13,8 @@ mod warnings;
 
 use deku::{DekuRead, DekuWrite};
 
-use crate::{DataSource, Explicit, Fault, Fspec, Repeated, TimeOfDay, UapItem, uap};
+use crate::uap::{self, read};
+use crate::{DataSource, Explicit, Fault, Fspec, Repeated, TimeOfDay, UapItem};
 
 pub use characteristics::{
     Amplitude, AzimuthDifference, CalculatedDoppler, PlotCharacteristics, RadialDoppler, RangeDifference,
@@ -36,88 +37,88 @@ pub use warnings::{Warnings, warning_name};
 #[deku(ctx = "fspec: Fspec")]
 pub struct Record {
     /// I048/010, the radar.
-    #[deku(cond = "fspec.has(1)")]
+    #[deku(reader = "read(deku::reader, fspec, 1)")]
     pub data_source: Option<DataSource>,
     /// I048/140, when the radar measured the target.
-    #[deku(cond = "fspec.has(2)")]
+    #[deku(reader = "read(deku::reader, fspec, 2)")]
     pub time_of_day: Option<TimeOfDay>,
     /// I048/020, how the target was detected.
-    #[deku(cond = "fspec.has(3)")]
+    #[deku(reader = "read(deku::reader, fspec, 3)")]
     pub target_report: Option<TargetReport>,
     /// I048/040, slant range and azimuth.
-    #[deku(cond = "fspec.has(4)")]
+    #[deku(reader = "read(deku::reader, fspec, 4)")]
     pub polar_position: Option<PolarPosition>,
     /// I048/070, Mode 3/A code.
-    #[deku(cond = "fspec.has(5)")]
+    #[deku(reader = "read(deku::reader, fspec, 5)")]
     pub mode_3a: Option<Mode3A>,
     /// I048/090, flight level.
-    #[deku(cond = "fspec.has(6)")]
+    #[deku(reader = "read(deku::reader, fspec, 6)")]
     pub flight_level: Option<FlightLevel>,
     /// I048/130, radar plot characteristics.
-    #[deku(cond = "fspec.has(7)")]
+    #[deku(reader = "read(deku::reader, fspec, 7)")]
     pub plot_characteristics: Option<PlotCharacteristics>,
     /// I048/220, 24-bit aircraft address.
-    #[deku(cond = "fspec.has(8)")]
+    #[deku(reader = "read(deku::reader, fspec, 8)")]
     pub aircraft_address: Option<AircraftAddress>,
     /// I048/240, aircraft identification.
-    #[deku(cond = "fspec.has(9)")]
+    #[deku(reader = "read(deku::reader, fspec, 9)")]
     pub aircraft_identification: Option<AircraftIdentification>,
     /// I048/250, BDS register data.
-    #[deku(cond = "fspec.has(10)")]
+    #[deku(reader = "read(deku::reader, fspec, 10)")]
     pub bds_registers: Option<Repeated<BdsRegister>>,
     /// I048/161, the radar's number of the track.
-    #[deku(cond = "fspec.has(11)")]
+    #[deku(reader = "read(deku::reader, fspec, 11)")]
     pub track_number: Option<TrackNumber>,
     /// I048/042, calculated Cartesian position.
-    #[deku(cond = "fspec.has(12)")]
+    #[deku(reader = "read(deku::reader, fspec, 12)")]
     pub cartesian_position: Option<CartesianPosition>,
     /// I048/200, calculated speed and heading of the track.
-    #[deku(cond = "fspec.has(13)")]
+    #[deku(reader = "read(deku::reader, fspec, 13)")]
     pub track_velocity: Option<TrackVelocity>,
     /// I048/170, status of the track.
-    #[deku(cond = "fspec.has(14)")]
+    #[deku(reader = "read(deku::reader, fspec, 14)")]
     pub track_status: Option<TrackStatus>,
     /// I048/210, track quality.
-    #[deku(cond = "fspec.has(15)")]
+    #[deku(reader = "read(deku::reader, fspec, 15)")]
     pub track_quality: Option<TrackQuality>,
     /// I048/030, warnings, error conditions and target classification.
-    #[deku(cond = "fspec.has(16)")]
+    #[deku(reader = "read(deku::reader, fspec, 16)")]
     pub warnings: Option<Warnings>,
     /// I048/080, Mode 3/A code confidence.
-    #[deku(cond = "fspec.has(17)")]
+    #[deku(reader = "read(deku::reader, fspec, 17)")]
     pub mode_3a_confidence: Option<Mode3AConfidence>,
     /// I048/100, Mode C code and confidence.
-    #[deku(cond = "fspec.has(18)")]
+    #[deku(reader = "read(deku::reader, fspec, 18)")]
     pub mode_c: Option<ModeC>,
     /// I048/110, height measured by a 3D radar.
-    #[deku(cond = "fspec.has(19)")]
+    #[deku(reader = "read(deku::reader, fspec, 19)")]
     pub height_3d: Option<Height3D>,
     /// I048/120, radial Doppler speed.
-    #[deku(cond = "fspec.has(20)")]
+    #[deku(reader = "read(deku::reader, fspec, 20)")]
     pub radial_doppler: Option<RadialDoppler>,
     /// I048/230, communications and ACAS capability, flight status.
-    #[deku(cond = "fspec.has(21)")]
+    #[deku(reader = "read(deku::reader, fspec, 21)")]
     pub capability: Option<Capability>,
     /// I048/260, ACAS resolution advisory.
-    #[deku(cond = "fspec.has(22)")]
+    #[deku(reader = "read(deku::reader, fspec, 22)")]
     pub acas_advisory: Option<AcasAdvisory>,
     /// I048/055, Mode 1 code.
-    #[deku(cond = "fspec.has(23)")]
+    #[deku(reader = "read(deku::reader, fspec, 23)")]
     pub mode_1: Option<Mode1>,
     /// I048/050, Mode 2 code.
-    #[deku(cond = "fspec.has(24)")]
+    #[deku(reader = "read(deku::reader, fspec, 24)")]
     pub mode_2: Option<Mode2>,
     /// I048/065, Mode 1 code confidence.
-    #[deku(cond = "fspec.has(25)")]
+    #[deku(reader = "read(deku::reader, fspec, 25)")]
     pub mode_1_confidence: Option<Mode1Confidence>,
     /// I048/060, Mode 2 code confidence.
-    #[deku(cond = "fspec.has(26)")]
+    #[deku(reader = "read(deku::reader, fspec, 26)")]
     pub mode_2_confidence: Option<Mode2Confidence>,
     /// SP, the special purpose field.
-    #[deku(cond = "fspec.has(27)")]
+    #[deku(reader = "read(deku::reader, fspec, 27)")]
     pub special_purpose: Option<Explicit>,
     /// RE, the reserved expansion field; [`ReservedExpansion`] is what edition 1.13 puts there.
-    #[deku(cond = "fspec.has(28)")]
+    #[deku(reader = "read(deku::reader, fspec, 28)")]
     pub reserved_expansion: Option<Explicit>,
     /// FSPEC octets beyond the minimal ones, which announce nothing; 0 in a record built anew. The whole FSPEC never gets
     /// longer than [`Fspec::MAX_OCTETS`].

@@ -2,7 +2,7 @@
 
 use deku::{DekuRead, DekuWrite};
 
-use crate::item::Describe;
+use crate::item::{Describe, octets};
 use crate::items::{nearest, octets24, sign_extend, word24};
 use crate::layout::{count, field, quantity};
 use crate::{Kind, Layout};
@@ -71,8 +71,10 @@ impl Describe for Position {
 }
 
 /// I129/090 and I129/100, an altitude: 24-bit two's complement, LSB 0.1 m, -838,860.8 m to 838,860.7 m.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, DekuRead, DekuWrite)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Altitude([u8; 3]);
+
+octets!(Altitude, 3);
 
 impl Altitude {
     /// The altitude of this many 0.1 m, or `None` beyond 24 bits.
@@ -217,8 +219,10 @@ fn velocity_count(velocity_m_s: f64) -> Option<i32> {
 }
 
 /// I129/185, horizontal velocity: two 20-bit two's complement numbers, LSB 0.01 m/s, -5242.88 to 5242.87 m/s.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, DekuRead, DekuWrite)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct HorizontalVelocity([u8; 5]);
+
+octets!(HorizontalVelocity, 5);
 
 impl HorizontalVelocity {
     /// The nearest velocity, or `None` beyond the range.
@@ -261,8 +265,10 @@ impl Describe for HorizontalVelocity {
 
 /// I129/220, vertical velocity, up positive: four spare bits and 20 bits of two's complement, LSB 0.01 m/s, -5242.88 to
 /// 5242.87 m/s.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, DekuRead, DekuWrite)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct VerticalVelocity([u8; 3]);
+
+octets!(VerticalVelocity, 3);
 
 impl VerticalVelocity {
     /// The nearest velocity, or `None` beyond the range.

@@ -10,7 +10,7 @@ use deku::reader::Reader;
 use deku::writer::Writer;
 use deku::{DekuError, DekuRead, DekuReader, DekuWrite, DekuWriter};
 
-use crate::uap::{explain, read_fspec};
+use crate::uap::{Octets, explain, read, read_fspec, read_octets};
 use crate::{DataSource, Explicit, Fault, Fspec, TimeOfDay, UapItem};
 
 pub use fusion_report::FusionReport;
@@ -27,49 +27,49 @@ pub use profile::UAP;
 #[deku(ctx = "fspec: Fspec, long_risk: bool")]
 pub struct Record {
     /// I129/010, who reports. Mandatory; 0/0 is recommended for the air-to-ground link.
-    #[deku(cond = "fspec.has(1)")]
+    #[deku(reader = "read(deku::reader, fspec, 1)")]
     pub data_source: Option<DataSource>,
     /// I129/015, for whom.
-    #[deku(cond = "fspec.has(2)")]
+    #[deku(reader = "read(deku::reader, fspec, 2)")]
     pub data_destination: Option<DataDestination>,
     /// I129/020, manufacturer: three ASCII characters.
-    #[deku(cond = "fspec.has(3)")]
+    #[deku(reader = "read_octets(deku::reader, fspec, 3)")]
     pub manufacturer: Option<[u8; 3]>,
     /// I129/030, model: three ASCII characters.
-    #[deku(cond = "fspec.has(4)")]
+    #[deku(reader = "read_octets(deku::reader, fspec, 4)")]
     pub model: Option<[u8; 3]>,
     /// I129/040, serial number: 12 octets. No encoding is stated; ASCII in practice.
-    #[deku(cond = "fspec.has(5)")]
+    #[deku(reader = "read_octets(deku::reader, fspec, 5)")]
     pub serial_number: Option<[u8; 12]>,
     /// I129/050, country of registration: two ASCII characters, ISO 3166-1 alpha-2. Mandatory.
-    #[deku(cond = "fspec.has(6)")]
+    #[deku(reader = "read_octets(deku::reader, fspec, 6)")]
     pub registration_country: Option<[u8; 2]>,
     /// I129/070, time of transmission. Mandatory.
-    #[deku(cond = "fspec.has(7)")]
+    #[deku(reader = "read(deku::reader, fspec, 7)")]
     pub time_of_day: Option<TimeOfDay>,
     /// I129/080, position in WGS-84. Mandatory.
-    #[deku(cond = "fspec.has(8)")]
+    #[deku(reader = "read(deku::reader, fspec, 8)")]
     pub position: Option<Position>,
     /// I129/090, altitude above mean sea level. This or I129/100 is mandatory.
-    #[deku(cond = "fspec.has(9)")]
+    #[deku(reader = "read(deku::reader, fspec, 9)")]
     pub altitude_amsl: Option<Altitude>,
     /// I129/100, altitude above ground level.
-    #[deku(cond = "fspec.has(10)")]
+    #[deku(reader = "read(deku::reader, fspec, 10)")]
     pub altitude_agl: Option<Altitude>,
     /// I129/110, accuracy of the position.
-    #[deku(cond = "fspec.has(11)")]
+    #[deku(reader = "read(deku::reader, fspec, 11)")]
     pub gnss_accuracy: Option<GnssAccuracy>,
     /// I129/120, operational risk, in the length it was read with.
     #[deku(cond = "fspec.has(12)", ctx = "long_risk")]
     pub operational_risk: Option<OperationalRisk>,
     /// SP, the special purpose field; [`FusionReport`] is one layout of it.
-    #[deku(cond = "fspec.has(13)")]
+    #[deku(reader = "read(deku::reader, fspec, 13)")]
     pub special_purpose: Option<Explicit>,
     /// I129/185, horizontal velocity.
-    #[deku(cond = "fspec.has(14)")]
+    #[deku(reader = "read(deku::reader, fspec, 14)")]
     pub horizontal_velocity: Option<HorizontalVelocity>,
     /// I129/220, vertical velocity.
-    #[deku(cond = "fspec.has(15)")]
+    #[deku(reader = "read(deku::reader, fspec, 15)")]
     pub vertical_velocity: Option<VerticalVelocity>,
     /// FSPEC octets beyond the minimal ones, which announce nothing; 0 in a record built anew. The whole FSPEC never gets
     /// longer than [`Fspec::MAX_OCTETS`].
@@ -80,9 +80,9 @@ pub struct Record {
 impl Record {
     /// The record at the front of `octets` and its length, I129/120 read as 3 octets or as 1.
     fn read(octets: &[u8], fspec: Fspec, long_risk: bool) -> Result<(Self, usize), DekuError> {
-        let mut items = Cursor::new(&octets[fspec.length()..]);
+        let mut items = Octets(&octets[fspec.length()..]);
         let record = Self::from_reader_with_ctx(&mut Reader::new(&mut items), (fspec, long_risk))?;
-        Ok((record, fspec.length() + items.position() as usize))
+        Ok((record, octets.len() - items.0.len()))
     }
 }
 
