@@ -1,5 +1,6 @@
 //! Captures built in memory, and the recordings of the project, through the public reader.
 
+mod corpus;
 mod finals;
 mod packed;
 mod pcapng_damage;

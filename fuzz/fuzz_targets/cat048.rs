@@ -1,0 +1,6 @@
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| utm_fuzz::records::exercise_with::<asterix::cat048::Record>(
+    data,
+    &asterix::cat048::UAP
+));

@@ -1,0 +1,50 @@
+//! Any octets, taken for a capture file.
+
+use std::io::{self, Cursor, Read};
+
+use utm_fusion::ingest::{Capture, Datagram};
+
+/// Gives a few octets at a time, as a pipe may.
+struct Trickle(Cursor<Vec<u8>>);
+
+impl Read for Trickle {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let most = buffer.len().min(7);
+        self.0.read(&mut buffer[..most])
+    }
+}
+
+/// Reads all of it, at once and in small parts, and checks what holds for any octets: a payload lies where its origin
+/// says, behind the one before; an error comes last; and the parts make no difference.
+pub fn exercise(data: &[u8]) {
+    let at_once = read(data, Box::new(Cursor::new(data.to_vec())));
+    let in_parts = read(data, Box::new(Trickle(Cursor::new(data.to_vec()))));
+    assert_eq!(at_once, in_parts);
+}
+
+/// The datagrams and what else there is to say, as text.
+fn read(data: &[u8], reader: Box<dyn Read + Send>) -> (Vec<Datagram>, String) {
+    let mut capture = match Capture::from_reader("fuzz".to_owned(), reader, Some(data.len() as u64)) {
+        Ok(capture) => capture,
+        Err(error) => return (Vec::new(), error.to_string()),
+    };
+    let (mut datagrams, mut error) = (Vec::new(), None);
+    let mut end = 0;
+    for item in capture.by_ref() {
+        assert!(error.is_none(), "something came after an error");
+        match item {
+            Ok(datagram) => {
+                let start = datagram.origin as usize;
+                assert!(start >= end && data[start..].starts_with(&datagram.payload));
+                end = start + datagram.payload.len();
+                datagrams.push(datagram);
+            }
+            Err(damage) => error = Some(damage),
+        }
+    }
+    assert!(capture.next().is_none());
+    assert!(capture.consumed() <= data.len() as u64);
+    let skipped: Vec<_> = capture.skipped().iter().collect();
+    let error = error.map(|damage| damage.to_string());
+    (datagrams, format!("{} {} {skipped:?} {error:?}", capture.format(), capture.consumed()))
+}

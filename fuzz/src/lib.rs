@@ -1,0 +1,7 @@
+//! What the fuzz targets do with their input. The same is done to the committed corpus by the project's tests
+//! (`asterix/tests/corpus.rs`, `tests/captures/corpus.rs`), which include these modules.
+
+#![forbid(unsafe_code)]
+
+pub mod captures;
+pub mod records;
