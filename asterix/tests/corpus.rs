@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use asterix::{cat034, cat048, cat129};
+use asterix::{cat034, cat048, cat065, cat129};
 
 #[path = "../../fuzz/src/records.rs"]
 mod records;
@@ -25,12 +25,17 @@ fn replay(target: &str, exercise: impl Fn(&[u8])) {
 
 #[test]
 fn cat034() {
-    replay("cat034", |octets| records::measure(34, &cat034::UAP, octets));
+    replay("cat034", records::exercise_with_table::<cat034::Record>);
 }
 
 #[test]
 fn cat048() {
-    replay("cat048", |octets| records::exercise_with::<cat048::Record>(octets, &cat048::UAP));
+    replay("cat048", records::exercise_with_table::<cat048::Record>);
+}
+
+#[test]
+fn cat065() {
+    replay("cat065", records::exercise_with_table::<cat065::Record>);
 }
 
 #[test]

@@ -1,6 +1,3 @@
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| utm_fuzz::records::exercise_with::<asterix::cat048::Record>(
-    data,
-    &asterix::cat048::UAP
-));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| utm_fuzz::records::exercise_with_table::<asterix::cat048::Record>(data));

@@ -4,4 +4,5 @@
 #![forbid(unsafe_code)]
 
 pub mod captures;
+pub mod json;
 pub mod records;
