@@ -1,7 +1,9 @@
 //! What the tests share: octets written by hand, and short ways to read them.
 #![allow(dead_code, unreachable_pub, missing_docs, reason = "each test file uses a part of it")]
 
-use asterix::{Block, Fault, Record, blocks};
+pub mod strategies;
+
+use asterix::{Block, Fault, Record, blocks, encode_block};
 
 /// The octets of a hexadecimal text; spaces and line ends are for the reader.
 pub fn hex(text: &str) -> Vec<u8> {
@@ -65,16 +67,47 @@ pub fn datagrams(pcap: &[u8]) -> impl Iterator<Item = (u64, &[u8])> {
     })
 }
 
+/// Reads the block, compares with `record`, and writes it back.
+pub fn check<R: Record + PartialEq + std::fmt::Debug>(octets: &str, record: &R) {
+    let octets = hex(octets);
+    let (records, fault) = read::<R>(&octets);
+    assert_eq!(fault, None);
+    assert_eq!(records.as_slice(), std::slice::from_ref(record));
+    let mut out = Vec::new();
+    encode_block(&records, &mut out).unwrap();
+    assert_eq!(out, octets);
+}
+
 /// A plot of a 3D drone radar: CAT048 with 010, 140, 020, 040, 161, 030, 110 and SP.
 pub const DRONE_PLOT: &str = "30 0019 f1114904
     1907 546000 20 0100 4000 0007 2730 3ffe 02fe";
 
 /// Every item of CAT048.
 pub const EVERY_ITEM: &str = "30 0073 fffffffe
-    1481 384040 e180 30a6 ba34 e804 fffb fe01020304050607
+    1481 384040 e180 30a6ba34 e804 fffb fe1804c9072a0afc
     4a08eb 48f534c75820 02 0011223344556640 0011223344556650 f783 0100ff00 40008000 a740
-    01020304 2701fe 0fff 01230456 fffe c0 8005 01 000a00140bb8 2df5
+    01020304 2701fe 0fff 01230456 fffe c0 83fb 01 000a00140bb8 2cf5
     30000000000000 1f 0abc 1f 0fff 03807f 04010203";
+
+/// Every part of the reserved expansion field of CAT048, in a record with 010.
+pub const EXPANSION: &str = "30 008f 81010102 1907 86 ff
+    fe fe 1234252a 200000e00000 7fd8 8a53 40 2a
+    ff80 80 12340805 e00000200000 3fd8 0a53 41 15 1f
+    06
+    f0 64 00c8 0100 8000
+    010000
+    fff0 151234 02 0001 0002 32 008040000040010020006000006000a0300050000200
+      01 25 83e8 007f429c5e00 c00503e8 01 19070040030009 02 8a
+    f0 0102 01 030004 05 20261121
+    f8 8a53 4e00 7ffb 3f38 000f4240";
+
+/// Every item of CAT034.
+pub const SERVICE_MESSAGE: &str = "22 0036 fffe
+    1907 01 546000 40 0200 9c a2 70 a8 5500 9c 5a d4 60 50 02 0805 2fff
+    0100020040008000 03 001b200000ff0000 ff80 03aabb 02fe";
+
+/// Every item of CAT065.
+pub const SERVICE_STATUS: &str = "41 0013 ff06 1907 01 03 546000 02 96 0a 02aa 02bb";
 
 /// A drone over the Baltic: CAT129 with the mandatory items.
 pub const MINIMAL_UAS: &str = "81 0017 87c0 0000 504c 546000 1360b60b 05555555 0004b0";
@@ -89,4 +122,5 @@ pub const FUSED_POINT: &str = "81 0028 8384 190a 546000 1360b60b 05555555
     16 5546 01 01 00002717 0007 00000001 0019 ffff 21 7f 00";
 
 /// All of the above.
-pub const VECTORS: [&str; 5] = [DRONE_PLOT, EVERY_ITEM, MINIMAL_UAS, FULL_UAS, FUSED_POINT];
+pub const VECTORS: [&str; 8] =
+    [DRONE_PLOT, EVERY_ITEM, EXPANSION, SERVICE_MESSAGE, SERVICE_STATUS, MINIMAL_UAS, FULL_UAS, FUSED_POINT];

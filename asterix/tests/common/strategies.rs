@@ -1,0 +1,97 @@
+//! Octets of items and records that are arbitrary where their layout leaves them free.
+
+use asterix::{Chain, Contents, Field, Fspec, Kind, Layout, Subfield, UapItem, octets_of};
+use proptest::collection::vec;
+use proptest::option::of;
+use proptest::prelude::*;
+
+/// Octets of these fields; only what is constant is fixed.
+fn field_octets(fields: &'static [Field]) -> impl Strategy<Value = Vec<u8>> {
+    vec(any::<u8>(), octets_of(fields)).prop_map(move |mut octets| {
+        let mut at = 0;
+        for field in fields {
+            if let Kind::Constant(count) = field.kind {
+                field.set_count(&mut octets, at, count);
+            }
+            at += usize::from(field.bits);
+        }
+        octets
+    })
+}
+
+/// The length octet and these contents.
+fn explicit(contents: &[u8]) -> Vec<u8> {
+    [&[contents.len() as u8 + 1], contents].concat()
+}
+
+/// What a primary subfield of `per_octet` bits an octet announces and the subfields; undefined ones are never announced.
+fn subfield_octets(subfields: &'static [Subfield], per_octet: usize) -> impl Strategy<Value = Vec<u8>> {
+    let defined: Vec<(usize, _)> = (subfields.iter().enumerate())
+        .filter(|(_, subfield)| !subfield.key.is_empty())
+        .map(|(index, subfield)| (index, of(item_octets(subfield.layout))))
+        .collect();
+    let (indices, strategies): (Vec<usize>, Vec<_>) = defined.into_iter().unzip();
+    strategies.prop_map(move |parts| {
+        let mut primary = vec![0_u8];
+        for (&index, part) in indices.iter().zip(&parts) {
+            if part.is_some() {
+                while primary.len() <= index / per_octet {
+                    *primary.last_mut().expect("one octet at least") |= 1;
+                    primary.push(0);
+                }
+                primary[index / per_octet] |= 0x80 >> (index % per_octet);
+            }
+        }
+        primary.extend(parts.into_iter().flatten().flatten());
+        primary
+    })
+}
+
+/// Octets of an item with this layout.
+pub fn item_octets(layout: Layout) -> BoxedStrategy<Vec<u8>> {
+    let anything = vec(any::<u8>(), 0..60).prop_map(|contents| explicit(&contents));
+    match layout {
+        Layout::Fields(fields) => field_octets(fields).boxed(),
+        Layout::OneOrThree(_) => prop_oneof![vec(any::<u8>(), 1), vec(any::<u8>(), 3)].boxed(),
+        Layout::Extended(_) | Layout::Codes => vec(any::<u8>(), 1..=Chain::MAX_OCTETS)
+            .prop_map(|mut octets| {
+                octets.iter_mut().for_each(|octet| *octet |= 1);
+                *octets.last_mut().expect("one octet at least") &= !1;
+                octets
+            })
+            .boxed(),
+        Layout::Repetitive(fields) => vec(field_octets(fields), 0..8)
+            .prop_map(|parts| [&[parts.len() as u8], parts.concat().as_slice()].concat())
+            .boxed(),
+        Layout::Compound(subfields) => subfield_octets(subfields, 7).boxed(),
+        Layout::Explicit(Contents::Opaque) => anything.boxed(),
+        Layout::Explicit(Contents::Known(_, fields)) => {
+            prop_oneof![anything, field_octets(fields).prop_map(|contents| explicit(&contents))].boxed()
+        }
+        Layout::Explicit(Contents::Expansion(subfields)) => {
+            prop_oneof![anything, expansion_octets(subfields)].boxed()
+        }
+    }
+}
+
+/// Octets of a reserved expansion field of these subfields.
+pub fn expansion_octets(subfields: &'static [Subfield]) -> impl Strategy<Value = Vec<u8>> {
+    subfield_octets(subfields, 8)
+        .prop_filter("it has at most 254 octets", |contents| contents.len() <= 254)
+        .prop_map(|contents| explicit(&contents))
+}
+
+/// Octets of a whole record with any items of this profile.
+pub fn record_octets(uap: &'static [UapItem]) -> impl Strategy<Value = Vec<u8>> {
+    let items: Vec<_> = uap.iter().map(|item| of(item_octets(item.layout))).collect();
+    (items, 0..4_u8).prop_map(|(items, padding)| {
+        let mut present = [false; 7 * Fspec::MAX_OCTETS];
+        for (item, octets) in uap.iter().zip(&items) {
+            present[usize::from(item.frn) - 1] = octets.is_some();
+        }
+        let mut octets = Vec::new();
+        Fspec::of(present, padding).encode_into(&mut octets);
+        octets.extend(items.into_iter().flatten().flatten());
+        octets
+    })
+}
