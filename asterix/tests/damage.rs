@@ -4,7 +4,8 @@
 
 mod common;
 
-use asterix::{Record, blocks, cat048, cat129};
+use asterix::cat048::ReservedExpansion;
+use asterix::{Explicit, Record, blocks, cat034, cat048, cat065, cat129};
 use common::{VECTORS, block, encode, hex, read};
 
 /// Reads everything that can be read; what a block yields without a fault must encode to the block.
@@ -14,6 +15,10 @@ fn survey(datagram: &[u8]) -> usize {
         let encoded: Vec<u8> = records.iter().flat_map(encode).collect();
         assert!(block.contents().starts_with(&encoded));
         assert_eq!(fault.is_none(), encoded.len() == block.contents().len());
+        // The profile and the reader agree on what is whole; I129/120 has a length that only the reader finds.
+        if R::CATEGORY != cat129::Record::CATEGORY {
+            assert_eq!(block.measure(R::UAP), fault.map_or(Ok(records.len()), Err));
+        }
         if let Some(fault) = fault {
             assert_eq!(fault.category, Some(R::CATEGORY));
             let end = block.offset + block.octets.len();
@@ -24,7 +29,9 @@ fn survey(datagram: &[u8]) -> usize {
     blocks(datagram)
         .flatten()
         .map(|block| match block.category {
+            34 => records::<cat034::Record>(&block),
             48 => records::<cat048::Record>(&block),
+            65 => records::<cat065::Record>(&block),
             129 => records::<cat129::Record>(&block),
             _ => 0,
         })
@@ -89,6 +96,27 @@ fn every_octet_removed_or_doubled() {
             survey(&block(vector[0], &[&contents[..index], &contents[index + 1..]].concat()));
             survey(&block(vector[0], &[&contents[..=index], &contents[index..]].concat()));
         }
+    }
+}
+
+/// A reserved expansion field is read when it is whole, and gives its octets back.
+#[test]
+fn expansion_with_every_octet_set_to_every_value() {
+    let vector = hex(common::EXPANSION);
+    let mut contents = vector[3 + 4 + 2 + 1..].to_vec();
+    for length in 0..contents.len() {
+        assert_eq!(ReservedExpansion::read(&Explicit::new(&contents[..length]).unwrap()), None);
+    }
+    for index in 0..contents.len() {
+        let original = contents[index];
+        for value in 0..=u8::MAX {
+            contents[index] = value;
+            let field = Explicit::new(&contents).unwrap();
+            if let Some(read) = ReservedExpansion::read(&field) {
+                assert_eq!(read.to_field(), Some(field));
+            }
+        }
+        contents[index] = original;
     }
 }
 
