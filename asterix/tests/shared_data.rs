@@ -4,11 +4,13 @@
 
 mod common;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::ffi::OsStr;
 use std::io::{BufRead, BufReader};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use asterix::{FaultKind, Record, blocks, cat048, encode_block};
+use asterix::cat048::{self, BdsRegister, Capability, PlotCharacteristics};
+use asterix::{Block, Fault, FaultKind, Record, blocks, cat034, cat065, cat129, encode_block};
 use serde_json::{Value, json};
 
 /// The folder, or `None` (and a word about it) where none is named.
@@ -20,7 +22,46 @@ fn shared_data() -> Option<PathBuf> {
     folder
 }
 
-/// The items that have types here, in the words of the independent decode.
+/// A code as the independent decode gives it.
+fn bit(flag: bool) -> u8 {
+    u8::from(flag)
+}
+
+fn plot_characteristics(plot: &PlotCharacteristics) -> Value {
+    let mut parts = serde_json::Map::new();
+    let mut put = |name: &str, value: Option<Value>| value.map(|value| parts.insert(name.to_owned(), value));
+    put("SRL", plot.ssr_run_length.map(|length| json!(length.degrees())));
+    put("SRR", plot.ssr_replies.map(|replies| json!(replies.number())));
+    put("SAM", plot.ssr_amplitude.map(|amplitude| json!(amplitude.dbm())));
+    put("PRL", plot.psr_run_length.map(|length| json!(length.degrees())));
+    put("PAM", plot.psr_amplitude.map(|amplitude| json!(amplitude.dbm())));
+    put("RPD", plot.range_difference.map(|difference| json!(difference.metres() / 1852.0)));
+    put("APD", plot.azimuth_difference.map(|difference| json!(difference.degrees())));
+    Value::Object(parts)
+}
+
+/// The pulses of low quality, one by one.
+fn pulses(low_quality: u16) -> Value {
+    let names = ["QA4", "QA2", "QA1", "QB4", "QB2", "QB1", "QC4", "QC2", "QC1", "QD4", "QD2", "QD1"];
+    let pulse = |(index, name): (usize, &str)| (name.to_owned(), json!(low_quality >> (11 - index) & 1));
+    Value::Object(names.into_iter().enumerate().map(pulse).collect())
+}
+
+fn capability(capability: Capability) -> Value {
+    json!({
+        "COM": capability.communications().code(),
+        "STAT": capability.flight_status().code(),
+        "SI": bit(capability.is_interrogator_identifier_only()),
+        "MSSC": bit(capability.has_specific_services()),
+        "ARC": bit(capability.reports_25_ft()),
+        "AIC": bit(capability.has_identification()),
+        "B1A": bit(capability.bds_10_bit_16()),
+        "B1B": capability.bds_10_bits_37_to_40(),
+    })
+}
+
+/// The items that occur, in the words of the independent decode. All values are whole multiples of a power of two, also in
+/// the specification's units, so they are equal to the last bit.
 fn typed_items(record: &cat048::Record) -> BTreeMap<&'static str, Value> {
     let mut items = BTreeMap::new();
     let mut put = |item, value: Option<Value>| value.map(|value| items.insert(item, value));
@@ -31,10 +72,10 @@ fn typed_items(record: &cat048::Record) -> BTreeMap<&'static str, Value> {
         record.target_report.map(|report| {
             json!({"_groups": [{
                 "TYP": report.detection() as u8,
-                "SIM": u8::from(report.is_simulated()),
+                "SIM": bit(report.is_simulated()),
                 "RDP": report.processing_chain() - 1,
-                "SPI": u8::from(report.is_special_position()),
-                "RAB": u8::from(report.is_field_monitor()),
+                "SPI": bit(report.is_special_position()),
+                "RAB": bit(report.is_field_monitor()),
             }]})
         }),
     );
@@ -43,9 +84,9 @@ fn typed_items(record: &cat048::Record) -> BTreeMap<&'static str, Value> {
         "070",
         record.mode_3a.map(|code| {
             json!({
-                "V": u8::from(!code.is_validated()),
-                "G": u8::from(code.is_garbled()),
-                "L": u8::from(code.is_not_extracted()),
+                "V": bit(!code.is_validated()),
+                "G": bit(code.is_garbled()),
+                "L": bit(code.is_not_extracted()),
                 "MODE3A": code.to_string(),
             })
         }),
@@ -54,8 +95,8 @@ fn typed_items(record: &cat048::Record) -> BTreeMap<&'static str, Value> {
         "090",
         record.flight_level.map(|level| {
             json!({
-                "V": u8::from(!level.is_validated()),
-                "G": u8::from(level.is_garbled()),
+                "V": bit(!level.is_validated()),
+                "G": bit(level.is_garbled()),
                 "FL": level.flight_level(),
             })
         }),
@@ -71,14 +112,24 @@ fn typed_items(record: &cat048::Record) -> BTreeMap<&'static str, Value> {
         "170",
         record.track_status.map(|status| {
             json!({"_groups": [{
-                "CNF": u8::from(status.is_tentative()),
+                "CNF": bit(status.is_tentative()),
                 "RAD": status.sensor() as u8,
-                "DOU": u8::from(status.is_doubtful()),
-                "MAH": u8::from(status.is_manoeuvring()),
+                "DOU": bit(status.is_doubtful()),
+                "MAH": bit(status.is_manoeuvring()),
                 "CDM": status.climb_mode() as u8,
             }]})
         }),
     );
+    put("130", record.plot_characteristics.as_ref().map(plot_characteristics));
+    put(
+        "250",
+        record.bds_registers.as_ref().map(|registers| {
+            let register = |register: &BdsRegister| json!({"MBDATA": register.data(), "BDS1": register.bds1(), "BDS2": register.bds2()});
+            registers.iter().map(register).collect()
+        }),
+    );
+    put("080", record.mode_3a_confidence.map(|confidence| pulses(confidence.low_quality())));
+    put("230", record.capability.map(capability));
     put("030", record.warnings.map(|warnings| json!(warnings.codes().collect::<Vec<_>>())));
     items
 }
@@ -91,6 +142,7 @@ fn an_hour_of_a_terminal_radar_equals_an_independent_decode() {
     let packed = std::fs::read(folder.join("decoded.ndjson.gz")).unwrap();
     let mut expected = BufReader::new(flate2::read::GzDecoder::new(packed.as_slice())).lines();
 
+    let mut occurring = BTreeSet::new();
     let (mut count, mut again) = (0, Vec::with_capacity(octets.len()));
     for block in blocks(&octets) {
         let block = block.unwrap();
@@ -100,18 +152,21 @@ fn an_hour_of_a_terminal_radar_equals_an_independent_decode() {
         for record in &records {
             let line: Value = serde_json::from_str(&expected.next().unwrap().unwrap()).unwrap();
             let theirs = line["items"].as_object().unwrap();
-            let mut ours = typed_items(record);
-            for (item, _) in record.raw_items() {
-                ours.insert(item, theirs.get(item).cloned().unwrap_or_default());
-            }
+            let ours = typed_items(record);
             assert_eq!(theirs.len(), ours.len(), "record {count}");
             for (item, value) in ours {
                 assert_eq!(theirs.get(item), Some(&value), "I048/{item} of record {count}");
+                occurring.insert(item);
             }
             count += 1;
         }
     }
     assert_eq!(count, 44_085);
+    let expected_items = [
+        "010", "020", "030", "040", "070", "080", "090", "130", "140", "161", "170", "200", "220", "230",
+        "240", "250",
+    ];
+    assert_eq!(occurring, expected_items.into());
     assert!(again == octets, "the octets differ after decoding and encoding");
     assert!(expected.next().is_none());
 }
@@ -147,26 +202,99 @@ fn single_vectors_and_odd_encodings() {
     }
 }
 
+/// The UDP datagrams of a capture (Ethernet, IPv4 without options), each with the microsecond of its reception. UDP says
+/// how long it is, because padding may follow.
+fn datagrams(pcap: &[u8]) -> Vec<(u64, &[u8])> {
+    let (mut found, mut rest) = (Vec::new(), &pcap[24..]);
+    while let Some((header, after)) = rest.split_at_checked(16) {
+        let word = |index: usize| u32::from_le_bytes(header[index..index + 4].try_into().unwrap());
+        let (packet, next) = after.split_at(word(8) as usize);
+        rest = next;
+        let udp = &packet[14 + 20..];
+        let datagram = &udp[8..usize::from(u16::from_be_bytes([udp[4], udp[5]]))];
+        found.push((u64::from(word(0)) * 1_000_000 + u64::from(word(4)), datagram));
+    }
+    found
+}
+
+/// How many records the block has, and what is wrong with it. A block without a fault encodes to its octets.
+fn round_trip(block: &Block<'_>) -> (usize, Option<Fault>) {
+    fn of<R: Record>(block: &Block<'_>) -> (usize, Option<Fault>) {
+        let (records, fault) = common::read_block::<R>(block);
+        let mut again = Vec::new();
+        encode_block(&records, &mut again).unwrap();
+        assert!(block.contents().starts_with(&again[3..]));
+        assert!(fault.is_some() || again == block.octets);
+        assert_eq!(block.measure(R::UAP), fault.map_or(Ok(records.len()), Err));
+        (records.len(), fault)
+    }
+    match block.category {
+        34 => of::<cat034::Record>(block),
+        48 => of::<cat048::Record>(block),
+        65 => of::<cat065::Record>(block),
+        129 => of::<cat129::Record>(block),
+        _ => (0, None),
+    }
+}
+
+/// The files in a folder and in those below it.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let (mut found, mut folders) = (Vec::new(), vec![folder.to_owned()]);
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() { folders.push(path) } else { found.push(path) }
+        }
+    }
+    found
+}
+
+#[test]
+fn every_capture_comes_back_octet_by_octet() {
+    let Some(folder) = shared_data() else { return };
+    let mut records: BTreeMap<u8, usize> = BTreeMap::new();
+    let mut captures = 0;
+    for path in files(&folder) {
+        let octets = std::fs::read(&path).unwrap();
+        let datagrams = match path.extension().and_then(OsStr::to_str) {
+            Some("ast" | "raw" | "bin") => vec![octets.as_slice()],
+            Some("pcap") => datagrams(&octets).into_iter().map(|(_, datagram)| datagram).collect(),
+            _ => continue,
+        };
+        captures += 1;
+        let hostile = path.components().any(|part| part.as_os_str() == "hostile");
+        for datagram in datagrams {
+            for block in blocks(datagram) {
+                match block {
+                    Ok(block) => {
+                        let (count, fault) = round_trip(&block);
+                        *records.entry(block.category).or_default() += count;
+                        assert!(hostile || fault.is_none(), "{}: {fault:?}", path.display());
+                    }
+                    Err(fault) => assert!(hostile, "{}: {fault}", path.display()),
+                }
+            }
+        }
+    }
+    eprintln!("{captures} captures, records by category: {records:?}");
+    assert!(captures >= 21);
+    assert!(records[&34] >= 34 && records[&48] >= 44_085 + 128 && records[&129] >= 1000, "{records:?}");
+}
+
 #[test]
 fn damaged_datagrams_are_counted_by_reason() {
     let Some(folder) = shared_data() else { return };
     let pcap = std::fs::read(folder.join("conformance/hostile/capture.pcap")).unwrap();
     let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
-    let mut recent: std::collections::HashMap<&[u8], u64> = std::collections::HashMap::new();
-    for (received_us, datagram) in common::datagrams(&pcap) {
+    let mut recent: HashMap<&[u8], u64> = HashMap::new();
+    for (received_us, datagram) in datagrams(&pcap) {
         // A copy of a datagram within 2 s came over a redundant line and is not counted again.
         if recent.get(datagram).is_some_and(|handled| received_us - handled <= 2_000_000) {
             continue;
         }
         recent.insert(datagram, received_us);
         for block in blocks(datagram) {
-            let fault = match block {
-                Ok(block) if block.category == 48 => common::read_block::<cat048::Record>(&block).1,
-                Ok(block) if block.category == 129 => common::read_block::<asterix::cat129::Record>(&block).1,
-                Ok(block) if block.category == 34 => block.measure(&asterix::cat034::UAP).err(),
-                Ok(_) => None,
-                Err(fault) => Some(fault),
-            };
+            let fault = block.map_or_else(Some, |block| round_trip(&block).1);
             if let Some(fault) = fault {
                 *kinds.entry(fault.kind.name()).or_default() += 1;
             }
