@@ -1,0 +1,225 @@
+//! The layouts beside the machine-readable definitions of the asterix-specs project, which are not part of this one: the
+//! folder `../asterix` beside the folder that `UTM_FUSION_SHARED_DATA` names holds them.
+
+#![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
+
+#[path = "common/definition.rs"]
+mod definition;
+
+use std::path::PathBuf;
+
+use asterix::cat034::{self, Channels, CounterKind, Filter};
+use asterix::cat048::expansion::{DataLinkOrigin, DataLinkState, ExtendedMode4, ReplyType, TrackAcquisition};
+use asterix::cat048::{self, Communications, DetectionType, FlightStatus, Height3D, warning_name};
+use asterix::{Contents, Describe, Field, Kind, Layout, Quantity, Subfield};
+use definition::{Complaints, category, compare, expansion, table};
+use serde_json::{Value, json};
+
+/// A definition, or `None` (and a word about it) where it is not at hand.
+fn definition(file: &str) -> Option<Value> {
+    let Some(folder) = std::env::var_os("UTM_FUSION_SHARED_DATA").map(PathBuf::from) else {
+        eprintln!("skipped: UTM_FUSION_SHARED_DATA names no folder beside which definitions could lie");
+        return None;
+    };
+    let path = folder.join("../asterix").join(file);
+    let Ok(text) = std::fs::read_to_string(&path) else {
+        eprintln!("skipped: there is no {}", path.display());
+        return None;
+    };
+    Some(serde_json::from_str(&text).unwrap())
+}
+
+fn expansion_of_cat048(definition: &Value) -> Complaints {
+    let Layout::Explicit(Contents::Expansion(subfields)) = cat048::UAP[27].layout else { panic!() };
+    expansion(definition, subfields)
+}
+
+/// A comparison of a definition with what is here.
+type Comparison = fn(&Value) -> Complaints;
+
+const COMPARISONS: [(&str, Comparison); 3] = [
+    ("cat034-1.29.json", |definition| category(definition, &cat034::UAP)),
+    ("cat048-1.32.json", |definition| category(definition, &cat048::UAP)),
+    ("cat048-ref-1.13.json", expansion_of_cat048),
+];
+
+#[test]
+fn layouts_are_those_of_the_definitions() {
+    for (file, compare) in COMPARISONS {
+        let Some(definition) = definition(file) else { return };
+        assert_eq!(compare(&definition), Complaints::default(), "{file}");
+    }
+}
+
+/// Whether our table has a name for a code.
+type Named = fn(u8) -> bool;
+
+/// Where a table of codes stands, how many bits a code has, and what we name.
+const TABLES: [(&str, &[&str], u32, Named); 13] = [
+    ("cat034-1.29.json", &["000"], 8, |code| {
+        !matches!(cat034::MessageKind::from_code(code), cat034::MessageKind::Other(_))
+    }),
+    ("cat034-1.29.json", &["050", "PSR", "CHAB"], 2, |code| {
+        !matches!(Channels::from_code(code), Channels::Other(_))
+    }),
+    ("cat034-1.29.json", &["070", "TYP"], 5, |code| {
+        !matches!(CounterKind::from_code(code), CounterKind::Other(_))
+    }),
+    ("cat034-1.29.json", &["110"], 8, |code| !matches!(Filter::from_code(code), Filter::Other(_))),
+    ("cat048-1.32.json", &["020", "TYP"], 3, |code| code <= DetectionType::ModeSRollCallAndPrimary as u8),
+    ("cat048-1.32.json", &["030"], 7, |code| warning_name(code).is_some()),
+    ("cat048-1.32.json", &["230", "COM"], 3, |code| {
+        !matches!(Communications::from_code(code), Communications::Other(_))
+    }),
+    ("cat048-1.32.json", &["230", "STAT"], 3, |code| {
+        !matches!(FlightStatus::from_code(code), FlightStatus::Other(_))
+    }),
+    ("cat048-ref-1.13.json", &["RTC", "DLK", "ORIGIN"], 2, |code| {
+        !matches!(DataLinkOrigin::from_code(code), DataLinkOrigin::Other(_))
+    }),
+    ("cat048-ref-1.13.json", &["RTC", "DLK", "STATE"], 2, |code| {
+        !matches!(DataLinkState::from_code(code), DataLinkState::Other(_))
+    }),
+    ("cat048-ref-1.13.json", &["RTC", "TLC", "ACQI"], 2, |code| {
+        !matches!(TrackAcquisition::from_code(code), TrackAcquisition::Other(_))
+    }),
+    ("cat048-ref-1.13.json", &["CPC", "RPL", "TYPE"], 8, |code| {
+        !matches!(ReplyType::from_code(code), ReplyType::Other(_))
+    }),
+    ("cat048-ref-1.13.json", &["M4E", "FOEFRI"], 2, |code| ExtendedMode4::new(code).is_some()),
+];
+
+#[test]
+fn codes_are_those_of_the_definitions() {
+    for (file, path, bits, named) in TABLES {
+        let Some(definition) = definition(file) else { return };
+        let theirs = table(&definition, path, 1 << bits).unwrap_or_else(|| panic!("{file}: no {path:?}"));
+        let ours: Vec<u64> = (0..1 << bits).filter(|&code| named(code as u8)).collect();
+        assert_eq!(theirs, ours, "{file}: {path:?}");
+    }
+}
+
+/// Pointers to every value in `value`.
+fn pointers(value: &Value, here: &str, found: &mut Vec<String>) {
+    found.push(here.to_owned());
+    match value {
+        Value::Object(members) => {
+            for (name, member) in members {
+                pointers(member, &format!("{here}/{name}"), found);
+            }
+        }
+        Value::Array(elements) => {
+            for (index, element) in elements.iter().enumerate() {
+                pointers(element, &format!("{here}/{index}"), found);
+            }
+        }
+        _ => {}
+    }
+}
+
+/// Another value in the place of this one, where it says something about the octets.
+fn changed(pointer: &str, value: &Value) -> Option<Value> {
+    let last = pointer.rsplit('/').next()?;
+    Some(match (last, value) {
+        ("bitSize" | "byteSize" | "fspecByteSize" | "exponent" | "base", Value::Number(number)) => {
+            json!(number.as_u64()? + 1)
+        }
+        ("unit", Value::String(unit)) => json!(format!("1000 {unit}")),
+        (_, Value::Object(members)) => match (members.get("tag")?.as_str()?, members.get("contents")?) {
+            ("Signed", _) => json!({"tag": "Unsigned", "contents": []}),
+            ("Unsigned", _) => json!({"tag": "Signed", "contents": []}),
+            ("Spare", bits) => json!({"tag": "Spare", "contents": bits.as_u64()? + 1}),
+            ("NumInt", number) if !pointer.contains("/constraints/") => {
+                json!({"tag": "NumInt", "contents": number.as_i64()? + 1})
+            }
+            ("UapItem", _) => json!({"tag": "UapItem", "contents": "999"}),
+            ("Group", Value::Array(members)) if members.len() > 1 => {
+                let turned: Vec<_> = members.iter().rev().collect();
+                if turned.iter().copied().eq(members) {
+                    return None;
+                }
+                json!({"tag": "Group", "contents": turned})
+            }
+            ("Compound", Value::Array(members)) => {
+                let turned: Vec<_> = members.iter().rev().collect();
+                json!({"tag": "Compound", "contents": turned})
+            }
+            ("StringOctal", _) => json!({"tag": "StringICAO", "contents": []}),
+            ("StringICAO", _) => json!({"tag": "StringAscii", "contents": []}),
+            _ => return None,
+        },
+        _ => return None,
+    })
+}
+
+/// Were the definition another in any one place, the comparison would say so.
+#[test]
+fn every_difference_is_noticed() {
+    for (file, compare) in COMPARISONS {
+        let Some(mut definition) = definition(file) else { return };
+        let (mut all, mut tried) = (Vec::new(), 0);
+        pointers(&definition, "", &mut all);
+        for pointer in all.iter().filter(|pointer| !pointer.contains("/constraints/")) {
+            let original = definition.pointer(pointer).unwrap().clone();
+            let Some(other) = changed(pointer, &original) else { continue };
+            *definition.pointer_mut(pointer).unwrap() = other;
+            assert_ne!(compare(&definition), Complaints::default(), "{file} {pointer}");
+            *definition.pointer_mut(pointer).unwrap() = original;
+            tried += 1;
+        }
+        assert_eq!(compare(&definition), Complaints::default(), "{file}");
+        eprintln!("{file}: {tried} changes, all noticed");
+        assert!(tried > 100);
+    }
+}
+
+const fn field(key: &'static str, bits: u16, kind: Kind) -> Field {
+    Field { key, bits, kind }
+}
+
+const fn quantity(signed: bool, lsb: f64) -> Kind {
+    Kind::Quantity(Quantity { signed, lsb, decimals: 2, unknown: None })
+}
+
+const SPARE: Field = field("spare", 2, Kind::Spare);
+const RIGHT: Kind = quantity(true, 7.62);
+
+/// Layouts of I048/110 that are wrong in one place each.
+const WRONG: [Layout; 14] = [
+    Layout::Fields(&[field("height_m", 14, RIGHT), SPARE]),
+    Layout::Fields(&[field("spare", 2, Kind::Count), field("height_m", 14, RIGHT)]),
+    Layout::Fields(&[field("spare", 3, Kind::Spare), field("height_m", 13, RIGHT)]),
+    Layout::Fields(&[SPARE, field("height_ft", 14, RIGHT)]),
+    Layout::Fields(&[SPARE, field("width_m", 14, RIGHT)]),
+    Layout::Fields(&[SPARE, field("height_m", 14, quantity(false, 7.62))]),
+    Layout::Fields(&[SPARE, field("height_m", 14, quantity(true, 7.6))]),
+    Layout::Fields(&[SPARE, field("height_m", 14, Kind::Count)]),
+    Layout::Fields(&[SPARE, field("height_m", 7, RIGHT), field("more_m", 7, RIGHT)]),
+    Layout::Fields(&[SPARE]),
+    Layout::Fields(&[SPARE, field("height_m", 14, RIGHT), field("more", 8, Kind::Count)]),
+    Layout::Repetitive(&[SPARE, field("height_m", 14, RIGHT)]),
+    Layout::Extended(&[&[SPARE, field("height_m", 14, RIGHT)]]),
+    Layout::Compound(&[Subfield { key: "3dh", layout: Height3D::LAYOUT }]),
+];
+
+#[test]
+fn wrong_layouts_are_noticed() {
+    let element = |bits: u8, content: Value| {
+        let rule = json!({"tag": "ContextFree", "contents": content});
+        json!({"tag": "Element", "contents": {"bitSize": bits, "rule": rule}})
+    };
+    let named = |name: &str, variation: Value| {
+        let rule = json!({"tag": "ContextFree", "contents": variation});
+        json!({"tag": "Item", "contents": {"name": name, "rule": rule}})
+    };
+    let feet = json!({"tag": "ContentQuantity", "contents": {
+        "lsb": {"tag": "NumInt", "contents": 25}, "unit": "ft", "signedness": {"tag": "Signed", "contents": []},
+    }});
+    let spare = json!({"tag": "Spare", "contents": 2});
+    let height = json!({"tag": "Group", "contents": [spare, named("3DH", element(14, feet))]});
+    assert_eq!(compare(&height, Height3D::LAYOUT, "", "110"), Complaints::default());
+
+    for wrong in WRONG {
+        assert_ne!(compare(&height, wrong, "", "110"), Complaints::default(), "{wrong:?}");
+    }
+}
