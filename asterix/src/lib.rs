@@ -1,8 +1,9 @@
-//! EUROCONTROL ASTERIX, the format in which radars and transponder networks report: CAT048 and CAT129, read and written.
+//! EUROCONTROL ASTERIX, the format in which radars and transponder networks report: CAT034, CAT048,
+//! CAT065 and CAT129, read and written.
 //!
 //! | what | specification (EUROCONTROL-SPEC-0149) | here |
 //! |---|---|---|
-//! | data block, FSPEC, item formats | part 1 | [`blocks`], [`Block`], [`Fspec`], [`Format`], [`encode_block`] |
+//! | data block, FSPEC, item formats | part 1 | [`blocks`], [`Block`], [`Fspec`], [`Layout`], [`encode_block`] |
 //! | CAT048, monoradar target reports | part 4, edition 1.32 | [`cat048::Record`], [`cat048::UAP`] |
 //! | I048/010, 140 | | [`DataSource`], [`TimeOfDay`] |
 //! | I048/020 | | [`cat048::TargetReport`] |
@@ -10,9 +11,11 @@
 //! | I048/070, 220, 240 | | [`cat048::Mode3A`], [`cat048::AircraftAddress`], [`cat048::AircraftIdentification`] |
 //! | I048/161, 170, 200 | | [`cat048::TrackNumber`], [`cat048::TrackStatus`], [`cat048::TrackVelocity`] |
 //! | I048/030 | | [`cat048::Warnings`] |
-//! | every other item of CAT048 | | measured and kept: [`cat048::Record::raw_items`] |
+//! | every other item of CAT048 | | a type of the item's name in [`cat048`] |
+//! | RE of CAT048 | part 4, appendix A, edition 1.13 | [`cat048::ReservedExpansion`] |
 //! | CAT129, UAS identification and target reports | part 29, edition 1.2 | [`cat129::Record`], [`cat129::UAP`] |
-//! | CAT034, monoradar service messages | part 2b, edition 1.29 | measured: [`cat034::UAP`], [`Block::measure`] |
+//! | CAT034, monoradar service messages | part 2b, edition 1.29 | [`cat034::Record`], [`cat034::UAP`] |
+//! | CAT065, service status reports | part 15, edition 1.6 | [`cat065::Record`], [`cat065::UAP`] |
 //! | SP of the fusion service's own CAT129 | | [`cat129::FusionReport`] |
 //! | what can be wrong | | [`Fault`], [`FaultKind`] |
 //!
@@ -23,7 +26,8 @@
 //!   [`Fault`] names category, item, octet and reason.
 //! * A value that the item can hold decodes, even where it makes no sense (a latitude of 100 degrees, a time of day past
 //!   midnight): whoever uses it decides.
-//! * No clock, no files, no sockets; no allocation for a record, but for more than 32 octets in one item of variable length.
+//! * No clock, no files, no sockets; no allocation for a record, but for more than 32 octets in SP or RE and for more
+//!   than four parts of a repetitive item.
 //!
 //! ```
 //! use asterix::{DataSource, Record, blocks, cat048};
