@@ -22,11 +22,11 @@ fn definition(file: &str) -> Option<Value> {
         return None;
     };
     let path = folder.join("../asterix").join(file);
-    let Ok(text) = std::fs::read_to_string(&path) else {
+    let Ok(text) = std::fs::read(&path) else {
         eprintln!("skipped: there is no {}", path.display());
         return None;
     };
-    Some(serde_json::from_str(&text).unwrap())
+    Some(serde_json::from_slice(&text).unwrap())
 }
 
 fn expansion_of_cat048(definition: &Value) -> Complaints {

@@ -1,5 +1,7 @@
 //! Properties over octets: what is read is written back, and what is not whole is not read.
 
+#![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
+
 mod common;
 
 use asterix::cat048::ReservedExpansion;

@@ -4,7 +4,7 @@
 
 mod common;
 
-use asterix::cat048::{self, RadialDoppler};
+use asterix::cat048::{self, RadialDoppler, RawDoppler};
 use asterix::{Explicit, Fault, FaultKind, blocks, cat034, cat065, cat129};
 use common::{DRONE_PLOT, MINIMAL_UAS, block, encode, hex, read, read_block};
 
@@ -225,7 +225,7 @@ fn doppler_with_both_subfields() {
     let doppler = records[0].radial_doppler.as_ref().unwrap();
     let calculated = doppler.calculated.unwrap();
     assert_eq!((calculated.is_doubtful(), calculated.speed_m_s()), (true, 5.0));
-    let raw: Vec<_> = doppler.raw.as_ref().unwrap().iter().map(|raw| raw.frequency_mhz()).collect();
+    let raw: Vec<_> = doppler.raw.as_ref().unwrap().iter().map(RawDoppler::frequency_mhz).collect();
     assert_eq!(raw, [3000, 3001]);
 }
 
