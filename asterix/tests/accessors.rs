@@ -5,7 +5,10 @@
 mod common;
 
 use asterix::cat048::{self, TargetReport, TrackStatus};
-use asterix::cat129::{self, FusionReport, fusion_report::Source};
+use asterix::cat129::{
+    self, FusionReport,
+    fusion_report::{Flags, Source},
+};
 use asterix::{Chain, Explicit, Field, Fspec, Kind, Layout, Record};
 use common::{block, read};
 use proptest::collection::vec;
@@ -101,7 +104,8 @@ proptest! {
 
         let (record, field) = with_item::<cat048::Record>("200", &octets);
         let velocity = record.track_velocity.unwrap();
-        prop_assert_eq!((velocity.speed_m_s(), velocity.heading_deg()), (field("speed_m_s"), field("heading_deg")));
+        prop_assert_eq!(velocity.speed_m_s(), field("speed_m_s"));
+        prop_assert_eq!(velocity.heading_deg(), field("heading_deg"));
         prop_assert!(close(velocity.speed_nm_s() * 1852.0, field("speed_m_s")));
     }
 
@@ -210,9 +214,15 @@ proptest! {
         prop_assert!(metres.is_none_or(|metres| close(metres, field("vertical_deviation_m"))));
         let probability = report.uav_probability.probability();
         prop_assert!(probability.is_none_or(|probability| close(probability, field("uav_probability"))));
-        let flags = ["interpolated", "extrapolated", "integrity_suspect", "integrity_failed", "uncooperative", "height_not_measured"];
-        for (bit, key) in flags.into_iter().enumerate() {
-            prop_assert_eq!(f64::from(report.flags.0 >> bit & 1), field(key), "{}", key);
+        for (flag, key) in [
+            (Flags::INTERPOLATED, "interpolated"),
+            (Flags::EXTRAPOLATED, "extrapolated"),
+            (Flags::INTEGRITY_SUSPECT, "integrity_suspect"),
+            (Flags::INTEGRITY_FAILED, "integrity_failed"),
+            (Flags::UNCOOPERATIVE, "uncooperative"),
+            (Flags::HEIGHT_NOT_MEASURED, "height_not_measured"),
+        ] {
+            prop_assert_eq!(report.flags.contains(flag), field(key) == 1.0, "{}", key);
         }
     }
 }
