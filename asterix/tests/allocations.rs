@@ -4,8 +4,6 @@
 
 mod common;
 
-use std::path::PathBuf;
-
 use allocation_counter::measure;
 use asterix::cat048::BdsRegister;
 use asterix::{Explicit, Record, Repeated, blocks, cat034, cat048, cat065, cat129, encode_block};
@@ -116,10 +114,7 @@ fn a_block_is_written_into_a_vector_with_room() {
 
 #[test]
 fn of_an_hour_of_real_records_only_those_with_more_than_four_registers_allocate() {
-    let Some(folder) = std::env::var_os("UTM_FUSION_SHARED_DATA").map(PathBuf::from) else {
-        eprintln!("skipped: UTM_FUSION_SHARED_DATA names no folder of recordings");
-        return;
-    };
+    let Some(folder) = common::recordings::shared_data() else { return };
     let octets = std::fs::read(folder.join("cat048-barcelona/capture.ast")).unwrap();
     let (mut records, mut long, mut allocating) = (0, 0, 0);
     for block in blocks(&octets) {

@@ -5,8 +5,9 @@
 
 #[path = "common/definition.rs"]
 mod definition;
-
-use std::path::PathBuf;
+#[path = "common/recordings.rs"]
+#[allow(dead_code, reason = "the definitions lie beside the recordings")]
+mod recordings;
 
 use asterix::cat034::{self, Channels, CounterKind, Filter};
 use asterix::cat048::expansion::{DataLinkOrigin, DataLinkState, ExtendedMode4, ReplyType, TrackAcquisition};
@@ -17,10 +18,7 @@ use serde_json::{Value, json};
 
 /// A definition, or `None` (and a word about it) where it is not at hand.
 fn definition(file: &str) -> Option<Value> {
-    let Some(folder) = std::env::var_os("UTM_FUSION_SHARED_DATA").map(PathBuf::from) else {
-        eprintln!("skipped: UTM_FUSION_SHARED_DATA names no folder beside which definitions could lie");
-        return None;
-    };
+    let folder = recordings::shared_data()?;
     let path = folder.join("../asterix").join(file);
     let Ok(text) = std::fs::read(&path) else {
         eprintln!("skipped: there is no {}", path.display());

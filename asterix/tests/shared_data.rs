@@ -11,16 +11,8 @@ use std::path::{Path, PathBuf};
 
 use asterix::cat048::{self, BdsRegister, Capability, PlotCharacteristics};
 use asterix::{Block, Fault, FaultKind, Record, blocks, cat034, cat065, cat129, encode_block};
+use common::recordings::{datagrams, shared_data};
 use serde_json::{Value, json};
-
-/// The folder, or `None` (and a word about it) where none is named.
-fn shared_data() -> Option<PathBuf> {
-    let folder = std::env::var_os("UTM_FUSION_SHARED_DATA").map(PathBuf::from);
-    if folder.is_none() {
-        eprintln!("skipped: UTM_FUSION_SHARED_DATA names no folder of recordings");
-    }
-    folder
-}
 
 /// A code as the independent decode gives it.
 fn bit(flag: bool) -> u8 {
@@ -200,21 +192,6 @@ fn single_vectors_and_odd_encodings() {
         }
         assert_eq!(count, expected, "{file}");
     }
-}
-
-/// The UDP datagrams of a capture (Ethernet, IPv4 without options), each with the microsecond of its reception. UDP says
-/// how long it is, because padding may follow.
-fn datagrams(pcap: &[u8]) -> Vec<(u64, &[u8])> {
-    let (mut found, mut rest) = (Vec::new(), &pcap[24..]);
-    while let Some((header, after)) = rest.split_at_checked(16) {
-        let word = |index: usize| u32::from_le_bytes(header[index..index + 4].try_into().unwrap());
-        let (packet, next) = after.split_at(word(8) as usize);
-        rest = next;
-        let udp = &packet[14 + 20..];
-        let datagram = &udp[8..usize::from(u16::from_be_bytes([udp[4], udp[5]]))];
-        found.push((u64::from(word(0)) * 1_000_000 + u64::from(word(4)), datagram));
-    }
-    found
 }
 
 /// How many records the block has, and what is wrong with it. A block without a fault encodes to its octets.

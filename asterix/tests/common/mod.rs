@@ -1,9 +1,10 @@
 //! What the tests share: octets written by hand, and short ways to read them.
 #![allow(dead_code, unreachable_pub, missing_docs, reason = "each test file uses a part of it")]
 
+pub mod recordings;
 pub mod strategies;
 
-use asterix::{Block, Fault, Record, blocks, encode_block};
+use asterix::{Block, Fault, Record, blocks, cat034, cat048, encode_block};
 
 /// The octets of a hexadecimal text; spaces and line ends are for the reader.
 pub fn hex(text: &str) -> Vec<u8> {
@@ -42,6 +43,18 @@ pub fn read_block<R: Record>(block: &Block<'_>) -> (Vec<R>, Option<Fault>) {
     }
     assert!(fault.is_some() || next == block.offset + block.octets.len(), "octets were left over");
     (records, fault)
+}
+
+/// Where the records of a block of CAT034 or CAT048 end, counted from its CAT octet.
+pub fn record_ends(block: &Block<'_>) -> Vec<usize> {
+    fn of<R: Record>(block: &Block<'_>) -> Vec<usize> {
+        let located = block.records::<R>().map(|located| located.expect("a whole record"));
+        located.map(|located| located.offset + located.length - block.offset).collect()
+    }
+    match block.category {
+        34 => of::<cat034::Record>(block),
+        _ => of::<cat048::Record>(block),
+    }
 }
 
 /// The octets of one record.
