@@ -90,7 +90,8 @@ fn recording() -> Vec<u8> {
     }
     eprintln!("UTM_FUSION_SHARED_DATA names no folder of recordings: the demonstration flight stands in");
     let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("../testdata/demo/capture.pcap");
-    common::datagrams(&std::fs::read(demo).unwrap())
+    common::recordings::datagrams(&std::fs::read(demo).unwrap())
+        .into_iter()
         .flat_map(|(_, datagram)| blocks(datagram).flatten())
         .filter(|block| block.category == cat048::Record::CATEGORY)
         .filter(|block| block.records::<cat048::Record>().all(|located| located.is_ok()))

@@ -394,7 +394,9 @@ impl<T: Clone> Repeated<T> {
 impl<T: for<'a> DekuReader<'a>> Repeated<T> {
     #[inline(never)]
     fn read<R: Read + Seek>(&mut self, reader: &mut Reader<R>) -> Result<(), DekuError> {
-        for _ in 0..read_octet(reader)? {
+        let count = read_octet(reader)?;
+        self.0.reserve_exact(usize::from(count));
+        for _ in 0..count {
             self.0.push(T::from_reader_with_ctx(reader, ())?);
         }
         Ok(())

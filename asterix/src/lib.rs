@@ -26,7 +26,7 @@
 //!   [`Fault`] names category, item, octet and reason.
 //! * A value that the item can hold decodes, even where it makes no sense (a latitude of 100 degrees, a time of day past
 //!   midnight): whoever uses it decides.
-//! * No clock, no files, no sockets; no allocation for a record, but for more than 32 octets in SP or RE and for more
+//! * No clock, no files, no sockets; no allocation for a record, but for more than 24 octets in SP or RE and for more
 //!   than four parts of a repetitive item.
 //!
 //! ```

@@ -145,7 +145,7 @@ impl Explicit {
     /// The field with these contents, or `None` when they are more than 254 octets.
     pub fn new(contents: &[u8]) -> Option<Self> {
         let length = u8::try_from(contents.len() + 1).ok()?;
-        let mut octets = SmallVec::new();
+        let mut octets = SmallVec::with_capacity(contents.len() + 1);
         octets.push(length);
         octets.extend_from_slice(contents);
         Some(Self(octets))
@@ -168,7 +168,7 @@ impl DekuReader<'_> for Explicit {
         if length == 0 {
             return Err(REFUSED);
         }
-        let mut octets = SmallVec::new();
+        let mut octets = SmallVec::with_capacity(usize::from(length));
         octets.push(length);
         read_more(reader, &mut octets, usize::from(length) - 1)?;
         Ok(Self(octets))

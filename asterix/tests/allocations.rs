@@ -70,11 +70,11 @@ fn no_record_of_the_vectors_but_the_long_expansion_allocates() {
 }
 
 #[test]
-fn four_registers_and_32_octets_of_sp_and_re_are_held_inline() {
-    assert_eq!(count(&record(4, 32, 32)), (0, 1, 0));
-    assert_eq!(count(&record(5, 32, 32)).0, 1);
-    assert_eq!(count(&record(4, 33, 32)).0, 1);
-    assert_eq!(count(&record(4, 32, 33)).0, 1);
+fn four_registers_and_24_octets_of_sp_and_re_are_held_inline() {
+    assert_eq!(count(&record(4, 24, 24)), (0, 1, 0));
+    assert_eq!(count(&record(5, 24, 24)).0, 1);
+    assert_eq!(count(&record(4, 25, 24)).0, 1);
+    assert_eq!(count(&record(4, 24, 25)).0, 1);
     // The parts of other repetitive items are held in the same way.
     let counts = |number: u8| [&[0x01, 0x80, number], vec![9; 2 * usize::from(number)].as_slice()].concat();
     assert_eq!(count(&common::block(34, &counts(4))), (0, 1, 0));

@@ -9,6 +9,7 @@ mod slice;
 use std::path::Path;
 
 use asterix::{Record, blocks, cat048};
+use common::recordings::datagrams;
 use common::{DRONE_PLOT, EVERY_ITEM, VECTORS, block, hex};
 use slice::Malformed;
 
@@ -62,7 +63,7 @@ fn sound_blocks() -> Vec<Vec<u8>> {
         keep(&read(file));
     }
     for file in ["cat048-croatia/capture.pcap", "conformance/hostile/capture.pcap"] {
-        common::datagrams(&read(file)).for_each(|(_, datagram)| keep(datagram));
+        datagrams(&read(file)).into_iter().for_each(|(_, datagram)| keep(datagram));
     }
     sound
 }
@@ -207,13 +208,13 @@ fn the_parser_by_hand_reads_every_item() {
         i070: Some(slice::Code { v: true, g: true, l: true, code: 0o4004 }),
         i090: Some(slice::Level { v: true, g: true, fl: -5 }),
         i130: Some(slice::Plot {
-            srl: Some(1),
-            srr: Some(2),
-            sam: Some(3),
-            prl: Some(4),
-            pam: Some(5),
-            rpd: Some(6),
-            apd: Some(7),
+            srl: Some(0x18),
+            srr: Some(4),
+            sam: Some(-55),
+            prl: Some(7),
+            pam: Some(42),
+            rpd: Some(10),
+            apd: Some(-4),
         }),
         i220: Some(0x4a_08eb),
         i240: Some(0x48f5_34c7_5820),
@@ -227,8 +228,8 @@ fn the_parser_by_hand_reads_every_item() {
         i080: Some(0x0fff),
         i100: Some(slice::ModeC { v: false, g: false, code: 0x123, confidence: 0x456 }),
         i110: Some(-2),
-        i120: Some(slice::Doppler { cal: Some((true, 5)), rds: Some(&[0, 10, 0, 20, 11, 0xb8]) }),
-        i230: Some(0x2df5),
+        i120: Some(slice::Doppler { cal: Some((true, -5)), rds: Some(&[0, 10, 0, 20, 11, 0xb8]) }),
+        i230: Some(0x2cf5),
         i260: Some(&[0x30, 0, 0, 0, 0, 0, 0]),
         i055: code(0x1f),
         i050: code(0xabc),

@@ -64,22 +64,6 @@ pub fn encode(record: &impl Record) -> Vec<u8> {
     out
 }
 
-/// The datagrams of a pcap and when they were received, in microseconds. No more than the project's captures need: little
-/// endian, microseconds, Ethernet, IPv4 without options, UDP.
-pub fn datagrams(pcap: &[u8]) -> impl Iterator<Item = (u64, &[u8])> {
-    let mut rest = &pcap[24..];
-    std::iter::from_fn(move || {
-        let (header, after) = rest.split_at_checked(16)?;
-        let word = |index: usize| u32::from_le_bytes(header[index..index + 4].try_into().unwrap());
-        let (frame, next) = after.split_at(word(8) as usize);
-        rest = next;
-        // Behind the headers of Ethernet and IPv4; UDP says how long it is, because padding may follow.
-        let udp = &frame[14 + 20..];
-        let length = usize::from(u16::from_be_bytes([udp[4], udp[5]]));
-        Some((u64::from(word(0)) * 1_000_000 + u64::from(word(4)), &udp[8..length]))
-    })
-}
-
 /// Reads the block, compares with `record`, and writes it back.
 pub fn check<R: Record + PartialEq + std::fmt::Debug>(octets: &str, record: &R) {
     let octets = hex(octets);
