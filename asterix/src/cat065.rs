@@ -3,6 +3,7 @@
 
 use deku::{DekuRead, DekuWrite};
 
+use crate::builder::builder;
 use crate::item::{Describe, codes, item};
 use crate::uap::{self, item, read};
 use crate::{Contents, DataSource, Explicit, Fault, Fspec, Layout, TimeOfDay, UapItem};
@@ -182,6 +183,23 @@ pub struct Record {
     /// longer than [`Fspec::MAX_OCTETS`].
     #[deku(skip, default = "fspec.padding()")]
     pub fspec_padding: u8,
+}
+
+builder! {
+    65,
+    must {
+        data_source: DataSource = "010",
+        message_type: MessageType = "000",
+        time_of_day: TimeOfDay = "030",
+    }
+    may {
+        service_identification: ServiceIdentification = "015",
+        batch_number: BatchNumber = "020",
+        system_status: SystemStatus = "040",
+        service_status: ServiceStatus = "050",
+        reserved_expansion: Explicit = "RE",
+        special_purpose: Explicit = "SP",
+    }
 }
 
 impl crate::Record for Record {

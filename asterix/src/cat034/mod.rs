@@ -5,6 +5,7 @@ mod status;
 
 use deku::{DekuRead, DekuWrite};
 
+use crate::builder::builder;
 use crate::item::{Describe, Repeated};
 use crate::uap::{self, item, read};
 use crate::{Contents, DataSource, Explicit, Fault, Fspec, Layout, TimeOfDay, UapItem};
@@ -87,6 +88,28 @@ pub struct Record {
     /// longer than [`Fspec::MAX_OCTETS`].
     #[deku(skip, default = "fspec.padding()")]
     pub fspec_padding: u8,
+}
+
+builder! {
+    34,
+    must {
+        data_source: DataSource = "010",
+        message_type: MessageType = "000",
+        time_of_day: TimeOfDay = "030",
+    }
+    may {
+        sector_number: SectorNumber = "020",
+        rotation_period: RotationPeriod = "041",
+        system_status: SystemStatus = "050",
+        system_mode: SystemMode = "060",
+        message_counts: Repeated<MessageCount> = "070",
+        polar_window: PolarWindow = "100",
+        data_filter: DataFilter = "110",
+        source_position: SourcePosition = "120",
+        collimation_error: CollimationError = "090",
+        reserved_expansion: Explicit = "RE",
+        special_purpose: Explicit = "SP",
+    }
 }
 
 impl crate::Record for Record {

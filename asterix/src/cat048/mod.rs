@@ -13,6 +13,7 @@ mod warnings;
 
 use deku::{DekuRead, DekuWrite};
 
+use crate::builder::builder;
 use crate::uap::{self, read};
 use crate::{DataSource, Explicit, Fault, Fspec, Repeated, TimeOfDay, UapItem};
 
@@ -124,6 +125,42 @@ pub struct Record {
     /// longer than [`Fspec::MAX_OCTETS`].
     #[deku(skip, default = "fspec.padding()")]
     pub fspec_padding: u8,
+}
+
+builder! {
+    48,
+    must {
+        data_source: DataSource = "010",
+        time_of_day: TimeOfDay = "140",
+        target_report: TargetReport = "020",
+    }
+    may {
+        polar_position: PolarPosition = "040",
+        mode_3a: Mode3A = "070",
+        flight_level: FlightLevel = "090",
+        plot_characteristics: PlotCharacteristics = "130",
+        aircraft_address: AircraftAddress = "220",
+        aircraft_identification: AircraftIdentification = "240",
+        bds_registers: Repeated<BdsRegister> = "250",
+        track_number: TrackNumber = "161",
+        cartesian_position: CartesianPosition = "042",
+        track_velocity: TrackVelocity = "200",
+        track_status: TrackStatus = "170",
+        track_quality: TrackQuality = "210",
+        warnings: Warnings = "030",
+        mode_3a_confidence: Mode3AConfidence = "080",
+        mode_c: ModeC = "100",
+        height_3d: Height3D = "110",
+        radial_doppler: RadialDoppler = "120",
+        capability: Capability = "230",
+        acas_advisory: AcasAdvisory = "260",
+        mode_1: Mode1 = "055",
+        mode_2: Mode2 = "050",
+        mode_1_confidence: Mode1Confidence = "065",
+        mode_2_confidence: Mode2Confidence = "060",
+        special_purpose: Explicit = "SP",
+        reserved_expansion: Explicit = "RE",
+    }
 }
 
 impl crate::Record for Record {

@@ -10,6 +10,7 @@ use deku::reader::Reader;
 use deku::writer::Writer;
 use deku::{DekuError, DekuRead, DekuReader, DekuWrite, DekuWriter};
 
+use crate::builder::builder;
 use crate::uap::{Octets, explain, read, read_fspec, read_octets};
 use crate::{DataSource, Explicit, Fault, Fspec, TimeOfDay, UapItem};
 
@@ -84,6 +85,30 @@ impl Record {
         let record = Self::from_reader_with_ctx(&mut Reader::new(&mut items), (fspec, long_risk))?;
         Ok((record, octets.len() - items.0.len()))
     }
+}
+
+builder! {
+    129,
+    must {
+        data_source: DataSource = "010",
+        registration_country: [u8; 2] = "050",
+        time_of_day: TimeOfDay = "070",
+        position: Position = "080",
+    }
+    may {
+        data_destination: DataDestination = "015",
+        manufacturer: [u8; 3] = "020",
+        model: [u8; 3] = "030",
+        serial_number: [u8; 12] = "040",
+        altitude_amsl: Altitude = "090",
+        altitude_agl: Altitude = "100",
+        gnss_accuracy: GnssAccuracy = "110",
+        operational_risk: OperationalRisk = "120",
+        special_purpose: Explicit = "SP",
+        horizontal_velocity: HorizontalVelocity = "185",
+        vertical_velocity: VerticalVelocity = "220",
+    }
+    one_of "090, 100" { altitude_amsl | altitude_agl }
 }
 
 impl crate::Record for Record {
