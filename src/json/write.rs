@@ -30,11 +30,11 @@ pub(super) fn write_item(out: &mut Vec<u8>, layout: &Layout, octets: &[u8]) {
             object.close();
         }
         Layout::Codes => {
-            write_array(out, octets.iter(), |out, octet| write_integer(out, u64::from(octet >> 1)))
+            write_array(out, octets.iter(), |out, octet| write_integer(out, u64::from(octet >> 1)));
         }
         Layout::Repetitive(fields) => {
             write_array(out, octets[1..].chunks(octets_of(fields)), |out, part| {
-                write_fields(out, fields, part)
+                write_fields(out, fields, part);
             });
         }
         Layout::Compound(subfields) => {
