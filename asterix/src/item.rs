@@ -395,7 +395,9 @@ impl<T: for<'a> DekuReader<'a>> Repeated<T> {
     #[inline(never)]
     fn read<R: Read + Seek>(&mut self, reader: &mut Reader<R>) -> Result<(), DekuError> {
         let count = read_octet(reader)?;
-        self.0.reserve_exact(usize::from(count));
+        if count > 4 {
+            self.0.reserve_exact(usize::from(count));
+        }
         for _ in 0..count {
             self.0.push(T::from_reader_with_ctx(reader, ())?);
         }

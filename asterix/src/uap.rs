@@ -1,6 +1,6 @@
 //! User application profiles: the order of a category's items and how long each is.
 
-use std::io::{self, Cursor, Read, Seek, SeekFrom};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::marker::PhantomData;
 
 use deku::ctx::Order;
@@ -57,6 +57,7 @@ pub(crate) fn read_fspec<R: Record>(octets: &[u8]) -> Result<Fspec, Fault> {
 }
 
 /// Decodes the record at the front of `octets`, see [`Record::decode`].
+#[inline(always)]
 pub(crate) fn decode<R>(octets: &[u8]) -> Result<(R, usize), Fault>
 where
     R: Record + for<'a> DekuReader<'a, Fspec>,
@@ -133,9 +134,37 @@ impl Seek for Octets<'_> {
 pub(crate) fn encode<R: Record + DekuWriter<Fspec>>(record: &R, out: &mut Vec<u8>) {
     let fspec = record.fspec();
     fspec.encode_into(out);
-    let mut cursor = Cursor::new(out);
-    cursor.set_position(cursor.get_ref().len() as u64);
-    record.to_writer(&mut Writer::new(cursor), fspec).expect("writing whole octets to a vector cannot fail");
+    record
+        .to_writer(&mut Writer::new(Appender(out)), fspec)
+        .expect("writing whole octets to a vector cannot fail");
+}
+
+/// Appends what is written to a vector.
+pub(crate) struct Appender<'a>(pub &'a mut Vec<u8>);
+
+impl Write for Appender<'_> {
+    #[inline(always)]
+    fn write(&mut self, octets: &[u8]) -> io::Result<usize> {
+        self.0.extend_from_slice(octets);
+        Ok(octets.len())
+    }
+
+    #[inline(always)]
+    fn write_all(&mut self, octets: &[u8]) -> io::Result<()> {
+        self.0.extend_from_slice(octets);
+        Ok(())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Seek for Appender<'_> {
+    /// Nothing that is written here goes back.
+    fn seek(&mut self, _: SeekFrom) -> io::Result<u64> {
+        Err(io::ErrorKind::Unsupported.into())
+    }
 }
 
 /// Finds what is wrong with a record, the first thing in the order of its octets.

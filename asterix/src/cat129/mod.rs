@@ -4,14 +4,12 @@ pub mod fusion_report;
 mod items;
 mod profile;
 
-use std::io::Cursor;
-
 use deku::reader::Reader;
 use deku::writer::Writer;
 use deku::{DekuError, DekuRead, DekuReader, DekuWrite, DekuWriter};
 
 use crate::builder::builder;
-use crate::uap::{Octets, explain, read, read_fspec, read_octets};
+use crate::uap::{Appender, Octets, explain, read, read_fspec, read_octets};
 use crate::{DataSource, Explicit, Fault, Fspec, TimeOfDay, UapItem};
 
 pub use fusion_report::FusionReport;
@@ -162,10 +160,8 @@ impl crate::Record for Record {
     fn encode_into(&self, out: &mut Vec<u8>) {
         let fspec = self.fspec();
         fspec.encode_into(out);
-        let mut cursor = Cursor::new(out);
-        cursor.set_position(cursor.get_ref().len() as u64);
         let long_risk = self.operational_risk.is_some_and(|risk| risk.undescribed.is_some());
-        self.to_writer(&mut Writer::new(cursor), (fspec, long_risk))
+        self.to_writer(&mut Writer::new(Appender(out)), (fspec, long_risk))
             .expect("writing whole octets to a vector cannot fail");
     }
 }
