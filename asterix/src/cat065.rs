@@ -5,8 +5,8 @@ use deku::{DekuRead, DekuWrite};
 
 use crate::builder::builder;
 use crate::item::{Describe, codes, item};
-use crate::uap::{self, item, read};
-use crate::{Contents, DataSource, Explicit, Fault, Fspec, Layout, TimeOfDay, UapItem};
+use crate::uap::{self, item, read, record};
+use crate::{Contents, DataSource, Explicit, Fspec, Layout, TimeOfDay, UapItem};
 
 codes! {
     /// The kinds of reports in I065/000.
@@ -202,43 +202,17 @@ builder! {
     }
 }
 
-impl crate::Record for Record {
-    const CATEGORY: u8 = 65;
-    const UAP: &'static [UapItem] = &UAP;
-
-    fn data_source(&self) -> Option<DataSource> {
-        self.data_source
+record! {
+    65 {
+        1 data_source,
+        2 message_type,
+        3 service_identification,
+        4 time_of_day,
+        5 batch_number,
+        6 system_status,
+        7 service_status,
+        13 reserved_expansion,
+        14 special_purpose,
     }
-
-    fn time_of_day(&self) -> Option<TimeOfDay> {
-        self.time_of_day
-    }
-
-    fn fspec(&self) -> Fspec {
-        let present = [
-            self.data_source.is_some(),
-            self.message_type.is_some(),
-            self.service_identification.is_some(),
-            self.time_of_day.is_some(),
-            self.batch_number.is_some(),
-            self.system_status.is_some(),
-            self.service_status.is_some(),
-            false,
-            false,
-            false,
-            false,
-            false,
-            self.reserved_expansion.is_some(),
-            self.special_purpose.is_some(),
-        ];
-        Fspec::of(present, self.fspec_padding)
-    }
-
-    fn decode(octets: &[u8]) -> Result<(Self, usize), Fault> {
-        uap::decode(octets)
-    }
-
-    fn encode_into(&self, out: &mut Vec<u8>) {
-        uap::encode(self, out);
-    }
+    uap::decode, uap::encode
 }

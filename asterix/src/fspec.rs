@@ -38,11 +38,16 @@ impl Fspec {
     /// many as [`Fspec::MAX_OCTETS`] leaves room for.
     pub fn of<const N: usize>(present: [bool; N], padding: u8) -> Self {
         const { assert!(N <= 7 * Self::MAX_OCTETS) };
-        let mut bits = 0;
-        for (index, &present) in present.iter().enumerate() {
-            bits |= u64::from(present) << (63 - bit_index(index as u8 + 1));
-        }
-        let length = minimal_length(bits).saturating_add(padding).min(Self::MAX_OCTETS as u8);
+        let frns = present.iter().zip(1..).fold(Frns::NONE, |frns, (&present, frn)| frns.with(frn, present));
+        Self::announcing(frns, padding)
+    }
+
+    /// As [`Fspec::of`].
+    #[inline]
+    pub(crate) const fn announcing(frns: Frns, padding: u8) -> Self {
+        let Frns(bits) = frns;
+        let length = minimal_length(bits).saturating_add(padding);
+        let length = if length > Self::MAX_OCTETS as u8 { Self::MAX_OCTETS as u8 } else { length };
         let all_but_last = EXTENSIONS & !(u64::MAX >> (8 * (length - 1)));
         Self { bits: bits | all_but_last, length }
     }
@@ -80,14 +85,24 @@ impl Fspec {
 pub(crate) struct Frns(u64);
 
 impl Frns {
+    /// The empty set.
+    pub const NONE: Self = Self(0);
+
     /// Those of a profile.
     pub const fn of(uap: &[UapItem]) -> Self {
-        let (mut bits, mut index) = (0, 0);
+        let (mut frns, mut index) = (Self::NONE, 0);
         while index < uap.len() {
-            bits |= 1 << (63 - bit_index(uap[index].frn));
+            frns = frns.with(uap[index].frn, true);
             index += 1;
         }
-        Self(bits)
+        frns
+    }
+
+    /// The same and this one (1 to 56), if it is present.
+    #[inline]
+    #[must_use]
+    pub const fn with(self, frn: u8, present: bool) -> Self {
+        Self(self.0 | (present as u64) << (63 - bit_index(frn)))
     }
 }
 

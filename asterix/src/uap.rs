@@ -40,6 +40,40 @@ pub(crate) const fn item(frn: u8, item: &'static str, name: &'static str, layout
     UapItem { frn, item, name, layout }
 }
 
+/// Implements [`Record`] for the record of a category: its items by field reference number, and how it is decoded and
+/// encoded.
+macro_rules! record {
+    ($category:literal { $($frn:literal $item:ident,)* } $decode:path, $encode:path) => {
+        impl crate::Record for Record {
+            const CATEGORY: u8 = $category;
+            const UAP: &'static [crate::UapItem] = &UAP;
+
+            fn data_source(&self) -> Option<crate::DataSource> {
+                self.data_source
+            }
+
+            fn time_of_day(&self) -> Option<crate::TimeOfDay> {
+                self.time_of_day
+            }
+
+            fn fspec(&self) -> crate::Fspec {
+                let frns = crate::fspec::Frns::NONE$(.with($frn, self.$item.is_some()))*;
+                crate::Fspec::announcing(frns, self.fspec_padding)
+            }
+
+            fn decode(octets: &[u8]) -> Result<(Self, usize), crate::Fault> {
+                $decode(octets)
+            }
+
+            fn encode_into(&self, out: &mut Vec<u8>) {
+                $encode(self, out);
+            }
+        }
+    };
+}
+
+pub(crate) use record;
+
 /// The field reference numbers that a profile defines, as bits of an FSPEC.
 struct Defined<R>(PhantomData<R>);
 

@@ -7,8 +7,8 @@ use deku::{DekuRead, DekuWrite};
 
 use crate::builder::builder;
 use crate::item::{Describe, Repeated};
-use crate::uap::{self, item, read};
-use crate::{Contents, DataSource, Explicit, Fault, Fspec, Layout, TimeOfDay, UapItem};
+use crate::uap::{self, item, read, record};
+use crate::{Contents, DataSource, Explicit, Fspec, Layout, TimeOfDay, UapItem};
 
 pub use message::{
     CollimationError, CounterKind, DataFilter, Filter, MessageCount, MessageKind, MessageType, PolarWindow,
@@ -112,43 +112,22 @@ builder! {
     }
 }
 
-impl crate::Record for Record {
-    const CATEGORY: u8 = 34;
-    const UAP: &'static [UapItem] = &UAP;
-
-    fn data_source(&self) -> Option<DataSource> {
-        self.data_source
+record! {
+    34 {
+        1 data_source,
+        2 message_type,
+        3 time_of_day,
+        4 sector_number,
+        5 rotation_period,
+        6 system_status,
+        7 system_mode,
+        8 message_counts,
+        9 polar_window,
+        10 data_filter,
+        11 source_position,
+        12 collimation_error,
+        13 reserved_expansion,
+        14 special_purpose,
     }
-
-    fn time_of_day(&self) -> Option<TimeOfDay> {
-        self.time_of_day
-    }
-
-    fn fspec(&self) -> Fspec {
-        let present = [
-            self.data_source.is_some(),
-            self.message_type.is_some(),
-            self.time_of_day.is_some(),
-            self.sector_number.is_some(),
-            self.rotation_period.is_some(),
-            self.system_status.is_some(),
-            self.system_mode.is_some(),
-            self.message_counts.is_some(),
-            self.polar_window.is_some(),
-            self.data_filter.is_some(),
-            self.source_position.is_some(),
-            self.collimation_error.is_some(),
-            self.reserved_expansion.is_some(),
-            self.special_purpose.is_some(),
-        ];
-        Fspec::of(present, self.fspec_padding)
-    }
-
-    fn decode(octets: &[u8]) -> Result<(Self, usize), Fault> {
-        uap::decode(octets)
-    }
-
-    fn encode_into(&self, out: &mut Vec<u8>) {
-        uap::encode(self, out);
-    }
+    uap::decode, uap::encode
 }

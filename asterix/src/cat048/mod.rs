@@ -14,8 +14,8 @@ mod warnings;
 use deku::{DekuRead, DekuWrite};
 
 use crate::builder::builder;
-use crate::uap::{self, read};
-use crate::{DataSource, Explicit, Fault, Fspec, Repeated, TimeOfDay, UapItem};
+use crate::uap::{self, read, record};
+use crate::{DataSource, Explicit, Fspec, Repeated, TimeOfDay};
 
 pub use characteristics::{
     Amplitude, AzimuthDifference, CalculatedDoppler, PlotCharacteristics, RadialDoppler, RangeDifference,
@@ -163,57 +163,36 @@ builder! {
     }
 }
 
-impl crate::Record for Record {
-    const CATEGORY: u8 = 48;
-    const UAP: &'static [UapItem] = &UAP;
-
-    fn data_source(&self) -> Option<DataSource> {
-        self.data_source
+record! {
+    48 {
+        1 data_source,
+        2 time_of_day,
+        3 target_report,
+        4 polar_position,
+        5 mode_3a,
+        6 flight_level,
+        7 plot_characteristics,
+        8 aircraft_address,
+        9 aircraft_identification,
+        10 bds_registers,
+        11 track_number,
+        12 cartesian_position,
+        13 track_velocity,
+        14 track_status,
+        15 track_quality,
+        16 warnings,
+        17 mode_3a_confidence,
+        18 mode_c,
+        19 height_3d,
+        20 radial_doppler,
+        21 capability,
+        22 acas_advisory,
+        23 mode_1,
+        24 mode_2,
+        25 mode_1_confidence,
+        26 mode_2_confidence,
+        27 special_purpose,
+        28 reserved_expansion,
     }
-
-    fn time_of_day(&self) -> Option<TimeOfDay> {
-        self.time_of_day
-    }
-
-    fn fspec(&self) -> Fspec {
-        let present = [
-            self.data_source.is_some(),
-            self.time_of_day.is_some(),
-            self.target_report.is_some(),
-            self.polar_position.is_some(),
-            self.mode_3a.is_some(),
-            self.flight_level.is_some(),
-            self.plot_characteristics.is_some(),
-            self.aircraft_address.is_some(),
-            self.aircraft_identification.is_some(),
-            self.bds_registers.is_some(),
-            self.track_number.is_some(),
-            self.cartesian_position.is_some(),
-            self.track_velocity.is_some(),
-            self.track_status.is_some(),
-            self.track_quality.is_some(),
-            self.warnings.is_some(),
-            self.mode_3a_confidence.is_some(),
-            self.mode_c.is_some(),
-            self.height_3d.is_some(),
-            self.radial_doppler.is_some(),
-            self.capability.is_some(),
-            self.acas_advisory.is_some(),
-            self.mode_1.is_some(),
-            self.mode_2.is_some(),
-            self.mode_1_confidence.is_some(),
-            self.mode_2_confidence.is_some(),
-            self.special_purpose.is_some(),
-            self.reserved_expansion.is_some(),
-        ];
-        Fspec::of(present, self.fspec_padding)
-    }
-
-    fn decode(octets: &[u8]) -> Result<(Self, usize), Fault> {
-        uap::decode(octets)
-    }
-
-    fn encode_into(&self, out: &mut Vec<u8>) {
-        uap::encode(self, out);
-    }
+    uap::decode, uap::encode
 }

@@ -9,8 +9,8 @@ use deku::writer::Writer;
 use deku::{DekuError, DekuRead, DekuReader, DekuWrite, DekuWriter};
 
 use crate::builder::builder;
-use crate::uap::{Appender, Octets, explain, read, read_fspec, read_octets};
-use crate::{DataSource, Explicit, Fault, Fspec, TimeOfDay, UapItem};
+use crate::uap::{Appender, Octets, explain, read, read_fspec, read_octets, record};
+use crate::{DataSource, Explicit, Fault, Fspec, TimeOfDay};
 
 pub use fusion_report::FusionReport;
 pub use items::{
@@ -83,6 +83,30 @@ impl Record {
         let record = Self::from_reader_with_ctx(&mut Reader::new(&mut items), (fspec, long_risk))?;
         Ok((record, octets.len() - items.0.len()))
     }
+
+    /// I129/120 is read with the length that ends the record at the end of its block.
+    fn decode_either(octets: &[u8]) -> Result<(Self, usize), Fault> {
+        let fspec = read_fspec::<Self>(octets)?;
+        let mut read = Self::read(octets, fspec, false);
+        let ends_the_block =
+            |read: &Result<(Self, usize), _>| matches!(read, Ok((_, length)) if *length == octets.len());
+        if fspec.has(OperationalRisk::FRN) && !ends_the_block(&read) {
+            // The edition contradicts itself on the length of I129/120. A block holds one record, so its end tells.
+            let long = Self::read(octets, fspec, true);
+            if ends_the_block(&long) {
+                read = long;
+            }
+        }
+        read.map_err(|_| explain::<Self>(octets))
+    }
+
+    fn append(&self, out: &mut Vec<u8>) {
+        let fspec = crate::Record::fspec(self);
+        fspec.encode_into(out);
+        let long_risk = self.operational_risk.is_some_and(|risk| risk.undescribed.is_some());
+        self.to_writer(&mut Writer::new(Appender(out)), (fspec, long_risk))
+            .expect("writing whole octets to a vector cannot fail");
+    }
 }
 
 builder! {
@@ -109,59 +133,23 @@ builder! {
     one_of "090, 100" { altitude_amsl | altitude_agl }
 }
 
-impl crate::Record for Record {
-    const CATEGORY: u8 = 129;
-    const UAP: &'static [UapItem] = &UAP;
-
-    fn data_source(&self) -> Option<DataSource> {
-        self.data_source
+record! {
+    129 {
+        1 data_source,
+        2 data_destination,
+        3 manufacturer,
+        4 model,
+        5 serial_number,
+        6 registration_country,
+        7 time_of_day,
+        8 position,
+        9 altitude_amsl,
+        10 altitude_agl,
+        11 gnss_accuracy,
+        12 operational_risk,
+        13 special_purpose,
+        14 horizontal_velocity,
+        15 vertical_velocity,
     }
-
-    fn time_of_day(&self) -> Option<TimeOfDay> {
-        self.time_of_day
-    }
-
-    fn fspec(&self) -> Fspec {
-        let present = [
-            self.data_source.is_some(),
-            self.data_destination.is_some(),
-            self.manufacturer.is_some(),
-            self.model.is_some(),
-            self.serial_number.is_some(),
-            self.registration_country.is_some(),
-            self.time_of_day.is_some(),
-            self.position.is_some(),
-            self.altitude_amsl.is_some(),
-            self.altitude_agl.is_some(),
-            self.gnss_accuracy.is_some(),
-            self.operational_risk.is_some(),
-            self.special_purpose.is_some(),
-            self.horizontal_velocity.is_some(),
-            self.vertical_velocity.is_some(),
-        ];
-        Fspec::of(present, self.fspec_padding)
-    }
-
-    fn decode(octets: &[u8]) -> Result<(Self, usize), Fault> {
-        let fspec = read_fspec::<Self>(octets)?;
-        let mut read = Self::read(octets, fspec, false);
-        let ends_the_block =
-            |read: &Result<(Self, usize), _>| matches!(read, Ok((_, length)) if *length == octets.len());
-        if fspec.has(OperationalRisk::FRN) && !ends_the_block(&read) {
-            // The edition contradicts itself on the length of I129/120. A block holds one record, so its end tells.
-            let long = Self::read(octets, fspec, true);
-            if ends_the_block(&long) {
-                read = long;
-            }
-        }
-        read.map_err(|_| explain::<Self>(octets))
-    }
-
-    fn encode_into(&self, out: &mut Vec<u8>) {
-        let fspec = self.fspec();
-        fspec.encode_into(out);
-        let long_risk = self.operational_risk.is_some_and(|risk| risk.undescribed.is_some());
-        self.to_writer(&mut Writer::new(Appender(out)), (fspec, long_risk))
-            .expect("writing whole octets to a vector cannot fail");
-    }
+    Record::decode_either, Record::append
 }
