@@ -6,8 +6,8 @@ mod common;
 
 use asterix::cat034::{
     self, Channels, CollimationError, CommonMode, CommonStatus, CounterKind, DataFilter, Filter,
-    MessageCount, MessageKind, MessageType, ModeSMode, ModeSStatus, PolarWindow, PsrMode, PsrStatus,
-    RotationPeriod, SectorNumber, SourcePosition, SsrMode, SsrStatus, SystemMode, SystemStatus,
+    MessageCount, MessageKind, MessageType, ModeSMode, ModeSStatus, PolarWindow, PsrMode, RotationPeriod,
+    SectorNumber, SensorStatus, SourcePosition, SsrMode, SystemMode, SystemStatus,
 };
 use asterix::cat065::{
     self, BatchNumber, OperationalStatus, ProcessingSystem, ServiceEvent, ServiceIdentification,
@@ -27,9 +27,9 @@ fn every_item_of_cat034() {
         rotation_period: RotationPeriod::default().with_period_s(4.0),
         system_status: Some(SystemStatus {
             common: Some(CommonStatus::default().with_nogo(true).with_reset(true).with_time_invalid(true)),
-            psr: Some(PsrStatus::default().with_channels(Channels::Both).with_overloaded(true)),
+            psr: Some(SensorStatus::default().with_channels(Channels::Both).with_overloaded(true)),
             ssr: Some(
-                SsrStatus::default()
+                SensorStatus::default()
                     .with_antenna_2(true)
                     .with_channels(Channels::A)
                     .with_monitor_disconnected(true),

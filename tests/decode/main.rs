@@ -6,6 +6,8 @@ mod lines;
 mod lossless;
 mod options;
 mod recordings;
+#[path = "../shared/mod.rs"]
+mod shared;
 
 use std::fs;
 use std::path::PathBuf;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{BufRead, BufReader};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use flate2::read::GzDecoder;
 use serde_json::Value;
@@ -11,27 +11,7 @@ use utm_fusion::commands::decode;
 use utm_fusion::ingest::Capture;
 
 use super::lossless::there_and_back;
-
-fn folder() -> Option<PathBuf> {
-    let folder = std::env::var_os("UTM_FUSION_SHARED_DATA");
-    if folder.is_none() {
-        println!("skipped: UTM_FUSION_SHARED_DATA is not set");
-    }
-    folder.map(PathBuf::from)
-}
-
-/// The captures in a folder and below.
-fn captures(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            captures(&path, found);
-        } else if path.extension().is_some_and(|end| ["pcap", "ast", "raw", "bin"].iter().any(|e| end == *e))
-        {
-            found.push(path);
-        }
-    }
-}
+use super::shared::{captures, recordings};
 
 fn decoded(path: &Path) -> Vec<Value> {
     let args = decode::Args { inputs: vec![path.to_owned()], ..decode::Args::default() };
@@ -59,9 +39,8 @@ fn count(lines: &[Value]) -> (BTreeMap<u64, usize>, usize) {
 
 #[test]
 fn every_recording_decodes() {
-    let Some(folder) = folder() else { return };
-    let mut paths = Vec::new();
-    captures(&folder, &mut paths);
+    let Some(folder) = recordings() else { return };
+    let paths = captures(&folder);
     assert!(paths.len() > 10, "{paths:?}");
     for path in paths {
         let (records, errors) = count(&decoded(&path));
@@ -170,9 +149,8 @@ fn payloads(path: &Path) -> Vec<u8> {
 
 #[test]
 fn every_recording_comes_back() {
-    let Some(folder) = folder() else { return };
-    let mut paths = Vec::new();
-    captures(&folder, &mut paths);
+    let Some(folder) = recordings() else { return };
+    let paths = captures(&folder);
     for path in paths {
         assert!(there_and_back(&path) == payloads(&path), "{}", path.display());
     }
@@ -182,7 +160,7 @@ fn every_recording_comes_back() {
 
 #[test]
 fn another_decoder_says_the_same_of_a_real_hour() {
-    let Some(folder) = folder() else { return };
+    let Some(folder) = recordings() else { return };
     let folder = folder.join("cat048-barcelona");
     let lines = decoded(&folder.join("capture.ast"));
     let packed = fs::read(folder.join("decoded.ndjson.gz")).unwrap();

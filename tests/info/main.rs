@@ -4,6 +4,8 @@
 mod options;
 mod recordings;
 mod screen;
+#[path = "../shared/mod.rs"]
+mod shared;
 mod times;
 mod totals;
 

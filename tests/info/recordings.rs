@@ -1,34 +1,13 @@
 //! The captures of the project, and recordings where `UTM_FUSION_SHARED_DATA` says they are.
 
 use std::collections::BTreeMap;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde_json::{Value, json};
 use utm_fusion::commands::decode;
 
 use super::info;
-
-fn folder() -> Option<PathBuf> {
-    let folder = std::env::var_os("UTM_FUSION_SHARED_DATA");
-    if folder.is_none() {
-        println!("skipped: UTM_FUSION_SHARED_DATA is not set");
-    }
-    folder.map(PathBuf::from)
-}
-
-/// The captures in a folder and below.
-fn captures(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            captures(&path, found);
-        } else if path.extension().is_some_and(|end| ["pcap", "ast", "raw", "bin"].iter().any(|e| end == *e))
-        {
-            found.push(path);
-        }
-    }
-}
+use super::shared::{captures, recordings};
 
 fn told(path: &Path) -> Value {
     serde_json::from_str(&info(&[path], true, false).0).unwrap()
@@ -65,8 +44,7 @@ fn of_info(told: &Value) -> Counts {
 }
 
 fn all_as_decode(folder: &Path, least: usize) {
-    let mut paths = Vec::new();
-    captures(folder, &mut paths);
+    let paths = captures(folder);
     assert!(paths.len() >= least, "{paths:?}");
     for path in paths {
         assert_eq!(of_info(&told(&path)), of_decode(&path), "{}", path.display());
@@ -80,13 +58,13 @@ fn the_captures_of_the_project_hold_what_decode_prints() {
 
 #[test]
 fn recordings_hold_what_decode_prints() {
-    let Some(folder) = folder() else { return };
+    let Some(folder) = recordings() else { return };
     all_as_decode(&folder, 11);
 }
 
 #[test]
 fn a_real_hour() {
-    let Some(folder) = folder() else { return };
+    let Some(folder) = recordings() else { return };
     let told = told(&folder.join("cat048-barcelona/capture.ast"));
     let radar = &told["sources"][0];
     assert_eq!((&radar["records"], &radar["sac"], &radar["sic"]), (&json!(44_085), &json!(20), &json!(129)));
@@ -99,7 +77,7 @@ fn a_real_hour() {
 
 #[test]
 fn redundant_lines_of_a_real_network() {
-    let Some(folder) = folder() else { return };
+    let Some(folder) = recordings() else { return };
     let told = told(&folder.join("cat048-croatia/capture.pcap"));
     assert_eq!((&told["datagrams"], &told["copies"]), (&json!(100), &json!(50)));
     assert_eq!(told["streams"].as_array().unwrap().len(), 14);

@@ -15,8 +15,8 @@ pub use message::{
     RotationPeriod, SectorNumber, SourcePosition,
 };
 pub use status::{
-    Channels, CommonMode, CommonStatus, ModeSMode, ModeSStatus, PsrMode, PsrStatus, SsrMode, SsrStatus,
-    SystemMode, SystemStatus,
+    Channels, CommonMode, CommonStatus, ModeSMode, ModeSStatus, PsrMode, SensorStatus, SsrMode, SystemMode,
+    SystemStatus,
 };
 
 /// The items of category 034, edition 1.29, in the order of the record: `UAP[n]` has FRN n + 1. RE stands before SP, the

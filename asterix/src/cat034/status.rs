@@ -10,9 +10,9 @@ compound! {
         _,
         _,
         /// PSR, the primary radar.
-        "psr" psr: PsrStatus,
+        "psr" psr: SensorStatus,
         /// SSR, the secondary radar.
-        "ssr" ssr: SsrStatus,
+        "ssr" ssr: SensorStatus,
         /// MDS, the Mode S radar.
         "mds" mode_s: ModeSStatus,
         _,
@@ -55,23 +55,8 @@ codes! {
 }
 
 item! {
-    /// PSR in I034/050.
-    pub struct PsrStatus(1) {
-        /// ANT: antenna 2 is selected; not set: antenna 1.
-        flag "ant" is_antenna_2 / with_antenna_2;
-        /// CH-A/B, the channels in use.
-        code 2 "chab" channels / with_channels: Channels;
-        /// OVL: overloaded.
-        flag "ovl" is_overloaded / with_overloaded;
-        /// MSC: the monitoring system is disconnected.
-        flag "msc" is_monitor_disconnected / with_monitor_disconnected;
-        spare 3 "spare";
-    }
-}
-
-item! {
-    /// SSR in I034/050.
-    pub struct SsrStatus(1) {
+    /// PSR and SSR in I034/050.
+    pub struct SensorStatus(1) {
         /// ANT: antenna 2 is selected; not set: antenna 1.
         flag "ant" is_antenna_2 / with_antenna_2;
         /// CH-A/B, the channels in use.
@@ -184,7 +169,7 @@ mod tests {
 
     #[test]
     fn sensors() {
-        assert_eq!(PsrStatus::from_octets([0x70]).channels(), Channels::Both);
+        assert_eq!(SensorStatus::from_octets([0x70]).channels(), Channels::Both);
         let status = ModeSStatus::default().with_channels(Channels::B).with_data_link_overloaded(true);
         assert_eq!(status.octets(), [0x40, 0x80]);
         assert_eq!(PsrMode::from_octets([0xd4]).sensitivity_map(), 1);

@@ -1,0 +1,29 @@
+//! Where captures are, for tests of several commands.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The folder of real recordings, which are not part of the project; `None`, and a word about it, where none is named.
+pub fn recordings() -> Option<PathBuf> {
+    let folder = std::env::var_os("UTM_FUSION_SHARED_DATA");
+    if folder.is_none() {
+        println!("skipped: UTM_FUSION_SHARED_DATA is not set");
+    }
+    folder.map(PathBuf::from)
+}
+
+/// The captures in a folder and below.
+pub fn captures(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let is_capture =
+            |end: &std::ffi::OsStr| ["pcap", "ast", "raw", "bin"].iter().any(|known| end == *known);
+        if path.is_dir() {
+            found.extend(captures(&path));
+        } else if path.extension().is_some_and(is_capture) {
+            found.push(path);
+        }
+    }
+    found
+}
