@@ -178,6 +178,11 @@ pub use layout::{Contents, Field, Kind, Layout, Quantity, Subfield, octets_of};
 pub use uap::{UapItem, items, profile};
 pub use variable::{Chain, Explicit};
 
+/// The example of the crate's README, which is compiled and run with the others.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
+
 #[cfg(test)]
 mod tests {
     /// The table of a category on the front page lists the items of its profile, in their order.
