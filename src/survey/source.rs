@@ -163,7 +163,7 @@ impl Source {
         &self,
         category: u8,
         source: Option<DataSource>,
-        uap: &[UapItem],
+        uap: &'static [UapItem],
         dated: bool,
         all_records: u64,
     ) -> SourceReport {
@@ -180,7 +180,8 @@ impl Source {
             None => between_records_ns.map(|median_ns| ("record", median_ns)),
         };
         let usual_ns = of_target_ns.max(between_records_ns);
-        let items = uap.iter().zip(self.items).filter(|(_, count)| *count > 0);
+        let counted = |item: &'static UapItem| (item.item, self.items[usize::from(item.frn) - 1]);
+        let items = uap.iter().map(counted).filter(|(_, count)| *count > 0);
         SourceReport {
             category,
             sac: source.map(|source| source.sac),
@@ -213,7 +214,7 @@ impl Source {
             out_of_range: self.out_of_range,
             strays: self.days.strays,
             steps_back: presence.steps_back,
-            items: Items(items.map(|(item, count)| (item.item, count)).collect()),
+            items: Items(items.collect()),
             lines: self.lines.iter().copied().collect(),
         }
     }

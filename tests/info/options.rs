@@ -60,6 +60,27 @@ fn unknown_categories_are_counted_and_named_where_they_have_a_name() {
 }
 
 #[test]
+fn service_messages_are_told_by_source_and_item() {
+    // CAT034: 010, 000, 030. CAT065, whose FRN 8 to 12 are no items: 010, 000, 030 and SP.
+    let file = [
+        block(34, &["e0 1907 01 000480".to_owned()]),
+        block(65, &["d1 02 1908 01 000500 02aa".to_owned(), "d0 1908 01 000580".to_owned()]),
+    ];
+    let info = json("service", &file.concat());
+    let sources: Vec<_> = info["sources"].as_array().unwrap().iter().collect();
+    assert_eq!(
+        (&sources[0]["category"], &sources[0]["sic"], &sources[0]["records"]),
+        (&34.into(), &7.into(), &1.into())
+    );
+    assert_eq!(
+        (&sources[1]["category"], &sources[1]["sic"], &sources[1]["records"]),
+        (&65.into(), &8.into(), &2.into())
+    );
+    assert_eq!(sources[0]["items"].to_string(), r#"{"010":1,"000":1,"030":1}"#);
+    assert_eq!(sources[1]["items"].to_string(), r#"{"010":2,"000":2,"030":2,"SP":1}"#);
+}
+
+#[test]
 fn a_raw_file_with_rubbish_behind_its_blocks() {
     let info = json("rubbish", &[block(48, &[plot(7, 9.0, 1)]), octets("30 ffff 00")].concat());
     assert_eq!(info["errors"][0]["kind"], "block_past_end");
