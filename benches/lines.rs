@@ -11,11 +11,11 @@ use std::path::Path;
 
 use asterix::{blocks, cat048};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use utm_fusion::ingest::Capture;
+use utm_fusion::ingest::{Capture, Datagram};
 use utm_fusion::json::{Encoder, Place, write_record};
 
-/// The payloads of the recording.
-fn recording() -> Vec<Vec<u8>> {
+/// The datagrams of the recording.
+fn recording() -> Vec<Datagram> {
     let path = match std::env::var_os("UTM_FUSION_SHARED_DATA") {
         Some(folder) => Path::new(&folder).join("cat048-barcelona/capture.ast"),
         None => {
@@ -25,17 +25,21 @@ fn recording() -> Vec<Vec<u8>> {
             Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/demo/capture.pcap")
         }
     };
-    Capture::open(&path).unwrap().map(|datagram| datagram.unwrap().payload).collect()
+    Capture::open(&path).unwrap().map(Result::unwrap).collect()
 }
 
 /// Decodes every CAT048 record and appends its line.
-fn decode(payloads: &[Vec<u8>], out: &mut Vec<u8>) -> u64 {
+fn decode(datagrams: &[Datagram], out: &mut Vec<u8>) -> u64 {
     let mut records = 0;
-    for payload in payloads {
+    for Datagram { payload, origin, .. } in datagrams {
         for block in blocks(payload).flatten().filter(|block| block.category == 48) {
             for located in block.records::<cat048::Record>().flatten() {
                 let octets = &payload[located.offset..located.offset + located.length];
-                let place = Place { input: None, offset: located.offset as u64, block: block.offset as u64 };
+                let place = Place {
+                    input: None,
+                    offset: origin + located.offset as u64,
+                    block: origin + block.offset as u64,
+                };
                 write_record(out, &located.record, octets, place, None, false);
                 records += 1;
             }
@@ -45,9 +49,9 @@ fn decode(payloads: &[Vec<u8>], out: &mut Vec<u8>) -> u64 {
 }
 
 fn lines(criterion: &mut Criterion) {
-    let payloads = recording();
+    let datagrams = recording();
     let mut out = Vec::new();
-    let records = decode(&payloads, &mut out);
+    let records = decode(&datagrams, &mut out);
     println!("lines: {records} records, {} octets of JSON", out.len());
     let text = String::from_utf8(out.clone()).unwrap();
     let mut group = criterion.benchmark_group("ndjson");
@@ -55,7 +59,7 @@ fn lines(criterion: &mut Criterion) {
     group.bench_function("decode", |bencher| {
         bencher.iter(|| {
             out.clear();
-            decode(&payloads, &mut out);
+            decode(&datagrams, &mut out);
             black_box(&out);
         });
     });

@@ -252,7 +252,8 @@ pub fn items<'a>(
 ) -> impl Iterator<Item = (&'static UapItem, &'a [u8])> {
     let fspec = Fspec::read(octets).ok();
     // Where one octet of I129/120 does not end the record at its end, it has three.
-    let long = walk(0, uap, octets) != Ok(octets.len());
+    let either = uap.iter().any(|item| matches!(item.layout, Layout::OneOrThree(_)));
+    let long = either && walk(0, uap, octets) != Ok(octets.len());
     let mut offset = fspec.map_or(0, Fspec::length);
     uap.iter().filter(move |item| fspec.is_some_and(|fspec| fspec.has(item.frn))).map_while(move |item| {
         let rest = octets.get(offset..)?;
