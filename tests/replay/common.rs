@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use asterix::{Block, Record, blocks, cat034, cat048, cat129};
+use asterix::{Block, Record, blocks, cat048, cat129, profile};
 use utm_fusion::areas::Masks;
 use utm_fusion::config::Config;
 use utm_fusion::fusion::Emission;
@@ -239,7 +239,10 @@ pub(crate) fn contents(payload: &[u8]) -> Contents {
             Ok(block) if block.category == 129 => {
                 contents.fixes.extend(records::<cat129::Record>(block, &mut contents.faults));
             }
-            Ok(block) if block.category == 34 && block.measure(&cat034::UAP).is_err() => contents.faults += 1,
+            // Of a category that is known, what nothing is taken from must be well formed, too.
+            Ok(block) if profile(block.category).is_some_and(|uap| block.measure(uap).is_err()) => {
+                contents.faults += 1;
+            }
             Ok(_) => contents.others += 1,
             Err(_) => contents.faults += 1,
         }
