@@ -3,7 +3,8 @@
 use asterix::{Record, blocks, cat034, cat048, cat065, cat129};
 use utm_fusion::json::{Encoder, Place, write_record};
 
-/// Every record that can be read comes back from its line, octet by octet; and no line, whatever it holds, does harm.
+/// Every record that can be read comes back from its line, octet by octet; no line, whatever it holds, does harm; and what
+/// is made of a line with items can be read.
 pub fn exercise(data: &[u8]) {
     there_and_back::<cat034::Record>(data);
     there_and_back::<cat048::Record>(data);
@@ -16,6 +17,27 @@ pub fn exercise(data: &[u8]) {
         assert!(out.len() >= before && (taken.is_ok() || !taken.unwrap_err().to_string().is_empty()));
     }
     encoder.finish(&mut out);
+    String::from_utf8_lossy(data).lines().for_each(encoded_is_read);
+}
+
+fn encoded_is_read(line: &str) {
+    let (mut encoder, mut out) = (Encoder::default(), Vec::new());
+    // Octets given as such may be anything.
+    let has_items = line.contains("\"items\":{") && !line.contains("\"hex\"");
+    if has_items && encoder.line(line, &mut out).is_ok() {
+        encoder.finish(&mut out);
+        for block in blocks(&out) {
+            let block = block.expect("a block is whole");
+            let read = match block.category {
+                34 => block.records::<cat034::Record>().all(|record| record.is_ok()),
+                48 => block.records::<cat048::Record>().all(|record| record.is_ok()),
+                65 => block.records::<cat065::Record>().all(|record| record.is_ok()),
+                129 => block.records::<cat129::Record>().all(|record| record.is_ok()),
+                category => unreachable!("category {category} has no items"),
+            };
+            assert!(read, "{line}");
+        }
+    }
 }
 
 fn there_and_back<R: Record>(data: &[u8]) {

@@ -133,17 +133,18 @@ impl Encoder {
         octets: &[u8],
         out: &mut Vec<u8>,
     ) -> Result<(), LineError> {
-        if key.is_none() || key != self.key {
+        let goes_on = key.is_some() && key == self.key;
+        if goes_on && self.block[0] != category {
+            return Err(LineError::OtherCategory { record: category, block: self.block[0] });
+        }
+        let length = if goes_on { self.block.len() } else { HEADER } + octets.len();
+        if length > usize::from(u16::MAX) {
+            return Err(LineError::BlockTooLong(length));
+        }
+        if !goes_on {
             self.finish(out);
             self.block.extend([category, 0, 0]);
             self.key = key;
-        }
-        if self.block[0] != category {
-            return Err(LineError::OtherCategory { record: category, block: self.block[0] });
-        }
-        let length = self.block.len() + octets.len();
-        if length > usize::from(u16::MAX) {
-            return Err(LineError::BlockTooLong(length));
         }
         self.block.extend(octets);
         Ok(())

@@ -1,6 +1,6 @@
 //! Items from JSON: the inverse of the walk that prints them.
 
-use asterix::{Contents, Field, Kind, Layout, Subfield, octets_of};
+use asterix::{Chain, Contents, Field, Kind, Layout, Subfield, octets_of};
 use serde_json::{Map, Value};
 
 use super::characters;
@@ -31,6 +31,7 @@ pub(super) fn read_item(out: &mut Vec<u8>, layout: &Layout, value: &Value) -> Re
         Layout::Codes => {
             let codes = value.as_array().filter(|codes| !codes.is_empty());
             let codes = codes.ok_or("must be an array of one code or more")?;
+            check_length(codes.len())?;
             for (index, code) in codes.iter().enumerate() {
                 let code = whole(code).filter(|code| *code < 128).ok_or("a code must be 0 to 127")?;
                 let extended = index + 1 < codes.len();
@@ -86,6 +87,7 @@ fn read_extended(out: &mut Vec<u8>, parts: &[&[Field]], value: &Value) -> Result
             if ends.is_none_or(|end| end + 1 != more.len()) {
                 return Err("more: the lowest bit must be set in all octets but the last".to_owned());
             }
+            check_length(parts.len() + more.len())?;
             out.extend(more);
         }
         None => {
@@ -95,6 +97,12 @@ fn read_extended(out: &mut Vec<u8>, parts: &[&[Field]], value: &Value) -> Result
         }
     }
     Ok(())
+}
+
+/// Nothing is written that would not be read.
+fn check_length(octets: usize) -> Result<(), Trouble> {
+    let most = Chain::MAX_OCTETS;
+    if octets <= most { Ok(()) } else { Err(format!("would have {octets} octets; {most} are the most")) }
 }
 
 fn read_explicit(out: &mut Vec<u8>, contents: Contents, value: &Value) -> Result<(), Trouble> {

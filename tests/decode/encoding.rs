@@ -105,6 +105,12 @@ fn mistakes_are_named() {
     ] {
         assert_eq!(wrong(items), told);
     }
+    let codes = |count: usize| format!(r#""030":{:?}"#, vec![1; count]);
+    assert_eq!(wrong(&codes(17)), "item 030: would have 17 octets; 16 are the most");
+    assert_eq!(encoded(&[&format!(r#"{{"cat":48,"items":{{{}}}}}"#, codes(16))]).len(), 3 + 3 + 16);
+    let status = r#""cnf":0,"rad":0,"dou":0,"mah":0,"cdm":0,"tre":0,"gho":0,"sup":0,"tcc":0"#;
+    let more = format!(r#""170":{{{status},"more":"{}00"}}"#, "01".repeat(14));
+    assert_eq!(wrong(&more), "item 170: would have 17 octets; 16 are the most");
     let too_many = vec![r#"{"data":"00000000000000","bds1":4,"bds2":0}"#; 256].join(",");
     assert_eq!(wrong(&format!(r#""250":[{too_many}]"#)), "item 250: has more than 255 parts");
     for (line, told) in [
@@ -137,6 +143,16 @@ fn a_record_that_does_not_fit_its_block_is_left_out_and_the_block_is_not() {
     assert!(out.is_empty());
     encoder.finish(&mut out);
     assert_eq!(out.len(), 3 + 253 * 259);
+}
+
+#[test]
+fn octets_that_fit_no_block_leave_nothing_behind() {
+    let hex = "00".repeat(usize::from(u16::MAX));
+    let line = format!(r#"{{"error":{{}},"offset":3,"block":0,"cat":48,"hex":"{hex}"}}"#);
+    let (mut encoder, mut out) = (Encoder::default(), Vec::new());
+    assert_eq!(encoder.line(&line, &mut out), Err(LineError::BlockTooLong(3 + 65_535)));
+    encoder.finish(&mut out);
+    assert!(out.is_empty());
 }
 
 #[test]
