@@ -1,7 +1,7 @@
 //! A survey of a capture: who sends what, how much, when, and how well. No I/O, no clock: datagrams in, [`Report`] out.
 //!
-//! Memory does not grow with the length of the capture. Streams, sources and what a source follows are bounded maps, whose overflow is
-//! counted; medians come from bins that are 3 % of their value wide.
+//! Memory does not grow with the length of the capture. Streams, sources and what a source follows are bounded maps, whose
+//! overflow is counted; medians come from bins that are 3 % of their value wide.
 //!
 //! Times are those of reception. A file without any is told by the times of day in its records, whose days follow from
 //! each other: over midnight, and past single strays.

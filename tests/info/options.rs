@@ -81,6 +81,17 @@ fn service_messages_are_told_by_source_and_item() {
 }
 
 #[test]
+fn a_final_recording_has_messages_and_no_frames() {
+    let data = block(48, &[plot(7, 9.0, 1)]);
+    let length = (data.len() + 12) as u16;
+    let file = [&length.to_be_bytes()[..], &[0, 0, 0, 0, 0x03, 0x84], &data, &[0xa5; 4]].concat();
+    let file = Temporary::new("final", &file);
+    let (told, _) = info(&[&file.0], false, false);
+    assert!(told.contains("format     FINAL recording, 24 octets\n"), "{told}");
+    assert!(told.contains("content    1 recorded message with 12 octets\n"), "{told}");
+}
+
+#[test]
 fn a_raw_file_with_rubbish_behind_its_blocks() {
     let info = json("rubbish", &[block(48, &[plot(7, 9.0, 1)]), octets("30 ffff 00")].concat());
     assert_eq!(info["errors"][0]["kind"], "block_past_end");

@@ -17,11 +17,11 @@ use crate::survey::{Report, Survey};
 ///
 /// For each input: streams (who sends where), sources (SAC/SIC), how steadily and how late they report, which items they
 /// send, categories, errors, and the sensors that a configuration for it would have. Gaps are silences of a source longer
-/// than five times its usual interval and than a second; a delay is from the time of day in a record to its reception. Medians are good to
-/// 3 %.
+/// than five times its usual interval and than a second; a delay is from the time of day in a record to its reception.
+/// Medians are good to 3 %.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Args {
-    /// Capture files (raw ASTERIX, pcap), or - for standard input; each by itself
+    /// Capture files (raw ASTERIX, pcap, pcapng, FINAL; also gzip-compressed), or - for standard input; each by itself
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
     /// Print one JSON object per input, a line each

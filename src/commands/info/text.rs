@@ -39,6 +39,13 @@ fn head(text: &mut String, info: &Info) -> fmt::Result {
         Format::Raw => {
             writeln!(text, "content    {} with {octets} octets", counted(report.datagrams, "block"))?;
         }
+        Format::Final => {
+            writeln!(
+                text,
+                "content    {} with {octets} octets",
+                counted(report.datagrams, "recorded message")
+            )?;
+        }
         _ => {
             let frames = report.datagrams + info.skipped.total();
             write!(text, "content    {}: ", counted(frames, "frame"))?;
