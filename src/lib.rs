@@ -3,6 +3,7 @@
 pub mod areas;
 pub mod commands;
 pub mod config;
+pub mod evaluate;
 pub mod fusion;
 pub mod ingest;
 pub mod json;

@@ -52,6 +52,13 @@ impl Geodetic {
         SEMI_MAJOR_M / (1.0 - E2 * self.latitude.sin().powi(2)).sqrt()
     }
 
+    /// Radii of curvature on the ellipsoid: of the meridian M and of the prime vertical N', metres.
+    pub fn curvature_m(&self) -> (f64, f64) {
+        let prime_vertical_m = self.prime_vertical_m();
+        let meridian_m = prime_vertical_m * (1.0 - E2) / (1.0 - E2 * self.latitude.sin().powi(2));
+        (meridian_m, prime_vertical_m)
+    }
+
     /// Gaussian mean radius sqrt(M N') at this latitude, metres (M: the meridian radius of curvature).
     pub fn gaussian_radius_m(&self) -> f64 {
         SEMI_MINOR_M / (1.0 - E2 * self.latitude.sin().powi(2))
