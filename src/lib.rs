@@ -11,5 +11,6 @@ pub mod normalise;
 pub mod picture;
 pub mod pipeline;
 pub mod publish;
+pub mod simulate;
 pub mod survey;
 pub mod time;

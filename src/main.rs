@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use tracing_subscriber::EnvFilter;
-use utm_fusion::commands::{check, decode, demo, encode, exit_code, info, is_closed_pipe, replay};
+use utm_fusion::commands::{check, decode, demo, encode, exit_code, info, is_closed_pipe, replay, simulate};
 
 /// One air picture of drone traffic from radar (ASTERIX CAT048) and transponders (CAT129).
 #[derive(Parser)]
@@ -25,6 +25,7 @@ enum Command {
     Decode(decode::Args),
     Encode(encode::Args),
     Info(info::Args),
+    Simulate(simulate::Args),
     Check(check::Args),
 }
 
@@ -44,6 +45,7 @@ fn main() -> ExitCode {
         Command::Decode(args) => decode::run(args, &mut io::stdout().lock()),
         Command::Encode(args) => encode::run(args),
         Command::Info(args) => info::run(args, &mut io::stdout().lock()),
+        Command::Simulate(args) => simulate::run(args),
         Command::Check(args) => check::run(args),
     };
     if let Err(error) = &result

@@ -9,6 +9,7 @@ pub mod moment;
 pub mod pace;
 pub mod progress;
 pub mod replay;
+pub mod simulate;
 pub mod summary;
 
 use std::error::Error;

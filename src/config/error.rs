@@ -81,17 +81,17 @@ impl Display for ConfigErrors {
 }
 
 /// What has been found wrong so far.
-pub(super) struct Faults {
+pub(crate) struct Faults {
     file: String,
     found: RefCell<Vec<ConfigError>>,
 }
 
 impl Faults {
-    pub(super) fn new(file: &str) -> Self {
+    pub(crate) fn new(file: &str) -> Self {
         Self { file: file.to_owned(), found: RefCell::default() }
     }
 
-    pub(super) fn add(&self, place: &Place, key: &str, value: Option<String>, message: impl Display) {
+    pub(crate) fn add(&self, place: &Place, key: &str, value: Option<String>, message: impl Display) {
         self.found.borrow_mut().push(ConfigError {
             file: self.file.clone(),
             place: place.clone(),
@@ -101,12 +101,12 @@ impl Faults {
         });
     }
 
-    pub(super) fn any(&self) -> bool {
+    pub(crate) fn any(&self) -> bool {
         !self.found.borrow().is_empty()
     }
 
     /// The faults so far as an error.
-    pub(super) fn check(&self) -> Result<(), ConfigErrors> {
+    pub(crate) fn check(&self) -> Result<(), ConfigErrors> {
         ConfigErrors::of(self.found.borrow().clone()).map_or(Ok(()), Err)
     }
 }

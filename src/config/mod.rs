@@ -11,16 +11,16 @@
 //! `sensors`, `fusion`, `output`), which asks for its keys and refuses the rest. The readers go through the tree rather
 //! than through serde, which stops at the first fault.
 
-mod error;
+pub(crate) mod error;
 mod fusion;
 mod network;
 mod output;
 mod overrides;
-mod reader;
+pub(crate) mod reader;
 mod sensors;
 mod show;
 mod site;
-mod tree;
+pub(crate) mod tree;
 mod types;
 
 use std::path::Path;

@@ -11,7 +11,7 @@ use super::error::{Faults, Place};
 use super::tree::{Node, Table, Value, quoted};
 
 /// A table that is asked for its keys one by one; what nobody asked for is unknown.
-pub(super) struct Section<'a> {
+pub(crate) struct Section<'a> {
     key: String,
     place: &'a Place,
     entries: Option<&'a Table>,
@@ -21,24 +21,24 @@ pub(super) struct Section<'a> {
 
 impl<'a> Section<'a> {
     /// The whole file.
-    pub(super) fn top(root: &'a Table, faults: &'a Faults) -> Self {
+    pub(crate) fn top(root: &'a Table, faults: &'a Faults) -> Self {
         Self { key: String::new(), place: &Place::File, entries: Some(root), asked: Vec::new(), faults }
     }
 
     /// The key, where it is given.
-    pub(super) fn item(&mut self, name: &'static str) -> Option<Item<'a>> {
+    pub(crate) fn item(&mut self, name: &'static str) -> Option<Item<'a>> {
         self.asked.push(name);
         let node = self.entries?.get(name)?;
         Some(Item { key: join(&self.key, name), node, faults: self.faults })
     }
 
     /// A key that does not belong here, where it is given; it is not offered as one that is expected.
-    pub(super) fn stray(&mut self, name: &'static str) -> Option<Item<'a>> {
+    pub(crate) fn stray(&mut self, name: &'static str) -> Option<Item<'a>> {
         self.entries?.contains_key(name).then(|| self.item(name)).flatten()
     }
 
     /// The key, which has to be given; `meaning` tells what to write.
-    pub(super) fn need(&mut self, name: &'static str, meaning: &str) -> Option<Item<'a>> {
+    pub(crate) fn need(&mut self, name: &'static str, meaning: &str) -> Option<Item<'a>> {
         let item = self.item(name);
         // A missing or broken section has been reported as a whole.
         if item.is_none() && self.entries.is_some() {
@@ -49,13 +49,13 @@ impl<'a> Section<'a> {
     }
 
     /// The table of that name; one without entries where it is absent.
-    pub(super) fn section(&mut self, name: &'static str) -> Self {
+    pub(crate) fn section(&mut self, name: &'static str) -> Self {
         let item = self.item(name);
         self.open(name, item)
     }
 
     /// The same for a table that has to be given.
-    pub(super) fn need_section(&mut self, name: &'static str, meaning: &str) -> Self {
+    pub(crate) fn need_section(&mut self, name: &'static str, meaning: &str) -> Self {
         let item = self.need(name, meaning);
         self.open(name, item)
     }
@@ -71,7 +71,7 @@ impl<'a> Section<'a> {
     }
 
     /// Every key with its value, for a table whose keys are the user's.
-    pub(super) fn all(&self) -> impl Iterator<Item = (&'a str, Item<'a>)> {
+    pub(crate) fn all(&self) -> impl Iterator<Item = (&'a str, Item<'a>)> {
         self.entries.into_iter().flatten().map(|(name, node)| {
             let item = Item { key: join(&self.key, name), node, faults: self.faults };
             (name.as_str(), item)
@@ -79,17 +79,17 @@ impl<'a> Section<'a> {
     }
 
     /// Finds fault with the table as a whole.
-    pub(super) fn refuse(&self, message: impl Display) {
+    pub(crate) fn refuse(&self, message: impl Display) {
         self.faults.add(self.place, &self.key, None, message);
     }
 
     /// Takes every key as asked for: what is meant cannot be told.
-    pub(super) fn abandon(&mut self) {
+    pub(crate) fn abandon(&mut self) {
         self.entries = None;
     }
 
     /// Refuses the keys that nobody asked for.
-    pub(super) fn finish(self) {
+    pub(crate) fn finish(self) {
         for (name, item) in self.all().filter(|(name, _)| !self.asked.contains(name)) {
             let near = self.asked.iter().find(|known| is_near(known, name));
             let near = near.map_or_else(String::new, |known| format!("did you mean {known}? "));
@@ -106,7 +106,7 @@ impl<'a> Section<'a> {
 
 /// One value, with its place and the path of its key.
 #[derive(Clone)]
-pub(super) struct Item<'a> {
+pub(crate) struct Item<'a> {
     key: String,
     node: &'a Node,
     faults: &'a Faults,
@@ -114,7 +114,7 @@ pub(super) struct Item<'a> {
 
 impl<'a> Item<'a> {
     /// Finds fault with the value.
-    pub(super) fn refuse(&self, message: impl Display) {
+    pub(crate) fn refuse(&self, message: impl Display) {
         self.faults.add(&self.node.place, &self.key, self.node.value.shown(), message);
     }
 
@@ -123,7 +123,7 @@ impl<'a> Item<'a> {
     }
 
     /// A finite number that is `valid`; `rule` says which are.
-    pub(super) fn number(&self, rule: &str, valid: impl Fn(f64) -> bool) -> Option<f64> {
+    pub(crate) fn number(&self, rule: &str, valid: impl Fn(f64) -> bool) -> Option<f64> {
         let number = match self.node.value {
             Value::Number(number) => number,
             Value::Whole(whole) => whole as f64,
@@ -140,14 +140,14 @@ impl<'a> Item<'a> {
     }
 
     /// A time of at most a day, rounded to nanoseconds, that is then `valid` in seconds.
-    pub(super) fn seconds(&self, rule: &str, valid: impl Fn(f64) -> bool) -> Option<SignedDuration> {
+    pub(crate) fn seconds(&self, rule: &str, valid: impl Fn(f64) -> bool) -> Option<SignedDuration> {
         let nanos = |seconds: f64| (seconds * 1e9).round();
         let seconds = self.number(rule, |s| (0.0..=86_400.0).contains(&s) && valid(nanos(s) / 1e9))?;
         Some(SignedDuration::from_nanos(nanos(seconds) as i64))
     }
 
     /// A whole number in `range`; `rule` says which are.
-    pub(super) fn whole<T>(&self, range: RangeInclusive<T>, rule: &str) -> Option<T>
+    pub(crate) fn whole<T>(&self, range: RangeInclusive<T>, rule: &str) -> Option<T>
     where
         T: TryFrom<i64> + PartialOrd,
     {
@@ -166,7 +166,7 @@ impl<'a> Item<'a> {
     }
 
     /// Text that is not blank.
-    pub(super) fn text(&self) -> Option<&'a str> {
+    pub(crate) fn text(&self) -> Option<&'a str> {
         let Value::Text(text) = &self.node.value else {
             self.expected("text in quotes");
             return None;
@@ -179,7 +179,7 @@ impl<'a> Item<'a> {
     }
 
     /// True or false.
-    pub(super) fn flag(&self) -> Option<bool> {
+    pub(crate) fn flag(&self) -> Option<bool> {
         let Value::Flag(flag) = self.node.value else {
             self.expected("true or false, without quotes");
             return None;
@@ -188,7 +188,7 @@ impl<'a> Item<'a> {
     }
 
     /// One of the given words.
-    pub(super) fn word<T: Copy>(&self, words: &[(&str, T)]) -> Option<T> {
+    pub(crate) fn word<T: Copy>(&self, words: &[(&str, T)]) -> Option<T> {
         let text = self.text()?;
         let found = words.iter().find(|(word, _)| *word == text);
         if found.is_none() {
@@ -199,7 +199,7 @@ impl<'a> Item<'a> {
     }
 
     /// An IPv4 address.
-    pub(super) fn ipv4(&self) -> Option<Ipv4Addr> {
+    pub(crate) fn ipv4(&self) -> Option<Ipv4Addr> {
         let address = self.text()?.parse().ok();
         if address.is_none() {
             self.refuse("expected an IPv4 address, such as \"127.0.0.1\"; names are not looked up");
@@ -208,7 +208,7 @@ impl<'a> Item<'a> {
     }
 
     /// The entries of a list.
-    pub(super) fn list(&self) -> Option<Vec<Self>> {
+    pub(crate) fn list(&self) -> Option<Vec<Self>> {
         let Value::List(list) = &self.node.value else {
             self.expected("a list, such as [ … ]");
             return None;
@@ -218,7 +218,7 @@ impl<'a> Item<'a> {
     }
 
     /// The value as a table.
-    pub(super) fn section(&self) -> Option<Section<'a>> {
+    pub(crate) fn section(&self) -> Option<Section<'a>> {
         let Value::Table(entries) = &self.node.value else {
             self.expected("a table, such as { key = value }");
             return None;
@@ -233,13 +233,13 @@ impl<'a> Item<'a> {
     }
 
     /// The path of the key.
-    pub(super) fn key(&self) -> &str {
+    pub(crate) fn key(&self) -> &str {
         &self.key
     }
 }
 
 /// Every entry read by `read`; `None` where one failed. An absent list is empty.
-pub(super) fn each<'a, T>(
+pub(crate) fn each<'a, T>(
     list: Option<Item<'a>>,
     mut read: impl FnMut(Section<'a>) -> Option<T>,
 ) -> Option<Vec<T>> {

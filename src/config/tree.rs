@@ -9,17 +9,17 @@ use super::error::{Faults, Place};
 
 /// A value and where it was written.
 #[derive(Clone, Debug)]
-pub(super) struct Node {
-    pub(super) place: Place,
-    pub(super) value: Value,
+pub(crate) struct Node {
+    pub(crate) place: Place,
+    pub(crate) value: Value,
 }
 
 /// The tables of the tree: the line of a key is that of its name.
-pub(super) type Table = BTreeMap<String, Node>;
+pub(crate) type Table = BTreeMap<String, Node>;
 
 /// A TOML value.
 #[derive(Clone, Debug)]
-pub(super) enum Value {
+pub(crate) enum Value {
     Table(Table),
     List(Vec<Node>),
     Text(String),
@@ -33,7 +33,7 @@ pub(super) enum Value {
 const SYNTAX_ERRORS_SHOWN: usize = 3;
 
 /// The tree of `text`; incomplete where `faults` got something.
-pub(super) fn parse(text: &str, faults: &Faults) -> Table {
+pub(crate) fn parse(text: &str, faults: &Faults) -> Table {
     let lines = Lines::of(text);
     let (root, mut errors) = DeTable::parse_recoverable(text);
     // The recovery stumbles several times over one mistake: the first of a line tells.
@@ -47,7 +47,7 @@ pub(super) fn parse(text: &str, faults: &Faults) -> Table {
 }
 
 /// The value of a variable: TOML where it is, else text.
-pub(super) fn parse_variable(name: &str, text: &str) -> Node {
+pub(crate) fn parse_variable(name: &str, text: &str) -> Node {
     let place = || Place::Variable(name.to_owned());
     match DeValue::parse(text.trim()) {
         Ok(read) => Node { place: place(), value: value(read.get_ref(), &|_| place()) },
@@ -102,7 +102,7 @@ impl Lines {
 
 impl Value {
     /// What it is, for "found …".
-    pub(super) const fn kind(&self) -> &'static str {
+    pub(crate) const fn kind(&self) -> &'static str {
         match self {
             Self::Table(_) => "a table",
             Self::List(_) => "a list",
@@ -115,7 +115,7 @@ impl Value {
     }
 
     /// As TOML where that is short; a table never is.
-    pub(super) fn shown(&self) -> Option<String> {
+    pub(crate) fn shown(&self) -> Option<String> {
         const LONGEST: usize = 60;
         let shown = match self {
             Self::Table(_) => return None,
@@ -134,7 +134,7 @@ impl Value {
 }
 
 /// `text` as a TOML string on one line.
-pub(super) fn quoted(text: &str) -> String {
+pub(crate) fn quoted(text: &str) -> String {
     let mut out = String::from("\"");
     for c in text.chars() {
         match c {

@@ -50,7 +50,7 @@ pub struct PictureWriter<W> {
 
 enum Form<W> {
     Asterix { out: W, block: Vec<u8> },
-    Pcap(PcapWriter<W>),
+    Pcap { out: PcapWriter<W>, flow: UdpFlow },
     Ndjson(W),
     Geojson { out: W, features: u64 },
     Csv(W),
@@ -65,7 +65,9 @@ impl<W: Write> PictureWriter<W> {
     pub fn new(format: OutputFormat, mut out: W, config: &Config) -> io::Result<Self> {
         let form = match format {
             OutputFormat::Asterix => Form::Asterix { out, block: Vec::new() },
-            OutputFormat::Pcap => Form::Pcap(PcapWriter::new(out, flow(config.output.asterix.first()))?),
+            OutputFormat::Pcap => {
+                Form::Pcap { out: PcapWriter::new(out)?, flow: flow(config.output.asterix.first()) }
+            }
             OutputFormat::Ndjson => Form::Ndjson(out),
             OutputFormat::Geojson => {
                 out.write_all(b"{\"type\":\"FeatureCollection\",\"features\":[")?;
@@ -93,9 +95,9 @@ impl<W: Write> PictureWriter<W> {
                 }
                 out.write_all(block)
             }
-            Form::Pcap(pcap) => {
+            Form::Pcap { out, flow } => {
                 let sent: Time = picture.time + self.latency;
-                pack(picture, &self.encoder).iter().try_for_each(|datagram| pcap.write(sent, datagram))
+                pack(picture, &self.encoder).iter().try_for_each(|datagram| out.write(*flow, sent, datagram))
             }
             Form::Ndjson(out) => picture.tracks.iter().try_for_each(|track| {
                 serde_json::to_writer(&mut *out, &TrackJson::new(track, maker))?;
@@ -114,7 +116,7 @@ impl<W: Write> PictureWriter<W> {
     pub fn finish(self) -> io::Result<()> {
         match self.form {
             Form::Asterix { mut out, .. } | Form::Ndjson(mut out) | Form::Csv(mut out) => out.flush(),
-            Form::Pcap(mut pcap) => pcap.flush(),
+            Form::Pcap { mut out, .. } => out.flush(),
             Form::Geojson { mut out, .. } => {
                 out.write_all(b"\n]}\n")?;
                 out.flush()

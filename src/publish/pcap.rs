@@ -7,8 +7,8 @@ use etherparse::PacketBuilder;
 
 use crate::time::{SECOND, Time};
 
-/// The headers that every datagram of the file gets.
-#[derive(Clone, Copy, Debug)]
+/// From where to where a datagram goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct UdpFlow {
     /// Sender; the source port is the destination's.
     pub from: Ipv4Addr,
@@ -24,7 +24,6 @@ pub struct UdpFlow {
 #[derive(Debug)]
 pub struct PcapWriter<W> {
     out: W,
-    flow: UdpFlow,
     frame: Vec<u8>,
 }
 
@@ -35,7 +34,7 @@ const SNAPLEN: u32 = 262_144;
 
 impl<W: Write> PcapWriter<W> {
     /// Writes the file's header.
-    pub fn new(mut out: W, flow: UdpFlow) -> io::Result<Self> {
+    pub fn new(mut out: W) -> io::Result<Self> {
         out.write_all(&MAGIC_NANOSECONDS.to_le_bytes())?;
         for half in [2_u16, 4] {
             out.write_all(&half.to_le_bytes())?; // version 2.4
@@ -43,15 +42,15 @@ impl<W: Write> PcapWriter<W> {
         for word in [0, 0, SNAPLEN, LINKTYPE_ETHERNET] {
             out.write_all(&word.to_le_bytes())?;
         }
-        Ok(Self { out, flow, frame: Vec::new() })
+        Ok(Self { out, frame: Vec::new() })
     }
 
-    /// Writes one datagram, sent at `time`.
+    /// Writes one datagram of that flow, sent at `time`.
     ///
     /// # Errors
     /// The file cannot be written, or `time` is outside 1970 to 2106, which this format cannot hold.
-    pub fn write(&mut self, time: Time, datagram: &[u8]) -> io::Result<()> {
-        let UdpFlow { from, to, port, ttl } = self.flow;
+    pub fn write(&mut self, flow: UdpFlow, time: Time, datagram: &[u8]) -> io::Result<()> {
+        let UdpFlow { from, to, port, ttl } = flow;
         self.frame.clear();
         PacketBuilder::ethernet2([2, 0, 0, 0, 0, 1], mac_of(to))
             .ipv4(from.octets(), to.octets(), ttl)

@@ -179,9 +179,9 @@ impl Drop for Scratch {
 pub(crate) fn pcap<'a>(datagrams: impl IntoIterator<Item = (Time, &'a [u8])>) -> Vec<u8> {
     let mut octets = Vec::new();
     let flow = UdpFlow { from: Ipv4Addr::LOCALHOST, to: Ipv4Addr::new(239, 192, 0, 1), port: 8000, ttl: 1 };
-    let mut writer = PcapWriter::new(&mut octets, flow).unwrap();
+    let mut writer = PcapWriter::new(&mut octets).unwrap();
     for (time, payload) in datagrams {
-        writer.write(time, payload).unwrap();
+        writer.write(flow, time, payload).unwrap();
     }
     octets
 }

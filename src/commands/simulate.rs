@@ -1,0 +1,97 @@
+//! `simulate`: a scenario as files, or as datagrams in real time.
+
+use std::error::Error;
+use std::io;
+use std::net::{Ipv4Addr, SocketAddrV4, UdpSocket};
+use std::path::PathBuf;
+
+use jiff::SignedDuration;
+use socket2::{Domain, Protocol, Socket, Type};
+use tracing::info;
+
+use super::{CommandResult, Outcome};
+use crate::simulate::{Scenario, Simulation, simulate, write};
+use crate::time::{SECOND, Time};
+
+/// Simulates radars and transponders that fail as real ones do, and tells the truth beside them.
+///
+/// The same scenario and seed give the same files.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Args {
+    /// The scenario: TOML; config/scenarios/ has some, and every-key.toml there explains all keys.
+    #[arg(value_name = "SCENARIO")]
+    pub scenario: PathBuf,
+    /// Where radar.ast, transponder.ast, capture.pcap, truth.csv, labels.csv and site.toml are written.
+    #[arg(long, value_name = "DIR", required_unless_present = "udp")]
+    pub out: Option<PathBuf>,
+    /// Another seed flies otherwise.
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    pub seed: u64,
+    /// Sends the datagrams to the inputs of site.toml, in real time, beginning now.
+    #[arg(long)]
+    pub udp: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> CommandResult {
+    let scenario = Scenario::load(&args.scenario)?;
+    // A whole second, a little ahead: making the flight takes time too.
+    let start = args.udp.then(|| Time::from_nanos((now().nanos() / SECOND + 2) * SECOND));
+    let simulation = simulate(&scenario, args.seed, start)?;
+    info!(
+        "{}: {} s, {} drones, {} labelled plots and reports, {} datagrams",
+        scenario.name,
+        scenario.duration_s,
+        simulation.flights.len(),
+        simulation.labels.len(),
+        simulation.datagrams.len()
+    );
+    if let Some(directory) = &args.out {
+        let about = format!("The site of scenario {}, seed {}.", scenario.name, args.seed);
+        write(&simulation, &about, directory)?;
+        info!("written to {}", directory.display());
+    }
+    if args.udp {
+        send(&simulation)?;
+    }
+    Ok(Outcome::Done)
+}
+
+#[expect(clippy::disallowed_methods, reason = "--udp begins now")]
+fn now() -> Time {
+    Time::from_nanos(i64::try_from(jiff::Timestamp::now().as_nanosecond()).unwrap_or(i64::MAX))
+}
+
+/// Sends every datagram at its time.
+fn send(simulation: &Simulation) -> Result<(), Box<dyn Error + Send + Sync>> {
+    let Some(last) = simulation.datagrams.last() else { return Ok(()) };
+    let socket = sender().map_err(|error| format!("no UDP socket to send from: {error}"))?;
+    info!("sending until {}; stop with Ctrl-C", last.received);
+    let mut latest = SignedDuration::ZERO;
+    for datagram in &simulation.datagrams {
+        let early = datagram.received - now();
+        if let Ok(early) = std::time::Duration::try_from(early) {
+            #[expect(clippy::disallowed_methods, reason = "in real time")]
+            std::thread::sleep(early);
+        }
+        latest = latest.max(now() - datagram.received);
+        let to = SocketAddrV4::new(datagram.flow.to, datagram.flow.port);
+        socket.send_to(&datagram.payload, to).map_err(|error| format!("to {to}: cannot be sent: {error}"))?;
+    }
+    info!(
+        "{} datagrams sent, the latest {:.1} ms late",
+        simulation.datagrams.len(),
+        latest.as_secs_f64() * 1e3
+    );
+    Ok(())
+}
+
+/// A socket whose multicast stays on this machine.
+fn sender() -> io::Result<UdpSocket> {
+    let socket = Socket::new(Domain::IPV4, Type::DGRAM, Some(Protocol::UDP))?;
+    socket.set_multicast_if_v4(&Ipv4Addr::LOCALHOST)?;
+    socket.set_multicast_ttl_v4(1)?;
+    socket.set_multicast_loop_v4(true)?;
+    socket.bind(&SocketAddrV4::new(Ipv4Addr::LOCALHOST, 0).into())?;
+    Ok(socket.into())
+}

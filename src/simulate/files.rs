@@ -1,0 +1,95 @@
+//! A simulation as files.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use super::{Flight, Label, Simulation};
+use crate::config::SensorKind;
+use crate::publish::PcapWriter;
+use crate::time::{SECOND, Time};
+
+/// Writes `radar.ast`, `transponder.ast`, `capture.pcap`, `truth.csv`, `labels.csv` and `site.toml` into `directory`,
+/// which is made where it does not exist. `about` stands at the head of `site.toml`, a comment a line.
+///
+/// # Errors
+/// A file cannot be written; the error names it.
+pub fn write(simulation: &Simulation, about: &str, directory: &Path) -> io::Result<()> {
+    let named = |path: &Path, error: io::Error| {
+        io::Error::new(error.kind(), format!("{}: cannot be written: {error}", path.display()))
+    };
+    fs::create_dir_all(directory).map_err(|error| named(directory, error))?;
+    let file = |name: &str, fill: &dyn Fn(&mut BufWriter<File>) -> io::Result<()>| {
+        let path = directory.join(name);
+        #[expect(clippy::disallowed_methods, reason = "the files of a simulation")]
+        let written = File::create(&path).and_then(|file| {
+            let mut out = BufWriter::with_capacity(1 << 16, file);
+            fill(&mut out)?;
+            out.flush()
+        });
+        written.map_err(|error| named(&path, error))
+    };
+    file("radar.ast", &|out| blocks(simulation, out, true))?;
+    file("transponder.ast", &|out| blocks(simulation, out, false))?;
+    file("capture.pcap", &|out| capture(simulation, out))?;
+    file("truth.csv", &|out| truth(&simulation.flights, out))?;
+    file("labels.csv", &|out| labels(&simulation.labels, out))?;
+    file("site.toml", &|out| {
+        about.lines().try_for_each(|line| writeln!(out, "# {line}"))?;
+        write!(out, "{}", simulation.config)
+    })
+}
+
+/// What the radars, or what the transponders, sent.
+fn blocks(simulation: &Simulation, out: &mut impl Write, of_radars: bool) -> io::Result<()> {
+    let is_wanted =
+        |sensor: usize| matches!(simulation.config.sensors[sensor].kind, SensorKind::Radar(_)) == of_radars;
+    let mut wanted = simulation.sent.iter().filter(|sent| is_wanted(sent.sensor));
+    wanted.try_for_each(|sent| out.write_all(&sent.payload))
+}
+
+fn capture(simulation: &Simulation, out: &mut impl Write) -> io::Result<()> {
+    let mut pcap = PcapWriter::new(out)?;
+    simulation
+        .datagrams
+        .iter()
+        .try_for_each(|datagram| pcap.write(datagram.flow, datagram.received, &datagram.payload))?;
+    pcap.flush()
+}
+
+/// `time,id,lat,lon,alt_msl,vn,ve,vd`, in order of time.
+fn truth(flights: &[Flight], out: &mut impl Write) -> io::Result<()> {
+    writeln!(out, "time,id,lat,lon,alt_msl,vn,ve,vd")?;
+    let steps = flights.iter().map(|flight| flight.samples.len()).max().unwrap_or(0);
+    for step in 0..steps {
+        for flight in flights {
+            let Some(sample) = flight.samples.get(step) else { continue };
+            let [north, east, down] = sample.velocity_ned_m_s;
+            writeln!(
+                out,
+                "{},{},{:.9},{:.9},{:.3},{north:.3},{east:.3},{down:.3}",
+                seconds(sample.time),
+                flight.id,
+                sample.latitude_deg,
+                sample.longitude_deg,
+                sample.altitude_amsl_m,
+            )?;
+        }
+    }
+    Ok(())
+}
+
+/// `time,sensor,number,id,seduced`, in order of time.
+fn labels(labels: &[Label], out: &mut impl Write) -> io::Result<()> {
+    writeln!(out, "time,sensor,number,id,seduced")?;
+    labels.iter().try_for_each(|label| {
+        let id = label.id.as_deref().unwrap_or("");
+        let seduced = u8::from(label.seduced);
+        writeln!(out, "{},{},{},{id},{seduced}", seconds(label.time), label.sensor, label.number)
+    })
+}
+
+/// Seconds since the epoch, exactly: 1/128 s has seven decimals.
+fn seconds(time: Time) -> String {
+    format!("{}.{:07}", time.nanos().div_euclid(SECOND), time.nanos().rem_euclid(SECOND) / 100)
+}

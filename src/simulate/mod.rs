@@ -1,0 +1,242 @@
+//! The test range: radars and transponders that fail the way real ones do (`docs/SIMULATION.md`), and the truth beside
+//! them.
+//!
+//! Sans-IO but for [`files`]: a [`Scenario`] and a seed in, a [`Simulation`] out, always the same one.
+//!
+//! ```text
+//! scenario ──► motion ──► radar (sight) ──► wire ──► network ──► datagrams as they arrive
+//! seed         truth      transponder       octets
+//! ```
+
+mod files;
+mod ground;
+mod motion;
+mod network;
+mod radar;
+mod scenario;
+mod sight;
+mod site;
+mod streams;
+mod transponder;
+mod wire;
+
+pub use files::write;
+pub use motion::Crowded;
+pub use network::Datagram;
+pub use scenario::{
+    Airspace, Birds, Clutter, Drones, FixedWing, Multirotor, Network, Pattern, Place, Radar, Scenario, Span,
+    TRANSPONDER_ID, Transponder,
+};
+
+use ground::Ground;
+use motion::{Path, RATE_HZ};
+use radar::{Detection, OTHERS, Target};
+use streams::{Entity, Stream, Streams};
+use transponder::{Attack, Report};
+
+use crate::config::Config;
+use crate::time::Time;
+use wire::{Sent, after, stamped};
+
+/// A simulated flight: what really happened, what the sensors said of it, and what of that arrived.
+#[derive(Clone, Debug)]
+pub struct Simulation {
+    /// The site that listens to these sensors.
+    pub config: Config,
+    /// The drones.
+    pub flights: Vec<Flight>,
+    /// Which drone each plot and report was, in order of time.
+    pub labels: Vec<Label>,
+    /// What the sensors sent, in order of arrival where nothing happens on the way.
+    sent: Vec<Sent>,
+    /// What arrives, in order of arrival.
+    pub datagrams: Vec<Datagram>,
+}
+
+/// A drone's true flight.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Flight {
+    /// `D` and the drone's number, from 1.
+    pub id: String,
+    /// Whether it carries a transponder.
+    pub equipped: bool,
+    /// Where it was, 10 times a second.
+    pub samples: Vec<TruthSample>,
+}
+
+/// Where a drone was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TruthSample {
+    /// When.
+    pub time: Time,
+    /// WGS-84 latitude, degrees.
+    pub latitude_deg: f64,
+    /// WGS-84 longitude, degrees.
+    pub longitude_deg: f64,
+    /// Height above mean sea level, metres.
+    pub altitude_amsl_m: f64,
+    /// Metres north, east and down a second.
+    pub velocity_ned_m_s: [f64; 3],
+}
+
+/// Which drone a plot or report was.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Label {
+    /// The time that it says.
+    pub time: Time,
+    /// The sensor's id.
+    pub sensor: String,
+    /// The radar's track number, or the transponder's number.
+    pub number: u32,
+    /// The drone's id; `None`: a bird or the like.
+    pub id: Option<String>,
+    /// Whether a radar track had walked off its target.
+    pub seduced: bool,
+}
+
+/// Flies the scenario, at `start` instead of its own time where that is given.
+///
+/// # Errors
+/// The airspace is too crowded for the separation.
+pub fn simulate(scenario: &Scenario, seed: u64, start: Option<Time>) -> Result<Simulation, Crowded> {
+    let start = start.unwrap_or(scenario.start);
+    let streams = Streams::new(&scenario.name, seed);
+    let ground = Ground::new(&scenario.place);
+    let config = site::site(scenario, &ground);
+    let steps = (scenario.duration_s * RATE_HZ as f64) as usize + 1;
+    let paths = motion::fleet(scenario, steps, &streams)?;
+    let roles = roles(&scenario.drones, paths.len(), &streams);
+
+    let mut labels = Vec::new();
+    let mut sent = Vec::new();
+    let targets = targets(scenario, &paths, steps, &streams);
+    for (index, radar) in scenario.radars.iter().enumerate() {
+        let detections = radar::detections(radar, index, &targets, &ground, scenario.duration_s, &streams);
+        labels.extend(detections.iter().map(|detection| plot_label(radar, detection, &targets, start)));
+        let antenna = ground.antenna(radar);
+        let mut stream = streams.of(Entity::Line(index));
+        sent.extend(wire::radar_datagrams(
+            radar,
+            index,
+            &antenna,
+            &detections,
+            (start, scenario.duration_s),
+            &mut stream,
+        ));
+    }
+    let receiver = scenario.radars.len();
+    for (drone, path) in paths.iter().enumerate() {
+        let Some(attack) = roles[drone] else { continue };
+        let stream = streams.of(Entity::Transponder(drone));
+        let model = &scenario.transponder;
+        for report in transponder::reports(model, drone, path, attack, scenario.duration_s, stream) {
+            labels.push(report_label(&report, start));
+            sent.extend(wire::transponder_datagram(model, receiver, &ground, &report, start));
+        }
+    }
+    // Stable, as the datagrams are: sensors in the order of the configuration.
+    labels.sort_by_key(|label| label.time);
+    sent.sort_by_key(|datagram| datagram.arrives);
+    let mut stream = streams.of(Entity::Network);
+    let datagrams =
+        network::arrivals(&scenario.network, &config, &sent, (start, scenario.duration_s), &mut stream);
+    let flights = paths
+        .iter()
+        .enumerate()
+        .map(|(drone, path)| flight(drone, roles[drone].is_some(), path, &ground, start))
+        .collect();
+    Ok(Simulation { config, flights, labels, sent, datagrams })
+}
+
+/// What radars look at: the drones, then everything else.
+fn targets(scenario: &Scenario, drones: &[Path], steps: usize, streams: &Streams) -> Vec<Target> {
+    let Scenario { airspace, birds, clutter, .. } = scenario;
+    let mut targets: Vec<Target> = drones
+        .iter()
+        .enumerate()
+        .map(|(drone, path)| Target {
+            number: drone,
+            path: path.clone(),
+            drone: Some(drone),
+            uav_probability: 0.0,
+        })
+        .collect();
+    let mut other = |paths: Vec<Path>, probability: &dyn Fn(&mut Stream) -> f64| {
+        for path in paths {
+            let number = OTHERS + targets.len() - drones.len();
+            let uav_probability = probability(&mut streams.of(Entity::Character(number)));
+            targets.push(Target { number, path, drone: None, uav_probability });
+        }
+    };
+    let birds_paths = motion::birds(birds, airspace, steps, streams);
+    other(birds_paths, &|stream| {
+        if stream.chance(birds.zero_share) {
+            0.0
+        } else if stream.chance(birds.high_share) {
+            stream.within(birds.high_probability)
+        } else {
+            stream.within(birds.probability)
+        }
+    });
+    let clutter_paths = motion::clutter(clutter, airspace, steps, streams);
+    other(clutter_paths, &|stream| stream.within(clutter.probability));
+    targets
+}
+
+/// Which drones carry a transponder, and what is done to it: drawn by lot, so that multirotors and fixed wings, equipped
+/// or not, come in all mixtures.
+fn roles(drones: &Drones, count: usize, streams: &Streams) -> Vec<Option<Attack>> {
+    let mut lots: Vec<(f64, usize)> = (0..count)
+        .map(|drone| (streams.of(Entity::Role(drone)).within(Span::new(0.0, 1.0)), drone))
+        .collect();
+    lots.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut roles = vec![None; count];
+    for (rank, &(_, drone)) in lots.iter().take(drones.equipped as usize).enumerate() {
+        let rank = rank as u32;
+        roles[drone] = Some(match rank {
+            _ if rank < drones.spoofed => Attack::Spoofed,
+            _ if rank < drones.spoofed + drones.jammed => Attack::Jammed,
+            _ => Attack::None,
+        });
+    }
+    roles
+}
+
+fn plot_label(radar: &Radar, detection: &Detection, targets: &[Target], start: Time) -> Label {
+    Label {
+        time: stamped(after(start, detection.time_s)),
+        sensor: radar.id.clone(),
+        number: detection.number.into(),
+        id: targets[detection.target].drone.map(drone_id),
+        seduced: detection.seduced,
+    }
+}
+
+fn report_label(report: &Report, start: Time) -> Label {
+    Label {
+        time: stamped(after(start, report.stamped_s)),
+        sensor: TRANSPONDER_ID.to_owned(),
+        number: wire::transponder_number(report.drone),
+        id: Some(drone_id(report.drone)),
+        seduced: false,
+    }
+}
+
+fn drone_id(drone: usize) -> String {
+    format!("D{}", drone + 1)
+}
+
+fn flight(drone: usize, equipped: bool, path: &Path, ground: &Ground, start: Time) -> Flight {
+    let sample = |(step, state): (usize, &motion::State)| {
+        let place = ground.geodetic(&state.position);
+        let velocity = state.velocity;
+        TruthSample {
+            time: after(start, step as f64 / RATE_HZ as f64),
+            latitude_deg: place.latitude_deg(),
+            longitude_deg: place.longitude_deg(),
+            altitude_amsl_m: ground.altitude_amsl_m(&state.position),
+            velocity_ned_m_s: [velocity.y, velocity.x, -velocity.z],
+        }
+    };
+    Flight { id: drone_id(drone), equipped, samples: path.samples().iter().enumerate().map(sample).collect() }
+}

@@ -1,0 +1,124 @@
+//! The drones of a scenario, never closer to each other than the separation.
+
+use std::collections::HashMap;
+
+use nalgebra::Vector3;
+
+use super::animal::{anywhere, middle};
+use super::{Path, fixed_wing, multirotor, towards};
+use crate::simulate::scenario::{Airspace, Pattern, Scenario, Span};
+use crate::simulate::streams::{Entity, Stream, Streams};
+
+/// A drone for which no way was found that keeps the separation.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "no way was found for drone {drone} that stays clear of the {before} before it, in {tries} tries: use fewer drones, \
+     a larger airspace or a smaller drones.separation_m"
+)]
+pub struct Crowded {
+    drone: usize,
+    before: usize,
+    tries: u32,
+}
+
+/// Flights that are tried for one drone.
+const TRIES: u32 = 500;
+
+/// The flights of all drones, multirotors and fixed wings mixed, `steps` samples each.
+///
+/// One after another: a flight that would come too close to an earlier one is flown anew.
+///
+/// # Errors
+/// The airspace is too crowded.
+pub fn fleet(scenario: &Scenario, steps: usize, streams: &Streams) -> Result<Vec<Path>, Crowded> {
+    let count = scenario.drone_count() as usize;
+    let separation = scenario.drones.separation_m;
+    let mut sky = Sky::new(separation);
+    let mut paths = Vec::with_capacity(count);
+    for drone in 0..count {
+        let mut stream = streams.of(Entity::Drone(drone));
+        let path = (0..TRIES)
+            .map(|_| fly(scenario, drone, steps, &mut stream))
+            .find(|path| separation == 0.0 || sky.is_clear(path))
+            .ok_or(Crowded { drone: drone + 1, before: drone, tries: TRIES })?;
+        if separation > 0.0 {
+            sky.add(&path);
+        }
+        paths.push(path);
+    }
+    Ok(paths)
+}
+
+/// Whether the drone of that number is a fixed wing: they are spread evenly over the numbers.
+fn is_fixed_wing(scenario: &Scenario, drone: usize) -> bool {
+    let (wings, all) = (scenario.drones.fixed_wings as usize, scenario.drone_count() as usize);
+    (drone + 1) * wings / all > drone * wings / all
+}
+
+fn fly(scenario: &Scenario, drone: usize, steps: usize, stream: &mut Stream) -> Path {
+    let airspace = scenario.airspace.clone();
+    let mut way: Box<dyn FnMut(&mut Stream) -> Vector3<f64>> = match scenario.drones.pattern {
+        Pattern::Free => Box::new(move |stream| anywhere(&airspace, airspace.height_agl_m, stream)),
+        Pattern::Crossing => Box::new(there_and_back(airspace, stream)),
+    };
+    let start = way(stream);
+    if is_fixed_wing(scenario, drone) {
+        fixed_wing::fly(&scenario.fixed_wing, steps, start, way, stream)
+    } else {
+        multirotor::fly(&scenario.multirotor, steps, start, way, stream)
+    }
+}
+
+/// Ends of a line through the middle of the airspace, in turn; the first leg begins somewhere on it.
+fn there_and_back(
+    airspace: Airspace,
+    stream: &mut Stream,
+) -> impl FnMut(&mut Stream) -> Vector3<f64> + use<> {
+    let direction = towards(stream.heading());
+    let mut side = 1.0;
+    let mut first = true;
+    move |stream| {
+        let share = if first { stream.within(Span::new(0.3, 1.0)) } else { 1.0 };
+        first = false;
+        side = -side;
+        let place = middle(&airspace) + direction * (side * share * airspace.radius_m);
+        place.push(stream.within(airspace.height_agl_m))
+    }
+}
+
+/// Who is where at which time, in cubes as wide as the separation.
+struct Sky {
+    separation: f64,
+    places: HashMap<(u32, i32, i32), Vec<Vector3<f64>>>,
+}
+
+impl Sky {
+    fn new(separation: f64) -> Self {
+        Self { separation, places: HashMap::new() }
+    }
+
+    fn cell(&self, position: &Vector3<f64>) -> (i32, i32) {
+        let index = |metres: f64| (metres / self.separation).floor() as i32;
+        (index(position.x), index(position.y))
+    }
+
+    fn add(&mut self, path: &Path) {
+        for (step, state) in path.samples().iter().enumerate() {
+            let (x, y) = self.cell(&state.position);
+            self.places.entry((step as u32, x, y)).or_default().push(state.position);
+        }
+    }
+
+    /// Whether every sample of the path keeps the separation from all that fly.
+    fn is_clear(&self, path: &Path) -> bool {
+        path.samples().iter().enumerate().all(|(step, state)| {
+            let (x, y) = self.cell(&state.position);
+            let near =
+                |dx: i32, dy: i32| self.places.get(&(step as u32, x + dx, y + dy)).into_iter().flatten();
+            (-1..=1).all(|dx| {
+                (-1..=1)
+                    .all(|dy| near(dx, dy).all(|other| (other - state.position).norm() >= self.separation))
+            })
+        })
+    }
+}

@@ -1,0 +1,74 @@
+//! How things really move: paths at 10 Hz, straight lines between. Local metres: east and north of the origin, height
+//! above ground.
+
+mod animal;
+mod fixed_wing;
+mod fleet;
+mod multirotor;
+
+use nalgebra::Vector3;
+
+pub use animal::{birds, clutter};
+pub use fleet::{Crowded, fleet};
+
+/// Samples of a path a second.
+pub const RATE_HZ: usize = 10;
+/// From one sample to the next, seconds.
+const STEP_S: f64 = 1.0 / RATE_HZ as f64;
+
+/// Where something is, and how it moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct State {
+    /// East, north, and height above ground, metres.
+    pub position: Vector3<f64>,
+    /// Its derivative, metres a second.
+    pub velocity: Vector3<f64>,
+}
+
+/// A flight from take-off (0 s) to the end: a sample each 0.1 s.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Path(Vec<State>);
+
+impl Path {
+    /// A path that stays where it is.
+    fn standing(position: Vector3<f64>) -> Self {
+        Self(vec![State { position, velocity: Vector3::zeros() }])
+    }
+
+    /// The samples; sample n is at n / [`RATE_HZ`] seconds. A single one stands for the whole time.
+    pub fn samples(&self) -> &[State] {
+        &self.0
+    }
+
+    /// Where it is `t_s` seconds after take-off: linear between samples; the ends stand still.
+    pub fn at(&self, t_s: f64) -> State {
+        let place = (t_s / STEP_S).clamp(0.0, (self.0.len() - 1) as f64);
+        let before = place as usize;
+        let after = (before + 1).min(self.0.len() - 1);
+        let part = place - before as f64;
+        let (a, b) = (&self.0[before], &self.0[after]);
+        State { position: a.position.lerp(&b.position, part), velocity: a.velocity.lerp(&b.velocity, part) }
+    }
+
+    /// Whether it turns at `t_s`: by more than 4 degrees in a second, at more than 2 m/s.
+    pub fn turns(&self, t_s: f64) -> bool {
+        let (before, after) = (self.at(t_s - 0.5).velocity.xy(), self.at(t_s + 0.5).velocity.xy());
+        let moving = before.norm() > 2.0 && after.norm() > 2.0;
+        moving && before.angle(&after) > 4.0_f64.to_radians()
+    }
+
+    /// Whether it hovers at `t_s`: slower than 1 m/s.
+    pub fn hovers(&self, t_s: f64) -> bool {
+        self.at(t_s).velocity.norm() < 1.0
+    }
+}
+
+/// Unit vector of a heading, clockwise from north.
+fn towards(heading: f64) -> nalgebra::Vector2<f64> {
+    nalgebra::Vector2::new(heading.sin(), heading.cos())
+}
+
+/// The difference of two angles, -pi to pi.
+fn turn(from: f64, to: f64) -> f64 {
+    (to - from + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI
+}

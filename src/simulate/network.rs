@@ -1,0 +1,117 @@
+//! What happens to datagrams between sensor and service: loss, copies, overtaking, a second line, strangers.
+
+use std::net::Ipv4Addr;
+
+use asterix::cat048::{self, DetectionType, PolarPosition, TargetReport, TrackNumber};
+use asterix::{DataSource, TimeOfDay, encode_block};
+
+use super::scenario::{Network, Span};
+use super::streams::Stream;
+use super::wire::{Sent, after};
+use crate::config::{Address, Config, Input};
+use crate::normalise::time_of_day_count;
+use crate::publish::UdpFlow;
+use crate::time::Time;
+
+/// A datagram as the service receives it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Datagram {
+    /// Its reception.
+    pub received: Time,
+    /// From where to where.
+    pub flow: UdpFlow,
+    /// What is in it.
+    pub payload: Vec<u8>,
+}
+
+/// Categories that strangers send, with random contents.
+const FOREIGN_CATEGORIES: [u8; 6] = [1, 2, 8, 21, 62, 240];
+/// A source that no sensor is.
+const FOREIGN_SOURCE: DataSource = DataSource { sac: 99, sic: 98 };
+
+/// What arrives of what was sent, in order of arrival.
+pub fn arrivals(
+    network: &Network,
+    config: &Config,
+    sent: &[Sent],
+    (start, duration_s): (Time, f64),
+    stream: &mut Stream,
+) -> Vec<Datagram> {
+    let mut arrived = Vec::new();
+    for datagram in sent {
+        let lines = &config.sensors[datagram.sensor].inputs;
+        for (line, input) in lines.iter().enumerate() {
+            let mut behind_s = if line == 0 { 0.0 } else { stream.within(network.second_line_behind_s) };
+            if stream.chance(network.lost) {
+                continue;
+            }
+            if stream.chance(network.reordered) {
+                behind_s += stream.within(network.behind_s);
+            }
+            let flow = flow(input);
+            let mut arrive = |behind_s| {
+                arrived.push(Datagram {
+                    received: after(datagram.arrives, behind_s),
+                    flow,
+                    payload: datagram.payload.clone(),
+                });
+            };
+            arrive(behind_s);
+            if stream.chance(network.duplicated) {
+                arrive(behind_s + stream.within(network.behind_s));
+            }
+        }
+    }
+    let inputs: Vec<&Input> = config.sensors.iter().filter_map(|sensor| sensor.inputs.first()).collect();
+    let mut foreign = |per_s: f64, make: fn(&mut Stream, Time) -> Option<Vec<u8>>| {
+        let mut time_s = 0.0;
+        while per_s > 0.0 {
+            time_s += stream.exponential(1.0 / per_s);
+            if time_s >= duration_s {
+                break;
+            }
+            let received = after(start, time_s);
+            let flow = flow(inputs[stream.below(inputs.len())]);
+            arrived.extend(make(stream, received).map(|payload| Datagram { received, flow, payload }));
+        }
+    };
+    foreign(network.foreign_source_per_s, foreign_source);
+    foreign(network.foreign_category_per_s, foreign_category);
+    // Stable: what arrives at one time keeps the order in which it was sent.
+    arrived.sort_by_key(|datagram| datagram.received);
+    arrived
+}
+
+/// A plot of a radar that the service does not know.
+fn foreign_source(stream: &mut Stream, time: Time) -> Option<Vec<u8>> {
+    let range_m = stream.within(Span::new(200.0, 4000.0));
+    let azimuth_deg = stream.within(Span::new(0.0, 359.0));
+    let time_of_day = TimeOfDay::from_count(time_of_day_count(time));
+    let record =
+        cat048::Record::builder(FOREIGN_SOURCE, time_of_day, TargetReport::new(DetectionType::Primary))
+            .polar_position(PolarPosition::new(range_m, azimuth_deg))
+            .track_number(TrackNumber::new(1 + stream.below(9) as u16))
+            .build()
+            .ok()?;
+    let mut payload = Vec::new();
+    encode_block(&[record], &mut payload).ok()?;
+    Some(payload)
+}
+
+/// A block of a category that is not read.
+fn foreign_category(stream: &mut Stream, _: Time) -> Option<Vec<u8>> {
+    let category = FOREIGN_CATEGORIES[stream.below(FOREIGN_CATEGORIES.len())];
+    let octets = 5 + stream.below(60);
+    let mut payload = vec![category, 0, (octets + 3) as u8];
+    payload.extend(stream.octets(octets));
+    Some(payload)
+}
+
+/// From a sensor of this machine to one of the service's inputs.
+fn flow(input: &Input) -> UdpFlow {
+    let (from, to) = match input.address {
+        Address::Multicast { group, interface } => (interface, group),
+        Address::Unicast(address) => (Ipv4Addr::LOCALHOST, address),
+    };
+    UdpFlow { from, to, port: input.port, ttl: 1 }
+}

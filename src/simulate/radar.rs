@@ -1,0 +1,169 @@
+//! A radar: which targets it sees when, under which track numbers, and how wrong.
+
+use std::collections::BTreeSet;
+
+use super::ground::{Antenna, Ground};
+use super::motion::Path;
+use super::scenario::Radar;
+use super::sight::{Look, Sight};
+use super::streams::{Entity, Stream, Streams};
+
+/// What a radar reports of a target at one time, errors included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Detection {
+    /// When it was seen, seconds after take-off.
+    pub time_s: f64,
+    /// Which target: an index of the targets.
+    pub target: usize,
+    /// The track it is counted to.
+    pub number: u16,
+    /// Slant range, metres.
+    pub range_m: f64,
+    /// Azimuth, degrees, 0 to 360.
+    pub azimuth_deg: f64,
+    /// Height above mean sea level, metres.
+    pub altitude_amsl_m: f64,
+    /// Probability that it is a UAV.
+    pub uav_probability: f64,
+    /// Metres east and north a second.
+    pub velocity: (f64, f64),
+    /// Whether the track has walked off its target.
+    pub seduced: bool,
+}
+
+/// What a radar looks at.
+#[derive(Clone, Debug)]
+pub struct Target {
+    /// Its number in the streams of chance; what is no drone counts from [`OTHERS`].
+    pub number: usize,
+    /// How it moves.
+    pub path: Path,
+    /// The drone's number, where it is one.
+    pub drone: Option<usize>,
+    /// Its own mean UAV probability; 0: always 0.
+    pub uav_probability: f64,
+}
+
+/// The first number of a target that is no drone, so that one drone more changes nothing for a bird.
+pub const OTHERS: usize = 1 << 16;
+
+/// Everything that radar number `index` reports in `duration_s` seconds, in order of time.
+pub fn detections(
+    radar: &Radar,
+    index: usize,
+    targets: &[Target],
+    ground: &Ground,
+    duration_s: f64,
+    streams: &Streams,
+) -> Vec<Detection> {
+    let antenna = ground.antenna(radar);
+    let mut own = streams.of(Entity::Radar(index));
+    let mut numbers = Numbers::new(radar);
+    let mut encounters = Encounters::default();
+    let mut sights: Vec<Sight> = targets
+        .iter()
+        .map(|target| {
+            Sight::new(radar, target, streams.of(Entity::Sight { radar: index, target: target.number }))
+        })
+        .collect();
+    let mut found = Vec::new();
+    for turn in 0..(duration_s / radar.period_s) as usize {
+        let begin_s = turn as f64 * radar.period_s;
+        if radar.swap_share > 0.0 {
+            encounters.swap(radar, targets, &mut sights, begin_s, &mut own);
+        }
+        let first = found.len();
+        for (target, sight) in sights.iter_mut().enumerate() {
+            let Some(time_s) = passing(radar, &antenna, &targets[target].path, ground, begin_s) else {
+                continue;
+            };
+            let look = Look { radar, antenna: &antenna, ground, target: &targets[target], time_s };
+            if time_s < duration_s
+                && let Some(seen) = sight.look(&look, || numbers.next())
+            {
+                found.push(Detection { target, ..seen });
+            }
+        }
+        sights.iter_mut().filter_map(|sight| sight.take_ended()).for_each(|number| numbers.free(number));
+        found[first..].sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+    }
+    found
+}
+
+/// When the antenna, pointing north at `begin_s`, passes the target in this turn.
+fn passing(radar: &Radar, antenna: &Antenna, path: &Path, ground: &Ground, begin_s: f64) -> Option<f64> {
+    let (range_m, azimuth) = antenna.polar(ground.geodetic(&path.at(begin_s).position));
+    let share = (azimuth / std::f64::consts::TAU).rem_euclid(1.0);
+    let in_range = (radar.min_range_m..=radar.max_range_m).contains(&range_m);
+    in_range.then_some(begin_s + share * radar.period_s)
+}
+
+/// Track numbers: one after another, over and over, never one that is in use.
+struct Numbers {
+    last: u16,
+    next: u16,
+    used: BTreeSet<u16>,
+}
+
+impl Numbers {
+    fn new(radar: &Radar) -> Self {
+        let last = radar.last_number as u16;
+        Self { last, next: (radar.first_number as u16).min(last), used: BTreeSet::new() }
+    }
+
+    /// The next free number; `None` where all are used.
+    fn next(&mut self) -> Option<u16> {
+        for _ in 0..=self.last {
+            let number = self.next;
+            self.next = if number >= self.last { 1 } else { number + 1 };
+            if self.used.insert(number) {
+                return Some(number);
+            }
+        }
+        None
+    }
+
+    fn free(&mut self, number: u16) {
+        self.used.remove(&number);
+    }
+}
+
+/// Drones that are near each other: their track numbers may be swapped, once an encounter.
+#[derive(Default)]
+struct Encounters(BTreeSet<(usize, usize)>);
+
+impl Encounters {
+    fn swap(
+        &mut self,
+        radar: &Radar,
+        targets: &[Target],
+        sights: &mut [Sight],
+        at_s: f64,
+        stream: &mut Stream,
+    ) {
+        let mut drones: Vec<(f64, usize)> = (0..targets.len())
+            .filter(|&target| targets[target].drone.is_some() && sights[target].number().is_some())
+            .map(|target| (targets[target].path.at(at_s).position.x, target))
+            .collect();
+        drones.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut near = BTreeSet::new();
+        for (place, &(east, a)) in drones.iter().enumerate() {
+            let beside =
+                drones[place + 1..].iter().take_while(|(other, _)| other - east < radar.swap_distance_m);
+            for &(_, b) in beside {
+                let apart = targets[a].path.at(at_s).position - targets[b].path.at(at_s).position;
+                if apart.norm() < radar.swap_distance_m {
+                    near.insert((a.min(b), a.max(b)));
+                }
+            }
+        }
+        for &(a, b) in near.difference(&self.0) {
+            if stream.chance(radar.swap_share) {
+                let (number_a, number_b) = (sights[a].number(), sights[b].number());
+                sights[a].renumber(number_b);
+                sights[b].renumber(number_a);
+            }
+        }
+        self.0 = near;
+    }
+}

@@ -1,0 +1,301 @@
+//! The sections. Defaults are those of the error model in `docs/SIMULATION.md`.
+
+use super::keys::{ANY, COUNT, METRES, Pattern, SECONDS, SHARE, Span, section};
+
+section! {
+    /// The place, and the service that listens there.
+    Place {
+        /// WGS-84 latitude of the origin, degrees
+        latitude_deg: f64 = 52.5065, -80.0..=80.0;
+        /// WGS-84 longitude of the origin, degrees
+        longitude_deg: f64 = -0.588, -180.0..=180.0;
+        /// the ground above mean sea level, metres
+        ground_amsl_m: f64 = 55.0, -400.0..=6000.0;
+        /// mean sea level above the ellipsoid, metres
+        geoid_undulation_m: f64 = 46.9, -120.0..=100.0;
+        /// system area code of the service
+        sac: u32 = 25, 0.0..=255.0;
+        /// system identification code of the service
+        sic: u32 = 1, 0.0..=255.0;
+    }
+}
+
+section! {
+    /// Where drones fly: a cylinder.
+    Airspace {
+        /// its middle, metres east of the origin
+        east_m: f64 = 1100.0, -50_000.0..=50_000.0;
+        /// its middle, metres north of the origin
+        north_m: f64 = 1050.0, -50_000.0..=50_000.0;
+        /// its radius, metres
+        radius_m: f64 = 600.0, 50.0..=50_000.0;
+        /// heights of waypoints above ground, metres
+        height_agl_m: Span = Span::new(30.0, 120.0), 0.0..=5000.0;
+    }
+}
+
+section! {
+    /// The drones.
+    Drones {
+        /// how many multirotors
+        multirotors: u32 = 0, COUNT;
+        /// how many fixed wings
+        fixed_wings: u32 = 0, COUNT;
+        /// how many of them carry a transponder
+        equipped: u32 = 0, COUNT;
+        /// how many transponders are spoofed
+        spoofed: u32 = 0, COUNT;
+        /// how many transponders are jammed
+        jammed: u32 = 0, COUNT;
+        /// "free" or "crossing": there and back through one point
+        pattern: Pattern = Pattern::Free, ANY;
+        /// two drones are never closer, metres
+        separation_m: f64 = 30.0, METRES;
+    }
+}
+
+section! {
+    /// How multirotors fly.
+    Multirotor {
+        /// cruise, metres a second, per drone
+        speed_m_s: Span = Span::new(8.0, 16.0), 1.0..=60.0;
+        /// to speed up, slow down and turn, metres a second squared, per drone
+        acceleration_m_s2: Span = Span::new(2.0, 4.0), 0.5..=30.0;
+        /// climb and descent at most, metres a second
+        climb_m_s: f64 = 3.0, 0.1..=30.0;
+        /// share of waypoints at which they hover
+        hover_share: f64 = 0.5, SHARE;
+        /// how long they hover, seconds
+        hover_s: Span = Span::new(4.0, 15.0), SECONDS;
+    }
+}
+
+section! {
+    /// How fixed wings fly.
+    FixedWing {
+        /// speed, metres a second, per drone
+        speed_m_s: Span = Span::new(17.0, 29.0), 5.0..=100.0;
+        /// steepest bank, degrees
+        bank_deg: f64 = 35.0, 5.0..=80.0;
+        /// climb and descent at most, metres a second
+        climb_m_s: f64 = 3.0, 0.1..=30.0;
+        /// share of waypoints at which they loiter
+        loiter_share: f64 = 0.25, SHARE;
+        /// how long they loiter, seconds
+        loiter_s: Span = Span::new(15.0, 45.0), SECONDS;
+    }
+}
+
+section! {
+    /// Birds.
+    Birds {
+        /// how many alone
+        count: u32 = 0, COUNT;
+        /// how many flocks
+        flocks: u32 = 0, COUNT;
+        /// birds of a flock
+        flock_size: u32 = 12, 1.0..=500.0;
+        /// how far the birds of a flock spread, one standard deviation per axis, metres
+        flock_spread_m: f64 = 15.0, METRES;
+        /// speed, metres a second, per bird
+        speed_m_s: Span = Span::new(6.0, 16.0), 0.5..=40.0;
+        /// height above ground, metres
+        height_agl_m: Span = Span::new(10.0, 150.0), 0.0..=5000.0;
+        /// share of birds whose UAV probability is always 0
+        zero_share: f64 = 0.65, SHARE;
+        /// mean UAV probability of the others, per bird
+        probability: Span = Span::new(0.05, 0.35), SHARE;
+        /// share of those others that look like drones
+        high_share: f64 = 0.05, SHARE;
+        /// mean UAV probability of these
+        high_probability: Span = Span::new(0.4, 0.7), SHARE;
+    }
+}
+
+section! {
+    /// What else moves, or does not.
+    Clutter {
+        /// vehicles on straight roads
+        vehicles: u32 = 0, COUNT;
+        /// their speed, metres a second
+        vehicle_speed_m_s: Span = Span::new(8.0, 25.0), 0.5..=60.0;
+        /// places on the ground that the radar sees now and then
+        points: u32 = 0, COUNT;
+        /// UAV probability of both
+        probability: Span = Span::new(0.0, 0.2), SHARE;
+    }
+}
+
+section! {
+    /// A radar and how it fails.
+    Radar {
+        /// its name
+        id: String = "gamekeeper".to_owned(), ANY;
+        /// system area code
+        sac: u32 = 25, 0.0..=255.0;
+        /// system identification code
+        sic: u32 = 200, 0.0..=255.0;
+        /// where it stands, metres east of the origin
+        east_m: f64 = 0.0, -50_000.0..=50_000.0;
+        /// where it stands, metres north of the origin
+        north_m: f64 = 0.0, -50_000.0..=50_000.0;
+        /// its antenna above ground, metres
+        antenna_agl_m: f64 = 4.0, 0.0..=500.0;
+        /// from one detection of a target to the next, seconds
+        period_s: f64 = 0.25, 0.1..=4.0;
+        /// nearest slant range, metres
+        min_range_m: f64 = 120.0, METRES;
+        /// farthest slant range, metres
+        max_range_m: f64 = 5000.0, METRES;
+        /// whether it measures heights (I048/110)
+        heights: bool = true, ANY;
+        /// whether it reports velocities (I048/200)
+        velocities: bool = false, ANY;
+        /// whether it sends service messages (CAT034), one a turn, at most one a second
+        service_messages: bool = true, ANY;
+        /// registration: its azimuths are so much too large, degrees
+        bias_azimuth_deg: f64 = 0.4, -180.0..=180.0;
+        /// registration: its ranges are so much too large, metres
+        bias_range_m: f64 = 4.0, -1000.0..=1000.0;
+        /// registration: its heights are so much too large, metres
+        bias_height_m: f64 = 2.0, -1000.0..=1000.0;
+        /// slow error of a track's azimuth, one standard deviation, degrees (Gauss-Markov)
+        track_azimuth_deg: f64 = 1.25, 0.0..=45.0;
+        /// slow error of a track's range, metres
+        track_range_m: f64 = 4.0, METRES;
+        /// slow error of a track's height, metres
+        track_height_m: f64 = 8.0, METRES;
+        /// time constant of the slow errors, seconds
+        track_time_s: f64 = 20.0, 0.1..=1e6;
+        /// the slow azimuth error is so many times larger in turns
+        turn_factor: f64 = 1.7, 0.0..=20.0;
+        /// error of a plot's azimuth, one standard deviation, degrees (white)
+        plot_azimuth_deg: f64 = 0.18, 0.0..=45.0;
+        /// error of a plot's range, metres
+        plot_range_m: f64 = 2.0, METRES;
+        /// error of a plot's height, metres
+        plot_height_m: f64 = 2.5, METRES;
+        /// error of a plot's velocity per axis, metres a second
+        plot_velocity_m_s: f64 = 1.0, 0.0..=100.0;
+        /// a target is seen for so long, seconds, mean (exponential)
+        seen_s: f64 = 18.0, 0.1..=1e9;
+        /// and then not seen for so long, seconds, mean (exponential)
+        unseen_s: f64 = 20.0, 0.0..=1e6;
+        /// in hover seen so many times shorter
+        hover_factor: f64 = 2.0, 0.1..=100.0;
+        /// probability of detection while seen
+        detection: f64 = 0.95, SHARE;
+        /// a track is reported from this detection on
+        confirmed_by: u32 = 3, 1.0..=100.0;
+        /// a track ends after so long without detection, seconds
+        drop_after_s: f64 = 2.5, SECONDS;
+        /// a track walks off its target once in so many seconds, mean; 0: never
+        seduction_every_s: f64 = 70.0, SECONDS;
+        /// how fast it walks off, metres a second
+        seduction_m_s: Span = Span::new(5.0, 14.0), 0.0..=100.0;
+        /// for how long, seconds; then the track ends
+        seduction_s: Span = Span::new(4.0, 10.0), SECONDS;
+        /// drones closer than this may have their track numbers swapped, metres
+        swap_distance_m: f64 = 45.0, METRES;
+        /// how likely that is in one encounter
+        swap_share: f64 = 0.3, SHARE;
+        /// the first track number
+        first_number: u32 = 1, 0.0..=4095.0;
+        /// the last track number; then it begins again with number 1
+        last_number: u32 = 4095, 1000.0..=4095.0;
+        /// mean UAV probability of drones, per drone
+        drone_probability: Span = Span::new(0.5, 0.95), SHARE;
+        /// share of drones that look like birds
+        low_share: f64 = 0.08, SHARE;
+        /// mean UAV probability of these
+        low_probability: Span = Span::new(0.02, 0.2), SHARE;
+        /// how much the mean differs from track to track, one standard deviation
+        track_probability: f64 = 0.05, SHARE;
+        /// how much the UAV probability differs from plot to plot, one standard deviation
+        plot_probability: f64 = 0.05, SHARE;
+        /// from a plot to its arrival, seconds
+        latency_s: Span = Span::new(0.25, 0.6), SECONDS;
+    }
+}
+
+section! {
+    /// The transponders, their receiver, and how they fail.
+    Transponder {
+        /// system area code of the receiver
+        sac: u32 = 0, 0.0..=255.0;
+        /// system identification code of the receiver
+        sic: u32 = 0, 0.0..=255.0;
+        /// between two reports, seconds, per drone
+        period_s: Span = Span::new(2.0, 4.0), 0.1..=60.0;
+        /// how much the period varies from report to report, share of it
+        jitter: f64 = 0.1, SHARE;
+        /// share of reports that get lost
+        dropped: f64 = 0.05, SHARE;
+        /// a gap begins once in so many seconds, mean; 0: never
+        gap_every_s: f64 = 90.0, SECONDS;
+        /// how long a gap lasts, seconds
+        gap_s: Span = Span::new(6.0, 20.0), SECONDS;
+        /// the first report comes so long after take-off, seconds
+        starts_after_s: Span = Span::new(0.0, 6.0), SECONDS;
+        /// the last report comes so long before the end, seconds
+        ends_before_s: Span = Span::new(0.0, 6.0), SECONDS;
+        /// slow error of the position, one standard deviation per axis, metres (Gauss-Markov)
+        gnss_horizontal_m: f64 = 1.8, METRES;
+        /// slow error of the height, metres
+        gnss_vertical_m: f64 = 2.5, METRES;
+        /// time constant of the slow errors, seconds
+        gnss_time_s: f64 = 60.0, 0.1..=1e6;
+        /// error of a report per axis, metres (white)
+        gnss_white_m: f64 = 0.5, METRES;
+        /// the position jumps away once in so many seconds, mean; 0: never
+        jump_every_s: f64 = 0.0, SECONDS;
+        /// how far it jumps, metres
+        jump_m: Span = Span::new(20.0, 60.0), METRES;
+        /// for how long, seconds
+        jump_s: Span = Span::new(5.0, 20.0), SECONDS;
+        /// spoofing begins so long after take-off, seconds
+        spoof_after_s: Span = Span::new(60.0, 120.0), SECONDS;
+        /// how far the spoofed position drifts away, metres
+        spoof_drift_m: f64 = 100.0, METRES;
+        /// in how long, seconds; then it stays so far away
+        spoof_drift_s: f64 = 60.0, 1.0..=1e6;
+        /// jamming begins so long after take-off, seconds
+        jam_after_s: Span = Span::new(60.0, 120.0), SECONDS;
+        /// how long a jammed transponder is silent, seconds
+        jam_s: Span = Span::new(60.0, 120.0), SECONDS;
+        /// reports are stamped so long after their position was measured, seconds, fixed per drone
+        stamped_late_s: Span = Span::new(0.0, 0.25), 0.0..=10.0;
+        /// from a report's stamp to its arrival, seconds
+        latency_s: Span = Span::new(0.3, 1.5), SECONDS;
+        /// share of reports that are held up
+        held_up: f64 = 0.01, SHARE;
+        /// by how much, seconds
+        held_up_s: Span = Span::new(2.0, 5.0), SECONDS;
+        /// whether they report velocities (I129/185, I129/220)
+        velocities: bool = false, ANY;
+        /// share of drones that report their accuracy (I129/110)
+        accuracy_share: f64 = 0.5, SHARE;
+    }
+}
+
+section! {
+    /// The network between sensors and service.
+    Network {
+        /// share of datagrams that get lost
+        lost: f64 = 0.0, SHARE;
+        /// share of datagrams that come twice
+        duplicated: f64 = 0.0, SHARE;
+        /// share of datagrams that are overtaken
+        reordered: f64 = 0.0, SHARE;
+        /// how far a copy or an overtaken datagram is behind, seconds
+        behind_s: Span = Span::new(0.01, 0.8), SECONDS;
+        /// whether everything comes over a second line as well, one port further
+        second_line: bool = false, ANY;
+        /// how far the second line is behind, seconds
+        second_line_behind_s: Span = Span::new(0.0, 0.05), SECONDS;
+        /// datagrams of sources that no sensor has (SAC 99, SIC 98), a second
+        foreign_source_per_s: f64 = 0.0, 0.0..=1000.0;
+        /// datagrams of other categories, a second
+        foreign_category_per_s: f64 = 0.0, 0.0..=1000.0;
+    }
+}

@@ -1,0 +1,223 @@
+//! What one radar makes of one target: when it sees it, and with which errors.
+
+use nalgebra::Vector2;
+
+use super::ground::{Antenna, Ground};
+use super::radar::{Detection, Target};
+use super::scenario::{Radar, Span};
+use super::streams::{GaussMarkov, Stream};
+
+/// Turning is felt, and forgotten, with this time constant, seconds.
+const TURN_S: f64 = 1.0;
+
+/// A radar's eye on a target.
+#[derive(Clone, Debug)]
+pub struct Sight {
+    stream: Stream,
+    /// Whether the target is seen at all for now.
+    seen: bool,
+    looked_s: f64,
+    /// Mean UAV probability of the target to this radar.
+    uav_probability: f64,
+    track: Option<Track>,
+    /// The number of a track that has ended.
+    ended: Option<u16>,
+}
+
+#[derive(Clone, Debug)]
+struct Track {
+    number: u16,
+    detected_s: f64,
+    detections: u32,
+    azimuth: GaussMarkov,
+    range: GaussMarkov,
+    height: GaussMarkov,
+    /// From 1 to the radar's turn factor.
+    turning: f64,
+    uav_probability: f64,
+    /// When the next seduction begins.
+    seduced_from_s: f64,
+    seduction: Option<Seduction>,
+}
+
+/// A walk off the target.
+#[derive(Clone, Copy, Debug)]
+struct Seduction {
+    from_s: f64,
+    until_s: f64,
+    /// Metres east and north a second.
+    velocity: Vector2<f64>,
+}
+
+/// One look of a radar at a target.
+pub struct Look<'a> {
+    /// The radar.
+    pub radar: &'a Radar,
+    /// Where it stands.
+    pub antenna: &'a Antenna,
+    /// The ground below.
+    pub ground: &'a Ground,
+    /// The target.
+    pub target: &'a Target,
+    /// When, seconds after take-off.
+    pub time_s: f64,
+}
+
+impl Sight {
+    /// A radar that has not looked yet.
+    pub fn new(radar: &Radar, target: &Target, mut stream: Stream) -> Self {
+        let share = radar.seen_s / (radar.seen_s + radar.unseen_s);
+        let low = target.drone.is_some() && stream.chance(radar.low_share);
+        let uav_probability = match target.drone {
+            Some(_) if low => stream.within(radar.low_probability),
+            Some(_) => stream.within(radar.drone_probability),
+            None => target.uav_probability,
+        };
+        let seen = stream.chance(share);
+        Self { stream, seen, looked_s: 0.0, uav_probability, track: None, ended: None }
+    }
+
+    /// The number of the track on the target.
+    pub fn number(&self) -> Option<u16> {
+        self.track.as_ref().map(|track| track.number)
+    }
+
+    /// Gives the track another's number.
+    pub fn renumber(&mut self, number: Option<u16>) {
+        if let (Some(track), Some(number)) = (&mut self.track, number) {
+            track.number = number;
+        }
+    }
+
+    /// The number of the track that has ended, once.
+    pub fn take_ended(&mut self) -> Option<u16> {
+        self.ended.take()
+    }
+
+    /// Looks; `new_number` gives a number where a track begins.
+    pub fn look(&mut self, look: &Look<'_>, new_number: impl FnOnce() -> Option<u16>) -> Option<Detection> {
+        let Look { radar, target, time_s, .. } = *look;
+        let hovers = target.path.hovers(time_s);
+        self.pass(radar, time_s, hovers);
+        self.follow(radar, time_s);
+        if !self.seen || !self.stream.chance(radar.detection) {
+            return None;
+        }
+        if self.track.is_none() {
+            self.track = Some(self.begin(radar, time_s, new_number()?));
+        }
+        let track = self.track.as_mut()?;
+        track.detected_s = time_s;
+        track.detections += 1;
+        let detection = track.measure(look, &mut self.stream);
+        (track.detections >= radar.confirmed_by).then_some(detection)
+    }
+
+    /// Seen and unseen take turns; a hovering target is seen shorter.
+    fn pass(&mut self, radar: &Radar, time_s: f64, hovers: bool) {
+        let past_s = time_s - self.looked_s;
+        self.looked_s = time_s;
+        if self.track.as_ref().is_some_and(|track| track.seduction.is_some()) {
+            return; // it goes its own way, to its end
+        }
+        let mean_s = match self.seen {
+            true if hovers => radar.seen_s / radar.hover_factor,
+            true => radar.seen_s,
+            false => radar.unseen_s,
+        };
+        if self.stream.chance(1.0 - (-past_s / mean_s).exp()) {
+            self.seen = !self.seen;
+        }
+    }
+
+    /// Begins and ends what happens to the track.
+    fn follow(&mut self, radar: &Radar, time_s: f64) {
+        let Some(track) = &mut self.track else { return };
+        let lost = time_s - track.detected_s > radar.drop_after_s;
+        let walked_off = track.seduction.is_some_and(|walk| time_s >= walk.until_s);
+        if lost || walked_off {
+            self.ended = Some(track.number);
+            self.track = None;
+            // The radar followed something else; the target itself has to be found anew.
+            self.seen &= !walked_off;
+        } else if track.seduction.is_none() && time_s >= track.seduced_from_s {
+            let direction = self.stream.heading();
+            let speed = self.stream.within(radar.seduction_m_s);
+            track.seduction = Some(Seduction {
+                from_s: time_s,
+                until_s: time_s + self.stream.within(radar.seduction_s),
+                velocity: Vector2::new(direction.sin(), direction.cos()) * speed,
+            });
+        }
+    }
+
+    fn begin(&mut self, radar: &Radar, time_s: f64, number: u16) -> Track {
+        let stream = &mut self.stream;
+        let mut slow = |deviation| GaussMarkov::new(deviation, radar.track_time_s, time_s, stream);
+        let (azimuth, range, height) =
+            (slow(radar.track_azimuth_deg), slow(radar.track_range_m), slow(radar.track_height_m));
+        let every_s = if radar.seduction_every_s > 0.0 { radar.seduction_every_s } else { f64::INFINITY };
+        Track {
+            number,
+            detected_s: time_s,
+            detections: 0,
+            azimuth,
+            range,
+            height,
+            turning: 1.0,
+            // A target that is always 0 stays so.
+            uav_probability: if self.uav_probability > 0.0 {
+                self.uav_probability + stream.normal(radar.track_probability)
+            } else {
+                0.0
+            },
+            seduced_from_s: time_s + stream.exponential(every_s),
+            seduction: None,
+        }
+    }
+}
+
+impl Track {
+    fn measure(&mut self, look: &Look<'_>, stream: &mut Stream) -> Detection {
+        let Look { radar, antenna, ground, target, time_s } = *look;
+        let true_state = target.path.at(time_s);
+        let mut position = true_state.position;
+        let mut velocity = true_state.velocity.xy();
+        if let Some(walk) = self.seduction {
+            let off = walk.velocity * (time_s - walk.from_s);
+            position += off.push(0.0);
+            velocity += walk.velocity;
+        }
+        let turn_to = if target.path.turns(time_s) { radar.turn_factor } else { 1.0 };
+        self.turning += (turn_to - self.turning) * (1.0 - (-radar.period_s / TURN_S).exp());
+        let (range_m, azimuth) = antenna.polar(ground.geodetic(&position));
+        let azimuth_deg = azimuth.to_degrees()
+            + radar.bias_azimuth_deg
+            + self.turning * self.azimuth.at(time_s, stream)
+            + stream.normal(radar.plot_azimuth_deg);
+        let range_m =
+            range_m + radar.bias_range_m + self.range.at(time_s, stream) + stream.normal(radar.plot_range_m);
+        let altitude_amsl_m = ground.altitude_amsl_m(&position)
+            + radar.bias_height_m
+            + self.height.at(time_s, stream)
+            + stream.normal(radar.plot_height_m);
+        let noise = radar.plot_velocity_m_s;
+        let uav_probability = if self.uav_probability == 0.0 {
+            0.0
+        } else {
+            let shown = Span::new(0.0, 1.0);
+            (self.uav_probability + stream.normal(radar.plot_probability)).clamp(shown.low, shown.high)
+        };
+        Detection {
+            time_s,
+            target: 0,
+            number: self.number,
+            range_m: range_m.max(1.0),
+            azimuth_deg: azimuth_deg.rem_euclid(360.0),
+            altitude_amsl_m,
+            uav_probability,
+            velocity: (velocity.x + stream.normal(noise), velocity.y + stream.normal(noise)),
+            seduced: self.seduction.is_some(),
+        }
+    }
+}

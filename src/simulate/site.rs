@@ -1,0 +1,98 @@
+//! The configuration of a service that listens to a scenario's sensors.
+
+use std::net::{Ipv4Addr, SocketAddr};
+
+use super::ground::Ground;
+use super::scenario::{Radar, Scenario, TRANSPONDER_ID, Transponder};
+use crate::config::{
+    self, Address, Auth, Classification, Config, Fusion, Http, Input, Output, RadarAccuracy, Sensor,
+    SensorKind, SerialSource, Sink, Site, State, TransponderAccuracy,
+};
+
+/// What a site would know of its radars: the data sheet's accuracy, not the errors that are simulated.
+const RADAR_ACCURACY: RadarAccuracy = RadarAccuracy { range_m: 5.0, azimuth_deg: 1.0, height_m: Some(10.0) };
+const TRANSPONDER_ACCURACY: TransponderAccuracy = TransponderAccuracy { horizontal_m: 3.0, vertical_m: 5.0 };
+/// Horizontal position of plots without height, metres above ground.
+const ASSUMED_AGL_M: f64 = 75.0;
+/// The second line of a sensor is this many ports further.
+const SECOND_LINE_PORTS: u16 = 10;
+
+/// The site of a scenario: its radars in order, then the transponder receiver.
+pub fn site(scenario: &Scenario, ground: &Ground) -> Config {
+    let place = &scenario.place;
+    let mut sensors: Vec<Sensor> = scenario
+        .radars
+        .iter()
+        .enumerate()
+        .map(|(index, radar)| radar_sensor(scenario, ground, index, radar))
+        .collect();
+    sensors.push(transponder_sensor(scenario, &scenario.transponder));
+    Config {
+        site: Site {
+            name: scenario.name.clone(),
+            sac: place.sac as u8,
+            sic: place.sic as u8,
+            geoid_undulation_m: Some(place.geoid_undulation_m),
+        },
+        sensors,
+        fusion: Fusion::default(),
+        areas: Vec::new(),
+        output: Output {
+            asterix: vec![Sink { address: group(Ipv4Addr::new(239, 192, 129, 2)), port: 8130, ttl: 1 }],
+            serial: SerialSource::Uas,
+            status: false,
+            flush_on_stop: true,
+            record: None,
+        },
+        http: Http { listen: SocketAddr::from((Ipv4Addr::LOCALHOST, 8080)), auth: Auth::None },
+        state: State { dir: "state".into() },
+    }
+}
+
+fn radar_sensor(scenario: &Scenario, ground: &Ground, index: usize, radar: &Radar) -> Sensor {
+    let antenna = ground.antenna(radar);
+    let position = antenna.position;
+    let rounded = |value: f64| (value * 1e9).round() / 1e9;
+    Sensor {
+        id: radar.id.clone(),
+        sac: radar.sac as u8,
+        sic: radar.sic as u8,
+        period_s: Some(radar.period_s),
+        inputs: inputs(scenario, Ipv4Addr::new(239, 192, 48, 1 + index as u8), 8048),
+        kind: SensorKind::Radar(config::Radar {
+            latitude_deg: rounded(position.latitude_deg()),
+            longitude_deg: rounded(position.longitude_deg()),
+            height_amsl_m: antenna.altitude_amsl_m,
+            bearing_correction_deg: 0.0,
+            max_range_m: Some(radar.max_range_m),
+            assumed_height_amsl_m: scenario.place.ground_amsl_m + ASSUMED_AGL_M,
+            classification: Classification::SpecialPurpose { octet: 0 },
+            accuracy: Some(RadarAccuracy {
+                height_m: RADAR_ACCURACY.height_m.filter(|_| radar.heights),
+                ..RADAR_ACCURACY
+            }),
+        }),
+    }
+}
+
+fn transponder_sensor(scenario: &Scenario, model: &Transponder) -> Sensor {
+    Sensor {
+        id: TRANSPONDER_ID.to_owned(),
+        sac: model.sac as u8,
+        sic: model.sic as u8,
+        period_s: Some((model.period_s.low + model.period_s.high) / 2.0),
+        inputs: inputs(scenario, Ipv4Addr::new(239, 192, 129, 1), 8129),
+        kind: SensorKind::Transponder(config::Transponder { accuracy: Some(TRANSPONDER_ACCURACY) }),
+    }
+}
+
+/// The line or lines of a sensor.
+fn inputs(scenario: &Scenario, address: Ipv4Addr, port: u16) -> Vec<Input> {
+    let line = |port| Input { address: group(address), port, source: None };
+    let second = scenario.network.second_line.then(|| line(port + SECOND_LINE_PORTS));
+    [Some(line(port)), second].into_iter().flatten().collect()
+}
+
+fn group(group: Ipv4Addr) -> Address {
+    Address::Multicast { group, interface: Ipv4Addr::LOCALHOST }
+}

@@ -1,0 +1,152 @@
+//! Chance: every entity draws from a stream of its own, so that one drone more changes nobody else's luck.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Exp1, StandardNormal};
+
+use super::scenario::Span;
+
+/// Who draws.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Entity {
+    /// The flight of a drone, by its number.
+    Drone(usize),
+    /// The flight of a bird alone.
+    Bird(usize),
+    /// The flight of a flock.
+    Flock(usize),
+    /// The way of a vehicle.
+    Vehicle(usize),
+    /// The place of clutter.
+    Clutter(usize),
+    /// What a drone carries, by the drone's number.
+    Role(usize),
+    /// The transponder of a drone, by the drone's number.
+    Transponder(usize),
+    /// What a radar, by its number, makes of a target, by its number among all of them.
+    Sight {
+        /// The radar.
+        radar: usize,
+        /// The target.
+        target: usize,
+    },
+    /// A radar's processing, by its number.
+    Radar(usize),
+    /// A radar's line to the service, by its number.
+    Line(usize),
+    /// How a radar classifies what is no drone, by its number among all targets.
+    Character(usize),
+    /// The network.
+    Network,
+}
+
+/// Makes the streams of a scenario and seed.
+#[derive(Clone, Copy, Debug)]
+pub struct Streams {
+    seed: u64,
+    scenario: u64,
+}
+
+impl Streams {
+    /// Streams for the scenario of that name; other names and other seeds give other streams.
+    pub fn new(scenario: &str, seed: u64) -> Self {
+        Self { seed, scenario: fnv1a(scenario.as_bytes()) }
+    }
+
+    /// The entity's stream, from its beginning.
+    pub fn of(&self, entity: Entity) -> Stream {
+        let (kind, index) = match entity {
+            Entity::Drone(index) => (0, index as u64),
+            Entity::Bird(index) => (1, index as u64),
+            Entity::Flock(index) => (2, index as u64),
+            Entity::Vehicle(index) => (3, index as u64),
+            Entity::Clutter(index) => (4, index as u64),
+            Entity::Character(index) => (5, index as u64),
+            Entity::Transponder(index) => (6, index as u64),
+            Entity::Sight { radar, target } => (7, ((radar as u64) << 32) | target as u64),
+            Entity::Radar(index) => (8, index as u64),
+            Entity::Line(index) => (9, index as u64),
+            Entity::Role(index) => (10, index as u64),
+            Entity::Network => (11, 0),
+        };
+        let mut key = [0; 32];
+        for (part, word) in key.chunks_exact_mut(8).zip([self.seed, self.scenario, kind, index]) {
+            part.copy_from_slice(&word.to_le_bytes());
+        }
+        Stream(ChaCha8Rng::from_seed(key))
+    }
+}
+
+/// One entity's stream of chance.
+#[derive(Clone, Debug)]
+pub struct Stream(ChaCha8Rng);
+
+impl Stream {
+    /// Evenly between the ends.
+    pub fn within(&mut self, span: Span) -> f64 {
+        span.low + (span.high - span.low) * self.0.random::<f64>()
+    }
+
+    /// Evenly from 0 to `n` - 1.
+    pub fn below(&mut self, n: usize) -> usize {
+        self.0.random_range(0..n)
+    }
+
+    /// True with this probability.
+    pub fn chance(&mut self, probability: f64) -> bool {
+        self.0.random::<f64>() < probability
+    }
+
+    /// Normally distributed with mean 0.
+    pub fn normal(&mut self, deviation: f64) -> f64 {
+        let unit: f64 = StandardNormal.sample(&mut self.0);
+        deviation * unit
+    }
+
+    /// Exponentially distributed; infinite for an infinite mean.
+    pub fn exponential(&mut self, mean: f64) -> f64 {
+        let unit: f64 = Exp1.sample(&mut self.0);
+        mean * unit
+    }
+
+    /// A direction, radians clockwise from north.
+    pub fn heading(&mut self) -> f64 {
+        std::f64::consts::TAU * self.0.random::<f64>()
+    }
+
+    /// Random octets.
+    pub fn octets(&mut self, count: usize) -> Vec<u8> {
+        (0..count).map(|_| self.0.random()).collect()
+    }
+}
+
+/// A Gauss–Markov process of first order: stationary, mean 0, correlation exp(-t / time constant).
+#[derive(Clone, Copy, Debug)]
+pub struct GaussMarkov {
+    deviation: f64,
+    time_constant_s: f64,
+    value: f64,
+    at_s: f64,
+}
+
+impl GaussMarkov {
+    /// Drawn from the stationary distribution at time `at_s`.
+    pub fn new(deviation: f64, time_constant_s: f64, at_s: f64, stream: &mut Stream) -> Self {
+        Self { deviation, time_constant_s, value: stream.normal(deviation), at_s }
+    }
+
+    /// Its value at `t_s`, which is not before the last one asked for.
+    pub fn at(&mut self, t_s: f64, stream: &mut Stream) -> f64 {
+        let kept = (-(t_s - self.at_s) / self.time_constant_s).exp();
+        self.value = kept * self.value + stream.normal(self.deviation * (1.0 - kept * kept).sqrt());
+        self.at_s = t_s;
+        self.value
+    }
+}
+
+/// FNV-1a, 64 bits: names to numbers, the same on every machine.
+fn fnv1a(octets: &[u8]) -> u64 {
+    octets.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &octet| {
+        (hash ^ u64::from(octet)).wrapping_mul(0x0000_0100_0000_01b3)
+    })
+}

@@ -1,0 +1,129 @@
+//! A drone's transponder: when it reports, where it believes to be, and what time it says.
+
+use nalgebra::Vector3;
+
+use super::motion::Path;
+use super::scenario::{Span, Transponder};
+use super::streams::{GaussMarkov, Stream};
+
+/// One report, errors included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Report {
+    /// The drone.
+    pub drone: usize,
+    /// When its position was measured, seconds after take-off.
+    pub measured_s: f64,
+    /// What time it says.
+    pub stamped_s: f64,
+    /// When it arrives at the receiver.
+    pub arrives_s: f64,
+    /// East, north and height above ground that it says, metres.
+    pub position: Vector3<f64>,
+    /// Its velocity, metres a second.
+    pub velocity: Vector3<f64>,
+    /// Accuracy that it says (I129/110), metres.
+    pub accuracy_m: Option<f64>,
+}
+
+/// What somebody does to a transponder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Attack {
+    /// Nothing.
+    None,
+    /// Its position drifts away.
+    Spoofed,
+    /// It is not heard for a while.
+    Jammed,
+}
+
+/// Everything that the transponder of drone number `drone` reports in `duration_s` seconds, in order of measurement.
+pub fn reports(
+    model: &Transponder,
+    drone: usize,
+    path: &Path,
+    attack: Attack,
+    duration_s: f64,
+    mut stream: Stream,
+) -> Vec<Report> {
+    let stream = &mut stream;
+    let period_s = stream.within(model.period_s);
+    let late_s = stream.within(model.stamped_late_s);
+    let first_s = stream.within(model.starts_after_s);
+    let last_s = duration_s - stream.within(model.ends_before_s);
+    let accuracy_m = stream.chance(model.accuracy_share).then(|| stated_accuracy_m(model));
+    let gaps = episodes(model.gap_every_s, model.gap_s, duration_s, stream);
+    let jumps = episodes(model.jump_every_s, model.jump_s, duration_s, stream);
+    let jump_offsets: Vec<Vector3<f64>> =
+        jumps.iter().map(|_| horizontal(stream.heading(), stream.within(model.jump_m))).collect();
+    let attack_s = match attack {
+        Attack::None => Span::new(f64::INFINITY, f64::INFINITY),
+        Attack::Spoofed => Span::new(stream.within(model.spoof_after_s), f64::INFINITY),
+        Attack::Jammed => {
+            let from_s = stream.within(model.jam_after_s);
+            Span::new(from_s, from_s + stream.within(model.jam_s))
+        }
+    };
+    let away = horizontal(stream.heading(), model.spoof_drift_m);
+    let mut slow = [model.gnss_horizontal_m, model.gnss_horizontal_m, model.gnss_vertical_m]
+        .map(|deviation| GaussMarkov::new(deviation, model.gnss_time_s, 0.0, stream));
+
+    let mut reports = Vec::new();
+    let mut time_s = first_s;
+    while time_s < last_s {
+        let state = path.at(time_s);
+        let error = Vector3::from(slow.each_mut().map(|axis| axis.at(time_s, stream)))
+            + Vector3::from_fn(|_, _| stream.normal(model.gnss_white_m));
+        let jump = jumps.iter().position(|jump| within(*jump, time_s)).map(|jump| jump_offsets[jump]);
+        let spoofed = match attack {
+            Attack::Spoofed => away * ((time_s - attack_s.low) / model.spoof_drift_s).clamp(0.0, 1.0),
+            _ => Vector3::zeros(),
+        };
+        let silent = gaps.iter().any(|gap| within(*gap, time_s))
+            || (attack == Attack::Jammed && within(attack_s, time_s))
+            || stream.chance(model.dropped);
+        let stamped_s = time_s + late_s;
+        let held_s = if stream.chance(model.held_up) { stream.within(model.held_up_s) } else { 0.0 };
+        let arrives_s = stamped_s + stream.within(model.latency_s) + held_s;
+        if !silent {
+            reports.push(Report {
+                drone,
+                measured_s: time_s,
+                stamped_s,
+                arrives_s,
+                position: state.position + error + jump.unwrap_or_default() + spoofed,
+                velocity: state.velocity,
+                accuracy_m,
+            });
+        }
+        time_s += period_s * (1.0 + model.jitter * stream.within(Span::new(-1.0, 1.0)));
+    }
+    reports
+}
+
+/// The radius that holds half of the positions: 1.18 standard deviations (Rayleigh's median), in whole metres.
+fn stated_accuracy_m(model: &Transponder) -> f64 {
+    (1.18 * model.gnss_horizontal_m.hypot(model.gnss_white_m)).ceil()
+}
+
+fn horizontal(heading: f64, distance_m: f64) -> Vector3<f64> {
+    Vector3::new(heading.sin(), heading.cos(), 0.0) * distance_m
+}
+
+fn within(span: Span, time_s: f64) -> bool {
+    (span.low..span.high).contains(&time_s)
+}
+
+/// Episodes that begin once in `every_s` seconds on average, from the end of the one before.
+fn episodes(every_s: f64, lasting_s: Span, duration_s: f64, stream: &mut Stream) -> Vec<Span> {
+    let mut episodes = Vec::new();
+    if every_s <= 0.0 {
+        return episodes;
+    }
+    let mut time_s = stream.exponential(every_s);
+    while time_s < duration_s {
+        let end_s = time_s + stream.within(lasting_s);
+        episodes.push(Span::new(time_s, end_s));
+        time_s = end_s + stream.exponential(every_s);
+    }
+    episodes
+}
