@@ -64,15 +64,13 @@ pub fn arrivals(
     }
     let inputs: Vec<&Input> = config.sensors.iter().filter_map(|sensor| sensor.inputs.first()).collect();
     let mut foreign = |per_s: f64, make: fn(&mut Stream, Time) -> Option<Vec<u8>>| {
-        let mut time_s = 0.0;
-        while per_s > 0.0 {
-            time_s += stream.exponential(1.0 / per_s);
-            if time_s >= duration_s {
-                break;
-            }
+        // At a rate of 0 the first one never comes.
+        let mut time_s = stream.exponential(1.0 / per_s);
+        while time_s < duration_s {
             let received = after(start, time_s);
             let flow = flow(inputs[stream.below(inputs.len())]);
             arrived.extend(make(stream, received).map(|payload| Datagram { received, flow, payload }));
+            time_s += stream.exponential(1.0 / per_s);
         }
     };
     foreign(network.foreign_source_per_s, foreign_source);

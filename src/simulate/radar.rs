@@ -1,8 +1,11 @@
 //! A radar: which targets it sees when, under which track numbers, and how wrong.
 
 use std::collections::BTreeSet;
+use std::f64::consts::TAU;
 
-use super::ground::{Antenna, Ground};
+use nalgebra::Vector3;
+
+use super::ground::Ground;
 use super::motion::Path;
 use super::scenario::Radar;
 use super::sight::{Look, Sight};
@@ -74,9 +77,7 @@ pub fn detections(
         }
         let first = found.len();
         for (target, sight) in sights.iter_mut().enumerate() {
-            let Some(time_s) = passing(radar, &antenna, &targets[target].path, ground, begin_s) else {
-                continue;
-            };
+            let Some(time_s) = passing(radar, &targets[target].path, begin_s) else { continue };
             let look = Look { radar, antenna: &antenna, ground, target: &targets[target], time_s };
             if time_s < duration_s
                 && let Some(seen) = sight.look(&look, || numbers.next())
@@ -84,17 +85,19 @@ pub fn detections(
                 found.push(Detection { target, ..seen });
             }
         }
-        sights.iter_mut().filter_map(|sight| sight.take_ended()).for_each(|number| numbers.free(number));
+        sights.iter_mut().filter_map(Sight::take_ended).for_each(|number| numbers.free(number));
         found[first..].sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
     }
     found
 }
 
-/// When the antenna, pointing north at `begin_s`, passes the target in this turn.
-fn passing(radar: &Radar, antenna: &Antenna, path: &Path, ground: &Ground, begin_s: f64) -> Option<f64> {
-    let (range_m, azimuth) = antenna.polar(ground.geodetic(&path.at(begin_s).position));
-    let share = (azimuth / std::f64::consts::TAU).rem_euclid(1.0);
-    let in_range = (radar.min_range_m..=radar.max_range_m).contains(&range_m);
+/// When the antenna, pointing north at `begin_s`, passes the target in this turn; in the flat, which is exact enough
+/// for a time.
+fn passing(radar: &Radar, path: &Path, begin_s: f64) -> Option<f64> {
+    let stands = Vector3::new(radar.east_m, radar.north_m, radar.antenna_agl_m);
+    let to = path.at(begin_s).position - stands;
+    let share = (to.x.atan2(to.y) / TAU).rem_euclid(1.0);
+    let in_range = (radar.min_range_m..=radar.max_range_m).contains(&to.norm());
     in_range.then_some(begin_s + share * radar.period_s)
 }
 

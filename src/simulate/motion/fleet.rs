@@ -55,9 +55,12 @@ fn is_fixed_wing(scenario: &Scenario, drone: usize) -> bool {
     (drone + 1) * wings / all > drone * wings / all
 }
 
+/// Gives one waypoint after another.
+type Way = dyn FnMut(&mut Stream) -> Vector3<f64>;
+
 fn fly(scenario: &Scenario, drone: usize, steps: usize, stream: &mut Stream) -> Path {
     let airspace = scenario.airspace.clone();
-    let mut way: Box<dyn FnMut(&mut Stream) -> Vector3<f64>> = match scenario.drones.pattern {
+    let mut way: Box<Way> = match scenario.drones.pattern {
         Pattern::Free => Box::new(move |stream| anywhere(&airspace, airspace.height_agl_m, stream)),
         Pattern::Crossing => Box::new(there_and_back(airspace, stream)),
     };
