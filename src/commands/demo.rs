@@ -1,7 +1,7 @@
-//! `demo`: the bundled flight through the engine, with a live table in the terminal.
+//! `demo`: a simulated flight through the engine, with a live table in the terminal.
 
 use std::collections::BTreeMap;
-use std::io::{self, Cursor, IsTerminal, Write};
+use std::io::{self, IsTerminal, Write};
 
 use jiff::SignedDuration;
 
@@ -10,49 +10,47 @@ use super::pace::Pace;
 use super::summary::Summary;
 use super::{CommandResult, Outcome};
 use crate::areas::Masks;
-use crate::config::Config;
 use crate::fusion::{Emission, Source};
-use crate::ingest::{Capture, Merged};
 use crate::normalise::Enu;
 use crate::picture::{Picture, PictureMaker, Track};
 use crate::pipeline::{Output, Pipeline, Tally};
+use crate::simulate::{Scenario, simulate};
 use crate::time::Time;
 
-/// Shows the main job on a bundled flight: radar and transponders in, one air picture out.
+/// Shows the main job on a simulated flight: radar and transponders in, one air picture out.
 ///
-/// Two drones with a transponder, one without, and birds; 75 seconds over midnight, with some bad input. The flight is
-/// simulated (testdata/demo). In a terminal the table is live; elsewhere it is printed every 15 s of the flight.
+/// Ten drones through one point, two of them without a transponder, and birds (config/scenarios/crossing.toml): five
+/// minutes. In a terminal the table is live; elsewhere it is printed once a minute of the flight.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
     /// How long the show takes in a terminal.
-    #[arg(long, default_value = "25s", value_name = "DURATION", value_parser = duration)]
+    #[arg(long, default_value = "60s", value_name = "DURATION", value_parser = duration)]
     pub duration: SignedDuration,
+    /// Another seed flies otherwise.
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    pub seed: u64,
 }
 
-const SITE: &str = include_str!("../../testdata/demo/site.toml");
-const CAPTURE: &[u8] = include_bytes!("../../testdata/demo/capture.pcap");
-/// The flight, seconds.
-const FLIGHT_S: f64 = 75.0;
+const SCENARIO: &str = include_str!("../../config/scenarios/crossing.toml");
 /// A track stays in the table this long after its last point, seconds: the radar misses a detection now and then.
 const LINGER_S: f64 = 2.0;
 /// Between two tables where there is no terminal, seconds of the flight.
-const PRINT_EVERY_S: f64 = 15.0;
+const PRINT_EVERY_S: f64 = 60.0;
 
 /// Runs the command.
 pub fn run(args: &Args) -> CommandResult {
-    let config = Config::parse(SITE, "testdata/demo/site.toml", std::iter::empty())?;
-    let size = CAPTURE.len() as u64;
-    let capture =
-        Capture::from_reader("the bundled flight".to_owned(), Box::new(Cursor::new(CAPTURE)), Some(size))?;
+    let scenario = Scenario::parse(SCENARIO, "config/scenarios/crossing.toml")?;
+    let simulation = simulate(&scenario, args.seed, None)?;
+    let config = &simulation.config;
     let live = io::stdout().is_terminal();
     let show_s = args.duration.as_secs_f64();
-    let speed = if live && show_s > 0.0 { Speed::Times(FLIGHT_S / show_s) } else { Speed::Max };
+    let speed = if live && show_s > 0.0 { Speed::Times(scenario.duration_s / show_s) } else { Speed::Max };
 
-    let mut pipeline = Pipeline::new(&config, Masks::default());
+    let mut pipeline = Pipeline::new(config, Masks::default());
     let mut show = Show {
         site: &config.site.name,
         latency_s: config.fusion.latency().as_secs_f64(),
-        maker: PictureMaker::new(&config, pipeline.normaliser()),
+        maker: PictureMaker::new(config, pipeline.normaliser()),
         pace: Pace::new(speed),
         summary: Summary::default(),
         shown: BTreeMap::new(),
@@ -61,9 +59,9 @@ pub fn run(args: &Args) -> CommandResult {
         lines: 0,
     };
     // A slot is shown with what had come in when it was emitted.
-    for reception in Merged::new(vec![capture], jiff::civil::Date::MIN) {
+    for reception in simulation.receptions() {
         let mut due = Vec::new();
-        pipeline.receive(&reception?, |output| {
+        pipeline.receive(&reception, |output| {
             if let Output::Emission(emission) = output {
                 due.push(emission);
             }
@@ -74,7 +72,7 @@ pub fn run(args: &Args) -> CommandResult {
     pipeline.finish(|emission| owed.push(emission));
     owed.into_iter().try_for_each(|emission| show.slot(emission, pipeline.tally()))?;
 
-    let summary = show.summary.text(pipeline.tally(), &config)?;
+    let summary = show.summary.text(pipeline.tally(), config)?;
     writeln!(io::stdout(), "\n{summary}")?;
     Ok(Outcome::Done)
 }

@@ -35,6 +35,7 @@ use streams::{Entity, Stream, Streams};
 use transponder::{Attack, Report};
 
 use crate::config::Config;
+use crate::ingest::{Reception, ReceptionKind};
 use crate::time::Time;
 use wire::{Sent, after, stamped};
 
@@ -51,6 +52,19 @@ pub struct Simulation {
     sent: Vec<Sent>,
     /// What arrives, in order of arrival.
     pub datagrams: Vec<Datagram>,
+}
+
+impl Simulation {
+    /// What arrives, as a capture of it would hand it to the pipeline.
+    pub fn receptions(&self) -> impl Iterator<Item = Reception> {
+        self.datagrams.iter().map(|datagram| Reception {
+            received: Some(datagram.received),
+            input: 0,
+            kind: ReceptionKind::Datagram,
+            origin: 0,
+            payload: datagram.payload.clone(),
+        })
+    }
 }
 
 /// A drone's true flight.
