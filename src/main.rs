@@ -5,13 +5,15 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use tracing_subscriber::EnvFilter;
-use utm_fusion::commands::{check, decode, demo, encode, exit_code, info, is_closed_pipe, replay, simulate};
+use utm_fusion::commands::{
+    check, decode, demo, encode, evaluate, exit_code, info, is_closed_pipe, replay, simulate,
+};
 
 /// One air picture of drone traffic from radar (ASTERIX CAT048) and transponders (CAT129).
 #[derive(Parser)]
 #[command(
     version,
-    after_help = "Exit codes: 0 done, 1 failure, 2 wrong usage, 3 configuration invalid, 4 input had errors and --strict.\nThe variable RUST_LOG sets what is logged to standard error (default: info)."
+    after_help = "Exit codes: 0 done, 1 failure, 2 wrong usage, 3 configuration invalid, 4 input had errors and --strict, 5 an evaluation threshold was missed.\nThe variable RUST_LOG sets what is logged to standard error (default: info)."
 )]
 struct Cli {
     #[command(subcommand)]
@@ -26,6 +28,7 @@ enum Command {
     Encode(encode::Args),
     Info(info::Args),
     Simulate(simulate::Args),
+    Evaluate(evaluate::Args),
     Check(check::Args),
 }
 
@@ -46,6 +49,7 @@ fn main() -> ExitCode {
         Command::Encode(args) => encode::run(args),
         Command::Info(args) => info::run(args, &mut io::stdout().lock()),
         Command::Simulate(args) => simulate::run(args),
+        Command::Evaluate(args) => evaluate::run(args, &mut io::stdout().lock()),
         Command::Check(args) => check::run(args),
     };
     if let Err(error) = &result

@@ -4,6 +4,7 @@ pub mod check;
 pub mod decode;
 pub mod demo;
 pub mod encode;
+pub mod evaluate;
 pub mod info;
 pub mod moment;
 pub mod pace;
@@ -11,6 +12,7 @@ pub mod progress;
 pub mod replay;
 pub mod simulate;
 pub mod summary;
+mod table;
 
 use std::error::Error;
 use std::io;
@@ -30,6 +32,8 @@ pub enum Outcome {
     InputUnreadable,
     /// A part of the input was left out: exit code 1, already reported.
     Incomplete,
+    /// A threshold of `evaluate` was missed: exit code 5, already reported.
+    ThresholdMissed,
 }
 
 /// What a command returns: errors of any kind, told apart by [`exit_code`].
@@ -40,13 +44,15 @@ pub type CommandResult = Result<Outcome, Box<dyn Error + Send + Sync>>;
 #[error("{0}")]
 pub struct Usage(pub String);
 
-/// The process's exit code: 0 done, 1 run-time failure, 2 wrong usage, 3 configuration invalid, 4 input had errors.
+/// The process's exit code: 0 done, 1 run-time failure, 2 wrong usage, 3 configuration invalid, 4 input had errors,
+/// 5 an evaluation threshold was missed.
 ///
 /// A closed pipe is no failure: whoever read has read enough.
 pub fn exit_code(result: &CommandResult) -> u8 {
     match result {
         Ok(Outcome::Done) => 0,
         Ok(Outcome::InputErrors) => 4,
+        Ok(Outcome::ThresholdMissed) => 5,
         Ok(Outcome::InputUnreadable | Outcome::Incomplete) => 1,
         Err(error) if is_closed_pipe(error.as_ref()) => 0,
         Err(error) if error.is::<Usage>() => 2,

@@ -164,13 +164,13 @@ impl Engine {
         Due { last: self.newest, engine: self, restart: None }
     }
 
-    /// Takes a report in.
+    /// Whether a report of this time would be taken in.
     ///
     /// # Panics
     /// When no time was told before.
-    pub fn handle(&mut self, report: Report) -> Result<(), Refused> {
+    pub fn accepts(&self, time: Time) -> Result<(), Refused> {
         let clock = self.clock.expect("advance() is told the reception before its reports are handled");
-        let slot = self.settings.grid.of(report.time());
+        let slot = self.settings.grid.of(time);
         let window = self.window(clock.next);
         if slot < window.first {
             return Err(Refused::Late);
@@ -178,7 +178,16 @@ impl Engine {
         if slot > window.last.plus(self.settings.waiting_slots()) {
             return Err(Refused::Future);
         }
-        self.newest = self.newest.max(Some(slot));
+        Ok(())
+    }
+
+    /// Takes a report in.
+    ///
+    /// # Panics
+    /// When no time was told before.
+    pub fn handle(&mut self, report: Report) -> Result<(), Refused> {
+        self.accepts(report.time())?;
+        self.newest = self.newest.max(Some(self.settings.grid.of(report.time())));
         match report {
             Report::Plot(plot) => self.detections.insert(plot),
             Report::Fix(fix) => {

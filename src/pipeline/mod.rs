@@ -9,7 +9,7 @@ use crate::areas::Masks;
 use crate::config::{Config, SensorKind};
 use crate::fusion::{self, Emission, Engine, Gate, Settings, SlotGrid};
 use crate::ingest::{Reception, ReceptionKind};
-use crate::normalise::{Normaliser, Refusal, Refused, Report};
+use crate::normalise::{Normaliser, Refusal, Refused, Report, SensorIndex};
 use crate::time::{SECOND, Time};
 pub(crate) use duplicates::Duplicates;
 
@@ -51,7 +51,18 @@ impl Pipeline {
     }
 
     /// Takes in what was received; hands out the slots due before it, then what happened to it.
-    pub fn receive(&mut self, reception: &Reception, mut out: impl FnMut(Output)) {
+    pub fn receive(&mut self, reception: &Reception, out: impl FnMut(Output)) {
+        self.receive_some(reception, |_| true, out);
+    }
+
+    /// As [`Pipeline::receive`], but shows each report that the engine would accept to `hands_on`: the engine gets those
+    /// for which it is `true`. All count as accepted.
+    pub fn receive_some(
+        &mut self,
+        reception: &Reception,
+        mut hands_on: impl FnMut(&Report) -> bool,
+        mut out: impl FnMut(Output),
+    ) {
         let mut out = |tally: &mut Tally, output: Output| {
             if let Output::Event(event) = &output {
                 tally.count(event);
@@ -77,14 +88,13 @@ impl Pipeline {
             };
             match block {
                 Ok(block) if block.category == cat048::Record::CATEGORY => {
-                    records(block, engine, &mut event, |record| {
-                        normaliser.plot(record, received).map(Report::Plot)
-                    });
+                    let plot = |record: &_| normaliser.plot(record, received).map(Report::Plot);
+                    records(block, plot, |report| handle(engine, report, &mut hands_on), &mut event);
                 }
                 Ok(block) if block.category == cat129::Record::CATEGORY => {
-                    let count = records(block, engine, &mut event, |record| {
-                        normaliser.fix(record, received).map(Report::Fix)
-                    });
+                    let fix = |record: &_| normaliser.fix(record, received).map(Report::Fix);
+                    let count =
+                        records(block, fix, |report| handle(engine, report, &mut hands_on), &mut event);
                     if count > 1 {
                         event(Event::SeveralRecords);
                     }
@@ -133,12 +143,12 @@ impl Pipeline {
     }
 }
 
-/// Hands the records of a block to the engine; returns how many were whole.
+/// Hands the reports of a block's records on; returns how many records were whole.
 fn records<R: Record>(
     block: Block<'_>,
-    engine: &mut Engine,
-    event: &mut impl FnMut(Event),
     report: impl Fn(&R) -> Result<Report, Refused>,
+    mut handle: impl FnMut(Report) -> Result<SensorIndex, Refused>,
+    event: &mut impl FnMut(Event),
 ) -> usize {
     let category = block.category;
     let mut count = 0;
@@ -151,7 +161,7 @@ fn records<R: Record>(
             }
         };
         count += 1;
-        event(match report(&record).and_then(|report| handle(engine, report)) {
+        event(match report(&record).and_then(&mut handle) {
             Ok(sensor) => Event::Accepted { sensor },
             Err((sensor, refusal)) => Event::Refused { category, sensor, refusal },
         });
@@ -159,12 +169,18 @@ fn records<R: Record>(
     count
 }
 
-fn handle(engine: &mut Engine, report: Report) -> Result<crate::normalise::SensorIndex, Refused> {
+fn handle(
+    engine: &mut Engine,
+    report: Report,
+    hands_on: &mut impl FnMut(&Report) -> bool,
+) -> Result<SensorIndex, Refused> {
     let sensor = match &report {
         Report::Plot(plot) => plot.track.sensor,
         Report::Fix(fix) => fix.sensor,
     };
-    engine.handle(report).map(|()| sensor).map_err(|refused| {
+    let accepts = engine.accepts(report.time());
+    let handled = if accepts.is_ok() && hands_on(&report) { engine.handle(report) } else { accepts };
+    handled.map(|()| sensor).map_err(|refused| {
         let refusal = match refused {
             fusion::Refused::Late => Refusal::Late,
             fusion::Refused::Future => Refusal::Future,

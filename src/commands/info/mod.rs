@@ -1,6 +1,5 @@
 //! `info`: what is in a capture, on one screen.
 
-mod table;
 mod text;
 
 use std::io::{self, BufWriter, IsTerminal, Write};

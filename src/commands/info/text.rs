@@ -3,7 +3,7 @@
 use std::fmt::{self, Display, Write as _};
 
 use super::Info;
-use super::table::{Table, duration, grouped, short};
+use crate::commands::table::{Table, duration, grouped, short};
 use crate::ingest::Format;
 use crate::survey::{LineHint, Report, SensorHint, SourceReport, Span, Stamp};
 use crate::time::{DAY, SECOND};

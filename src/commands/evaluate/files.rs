@@ -1,0 +1,133 @@
+//! The files that `evaluate` reads.
+
+use std::collections::BTreeSet;
+use std::error::Error;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use jiff::Timestamp;
+use jiff::civil::Date;
+use jiff::tz::TimeZone;
+use tracing::warn;
+
+use crate::config::{Config, SensorKind};
+use crate::evaluate::read::{self, Days};
+use crate::evaluate::{Label, Labels, OutputPoint, Truth};
+use crate::ingest::{Capture, Merged, OpenError};
+use crate::normalise::{nearest_day, time_of_day_count};
+use crate::time::Time;
+
+type Failure = Box<dyn Error + Send + Sync>;
+
+/// The truth of all files together.
+pub(super) fn truth(paths: &[PathBuf]) -> Result<Truth, Failure> {
+    let mut tracks = Vec::new();
+    for path in paths {
+        let stem =
+            path.file_stem().map_or_else(|| "truth".to_owned(), |stem| stem.to_string_lossy().into_owned());
+        tracks.extend(read::truth(&name(path), &stem, &octets(path)?)?);
+    }
+    let truth = Truth::new(tracks);
+    if truth.span().is_none() {
+        return Err(format!("{}: no drone is in the truth", names(paths)).into());
+    }
+    Ok(truth)
+}
+
+/// The labels; a configuration tells which sensors are transponder receivers.
+pub(super) fn labels(path: &Path, config: Option<&Config>) -> Result<Labels, Failure> {
+    let rows = read::labels(&name(path), &octets(path)?)?;
+    let Some(config) = config else { return Ok(Labels::new(rows)) };
+    let receivers = config.sensors.iter().filter(|sensor| matches!(sensor.kind, SensorKind::Transponder(_)));
+    Ok(Labels::with_receivers(rows, &receivers.map(|sensor| sensor.id.clone()).collect()))
+}
+
+/// Whether the labels name any drone of the truth.
+pub(super) fn name_a_drone(labels: &Labels, truth: &Truth) -> bool {
+    let ids: BTreeSet<&str> = labels.rows().iter().filter_map(|Label { id, .. }| id.as_deref()).collect();
+    ids.into_iter().any(|id| truth.index_of(id).is_some())
+}
+
+/// The points that are to be scored.
+pub(super) fn output(path: &Path, date: Option<Date>, truth: &Truth) -> Result<Vec<OutputPoint>, Failure> {
+    let file = read::output(&name(path), octets(path)?, date.map_or(Days::Near(start(truth)), Days::From))?;
+    if file.unknown_sources > 0 {
+        warn!(
+            "{}: {} CAT129 records do not say what they are made of: each belongs to the nearest drone, and counts as fused",
+            name(path),
+            file.unknown_sources
+        );
+    }
+    if file.inputs > 0 {
+        warn!(
+            "{}: {} CAT129 records without a fusion report were passed over: they are what the tracker was fed",
+            name(path),
+            file.inputs
+        );
+    }
+    Ok(file.points)
+}
+
+/// A word where all points are before or after the truth: it is of another flight, or its times are others.
+pub(super) fn warn_unless_at_one_time(path: &Path, output: &[OutputPoint], truth: &Truth) {
+    let times = output.iter().map(|point| point.time);
+    let (Some(first), Some(last), Some((from, until))) = (times.clone().min(), times.max(), truth.span())
+    else {
+        warn!("{}: holds no point", name(path));
+        return;
+    };
+    if last < from || first > until {
+        warn!(
+            "{}: its points are of {first} to {last}, and the truth is of {from} to {until}: no point counts",
+            name(path)
+        );
+    }
+}
+
+/// What the captures hold, by time of reception.
+pub(super) fn receptions(paths: &[PathBuf], date: Option<Date>, truth: &Truth) -> Result<Merged, Failure> {
+    let date = match date {
+        Some(date) => date,
+        None => day_of(paths, truth)?,
+    };
+    let captures = paths.iter().map(|path| Capture::open(path)).collect::<Result<Vec<_>, _>>()?;
+    Ok(Merged::new(captures, date))
+}
+
+/// The day on which the first record of the first capture is nearest to the start of the truth. What has its own days
+/// does not ask for it.
+fn day_of(paths: &[PathBuf], truth: &Truth) -> Result<Date, OpenError> {
+    let mut near = start(truth);
+    if let Some(path) = paths.first().filter(|path| path.as_path() != Path::new("-")) {
+        let mut receptions =
+            Merged::new(vec![Capture::open(path)?], Date::new(1970, 1, 1).unwrap_or_default());
+        let first = receptions.find_map(|reception| reception.ok()?.received);
+        near = first.and_then(|first| nearest_day(time_of_day_count(first), near)).unwrap_or(near);
+    }
+    let stamp = Timestamp::from_nanosecond(near.nanos().into()).unwrap_or_default();
+    Ok(stamp.to_zoned(TimeZone::UTC).date())
+}
+
+fn start(truth: &Truth) -> Time {
+    truth.span().map_or_else(Time::default, |span| span.0)
+}
+
+fn octets(path: &Path) -> Result<Vec<u8>, Failure> {
+    let mut octets = Vec::new();
+    let read = if path == Path::new("-") {
+        io::stdin().lock().read_to_end(&mut octets).map(|_| octets)
+    } else {
+        std::fs::read(path)
+    };
+    read.map_err(|error| {
+        format!("{}: cannot be read: {error}; check the path and its permissions", name(path)).into()
+    })
+}
+
+fn name(path: &Path) -> String {
+    if path == Path::new("-") { "standard input".to_owned() } else { path.display().to_string() }
+}
+
+fn names(paths: &[PathBuf]) -> String {
+    paths.iter().map(|path| name(path)).collect::<Vec<_>>().join(", ")
+}

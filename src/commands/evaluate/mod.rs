@@ -1,0 +1,145 @@
+//! `evaluate`: how good an output is.
+
+mod files;
+mod json;
+mod require;
+mod text;
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use jiff::civil::Date;
+use tracing::{error, warn};
+
+use super::moment::day;
+use super::{CommandResult, Outcome, Usage};
+use crate::areas::Masks;
+use crate::config::Config;
+use crate::evaluate::{Alone, Evaluation, Labels, OutputPoint, Settings, Truth, evaluate};
+
+pub use require::Requirement;
+
+/// Score an output against the truth: how often, how exactly, and how rightly it tells where the drones are
+///
+/// The metrics are those of the paper's section 4 and of docs/EVALUATION.md. With --capture and --config each input alone
+/// is scored, too, as in the paper's Table 1. Without --labels a point belongs to the nearest drone within 150 m.
+#[derive(clap::Args, Clone, Debug, Default)]
+pub struct Args {
+    /// What `replay -o` wrote, in any of its formats, or CAT129 of another tracker; `-` is standard input
+    #[arg(value_name = "OUTPUT")]
+    pub output: PathBuf,
+    /// Where the drones were: CSV with time,id,lat,lon,alt_msl, or GPX; several files are one truth
+    #[arg(long, required = true, value_name = "FILE")]
+    pub truth: Vec<PathBuf>,
+    /// Which drone each plot and transponder was: CSV with time,sensor,number,id,seduced
+    #[arg(long, value_name = "FILE")]
+    pub labels: Option<PathBuf>,
+    /// What the output was made from, to score each input alone; several are merged by reception time
+    #[arg(long, value_name = "FILE", requires = "config")]
+    pub capture: Vec<PathBuf>,
+    /// The site's configuration
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+    /// UTC day of the first record of a file that does not say its day (raw ASTERIX); default: the day of the truth
+    #[arg(long, value_name = "YYYY-MM-DD", value_parser = day)]
+    pub date: Option<Date>,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+    /// Write plots into this folder
+    #[arg(long, value_name = "DIR")]
+    pub plot: Option<PathBuf>,
+    /// End with exit code 5 unless this holds: [radar.|transponder.][equipped.|unequipped.]METRIC OP NUMBER, for
+    /// example 'pu>=90'; repeat for more
+    ///
+    /// METRIC: pu (%), epos, eposh, eposv, epos_covered, epos_gap (means, m), precision, recall (0 to 1), id_changes (a
+    /// drone and minute), false_track (s a minute), gospa (m). OP: >= <= > <
+    #[arg(long, value_name = "CONDITION")]
+    pub require: Vec<Requirement>,
+}
+
+/// Everything that the command reads.
+struct Inputs {
+    config: Option<Config>,
+    truth: Truth,
+    labels: Option<Labels>,
+    output: Vec<OutputPoint>,
+    alone: Option<Alone>,
+}
+
+/// What was scored and how it came out.
+struct Scores<'a> {
+    args: &'a Args,
+    evaluation: &'a Evaluation,
+    /// Updates a second that the PU refers to.
+    reference_hz: f64,
+    /// Each with its value, and whether it is met.
+    requirements: Vec<(&'a Requirement, Result<f64, String>, bool)>,
+}
+
+/// Scores the output and writes the table, or JSON, to `out`.
+///
+/// # Errors
+/// A file cannot be read, a line of it cannot be understood, or `out` cannot be written to.
+pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
+    if args.plot.is_some() {
+        return Err(Usage("--plot is not available in this version; leave it out".to_owned()).into());
+    }
+    let inputs = read(args)?;
+    let settings = inputs.config.as_ref().map_or_else(Settings::default, Settings::of);
+    let labels = inputs.labels.as_ref();
+    let evaluation = evaluate(&inputs.truth, labels, &inputs.output, inputs.alone.as_ref(), &settings);
+    // The plots are written here: plot::write(dir, &evaluation, ...)?.
+
+    let requirements = args.require.iter().map(|requirement| {
+        let value = requirement.value(&evaluation, args);
+        let is_met = value.as_ref().is_ok_and(|&value| requirement.is_met_by(value));
+        (requirement, value, is_met)
+    });
+    let scores = Scores {
+        args,
+        evaluation: &evaluation,
+        reference_hz: 1.0 / settings.grid.slot_s(),
+        requirements: requirements.collect(),
+    };
+    if args.json {
+        serde_json::to_writer(&mut *out, &json::json(&scores))?;
+        writeln!(out)?;
+    } else {
+        write!(out, "{}", text::text(&scores)?)?;
+    }
+    out.flush()?;
+    Ok(told(&scores))
+}
+
+/// Says which requirements are missed.
+fn told(scores: &Scores<'_>) -> Outcome {
+    let mut outcome = Outcome::Done;
+    for (requirement, value, _) in scores.requirements.iter().filter(|(_, _, is_met)| !is_met) {
+        outcome = Outcome::ThresholdMissed;
+        match value {
+            Ok(value) => error!("--require '{requirement}' is missed: it is {value:.4}"),
+            Err(reason) => error!("--require '{requirement}' is missed: {reason}"),
+        }
+    }
+    outcome
+}
+
+fn read(args: &Args) -> Result<Inputs, Box<dyn std::error::Error + Send + Sync>> {
+    let config = args.config.as_deref().map(Config::load).transpose()?;
+    let truth = files::truth(&args.truth)?;
+    let labels = args.labels.as_deref().map(|path| files::labels(path, config.as_ref())).transpose()?;
+    if labels.as_ref().is_some_and(|labels| !files::name_a_drone(labels, &truth)) {
+        warn!("no drone of --labels is in --truth: do they belong together? Their ids must be the same");
+    }
+    let output = files::output(&args.output, args.date, &truth)?;
+    files::warn_unless_at_one_time(&args.output, &output, &truth);
+    let alone = match &config {
+        Some(config) if !args.capture.is_empty() => {
+            let receptions = files::receptions(&args.capture, args.date, &truth)?;
+            Some(Alone::of(receptions, config, Masks::load(&config.areas)?)?)
+        }
+        _ => None,
+    };
+    Ok(Inputs { config, truth, labels, output, alone })
+}

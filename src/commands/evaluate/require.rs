@@ -1,0 +1,228 @@
+//! `--require`: what a score must keep to.
+
+use std::fmt;
+use std::str::FromStr;
+
+use super::Args;
+use crate::evaluate::{ErrorStatistics, Evaluation, Score};
+
+/// `[radar.|transponder.][equipped.|unequipped.]METRIC OP NUMBER`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Requirement {
+    /// As it was written.
+    text: String,
+    stream: Stream,
+    group: Group,
+    metric: Metric,
+    comparison: Comparison,
+    bound: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stream {
+    Fused,
+    Radar,
+    Transponder,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Group {
+    All,
+    Equipped,
+    Unequipped,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Metric {
+    Pu,
+    Epos,
+    Eposh,
+    Eposv,
+    EposCovered,
+    EposGap,
+    Precision,
+    Recall,
+    IdChanges,
+    FalseTrack,
+    Gospa,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Comparison {
+    AtLeast,
+    AtMost,
+    Above,
+    Below,
+}
+
+/// Names as they are written.
+const METRICS: [(&str, Metric); 11] = [
+    ("pu", Metric::Pu),
+    ("epos", Metric::Epos),
+    ("eposh", Metric::Eposh),
+    ("eposv", Metric::Eposv),
+    ("epos_covered", Metric::EposCovered),
+    ("epos_gap", Metric::EposGap),
+    ("precision", Metric::Precision),
+    ("recall", Metric::Recall),
+    ("id_changes", Metric::IdChanges),
+    ("false_track", Metric::FalseTrack),
+    ("gospa", Metric::Gospa),
+];
+
+/// The longer ones first: `>=` begins with `>`.
+const COMPARISONS: [(&str, Comparison); 4] = [
+    (">=", Comparison::AtLeast),
+    ("<=", Comparison::AtMost),
+    (">", Comparison::Above),
+    ("<", Comparison::Below),
+];
+
+impl FromStr for Requirement {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let place = text.find(['<', '>']).ok_or_else(|| grammar("there is no >= <= > or <"))?;
+        let (name, rest) = text.split_at(place);
+        let found = COMPARISONS.iter().find_map(|(sign, is)| Some((*is, rest.strip_prefix(sign)?)));
+        let (comparison, number) = found.ok_or_else(|| grammar("there is no >= <= > or <"))?;
+        let number = number.trim();
+        let bound = number.parse().ok().filter(|bound: &f64| bound.is_finite());
+        let bound = bound.ok_or_else(|| grammar(&format!("{number:?} is no number")))?;
+        let (stream, name) =
+            prefix(name.trim(), [("radar.", Stream::Radar), ("transponder.", Stream::Transponder)]);
+        let (group, name) =
+            prefix(name, [("equipped.", Group::Equipped), ("unequipped.", Group::Unequipped)]);
+        let metric = METRICS.iter().find(|(known, _)| *known == name).map(|(_, metric)| *metric);
+        let metric = metric.ok_or_else(|| grammar(&format!("{name:?} is no metric")))?;
+        let group = group.unwrap_or(Group::All);
+        if matches!(metric, Metric::FalseTrack | Metric::Gospa) && group != Group::All {
+            return Err(format!("{name} is of all drones together; leave out equipped. or unequipped."));
+        }
+        let stream = stream.unwrap_or(Stream::Fused);
+        Ok(Self { text: text.to_owned(), stream, group, metric, comparison, bound })
+    }
+}
+
+/// The first of these prefixes that `name` has, and what is behind it.
+fn prefix<'a, T>(name: &'a str, known: [(&str, T); 2]) -> (Option<T>, &'a str) {
+    for (prefix, means) in known {
+        if let Some(rest) = name.strip_prefix(prefix) {
+            return (Some(means), rest);
+        }
+    }
+    (None, name)
+}
+
+fn grammar(what: &str) -> String {
+    let metrics: Vec<&str> = METRICS.iter().map(|(name, _)| *name).collect();
+    format!(
+        "{what}; write [radar.|transponder.][equipped.|unequipped.]METRIC OP NUMBER, for example 'pu>=90', with METRIC one of {} and OP one of >= <= > <",
+        metrics.join(" ")
+    )
+}
+
+impl Requirement {
+    /// The value that is held against the bound.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub(super) fn value(&self, evaluation: &Evaluation, args: &Args) -> Result<f64, String> {
+        let scored = match self.stream {
+            Stream::Fused => Some(&evaluation.fused),
+            Stream::Radar => evaluation.radar.as_ref(),
+            Stream::Transponder => evaluation.transponder.as_ref(),
+        };
+        let scored = scored.ok_or("it needs --capture and --config")?;
+        let score = match self.group {
+            Group::All => &scored.all,
+            Group::Equipped => &scored.equipped,
+            Group::Unequipped => &scored.unequipped,
+        };
+        self.metric.of(score).ok_or_else(|| self.missing(args).to_owned())
+    }
+
+    /// Whether the bound is kept to.
+    pub(super) fn is_met_by(&self, value: f64) -> bool {
+        match self.comparison {
+            Comparison::AtLeast => value >= self.bound,
+            Comparison::AtMost => value <= self.bound,
+            Comparison::Above => value > self.bound,
+            Comparison::Below => value < self.bound,
+        }
+    }
+
+    /// Why there is no value.
+    fn missing(&self, args: &Args) -> &'static str {
+        let (has_labels, has_capture) = (args.labels.is_some(), !args.capture.is_empty());
+        match self.metric {
+            Metric::Precision | Metric::Recall if !has_labels => "it needs --labels",
+            Metric::Recall | Metric::EposCovered | Metric::EposGap if !has_capture => {
+                "it needs --capture and --config"
+            }
+            _ if self.group != Group::All && !has_labels && !has_capture => {
+                "it needs --labels or --capture to tell which drones carry a transponder"
+            }
+            _ => "there is nothing that it could be told of",
+        }
+    }
+}
+
+impl fmt::Display for Requirement {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+impl Metric {
+    fn of(self, score: &Score) -> Option<f64> {
+        let mean = |statistics: Option<ErrorStatistics>| statistics.map(|statistics| statistics.mean_m);
+        match self {
+            Self::Pu => score.pu_percent,
+            Self::Epos => mean(score.epos),
+            Self::Eposh => mean(score.eposh),
+            Self::Eposv => mean(score.eposv),
+            Self::EposCovered => mean(score.epos_covered),
+            Self::EposGap => mean(score.epos_gap),
+            Self::Precision => score.precision,
+            Self::Recall => score.recall,
+            Self::IdChanges => score.id_changes,
+            Self::FalseTrack => score.false_track_s,
+            Self::Gospa => score.gospa_m,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn conditions_as_people_write_them() {
+        let told = |text: &str| text.parse::<Requirement>().unwrap();
+        let plain = told("pu>=90");
+        assert_eq!((plain.stream, plain.group, plain.metric), (Stream::Fused, Group::All, Metric::Pu));
+        assert_eq!((plain.comparison, plain.bound), (Comparison::AtLeast, 90.0));
+        let long = told(" radar.unequipped.epos_gap < 12.5 ");
+        assert_eq!((long.stream, long.group), (Stream::Radar, Group::Unequipped));
+        assert_eq!((long.metric, long.comparison, long.bound), (Metric::EposGap, Comparison::Below, 12.5));
+        assert!(plain.is_met_by(90.0) && !told("pu>90").is_met_by(90.0) && told("pu<=90").is_met_by(90.0));
+    }
+
+    #[test]
+    fn what_cannot_be_meant_is_said() {
+        for (wrong, word) in [
+            ("pu", "there is no >="),
+            ("pu=90", "there is no >="),
+            ("pu>=ninety", "\"ninety\" is no number"),
+            ("pu>=nan", "is no number"),
+            ("sonar.pu>=1", "\"sonar.pu\" is no metric"),
+            ("equipped.radar.pu>=1", "is no metric"),
+            ("equipped.gospa<1", "of all drones together"),
+        ] {
+            let error = wrong.parse::<Requirement>().unwrap_err();
+            assert!(error.contains(word), "{wrong}: {error}");
+        }
+        assert!("x>1".parse::<Requirement>().unwrap_err().contains("epos_covered epos_gap precision recall"));
+    }
+}

@@ -1,0 +1,160 @@
+//! The scores as the paper's Table 1, and a line a drone.
+
+use std::fmt::{self, Write as _};
+
+use super::Scores;
+use crate::commands::table::Table;
+use crate::evaluate::{ErrorStatistics, Score, Scored};
+
+/// How a metric is set beside that of an input alone.
+#[derive(Clone, Copy)]
+enum Change {
+    /// A difference in percentage points: more is better.
+    Points,
+    /// A reduction in percent of the input's: less is better.
+    Reduction,
+    /// Not at all: inputs alone have none.
+    None,
+}
+
+type Value = fn(&Score) -> Option<f64>;
+
+fn statistic(of: Option<ErrorStatistics>, what: fn(&ErrorStatistics) -> f64) -> Option<f64> {
+    of.as_ref().map(what)
+}
+
+/// Names, values, decimals.
+const ROWS: [(&str, Value, usize, Change); 17] = [
+    ("mean ePos (m)", |s| statistic(s.epos, |e| e.mean_m), 4, Change::Reduction),
+    ("SEM ePos (m)", |s| statistic(s.epos, |e| e.sem_m), 4, Change::Reduction),
+    ("mean ePosH (m)", |s| statistic(s.eposh, |e| e.mean_m), 4, Change::Reduction),
+    ("SEM ePosH (m)", |s| statistic(s.eposh, |e| e.sem_m), 4, Change::Reduction),
+    ("mean ePosV (m)", |s| statistic(s.eposv, |e| e.mean_m), 4, Change::Reduction),
+    ("SEM ePosV (m)", |s| statistic(s.eposv, |e| e.sem_m), 4, Change::Reduction),
+    ("p50 ePos (m)", |s| statistic(s.epos, |e| e.p50_m), 4, Change::Reduction),
+    ("p95 ePos (m)", |s| statistic(s.epos, |e| e.p95_m), 4, Change::Reduction),
+    ("p50 ePosH (m)", |s| statistic(s.eposh, |e| e.p50_m), 4, Change::Reduction),
+    ("p95 ePosH (m)", |s| statistic(s.eposh, |e| e.p95_m), 4, Change::Reduction),
+    ("mean ePos, covered (m)", |s| statistic(s.epos_covered, |e| e.mean_m), 4, Change::Reduction),
+    ("mean ePos, in gaps (m)", |s| statistic(s.epos_gap, |e| e.mean_m), 4, Change::Reduction),
+    ("association precision", |s| s.precision, 4, Change::None),
+    ("association recall", |s| s.recall, 4, Change::None),
+    ("identity changes (/drone/min)", |s| s.id_changes, 2, Change::Reduction),
+    ("false track (s/min)", |s| s.false_track_s, 2, Change::Reduction),
+    ("GOSPA (m)", |s| s.gospa_m, 4, Change::Reduction),
+];
+
+pub(super) fn text(scores: &Scores<'_>) -> Result<String, fmt::Error> {
+    let mut text = String::new();
+    write!(text, "{}", metrics(scores))?;
+    writeln!(text, "\n{}", drones(scores))?;
+    remarks(&mut text, scores)?;
+    Ok(text)
+}
+
+/// The table of the paper: fused, each input alone, and what fusing changed.
+fn metrics(scores: &Scores<'_>) -> Table {
+    let evaluation = scores.evaluation;
+    let inputs = [&evaluation.radar, &evaluation.transponder].map(Option::as_ref);
+    let mut table = if evaluation.radar.is_some() {
+        Table::new("lrrrrr", &["metric", "fused", "radar", "transponder", "vs radar", "vs transponder"])
+    } else {
+        Table::new("lr", &["metric", "fused"])
+    };
+    let pu = format!("PU, {} Hz ref. (%)", scores.reference_hz);
+    let pu: (&str, Value, usize, Change) = (&pu, |s| s.pu_percent, 2, Change::Points);
+    for (name, value, decimals, change) in std::iter::once(pu).chain(ROWS) {
+        let fused = value(&evaluation.fused.all);
+        let alone = inputs.map(|input| input.and_then(|scored| value(&scored.all)));
+        let mut row = vec![name.to_owned(), cell(fused, decimals)];
+        if evaluation.radar.is_some() {
+            row.extend(alone.map(|alone| match change {
+                Change::None => String::new(),
+                _ => cell(alone, decimals),
+            }));
+            row.extend(alone.map(|alone| changed(fused, alone, change)));
+        }
+        table.row(row);
+    }
+    table
+}
+
+fn cell(value: Option<f64>, decimals: usize) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.decimals$}"))
+}
+
+/// As the paper's column "Change": what is better is positive.
+fn changed(fused: Option<f64>, alone: Option<f64>, change: Change) -> String {
+    match (change, fused.zip(alone)) {
+        (Change::Points, Some((fused, alone))) => format!("{:+.2} points", fused - alone),
+        (Change::Reduction, Some((fused, alone))) if alone > 0.0 => {
+            format!("{:+.2} %", 100.0 * (alone - fused) / alone)
+        }
+        _ => String::new(),
+    }
+}
+
+/// A line for all, each group, and each drone.
+fn drones(scores: &Scores<'_>) -> Table {
+    let evaluation = scores.evaluation;
+    let names = [
+        "drone",
+        "transponder",
+        "PU %",
+        "ePosH m",
+        "ePosV m",
+        "id changes/min",
+        "PU radar %",
+        "PU transponder %",
+    ];
+    let (columns, width) = if evaluation.radar.is_some() { ("llrrrrrr", 8) } else { ("llrrrr", 6) };
+    let mut table = Table::new(columns, &names[..width]);
+    let mut row = |name: &str, equipped: &str, score: &dyn Fn(&Scored) -> Score| {
+        let fused = score(&evaluation.fused);
+        let mut cells = vec![
+            name.to_owned(),
+            equipped.to_owned(),
+            cell(fused.pu_percent, 2),
+            cell(statistic(fused.eposh, |e| e.mean_m), 4),
+            cell(statistic(fused.eposv, |e| e.mean_m), 4),
+            cell(fused.id_changes, 2),
+        ];
+        let inputs = [&evaluation.radar, &evaluation.transponder].into_iter().flatten();
+        cells.extend(inputs.map(|input| cell(score(input).pu_percent, 2)));
+        table.row(cells);
+    };
+    for (index, drone) in evaluation.drones.iter().enumerate() {
+        let equipped = drone.equipped.map_or("?", |equipped| if equipped { "yes" } else { "no" });
+        row(&drone.id, equipped, &|scored| scored.drones[index].clone());
+    }
+    let has = |wanted: bool| evaluation.drones.iter().any(|drone| drone.equipped == Some(wanted));
+    if has(true) && has(false) {
+        row("all equipped", "yes", &|scored| scored.equipped.clone());
+        row("all others", "no", &|scored| scored.unequipped.clone());
+    }
+    table
+}
+
+/// What is not told, and why; then the requirements.
+fn remarks(text: &mut String, scores: &Scores<'_>) -> fmt::Result {
+    if scores.args.capture.is_empty() {
+        writeln!(
+            text,
+            "Without --capture and --config each input alone, covered, gaps and recall are not told."
+        )?;
+    }
+    if scores.args.labels.is_none() {
+        writeln!(
+            text,
+            "Without --labels a point belongs to the nearest drone within 150 m; precision and recall are not told."
+        )?;
+    }
+    for (requirement, value, is_met) in &scores.requirements {
+        let verdict = if *is_met { "met" } else { "missed" };
+        match value {
+            Ok(value) => writeln!(text, "{verdict}: {requirement} ({value:.4})")?,
+            Err(reason) => writeln!(text, "{verdict}: {requirement} ({reason})")?,
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,75 @@
+//! What each input is worth alone: the yardsticks of the fused output.
+
+use super::{OutputPoint, Place, PointSource};
+use crate::areas::Masks;
+use crate::config::{Config, Profile};
+use crate::ingest::{ReadError, Reception};
+use crate::normalise::{Plot, Report};
+use crate::picture::PictureMaker;
+use crate::pipeline::{Output, Pipeline};
+
+/// The points of each input alone.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Alone {
+    /// Every plot that the engine takes, at its own time, by the number of its radar track.
+    pub radar: Vec<OutputPoint>,
+    /// Every transponder's interpolated position in every slot that has one, at the lag in use.
+    pub transponder: Vec<OutputPoint>,
+}
+
+impl Alone {
+    /// Of a capture: it takes the same way as for the output, but the engine is handed no plots, so that what it puts
+    /// out are the transponders as the `reference` profile interpolates them.
+    ///
+    /// # Errors
+    /// The capture cannot be read to its end.
+    pub fn of(
+        receptions: impl Iterator<Item = Result<Reception, ReadError>>,
+        config: &Config,
+        masks: Masks,
+    ) -> Result<Self, ReadError> {
+        let mut config = config.clone();
+        config.fusion.profile = Profile::Reference;
+        let mut pipeline = Pipeline::new(&config, masks);
+        let maker = PictureMaker::new(&config, pipeline.normaliser());
+        let (mut plots, mut emissions) = (Vec::new(), Vec::new());
+        for reception in receptions {
+            let is_fix = |report: &Report| match report {
+                Report::Plot(plot) => {
+                    plots.push(*plot);
+                    false
+                }
+                Report::Fix(_) => true,
+            };
+            pipeline.receive_some(&reception?, is_fix, |output| {
+                if let Output::Emission(emission) = output {
+                    emissions.push(emission);
+                }
+            });
+        }
+        pipeline.finish(|emission| emissions.push(emission));
+        let normaliser = pipeline.normaliser();
+        let radar = |plot: &Plot| {
+            let position = normaliser.frame().to_geodetic(plot.position);
+            let altitude_m = position.height_m - normaliser.undulation_m();
+            OutputPoint {
+                time: plot.time,
+                place: Place {
+                    latitude_deg: position.latitude_deg(),
+                    longitude_deg: position.longitude_deg(),
+                    altitude_amsl_m: plot.height_measured.then_some(altitude_m),
+                },
+                source: PointSource::Radar,
+                number: plot.track.number.into(),
+                radar_track: Some(plot.track.number),
+                sensor: Some(maker.sensor(plot.track.sensor).to_owned()),
+                transponder: None,
+            }
+        };
+        let tracks = emissions.into_iter().flat_map(|emission| maker.picture(emission).tracks);
+        Ok(Self {
+            radar: plots.iter().map(radar).collect(),
+            transponder: tracks.map(|track| OutputPoint::of_track(&track, &maker)).collect(),
+        })
+    }
+}

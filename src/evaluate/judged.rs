@@ -1,0 +1,99 @@
+//! Each point with what became of it: whose it is, how far off, and whether it counts.
+
+use super::counted::Counted;
+use super::owner::{Kind, Owner, Owners};
+use super::{Labels, Offset, OutputPoint, Place, Sample, Seen, Settings, Truth};
+use crate::fusion::{Slot, SlotGrid};
+
+/// A point that counts.
+#[derive(Clone, Debug)]
+pub(super) struct Judged<'a> {
+    pub(super) point: &'a OutputPoint,
+    pub(super) slot: Slot,
+    /// Whose it is; `None`: nobody's.
+    pub(super) drone: Option<usize>,
+    /// The drone's true place at the point's time.
+    pub(super) truth: Option<Place>,
+    /// From there to the point.
+    pub(super) error: Option<Offset>,
+    /// Whether its radar track and transponder are one drone; `None`: does not count.
+    pub(super) paired: Option<bool>,
+    /// Whether its radar track was seduced there.
+    pub(super) seduced: bool,
+}
+
+/// What a flight is measured against.
+#[derive(Clone, Copy)]
+pub(super) struct Reference<'a> {
+    pub(super) truth: &'a Truth,
+    pub(super) labels: Option<&'a Labels>,
+    pub(super) counted: &'a Counted,
+    pub(super) grid: SlotGrid,
+}
+
+/// The points that count, in the order given.
+pub(super) fn judge<'a>(points: &'a [OutputPoint], kind: Kind, reference: Reference<'_>) -> Vec<Judged<'a>> {
+    let Reference { truth, labels, grid, .. } = reference;
+    let mut owners = Owners::new(truth, labels, grid, kind);
+    // Slot by slot, which is how owners are found fast; then back into the order given.
+    let mut order: Vec<usize> = (0..points.len()).collect();
+    order.sort_by_key(|&place| grid.of(points[place].time));
+    let mut judged: Vec<(usize, Judged<'a>)> = order
+        .into_iter()
+        .filter_map(|place| Some((place, judge_one(&points[place], &mut owners, reference)?)))
+        .collect();
+    judged.sort_by_key(|(place, _)| *place);
+    judged.into_iter().map(|(_, judged)| judged).collect()
+}
+
+/// `None` for a point that does not count: its drone does not in its slot, or nobody knows where that was.
+fn judge_one<'a>(
+    point: &'a OutputPoint,
+    owners: &mut Owners<'_>,
+    reference: Reference<'_>,
+) -> Option<Judged<'a>> {
+    let Reference { truth, counted, grid, .. } = reference;
+    let slot = grid.of(point.time);
+    if !counted.run_contains(slot) {
+        return None;
+    }
+    let finding = owners.find(point);
+    let (drone, at) = match finding.owner {
+        Owner::Drone(drone) if counted.contains(drone, slot) => {
+            (Some(drone), Some(truth.tracks()[drone].at(point.time)?))
+        }
+        Owner::Nobody => (None, None),
+        Owner::Drone(_) | Owner::Untold => return None,
+    };
+    Some(Judged {
+        point,
+        slot,
+        drone,
+        truth: at,
+        error: at.map(|at| point.place.offset_from(&at)),
+        paired: finding.paired,
+        seduced: finding.seduced,
+    })
+}
+
+impl Judged<'_> {
+    /// As it is handed out.
+    pub(super) fn sample(&self, settings: &Settings) -> Sample {
+        Sample {
+            time: self.point.time,
+            place: self.point.place,
+            source: self.point.source,
+            number: self.point.number,
+            drone: self.drone,
+            error: self.error,
+            seen: settings.site.zip(self.truth).map(|(site, truth)| Seen::from(&truth.offset_from(&site))),
+        }
+    }
+}
+
+impl From<&Offset> for Seen {
+    fn from(offset: &Offset) -> Self {
+        let azimuth_deg = offset.east_m.atan2(offset.north_m).to_degrees().rem_euclid(360.0);
+        Self { range_m: offset.horizontal_m(), azimuth_deg }
+    }
+}

@@ -1,0 +1,190 @@
+//! Who each plot and each transponder really was.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+
+use crate::time::Time;
+
+/// A row of `labels.csv`: what one plot or one transponder report was.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Label {
+    /// The time of the plot or report.
+    pub time: Time,
+    /// The id of the sensor in the configuration.
+    pub sensor: String,
+    /// The radar's track number (I048/161), or the service's number of the transponder.
+    pub number: u32,
+    /// The drone's id in the truth; `None`: no drone (a bird, clutter).
+    pub id: Option<String>,
+    /// Whether the radar's track was on its way from one target to another.
+    pub seduced: bool,
+}
+
+/// What labels tell about a contributor of a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Told<'a> {
+    /// The drone; `None`: it was none.
+    pub id: Option<&'a str>,
+    /// Whether the radar's track was seduced there.
+    pub seduced: bool,
+}
+
+/// The labels of a flight, to be asked by number and time.
+#[derive(Clone, Debug, Default)]
+pub struct Labels {
+    rows: Vec<Label>,
+    /// By track number and sensor of a radar: its rows by time, of equal times in the order of the file.
+    radar: BTreeMap<u32, BTreeMap<String, Vec<usize>>>,
+    /// By number: the drones that carry a transponder of it.
+    transponders: BTreeMap<u32, BTreeSet<Option<String>>>,
+}
+
+impl Labels {
+    /// Labels whose transponder receivers are found by what they say: a transponder stays on its drone. So a sensor is
+    /// taken for a receiver when each of its numbers is one drone over the whole file, and each drone one number. A
+    /// radar gives birds and new tracks numbers, too; one that never does is taken for a receiver, and then whatever
+    /// the two contradict each other in is not told.
+    pub fn new(rows: Vec<Label>) -> Self {
+        let receivers = receivers(&rows);
+        Self::with_receivers(rows, &receivers)
+    }
+
+    /// Labels where the ids of the transponder receivers are known; all other sensors are radars.
+    pub fn with_receivers(rows: Vec<Label>, receivers: &BTreeSet<String>) -> Self {
+        let mut labels = Self { rows, ..Self::default() };
+        for (place, row) in labels.rows.iter().enumerate() {
+            if receivers.contains(&row.sensor) {
+                labels.transponders.entry(row.number).or_default().insert(row.id.clone());
+            } else {
+                let of_number = labels.radar.entry(row.number).or_default();
+                of_number.entry(row.sensor.clone()).or_default().push(place);
+            }
+        }
+        for places in labels.radar.values_mut().flat_map(BTreeMap::values_mut) {
+            places.sort_by_key(|&place| labels.rows[place].time); // stable
+        }
+        labels
+    }
+
+    /// The rows, as they were given.
+    pub fn rows(&self) -> &[Label] {
+        &self.rows
+    }
+
+    /// What the radar track with this number was in `span`, by its latest plot there. Where the radar is not known, all
+    /// that have a plot of this number must agree. `None`: not told.
+    pub fn radar_track(&self, number: u16, sensor: Option<&str>, span: &Range<Time>) -> Option<Told<'_>> {
+        let mut told = None;
+        for (name, places) in self.radar.get(&number.into())? {
+            if sensor.is_some_and(|sensor| sensor != name) {
+                continue;
+            }
+            let until = places.partition_point(|&place| self.rows[place].time < span.end);
+            let latest = until.checked_sub(1).map(|last| &self.rows[places[last]]);
+            let Some(row) = latest.filter(|row| row.time >= span.start) else { continue };
+            let this = Told { id: row.id.as_deref(), seduced: row.seduced };
+            if told.is_some_and(|told| told != this) {
+                return None;
+            }
+            told = Some(this);
+        }
+        told
+    }
+
+    /// Who carries the transponder with this number; `None`: not told, or receivers contradict each other.
+    pub fn transponder(&self, number: u32) -> Option<Told<'_>> {
+        let ids = self.transponders.get(&number)?;
+        match (ids.first(), ids.len()) {
+            (Some(id), 1) => Some(Told { id: id.as_deref(), seduced: false }),
+            _ => None,
+        }
+    }
+
+    /// The ids of all drones that carry a transponder.
+    pub fn equipped(&self) -> BTreeSet<&str> {
+        self.transponders.values().flatten().flatten().map(String::as_str).collect()
+    }
+}
+
+/// The sensors whose numbers and drones are one to one.
+fn receivers(rows: &[Label]) -> BTreeSet<String> {
+    let mut pairs: BTreeMap<&str, BTreeSet<(u32, Option<&str>)>> = BTreeMap::new();
+    for row in rows {
+        pairs.entry(&row.sensor).or_default().insert((row.number, row.id.as_deref()));
+    }
+    let one_to_one = |pairs: &BTreeSet<(u32, Option<&str>)>| {
+        let numbers: BTreeSet<_> = pairs.iter().map(|pair| pair.0).collect();
+        let drones: BTreeSet<_> = pairs.iter().filter_map(|pair| pair.1).collect();
+        numbers.len() == pairs.len() && drones.len() == pairs.len()
+    };
+    pairs.into_iter().filter(|(_, pairs)| one_to_one(pairs)).map(|(name, _)| name.to_owned()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn label(time: i64, sensor: &str, number: u32, id: &str, seduced: bool) -> Label {
+        let id = (!id.is_empty()).then(|| id.to_owned());
+        Label { time: Time::from_nanos(time), sensor: sensor.to_owned(), number, id, seduced }
+    }
+
+    fn span(from: i64, until: i64) -> Range<Time> {
+        Time::from_nanos(from)..Time::from_nanos(until)
+    }
+
+    fn told(id: Option<&str>, seduced: bool) -> Option<Told<'_>> {
+        Some(Told { id, seduced })
+    }
+
+    #[test]
+    fn the_latest_plot_in_the_span_tells() {
+        let labels = Labels::new(vec![
+            label(14, "radar", 5, "B", true),
+            label(10, "radar", 5, "A", false),
+            label(14, "radar", 5, "", false),
+            label(20, "radar", 5, "C", false),
+        ]);
+        assert_eq!(labels.radar_track(5, None, &span(10, 14)), told(Some("A"), false));
+        assert_eq!(labels.radar_track(5, None, &span(10, 20)), told(None, false), "of one time the last");
+        assert_eq!(labels.radar_track(5, Some("radar"), &span(20, 30)), told(Some("C"), false));
+        assert_eq!(labels.radar_track(5, Some("other"), &span(20, 30)), None);
+        assert_eq!(labels.radar_track(5, None, &span(15, 20)), None);
+        assert_eq!(labels.radar_track(6, None, &span(10, 30)), None);
+    }
+
+    #[test]
+    fn radars_that_disagree_leave_it_open() {
+        let rows = vec![
+            label(1, "east", 5, "A", false),
+            label(1, "west", 5, "", false),
+            label(2, "east", 6, "A", false),
+            label(2, "west", 6, "A", false),
+        ];
+        let labels = Labels::with_receivers(rows, &BTreeSet::new());
+        assert_eq!(labels.radar_track(5, None, &span(0, 2)), None);
+        assert_eq!(labels.radar_track(5, Some("west"), &span(0, 2)), told(None, false));
+        assert_eq!(labels.radar_track(6, None, &span(2, 3)), told(Some("A"), false));
+    }
+
+    #[test]
+    fn a_receiver_is_the_sensor_whose_numbers_stay_on_their_drones() {
+        let labels = Labels::new(vec![
+            label(1, "squitter", 7, "A", false),
+            label(2, "squitter", 7, "A", false),
+            label(2, "squitter", 9, "B", false),
+            label(1, "radar", 7, "B", false),
+            label(2, "radar", 8, "B", false),
+        ]);
+        assert_eq!(labels.transponder(7), told(Some("A"), false));
+        assert_eq!(labels.transponder(8), None);
+        assert_eq!(labels.equipped(), BTreeSet::from(["A", "B"]));
+        assert_eq!(labels.radar_track(7, None, &span(1, 2)), told(Some("B"), false));
+    }
+
+    #[test]
+    fn receivers_that_disagree_leave_it_open() {
+        let rows = vec![label(1, "one", 7, "A", false), label(1, "two", 7, "B", false)];
+        assert_eq!(Labels::new(rows).transponder(7), None);
+    }
+}

@@ -1,0 +1,203 @@
+//! GOSPA: A. S. Rahmathullah, A. F. Garcia-Fernandez, L. Svensson, *Generalized optimal sub-pattern assignment metric*,
+//! Fusion 2017, with p = 2 and alpha = 2.
+
+use std::collections::BTreeMap;
+
+use super::scene::Scene;
+use crate::assignment::assign;
+use crate::evaluate::judged::Judged;
+use crate::evaluate::nearby::Nearby;
+use crate::evaluate::{GospaParts, OutputPoint, Place, PointSource, Truth};
+use crate::fusion::{Slot, SlotGrid};
+
+/// The cut-off c, metres.
+pub(in crate::evaluate) const CUT_OFF_M: f64 = 50.0;
+/// It is taken in each slot whose number is a multiple of this: once a second.
+const EVERY_SLOTS: i64 = 4;
+
+/// A truth and a point nearer to each other than the cut-off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Near {
+    /// Index of the truth.
+    pub truth: usize,
+    /// Index of the point.
+    pub point: usize,
+    /// Their distance, metres.
+    pub distance_m: f64,
+}
+
+/// GOSPA of one moment, and what it is made of.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Gospa {
+    /// The metric: sqrt(localisation + c²/2 · (missed + unmatched points)), metres.
+    pub value_m: f64,
+    /// Sum of the squared distances of the pairs, square metres.
+    pub localisation_m2: f64,
+    /// Truths with a point.
+    pub matched: usize,
+    /// Truths without a point.
+    pub missed: usize,
+    /// Points without a truth.
+    pub unmatched: usize,
+}
+
+/// GOSPA (p = 2, alpha = 2) between so many truths and so many points, of which only those in `near` are nearer to each
+/// other than `cut_off_m`. Exact: truths and points that no chain of near pairs connects are assigned by themselves.
+pub fn gospa(truths: usize, points: usize, near: &[Near], cut_off_m: f64) -> Gospa {
+    let mut parts = Gospa { missed: truths, unmatched: points, ..Gospa::default() };
+    for component in components(truths, points, near) {
+        for distance_m in matched(&component, cut_off_m) {
+            parts.localisation_m2 += distance_m.powi(2);
+            parts.matched += 1;
+        }
+    }
+    parts.missed -= parts.matched;
+    parts.unmatched -= parts.matched;
+    let alone = (parts.missed + parts.unmatched) as f64;
+    parts.value_m = (parts.localisation_m2 + 0.5 * cut_off_m.powi(2) * alone).sqrt();
+    parts
+}
+
+/// The pairs in groups that have no truth and no point in common, in an order that depends on the input alone.
+fn components(truths: usize, points: usize, near: &[Near]) -> Vec<Vec<Near>> {
+    // A forest over truths and then points; the root of a tree names its component.
+    let mut parent: Vec<usize> = (0..truths + points).collect();
+    fn root(parent: &mut [usize], mut node: usize) -> usize {
+        while parent[node] != node {
+            parent[node] = parent[parent[node]];
+            node = parent[node];
+        }
+        node
+    }
+    for pair in near {
+        let (a, b) = (root(&mut parent, pair.truth), root(&mut parent, truths + pair.point));
+        parent[a.max(b)] = a.min(b);
+    }
+    let mut components: BTreeMap<usize, Vec<Near>> = BTreeMap::new();
+    for pair in near {
+        components.entry(root(&mut parent, pair.truth)).or_default().push(*pair);
+    }
+    components.into_values().collect()
+}
+
+/// The distances of the pairs of the best assignment within one component.
+fn matched(component: &[Near], cut_off_m: f64) -> Vec<f64> {
+    if let [pair] = component {
+        return vec![pair.distance_m];
+    }
+    let numbered = |index: fn(&Near) -> usize| {
+        let mut all: Vec<usize> = component.iter().map(index).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    };
+    let (truths, points) = (numbered(|pair| pair.truth), numbered(|pair| pair.point));
+    // A pair beyond the cut-off costs as much as leaving both alone.
+    let mut costs = vec![cut_off_m.powi(2); truths.len() * points.len()];
+    let mut distances = vec![None; costs.len()];
+    for pair in component {
+        // Both are in their lists.
+        let row = truths.partition_point(|&truth| truth < pair.truth);
+        let cell = row * points.len() + points.partition_point(|&point| point < pair.point);
+        costs[cell] = pair.distance_m.powi(2);
+        distances[cell] = Some(pair.distance_m);
+    }
+    let columns = assign(truths.len(), points.len(), |row, column| costs[row * points.len() + column]);
+    let pairs = columns.iter().enumerate().filter_map(|(row, column)| Some((row, (*column)?)));
+    pairs.filter_map(|(row, column)| distances[row * points.len() + column]).collect()
+}
+
+/// Mean over the slots of the run whose number is a multiple of 4; those with neither truth nor points are left out.
+pub(in crate::evaluate) fn mean(
+    scene: &Scene<'_>,
+    truth: &Truth,
+    grid: SlotGrid,
+) -> Option<(f64, GospaParts)> {
+    let (first, last) = scene.counted.run()?;
+    let by_slot = points_by_slot(scene);
+    let (mut sum_m, mut slots, mut total) = (0.0, 0_u32, Gospa::default());
+    let first = first.0 + (-first.0).rem_euclid(EVERY_SLOTS);
+    for slot in (first..=last.0).step_by(EVERY_SLOTS as usize).map(Slot) {
+        let drones = (0..scene.drones.len()).filter(|&drone| scene.counted.contains(drone, slot));
+        let truths: Vec<Place> =
+            drones.filter_map(|drone| truth.tracks()[drone].at(grid.centre(slot))).collect();
+        let points = by_slot.get(&slot).map_or(&[][..], Vec::as_slice);
+        if truths.is_empty() && points.is_empty() {
+            continue;
+        }
+        let one = gospa(truths.len(), points.len(), &near(&truths, points), CUT_OFF_M);
+        sum_m += one.value_m;
+        slots += 1;
+        total.localisation_m2 += one.localisation_m2;
+        total.matched += one.matched;
+        total.missed += one.missed;
+        total.unmatched += one.unmatched;
+    }
+    let slots = (slots > 0).then(|| f64::from(slots))?;
+    let parts = GospaParts {
+        slots: slots as u64,
+        localisation_rms_m: (total.matched > 0)
+            .then(|| (total.localisation_m2 / total.matched as f64).sqrt()),
+        matched: total.matched as f64 / slots,
+        missed: total.missed as f64 / slots,
+        unmatched: total.unmatched as f64 / slots,
+    };
+    Some((sum_m / slots, parts))
+}
+
+fn near(truths: &[Place], points: &[&OutputPoint]) -> Vec<Near> {
+    let nearby = Nearby::of_places(truths);
+    let mut near = Vec::new();
+    for (point, at) in points.iter().map(|point| point.place).enumerate() {
+        let of_point = nearby.within(at, CUT_OFF_M).filter_map(|truth| {
+            let distance_m = at.offset_from(&truths[truth]).distance_m();
+            (distance_m < CUT_OFF_M).then_some(Near { truth, point, distance_m })
+        });
+        near.extend(of_point);
+    }
+    near
+}
+
+/// The points of each slot that is looked at; of several of one track in a slot (plots of a fast radar) the latest.
+fn points_by_slot<'a>(scene: &Scene<'a>) -> BTreeMap<Slot, Vec<&'a OutputPoint>> {
+    type Track<'a> = (PointSource, u32, Option<&'a str>);
+    let mut latest: BTreeMap<Slot, BTreeMap<Track<'a>, &'a OutputPoint>> = BTreeMap::new();
+    let all = scene.drones.iter().flatten().chain(&scene.nobody);
+    for &Judged { point, slot, .. } in all.filter(|judged| judged.slot.0 % EVERY_SLOTS == 0) {
+        let track = (point.source, point.number, point.sensor.as_deref());
+        let kept = latest.entry(*slot).or_default().entry(track).or_insert(point);
+        if kept.time <= point.time {
+            *kept = point;
+        }
+    }
+    latest.into_iter().map(|(slot, points)| (slot, points.into_values().collect())).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn near(truth: usize, point: usize, distance_m: f64) -> Near {
+        Near { truth, point, distance_m }
+    }
+
+    #[test]
+    fn localisation_missed_and_false() {
+        // 3² + 4² for the pairs, 50²/2 for one truth and two points alone.
+        let told = gospa(3, 4, &[near(0, 0, 3.0), near(1, 2, 4.0)], 50.0);
+        assert_eq!((told.matched, told.missed, told.unmatched, told.localisation_m2), (2, 1, 2, 25.0));
+        assert!((told.value_m - (25.0_f64 + 3.0 * 1250.0).sqrt()).abs() < 1e-12);
+        assert_eq!(gospa(0, 0, &[], 50.0), Gospa::default());
+    }
+
+    #[test]
+    fn the_nearest_pair_gives_way_where_the_sum_gains() {
+        // 10² + 12² is less than 1² + 40².
+        let told =
+            gospa(2, 2, &[near(0, 0, 1.0), near(0, 1, 10.0), near(1, 0, 12.0), near(1, 1, 40.0)], 50.0);
+        assert_eq!((told.matched, told.localisation_m2), (2, 244.0));
+        // 45² + 45² is more than 1² and two alone: 1 + 2500.
+        let told = gospa(2, 2, &[near(0, 0, 1.0), near(0, 1, 45.0), near(1, 0, 45.0)], 50.0);
+        assert_eq!((told.matched, told.missed, told.unmatched, told.localisation_m2), (1, 1, 1, 1.0));
+    }
+}

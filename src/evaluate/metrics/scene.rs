@@ -1,0 +1,79 @@
+//! The points of one stream by drone, and what both inputs were worth in each slot.
+
+use std::collections::BTreeSet;
+
+use crate::evaluate::counted::Counted;
+use crate::evaluate::judged::Judged;
+use crate::fusion::Slot;
+
+/// The points that count of one stream.
+pub(in crate::evaluate) struct Scene<'a> {
+    /// Of each drone, by time and then in order of emission.
+    pub(in crate::evaluate) drones: Vec<Vec<&'a Judged<'a>>>,
+    /// Of nobody.
+    pub(in crate::evaluate) nobody: Vec<&'a Judged<'a>>,
+    pub(in crate::evaluate) counted: &'a Counted,
+    /// `None` without a capture.
+    pub(in crate::evaluate) inputs: Option<&'a Inputs>,
+}
+
+/// Where each input sees each drone.
+pub(in crate::evaluate) struct Inputs {
+    /// Of each drone: slots in which its transponder interpolates.
+    pub(in crate::evaluate) covered: Vec<BTreeSet<Slot>>,
+    /// Of each drone: slots with a plot of it whose track is not seduced.
+    pub(in crate::evaluate) detected: Vec<BTreeSet<Slot>>,
+    /// Of each drone: whether it carries a transponder.
+    pub(in crate::evaluate) equipped: Vec<bool>,
+}
+
+impl<'a> Scene<'a> {
+    pub(in crate::evaluate) fn new(
+        judged: &'a [Judged<'a>],
+        drones: usize,
+        counted: &'a Counted,
+        inputs: Option<&'a Inputs>,
+    ) -> Self {
+        let mut scene = Self { drones: vec![Vec::new(); drones], nobody: Vec::new(), counted, inputs };
+        for judged in judged {
+            match judged.drone {
+                Some(drone) => scene.drones[drone].push(judged),
+                None => scene.nobody.push(judged),
+            }
+        }
+        for points in &mut scene.drones {
+            points.sort_by_key(|judged| judged.point.time); // stable: order of emission
+        }
+        scene
+    }
+
+    /// The points of these drones.
+    pub(in crate::evaluate) fn points<'s>(
+        &'s self,
+        group: &'s [usize],
+    ) -> impl Iterator<Item = &'a Judged<'a>> + 's {
+        group.iter().flat_map(|&drone| self.drones[drone].iter().copied())
+    }
+}
+
+impl Inputs {
+    /// Slots by drone of the points that pass.
+    pub(in crate::evaluate) fn slots(
+        judged: &[Judged<'_>],
+        drones: usize,
+        passes: impl Fn(&Judged<'_>) -> bool,
+    ) -> Vec<BTreeSet<Slot>> {
+        let mut slots = vec![BTreeSet::new(); drones];
+        for judged in judged.iter().filter(|judged| passes(judged)) {
+            if let Some(drone) = judged.drone {
+                slots[drone].insert(judged.slot);
+            }
+        }
+        slots
+    }
+
+    /// Whether the drone's transponder interpolates in the slot; `None` for a drone that carries none.
+    pub(in crate::evaluate) fn is_covered(&self, drone: usize, slot: Slot) -> Option<bool> {
+        self.equipped[drone].then(|| self.covered[drone].contains(&slot))
+    }
+}

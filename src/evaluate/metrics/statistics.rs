@@ -1,0 +1,51 @@
+//! Mean and spread of position errors.
+
+use crate::evaluate::ErrorStatistics;
+
+/// Of these errors, metres, in any order; `None` of none.
+///
+/// The standard deviation is that of a sample (n - 1); a percentile lies linearly between the two errors next to it, at
+/// place p (n - 1) of the sorted ones (as NumPy has it).
+pub(in crate::evaluate) fn statistics(errors_m: impl Iterator<Item = f64>) -> Option<ErrorStatistics> {
+    let mut errors_m: Vec<f64> = errors_m.collect();
+    errors_m.sort_by(f64::total_cmp);
+    let count = errors_m.len();
+    if count == 0 {
+        return None;
+    }
+    let mean_m = errors_m.iter().sum::<f64>() / count as f64;
+    let squares: f64 = errors_m.iter().map(|error_m| (error_m - mean_m).powi(2)).sum();
+    let variance = if count > 1 { squares / (count - 1) as f64 } else { 0.0 };
+    Some(ErrorStatistics {
+        count: count as u64,
+        mean_m,
+        sem_m: (variance / count as f64).sqrt(),
+        p50_m: percentile(&errors_m, 0.5),
+        p95_m: percentile(&errors_m, 0.95),
+    })
+}
+
+fn percentile(sorted: &[f64], share: f64) -> f64 {
+    let place = share * (sorted.len() - 1) as f64;
+    let below = place.floor() as usize;
+    let above = (below + 1).min(sorted.len() - 1);
+    sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mean_spread_and_percentiles() {
+        // Mean 2.5; squares 2.25 + 0.25 + 0.25 + 2.25 = 5, variance 5/3, SEM sqrt(5/12).
+        // p50 halfway from 2 to 3; p95 at place 2.85: 3 + 0.85.
+        let told = statistics([4.0, 1.0, 3.0, 2.0].into_iter()).unwrap();
+        assert_eq!((told.count, told.mean_m, told.p50_m), (4, 2.5, 2.5));
+        assert!((told.sem_m - (5.0_f64 / 12.0).sqrt()).abs() < 1e-12);
+        assert!((told.p95_m - 3.85).abs() < 1e-12);
+        let single = statistics(std::iter::once(7.0)).unwrap();
+        assert_eq!((single.mean_m, single.sem_m, single.p50_m, single.p95_m), (7.0, 0.0, 7.0, 7.0));
+        assert_eq!(statistics(std::iter::empty()), None);
+    }
+}

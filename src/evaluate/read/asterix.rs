@@ -1,0 +1,147 @@
+//! Points as CAT129: raw, or in a capture.
+
+use std::collections::BTreeMap;
+use std::io::Cursor;
+
+use asterix::cat129::fusion_report::Source;
+use asterix::cat129::{FusionReport, Record};
+use asterix::{Record as _, blocks};
+use jiff::SignedDuration;
+use jiff::civil::Date;
+
+use super::{FileError, OutputFile};
+use crate::evaluate::{OutputPoint, Place, PointSource};
+use crate::ingest::{Capture, Datagram, OpenError};
+use crate::normalise::nearest_day;
+use crate::time::Time;
+
+/// On which day the first time of day of a file without days is; each later one is nearest to the one before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Days {
+    /// On this UTC day.
+    From(Date),
+    /// On the day that puts it nearest to this time: the truth's.
+    Near(Time),
+}
+
+impl Days {
+    /// The time that the first time of day, in counts of 1/128 s, is nearest to.
+    fn reference(self) -> Option<Time> {
+        match self {
+            Self::Near(time) => Some(time),
+            // From the middle of a day that day is always the nearest.
+            Self::From(date) => Some(Time::midnight(date)? + SignedDuration::from_hours(12)),
+        }
+    }
+}
+
+/// The CAT129 records of a raw file or a capture. Other categories are passed over.
+pub(super) fn output(name: &str, octets: Vec<u8>, days: Days) -> Result<OutputFile, FileError> {
+    let size = octets.len() as u64;
+    let capture = Capture::from_reader(name.to_owned(), Box::new(Cursor::new(octets)), Some(size));
+    let capture = capture.map_err(|error| match error {
+        OpenError::Foreign { found, .. } => FileError::whole(
+            name,
+            format!(
+                "looks like {found}, which cannot be scored; give what `replay -o` writes (.ast .pcap .ndjson .geojson .csv)"
+            ),
+        ),
+        other => other.into(),
+    })?;
+    let mut reader = Reader { name, last: days.reference(), serials: BTreeMap::new(), points: Vec::new() };
+    for datagram in capture {
+        reader.datagram(&datagram?)?;
+    }
+    reader.finish()
+}
+
+struct Reader<'a> {
+    name: &'a str,
+    /// What the next time of day is near to, where the file has no times of reception.
+    last: Option<Time>,
+    /// Numbers for records that have none, by order of appearance.
+    serials: BTreeMap<[u8; 12], u32>,
+    /// The points, and whether each says what it is made of.
+    points: Vec<(OutputPoint, bool)>,
+}
+
+impl Reader<'_> {
+    fn datagram(&mut self, datagram: &Datagram) -> Result<(), FileError> {
+        let fault = |mut fault: asterix::Fault| {
+            fault.offset += datagram.origin as usize;
+            FileError::whole(self.name, format!("{fault}; is the file damaged?"))
+        };
+        let mut records = Vec::new();
+        for block in blocks(&datagram.payload) {
+            let block = block.map_err(fault)?;
+            if block.category == Record::CATEGORY {
+                for located in block.records::<Record>() {
+                    let located = located.map_err(fault)?;
+                    records.push((datagram.origin + located.offset as u64, located.record));
+                }
+            }
+        }
+        records.iter().try_for_each(|(offset, record)| self.record(datagram.received, *offset, record))
+    }
+
+    fn record(&mut self, received: Option<Time>, offset: u64, record: &Record) -> Result<(), FileError> {
+        let error = |what: &str| {
+            FileError::whole(
+                self.name,
+                format!("the record at offset {offset} has no {what}; it cannot be scored"),
+            )
+        };
+        let count = record.time_of_day.ok_or_else(|| error("time of day (I129/070)"))?.count();
+        let reference = received.or(self.last).ok_or_else(|| error("day; give another --date"))?;
+        let time = nearest_day(count, reference).ok_or_else(|| error("time of day below 24 h (I129/070)"))?;
+        let position = record.position.filter(|position| position.in_range());
+        let position = position.ok_or_else(|| error("position on Earth (I129/080)"))?;
+        self.last = Some(time);
+        let report = record.special_purpose.as_ref().and_then(FusionReport::read);
+        let number = match &report {
+            Some(report) => report.track_number,
+            None => {
+                let next = self.serials.len() as u32 + 1;
+                *self.serials.entry(record.serial_number.unwrap_or_default()).or_insert(next)
+            }
+        };
+        let point = OutputPoint {
+            time,
+            place: Place {
+                latitude_deg: position.latitude_deg(),
+                longitude_deg: position.longitude_deg(),
+                altitude_amsl_m: record.altitude_amsl.map(|altitude| altitude.metres()),
+            },
+            source: match report.as_ref().map(|report| report.source) {
+                Some(Source::Fused) | None => PointSource::Fused,
+                Some(Source::Radar) => PointSource::Radar,
+                Some(Source::Transponder) => PointSource::Transponder,
+            },
+            number,
+            radar_track: report.as_ref().and_then(|report| report.radar_track),
+            sensor: None,
+            transponder: report.as_ref().and_then(|report| report.transponder),
+        };
+        self.points.push((point, report.is_some()));
+        Ok(())
+    }
+
+    fn finish(self) -> Result<OutputFile, FileError> {
+        if self.points.is_empty() {
+            return Err(FileError::whole(
+                self.name,
+                "holds no CAT129 record; is it the output of a tracker?",
+            ));
+        }
+        let all = self.points.len() as u64;
+        let says_so = self.points.iter().filter(|(_, says_so)| *says_so).count() as u64;
+        // Where some say what they are made of, those that do not are what the tracker was fed.
+        let unknown_sources = if says_so == 0 { all } else { 0 };
+        let points = self.points.into_iter().filter(|(_, is_ours)| *is_ours || says_so == 0);
+        Ok(OutputFile {
+            points: points.map(|(point, _)| point).collect(),
+            unknown_sources,
+            inputs: all - says_so - unknown_sources,
+        })
+    }
+}

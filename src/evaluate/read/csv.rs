@@ -1,0 +1,204 @@
+//! Comma-separated values with a line of names first: truth, labels, and points.
+
+use std::collections::BTreeMap;
+use std::str::FromStr;
+
+use csv::{ErrorKind, ReaderBuilder, StringRecord, Trim};
+
+use super::{FileError, Tracks, cells};
+use crate::evaluate::{Label, OutputPoint, Place, PointSource};
+use crate::time::Time;
+
+/// Heights that something which flies can have, metres.
+const HEIGHTS_M: (f64, f64) = (-1_000.0, 100_000.0);
+
+/// `time,id,lat,lon,alt_msl`; further columns are passed over.
+pub(super) fn truth(name: &str, text: &str) -> Result<Tracks, FileError> {
+    let columns = Columns::of(name, text, &["time", "id", "lat", "lon", "alt_msl"])?;
+    let mut tracks: BTreeMap<String, Vec<(Time, Place)>> = BTreeMap::new();
+    for row in columns.rows(text) {
+        let row = row?;
+        let id = row.text("id");
+        if id.is_empty() {
+            return Err(row.error("the drone has no id; write one into the column `id`"));
+        }
+        let sample = (row.time()?, row.place()?);
+        match tracks.get_mut(id) {
+            Some(samples) => samples.push(sample),
+            None => {
+                tracks.insert(id.to_owned(), vec![sample]);
+            }
+        }
+    }
+    Ok(tracks.into_iter().collect())
+}
+
+/// Labels: `time,sensor,number,id,seduced`; an empty id is no drone, `seduced` may be empty or missing (no).
+///
+/// # Errors
+/// A column is missing, or a line cannot be read.
+pub fn labels(name: &str, octets: &[u8]) -> Result<Vec<Label>, FileError> {
+    let text = super::text(name, octets)?;
+    let columns = Columns::of(name, text, &["time", "sensor", "number", "id"])?;
+    columns.rows(text).map(|row| label(&row?)).collect()
+}
+
+fn label(row: &Row<'_>) -> Result<Label, FileError> {
+    let seduced = match row.text("seduced") {
+        "" | "0" | "false" => false,
+        "1" | "true" => true,
+        other => return Err(row.error(format!("seduced: {other:?} is neither 1 nor 0; an empty cell is 0"))),
+    };
+    Ok(Label {
+        time: row.time()?,
+        sensor: row.text("sensor").to_owned(),
+        number: row.integer("number")?,
+        id: Some(row.text("id")).filter(|id| !id.is_empty()).map(str::to_owned),
+        seduced,
+    })
+}
+
+/// Points as `replay` writes them (`source`, `track_number`), or as the conformance flights have them (`kind`,
+/// `number`).
+pub(super) fn output(name: &str, text: &str) -> Result<Vec<OutputPoint>, FileError> {
+    let columns = Columns::of(name, text, &["time", "lat", "lon"])?;
+    let source = columns.one_of(&["source", "kind"])?;
+    let number = columns.one_of(&["track_number", "number"])?;
+    columns.rows(text).map(|row| point(&row?, source, number)).collect()
+}
+
+fn point(row: &Row<'_>, source: &str, number: &str) -> Result<OutputPoint, FileError> {
+    let source = match row.text(source) {
+        "fused" => PointSource::Fused,
+        "radar" => PointSource::Radar,
+        "transponder" => PointSource::Transponder,
+        other => {
+            return Err(row.error(format!("{source}: {other:?} is none of fused, radar, transponder")));
+        }
+    };
+    Ok(OutputPoint {
+        time: row.time()?,
+        place: row.place()?,
+        source,
+        number: row.integer(number)?,
+        radar_track: row.optional("radar_track")?,
+        sensor: sensor(row.text("id")).map(str::to_owned),
+        transponder: row.optional("transponder")?,
+    })
+}
+
+/// The radar in the id of a radar's track, `R-<sensor>-<number>-<first seen>`.
+fn sensor(id: &str) -> Option<&str> {
+    let (rest, _first_seen) = id.strip_prefix("R-")?.rsplit_once('-')?;
+    rest.rsplit_once('-').map(|(sensor, _number)| sensor)
+}
+
+/// The names of the columns.
+struct Columns<'a> {
+    name: &'a str,
+    names: StringRecord,
+}
+
+/// A line below them.
+struct Row<'c> {
+    columns: &'c Columns<'c>,
+    line: u64,
+    cells: StringRecord,
+}
+
+impl<'a> Columns<'a> {
+    fn of(name: &'a str, text: &str, required: &[&'static str]) -> Result<Self, FileError> {
+        let names = reader(text).headers().map_err(|error| csv_error(name, &error))?.clone();
+        let columns = Self { name, names };
+        required.iter().try_for_each(|&column| columns.one_of(&[column]).map(drop))?;
+        Ok(columns)
+    }
+
+    /// The one of these names that there is.
+    fn one_of(&self, names: &[&'static str]) -> Result<&'static str, FileError> {
+        let found = names.iter().find(|&&name| self.names.iter().any(|column| column == name));
+        found.copied().ok_or_else(|| {
+            let wanted = names.join("` or `");
+            let found = self.names.iter().collect::<Vec<_>>().join(",");
+            let what =
+                format!("no column `{wanted}`; the first line must name the columns, and it is {found:?}");
+            FileError::at(self.name, 1, what)
+        })
+    }
+
+    fn rows(&self, text: &str) -> impl Iterator<Item = Result<Row<'_>, FileError>> {
+        reader(text).into_records().map(|record| match record {
+            Ok(cells) => {
+                let line = cells.position().map_or(0, csv::Position::line);
+                Ok(Row { columns: self, line, cells })
+            }
+            Err(error) => Err(csv_error(self.name, &error)),
+        })
+    }
+}
+
+fn reader(text: &str) -> csv::Reader<&[u8]> {
+    ReaderBuilder::new().trim(Trim::All).from_reader(text.as_bytes())
+}
+
+fn csv_error(name: &str, error: &csv::Error) -> FileError {
+    let line = error.position().map_or(1, csv::Position::line);
+    match error.kind() {
+        ErrorKind::UnequalLengths { expected_len, len, .. } => FileError::at(
+            name,
+            line,
+            format!(
+                "{len} cells, and {expected_len} columns are named; was the file cut, or edited by hand?"
+            ),
+        ),
+        _ => FileError::at(name, line, error.to_string()),
+    }
+}
+
+impl Row<'_> {
+    fn error(&self, what: impl Into<String>) -> FileError {
+        FileError::at(self.columns.name, self.line, what)
+    }
+
+    /// What stands in a column; nothing where there is no such column.
+    fn text(&self, column: &str) -> &str {
+        let place = self.columns.names.iter().position(|name| name == column);
+        place.and_then(|place| self.cells.get(place)).unwrap_or_default()
+    }
+
+    fn time(&self) -> Result<Time, FileError> {
+        let text = self.text("time");
+        cells::time(text).ok_or_else(|| {
+            self.error(format!(
+                "time: {text:?} is no time; write seconds UTC since 1970 (1773478800.25) or RFC 3339 (2026-03-14T09:00:00.25Z)"
+            ))
+        })
+    }
+
+    fn place(&self) -> Result<Place, FileError> {
+        Ok(Place {
+            latitude_deg: self.number("lat", (-90.0, 90.0), "degrees")?,
+            longitude_deg: self.number("lon", (-180.0, 180.0), "degrees")?,
+            altitude_amsl_m: match self.text("alt_msl") {
+                "" => None,
+                _ => Some(self.number("alt_msl", HEIGHTS_M, "metres")?),
+            },
+        })
+    }
+
+    fn number(&self, column: &str, (low, high): (f64, f64), unit: &str) -> Result<f64, FileError> {
+        let text = self.text(column);
+        cells::number(text, low, high).ok_or_else(|| {
+            self.error(format!("{column}: {text:?} is no number of {unit} from {low} to {high}"))
+        })
+    }
+
+    fn integer<T: FromStr>(&self, column: &str) -> Result<T, FileError> {
+        let text = self.text(column);
+        text.parse().map_err(|_| self.error(format!("{column}: {text:?} is no track number")))
+    }
+
+    fn optional<T: FromStr>(&self, column: &str) -> Result<Option<T>, FileError> {
+        if self.text(column).is_empty() { Ok(None) } else { self.integer(column).map(Some) }
+    }
+}

@@ -1,0 +1,99 @@
+//! Points as JSON: the NDJSON and the GeoJSON of `replay`.
+
+use serde::Deserialize;
+
+use super::{FileError, cells};
+use crate::evaluate::{OutputPoint, Place, PointSource};
+
+/// The fields of a track that are scored (`src/picture/track_json.rs`).
+#[derive(Deserialize)]
+struct Track {
+    time: String,
+    source: Source,
+    track_number: u32,
+    lat: f64,
+    lng: f64,
+    alt_msl: Option<f64>,
+    #[serde(default)]
+    contributors: Vec<Contributor>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Source {
+    Fused,
+    Radar,
+    Transponder,
+}
+
+#[derive(Deserialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
+enum Contributor {
+    Radar { sensor: Option<String>, track_number: u16 },
+    Transponder { track_number: u32 },
+}
+
+#[derive(Deserialize)]
+struct FeatureCollection {
+    features: Vec<Feature>,
+}
+
+#[derive(Deserialize)]
+struct Feature {
+    properties: Track,
+}
+
+/// One object a line, or one feature collection.
+pub(super) fn output(name: &str, text: &str) -> Result<Vec<OutputPoint>, FileError> {
+    let error = |line: u64, error: &serde_json::Error| {
+        let what = format!("this is no track as `replay` writes it: {error}");
+        FileError::at(name, line, what)
+    };
+    // Of a feature collection the name of its type stands in front.
+    if text.lines().next().is_some_and(|line| line.contains("\"FeatureCollection\"")) {
+        let all: FeatureCollection =
+            serde_json::from_str(text).map_err(|cause| error(cause.line() as u64, &cause))?;
+        let lines = all.features.into_iter().enumerate();
+        // Where it is one of `replay`, the first feature is in the second line.
+        return lines.map(|(index, feature)| point(name, index as u64 + 2, feature.properties)).collect();
+    }
+    let lines = text.lines().zip(1_u64..).filter(|(line, _)| !line.trim().is_empty());
+    lines
+        .map(|(line, number)| {
+            let track: Track = serde_json::from_str(line).map_err(|cause| error(number, &cause))?;
+            point(name, number, track)
+        })
+        .collect()
+}
+
+fn point(name: &str, line: u64, track: Track) -> Result<OutputPoint, FileError> {
+    let time = cells::time(&track.time)
+        .ok_or_else(|| FileError::at(name, line, format!("time: {:?} is no time in RFC 3339", track.time)))?;
+    if !(-90.0..=90.0).contains(&track.lat) || !(-180.0..=180.0).contains(&track.lng) {
+        let what = format!("latitude {} and longitude {} are no place in degrees", track.lat, track.lng);
+        return Err(FileError::at(name, line, what));
+    }
+    let mut point = OutputPoint {
+        time,
+        place: Place { latitude_deg: track.lat, longitude_deg: track.lng, altitude_amsl_m: track.alt_msl },
+        source: match track.source {
+            Source::Fused => PointSource::Fused,
+            Source::Radar => PointSource::Radar,
+            Source::Transponder => PointSource::Transponder,
+        },
+        number: track.track_number,
+        radar_track: None,
+        sensor: None,
+        transponder: None,
+    };
+    for contributor in track.contributors {
+        match contributor {
+            Contributor::Radar { sensor, track_number } => {
+                point.radar_track = Some(track_number);
+                point.sensor = sensor;
+            }
+            Contributor::Transponder { track_number } => point.transponder = Some(track_number),
+        }
+    }
+    Ok(point)
+}

@@ -1,0 +1,76 @@
+//! Files to truth, labels and points, by their content and not by their names. Sans-IO: octets in.
+//!
+//! A line that cannot be read is an error that names it: a score over a part of a file would be a wrong score.
+
+mod asterix;
+mod cells;
+mod csv;
+mod error;
+mod gpx;
+mod json;
+
+pub use self::asterix::Days;
+pub use self::cells::time;
+pub use self::csv::labels;
+pub use self::error::FileError;
+
+use super::{OutputPoint, Place};
+use crate::time::Time;
+
+/// The samples of drones, by id: what [`super::Truth::new`] takes.
+pub type Tracks = Vec<(String, Vec<(Time, Place)>)>;
+
+/// The points of a file, and what was remarkable about it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OutputFile {
+    /// The points, in the order of the file.
+    pub points: Vec<OutputPoint>,
+    /// Those of CAT129 records that do not say what they are made of: they count as fused, with no known contributor.
+    pub unknown_sources: u64,
+    /// CAT129 records passed over because others of the file do say it: reports of transponders, not output.
+    pub inputs: u64,
+}
+
+/// Octets at the beginning that tell text from binary data.
+const SAMPLE: usize = 512;
+
+/// A truth: CSV with `time,id,lat,lon,alt_msl`, or GPX. `name` appears in messages; `stem` is the id of a GPX track
+/// without a name.
+///
+/// # Errors
+/// The file is neither, or a line of it cannot be read.
+pub fn truth(name: &str, stem: &str, octets: &[u8]) -> Result<Tracks, FileError> {
+    let text = text(name, octets)?;
+    if text.trim_start().starts_with('<') { gpx::truth(name, stem, text) } else { csv::truth(name, text) }
+}
+
+/// The output of a tracker: as `replay` writes it in any format, `expected.csv` of the conformance flights, or any
+/// CAT129. `days`: which days the times of day of raw ASTERIX are on.
+///
+/// # Errors
+/// The file is none of these, or a line or record of it cannot be read.
+pub fn output(name: &str, octets: Vec<u8>, days: Days) -> Result<OutputFile, FileError> {
+    let sample = &octets[..octets.len().min(SAMPLE)];
+    let is_text =
+        !sample.is_empty() && !sample.iter().any(|&octet| octet < b' ' && !b"\t\r\n".contains(&octet));
+    if !is_text {
+        return asterix::output(name, octets, days);
+    }
+    let text = text(name, &octets)?;
+    let points =
+        if text.trim_start().starts_with('{') { json::output(name, text)? } else { csv::output(name, text)? };
+    Ok(OutputFile { points, ..OutputFile::default() })
+}
+
+/// UTF-8 without the mark that some programs put in front of it; not empty.
+fn text<'a>(name: &str, octets: &'a [u8]) -> Result<&'a str, FileError> {
+    let text = str::from_utf8(octets).map_err(|error| {
+        let line = octets[..error.valid_up_to()].iter().filter(|&&octet| octet == b'\n').count() as u64 + 1;
+        FileError::at(name, line, "this is no text in UTF-8; is it the right file?")
+    })?;
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    if text.trim().is_empty() {
+        return Err(FileError::whole(name, "is empty; did the program that writes it run to its end?"));
+    }
+    Ok(text)
+}

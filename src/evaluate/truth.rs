@@ -1,0 +1,192 @@
+//! Where the drones really were.
+
+use std::collections::BTreeMap;
+
+use super::Place;
+use crate::time::{SECOND, Time};
+
+/// Two samples further apart than this bound a hole, nanoseconds: inside it nobody knows where the drone was.
+const HOLE_NS: i64 = 5 * SECOND;
+
+/// The true tracks of all drones, in the order of their ids.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Truth {
+    tracks: Vec<TrueTrack>,
+}
+
+/// The true track of one drone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrueTrack {
+    id: String,
+    /// By time, each time once; never empty.
+    samples: Vec<(Time, Place)>,
+}
+
+impl Truth {
+    /// From the samples of each drone, in any order. Of two samples of one drone with one time the last counts;
+    /// several entries with one id are one drone, and a drone without samples is none.
+    pub fn new(tracks: impl IntoIterator<Item = (String, Vec<(Time, Place)>)>) -> Self {
+        let mut by_id: BTreeMap<String, BTreeMap<Time, Place>> = BTreeMap::new();
+        for (id, samples) in tracks {
+            if !samples.is_empty() {
+                by_id.entry(id).or_default().extend(samples);
+            }
+        }
+        let track =
+            |(id, samples): (String, BTreeMap<_, _>)| TrueTrack { id, samples: Vec::from_iter(samples) };
+        Self { tracks: by_id.into_iter().map(track).collect() }
+    }
+
+    /// The drones, by id.
+    pub fn tracks(&self) -> &[TrueTrack] {
+        &self.tracks
+    }
+
+    /// The place of the drone with this id in [`Truth::tracks`].
+    pub fn index_of(&self, id: &str) -> Option<usize> {
+        self.tracks.binary_search_by(|track| track.id.as_str().cmp(id)).ok()
+    }
+
+    /// From the first sample of any drone to the last; `None` without drones.
+    pub fn span(&self) -> Option<(Time, Time)> {
+        let first = self.tracks.iter().map(|track| track.span().0).min()?;
+        let last = self.tracks.iter().map(|track| track.span().1).max()?;
+        Some((first, last))
+    }
+}
+
+impl TrueTrack {
+    /// The drone's id.
+    pub fn id(&self) -> &str {
+        &self.id
+    }
+
+    /// Its samples, by time.
+    pub fn samples(&self) -> &[(Time, Place)] {
+        &self.samples
+    }
+
+    /// Its first and its last time.
+    pub fn span(&self) -> (Time, Time) {
+        (self.samples[0].0, self.samples[self.samples.len() - 1].0)
+    }
+
+    /// Where it was, linearly between two samples; `None` outside its span, and inside holes (samples more than 5 s
+    /// apart).
+    pub fn at(&self, time: Time) -> Option<Place> {
+        let ((before, from), (after, to)) = self.around(time)?;
+        let length_ns = after.nanos() - before.nanos();
+        (length_ns <= HOLE_NS)
+            .then(|| between(from, to, time.seconds_since(before), after.seconds_since(before)))
+    }
+
+    /// Where it was or, in a hole, would have been on a straight line; `None` outside its span.
+    pub(super) fn at_or_across_hole(&self, time: Time) -> Option<Place> {
+        let ((before, from), (after, to)) = self.around(time)?;
+        Some(between(from, to, time.seconds_since(before), after.seconds_since(before)))
+    }
+
+    /// The holes: times of the last sample before each and of the first after it.
+    pub fn holes(&self) -> impl Iterator<Item = (Time, Time)> + '_ {
+        let pairs = self.samples.windows(2).map(|pair| (pair[0].0, pair[1].0));
+        pairs.filter(|(from, to)| to.nanos() - from.nanos() > HOLE_NS)
+    }
+
+    /// The samples on either side; twice the same at a sample's own time.
+    fn around(&self, time: Time) -> Option<((Time, Place), (Time, Place))> {
+        let next = self.samples.partition_point(|sample| sample.0 < time);
+        let after = *self.samples.get(next)?;
+        if after.0 == time {
+            return Some((after, after));
+        }
+        Some((self.samples[next.checked_sub(1)?], after))
+    }
+}
+
+/// The place `elapsed_s` of `length_s` on the way; a height only where both ends have one.
+fn between(from: Place, to: Place, elapsed_s: f64, length_s: f64) -> Place {
+    if length_s <= 0.0 {
+        return from;
+    }
+    let share = elapsed_s / length_s;
+    // The short way round, over the antimeridian if need be.
+    let east_deg = (to.longitude_deg - from.longitude_deg + 180.0).rem_euclid(360.0) - 180.0;
+    let longitude_deg = (from.longitude_deg + share * east_deg + 180.0).rem_euclid(360.0) - 180.0;
+    Place {
+        latitude_deg: from.latitude_deg + share * (to.latitude_deg - from.latitude_deg),
+        longitude_deg,
+        altitude_amsl_m: from
+            .altitude_amsl_m
+            .zip(to.altitude_amsl_m)
+            .map(|(from_m, to_m)| from_m + share * (to_m - from_m)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at_s(second: f64) -> Time {
+        Time::from_nanos((second * 1e9) as i64)
+    }
+
+    fn place(latitude_deg: f64, longitude_deg: f64, altitude: Option<f64>) -> Place {
+        Place { latitude_deg, longitude_deg, altitude_amsl_m: altitude }
+    }
+
+    fn one(samples: &[(f64, Place)]) -> Truth {
+        let samples = samples.iter().map(|&(second, place)| (at_s(second), place)).collect();
+        Truth::new([("A".to_owned(), samples)])
+    }
+
+    #[test]
+    fn places_are_linear_between_samples_whatever_their_order() {
+        let truth = one(&[
+            (4.0, place(50.0, 9.0, Some(40.0))),
+            (0.0, place(50.0, 8.0, Some(0.0))),
+            (0.0, place(50.0, 8.0, Some(20.0))),
+        ]);
+        let track = &truth.tracks()[0];
+        assert_eq!(
+            track.at(at_s(1.0)),
+            Some(place(50.0, 8.25, Some(25.0))),
+            "the last sample of a time counts"
+        );
+        assert_eq!(track.at(at_s(0.0)), Some(place(50.0, 8.0, Some(20.0))));
+        assert_eq!(track.at(at_s(4.0)), Some(place(50.0, 9.0, Some(40.0))));
+        assert_eq!((track.at(at_s(-0.1)), track.at(at_s(4.1))), (None, None));
+    }
+
+    #[test]
+    fn a_hole_is_longer_than_five_seconds_and_has_ends() {
+        let (a, b) = (place(50.0, 8.0, None), place(50.0, 9.0, Some(1.0)));
+        let truth = one(&[(0.0, a), (5.0, b), (10.1, b), (11.0, b)]);
+        let track = &truth.tracks()[0];
+        assert_eq!(track.at(at_s(2.5)), Some(place(50.0, 8.5, None)), "5 s are no hole");
+        assert_eq!(
+            [5.0, 5.1, 10.0, 10.1].map(|second| track.at(at_s(second)).is_some()),
+            [true, false, false, true]
+        );
+        assert_eq!(track.at_or_across_hole(at_s(6.0)), Some(b));
+        assert_eq!(track.holes().collect::<Vec<_>>(), [(at_s(5.0), at_s(10.1))]);
+    }
+
+    #[test]
+    fn the_antimeridian_is_no_way_round_the_world() {
+        let truth = one(&[(0.0, place(0.0, 179.0, None)), (1.0, place(0.0, -179.0, None))]);
+        let longitude = truth.tracks()[0].at(at_s(0.75)).unwrap().longitude_deg;
+        assert!((longitude + 179.5).abs() < 1e-9, "{longitude}");
+    }
+
+    #[test]
+    fn drones_are_in_the_order_of_their_ids_and_each_is_one() {
+        let sample = |second| (at_s(second), place(0.0, 0.0, None));
+        let tracks =
+            [("B", vec![sample(1.0)]), ("A", vec![sample(7.0)]), ("B", vec![sample(0.0)]), ("C", vec![])];
+        let truth = Truth::new(tracks.map(|(id, samples)| (id.to_owned(), samples)));
+        assert_eq!(truth.tracks().iter().map(TrueTrack::id).collect::<Vec<_>>(), ["A", "B"]);
+        assert_eq!((truth.index_of("B"), truth.index_of("C")), (Some(1), None));
+        assert_eq!(truth.tracks()[1].span(), (at_s(0.0), at_s(1.0)));
+        assert_eq!(truth.span(), Some((at_s(0.0), at_s(7.0))));
+    }
+}

@@ -1,0 +1,232 @@
+//! What is scored, and what scoring it gives.
+
+use serde::Serialize;
+
+use super::{Offset, Place};
+use crate::config::{Config, Radar, SensorKind};
+use crate::fusion::{SlotGrid, Source};
+use crate::picture::{PictureMaker, Track};
+use crate::time::{SECOND, Time};
+
+/// What a point is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum PointSource {
+    /// Radar and transponder.
+    Fused,
+    /// Radar alone.
+    Radar,
+    /// Transponder alone.
+    Transponder,
+}
+
+/// A point that is to be scored: of the output, a radar's plot, or an interpolated transponder position.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OutputPoint {
+    /// Its time of applicability.
+    pub time: Time,
+    /// Where it is.
+    pub place: Place,
+    /// What it is made of.
+    pub source: PointSource,
+    /// The published track number.
+    pub number: u32,
+    /// The radar's own number of the track that takes part (I048/161).
+    pub radar_track: Option<u16>,
+    /// The radar of that track, where the format tells.
+    pub sensor: Option<String>,
+    /// The number of the transponder that takes part.
+    pub transponder: Option<u32>,
+}
+
+/// What points are scored by, besides the truth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// The slots.
+    pub grid: SlotGrid,
+    /// The first radar; `None`: not known, and then no point is seen from it.
+    pub site: Option<Place>,
+}
+
+impl Settings {
+    /// Those of a site.
+    pub fn of(config: &Config) -> Self {
+        let radar = config.sensors.iter().find_map(|sensor| match &sensor.kind {
+            SensorKind::Radar(radar) => Some(radar),
+            SensorKind::Transponder(_) => None,
+        });
+        let site = |radar: &Radar| Place {
+            latitude_deg: radar.latitude_deg,
+            longitude_deg: radar.longitude_deg,
+            altitude_amsl_m: Some(radar.height_amsl_m),
+        };
+        Self { grid: SlotGrid::new(config.fusion.slot.as_nanos() as i64), site: radar.map(site) }
+    }
+}
+
+/// Slots of 0.25 s, and no site.
+impl Default for Settings {
+    fn default() -> Self {
+        Self { grid: SlotGrid::new(SECOND / 4), site: None }
+    }
+}
+
+impl OutputPoint {
+    /// Of a track of `maker`'s.
+    pub fn of_track(track: &Track, maker: &PictureMaker) -> Self {
+        let source = &track.point.source;
+        Self {
+            time: track.time,
+            place: Place {
+                latitude_deg: track.position.latitude_deg(),
+                longitude_deg: track.position.longitude_deg(),
+                altitude_amsl_m: track.altitude_amsl_m,
+            },
+            source: match source {
+                Source::Fused(..) => PointSource::Fused,
+                Source::Radar(_) => PointSource::Radar,
+                Source::Transponder(_) => PointSource::Transponder,
+            },
+            number: track.point.number,
+            radar_track: source.radar().map(|part| part.track.number),
+            sensor: source.radar().map(|part| maker.sensor(part.track.sensor).to_owned()),
+            transponder: source.transponder().map(|part| part.number),
+        }
+    }
+}
+
+/// A point and what became of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sample {
+    /// Its time of applicability.
+    pub time: Time,
+    /// Where it is.
+    pub place: Place,
+    /// What it is made of.
+    pub source: PointSource,
+    /// The published track number.
+    pub number: u32,
+    /// The drone it belongs to, an index of [`Evaluation::drones`]; `None`: none.
+    pub drone: Option<usize>,
+    /// From the drone's true place to the point.
+    pub error: Option<Offset>,
+    /// The drone's true place as the first radar sees it; `None` where no site is known.
+    pub seen: Option<Seen>,
+}
+
+/// A place as a radar sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen {
+    /// Distance over ground, metres.
+    pub range_m: f64,
+    /// Clockwise from north, degrees, 0 to 360.
+    pub azimuth_deg: f64,
+}
+
+/// The score of the output and of each input alone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Evaluation {
+    /// The drones of the truth, in the order of their ids.
+    pub drones: Vec<Drone>,
+    /// The output.
+    pub fused: Scored,
+    /// The radars' plots; `None` without a capture.
+    pub radar: Option<Scored>,
+    /// The interpolated transponders; `None` without a capture.
+    pub transponder: Option<Scored>,
+}
+
+/// A drone of the truth.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Drone {
+    /// Its id in the truth.
+    pub id: String,
+    /// Whether it carries a transponder; `None` where neither labels nor a capture tell.
+    pub equipped: Option<bool>,
+}
+
+/// One stream of points with its scores.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scored {
+    /// Of all drones together.
+    pub all: Score,
+    /// Of the drones that carry a transponder.
+    pub equipped: Score,
+    /// Of the drones that carry none.
+    pub unequipped: Score,
+    /// Of each drone, in the order of [`Evaluation::drones`].
+    pub drones: Vec<Score>,
+    /// Every point that counts, in order of emission.
+    pub samples: Vec<Sample>,
+}
+
+/// The metrics of one stream; see [`crate::evaluate`]. What cannot be told (nothing to divide by) is `None`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Score {
+    /// Probability of update, percent: slots with at least one point of the drone / slots of its span.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pu_percent: Option<f64>,
+    /// Position error, 3-D (horizontal for points without height), metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub epos: Option<ErrorStatistics>,
+    /// Horizontal position error, metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub eposh: Option<ErrorStatistics>,
+    /// Vertical position error, metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub eposv: Option<ErrorStatistics>,
+    /// Position error in slots where the drone's transponder interpolates.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub epos_covered: Option<ErrorStatistics>,
+    /// Position error in the other slots of an equipped drone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub epos_gap: Option<ErrorStatistics>,
+    /// Fused points whose radar track and transponder belong to one drone / all fused points.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub precision: Option<f64>,
+    /// Slots with such a point / slots in which both inputs of the drone are present.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub recall: Option<f64>,
+    /// Changes of the published track number a drone and minute.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub id_changes: Option<f64>,
+    /// Seconds of tracks of no drone a minute; not told for a single drone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub false_track_s: Option<f64>,
+    /// Mean GOSPA (p = 2, c = 50 m, alpha = 2), metres; of all drones together only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gospa_m: Option<f64>,
+    /// What that mean is made of.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gospa_parts: Option<GospaParts>,
+}
+
+/// What the mean GOSPA is made of, in its slots.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct GospaParts {
+    /// How many slots.
+    pub slots: u64,
+    /// Root mean square distance of matched truths and points, metres; `None` where none is matched.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub localisation_rms_m: Option<f64>,
+    /// Mean number of truths with a point.
+    pub matched: f64,
+    /// Mean number of truths without a point.
+    pub missed: f64,
+    /// Mean number of points without a truth.
+    pub unmatched: f64,
+}
+
+/// Mean and spread of an error, metres.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ErrorStatistics {
+    /// How many points.
+    pub count: u64,
+    /// Mean.
+    pub mean_m: f64,
+    /// Standard error of the mean: standard deviation / sqrt(count); 0 for a single point.
+    pub sem_m: f64,
+    /// Median.
+    pub p50_m: f64,
+    /// 95th percentile.
+    pub p95_m: f64,
+}
