@@ -1,14 +1,28 @@
 //! How long a drone keeps its number.
 
 use super::scene::Scene;
+use crate::evaluate::judged::Judged;
 
 /// Changes of the published track number between successive points of one drone, a drone and minute.
+///
+/// Where several points of a drone have one time, whoever follows it stays with the number that was there before, as long
+/// as one of them has it; so a drone that two radar tracks report does not change its number twice a slot.
 pub(in crate::evaluate) fn changes_a_minute(scene: &Scene<'_>, group: &[usize]) -> Option<f64> {
-    let changes = |drone: &usize| {
-        let points = &scene.drones[*drone];
-        points.windows(2).filter(|pair| pair[0].point.number != pair[1].point.number).count()
-    };
-    let changes: usize = group.iter().map(changes).sum();
+    let changes: usize = group.iter().map(|&drone| changes(&scene.drones[drone])).sum();
     let minutes: f64 = group.iter().map(|&drone| scene.counted.minutes(drone)).sum();
     (minutes > 0.0).then(|| changes as f64 / minutes)
+}
+
+/// Changes of the number that is followed; `points` are in order of time.
+fn changes(points: &[&Judged<'_>]) -> usize {
+    let mut followed = None;
+    let mut changes = 0;
+    for moment in points.chunk_by(|a, b| a.point.time == b.point.time) {
+        let is_there = |number| moment.iter().any(|judged| judged.point.number == number);
+        if !followed.is_some_and(is_there) {
+            changes += usize::from(followed.is_some());
+            followed = Some(moment[0].point.number);
+        }
+    }
+    changes
 }
