@@ -1,4 +1,4 @@
-//! What each input is worth alone: the yardsticks of the fused output.
+//! What is scored of a capture: the output, and each input alone as its yardsticks.
 
 use super::{OutputPoint, Place, PointSource};
 use crate::areas::Masks;
@@ -15,6 +15,33 @@ pub struct Alone {
     pub radar: Vec<OutputPoint>,
     /// Every transponder's interpolated position in every slot that has one, at the lag in use.
     pub transponder: Vec<OutputPoint>,
+}
+
+/// What the engine puts out of a capture.
+///
+/// # Errors
+/// The capture cannot be read to its end.
+pub fn output(
+    receptions: impl Iterator<Item = Result<Reception, ReadError>>,
+    config: &Config,
+    masks: Masks,
+) -> Result<Vec<OutputPoint>, ReadError> {
+    let mut pipeline = Pipeline::new(config, masks);
+    let maker = PictureMaker::new(config, pipeline.normaliser());
+    let mut points = Vec::new();
+    let mut put_out = |emission| {
+        let tracks = maker.picture(emission).tracks;
+        points.extend(tracks.iter().map(|track| OutputPoint::of_track(track, &maker)));
+    };
+    for reception in receptions {
+        pipeline.receive(&reception?, |output| {
+            if let Output::Emission(emission) = output {
+                put_out(emission);
+            }
+        });
+    }
+    pipeline.finish(put_out);
+    Ok(points)
 }
 
 impl Alone {

@@ -16,7 +16,7 @@ pub struct Label {
     pub number: u32,
     /// The drone's id in the truth; `None`: no drone (a bird, clutter).
     pub id: Option<String>,
-    /// Whether the radar's track was on its way from one target to another.
+    /// Whether the radar's track had walked off its target.
     pub seduced: bool,
 }
 

@@ -16,7 +16,7 @@ mod score;
 mod truth;
 mod types;
 
-pub use alone::Alone;
+pub use alone::{Alone, output};
 pub use labels::{Label, Labels, Told};
 pub use metrics::gospa::{Gospa, Near, gospa};
 pub use place::{Offset, Place};

@@ -4,8 +4,9 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use super::{Flight, Label, Simulation};
+use super::{Flight, Simulation};
 use crate::config::SensorKind;
+use crate::evaluate::Label;
 use crate::publish::PcapWriter;
 use crate::time::{SECOND, Time};
 

@@ -35,6 +35,7 @@ use streams::{Entity, Stream, Streams};
 use transponder::{Attack, Report};
 
 use crate::config::Config;
+use crate::evaluate::{Label, Truth};
 use crate::ingest::{Reception, ReceptionKind};
 use crate::time::Time;
 use wire::{Sent, after, stamped};
@@ -65,6 +66,20 @@ impl Simulation {
             payload: datagram.payload.clone(),
         })
     }
+
+    /// Where the drones were, to score by.
+    pub fn truth(&self) -> Truth {
+        let place = |sample: &TruthSample| crate::evaluate::Place {
+            latitude_deg: sample.latitude_deg,
+            longitude_deg: sample.longitude_deg,
+            altitude_amsl_m: Some(sample.altitude_amsl_m),
+        };
+        let track = |flight: &Flight| {
+            let samples = flight.samples.iter().map(|sample| (sample.time, place(sample)));
+            (flight.id.clone(), samples.collect())
+        };
+        Truth::new(self.flights.iter().map(track))
+    }
 }
 
 /// A drone's true flight.
@@ -91,21 +106,6 @@ pub struct TruthSample {
     pub altitude_amsl_m: f64,
     /// Metres north, east and down a second.
     pub velocity_ned_m_s: [f64; 3],
-}
-
-/// Which drone a plot or report was.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Label {
-    /// The time that it says.
-    pub time: Time,
-    /// The sensor's id.
-    pub sensor: String,
-    /// The radar's track number, or the transponder's number.
-    pub number: u32,
-    /// The drone's id; `None`: a bird or the like.
-    pub id: Option<String>,
-    /// Whether a radar track had walked off its target.
-    pub seduced: bool,
 }
 
 /// Flies the scenario, at `start` instead of its own time where that is given.
