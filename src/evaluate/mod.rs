@@ -11,6 +11,7 @@ mod metrics;
 mod nearby;
 mod owner;
 mod place;
+pub mod plot;
 pub mod read;
 mod score;
 mod truth;

@@ -1,0 +1,70 @@
+//! A flat Earth of some kilometres, about the radar where one is known.
+
+use super::super::{Place, Sample};
+use super::axis::drawable;
+use super::{Stream, TruthLine};
+
+/// Metres east and north of an origin.
+pub(super) struct Flat {
+    /// A place near the origin.
+    reference: Place,
+    /// The origin, from the reference.
+    origin: (f64, f64),
+    /// Whether the origin is the first radar, or else the middle of the true paths.
+    pub(super) from_radar: bool,
+}
+
+impl Flat {
+    /// About the radar that samples are seen from; without one about the true paths, without these about the points.
+    pub(super) fn of(streams: &[Stream<'_>], truth: &[TruthLine<'_>]) -> Self {
+        let samples = || streams.iter().flat_map(|stream| stream.samples);
+        let true_places = || truth.iter().flat_map(|line| line.points).map(|(_, place)| place);
+        let known = |place: &&Place| drawable(place.latitude_deg) && drawable(place.longitude_deg);
+        let first = true_places().chain(samples().map(|sample| &sample.place)).find(known);
+        let reference = first.map_or((0.0, 0.0), |place| (place.latitude_deg, place.longitude_deg));
+        let reference =
+            Place { latitude_deg: reference.0, longitude_deg: reference.1, altitude_amsl_m: None };
+        let mut flat = Self { reference, origin: (0.0, 0.0), from_radar: false };
+        let radar = middle(samples().filter_map(|sample| flat.radar_of(sample)), median);
+        flat.from_radar = radar.is_some();
+        let centre = || middle(true_places().filter_map(|place| flat.position(place)), half_way);
+        let points = || middle(samples().filter_map(|sample| flat.position(&sample.place)), half_way);
+        flat.origin = radar.or_else(centre).or_else(points).unwrap_or_default();
+        flat
+    }
+
+    /// Metres east and north of the origin; `None` for what is no place.
+    pub(super) fn position(&self, place: &Place) -> Option<(f64, f64)> {
+        let offset = place.offset_from(&self.reference);
+        let (east, north) = (offset.east_m - self.origin.0, offset.north_m - self.origin.1);
+        (drawable(east) && drawable(north)).then_some((east, north))
+    }
+
+    /// The radar from which a drone is seen: from the point back to the drone's true place, and from there against
+    /// the azimuth.
+    fn radar_of(&self, sample: &Sample) -> Option<(f64, f64)> {
+        let (seen, error) = (sample.seen?, sample.error?);
+        let (east, north) = self.position(&sample.place)?;
+        let (sin, cos) = seen.azimuth_deg.to_radians().sin_cos();
+        let (east, north) =
+            (east - error.east_m - seen.range_m * sin, north - error.north_m - seen.range_m * cos);
+        (drawable(east) && drawable(north)).then_some((east, north))
+    }
+}
+
+/// The middle of points, side by side.
+fn middle(points: impl Iterator<Item = (f64, f64)>, of: fn(&mut [f64]) -> f64) -> Option<(f64, f64)> {
+    let (mut east, mut north): (Vec<f64>, Vec<f64>) = points.unzip();
+    (!east.is_empty()).then(|| (of(&mut east), of(&mut north)))
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    let half = values.len() / 2;
+    *values.select_nth_unstable_by(half, f64::total_cmp).1
+}
+
+fn half_way(values: &mut [f64]) -> f64 {
+    let (low, high) =
+        values.iter().fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(*value), high.max(*value)));
+    0.5 * (low + high)
+}

@@ -1,0 +1,106 @@
+//! The little of SVG that figures need: text that cannot break out, numbers that are short, path data.
+
+use std::fmt::Write;
+
+/// The largest coordinate written, pixels: far outside every figure.
+const COORDINATE_MAX: f64 = 1e5;
+
+/// `text` as the content of an element or of a quoted attribute, in XML and in HTML.
+///
+/// Characters that XML 1.0 does not know, not even escaped, become U+FFFD.
+pub(super) fn escape(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            '\'' => escaped.push_str("&#39;"),
+            '\t' | '\n' | '\r' => escaped.push(' '),
+            '\u{fffe}' | '\u{ffff}' => escaped.push(char::REPLACEMENT_CHARACTER),
+            control if control.is_control() => escaped.push(char::REPLACEMENT_CHARACTER),
+            other => escaped.push(other),
+        }
+    }
+    escaped
+}
+
+/// A coordinate to a tenth of a pixel, without what says nothing: `12.3`, `12`, `-.5`.
+pub(super) fn coordinate(pixels: f64) -> String {
+    let mut text = String::new();
+    push_coordinate(&mut text, pixels);
+    text
+}
+
+fn push_coordinate(out: &mut String, pixels: f64) {
+    debug_assert!(!pixels.is_nan(), "what has no place is left out before it is drawn");
+    let tenths = (pixels.clamp(-COORDINATE_MAX, COORDINATE_MAX) * 10.0).round() as i64;
+    let (whole, tenth) = (tenths.abs() / 10, tenths.abs() % 10);
+    if tenths < 0 {
+        out.push('-');
+    }
+    // Writing to a string cannot fail.
+    let _ = match (whole, tenth) {
+        (whole, 0) => write!(out, "{whole}"),
+        (0, tenth) => write!(out, ".{tenth}"),
+        (whole, tenth) => write!(out, "{whole}.{tenth}"),
+    };
+}
+
+/// Path data: one `d` attribute for thousands of marks is a tenth of as many elements.
+#[derive(Default)]
+pub(super) struct PathData(String);
+
+impl PathData {
+    /// Begins anew at (x, y), then does what `rest` says.
+    pub(super) fn mark(&mut self, (x, y): (f64, f64), rest: &str) {
+        self.command('M', (x, y));
+        self.0.push_str(rest);
+    }
+
+    /// A line through `points`; of a single one a dot.
+    pub(super) fn line(&mut self, points: &[(f64, f64)]) {
+        for (index, point) in points.iter().enumerate() {
+            self.command(if index == 0 { 'M' } else { 'L' }, *point);
+        }
+        if points.len() == 1 {
+            self.0.push_str("h.01");
+        }
+    }
+
+    fn command(&mut self, letter: char, (x, y): (f64, f64)) {
+        self.0.push(letter);
+        push_coordinate(&mut self.0, x);
+        self.0.push(' ');
+        push_coordinate(&mut self.0, y);
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The value of `d`.
+    pub(super) fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_cannot_break_out() {
+        assert_eq!(
+            escape("<a b=\"c\">&'\u{0}\u{1b}\n"),
+            "&lt;a b=&quot;c&quot;&gt;&amp;&#39;\u{fffd}\u{fffd} "
+        );
+    }
+
+    #[test]
+    fn coordinates_are_short_and_finite() {
+        let texts = [0.0, -0.04, 12.34, 12.0, -0.5, f64::INFINITY, f64::NEG_INFINITY].map(coordinate);
+        assert_eq!(texts, ["0", "0", "12.3", "12", "-.5", "100000", "-100000"]);
+    }
+}

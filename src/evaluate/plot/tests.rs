@@ -1,0 +1,172 @@
+//! Everything drawn from flights made here, and read again as XML.
+
+use roxmltree::{Document, Node};
+
+use super::super::{Score, Scored};
+use super::flight::{FLIGHT, Flight, RADAR, Truth};
+use super::thin::POINTS_MAX;
+use super::*;
+
+fn drawn(evaluation: &Evaluation, truth: &Truth) -> Vec<Figure> {
+    let lines: Vec<_> = truth.iter().map(|(id, points)| TruthLine { id, points }).collect();
+    figures(evaluation, &lines)
+}
+
+/// Every figure is well-formed, and nowhere stands a number that is none.
+fn checked(evaluation: &Evaluation, truth: &Truth) -> Vec<Figure> {
+    let figures = drawn(evaluation, truth);
+    let names: Vec<_> = figures.iter().map(|figure| figure.name).collect();
+    assert_eq!(
+        names,
+        [
+            "error-over-time",
+            "error-over-range",
+            "error-over-azimuth",
+            "plan-view",
+            "height-over-time",
+            "error-distribution"
+        ]
+    );
+    for figure in &figures {
+        let document = Document::parse(&figure.svg).expect(figure.name);
+        let text = |tag| document.root_element().children().find(|node: &Node| node.has_tag_name(tag));
+        assert_eq!(text("title").unwrap().text(), Some(figure.title.as_str()));
+        assert_eq!(text("desc").unwrap().text(), Some(figure.caption.as_str()));
+        for node in document.descendants() {
+            let attributes = node.attributes().map(|attribute| attribute.value());
+            for text in attributes.chain(node.text()) {
+                assert!(!text.contains("NaN") && text != "inf", "{}: {text}", figure.name);
+            }
+            let data = node.attribute("d").unwrap_or_default();
+            assert!(!data.contains("inf"), "{}: {data}", figure.name);
+        }
+        assert!(figure.svg.len() < 1_500_000, "{}: {} octets", figure.name, figure.svg.len());
+    }
+    figures
+}
+
+fn empty() -> Evaluation {
+    let scored = Flight { drones: 0, ..FLIGHT }.scored(Vec::new(), 0.0);
+    let scored = Scored { all: Score::default(), ..scored };
+    Evaluation { drones: Vec::new(), fused: scored, radar: None, transponder: None }
+}
+
+#[test]
+fn a_flight_gives_all_figures_and_always_the_same() {
+    let (evaluation, truth) = (FLIGHT.evaluation(), FLIGHT.truth());
+    let figures = checked(&evaluation, &truth);
+    assert_eq!(figures, drawn(&evaluation, &truth));
+    assert!(figures[0].svg.contains("Time since 2026-06-20 23:59:30 UTC (min)"));
+}
+
+#[test]
+fn an_empty_evaluation_says_so_in_every_figure() {
+    for figure in checked(&empty(), &Vec::new()) {
+        assert!(figure.svg.contains(">no point"), "{}", figure.name);
+    }
+}
+
+#[test]
+fn truth_alone_a_single_point_and_output_alone_are_drawn() {
+    let truth = FLIGHT.truth();
+    let figures = checked(&empty(), &truth);
+    assert!(figures[3].svg.contains("true path") && figures[3].caption.contains("No site is known"));
+
+    let mut single = Flight { radar: false, transponder: false, ..FLIGHT }.evaluation();
+    single.fused.samples.truncate(1);
+    checked(&single, &Vec::new());
+    checked(&single, &truth);
+
+    let output_only = Flight { radar: false, transponder: false, ..FLIGHT }.evaluation();
+    let figures = checked(&output_only, &truth);
+    assert!(!figures[0].svg.contains("radar plots"));
+}
+
+#[test]
+fn the_plan_has_one_scale_and_the_radar_at_its_origin() {
+    let (evaluation, truth) = (FLIGHT.evaluation(), FLIGHT.truth());
+    let lines: Vec<_> = truth.iter().map(|(id, points)| TruthLine { id, points }).collect();
+    let flat = flat::Flat::of(&streams(&evaluation), &lines);
+    let (east, north) = flat.position(&RADAR).unwrap();
+    assert!(flat.from_radar && east.hypot(north) < 2.0, "{east} {north}");
+
+    // The grid's lines lie one step apart on both axes: the same number of pixels.
+    let figure = &checked(&evaluation, &truth)[3];
+    let document = Document::parse(&figure.svg).unwrap();
+    let labels = |anchor, side: &str| -> Vec<(f64, f64)> {
+        let texts = document.descendants().filter(|node| node.has_tag_name("text"));
+        let of_axis =
+            texts.filter(|node| node.parent_element().unwrap().attribute("text-anchor") == Some(anchor));
+        of_axis
+            .filter_map(|node| {
+                let value = node.text()?.replace('\u{2212}', "-").replace(',', "").parse().ok()?;
+                Some((value, node.attribute(side)?.parse().ok()?))
+            })
+            .collect()
+    };
+    let scale = |labels: &[(f64, f64)]| (labels[1].1 - labels[0].1) / (labels[1].0 - labels[0].0);
+    let (east, north) = (scale(&labels("middle", "x")), scale(&labels("end", "y")));
+    assert!(east > 0.0 && (east + north).abs() < 2e-3 * east, "{east} {north}");
+}
+
+#[test]
+fn a_gap_of_the_truth_stays_a_gap() {
+    let (evaluation, truth) = (FLIGHT.evaluation(), FLIGHT.truth());
+    let figure = &checked(&evaluation, &truth)[4];
+    let document = Document::parse(&figure.svg).unwrap();
+    let paths = document.descendants().filter(|node| node.text() == Some(truth[0].0.as_str()));
+    let data: Vec<_> = paths.filter_map(|node| node.parent_element()?.attribute("d")).collect();
+    assert_eq!(data.len(), 1);
+    assert_eq!(data[0].matches('M').count(), 2, "{}", data[0]);
+}
+
+#[test]
+fn ids_are_escaped_and_stay_readable() {
+    let (evaluation, truth) = (FLIGHT.evaluation(), FLIGHT.truth());
+    let figures = checked(&evaluation, &truth);
+    let document = Document::parse(&figures[3].svg).unwrap();
+    assert!(document.descendants().any(|node| node.text() == Some("D0 <&\"'>")));
+}
+
+#[test]
+fn what_is_not_finite_is_left_out() {
+    let (mut evaluation, mut truth) = (FLIGHT.evaluation(), FLIGHT.truth());
+    for scored in [&mut evaluation.fused, evaluation.radar.as_mut().unwrap()] {
+        for (index, sample) in scored.samples.iter_mut().enumerate().take(60) {
+            let bad = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, f64::MAX][index % 5];
+            match index % 7 {
+                0 => sample.place.latitude_deg = bad,
+                1 => sample.place.longitude_deg = bad,
+                2 => sample.place.altitude_amsl_m = Some(bad),
+                3 => sample.error.iter_mut().for_each(|error| error.east_m = bad),
+                4 => sample.seen.iter_mut().for_each(|seen| seen.range_m = bad),
+                5 => sample.seen.iter_mut().for_each(|seen| seen.azimuth_deg = bad),
+                _ => sample.time = Time::from_nanos(if bad.is_nan() { i64::MIN } else { i64::MAX }),
+            }
+        }
+    }
+    truth[0].1[0].1.latitude_deg = f64::NAN;
+    truth[1].1[0].1.altitude_amsl_m = Some(f64::INFINITY);
+    checked(&evaluation, &truth);
+}
+
+#[test]
+fn outliers_are_seen_and_hide_nothing() {
+    let flight = Flight { outlier_every: 500, ..FLIGHT };
+    let figures = checked(&flight.evaluation(), &flight.truth());
+    assert!(figures[0].svg.contains(">1,000<") && figures[0].svg.contains(">1<"), "decades of both");
+    assert!(figures[3].caption.contains("points lie outside"), "{}", figures[3].caption);
+    assert!(!figures[3].svg.contains(">4,000<"));
+}
+
+#[test]
+fn many_points_are_thinned_and_the_caption_says_so() {
+    let flight = Flight { drones: 100, seconds: 600, ..FLIGHT };
+    let figures = checked(&flight.evaluation(), &flight.truth());
+    for figure in &figures[..5] {
+        assert!(figure.caption.contains("nearly coincide"), "{}", figure.caption);
+        let document = Document::parse(&figure.svg).unwrap();
+        let marks = |node: Node<'_, '_>| node.attribute("d").map_or(0, |data| data.matches('M').count());
+        assert!(document.descendants().map(marks).all(|marks| marks <= POINTS_MAX));
+    }
+}
