@@ -1,4 +1,4 @@
-//! An evaluation as pictures: SVG figures as the paper's Figures 9 to 13.
+//! An evaluation as pictures: SVG figures as the paper's Figures 9 to 13, and one HTML page with its Table 1.
 //!
 //! Strings only, no file: the caller writes them. The same evaluation gives the same bytes. What is not finite is left
 //! out; foreign text (the ids of drones) is escaped. An own writer of SVG, because what plotting libraries give rounds
@@ -10,12 +10,15 @@ mod errors;
 mod flat;
 #[cfg(test)]
 mod flight;
+mod page;
 mod space;
 mod style;
 mod svg;
 #[cfg(test)]
 mod tests;
 mod thin;
+
+pub use page::page;
 
 use super::{Evaluation, Place, PointSource, Sample};
 use crate::time::{SECOND, Time};

@@ -1,6 +1,6 @@
 //! Everything drawn from flights made here, and read again as XML.
 
-use roxmltree::{Document, Node};
+use roxmltree::{Document, Node, ParsingOptions};
 
 use super::super::{Score, Scored};
 use super::flight::{FLIGHT, Flight, RADAR, Truth};
@@ -12,7 +12,7 @@ fn drawn(evaluation: &Evaluation, truth: &Truth) -> Vec<Figure> {
     figures(evaluation, &lines)
 }
 
-/// Every figure is well-formed, and nowhere stands a number that is none.
+/// Every figure and the page are well-formed, and nowhere stands a number that is none.
 fn checked(evaluation: &Evaluation, truth: &Truth) -> Vec<Figure> {
     let figures = drawn(evaluation, truth);
     let names: Vec<_> = figures.iter().map(|figure| figure.name).collect();
@@ -42,6 +42,10 @@ fn checked(evaluation: &Evaluation, truth: &Truth) -> Vec<Figure> {
         }
         assert!(figure.svg.len() < 1_500_000, "{}: {} octets", figure.name, figure.svg.len());
     }
+    let html = page("A <test> & more", evaluation, &figures);
+    let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
+    Document::parse_with_options(&html, options).expect("the page is also XML");
+    assert!(!html.contains("NaN") && !html.contains(">inf"));
     figures
 }
 
@@ -56,6 +60,7 @@ fn a_flight_gives_all_figures_and_always_the_same() {
     let (evaluation, truth) = (FLIGHT.evaluation(), FLIGHT.truth());
     let figures = checked(&evaluation, &truth);
     assert_eq!(figures, drawn(&evaluation, &truth));
+    assert_eq!(page("", &evaluation, &figures), page("", &evaluation, &figures));
     assert!(figures[0].svg.contains("Time since 2026-06-20 23:59:30 UTC (min)"));
 }
 
@@ -64,6 +69,7 @@ fn an_empty_evaluation_says_so_in_every_figure() {
     for figure in checked(&empty(), &Vec::new()) {
         assert!(figure.svg.contains(">no point"), "{}", figure.name);
     }
+    assert!(page("", &empty(), &[]).contains("Nothing can be told"));
 }
 
 #[test]
@@ -124,6 +130,8 @@ fn a_gap_of_the_truth_stays_a_gap() {
 fn ids_are_escaped_and_stay_readable() {
     let (evaluation, truth) = (FLIGHT.evaluation(), FLIGHT.truth());
     let figures = checked(&evaluation, &truth);
+    let html = page("", &evaluation, &figures);
+    assert!(!html.contains("D0 <") && html.contains("<bdi>D0 &lt;&amp;&quot;&#39;&gt;</bdi>"));
     let document = Document::parse(&figures[3].svg).unwrap();
     assert!(document.descendants().any(|node| node.text() == Some("D0 <&\"'>")));
 }
@@ -169,4 +177,21 @@ fn many_points_are_thinned_and_the_caption_says_so() {
         let marks = |node: Node<'_, '_>| node.attribute("d").map_or(0, |data| data.matches('M').count());
         assert!(document.descendants().map(marks).all(|marks| marks <= POINTS_MAX));
     }
+}
+
+#[test]
+fn the_table_holds_the_scores() {
+    let evaluation = FLIGHT.evaluation();
+    let html = page("", &evaluation, &[]);
+    for row in [
+        "<th>PU (%)</th><td>97.43</td><td>70.17</td><td>97.88</td><td>+27.26 points</td>",
+        "<th>mean ePos (m)</th><td>5.130</td><td>59.659</td><td>4.250</td><td>+91.4 %</td>",
+        "<th>SEM ePos (m)</th><td>0.028</td><td>0.028</td><td>0.028</td><td>0.0 %</td>",
+        "<th>GOSPA (m)</th><td>12,345.678</td>",
+        "<th>precision of fusion (%)</th><td>98.76</td>",
+    ] {
+        assert!(html.contains(row), "{row} is missing in\n{html}");
+    }
+    assert!(!html.contains("ID changes (1/min)</th><td>"), "what no stream can tell has no row");
+    assert_eq!(html.matches("<td>97.4</td><td>70.2</td>").count(), 2, "each drone's");
 }
