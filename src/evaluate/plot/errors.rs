@@ -156,20 +156,23 @@ fn scatter(over: Over, streams: &[Stream<'_>], points: &[Vec<(f64, f64)>]) -> Fi
     chart.finish(over.name, over.title, text, None)
 }
 
-/// The medians of the intervals, as lines that break where an interval has too few points.
+/// The medians of the intervals, each where its points are on the mean, so that none lies beyond them; as lines that
+/// break where an interval has too few points.
 fn medians(points: &[(f64, f64)], bin: f64) -> Vec<Vec<(f64, f64)>> {
-    let mut bins: BTreeMap<i64, Vec<f64>> = BTreeMap::new();
+    let mut bins: BTreeMap<i64, (f64, Vec<f64>)> = BTreeMap::new();
     for (x, error) in points {
-        bins.entry((x / bin).floor() as i64).or_default().push(*error);
+        let (sum, errors) = bins.entry((x / bin).floor() as i64).or_default();
+        *sum += x;
+        errors.push(*error);
     }
     let mut lines: Vec<Vec<(f64, f64)>> = Vec::new();
     let mut previous = None;
-    for (number, mut errors) in bins {
+    for (number, (sum, mut errors)) in bins {
         if errors.len() < MEDIAN_OF {
             continue;
         }
         errors.sort_unstable_by(f64::total_cmp);
-        let point = ((number as f64 + 0.5) * bin, quantile(&errors, 0.5));
+        let point = (sum / errors.len() as f64, quantile(&errors, 0.5));
         match lines.last_mut() {
             Some(line) if previous == Some(number - 1) => line.push(point),
             _ => lines.push(vec![point]),
@@ -219,4 +222,17 @@ pub(super) fn distribution(streams: &[Stream<'_>]) -> Figure {
         text,
         nothing.then_some(NO_POINTS),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn medians_lie_among_their_points_and_break_at_what_is_thin() {
+        let at = |x: f64, errors: &[f64]| errors.iter().map(|error| (x, *error)).collect::<Vec<_>>();
+        let full = [9.0, 1.0, 3.0, 2.0, 800.0];
+        let points = [at(3.0, &full), at(14.0, &full), at(25.0, &full[1..]), at(39.0, &full)].concat();
+        assert_eq!(medians(&points, 10.0), [vec![(3.0, 3.0), (14.0, 3.0)], vec![(39.0, 3.0)]]);
+    }
 }
