@@ -8,11 +8,12 @@ use std::path::{Path, PathBuf};
 use jiff::Timestamp;
 use jiff::civil::Date;
 use jiff::tz::TimeZone;
-use tracing::warn;
+use tracing::{info, warn};
 
 use crate::config::{Config, SensorKind};
+use crate::evaluate::plot::{self, TruthLine};
 use crate::evaluate::read::{self, Days};
-use crate::evaluate::{Label, Labels, OutputPoint, Truth};
+use crate::evaluate::{Evaluation, Label, Labels, OutputPoint, Truth};
 use crate::ingest::{Capture, Merged, OpenError};
 use crate::normalise::{nearest_day, time_of_day_count};
 use crate::time::Time;
@@ -110,6 +111,29 @@ fn day_of(paths: &[PathBuf], truth: &Truth) -> Result<Date, OpenError> {
 
 fn start(truth: &Truth) -> Time {
     truth.span().map_or_else(Time::default, |span| span.0)
+}
+
+/// The figures, each as a file, and the page that holds them all.
+pub(super) fn write_plots(
+    directory: &Path,
+    output: &Path,
+    evaluation: &Evaluation,
+    truth: &Truth,
+) -> Result<(), Failure> {
+    let lines: Vec<TruthLine<'_>> =
+        truth.tracks().iter().map(|track| TruthLine { id: track.id(), points: track.samples() }).collect();
+    let figures = plot::figures(evaluation, &lines);
+    let page = plot::page(&name(output), evaluation, &figures);
+    let mut files: Vec<(String, &str)> =
+        figures.iter().map(|figure| (format!("{}.svg", figure.name), figure.svg.as_str())).collect();
+    files.push(("index.html".to_owned(), &page));
+    std::fs::create_dir_all(directory)
+        .and_then(|()| {
+            files.iter().try_for_each(|(name, contents)| std::fs::write(directory.join(name), contents))
+        })
+        .map_err(|error| format!("--plot {}: cannot be written: {error}", directory.display()))?;
+    info!("{}: {} figures", directory.join("index.html").display(), figures.len());
+    Ok(())
 }
 
 fn octets(path: &Path) -> Result<Vec<u8>, Failure> {

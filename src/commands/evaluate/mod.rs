@@ -12,7 +12,7 @@ use jiff::civil::Date;
 use tracing::{error, warn};
 
 use super::moment::day;
-use super::{CommandResult, Outcome, Usage};
+use super::{CommandResult, Outcome};
 use crate::areas::Masks;
 use crate::config::Config;
 use crate::evaluate::{Alone, Evaluation, Labels, OutputPoint, Settings, Truth, evaluate};
@@ -46,7 +46,7 @@ pub struct Args {
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
-    /// Write plots into this folder
+    /// Write figures (SVG) and a page with the tables and all of them (index.html) into this folder
     #[arg(long, value_name = "DIR")]
     pub plot: Option<PathBuf>,
     /// End with exit code 5 unless this holds: [radar.|transponder.][equipped.|unequipped.]METRIC OP NUMBER, for
@@ -82,14 +82,13 @@ struct Scores<'a> {
 /// # Errors
 /// A file cannot be read, a line of it cannot be understood, or `out` cannot be written to.
 pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
-    if args.plot.is_some() {
-        return Err(Usage("--plot is not available in this version; leave it out".to_owned()).into());
-    }
     let inputs = read(args)?;
     let settings = inputs.config.as_ref().map_or_else(Settings::default, Settings::of);
     let labels = inputs.labels.as_ref();
     let evaluation = evaluate(&inputs.truth, labels, &inputs.output, inputs.alone.as_ref(), &settings);
-    // The plots are written here: plot::write(dir, &evaluation, ...)?.
+    if let Some(directory) = &args.plot {
+        files::write_plots(directory, &args.output, &evaluation, &inputs.truth)?;
+    }
 
     let requirements = args.require.iter().map(|requirement| {
         let value = requirement.value(&evaluation, args);
