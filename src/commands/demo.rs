@@ -1,6 +1,7 @@
 //! `demo`: a simulated flight through the engine, with a live table in the terminal.
 
 use std::collections::BTreeMap;
+use std::error::Error;
 use std::io::{self, IsTerminal, Write};
 
 use jiff::SignedDuration;
@@ -10,11 +11,12 @@ use super::pace::Pace;
 use super::summary::Summary;
 use super::{CommandResult, Outcome};
 use crate::areas::Masks;
+use crate::evaluate::{self, Alone, Labels, Score, Settings};
 use crate::fusion::{Emission, Source};
 use crate::normalise::Enu;
 use crate::picture::{Picture, PictureMaker, Track};
 use crate::pipeline::{Output, Pipeline, Tally};
-use crate::simulate::{Scenario, simulate};
+use crate::simulate::{Scenario, Simulation, TRANSPONDER_ID, simulate};
 use crate::time::Time;
 
 /// Shows the main job on a simulated flight: radar and transponders in, one air picture out.
@@ -73,8 +75,28 @@ pub fn run(args: &Args) -> CommandResult {
     owed.into_iter().try_for_each(|emission| show.slot(emission, pipeline.tally()))?;
 
     let summary = show.summary.text(pipeline.tally(), config)?;
-    writeln!(io::stdout(), "\n{summary}")?;
+    writeln!(io::stdout(), "\n{summary}\n{}", score(&simulation)?)?;
     Ok(Outcome::Done)
+}
+
+/// What the output and each input alone are worth, since the truth of a simulated flight is known.
+fn score(simulation: &Simulation) -> Result<String, Box<dyn Error + Send + Sync>> {
+    let Simulation { config, labels, .. } = simulation;
+    let receptions = || simulation.receptions().map(Ok);
+    let points = evaluate::output(receptions(), config, Masks::default())?;
+    let alone = Alone::of(receptions(), config, Masks::default())?;
+    let labels = Labels::with_receivers(labels.clone(), &[TRANSPONDER_ID.to_owned()].into());
+    let settings = Settings::of(config);
+    let scored = evaluate::evaluate(&simulation.truth(), Some(&labels), &points, Some(&alone), &settings);
+    let mut text = String::from("against the truth     slots with a point    mean position error\n");
+    let streams = [("fused", Some(&scored.fused)), ("radar", scored.radar.as_ref())];
+    for (name, stream) in streams.into_iter().chain([("transponder", scored.transponder.as_ref())]) {
+        let Some(Score { pu_percent: Some(percent), epos: Some(error), .. }) = stream.map(|s| &s.all) else {
+            continue;
+        };
+        text += &format!("{name:<21} {percent:>16.1} % {:>20.1} m\n", error.mean_m);
+    }
+    Ok(text)
 }
 
 struct Show<'a> {
