@@ -55,11 +55,13 @@ pub fn evaluate(
         detected: Inputs::slots(radar, drones.len(), |plot| !plot.seduced),
         equipped: drones.iter().map(|drone| drone.equipped == Some(true)).collect(),
     });
-    let scored = |judged: &[Judged<'_>]| score::scored(judged, &drones, reference, inputs.as_ref(), settings);
+    let scored = |judged: &[Judged<'_>], pairs: bool| {
+        score::scored(judged, &drones, reference, inputs.as_ref(), settings, pairs)
+    };
     Evaluation {
-        fused: scored(&fused),
-        radar: alone.as_ref().map(|alone| scored(&alone.0)),
-        transponder: alone.as_ref().map(|alone| scored(&alone.1)),
+        fused: scored(&fused, true),
+        radar: alone.as_ref().map(|alone| scored(&alone.0, false)),
+        transponder: alone.as_ref().map(|alone| scored(&alone.1, false)),
         drones,
     }
 }

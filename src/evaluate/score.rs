@@ -5,13 +5,14 @@ use super::metrics::scene::{Inputs, Scene};
 use super::metrics::{association, false_tracks, gospa, identity, statistics::statistics, update};
 use super::{Drone, Score, Scored, Settings};
 
-/// The scores of a stream's points that count.
+/// The scores of a stream's points that count. `pairs`: whether any of them may be a radar track and a transponder.
 pub(super) fn scored(
     judged: &[Judged<'_>],
     drones: &[Drone],
     reference: Reference<'_>,
     inputs: Option<&Inputs>,
     settings: &Settings,
+    pairs: bool,
 ) -> Scored {
     let scene = Scene::new(judged, drones.len(), reference.counted, inputs);
     let where_equipped = |wanted: bool| -> Vec<usize> {
@@ -19,32 +20,31 @@ pub(super) fn scored(
         (0..drones.len()).filter(is_wanted).collect()
     };
     let everyone: Vec<usize> = (0..drones.len()).collect();
-    let has_labels = reference.labels.is_some();
+    let pairs = pairs && reference.labels.is_some();
     Scored {
-        all: whole(&scene, &everyone, reference),
-        equipped: score(&scene, &where_equipped(true), has_labels),
-        unequipped: score(&scene, &where_equipped(false), has_labels),
-        drones: everyone.iter().map(|&drone| score(&scene, &[drone], has_labels)).collect(),
+        all: whole(&scene, &everyone, reference, pairs),
+        equipped: score(&scene, &where_equipped(true), pairs),
+        unequipped: score(&scene, &where_equipped(false), pairs),
+        drones: everyone.iter().map(|&drone| score(&scene, &[drone], pairs)).collect(),
         samples: judged.iter().map(|judged| judged.sample(settings)).collect(),
     }
 }
 
 /// Of all drones together, with what is nobody's.
-fn whole(scene: &Scene<'_>, everyone: &[usize], reference: Reference<'_>) -> Score {
-    let has_labels = reference.labels.is_some();
+fn whole(scene: &Scene<'_>, everyone: &[usize], reference: Reference<'_>, pairs: bool) -> Score {
     let all_points = || scene.points(everyone).chain(scene.nobody.iter().copied());
     let (gospa_m, gospa_parts) = gospa::mean(scene, reference.truth, reference.grid).unzip();
     Score {
-        precision: has_labels.then(|| association::precision(all_points())).flatten(),
+        precision: pairs.then(|| association::precision(all_points())).flatten(),
         false_track_s: false_tracks::seconds_a_minute(scene, reference.grid.slot_s()),
         gospa_m,
         gospa_parts,
-        ..score(scene, everyone, has_labels)
+        ..score(scene, everyone, pairs)
     }
 }
 
 /// Of these drones.
-fn score(scene: &Scene<'_>, group: &[usize], has_labels: bool) -> Score {
+fn score(scene: &Scene<'_>, group: &[usize], pairs: bool) -> Score {
     let errors = |passes: &dyn Fn(&Judged<'_>) -> bool| {
         let errors = scene.points(group).filter(|judged| passes(judged));
         statistics(errors.filter_map(|judged| judged.error).map(|error| error.distance_m()))
@@ -61,8 +61,8 @@ fn score(scene: &Scene<'_>, group: &[usize], has_labels: bool) -> Score {
         eposv: statistics(all_errors().filter_map(|error| error.vertical_m())),
         epos_covered: where_covered(true),
         epos_gap: where_covered(false),
-        precision: has_labels.then(|| association::precision(scene.points(group))).flatten(),
-        recall: has_labels.then(|| association::recall(scene, group)).flatten(),
+        precision: pairs.then(|| association::precision(scene.points(group))).flatten(),
+        recall: pairs.then(|| association::recall(scene, group)).flatten(),
         id_changes: identity::changes_a_minute(scene, group),
         ..Score::default()
     }

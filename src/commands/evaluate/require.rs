@@ -156,6 +156,9 @@ impl Requirement {
     fn missing(&self, args: &Args) -> &'static str {
         let (has_labels, has_capture) = (args.labels.is_some(), !args.capture.is_empty());
         match self.metric {
+            Metric::Precision | Metric::Recall if self.stream != Stream::Fused => {
+                "an input alone associates nothing"
+            }
             Metric::Precision | Metric::Recall if !has_labels => "it needs --labels",
             Metric::Recall | Metric::EposCovered | Metric::EposGap if !has_capture => {
                 "it needs --capture and --config"

@@ -61,7 +61,7 @@ fn metrics(scores: &Scores<'_>) -> Table {
     } else {
         Table::new("lr", &["metric", "fused"])
     };
-    let pu = format!("PU, {} Hz ref. (%)", scores.reference_hz);
+    let pu = format!("PU, {} Hz ref. (%)", (scores.reference_hz * 1000.0).round() / 1000.0);
     let pu: (&str, Value, usize, Change) = (&pu, |s| s.pu_percent, 2, Change::Points);
     for (name, value, decimals, change) in std::iter::once(pu).chain(ROWS) {
         let fused = value(&evaluation.fused.all);

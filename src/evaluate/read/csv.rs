@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::str::FromStr;
 
-use csv::{ErrorKind, ReaderBuilder, StringRecord, Trim};
+use csv::{ErrorKind, Position, ReaderBuilder, StringRecord, Trim};
 
 use super::{FileError, Tracks, cells};
 use crate::evaluate::{Label, OutputPoint, Place, PointSource};
@@ -108,9 +108,11 @@ struct Row<'c> {
 
 impl<'a> Columns<'a> {
     fn of(name: &'a str, text: &str, required: &[&'static str]) -> Result<Self, FileError> {
-        let names = reader(text).headers().map_err(|error| csv_error(name, &error))?.clone();
+        let names = reader(text).headers().map_err(|error| csv_error(name, text, &error))?.clone();
         let columns = Self { name, names };
-        required.iter().try_for_each(|&column| columns.one_of(&[column]).map(drop))?;
+        for &column in required {
+            columns.one_of(&[column])?;
+        }
         Ok(columns)
     }
 
@@ -127,22 +129,27 @@ impl<'a> Columns<'a> {
     }
 
     fn rows(&self, text: &str) -> impl Iterator<Item = Result<Row<'_>, FileError>> {
-        reader(text).into_records().map(|record| match record {
-            Ok(cells) => {
-                let line = cells.position().map_or(0, csv::Position::line);
-                Ok(Row { columns: self, line, cells })
-            }
-            Err(error) => Err(csv_error(self.name, &error)),
+        reader(text).into_records().map(move |record| match record {
+            Ok(cells) => Ok(Row { columns: self, line: line_of(text, cells.position()), cells }),
+            Err(error) => Err(csv_error(self.name, text, &error)),
         })
     }
+}
+
+/// The line of a record, counted from 1: where it is told to begin, blank lines may come first.
+fn line_of(text: &str, position: Option<&Position>) -> u64 {
+    let Some(position) = position else { return 1 };
+    let rest = text.as_bytes().get(position.byte() as usize..).unwrap_or_default();
+    let blank = rest.iter().take_while(|octet| octet.is_ascii_whitespace());
+    position.line() + blank.filter(|&&octet| octet == b'\n').count() as u64
 }
 
 fn reader(text: &str) -> csv::Reader<&[u8]> {
     ReaderBuilder::new().trim(Trim::All).from_reader(text.as_bytes())
 }
 
-fn csv_error(name: &str, error: &csv::Error) -> FileError {
-    let line = error.position().map_or(1, csv::Position::line);
+fn csv_error(name: &str, text: &str, error: &csv::Error) -> FileError {
+    let line = line_of(text, error.position());
     match error.kind() {
         ErrorKind::UnequalLengths { expected_len, len, .. } => FileError::at(
             name,

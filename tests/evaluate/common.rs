@@ -1,0 +1,118 @@
+//! What the tests share: the program, a folder of its own, and places in whole metres.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use serde_json::Value;
+
+/// When the flights of these tests start: 2026-03-14T09:00:00Z, seconds UTC.
+pub(crate) const START_S: f64 = 1_773_478_800.0;
+
+/// Radii of curvature of WGS-84 at the equator, metres: of the meridian, a (1 - e²), and of the equator itself.
+const MERIDIAN_M: f64 = 6_335_439.327_292_829;
+const EQUATOR_M: f64 = 6_378_137.0;
+
+/// Latitude of a place so far north of the equator, degrees.
+pub(crate) fn north(metres: f64) -> f64 {
+    (metres / MERIDIAN_M).to_degrees()
+}
+
+/// Longitude of a place so far east of longitude 0 on the equator, degrees.
+pub(crate) fn east(metres: f64) -> f64 {
+    (metres / EQUATOR_M).to_degrees()
+}
+
+/// The centre of the slot with this number after the start, seconds UTC.
+pub(crate) fn centre_s(slot: i64) -> f64 {
+    START_S + slot as f64 * 0.25 + 0.125
+}
+
+/// A directory of its own for a test; gone with it.
+pub(crate) struct Scratch(PathBuf);
+
+impl Scratch {
+    pub(crate) fn new() -> Self {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let dir = std::env::temp_dir().join(format!("utm-fusion-evaluate-{}-{count}", std::process::id()));
+        fs::create_dir_all(&dir).unwrap();
+        Self(dir)
+    }
+
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    pub(crate) fn file(&self, name: &str, contents: impl AsRef<[u8]>) -> PathBuf {
+        let path = self.path(name);
+        fs::write(&path, contents).unwrap();
+        path
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// How a program ended, and what it said.
+pub(crate) struct Ran {
+    pub(crate) code: i32,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
+}
+
+impl Ran {
+    /// The one JSON object that was printed.
+    pub(crate) fn json(&self) -> Value {
+        assert_eq!(self.code, 0, "{}", self.stderr);
+        serde_json::from_str(&self.stdout).unwrap()
+    }
+}
+
+/// A subcommand of the program, with none of this process's overrides.
+pub(crate) fn utm_fusion(subcommand: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_utm-fusion"));
+    for (name, _) in std::env::vars_os() {
+        if name == "RUST_LOG" || name.to_string_lossy().starts_with("UTM_FUSION__") {
+            command.env_remove(name);
+        }
+    }
+    command.arg(subcommand).stdin(Stdio::null());
+    command
+}
+
+pub(crate) fn ran(command: &mut Command) -> Ran {
+    let output = command.output().unwrap();
+    Ran {
+        code: output.status.code().unwrap(),
+        stdout: String::from_utf8(output.stdout).unwrap(),
+        stderr: String::from_utf8(output.stderr).unwrap(),
+    }
+}
+
+/// `evaluate --truth TRUTH OUTPUT`.
+pub(crate) fn evaluate(truth: &Path, output: &Path) -> Command {
+    let mut command = utm_fusion("evaluate");
+    command.arg("--truth").arg(truth).arg(output);
+    command
+}
+
+/// A number in what `--json` printed, by the names of the way to it.
+pub(crate) fn number(json: &Value, way: &str) -> f64 {
+    let at = way.split('.').fold(json, |json, name| match name.parse::<usize>() {
+        Ok(index) => &json[index],
+        Err(_) => &json[name],
+    });
+    at.as_f64().unwrap_or_else(|| panic!("{way}: {at}"))
+}
+
+/// Holds a number in what `--json` printed to what it must be.
+pub(crate) fn assert_near(json: &Value, way: &str, expected: f64) {
+    let found = number(json, way);
+    // Places are written with nine decimals: 0.1 mm.
+    assert!((found - expected).abs() < 1e-3, "{way}: {found} is not {expected}");
+}

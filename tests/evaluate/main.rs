@@ -1,0 +1,15 @@
+//! `evaluate` as its users meet it: metrics worked out by hand, every format, its words, its exit codes; and GOSPA beside
+//! another implementation.
+
+#![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
+
+mod by_hand;
+mod common;
+mod files;
+mod formats;
+mod gospa;
+mod require;
+#[path = "../shared/mod.rs"]
+#[allow(dead_code, reason = "shared by several tests")]
+mod shared;
+mod trials;
