@@ -1,124 +1,203 @@
 //! The assignment problem: who goes with whom, so that the sum of the costs is least.
 //!
-//! Shortest augmenting paths with dual prices (the Hungarian method as R. Jonker and A. Volgenant, *A Shortest
-//! Augmenting Path Algorithm for Dense and Sparse Linear Assignment Problems*, Computing 38, 1987, use it).
+//! Shortest augmenting paths with dual prices (R. Jonker and A. Volgenant, *A Shortest Augmenting Path Algorithm for
+//! Dense and Sparse Linear Assignment Problems*, Computing 38, 1987), in its sparse form: only pairs that can be are
+//! looked at, because a gate leaves few.
 
-/// The column of each row in an assignment of least total cost: `rows.min(columns)` pairs, no column twice; `None`
-/// for the rows that are left over where there are more rows than columns.
-///
-/// `cost` is asked for every row and column, some more than once; it must be finite. The work grows with
-/// `small² · large` at worst, and with `small · large` where most rows get one of their cheapest columns.
-pub fn assign(rows: usize, columns: usize, cost: impl Fn(usize, usize) -> f64) -> Vec<Option<usize>> {
-    if rows <= columns {
-        return augmented(rows, columns, cost);
-    }
-    let mut of_rows = vec![None; rows];
-    for (column, row) in augmented(columns, rows, |column, row| cost(row, column)).into_iter().enumerate() {
-        if let Some(row) = row {
-            of_rows[row] = Some(column);
-        }
-    }
-    of_rows
+use std::cmp::{Ordering, Reverse};
+use std::collections::BinaryHeap;
+
+/// A column that a row can have, and what that costs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Candidate {
+    /// The column.
+    pub column: usize,
+    /// The cost of the pair; finite.
+    pub cost: f64,
 }
 
-/// [`assign`] where no row is left over.
-fn augmented(rows: usize, columns: usize, cost: impl Fn(usize, usize) -> f64) -> Vec<Option<usize>> {
-    let mut search = Search::new(rows, columns);
-    for row in 0..rows {
-        search.add(row, &cost);
+/// The column of each row in an assignment of least total cost, no column twice.
+///
+/// `rows` are the candidates of each row; a row without a column (`None`) costs `alone`, a column without a row nothing.
+/// A full matrix is the case in which each row has every column for a candidate; with `alone` above the sum of all
+/// other costs there are as many pairs as there can be.
+///
+/// # Panics
+/// Where a candidate is not below `columns`.
+pub fn assign(rows: &[Vec<Candidate>], columns: usize, alone: f64) -> Vec<Option<usize>> {
+    let mut search = Search::new(rows, columns, alone);
+    for row in 0..rows.len() {
+        search.add(row);
     }
     search.column_of
 }
 
 /// The best assignment of the rows so far, and the search for the next row's way into it.
-struct Search {
+struct Search<'a> {
+    rows: &'a [Vec<Candidate>],
+    alone: f64,
     column_of: Vec<Option<usize>>,
     row_of: Vec<Option<usize>>,
     /// Dual prices: `cost - row_price - column_price` is never negative, and zero for every pair.
     row_price: Vec<f64>,
     column_price: Vec<f64>,
-    /// Of the current search, by column: least reduced cost of a path to it, and the row that path comes from.
-    distance: Vec<f64>,
-    from: Vec<usize>,
-    /// Columns whose distance is final, in the order they became so; and the others.
+    /// Of the current search, by column.
+    reached: Vec<Option<Way>>,
+    /// Columns on the edge of the search, nearest first; some twice, of which the nearer counts.
+    edge: BinaryHeap<Reverse<Step>>,
+    /// Columns whose way is final.
     settled: Vec<usize>,
-    open: Vec<usize>,
+    /// Columns that have been reached.
+    touched: Vec<usize>,
 }
 
-impl Search {
-    fn new(rows: usize, columns: usize) -> Self {
+/// The shortest way to a column that is known.
+#[derive(Clone, Copy)]
+struct Way {
+    /// Sum of reduced costs.
+    distance: f64,
+    /// The row it comes from.
+    from: usize,
+    /// Whether there is no shorter one. Rounding may seem to find one, which would go round in circles.
+    is_final: bool,
+}
+
+/// A column and how far it is.
+#[derive(Clone, Copy, PartialEq)]
+struct Step {
+    distance: f64,
+    column: usize,
+}
+
+/// Where a search ends.
+enum End {
+    /// At a column that no row has.
+    Free { column: usize, distance: f64 },
+    /// At a row that had better be alone.
+    Alone { row: usize, distance: f64 },
+}
+
+impl<'a> Search<'a> {
+    fn new(rows: &'a [Vec<Candidate>], columns: usize, alone: f64) -> Self {
         Self {
-            column_of: vec![None; rows],
+            rows,
+            alone,
+            column_of: vec![None; rows.len()],
             row_of: vec![None; columns],
-            row_price: vec![0.0; rows],
+            row_price: vec![0.0; rows.len()],
             column_price: vec![0.0; columns],
-            distance: vec![0.0; columns],
-            from: vec![0; columns],
-            settled: Vec::with_capacity(columns),
-            open: Vec::with_capacity(columns),
+            reached: vec![None; columns],
+            edge: BinaryHeap::new(),
+            settled: Vec::new(),
+            touched: Vec::new(),
         }
     }
 
-    /// Takes one more row in: finds the cheapest way to a free column, over columns whose rows then move on.
-    fn add(&mut self, new: usize, cost: &impl Fn(usize, usize) -> f64) {
-        self.distance.fill(f64::INFINITY);
+    /// Takes one more row in: finds the cheapest way to a free column or to a row that is left alone; the rows on the
+    /// way move on by one column.
+    fn add(&mut self, new: usize) {
+        self.edge.clear();
         self.settled.clear();
-        self.open.clear();
-        self.open.extend(0..self.row_of.len());
-        let (mut row, mut reached) = (new, 0.0);
-        let free = loop {
-            let column = self.nearest(row, reached, cost);
-            reached = self.distance[column];
+        for column in self.touched.drain(..) {
+            self.reached[column] = None;
+        }
+        match self.end(new) {
+            End::Free { column, distance } => {
+                self.reprice(new, distance);
+                self.shift(new, column);
+            }
+            End::Alone { row, distance } => {
+                self.reprice(new, distance);
+                if let Some(column) = self.column_of[row].take() {
+                    self.shift(new, column);
+                }
+            }
+        }
+    }
+
+    fn end(&mut self, new: usize) -> End {
+        let (mut row, mut so_far) = (new, 0.0);
+        let mut loneliest = (f64::INFINITY, new);
+        loop {
+            let lonely = so_far + self.alone - self.row_price[row];
+            if lonely < loneliest.0 {
+                loneliest = (lonely, row);
+            }
+            self.look_around(row, so_far);
+            let Some(Step { distance, column }) = self.nearest().filter(|step| step.distance < loneliest.0)
+            else {
+                return End::Alone { row: loneliest.1, distance: loneliest.0 };
+            };
             match self.row_of[column] {
-                None => break column,
-                Some(next) => row = next,
+                None => return End::Free { column, distance },
+                Some(next) => (row, so_far) = (next, distance),
             }
             self.settled.push(column);
-        };
-        self.reprice(new, reached);
-        self.shift(new, free);
+        }
     }
 
-    /// Goes on from `row`, whose own distance is `reached`: the open column that is nearest now, which is closed.
-    fn nearest(&mut self, row: usize, reached: f64, cost: &impl Fn(usize, usize) -> f64) -> usize {
-        let mut best = 0;
-        for (place, &column) in self.open.iter().enumerate() {
-            let through = reached + cost(row, column) - self.row_price[row] - self.column_price[column];
-            if through < self.distance[column] {
-                self.distance[column] = through;
-                self.from[column] = row;
+    /// Reaches the candidates of a row that is `so_far` away.
+    fn look_around(&mut self, row: usize, so_far: f64) {
+        for &Candidate { column, cost } in &self.rows[row] {
+            let distance = so_far + cost - self.row_price[row] - self.column_price[column];
+            match self.reached[column] {
+                Some(known) if known.is_final || known.distance <= distance => continue,
+                Some(_) => {}
+                None => self.touched.push(column),
             }
-            if self.distance[column] < self.distance[self.open[best]] {
-                best = place;
+            self.reached[column] = Some(Way { distance, from: row, is_final: false });
+            self.edge.push(Reverse(Step { distance, column }));
+        }
+    }
+
+    /// The column on the edge that is nearest, which leaves it.
+    fn nearest(&mut self) -> Option<Step> {
+        loop {
+            let Reverse(step) = self.edge.pop()?;
+            // One that was reached again, on a shorter way, has been here before.
+            if let Some(way) = self.reached[step.column].as_mut().filter(|way| !way.is_final) {
+                way.is_final = true;
+                return Some(step);
             }
         }
-        self.open.swap_remove(best)
     }
 
     /// Keeps the prices valid for the assignment that is about to change.
-    fn reprice(&mut self, new: usize, reached: f64) {
-        self.row_price[new] += reached;
+    fn reprice(&mut self, new: usize, end: f64) {
+        self.row_price[new] += end;
         for &column in &self.settled {
-            let spare = reached - self.distance[column];
-            self.column_price[column] -= spare;
+            let Some(Way { distance, .. }) = self.reached[column] else { continue };
+            self.column_price[column] -= end - distance;
             if let Some(row) = self.row_of[column] {
-                self.row_price[row] += spare;
+                self.row_price[row] += end - distance;
             }
         }
     }
 
-    /// Moves each row on the way from `new` to the column `free` one column on.
-    fn shift(&mut self, new: usize, free: usize) {
-        let mut column = free;
-        loop {
-            let row = self.from[column];
-            self.row_of[column] = Some(row);
-            let left = self.column_of[row].replace(column);
-            match left {
-                Some(left) if row != new => column = left,
+    /// Moves each row on the way from `new` to `column`, which is free by now, one column on.
+    fn shift(&mut self, new: usize, mut column: usize) {
+        while let Some(Way { from, .. }) = self.reached[column] {
+            self.row_of[column] = Some(from);
+            match self.column_of[from].replace(column) {
+                Some(left) if from != new => column = left,
                 _ => return,
             }
         }
+    }
+}
+
+impl Eq for Step {}
+
+impl Ord for Step {
+    /// By distance, then by column, so that the same input gives the same assignment.
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.distance.total_cmp(&other.distance).then(self.column.cmp(&other.column))
+    }
+}
+
+impl PartialOrd for Step {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
     }
 }
 
@@ -128,51 +207,71 @@ mod tests {
     use proptest::prelude::*;
 
     /// The least sum, by trying every assignment of the rows from `row` on.
-    fn brute_force(costs: &[Vec<f64>], row: usize, taken: &mut Vec<bool>, skips: usize) -> f64 {
-        let Some(of_row) = costs.get(row) else { return 0.0 };
-        let mut least = if skips > 0 { brute_force(costs, row + 1, taken, skips - 1) } else { f64::INFINITY };
-        for column in 0..of_row.len() {
-            if !taken[column] {
-                taken[column] = true;
-                least = least.min(of_row[column] + brute_force(costs, row + 1, taken, skips));
-                taken[column] = false;
+    fn brute_force(rows: &[Vec<Candidate>], row: usize, taken: &mut Vec<bool>, alone: f64) -> f64 {
+        let Some(candidates) = rows.get(row) else { return 0.0 };
+        let mut least = alone + brute_force(rows, row + 1, taken, alone);
+        for candidate in candidates {
+            if !taken[candidate.column] {
+                taken[candidate.column] = true;
+                least = least.min(candidate.cost + brute_force(rows, row + 1, taken, alone));
+                taken[candidate.column] = false;
             }
         }
         least
     }
 
-    fn costs() -> impl Strategy<Value = (usize, Vec<Vec<f64>>)> {
+    /// Rows over so many columns, each pair with one chance in two or three; or a full matrix.
+    fn problems() -> impl Strategy<Value = (usize, Vec<Vec<Candidate>>)> {
         // Whole numbers below 6 make many ties; the others make none.
         let cost = prop_oneof![(0..6_i32).prop_map(f64::from), -50.0..50.0_f64];
-        (0..7_usize, 0..7_usize).prop_flat_map(move |(rows, columns)| {
-            (Just(columns), prop::collection::vec(prop::collection::vec(cost.clone(), columns), rows))
+        (0..7_usize, 0..7_usize, 0.2..1.3_f64).prop_flat_map(move |(rows, columns, chance)| {
+            let pair = prop::option::weighted(chance.min(0.9999), cost.clone());
+            let matrix = prop::collection::vec(prop::collection::vec(pair, columns), rows);
+            matrix.prop_map(move |matrix| {
+                let candidates = |row: Vec<Option<f64>>| {
+                    let pairs = row.into_iter().enumerate();
+                    pairs.filter_map(|(column, cost)| Some(Candidate { column, cost: cost? })).collect()
+                };
+                (columns, matrix.into_iter().map(candidates).collect())
+            })
         })
     }
 
     proptest! {
+        #![proptest_config(ProptestConfig::with_cases(2000))]
         #[test]
-        fn no_assignment_costs_less((columns, costs) in costs()) {
-            let rows = costs.len();
-            let assigned = assign(rows, columns, |row, column| costs[row][column]);
-            prop_assert_eq!(assigned.len(), rows);
+        fn no_assignment_costs_less(
+            (columns, rows) in problems(), alone in prop_oneof![Just(1e6), Just(3.0), -10.0..60.0_f64],
+        ) {
+            let assigned = assign(&rows, columns, alone);
+            prop_assert_eq!(assigned.len(), rows.len());
+            let mut sum = 0.0;
+            for (candidates, column) in rows.iter().zip(&assigned) {
+                let cost = column.map(|column| candidates.iter().find(|c| c.column == column).unwrap().cost);
+                sum += cost.unwrap_or(alone);
+            }
+            let least = brute_force(&rows, 0, &mut vec![false; columns], alone);
+            prop_assert!((sum - least).abs() < 1e-6, "{} is not {}", sum, least);
             let mut used: Vec<usize> = assigned.iter().flatten().copied().collect();
-            prop_assert_eq!(used.len(), rows.min(columns));
-            let sum: f64 = assigned.iter().enumerate().filter_map(|(row, c)| c.map(|c| costs[row][c])).sum();
-            let least = brute_force(&costs, 0, &mut vec![false; columns], rows.saturating_sub(columns));
-            prop_assert!((sum - least).abs() < 1e-9, "{} is not {}", sum, least);
+            let pairs = used.len();
             used.sort_unstable();
             used.dedup();
-            prop_assert_eq!(used.len(), rows.min(columns), "a column is taken twice");
+            prop_assert_eq!(used.len(), pairs, "a column is taken twice");
         }
+    }
+
+    fn row(costs: &[f64]) -> Vec<Candidate> {
+        costs.iter().enumerate().map(|(column, &cost)| Candidate { column, cost }).collect()
     }
 
     #[test]
     fn the_cheapest_column_is_given_up_where_the_sum_gains() {
         // Both rows like column 0; row 1 has nowhere else to go.
-        let costs = [[1.0, 2.0, 9.0], [1.0, 8.0, 9.0]];
-        assert_eq!(assign(2, 3, |row, column| costs[row][column]), [Some(1), Some(0)]);
-        assert_eq!(assign(3, 2, |row, column| costs[column][row]), [Some(1), Some(0), None]);
-        assert_eq!(assign(2, 0, |_, _| 0.0), [None, None]);
-        assert!(assign(0, 2, |_, _| 0.0).is_empty());
+        assert_eq!(assign(&[row(&[1.0, 2.0]), row(&[1.0, 8.0])], 2, 100.0), [Some(1), Some(0)]);
+        // Column 1 costs more than being alone.
+        assert_eq!(assign(&[row(&[1.0, 5.0]), row(&[2.0, 5.0])], 2, 3.0), [Some(0), None]);
+        // The row that is alone is the one that loses least by it.
+        assert_eq!(assign(&[row(&[4.0]), row(&[1.0]), row(&[2.0])], 1, 100.0), [None, Some(0), None]);
+        assert_eq!(assign(&[vec![], vec![]], 0, 1.0), [None, None]);
     }
 }

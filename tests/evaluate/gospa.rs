@@ -57,6 +57,7 @@ fn a_crowded_slot_is_fast() {
     let mut points: Vec<Vec<f64>> =
         truths.iter().map(|at| at.iter().map(|x| x + 60.0 * random()).collect()).collect();
     points.reverse();
+    #[expect(clippy::disallowed_methods, reason = "how long it takes")]
     let started = Instant::now();
     let told = of(&truths, &points, 50.0);
     let took = started.elapsed();

@@ -19,6 +19,10 @@ use crate::evaluate::{Alone, Evaluation, Labels, OutputPoint, Settings, Truth, e
 
 pub use require::Requirement;
 
+const REQUIRE_HELP: &str = "End with exit code 5 unless this holds: [radar.|transponder.][equipped.|unequipped.]METRIC OP NUMBER, for \
+example 'pu>=90'; repeat for more. METRIC: pu (%), epos, eposh, eposv, epos_covered, epos_gap (means, m), precision, recall \
+(0 to 1), id_changes (a drone and minute), false_track (s a minute), gospa (m). OP: >= <= > <";
+
 /// Score an output against the truth: how often, how exactly, and how rightly it tells where the drones are
 ///
 /// The metrics are those of the paper's section 4 and of docs/EVALUATION.md. With --capture and --config each input alone
@@ -49,12 +53,8 @@ pub struct Args {
     /// Write figures (SVG) and a page with the tables and all of them (index.html) into this folder
     #[arg(long, value_name = "DIR")]
     pub plot: Option<PathBuf>,
-    /// End with exit code 5 unless this holds: [radar.|transponder.][equipped.|unequipped.]METRIC OP NUMBER, for
-    /// example 'pu>=90'; repeat for more
-    ///
-    /// METRIC: pu (%), epos, eposh, eposv, epos_covered, epos_gap (means, m), precision, recall (0 to 1), id_changes (a
-    /// drone and minute), false_track (s a minute), gospa (m). OP: >= <= > <
-    #[arg(long, value_name = "CONDITION")]
+    /// What the score must keep to.
+    #[arg(long, value_name = "CONDITION", help = REQUIRE_HELP)]
     pub require: Vec<Requirement>,
 }
 

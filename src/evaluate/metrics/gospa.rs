@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use super::scene::Scene;
-use crate::assignment::assign;
+use crate::assignment::{Candidate, assign};
 use crate::evaluate::judged::Judged;
 use crate::evaluate::nearby::Nearby;
 use crate::evaluate::{GospaParts, OutputPoint, Place, PointSource, Truth};
@@ -42,12 +42,19 @@ pub struct Gospa {
 }
 
 /// GOSPA (p = 2, alpha = 2) between so many truths and so many points, of which only those in `near` are nearer to each
-/// other than `cut_off_m`. Exact: truths and points that no chain of near pairs connects are assigned by themselves.
+/// other than `cut_off_m`. Exact: a pair at the cut-off costs c², as much as leaving both alone, so no other pair can help.
 pub fn gospa(truths: usize, points: usize, near: &[Near], cut_off_m: f64) -> Gospa {
+    let mut candidates = vec![Vec::new(); truths];
+    for &Near { truth, point, distance_m } in near {
+        candidates[truth].push(Candidate { column: point, cost: distance_m.powi(2) });
+    }
+    // A truth alone and the point that it leaves alone: c²/2 each.
+    let columns = assign(&candidates, points, cut_off_m.powi(2));
     let mut parts = Gospa { missed: truths, unmatched: points, ..Gospa::default() };
-    for component in components(truths, points, near) {
-        for distance_m in matched(&component, cut_off_m) {
-            parts.localisation_m2 += distance_m.powi(2);
+    for (candidates, column) in candidates.iter().zip(columns) {
+        let pair = column.and_then(|column| candidates.iter().find(|pair| pair.column == column));
+        if let Some(pair) = pair {
+            parts.localisation_m2 += pair.cost;
             parts.matched += 1;
         }
     }
@@ -56,55 +63,6 @@ pub fn gospa(truths: usize, points: usize, near: &[Near], cut_off_m: f64) -> Gos
     let alone = (parts.missed + parts.unmatched) as f64;
     parts.value_m = (parts.localisation_m2 + 0.5 * cut_off_m.powi(2) * alone).sqrt();
     parts
-}
-
-/// The pairs in groups that have no truth and no point in common, in an order that depends on the input alone.
-fn components(truths: usize, points: usize, near: &[Near]) -> Vec<Vec<Near>> {
-    // A forest over truths and then points; the root of a tree names its component.
-    let mut parent: Vec<usize> = (0..truths + points).collect();
-    fn root(parent: &mut [usize], mut node: usize) -> usize {
-        while parent[node] != node {
-            parent[node] = parent[parent[node]];
-            node = parent[node];
-        }
-        node
-    }
-    for pair in near {
-        let (a, b) = (root(&mut parent, pair.truth), root(&mut parent, truths + pair.point));
-        parent[a.max(b)] = a.min(b);
-    }
-    let mut components: BTreeMap<usize, Vec<Near>> = BTreeMap::new();
-    for pair in near {
-        components.entry(root(&mut parent, pair.truth)).or_default().push(*pair);
-    }
-    components.into_values().collect()
-}
-
-/// The distances of the pairs of the best assignment within one component.
-fn matched(component: &[Near], cut_off_m: f64) -> Vec<f64> {
-    if let [pair] = component {
-        return vec![pair.distance_m];
-    }
-    let numbered = |index: fn(&Near) -> usize| {
-        let mut all: Vec<usize> = component.iter().map(index).collect();
-        all.sort_unstable();
-        all.dedup();
-        all
-    };
-    let (truths, points) = (numbered(|pair| pair.truth), numbered(|pair| pair.point));
-    // A pair beyond the cut-off costs as much as leaving both alone.
-    let mut costs = vec![cut_off_m.powi(2); truths.len() * points.len()];
-    let mut distances = vec![None; costs.len()];
-    for pair in component {
-        // Both are in their lists.
-        let row = truths.partition_point(|&truth| truth < pair.truth);
-        let cell = row * points.len() + points.partition_point(|&point| point < pair.point);
-        costs[cell] = pair.distance_m.powi(2);
-        distances[cell] = Some(pair.distance_m);
-    }
-    let columns = assign(truths.len(), points.len(), |row, column| costs[row * points.len() + column]);
-    let pairs = columns.iter().enumerate().filter_map(|(row, column)| Some((row, (*column)?)));
-    pairs.filter_map(|(row, column)| distances[row * points.len() + column]).collect()
 }
 
 /// Mean over the slots of the run whose number is a multiple of 4; those with neither truth nor points are left out.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 
 use asterix::cat129::fusion_report::Source;
-use asterix::cat129::{FusionReport, Record};
+use asterix::cat129::{Altitude, FusionReport, Record};
 use asterix::{Record as _, blocks};
 use jiff::SignedDuration;
 use jiff::civil::Date;
@@ -110,7 +110,7 @@ impl Reader<'_> {
             place: Place {
                 latitude_deg: position.latitude_deg(),
                 longitude_deg: position.longitude_deg(),
-                altitude_amsl_m: record.altitude_amsl.map(|altitude| altitude.metres()),
+                altitude_amsl_m: record.altitude_amsl.map(Altitude::metres),
             },
             source: match report.as_ref().map(|report| report.source) {
                 Some(Source::Fused) | None => PointSource::Fused,
