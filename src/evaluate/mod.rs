@@ -1,4 +1,4 @@
-//! How good an output is: the metrics of the paper's section 4 and of `docs/EVALUATION.md`, for the fused output and
+//! How good an output is: the metrics of the paper's section 4 and of `docs/METRICS.md`, for the fused output and
 //! for each input alone.
 //!
 //! Sans-IO: truth, labels and points in, an [`Evaluation`] out. [`read`] makes them from the octets of files.

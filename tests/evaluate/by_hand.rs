@@ -200,6 +200,26 @@ fn holes_of_the_truth_do_not_count() {
 }
 
 #[test]
+fn a_number_is_followed_while_one_of_the_points_has_it() {
+    let fused = |slot, number, radar| (slot, "fused", number, radar, "7", 0.0, 0.0, "0");
+    let points = [
+        fused(40, 70011, "11"),
+        fused(40, 70012, "12"), // both: 70011 is followed
+        fused(41, 70012, "12"),
+        fused(41, 70011, "11"), // still there, though not first
+        fused(42, 70012, "12"), // gone: the first change
+        fused(43, 70011, "11"), // and back: the second
+        fused(44, 70012, "12"),
+        fused(44, 70011, "11"),
+    ];
+    let scratch = Scratch::new();
+    let truth = scratch.file("truth.csv", truth(&whole_flight()));
+    let out = scratch.file("out.csv", output(&points));
+    let json = ran(evaluate(&truth, &out).arg("--json")).json();
+    assert_near(&json, "drones.0.fused.id_changes", 2.0 / 0.375);
+}
+
+#[test]
 fn a_gpx_truth_is_the_same() {
     let files = files();
     let track = |id: &str, east_m: f64| {

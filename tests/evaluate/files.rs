@@ -117,12 +117,33 @@ fn what_is_not_there_is_told_with_its_path() {
 }
 
 #[test]
-fn no_plots_yet() {
+fn plots_are_files_that_stand_alone() {
     let scratch = Scratch::new();
-    let truth = scratch.file("truth.csv", TRUTH);
-    let told = ran(evaluate(&truth, &truth).args(["--plot", "plots"]));
-    assert_eq!(told.code, 2);
-    assert!(told.stderr.contains("--plot is not available"), "{}", told.stderr);
+    let seconds: String = (0..40).map(|second| format!("{second},A<&\"B,0,0,0\n")).collect();
+    let truth =
+        scratch.file("truth.csv", format!("time,id,lat,lon,alt_msl\n{}", seconds.replace("A<&\"B", "A<&B")));
+    let out = scratch.file("out.csv", format!("{OUTPUT}15.125,T-7,transponder,7,,7,0.00001,0,1,\n"));
+    let plots = scratch.path("plots/of/this");
+    let told = ran(evaluate(&truth, &out).arg("--plot").arg(&plots));
+    assert_eq!(told.code, 0, "{}", told.stderr);
+    for name in [
+        "error-over-time.svg",
+        "error-over-range.svg",
+        "error-over-azimuth.svg",
+        "error-distribution.svg",
+        "plan-view.svg",
+        "height-over-time.svg",
+    ] {
+        let svg = std::fs::read_to_string(plots.join(name)).unwrap();
+        let document = roxmltree::Document::parse(&svg).unwrap();
+        assert_eq!(document.root_element().tag_name().name(), "svg", "{name}");
+    }
+    let page = std::fs::read_to_string(plots.join("index.html")).unwrap();
+    assert!(page.contains("A&lt;&amp;B") && !page.contains("<script") && page.matches("<svg").count() >= 6);
+    // A folder that cannot be made is told.
+    let told = ran(evaluate(&truth, &out).arg("--plot").arg(truth.join("below-a-file")));
+    assert_eq!(told.code, 1);
+    assert!(told.stderr.contains("--plot") && told.stderr.contains("cannot be written"), "{}", told.stderr);
 }
 
 #[test]

@@ -25,7 +25,7 @@ example 'pu>=90'; repeat for more. METRIC: pu (%), epos, eposh, eposv, epos_cove
 
 /// Score an output against the truth: how often, how exactly, and how rightly it tells where the drones are
 ///
-/// The metrics are those of the paper's section 4 and of docs/EVALUATION.md. With --capture and --config each input alone
+/// The metrics are those of the paper's section 4 and of docs/METRICS.md. With --capture and --config each input alone
 /// is scored, too, as in the paper's Table 1. Without --labels a point belongs to the nearest drone within 150 m.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Args {
