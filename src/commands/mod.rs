@@ -20,6 +20,7 @@ use std::io;
 use crate::areas::AreaError;
 use crate::config::ConfigErrors;
 use crate::ingest::{Capture, SkipReason};
+use crate::simulate::Crowded;
 
 /// How a command ended that did its work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,7 +57,7 @@ pub fn exit_code(result: &CommandResult) -> u8 {
         Ok(Outcome::InputUnreadable | Outcome::Incomplete) => 1,
         Err(error) if is_closed_pipe(error.as_ref()) => 0,
         Err(error) if error.is::<Usage>() => 2,
-        Err(error) if error.is::<ConfigErrors>() || error.is::<AreaError>() => 3,
+        Err(error) if error.is::<ConfigErrors>() || error.is::<AreaError>() || error.is::<Crowded>() => 3,
         Err(_) => 1,
     }
 }

@@ -35,8 +35,8 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> CommandResult {
     let scenario = Scenario::load(&args.scenario)?;
-    // A whole second, a little ahead: making the flight takes time too.
-    let start = args.udp.then(|| Time::from_nanos((now().nanos() / SECOND + 2) * SECOND));
+    // A whole second, 2 to 3 s ahead: making the flight takes time too.
+    let start = args.udp.then(|| Time::from_nanos((now().nanos() / SECOND + 3) * SECOND));
     let simulation = simulate(&scenario, args.seed, start)?;
     info!(
         "{}: {} s, {} drones, {} labelled plots and reports, {} datagrams",

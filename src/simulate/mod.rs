@@ -141,7 +141,7 @@ pub fn simulate(scenario: &Scenario, seed: u64, start: Option<Time>) -> Result<S
     let receiver = scenario.radars.len();
     for (drone, path) in paths.iter().enumerate() {
         let Some(attack) = roles[drone] else { continue };
-        let stream = streams.of(Entity::Transponder(drone));
+        let stream = streams.of(Entity::Transponder(motion::number(&scenario.drones, drone)));
         let model = &scenario.transponder;
         for report in transponder::reports(model, drone, path, attack, scenario.duration_s, stream) {
             labels.push(report_label(&report, start));
@@ -165,11 +165,12 @@ pub fn simulate(scenario: &Scenario, seed: u64, start: Option<Time>) -> Result<S
 /// What radars look at: the drones, then everything else.
 fn targets(scenario: &Scenario, drones: &[Path], steps: usize, streams: &Streams) -> Vec<Target> {
     let Scenario { airspace, birds, clutter, .. } = scenario;
+    let fleet = &scenario.drones;
     let mut targets: Vec<Target> = drones
         .iter()
         .enumerate()
         .map(|(drone, path)| Target {
-            number: drone,
+            number: motion::number(fleet, drone),
             path: path.clone(),
             drone: Some(drone),
             uav_probability: 0.0,
@@ -200,9 +201,8 @@ fn targets(scenario: &Scenario, drones: &[Path], steps: usize, streams: &Streams
 /// Which drones carry a transponder, and what is done to it: drawn by lot, so that multirotors and fixed wings, equipped
 /// or not, come in all mixtures.
 fn roles(drones: &Drones, count: usize, streams: &Streams) -> Vec<Option<Attack>> {
-    let mut lots: Vec<(f64, usize)> = (0..count)
-        .map(|drone| (streams.of(Entity::Role(drone)).within(Span::new(0.0, 1.0)), drone))
-        .collect();
+    let lot = |drone| streams.of(Entity::Role(motion::number(drones, drone))).within(Span::new(0.0, 1.0));
+    let mut lots: Vec<(f64, usize)> = (0..count).map(|drone| (lot(drone), drone)).collect();
     lots.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut roles = vec![None; count];
     for (rank, &(_, drone)) in lots.iter().take(drones.equipped as usize).enumerate() {

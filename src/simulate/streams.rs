@@ -9,7 +9,7 @@ use super::scenario::Span;
 /// Who draws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Entity {
-    /// The flight of a drone, by its number.
+    /// The flight of a drone, by its number: multirotors and fixed wings are counted apart.
     Drone(usize),
     /// The flight of a bird alone.
     Bird(usize),

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::animal::{anywhere, middle};
 use super::{Path, fixed_wing, multirotor, towards};
-use crate::simulate::scenario::{Airspace, Pattern, Scenario, Span};
+use crate::simulate::scenario::{Airspace, Drones, Pattern, Scenario, Span};
 use crate::simulate::streams::{Entity, Stream, Streams};
 
 /// A drone for which no way was found that keeps the separation.
@@ -24,7 +24,10 @@ pub struct Crowded {
 /// Flights that are tried for one drone.
 const TRIES: u32 = 500;
 
-/// The flights of all drones, multirotors and fixed wings mixed, `steps` samples each.
+/// The first number of a fixed wing in the streams of chance.
+const WINGS: usize = 1 << 15;
+
+/// The flights of all drones, multirotors first, then fixed wings, `steps` samples each.
 ///
 /// One after another: a flight that would come too close to an earlier one is flown anew.
 ///
@@ -36,7 +39,7 @@ pub fn fleet(scenario: &Scenario, steps: usize, streams: &Streams) -> Result<Vec
     let mut sky = Sky::new(separation);
     let mut paths = Vec::with_capacity(count);
     for drone in 0..count {
-        let mut stream = streams.of(Entity::Drone(drone));
+        let mut stream = streams.of(Entity::Drone(number(&scenario.drones, drone)));
         let path = (0..TRIES)
             .map(|_| fly(scenario, drone, steps, &mut stream))
             .find(|path| separation == 0.0 || sky.is_clear(path))
@@ -49,10 +52,9 @@ pub fn fleet(scenario: &Scenario, steps: usize, streams: &Streams) -> Result<Vec
     Ok(paths)
 }
 
-/// Whether the drone of that number is a fixed wing: they are spread evenly over the numbers.
-fn is_fixed_wing(scenario: &Scenario, drone: usize) -> bool {
-    let (wings, all) = (scenario.drones.fixed_wings as usize, scenario.drone_count() as usize);
-    (drone + 1) * wings / all > drone * wings / all
+/// The drone's number in the streams of chance: each kind has its own, so that one drone more changes nobody else's luck.
+pub fn number(drones: &Drones, drone: usize) -> usize {
+    drone.checked_sub(drones.multirotors as usize).map_or(drone, |wing| WINGS + wing)
 }
 
 /// Gives one waypoint after another.
@@ -65,7 +67,7 @@ fn fly(scenario: &Scenario, drone: usize, steps: usize, stream: &mut Stream) -> 
         Pattern::Crossing => Box::new(there_and_back(airspace, stream)),
     };
     let start = way(stream);
-    if is_fixed_wing(scenario, drone) {
+    if drone >= scenario.drones.multirotors as usize {
         fixed_wing::fly(&scenario.fixed_wing, steps, start, way, stream)
     } else {
         multirotor::fly(&scenario.multirotor, steps, start, way, stream)

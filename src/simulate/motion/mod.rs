@@ -9,7 +9,7 @@ mod multirotor;
 use nalgebra::Vector3;
 
 pub use animal::{birds, clutter};
-pub use fleet::{Crowded, fleet};
+pub use fleet::{Crowded, fleet, number};
 
 /// Samples of a path a second.
 pub const RATE_HZ: usize = 10;

@@ -159,14 +159,13 @@ macro_rules! section {
                 read
             }
 
-            /// The keys as TOML, each with its meaning.
-            pub(super) fn show(&self) -> String {
-                let mut text = String::new();
+            /// The section as TOML under this header, each key with its meaning.
+            pub(super) fn show(&self, header: &str) -> String {
+                let mut text = format!("\n#{}\n{header}\n", concat!($($about),*));
                 $(
                     let value = <$type as $crate::simulate::scenario::keys::Key>::show(&self.$key);
                     let meaning = concat!($($meaning),*).trim();
-                    text += &format!("{} = {value}", stringify!($key));
-                    text += &format!("{:width$}# {meaning}\n", "", width = 40_usize.saturating_sub(stringify!($key).len() + 3 + value.len()).max(2));
+                    text += &$crate::simulate::scenario::keys::line(stringify!($key), &value, meaning);
                 )*
                 text
             }
@@ -174,3 +173,11 @@ macro_rules! section {
     };
 }
 pub(super) use section;
+
+/// `key = value` and behind it, in the same column for all, what it means.
+pub(super) fn line(key: &str, value: &str, meaning: &str) -> String {
+    format!("{:COLUMN$} # {meaning}\n", format!("{key} = {value}"))
+}
+
+/// As wide as the longest key with its value.
+const COLUMN: usize = 36;

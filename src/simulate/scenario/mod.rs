@@ -7,6 +7,7 @@ use std::path::Path;
 
 use jiff::Timestamp;
 
+use keys::Key;
 pub use keys::{Pattern, Span};
 pub use sections::{
     Airspace, Birds, Clutter, Drones, FixedWing, Multirotor, Network, Place, Radar, Transponder,
@@ -14,7 +15,7 @@ pub use sections::{
 
 use crate::config::error::Faults;
 use crate::config::reader::{Item, Section, each};
-use crate::config::tree;
+use crate::config::tree::{self, Table, quoted};
 use crate::config::{ConfigError, ConfigErrors, Place as ErrorPlace};
 use crate::time::Time;
 
@@ -51,8 +52,10 @@ pub struct Scenario {
 
 /// Where a scenario begins that does not say.
 const START: &str = "2026-03-14T09:00:00Z";
-/// No longer than a day: the sensors send times of day.
+/// Half a day: which day a time of day belongs to is then plain all the way.
 const LONGEST_S: f64 = 43_200.0;
+/// Each has a multicast group of its own, 239.192.48.n.
+const MOST_RADARS: usize = 254;
 /// Without the margins of an evaluation nothing would be left.
 const SHORTEST_S: f64 = 20.0;
 
@@ -85,14 +88,8 @@ impl Scenario {
         let root = tree::parse(text, &faults);
         faults.check()?;
         let mut top = Section::top(&root, &faults);
-        let name = top.need("name", "name = …, of letters, digits, _ and -").and_then(|item| {
-            let text = item.text()?;
-            let plain = text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
-            if !plain {
-                item.refuse("use only letters A-Z a-z, digits, _ and -");
-            }
-            Some(text.to_owned())
-        });
+        let name = top.need("name", "name = …, of letters, digits, _ and -");
+        let name = name.and_then(|item| String::read(&item, &keys::ANY));
         let start = top.item("start").and_then(|item| instant(&item));
         let duration_s = top.item("duration_s").and_then(|item| {
             let rule = format!("a scenario lasts {SHORTEST_S} to {LONGEST_S} seconds");
@@ -113,42 +110,53 @@ impl Scenario {
             network: Network::read(top.section("network")),
             start: start.unwrap_or_else(default_start),
         };
-        let list = top.item("radars");
-        scenario.radars = each(list.clone(), |section| Some(Radar::read(section))).unwrap_or_default();
+        scenario.radars = each(top.item("radars"), |section| Some(Radar::read(section))).unwrap_or_default();
         if scenario.radars.is_empty() {
             scenario.radars.push(Radar::default());
         }
-        scenario.agree(&top, list.as_ref());
+        scenario.agree(&root, &faults);
         top.finish();
         faults.check()?;
         Ok(scenario)
     }
 
     /// Finds fault with keys that contradict each other.
-    fn agree(&self, top: &Section<'_>, radars: Option<&Item<'_>>) {
+    fn agree(&self, root: &Table, faults: &Faults) {
+        let refuse = |mut section: Section<'_>, key: &'static str, message: &str| match section.item(key) {
+            Some(item) => item.refuse(message),
+            None => section.refuse(format!("{key}: {message}")),
+        };
+        let section = |name| Section::top(root, faults).section(name);
         let drones = &self.drones;
         if drones.equipped > self.drone_count() {
-            top.refuse(format!(
-                "drones.equipped = {}, but there are {} drones (multirotors and fixed_wings)",
-                drones.equipped,
-                self.drone_count()
-            ));
+            let message =
+                format!("there are only {} drones: multirotors and fixed_wings", self.drone_count());
+            refuse(section("drones"), "equipped", &message);
         }
         if drones.spoofed + drones.jammed > drones.equipped {
-            top.refuse("drones.spoofed and drones.jammed together are more than drones.equipped");
+            refuse(section("drones"), "spoofed", "spoofed and jammed together are more than equipped");
         }
-        let mut codes: Vec<(u32, u32)> = self.radars.iter().map(|radar| (radar.sac, radar.sic)).collect();
-        codes.push((self.place.sac, self.place.sic));
-        codes.sort_unstable();
-        let mut ids: Vec<&str> = self.radars.iter().map(|radar| radar.id.as_str()).collect();
-        ids.push(TRANSPONDER_ID);
-        ids.sort_unstable();
-        if codes.windows(2).any(|pair| pair[0] == pair[1]) || ids.windows(2).any(|pair| pair[0] == pair[1]) {
-            let message = "each radar needs its own id, and its own SAC and SIC, which are not the service's";
-            radars.map_or_else(|| top.refuse(message), |list| list.refuse(message));
+        let service = (self.place.sac, self.place.sic);
+        if (self.transponder.sac, self.transponder.sic) == service {
+            let message = "SAC and SIC are the service's own ([place]); give the receiver others";
+            refuse(section("transponder"), "sic", message);
         }
-        for radar in self.radars.iter().filter(|radar| radar.min_range_m >= radar.max_range_m) {
-            top.refuse(format!("radar {}: min_range_m is not below max_range_m", radar.id));
+        let list = Section::top(root, faults).item("radars").and_then(|list| list.list()).unwrap_or_default();
+        for (index, radar) in self.radars.iter().enumerate() {
+            let table = list.get(index).and_then(Item::section);
+            let table = table.unwrap_or_else(|| Section::top(root, faults));
+            let before = &self.radars[..index];
+            let code = (radar.sac, radar.sic);
+            if code == service || before.iter().any(|other| (other.sac, other.sic) == code) {
+                let message = "each radar needs its own SAC and SIC, which are not the service's ([place])";
+                refuse(table, "sic", message);
+            } else if radar.id == TRANSPONDER_ID || before.iter().any(|other| other.id == radar.id) {
+                refuse(table, "id", "another sensor has this id already; give each its own");
+            } else if radar.min_range_m >= radar.max_range_m {
+                refuse(table, "max_range_m", "this is not above min_range_m");
+            } else if index == MOST_RADARS {
+                table.refuse(format!("there are at most {MOST_RADARS} radars"));
+            }
         }
     }
 
@@ -159,23 +167,26 @@ impl Scenario {
 
     /// The scenario as TOML, every key with its meaning.
     pub fn show(&self) -> String {
-        let mut text = format!(
-            "name = \"{}\"{:27}# its name; another name flies otherwise\nstart = \"{}\"        # UTC\nduration_s = {:?}{:21}# seconds\n",
-            self.name, "", self.start, self.duration_s, ""
+        let mut text = "# Every key with its meaning. One that is left out has its default.\n\n".to_owned();
+        text += &keys::line(
+            "name",
+            &self.name.show(),
+            "part of every stream of chance: another name flies otherwise",
         );
-        let mut section = |name: &str, keys: String| text += &format!("\n[{name}]\n{keys}");
-        section("place", self.place.show());
-        section("airspace", self.airspace.show());
-        section("drones", self.drones.show());
-        section("multirotor", self.multirotor.show());
-        section("fixed_wing", self.fixed_wing.show());
-        section("birds", self.birds.show());
-        section("clutter", self.clutter.show());
+        text += &keys::line("start", &quoted(&rfc3339(self.start)), "UTC");
+        text += &keys::line("duration_s", &self.duration_s.show(), "how long it lasts, seconds");
+        text += &self.place.show("[place]");
+        text += &self.airspace.show("[airspace]");
+        text += &self.drones.show("[drones]");
+        text += &self.multirotor.show("[multirotor]");
+        text += &self.fixed_wing.show("[fixed_wing]");
+        text += &self.birds.show("[birds]");
+        text += &self.clutter.show("[clutter]");
         for radar in &self.radars {
-            section("[radars]", radar.show());
+            text += &radar.show("[[radars]]");
         }
-        section("transponder", self.transponder.show());
-        section("network", self.network.show());
+        text += &self.transponder.show("[transponder]");
+        text += &self.network.show("[network]");
         text
     }
 }
@@ -193,6 +204,11 @@ fn instant(item: &Item<'_>) -> Option<Time> {
         item.refuse("write it in quotes as \"2026-03-14T09:00:00Z\", years 1970 to 2105");
     }
     time
+}
+
+fn rfc3339(time: Time) -> String {
+    Timestamp::from_nanosecond(time.nanos().into())
+        .map_or_else(|_| time.to_string(), |stamp| stamp.to_string())
 }
 
 fn time_of(text: &str) -> Option<Time> {
