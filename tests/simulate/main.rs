@@ -1,0 +1,19 @@
+//! The test range: the error model's numbers measured from what arrives, one by one; its files; the command.
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+#![expect(clippy::disallowed_methods, reason = "files that the command wrote, and how long it took")]
+
+mod animals;
+mod common;
+mod continuity;
+mod errors;
+mod files;
+mod measurement;
+mod motion;
+mod network;
+mod radar;
+mod scenarios;
+mod seduction;
+mod statistics;
+mod streams;
+mod transponder;
+mod udp;

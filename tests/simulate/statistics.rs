@@ -1,0 +1,115 @@
+//! What the defaults are chosen for, pooled over seeds: how often and how wrong radar and transponder are.
+
+use std::collections::BTreeSet;
+
+use utm_fusion::areas::Masks;
+use utm_fusion::fusion::{Emission, Source};
+use utm_fusion::pipeline::{Event, Output, Pipeline};
+use utm_fusion::simulate::Scenario;
+use utm_fusion::time::Time;
+
+use crate::common::{Flown, between, fly, kept};
+
+/// Slots of 0.25 s, how many of them hold something of the drone, and the 3-D error of each thing held.
+#[derive(Default)]
+struct Pool {
+    slots: usize,
+    updated: usize,
+    errors_m: Vec<f64>,
+}
+
+impl Pool {
+    fn update_percent(&self) -> f64 {
+        100.0 * self.updated as f64 / self.slots as f64
+    }
+
+    fn mean_m(&self) -> f64 {
+        self.errors_m.iter().sum::<f64>() / self.errors_m.len() as f64
+    }
+}
+
+fn slot(flown: &Flown, time: Time) -> i64 {
+    (flown.seconds(time) * 4.0).floor() as i64
+}
+
+fn radar(scenario: &Scenario, seeds: u64) -> Pool {
+    let mut pool = Pool::default();
+    for seed in 1..=seeds {
+        let flown = fly(scenario, seed);
+        let slots: BTreeSet<(usize, i64)> =
+            flown.plots.iter().filter_map(|plot| Some((plot.drone?, slot(&flown, plot.time)))).collect();
+        pool.slots += flown.simulation.flights.len() * (scenario.duration_s * 4.0) as usize;
+        pool.updated += slots.len();
+        pool.errors_m.extend(flown.plots.iter().filter_map(|plot| {
+            let truth = flown.truth(plot.drone?, flown.seconds(plot.time));
+            Some((plot.position - truth.position).norm())
+        }));
+    }
+    pool
+}
+
+/// Transponders alone through the engine: every point is then an interpolated position, 6.25 s behind the world.
+fn transponders(scenario: &Scenario, seeds: u64) -> Pool {
+    let mut pool = Pool::default();
+    for seed in 1..=seeds {
+        let flown = fly(scenario, seed);
+        let mut pipeline = Pipeline::new(&flown.simulation.config, Masks::default());
+        let mut emissions: Vec<Emission> = Vec::new();
+        for reception in flown.receptions(129) {
+            pipeline.receive(&reception, |output| match output {
+                Output::Emission(emission) => emissions.push(emission),
+                // Where a single transponder is silent for longer than the window, the engine starts afresh.
+                Output::Event(event) => {
+                    assert!(!event.is_warning() || matches!(event, Event::Restarted), "{event}");
+                }
+            });
+        }
+        pipeline.finish(|emission| emissions.push(emission));
+        let equipped = flown.simulation.flights.iter().filter(|flight| flight.equipped).count();
+        pool.slots += equipped * (scenario.duration_s * 4.0) as usize;
+        for emission in emissions {
+            for point in emission.points {
+                assert!(matches!(point.source, Source::Transponder(_)), "{point:?}");
+                let truth = flown.truth(point.number as usize - 1, flown.seconds(emission.time));
+                pool.errors_m.push((point.position.0 - truth.position).norm());
+                pool.updated += 1;
+            }
+        }
+    }
+    pool
+}
+
+#[test]
+fn a_radar_sees_a_drone_in_two_fifths_of_the_slots_36_m_off() {
+    let mut all = Pool::default();
+    for (name, seeds) in [("single", 20), ("crossing", 20), ("dense", 3)] {
+        let pool = radar(&kept(name), seeds);
+        println!("{name}: radar PU {:.2} %, {:.2} m", pool.update_percent(), pool.mean_m());
+        all.slots += pool.slots;
+        all.updated += pool.updated;
+        all.errors_m.extend(pool.errors_m);
+    }
+    between("radar PU, percent", 38.0, all.update_percent(), 41.0);
+    between("radar mean 3-D error, m", 33.0, all.mean_m(), 39.0);
+}
+
+#[test]
+fn two_degrees_of_bias_make_58_m() {
+    let pool = radar(&kept("bias"), 30);
+    between("radar PU, percent", 37.0, pool.update_percent(), 42.0);
+    between("radar mean 3-D error at 2 degrees of bias, m", 55.0, pool.mean_m(), 61.0);
+}
+
+#[test]
+fn an_interpolated_transponder_is_there_in_five_sixths_of_the_slots_5_m_off() {
+    let mut all = Pool::default();
+    for (name, seeds) in [("single", 20), ("crossing", 12)] {
+        let pool = transponders(&kept(name), seeds);
+        println!("{name}: transponder PU {:.2} %, {:.2} m", pool.update_percent(), pool.mean_m());
+        all.slots += pool.slots;
+        all.updated += pool.updated;
+        all.errors_m.extend(pool.errors_m);
+    }
+    between("interpolated transponder PU, percent", 81.0, all.update_percent(), 88.0);
+    between("interpolated transponder mean 3-D error, m", 4.5, all.mean_m(), 6.0);
+}
