@@ -103,7 +103,7 @@ fn two_degrees_of_bias_make_58_m() {
 #[test]
 fn an_interpolated_transponder_is_there_in_five_sixths_of_the_slots_5_m_off() {
     let mut all = Pool::default();
-    for (name, seeds) in [("single", 20), ("crossing", 12)] {
+    for (name, seeds) in [("single", 20), ("crossing", 12), ("dense", 2)] {
         let pool = transponders(&kept(name), seeds);
         println!("{name}: transponder PU {:.2} %, {:.2} m", pool.update_percent(), pool.mean_m());
         all.slots += pool.slots;
