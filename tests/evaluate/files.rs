@@ -68,6 +68,7 @@ fn bad_labels_are_told_with_their_line() {
     let (code, stderr) = said(TRUTH, "time,sensor,number,id\n1,radar,1,OTHER\n", OUTPUT.as_bytes());
     assert_eq!(code, 0, "a doubt is no error: {stderr}");
     assert!(stderr.contains("no drone of --labels is in --truth"), "{stderr}");
+    assert!(stderr.contains("no slot counts: the first 10 s"), "the truth is 4 s long: {stderr}");
 }
 
 #[test]

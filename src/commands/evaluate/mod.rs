@@ -89,6 +89,11 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     if let Some(directory) = &args.plot {
         files::write_plots(directory, &args.output, &evaluation, &inputs.truth)?;
     }
+    if evaluation.fused.all.pu_percent.is_none() {
+        warn!(
+            "no slot counts: the first 10 s and the last 7.5 s of each drone's truth do not, nor do holes over 5 s"
+        );
+    }
 
     let requirements = args.require.iter().map(|requirement| {
         let value = requirement.value(&evaluation, args);
