@@ -96,6 +96,8 @@ fn a_track_ends_after_two_and_a_half_seconds_without_detection() {
 /// A radar that confirms at once tells what one that waits keeps to itself.
 #[test]
 fn the_first_two_detections_of_a_track_are_not_reported() {
+    let all = turns(&fly(&perfect(3, 0, 0), 1));
+    assert!(all.iter().flatten().all(|seen| *seen), "a perfect radar sees every drone in every turn");
     let mut scenario = continuity(5.0, 3.0);
     let early = fly(&scenario, 1);
     scenario.radars[0].confirmed_by = 3;

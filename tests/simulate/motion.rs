@@ -157,6 +157,9 @@ fn heights_are_30_to_120_m_above_ground() {
         fold((0..80).flat_map(|drone| flown.samples(drone)).map(|state| state.altitude_m - ground_m));
     between("lowest, m", 29.0, lowest, 32.0);
     between("highest, m", 118.0, highest, 121.0);
+    let (fall, climb) = fold((0..80).flat_map(|drone| flown.samples(drone)).map(|state| state.velocity.z));
+    between("steepest descent, m/s", -3.01, fall, -2.5);
+    between("steepest climb, m/s", 2.5, climb, 3.01);
 }
 
 fn nearest(flown: &Flown) -> f64 {

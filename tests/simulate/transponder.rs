@@ -224,6 +224,8 @@ fn stamps_are_up_to_a_quarter_of_a_second_late_fixed_per_drone() {
 #[test]
 fn reports_arrive_up_to_one_and_a_half_seconds_later_some_overtaken() {
     let mut scenario = perfect(100, 0, 0);
+    // From the stamp on, not from the measurement.
+    scenario.transponder.stamped_late_s = Span::new(0.2, 0.25);
     let latencies = |flown: &Flown| -> Vec<f64> {
         flown.fixes.iter().map(|fix| fix.received.seconds_since(fix.time)).collect()
     };
