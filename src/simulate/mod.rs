@@ -1,7 +1,8 @@
 //! The test range: radars and transponders that fail the way real ones do (`docs/SIMULATION.md`), and the truth beside
 //! them.
 //!
-//! Sans-IO but for [`files`]: a [`Scenario`] and a seed in, a [`Simulation`] out, always the same one.
+//! Sans-IO but for [`Scenario::load`] and [`write()`]: a [`Scenario`] and a seed in, a [`Simulation`] out, always the
+//! same one.
 //!
 //! ```text
 //! scenario ──► motion ──► radar (sight) ──► wire ──► network ──► datagrams as they arrive

@@ -167,6 +167,12 @@ fn midnight_passes_without_a_complaint() {
     }
     let (accepted, dropped) = replayed(&directory, &["radar.ast", "transponder.ast"]);
     assert_eq!((accepted, dropped.len()), (labels, 1));
+    // Numbers begin again.
+    let labels = fs::read_to_string(directory.join("labels.csv")).unwrap();
+    let of_first = labels.lines().filter(|line| line.contains(",gamekeeper,"));
+    let numbers: Vec<u32> = of_first.map(|line| line.split(',').nth(2).unwrap().parse().unwrap()).collect();
+    assert!(numbers[0] >= 4080 && numbers.contains(&4095) && !numbers.contains(&0));
+    assert!((1..1000).contains(&numbers[numbers.len() - 1]));
     // Both days.
     let midnight = 1_773_532_800;
     for file in ["truth.csv", "labels.csv"] {
