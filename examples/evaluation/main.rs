@@ -23,7 +23,7 @@ use crate::report::Report;
 #[derive(Parser)]
 struct Args {
     /// Seeds of each scenario.
-    #[arg(long, default_value_t = 40)]
+    #[arg(long, default_value_t = 50)]
     seeds: u64,
     /// Seeds of `city`.
     #[arg(long, default_value_t = 2)]

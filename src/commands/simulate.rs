@@ -35,8 +35,7 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> CommandResult {
     let scenario = Scenario::load(&args.scenario)?;
-    // A whole second, 2 to 3 s ahead: making the flight takes time too.
-    let start = args.udp.then(|| Time::from_nanos((now().nanos() / SECOND + 3) * SECOND));
+    let start = args.udp.then(|| Time::from_nanos((now().nanos() / SECOND + lead_s(&scenario)) * SECOND));
     let simulation = simulate(&scenario, args.seed, start)?;
     info!(
         "{}: {} s, {} drones, {} labelled plots and reports, {} datagrams",
@@ -55,6 +54,11 @@ pub fn run(args: &Args) -> CommandResult {
         send(&simulation)?;
     }
     Ok(Outcome::Done)
+}
+
+/// How far ahead of now a flight begins, whole seconds: making it takes time, and more for a city.
+fn lead_s(scenario: &Scenario) -> i64 {
+    3 + (f64::from(scenario.drone_count()) * scenario.duration_s / 12_000.0) as i64
 }
 
 #[expect(clippy::disallowed_methods, reason = "--udp begins now")]
