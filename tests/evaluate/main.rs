@@ -12,4 +12,5 @@ mod require;
 #[path = "../shared/mod.rs"]
 #[allow(dead_code, reason = "shared by several tests")]
 mod shared;
+mod table_1;
 mod trials;
