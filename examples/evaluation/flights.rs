@@ -82,7 +82,7 @@ pub fn all(seeds: u64, city_seeds: u64, recordings: Option<&Path>) -> Result<Vec
         let scenario = Scenario::load(&Path::new("config/scenarios").join(format!("{name}.toml")))?;
         flights.extend((1..=seeds).map(|seed| Flight {
             row: Row::Scenario(name),
-            source: Source::Simulated { scenario: scenario.clone(), seed },
+            source: Source::Simulated { scenario: Box::new(scenario.clone()), seed },
         }));
     }
     let trial = recordings.map(|folder| folder.join("drone-trial")).filter(|folder| folder.is_dir());

@@ -45,7 +45,8 @@ fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
         args.recordings.or_else(|| std::env::var_os("UTM_FUSION_SHARED_DATA").map(PathBuf::from));
     let flights = flights::all(args.seeds, args.city_seeds, recordings.as_deref())?;
     let scored = flights::score(&flights, args.threads)?;
-    let before = std::fs::read_to_string(&args.out).unwrap_or_default();
+    let before = std::fs::read(&args.out).unwrap_or_default();
+    let before = String::from_utf8(before)?;
     let report = Report::new(&scored, args.seeds, args.city_seeds, &before);
     std::fs::write(&args.out, report.text())?;
     eprintln!("written to {}", args.out.display());

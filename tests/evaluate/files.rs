@@ -135,11 +135,11 @@ fn plots_are_files_that_stand_alone() {
         "plan-view.svg",
         "height-over-time.svg",
     ] {
-        let svg = std::fs::read_to_string(plots.join(name)).unwrap();
+        let svg = String::from_utf8(std::fs::read(plots.join(name)).unwrap()).unwrap();
         let document = roxmltree::Document::parse(&svg).unwrap();
         assert_eq!(document.root_element().tag_name().name(), "svg", "{name}");
     }
-    let page = std::fs::read_to_string(plots.join("index.html")).unwrap();
+    let page = String::from_utf8(std::fs::read(plots.join("index.html")).unwrap()).unwrap();
     assert!(page.contains("A&lt;&amp;B") && !page.contains("<script") && page.matches("<svg").count() >= 6);
     // A folder that cannot be made is told.
     let told = ran(evaluate(&truth, &out).arg("--plot").arg(truth.join("below-a-file")));
