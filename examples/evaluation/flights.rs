@@ -41,7 +41,7 @@ pub enum Row {
 
 enum Source {
     Simulated {
-        scenario: Scenario,
+        scenario: Box<Scenario>,
         seed: u64,
     },
     /// A real flight; its capture and site may be a worse version of it in a folder beside.
