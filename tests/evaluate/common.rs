@@ -1,11 +1,11 @@
 //! What the tests share: the program, a folder of its own, and places in whole metres.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
-use std::sync::atomic::{AtomicU32, Ordering};
 
 use serde_json::Value;
+
+pub(crate) use crate::scratch::Scratch;
 
 /// When the flights of these tests start: 2026-03-14T09:00:00Z, seconds UTC.
 pub(crate) const START_S: f64 = 1_773_478_800.0;
@@ -27,35 +27,6 @@ pub(crate) fn east(metres: f64) -> f64 {
 /// The centre of the slot with this number after the start, seconds UTC.
 pub(crate) fn centre_s(slot: i64) -> f64 {
     START_S + slot as f64 * 0.25 + 0.125
-}
-
-/// A directory of its own for a test; gone with it.
-pub(crate) struct Scratch(PathBuf);
-
-impl Scratch {
-    pub(crate) fn new() -> Self {
-        static COUNT: AtomicU32 = AtomicU32::new(0);
-        let count = COUNT.fetch_add(1, Ordering::Relaxed);
-        let dir = std::env::temp_dir().join(format!("utm-fusion-evaluate-{}-{count}", std::process::id()));
-        fs::create_dir_all(&dir).unwrap();
-        Self(dir)
-    }
-
-    pub(crate) fn path(&self, name: &str) -> PathBuf {
-        self.0.join(name)
-    }
-
-    pub(crate) fn file(&self, name: &str, contents: impl AsRef<[u8]>) -> PathBuf {
-        let path = self.path(name);
-        fs::write(&path, contents).unwrap();
-        path
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
 }
 
 /// How a program ended, and what it said.

@@ -16,7 +16,7 @@ fn testdata(name: &str) -> PathBuf {
 
 /// `replay -o` of the demonstration flight.
 fn replayed(scratch: &Scratch, extension: &str) -> PathBuf {
-    let file = scratch.path(&format!("out.{extension}"));
+    let file = scratch.path(format!("out.{extension}"));
     let mut command = utm_fusion("replay");
     command.arg(testdata("capture.pcap")).arg("--config").arg(testdata("site.toml")).arg("-o").arg(&file);
     let told = ran(&mut command);
@@ -68,7 +68,7 @@ fn every_format_gives_the_same_score() {
         let told = scored(&replayed(&scratch, extension), &testdata("capture.pcap"));
         assert_same(extension, &told, &expected, within_m);
         // By content, not by name.
-        let renamed = scratch.file("renamed", fs::read(scratch.path(&format!("out.{extension}"))).unwrap());
+        let renamed = scratch.file("renamed", fs::read(scratch.path(format!("out.{extension}"))).unwrap());
         assert_eq!(scored(&renamed, &testdata("capture.pcap")), told, "{extension}");
     }
 }

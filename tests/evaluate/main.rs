@@ -9,6 +9,9 @@ mod files;
 mod formats;
 mod gospa;
 mod require;
+#[path = "../shared/scratch.rs"]
+#[allow(dead_code, reason = "shared by several tests")]
+mod scratch;
 #[path = "../shared/mod.rs"]
 #[allow(dead_code, reason = "shared by several tests")]
 mod shared;

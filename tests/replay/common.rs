@@ -4,7 +4,6 @@ use std::fs;
 use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::sync::atomic::{AtomicU32, Ordering};
 
 use asterix::{Block, Record, blocks, cat048, cat129, profile};
 use utm_fusion::areas::Masks;
@@ -14,6 +13,8 @@ use utm_fusion::ingest::{Capture, Datagram, Merged, Reception};
 use utm_fusion::pipeline::{Event, Output, Pipeline, Tally};
 use utm_fusion::publish::{PcapWriter, UdpFlow};
 use utm_fusion::time::Time;
+
+pub(crate) use crate::scratch::Scratch;
 
 /// Nanoseconds in a slot.
 pub(crate) const SLOT_NS: i64 = 250_000_000;
@@ -92,7 +93,7 @@ impl Flight {
     /// What `replay INPUTS -o x.EXTENSION` writes; it must succeed.
     pub(crate) fn output(&self, inputs: &[&Path], extension: &str) -> Vec<u8> {
         let scratch = Scratch::new();
-        let file = scratch.path(&format!("out.{extension}"));
+        let file = scratch.path(format!("out.{extension}"));
         let ran = ran(self.replay(inputs).arg("-o").arg(&file));
         assert_eq!(ran.code, 0, "{}: {}", self.name, ran.stderr);
         fs::read(file).unwrap()
@@ -143,35 +144,6 @@ pub(crate) fn ran(command: &mut Command) -> Ran {
         code: output.status.code().expect("it was not killed"),
         stdout: output.stdout,
         stderr: String::from_utf8(output.stderr).unwrap(),
-    }
-}
-
-/// A directory of its own for a test; gone with it.
-pub(crate) struct Scratch(PathBuf);
-
-impl Scratch {
-    pub(crate) fn new() -> Self {
-        static COUNT: AtomicU32 = AtomicU32::new(0);
-        let count = COUNT.fetch_add(1, Ordering::Relaxed);
-        let dir = std::env::temp_dir().join(format!("utm-fusion-replay-{}-{count}", std::process::id()));
-        fs::create_dir_all(&dir).unwrap();
-        Self(dir)
-    }
-
-    pub(crate) fn path(&self, name: &str) -> PathBuf {
-        self.0.join(name)
-    }
-
-    pub(crate) fn file(&self, name: &str, contents: &[u8]) -> PathBuf {
-        let path = self.path(name);
-        fs::write(&path, contents).unwrap();
-        path
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
     }
 }
 

@@ -39,7 +39,7 @@ fn speed_changes_no_byte() {
     let flight = demo();
     for extension in EXTENSIONS {
         let scratch = Scratch::new();
-        let file = scratch.path(&format!("out.{extension}"));
+        let file = scratch.path(format!("out.{extension}"));
         // 75 s in 0.2 s.
         let paced =
             ran(flight.replay(&[&flight.capture()]).args(["--speed", "400", "--stats"]).arg("-o").arg(&file));
@@ -56,7 +56,7 @@ fn standard_input_gives_what_the_file_gives() {
     let flight = demo();
     for extension in EXTENSIONS {
         let scratch = Scratch::new();
-        let file = scratch.path(&format!("out.{extension}"));
+        let file = scratch.path(format!("out.{extension}"));
         #[expect(clippy::disallowed_methods, reason = "the standard input of the program")]
         let input = File::open(flight.capture()).unwrap();
         let ran = ran(flight.replay(&[Path::new("-")]).arg("-o").arg(&file).stdin(input));
@@ -79,7 +79,7 @@ fn split_by_port(flight: &Flight, scratch: &Scratch) -> [PathBuf; 2] {
         let part: Vec<_> =
             part.map(|datagram| (datagram.received.unwrap(), datagram.payload.as_slice())).collect();
         assert!(part.len() > 50);
-        scratch.file(name, &pcap(part))
+        scratch.file(name, pcap(part))
     })
 }
 
@@ -183,7 +183,7 @@ fn the_order_between_two_deadlines_changes_nothing() {
             if seed == 0 {
                 let scratch = Scratch::new();
                 let file = permuted.iter().map(|r| (r.received.unwrap(), r.payload.as_slice()));
-                let file = scratch.file("permuted.pcap", &pcap(file));
+                let file = scratch.file("permuted.pcap", pcap(file));
                 for extension in EXTENSIONS {
                     let whole = flight.output(&[&flight.capture()], extension);
                     assert!(flight.output(&[&file], extension) == whole, "{} {extension}", flight.name);

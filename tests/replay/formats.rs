@@ -32,12 +32,12 @@ fn crowd() -> Vec<u8> {
 #[test]
 fn the_datagrams_are_those_the_service_would_send() {
     let scratch = Scratch::new();
-    let crowd = scratch.file("crowd.pcap", &crowd());
+    let crowd = scratch.file("crowd.pcap", crowd());
     let mut inputs: Vec<_> = bundled().into_iter().map(|flight| (flight.capture(), flight)).collect();
     inputs.push((crowd, demo()));
     let mut shared = 0;
     for (input, flight) in &inputs {
-        let file = scratch.file("out.pcap", &flight.output(&[input], "pcap"));
+        let file = scratch.file("out.pcap", flight.output(&[input], "pcap"));
         let sent = datagrams(&file);
         let payloads: Vec<_> = sent.iter().flat_map(|datagram| datagram.payload.clone()).collect();
         assert!(payloads == flight.output(&[input], "ast"), "{}", input.display());
@@ -191,7 +191,7 @@ fn without_a_point_every_format_is_still_valid() {
     let marker: &[u8] = &[34, 0, 6, 0x80, 70, 41];
     let scratch = Scratch::new();
     for received in [vec![], vec![(Time::from_nanos(1_781_999_970 * SECOND), marker)]] {
-        let input = scratch.file("in.pcap", &pcap(received));
+        let input = scratch.file("in.pcap", pcap(received));
         for (extension, empty) in [
             ("ast", ""),
             ("ndjson", ""),
@@ -201,7 +201,7 @@ fn without_a_point_every_format_is_still_valid() {
         }
         let collection: Value = serde_json::from_slice(&flight.output(&[&input], "geojson")).unwrap();
         assert_eq!(collection, serde_json::json!({ "type": "FeatureCollection", "features": [] }));
-        let output = scratch.file("out.pcap", &flight.output(&[&input], "pcap"));
+        let output = scratch.file("out.pcap", flight.output(&[&input], "pcap"));
         assert!(datagrams(&output).is_empty());
         let summary = ran(&mut flight.replay(&[&input]));
         assert!(summary.text().contains("output     no point in "), "{}", summary.text());

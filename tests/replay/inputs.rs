@@ -22,7 +22,7 @@ fn raw_files(flight: &Flight, scratch: &Scratch) -> [PathBuf; 2] {
     [(48, "radar.ast"), (129, "transponder.ast")].map(|(category, name)| {
         let whole = datagrams.iter().flat_map(|datagram| blocks(&datagram.payload).filter_map(Result::ok));
         let octets: Vec<_> = whole.filter(|block| block.category == category).map(|b| b.octets).collect();
-        scratch.file(name, &octets.concat())
+        scratch.file(name, octets.concat())
     })
 }
 
@@ -91,7 +91,7 @@ fn a_compressed_capture_gives_the_same() {
     let scratch = Scratch::new();
     let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
     encoder.write_all(&fs::read(flight.capture()).unwrap()).unwrap();
-    let packed = scratch.file("capture.pcap.gz", &encoder.finish().unwrap());
+    let packed = scratch.file("capture.pcap.gz", encoder.finish().unwrap());
     assert!(csv_lines(flight.output(&[&packed], "csv")) == flight.csv());
     let ran = ran(&mut flight.replay(&[&packed]));
     assert!(
@@ -246,7 +246,7 @@ fn a_part_of_the_flight_waits_as_long_as_the_latency() {
         .collect();
     held_up.sort();
     let capture =
-        scratch.file("late.pcap", &pcap(held_up.iter().map(|(at, octets)| (*at, octets.as_slice()))));
+        scratch.file("late.pcap", pcap(held_up.iter().map(|(at, octets)| (*at, octets.as_slice()))));
     let csv = |args: &[&str]| {
         let mut command = utm_fusion("replay");
         command.arg(&capture).arg("--config").arg(&site);
@@ -274,7 +274,7 @@ fn several_records_in_a_cat129_block_are_read_and_noted() {
     block.extend((records.len() as u16 + 3).to_be_bytes());
     block.extend(records);
     let received = blocks_of[2].received.unwrap();
-    let capture = scratch.file("several.pcap", &pcap([(received, block.as_slice())]));
+    let capture = scratch.file("several.pcap", pcap([(received, block.as_slice())]));
     let ran = ran(&mut flight.replay(&[&capture]));
     assert!(ran.text().contains("noted      1 CAT129 blocks with more than one record"), "{}", ran.text());
     assert!(ran.text().contains("squitter (transponder): 3 reports"), "{}", ran.text());

@@ -9,4 +9,7 @@ mod formats;
 mod hostile;
 mod inputs;
 mod masks;
+#[path = "../shared/scratch.rs"]
+#[allow(dead_code, reason = "shared by several tests")]
+mod scratch;
 mod usage;

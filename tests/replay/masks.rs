@@ -18,7 +18,7 @@ fn mask_from(west_deg: f64) -> String {
 fn plots_inside_are_dropped_and_counted() {
     let flight = demo();
     let scratch = Scratch::new();
-    let site = scratch.file("site.toml", &[fs::read(flight.site()).unwrap(), AREAS.into()].concat());
+    let site = scratch.file("site.toml", [fs::read(flight.site()).unwrap(), AREAS.into()].concat());
     let replay = |mask: &str| {
         scratch.file("mask.geojson", mask.as_bytes());
         let mut command = utm_fusion("replay");
@@ -54,7 +54,7 @@ fn plots_inside_are_dropped_and_counted() {
 fn an_area_that_is_none_is_told_with_code_3() {
     let flight = demo();
     let scratch = Scratch::new();
-    let site = scratch.file("site.toml", &[fs::read(flight.site()).unwrap(), AREAS.into()].concat());
+    let site = scratch.file("site.toml", [fs::read(flight.site()).unwrap(), AREAS.into()].concat());
     scratch.file("mask.geojson", br#"{"type":"Point","coordinates":[10,53]}"#);
     for subcommand in ["check", "replay"] {
         let mut command = utm_fusion(subcommand);

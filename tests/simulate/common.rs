@@ -1,10 +1,8 @@
 //! What the tests share: scenarios, flights with their records decoded, the program.
 
 use std::collections::{BTreeMap, HashMap};
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::sync::atomic::{AtomicU32, Ordering};
 
 use asterix::{Record, blocks, cat048, cat129};
 use nalgebra::Vector3;
@@ -13,6 +11,8 @@ use utm_fusion::ingest::{Reception, ReceptionKind};
 use utm_fusion::normalise::{Geodetic, Normaliser};
 use utm_fusion::simulate::{Scenario, Simulation, simulate};
 use utm_fusion::time::Time;
+
+pub(crate) use crate::scratch::Scratch;
 
 /// A scenario that is kept in `config/scenarios`.
 pub(crate) fn kept(name: &str) -> Scenario {
@@ -329,34 +329,4 @@ pub(crate) fn files(scenario: &Path, seed: u64, directory: &Path) {
     command.arg(scenario).args(["--seed", &seed.to_string(), "--out"]).arg(directory);
     let (code, _, errors) = ran(&mut command);
     assert_eq!(code, 0, "{errors}");
-}
-
-/// A directory of its own for a test; gone with it.
-pub(crate) struct Scratch(PathBuf);
-
-impl Scratch {
-    pub(crate) fn new() -> Self {
-        static COUNT: AtomicU32 = AtomicU32::new(0);
-        let count = COUNT.fetch_add(1, Ordering::Relaxed);
-        let directory =
-            std::env::temp_dir().join(format!("utm-fusion-simulate-{}-{count}", std::process::id()));
-        fs::create_dir_all(&directory).unwrap();
-        Self(directory)
-    }
-
-    pub(crate) fn path(&self, name: &str) -> PathBuf {
-        self.0.join(name)
-    }
-
-    pub(crate) fn file(&self, name: &str, contents: &str) -> PathBuf {
-        let path = self.path(name);
-        fs::write(&path, contents).unwrap();
-        path
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
 }

@@ -12,6 +12,9 @@ mod motion;
 mod network;
 mod radar;
 mod scenarios;
+#[path = "../shared/scratch.rs"]
+#[allow(dead_code, reason = "shared by several tests")]
+mod scratch;
 mod seduction;
 mod statistics;
 mod streams;
