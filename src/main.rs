@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use tracing_subscriber::EnvFilter;
 use utm_fusion::commands::{
-    check, decode, demo, encode, evaluate, exit_code, info, is_closed_pipe, replay, simulate,
+    check, decode, demo, encode, evaluate, exit_code, info, is_closed_pipe, replay, run, simulate,
 };
 
 /// One air picture of drone traffic from radar (ASTERIX CAT048) and transponders (CAT129).
@@ -23,6 +23,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Demo(demo::Args),
+    Run(run::Args),
     Replay(replay::Args),
     Decode(decode::Args),
     Encode(encode::Args),
@@ -44,6 +45,7 @@ fn main() -> ExitCode {
         .init();
     let result = match &cli.command {
         Command::Demo(args) => demo::run(args),
+        Command::Run(args) => run::run(args),
         Command::Replay(args) => replay::run(args),
         Command::Decode(args) => decode::run(args, &mut io::stdout().lock()),
         Command::Encode(args) => encode::run(args),

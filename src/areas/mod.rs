@@ -21,16 +21,50 @@ pub struct AreaError {
     pub problem: String,
 }
 
+/// Where a track raises an alert: each file is one area, named after it.
+#[derive(Clone, Debug, Default)]
+pub struct AlertAreas(Vec<(String, Vec<(Rect, MultiPolygon)>)>);
+
+impl AlertAreas {
+    /// Loads the areas of kind `alert`.
+    ///
+    /// # Errors
+    /// A file cannot be read or holds something else than polygons.
+    pub fn load(areas: &[Area]) -> Result<Self, AreaError> {
+        let load = |area: &Area| {
+            let name =
+                area.file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+            Ok((name, polygons_of(area)?))
+        };
+        areas.iter().filter(|area| area.kind == AreaKind::Alert).map(load).collect::<Result<_, _>>().map(Self)
+    }
+
+    /// The names of the areas that a place (degrees) is in.
+    pub fn around(&self, longitude_deg: f64, latitude_deg: f64) -> impl Iterator<Item = &str> {
+        let place = Point::new(longitude_deg, latitude_deg);
+        let is_in = move |(bounds, polygon): &(Rect, MultiPolygon)| {
+            bounds.intersects(&place) && polygon.intersects(&place)
+        };
+        self.0.iter().filter(move |(_, polygons)| polygons.iter().any(is_in)).map(|(name, _)| name.as_str())
+    }
+}
+
+/// The polygons of an area's file.
+fn polygons_of(area: &Area) -> Result<Vec<(Rect, MultiPolygon)>, AreaError> {
+    let error = |problem: String| AreaError { file: area.file.clone(), problem };
+    #[expect(clippy::disallowed_methods, reason = "the one place that reads areas")]
+    let text =
+        std::fs::read_to_string(&area.file).map_err(|cause| error(format!("cannot be read: {cause}")))?;
+    polygons(&text).map_err(error)
+}
+
 impl Masks {
     /// Loads the areas of kind `mask`; the others are for the live service.
+    ///
+    /// # Errors
+    /// A file cannot be read or holds something else than polygons.
     pub fn load(areas: &[Area]) -> Result<Self, AreaError> {
-        let masks = areas.iter().filter(|area| area.kind == AreaKind::Mask).map(|area| {
-            let error = |problem: String| AreaError { file: area.file.clone(), problem };
-            #[expect(clippy::disallowed_methods, reason = "the one place that reads areas")]
-            let text = std::fs::read_to_string(&area.file)
-                .map_err(|cause| error(format!("cannot be read: {cause}")))?;
-            polygons(&text).map_err(error)
-        });
+        let masks = areas.iter().filter(|area| area.kind == AreaKind::Mask).map(polygons_of);
         masks.collect::<Result<Vec<_>, _>>().map(|masks| Self(masks.into_iter().flatten().collect()))
     }
 

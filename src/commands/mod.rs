@@ -10,6 +10,7 @@ pub mod moment;
 pub mod pace;
 pub mod progress;
 pub mod replay;
+pub mod run;
 pub mod simulate;
 pub mod summary;
 mod table;

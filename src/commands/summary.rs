@@ -76,6 +76,9 @@ impl Summary {
             write!(text, "sensor     {} ({kind}): {accepted} {what}", sensor.id)?;
             let dropped = tally.refused.iter().filter(|((sensor, _), _)| *sensor == Some(index));
             dropped_list(&mut text, dropped.map(|((_, reason), count)| (*reason, *count)))?;
+            if let Some(messages) = tally.service.get(&index) {
+                write!(text, "; {messages} service messages")?;
+            }
             writeln!(text)?;
         }
         self.put_out(&mut text)?;

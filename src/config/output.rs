@@ -68,8 +68,18 @@ pub(super) fn read_http(mut section: Section<'_>) -> Option<Http> {
 
 pub(super) fn read_state(mut section: Section<'_>) -> Option<State> {
     let dir = section.item("dir").map(|item| read_dir(Some(item)));
+    let hours = section.item("history_hours").map(|item| {
+        item.number("the history goes back 0 (none) to 8784 hours", |hours| (0.0..=8784.0).contains(&hours))
+    });
+    let mib = section
+        .item("history_mib")
+        .map(|item| item.whole(1..=1_048_576u32, "the history takes a whole number of MiB, 1 to 1048576"));
     section.finish();
-    Some(State { dir: dir.unwrap_or(Some(PathBuf::from("state")))? })
+    Some(State {
+        dir: dir.unwrap_or(Some(PathBuf::from("state")))?,
+        history_hours: hours.unwrap_or(Some(24.0))?,
+        history_mib: mib.unwrap_or(Some(512))?,
+    })
 }
 
 fn read_dir(item: Option<Item<'_>>) -> Option<PathBuf> {

@@ -39,7 +39,9 @@ impl Display for Config {
             Auth::Tokens => "tokens",
         };
         writeln!(f, "auth = {{ mode = \"{mode}\" }}")?;
-        writeln!(f, "\n[state]\ndir = {}", quoted(&self.state.dir.to_string_lossy()))
+        let state = &self.state;
+        writeln!(f, "\n[state]\ndir = {}", quoted(&state.dir.to_string_lossy()))?;
+        writeln!(f, "history_hours = {:?}\nhistory_mib = {}", state.history_hours, state.history_mib)
     }
 }
 

@@ -357,8 +357,12 @@ pub enum Auth {
 }
 
 /// `[state]`: what outlives a restart.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct State {
     /// Directory, relative to the working directory.
     pub dir: PathBuf,
+    /// The history goes back this far, hours; 0: none is kept.
+    pub history_hours: f64,
+    /// The history takes at most about this much of the disk, MiB.
+    pub history_mib: u32,
 }

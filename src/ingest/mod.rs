@@ -25,6 +25,7 @@ mod pcapng;
 mod raw;
 mod recognise;
 mod skipped;
+pub mod udp;
 mod window;
 
 use std::fmt;

@@ -10,4 +10,4 @@ pub use clock::{nearest_day, on_day, time_of_day_count};
 pub use geodesy::{Ecef, Enu, Frame, Geodetic};
 pub use normaliser::{Normaliser, Refusal, Refused};
 pub use polar::RadarSite;
-pub use report::{Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex, UasItems};
+pub use report::{Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex, Service, UasItems};

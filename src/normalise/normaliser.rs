@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use asterix::cat048::{self, DetectionType};
-use asterix::{DataSource, TimeOfDay, cat129};
+use asterix::{DataSource, TimeOfDay, cat034, cat129};
 
 use super::clock::nearest_day;
 use super::geodesy::{Enu, Frame, Geodetic};
 use super::polar::RadarSite;
-use super::report::{Fix, Identity, Plot, RadarTrackKey, SensorIndex, UasItems};
+use super::report::{Fix, Identity, Plot, RadarTrackKey, SensorIndex, Service, UasItems};
 use crate::areas::Masks;
 use crate::config::{Classification, Config, Radar, SensorKind};
 use crate::time::Time;
@@ -174,6 +174,27 @@ impl Normaliser {
         let source = record.data_source.ok_or((None, Refusal::NoDataSource))?;
         let sensor = *self.transponders.get(&source).ok_or((None, Refusal::UnknownSource(source)))?;
         self.fix_of(sensor, record, received).map_err(|refusal| (Some(sensor), refusal))
+    }
+
+    /// What a radar's service message (CAT034) says.
+    pub fn service(&self, record: &cat034::Record) -> Result<(SensorIndex, Service), Refused> {
+        let source = record.data_source.ok_or((None, Refusal::NoDataSource))?;
+        let radar = self.radars.get(&source).ok_or((None, Refusal::UnknownSource(source)))?;
+        let common = record.system_status.as_ref().and_then(|status| status.common);
+        let kind = record.message_type.map(|message| message.kind());
+        let displaced_m = record.source_position.map(|said| {
+            let height_m = said.height_m() + self.undulation_m;
+            let place = Geodetic::from_degrees(said.latitude_deg(), said.longitude_deg(), height_m);
+            radar.site.frame().from_geodetic(place).0.norm().round() as u32
+        });
+        let service = Service {
+            nogo: common.map(|status| status.is_nogo()),
+            reset: common.map(|status| status.is_reset()),
+            time_invalid: common.map(|status| status.is_time_invalid()),
+            north_marker: kind == Some(cat034::MessageKind::NorthMarker),
+            displaced_m,
+        };
+        Ok((radar.index, service))
     }
 
     fn is_masked(&self, position: Enu) -> bool {

@@ -1,7 +1,7 @@
 //! Redundant lines bring the same datagram more than once: it is handled once.
 
 use std::collections::{HashSet, VecDeque};
-use std::rc::Rc;
+use std::sync::Arc;
 
 use crate::time::{SECOND, Time};
 
@@ -11,9 +11,9 @@ const MEMORY_NS: i64 = 2 * SECOND;
 /// The datagrams handled in the last 2 s, octet by octet: no hash stands for them, so none is lost by collision.
 #[derive(Debug, Default)]
 pub(crate) struct Duplicates {
-    handled: HashSet<Rc<[u8]>>,
+    handled: HashSet<Arc<[u8]>>,
     /// By the time they were handled at, oldest first.
-    order: VecDeque<(Time, Rc<[u8]>)>,
+    order: VecDeque<(Time, Arc<[u8]>)>,
 }
 
 impl Duplicates {
@@ -29,7 +29,7 @@ impl Duplicates {
         if self.handled.contains(payload) {
             return true;
         }
-        let payload: Rc<[u8]> = payload.into();
+        let payload: Arc<[u8]> = payload.into();
         self.handled.insert(payload.clone());
         self.order.push_back((now, payload));
         false

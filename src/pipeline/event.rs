@@ -5,7 +5,8 @@ use std::fmt;
 
 use asterix::{DataSource, Fault};
 
-use crate::normalise::{Refusal, SensorIndex};
+use crate::normalise::{Refusal, SensorIndex, Service};
+use crate::time::Time;
 
 /// Something that happened to what was received.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,6 +34,15 @@ pub enum Event {
     Accepted {
         /// From this sensor.
         sensor: SensorIndex,
+        /// The time that it says.
+        time: Time,
+    },
+    /// A radar spoke of itself (CAT034).
+    Service {
+        /// The radar.
+        sensor: SensorIndex,
+        /// What it said.
+        service: Service,
     },
     /// A record gave no report.
     Refused {
@@ -68,6 +78,7 @@ impl fmt::Display for Event {
             Self::SkippedBlock { category } => write!(f, "a block of category {category} was skipped"),
             Self::SeveralRecords => f.write_str("a CAT129 block holds more than one record"),
             Self::Accepted { .. } => f.write_str("a report was accepted"),
+            Self::Service { .. } => f.write_str("a radar spoke of itself"),
             Self::Refused { category, refusal, .. } => {
                 write!(f, "a CAT{category:03} record was dropped: {}", refusal.name())
             }
@@ -100,6 +111,8 @@ pub struct Tally {
     pub several_records: u64,
     /// Reports, by sensor.
     pub accepted: BTreeMap<SensorIndex, u64>,
+    /// Service messages (CAT034), by radar.
+    pub service: BTreeMap<SensorIndex, u64>,
     /// Records without a report, by sensor and reason.
     pub refused: BTreeMap<(Option<SensorIndex>, &'static str), u64>,
     /// Records of no configured sensor, by category and source; these are not in `refused`.
@@ -122,7 +135,8 @@ impl Tally {
             Event::Faulty { fault } => add(&mut self.faults, (fault.category, fault.kind.name())),
             Event::SkippedBlock { category } => add(&mut self.skipped, category),
             Event::SeveralRecords => self.several_records += 1,
-            Event::Accepted { sensor } => add(&mut self.accepted, sensor),
+            Event::Accepted { sensor, .. } => add(&mut self.accepted, sensor),
+            Event::Service { sensor, .. } => add(&mut self.service, sensor),
             Event::Refused { category, refusal: Refusal::UnknownSource(source), .. } => {
                 add(&mut self.unknown_sources, (category, source));
             }

@@ -3,7 +3,7 @@
 mod duplicates;
 mod event;
 
-use asterix::{Block, Record, blocks, cat048, cat129, profile};
+use asterix::{Block, Record, blocks, cat034, cat048, cat129, profile};
 
 use crate::areas::Masks;
 use crate::config::{Config, SensorKind};
@@ -99,10 +99,28 @@ impl Pipeline {
                         event(Event::SeveralRecords);
                     }
                 }
+                Ok(block) if block.category == cat034::Record::CATEGORY => {
+                    services(block, normaliser, &mut event);
+                }
                 Ok(block) => event(unused(block)),
                 Err(fault) => event(Event::Faulty { fault }),
             }
         }
+    }
+
+    /// Tells the time where nothing is received: hands out the slots that are due by then. Before the first reception
+    /// there are none.
+    pub fn tick(&mut self, now: Time, mut out: impl FnMut(Output)) {
+        if self.engine.next_slot().is_none() {
+            return;
+        }
+        let mut out = |tally: &mut Tally, output: Output| {
+            if let Output::Event(event) = &output {
+                tally.count(event);
+            }
+            out(output);
+        };
+        self.advance(now, &mut out);
     }
 
     /// The end of the input: hands out every slot up to the last that holds a report.
@@ -147,7 +165,7 @@ impl Pipeline {
 fn records<R: Record>(
     block: Block<'_>,
     report: impl Fn(&R) -> Result<Report, Refused>,
-    mut handle: impl FnMut(Report) -> Result<SensorIndex, Refused>,
+    mut handle: impl FnMut(Report) -> Result<Accepted, Refused>,
     event: &mut impl FnMut(Event),
 ) -> usize {
     let category = block.category;
@@ -162,31 +180,53 @@ fn records<R: Record>(
         };
         count += 1;
         event(match report(&record).and_then(&mut handle) {
-            Ok(sensor) => Event::Accepted { sensor },
+            Ok(Accepted { sensor, time }) => Event::Accepted { sensor, time },
             Err((sensor, refusal)) => Event::Refused { category, sensor, refusal },
         });
     }
     count
 }
 
+/// A report that the engine takes.
+struct Accepted {
+    sensor: SensorIndex,
+    time: Time,
+}
+
 fn handle(
     engine: &mut Engine,
     report: Report,
     hands_on: &mut impl FnMut(&Report) -> bool,
-) -> Result<SensorIndex, Refused> {
+) -> Result<Accepted, Refused> {
+    let time = report.time();
     let sensor = match &report {
         Report::Plot(plot) => plot.track.sensor,
         Report::Fix(fix) => fix.sensor,
     };
-    let accepts = engine.accepts(report.time());
+    let accepts = engine.accepts(time);
     let handled = if accepts.is_ok() && hands_on(&report) { engine.handle(report) } else { accepts };
-    handled.map(|()| sensor).map_err(|refused| {
+    handled.map(|()| Accepted { sensor, time }).map_err(|refused| {
         let refusal = match refused {
             fusion::Refused::Late => Refusal::Late,
             fusion::Refused::Future => Refusal::Future,
         };
         (Some(sensor), refusal)
     })
+}
+
+/// Hands on what the radars say of themselves.
+fn services(block: Block<'_>, normaliser: &Normaliser, event: &mut impl FnMut(Event)) {
+    let category = block.category;
+    for located in block.records::<cat034::Record>() {
+        let record = match located {
+            Ok(located) => located.record,
+            Err(fault) => return event(Event::Faulty { fault }),
+        };
+        event(match normaliser.service(&record) {
+            Ok((sensor, service)) => Event::Service { sensor, service },
+            Err((sensor, refusal)) => Event::Refused { category, sensor, refusal },
+        });
+    }
 }
 
 /// Counts a block in front of the first record that has a time.

@@ -4,7 +4,7 @@ use asterix::cat129::fusion_report::{Deviation, Flags, Source as ReportSource, U
 use asterix::cat129::{Altitude, FusionReport, Position, Record};
 use asterix::{DataSource, TimeOfDay, encode_block};
 
-use crate::config::SerialSource;
+use crate::config::{Config, SerialSource};
 use crate::fusion::Source;
 use crate::normalise::time_of_day_count;
 use crate::picture::Track;
@@ -19,6 +19,12 @@ pub struct Cat129Encoder {
 }
 
 impl Cat129Encoder {
+    /// As the configuration has it.
+    pub fn of(config: &Config) -> Self {
+        let source = DataSource { sac: config.site.sac, sic: config.site.sic };
+        Self { source, serial: config.output.serial }
+    }
+
     /// Appends the track's block. A position that CAT129 cannot hold (a height beyond ±838 km) is left out: `false`.
     pub fn encode(&self, track: &Track, out: &mut Vec<u8>) -> bool {
         let Some(record) = self.record(track) else { return false };

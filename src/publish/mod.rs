@@ -5,8 +5,12 @@ mod csv;
 mod datagrams;
 mod files;
 mod pcap;
+mod status;
+mod udp;
 
 pub use cat129::Cat129Encoder;
 pub use datagrams::{DATAGRAM_MAX, pack};
 pub use files::{OutputFormat, PictureWriter};
 pub use pcap::{PcapWriter, UdpFlow};
+pub use status::status_block;
+pub use udp::{Sinks, socket};

@@ -45,7 +45,7 @@ pub fn site(scenario: &Scenario, ground: &Ground) -> Config {
             record: None,
         },
         http: Http { listen: SocketAddr::from((Ipv4Addr::LOCALHOST, 8080)), auth: Auth::None },
-        state: State { dir: "state".into() },
+        state: State { dir: "state".into(), history_hours: 24.0, history_mib: 512 },
     }
 }
 

@@ -5,7 +5,7 @@ use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use asterix::{Block, Record, blocks, cat048, cat129, profile};
+use asterix::{Block, Record, blocks, cat034, cat048, cat129, profile};
 use utm_fusion::areas::Masks;
 use utm_fusion::config::Config;
 use utm_fusion::fusion::Emission;
@@ -191,6 +191,7 @@ pub(crate) fn fly(config: &Config, receptions: &[Reception]) -> Flown {
 pub(crate) struct Contents {
     pub(crate) plots: Vec<cat048::Record>,
     pub(crate) fixes: Vec<cat129::Record>,
+    pub(crate) services: Vec<cat034::Record>,
     pub(crate) faults: usize,
     /// Well-formed blocks of categories that are not used.
     pub(crate) others: usize,
@@ -210,6 +211,9 @@ pub(crate) fn contents(payload: &[u8]) -> Contents {
             }
             Ok(block) if block.category == 129 => {
                 contents.fixes.extend(records::<cat129::Record>(block, &mut contents.faults));
+            }
+            Ok(block) if block.category == 34 => {
+                contents.services.extend(records::<cat034::Record>(block, &mut contents.faults));
             }
             // Of a category that is known, what nothing is taken from must be well formed, too.
             Ok(block) if profile(block.category).is_some_and(|uap| block.measure(uap).is_err()) => {

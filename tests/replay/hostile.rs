@@ -77,7 +77,7 @@ fn mutated(receptions: &[Reception], plan: &[(Index, Mutation)]) -> Vec<Traced> 
 }
 
 fn is_record(event: &Event) -> bool {
-    matches!(event, Event::Accepted { .. } | Event::Refused { .. })
+    matches!(event, Event::Accepted { .. } | Event::Refused { .. } | Event::Service { .. })
 }
 
 /// Every datagram is handled or a copy; every record, fault and block of a handled one is in exactly one counter.
@@ -93,14 +93,14 @@ fn assert_accounted(receptions: &[&Reception], flown: &Flown) -> Result<(), Test
             continue;
         }
         let contents = contents(&reception.payload);
-        let whole = contents.plots.len() + contents.fixes.len();
+        let whole = contents.plots.len() + contents.fixes.len() + contents.services.len();
         prop_assert_eq!(events.iter().filter(|event| is_record(event)).count(), whole);
         records += whole as u64;
         faults += contents.faults as u64;
         others += contents.others as u64;
     }
     prop_assert_eq!(tally.duplicates, copies);
-    let accepted: u64 = tally.accepted.values().sum();
+    let accepted = tally.accepted.values().sum::<u64>() + tally.service.values().sum::<u64>();
     let refused = tally.refused.values().sum::<u64>() + tally.unknown_sources.values().sum::<u64>();
     prop_assert_eq!(accepted + refused, records);
     prop_assert_eq!(tally.faults.values().sum::<u64>(), faults);

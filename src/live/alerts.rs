@@ -1,0 +1,219 @@
+//! What an operator should look at: sensors that are not operational, and tracks inside alert areas. Sans-IO.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use super::health::{SensorState, SensorStatus};
+use crate::areas::AlertAreas;
+use crate::picture::{Picture, PictureMaker};
+use crate::time::{SECOND, Time};
+
+/// A track leaves an area when it was not seen inside for this long: it may flicker at the edge, or be missed.
+const LEFT_NS: i64 = 3 * SECOND;
+/// So long after the start a sensor may take until it is heard first.
+const SETTLE_NS: i64 = 5 * SECOND;
+/// Alerts that ended and are still shown.
+const ENDED_KEPT: usize = 100;
+
+/// What an alert is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum AlertKind {
+    /// A sensor is not operational.
+    Sensor,
+    /// A track is inside an alert area.
+    Area,
+}
+
+impl AlertKind {
+    /// Its name on the interfaces.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Sensor => "sensor",
+            Self::Area => "area",
+        }
+    }
+}
+
+/// How bad it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Severity {
+    /// To look at.
+    Warning,
+    /// To act on.
+    Critical,
+}
+
+impl Severity {
+    /// Its name on the interfaces.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Warning => "warning",
+            Self::Critical => "critical",
+        }
+    }
+}
+
+/// One alert.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Alert {
+    /// Names it for as long as the service runs.
+    pub id: u64,
+    /// What it is about.
+    pub kind: AlertKind,
+    /// How bad it is.
+    pub severity: Severity,
+    /// When it began.
+    pub since: Time,
+    /// When it ended; `None`: it lasts.
+    pub until: Option<Time>,
+    /// What is wrong, in words.
+    pub text: String,
+    /// The sensor's or the track's id.
+    pub subject: String,
+}
+
+/// Keeps the alerts.
+#[derive(Debug, Default)]
+pub struct Alerts {
+    areas: AlertAreas,
+    /// Sensors are not looked at before.
+    settled: Time,
+    next_id: u64,
+    /// Those that last, by what they are about; with the last time that they held.
+    lasting: BTreeMap<(AlertKind, String, String), (Alert, Time)>,
+    /// The latest first.
+    ended: VecDeque<Alert>,
+}
+
+impl Alerts {
+    /// None yet; tracks inside `areas` raise one. `started` is now.
+    pub fn new(areas: AlertAreas, started: Time) -> Self {
+        Self { areas, settled: Time::from_nanos(started.nanos() + SETTLE_NS), next_id: 1, ..Self::default() }
+    }
+
+    /// Those that last, then those that ended, the latest first.
+    pub fn all(&self) -> Vec<Alert> {
+        let mut lasting: Vec<Alert> = self.lasting.values().map(|(alert, _)| alert.clone()).collect();
+        lasting.sort_by_key(|alert| std::cmp::Reverse((alert.severity, alert.since, alert.id)));
+        lasting.extend(self.ended.iter().cloned());
+        lasting
+    }
+
+    /// Looks at a slot's tracks; whether anything changed.
+    pub fn note_picture(&mut self, picture: &Picture, maker: &PictureMaker) -> bool {
+        let now = picture.time;
+        let mut inside = Vec::new();
+        for track in &picture.tracks {
+            let place = &track.position;
+            for area in self.areas.around(place.longitude_deg(), place.latitude_deg()) {
+                inside.push((maker.track_id(track), area.to_owned(), track.source_name()));
+            }
+        }
+        let mut changed = false;
+        for (id, area, source) in inside {
+            let text = format!("{source} track {id} is inside {area}");
+            changed |= self.hold(AlertKind::Area, id, area, Severity::Warning, text, now);
+        }
+        changed | self.end(AlertKind::Area, now, |held| now.nanos() - held.nanos() > LEFT_NS)
+    }
+
+    /// Looks at the sensors; whether anything changed.
+    pub fn note_sensors(&mut self, sensors: &[SensorStatus], now: Time) -> bool {
+        if now < self.settled {
+            return false;
+        }
+        let mut changed = false;
+        for sensor in sensors.iter().filter(|sensor| sensor.state != SensorState::Operational) {
+            let severity =
+                if sensor.state == SensorState::Outage { Severity::Critical } else { Severity::Warning };
+            let text = format!("{} {}: {}", sensor.id, sensor.state.name(), sensor.reasons.join("; "));
+            changed |= self.hold(AlertKind::Sensor, sensor.id.clone(), String::new(), severity, text, now);
+        }
+        changed | self.end(AlertKind::Sensor, now, |held| held < now)
+    }
+
+    /// Begins an alert, or says that it still holds; whether it is new, or got better or worse.
+    fn hold(
+        &mut self,
+        kind: AlertKind,
+        subject: String,
+        place: String,
+        severity: Severity,
+        text: String,
+        now: Time,
+    ) -> bool {
+        if let Some((alert, held)) = self.lasting.get_mut(&(kind, subject.clone(), place.clone())) {
+            let changed = alert.severity != severity;
+            (alert.severity, alert.text, *held) = (severity, text, now);
+            return changed;
+        }
+        let alert = Alert {
+            id: self.next_id,
+            kind,
+            severity,
+            since: now,
+            until: None,
+            text,
+            subject: subject.clone(),
+        };
+        self.next_id += 1;
+        self.lasting.insert((kind, subject, place), (alert, now));
+        true
+    }
+
+    /// Ends the alerts of a kind that no longer hold.
+    fn end(&mut self, kind: AlertKind, now: Time, is_over: impl Fn(Time) -> bool) -> bool {
+        let over: Vec<_> = self
+            .lasting
+            .iter()
+            .filter(|((of, ..), (_, held))| *of == kind && is_over(*held))
+            .map(|(key, _)| key.clone())
+            .collect();
+        for key in &over {
+            if let Some((alert, _)) = self.lasting.remove(key) {
+                self.ended.push_front(Alert { until: Some(now), ..alert });
+            }
+        }
+        self.ended.truncate(ENDED_KEPT);
+        !over.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sensor(state: SensorState, reason: &str) -> SensorStatus {
+        SensorStatus {
+            id: "north".to_owned(),
+            state,
+            reasons: vec![reason.to_owned()],
+            last_seen: None,
+            accepted: 0,
+            rate_hz: 0.0,
+            clock_offset_s: None,
+            refused: BTreeMap::new(),
+            lines: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_sensor_that_fails_and_comes_back_is_one_alert() {
+        let at = |second: i64| Time::from_nanos(second * SECOND);
+        let mut alerts = Alerts::new(AlertAreas::default(), at(-10));
+        assert!(!alerts.note_sensors(&[sensor(SensorState::Outage, "not heard yet")], at(-6)));
+        assert!(!alerts.note_sensors(&[sensor(SensorState::Operational, "")], at(1)));
+        assert!(alerts.note_sensors(&[sensor(SensorState::Degraded, "late")], at(2)));
+        assert!(
+            !alerts.note_sensors(&[sensor(SensorState::Degraded, "later")], at(3)),
+            "the same, in other words"
+        );
+        assert!(alerts.note_sensors(&[sensor(SensorState::Outage, "silent")], at(4)), "worse");
+        let told = alerts.all();
+        assert_eq!((told.len(), told[0].severity, told[0].since), (1, Severity::Critical, at(2)));
+        assert_eq!(told[0].text, "north outage: silent");
+        assert!(alerts.note_sensors(&[sensor(SensorState::Operational, "")], at(5)));
+        assert_eq!(alerts.all()[0].until, Some(at(5)));
+        assert!(alerts.note_sensors(&[sensor(SensorState::Outage, "silent")], at(6)));
+        assert_eq!(alerts.all().iter().map(|alert| alert.id).collect::<Vec<_>>(), [2, 1]);
+    }
+}

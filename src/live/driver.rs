@@ -1,0 +1,138 @@
+//! The pipeline with its clock: arrivals and ticks in, slots out. Sans-IO, so that a test can own the time.
+
+use jiff::SignedDuration;
+
+use super::health::Health;
+use super::hub::Frame;
+use crate::areas::Masks;
+use crate::config::Config;
+use crate::fusion::SlotGrid;
+use crate::ingest::Reception;
+use crate::picture::{Picture, PictureMaker};
+use crate::pipeline::{Event, Output, Pipeline};
+use crate::time::Time;
+
+/// An arrival that waited in the queue while its slot was emitted is handled this much after the slot's deadline.
+const AFTER_DEADLINE: SignedDuration = SignedDuration::from_micros(1);
+
+/// What the driver makes, in the order in which it happened.
+#[derive(Debug)]
+pub enum Made {
+    /// A slot, not yet published: its `published_at` is its deadline.
+    Slot(Frame),
+    /// Something that happened to what was received.
+    Event(Event),
+}
+
+/// The one owner of the engine.
+#[derive(Debug)]
+pub struct Driver {
+    pipeline: Pipeline,
+    maker: PictureMaker,
+    health: Health,
+    grid: SlotGrid,
+    latency: SignedDuration,
+    /// From a slot's centre to its deadline.
+    due_after: SignedDuration,
+    /// The deadline of the slot that was emitted last.
+    emitted: Option<Time>,
+    seq: u64,
+    /// Copies by line.
+    duplicates: Vec<u64>,
+}
+
+impl Driver {
+    /// For a site; `started` is now, and `lines` how many lines there are.
+    pub fn new(config: &Config, masks: Masks, started: Time, lines: usize) -> Self {
+        let pipeline = Pipeline::new(config, masks);
+        Self {
+            maker: PictureMaker::new(config, pipeline.normaliser()),
+            health: Health::new(config, started),
+            grid: SlotGrid::new(config.fusion.slot.as_nanos() as i64),
+            latency: config.fusion.latency(),
+            due_after: config.fusion.latency() - config.fusion.slot / 2,
+            pipeline,
+            emitted: None,
+            seq: 0,
+            duplicates: vec![0; lines],
+        }
+    }
+
+    /// The time at which an arrival is handled, and recorded: its own, or just after the last deadline where that has
+    /// passed while it waited.
+    pub fn reception(&self, received: Time) -> Time {
+        self.emitted.map_or(received, |deadline| received.max(deadline + AFTER_DEADLINE))
+    }
+
+    /// When the next slot is due; `None` before the first arrival.
+    pub fn deadline(&self) -> Option<Time> {
+        self.pipeline.engine().next_slot().map(|slot| self.grid.open(slot) + self.latency)
+    }
+
+    /// Handles what was received; its time is the one that [`Driver::reception`] gave for it.
+    pub fn receive(&mut self, reception: &Reception, mut out: impl FnMut(Made)) {
+        let line = reception.input;
+        // Without a time of reception nothing is accepted, and the health has nothing to note.
+        let received = reception.received.unwrap_or_default();
+        let Self { pipeline, maker, health, due_after, emitted, seq, duplicates, .. } = self;
+        pipeline.receive(reception, |output| match output {
+            Output::Emission(emission) => {
+                let frame = frame(maker.picture(emission), *due_after, seq, emitted);
+                out(Made::Slot(frame));
+            }
+            Output::Event(event) => {
+                if event == Event::DuplicateDatagram
+                    && let Some(count) = duplicates.get_mut(line)
+                {
+                    *count += 1;
+                }
+                health.note(&event, received);
+                out(Made::Event(event));
+            }
+        });
+    }
+
+    /// Tells the time: slots that are due are put out, one by one, also after a pause.
+    pub fn tick(&mut self, now: Time, mut out: impl FnMut(Made)) {
+        let Self { pipeline, maker, due_after, emitted, seq, .. } = self;
+        pipeline.tick(now, |output| match output {
+            Output::Emission(emission) => {
+                out(Made::Slot(frame(maker.picture(emission), *due_after, seq, emitted)));
+            }
+            Output::Event(event) => out(Made::Event(event)),
+        });
+    }
+
+    /// The end: what the window still holds is put out.
+    pub fn finish(&mut self, mut out: impl FnMut(Frame)) {
+        let Self { pipeline, maker, due_after, emitted, seq, .. } = self;
+        pipeline.finish(|emission| out(frame(maker.picture(emission), *due_after, seq, emitted)));
+    }
+
+    /// The pipeline, to look at.
+    pub fn pipeline(&self) -> &Pipeline {
+        &self.pipeline
+    }
+
+    /// The health of the sensors.
+    pub fn health(&self) -> &Health {
+        &self.health
+    }
+
+    /// Copies that a line brought of what another had brought before.
+    pub fn duplicates(&self, line: usize) -> u64 {
+        self.duplicates.get(line).copied().unwrap_or(0)
+    }
+
+    /// Makes JSON of tracks.
+    pub fn maker(&self) -> &PictureMaker {
+        &self.maker
+    }
+}
+
+fn frame(picture: Picture, due_after: SignedDuration, seq: &mut u64, emitted: &mut Option<Time>) -> Frame {
+    let due = picture.time + due_after;
+    *emitted = Some(due);
+    *seq += 1;
+    Frame { seq: *seq, due, published_at: due, picture }
+}

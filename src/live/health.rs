@@ -1,0 +1,304 @@
+//! How each sensor is: when it was last heard, how often, how right its clock is, and what is wrong with it. Sans-IO.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use asterix::DataSource;
+
+use crate::config::{Config, SensorKind};
+use crate::ingest::udp::LineCounters;
+use crate::normalise::{Refusal, SensorIndex, Service};
+use crate::pipeline::Event;
+use crate::time::{SECOND, Time};
+
+/// A sensor that says nothing for this long, and for [`SILENT_PERIODS`] of its periods, is out.
+const SILENT_NS: i64 = 5 * SECOND;
+const SILENT_PERIODS: f64 = 3.0;
+/// Rates are told over this time, nanoseconds.
+const RATE_NS: i64 = 10 * SECOND;
+/// Delays that the clock offset is told from: the least of them, since latency only adds.
+const DELAYS: usize = 256;
+/// A clock is wrong when even the fastest report seems to come from the future or this late, seconds.
+const CLOCK_EARLY_S: f64 = -0.2;
+const CLOCK_LATE_S: f64 = 5.0;
+/// A radar stands elsewhere when it says so by more than this, metres (I034/120 is within 2.4 m and a metre of height).
+const DISPLACED_M: u32 = 30;
+/// Sources that are told apart.
+const UNKNOWN_KEPT: usize = 64;
+
+/// What a sensor is good for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum SensorState {
+    /// It works.
+    Operational,
+    /// It works, and something is wrong.
+    Degraded,
+    /// Nothing comes, or nothing that may be used.
+    Outage,
+}
+
+impl SensorState {
+    /// Its name on the interfaces.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Operational => "operational",
+            Self::Degraded => "degraded",
+            Self::Outage => "outage",
+        }
+    }
+}
+
+/// A sensor as it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensorStatus {
+    /// Its id.
+    pub id: String,
+    /// What it is good for.
+    pub state: SensorState,
+    /// Why, where it is not operational.
+    pub reasons: Vec<String>,
+    /// The reception of its last record of any kind.
+    pub last_seen: Option<Time>,
+    /// Reports taken since the start.
+    pub accepted: u64,
+    /// Reports a second, over the last 10 s.
+    pub rate_hz: f64,
+    /// From the time that its reports say to their reception, seconds: the least of the last ones.
+    pub clock_offset_s: Option<f64>,
+    /// Records that were not taken, by reason.
+    pub refused: BTreeMap<&'static str, u64>,
+    /// Its lines.
+    pub lines: Vec<LineStatus>,
+}
+
+/// A line as it is.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LineStatus {
+    /// Group or address, port and interface.
+    pub name: String,
+    /// Whether the socket is open and the group joined.
+    pub joined: bool,
+    /// Datagrams since the start.
+    pub received: u64,
+    /// Of these, copies of one that another line had brought.
+    pub duplicates: u64,
+    /// Datagrams from a source that is not configured.
+    pub foreign: u64,
+    /// Datagrams lost in the engine's queue.
+    pub queue_full: u64,
+    /// Datagrams lost in the kernel.
+    pub kernel_dropped: u64,
+    /// The last datagram.
+    pub last_received: Option<Time>,
+}
+
+/// A source that is heard and not configured.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unknown {
+    /// Category of its records.
+    pub category: u8,
+    /// Its SAC and SIC.
+    pub source: DataSource,
+    /// Whether that is the service's own: its output comes back.
+    pub own: bool,
+    /// Records since the start.
+    pub records: u64,
+    /// The last one.
+    pub last_seen: Time,
+}
+
+impl LineStatus {
+    /// As its counters are now.
+    pub fn of(name: String, counters: &LineCounters, duplicates: u64) -> Self {
+        let count = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
+        let last = counters.last_received.load(Ordering::Relaxed);
+        Self {
+            name,
+            joined: counters.joined.load(Ordering::Relaxed),
+            received: count(&counters.received),
+            duplicates,
+            foreign: count(&counters.foreign),
+            queue_full: count(&counters.queue_full),
+            kernel_dropped: count(&counters.kernel_dropped),
+            last_received: (last > 0).then(|| Time::from_nanos(last)),
+        }
+    }
+}
+
+/// Keeps the state of all sensors.
+#[derive(Clone, Debug)]
+pub struct Health {
+    sensors: Vec<Sensor>,
+    unknown: BTreeMap<(u8, DataSource), (u64, Time)>,
+    own: DataSource,
+    started: Time,
+}
+
+#[derive(Clone, Debug)]
+struct Sensor {
+    id: String,
+    period_s: f64,
+    last_seen: Option<Time>,
+    accepted: u64,
+    /// Receptions of the last reports.
+    recent: VecDeque<Time>,
+    delays_ns: VecDeque<i64>,
+    refused: BTreeMap<&'static str, u64>,
+    service: Service,
+    restarted: Option<Time>,
+}
+
+impl Health {
+    /// Nothing heard yet.
+    pub fn new(config: &Config, started: Time) -> Self {
+        let sensor = |sensor: &crate::config::Sensor| Sensor {
+            id: sensor.id.clone(),
+            period_s: sensor.period_s.unwrap_or(match sensor.kind {
+                SensorKind::Radar(_) => 0.25,
+                SensorKind::Transponder(_) => 2.0,
+            }),
+            last_seen: None,
+            accepted: 0,
+            recent: VecDeque::new(),
+            delays_ns: VecDeque::new(),
+            refused: BTreeMap::new(),
+            service: Service::default(),
+            restarted: None,
+        };
+        Self {
+            sensors: config.sensors.iter().map(sensor).collect(),
+            unknown: BTreeMap::new(),
+            own: DataSource { sac: config.site.sac, sic: config.site.sic },
+            started,
+        }
+    }
+
+    /// Notes what became of a record received at `now`.
+    pub fn note(&mut self, event: &Event, now: Time) {
+        match *event {
+            Event::Accepted { sensor, time } => {
+                let sensor = self.heard(sensor, now);
+                sensor.accepted += 1;
+                sensor.recent.push_back(now);
+                if sensor.delays_ns.len() == DELAYS {
+                    sensor.delays_ns.pop_front();
+                }
+                sensor.delays_ns.push_back(now.nanos() - time.nanos());
+                sensor.forget(now);
+            }
+            Event::Refused { category, refusal: Refusal::UnknownSource(source), .. } => {
+                if self.unknown.len() < UNKNOWN_KEPT || self.unknown.contains_key(&(category, source)) {
+                    let (records, last_seen) = self.unknown.entry((category, source)).or_insert((0, now));
+                    (*records, *last_seen) = (*records + 1, now);
+                }
+            }
+            Event::Refused { sensor: Some(sensor), refusal, .. } => {
+                *self.heard(sensor, now).refused.entry(refusal.name()).or_default() += 1;
+            }
+            Event::Service { sensor, service } => self.heard(sensor, now).serve(service, now),
+            _ => {}
+        }
+    }
+
+    fn heard(&mut self, sensor: SensorIndex, now: Time) -> &mut Sensor {
+        let sensor = &mut self.sensors[usize::from(sensor.0)];
+        sensor.last_seen = Some(now);
+        sensor
+    }
+
+    /// The sensors at `now`, with the lines that belong to each.
+    pub fn sensors(&self, now: Time, lines: impl Fn(usize) -> Vec<LineStatus>) -> Vec<SensorStatus> {
+        let of = |(index, sensor): (usize, &Sensor)| sensor.status(now, self.started, lines(index));
+        self.sensors.iter().enumerate().map(of).collect()
+    }
+
+    /// Who else is heard.
+    pub fn unknown(&self) -> Vec<Unknown> {
+        let one = |(&(category, source), &(records, last_seen)): (&(u8, DataSource), &(u64, Time))| Unknown {
+            category,
+            source,
+            own: source == self.own,
+            records,
+            last_seen,
+        };
+        self.unknown.iter().map(one).collect()
+    }
+}
+
+impl Sensor {
+    /// A message that does not say something leaves what an earlier one said.
+    fn serve(&mut self, said: Service, now: Time) {
+        let Service { nogo, reset, time_invalid, displaced_m, .. } = said;
+        if reset == Some(true) && self.service.reset != Some(true) {
+            self.restarted = Some(now);
+        }
+        self.service.nogo = nogo.or(self.service.nogo);
+        self.service.reset = reset.or(self.service.reset);
+        self.service.time_invalid = time_invalid.or(self.service.time_invalid);
+        self.service.displaced_m = displaced_m.or(self.service.displaced_m);
+    }
+
+    fn forget(&mut self, now: Time) {
+        while self.recent.front().is_some_and(|time| now.nanos() - time.nanos() > RATE_NS) {
+            self.recent.pop_front();
+        }
+    }
+
+    fn status(&self, now: Time, started: Time, lines: Vec<LineStatus>) -> SensorStatus {
+        let mut state = SensorState::Operational;
+        let mut reasons = Vec::new();
+        let mut find = |worse: SensorState, reason: String| {
+            state = state.max(worse);
+            reasons.push(reason);
+        };
+        let silent_ns = now.nanos() - self.last_seen.unwrap_or(started).nanos();
+        let allowed_ns = SILENT_NS.max((SILENT_PERIODS * self.period_s * SECOND as f64) as i64);
+        if silent_ns > allowed_ns {
+            let ever = if self.last_seen.is_some() { "" } else { " since the start" };
+            find(SensorState::Outage, format!("nothing received for {} s{ever}", silent_ns / SECOND));
+        } else if self.last_seen.is_none() {
+            find(SensorState::Outage, "nothing received yet".to_owned());
+        }
+        if !lines.is_empty() && !lines.iter().any(|line| line.joined) {
+            find(SensorState::Outage, "no line is open".to_owned());
+        }
+        for line in lines.iter().filter(|line| !line.joined) {
+            find(SensorState::Degraded, format!("line {} is not open", line.name));
+        }
+        if self.service.nogo == Some(true) {
+            find(SensorState::Outage, "it says that its data must not be used (NOGO in I034/050)".to_owned());
+        }
+        if self.service.time_invalid == Some(true) {
+            find(SensorState::Degraded, "its time source is invalid (TSV in I034/050)".to_owned());
+        }
+        if self.restarted.is_some_and(|at| now.nanos() - at.nanos() < 30 * SECOND) {
+            find(SensorState::Degraded, "its processor restarted (RDPR in I034/050)".to_owned());
+        }
+        if let Some(metres) = self.service.displaced_m.filter(|&metres| metres > DISPLACED_M) {
+            find(
+                SensorState::Degraded,
+                format!("it says that it stands {metres} m from its configured place (I034/120)"),
+            );
+        }
+        let clock_offset_s = self.delays_ns.iter().min().map(|&delay| delay as f64 * 1e-9);
+        if let Some(offset_s) =
+            clock_offset_s.filter(|offset| !(CLOCK_EARLY_S..=CLOCK_LATE_S).contains(offset))
+        {
+            let wrong = if offset_s < 0.0 { "ahead" } else { "behind" };
+            find(SensorState::Degraded, format!("its clock is {:.1} s {wrong}", offset_s.abs()));
+        }
+        let recent = self.recent.iter().filter(|time| now.nanos() - time.nanos() <= RATE_NS).count();
+        let over_s = (now.nanos() - started.nanos()).clamp(SECOND, RATE_NS) as f64 * 1e-9;
+        SensorStatus {
+            id: self.id.clone(),
+            state,
+            reasons,
+            last_seen: self.last_seen,
+            accepted: self.accepted,
+            rate_hz: recent as f64 / over_s,
+            clock_offset_s,
+            refused: self.refused.clone(),
+            lines,
+        }
+    }
+}

@@ -1,0 +1,25 @@
+//! The live service: the same engine, told the time by the clock.
+//!
+//! ```text
+//! line tasks ──► bounded queue ──► Driver (one thread, one owner) ──► sinks (UDP)      never waited for
+//!                                                                └──► Hub: frames, status ──► readers (HTTP, history)
+//! ```
+//!
+//! [`Driver`] is sans-IO: it is handed arrivals and ticks, and hands out what is to be recorded, sent and shown. The
+//! recording of what it handled, replayed, gives the same octets.
+
+mod alerts;
+mod driver;
+mod health;
+mod hub;
+mod observer;
+mod player;
+mod service;
+
+pub use alerts::{Alert, AlertKind, Alerts, Severity};
+pub use driver::{Driver, Made};
+pub use health::{LineStatus, SensorState, SensorStatus, Unknown};
+pub use hub::{Frame, Hub, HubWriter, Status};
+pub use observer::observe;
+pub use player::{Order, Player, PlayerState};
+pub use service::{Outlets, Recorded, Service, now};

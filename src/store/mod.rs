@@ -1,0 +1,192 @@
+//! History: what was in the picture once a second, in an embedded database that is bounded by age and by size.
+//!
+//! One writer, on a thread of its own behind a bounded queue ([`Historian`]); readers at any time ([`Store`]).
+
+mod codec;
+mod historian;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use jiff::SignedDuration;
+use redb::{Database, ReadableDatabase, ReadableTable, TableDefinition};
+
+pub use codec::Kept;
+pub use historian::Historian;
+
+use crate::time::Time;
+
+/// Pictures by time, nanoseconds since the epoch.
+const PICTURES: TableDefinition<'_, i64, &[u8]> = TableDefinition::new("pictures");
+/// Places by track id and time.
+const TRAILS: TableDefinition<'_, (&str, i64), &[u8]> = TableDefinition::new("trails");
+/// Octets of both, under 0.
+const SIZES: TableDefinition<'_, u8, u64> = TableDefinition::new("sizes");
+
+/// What a place in a trail costs besides its octets: its key's time, and the database's own bookkeeping.
+const OVERHEAD: u64 = 24;
+/// Pictures removed in one transaction.
+const BATCH: usize = 256;
+
+/// How much is kept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Pictures older than this are removed.
+    pub age: SignedDuration,
+    /// The oldest are removed while there is more than this, octets.
+    pub octets: u64,
+}
+
+/// The history; cheap to clone.
+#[derive(Clone, Debug)]
+pub struct Store {
+    database: Arc<Database>,
+    limits: Limits,
+}
+
+/// What went wrong with the history; it never disturbs the service.
+#[derive(Debug, thiserror::Error)]
+#[error("{path}: {source}")]
+pub struct StoreError {
+    path: PathBuf,
+    source: redb::Error,
+}
+
+/// A picture as it was kept.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Snapshot {
+    /// Its time of applicability.
+    pub time: Time,
+    /// What was in it.
+    pub tracks: Vec<Kept>,
+}
+
+impl Store {
+    /// Opens the file, or makes it.
+    ///
+    /// # Errors
+    /// It cannot be made, is in use by another process, or is no such file.
+    pub fn open(path: &Path, limits: Limits) -> Result<Self, StoreError> {
+        let open = || -> Result<Database, redb::Error> {
+            let database = Database::create(path)?;
+            let writing = database.begin_write()?;
+            writing.open_table(PICTURES)?;
+            writing.open_table(TRAILS)?;
+            writing.open_table(SIZES)?;
+            writing.commit()?;
+            Ok(database)
+        };
+        let database = open().map_err(|source| StoreError { path: path.to_owned(), source })?;
+        Ok(Self { database: Arc::new(database), limits })
+    }
+
+    /// Keeps pictures, and forgets what is too old or too much. All or nothing.
+    ///
+    /// # Errors
+    /// The disk is full, for example: nothing of these is kept then.
+    pub fn keep(&self, pictures: &[Snapshot]) -> Result<(), redb::Error> {
+        let writing = self.database.begin_write()?;
+        {
+            let mut by_time = writing.open_table(PICTURES)?;
+            let mut trails = writing.open_table(TRAILS)?;
+            let mut sizes = writing.open_table(SIZES)?;
+            let mut octets = sizes.get(0)?.map_or(0, |octets| octets.value());
+            for picture in pictures {
+                let time = picture.time.nanos();
+                let whole = codec::picture(&picture.tracks);
+                octets += cost(&picture.tracks, whole.len());
+                by_time.insert(time, whole.as_slice())?;
+                for track in &picture.tracks {
+                    trails.insert((track.id.as_str(), time), codec::place(track).as_slice())?;
+                }
+            }
+            let newest = by_time.last()?.map_or(i64::MIN, |(time, _)| time.value());
+            let oldest = newest.saturating_sub(self.limits.age.as_nanos() as i64);
+            for _ in 0..BATCH {
+                let Some((time, whole)) =
+                    by_time.first()?.map(|(time, whole)| (time.value(), whole.value().to_vec()))
+                else {
+                    break;
+                };
+                if time >= oldest && octets <= self.limits.octets {
+                    break;
+                }
+                let tracks = codec::tracks(&whole).unwrap_or_default();
+                octets = octets.saturating_sub(cost(&tracks, whole.len()));
+                for track in &tracks {
+                    trails.remove((track.id.as_str(), time))?;
+                }
+                by_time.remove(time)?;
+            }
+            sizes.insert(0, octets)?;
+        }
+        writing.commit()?;
+        Ok(())
+    }
+
+    /// The latest picture at `at` or at most `within` before; `None` where there is none.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub fn snapshot(&self, at: Time, within: SignedDuration) -> Result<Option<Snapshot>, redb::Error> {
+        let reading = self.database.begin_read()?;
+        let table = reading.open_table(PICTURES)?;
+        let from = at.nanos().saturating_sub(within.as_nanos() as i64);
+        let Some(last) = table.range(from..=at.nanos())?.next_back() else { return Ok(None) };
+        let (time, whole) = last?;
+        let tracks = codec::tracks(whole.value()).unwrap_or_default();
+        Ok(Some(Snapshot { time: Time::from_nanos(time.value()), tracks }))
+    }
+
+    /// Where a track was from `since` to `until`, in order of time; at most `limit` places, the latest ones.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub fn trail(
+        &self,
+        id: &str,
+        since: Time,
+        until: Time,
+        limit: usize,
+    ) -> Result<Vec<(Time, Kept)>, redb::Error> {
+        let reading = self.database.begin_read()?;
+        let table = reading.open_table(TRAILS)?;
+        let mut places = Vec::new();
+        for entry in table.range((id, since.nanos())..=(id, until.nanos()))?.rev().take(limit) {
+            let (key, place) = entry?;
+            places.extend(codec::kept(id, place.value()).map(|kept| (Time::from_nanos(key.value().1), kept)));
+        }
+        places.reverse();
+        Ok(places)
+    }
+
+    /// The times of the first and the last picture.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub fn span(&self) -> Result<Option<(Time, Time)>, redb::Error> {
+        let reading = self.database.begin_read()?;
+        let table = reading.open_table(PICTURES)?;
+        let first = table.first()?.map(|(time, _)| Time::from_nanos(time.value()));
+        let last = table.last()?.map(|(time, _)| Time::from_nanos(time.value()));
+        Ok(first.zip(last))
+    }
+
+    /// Octets that are kept, about.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub fn octets(&self) -> Result<u64, redb::Error> {
+        let reading = self.database.begin_read()?;
+        Ok(reading.open_table(SIZES)?.get(0)?.map_or(0, |octets| octets.value()))
+    }
+}
+
+fn cost(tracks: &[Kept], whole: usize) -> u64 {
+    let places: u64 =
+        tracks.iter().map(|track| (codec::place(track).len() + track.id.len()) as u64 + OVERHEAD).sum();
+    places + whole as u64 + OVERHEAD
+}
+
+#[cfg(test)]
+mod tests;
