@@ -14,6 +14,7 @@ pub mod picture;
 pub mod pipeline;
 pub mod publish;
 pub mod simulate;
+pub mod state;
 pub mod store;
 pub mod survey;
 pub mod time;

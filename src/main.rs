@@ -3,10 +3,11 @@
 use std::io::{self, IsTerminal};
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use tracing_subscriber::EnvFilter;
 use utm_fusion::commands::{
-    check, decode, demo, encode, evaluate, exit_code, info, is_closed_pipe, replay, run, simulate,
+    check, completions, decode, demo, encode, evaluate, exit_code, info, is_closed_pipe, record, replay, run,
+    simulate,
 };
 
 /// One air picture of drone traffic from radar (ASTERIX CAT048) and transponders (CAT129).
@@ -31,18 +32,27 @@ enum Command {
     Simulate(simulate::Args),
     Evaluate(evaluate::Args),
     Check(check::Args),
+    Record(record::Args),
+    Completions(completions::Args),
+    /// Prints the manual page, utm-fusion(1).
+    Man,
 }
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
-    tracing_subscriber::fmt()
+    let logs = tracing_subscriber::fmt()
         .with_writer(io::stderr)
         .with_ansi(io::stderr().is_terminal())
         .with_env_filter(filter)
-        .with_target(false)
-        .without_time()
-        .init();
+        .with_target(false);
+    match &cli.command {
+        // Who collects these has no other time.
+        Command::Run(run::Args { log_format: run::LogFormat::Json, .. }) => {
+            logs.json().flatten_event(true).init();
+        }
+        _ => logs.without_time().init(),
+    }
     let result = match &cli.command {
         Command::Demo(args) => demo::run(args),
         Command::Run(args) => run::run(args),
@@ -53,6 +63,9 @@ fn main() -> ExitCode {
         Command::Simulate(args) => simulate::run(args),
         Command::Evaluate(args) => evaluate::run(args, &mut io::stdout().lock()),
         Command::Check(args) => check::run(args),
+        Command::Record(args) => record::run(args),
+        Command::Completions(args) => completions::run(args, Cli::command(), &mut io::stdout().lock()),
+        Command::Man => completions::man(Cli::command(), &mut io::stdout().lock()),
     };
     if let Err(error) = &result
         && !is_closed_pipe(error.as_ref())

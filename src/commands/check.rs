@@ -5,8 +5,10 @@ use std::path::PathBuf;
 
 use super::{CommandResult, Outcome};
 use crate::areas::Masks;
-use crate::config::Config;
+use crate::config::{Address, Config};
+use crate::ingest::udp;
 use crate::normalise::Normaliser;
+use crate::publish::Sinks;
 
 /// Validates a configuration and prints the one in force, every default filled in.
 #[derive(Clone, Debug, clap::Args)]
@@ -14,6 +16,10 @@ pub struct Args {
     /// The configuration.
     #[arg(long, value_name = "FILE")]
     pub config: PathBuf,
+    /// Tries to open and join every input and to open every output on this machine, and says what happened instead of
+    /// printing the configuration. Nothing is sent. Exit code 1 if any fails.
+    #[arg(long)]
+    pub network: bool,
 }
 
 /// Runs the command.
@@ -21,8 +27,66 @@ pub fn run(args: &Args) -> CommandResult {
     let config = Config::load(&args.config)?;
     let undulation_m = Normaliser::new(&config, Masks::load(&config.areas)?).undulation_m();
     let mut out = io::stdout().lock();
+    if args.network {
+        return network(&config, &mut out);
+    }
     writeln!(out, "# {}: valid. In force, defaults filled in:", args.config.display())?;
     writeln!(out, "# geoid undulation: {undulation_m:.2} m\n")?;
     write!(out, "{config}")?;
     Ok(Outcome::Done)
+}
+
+/// A line for each input and output.
+fn network(config: &Config, out: &mut impl Write) -> CommandResult {
+    let mut failed = false;
+    for line in udp::lines(config) {
+        let sensors: Vec<&str> =
+            line.sensors.iter().map(|&index| config.sensors[index].id.as_str()).collect();
+        write!(out, "input   {} ({}): ", line.name(), sensors.join(", "))?;
+        match line.open() {
+            Ok((_, buffer)) if buffer < udp::RECEIVE_BUFFER => writeln!(
+                out,
+                "ok, but the receive buffer is {} KiB of {}: raise net.core.rmem_max to {}",
+                buffer >> 10,
+                udp::RECEIVE_BUFFER >> 10,
+                udp::RECEIVE_BUFFER
+            )?,
+            Ok((_, buffer)) => writeln!(out, "ok, receive buffer {} KiB", buffer >> 10)?,
+            Err(error) => {
+                failed = true;
+                writeln!(out, "FAILED: {error}{}", remedy(&error, line.address))?;
+            }
+        }
+    }
+    for sink in &config.output.asterix {
+        let to = match sink.address {
+            Address::Multicast { group, interface } => format!("{group}:{} from {interface}", sink.port),
+            Address::Unicast(address) => format!("{address}:{}", sink.port),
+        };
+        match Sinks::open(std::slice::from_ref(sink)) {
+            Ok(_) => writeln!(out, "output  {to}: ok")?,
+            Err(error) => {
+                failed = true;
+                writeln!(out, "output  {to}: FAILED: {error}{}", remedy(&error, sink.address))?;
+            }
+        }
+    }
+    Ok(if failed { Outcome::Incomplete } else { Outcome::Done })
+}
+
+/// What to do about it, where that is known.
+fn remedy(error: &io::Error, address: Address) -> String {
+    // ENODEV, which has no kind of its own.
+    const NO_SUCH_DEVICE: i32 = 19;
+    let missing = |address| format!("; no interface of this machine has the address {address} (ip address)");
+    match (error.kind(), address) {
+        (io::ErrorKind::AddrNotAvailable, Address::Unicast(address)) => missing(address),
+        (io::ErrorKind::AddrNotAvailable, Address::Multicast { interface, .. }) => missing(interface),
+        (_, Address::Multicast { interface, .. }) if error.raw_os_error() == Some(NO_SUCH_DEVICE) => {
+            missing(interface)
+        }
+        (io::ErrorKind::AddrInUse, _) => "; another program has this port for itself (ss -ulpn)".to_owned(),
+        (io::ErrorKind::PermissionDenied, _) => "; ports below 1024 need a right to them".to_owned(),
+        _ => String::new(),
+    }
 }

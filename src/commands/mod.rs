@@ -1,14 +1,17 @@
 //! The command line: one file a subcommand. Data on standard output, everything else on standard error.
 
 pub mod check;
+pub mod completions;
 pub mod decode;
 pub mod demo;
 pub mod encode;
 pub mod evaluate;
 pub mod info;
 pub mod moment;
+mod notify;
 pub mod pace;
 pub mod progress;
+pub mod record;
 pub mod replay;
 pub mod run;
 pub mod simulate;

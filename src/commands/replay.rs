@@ -56,6 +56,10 @@ pub struct Args {
     /// UTC day of the first record of each file that does not say its day (raw ASTERIX, FINAL).
     #[arg(long, default_value = "1970-01-01", value_name = "YYYY-MM-DD", value_parser = day)]
     pub date: Date,
+    /// Begins with the transponder numbers that the service has kept in this directory ([state] dir), or that stand in this
+    /// file (<name>.numbers.json of a recording). It is only read.
+    #[arg(long, value_name = "DIR")]
+    pub state: Option<PathBuf>,
     /// Adds how long it took to the summary, and prints it to standard error where standard output holds data.
     #[arg(long)]
     pub stats: bool,
@@ -76,6 +80,13 @@ pub fn run(args: &Args) -> CommandResult {
     #[expect(clippy::disallowed_methods, reason = "how long it took")]
     let started = Instant::now();
     let mut replay = Replay::new(args, &config, masks, output);
+    if let Some(state) = &args.state {
+        let numbers = crate::state::read_numbers(state)?;
+        let refused = numbers.iter().filter(|&&given| !replay.pipeline.remember(given)).count();
+        if refused > 0 {
+            warn!("{}: {refused} numbers contradict others and are given anew", state.display());
+        }
+    }
     let outcome = replay.run(captures)?;
     let (summary, pipeline) = replay.finish()?;
 

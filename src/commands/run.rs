@@ -9,12 +9,14 @@ use jiff::SignedDuration;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tracing::{error, info, warn};
 
+use super::notify::Notifier;
 use super::{CommandResult, Outcome};
 use crate::areas::{AlertAreas, Masks};
 use crate::config::Config;
 use crate::ingest::udp;
 use crate::live::{Alerts, Driver, Hub, Outlets, Service, now, observe};
-use crate::publish::Sinks;
+use crate::publish::{Recorder, Sinks};
+use crate::state::Keeper;
 use crate::store::{Historian, Limits, Store};
 
 /// Runs the live service: listens to the sensors, sends the fused picture, serves it over HTTP.
@@ -25,6 +27,18 @@ pub struct Args {
     /// The site's configuration.
     #[arg(long, value_name = "FILE")]
     pub config: PathBuf,
+    /// How the log on standard error looks; json: an object a line, with its time.
+    #[arg(long, value_enum, default_value_t = LogFormat::Text, value_name = "FORMAT")]
+    pub log_format: LogFormat,
+}
+
+/// How a log line looks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum LogFormat {
+    /// For people.
+    Text,
+    /// For machines.
+    Json,
 }
 
 /// How often it is looked whether the engine still runs.
@@ -43,18 +57,41 @@ pub fn run(args: &Args) -> CommandResult {
 async fn serve(args: &Args, config: Arc<Config>, masks: Masks) -> CommandResult {
     let mut signals = Signals::listen()?;
     let started = now();
-    let driver = Driver::new(&config, masks, started, udp::lines(&config).len());
+    let mut driver = Driver::new(&config, masks, started, udp::lines(&config).len());
+    let mut numbers = Keeper::load(&config.state.dir, started);
+    let refused = driver.remember(&mut numbers);
+    if refused > 0 {
+        warn!("{refused} transponder numbers of before contradict others and are given anew");
+    }
+    let (kept, keeper) = Keeper::start(config.state.dir.clone(), numbers.clone())?;
+    let record = config.output.record.as_ref();
+    let record = record.map(|record| Recorder::start(&config, record, numbers, true)).transpose()?;
+    let (recorded, recorder) = record.unzip();
     let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), started);
-    let outlets = Outlets { hub: writer, sinks: Sinks::open(&config.output.asterix)?, recorder: None };
+    let outlets = Outlets {
+        hub: writer,
+        sinks: Sinks::open(&config.output.asterix)?,
+        recorder: recorded,
+        numbers: Some(kept),
+    };
     let service = Service::start(config.clone(), driver, outlets, &tokio::runtime::Handle::current())?;
     let alerts = Alerts::new(AlertAreas::load(&config.areas)?, started);
-    let observer = tokio::spawn(observe(hub, alerts, historian(&config)));
+    let observer = tokio::spawn(observe(hub.clone(), alerts, historian(&config)));
     info!("{}: running; Ctrl-C ends it", config.site.name);
+    let notifier = Notifier::from_env();
+    notifier.tell("READY=1");
 
-    let ended = wait(args, &mut signals, &service).await;
+    let ended = wait(args, &mut signals, &service, &hub, &notifier).await;
     info!("stopping");
+    notifier.tell("STOPPING=1");
     // A second signal does not wait for what is owed.
-    let stopped = tokio::task::spawn_blocking(move || service.stop());
+    let stopped = tokio::task::spawn_blocking(move || {
+        let driver = service.stop();
+        // The engine is gone, and with it what fed these.
+        keeper.join();
+        recorder.map(Recorder::join);
+        driver
+    });
     let driver = tokio::select! {
         driver = stopped => driver??,
         () = signals.stop() => return Err("stopped at once; what the window held was not put out".into()),
@@ -90,14 +127,19 @@ async fn wait(
     args: &Args,
     signals: &mut Signals,
     service: &Service,
+    hub: &Hub,
+    notifier: &Notifier,
 ) -> Result<(), Box<dyn Error + Send + Sync>> {
     let mut watch = tokio::time::interval(WATCH);
+    let mut statuses = hub.statuses();
     let Signals { interrupt, terminate, reload: hangup } = signals;
     loop {
         tokio::select! {
             _ = interrupt.recv() => return Ok(()),
             _ = terminate.recv() => return Ok(()),
             _ = hangup.recv() => reload(args),
+            // Once a second, from the engine's own thread: where it hangs, the watchdog is not told otherwise.
+            Ok(()) = statuses.changed() => notifier.tell("WATCHDOG=1"),
             _ = watch.tick() => {
                 if service.has_ended() {
                     return Err("the engine's thread has ended; this is a bug".into());

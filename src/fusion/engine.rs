@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use super::association::{Evidence, Pairs};
-use super::numbering::{Numbered, Numbers};
+use super::numbering::{Given, Numbered, Numbers};
 use super::radar::{Detection, Detections};
 use super::settings::Settings;
 use super::slots::{Slot, SlotSet, Window};
@@ -29,8 +29,10 @@ pub struct Engine {
 
 #[derive(Clone, Copy, Debug)]
 struct Clock {
-    /// The latest reception.
+    /// The latest time told, by a reception or a tick.
     now: Time,
+    /// The latest reception.
+    received: Time,
     /// The slot to be emitted next.
     next: Slot,
 }
@@ -144,19 +146,40 @@ impl Engine {
     /// Tells the time of a reception; yields the slots that are due before what was received may be handled.
     ///
     /// The first call starts the clock: slots due by then are never emitted. A step backward changes nothing. A step of
-    /// more than the window forward emits what is owed and starts afresh with an empty window (numbers stay).
+    /// more than the window from one reception to the next emits what is owed and starts afresh with an empty window
+    /// (numbers stay), whatever was told in between: who only has the receptions comes to the same slots.
     pub fn advance(&mut self, received: Time) -> Due<'_> {
         let Some(clock) = &mut self.clock else {
             self.start(received);
             return Due { engine: self, last: None, restart: None };
         };
-        let window_ns = self.settings.window_slots * self.settings.grid.slot_ns();
-        if received.nanos() - clock.now.nanos() > window_ns {
+        if received.nanos() - clock.received.nanos() > self.settings.window_ns() {
             return Due { last: self.newest, restart: Some(received), engine: self };
         }
-        clock.now = clock.now.max(received);
-        let last = self.settings.grid.of(clock.now).plus(-self.settings.latency_slots);
-        Due { engine: self, last: Some(last), restart: None }
+        clock.received = clock.received.max(received);
+        self.until(received)
+    }
+
+    /// Tells the time where nothing is received; yields the slots that are due by then. Nothing before the first
+    /// reception. A step of more than the window forward from the latest time told starts afresh, as
+    /// [`Engine::advance`] does.
+    pub fn tick(&mut self, now: Time) -> Due<'_> {
+        let window_ns = self.settings.window_ns();
+        match self.clock {
+            None => Due { engine: self, last: None, restart: None },
+            Some(clock) if now.nanos() - clock.now.nanos() > window_ns => {
+                Due { last: self.newest, restart: Some(now), engine: self }
+            }
+            Some(_) => self.until(now),
+        }
+    }
+
+    fn until(&mut self, now: Time) -> Due<'_> {
+        let last = self.clock.as_mut().map(|clock| {
+            clock.now = clock.now.max(now);
+            self.settings.grid.of(clock.now).plus(-self.settings.latency_slots)
+        });
+        Due { engine: self, last, restart: None }
     }
 
     /// The end of the input: yields every slot up to the last that holds a report.
@@ -212,9 +235,19 @@ impl Engine {
         self.unnumbered
     }
 
+    /// The transponder numbers given so far.
+    pub fn numbers(&self) -> &Numbers {
+        &self.numbers
+    }
+
+    /// Takes over a number given in an earlier life; whether it did ([`Numbers::remember`]).
+    pub fn remember(&mut self, given: Given) -> bool {
+        self.numbers.remember(given)
+    }
+
     fn start(&mut self, received: Time) {
         let next = self.settings.grid.of(received).plus(1 - self.settings.latency_slots);
-        self.clock = Some(Clock { now: received, next });
+        self.clock = Some(Clock { now: received, received, next });
     }
 
     fn restart(&mut self, received: Time) {

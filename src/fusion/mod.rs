@@ -17,6 +17,6 @@ mod transponder;
 pub use association::Evidence;
 pub use engine::{Association, Due, Emission, Engine, Point, RadarPart, Refused, Source, TransponderPart};
 pub use interpolation::{Knot, evaluate};
-pub use numbering::{LARGEST as LARGEST_TRANSPONDER_NUMBER, Numbered, Numbers};
+pub use numbering::{Given, LARGEST as LARGEST_TRANSPONDER_NUMBER, Numbered, Numbers};
 pub use settings::{Gate, Settings};
 pub use slots::{RING, Slot, SlotGrid};

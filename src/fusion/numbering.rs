@@ -17,13 +17,26 @@ pub struct Numbered {
     pub since: Slot,
 }
 
+/// Who was given which number: what outlives a restart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Given {
+    /// The number T, 1 to [`LARGEST`].
+    pub number: u32,
+    /// The transponder.
+    pub identity: Identity,
+}
+
 /// Who has which number.
 #[derive(Clone, Debug, Default)]
 pub struct Numbers {
     configured: BTreeMap<Vec<u8>, u32>,
     reserved: BTreeSet<u32>,
     given: BTreeMap<Identity, Numbered>,
+    /// Given before a restart, to identities that have not been seen again since.
+    remembered: BTreeMap<Identity, u32>,
     taken: BTreeSet<u32>,
+    /// Given since the start, in the order in which they were.
+    new: Vec<(Slot, Given)>,
     /// No number below this is free for an identity without a claim.
     lowest: u32,
 }
@@ -43,6 +56,11 @@ impl Numbers {
         if let Some(&numbered) = self.given.get(&identity) {
             return Some(numbered);
         }
+        if let Some(number) = self.remembered.remove(&identity) {
+            let numbered = Numbered { number, since: slot };
+            self.given.insert(identity, numbered);
+            return Some(numbered);
+        }
         let configured = self.configured.get(identity.serial()).copied();
         let number = configured
             .filter(|number| !self.taken.contains(number))
@@ -51,7 +69,29 @@ impl Numbers {
         self.taken.insert(number);
         let numbered = Numbered { number, since: slot };
         self.given.insert(identity, numbered);
+        self.new.push((slot, Given { number, identity }));
         Some(numbered)
+    }
+
+    /// Takes over a number given before a restart: its identity has it again from the first slot emitted with a point of
+    /// it, which is then its `since`. It stays even where the configuration has since given that number, or that serial,
+    /// to someone else.
+    ///
+    /// `false`, and nothing is changed: the number is not 1 to [`LARGEST`], or it or the identity is taken.
+    pub fn remember(&mut self, given: Given) -> bool {
+        let Given { number, identity } = given;
+        let has_one = self.given.contains_key(&identity) || self.remembered.contains_key(&identity);
+        if !(1..=LARGEST).contains(&number) || has_one || !self.taken.insert(number) {
+            return false;
+        }
+        self.remembered.insert(identity, number);
+        true
+    }
+
+    /// The numbers given since the start, in the order in which they were, each with the slot in which it was; those
+    /// remembered are not among them.
+    pub fn new_ones(&self) -> &[(Slot, Given)] {
+        &self.new
     }
 
     fn is_free(&self, number: u32) -> bool {
@@ -106,6 +146,23 @@ mod tests {
         assert_eq!(of("BRAVO", b"NO"), 7);
         let alpha = numbers.of(identity("ALPHA", b"NO"), Slot(99));
         assert_eq!(alpha, Some(Numbered { number: 2, since: Slot(1) }), "and so does its first slot");
+    }
+
+    #[test]
+    fn numbers_of_before_are_kept_and_bad_ones_refused() {
+        let mut numbers = Numbers::new(BTreeMap::from([(b"ALPHA".to_vec(), 2)]));
+        let given = |number, serial| Given { number, identity: identity(serial, b"NO") };
+        assert!(numbers.remember(given(1, "X")));
+        assert!(numbers.remember(given(2, "Y")), "although it is configured for another now");
+        assert!(!numbers.remember(given(2, "Z")), "taken");
+        assert!(!numbers.remember(given(3, "X")), "X has one");
+        assert!(!numbers.remember(given(0, "Z")) && !numbers.remember(given(LARGEST + 1, "Z")));
+        let mut of = |serial, slot| numbers.of(identity(serial, b"NO"), Slot(slot));
+        assert_eq!(of("X", 5), Some(Numbered { number: 1, since: Slot(5) }));
+        assert_eq!(of("X", 6), Some(Numbered { number: 1, since: Slot(5) }));
+        assert_eq!(of("ALPHA", 7), Some(Numbered { number: 3, since: Slot(7) }), "1 and 2 are taken");
+        assert_eq!(of("Y", 8), Some(Numbered { number: 2, since: Slot(8) }));
+        assert_eq!(numbers.new_ones(), [(Slot(7), given(3, "ALPHA"))]);
     }
 
     #[test]

@@ -46,6 +46,11 @@ impl Settings {
             && 1 + self.window_slots + self.waiting_slots() <= RING as i64
     }
 
+    /// Length of the window, nanoseconds.
+    pub(super) fn window_ns(&self) -> i64 {
+        self.window_slots * self.grid.slot_ns()
+    }
+
     /// Slots ahead of the window that a report may be of.
     pub(super) fn waiting_slots(&self) -> i64 {
         self.max_future_ns / self.grid.slot_ns() + 1

@@ -10,7 +10,7 @@ use crate::config::{Address, Config};
 use crate::time::Time;
 
 /// What the kernel keeps for a line until it is read, octets: two seconds of the busiest sensors.
-const RECEIVE_BUFFER: usize = 8 << 20;
+pub const RECEIVE_BUFFER: usize = 8 << 20;
 
 /// A socket to be opened, and the sensors that are heard on it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -100,7 +100,8 @@ impl Line {
         };
         socket.bind(&SocketAddrV4::new(bound, self.port).into())?;
         self.join(&socket)?;
-        let buffer = socket.recv_buffer_size()?;
+        // Linux tells twice what it was asked for, for its own book-keeping.
+        let buffer = socket.recv_buffer_size()? / if cfg!(target_os = "linux") { 2 } else { 1 };
         Ok((socket.into(), buffer))
     }
 

@@ -6,7 +6,7 @@ use super::health::Health;
 use super::hub::Frame;
 use crate::areas::Masks;
 use crate::config::Config;
-use crate::fusion::SlotGrid;
+use crate::fusion::{Given, SlotGrid};
 use crate::ingest::Reception;
 use crate::picture::{Picture, PictureMaker};
 use crate::pipeline::{Event, Output, Pipeline};
@@ -34,7 +34,8 @@ pub struct Driver {
     latency: SignedDuration,
     /// From a slot's centre to its deadline.
     due_after: SignedDuration,
-    /// The deadline of the slot that was emitted last.
+    /// The deadline of the slot that was emitted last, or where the clock ran on by more than the window after that, the
+    /// time of the fresh start: nothing is handled at a time before.
     emitted: Option<Time>,
     seq: u64,
     /// Copies by line.
@@ -99,8 +100,21 @@ impl Driver {
             Output::Emission(emission) => {
                 out(Made::Slot(frame(maker.picture(emission), *due_after, seq, emitted)));
             }
-            Output::Event(event) => out(Made::Event(event)),
+            Output::Event(event) => {
+                if event == Event::Restarted {
+                    *emitted = Some(now);
+                }
+                out(Made::Event(event));
+            }
         });
+    }
+
+    /// Starts with the transponder numbers given before a restart; drops those that cannot be taken over
+    /// ([`crate::fusion::Numbers::remember`]), and returns how many.
+    pub fn remember(&mut self, numbers: &mut Vec<Given>) -> usize {
+        let before = numbers.len();
+        numbers.retain(|&given| self.pipeline.remember(given));
+        before - numbers.len()
     }
 
     /// The end: what the window still holds is put out.

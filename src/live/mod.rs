@@ -14,6 +14,7 @@ mod health;
 mod hub;
 mod observer;
 mod player;
+mod quiet;
 mod service;
 
 pub use alerts::{Alert, AlertKind, Alerts, Severity};
@@ -22,4 +23,5 @@ pub use health::{LineStatus, SensorState, SensorStatus, Unknown};
 pub use hub::{Frame, Hub, HubWriter, Status};
 pub use observer::observe;
 pub use player::{Order, Player, PlayerState};
+pub(crate) use service::{Listening, listen};
 pub use service::{Outlets, Recorded, Service, now};

@@ -14,7 +14,9 @@ use tracing::{error, info, warn};
 use super::driver::{Driver, Made};
 use super::health::{LineStatus, SensorState};
 use super::hub::{Frame, HubWriter, Status};
+use super::quiet::Quiet;
 use crate::config::Config;
+use crate::fusion::{Given, Slot};
 use crate::ingest::udp::{self, Arrival, Line, LineCounters};
 use crate::ingest::{Reception, ReceptionKind};
 use crate::publish::{Cat129Encoder, Sinks, pack, status_block};
@@ -24,6 +26,8 @@ use crate::time::{SECOND, Time};
 const QUEUE: usize = 8192;
 /// The engine looks up at least this often, for a stop and for its status.
 const LOOK_UP: Duration = Duration::from_millis(100);
+/// The next status is at most a second ahead, unless the clock has stepped back.
+const STATUS_AHEAD: jiff::SignedDuration = jiff::SignedDuration::from_millis(1100);
 /// A line that failed is opened again after this time.
 const REOPEN: Duration = Duration::from_secs(2);
 /// A line on which nothing comes for this long is joined anew: its interface may have gone and come back.
@@ -51,6 +55,13 @@ pub enum Recorded {
         /// The datagram.
         payload: Vec<u8>,
     },
+    /// A transponder was given a number.
+    Numbered {
+        /// In this slot.
+        slot: Slot,
+        /// Which, and who.
+        given: Given,
+    },
     /// A datagram that was sent.
     Output {
         /// When it was due.
@@ -68,6 +79,8 @@ pub struct Outlets {
     pub sinks: Sinks,
     /// The recorder, where there is one, and what it lost because it was behind.
     pub recorder: Option<(SyncSender<Recorded>, Arc<AtomicU64>)>,
+    /// Who keeps the transponder numbers across restarts.
+    pub numbers: Option<mpsc::Sender<Given>>,
 }
 
 /// The running service.
@@ -89,16 +102,7 @@ impl Service {
         runtime: &tokio::runtime::Handle,
     ) -> io::Result<Self> {
         let stop = Arc::new(AtomicBool::new(false));
-        let (sender, arrivals) = mpsc::sync_channel(QUEUE);
-        let all: Vec<(Arc<Line>, Arc<LineCounters>)> =
-            udp::lines(&config).into_iter().map(|line| (Arc::new(line), Arc::default())).collect();
-        let lines = all
-            .iter()
-            .enumerate()
-            .map(|(index, (line, counters))| {
-                runtime.spawn(keep_reading(index, line.clone(), counters.clone(), sender.clone()))
-            })
-            .collect();
+        let Listening { arrivals, lines: all, tasks: lines } = listen(&config, runtime);
         let engine = Engine {
             source: DataSource { sac: config.site.sac, sic: config.site.sic },
             encoder: Cat129Encoder::of(&config),
@@ -109,6 +113,9 @@ impl Service {
             lateness_us: VecDeque::new(),
             failed_sends: 0,
             next_status: now(),
+            quiet: Quiet::default(),
+            numbers_kept: 0,
+            numbers_recorded: 0,
         };
         let stopped = stop.clone();
         let engine = std::thread::Builder::new()
@@ -131,6 +138,31 @@ impl Service {
         self.stop.store(true, Ordering::Relaxed);
         self.engine.join().map_err(|_| "the engine's thread panicked; this is a bug".to_owned())
     }
+}
+
+/// The lines of a configuration, being read.
+pub(crate) struct Listening {
+    /// What comes on them; closed when the tasks end.
+    pub(crate) arrivals: Receiver<Arrival>,
+    /// Each line with what it counts.
+    pub(crate) lines: Vec<(Arc<Line>, Arc<LineCounters>)>,
+    /// A task a line; each goes on until it is aborted.
+    pub(crate) tasks: Vec<tokio::task::JoinHandle<()>>,
+}
+
+/// Begins to read the lines.
+pub(crate) fn listen(config: &Config, runtime: &tokio::runtime::Handle) -> Listening {
+    let (sender, arrivals) = mpsc::sync_channel(QUEUE);
+    let lines: Vec<(Arc<Line>, Arc<LineCounters>)> =
+        udp::lines(config).into_iter().map(|line| (Arc::new(line), Arc::default())).collect();
+    let tasks = lines
+        .iter()
+        .enumerate()
+        .map(|(index, (line, counters))| {
+            runtime.spawn(keep_reading(index, line.clone(), counters.clone(), sender.clone()))
+        })
+        .collect();
+    Listening { arrivals, lines, tasks }
 }
 
 /// Opens a line and reads it; opens it again whenever it fails, or falls silent.
@@ -214,6 +246,10 @@ struct Engine {
     lateness_us: VecDeque<u32>,
     failed_sends: u64,
     next_status: Time,
+    quiet: Quiet,
+    /// How many of the new transponder numbers their keeper, and the recorder, have been told.
+    numbers_kept: usize,
+    numbers_recorded: usize,
 }
 
 impl Engine {
@@ -235,7 +271,9 @@ impl Engine {
                 }
                 self.tick(at);
             }
-            if at >= self.next_status {
+            // Also where the clock has stepped back, of which the driver must be told.
+            if at >= self.next_status || self.next_status - at > STATUS_AHEAD {
+                self.tick(at);
                 self.tell(at);
             }
         }
@@ -246,6 +284,7 @@ impl Engine {
             let mut owed = Vec::new();
             self.driver.finish(|frame| owed.push(frame));
             owed.into_iter().for_each(|frame| self.publish(frame));
+            self.tell_numbers();
         }
         self.tell(now());
         self.driver
@@ -281,9 +320,32 @@ impl Engine {
         for made in made {
             match made {
                 Made::Slot(frame) => self.publish(frame),
-                Made::Event(event) if event.is_warning() => warn!("{event}"),
+                Made::Event(event) if event.is_warning() => {
+                    if self.quiet.may_tell(event.kind(), now()) {
+                        warn!("{event}");
+                    }
+                }
                 Made::Event(_) => {}
             }
+        }
+        self.tell_numbers();
+    }
+
+    /// Hands on the transponder numbers that were given; what does not fit the recorder's queue waits for the next time.
+    fn tell_numbers(&mut self) {
+        let new = self.driver.pipeline().engine().numbers().new_ones();
+        if let Some(keeper) = &self.outlets.numbers {
+            // A keeper that has ended has said so.
+            for &(_, given) in &new[self.numbers_kept..] {
+                let _ = keeper.send(given);
+            }
+        }
+        self.numbers_kept = new.len();
+        if let Some((recorder, _)) = &self.outlets.recorder {
+            let told = new[self.numbers_recorded..]
+                .iter()
+                .take_while(|&&(slot, given)| recorder.try_send(Recorded::Numbered { slot, given }).is_ok());
+            self.numbers_recorded += told.count();
         }
     }
 
@@ -314,6 +376,9 @@ impl Engine {
     /// Once a second: how everything is, to readers and to the sinks.
     fn tell(&mut self, at: Time) {
         self.next_status = Time::from_nanos((at.nanos() / SECOND + 1) * SECOND);
+        for (kind, count) in self.quiet.suppressed(at) {
+            warn!("{kind}: {count} more like this");
+        }
         let lines = |sensor: usize| {
             let of = |(index, (line, counters)): (usize, &(Arc<Line>, Arc<LineCounters>))| {
                 line.sensors

@@ -56,6 +56,12 @@ impl Identity {
         let length = self.serial.iter().rposition(|&octet| octet != 0).map_or(0, |last| last + 1);
         &self.serial[..length]
     }
+
+    /// The trimmed registration country; empty where there is none.
+    pub fn country(&self) -> &[u8] {
+        let length = self.country.iter().rposition(|&octet| octet != 0).map_or(0, |last| last + 1);
+        &self.country[..length]
+    }
 }
 
 impl fmt::Debug for Identity {

@@ -69,6 +69,18 @@ impl Event {
     }
 }
 
+impl Event {
+    /// What kind of warning it is, for people: warnings of one kind may stand for one another.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Faulty { fault } => fault.kind.name(),
+            Self::Restarted => "restarted",
+            Self::ClockBehind { .. } => "clock_behind",
+            _ => "other",
+        }
+    }
+}
+
 impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

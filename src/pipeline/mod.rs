@@ -7,7 +7,7 @@ use asterix::{Block, Record, blocks, cat034, cat048, cat129, profile};
 
 use crate::areas::Masks;
 use crate::config::{Config, SensorKind};
-use crate::fusion::{self, Emission, Engine, Gate, Settings, SlotGrid};
+use crate::fusion::{self, Due, Emission, Engine, Gate, Given, Settings, SlotGrid};
 use crate::ingest::{Reception, ReceptionKind};
 use crate::normalise::{Normaliser, Refusal, Refused, Report, SensorIndex};
 use crate::time::{SECOND, Time};
@@ -110,6 +110,9 @@ impl Pipeline {
 
     /// Tells the time where nothing is received: hands out the slots that are due by then. Before the first reception
     /// there are none.
+    ///
+    /// Nothing that is received later is handled otherwise for it, but for a step of the clock by more than the window:
+    /// the receptions alone, replayed, give the same slots.
     pub fn tick(&mut self, now: Time, mut out: impl FnMut(Output)) {
         if self.engine.next_slot().is_none() {
             return;
@@ -120,7 +123,13 @@ impl Pipeline {
             }
             out(output);
         };
-        self.advance(now, &mut out);
+        self.note_step(now, &mut out);
+        drain(self.engine.tick(now), &mut self.tally, &mut out);
+    }
+
+    /// Takes over a transponder number given before a restart; whether it did. Before the first reception.
+    pub fn remember(&mut self, given: Given) -> bool {
+        self.engine.remember(given)
     }
 
     /// The end of the input: hands out every slot up to the last that holds a report.
@@ -144,20 +153,29 @@ impl Pipeline {
     }
 
     fn advance(&mut self, received: Time, out: &mut impl FnMut(&mut Tally, Output)) {
-        let behind_ns = self.engine.behind_ns(received);
+        self.note_step(received, out);
+        self.now = self.now.max(received);
+        drain(self.engine.advance(received), &mut self.tally, out);
+    }
+
+    /// One alarm where the clock has stepped back.
+    fn note_step(&mut self, now: Time, out: &mut impl FnMut(&mut Tally, Output)) {
+        let behind_ns = self.engine.behind_ns(now);
         if behind_ns > SECOND && !self.clock_behind {
             out(&mut self.tally, Output::Event(Event::ClockBehind { behind_ns }));
         }
         self.clock_behind = behind_ns > SECOND || (self.clock_behind && behind_ns > 0);
-        self.now = self.now.max(received);
-        let due = self.engine.advance(received);
-        let restarts = due.restarts();
-        for emission in due {
-            out(&mut self.tally, Output::Emission(emission));
-        }
-        if restarts {
-            out(&mut self.tally, Output::Event(Event::Restarted));
-        }
+    }
+}
+
+/// Hands out what is due, and that the engine starts afresh after it.
+fn drain(due: Due<'_>, tally: &mut Tally, out: &mut impl FnMut(&mut Tally, Output)) {
+    let restarts = due.restarts();
+    for emission in due {
+        out(tally, Output::Emission(emission));
+    }
+    if restarts {
+        out(tally, Output::Event(Event::Restarted));
     }
 }
 

@@ -125,7 +125,7 @@ impl<W: Write> PictureWriter<W> {
     }
 }
 
-fn flow(sink: Option<&Sink>) -> UdpFlow {
+pub(super) fn flow(sink: Option<&Sink>) -> UdpFlow {
     let Some(sink) = sink else { return DEFAULT_FLOW };
     let (from, to) = match sink.address {
         Address::Multicast { group, interface } => (interface, group),

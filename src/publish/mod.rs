@@ -5,6 +5,7 @@ mod csv;
 mod datagrams;
 mod files;
 mod pcap;
+mod recorder;
 mod status;
 mod udp;
 
@@ -12,5 +13,6 @@ pub use cat129::Cat129Encoder;
 pub use datagrams::{DATAGRAM_MAX, pack};
 pub use files::{OutputFormat, PictureWriter};
 pub use pcap::{PcapWriter, UdpFlow};
+pub use recorder::{Recorder, RecorderCounts, RecorderQueue, record_into};
 pub use status::status_block;
 pub use udp::{Sinks, socket};

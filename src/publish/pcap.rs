@@ -50,11 +50,19 @@ impl<W: Write> PcapWriter<W> {
     /// # Errors
     /// The file cannot be written, or `time` is outside 1970 to 2106, which this format cannot hold.
     pub fn write(&mut self, flow: UdpFlow, time: Time, datagram: &[u8]) -> io::Result<()> {
+        self.write_from(flow.port, flow, time, datagram)
+    }
+
+    /// As [`PcapWriter::write`], from another port of the sender.
+    ///
+    /// # Errors
+    /// As [`PcapWriter::write`].
+    pub fn write_from(&mut self, sender: u16, flow: UdpFlow, time: Time, datagram: &[u8]) -> io::Result<()> {
         let UdpFlow { from, to, port, ttl } = flow;
         self.frame.clear();
         PacketBuilder::ethernet2([2, 0, 0, 0, 0, 1], mac_of(to))
             .ipv4(from.octets(), to.octets(), ttl)
-            .udp(port, port)
+            .udp(sender, port)
             .write(&mut self.frame, datagram)
             .map_err(io::Error::other)?;
         let seconds = u32::try_from(time.nanos().div_euclid(SECOND)).map_err(|_| {
@@ -65,6 +73,11 @@ impl<W: Write> PcapWriter<W> {
             self.out.write_all(&word.to_le_bytes())?;
         }
         self.out.write_all(&self.frame)
+    }
+
+    /// Where it writes to.
+    pub fn get_mut(&mut self) -> &mut W {
+        &mut self.out
     }
 
     /// Writes out what is buffered.

@@ -1,0 +1,53 @@
+//! `completions` and `man`: what a packager puts beside the program.
+
+use std::io::{self, Write};
+
+use super::{CommandResult, Outcome};
+
+/// Prints the completions of a shell.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Args {
+    /// The shell.
+    #[arg(value_enum)]
+    pub shell: clap_complete::Shell,
+}
+
+/// Runs `completions` for the program's `command`.
+pub fn run(args: &Args, mut command: clap::Command, out: &mut impl Write) -> CommandResult {
+    let name = command.get_name().to_owned();
+    // Into memory first: the generator panics where the reader of our output has gone.
+    let mut text = Vec::new();
+    clap_complete::generate(args.shell, &mut command, name, &mut text);
+    out.write_all(&text)?;
+    Ok(Outcome::Done)
+}
+
+/// Runs `man`: one page, utm-fusion(1), with every subcommand and its options, so that a package has one file and a search
+/// in it finds all.
+pub fn man(mut command: clap::Command, out: &mut impl Write) -> CommandResult {
+    command.build();
+    let page = clap_mangen::Man::new(command.clone());
+    let mut text = Vec::new();
+    page.render_title(&mut text)?;
+    page.render_name_section(&mut text)?;
+    page.render_synopsis_section(&mut text)?;
+    page.render_description_section(&mut text)?;
+    page.render_options_section(&mut text)?;
+    for subcommand in command.get_subcommands().filter(|of| of.get_name() != "help") {
+        section(subcommand, &mut text)?;
+    }
+    page.render_extra_section(&mut text)?;
+    out.write_all(&text)?;
+    Ok(Outcome::Done)
+}
+
+/// A subcommand: its sections, one level below a heading with its name.
+fn section(subcommand: &clap::Command, out: &mut Vec<u8>) -> io::Result<()> {
+    writeln!(out, ".SH \"UTM\\-FUSION {}\"", subcommand.get_name().to_uppercase())?;
+    let page = clap_mangen::Man::new(subcommand.clone());
+    let mut text = Vec::new();
+    page.render_synopsis_section(&mut text)?;
+    page.render_description_section(&mut text)?;
+    page.render_options_section(&mut text)?;
+    out.write_all(String::from_utf8_lossy(&text).replace(".SH ", ".SS ").as_bytes())
+}

@@ -1,0 +1,122 @@
+//! `record`: what arrives, into files, without an engine.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::RecvTimeoutError;
+use std::sync::{Arc, mpsc};
+use std::time::Duration;
+
+use jiff::SignedDuration;
+use tokio::signal::unix::{Signal, SignalKind, signal};
+use tracing::info;
+
+use super::{CommandResult, Outcome};
+use crate::config::Config;
+use crate::live::{Listening, Recorded, listen, now};
+use crate::publish::{Recorder, RecorderQueue, record_into};
+use crate::time::Time;
+
+/// Records what arrives on the inputs of a configuration into rotating pcap files, until Ctrl-C.
+///
+/// `replay` reads them; beside each stands the site.toml to do so with.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Args {
+    /// The site's configuration: where to listen. What it says of recording and output is not used, but for rotate_mib and
+    /// keep.
+    #[arg(long, value_name = "FILE")]
+    pub config: PathBuf,
+    /// Where the files go; made where it does not exist.
+    #[arg(long, value_name = "DIR")]
+    pub dir: PathBuf,
+    /// Ends after this time: 90s, 10m, 8h.
+    #[arg(long, value_name = "D")]
+    pub duration: Option<SignedDuration>,
+}
+
+/// How often it is told how it goes.
+const STATISTICS: SignedDuration = SignedDuration::from_secs(10);
+/// How often it is looked whether to stop.
+const LOOK_UP: Duration = Duration::from_millis(200);
+
+/// Runs the command.
+pub fn run(args: &Args) -> CommandResult {
+    let config = Config::load(&args.config)?;
+    let mut record = config.output.record.clone().unwrap_or_else(|| record_into(&args.dir));
+    record.dir.clone_from(&args.dir);
+    let ((queue, lost), recorder) = Recorder::start(&config, &record, Vec::new(), false)?;
+
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
+    let stop = Arc::new(AtomicBool::new(false));
+    let signals = {
+        let _inside = runtime.enter();
+        (signal(SignalKind::interrupt())?, signal(SignalKind::terminate())?)
+    };
+    runtime.spawn(stop_at(signals, stop.clone()));
+    let listening = listen(&config, runtime.handle());
+    info!("recording into {}; Ctrl-C ends it", args.dir.display());
+    hand_on(&listening, (queue, lost.clone()), &stop, args.duration, &recorder);
+
+    listening.tasks.iter().for_each(tokio::task::JoinHandle::abort);
+    // The queue's sender is gone: the recorder writes what waits, and ends.
+    let recorder = recorder.join();
+    let unrecorded = recorder.unwritten + lost.load(Ordering::Relaxed);
+    info!("stopped: {} datagrams recorded, {unrecorded} lost", recorder.written);
+    Ok(if unrecorded > 0 { Outcome::Incomplete } else { Outcome::Done })
+}
+
+/// Until SIGINT or SIGTERM.
+async fn stop_at((mut interrupt, mut terminate): (Signal, Signal), stop: Arc<AtomicBool>) {
+    tokio::select! {
+        _ = interrupt.recv() => {}
+        _ = terminate.recv() => {}
+    }
+    stop.store(true, Ordering::Relaxed);
+}
+
+fn hand_on(
+    listening: &Listening,
+    (queue, lost): RecorderQueue,
+    stop: &AtomicBool,
+    duration: Option<SignedDuration>,
+    recorder: &Recorder,
+) {
+    let began = now();
+    let mut told = began;
+    let is_over = |at: Time| duration.is_some_and(|duration| at - began >= duration);
+    while !stop.load(Ordering::Relaxed) && !is_over(now()) {
+        match listening.arrivals.recv_timeout(LOOK_UP) {
+            Ok(arrival) => {
+                let udp = Recorded::Input {
+                    received: arrival.received,
+                    line: arrival.line,
+                    from: arrival.from,
+                    payload: arrival.payload,
+                };
+                if let Err(mpsc::TrySendError::Full(_)) = queue.try_send(udp) {
+                    lost.fetch_add(1, Ordering::Relaxed);
+                }
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => break,
+        }
+        let at = now();
+        if at - told >= STATISTICS {
+            told = at;
+            tell(listening, recorder, lost.load(Ordering::Relaxed));
+        }
+    }
+}
+
+/// `239.192.48.1:8048 on 127.0.0.1: 1,234 received; …; 2,345 recorded, 0 lost`
+fn tell(listening: &Listening, recorder: &Recorder, lost: u64) {
+    let lines: Vec<String> = listening
+        .lines
+        .iter()
+        .map(|(line, counters)| {
+            let state = if counters.joined.load(Ordering::Relaxed) { "" } else { " (not open)" };
+            format!("{}{state}: {} received", line.name(), counters.received.load(Ordering::Relaxed))
+        })
+        .collect();
+    let counts = recorder.counts();
+    info!("{}; {} recorded, {} lost", lines.join("; "), counts.written, counts.unwritten + lost);
+}

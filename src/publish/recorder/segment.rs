@@ -1,0 +1,209 @@
+//! A stretch of the recording: an input file, an output file, and what a replay needs beside them.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use super::names::{self, Series};
+use crate::fusion::Given;
+use crate::publish::{PcapWriter, UdpFlow};
+use crate::state::{numbers_text, write_atomically};
+use crate::time::Time;
+
+/// Datagrams are gathered to about this many octets before they are written, less than a second of most sites.
+const GATHERED: usize = 1 << 16;
+
+/// A file whose datagrams reach it whole: between two writes it ends with one.
+struct Gathered {
+    file: File,
+    waiting: Vec<u8>,
+    written: u64,
+}
+
+impl Write for Gathered {
+    fn write(&mut self, octets: &[u8]) -> io::Result<usize> {
+        self.waiting.extend_from_slice(octets);
+        Ok(octets.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        if let Err(error) = self.file.write_all(&self.waiting) {
+            // A full disk may have taken a part. What cannot be cut off either is what a reader calls truncated.
+            let _ = self.file.set_len(self.written);
+            return Err(error);
+        }
+        self.written += self.waiting.len() as u64;
+        self.waiting.clear();
+        Ok(())
+    }
+}
+
+/// One of the two files.
+struct PcapFile {
+    path: PathBuf,
+    pcap: PcapWriter<Gathered>,
+}
+
+impl PcapFile {
+    fn begin(path: PathBuf) -> io::Result<Self> {
+        let file = fs::OpenOptions::new().write(true).create_new(true).open(names::part(&path))?;
+        let gathered = Gathered { file, waiting: Vec::with_capacity(2 * GATHERED), written: 0 };
+        let mut pcap = PcapWriter::new(gathered)?;
+        pcap.flush()?;
+        Ok(Self { path, pcap })
+    }
+
+    fn write(&mut self, sender: u16, flow: UdpFlow, time: Time, payload: &[u8]) -> io::Result<()> {
+        // A time that the format cannot hold is the datagram's fault, not the disk's: the frame is left out.
+        if u32::try_from(time.nanos().div_euclid(crate::time::SECOND)).is_err() {
+            return Ok(());
+        }
+        self.pcap.write_from(sender, flow, time, payload)?;
+        if self.pcap.get_mut().waiting.len() >= GATHERED { self.pcap.flush() } else { Ok(()) }
+    }
+
+    fn size(&mut self) -> u64 {
+        let gathered = self.pcap.get_mut();
+        gathered.written + gathered.waiting.len() as u64
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.pcap.flush()?;
+        // Writing to a file that was removed succeeds, and nobody will ever read it.
+        names::part(&self.path).symlink_metadata().map(drop)
+    }
+
+    /// Gives the file its name.
+    fn finish(mut self) -> io::Result<()> {
+        let flushed = self.pcap.flush();
+        self.pcap.get_mut().file.sync_all()?;
+        fs::rename(names::part(&self.path), &self.path)?;
+        flushed
+    }
+}
+
+/// What is being written.
+pub(super) struct Segment {
+    /// The first reception.
+    pub(super) began: Time,
+    /// The opening of the first slot whose replay from this file alone equals the output.
+    complete_from: Time,
+    input: PcapFile,
+    output: Option<PcapFile>,
+    numbers_path: PathBuf,
+}
+
+/// What a segment begins with.
+pub(super) struct Beginning<'a> {
+    /// Where.
+    pub(super) directory: &'a Path,
+    /// The reception of its first datagram.
+    pub(super) began: Time,
+    /// The opening of the first slot whose replay equals the output.
+    pub(super) complete_from: Time,
+    /// The effective configuration.
+    pub(super) site: &'a str,
+    /// The numbers given so far.
+    pub(super) numbers: &'a [Given],
+    /// Whether the output is recorded, too.
+    pub(super) with_output: bool,
+}
+
+impl Segment {
+    /// Begins its files.
+    ///
+    /// # Errors
+    /// One cannot be written.
+    pub(super) fn begin(beginning: &Beginning<'_>) -> io::Result<Self> {
+        let directory = beginning.directory;
+        let stamp = names::free_stamp(directory, beginning.began);
+        let path =
+            |series: Series, extension: &str| directory.join(format!("{}.{extension}", series.name(&stamp)));
+        let numbers_path = path(Series::Input, "numbers.json");
+        let begun = Self::begin_files(beginning, &stamp, &numbers_path, &path);
+        if begun.is_err() {
+            // A disk that stays full must not gather what is left of every trial.
+            let mut files = vec![path(Series::Input, "site.toml"), numbers_path];
+            files.extend([Series::Input, Series::Output].map(|series| path(series, "pcap")));
+            for file in files {
+                let _ = fs::remove_file(names::part(&file));
+                let _ = fs::remove_file(file);
+            }
+        }
+        begun
+    }
+
+    fn begin_files(
+        beginning: &Beginning<'_>,
+        stamp: &str,
+        numbers_path: &Path,
+        path: &dyn Fn(Series, &str) -> PathBuf,
+    ) -> io::Result<Self> {
+        let Beginning { began, complete_from, site, numbers, with_output, .. } = *beginning;
+        let name = Series::Input.name(stamp);
+        write_atomically(
+            &path(Series::Input, "site.toml"),
+            &format!(
+                "# The configuration in force while {name}.pcap was recorded. To replay it:\n\
+                 #   utm-fusion replay {name}.pcap --config {name}.site.toml --state {name}.numbers.json\n\
+                 # From this slot on, its window lies wholly in the file, and the replay equals what was sent:\n\
+                 # complete_from = {complete_from}\n\n{site}"
+            ),
+        )?;
+        write_atomically(numbers_path, &numbers_text(numbers))?;
+        let input = PcapFile::begin(path(Series::Input, "pcap"))?;
+        let output = with_output.then(|| PcapFile::begin(path(Series::Output, "pcap"))).transpose()?;
+        Ok(Self { began, complete_from, input, output, numbers_path: numbers_path.to_owned() })
+    }
+
+    /// Records what was received.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub(super) fn input(&mut self, sender: u16, flow: UdpFlow, at: Time, payload: &[u8]) -> io::Result<()> {
+        self.input.write(sender, flow, at, payload)
+    }
+
+    /// Records what was sent.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub(super) fn output(&mut self, flow: UdpFlow, due: Time, payload: &[u8]) -> io::Result<()> {
+        self.output.as_mut().map_or(Ok(()), |file| file.write(flow.port, flow, due, payload))
+    }
+
+    /// Notes that a number was given in the slot that opened at `slot`. Until the replay is complete its engine, which has
+    /// not seen what came before the file, may give numbers in another order: they are told to it.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub(super) fn numbered(&self, slot: Time, numbers: &[Given]) -> io::Result<()> {
+        if slot >= self.complete_from {
+            return Ok(());
+        }
+        write_atomically(&self.numbers_path, &numbers_text(numbers))
+    }
+
+    /// Octets of the larger file.
+    pub(super) fn size(&mut self) -> u64 {
+        self.input.size().max(self.output.as_mut().map_or(0, PcapFile::size))
+    }
+
+    /// Hands everything to the system: it survives the end of the process, though not of the machine.
+    ///
+    /// # Errors
+    /// It cannot be written, or the files were removed.
+    pub(super) fn flush(&mut self) -> io::Result<()> {
+        self.input.flush()?;
+        self.output.as_mut().map_or(Ok(()), PcapFile::flush)
+    }
+
+    /// Makes its files durable and gives them their names.
+    ///
+    /// # Errors
+    /// One cannot be written or renamed; the other one is done all the same.
+    pub(super) fn finish(self) -> io::Result<()> {
+        let output = self.output.map_or(Ok(()), PcapFile::finish);
+        self.input.finish().and(output)
+    }
+}

@@ -1,0 +1,195 @@
+//! What outlives a restart: `numbers.json`, the transponder numbers given so far.
+//!
+//! ```json
+//! {"version":1,"numbers":[
+//! {"number":1,"serial":"1581F6GKB23C003","country":"NO"}
+//! ]}
+//! ```
+//!
+//! Serial and country are trimmed; octets that are not printable ASCII, `\`, `'` and `"` are escaped as in Rust (`\x80`).
+//! The file of a recording (`<name>.numbers.json`) is the same.
+
+mod keeper;
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::fusion::{Given, LARGEST_TRANSPONDER_NUMBER};
+use crate::normalise::Identity;
+use crate::time::Time;
+
+pub use keeper::Keeper;
+
+/// The file's name in the directory of `[state]`.
+pub const NUMBERS: &str = "numbers.json";
+/// The only version so far.
+const VERSION: u32 = 1;
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Contents {
+    version: u32,
+    numbers: Vec<Entry>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Entry {
+    number: u32,
+    serial: String,
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    country: String,
+}
+
+/// The text of a file with these numbers, one a line.
+pub fn numbers_text(numbers: &[Given]) -> String {
+    let line = |given: &Given| {
+        let entry = Entry {
+            number: given.number,
+            serial: given.identity.serial().escape_ascii().to_string(),
+            country: given.identity.country().escape_ascii().to_string(),
+        };
+        serde_json::to_string(&entry).expect("numbers and text are JSON")
+    };
+    let lines: Vec<String> = numbers.iter().map(line).collect();
+    format!("{{\"version\":{VERSION},\"numbers\":[\n{}\n]}}\n", lines.join(",\n"))
+}
+
+/// The numbers that a file's text holds.
+///
+/// # Errors
+/// What is wrong with it, for people: it is not JSON, of another version, or an entry is impossible.
+pub fn parse_numbers(text: &str) -> Result<Vec<Given>, String> {
+    let contents: Contents = serde_json::from_str(text).map_err(|error| error.to_string())?;
+    if contents.version != VERSION {
+        return Err(format!("its version is {}, and only {VERSION} is known", contents.version));
+    }
+    contents.numbers.iter().map(given).collect()
+}
+
+fn given(entry: &Entry) -> Result<Given, String> {
+    let Entry { number, serial, country } = entry;
+    let identity = octets::<12>(serial).zip(octets::<2>(country)).and_then(|(serial, country)| {
+        // NULs behind are no part of it.
+        Identity::new(&serial, Some(&country))
+    });
+    match identity {
+        Some(identity) if (1..=LARGEST_TRANSPONDER_NUMBER).contains(number) => {
+            Ok(Given { number: *number, identity })
+        }
+        Some(_) => Err(format!("number {number} of {serial:?} is not 1 to {LARGEST_TRANSPONDER_NUMBER}")),
+        None => Err(format!("serial {serial:?} with country {country:?} is no identity")),
+    }
+}
+
+/// The octets that `escape_ascii` wrote; `None` where there are more than `N`, or it did not write that.
+fn octets<const N: usize>(text: &str) -> Option<[u8; N]> {
+    let mut octets = [0; N];
+    let mut places = octets.iter_mut();
+    let mut rest = text.bytes();
+    while let Some(octet) = rest.next() {
+        let octet = match octet {
+            b'\\' => match rest.next()? {
+                b't' => b'\t',
+                b'r' => b'\r',
+                b'n' => b'\n',
+                b'x' => {
+                    let digit = |octet: u8| char::from(octet).to_digit(16);
+                    (digit(rest.next()?)? * 16 + digit(rest.next()?)?) as u8
+                }
+                escaped @ (b'\\' | b'\'' | b'"') => escaped,
+                _ => return None,
+            },
+            plain if plain.is_ascii() => plain,
+            _ => return None,
+        };
+        *places.next()? = octet;
+    }
+    Some(octets)
+}
+
+/// Reads the numbers of a directory, or of such a file itself.
+///
+/// # Errors
+/// It cannot be read (also where it does not exist), or not be understood; the error names it.
+pub fn read_numbers(path: &Path) -> io::Result<Vec<Given>> {
+    let path = if path.is_dir() { path.join(NUMBERS) } else { path.to_owned() };
+    #[expect(clippy::disallowed_methods, reason = "the state is a file")]
+    let text = fs::read_to_string(&path)
+        .map_err(|error| io::Error::new(error.kind(), format!("{}: {error}", path.display())))?;
+    parse_numbers(&text)
+        .map_err(|error| io::Error::new(io::ErrorKind::InvalidData, format!("{}: {error}", path.display())))
+}
+
+/// Moves a file that cannot be used out of the way, as `<name>.broken-<time>`; where it is then.
+///
+/// # Errors
+/// It cannot be renamed.
+pub fn set_aside(directory: &Path, now: Time) -> io::Result<PathBuf> {
+    let time: String = now.to_string().chars().filter(|c| !matches!(c, '-' | ':')).collect();
+    let aside = directory.join(format!("{NUMBERS}.broken-{time}"));
+    fs::rename(directory.join(NUMBERS), &aside)?;
+    Ok(aside)
+}
+
+/// Writes a file so that after a crash it is there as it was before, or as it is now.
+///
+/// # Errors
+/// The directory or the file cannot be written.
+pub fn write_atomically(path: &Path, text: &str) -> io::Result<()> {
+    let mut part = path.as_os_str().to_owned();
+    part.push(".part");
+    let part = PathBuf::from(part);
+    #[expect(clippy::disallowed_methods, reason = "the state is a file")]
+    let mut file = File::create(&part)?;
+    file.write_all(text.as_bytes())?;
+    file.sync_all()?;
+    fs::rename(&part, path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_come_back_whatever_the_octets() {
+        let given = |number, serial: &[u8; 12], country: &[u8; 2]| Given {
+            number,
+            identity: Identity::new(serial, Some(country)).unwrap(),
+        };
+        let numbers = [
+            given(1, b"PLAIN\0\0\0\0\0\0\0", b"NO"),
+            given(429_496, b"a\"b\\c'd\n\x00\x80\xff \0", b"\xff "),
+            given(7, b"no country  ", b"\0\0"),
+        ];
+        let text = numbers_text(&numbers);
+        assert!(text.contains("{\"number\":1,\"serial\":\"PLAIN\",\"country\":\"NO\"}"), "{text}");
+        assert_eq!(parse_numbers(&text).unwrap(), numbers);
+        assert_eq!(parse_numbers(&numbers_text(&[])).unwrap(), []);
+    }
+
+    #[test]
+    fn what_is_no_such_file_is_told() {
+        let entry = |entry: &str| parse_numbers(&format!("{{\"version\":1,\"numbers\":[{entry}]}}"));
+        for bad in [
+            r#"{"number":0,"serial":"A"}"#,
+            r#"{"number":429497,"serial":"A"}"#,
+            r#"{"number":1,"serial":""}"#,
+            r#"{"number":1,"serial":"0123456789abc"}"#,
+            r#"{"number":1,"serial":"A","country":"NOR"}"#,
+            r#"{"number":1,"serial":"\\q"}"#,
+            r#"{"number":1,"serial":"\\x4"}"#,
+            r#"{"number":1,"serial":"å"}"#,
+            r#"{"number":1,"serial":"A","colour":"red"}"#,
+        ] {
+            assert!(entry(bad).is_err(), "{bad}");
+        }
+        assert!(entry(r#"{"number":1,"serial":"A"}"#).is_ok());
+        assert!(parse_numbers("").is_err());
+        let other = parse_numbers(r#"{"version":2,"numbers":[]}"#).unwrap_err();
+        assert!(other.contains("version is 2"), "{other}");
+    }
+}
