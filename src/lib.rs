@@ -1,5 +1,6 @@
 //! One air picture of drone traffic: radar plots (ASTERIX CAT048) and transponder reports (CAT129) in, fused CAT129 out.
 
+pub mod api;
 pub mod areas;
 pub mod assignment;
 pub mod commands;

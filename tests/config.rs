@@ -104,6 +104,7 @@ fn the_environment_overrides_keys() {
             ("UTM_FUSION__FUSION__TRANSPONDER_NUMBERS", "{ X = 1 }"),
             ("UTM_FUSION__HTTP__LISTEN", "0.0.0.0:80"),
             ("UTM_FUSION__HTTP__AUTH__MODE", "tokens"),
+            ("UTM_FUSION__HTTP__AUTH__TOKENS_FILE", "/etc/tokens"),
             ("UTM_FUSION__OUTPUT__RECORD__DIR", "\"quoted\""),
             ("UTM_FUSION__OUTPUT__ASTERIX", r#"[{ address = "10.0.0.1", port = 8130 }]"#),
         ],
@@ -113,7 +114,10 @@ fn the_environment_overrides_keys() {
     assert_eq!(config.fusion.latency_slots, 50);
     assert_eq!(config.fusion.threshold_m, [(0.0, 50.0)]);
     assert_eq!(config.fusion.transponder_numbers, [("X".to_owned(), 1)].into());
-    assert_eq!((config.http.listen.to_string().as_str(), config.http.auth), ("0.0.0.0:80", Auth::Tokens));
+    assert_eq!(
+        (config.http.listen.to_string().as_str(), config.http.auth),
+        ("0.0.0.0:80", Auth::Tokens { tokens_file: "/etc/tokens".into() })
+    );
     assert_eq!(config.output.record.unwrap().dir.to_str(), Some("quoted"));
     assert_eq!(config.output.asterix[0].ttl, 64);
 }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use geo::orient::{Direction, Orient};
 use geo::{BoundingRect, GeometryCollection, Intersects, MultiPolygon, Point, Rect};
 use geojson::GeoJson;
 
@@ -34,7 +35,7 @@ impl AlertAreas {
         let load = |area: &Area| {
             let name =
                 area.file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-            Ok((name, polygons_of(area)?))
+            Ok((name, read(area)?))
         };
         areas.iter().filter(|area| area.kind == AreaKind::Alert).map(load).collect::<Result<_, _>>().map(Self)
     }
@@ -49,22 +50,13 @@ impl AlertAreas {
     }
 }
 
-/// The polygons of an area's file.
-fn polygons_of(area: &Area) -> Result<Vec<(Rect, MultiPolygon)>, AreaError> {
-    let error = |problem: String| AreaError { file: area.file.clone(), problem };
-    #[expect(clippy::disallowed_methods, reason = "the one place that reads areas")]
-    let text =
-        std::fs::read_to_string(&area.file).map_err(|cause| error(format!("cannot be read: {cause}")))?;
-    polygons(&text).map_err(error)
-}
-
 impl Masks {
     /// Loads the areas of kind `mask`; the others are for the live service.
     ///
     /// # Errors
     /// A file cannot be read or holds something else than polygons.
     pub fn load(areas: &[Area]) -> Result<Self, AreaError> {
-        let masks = areas.iter().filter(|area| area.kind == AreaKind::Mask).map(polygons_of);
+        let masks = areas.iter().filter(|area| area.kind == AreaKind::Mask).map(read);
         masks.collect::<Result<Vec<_>, _>>().map(|masks| Self(masks.into_iter().flatten().collect()))
     }
 
@@ -78,6 +70,22 @@ impl Masks {
         let place = Point::new(longitude_deg, latitude_deg);
         self.0.iter().any(|(bounds, mask)| bounds.intersects(&place) && mask.intersects(&place))
     }
+}
+
+/// The polygons of one file, whatever its kind: outer rings counterclockwise, holes clockwise, as RFC 7946 has them.
+///
+/// # Errors
+/// The file cannot be read, or holds something else than polygons.
+pub fn polygons_of(area: &Area) -> Result<Vec<MultiPolygon>, AreaError> {
+    Ok(read(area)?.into_iter().map(|(_, polygon)| polygon.orient(Direction::Default)).collect())
+}
+
+fn read(area: &Area) -> Result<Vec<(Rect, MultiPolygon)>, AreaError> {
+    let error = |problem: String| AreaError { file: area.file.clone(), problem };
+    #[expect(clippy::disallowed_methods, reason = "the one place that reads areas")]
+    let text =
+        std::fs::read_to_string(&area.file).map_err(|cause| error(format!("cannot be read: {cause}")))?;
+    polygons(&text).map_err(error)
 }
 
 fn polygons(text: &str) -> Result<Vec<(Rect, MultiPolygon)>, String> {

@@ -21,6 +21,7 @@ mod table;
 use std::error::Error;
 use std::io;
 
+use crate::api::StartError;
 use crate::areas::AreaError;
 use crate::config::ConfigErrors;
 use crate::ingest::{Capture, SkipReason};
@@ -61,7 +62,14 @@ pub fn exit_code(result: &CommandResult) -> u8 {
         Ok(Outcome::InputUnreadable | Outcome::Incomplete) => 1,
         Err(error) if is_closed_pipe(error.as_ref()) => 0,
         Err(error) if error.is::<Usage>() => 2,
-        Err(error) if error.is::<ConfigErrors>() || error.is::<AreaError>() || error.is::<Crowded>() => 3,
+        Err(error)
+            if error.is::<ConfigErrors>()
+                || error.is::<AreaError>()
+                || error.is::<StartError>()
+                || error.is::<Crowded>() =>
+        {
+            3
+        }
         Err(_) => 1,
     }
 }

@@ -11,6 +11,7 @@ use tracing::{error, info, warn};
 
 use super::notify::Notifier;
 use super::{CommandResult, Outcome};
+use crate::api::{self, ApiState};
 use crate::areas::{AlertAreas, Masks};
 use crate::config::Config;
 use crate::ingest::udp;
@@ -56,6 +57,12 @@ pub fn run(args: &Args) -> CommandResult {
 
 async fn serve(args: &Args, config: Arc<Config>, masks: Masks) -> CommandResult {
     let mut signals = Signals::listen()?;
+    // First of all: an address that is taken is told before anything is sent.
+    let listen = config.http.listen;
+    let listener = tokio::net::TcpListener::bind(listen)
+        .await
+        .map_err(|error| format!("cannot listen on {listen} (http.listen): {error}"))?;
+    let address = listener.local_addr()?;
     let started = now();
     let mut driver = Driver::new(&config, masks, started, udp::lines(&config).len());
     let mut numbers = Keeper::load(&config.state.dir, started);
@@ -68,6 +75,7 @@ async fn serve(args: &Args, config: Arc<Config>, masks: Masks) -> CommandResult 
     let record = record.map(|record| Recorder::start(&config, record, numbers, true)).transpose()?;
     let (recorded, recorder) = record.unzip();
     let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), started);
+    let api = ApiState::start(hub.clone(), api::Options::default())?;
     let outlets = Outlets {
         hub: writer,
         sinks: Sinks::open(&config.output.asterix)?,
@@ -77,7 +85,8 @@ async fn serve(args: &Args, config: Arc<Config>, masks: Masks) -> CommandResult 
     let service = Service::start(config.clone(), driver, outlets, &tokio::runtime::Handle::current())?;
     let alerts = Alerts::new(AlertAreas::load(&config.areas)?, started);
     let observer = tokio::spawn(observe(hub.clone(), alerts, historian(&config)));
-    info!("{}: running; Ctrl-C ends it", config.site.name);
+    let http = tokio::spawn(api::serve(listener, api.clone()));
+    info!("{}: running, http://{address}/; Ctrl-C ends it", config.site.name);
     let notifier = Notifier::from_env();
     notifier.tell("READY=1");
 
@@ -98,6 +107,9 @@ async fn serve(args: &Args, config: Arc<Config>, masks: Masks) -> CommandResult 
     };
     // The last slots are still on their way into the history.
     drop(tokio::time::timeout(STOP, observer).await);
+    // What was owed has been published: the streams show it, and end.
+    api.close();
+    http.await?;
     ended?;
     let tally = driver.pipeline().tally();
     info!("stopped: {} datagrams received, {} dropped or not used", tally.received, tally.dropped());

@@ -103,7 +103,7 @@ impl Config {
         let fusion = fusion::read(top.section("fusion"));
         let areas = site::read_areas(&mut top, &ids, Path::new(name));
         let output = output::read_output(top.section("output"));
-        let http = output::read_http(top.section("http"));
+        let http = output::read_http(top.section("http"), Path::new(name));
         let state = output::read_state(top.section("state"));
         top.finish();
 

@@ -1,7 +1,7 @@
 //! `[output]`, `[http]` and `[state]`.
 
 use std::net::{Ipv4Addr, SocketAddr};
-use std::path::PathBuf;
+use std::path::{self, Path, PathBuf};
 
 use super::network::read_sink;
 use super::reader::{Item, Section, each};
@@ -37,7 +37,7 @@ fn read_record(mut section: Section<'_>) -> Option<Record> {
     Some(Record { dir: dir?, rotate_mib: rotate_mib.unwrap_or(256), keep: keep.unwrap_or(16) })
 }
 
-pub(super) fn read_http(mut section: Section<'_>) -> Option<Http> {
+pub(super) fn read_http(mut section: Section<'_>, config: &Path) -> Option<Http> {
     let listen_item = section.item("listen");
     let listen = listen_item.as_ref().map_or(Some(SocketAddr::from((Ipv4Addr::LOCALHOST, 8080))), |item| {
         let listen = item.text()?.parse().ok();
@@ -48,22 +48,60 @@ pub(super) fn read_http(mut section: Section<'_>) -> Option<Http> {
         }
         listen
     });
-    let auth = section.item("auth").map(|item| {
-        let mut section = item.section()?;
-        let mode = section.need("mode", "mode = \"none\" or mode = \"tokens\"");
-        let mode = mode.and_then(|item| item.word(&[("none", Auth::None), ("tokens", Auth::Tokens)]));
-        section.finish();
-        mode
+    let auth = section.item("auth").map(|item| read_auth(item.section()?, config));
+    let cors = section.item("cors").map_or(Some(Vec::new()), |list| {
+        let read: Vec<_> = list.list()?.iter().map(read_origin).collect();
+        read.into_iter().collect()
     });
     section.finish();
-    let (listen, auth) = (listen?, auth.unwrap_or(Some(Auth::None))?);
-    if let (Auth::None, false, Some(item)) = (auth, listen.ip().to_canonical().is_loopback(), listen_item) {
+    let (listen, auth, cors) = (listen?, auth.unwrap_or(Some(Auth::None))?, cors?);
+    if let (Auth::None, false, Some(item)) = (&auth, listen.ip().to_canonical().is_loopback(), listen_item) {
         item.refuse(
             "without authentication the service listens on a loopback address only; write 127.0.0.1, \
-             or auth = { mode = \"tokens\" }",
+             or auth = { mode = \"tokens\", tokens_file = … }",
         );
     }
-    Some(Http { listen, auth })
+    Some(Http { listen, auth, cors })
+}
+
+fn read_auth(mut section: Section<'_>, config: &Path) -> Option<Auth> {
+    let mode = section.need("mode", "mode = \"none\" or mode = \"tokens\"");
+    let mode = mode.and_then(|item| item.word(&[("none", false), ("tokens", true)]));
+    let auth = match mode {
+        Some(true) => section
+            .need("tokens_file", "tokens_file = …, the file of the tokens' hashes and scopes")
+            .and_then(|item| {
+                let written = config.parent().unwrap_or(Path::new("")).join(item.text()?);
+                Some(Auth::Tokens { tokens_file: path::absolute(&written).unwrap_or(written) })
+            }),
+        Some(false) => {
+            if let Some(item) = section.stray("tokens_file") {
+                item.refuse(
+                    "without mode = \"tokens\" nobody reads this file; remove the key or change the mode",
+                );
+            }
+            Some(Auth::None)
+        }
+        None => {
+            section.abandon();
+            None
+        }
+    };
+    section.finish();
+    auth
+}
+
+/// `scheme://host[:port]`, as a browser writes it.
+fn read_origin(item: &Item<'_>) -> Option<String> {
+    let text = item.text()?;
+    let host = text.strip_prefix("https://").or_else(|| text.strip_prefix("http://"));
+    let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "-.:[]".contains(c);
+    if !host.is_some_and(|host| !host.is_empty() && host.chars().all(plain)) {
+        item.refuse(
+            "an origin is https://host or http://host, in lower case, with :port where it is no usual one",
+        );
+    }
+    Some(text.to_owned())
 }
 
 pub(super) fn read_state(mut section: Section<'_>) -> Option<State> {

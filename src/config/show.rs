@@ -34,11 +34,15 @@ impl Display for Config {
         }
         output(f, &self.output)?;
         writeln!(f, "\n[http]\nlisten = \"{}\"", self.http.listen)?;
-        let mode = match self.http.auth {
-            Auth::None => "none",
-            Auth::Tokens => "tokens",
-        };
-        writeln!(f, "auth = {{ mode = \"{mode}\" }}")?;
+        match &self.http.auth {
+            Auth::None => writeln!(f, "auth = {{ mode = \"none\" }}")?,
+            Auth::Tokens { tokens_file } => {
+                let file = quoted(&tokens_file.to_string_lossy());
+                writeln!(f, "auth = {{ mode = \"tokens\", tokens_file = {file} }}")?;
+            }
+        }
+        let cors: Vec<_> = self.http.cors.iter().map(|origin| quoted(origin)).collect();
+        writeln!(f, "cors = [{}]", cors.join(", "))?;
         let state = &self.state;
         writeln!(f, "\n[state]\ndir = {}", quoted(&state.dir.to_string_lossy()))?;
         writeln!(f, "history_hours = {:?}\nhistory_mib = {}", state.history_hours, state.history_mib)

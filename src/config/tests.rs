@@ -344,6 +344,15 @@ fn output_http_state_and_areas() {
             "\"none\" or \"tokens\"",
         ),
         (listen, end("auth = {}"), "30: http.auth.mode", "missing"),
+        (listen, end("auth = { mode = \"tokens\" }"), "30: http.auth.tokens_file", "missing"),
+        (
+            listen,
+            end("auth = { mode = \"none\", tokens_file = \"t\" }"),
+            "30: http.auth.tokens_file = \"t\"",
+            "nobody reads",
+        ),
+        (listen, end("cors = [\"*\"]"), "30: http.cors[0] = \"*\"", "an origin is"),
+        (listen, end("cors = [\"https://a/b\"]"), "30: http.cors[0] = \"https://a/b\"", "an origin is"),
         (listen, end("[state]\ndir = \"\""), "31: state.dir = \"\"", "blank"),
         (listen, end("[stat]\ndir = \"x\""), "30: stat", "did you mean state?"),
         (listen, end("[[areas]]\nkind = \"mask\""), "30: areas[0].file", "missing"),
@@ -382,6 +391,8 @@ fn output_http_state_and_areas() {
     ] {
         check(&[(old, &new, place, message)]);
     }
-    let open = parse(&BASE.replace(listen, "listen = \"[::]:80\"\nauth = { mode = \"tokens\" }")).unwrap();
-    assert_eq!(open.http.auth, Auth::Tokens);
+    let open = parse(&BASE.replace(listen, "listen = \"[::]:80\"\nauth = { mode = \"tokens\", tokens_file = \"/etc/tokens\" }\ncors = [\"https://a.example:8443\"]")).unwrap();
+    assert_eq!(open.http.auth, Auth::Tokens { tokens_file: "/etc/tokens".into() });
+    assert_eq!(open.http.cors, ["https://a.example:8443"]);
+    assert_eq!(parse(&open.to_string()).unwrap(), open);
 }

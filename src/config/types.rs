@@ -339,21 +339,26 @@ pub struct Record {
 }
 
 /// `[http]`: the HTTP service.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Http {
     /// Address and port; port 0 takes a free one.
     pub listen: SocketAddr,
     /// Who may use it.
     pub auth: Auth,
+    /// Origins whose pages may use it from a browser, beside its own.
+    pub cors: Vec<String>,
 }
 
 /// Who may use the HTTP service.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Auth {
     /// Everybody; on a loopback address only.
     None,
     /// Holders of a bearer token.
-    Tokens,
+    Tokens {
+        /// Their names, hashes and scopes (TOML); an absolute path (in the file it is relative to the configuration).
+        tokens_file: PathBuf,
+    },
 }
 
 /// `[state]`: what outlives a restart.

@@ -103,6 +103,11 @@ impl PictureMaker {
         }
     }
 
+    /// The geoid above the ellipsoid at the site, metres.
+    pub fn geoid_undulation_m(&self) -> f64 {
+        self.undulation_m
+    }
+
     /// A sensor's configured name.
     pub fn sensor(&self, index: SensorIndex) -> &str {
         &self.sensors[usize::from(index.0)]

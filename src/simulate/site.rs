@@ -44,7 +44,11 @@ pub fn site(scenario: &Scenario, ground: &Ground) -> Config {
             flush_on_stop: true,
             record: None,
         },
-        http: Http { listen: SocketAddr::from((Ipv4Addr::LOCALHOST, 8080)), auth: Auth::None },
+        http: Http {
+            listen: SocketAddr::from((Ipv4Addr::LOCALHOST, 8080)),
+            auth: Auth::None,
+            cors: Vec::new(),
+        },
         state: State { dir: "state".into(), history_hours: 24.0, history_mib: 512 },
     }
 }

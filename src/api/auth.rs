@@ -1,0 +1,209 @@
+//! Who may do what: bearer tokens, of which only the SHA-256 is kept, and tickets for browsers.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+use axum::http::{StatusCode, header};
+use serde::Deserialize;
+use serde_json::json;
+use sha2::{Digest, Sha256};
+use tokio::time::Instant;
+
+use super::ask::{Answer, Ask, JSON, json};
+use super::problem::Problem;
+use super::routes::Route;
+use super::{ApiState, StartError};
+
+/// How long a ticket is good.
+const TICKET: Duration = Duration::from_secs(30);
+/// Tickets that wait to be used.
+const TICKETS: usize = 4_096;
+
+/// What a token allows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Scope {
+    /// To read.
+    Read,
+    /// To open streams.
+    Stream,
+    /// To change something; no route does so yet.
+    Control,
+}
+
+impl Scope {
+    /// Its name in the file of tokens.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Read => "read",
+            Self::Stream => "stream",
+            Self::Control => "control",
+        }
+    }
+}
+
+/// The tokens that are accepted.
+pub struct Tokens(Vec<([u8; 32], Vec<Scope>)>);
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Entry {
+    sha256: String,
+    scopes: Vec<Scope>,
+}
+
+impl Tokens {
+    /// Reads the file: `name = { sha256 = "…", scopes = ["read", "stream"] }`, a line a token.
+    pub fn load(file: &Path) -> Result<Self, StartError> {
+        let refuse = |problem: String| StartError::Tokens { file: file.to_owned(), problem };
+        #[expect(clippy::disallowed_methods, reason = "the one place that reads tokens")]
+        let text = std::fs::read_to_string(file)
+            .map_err(|error| refuse(format!("the tokens cannot be read: {error}")))?;
+        Self::parse(&text).map_err(refuse)
+    }
+
+    fn parse(text: &str) -> Result<Self, String> {
+        // The error's own text would show the line, and with it a hash.
+        let entries: BTreeMap<String, Entry> = toml::from_str(text).map_err(|error| {
+            let line = error.span().map_or(1, |span| text[..span.start].lines().count().max(1));
+            format!("line {line}: {}; write name = {{ sha256 = \"…\", scopes = [\"read\", \"stream\", \"control\"] }}", error.message())
+        })?;
+        if entries.is_empty() {
+            return Err("holds no token: nobody could use the service".to_owned());
+        }
+        let token = |(name, entry): (String, Entry)| {
+            let hash = unhex(&entry.sha256).ok_or_else(|| {
+                format!("{name}: sha256 is not 64 hexadecimal digits, as sha256sum prints them")
+            })?;
+            Ok((hash, entry.scopes))
+        };
+        entries.into_iter().map(token).collect::<Result<_, String>>().map(Self)
+    }
+
+    /// What a token allows; `None`: it is not known. All hashes are compared, each in constant time.
+    fn scopes(&self, token: &str) -> Option<&[Scope]> {
+        let hash: [u8; 32] = Sha256::digest(token.as_bytes()).into();
+        self.0
+            .iter()
+            .fold(None, |found, (known, scopes)| if same(known, &hash) { Some(scopes) } else { found })
+    }
+}
+
+/// In a time that does not tell where they differ.
+fn same(a: &[u8; 32], b: &[u8; 32]) -> bool {
+    std::hint::black_box(a.iter().zip(b).fold(0, |difference, (a, b)| difference | (a ^ b))) == 0
+}
+
+fn unhex(text: &str) -> Option<[u8; 32]> {
+    let digits: Option<Vec<u8>> =
+        text.chars().map(|c| c.to_digit(16).and_then(|d| u8::try_from(d).ok())).collect();
+    let octets: Vec<u8> = digits?.chunks_exact(2).map(|pair| pair[0] << 4 | pair[1]).collect();
+    (text.len() == 64).then(|| octets.try_into().ok())?
+}
+
+/// Whether the request may be answered.
+pub fn check(ask: &Ask, route: &Route) -> Result<(), Problem> {
+    let (Some(tokens), Some(scope)) = (&ask.state.0.tokens, route.scope) else { return Ok(()) };
+    if scope == Scope::Stream
+        && !route.post
+        && let Some(ticket) = ask.text("ticket")
+    {
+        return if ask.state.0.tickets.redeem(ticket) {
+            Ok(())
+        } else {
+            Err(Problem::new(
+                StatusCode::UNAUTHORIZED,
+                "this ticket has been used, is too old, or never was one",
+            ))
+        };
+    }
+    let bearer = ask.header(header::AUTHORIZATION).and_then(|value| value.split_once(' '));
+    let token =
+        bearer.filter(|(scheme, _)| scheme.eq_ignore_ascii_case("bearer")).map(|(_, token)| token.trim());
+    match token.map(|token| tokens.scopes(token)) {
+        None => {
+            Err(Problem::new(StatusCode::UNAUTHORIZED, "a bearer token is needed: Authorization: Bearer …"))
+        }
+        Some(None) => Err(Problem::new(StatusCode::UNAUTHORIZED, "this bearer token is not known")),
+        Some(Some(scopes)) if scopes.contains(&scope) => Ok(()),
+        Some(Some(_)) => {
+            let detail = format!("this token lacks the scope {}", scope.name());
+            Err(Problem::new(StatusCode::FORBIDDEN, detail))
+        }
+    }
+}
+
+/// `POST /api/v1/stream-tickets`.
+pub fn open_ticket(ask: &Ask) -> Answer {
+    let ticket = ask.state.0.tickets.issue()?;
+    json(JSON, &json!({ "ticket": ticket, "expires_in_s": TICKET.as_secs() }))
+}
+
+/// Tickets that were given out and not yet used, oldest first. Only their hashes are kept, as of tokens.
+#[derive(Debug, Default)]
+pub struct Tickets(Mutex<VecDeque<(Instant, [u8; 32])>>);
+
+impl Tickets {
+    fn issue(&self) -> Result<String, Problem> {
+        let mut octets = [0; 24];
+        getrandom::fill(&mut octets)
+            .map_err(|error| Problem::unavailable(format!("there is no randomness: {error}"), Vec::new()))?;
+        let ticket: String = octets.iter().map(|octet| format!("{octet:02x}")).collect();
+        let mut tickets = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        forget(&mut tickets);
+        if tickets.len() >= TICKETS {
+            return Err(Problem::new(StatusCode::TOO_MANY_REQUESTS, "too many tickets wait to be used")
+                .retry_after_s(TICKET.as_secs() as u32));
+        }
+        tickets.push_back((Instant::now(), Sha256::digest(ticket.as_bytes()).into()));
+        Ok(ticket)
+    }
+
+    /// Uses a ticket up; `false` where it is not good.
+    fn redeem(&self, ticket: &str) -> bool {
+        let hash: [u8; 32] = Sha256::digest(ticket.as_bytes()).into();
+        let mut tickets = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        forget(&mut tickets);
+        let place = tickets.iter().position(|(_, known)| same(known, &hash));
+        place.is_some_and(|place| tickets.remove(place).is_some())
+    }
+}
+
+fn forget(tickets: &mut VecDeque<(Instant, [u8; 32])>) {
+    while tickets.front().is_some_and(|(issued, _)| issued.elapsed() > TICKET) {
+        tickets.pop_front();
+    }
+}
+
+impl ApiState {
+    /// Whether a token is asked for.
+    pub(super) fn needs_token(&self) -> bool {
+        self.0.tokens.is_some()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_of_tokens_is_read_or_refused_with_the_reason_and_without_the_hash() {
+        let hash = "2bb80d537b1da3e38bd30361aa855686bde0eacd7162fef6a25fe97bf527a25b"; // of "secret"
+        let tokens =
+            Tokens::parse(&format!("desk = {{ sha256 = \"{hash}\", scopes = [\"read\"] }}")).unwrap();
+        assert_eq!(tokens.scopes("secret"), Some(&[Scope::Read][..]));
+        assert_eq!(tokens.scopes("Secret"), None);
+        for (text, part) in [
+            (String::new(), "no token"),
+            ("desk = 1".to_owned(), "line 1"),
+            (format!("desk = {{ sha256 = \"{hash}\", scopes = [\"all\"] }}"), "line 1"),
+            ("desk = { sha256 = \"12\", scopes = [] }".to_owned(), "desk: sha256"),
+            (format!("desk = {{ sha256 = \"{}é\", scopes = [] }}", &hash[..62]), "desk: sha256"),
+        ] {
+            let Err(problem) = Tokens::parse(&text) else { panic!("{text} is accepted") };
+            assert!(problem.contains(part) && !problem.contains(&hash[..20]), "{text}: {problem}");
+        }
+    }
+}

@@ -1,0 +1,41 @@
+//! Which tracks ended: a reader that is shown slots is owed a word on those that no longer come.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use axum::body::Bytes;
+use serde_json::json;
+
+use super::shown::Piece;
+use crate::time::{SECOND, Time};
+
+/// A track that has not been shown for so long has ended, nanoseconds.
+const ENDED_NS: i64 = 2 * SECOND;
+
+/// When each track was shown last.
+#[derive(Clone, Debug, Default)]
+pub struct Endings(HashMap<Arc<str>, Time>);
+
+impl Endings {
+    /// Notes what is shown at a time, and gives the ids that ended by then, in order.
+    pub fn note<'a>(&mut self, time: Time, pieces: impl Iterator<Item = &'a Piece>) -> Vec<Arc<str>> {
+        for piece in pieces {
+            self.0.insert(piece.id.clone(), time);
+        }
+        let ended = |last: &Time| time.nanos() - last.nanos() >= ENDED_NS;
+        let mut ids: Vec<Arc<str>> = self.0.extract_if(|_, last| ended(last)).map(|(id, _)| id).collect();
+        ids.sort();
+        ids
+    }
+}
+
+/// The `ended` event.
+pub fn ended_event(id: &str, time: Time, ids: &[Arc<str>]) -> Bytes {
+    let ids: Vec<&str> = ids.iter().map(|id| &**id).collect();
+    event(id, "ended", &json!({ "time": time.to_string(), "ids": ids }))
+}
+
+/// An event of the stream, of one line of JSON.
+pub fn event(id: &str, name: &str, data: &serde_json::Value) -> Bytes {
+    format!("id: {id}\nevent: {name}\ndata: {data}\n\n").into()
+}

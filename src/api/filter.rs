@@ -1,0 +1,141 @@
+//! Which tracks a reader wants: the same parameters for the picture and for the stream.
+
+use std::collections::HashSet;
+
+use super::ask::Ask;
+use super::problem::Problem;
+use super::shown::Piece;
+
+/// Of a `bbox`.
+const BBOX: &str = "four numbers lon_min,lat_min,lon_max,lat_max in degrees, ±180 and ±90; lat_min is not above \
+                    lat_max; lon_min above lon_max spans the antimeridian";
+/// Of `alt_min` and `alt_max`.
+const ALTITUDE: &str = "a height above mean sea level in metres, -1000 to 100000";
+/// Tracks in one answer at most.
+const MOST: usize = 10_000;
+const SOURCES: [&str; 3] = ["fused", "radar", "transponder"];
+
+/// A choice among tracks; the default is all of them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Filter {
+    /// Longitude and latitude at least, at most.
+    bbox: Option<[f64; 4]>,
+    sources: Option<Vec<&'static str>>,
+    /// Indices of sensors.
+    sensors: Option<Vec<usize>>,
+    alt_min: Option<f64>,
+    alt_max: Option<f64>,
+    ids: Option<HashSet<String>>,
+    limit: Option<usize>,
+}
+
+impl Filter {
+    /// The names of its parameters.
+    pub const PARAMETERS: [&'static str; 7] =
+        ["bbox", "source", "sensor", "alt_min", "alt_max", "ids", "limit"];
+
+    /// As a request says.
+    ///
+    /// # Errors
+    /// 400 for a parameter that breaks its rule.
+    pub fn of(ask: &Ask) -> Result<Self, Problem> {
+        let bbox = ask.numbers::<4>("bbox", BBOX)?;
+        let sane = |&[west, south, east, north]: &[f64; 4]| {
+            west.abs() <= 180.0 && east.abs() <= 180.0 && -90.0 <= south && south <= north && north <= 90.0
+        };
+        if !bbox.as_ref().is_none_or(sane) {
+            return Err(Problem::parameter("bbox", BBOX));
+        }
+        let sources = list(
+            ask,
+            "source",
+            |name| SOURCES.into_iter().find(|known| *known == name),
+            || format!("of {}, separated by commas", SOURCES.join(", ")),
+        )?;
+        let sensors = &ask.state.hub().config.sensors;
+        let known = |name: &str| sensors.iter().position(|sensor| sensor.id == name);
+        let names = || {
+            let names: Vec<_> = sensors.iter().map(|sensor| sensor.id.as_str()).collect();
+            format!("of the configured sensors {}, separated by commas", names.join(", "))
+        };
+        let sensors = list(ask, "sensor", known, names)?;
+        let altitude = |name| ask.value(name, ALTITUDE, |alt: &f64| (-1_000.0..=100_000.0).contains(alt));
+        let limit = ask.value("limit", "a whole number, 1 to 10000", |limit| (1..=MOST).contains(limit))?;
+        let id = |id: &str| (!id.is_empty()).then(|| id.to_owned());
+        let ids = list(ask, "ids", id, || "ids of tracks, separated by commas".to_owned())?;
+        Ok(Self {
+            bbox,
+            sources,
+            sensors,
+            alt_min: altitude("alt_min")?,
+            alt_max: altitude("alt_max")?,
+            ids: ids.map(|ids| ids.into_iter().collect()),
+            limit,
+        })
+    }
+
+    /// Whether it lets everything through.
+    pub fn is_all(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Whether the track is wanted. One whose height is unknown is within no height.
+    pub fn wants(&self, piece: &Piece) -> bool {
+        self.bbox.is_none_or(|bbox| within(bbox, piece.lng, piece.lat))
+            && self.sources.as_ref().is_none_or(|sources| sources.contains(&piece.source))
+            && self
+                .sensors
+                .as_ref()
+                .is_none_or(|wanted| piece.sensors().any(|sensor| wanted.contains(&sensor)))
+            && self.alt_min.is_none_or(|least| piece.alt_msl.is_some_and(|alt| alt >= least))
+            && self.alt_max.is_none_or(|most| piece.alt_msl.is_some_and(|alt| alt <= most))
+            && self.ids.as_ref().is_none_or(|ids| ids.contains(&*piece.id))
+    }
+
+    /// How many of the wanted ones are given.
+    pub fn limit(&self) -> usize {
+        self.limit.unwrap_or(MOST)
+    }
+}
+
+/// A box whose west is east of its east spans the antimeridian.
+fn within([west, south, east, north]: [f64; 4], lng: f64, lat: f64) -> bool {
+    let across = west > east;
+    (south..=north).contains(&lat)
+        && if across { lng >= west || lng <= east } else { (west..=east).contains(&lng) }
+}
+
+fn list<T>(
+    ask: &Ask,
+    name: &str,
+    read: impl Fn(&str) -> Option<T>,
+    rule: impl Fn() -> String,
+) -> Result<Option<Vec<T>>, Problem> {
+    let Some(text) = ask.text(name) else { return Ok(None) };
+    let values: Option<Vec<T>> = text.split(',').map(|part| read(part.trim())).collect();
+    values.map(Some).ok_or_else(|| Problem::parameter(name, rule()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::within;
+
+    #[test]
+    fn a_box_may_span_the_antimeridian() {
+        let fiji = [177.0, -20.0, -178.0, -15.0];
+        for (lng, lat, inside) in [
+            (179.0, -17.0, true),
+            (-179.0, -17.0, true),
+            (180.0, -17.0, true),
+            (-180.0, -17.0, true),
+            (176.9, -17.0, false),
+            (-177.9, -17.0, false),
+            (0.0, -17.0, false),
+            (179.0, -14.0, false),
+        ] {
+            assert_eq!(within(fiji, lng, lat), inside, "{lng} {lat}");
+        }
+        assert!(within([-1.0, 50.0, 1.0, 53.0], 0.0, 53.0));
+        assert!(!within([-1.0, 50.0, 1.0, 53.0], 1.1, 52.0));
+    }
+}

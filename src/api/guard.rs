@@ -1,0 +1,133 @@
+//! What every request passes: limits, CORS, the token, the parameters' names; and what every response carries.
+
+use axum::Router;
+use axum::body::Body;
+use axum::extract::rejection::RawPathParamsRejection;
+use axum::extract::{RawPathParams, Request, State};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
+use axum::middleware::{Next, from_fn_with_state};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{MethodFilter, on};
+
+use super::ApiState;
+use super::ask::{Answer, Ask, parse_query};
+use super::auth;
+use super::problem::Problem;
+use super::routes::{ROUTES, Route};
+use super::server::Peer;
+
+/// Octets of a request's body; no route reads one.
+const BODY: u64 = 64 * 1024;
+/// Octets of the path and its parameters.
+const URI: usize = 8 * 1024;
+
+/// All routes over that state.
+pub fn router(state: ApiState) -> Router {
+    let mut router = Router::new();
+    for route in ROUTES {
+        let method = if route.post { MethodFilter::POST } else { MethodFilter::GET };
+        let handler = move |State(state): State<ApiState>, id, request: Request| async move {
+            answer(route, state, id, &request).unwrap_or_else(IntoResponse::into_response)
+        };
+        router = router.route(route.path, on(method, handler));
+    }
+    router
+        .merge(super::page::files())
+        .fallback(async || Problem::not_found("nothing is here; /openapi.json lists what there is"))
+        .method_not_allowed_fallback(async || {
+            Problem::new(
+                StatusCode::METHOD_NOT_ALLOWED,
+                "this path does not take this method; Allow says which",
+            )
+        })
+        .layer(from_fn_with_state(state.clone(), guard))
+        .with_state(state)
+}
+
+fn answer(
+    route: &Route,
+    state: ApiState,
+    id: Result<RawPathParams, RawPathParamsRejection>,
+    request: &Request,
+) -> Answer {
+    let id = id.map_err(|_| Problem::parameter("id", "an id is UTF-8, percent-encoded"))?;
+    let id = id.iter().next().map_or_else(String::new, |(_, id)| id.to_owned());
+    let query = request.uri().query().unwrap_or("");
+    let query = match route.parameters {
+        Some(_) => parse_query(query)?,
+        None => Vec::new(),
+    };
+    let peer = request.extensions().get::<Peer>().map(|peer| peer.0);
+    let ask = Ask { state, query, id, headers: request.headers().clone(), peer };
+    auth::check(&ask, route)?;
+    let known = route.parameters.unwrap_or(&[]);
+    if let Some((name, _)) = ask.query.iter().find(|(name, _)| known.iter().all(|known| known.name != name)) {
+        let names: Vec<_> = known.iter().map(|known| known.name).collect();
+        let rule = match names[..] {
+            [] => "this path takes no parameters".to_owned(),
+            _ => format!("there is no such parameter; there are {}", names.join(", ")),
+        };
+        return Err(Problem::parameter(name, rule));
+    }
+    (route.handler)(&ask)
+}
+
+async fn guard(State(state): State<ApiState>, request: Request, next: Next) -> Response {
+    let origin = request.headers().get(header::ORIGIN).filter(|origin| {
+        let known = |known: &String| known.as_bytes() == origin.as_bytes();
+        state.hub().config.http.cors.iter().any(known)
+    });
+    let origin = origin.cloned();
+    let preflight = request.method() == Method::OPTIONS
+        && request.headers().contains_key(header::ACCESS_CONTROL_REQUEST_METHOD);
+    let mut response = if let Some(problem) = too_much(&request) {
+        problem.into_response()
+    } else if preflight && origin.is_some() {
+        let mut response = Response::new(Body::empty());
+        *response.status_mut() = StatusCode::NO_CONTENT;
+        let headers = response.headers_mut();
+        headers.insert(header::ACCESS_CONTROL_ALLOW_METHODS, HeaderValue::from_static("GET, HEAD, POST"));
+        headers.insert(
+            header::ACCESS_CONTROL_ALLOW_HEADERS,
+            HeaderValue::from_static("authorization, if-none-match, last-event-id"),
+        );
+        headers.insert(header::ACCESS_CONTROL_MAX_AGE, HeaderValue::from_static("600"));
+        response
+    } else {
+        next.run(request).await
+    };
+    if !state.hub().config.http.cors.is_empty() {
+        response.headers_mut().append(header::VARY, HeaderValue::from_static("origin"));
+    }
+    if let Some(origin) = origin {
+        let headers = response.headers_mut();
+        headers.insert(header::ACCESS_CONTROL_ALLOW_ORIGIN, origin);
+        headers.insert(header::ACCESS_CONTROL_EXPOSE_HEADERS, HeaderValue::from_static("etag, retry-after"));
+    }
+    secure(response.headers_mut());
+    state.count_answer(response.status().as_u16());
+    response
+}
+
+fn too_much(request: &Request) -> Option<Problem> {
+    if request.uri().path_and_query().is_some_and(|text| text.as_str().len() > URI) {
+        return Some(Problem::new(StatusCode::URI_TOO_LONG, format!("a path has at most {URI} octets")));
+    }
+    let length = request.headers().get(header::CONTENT_LENGTH)?.to_str().ok()?;
+    let allowed = length.parse::<u64>().is_ok_and(|octets| octets <= BODY);
+    (!allowed)
+        .then(|| Problem::new(StatusCode::PAYLOAD_TOO_LARGE, format!("a body has at most {BODY} octets")))
+}
+
+/// The page loads nothing but from here, and nothing here is guessed at or framed.
+fn secure(headers: &mut HeaderMap) {
+    let fixed = [
+        (header::CONTENT_SECURITY_POLICY, "default-src 'self'; frame-ancestors 'none'; base-uri 'none'"),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (header::REFERRER_POLICY, "no-referrer"),
+        (HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
+    ];
+    for (name, value) in fixed {
+        headers.insert(name, HeaderValue::from_static(value));
+    }
+}

@@ -1,0 +1,170 @@
+//! `/metrics`: Prometheus text, written by hand: a line a number.
+
+use std::fmt::{Display, Write};
+
+use super::ask::{Answer, Ask, live};
+use crate::config::Config;
+use crate::live::{LineStatus, SensorState, Status};
+use crate::normalise::SensorIndex;
+
+const TEXT: &str = "text/plain; version=0.0.4; charset=utf-8";
+
+/// All numbers.
+pub fn text(ask: &Ask) -> Answer {
+    let state = &ask.state;
+    let hub = state.hub();
+    let mut out = Metrics::default();
+    out.family("utm_fusion_info", "gauge", "The running version");
+    out.sample(
+        "utm_fusion_info",
+        &[("version", env!("CARGO_PKG_VERSION")), ("site", &hub.config.site.name)],
+        1,
+    );
+    out.one("utm_fusion_start_time_seconds", "gauge", "When the service started", hub.started.as_seconds());
+    let latest = state.log().latest().1;
+    out.one(
+        "utm_fusion_slots_published_total",
+        "counter",
+        "Slots put out",
+        latest.as_ref().map_or(0, |s| s.frame.seq),
+    );
+    out.one("utm_fusion_tracks", "gauge", "Tracks in the latest slot", latest.map_or(0, |s| s.pieces.len()));
+    out.one("utm_fusion_streams", "gauge", "Open event streams", state.seats().taken());
+    out.family("utm_fusion_http_responses_total", "counter", "HTTP responses by status");
+    for (status, count) in state.answered() {
+        out.sample("utm_fusion_http_responses_total", &[("status", &status.to_string())], count);
+    }
+    if let Some(status) = hub.status() {
+        out.tally(&status, &hub.config);
+        out.sensors(&status);
+    }
+    Ok(live(TEXT, out.0))
+}
+
+#[derive(Default)]
+struct Metrics(String);
+
+impl Metrics {
+    fn family(&mut self, name: &str, kind: &str, help: &str) {
+        // Writing to memory does not fail.
+        let _ = writeln!(self.0, "# HELP {name} {help}.\n# TYPE {name} {kind}");
+    }
+
+    fn sample(&mut self, name: &str, labels: &[(&str, &str)], value: impl Display) {
+        let label = |(name, value): &(&str, &str)| {
+            let escaped = value.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n");
+            format!("{name}=\"{escaped}\"")
+        };
+        let labels: Vec<String> = labels.iter().map(label).collect();
+        let braces = if labels.is_empty() { String::new() } else { format!("{{{}}}", labels.join(",")) };
+        let _ = writeln!(self.0, "{name}{braces} {value}");
+    }
+
+    fn one(&mut self, name: &str, kind: &str, help: &str, value: impl Display) {
+        self.family(name, kind, help);
+        self.sample(name, &[], value);
+    }
+
+    fn tally(&mut self, status: &Status, config: &Config) {
+        let tally = &status.tally;
+        let name =
+            |index: SensorIndex| config.sensors.get(usize::from(index.0)).map_or("", |s| s.id.as_str());
+        for (metric, help, value) in [
+            ("utm_fusion_datagrams_received_total", "Datagrams received", tally.received),
+            ("utm_fusion_received_bytes_total", "Octets received", tally.octets),
+            ("utm_fusion_datagrams_duplicate_total", "Datagrams that came twice", tally.duplicates),
+            ("utm_fusion_several_records_total", "CAT129 blocks with several records", tally.several_records),
+            ("utm_fusion_restarts_total", "Fresh starts after a silence", tally.restarts),
+            ("utm_fusion_clock_behind_total", "Steps back of the clock of reception", tally.clock_behind),
+            ("utm_fusion_failed_sends_total", "Datagrams that could not be sent", status.failed_sends),
+        ] {
+            self.one(metric, "counter", help, value);
+        }
+        self.family("utm_fusion_faults_total", "counter", "Unreadable blocks and records");
+        for ((category, reason), count) in &tally.faults {
+            let category = category.map_or_else(String::new, |category| format!("{category:03}"));
+            self.sample("utm_fusion_faults_total", &[("category", &category), ("reason", reason)], count);
+        }
+        self.family("utm_fusion_blocks_skipped_total", "counter", "Blocks of categories that are not used");
+        for (category, count) in &tally.skipped {
+            self.sample("utm_fusion_blocks_skipped_total", &[("category", &format!("{category:03}"))], count);
+        }
+        self.family("utm_fusion_reports_accepted_total", "counter", "Reports taken");
+        for (&sensor, count) in &tally.accepted {
+            self.sample("utm_fusion_reports_accepted_total", &[("sensor", name(sensor))], count);
+        }
+        self.family("utm_fusion_service_messages_total", "counter", "Service messages of radars");
+        for (&sensor, count) in &tally.service {
+            self.sample("utm_fusion_service_messages_total", &[("sensor", name(sensor))], count);
+        }
+        self.family("utm_fusion_records_refused_total", "counter", "Records that gave no report");
+        for ((sensor, reason), count) in &tally.refused {
+            let labels = [("sensor", sensor.map_or("", name)), ("reason", *reason)];
+            self.sample("utm_fusion_records_refused_total", &labels, count);
+        }
+        let unknown: u64 = tally.unknown_sources.values().sum();
+        self.one(
+            "utm_fusion_records_unknown_source_total",
+            "counter",
+            "Records of no configured sensor",
+            unknown,
+        );
+        if let Some(quantiles) = status.lateness_s {
+            self.family(
+                "utm_fusion_lateness_seconds",
+                "gauge",
+                "From a slot's time to its publication, last minutes",
+            );
+            for (quantile, seconds) in ["0.5", "0.95", "0.99"].into_iter().zip(quantiles) {
+                self.sample("utm_fusion_lateness_seconds", &[("quantile", quantile)], seconds);
+            }
+        }
+    }
+
+    fn sensors(&mut self, status: &Status) {
+        self.family("utm_fusion_sensor_state", "gauge", "0 outage, 1 degraded, 2 operational");
+        for sensor in &status.sensors {
+            let state = match sensor.state {
+                SensorState::Outage => 0,
+                SensorState::Degraded => 1,
+                SensorState::Operational => 2,
+            };
+            self.sample("utm_fusion_sensor_state", &[("sensor", &sensor.id)], state);
+        }
+        self.family("utm_fusion_sensor_rate_hertz", "gauge", "Reports a second over the last 10 s");
+        for sensor in &status.sensors {
+            self.sample("utm_fusion_sensor_rate_hertz", &[("sensor", &sensor.id)], sensor.rate_hz);
+        }
+        self.family("utm_fusion_sensor_clock_offset_seconds", "gauge", "Least delay of the last reports");
+        for sensor in &status.sensors {
+            if let Some(offset_s) = sensor.clock_offset_s {
+                self.sample("utm_fusion_sensor_clock_offset_seconds", &[("sensor", &sensor.id)], offset_s);
+            }
+        }
+        // Sensors may share a line: each line once.
+        let mut lines: Vec<&LineStatus> = status.sensors.iter().flat_map(|sensor| &sensor.lines).collect();
+        lines.sort_by(|a, b| a.name.cmp(&b.name));
+        lines.dedup_by(|a, b| a.name == b.name);
+        type Count = fn(&LineStatus) -> u64;
+        let counts: [(&str, &str, &str, Count); 6] = [
+            ("utm_fusion_line_joined", "gauge", "Whether the line is open", |line| u64::from(line.joined)),
+            ("utm_fusion_line_received_total", "counter", "Datagrams", |line| line.received),
+            ("utm_fusion_line_duplicate_total", "counter", "Copies of another line's", |line| {
+                line.duplicates
+            }),
+            ("utm_fusion_line_foreign_total", "counter", "Datagrams of other hosts", |line| line.foreign),
+            ("utm_fusion_line_queue_full_total", "counter", "Datagrams lost in the queue", |line| {
+                line.queue_full
+            }),
+            ("utm_fusion_line_kernel_dropped_total", "counter", "Datagrams lost in the kernel", |line| {
+                line.kernel_dropped
+            }),
+        ];
+        for (name, kind, help, count) in counts {
+            self.family(name, kind, help);
+            for line in &lines {
+                self.sample(name, &[("line", &line.name)], count(line));
+            }
+        }
+    }
+}

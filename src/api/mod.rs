@@ -1,0 +1,246 @@
+//! The HTTP/JSON API: the picture, the stream of it, the state of everything; `docs/API.md` describes it.
+//!
+//! ```text
+//! Hub ──► Keeper (one task) ──► Log: the last events, their octets made once ──► readers, each at its own place
+//!                                └─ the latest slot ──► routes
+//! ```
+//!
+//! [`routes`] is the one table that both the router and the OpenAPI document are made of.
+
+mod ask;
+mod auth;
+mod endings;
+mod filter;
+mod guard;
+mod keeper;
+mod log;
+mod metrics;
+mod openapi;
+mod page;
+mod problem;
+mod readsb;
+pub mod routes;
+mod seats;
+mod server;
+mod service;
+mod shown;
+mod sites;
+mod stream;
+mod tracks;
+mod uss;
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use tokio::sync::watch;
+use tokio::time::Instant;
+
+use crate::areas::{AreaError, polygons_of};
+use crate::config::Auth;
+use crate::live::{Hub, SensorStatus};
+use crate::time::Time;
+use auth::{Tickets, Tokens};
+use keeper::{Alert, Keeper};
+use log::Log;
+use seats::Seats;
+
+pub use guard::router;
+pub use problem::Problem;
+pub use server::serve;
+
+/// Where the service says no. The defaults let a load test from one address through.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Open streams.
+    pub streams: usize,
+    /// Open streams from one address.
+    pub streams_per_address: usize,
+    /// Open connections.
+    pub connections: usize,
+    /// A connection that has not sent a request's headers by then is closed.
+    pub header_timeout: Duration,
+    /// Tells the time.
+    pub clock: fn() -> Time,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            streams: 2_000,
+            streams_per_address: 1_200,
+            connections: 4_000,
+            header_timeout: Duration::from_secs(10),
+            clock: crate::live::now,
+        }
+    }
+}
+
+/// Why the API cannot start.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum StartError {
+    /// A file of `[[areas]]`.
+    #[error(transparent)]
+    Area(#[from] AreaError),
+    /// The tokens.
+    #[error("{}: {problem}", file.display())]
+    Tokens {
+        /// Their file.
+        file: PathBuf,
+        /// What is wrong with it, and what to do.
+        problem: String,
+    },
+}
+
+/// What all requests share; cheap to clone.
+#[derive(Clone)]
+pub struct ApiState(Arc<Inner>);
+
+struct Inner {
+    hub: Hub,
+    options: Options,
+    log: Log,
+    /// GeoJSON of the configured areas.
+    areas: Vec<u8>,
+    alerts: Mutex<BTreeMap<String, Alert>>,
+    tokens: Option<Tokens>,
+    tickets: Tickets,
+    seats: Seats,
+    /// Responses by status.
+    answered: Mutex<BTreeMap<u16, u64>>,
+    /// When the last slot came.
+    slot_came: Mutex<Option<Instant>>,
+    closing: watch::Sender<bool>,
+}
+
+impl ApiState {
+    /// Reads what the configuration names, and begins to follow the hub; within a tokio runtime.
+    ///
+    /// # Errors
+    /// The file of an area or of the tokens cannot be used.
+    pub fn start(hub: Hub, options: Options) -> Result<Self, StartError> {
+        let tokens = match &hub.config.http.auth {
+            Auth::None => None,
+            Auth::Tokens { tokens_file } => Some(Tokens::load(tokens_file)?),
+        };
+        let mut areas = Vec::new();
+        for area in &hub.config.areas {
+            areas.push((area, polygons_of(area)?));
+        }
+        let (closing, closed) = watch::channel(false);
+        let state = Self(Arc::new(Inner {
+            areas: sites::areas_json(&areas),
+            log: Log::default(),
+            alerts: Mutex::default(),
+            tokens,
+            tickets: Tickets::default(),
+            seats: Seats::new(options.streams, options.streams_per_address),
+            answered: Mutex::default(),
+            slot_came: Mutex::default(),
+            closing,
+            hub,
+            options,
+        }));
+        tokio::spawn(Keeper::new(state.clone()).run(closed));
+        Ok(state)
+    }
+
+    /// Shows what is published by now, ends the streams with an event, and the connections after their answers.
+    pub fn close(&self) {
+        self.0.closing.send_replace(true);
+    }
+
+    fn hub(&self) -> &Hub {
+        &self.0.hub
+    }
+
+    fn options(&self) -> &Options {
+        &self.0.options
+    }
+
+    fn log(&self) -> &Log {
+        &self.0.log
+    }
+
+    fn seats(&self) -> &Seats {
+        &self.0.seats
+    }
+
+    fn now(&self) -> Time {
+        (self.0.options.clock)()
+    }
+
+    fn is_closing(&self) -> bool {
+        *self.0.closing.borrow()
+    }
+
+    /// Until [`ApiState::close`].
+    async fn closed(&self) {
+        // The sender lives as long as this does.
+        let _ = self.0.closing.subscribe().wait_for(|closing| *closing).await;
+    }
+
+    /// `<start>-<number>`: an event's id tells the runs of the service apart.
+    fn event_id(&self, number: u64) -> String {
+        format!("{}-{number}", self.start_ms())
+    }
+
+    /// The number in an event's id of this run.
+    fn number_of(&self, id: &str) -> Option<u64> {
+        let (start, number) = id.split_once('-')?;
+        (start.parse() == Ok(self.start_ms())).then(|| number.parse().ok())?
+    }
+
+    /// When the service started, milliseconds since the epoch.
+    fn start_ms(&self) -> i64 {
+        self.hub().started.nanos().div_euclid(1_000_000).max(0)
+    }
+
+    fn note_slot(&self) {
+        *self.0.slot_came.lock().unwrap_or_else(PoisonError::into_inner) = Some(Instant::now());
+    }
+
+    /// How long ago the last slot came.
+    fn slot_age(&self) -> Option<Duration> {
+        self.0.slot_came.lock().unwrap_or_else(PoisonError::into_inner).map(|came| came.elapsed())
+    }
+
+    /// Begins, changes or ends the alert of a sensor whose state changed.
+    fn set_alert(&self, sensor: &SensorStatus, at: Time) -> Option<Alert> {
+        let alert = Alert::of(sensor, at);
+        let mut alerts = self.0.alerts.lock().unwrap_or_else(PoisonError::into_inner);
+        match &alert {
+            Some(alert) => alerts.insert(sensor.id.clone(), alert.clone()),
+            None => alerts.remove(&sensor.id),
+        };
+        alert
+    }
+
+    /// The reasons change while the state stays.
+    fn update_alert(&self, sensor: &SensorStatus) {
+        let mut alerts = self.0.alerts.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(alert) = alerts.get_mut(&sensor.id) {
+            alert.reasons.clone_from(&sensor.reasons);
+        }
+    }
+
+    fn alerts(&self) -> BTreeMap<String, Alert> {
+        self.0.alerts.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    fn count_answer(&self, status: u16) {
+        *self.0.answered.lock().unwrap_or_else(PoisonError::into_inner).entry(status).or_default() += 1;
+    }
+
+    fn answered(&self) -> BTreeMap<u16, u64> {
+        self.0.answered.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+impl fmt::Debug for ApiState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("ApiState").field("streams", &self.seats().taken()).finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,99 @@
+//! `/openapi.json`: OpenAPI 3.1 made of the table of routes.
+
+use axum::http::StatusCode;
+use serde_json::{Map, Value, json};
+
+use super::ask::{Answer, Ask, JSON, json};
+use super::routes::{ROUTES, Route};
+
+/// The document.
+pub fn document(ask: &Ask) -> Answer {
+    let mut paths = Map::new();
+    for route in ROUTES {
+        let method = if route.post { "post" } else { "get" };
+        let path = paths.entry(route.path).or_insert_with(|| json!({}));
+        path[method] = operation(route);
+    }
+    let mut document = json!({
+        "openapi": "3.1.0",
+        "info": {
+            "title": "utm-fusion",
+            "version": env!("CARGO_PKG_VERSION"),
+            "description": "One air picture of drone traffic. Metres, metres a second, degrees true, RFC 3339 UTC; what is unknown is left out.",
+            "license": { "name": "MIT OR Apache-2.0", "identifier": "MIT OR Apache-2.0" },
+        },
+        "servers": [{ "url": "/" }],
+        "paths": paths,
+        "components": {
+            "schemas": { "Problem": problem() },
+            "securitySchemes": { "token": { "type": "http", "scheme": "bearer" } },
+        },
+    });
+    if ask.state.needs_token() {
+        document["info"]["description"] =
+            json!("One air picture of drone traffic. This service asks for a bearer token.");
+    }
+    json(JSON, &document)
+}
+
+fn operation(route: &Route) -> Value {
+    let mut parameters: Vec<Value> = Vec::new();
+    if route.path.contains("{id}") {
+        let schema = json!({ "type": "string" });
+        parameters.push(json!({ "name": "id", "in": "path", "required": true, "schema": schema }));
+    }
+    for parameter in route.parameters.unwrap_or(&[]) {
+        parameters.push(json!({
+            "name": parameter.name,
+            "in": "query",
+            "required": parameter.name == "view",
+            "description": parameter.description,
+            "schema": { "type": parameter.kind },
+        }));
+    }
+    let mut responses = Map::new();
+    let schema = if route.content_type.contains("json") {
+        json!({ "type": "object" })
+    } else {
+        json!({ "type": "string" })
+    };
+    responses.insert(
+        "200".to_owned(),
+        json!({ "description": route.summary, "content": { route.content_type: { "schema": schema } } }),
+    );
+    let guarded: &[u16] = if route.scope.is_some() { &[401, 403] } else { &[] };
+    let refusing: &[u16] = if route.parameters.is_some() { &[400] } else { &[] };
+    for &status in refusing.iter().chain(guarded).chain(route.problems) {
+        let text =
+            StatusCode::from_u16(status).ok().and_then(|status| status.canonical_reason()).unwrap_or("");
+        let mut response = json!({ "description": text });
+        if status != 304 {
+            let schema = json!({ "$ref": "#/components/schemas/Problem" });
+            response["content"] = json!({ "application/problem+json": { "schema": schema } });
+        }
+        responses.insert(status.to_string(), response);
+    }
+    let mut operation = json!({ "summary": route.summary, "parameters": parameters, "responses": responses });
+    if let Some(scope) = route.scope {
+        operation["security"] = json!([{}, { "token": [] }]);
+        operation["description"] = json!(format!("With tokens in force: scope {}.", scope.name()));
+    }
+    operation
+}
+
+fn problem() -> Value {
+    json!({
+        "type": "object",
+        "description": "RFC 9457",
+        "required": ["type", "title", "status", "detail"],
+        "properties": {
+            "type": { "type": "string" },
+            "title": { "type": "string" },
+            "status": { "type": "integer" },
+            "detail": { "type": "string" },
+            "parameter": { "type": "string", "description": "the parameter at fault" },
+            "reasons": { "type": "array", "items": { "type": "string" } },
+            "retry_after_s": { "type": "integer" },
+        },
+    })
+}

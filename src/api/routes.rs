@@ -1,0 +1,219 @@
+//! Every route, once: the router and the OpenAPI document are both made of this table.
+
+use super::ask::{Answer, Ask};
+use super::auth::{Scope, open_ticket};
+use super::{metrics, openapi, page, readsb, service, sites, stream, tracks, uss};
+
+/// A path and what is done there.
+#[derive(Clone, Copy, Debug)]
+pub struct Route {
+    /// With `{id}` where a part is free.
+    pub path: &'static str,
+    /// `GET` (then also `HEAD`) or `POST`.
+    pub post: bool,
+    /// One line for the document.
+    pub summary: &'static str,
+    /// The parameters behind the `?`, which are then the only ones; `None`: whatever stands there is ignored.
+    pub parameters: Option<&'static [Parameter]>,
+    /// What a token needs; `None`: open to everybody.
+    pub scope: Option<Scope>,
+    /// The type of the answer.
+    pub content_type: &'static str,
+    /// Statuses beside 200, 400, 401, 403 and 405.
+    pub problems: &'static [u16],
+    /// What answers.
+    pub(super) handler: fn(&Ask) -> Answer,
+}
+
+/// A parameter of a query.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameter {
+    /// Its name.
+    pub name: &'static str,
+    /// `string`, `number` or `integer`.
+    pub kind: &'static str,
+    /// What it does.
+    pub description: &'static str,
+}
+
+const fn parameter(name: &'static str, kind: &'static str, description: &'static str) -> Parameter {
+    Parameter { name, kind, description }
+}
+
+const FILTER: [Parameter; 7] = [
+    parameter(
+        "bbox",
+        "string",
+        "lon_min,lat_min,lon_max,lat_max, degrees; lon_min above lon_max spans the antimeridian",
+    ),
+    parameter("source", "string", "of fused, radar, transponder, separated by commas"),
+    parameter("sensor", "string", "ids of sensors that took part, separated by commas"),
+    parameter(
+        "alt_min",
+        "number",
+        "least height above mean sea level, metres; a track of unknown height is left out",
+    ),
+    parameter(
+        "alt_max",
+        "number",
+        "greatest height above mean sea level, metres; a track of unknown height is left out",
+    ),
+    parameter("ids", "string", "ids of tracks, separated by commas"),
+    parameter("limit", "integer", "tracks at most, 1 to 10000"),
+];
+
+const STREAM: [Parameter; 9] = {
+    let [a, b, c, d, e, f, g] = FILTER;
+    let interval =
+        parameter("interval_ms", "integer", "between two tracks events, 250 to 10000; default: each slot");
+    let ticket = parameter("ticket", "string", "from POST /api/v1/stream-tickets, for browsers");
+    [a, b, c, d, e, f, g, interval, ticket]
+};
+
+const VIEW: [Parameter; 2] = [
+    parameter("view", "string", "lat1,lng1,lat2,lng2: two corners, degrees; at most 7 km apart"),
+    parameter("recent_positions_duration", "number", "seconds, 0 to 60; recent positions are not given"),
+];
+
+const GET: Route = Route {
+    path: "",
+    post: false,
+    summary: "",
+    parameters: Some(&[]),
+    scope: Some(Scope::Read),
+    content_type: "application/json",
+    problems: &[],
+    handler: service::health,
+};
+
+const GEO_JSON: &str = "application/geo+json";
+
+/// All routes.
+pub const ROUTES: &[Route] = &[
+    Route {
+        path: "/api/v1/tracks",
+        summary: "The picture: a GeoJSON FeatureCollection, with a weak ETag",
+        parameters: Some(&FILTER),
+        content_type: GEO_JSON,
+        problems: &[304],
+        handler: tracks::all,
+        ..GET
+    },
+    Route {
+        path: "/api/v1/tracks/{id}",
+        summary: "One track with its contributors",
+        content_type: GEO_JSON,
+        problems: &[404],
+        handler: tracks::one,
+        ..GET
+    },
+    Route {
+        path: "/api/v1/stream",
+        summary: "Server-Sent Events: snapshot, tracks, ended, sensor, alert, heartbeat, resync, closed",
+        parameters: Some(&STREAM),
+        scope: Some(Scope::Stream),
+        content_type: "text/event-stream",
+        problems: &[429, 503],
+        handler: stream::open,
+        ..GET
+    },
+    Route {
+        path: "/api/v1/stream-tickets",
+        post: true,
+        summary: "A ticket that opens one stream within 30 s",
+        scope: Some(Scope::Stream),
+        problems: &[413, 429],
+        handler: open_ticket,
+        ..GET
+    },
+    Route {
+        path: "/api/v1/sensors",
+        summary: "The sensors with their state; sources that are heard and not configured",
+        content_type: GEO_JSON,
+        handler: sites::sensors,
+        ..GET
+    },
+    Route {
+        path: "/api/v1/status",
+        summary: "Health with reasons, latency, counters",
+        handler: service::status,
+        ..GET
+    },
+    Route { path: "/api/v1/info", summary: "Version, site and settings", handler: service::info, ..GET },
+    Route {
+        path: "/api/v1/coverage",
+        summary: "How far the radars see, as polygons",
+        content_type: GEO_JSON,
+        handler: sites::coverage,
+        ..GET
+    },
+    Route {
+        path: "/api/v1/areas",
+        summary: "The configured areas",
+        content_type: GEO_JSON,
+        handler: sites::areas,
+        ..GET
+    },
+    Route { path: "/api/v1/alerts", summary: "What is wrong now", handler: sites::alerts, ..GET },
+    Route {
+        path: "/api/v1/conflicts",
+        summary: "Conflicts between tracks; not computed in the reference profile: always empty",
+        handler: sites::conflicts,
+        ..GET
+    },
+    Route {
+        path: "/data/aircraft.json",
+        summary: "The picture as readsb serves it",
+        parameters: None,
+        handler: readsb::aircraft,
+        ..GET
+    },
+    Route {
+        path: "/data/receiver.json",
+        summary: "The site as readsb serves it",
+        parameters: None,
+        handler: readsb::receiver,
+        ..GET
+    },
+    Route {
+        path: "/uss/flights",
+        summary: "ASTM F3411-22a display data: flights that identify themselves, in a view",
+        parameters: Some(&VIEW),
+        problems: &[413],
+        handler: uss::flights,
+        ..GET
+    },
+    Route {
+        path: "/uss/flights/{id}/details",
+        summary: "ASTM F3411-22a display data: who a flight is",
+        problems: &[404],
+        handler: uss::details,
+        ..GET
+    },
+    Route { path: "/healthz", summary: "The process is alive", scope: None, handler: service::health, ..GET },
+    Route {
+        path: "/readyz",
+        summary: "Lines are joined and slots are put out",
+        scope: None,
+        problems: &[503],
+        handler: service::ready,
+        ..GET
+    },
+    Route {
+        path: "/metrics",
+        summary: "Prometheus text",
+        content_type: "text/plain; version=0.0.4; charset=utf-8",
+        handler: metrics::text,
+        ..GET
+    },
+    Route { path: "/openapi.json", summary: "This document", scope: None, handler: openapi::document, ..GET },
+    Route {
+        path: "/",
+        summary: "The page",
+        parameters: None,
+        scope: None,
+        content_type: "text/html; charset=utf-8",
+        handler: page::index,
+        ..GET
+    },
+];

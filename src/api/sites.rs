@@ -1,0 +1,242 @@
+//! What stands on the ground: sensors, how far they see, areas; and what is wrong with them.
+
+use std::f64::consts::TAU;
+
+use serde_json::{Value, json};
+
+use super::ask::{Answer, Ask, GEO_JSON, JSON, json, live};
+use super::keeper::alert_json;
+use crate::config::{Area, AreaKind, Radar, Sensor, SensorKind};
+use crate::json::rounded;
+use crate::live::{LineStatus, SensorStatus};
+
+/// Corners of a circle.
+const CORNERS: usize = 72;
+/// Mean radius of the Earth, metres: to draw circles, not to measure.
+const EARTH_M: f64 = 6_371_008.8;
+
+/// `/api/v1/sensors`.
+pub fn sensors(ask: &Ask) -> Answer {
+    let hub = ask.state.hub();
+    let status = hub.status();
+    let feature = |(index, sensor): (usize, &Sensor)| {
+        let geometry = match &sensor.kind {
+            SensorKind::Radar(radar) => {
+                let undulation_m = hub.maker.geoid_undulation_m();
+                let place =
+                    [radar.longitude_deg, radar.latitude_deg, rounded(radar.height_amsl_m + undulation_m, 3)];
+                json!({ "type": "Point", "coordinates": place })
+            }
+            SensorKind::Transponder(_) => Value::Null,
+        };
+        let state = status.as_ref().and_then(|status| status.sensors.get(index));
+        let properties = match state {
+            Some(state) => sensor_properties(sensor, state),
+            None => json!({ "id": sensor.id, "kind": kind(sensor) }),
+        };
+        json!({ "type": "Feature", "id": sensor.id, "geometry": geometry, "properties": properties })
+    };
+    let features: Vec<Value> = hub.config.sensors.iter().enumerate().map(feature).collect();
+    let unknown = status.iter().flat_map(|status| &status.unknown).map(|unknown| {
+        json!({
+            "category": unknown.category,
+            "sac": unknown.source.sac,
+            "sic": unknown.source.sic,
+            "own": unknown.own,
+            "records": unknown.records,
+            "last_seen": unknown.last_seen.to_string(),
+        })
+    });
+    let unknown: Vec<Value> = unknown.collect();
+    let mut collection = json!({ "type": "FeatureCollection", "unknown": unknown, "features": features });
+    if let Some(status) = &status {
+        collection["time"] = json!(status.at.to_string());
+    }
+    json(GEO_JSON, &collection)
+}
+
+fn kind(sensor: &Sensor) -> &'static str {
+    match sensor.kind {
+        SensorKind::Radar(_) => "radar",
+        SensorKind::Transponder(_) => "transponder",
+    }
+}
+
+/// A sensor as it is; what is unknown is left out.
+pub(super) fn sensor_properties(sensor: &Sensor, status: &SensorStatus) -> Value {
+    let line = |line: &LineStatus| {
+        let mut json = json!({
+            "name": line.name,
+            "joined": line.joined,
+            "received": line.received,
+            "duplicates": line.duplicates,
+            "foreign": line.foreign,
+            "queue_full": line.queue_full,
+            "kernel_dropped": line.kernel_dropped,
+        });
+        if let Some(last) = line.last_received {
+            json["last_received"] = json!(last.to_string());
+        }
+        json
+    };
+    let lines: Vec<Value> = status.lines.iter().map(line).collect();
+    let mut properties = json!({
+        "id": status.id,
+        "kind": kind(sensor),
+        "sac": sensor.sac,
+        "sic": sensor.sic,
+        "state": status.state.name(),
+        "reasons": status.reasons,
+        "rate_hz": rounded(status.rate_hz, 3),
+        "accepted": status.accepted,
+        "refused": status.refused,
+        "lines": lines,
+    });
+    if let Some(last) = status.last_seen {
+        properties["last_seen"] = json!(last.to_string());
+    }
+    if let Some(offset_s) = status.clock_offset_s {
+        properties["clock_offset_s"] = json!(rounded(offset_s, 3));
+    }
+    properties
+}
+
+/// `/api/v1/coverage`.
+pub fn coverage(ask: &Ask) -> Answer {
+    let circle = |(sensor, radar): (&Sensor, &Radar)| {
+        let range_m = radar.max_range_m?;
+        Some(json!({
+            "type": "Feature",
+            "id": sensor.id,
+            "geometry": circle_geometry(radar.longitude_deg, radar.latitude_deg, range_m),
+            "properties": { "sensor": sensor.id, "max_range_m": range_m },
+        }))
+    };
+    let features: Vec<Value> = ask.state.hub().config.radars().filter_map(circle).collect();
+    json(GEO_JSON, &json!({ "type": "FeatureCollection", "features": features }))
+}
+
+/// A circle on the sphere, counterclockwise, cut at the antimeridian; one around a pole is not drawn.
+fn circle_geometry(longitude_deg: f64, latitude_deg: f64, radius_m: f64) -> Value {
+    let (latitude, angle) = (latitude_deg.to_radians(), radius_m / EARTH_M);
+    if latitude.abs() + angle >= TAU / 4.0 {
+        return Value::Null;
+    }
+    let corner = |number: usize| {
+        // Against the clock, from north by west.
+        let bearing = -TAU * number as f64 / CORNERS as f64;
+        let north = latitude.sin() * angle.cos() + latitude.cos() * angle.sin() * bearing.cos();
+        let east = (bearing.sin() * angle.sin() * latitude.cos())
+            .atan2(angle.cos() - latitude.sin() * north.clamp(-1.0, 1.0));
+        [longitude_deg + east.to_degrees(), north.clamp(-1.0, 1.0).asin().to_degrees()]
+    };
+    let ring: Vec<[f64; 2]> = (0..CORNERS).map(corner).collect();
+    // West of -180, inside, and east of 180: each moved into the map.
+    let parts = [(-540.0, -180.0, 360.0), (-180.0, 180.0, 0.0), (180.0, 540.0, -360.0)];
+    let part = |(west, east, shift): (f64, f64, f64)| {
+        let cut = cut(&cut(&ring, west, 1.0), east, -1.0);
+        let mut moved: Vec<[f64; 2]> =
+            cut.iter().map(|&[lng, lat]| [rounded(lng + shift, 7), rounded(lat, 7)]).collect();
+        moved.dedup();
+        let first = *moved.first()?;
+        moved.push(first);
+        (moved.len() > 3).then_some(moved)
+    };
+    let mut rings: Vec<Vec<[f64; 2]>> = parts.into_iter().filter_map(part).collect();
+    if rings.len() == 1 {
+        return json!({ "type": "Polygon", "coordinates": [rings.remove(0)] });
+    }
+    let polygons: Vec<_> = rings.into_iter().map(|ring| [ring]).collect();
+    json!({ "type": "MultiPolygon", "coordinates": polygons })
+}
+
+/// The part of a convex ring that is east (`side` 1) or west (-1) of a meridian.
+fn cut(ring: &[[f64; 2]], meridian: f64, side: f64) -> Vec<[f64; 2]> {
+    let mut kept = Vec::new();
+    for (index, &here) in ring.iter().enumerate() {
+        let before = ring[(index + ring.len() - 1) % ring.len()];
+        let inside = |place: [f64; 2]| (place[0] - meridian) * side >= 0.0;
+        if inside(here) != inside(before) {
+            let share = (meridian - before[0]) / (here[0] - before[0]);
+            kept.push([meridian, before[1] + share * (here[1] - before[1])]);
+        }
+        if inside(here) {
+            kept.push(here);
+        }
+    }
+    kept
+}
+
+/// `/api/v1/areas`.
+pub fn areas(ask: &Ask) -> Answer {
+    Ok(live(GEO_JSON, ask.state.0.areas.clone()))
+}
+
+/// The areas, which do not change, as GeoJSON.
+pub(super) fn areas_json(areas: &[(&Area, Vec<geo::MultiPolygon>)]) -> Vec<u8> {
+    let feature = |(area, polygon): (&Area, &geo::MultiPolygon)| {
+        let (kind, sensor) = match &area.kind {
+            AreaKind::Mask => ("mask", None),
+            AreaKind::Coverage { sensor } => ("coverage", Some(sensor)),
+            AreaKind::Alert => ("alert", None),
+        };
+        let mut properties = json!({ "kind": kind });
+        // Of the path only the name: where files lie is nobody's business.
+        if let Some(name) = area.file.file_stem().and_then(|name| name.to_str()) {
+            properties["name"] = json!(name);
+        }
+        if let Some(sensor) = sensor {
+            properties["sensor"] = json!(sensor);
+        }
+        let geometry = geojson::Geometry::new((polygon).into());
+        json!({ "type": "Feature", "geometry": geometry, "properties": properties })
+    };
+    let all = areas.iter().flat_map(|(area, polygons)| polygons.iter().map(move |polygon| (*area, polygon)));
+    let features: Vec<Value> = all.map(feature).collect();
+    json!({ "type": "FeatureCollection", "features": features }).to_string().into_bytes()
+}
+
+/// `/api/v1/alerts`: of sensors; alerts of areas are to come, with another `kind`.
+pub fn alerts(ask: &Ask) -> Answer {
+    let now = ask.state.now();
+    let alerts = ask.state.alerts();
+    let alerts: Vec<Value> =
+        alerts.iter().map(|(sensor, alert)| alert_json(sensor, Some(alert), now)).collect();
+    json(JSON, &json!({ "time": now.to_string(), "alerts": alerts }))
+}
+
+/// `/api/v1/conflicts`.
+pub fn conflicts(ask: &Ask) -> Answer {
+    json(JSON, &json!({ "time": ask.state.now().to_string(), "computed": false, "conflicts": [] }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn area(ring: &Value) -> f64 {
+        let ring = ring.as_array().unwrap();
+        assert_eq!(ring.first(), ring.last());
+        let at = |index: usize, axis: usize| ring[index][axis].as_f64().unwrap();
+        (1..ring.len()).map(|i| at(i - 1, 0) * at(i, 1) - at(i, 0) * at(i - 1, 1)).sum::<f64>() / 2.0
+    }
+
+    #[test]
+    fn circles_are_right_handed_and_cut_at_the_antimeridian() {
+        let plain = circle_geometry(-0.588, 52.5, 5_000.0);
+        assert_eq!(plain["coordinates"][0].as_array().unwrap().len(), CORNERS + 1);
+        assert!(area(&plain["coordinates"][0]) > 0.0);
+        for longitude_deg in [179.99, -179.99] {
+            let cut = circle_geometry(longitude_deg, -17.0, 5_000.0);
+            let polygons = cut["coordinates"].as_array().unwrap();
+            assert_eq!(polygons.len(), 2);
+            for polygon in polygons {
+                assert!(area(&polygon[0]) > 0.0);
+                for place in polygon[0].as_array().unwrap() {
+                    assert!(place[0].as_f64().unwrap().abs() <= 180.0);
+                }
+            }
+        }
+        assert_eq!(circle_geometry(0.0, 90.0, 5_000.0), Value::Null);
+    }
+}

@@ -1,0 +1,220 @@
+//! `GET /api/v1/stream`: Server-Sent Events.
+//!
+//! A reader is a place in the log and nothing else: no task, no queue. Its next event is looked for when its connection
+//! can take it, so one that does not read costs the others nothing, and is told to begin anew when it comes back.
+
+use std::collections::{HashSet, VecDeque};
+use std::convert::Infallible;
+use std::sync::Arc;
+
+use axum::body::{Body, Bytes};
+use axum::http::{HeaderName, HeaderValue, StatusCode};
+use axum::response::Response;
+use futures_util::stream;
+use serde_json::json;
+use tokio::sync::watch;
+
+use super::ApiState;
+use super::ask::{Answer, Ask, with_type};
+use super::endings::{Endings, ended_event, event};
+use super::filter::Filter;
+use super::log::{Event, Next};
+use super::problem::Problem;
+use super::seats::Seat;
+use super::shown::{Piece, Shown, nothing_yet};
+use crate::time::Time;
+
+const INTERVAL: &str = "a whole number of milliseconds, 250 to 10000";
+
+/// Opens a stream.
+pub fn open(ask: &Ask) -> Answer {
+    let filter = Filter::of(ask)?;
+    let interval_ms = ask.value("interval_ms", INTERVAL, |ms: &i64| (250..=10_000).contains(ms))?;
+    let state = ask.state.clone();
+    if state.is_closing() {
+        return Err(Problem::unavailable("the service stops", Vec::new()));
+    }
+    let seat = state.seats().take(ask.peer).ok_or_else(|| {
+        Problem::new(StatusCode::TOO_MANY_REQUESTS, "too many streams are open, in all or from this address")
+            .retry_after_s(5)
+    })?;
+    let resume = ask.header("last-event-id").and_then(|id| state.number_of(id));
+    let reader = Reader::new(state, filter, interval_ms, resume, seat);
+    let events = stream::unfold(reader, async |mut reader| {
+        let octets = reader.next().await?;
+        Some((Ok::<_, Infallible>(octets), reader))
+    });
+    let mut response: Response = with_type("text/event-stream", "no-store", Body::from_stream(events));
+    let unbuffered = (HeaderName::from_static("x-accel-buffering"), HeaderValue::from_static("no"));
+    response.headers_mut().extend([unbuffered]);
+    Ok(response)
+}
+
+struct Reader {
+    state: ApiState,
+    filter: Filter,
+    /// Shortest time between two `tracks` events; `None`: each slot.
+    interval_ns: Option<i64>,
+    /// Number of the last event that was looked at.
+    place: u64,
+    news: watch::Receiver<u64>,
+    /// What was shown, where not everything is.
+    endings: Endings,
+    /// Slots that wait for their interval to end, and the time of the last slot that was sent.
+    waiting: Vec<Arc<Shown>>,
+    sent: Option<Time>,
+    out: VecDeque<Bytes>,
+    closed: bool,
+    /// Given back when the connection ends.
+    _seat: Seat,
+}
+
+impl Reader {
+    fn new(
+        state: ApiState,
+        filter: Filter,
+        interval_ms: Option<i64>,
+        resume: Option<u64>,
+        seat: Seat,
+    ) -> Self {
+        let mut reader = Self {
+            news: state.log().watch(),
+            place: 0,
+            endings: Endings::default(),
+            waiting: Vec::new(),
+            sent: None,
+            out: VecDeque::new(),
+            closed: false,
+            interval_ns: interval_ms.map(|ms| ms * 1_000_000),
+            state,
+            filter,
+            _seat: seat,
+        };
+        match resume.filter(|&place| !matches!(reader.state.log().after(place), Next::Forgotten)) {
+            Some(place) => {
+                reader.place = place;
+                for shown in reader.state.log().slots_until(place) {
+                    reader.note(&shown);
+                    reader.sent = Some(shown.time());
+                }
+            }
+            None => reader.begin(),
+        }
+        reader
+    }
+
+    /// Everything as it is now.
+    fn begin(&mut self) {
+        let (last, latest) = self.state.log().latest();
+        self.place = last;
+        self.endings = Endings::default();
+        self.waiting.clear();
+        let collection = match &latest {
+            Some(shown) => {
+                self.sent = Some(shown.time());
+                self.note(shown);
+                shown.filtered(&self.filter)
+            }
+            None => nothing_yet(&self.state.hub().config.site.name),
+        };
+        self.push("snapshot", &collection);
+    }
+
+    /// The next octets; `None` at the end.
+    async fn next(&mut self) -> Option<Bytes> {
+        loop {
+            if let Some(octets) = self.out.pop_front() {
+                return Some(octets);
+            }
+            if self.closed {
+                return None;
+            }
+            self.news.borrow_and_update();
+            match self.state.log().after(self.place) {
+                Next::Event(event) => {
+                    self.place += 1;
+                    self.take(event);
+                }
+                Next::Nothing => self.news.changed().await.ok()?,
+                Next::Forgotten => self.resync("this connection was too slow; what it missed is forgotten"),
+            }
+        }
+    }
+
+    fn take(&mut self, event: Event) {
+        match event {
+            Event::Slot(shown) => self.slot(shown),
+            // Where not everything is shown, what ended is found out by itself.
+            Event::Ended(octets) if self.filter.is_all() => {
+                self.flush();
+                self.out.push_back(octets);
+            }
+            Event::Ended(_) => {}
+            Event::Told(octets) => self.out.push_back(octets),
+            Event::Lost => self.resync("the service was too slow; slots are missing"),
+            Event::Closed(octets) => {
+                self.flush();
+                self.out.push_back(octets);
+                self.closed = true;
+            }
+        }
+    }
+
+    fn slot(&mut self, shown: Arc<Shown>) {
+        let time = shown.time();
+        let ended = self.note(&shown);
+        match self.interval_ns {
+            None if self.filter.is_all() => self.out.push_back(shown.event()),
+            None => {
+                let collection = shown.filtered(&self.filter);
+                self.push("tracks", &collection);
+            }
+            Some(interval_ns) => {
+                self.waiting.push(shown);
+                if self.sent.is_none_or(|sent| time.nanos() - sent.nanos() >= interval_ns) {
+                    self.flush();
+                }
+            }
+        }
+        if !ended.is_empty() {
+            self.flush();
+            let id = self.state.event_id(self.place);
+            self.out.push_back(ended_event(&id, time, &ended));
+        }
+    }
+
+    /// Sends what waits: each track as it was last.
+    fn flush(&mut self) {
+        let Some(newest) = self.waiting.last().cloned() else { return };
+        self.sent = Some(newest.time());
+        let waiting = std::mem::take(&mut self.waiting);
+        let mut told = HashSet::new();
+        let pieces =
+            waiting.iter().rev().flat_map(|shown| &shown.pieces).filter(|piece| told.insert(&*piece.id));
+        let collection = newest.join(pieces, &self.filter);
+        self.push("tracks", &collection);
+    }
+
+    fn resync(&mut self, reason: &str) {
+        let id = self.state.event_id(self.state.log().latest().0);
+        self.out.push_back(event(&id, "resync", &json!({ "reason": reason })));
+        self.begin();
+    }
+
+    fn note(&mut self, shown: &Shown) -> Vec<Arc<str>> {
+        if self.filter.is_all() {
+            return Vec::new();
+        }
+        let wanted = |piece: &&Piece| self.filter.wants(piece);
+        self.endings.note(shown.time(), shown.pieces.iter().filter(wanted))
+    }
+
+    fn push(&mut self, name: &str, data: &Bytes) {
+        let head = format!("id: {}\nevent: {name}\ndata: ", self.state.event_id(self.place));
+        let mut octets = Vec::with_capacity(head.len() + data.len() + 2);
+        octets.extend_from_slice(head.as_bytes());
+        octets.extend_from_slice(data);
+        octets.extend_from_slice(b"\n\n");
+        self.out.push_back(octets.into());
+    }
+}
