@@ -1,0 +1,73 @@
+// The service's HTTP interface. Addresses are relative, so that the page works behind a proxy's path too.
+
+const address = (path) => new URL(`api/v1/${path}`, document.baseURI);
+
+export async function get(path) {
+  return answer(await fetch(address(path), { headers: { accept: "application/json" } }));
+}
+
+export async function post(path, body) {
+  const headers = { accept: "application/json", "content-type": "application/json" };
+  return answer(await fetch(address(path), { method: "POST", headers, body: JSON.stringify(body ?? {}) }));
+}
+
+/** What was answered; an error carries the service's own words (RFC 9457). */
+async function answer(response) {
+  const text = await response.text();
+  const value = text && parsed(text);
+  if (!response.ok) throw new Error(value?.detail ?? value?.title ?? `${response.status} ${response.statusText}`);
+  return value ?? {};
+}
+
+function parsed(text) {
+  try {
+    return JSON.parse(text);
+  } catch {
+    return null;
+  }
+}
+
+const EVENTS = ["snapshot", "tracks", "ended", "sensor", "alert", "heartbeat", "resync"];
+const FIRST_WAIT_MS = 1000;
+const LONGEST_WAIT_MS = 15000;
+const DEAD_AFTER_MS = 10000; // the service sends a heartbeat each second
+
+/** The stream of events. It comes back by itself: the browser's own retry gives up for good on an HTTP error. */
+export class Stream {
+  /** `on` has a function for each event, `opened`, and `failed` with the seconds until the next attempt. */
+  constructor(on) {
+    this.on = on;
+    this.wait = FIRST_WAIT_MS;
+    this.open();
+    setInterval(() => {
+      // A connection whose other end has vanished stays open in silence.
+      if (this.source && performance.now() - this.heard > DEAD_AFTER_MS) this.again();
+    }, 1000);
+  }
+
+  open() {
+    this.heard = performance.now();
+    const source = new EventSource(address("stream"));
+    this.source = source;
+    source.onopen = () => {
+      this.wait = FIRST_WAIT_MS;
+      this.on.opened();
+    };
+    source.onerror = () => this.again();
+    for (const name of EVENTS) {
+      source.addEventListener(name, (event) => {
+        this.heard = performance.now();
+        const value = parsed(event.data);
+        if (value) this.on[name](value);
+      });
+    }
+  }
+
+  again() {
+    this.source.close();
+    this.source = null;
+    this.on.failed(this.wait / 1000);
+    setTimeout(() => this.open(), this.wait * (0.8 + 0.4 * Math.random()));
+    this.wait = Math.min(this.wait * 2, LONGEST_WAIT_MS);
+  }
+}

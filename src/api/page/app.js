@@ -1,0 +1,275 @@
+// The map page: takes the stream of events, and hands each to the part that shows it.
+
+import { Alerts } from "./alerts.js";
+import { get, Stream } from "./api.js";
+import { Detail } from "./detail.js";
+import { byId, element, setAttribute, setText } from "./dom.js";
+import * as format from "./format.js";
+import { bearing, Frame } from "./geo.js";
+import { Keyboard } from "./keyboard.js";
+import { Map2d } from "./map.js";
+import { applyTheme, nextTheme, themeWords } from "./palette.js";
+import { Picture } from "./picture.js";
+import { Replay } from "./replay.js";
+import { Sensors } from "./sensors.js";
+import { change, isFiltering, LAYERS, onChange, read, settings, toggleLayer, toggleSource } from "./settings.js";
+import { readFile, Shapes } from "./shapes.js";
+import { Status } from "./status.js";
+import { Table } from "./table.js";
+
+const RENEW_MS = 10000; // rates, clock offsets and alerts that are over come by asking
+
+read();
+applyTheme();
+const map = new Map2d(byId("canvas"), showCursor);
+const table = new Table();
+const detail = new Detail();
+const status = new Status();
+const replay = new Replay(status);
+const alerts = new Alerts((byTrack) => {
+  map.alerted = byTrack;
+  map.invalidate();
+});
+const sensors = new Sensors(() => map.invalidate());
+
+// ── what the service says
+
+/** The first radar is the origin; without any, the first place that the service names. */
+function originate(lat, lng) {
+  if (map.picture || !Number.isFinite(lat) || !Number.isFinite(lng)) return;
+  const picture = new Picture(new Frame(lat, lng));
+  [map.picture, table.picture, detail.picture] = [picture, picture, picture];
+  map.frameOnce();
+}
+
+function originateFrom(collection) {
+  for (const { geometry, properties } of collection?.features ?? []) {
+    if (properties?.kind && properties.kind !== "radar") continue;
+    if (geometry?.type === "Point") return originate(geometry.coordinates[1], geometry.coordinates[0]);
+  }
+}
+
+async function loadInfo() {
+  const info = await get("info");
+  status.info = info;
+  detail.info = info;
+  const site = typeof info.site === "object" ? info.site?.name : info.site;
+  setText(byId("site"), site ?? "");
+  document.title = site ? `${site} – utm-fusion` : "utm-fusion";
+  byId("site").title = `version ${info.version ?? "?"}, profile ${info.profile ?? "?"}`;
+  if (Number.isFinite(info.latency_s)) status.latency = info.latency_s;
+  if (status.isReplay) replay.update(info.replay ?? {});
+}
+
+async function loadSensors() {
+  const collection = await get("sensors");
+  originateFrom(collection);
+  sensors.replace(collection);
+  map.radars = (collection.features ?? [])
+    .filter(({ geometry, properties }) => properties.kind === "radar" && geometry?.type === "Point")
+    .map(({ geometry: { coordinates: [lng, lat] }, properties: { id } }) => {
+      const [x, y] = map.picture.frame.toLocal(lat, lng);
+      return { id, x, y };
+    });
+  map.invalidate();
+}
+
+async function loadShapes() {
+  for (const name of ["coverage", "areas"]) {
+    const collection = await get(name);
+    if (map.picture) map[name] = new Shapes(name, collection, map.picture.frame);
+  }
+  map.frameOnce();
+  map.invalidate();
+}
+
+const loadAlerts = async () => alerts.replace(await get("alerts"));
+
+/** Each alone: a part that fails must not keep the others from the operator. */
+async function load(...parts) {
+  for (const part of parts) await part().catch(() => {});
+}
+
+function took(collection) {
+  status.heard(collection);
+  if (!map.framed) map.frameOnce();
+  if (status.isReplay) replay.at(Date.parse(collection.time));
+  map.invalidate();
+}
+
+function start() {
+  const stream = new Stream({
+    opened: () => load(loadInfo, loadSensors, loadShapes, loadAlerts),
+    failed: (wait) => (status.retry = wait),
+    snapshot(collection) {
+      originateFrom(collection);
+      map.picture?.snapshot(collection);
+      took(collection);
+      table.refresh();
+    },
+    tracks(collection) {
+      originateFrom(collection);
+      map.picture?.update(collection);
+      took(collection);
+    },
+    ended({ ids = [] }) {
+      status.heard({});
+      map.picture?.end(ids);
+      map.invalidate();
+    },
+    sensor(properties) {
+      status.heard({});
+      sensors.update(properties);
+    },
+    alert(alert) {
+      status.heard({});
+      alerts.update(alert);
+    },
+    heartbeat(beat) {
+      status.heard({ latency_s: beat.latency_s });
+    },
+    // A snapshot follows: what was missed is in it.
+    resync: () => status.heard({}),
+  });
+  setInterval(() => load(loadSensors, loadAlerts), RENEW_MS);
+  return stream;
+}
+
+// ── what the operator does
+
+function showCursor(px, py) {
+  const readout = byId("readout");
+  if (px == null || !map.picture) return setText(readout, "");
+  const [x, y] = map.view.toLocal(px, py);
+  const where = format.position(...map.picture.frame.toGeodetic(x, y));
+  setText(readout, `${bearing(x, y).toFixed(1).padStart(5, "0")}°  ${format.distance(Math.hypot(x, y))}  ${where}`);
+}
+
+function showFilter() {
+  byId("filtered").hidden = !isFiltering();
+  if (!isFiltering() || !map.picture) return;
+  setText(byId("filtered-text"), `Filtered: ${map.picture.visible().length} of ${map.picture.tracks.size} tracks shown`);
+}
+
+const clearFilter = () => change({ text: "", sources: new Set(Object.keys(SOURCE_BUTTONS)) });
+const SOURCE_BUTTONS = Object.fromEntries([...byId("sources").children].map((button) => [button.dataset.source, button]));
+
+function showSettings() {
+  const { text, sources, layers, labelBy, follow, selected } = settings;
+  if (byId("filter-input").value !== text) byId("filter-input").value = text;
+  for (const [source, button] of Object.entries(SOURCE_BUTTONS)) setAttribute(button, "aria-pressed", String(sources.has(source)));
+  for (const box of byId("layer-list").querySelectorAll("input")) box.checked = layers[box.name];
+  byId("label-by").value = labelBy;
+  setAttribute(byId("follow"), "aria-pressed", String(follow && Boolean(selected)));
+  setText(byId("theme-button"), `Theme: ${settings.theme}`);
+  setAttribute(byId("theme-button"), "aria-label", `Theme: ${themeWords()}`);
+  showFilter();
+}
+
+async function addOverlays(files) {
+  for (const file of files) {
+    try {
+      if (!map.picture) throw new Error("The map has no origin yet: no radar and no track");
+      map.overlays.push(new Shapes(file.name, await readFile(file), map.picture.frame));
+      setText(byId("overlay-error"), "");
+    } catch (error) {
+      setText(byId("overlay-error"), error.message);
+      byId("layers").showPopover();
+    }
+  }
+  showOverlays();
+}
+
+function showOverlays() {
+  const items = map.overlays.map((overlay) => {
+    const remove = element("button", { type: "button", "aria-label": `Remove ${overlay.name}` }, "Remove");
+    remove.addEventListener("click", () => {
+      map.overlays = map.overlays.filter((other) => other !== overlay);
+      showOverlays();
+    });
+    return element("li", {}, overlay.name, remove);
+  });
+  byId("overlay-list").replaceChildren(...items);
+  map.invalidate();
+}
+
+function listen() {
+  for (const [name, [words]] of Object.entries(LAYERS)) {
+    const box = element("input", { type: "checkbox", name });
+    box.addEventListener("change", () => toggleLayer(name));
+    byId("layer-list").append(element("li", {}, element("label", {}, box, words)));
+  }
+  byId("label-by").addEventListener("change", (event) => change({ labelBy: event.target.value }));
+  byId("filter").addEventListener("submit", (event) => event.preventDefault());
+  byId("filter-input").addEventListener("input", (event) => change({ text: event.target.value.trim() }));
+  for (const [source, button] of Object.entries(SOURCE_BUTTONS)) button.addEventListener("click", () => toggleSource(source));
+  byId("filter-clear").addEventListener("click", clearFilter);
+  byId("zoom-in").addEventListener("click", () => map.zoom(1.5));
+  byId("zoom-out").addEventListener("click", () => map.zoom(1 / 1.5));
+  byId("fit").addEventListener("click", () => map.fit());
+  byId("follow").addEventListener("click", toggleFollow);
+  byId("theme-button").addEventListener("click", () => change({ theme: nextTheme() }));
+  byId("help-button").addEventListener("click", () => byId("help").showModal());
+  byId("overlay-file").addEventListener("change", (event) => {
+    addOverlays([...event.target.files]);
+    event.target.value = "";
+  });
+  addEventListener("dragover", (event) => {
+    event.preventDefault();
+    byId("drop-hint").hidden = false;
+  });
+  addEventListener("dragleave", (event) => (byId("drop-hint").hidden = event.relatedTarget === null));
+  addEventListener("drop", (event) => {
+    event.preventDefault();
+    byId("drop-hint").hidden = true;
+    addOverlays([...event.dataTransfer.files]);
+  });
+  addEventListener("hashchange", () => {
+    read();
+    map.framed = false;
+    map.frameOnce();
+  });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+    applyTheme();
+    map.invalidate();
+  });
+}
+
+const toggleFollow = () => change({ follow: !settings.follow && settings.selected !== null });
+
+function escape() {
+  if (document.querySelector("dialog[open], :popover-open")) return; // the browser closes those
+  if (document.activeElement === byId("filter-input")) byId("filter-input").blur();
+  else change({ selected: null, follow: false });
+}
+
+onChange((patch) => {
+  if ("theme" in patch) applyTheme();
+  if ("selected" in patch) detail.refresh();
+  showSettings();
+  map.invalidate();
+});
+
+listen();
+new Keyboard([
+  [["+", "="], "Zoom in", () => map.zoom(1.5)],
+  [["-", "_"], "Zoom out", () => map.zoom(1 / 1.5)],
+  [["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"], "Pan the map; in the table, select", ({ key }) => {
+    const [dx, dy] = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[key];
+    map.pan(dx, dy);
+  }],
+  [["0"], "Show all tracks", () => map.fit()],
+  [["f"], "Follow the selected track", toggleFollow],
+  [["/"], "Filter", () => byId("filter-input").focus()],
+  [["l"], "Labels", () => toggleLayer("labels")],
+  [["r"], "Range rings and bearings", () => toggleLayer("rings")],
+  [["v"], "Where each will be in 10 s", () => toggleLayer("vectors")],
+  [["a"], "Alerts", () => alerts.open(byId("alerts").hidden)],
+  [["t"], "Theme: auto, light, dark", () => change({ theme: nextTheme() })],
+  [[" "], "Replay: play or pause", () => status.isReplay && replay.toggle()],
+  [["?"], "This help", () => byId("help").showModal()],
+  [["Escape"], "Close, or select nothing", escape],
+]);
+showSettings();
+setInterval(showFilter, 1000);
+load(loadInfo, loadSensors, loadShapes, loadAlerts).then(start);

@@ -1,0 +1,150 @@
+// Everything known of the selected track, in words, and why it is fused or not.
+
+import { byId, element } from "./dom.js";
+import * as format from "./format.js";
+import { bearing } from "./geo.js";
+import { change, settings } from "./settings.js";
+
+const SOURCE_WORDS = {
+  fused: "radar and transponder, fused",
+  radar: "radar only",
+  transponder: "transponder only",
+};
+const EVERY_MS = 500;
+
+const yes = (value) => (value == null ? null : value ? "yes" : "no");
+const known = (value, text) => (value == null || Number.isNaN(value) ? null : text(value));
+
+/** Heading and text of each property; null where the service does not say. */
+function properties(track, time) {
+  const p = track.properties;
+  const uas = p.uas_id ?? {};
+  const derived = track.derived ? " (derived from the last 5 s of positions)" : "";
+  return [
+    ["Source", SOURCE_WORDS[track.source] ?? track.source],
+    ["State", p.state],
+    ["Position", format.position(p.lat, p.lng)],
+    ["From the radar", `${format.distance(Math.hypot(track.x, track.y))} at ${bearing(track.x, track.y).toFixed(1)}°`],
+    ["Height AMSL", known(p.alt_msl, (value) => format.metres(value, 1)) ?? "not measured"],
+    ["Height, ellipsoid", known(p.alt, (value) => format.metres(value, 1))],
+    ["Geoid separation", known(p.geoid_separation, (value) => format.metres(value, 1))],
+    ["Speed", known(track.speed, (value) => `${format.speed(value, 1)}${derived}`)],
+    ["Course", known(track.course, (value) => `${format.direction(value)}${derived}`)],
+    ["Vertical speed", known(p.vertical_speed, (value) => format.speed(value, 1))],
+    ["Accuracy, horizontal", known(p.accuracy_h_m, (value) => format.metres(value, 1)) ?? p.accuracy_h],
+    ["Accuracy, vertical", known(p.accuracy_v_m, (value) => format.metres(value, 1)) ?? p.accuracy_v],
+    ["Is a drone", known(p.uav_probability, (value) => `${format.percent(value)} likely, says the radar`)],
+    ["Serial number", uas.serial_number],
+    ["Manufacturer", uas.manufacturer],
+    ["Model", uas.model],
+    ["Registered in", uas.registration_country],
+    ["Integrity", known(p.integrity, (value) => (typeof value === "object" ? JSON.stringify(value) : String(value)))],
+    ["Interpolated", yes(p.interpolated)],
+    ["Extrapolated", p.extrapolated ? "yes" : null],
+    ["Time of position", `${format.utc(track.time, 2)} UTC`],
+    ["Last measurement", known(p.last_measurement, (value) => `${format.utc(Date.parse(value), 2)} UTC`)],
+    ["Age", known(p.age_s ?? (time - track.time) / 1000, (value) => format.seconds(value, 2))],
+    ["First seen", known(p.first_seen, (value) => `${format.utc(Date.parse(value))} UTC, ${format.duration((time - Date.parse(value)) / 1000)} ago`)],
+    ["Id", track.id],
+  ].filter(([, text]) => text != null && text !== "");
+}
+
+/** "radar track 134: 88.3 m of 152.4 m allowed, within in 72 of 72 slots (needs 90 %)" */
+function reason(contributor, needed) {
+  const { kind, sensor, track_number, weight, distance_m, threshold_m, within, co_present, ratio } = contributor;
+  const parts = [];
+  if (Number.isFinite(distance_m)) {
+    parts.push(`${distance_m.toFixed(1)} m apart` + (Number.isFinite(threshold_m) ? ` of ${threshold_m.toFixed(1)} m allowed` : ""));
+  }
+  if (Number.isFinite(within) && Number.isFinite(co_present)) {
+    const needs = Number.isFinite(needed) ? ` (needs ${format.percent(needed)})` : "";
+    parts.push(`within in ${within} of ${co_present} slots${needs}`);
+  } else if (Number.isFinite(ratio)) {
+    parts.push(`within in ${format.percent(ratio)} of the slots`);
+  }
+  const own = kind === "radar" ? `radar track ${track_number}` : `transponder track ${track_number}`;
+  return { own, sensor, weight, why: parts.join(", "), ...contributor };
+}
+
+function contributors(track, info) {
+  const needed = info?.fusion?.ratio_min ?? info?.ratio_min;
+  const list = element("ul", { class: "contributors" });
+  for (const contributor of track.properties.contributors ?? []) {
+    const { own, sensor, weight, why, kind, time, height_measured, ratio } = reason(contributor, needed);
+    const item = element("li", { "data-kind": kind }, element("strong", {}, `${own}${why ? ": " : ""}`), why);
+    if (Number.isFinite(ratio)) {
+      // A bar says at a glance how near to the limit the pair is.
+      const meter = element("meter", { min: 0, max: 1, value: ratio, "aria-label": "Share of the slots within the limit" });
+      if (Number.isFinite(needed)) meter.low = needed;
+      item.append(meter);
+    }
+    const small = [
+      sensor,
+      known(weight, (value) => `weight ${format.percent(value)}`),
+      known(time, (value) => `measured ${format.utc(Date.parse(value), 2)}`),
+      height_measured === false ? "no height of its own" : null,
+    ];
+    item.append(element("small", {}, small.filter(Boolean).join(" · ")));
+    list.append(item);
+  }
+  return list;
+}
+
+const WHY = {
+  fused: "Why it is fused",
+  radar: "Not fused: no transponder keeps close enough to it",
+  transponder: "Not fused: no radar track keeps close enough to it",
+};
+
+export class Detail {
+  picture = null;
+  info = null;
+  last = null; // the track as last seen, kept in view when it ends
+
+  constructor() {
+    this.node = byId("detail");
+    setInterval(() => this.refresh(), EVERY_MS);
+  }
+
+  refresh() {
+    const { selected } = settings;
+    this.node.hidden = !selected;
+    if (!selected) {
+      this.last = null;
+      return;
+    }
+    const track = this.picture?.tracks.get(selected);
+    const isGone = !track;
+    if (track) this.last = track;
+    else if (this.last?.id !== selected) this.last = null;
+    // A selection of text for copying outlives the next refresh only if the panel is left alone meanwhile.
+    const marked = getSelection();
+    if (!marked.isCollapsed && this.node.contains(marked.anchorNode)) return;
+    const focused = document.activeElement?.id === "detail-close";
+    const { scrollTop } = this.node;
+    this.node.replaceChildren(...this.content(selected, isGone));
+    this.node.scrollTop = scrollTop;
+    if (focused) byId("detail-close").focus();
+  }
+
+  content(selected, isGone) {
+    const track = this.last;
+    const close = element("button", { type: "button", id: "detail-close", "aria-label": "Close the details", title: "Close (Esc)" }, "×");
+    close.addEventListener("click", () => change({ selected: null, follow: false }));
+    const name = track ? `Track ${track.name}` : selected;
+    const heading = element("h2", { "data-source": track?.source }, name, close);
+    if (!track) return [heading, element("p", { class: "empty" }, "Not in the picture (any more)")];
+    const list = element("dl");
+    for (const [term, text] of properties(track, this.picture.time)) {
+      list.append(element("dt", {}, term), element("dd", {}, text));
+    }
+    return [
+      heading,
+      isGone ? element("p", { class: "ended" }, `Ended; this is how it was at ${format.utc(track.time)} UTC`) : null,
+      element("h3", {}, WHY[track.source] ?? "Contributors"),
+      contributors(track, this.info),
+      element("h3", {}, "Properties"),
+      list,
+    ].filter(Boolean);
+  }
+}

@@ -1,0 +1,42 @@
+// Numbers and times as an operator reads them. What is unknown is a dash.
+
+const DASH = "–";
+const THIN = "\u2009";
+
+export const metres = (value, digits = 0) =>
+  Number.isFinite(value) ? `${grouped(value, digits)}${THIN}m` : DASH;
+export const distance = (value) =>
+  !Number.isFinite(value) ? DASH : value < 10000 ? metres(value) : `${(value / 1000).toFixed(1)}${THIN}km`;
+export const speed = (value, digits = 0) =>
+  Number.isFinite(value) ? `${value.toFixed(digits)}${THIN}m/s` : DASH;
+export const direction = (value) =>
+  Number.isFinite(value) ? `${String(Math.round(value) % 360).padStart(3, "0")}°` : DASH;
+export const percent = (value) => (Number.isFinite(value) ? `${Math.round(value * 100)}${THIN}%` : DASH);
+export const seconds = (value, digits = 1) => (Number.isFinite(value) ? `${value.toFixed(digits)}${THIN}s` : DASH);
+export const plain = (value, digits = 0) => (Number.isFinite(value) ? minus(value.toFixed(digits)) : DASH);
+
+/** Four digits stay together; more are grouped by a thin space. */
+function grouped(value, digits) {
+  const [whole, rest] = Math.abs(value).toFixed(digits).split(".");
+  const groups = whole.length > 4 ? whole.replace(/\B(?=(\d{3})+$)/g, THIN) : whole;
+  return `${value < 0 ? "−" : ""}${groups}${rest ? `.${rest}` : ""}`;
+}
+
+const minus = (text) => text.replace("-", "−");
+
+/** hh:mm:ss of UTC, of milliseconds since 1970. */
+export const utc = (ms, fraction = 0) =>
+  Number.isFinite(ms) ? new Date(ms).toISOString().slice(11, fraction ? 20 + fraction : 19) : DASH;
+export const date = (ms) => (Number.isFinite(ms) ? new Date(ms).toISOString().slice(0, 10) : DASH);
+
+/** 52.51416° N 0.57552° W */
+export const position = (lat, lng) =>
+  `${Math.abs(lat).toFixed(5)}°${THIN}${lat < 0 ? "S" : "N"} ${Math.abs(lng).toFixed(5)}°${THIN}${lng < 0 ? "W" : "E"}`;
+
+/** "3 min 20 s": how long something lasts. */
+export function duration(value) {
+  if (!Number.isFinite(value)) return DASH;
+  const whole = Math.max(0, Math.round(value));
+  const [h, m, s] = [Math.floor(whole / 3600), Math.floor(whole / 60) % 60, whole % 60];
+  return h ? `${h}${THIN}h ${m}${THIN}min` : m ? `${m}${THIN}min ${s}${THIN}s` : `${s}${THIN}s`;
+}

@@ -1,0 +1,134 @@
+// The canvas: what is drawn in which order, at most once a frame of the screen, and what a click on it means.
+
+import { drawRadars, drawRings, drawScale } from "./furniture.js";
+import { palette } from "./palette.js";
+import { change, settings } from "./settings.js";
+import { drawAreas, drawCoverage, drawOverlay } from "./shapes.js";
+import { drawLabels, drawSymbols, drawTrails, place } from "./symbols.js";
+import { steer, View } from "./view.js";
+
+const REACH_PX = 16; // how near a click must be
+const PAN_PX = 80;
+
+export class Map2d {
+  view = new View();
+  picture = null; // until there is an origin
+  radars = [];
+  coverage = null;
+  areas = null;
+  overlays = [];
+  alerted = new Map(); // severity by track id
+  placed = [];
+  waiting = false;
+  framed = false; // whether the view has been chosen, by the hash, the user or the first picture
+
+  constructor(canvas, hovered) {
+    this.canvas = canvas;
+    this.context = canvas.getContext("2d", { alpha: false });
+    new ResizeObserver(() => this.resize()).observe(canvas);
+    this.resize();
+    steer(canvas, this.view, {
+      moved: (isPan) => this.moved(isPan),
+      clicked: (px, py) => this.click(px, py),
+      hovered,
+    });
+  }
+
+  resize() {
+    const { clientWidth, clientHeight } = this.canvas;
+    const ratio = window.devicePixelRatio || 1;
+    Object.assign(this.view, { width: Math.max(1, clientWidth), height: Math.max(1, clientHeight) });
+    this.canvas.width = Math.round(this.view.width * ratio);
+    this.canvas.height = Math.round(this.view.height * ratio);
+    this.context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    this.invalidate();
+  }
+
+  invalidate() {
+    if (this.waiting) return;
+    this.waiting = true;
+    requestAnimationFrame(() => {
+      this.waiting = false;
+      this.draw();
+    });
+  }
+
+  draw() {
+    const { context, view } = this;
+    context.fillStyle = palette.map;
+    context.fillRect(0, 0, view.width, view.height);
+    if (!this.picture) return;
+    const { layers } = settings;
+    const selected = this.picture.tracks.get(settings.selected);
+    if (settings.follow && selected) [view.x, view.y] = [selected.x, selected.y];
+    const tracks = this.picture.visible();
+    const { time } = this.picture;
+
+    // From the ground up. A layer of tiles would be the first here; there is none, since the page asks nobody but its service.
+    if (layers.coverage && this.coverage) drawCoverage(context, view, this.coverage);
+    if (layers.areas && this.areas) drawAreas(context, view, this.areas);
+    for (const overlay of this.overlays) drawOverlay(context, view, overlay);
+    if (layers.rings && this.radars.length) drawRings(context, view);
+    if (layers.trails) drawTrails(context, view, tracks, time);
+    drawRadars(context, view, this.radars);
+    this.placed = place(view, tracks);
+    if (layers.labels) drawLabels(context, view, this.placed, this.alerted);
+    drawSymbols(context, view, this.placed, time, this.alerted);
+    drawScale(context, view);
+  }
+
+  /** After the user moved the view. A pan ends following: the two cannot both have their way. */
+  moved(isPan) {
+    this.framed = true;
+    change({
+      centre: this.picture?.frame.toGeodetic(this.view.x, this.view.y) ?? settings.centre,
+      scale: this.view.scale,
+      ...(isPan && settings.follow ? { follow: false } : {}),
+    });
+    this.invalidate();
+  }
+
+  pan(dx, dy) {
+    this.view.pan(dx * PAN_PX, dy * PAN_PX);
+    this.moved(true);
+  }
+
+  zoom(factor) {
+    this.view.zoomAt(this.view.width / 2, this.view.height / 2, factor);
+    this.moved(false);
+  }
+
+  /** All tracks that the filter lets through; without any, what the sensors can see. */
+  fit() {
+    const places = (this.picture?.visible() ?? []).map(({ x, y }) => [x, y]);
+    if (!places.length) places.push(...(this.coverage?.places ?? []));
+    this.view.fit([...places, ...this.radars.map(({ x, y }) => [x, y])]);
+    this.moved(true);
+  }
+
+  /** The view of the settings, or else of the first picture. */
+  frameOnce() {
+    if (this.framed || !this.picture) return;
+    if (settings.centre && settings.scale) {
+      [this.view.x, this.view.y] = this.picture.frame.toLocal(...settings.centre);
+      this.view.setScale(settings.scale);
+      this.framed = true;
+    } else if (this.picture.tracks.size) {
+      const { follow } = settings;
+      this.fit();
+      change({ follow });
+    } else {
+      this.view.fit(this.coverage?.places ?? []);
+    }
+    this.invalidate();
+  }
+
+  click(px, py) {
+    let [best, nearest] = [null, REACH_PX];
+    for (const [track, x, y] of this.placed) {
+      const apart = Math.hypot(x - px, y - py);
+      if (apart <= nearest) [best, nearest] = [track, apart];
+    }
+    change({ selected: best?.id ?? null });
+  }
+}

@@ -1,0 +1,28 @@
+// The colours of the style sheet for the canvas, which knows nothing of custom properties or of light and dark.
+
+import { settings } from "./settings.js";
+
+const NAMES = [
+  "map", "ink", "quiet", "line", "halo", "fused", "radar", "transponder", "selected", "area", "coverage", "overlay",
+  "warning", "critical",
+];
+
+export const palette = {};
+
+const probe = document.createElement("span");
+probe.hidden = true;
+
+/** The theme on the document, and the colours that follow from it. */
+export function applyTheme() {
+  document.documentElement.dataset.theme = settings.theme;
+  if (!probe.isConnected) document.body.append(probe);
+  for (const name of NAMES) {
+    probe.style.color = `var(--${name})`;
+    palette[name] = getComputedStyle(probe).color;
+  }
+}
+
+const NEXT = { auto: "light", light: "dark", dark: "auto" };
+const WORDS = { auto: "as the system has it", light: "light", dark: "dark" };
+export const nextTheme = () => NEXT[settings.theme];
+export const themeWords = () => WORDS[settings.theme];

@@ -1,0 +1,152 @@
+// The tracks now, their trails and, where the service gives no speed, what their last positions say of it.
+
+import { bearing } from "./geo.js";
+import { settings } from "./settings.js";
+
+export const TRAIL_S = 60;
+const TRAIL_STEP_MS = 1000; // one trail point a second is enough to see, and a quarter of the memory
+const TRAIL_POINTS = TRAIL_S + 4;
+const RECENT_MS = 5000; // shorter and the radar's noise is taken for speed
+const RECENT_POINTS = 24;
+const FORGET_MS = 60000; // a track that the service neither renews nor ends must not stay for ever
+
+/** Times and places, the oldest overwritten. */
+class Ring {
+  constructor(size) {
+    this.size = size;
+    this.values = new Float64Array(size * 3);
+    this.clear();
+  }
+
+  clear() {
+    this.next = 0;
+    this.length = 0;
+    this.last = -Infinity;
+  }
+
+  push(time, x, y) {
+    this.values.set([time, x, y], this.next * 3);
+    this.next = (this.next + 1) % this.size;
+    this.length = Math.min(this.length + 1, this.size);
+    this.last = time;
+  }
+
+  /** Where the i-th is in `values`, the oldest first. */
+  at(i) {
+    return ((this.next - this.length + i + this.size) % this.size) * 3;
+  }
+}
+
+class Track {
+  constructor(id) {
+    this.id = id;
+    this.trail = new Ring(TRAIL_POINTS);
+    this.recent = new Ring(RECENT_POINTS);
+    this.place = 0; // where its label was last
+  }
+
+  update(properties, frame) {
+    this.properties = properties;
+    this.source = properties.source;
+    this.time = Date.parse(properties.time);
+    [this.x, this.y] = frame.toLocal(properties.lat, properties.lng);
+    if (this.time < this.recent.last) {
+      this.trail.clear();
+      this.recent.clear();
+    }
+    if (this.time > this.recent.last) this.recent.push(this.time, this.x, this.y);
+    if (this.time >= this.trail.last + TRAIL_STEP_MS) this.trail.push(this.time, this.x, this.y);
+    this.derived = !Number.isFinite(properties.speed);
+    if (this.derived) this.deriveVelocity();
+    else [this.speed, this.course] = [properties.speed, properties.track ?? NaN];
+  }
+
+  /** The slope of a straight line through the last seconds' positions, least squares; NaN with about 1 s of them. */
+  deriveVelocity() {
+    [this.speed, this.course] = [NaN, NaN];
+    const { values } = this.recent;
+    let [n, st, sx, sy, stt, stx, sty] = [0, 0, 0, 0, 0, 0, 0];
+    for (let i = 0; i < this.recent.length; i++) {
+      const at = this.recent.at(i);
+      const t = (values[at] - this.time) / 1000;
+      if (t < -RECENT_MS / 1000) continue;
+      const [x, y] = [values[at + 1] - this.x, values[at + 2] - this.y];
+      n += 1;
+      st += t;
+      sx += x;
+      sy += y;
+      stt += t * t;
+      stx += t * x;
+      sty += t * y;
+    }
+    const spread = n * stt - st * st;
+    if (n < 4 || spread < n * n * 0.08) return;
+    const [east, north] = [(n * stx - st * sx) / spread, (n * sty - st * sy) / spread];
+    this.speed = Math.hypot(east, north);
+    if (this.speed >= 1) this.course = bearing(east, north); // a thing that hovers has no course
+  }
+
+  get serial() {
+    return this.properties.uas_id?.serial_number ?? "";
+  }
+
+  /** "30069", or the id where the service numbers by id alone. */
+  get name() {
+    return this.properties.track_number != null ? String(this.properties.track_number) : this.id;
+  }
+
+  /** Radar tracks are birds too; the classifier says how much it believes in a drone. */
+  get isDoubtful() {
+    return this.source === "radar" && this.properties.uav_probability < 0.5;
+  }
+
+  matches() {
+    if (!settings.sources.has(this.source)) return false;
+    if (!settings.text) return true;
+    const { contributors = [], uas_id = {} } = this.properties;
+    const words = [this.id, this.name, ...Object.values(uas_id)];
+    for (const { sensor, track_number } of contributors) words.push(sensor, track_number);
+    return words.join(" ").toLowerCase().includes(settings.text.toLowerCase());
+  }
+}
+
+export class Picture {
+  tracks = new Map();
+  time = NaN;
+
+  constructor(frame) {
+    this.frame = frame;
+  }
+
+  /** The whole picture: what it does not name is gone. Trails of what stays are kept, unless time went back. */
+  snapshot(collection) {
+    const features = collection.features ?? [];
+    const named = new Set(features.map((feature) => feature.properties.id));
+    for (const id of this.tracks.keys()) if (!named.has(id)) this.tracks.delete(id);
+    const time = Date.parse(collection.time);
+    if (time < this.time) this.tracks.clear();
+    this.update(collection);
+  }
+
+  update(collection) {
+    for (const { properties, geometry } of collection.features ?? []) {
+      const [lng, lat] = geometry?.coordinates ?? [];
+      const whole = { lat, lng, ...properties };
+      if (!Number.isFinite(whole.lat) || !Number.isFinite(whole.lng)) continue;
+      let track = this.tracks.get(whole.id);
+      if (!track) this.tracks.set(whole.id, (track = new Track(whole.id)));
+      track.update(whole, this.frame);
+    }
+    const time = Date.parse(collection.time);
+    if (Number.isFinite(time)) this.time = time;
+    for (const [id, track] of this.tracks) if (this.time - track.time > FORGET_MS) this.tracks.delete(id);
+  }
+
+  end(ids) {
+    for (const id of ids) this.tracks.delete(id);
+  }
+
+  visible() {
+    return [...this.tracks.values()].filter((track) => track.matches());
+  }
+}

@@ -1,0 +1,102 @@
+// The lights of the sensors: colour, shape and letter by state, the reasons on hover and on click.
+
+import { byId, element, setAttribute, setText } from "./dom.js";
+import * as format from "./format.js";
+
+const STATES = {
+  operational: ["ok", "●"],
+  degraded: ["warning", "▲"],
+  outage: ["critical", "■"],
+};
+
+export class Sensors {
+  known = new Map(); // properties by id
+  unknown = [];
+  opened = null;
+
+  constructor(changed) {
+    this.changed = changed;
+    this.list = byId("sensors");
+    this.panel = byId("sensor-panel");
+    this.panel.addEventListener("toggle", (event) => {
+      if (event.newState === "closed") this.opened = null;
+    });
+  }
+
+  /** The answer of /sensors. */
+  replace(collection) {
+    this.known = new Map((collection.features ?? []).map(({ properties }) => [properties.id, properties]));
+    this.unknown = collection.unknown ?? [];
+    this.list.replaceChildren();
+    this.show();
+  }
+
+  /** One sensor's news; what it does not say stays as it was. */
+  update(properties) {
+    this.known.set(properties.id, { ...this.known.get(properties.id), ...properties });
+    this.show();
+  }
+
+  show() {
+    for (const sensor of this.known.values()) this.light(sensor.id, sensor.id, sensor.state, summary(sensor));
+    if (this.unknown.length) {
+      this.light("?", `${this.unknown.length} unknown`, "degraded", "Heard, but in no configuration: click to see which");
+    }
+    if (this.opened) this.fillPanel();
+    this.changed();
+  }
+
+  light(id, name, state, title) {
+    const [look, shape] = STATES[state] ?? ["unknown", "?"];
+    let item = [...this.list.children].find((child) => child.dataset.id === id);
+    if (!item) {
+      const button = element("button", { type: "button", popovertarget: "sensor-panel" }, element("span", { class: "lamp" }), element("span"));
+      button.addEventListener("click", () => {
+        this.opened = id;
+        this.fillPanel();
+      });
+      item = element("li", { "data-id": id }, button);
+      this.list.append(item);
+    }
+    const button = item.firstChild;
+    setAttribute(item, "data-look", look);
+    setAttribute(button, "title", title);
+    setAttribute(button, "aria-label", `Sensor ${name}: ${state}`);
+    setText(button.firstChild, shape);
+    setText(button.lastChild, name);
+  }
+
+  fillPanel() {
+    const sensor = this.known.get(this.opened);
+    const rows = sensor ? details(sensor) : this.unknown.map((source) => [unknownName(source), unknownText(source)]);
+    const list = element("dl");
+    for (const [term, text] of rows) list.append(element("dt", {}, term), element("dd", {}, text));
+    this.panel.replaceChildren(element("h2", {}, sensor ? sensor.id : "Heard, but not configured"), list);
+  }
+}
+
+const reasons = ({ reasons }) => (reasons ?? []).map((reason) => (typeof reason === "string" ? reason : (reason.text ?? JSON.stringify(reason))));
+const summary = (sensor) => [`${sensor.id}: ${sensor.state}`, ...reasons(sensor)].join("\n");
+
+function details(sensor) {
+  const rows = [
+    ["Kind", sensor.kind],
+    ["State", sensor.state],
+  ];
+  for (const reason of reasons(sensor)) rows.push(["Because", reason]);
+  if (sensor.last_seen) rows.push(["Last seen", `${format.utc(Date.parse(sensor.last_seen), 1)} UTC`]);
+  if (Number.isFinite(sensor.rate_hz)) rows.push(["Rate", `${sensor.rate_hz.toFixed(1)} a second`]);
+  if (Number.isFinite(sensor.clock_offset_s)) rows.push(["Clock offset", format.seconds(sensor.clock_offset_s, 2)]);
+  const said = ["id", "kind", "state", "reasons", "last_seen", "rate_hz", "clock_offset_s"];
+  for (const [name, value] of Object.entries(sensor)) {
+    if (said.includes(name) || value == null) continue;
+    rows.push([name.replaceAll("_", " "), typeof value === "object" ? flat(value) : String(value)]);
+  }
+  return rows;
+}
+
+const flat = (value) =>
+  Object.entries(value).map(([name, inner]) => `${name.replaceAll("_", " ")} ${inner}`).join(", ") || "none";
+
+const unknownName = ({ sac, sic, id }) => (sac != null ? `SAC ${sac} SIC ${sic}` : String(id ?? "?"));
+const unknownText = ({ sac, sic, id, ...rest }) => flat(rest);

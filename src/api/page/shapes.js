@@ -1,0 +1,139 @@
+// GeoJSON drawn on the map: the service's coverage and areas, and the user's own overlays, which never leave the page.
+
+import { FONT, write } from "./furniture.js";
+import { palette } from "./palette.js";
+
+const LARGEST_FILE = 20e6; // octets; a browser that parses more stands still
+
+/** A GeoJSON object as paths in metres, made once; drawing it is then one stroke whatever the zoom. */
+export class Shapes {
+  constructor(name, geojson, frame) {
+    this.name = name;
+    this.frame = frame;
+    this.lines = new Path2D();
+    this.surfaces = new Path2D();
+    this.points = []; // [x, y, name]
+    this.names = []; // [x, y, name] of surfaces and lines
+    this.places = []; // of everything, to fit the view
+    this.add(geojson, "");
+  }
+
+  add(object, name) {
+    switch (object?.type) {
+      case "FeatureCollection":
+        for (const feature of object.features ?? []) this.add(feature, "");
+        break;
+      case "Feature": {
+        const { name, title, id } = object.properties ?? {};
+        this.add(object.geometry, String(name ?? title ?? id ?? object.id ?? ""));
+        break;
+      }
+      case "GeometryCollection":
+        for (const geometry of object.geometries ?? []) this.add(geometry, name);
+        break;
+      case "Point":
+        this.addPoint(object.coordinates, name);
+        break;
+      case "MultiPoint":
+        for (const point of object.coordinates) this.addPoint(point, name);
+        break;
+      case "LineString":
+        this.addLine(this.lines, object.coordinates, name);
+        break;
+      case "MultiLineString":
+        object.coordinates.forEach((line, i) => this.addLine(this.lines, line, i ? "" : name));
+        break;
+      case "Polygon":
+        this.addSurface(object.coordinates, name);
+        break;
+      case "MultiPolygon":
+        object.coordinates.forEach((polygon, i) => this.addSurface(polygon, i ? "" : name));
+        break;
+    }
+  }
+
+  local([lng, lat]) {
+    const place = this.frame.toLocal(lat, lng);
+    if (!place.every(Number.isFinite)) throw new Error("a coordinate is not a number");
+    this.places.push(place);
+    return place;
+  }
+
+  addPoint(coordinates, name) {
+    this.points.push([...this.local(coordinates), name]);
+  }
+
+  addSurface(rings, name) {
+    rings.forEach((ring, i) => this.addLine(this.surfaces, ring, i ? "" : name));
+  }
+
+  addLine(path, coordinates, name) {
+    coordinates.forEach((coordinate, i) => {
+      const [x, y] = this.local(coordinate);
+      if (i) path.lineTo(x, y);
+      else path.moveTo(x, y);
+    });
+    if (name && coordinates.length) this.names.push([...this.local(northmost(coordinates)), name]);
+  }
+
+  draw(context, view, colour, { fill = 0.08, dash = [] } = {}) {
+    context.save();
+    context.translate(view.width / 2, view.height / 2);
+    context.scale(view.scale, -view.scale);
+    context.translate(-view.x, -view.y);
+    context.fillStyle = colour;
+    context.globalAlpha = fill;
+    if (fill) context.fill(this.surfaces, "evenodd");
+    context.globalAlpha = 1;
+    context.strokeStyle = colour;
+    context.lineWidth = 1.25 / view.scale;
+    context.setLineDash(dash.map((length) => length / view.scale));
+    context.stroke(this.surfaces);
+    context.stroke(this.lines);
+    context.restore();
+
+    context.font = FONT;
+    context.textBaseline = "bottom";
+    context.textAlign = "left";
+    for (const [x, y, name] of this.points) {
+      const [px, py] = view.toScreen(x, y);
+      if (!view.contains(px, py)) continue;
+      context.strokeStyle = colour;
+      context.lineWidth = 1.5;
+      context.strokeRect(px - 3, py - 3, 6, 6);
+      if (name) write(context, name, px + 6, py - 2, colour);
+    }
+    context.textAlign = "center";
+    for (const [x, y, name] of this.names) {
+      const [px, py] = view.toScreen(x, y);
+      if (view.contains(px, py)) write(context, name, px, py - 3, colour);
+    }
+  }
+}
+
+const northmost = (coordinates) => coordinates.reduce((best, at) => (at[1] > best[1] ? at : best));
+
+/** A file of the user's as GeoJSON; throws with words for the user. */
+export async function readFile(file) {
+  if (file.size > LARGEST_FILE) throw new Error(`${file.name}: larger than 20 MB`);
+  let value;
+  try {
+    value = JSON.parse(await file.text());
+  } catch {
+    throw new Error(`${file.name}: not JSON`);
+  }
+  if (typeof value?.type !== "string") throw new Error(`${file.name}: not GeoJSON`);
+  return value;
+}
+
+export function drawCoverage(context, view, shapes) {
+  shapes.draw(context, view, palette.coverage, { fill: 0, dash: [6, 4] });
+}
+
+export function drawAreas(context, view, shapes) {
+  shapes.draw(context, view, palette.area);
+}
+
+export function drawOverlay(context, view, shapes) {
+  shapes.draw(context, view, palette.overlay, { fill: 0.06 });
+}

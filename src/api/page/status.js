@@ -1,0 +1,73 @@
+// The badge and the clock: whether what is shown is live, from a recording, or old.
+
+import { byId, setAttribute, setText } from "./dom.js";
+import * as format from "./format.js";
+
+const STALE_MS = 3000; // the service sends something each second
+
+export class Status {
+  info = null;
+  heardAt = null; // the page's monotonic clock
+  publishedAt = null; // the page's monotonic clock and the service's UTC at the same moment
+  pictureTime = NaN;
+  latency = NaN;
+  replay = null; // {speed, playing}
+  retry = null;
+
+  constructor() {
+    setInterval(() => this.show(), 250);
+    document.addEventListener("visibilitychange", () => this.show());
+  }
+
+  heard({ time, published_at, latency_s }) {
+    this.heardAt = performance.now();
+    this.retry = null;
+    if (published_at) this.publishedAt = [this.heardAt, Date.parse(published_at)];
+    if (Number.isFinite(latency_s)) this.latency = latency_s;
+    if (time && Number.isFinite(Date.parse(time))) this.pictureTime = Date.parse(time);
+    this.show();
+  }
+
+  get isReplay() {
+    return this.info?.mode === "replay";
+  }
+
+  get isStale() {
+    return this.heardAt != null && performance.now() - this.heardAt > STALE_MS;
+  }
+
+  /** UTC by the service's clock where it told it, which counts; else by this machine's. */
+  utc() {
+    if (!this.publishedAt || this.isReplay) return Date.now();
+    return this.publishedAt[1] + performance.now() - this.publishedAt[0];
+  }
+
+  show() {
+    const [state, text, title] = this.words();
+    const badge = byId("badge");
+    setAttribute(badge, "data-state", state);
+    setText(badge, text);
+    setAttribute(badge, "title", title);
+    document.body.classList.toggle("stale", state === "stale");
+    setText(byId("utc"), `${format.utc(this.utc())} UTC`);
+    setText(byId("picture-time"), Number.isFinite(this.pictureTime) ? `picture ${format.date(this.pictureTime)} ${format.utc(this.pictureTime, 2)}` : "");
+  }
+
+  words() {
+    if (this.heardAt == null) {
+      const wait = this.retry ? `; next attempt in ${format.seconds(this.retry, 0)}` : "";
+      return ["connecting", "CONNECTING", `No word from the service yet${wait}`];
+    }
+    if (this.isStale) {
+      const silent = (performance.now() - this.heardAt) / 1000;
+      return ["stale", `STALE since ${format.utc(Date.now() - silent * 1000)} (${format.duration(silent)})`, "Nothing was heard from the service; what is shown is old. The page keeps trying."];
+    }
+    if (this.isReplay) {
+      const { speed, playing } = this.replay ?? {};
+      const how = playing === false ? " paused" : speed && speed !== 1 ? ` ×${speed}` : "";
+      return ["replay", `REPLAY${how}`, "A recording, not the world now"];
+    }
+    const behind = Number.isFinite(this.latency) ? ` −${this.latency.toFixed(2)} s` : "";
+    return ["live", `LIVE${behind}`, "The picture is this far behind the world, so that late measurements still count"];
+  }
+}

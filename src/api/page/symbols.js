@@ -1,0 +1,213 @@
+// The tracks on the map: trails that fade, a shape and a colour by source, where each will be, and labels.
+
+import * as format from "./format.js";
+import { FONT, write } from "./furniture.js";
+import { palette } from "./palette.js";
+import { TRAIL_S } from "./picture.js";
+import { settings, SOURCES } from "./settings.js";
+
+const BANDS = 6; // steps of fading: one path each and source, however many tracks
+const BREAK_MS = 5000; // a longer silence is a gap in the trail, not a straight line
+const AHEAD_S = 10;
+const QUIET_MS = 2000; // without news this long, a track is drawn faint
+const LINE_PX = 13;
+const CELL_PX = 64;
+
+export function drawTrails(context, view, tracks, now) {
+  context.lineJoin = "round";
+  const chosen = tracks.find((track) => track.id === settings.selected);
+  for (const source of SOURCES) {
+    const paths = Array.from({ length: BANDS }, () => new Path2D());
+    for (const track of tracks) if (track.source === source) addTrail(paths, view, track, now);
+    context.strokeStyle = palette[source];
+    context.lineWidth = 1.25;
+    strokeBands(context, paths, 0.6);
+  }
+  if (chosen) {
+    const paths = Array.from({ length: BANDS }, () => new Path2D());
+    addTrail(paths, view, chosen, now);
+    context.strokeStyle = palette[chosen.source];
+    context.lineWidth = 2.5;
+    strokeBands(context, paths, 0.9);
+  }
+  context.globalAlpha = 1;
+}
+
+function strokeBands(context, paths, strongest) {
+  paths.forEach((path, band) => {
+    context.globalAlpha = strongest * (1 - band / BANDS);
+    context.stroke(path);
+  });
+}
+
+function addTrail(paths, view, track, now) {
+  const { trail } = track;
+  let [px, py] = view.toScreen(track.x, track.y);
+  let before = track.time;
+  for (let i = trail.length - 1; i >= 0; i--) {
+    const at = trail.at(i);
+    const time = trail.values[at];
+    const age = now - time;
+    if (age > TRAIL_S * 1000) break;
+    const [x, y] = view.toScreen(trail.values[at + 1], trail.values[at + 2]);
+    if (before - time <= BREAK_MS && (view.contains(px, py, 20) || view.contains(x, y, 20))) {
+      const path = paths[Math.max(0, Math.min(BANDS - 1, Math.floor((age / TRAIL_S / 1000) * BANDS)))];
+      path.moveTo(px, py);
+      path.lineTo(x, y);
+    }
+    [px, py, before] = [x, y, time];
+  }
+}
+
+const SHAPES = {
+  fused: (path, x, y, r) => {
+    path.moveTo(x + r, y);
+    path.arc(x, y, r, 0, 2 * Math.PI);
+  },
+  radar: (path, x, y, r) => {
+    path.moveTo(x, y - r * 1.25);
+    path.lineTo(x + r * 1.15, y + r * 0.85);
+    path.lineTo(x - r * 1.15, y + r * 0.85);
+    path.closePath();
+  },
+  transponder: (path, x, y, r) => {
+    path.moveTo(x, y - r * 1.3);
+    path.lineTo(x + r * 1.3, y);
+    path.lineTo(x, y + r * 1.3);
+    path.lineTo(x - r * 1.3, y);
+    path.closePath();
+  },
+};
+
+/** Where each track is drawn, [track, px, py], for the labels and the clicks; the selected one last, so on top. */
+export function place(view, tracks) {
+  const placed = [];
+  for (const track of tracks) {
+    const [px, py] = view.toScreen(track.x, track.y);
+    if (view.contains(px, py, 30)) placed.push([track, px, py]);
+  }
+  return placed.sort(([a], [b]) => (a.id === settings.selected) - (b.id === settings.selected));
+}
+
+export function drawSymbols(context, view, placed, now, alerted) {
+  const radius = view.scale > 0.02 ? 4.5 : 3.5;
+  for (const [track, px, py] of placed) {
+    context.globalAlpha = now - track.time > QUIET_MS ? 0.45 : 1;
+    const colour = palette[track.source];
+    if (settings.layers.vectors) drawVector(context, view, track, px, py, colour);
+    const path = new Path2D();
+    SHAPES[track.source]?.(path, px, py, radius);
+    context.lineWidth = track.isDoubtful ? 1.5 : 2.5;
+    context.strokeStyle = track.isDoubtful ? colour : palette.halo;
+    context.fillStyle = track.isDoubtful ? palette.halo : colour;
+    if (!track.isDoubtful) context.stroke(path);
+    context.fill(path);
+    if (track.isDoubtful) context.stroke(path);
+    context.globalAlpha = 1;
+    const severity = alerted.get(track.id);
+    if (severity) ring(context, px, py, 10, palette[severity] ?? palette.warning, 2);
+    if (track.id === settings.selected) bracket(context, px, py, 13);
+  }
+}
+
+function drawVector(context, view, track, px, py, colour) {
+  if (!Number.isFinite(track.course)) return;
+  const angle = (track.course * Math.PI) / 180;
+  const length = track.speed * AHEAD_S * view.scale;
+  if (length < 7) return;
+  context.strokeStyle = colour;
+  context.lineWidth = 1;
+  context.beginPath();
+  context.moveTo(px, py);
+  context.lineTo(px + length * Math.sin(angle), py - length * Math.cos(angle));
+  context.stroke();
+}
+
+function ring(context, px, py, radius, colour, width) {
+  context.strokeStyle = colour;
+  context.lineWidth = width;
+  context.beginPath();
+  context.arc(px, py, radius, 0, 2 * Math.PI);
+  context.stroke();
+}
+
+/** Four corners about the selected track: it hides nothing and is no shape of a source. */
+function bracket(context, px, py, r) {
+  context.strokeStyle = palette.selected;
+  context.lineWidth = 2;
+  context.beginPath();
+  for (const [sx, sy] of [[1, 1], [1, -1], [-1, 1], [-1, -1]]) {
+    context.moveTo(px + sx * r, py + sy * (r - 6));
+    context.lineTo(px + sx * r, py + sy * r);
+    context.lineTo(px + sx * (r - 6), py + sy * r);
+  }
+  context.stroke();
+}
+
+export function labelLines(track) {
+  const { alt_msl } = track.properties;
+  const name = (settings.labelBy === "serial" && track.serial) || track.name;
+  const second = [];
+  if (Number.isFinite(alt_msl)) second.push(format.metres(alt_msl));
+  if (Number.isFinite(track.speed)) second.push(`${track.derived ? "≈" : ""}${format.speed(track.speed)}`);
+  return second.length ? [name, second.join(" ")] : [name];
+}
+
+const RANK = { fused: 0, transponder: 1, radar: 2 };
+
+/** Labels beside their symbols, where nothing else is; a label that finds no room is left out. */
+export function drawLabels(context, view, placed, alerted) {
+  context.font = FONT;
+  context.textAlign = "left";
+  context.textBaseline = "middle";
+  const taken = new Boxes();
+  for (const [, px, py] of placed) taken.add([px - 5, py - 5, px + 5, py + 5]);
+  const rank = (track) =>
+    track.id === settings.selected ? -2 : alerted.has(track.id) ? -1 : RANK[track.source] + (track.isDoubtful ? 1 : 0);
+  const character = context.measureText("0").width;
+  for (const [track, px, py] of [...placed].sort(([a], [b]) => rank(a) - rank(b))) {
+    const lines = labelLines(track);
+    const width = Math.max(...lines.map((line) => line.length)) * character;
+    const height = lines.length * LINE_PX;
+    // Where it was is tried first: a label that jumps cannot be read.
+    for (let attempt = 0; attempt < 4; attempt++) {
+      const side = (track.place + attempt) % 4;
+      const left = side % 2 === 0 ? px + 9 : px - 9 - width;
+      const top = side < 2 ? py - height - 1 : py + 1;
+      const box = [left - 2, top, left + width + 2, top + height];
+      if (taken.hits(box)) continue;
+      taken.add(box);
+      track.place = side;
+      const colour = track.id === settings.selected ? palette.selected : palette.ink;
+      lines.forEach((line, i) => write(context, line, left, top + LINE_PX * (i + 0.5), i ? palette.quiet : colour));
+      break;
+    }
+  }
+}
+
+/** Rectangles [left, top, right, bottom] in cells, so that 500 labels need not be compared with each other. */
+class Boxes {
+  cells = new Map();
+
+  *around([left, top, right, bottom]) {
+    for (let x = Math.floor(left / CELL_PX); x <= Math.floor(right / CELL_PX); x++) {
+      for (let y = Math.floor(top / CELL_PX); y <= Math.floor(bottom / CELL_PX); y++) yield x * 4096 + y;
+    }
+  }
+
+  add(box) {
+    for (const cell of this.around(box)) {
+      if (!this.cells.has(cell)) this.cells.set(cell, []);
+      this.cells.get(cell).push(box);
+    }
+  }
+
+  hits([left, top, right, bottom]) {
+    for (const cell of this.around([left, top, right, bottom])) {
+      for (const other of this.cells.get(cell) ?? []) {
+        if (left < other[2] && other[0] < right && top < other[3] && other[1] < bottom) return true;
+      }
+    }
+    return false;
+  }
+}

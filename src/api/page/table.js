@@ -1,0 +1,156 @@
+// The table of tracks. Only the rows that can be seen exist; they are filled anew once a second.
+
+import { byId, element, setAttribute, setText } from "./dom.js";
+import * as format from "./format.js";
+import { bearing } from "./geo.js";
+import { change, onChange, settings, SOURCES } from "./settings.js";
+
+const ROW_PX = 24; // as in the style sheet
+const SPARE_ROWS = 4;
+const EVERY_MS = 1000;
+
+const range = (track) => Math.hypot(track.x, track.y);
+const approximate = (track) => (track.derived ? "≈" : "");
+
+/** Of each column: name, heading, its meaning, the value to sort by, the text. */
+const COLUMNS = [
+  ["source", "", "Source", (track) => SOURCES.indexOf(track.source), () => ""],
+  ["number", "Number", "Track number", (track) => track.properties.track_number ?? track.id, (track) => track.name],
+  ["serial", "Serial", "Serial number", (track) => track.serial, (track) => track.serial || "–"],
+  ["height", "m", "Height above mean sea level, metres", (track) => track.properties.alt_msl, (track) => format.plain(track.properties.alt_msl)],
+  ["speed", "m/s", "Speed over ground, metres a second", (track) => track.speed, (track) => (Number.isFinite(track.speed) ? approximate(track) : "") + format.plain(track.speed)],
+  ["course", "Course", "Course over ground, degrees true", (track) => track.course, (track) => format.direction(track.course)],
+  ["range", "Range", "Distance from the radar", range, (track) => format.distance(range(track))],
+  ["bearing", "Brg", "Bearing from the radar, degrees true", (track) => bearing(track.x, track.y), (track) => format.direction(bearing(track.x, track.y))],
+  ["uav", "UAV", "Probability that it is a drone, from the radar's classifier", (track) => track.properties.uav_probability, (track) => format.percent(track.properties.uav_probability)],
+];
+
+const collator = new Intl.Collator("en", { numeric: true });
+
+export class Table {
+  picture = null;
+  rows = []; // the tracks, filtered and sorted
+  pool = [];
+  timer = null;
+
+  constructor() {
+    this.scroll = byId("table-scroll");
+    this.body = byId("table-body");
+    this.above = element("tr", { class: "spacer", "aria-hidden": "true" });
+    this.below = element("tr", { class: "spacer", "aria-hidden": "true" });
+    this.body.append(this.above, this.below);
+    this.makeHead();
+    this.scroll.addEventListener("scroll", () => this.fill(), { passive: true });
+    this.scroll.addEventListener("keydown", (event) => this.key(event));
+    new ResizeObserver(() => this.fill()).observe(this.scroll);
+    onChange((patch) => {
+      if ("sort" in patch) this.markSort();
+      if ("selected" in patch) this.reveal();
+      if (["sort", "text", "sources", "selected"].some((name) => name in patch)) this.refresh();
+    });
+    setInterval(() => this.refresh(), EVERY_MS);
+  }
+
+  makeHead() {
+    for (const [name, heading, meaning] of COLUMNS) {
+      const button = element("button", { type: "button", title: `Sort by: ${meaning}`, "aria-label": meaning }, heading || "◇");
+      button.addEventListener("click", () => {
+        const { column, descending } = settings.sort;
+        change({ sort: { column: name, descending: column === name && !descending } });
+      });
+      byId("table-head").append(element("th", { scope: "col", class: name, "data-column": name }, button));
+    }
+    this.markSort();
+  }
+
+  markSort() {
+    const { column, descending } = settings.sort;
+    for (const heading of byId("table-head").children) {
+      const order = heading.dataset.column === column ? (descending ? "descending" : "ascending") : "none";
+      setAttribute(heading, "aria-sort", order);
+    }
+  }
+
+  refresh() {
+    if (!this.picture) return;
+    const counts = { fused: 0, radar: 0, transponder: 0 };
+    for (const track of this.picture.tracks.values()) counts[track.source] += 1;
+    for (const button of byId("sources").children) setText(button.querySelector(".count"), String(counts[button.dataset.source]));
+    this.rows = this.sorted(this.picture.visible());
+    const total = this.picture.tracks.size;
+    const empty = byId("table-empty");
+    empty.hidden = this.rows.length > 0;
+    setText(empty, total ? `None of ${total} tracks matches the filter` : "No tracks");
+    this.fill();
+  }
+
+  sorted(tracks) {
+    const value = (COLUMNS.find(([name]) => name === settings.sort.column) ?? COLUMNS[1])[3];
+    const sign = settings.sort.descending ? -1 : 1;
+    const isUnknown = (key) => key == null || key === "" || Number.isNaN(key);
+    return tracks
+      .map((track) => [value(track), track])
+      .sort(([a, one], [b, other]) => {
+        // What is unknown comes last whichever way; equals stay in the order of their ids.
+        if (isUnknown(a) !== isUnknown(b)) return isUnknown(a) - isUnknown(b);
+        const order = isUnknown(a) ? 0 : typeof a === "number" && typeof b === "number" ? a - b : collator.compare(a, b);
+        return sign * order || collator.compare(one.id, other.id);
+      })
+      .map(([, track]) => track);
+  }
+
+  fill() {
+    const first = Math.max(0, Math.floor(this.scroll.scrollTop / ROW_PX) - SPARE_ROWS);
+    const count = Math.ceil(this.scroll.clientHeight / ROW_PX) + 2 * SPARE_ROWS;
+    const shown = this.rows.slice(first, first + count);
+    while (this.pool.length < shown.length) this.pool.push(this.makeRow());
+    this.pool.splice(shown.length).forEach((row) => row.remove());
+    shown.forEach((track, i) => this.fillRow(this.pool[i], track, first + i));
+    this.above.style.height = `${first * ROW_PX}px`;
+    this.below.style.height = `${Math.max(0, this.rows.length - first - shown.length) * ROW_PX}px`;
+    setAttribute(byId("table"), "aria-rowcount", String(this.rows.length + 1));
+  }
+
+  makeRow() {
+    const row = element("tr");
+    for (const [name] of COLUMNS) row.append(element("td", { class: name }));
+    row.addEventListener("click", () => change({ selected: row.dataset.id }));
+    this.body.insertBefore(row, this.below);
+    return row;
+  }
+
+  fillRow(row, track, index) {
+    row.dataset.id = track.id;
+    setAttribute(row, "aria-rowindex", String(index + 2));
+    setAttribute(row, "aria-selected", String(track.id === settings.selected));
+    COLUMNS.forEach(([name, , , , text], i) => {
+      const cell = row.children[i];
+      if (name === "source") {
+        setAttribute(cell, "data-source", track.source);
+        setAttribute(cell, "aria-label", track.source);
+        cell.classList.toggle("hollow", track.isDoubtful);
+      } else {
+        setText(cell, text(track));
+      }
+    });
+  }
+
+  /** Scrolls to the selected row, where it is out of sight. */
+  reveal() {
+    const index = this.rows.findIndex((track) => track.id === settings.selected);
+    if (index < 0) return;
+    const [top, height] = [index * ROW_PX, this.scroll.clientHeight - 2 * ROW_PX];
+    if (top < this.scroll.scrollTop) this.scroll.scrollTop = top;
+    else if (top > this.scroll.scrollTop + height) this.scroll.scrollTop = top - height;
+  }
+
+  key(event) {
+    const step = { ArrowDown: 1, ArrowUp: -1, PageDown: 10, PageUp: -10, Home: -Infinity, End: Infinity }[event.key];
+    if (!step || !this.rows.length || event.target.closest("th")) return;
+    event.preventDefault();
+    event.stopPropagation();
+    const now = this.rows.findIndex((track) => track.id === settings.selected);
+    const next = now < 0 ? 0 : Math.max(0, Math.min(this.rows.length - 1, now + step));
+    change({ selected: this.rows[next].id });
+  }
+}
