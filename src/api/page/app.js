@@ -90,8 +90,22 @@ async function load(...parts) {
   for (const part of parts) await part().catch(() => {});
 }
 
+let chosenSerial = null; // of the selected track
+
+/** Where the selected track has ended and its aircraft goes on under another id, the selection goes with the aircraft. */
+function keepSelection() {
+  const track = map.picture?.tracks.get(settings.selected);
+  if (track) {
+    chosenSerial = track.serial;
+  } else {
+    const heir = map.picture?.ofSerial(chosenSerial);
+    if (heir) change({ selected: heir.id });
+  }
+}
+
 function took(collection) {
   status.heard(collection);
+  keepSelection();
   if (!map.framed) map.frameOnce();
   if (status.isReplay) replay.at(Date.parse(collection.time));
   map.invalidate();
@@ -115,6 +129,7 @@ function start() {
     ended({ ids = [] }) {
       status.heard({});
       map.picture?.end(ids);
+      keepSelection();
       map.invalidate();
     },
     sensor(properties) {
@@ -131,7 +146,7 @@ function start() {
     // A snapshot follows: what was missed is in it.
     resync: () => status.heard({}),
   });
-  setInterval(() => load(loadSensors, loadAlerts), RENEW_MS);
+  setInterval(() => load(loadInfo, loadSensors, loadAlerts), RENEW_MS);
   return stream;
 }
 
@@ -161,7 +176,7 @@ function showSettings() {
   for (const box of byId("layer-list").querySelectorAll("input")) box.checked = layers[box.name];
   byId("label-by").value = labelBy;
   setAttribute(byId("follow"), "aria-pressed", String(follow && Boolean(selected)));
-  setText(byId("theme-button"), `Theme: ${settings.theme}`);
+  setText(byId("theme-button"), `◐ ${settings.theme}`);
   setAttribute(byId("theme-button"), "aria-label", `Theme: ${themeWords()}`);
   showFilter();
 }
@@ -245,7 +260,10 @@ function escape() {
 
 onChange((patch) => {
   if ("theme" in patch) applyTheme();
-  if ("selected" in patch) detail.refresh();
+  if ("selected" in patch) {
+    chosenSerial = map.picture?.tracks.get(settings.selected)?.serial ?? null;
+    detail.refresh();
+  }
   showSettings();
   map.invalidate();
 });

@@ -54,7 +54,7 @@ function reason(contributor, needed) {
   const { kind, sensor, track_number, weight, distance_m, threshold_m, within, co_present, ratio } = contributor;
   const parts = [];
   if (Number.isFinite(distance_m)) {
-    parts.push(`${distance_m.toFixed(1)} m apart` + (Number.isFinite(threshold_m) ? ` of ${threshold_m.toFixed(1)} m allowed` : ""));
+    parts.push(`${distance_m.toFixed(1)} m` + (Number.isFinite(threshold_m) ? ` of ${threshold_m.toFixed(1)} m allowed` : " apart"));
   }
   if (Number.isFinite(within) && Number.isFinite(co_present)) {
     const needs = Number.isFinite(needed) ? ` (needs ${format.percent(needed)})` : "";

@@ -65,9 +65,10 @@ function drawBearings(context, view, cx, cy, from, to) {
     context.lineTo(cx + to * sin, cy - to * cos);
     context.stroke();
     const leaves = exit(cx, cy, sin, -cos, view);
-    if (leaves > from * 1.2) {
-      write(context, `${String(angle).padStart(3, "0")}°`, cx + leaves * sin, cy - leaves * cos);
-    }
+    if (leaves <= from * 1.2) continue;
+    const [x, y] = [cx + leaves * sin, cy - leaves * cos];
+    const isOnScale = x < 190 && y > view.height - 50;
+    if (!isOnScale) write(context, `${String(angle).padStart(3, "0")}°`, x, y);
   }
 }
 

@@ -31,6 +31,11 @@ class Ring {
     this.last = time;
   }
 
+  copy(other) {
+    this.values.set(other.values);
+    [this.next, this.length, this.last] = [other.next, other.length, other.last];
+  }
+
   /** Where the i-th is in `values`, the oldest first. */
   at(i) {
     return ((this.next - this.length + i + this.size) % this.size) * 3;
@@ -112,6 +117,7 @@ class Track {
 
 export class Picture {
   tracks = new Map();
+  lastOf = new Map(); // the track that an aircraft had last, by serial number
   time = NaN;
 
   constructor(frame) {
@@ -124,7 +130,10 @@ export class Picture {
     const named = new Set(features.map((feature) => feature.properties.id));
     for (const id of this.tracks.keys()) if (!named.has(id)) this.tracks.delete(id);
     const time = Date.parse(collection.time);
-    if (time < this.time) this.tracks.clear();
+    if (time < this.time) {
+      this.tracks.clear();
+      this.lastOf.clear();
+    }
     this.update(collection);
   }
 
@@ -134,12 +143,30 @@ export class Picture {
       const whole = { lat, lng, ...properties };
       if (!Number.isFinite(whole.lat) || !Number.isFinite(whole.lng)) continue;
       let track = this.tracks.get(whole.id);
-      if (!track) this.tracks.set(whole.id, (track = new Track(whole.id)));
+      if (!track) this.tracks.set(whole.id, (track = this.newTrack(whole)));
       track.update(whole, this.frame);
+      if (track.serial) this.lastOf.set(track.serial, track);
     }
     const time = Date.parse(collection.time);
     if (Number.isFinite(time)) this.time = time;
-    for (const [id, track] of this.tracks) if (this.time - track.time > FORGET_MS) this.tracks.delete(id);
+    for (const known of [this.tracks, this.lastOf]) {
+      for (const [key, track] of known) if (this.time - track.time > FORGET_MS) known.delete(key);
+    }
+  }
+
+  /** In the reference profile an aircraft's id changes with its radar track: the trail behind it is still its own. */
+  newTrack({ id, uas_id }) {
+    const track = new Track(id);
+    const before = this.lastOf.get(uas_id?.serial_number);
+    if (before) track.trail.copy(before.trail);
+    return track;
+  }
+
+  /** The aircraft's track now, the fused one where there are several. */
+  ofSerial(serial) {
+    if (!serial) return null;
+    const all = [...this.tracks.values()].filter((track) => track.serial === serial);
+    return all.find((track) => track.source === "fused") ?? all[0] ?? null;
   }
 
   end(ids) {

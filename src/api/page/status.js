@@ -50,7 +50,14 @@ export class Status {
     setAttribute(badge, "title", title);
     document.body.classList.toggle("stale", state === "stale");
     setText(byId("utc"), `${format.utc(this.utc())} UTC`);
-    setText(byId("picture-time"), Number.isFinite(this.pictureTime) ? `picture ${format.date(this.pictureTime)} ${format.utc(this.pictureTime, 2)}` : "");
+    setText(byId("picture-time"), this.pictureWords());
+  }
+
+  /** The date only where it is another than today's: of a recording. */
+  pictureWords() {
+    if (!Number.isFinite(this.pictureTime)) return "";
+    const day = format.date(this.pictureTime);
+    return `picture ${day === format.date(this.utc()) ? "" : `${day} `}${format.utc(this.pictureTime, 2)}`;
   }
 
   words() {

@@ -94,7 +94,6 @@ export function drawSymbols(context, view, placed, now, alerted) {
   for (const [track, px, py] of placed) {
     context.globalAlpha = now - track.time > QUIET_MS ? 0.45 : 1;
     const colour = palette[track.source];
-    if (settings.layers.vectors) drawVector(context, view, track, px, py, colour);
     const path = new Path2D();
     SHAPES[track.source]?.(path, px, py, radius);
     context.lineWidth = track.isDoubtful ? 1.5 : 2.5;
@@ -110,17 +109,25 @@ export function drawSymbols(context, view, placed, now, alerted) {
   }
 }
 
-function drawVector(context, view, track, px, py, colour) {
-  if (!Number.isFinite(track.course)) return;
-  const angle = (track.course * Math.PI) / 180;
-  const length = track.speed * AHEAD_S * view.scale;
-  if (length < 7) return;
-  context.strokeStyle = colour;
+/** Where each will be, should it go on straight: dashed, not to be taken for a trail. */
+export function drawVectors(context, view, placed) {
+  context.save();
+  context.setLineDash([5, 3]);
   context.lineWidth = 1;
-  context.beginPath();
-  context.moveTo(px, py);
-  context.lineTo(px + length * Math.sin(angle), py - length * Math.cos(angle));
-  context.stroke();
+  for (const source of SOURCES) {
+    context.strokeStyle = palette[source];
+    context.beginPath();
+    for (const [track, px, py] of placed) {
+      if (track.source !== source || !Number.isFinite(track.course)) continue;
+      const angle = (track.course * Math.PI) / 180;
+      const length = track.speed * AHEAD_S * view.scale;
+      if (length < 7) continue;
+      context.moveTo(px, py);
+      context.lineTo(px + length * Math.sin(angle), py - length * Math.cos(angle));
+    }
+    context.stroke();
+  }
+  context.restore();
 }
 
 function ring(context, px, py, radius, colour, width) {
@@ -175,7 +182,7 @@ export function drawLabels(context, view, placed, alerted) {
       const left = side % 2 === 0 ? px + 9 : px - 9 - width;
       const top = side < 2 ? py - height - 1 : py + 1;
       const box = [left - 2, top, left + width + 2, top + height];
-      if (taken.hits(box)) continue;
+      if (taken.hits(box) || !isWithin(box, view)) continue;
       taken.add(box);
       track.place = side;
       const colour = track.id === settings.selected ? palette.selected : palette.ink;
@@ -184,6 +191,9 @@ export function drawLabels(context, view, placed, alerted) {
     }
   }
 }
+
+const isWithin = ([left, top, right, bottom], view) =>
+  left >= 0 && top >= 0 && right <= view.width && bottom <= view.height;
 
 /** Rectangles [left, top, right, bottom] in cells, so that 500 labels need not be compared with each other. */
 class Boxes {

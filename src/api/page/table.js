@@ -6,6 +6,7 @@ import { bearing } from "./geo.js";
 import { change, onChange, settings, SOURCES } from "./settings.js";
 
 const ROW_PX = 24; // as in the style sheet
+const HEAD_PX = 26;
 const SPARE_ROWS = 4;
 const EVERY_MS = 1000;
 
@@ -15,12 +16,12 @@ const approximate = (track) => (track.derived ? "≈" : "");
 /** Of each column: name, heading, its meaning, the value to sort by, the text. */
 const COLUMNS = [
   ["source", "", "Source", (track) => SOURCES.indexOf(track.source), () => ""],
-  ["number", "Number", "Track number", (track) => track.properties.track_number ?? track.id, (track) => track.name],
+  ["number", "No.", "Track number", (track) => track.properties.track_number ?? track.id, (track) => track.name],
   ["serial", "Serial", "Serial number", (track) => track.serial, (track) => track.serial || "–"],
-  ["height", "m", "Height above mean sea level, metres", (track) => track.properties.alt_msl, (track) => format.plain(track.properties.alt_msl)],
+  ["height", "Height", "Height above mean sea level, metres", (track) => track.properties.alt_msl, (track) => format.plain(track.properties.alt_msl)],
   ["speed", "m/s", "Speed over ground, metres a second", (track) => track.speed, (track) => (Number.isFinite(track.speed) ? approximate(track) : "") + format.plain(track.speed)],
   ["course", "Course", "Course over ground, degrees true", (track) => track.course, (track) => format.direction(track.course)],
-  ["range", "Range", "Distance from the radar", range, (track) => format.distance(range(track))],
+  ["range", "Range", "Distance from the radar, metres", range, (track) => format.plain(range(track))],
   ["bearing", "Brg", "Bearing from the radar, degrees true", (track) => bearing(track.x, track.y), (track) => format.direction(bearing(track.x, track.y))],
   ["uav", "UAV", "Probability that it is a drone, from the radar's classifier", (track) => track.properties.uav_probability, (track) => format.percent(track.properties.uav_probability)],
 ];
@@ -42,7 +43,10 @@ export class Table {
     this.makeHead();
     this.scroll.addEventListener("scroll", () => this.fill(), { passive: true });
     this.scroll.addEventListener("keydown", (event) => this.key(event));
-    new ResizeObserver(() => this.fill()).observe(this.scroll);
+    new ResizeObserver(() => {
+      this.reveal(); // the details have taken room, perhaps the selected row's
+      this.fill();
+    }).observe(this.scroll);
     onChange((patch) => {
       if ("sort" in patch) this.markSort();
       if ("selected" in patch) this.reveal();
@@ -131,6 +135,7 @@ export class Table {
         cell.classList.toggle("hollow", track.isDoubtful);
       } else {
         setText(cell, text(track));
+        if (name === "serial") setAttribute(cell, "title", track.serial); // which may be too long for its column
       }
     });
   }
@@ -139,9 +144,10 @@ export class Table {
   reveal() {
     const index = this.rows.findIndex((track) => track.id === settings.selected);
     if (index < 0) return;
-    const [top, height] = [index * ROW_PX, this.scroll.clientHeight - 2 * ROW_PX];
-    if (top < this.scroll.scrollTop) this.scroll.scrollTop = top;
-    else if (top > this.scroll.scrollTop + height) this.scroll.scrollTop = top - height;
+    // The heading stays at the top, above the rows, so a row's own height is needed below it.
+    const [highest, lowest] = [index * ROW_PX, HEAD_PX + (index + 1) * ROW_PX - this.scroll.clientHeight];
+    if (this.scroll.scrollTop > highest) this.scroll.scrollTop = highest;
+    else if (this.scroll.scrollTop < lowest) this.scroll.scrollTop = lowest;
   }
 
   key(event) {

@@ -41,7 +41,7 @@ export class View {
   }
 
   /** Shows all of some places, [x, y] each, with a margin. */
-  fit(places, margin = 70) {
+  fit(places, margin = 100) {
     if (!places.length) return;
     let [left, right, bottom, top] = [Infinity, -Infinity, Infinity, -Infinity];
     for (const [x, y] of places) {
