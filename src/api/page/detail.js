@@ -75,7 +75,7 @@ function contributors(track, info) {
     if (Number.isFinite(ratio)) {
       // A bar says at a glance how near to the limit the pair is.
       const meter = element("meter", { min: 0, max: 1, value: ratio, "aria-label": "Share of the slots within the limit" });
-      if (Number.isFinite(needed)) meter.low = needed;
+      if (Number.isFinite(needed)) [meter.low, meter.high, meter.optimum] = [needed, needed, 1];
       item.append(meter);
     }
     const small = [
