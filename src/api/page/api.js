@@ -2,19 +2,38 @@
 
 const address = (path) => new URL(`api/v1/${path}`, document.baseURI);
 
+// A service on the network asks for a token. It is kept for this tab alone, and gone with it.
+const TOKEN = "utm-fusion-token";
+let askForToken = () => {};
+export const onUnauthorized = (ask) => (askForToken = ask);
+export const setToken = (token) => sessionStorage.setItem(TOKEN, token);
+
+function headers(more) {
+  const token = sessionStorage.getItem(TOKEN);
+  return { accept: "application/json", ...(token ? { authorization: `Bearer ${token}` } : {}), ...more };
+}
+
 export async function get(path) {
-  return answer(await fetch(address(path), { headers: { accept: "application/json" } }));
+  return answer(await fetch(address(path), { headers: headers() }));
 }
 
 export async function post(path, body) {
-  const headers = { accept: "application/json", "content-type": "application/json" };
-  return answer(await fetch(address(path), { method: "POST", headers, body: JSON.stringify(body ?? {}) }));
+  const more = { "content-type": "application/json" };
+  return answer(await fetch(address(path), { method: "POST", headers: headers(more), body: JSON.stringify(body ?? {}) }));
+}
+
+/** An EventSource cannot send a header: with a token, a short-lived ticket goes into its address. */
+async function streamAddress() {
+  const url = address("stream");
+  if (sessionStorage.getItem(TOKEN)) url.searchParams.set("ticket", (await post("stream-tickets")).ticket);
+  return url;
 }
 
 /** What was answered; an error carries the service's own words (RFC 9457). */
 async function answer(response) {
   const text = await response.text();
   const value = text && parsed(text);
+  if (response.status === 401) askForToken();
   if (!response.ok) throw new Error(value?.detail ?? value?.title ?? `${response.status} ${response.statusText}`);
   return value ?? {};
 }
@@ -38,6 +57,7 @@ export class Stream {
   constructor(on) {
     this.on = on;
     this.wait = FIRST_WAIT_MS;
+    this.source = null;
     this.open();
     setInterval(() => {
       // A connection whose other end has vanished stays open in silence.
@@ -45,9 +65,14 @@ export class Stream {
     }, 1000);
   }
 
-  open() {
+  async open() {
     this.heard = performance.now();
-    const source = new EventSource(address("stream"));
+    let source;
+    try {
+      source = new EventSource(await streamAddress());
+    } catch {
+      return this.again();
+    }
     this.source = source;
     source.onopen = () => {
       this.wait = FIRST_WAIT_MS;
@@ -64,7 +89,7 @@ export class Stream {
   }
 
   again() {
-    this.source.close();
+    this.source?.close();
     this.source = null;
     this.on.failed(this.wait / 1000);
     setTimeout(() => this.open(), this.wait * (0.8 + 0.4 * Math.random()));

@@ -1,19 +1,20 @@
 // The map page: takes the stream of events, and hands each to the part that shows it.
 
 import { Alerts } from "./alerts.js";
-import { get, Stream } from "./api.js";
+import { get, onUnauthorized, setToken, Stream } from "./api.js";
 import { Detail } from "./detail.js";
 import { byId, element, setAttribute, setText } from "./dom.js";
 import * as format from "./format.js";
 import { bearing, Frame } from "./geo.js";
 import { Keyboard } from "./keyboard.js";
 import { Map2d } from "./map.js";
+import { listenForOverlays } from "./overlays.js";
 import { applyTheme, nextTheme, themeWords } from "./palette.js";
 import { Picture } from "./picture.js";
 import { Replay } from "./replay.js";
 import { Sensors } from "./sensors.js";
 import { change, isFiltering, LAYERS, onChange, read, settings, toggleLayer, toggleSource } from "./settings.js";
-import { readFile, Shapes } from "./shapes.js";
+import { Shapes } from "./shapes.js";
 import { Status } from "./status.js";
 import { Table } from "./table.js";
 
@@ -34,19 +35,18 @@ const sensors = new Sensors(() => map.invalidate());
 
 // ── what the service says
 
-/** The first radar is the origin; without any, the first place that the service names. */
-function originate(lat, lng) {
+let hasSensors = false;
+
+/** The first radar is the origin; once it is known that there is none, the first track. */
+function originate(lat, lng, isRadar) {
   if (map.picture || !Number.isFinite(lat) || !Number.isFinite(lng)) return;
-  const picture = new Picture(new Frame(lat, lng));
+  const picture = new Picture(new Frame(lat, lng, isRadar));
   [map.picture, table.picture, detail.picture] = [picture, picture, picture];
   map.frameOnce();
 }
 
-function originateFrom(collection) {
-  for (const { geometry, properties } of collection?.features ?? []) {
-    if (properties?.kind && properties.kind !== "radar") continue;
-    if (geometry?.type === "Point") return originate(geometry.coordinates[1], geometry.coordinates[0]);
-  }
+function originateFromTracks({ features = [] }) {
+  if (hasSensors && features.length) originate(features[0].properties.lat, features[0].properties.lng, false);
 }
 
 async function loadInfo() {
@@ -63,14 +63,16 @@ async function loadInfo() {
 
 async function loadSensors() {
   const collection = await get("sensors");
-  originateFrom(collection);
   sensors.replace(collection);
-  map.radars = (collection.features ?? [])
+  const radars = (collection.features ?? [])
     .filter(({ geometry, properties }) => properties.kind === "radar" && geometry?.type === "Point")
-    .map(({ geometry: { coordinates: [lng, lat] }, properties: { id } }) => {
-      const [x, y] = map.picture.frame.toLocal(lat, lng);
-      return { id, x, y };
-    });
+    .map(({ geometry: { coordinates: [lng, lat] }, properties: { id } }) => ({ id, lat, lng }));
+  if (radars.length) originate(radars[0].lat, radars[0].lng, true);
+  hasSensors = true;
+  map.radars = radars.map(({ id, lat, lng }) => {
+    const [x, y] = map.picture.frame.toLocal(lat, lng);
+    return { id, x, y };
+  });
   map.invalidate();
 }
 
@@ -116,13 +118,13 @@ function start() {
     opened: () => load(loadInfo, loadSensors, loadShapes, loadAlerts),
     failed: (wait) => (status.retry = wait),
     snapshot(collection) {
-      originateFrom(collection);
+      originateFromTracks(collection);
       map.picture?.snapshot(collection);
       took(collection);
       table.refresh();
     },
     tracks(collection) {
-      originateFrom(collection);
+      originateFromTracks(collection);
       map.picture?.update(collection);
       took(collection);
     },
@@ -156,8 +158,9 @@ function showCursor(px, py) {
   const readout = byId("readout");
   if (px == null || !map.picture) return setText(readout, "");
   const [x, y] = map.view.toLocal(px, py);
-  const where = format.position(...map.picture.frame.toGeodetic(x, y));
-  setText(readout, `${bearing(x, y).toFixed(1).padStart(5, "0")}°  ${format.distance(Math.hypot(x, y))}  ${where}`);
+  const { frame } = map.picture;
+  const about = frame.isRadar ? `${bearing(x, y).toFixed(1).padStart(5, "0")}°  ${format.distance(Math.hypot(x, y))}  ` : "";
+  setText(readout, about + format.position(...frame.toGeodetic(x, y)));
 }
 
 function showFilter() {
@@ -181,33 +184,6 @@ function showSettings() {
   showFilter();
 }
 
-async function addOverlays(files) {
-  for (const file of files) {
-    try {
-      if (!map.picture) throw new Error("The map has no origin yet: no radar and no track");
-      map.overlays.push(new Shapes(file.name, await readFile(file), map.picture.frame));
-      setText(byId("overlay-error"), "");
-    } catch (error) {
-      setText(byId("overlay-error"), error.message);
-      byId("layers").showPopover();
-    }
-  }
-  showOverlays();
-}
-
-function showOverlays() {
-  const items = map.overlays.map((overlay) => {
-    const remove = element("button", { type: "button", "aria-label": `Remove ${overlay.name}` }, "Remove");
-    remove.addEventListener("click", () => {
-      map.overlays = map.overlays.filter((other) => other !== overlay);
-      showOverlays();
-    });
-    return element("li", {}, overlay.name, remove);
-  });
-  byId("overlay-list").replaceChildren(...items);
-  map.invalidate();
-}
-
 function listen() {
   for (const [name, [words]] of Object.entries(LAYERS)) {
     const box = element("input", { type: "checkbox", name });
@@ -225,20 +201,6 @@ function listen() {
   byId("follow").addEventListener("click", toggleFollow);
   byId("theme-button").addEventListener("click", () => change({ theme: nextTheme() }));
   byId("help-button").addEventListener("click", () => byId("help").showModal());
-  byId("overlay-file").addEventListener("change", (event) => {
-    addOverlays([...event.target.files]);
-    event.target.value = "";
-  });
-  addEventListener("dragover", (event) => {
-    event.preventDefault();
-    byId("drop-hint").hidden = false;
-  });
-  addEventListener("dragleave", (event) => (byId("drop-hint").hidden = event.relatedTarget === null));
-  addEventListener("drop", (event) => {
-    event.preventDefault();
-    byId("drop-hint").hidden = true;
-    addOverlays([...event.dataTransfer.files]);
-  });
   addEventListener("hashchange", () => {
     read();
     map.framed = false;
@@ -268,7 +230,17 @@ onChange((patch) => {
   map.invalidate();
 });
 
+onUnauthorized(() => {
+  if (!byId("sign-in").open) byId("sign-in").showModal();
+});
+byId("sign-in-form").addEventListener("submit", () => {
+  setToken(byId("token").value);
+  byId("token").value = "";
+  load(loadInfo, loadSensors, loadShapes, loadAlerts); // the stream tries again by itself
+});
+
 listen();
+listenForOverlays(map);
 new Keyboard([
   [["+", "="], "Zoom in", () => map.zoom(1.5)],
   [["-", "_"], "Zoom out", () => map.zoom(1 / 1.5)],

@@ -2,7 +2,6 @@
 
 import { byId, element } from "./dom.js";
 import * as format from "./format.js";
-import { bearing } from "./geo.js";
 import { change, settings } from "./settings.js";
 
 const SOURCE_WORDS = {
@@ -24,7 +23,7 @@ function properties(track, time) {
     ["Source", SOURCE_WORDS[track.source] ?? track.source],
     ["State", p.state],
     ["Position", format.position(p.lat, p.lng)],
-    ["From the radar", `${format.distance(Math.hypot(track.x, track.y))} at ${bearing(track.x, track.y).toFixed(1)}°`],
+    ["From the radar", known(track.range, (value) => `${format.distance(value)} at ${track.bearing.toFixed(1)}°`)],
     ["Height AMSL", known(p.alt_msl, (value) => format.metres(value, 1)) ?? "not measured"],
     ["Height, ellipsoid", known(p.alt, (value) => format.metres(value, 1))],
     ["Geoid separation", known(p.geoid_separation, (value) => format.metres(value, 1))],

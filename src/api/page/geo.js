@@ -18,7 +18,8 @@ function earthCentred(lat, lng) {
 
 /** East and north of an origin; exact in bearing, and within millimetres in range over tens of kilometres. */
 export class Frame {
-  constructor(lat, lng) {
+  constructor(lat, lng, isRadar = true) {
+    this.isRadar = isRadar;
     this.lat = lat;
     this.lng = lng;
     this.origin = earthCentred(lat, lng);

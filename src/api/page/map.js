@@ -68,7 +68,7 @@ export class Map2d {
     if (layers.coverage && this.coverage) drawCoverage(context, view, this.coverage);
     if (layers.areas && this.areas) drawAreas(context, view, this.areas);
     for (const overlay of this.overlays) drawOverlay(context, view, overlay);
-    if (layers.rings && this.radars.length) drawRings(context, view);
+    if (layers.rings && this.picture.frame.isRadar) drawRings(context, view);
     if (layers.trails) drawTrails(context, view, tracks, time);
     drawRadars(context, view, this.radars);
     this.placed = place(view, tracks);

@@ -55,6 +55,8 @@ class Track {
     this.source = properties.source;
     this.time = Date.parse(properties.time);
     [this.x, this.y] = frame.toLocal(properties.lat, properties.lng);
+    // Without a radar the origin is any place, and a distance from it says nothing.
+    [this.range, this.bearing] = frame.isRadar ? [Math.hypot(this.x, this.y), bearing(this.x, this.y)] : [NaN, NaN];
     if (this.time < this.recent.last) {
       this.trail.clear();
       this.recent.clear();

@@ -3,8 +3,6 @@
 import { FONT, write } from "./furniture.js";
 import { palette } from "./palette.js";
 
-const LARGEST_FILE = 20e6; // octets; a browser that parses more stands still
-
 /** A GeoJSON object as paths in metres, made once; drawing it is then one stroke whatever the zoom. */
 export class Shapes {
   constructor(name, geojson, frame) {
@@ -112,19 +110,6 @@ export class Shapes {
 }
 
 const northmost = (coordinates) => coordinates.reduce((best, at) => (at[1] > best[1] ? at : best));
-
-/** A file of the user's as GeoJSON; throws with words for the user. */
-export async function readFile(file) {
-  if (file.size > LARGEST_FILE) throw new Error(`${file.name}: larger than 20 MB`);
-  let value;
-  try {
-    value = JSON.parse(await file.text());
-  } catch {
-    throw new Error(`${file.name}: not JSON`);
-  }
-  if (typeof value?.type !== "string") throw new Error(`${file.name}: not GeoJSON`);
-  return value;
-}
 
 export function drawCoverage(context, view, shapes) {
   shapes.draw(context, view, palette.coverage, { fill: 0, dash: [6, 4] });

@@ -48,6 +48,7 @@ export class Status {
     setAttribute(badge, "data-state", state);
     setText(badge, text);
     setAttribute(badge, "title", title);
+    setText(byId("announcement"), `${state}: ${title}`); // said once, not at each second of the badge
     document.body.classList.toggle("stale", state === "stale");
     setText(byId("utc"), `${format.utc(this.utc())} UTC`);
     setText(byId("picture-time"), this.pictureWords());

@@ -8,13 +8,14 @@ import { settings, SOURCES } from "./settings.js";
 
 const BANDS = 6; // steps of fading: one path each and source, however many tracks
 const BREAK_MS = 5000; // a longer silence is a gap in the trail, not a straight line
+const STEP_PX = 3;
 const AHEAD_S = 10;
 const QUIET_MS = 2000; // without news this long, a track is drawn faint
 const LINE_PX = 13;
 const CELL_PX = 64;
 
 export function drawTrails(context, view, tracks, now) {
-  context.lineJoin = "round";
+  context.lineJoin = "bevel";
   const chosen = tracks.find((track) => track.id === settings.selected);
   for (const source of SOURCES) {
     const paths = Array.from({ length: BANDS }, () => new Path2D());
@@ -40,20 +41,26 @@ function strokeBands(context, paths, strongest) {
   });
 }
 
+/** From the track backwards, one line through each band; points that fall on the same place are passed over. */
 function addTrail(paths, view, track, now) {
   const { trail } = track;
   let [px, py] = view.toScreen(track.x, track.y);
   let before = track.time;
+  let penIn = -1; // the band whose path ends at (px, py)
   for (let i = trail.length - 1; i >= 0; i--) {
     const at = trail.at(i);
     const time = trail.values[at];
     const age = now - time;
     if (age > TRAIL_S * 1000) break;
     const [x, y] = view.toScreen(trail.values[at + 1], trail.values[at + 2]);
-    if (before - time <= BREAK_MS && (view.contains(px, py, 20) || view.contains(x, y, 20))) {
-      const path = paths[Math.max(0, Math.min(BANDS - 1, Math.floor((age / TRAIL_S / 1000) * BANDS)))];
-      path.moveTo(px, py);
-      path.lineTo(x, y);
+    if (i > 0 && Math.abs(x - px) + Math.abs(y - py) < STEP_PX && before - time <= BREAK_MS) continue;
+    const band = Math.max(0, Math.min(BANDS - 1, Math.floor((age / TRAIL_S / 1000) * BANDS)));
+    if (before - time > BREAK_MS || !(view.contains(px, py, 20) || view.contains(x, y, 20))) {
+      penIn = -1;
+    } else {
+      if (penIn !== band) paths[band].moveTo(px, py);
+      paths[band].lineTo(x, y);
+      penIn = band;
     }
     [px, py, before] = [x, y, time];
   }
@@ -179,7 +186,8 @@ export function drawLabels(context, view, placed, alerted) {
     // Where it was is tried first: a label that jumps cannot be read.
     for (let attempt = 0; attempt < 4; attempt++) {
       const side = (track.place + attempt) % 4;
-      const left = side % 2 === 0 ? px + 9 : px - 9 - width;
+      const beside = track.id === settings.selected ? 17 : 9; // clear of the bracket
+      const left = side % 2 === 0 ? px + beside : px - beside - width;
       const top = side < 2 ? py - height - 1 : py + 1;
       const box = [left - 2, top, left + width + 2, top + height];
       if (taken.hits(box) || !isWithin(box, view)) continue;

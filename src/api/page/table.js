@@ -2,7 +2,6 @@
 
 import { byId, element, setAttribute, setText } from "./dom.js";
 import * as format from "./format.js";
-import { bearing } from "./geo.js";
 import { change, onChange, settings, SOURCES } from "./settings.js";
 
 const ROW_PX = 24; // as in the style sheet
@@ -10,7 +9,6 @@ const HEAD_PX = 26;
 const SPARE_ROWS = 4;
 const EVERY_MS = 1000;
 
-const range = (track) => Math.hypot(track.x, track.y);
 const approximate = (track) => (track.derived ? "≈" : "");
 
 /** Of each column: name, heading, its meaning, the value to sort by, the text. */
@@ -21,8 +19,8 @@ const COLUMNS = [
   ["height", "Height", "Height above mean sea level, metres", (track) => track.properties.alt_msl, (track) => format.plain(track.properties.alt_msl)],
   ["speed", "m/s", "Speed over ground, metres a second", (track) => track.speed, (track) => (Number.isFinite(track.speed) ? approximate(track) : "") + format.plain(track.speed)],
   ["course", "Course", "Course over ground, degrees true", (track) => track.course, (track) => format.direction(track.course)],
-  ["range", "Range", "Distance from the radar, metres", range, (track) => format.plain(range(track))],
-  ["bearing", "Brg", "Bearing from the radar, degrees true", (track) => bearing(track.x, track.y), (track) => format.direction(bearing(track.x, track.y))],
+  ["range", "Range", "Distance from the radar, metres", (track) => track.range, (track) => format.plain(track.range)],
+  ["bearing", "Brg", "Bearing from the radar, degrees true", (track) => track.bearing, (track) => format.direction(track.bearing)],
   ["uav", "UAV", "Probability that it is a drone, from the radar's classifier", (track) => track.properties.uav_probability, (track) => format.percent(track.properties.uav_probability)],
 ];
 
@@ -126,7 +124,7 @@ export class Table {
   fillRow(row, track, index) {
     row.dataset.id = track.id;
     setAttribute(row, "aria-rowindex", String(index + 2));
-    setAttribute(row, "aria-selected", String(track.id === settings.selected));
+    setAttribute(row, "aria-current", String(track.id === settings.selected));
     COLUMNS.forEach(([name, , , , text], i) => {
       const cell = row.children[i];
       if (name === "source") {
