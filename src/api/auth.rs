@@ -29,7 +29,7 @@ pub enum Scope {
     Read,
     /// To open streams.
     Stream,
-    /// To change something; no route does so yet.
+    /// To steer a replay.
     Control,
 }
 

@@ -12,6 +12,7 @@ mod auth;
 mod endings;
 mod filter;
 mod guard;
+mod history;
 mod keeper;
 mod log;
 mod metrics;
@@ -19,6 +20,7 @@ mod openapi;
 mod page;
 mod problem;
 mod readsb;
+mod replay;
 pub mod routes;
 mod seats;
 mod server;
@@ -40,7 +42,8 @@ use tokio::time::Instant;
 
 use crate::areas::{AreaError, polygons_of};
 use crate::config::Auth;
-use crate::live::{Hub, SensorStatus};
+use crate::live::{Hub, Player, SensorStatus};
+use crate::store::Store;
 use crate::time::Time;
 use auth::{Tickets, Tokens};
 use keeper::{Alert, Keeper};
@@ -64,6 +67,10 @@ pub struct Options {
     pub header_timeout: Duration,
     /// Tells the time.
     pub clock: fn() -> Time,
+    /// Where tracks were; `None`: no history is kept.
+    pub history: Option<Store>,
+    /// The recording that is replayed; `None`: the service is live.
+    pub player: Option<Player>,
 }
 
 impl Default for Options {
@@ -74,6 +81,8 @@ impl Default for Options {
             connections: 4_000,
             header_timeout: Duration::from_secs(10),
             clock: crate::live::now,
+            history: None,
+            player: None,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::ask::{Answer, Ask};
 use super::auth::{Scope, open_ticket};
-use super::{metrics, openapi, page, readsb, service, sites, stream, tracks, uss};
+use super::{history, metrics, openapi, page, readsb, replay, service, sites, stream, tracks, uss};
 
 /// A path and what is done there.
 #[derive(Clone, Copy, Debug)]
@@ -75,6 +75,20 @@ const VIEW: [Parameter; 2] = [
     parameter("recent_positions_duration", "number", "seconds, 0 to 60; recent positions are not given"),
 ];
 
+const TRAIL: [Parameter; 3] = [
+    parameter("since", "string", "RFC 3339; default: 10 minutes before until"),
+    parameter("until", "string", "RFC 3339; default: now"),
+    parameter("format", "string", "geojson (default), gpx, kml or csv"),
+];
+
+const TIME: [Parameter; 1] = [parameter("time", "string", "RFC 3339")];
+
+const SPEED: [Parameter; 1] =
+    [parameter("speed", "number", "how many times faster than it happened, 0.01 to 1000")];
+
+const CONTROL: Route =
+    Route { post: true, scope: Some(Scope::Control), problems: &[409, 413], handler: replay::play, ..GET };
+
 const GET: Route = Route {
     path: "",
     post: false,
@@ -106,6 +120,45 @@ pub const ROUTES: &[Route] = &[
         problems: &[404],
         handler: tracks::one,
         ..GET
+    },
+    Route {
+        path: "/api/v1/tracks/{id}/trail",
+        summary: "Where a track was, a place a second",
+        parameters: Some(&TRAIL),
+        content_type: GEO_JSON,
+        problems: &[404, 503],
+        handler: history::trail,
+        ..GET
+    },
+    Route {
+        path: "/api/v1/snapshot",
+        summary: "The picture at a past time, to a second",
+        parameters: Some(&TIME),
+        content_type: GEO_JSON,
+        problems: &[404, 503],
+        handler: history::snapshot,
+        ..GET
+    },
+    Route { path: "/api/v1/replay/play", summary: "The replay goes on", ..CONTROL },
+    Route {
+        path: "/api/v1/replay/pause",
+        summary: "The replay stops where it is",
+        handler: replay::pause,
+        ..CONTROL
+    },
+    Route {
+        path: "/api/v1/replay/seek",
+        summary: "The replay goes to a time",
+        parameters: Some(&TIME),
+        handler: replay::seek,
+        ..CONTROL
+    },
+    Route {
+        path: "/api/v1/replay/speed",
+        summary: "The replay goes faster or slower",
+        parameters: Some(&SPEED),
+        handler: replay::speed,
+        ..CONTROL
     },
     Route {
         path: "/api/v1/stream",

@@ -6,6 +6,7 @@ use serde_json::{Map, Value, json};
 
 use super::ask::{Answer, Ask, JSON, json};
 use super::problem::Problem;
+use super::replay;
 use crate::config::{Auth, Config};
 use crate::json::rounded;
 use crate::live::{SensorState, Status};
@@ -134,13 +135,12 @@ fn tally(tally: &Tally, config: &Config) -> Value {
 pub fn info(ask: &Ask) -> Answer {
     let hub = ask.state.hub();
     let (config, fusion) = (&hub.config, &hub.config.fusion);
+    let replay = replay::state(ask.state.options().player.as_ref());
     let auth = match config.http.auth {
         Auth::None => "none",
         Auth::Tokens { .. } => "tokens",
     };
-    json(
-        JSON,
-        &json!({
+    let mut info = json!({
             "name": "utm-fusion",
             "version": env!("CARGO_PKG_VERSION"),
             "site": { "name": config.site.name, "sac": config.site.sac, "sic": config.site.sic },
@@ -149,6 +149,7 @@ pub fn info(ask: &Ask) -> Answer {
             "slot_s": fusion.slot.as_secs_f64(),
             "latency_s": fusion.latency().as_secs_f64(),
             "started": hub.started.to_string(),
+            "mode": if replay.is_some() { "replay" } else { "live" },
             "auth": auth,
             "settings": {
                 "window_s": fusion.window().as_secs_f64(),
@@ -162,6 +163,9 @@ pub fn info(ask: &Ask) -> Answer {
                 "radar_only_min_s": fusion.radar_only_min_s,
                 "suppress_s": fusion.suppress().as_secs_f64(),
             },
-        }),
-    )
+    });
+    if let Some(replay) = replay {
+        info["replay"] = replay;
+    }
+    json(JSON, &info)
 }

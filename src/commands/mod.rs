@@ -14,6 +14,7 @@ pub mod progress;
 pub mod record;
 pub mod replay;
 pub mod run;
+pub mod serve;
 pub mod simulate;
 pub mod summary;
 mod table;

@@ -2,7 +2,9 @@
 
 use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal, Write};
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 use indicatif::ProgressBar;
@@ -44,9 +46,9 @@ pub struct Args {
     /// The engine's profile, instead of the configuration's.
     #[arg(long, value_name = "PROFILE")]
     pub profile: Option<String>,
-    /// How many times faster than it happened; `max`: as fast as it goes.
-    #[arg(long, default_value = "max", value_name = "N|max")]
-    pub speed: Speed,
+    /// How many times faster than it happened; `max`: as fast as it goes. By default max, with --serve 1.
+    #[arg(long, value_name = "N|max")]
+    pub speed: Option<Speed>,
     /// No output before this time of the flight: 2026-11-20T10:00:00Z, 10:00:00 or +90s.
     #[arg(long, value_name = "T")]
     pub start: Option<Moment>,
@@ -60,6 +62,12 @@ pub struct Args {
     /// file (<name>.numbers.json of a recording). It is only read.
     #[arg(long, value_name = "DIR")]
     pub state: Option<PathBuf>,
+    /// Serves the API and the map of it, until Ctrl-C; it can be paused, sped up, and taken to another time.
+    #[arg(long, conflicts_with_all = ["output", "start", "end", "stats"])]
+    pub serve: bool,
+    /// Where --serve listens, instead of the configuration's http.listen.
+    #[arg(long, value_name = "ADDR", requires = "serve")]
+    pub http: Option<SocketAddr>,
     /// Adds how long it took to the summary, and prints it to standard error where standard output holds data.
     #[arg(long)]
     pub stats: bool,
@@ -73,6 +81,17 @@ pub fn run(args: &Args) -> CommandResult {
         config.fusion.profile = profile.map_err(|error| Usage(format!("--profile {name}: {error}")))?;
     }
     let masks = Masks::load(&config.areas)?;
+    if args.serve {
+        let speed = match args.speed {
+            None => 1.0,
+            Some(Speed::Times(times)) => times,
+            Some(Speed::Max) => {
+                return Err(Usage("--serve needs a speed to be seen at: --speed 10".to_owned()).into());
+            }
+        };
+        config.http.listen = args.http.unwrap_or(config.http.listen);
+        return super::serve::replay(args.inputs.clone(), args.date, Arc::new(config), masks, speed);
+    }
     let captures = args.inputs.iter().map(|path| Capture::open(path)).collect::<Result<Vec<_>, _>>()?;
     let output = Destination::open(args, &config)?;
     let to_stdout = args.output.as_deref() == Some(Path::new("-"));
@@ -177,7 +196,7 @@ impl<'a> Replay<'a> {
             maker: PictureMaker::new(config, pipeline.normaliser()),
             output,
             summary: Summary::default(),
-            pace: Pace::new(args.speed),
+            pace: Pace::new(args.speed.unwrap_or(Speed::Max)),
             first: None,
             latency: config.fusion.latency(),
             failed: None,

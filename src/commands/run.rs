@@ -75,7 +75,8 @@ async fn serve(args: &Args, config: Arc<Config>, masks: Masks) -> CommandResult 
     let record = record.map(|record| Recorder::start(&config, record, numbers, true)).transpose()?;
     let (recorded, recorder) = record.unzip();
     let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), started);
-    let api = ApiState::start(hub.clone(), api::Options::default())?;
+    let history = history(&config);
+    let api = ApiState::start(hub.clone(), api::Options { history: history.clone(), ..Default::default() })?;
     let outlets = Outlets {
         hub: writer,
         sinks: Sinks::open(&config.output.asterix)?,
@@ -84,7 +85,7 @@ async fn serve(args: &Args, config: Arc<Config>, masks: Masks) -> CommandResult 
     };
     let service = Service::start(config.clone(), driver, outlets, &tokio::runtime::Handle::current())?;
     let alerts = Alerts::new(AlertAreas::load(&config.areas)?, started);
-    let observer = tokio::spawn(observe(hub.clone(), alerts, historian(&config)));
+    let observer = tokio::spawn(observe(hub.clone(), alerts, history.and_then(historian)));
     let http = tokio::spawn(api::serve(listener, api.clone()));
     info!("{}: running, http://{address}/; Ctrl-C ends it", config.site.name);
     let notifier = Notifier::from_env();
@@ -117,7 +118,7 @@ async fn serve(args: &Args, config: Arc<Config>, masks: Masks) -> CommandResult 
 }
 
 /// The history, where one is configured and can be opened: without it the service runs all the same.
-fn historian(config: &Config) -> Option<Historian> {
+fn history(config: &Config) -> Option<Store> {
     let state = &config.state;
     if state.history_hours <= 0.0 {
         return None;
@@ -129,9 +130,12 @@ fn historian(config: &Config) -> Option<Historian> {
     let path = state.dir.join("history.redb");
     let opened = std::fs::create_dir_all(&state.dir)
         .map_err(|error| format!("{}: {error}", state.dir.display()))
-        .and_then(|()| Store::open(&path, limits).map_err(|error| error.to_string()))
-        .and_then(|store| Historian::start(store).map_err(|error| error.to_string()));
+        .and_then(|()| Store::open(&path, limits).map_err(|error| error.to_string()));
     opened.map_err(|error| error!("no history is kept: {error}")).ok()
+}
+
+fn historian(store: Store) -> Option<Historian> {
+    Historian::start(store).map_err(|error| error!("no history is kept: {error}")).ok()
 }
 
 /// Until it is to end; an error where the engine has ended by itself.

@@ -22,6 +22,6 @@ pub use driver::{Driver, Made};
 pub use health::{LineStatus, SensorState, SensorStatus, Unknown};
 pub use hub::{Frame, Hub, HubWriter, Status};
 pub use observer::observe;
-pub use player::{Order, Player, PlayerState};
+pub use player::{OpenCaptures, Order, Player, PlayerState};
 pub(crate) use service::{Listening, listen};
 pub use service::{Outlets, Recorded, Service, now};

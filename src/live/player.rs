@@ -2,8 +2,8 @@
 
 use std::error::Error;
 use std::io;
-use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -54,6 +54,7 @@ pub type OpenCaptures = Box<dyn Fn() -> Result<Vec<Capture>, OpenError> + Send>;
 pub struct Player {
     orders: Sender<Order>,
     state: watch::Receiver<PlayerState>,
+    last: Arc<OnceLock<Time>>,
 }
 
 impl Player {
@@ -72,10 +73,12 @@ impl Player {
         let (orders, ordered) = mpsc::channel();
         let begin = PlayerState { playing: true, speed, time: None, first: None, ended: false };
         let (state, watched) = watch::channel(begin);
-        let show = Show { config, masks, hub, state, orders: ordered, anchor: None, from: None };
+        let last = Arc::new(OnceLock::new());
+        let show =
+            Show { config, masks, hub, state, orders: ordered, anchor: None, from: None, last: last.clone() };
         let thread =
             std::thread::Builder::new().name("replay".to_owned()).spawn(move || show.run(&open, date))?;
-        Ok((Self { orders, state: watched }, thread))
+        Ok((Self { orders, state: watched, last }, thread))
     }
 
     /// Asks for something; it is done at the next slot.
@@ -87,6 +90,11 @@ impl Player {
     /// How the replay is.
     pub fn state(&self) -> PlayerState {
         *self.state.borrow()
+    }
+
+    /// The last slot of the recording, once it has been seen to its end.
+    pub fn last(&self) -> Option<Time> {
+        self.last.get().copied()
     }
 
     /// Told whenever that changes.
@@ -115,6 +123,7 @@ struct Show {
     anchor: Option<(Time, Instant)>,
     /// Slots before this time are passed over.
     from: Option<Time>,
+    last: Arc<OnceLock<Time>>,
 }
 
 impl Show {
@@ -178,6 +187,9 @@ impl Show {
             }
         }
         info!("the recording has come to its end");
+        if let Some(time) = self.state.borrow().time {
+            self.last.get_or_init(|| time);
+        }
         self.state.send_modify(|state| (state.playing, state.ended) = (false, true));
         loop {
             match self.orders.recv() {

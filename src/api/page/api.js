@@ -8,18 +8,19 @@ let askForToken = () => {};
 export const onUnauthorized = (ask) => (askForToken = ask);
 export const setToken = (token) => sessionStorage.setItem(TOKEN, token);
 
-function headers(more) {
+function headers() {
   const token = sessionStorage.getItem(TOKEN);
-  return { accept: "application/json", ...(token ? { authorization: `Bearer ${token}` } : {}), ...more };
+  return { accept: "application/json", ...(token ? { authorization: `Bearer ${token}` } : {}) };
 }
 
 export async function get(path) {
   return answer(await fetch(address(path), { headers: headers() }));
 }
 
-export async function post(path, body) {
-  const more = { "content-type": "application/json" };
-  return answer(await fetch(address(path), { method: "POST", headers: headers(more), body: JSON.stringify(body ?? {}) }));
+export async function post(path, parameters = {}) {
+  const url = address(path);
+  for (const [name, value] of Object.entries(parameters)) url.searchParams.set(name, value);
+  return answer(await fetch(url, { method: "POST", headers: headers() }));
 }
 
 /** An EventSource cannot send a header: with a token, a short-lived ticket goes into its address. */

@@ -1,0 +1,201 @@
+//! Where tracks were, and what the picture was: from the history, a picture a second.
+
+use std::fmt::Write as _;
+
+use axum::http::StatusCode;
+use jiff::{SignedDuration, Timestamp};
+use serde_json::{Value, json};
+
+use super::ask::{Answer, Ask, GEO_JSON, json, live};
+use super::problem::Problem;
+use crate::json::rounded;
+use crate::store::{Kept, Store};
+use crate::time::Time;
+
+/// A trail goes back this far where it is not said how far.
+const TRAIL: SignedDuration = SignedDuration::from_mins(10);
+/// Places of a trail: a day of them.
+const PLACES: usize = 86_400;
+/// A snapshot is the latest picture at most this much before the time asked for: one a second is kept.
+const WITHIN: SignedDuration = SignedDuration::from_secs(2);
+
+/// `/api/v1/tracks/{id}/trail`.
+pub fn trail(ask: &Ask) -> Answer {
+    let store = store(ask)?;
+    let until = time(ask, "until")?.unwrap_or_else(|| ask.state.now());
+    let since = time(ask, "since")?.unwrap_or(until + -TRAIL);
+    let format = ask.text("format").unwrap_or("geojson");
+    let write: fn(&str, &[(Time, Kept)], f64) -> String = match format {
+        "geojson" => geojson,
+        "gpx" => gpx,
+        "kml" => kml,
+        "csv" => csv,
+        _ => return Err(Problem::parameter("format", "it is geojson, gpx, kml or csv")),
+    };
+    let content_type = match format {
+        "gpx" => "application/gpx+xml",
+        "kml" => "application/vnd.google-earth.kml+xml",
+        "csv" => "text/csv; charset=utf-8",
+        _ => GEO_JSON,
+    };
+    let places = store.trail(&ask.id, since, until, PLACES).map_err(failed)?;
+    if places.is_empty() {
+        return Err(Problem::not_found("the history has no place of this id in that time"));
+    }
+    let undulation_m = ask.state.hub().maker.geoid_undulation_m();
+    Ok(live(content_type, write(&ask.id, &places, undulation_m)))
+}
+
+/// `/api/v1/snapshot`.
+pub fn snapshot(ask: &Ask) -> Answer {
+    let store = store(ask)?;
+    let at = time(ask, "time")?.ok_or_else(|| Problem::parameter("time", "it has to be given, RFC 3339"))?;
+    let Some(snapshot) = store.snapshot(at, WITHIN).map_err(failed)? else {
+        let kept = store.span().map_err(failed)?;
+        let kept =
+            kept.map_or("it is empty".to_owned(), |(first, last)| format!("it goes from {first} to {last}"));
+        return Err(Problem::not_found(format!("the history has no picture of that time; {kept}")));
+    };
+    let undulation_m = ask.state.hub().maker.geoid_undulation_m();
+    let feature = |track: &Kept| {
+        json!({
+            "type": "Feature",
+            "id": track.id,
+            "geometry": { "type": "Point", "coordinates": position(track, undulation_m) },
+            "properties": properties(track, snapshot.time),
+        })
+    };
+    json(
+        GEO_JSON,
+        &json!({
+            "type": "FeatureCollection",
+            "time": snapshot.time.to_string(),
+            "site": ask.state.hub().config.site.name,
+            "numberMatched": snapshot.tracks.len(),
+            "numberReturned": snapshot.tracks.len(),
+            "features": snapshot.tracks.iter().map(feature).collect::<Vec<_>>(),
+        }),
+    )
+}
+
+fn store(ask: &Ask) -> Result<&Store, Problem> {
+    ask.state.options().history.as_ref().ok_or_else(|| {
+        Problem::new(
+            StatusCode::SERVICE_UNAVAILABLE,
+            "no history is kept; state.history_hours sets how long it is",
+        )
+    })
+}
+
+fn failed(error: redb::Error) -> Problem {
+    Problem::new(StatusCode::SERVICE_UNAVAILABLE, format!("the history cannot be read: {error}"))
+}
+
+/// A time in a parameter.
+pub(super) fn time(ask: &Ask, name: &str) -> Result<Option<Time>, Problem> {
+    let Some(text) = ask.text(name) else { return Ok(None) };
+    let stamp = text.parse::<Timestamp>().ok();
+    let time = stamp.and_then(|stamp| i64::try_from(stamp.as_nanosecond()).ok()).map(Time::from_nanos);
+    time.map(Some).ok_or_else(|| Problem::parameter(name, "a time is RFC 3339, such as 2026-03-14T09:00:00Z"))
+}
+
+/// Longitude, latitude, and the ellipsoidal height where one was measured.
+fn position(track: &Kept, undulation_m: f64) -> Vec<f64> {
+    let mut position = vec![rounded(track.longitude_deg, 7), rounded(track.latitude_deg, 7)];
+    position.extend(track.altitude_amsl_m.map(|metres| rounded(metres + undulation_m, 2)));
+    position
+}
+
+fn properties(track: &Kept, time: Time) -> Value {
+    let mut properties = json!({
+        "id": track.id,
+        "source": track.source,
+        "track_number": track.number,
+        "time": time.to_string(),
+        "lat": rounded(track.latitude_deg, 7),
+        "lng": rounded(track.longitude_deg, 7),
+    });
+    if let Some(metres) = track.altitude_amsl_m {
+        properties["alt_msl"] = json!(rounded(metres, 2));
+    }
+    properties
+}
+
+/// A line (a point where there is only one place) with the time and source of each place.
+fn geojson(id: &str, places: &[(Time, Kept)], undulation_m: f64) -> String {
+    // A line's positions are all of one dimension: without a height everywhere there is none.
+    let all_high = places.iter().all(|(_, place)| place.altitude_amsl_m.is_some());
+    let positions: Vec<Vec<f64>> = places
+        .iter()
+        .map(|(_, place)| {
+            let mut position = position(place, undulation_m);
+            position.truncate(if all_high { 3 } else { 2 });
+            position
+        })
+        .collect();
+    let geometry = match &positions[..] {
+        [one] => json!({ "type": "Point", "coordinates": one }),
+        more => json!({ "type": "LineString", "coordinates": more }),
+    };
+    json!({
+        "type": "Feature",
+        "id": id,
+        "geometry": geometry,
+        "properties": {
+            "id": id,
+            "times": places.iter().map(|(time, _)| time.to_string()).collect::<Vec<_>>(),
+            "sources": places.iter().map(|(_, place)| place.source).collect::<Vec<_>>(),
+            "alt_msl": places.iter().map(|(_, place)| place.altitude_amsl_m.map(|m| rounded(m, 2))).collect::<Vec<_>>(),
+        },
+    })
+    .to_string()
+}
+
+/// GPX 1.1; its elevations are above mean sea level.
+fn gpx(id: &str, places: &[(Time, Kept)], _: f64) -> String {
+    let mut text = format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<gpx version=\"1.1\" creator=\"utm-fusion\" xmlns=\"http://www.topografix.com/GPX/1/1\">\n<trk><name>{}</name><trkseg>\n",
+        escaped(id)
+    );
+    for (time, place) in places {
+        let ele = place.altitude_amsl_m.map_or(String::new(), |metres| format!("<ele>{metres:.2}</ele>"));
+        let (lat, lon) = (place.latitude_deg, place.longitude_deg);
+        // Writing to a String does not fail.
+        let _ = writeln!(text, "<trkpt lat=\"{lat:.7}\" lon=\"{lon:.7}\">{ele}<time>{time}</time></trkpt>");
+    }
+    text + "</trkseg></trk>\n</gpx>\n"
+}
+
+/// KML 2.3 with a track; its heights are above mean sea level.
+fn kml(id: &str, places: &[(Time, Kept)], _: f64) -> String {
+    let mut text = format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<kml xmlns=\"http://www.opengis.net/kml/2.2\" xmlns:gx=\"http://www.google.com/kml/ext/2.2\">\n<Placemark><name>{}</name><gx:Track><altitudeMode>absolute</altitudeMode>\n",
+        escaped(id)
+    );
+    for (time, _) in places {
+        let _ = writeln!(text, "<when>{time}</when>");
+    }
+    for (_, place) in places {
+        let metres = place.altitude_amsl_m.unwrap_or(0.0);
+        let _ = writeln!(
+            text,
+            "<gx:coord>{:.7} {:.7} {metres:.2}</gx:coord>",
+            place.longitude_deg, place.latitude_deg
+        );
+    }
+    text + "</gx:Track></Placemark>\n</kml>\n"
+}
+
+fn csv(_: &str, places: &[(Time, Kept)], _: f64) -> String {
+    let mut text = String::from("time,source,track_number,lat,lon,alt_msl\n");
+    for (time, place) in places {
+        let altitude = place.altitude_amsl_m.map_or(String::new(), |metres| format!("{metres:.2}"));
+        let Kept { source, number, latitude_deg, longitude_deg, .. } = place;
+        let _ = writeln!(text, "{time},{source},{number},{latitude_deg:.7},{longitude_deg:.7},{altitude}");
+    }
+    text
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
