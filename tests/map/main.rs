@@ -9,7 +9,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use browser::Browser;
 use server::Server;
@@ -47,7 +47,10 @@ fn an_operator_sees_the_flight_and_what_is_wrong() {
     hostile_text_is_only_text(&mut browser, &server);
     a_sensors_light_follows_its_state(&mut browser, &server);
     the_hash_brings_the_view_back(&mut browser, &server);
+    own_overlays_are_drawn_and_stay_here(&mut browser);
     silence_is_stale_until_it_ends(&mut browser, &server);
+    a_cut_stream_comes_back(&mut browser, &server);
+    a_recording_is_called_one(&mut browser, &server);
 
     assert_eq!(browser.complaints(), Vec::<String>::new(), "errors in the console");
     let elsewhere: Vec<_> = browser.requests().iter().filter(|url| !url.starts_with(server.url())).collect();
@@ -164,6 +167,49 @@ fn silence_is_stale_until_it_ends(browser: &mut Browser, server: &Server) {
     server.silent(false);
     browser.wait(&format!("{BADGE}.startsWith('LIVE')"), SOON);
     browser.wait("!document.body.classList.contains('stale')", SOON);
+}
+
+fn own_overlays_are_drawn_and_stay_here(browser: &mut Browser) {
+    let line = r#"{"type": "LineString", "coordinates": [[-0.59, 52.51], [-0.56, 52.52]]}"#;
+    let drop = format!(
+        "(() => {{ const files = new DataTransfer(); \
+            files.items.add(new File([{line:?}], 'line.geojson')); \
+            files.items.add(new File(['nonsense'], 'bad.json')); \
+            dispatchEvent(new DragEvent('drop', {{dataTransfer: files, cancelable: true}})); }})()"
+    );
+    let before = browser.requests().len();
+    browser.run(&drop);
+    browser.wait("document.getElementById('overlay-error').textContent === 'bad.json: not JSON'", SOON);
+    browser.wait("document.getElementById('overlay-list').textContent.includes('line.geojson')", SOON);
+    let since = &browser.requests()[before..];
+    assert!(since.iter().all(|url| !url.contains("geojson")), "{since:?}");
+    browser.run("document.getElementById('layers').hidePopover()");
+}
+
+fn a_cut_stream_comes_back(browser: &mut Browser, server: &Server) {
+    let streams =
+        |browser: &Browser| browser.requests().iter().filter(|url| url.ends_with("/stream")).count();
+    let before = streams(browser);
+    server.cut();
+    // The page hears of the new stream before it says that it is live again.
+    let end = Instant::now() + SOON;
+    while streams(browser) == before && Instant::now() < end {
+        std::thread::sleep(Duration::from_millis(200));
+        browser.wait("true", SOON); // which hears what the browser has told meanwhile
+    }
+    assert!(streams(browser) > before, "the stream was not opened again");
+    browser.wait(&format!("{BADGE}.startsWith('LIVE') && {ROWS} > 0"), SOON);
+}
+
+fn a_recording_is_called_one(browser: &mut Browser, server: &Server) {
+    assert_eq!(browser.number("document.querySelectorAll('#replay[hidden]').length"), 1);
+    server.replay();
+    browser.run("location.reload()");
+    browser.wait(&format!("{BADGE}.startsWith('REPLAY')"), SOON);
+    browser.wait("!document.getElementById('replay').hidden", SOON);
+    browser.press(" ");
+    browser.wait(&format!("{BADGE} === 'REPLAY paused'"), SOON);
+    assert_eq!(server.posts(), ["/api/v1/replay/pause {}"]);
 }
 
 /// For what the test writes; emptied first, and left for who wants to look at the screenshots.

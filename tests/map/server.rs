@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -24,6 +24,10 @@ struct Shared {
     slots: Vec<Vec<Value>>,
     started: Instant,
     silent: AtomicBool,
+    /// Goes up when all streams are cut.
+    cuts: AtomicUsize,
+    is_replay: AtomicBool,
+    posts: Mutex<Vec<String>>,
     sensor: Mutex<&'static str>,
     alerts: Mutex<Vec<Value>>,
 }
@@ -36,6 +40,9 @@ impl Server {
             slots,
             started: Instant::now(),
             silent: AtomicBool::new(false),
+            cuts: AtomicUsize::new(0),
+            is_replay: AtomicBool::new(false),
+            posts: Mutex::default(),
             sensor: Mutex::new("operational"),
             alerts: Mutex::new(Vec::new()),
         });
@@ -60,6 +67,21 @@ impl Server {
         self.shared.silent.store(is_silent, Ordering::Relaxed);
     }
 
+    /// Ends every stream's connection, as a restart of the service does.
+    pub fn cut(&self) {
+        self.shared.cuts.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Says from now on that it replays a recording.
+    pub fn replay(&self) {
+        self.shared.is_replay.store(true, Ordering::Relaxed);
+    }
+
+    /// The paths and bodies that were posted.
+    pub fn posts(&self) -> Vec<String> {
+        self.shared.posts.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
     pub fn sensor(&self, state: &'static str) {
         *self.shared.sensor.lock().unwrap_or_else(PoisonError::into_inner) = state;
     }
@@ -74,14 +96,27 @@ impl Server {
 
 impl Shared {
     fn answer(&self, mut connection: TcpStream) -> std::io::Result<()> {
-        let mut lines = BufReader::new(connection.try_clone()?).lines();
-        let request = lines.next().transpose()?.unwrap_or_default();
-        for header in lines {
-            if header?.is_empty() {
-                break;
+        let mut reader = BufReader::new(connection.try_clone()?);
+        let mut request = String::new();
+        reader.read_line(&mut request)?;
+        let mut length = 0;
+        loop {
+            let mut header = String::new();
+            reader.read_line(&mut header)?;
+            match header.trim_end().to_ascii_lowercase().split_once(": ") {
+                Some(("content-length", value)) => length = value.parse().unwrap_or(0),
+                Some(_) => {}
+                None => break,
             }
         }
+        let mut body = vec![0; length];
+        reader.read_exact(&mut body)?;
         let path = request.split(' ').nth(1).unwrap_or_default();
+        if request.starts_with("POST ") {
+            let post = format!("{path} {}", String::from_utf8_lossy(&body));
+            self.posts.lock().unwrap_or_else(PoisonError::into_inner).push(post);
+            return send(&mut connection, "application/json", b"{}");
+        }
         match path.strip_prefix("/api/v1/") {
             Some("stream") => self.stream(connection),
             Some(name) => send(&mut connection, "application/json", self.api(name).to_string().as_bytes()),
@@ -101,7 +136,8 @@ impl Shared {
     fn api(&self, name: &str) -> Value {
         match name {
             "info" => json!({"version": "0", "site": "crossing", "profile": "reference", "slot_s": 0.25,
-                "latency_s": 6.25, "mode": "live", "fusion": {"ratio_min": 0.9}}),
+                "latency_s": 6.25, "fusion": {"ratio_min": 0.9},
+                "mode": if self.is_replay.load(Ordering::Relaxed) { "replay" } else { "live" }}),
             "sensors" => json!({"type": "FeatureCollection", "unknown": [], "features": [
                 {"type": "Feature", "properties": self.radar(),
                     "geometry": {"type": "Point", "coordinates": [-0.588, 52.5065]}},
@@ -126,7 +162,8 @@ impl Shared {
         let mut said = (Value::Null, 0);
         let mut before = BTreeSet::new();
         let mut name = "snapshot";
-        loop {
+        let cuts = self.cuts.load(Ordering::Relaxed);
+        while cuts == self.cuts.load(Ordering::Relaxed) {
             let slot = FIRST_SLOT + (self.started.elapsed().as_millis() / SLOT.as_millis()) as usize;
             let tracks = &self.slots[slot % self.slots.len()];
             if !self.silent.load(Ordering::Relaxed) {
@@ -148,6 +185,7 @@ impl Shared {
             }
             std::thread::sleep(SLOT);
         }
+        Ok(())
     }
 }
 

@@ -92,15 +92,15 @@ async function load(...parts) {
   for (const part of parts) await part().catch(() => {});
 }
 
-let chosenSerial = null; // of the selected track
+let chosen = null; // the selected track as it was last
 
 /** Where the selected track has ended and its aircraft goes on under another id, the selection goes with the aircraft. */
 function keepSelection() {
   const track = map.picture?.tracks.get(settings.selected);
   if (track) {
-    chosenSerial = track.serial;
-  } else {
-    const heir = map.picture?.ofSerial(chosenSerial);
+    chosen = track;
+  } else if (chosen) {
+    const heir = map.picture.heirOf(chosen);
     if (heir) change({ selected: heir.id });
   }
 }
@@ -223,7 +223,7 @@ function escape() {
 onChange((patch) => {
   if ("theme" in patch) applyTheme();
   if ("selected" in patch) {
-    chosenSerial = map.picture?.tracks.get(settings.selected)?.serial ?? null;
+    chosen = map.picture?.tracks.get(settings.selected) ?? null;
     detail.refresh();
   }
   showSettings();

@@ -91,8 +91,8 @@ function contributors(track, info) {
 
 const WHY = {
   fused: "Why it is fused",
-  radar: "Not fused: no transponder keeps close enough to it",
-  transponder: "Not fused: no radar track keeps close enough to it",
+  radar: "Not fused: no transponder has kept close enough to it",
+  transponder: "Not fused: no radar track has kept close enough to it",
 };
 
 export class Detail {

@@ -10,6 +10,10 @@ const RECENT_MS = 5000; // shorter and the radar's noise is taken for speed
 const RECENT_POINTS = 24;
 const FORGET_MS = 60000; // a track that the service neither renews nor ends must not stay for ever
 
+const SAME_AIRCRAFT_M = 500; // a gap of 10 s at 50 m/s
+
+const apart = (track, [x, y]) => Math.hypot(track.x - x, track.y - y);
+
 /** Times and places, the oldest overwritten. */
 class Ring {
   constructor(size) {
@@ -157,18 +161,21 @@ export class Picture {
   }
 
   /** In the reference profile an aircraft's id changes with its radar track: the trail behind it is still its own. */
-  newTrack({ id, uas_id }) {
+  newTrack({ id, uas_id, lat, lng }) {
     const track = new Track(id);
     const before = this.lastOf.get(uas_id?.serial_number);
-    if (before) track.trail.copy(before.trail);
+    // Two that say the same serial number are not one aircraft where they are far apart.
+    if (before && apart(before, this.frame.toLocal(lat, lng)) < SAME_AIRCRAFT_M) track.trail.copy(before.trail);
     return track;
   }
 
-  /** The aircraft's track now, the fused one where there are several. */
-  ofSerial(serial) {
+  /** The track that an aircraft goes on under after one of its tracks has ended; null where there is none. */
+  heirOf({ serial, x, y }) {
     if (!serial) return null;
-    const all = [...this.tracks.values()].filter((track) => track.serial === serial);
-    return all.find((track) => track.source === "fused") ?? all[0] ?? null;
+    const near = [...this.tracks.values()]
+      .filter((track) => track.serial === serial && apart(track, [x, y]) < SAME_AIRCRAFT_M)
+      .sort((a, b) => apart(a, [x, y]) - apart(b, [x, y]));
+    return near.find((track) => track.source === "fused") ?? near[0] ?? null;
   }
 
   end(ids) {
