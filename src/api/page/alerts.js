@@ -47,6 +47,9 @@ export class Alerts {
     );
     setText(byId("alert-count"), String(sorted.length));
     setAttribute(this.button, "data-severity", sorted[0]?.severity ?? "none");
+    const shown = JSON.stringify(sorted);
+    if (shown === this.shown) return; // or whoever has a finger or the focus on one would lose it
+    this.shown = shown;
     const items = sorted.slice(0, MOST).map((alert) => item(alert));
     if (!items.length) items.push(element("li", { class: "empty" }, "None"));
     byId("alert-list").replaceChildren(...items);

@@ -8,13 +8,15 @@ let askForToken = () => {};
 export const onUnauthorized = (ask) => (askForToken = ask);
 export const setToken = (token) => sessionStorage.setItem(TOKEN, token);
 
+const LONGEST_ANSWER_MS = 10000;
+
 function headers() {
   const token = sessionStorage.getItem(TOKEN);
   return { accept: "application/json", ...(token ? { authorization: `Bearer ${token}` } : {}) };
 }
 
 export async function get(path) {
-  return answer(await fetch(address(path), { headers: headers() }));
+  return answer(await fetch(address(path), { headers: headers(), signal: AbortSignal.timeout(LONGEST_ANSWER_MS) }));
 }
 
 export async function post(path, parameters = {}) {

@@ -36,12 +36,15 @@ const sensors = new Sensors(() => map.invalidate());
 // ── what the service says
 
 let hasSensors = false;
+let early = null; // a snapshot that came before the origin was known
 
 /** The first radar is the origin; once it is known that there is none, the first track. */
 function originate(lat, lng, isRadar) {
   if (map.picture || !Number.isFinite(lat) || !Number.isFinite(lng)) return;
   const picture = new Picture(new Frame(lat, lng, isRadar));
   [map.picture, table.picture, detail.picture] = [picture, picture, picture];
+  if (early) picture.snapshot(early);
+  early = null;
   map.frameOnce();
 }
 
@@ -119,7 +122,8 @@ function start() {
     failed: (wait) => (status.retry = wait),
     snapshot(collection) {
       originateFromTracks(collection);
-      map.picture?.snapshot(collection);
+      if (map.picture) map.picture.snapshot(collection);
+      else early = collection;
       took(collection);
       table.refresh();
     },
@@ -142,9 +146,7 @@ function start() {
       status.heard({});
       alerts.update(alert);
     },
-    heartbeat(beat) {
-      status.heard({ latency_s: beat.latency_s });
-    },
+    heartbeat: (beat) => status.heard(beat),
     // A snapshot follows: what was missed is in it.
     resync: () => status.heard({}),
   });
@@ -262,4 +264,4 @@ new Keyboard([
 ]);
 showSettings();
 setInterval(showFilter, 1000);
-load(loadInfo, loadSensors, loadShapes, loadAlerts).then(start);
+load(loadInfo, loadSensors).then(start); // the rest when the stream is open, and anew whenever it opens again

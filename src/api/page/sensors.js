@@ -9,6 +9,8 @@ const STATES = {
   outage: ["critical", "■"],
 };
 
+const UNKNOWN = "?"; // the light of all that no configuration names
+
 export class Sensors {
   known = new Map(); // properties by id
   unknown = [];
@@ -27,7 +29,10 @@ export class Sensors {
   replace(collection) {
     this.known = new Map((collection.features ?? []).map(({ properties }) => [properties.id, properties]));
     this.unknown = collection.unknown ?? [];
-    this.list.replaceChildren();
+    for (const item of [...this.list.children]) {
+      const { id } = item.dataset;
+      if (id === UNKNOWN ? !this.unknown.length : !this.known.has(id)) item.remove();
+    }
     this.show();
   }
 
@@ -40,7 +45,7 @@ export class Sensors {
   show() {
     for (const sensor of this.known.values()) this.light(sensor.id, sensor.id, sensor.state, summary(sensor));
     if (this.unknown.length) {
-      this.light("?", `${this.unknown.length} unknown`, "degraded", "Heard, but in no configuration: click to see which");
+      this.light(UNKNOWN, `${this.unknown.length} unknown`, "degraded", "Heard, but in no configuration: click to see which");
     }
     if (this.opened) this.fillPanel();
     this.changed();
