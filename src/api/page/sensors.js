@@ -95,13 +95,18 @@ function details(sensor) {
   const said = ["id", "kind", "state", "reasons", "last_seen", "rate_hz", "clock_offset_s"];
   for (const [name, value] of Object.entries(sensor)) {
     if (said.includes(name) || value == null) continue;
-    rows.push([name.replaceAll("_", " "), typeof value === "object" ? flat(value) : String(value)]);
+    rows.push([name.replaceAll("_", " "), typeof value === "object" ? flat(value) : brief(value)]);
   }
   return rows;
 }
 
 const flat = (value) =>
-  Object.entries(value).map(([name, inner]) => `${name.replaceAll("_", " ")} ${inner}`).join(", ") || "none";
+  Object.entries(value).map(([name, inner]) => `${name.replaceAll("_", " ")} ${brief(inner)}`).join(", ") || "none";
+
+const brief = (value) => {
+  if (typeof value === "string" && /^\d{4}-\d\d-\d\dT/.test(value)) return `${format.utc(Date.parse(value))} UTC`;
+  return typeof value === "object" ? JSON.stringify(value) : String(value);
+};
 
 const unknownName = ({ sac, sic, id }) => (sac != null ? `SAC ${sac} SIC ${sic}` : String(id ?? "?"));
 const unknownText = ({ sac, sic, id, ...rest }) => flat(rest);
