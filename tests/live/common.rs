@@ -1,0 +1,238 @@
+//! What the tests share: the program, directories, recordings, sockets of their own.
+
+use std::fs;
+use std::net::{Ipv4Addr, SocketAddrV4, UdpSocket};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+
+use socket2::{Domain, Protocol, Socket, Type};
+use utm_fusion::config::{Config, Record};
+use utm_fusion::ingest::{Capture, Datagram};
+use utm_fusion::simulate::{Scenario, Simulation, simulate};
+use utm_fusion::time::Time;
+
+/// A directory of its own for a test; gone with it.
+pub(crate) struct Scratch(PathBuf);
+
+impl Scratch {
+    pub(crate) fn new() -> Self {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let dir = std::env::temp_dir().join(format!("utm-fusion-live-{}-{count}", std::process::id()));
+        fs::create_dir_all(&dir).unwrap();
+        Self(dir)
+    }
+
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    pub(crate) fn file(&self, name: &str, contents: &str) -> PathBuf {
+        let path = self.path(name);
+        fs::write(&path, contents).unwrap();
+        path
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// The program, with none of this process's overrides.
+pub(crate) fn utm_fusion(subcommand: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_utm-fusion"));
+    for (name, _) in std::env::vars_os() {
+        if name == "RUST_LOG" || name.to_string_lossy().starts_with("UTM_FUSION__") {
+            command.env_remove(name);
+        }
+    }
+    command.arg(subcommand).stdin(Stdio::null());
+    command
+}
+
+/// A process that is killed where the test does not end it.
+pub(crate) struct Running {
+    child: Child,
+    log: PathBuf,
+}
+
+impl Running {
+    /// Its standard error goes to the file `log`.
+    pub(crate) fn start(command: &mut Command, log: PathBuf) -> Self {
+        let file = fs::File::create(&log).unwrap();
+        let child = command.stdout(Stdio::null()).stderr(file).spawn().unwrap();
+        Self { child, log }
+    }
+
+    pub(crate) fn log(&self) -> String {
+        fs::read_to_string(&self.log).unwrap()
+    }
+
+    /// Waits until its log holds `text`.
+    pub(crate) fn says(&mut self, text: &str) {
+        let until = Instant::now() + Duration::from_secs(20);
+        while !self.log().contains(text) {
+            let ended = self.child.try_wait().unwrap();
+            assert!(ended.is_none() && Instant::now() < until, "{ended:?}, not said: {text}\n{}", self.log());
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+
+    pub(crate) fn signal(&self, signal: &str) {
+        let sent = Command::new("kill").arg(signal).arg(self.child.id().to_string()).status().unwrap();
+        assert!(sent.success());
+    }
+
+    pub(crate) fn is_running(&mut self) -> bool {
+        self.child.try_wait().unwrap().is_none()
+    }
+
+    /// Sends SIGINT; it must end within 5 s. Its exit code and its log.
+    pub(crate) fn stop(mut self) -> (Option<i32>, String) {
+        self.signal("-INT");
+        self.wait(Duration::from_secs(5))
+    }
+
+    pub(crate) fn wait(&mut self, at_most: Duration) -> (Option<i32>, String) {
+        let until = Instant::now() + at_most;
+        loop {
+            if let Some(status) = self.child.try_wait().unwrap() {
+                return (status.code(), self.log());
+            }
+            assert!(Instant::now() < until, "it does not end:\n{}", self.log());
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// A flight of this text.
+pub(crate) fn flight(scenario: &str, seed: u64, start: Option<Time>) -> Simulation {
+    let scratch = Scratch::new();
+    let scenario = Scenario::load(&scratch.file("flight.toml", scenario)).unwrap();
+    simulate(&scenario, seed, start).unwrap()
+}
+
+/// A configuration in which everything stays here: groups 239.192.77.x, and this test's ports from `port` on.
+///
+/// `text` is a site's; its inputs are replaced, one a sensor, and its output goes to `port`.
+pub(crate) fn on_own_ports(config: &Config, port: u16, scratch: &Scratch, record: Option<Record>) -> Config {
+    use utm_fusion::config::{Address, Input, Sink};
+    let address = |last| Address::Multicast {
+        group: Ipv4Addr::new(239, 192, 77, last),
+        interface: Ipv4Addr::LOCALHOST,
+    };
+    let mut config = config.clone();
+    for (index, sensor) in config.sensors.iter_mut().enumerate() {
+        let index = index as u16 + 1;
+        sensor.inputs = vec![Input { address: address(index as u8), port: port + index, source: None }];
+    }
+    config.output.asterix = vec![Sink { address: address(99), port, ttl: 1 }];
+    config.output.record = record;
+    config.state.dir = scratch.path("state");
+    config.http.listen = ([127, 0, 0, 1], 0).into();
+    config
+}
+
+/// A socket that hears the group on this machine only, for half a second.
+pub(crate) fn joined(group: Ipv4Addr, port: u16) -> UdpSocket {
+    let socket = Socket::new(Domain::IPV4, Type::DGRAM, Some(Protocol::UDP)).unwrap();
+    socket.set_reuse_address(true).unwrap();
+    socket.set_recv_buffer_size(1 << 20).unwrap();
+    socket.bind(&SocketAddrV4::new(group, port).into()).unwrap();
+    socket.join_multicast_v4(&group, &Ipv4Addr::LOCALHOST).unwrap();
+    socket.set_read_timeout(Some(Duration::from_millis(500))).unwrap();
+    socket.into()
+}
+
+/// The files of a directory whose names begin and end so, in order.
+pub(crate) fn files(directory: &Path, prefix: &str, suffix: &str) -> Vec<PathBuf> {
+    let mut files: Vec<PathBuf> = fs::read_dir(directory)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| {
+            let name = path.file_name().unwrap().to_str().unwrap();
+            name.starts_with(prefix) && name.ends_with(suffix)
+        })
+        .collect();
+    files.sort();
+    files
+}
+
+/// The one file of that kind.
+pub(crate) fn only(directory: &Path, prefix: &str, suffix: &str) -> PathBuf {
+    let mut files = files(directory, prefix, suffix);
+    assert_eq!(files.len(), 1, "{prefix}*{suffix} in {}: {files:?}", directory.display());
+    files.remove(0)
+}
+
+/// The datagrams of a capture, and whether it is whole.
+pub(crate) fn read(path: &Path) -> (Vec<Datagram>, bool) {
+    let mut whole = true;
+    let datagrams = Capture::open(path)
+        .unwrap()
+        .filter_map(|datagram| {
+            whole &= datagram.is_ok();
+            datagram.ok()
+        })
+        .collect();
+    (datagrams, whole)
+}
+
+/// Time and payload of each datagram of a whole capture.
+pub(crate) fn datagrams(path: &Path) -> Vec<(Time, Vec<u8>)> {
+    let (datagrams, whole) = read(path);
+    assert!(whole, "{}", path.display());
+    datagrams.into_iter().map(|datagram| (datagram.received.unwrap(), datagram.payload)).collect()
+}
+
+/// What stands beside an input file.
+pub(crate) fn beside(input: &Path, extension: &str) -> PathBuf {
+    let name = input.file_name().unwrap().to_str().unwrap();
+    let name = name.split(".pcap").next().unwrap();
+    input.with_file_name(format!("{name}.{extension}"))
+}
+
+/// `replay` of a recording with what stands beside it, as a pcap file; its octets.
+pub(crate) fn replayed(input: &Path) -> Vec<u8> {
+    let scratch = Scratch::new();
+    let out = scratch.path("out.pcap");
+    let output = utm_fusion("replay")
+        .arg(input)
+        .arg("--config")
+        .arg(beside(input, "site.toml"))
+        .arg("--state")
+        .arg(beside(input, "numbers.json"))
+        .arg("-o")
+        .arg(&out)
+        .output()
+        .unwrap();
+    assert!(out.exists(), "{}", String::from_utf8_lossy(&output.stderr));
+    fs::read(out).unwrap()
+}
+
+/// As [`replayed`], its datagrams.
+pub(crate) fn replayed_datagrams(input: &Path) -> Vec<(Time, Vec<u8>)> {
+    let scratch = Scratch::new();
+    let file = scratch.path("replayed.pcap");
+    fs::write(&file, replayed(input)).unwrap();
+    datagrams(&file)
+}
+
+/// The opening of the first slot from which on the replay of a file equals the output.
+pub(crate) fn complete_from(input: &Path) -> Time {
+    let text = fs::read_to_string(beside(input, "site.toml")).unwrap();
+    let line = text.lines().find_map(|line| line.strip_prefix("# complete_from = ")).unwrap();
+    let stamp: jiff::Timestamp = line.parse().unwrap();
+    Time::from_nanos(stamp.as_nanosecond() as i64)
+}

@@ -1,0 +1,271 @@
+//! A driver with a virtual clock, whose recording is replayed.
+
+use std::fs;
+use std::net::{Ipv4Addr, SocketAddrV4};
+use std::path::Path;
+use std::sync::mpsc::SyncSender;
+
+use jiff::SignedDuration;
+use proptest::prelude::*;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use utm_fusion::areas::Masks;
+use utm_fusion::config::{Config, Record};
+use utm_fusion::fusion::Given;
+use utm_fusion::ingest::udp::Arrival;
+use utm_fusion::live::{Driver, Made, Recorded};
+use utm_fusion::publish::{Cat129Encoder, Recorder, pack};
+use utm_fusion::simulate::Datagram;
+use utm_fusion::time::Time;
+
+use crate::common::{Scratch, complete_from, datagrams, files, flight, only, replayed, replayed_datagrams};
+
+/// Two drones with transponders, one without, and birds.
+const SCENARIO: &str = "name = \"live\"\nduration_s = 60\n[drones]\nmultirotors = 3\nequipped = 2\n\
+                        [birds]\ncount = 3\n[network]\nlost = 0.02\nreordered = 0.1\nduplicated = 0.05\n";
+
+/// What is done to the flight on its way to the driver.
+#[derive(Clone, Debug, Default)]
+struct Fate {
+    seed: u64,
+    /// A datagram waits in the queue for up to this long, milliseconds; some of them.
+    queue_ms: i64,
+    /// Ticks come about this long after they are due, milliseconds.
+    tick_ms: i64,
+    /// Nothing arrives from this time of the flight on, for that long, seconds.
+    silence_s: Option<(i64, i64)>,
+    /// At this time of the flight the wall clock steps by that much, seconds.
+    step_s: Option<(i64, i64)>,
+    /// The service stands still at this time of the flight, for that long, seconds.
+    pause_s: Option<(i64, i64)>,
+    /// Numbers of before.
+    numbers: Vec<Given>,
+}
+
+fn seconds(seconds: i64) -> SignedDuration {
+    SignedDuration::from_secs(seconds)
+}
+
+/// Arrivals, ticks and their order, as the engine's thread of the service would see them.
+struct Flown {
+    slots: u64,
+    alarms: u64,
+}
+
+fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder: SyncSender<Recorded>) -> Flown {
+    let mut random = ChaCha8Rng::seed_from_u64(fate.seed);
+    let encoder = Cat129Encoder::of(config);
+    let start = arrivals[0].received;
+    let mut driver = Driver::new(config, Masks::default(), start, 2);
+    assert_eq!(driver.remember(&mut fate.numbers.clone()), 0);
+    let mut flown = Flown { slots: 0, alarms: 0 };
+    let mut told = 0;
+    let mut hand_out = |made: Vec<Made>, driver: &Driver| {
+        for made in made {
+            match made {
+                Made::Slot(frame) => {
+                    flown.slots += 1;
+                    for payload in pack(&frame.picture, &encoder) {
+                        recorder.send(Recorded::Output { due: frame.due, payload }).unwrap();
+                    }
+                }
+                Made::Event(event) => flown.alarms += u64::from(event.is_warning()),
+            }
+        }
+        for &(slot, given) in &driver.pipeline().engine().numbers().new_ones()[told..] {
+            told += 1;
+            recorder.send(Recorded::Numbered { slot, given }).unwrap();
+        }
+    };
+    // The steady time, and the wall clock's.
+    let wall = |steady: Time| match fate.step_s {
+        Some((at, by)) if steady >= start + seconds(at) => steady + seconds(by),
+        _ => steady,
+    };
+    let within = |span: Option<(i64, i64)>, steady: Time| {
+        span.and_then(|(at, length)| {
+            let (from, to) = (start + seconds(at), start + seconds(at + length));
+            (from <= steady && steady < to).then_some(to)
+        })
+    };
+    let heard = arrivals.iter().filter(|datagram| within(fate.silence_s, datagram.received).is_none());
+    // When each is read from its socket, and when the engine takes it; the queue keeps the order.
+    let mut taken = start;
+    let mut steady = start;
+    for datagram in heard {
+        let waits = if random.random_bool(0.3) { random.random_range(0..=fate.queue_ms) } else { 0 };
+        taken = taken.max(datagram.received + SignedDuration::from_millis(waits));
+        taken = within(fate.pause_s, taken).unwrap_or(taken);
+        // Ticks until then, each when it is due, or some time after.
+        while let Some(deadline) = driver.deadline() {
+            let late = SignedDuration::from_micros(random.random_range(0..=fate.tick_ms * 1000));
+            let early = deadline - wall(steady);
+            let at = steady + early.max(SignedDuration::ZERO) + late;
+            let at = within(fate.pause_s, at).unwrap_or(at);
+            if at >= taken {
+                break;
+            }
+            steady = at;
+            let mut made = Vec::new();
+            driver.tick(wall(at), |one| made.push(one));
+            hand_out(made, &driver);
+            // A deadline that a step of the clock has moved away comes no nearer by itself.
+            if early < SignedDuration::ZERO && driver.deadline() == Some(deadline) {
+                break;
+            }
+        }
+        steady = steady.max(taken);
+        if random.random_bool(0.1) {
+            let mut made = Vec::new();
+            driver.tick(wall(steady), |one| made.push(one));
+            hand_out(made, &driver);
+        }
+        let from = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 40_000);
+        let line = usize::from(datagram.flow.port != 8048);
+        let arrival =
+            Arrival { line, received: wall(datagram.received), from, payload: datagram.payload.clone() };
+        let received = driver.reception(arrival.received);
+        let payload = arrival.payload.clone();
+        recorder.send(Recorded::Input { received, line, from, payload }).unwrap();
+        let mut made = Vec::new();
+        driver.receive(arrival, received, |one| made.push(one));
+        hand_out(made, &driver);
+    }
+    let mut owed = Vec::new();
+    driver.finish(|frame| owed.push(Made::Slot(frame)));
+    hand_out(owed, &driver);
+    flown
+}
+
+/// Flies it and records it into `directory`.
+fn record(scenario: &str, start: Option<Time>, fate: &Fate, directory: &Path, rotate_mib: u32) -> Flown {
+    let simulation = flight(scenario, fate.seed, start);
+    let record = Record { dir: directory.to_owned(), rotate_mib, keep: 1000 };
+    let ((queue, _), recorder) =
+        Recorder::start(&simulation.config, &record, fate.numbers.clone(), true).unwrap();
+    let flown = fly(&simulation.config, &simulation.datagrams, fate, queue);
+    assert_eq!(recorder.join().unwritten, 0);
+    flown
+}
+
+fn recorded_equals_replayed(scenario: &str, start: Option<Time>, fate: &Fate) -> Flown {
+    let scratch = Scratch::new();
+    let directory = scratch.path("recordings");
+    let flown = record(scenario, start, fate, &directory, 256);
+    // A step of the clock by an hour begins another file, which is another test.
+    let inputs = files(&directory, "input-", ".pcap");
+    if let [input] = &inputs[..] {
+        let output = fs::read(only(&directory, "output-", ".pcap")).unwrap();
+        assert!(output.len() > 1000, "{fate:?}: nothing was sent");
+        assert!(output == replayed(input), "{fate:?}");
+    }
+    flown
+}
+
+/// Half a minute before a midnight.
+fn before_midnight() -> Time {
+    Time::midnight(jiff::civil::date(2026, 11, 21)).unwrap() + seconds(-30)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_recording_replays_to_what_was_sent(
+        seed in 0..1000_u64,
+        queue_ms in prop::sample::select(vec![0, 5, 300, 3000]),
+        tick_ms in prop::sample::select(vec![0, 1, 400, 2000]),
+        silence_s in prop::option::of((10..30_i64, 5..29_i64)),
+        pause_s in prop::option::of((10..30_i64, 1..29_i64)),
+        midnight: bool,
+    ) {
+        let fate = Fate { seed, queue_ms, tick_ms, silence_s, pause_s, ..Fate::default() };
+        recorded_equals_replayed(SCENARIO, midnight.then(before_midnight), &fate);
+    }
+
+    #[test]
+    fn so_it_does_when_the_clock_steps(
+        seed in 0..1000_u64,
+        at in 15..40_i64,
+        by in prop::sample::select(vec![-1, 1, -3, 3, -20, 24, 25, 26, 3600, -3600]),
+    ) {
+        let fate = Fate { seed, queue_ms: 50, tick_ms: 5, step_s: Some((at, by)), ..Fate::default() };
+        let flown = recorded_equals_replayed(SCENARIO, None, &fate);
+        if by > 25 {
+            prop_assert!(flown.alarms >= 1, "nobody heard of it");
+        }
+        prop_assert!(flown.slots < 1000, "{} slots: an hour was put out", flown.slots);
+    }
+}
+
+#[test]
+fn each_file_alone_replays_to_the_output_from_its_mark_on() {
+    let scratch = Scratch::new();
+    let directory = scratch.path("recordings");
+    // Radars that see much fill a mebibyte in less than a minute.
+    let scenario =
+        "name = \"long\"\nduration_s = 240\n[drones]\nmultirotors = 12\nequipped = 9\n[birds]\ncount = 250\n";
+    let fate = Fate { seed: 3, queue_ms: 300, tick_ms: 5, ..Fate::default() };
+    record(scenario, None, &fate, &directory, 1);
+    let inputs = files(&directory, "input-", ".pcap");
+    let sent: Vec<_> =
+        files(&directory, "output-", ".pcap").iter().flat_map(|file| datagrams(file)).collect();
+    assert!(inputs.len() >= 3, "{} files", inputs.len());
+    let due_after = seconds(6) + SignedDuration::from_millis(250);
+    for (index, input) in inputs.iter().enumerate() {
+        let last = datagrams(input).last().unwrap().0;
+        let is_last = index + 1 == inputs.len();
+        // A slot that is due after the file's end lacks what came later.
+        let whole = |due: Time| due >= complete_from(input) + due_after && (is_last || due <= last);
+        let pick = |from: Vec<(Time, Vec<u8>)>| -> Vec<_> {
+            from.into_iter().filter(|(due, _)| whole(*due)).collect()
+        };
+        let (expected, replayed) = (pick(sent.clone()), pick(replayed_datagrams(input)));
+        assert!(expected.len() > 20 || is_last, "{}: {} datagrams", input.display(), expected.len());
+        assert!(expected == replayed, "{}", input.display());
+    }
+    // All of them together are the whole flight.
+    let all = scratch.path("all.pcap");
+    let output = crate::common::utm_fusion("replay")
+        .args(&inputs)
+        .arg("--config")
+        .arg(crate::common::beside(&inputs[0], "site.toml"))
+        .arg("-o")
+        .arg(&all)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(datagrams(&all) == sent);
+}
+
+#[test]
+fn numbers_of_before_are_used_again_and_recorded() {
+    let first = Scratch::new();
+    let fate = Fate { seed: 5, ..Fate::default() };
+    record(SCENARIO, None, &fate, &first.path("r"), 256);
+    let numbers =
+        utm_fusion::state::read_numbers(&only(&first.path("r"), "input-", ".numbers.json")).unwrap();
+    assert_eq!(numbers.len(), 0, "none were given before the first slot of the first file");
+
+    // Both drones had other numbers in an earlier life.
+    let scratch = Scratch::new();
+    let simulation = flight(SCENARIO, 5, None);
+    let mut driver = Driver::new(&simulation.config, Masks::default(), simulation.datagrams[0].received, 2);
+    for datagram in &simulation.datagrams {
+        let from = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 1);
+        let arrival =
+            Arrival { line: 0, received: datagram.received, from, payload: datagram.payload.clone() };
+        driver.receive(arrival, datagram.received, drop);
+    }
+    let given = driver.pipeline().engine().numbers().new_ones();
+    assert_eq!(given.len(), 2);
+    let numbers = given.iter().map(|&(_, given)| Given { number: given.number + 70, ..given }).collect();
+    let fate = Fate { numbers, ..fate };
+    let directory = scratch.path("r");
+    record(SCENARIO, None, &fate, &directory, 256);
+    let input = only(&directory, "input-", ".pcap");
+    let output = fs::read(only(&directory, "output-", ".pcap")).unwrap();
+    assert!(output == replayed(&input));
+    let before = fs::read(only(&first.path("r"), "output-", ".pcap")).unwrap();
+    assert!(output != before, "the numbers of before were not used");
+}

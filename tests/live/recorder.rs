@@ -1,0 +1,108 @@
+//! The recorder alone: rotation, what is kept, disks that fail.
+
+use std::fs;
+use std::net::{Ipv4Addr, SocketAddrV4};
+use std::sync::mpsc::SyncSender;
+use std::time::{Duration, Instant};
+
+use jiff::SignedDuration;
+use utm_fusion::config::{Config, Record};
+use utm_fusion::live::Recorded;
+use utm_fusion::publish::Recorder;
+use utm_fusion::time::{SECOND, Time};
+
+use crate::common::{Scratch, datagrams, files, only, read};
+
+fn config() -> Config {
+    Config::load(concat!(env!("CARGO_MANIFEST_DIR"), "/config/example.toml")).unwrap()
+}
+
+const START: Time = Time::from_nanos(1_795_168_800 * SECOND);
+
+fn send(queue: &SyncSender<Recorded>, after: SignedDuration, payload: Vec<u8>) {
+    let from = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 4711);
+    queue.send(Recorded::Input { received: START + after, line: 0, from, payload }).unwrap();
+}
+
+fn millis(millis: i64) -> SignedDuration {
+    SignedDuration::from_millis(millis)
+}
+
+#[test]
+fn files_rotate_and_the_oldest_own_ones_go() {
+    let scratch = Scratch::new();
+    let dir = scratch.path("recordings");
+    fs::create_dir(&dir).unwrap();
+    let foreign = ["input-holiday.pcap", "input-20200101T000000.pcap", "notes.txt"];
+    for name in foreign {
+        fs::write(dir.join(name), b"not a recording of ours").unwrap();
+    }
+    let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 3 };
+    let ((queue, lost), recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
+    // 5 MiB and a bit, in datagrams as large as there are, and small ones.
+    for index in 0..85 {
+        send(&queue, millis(index * 10), vec![index as u8; 65_507]);
+        send(&queue, millis(index * 10), vec![]);
+    }
+    // An hour later, all is small.
+    send(&queue, SignedDuration::from_hours(2), vec![1, 2]);
+    drop(queue);
+    assert_eq!(recorder.join().unwritten, 0);
+    assert_eq!(lost.load(std::sync::atomic::Ordering::Relaxed), 0);
+    let inputs = files(&dir, "input-20261120", ".pcap");
+    assert_eq!((inputs.len(), files(&dir, "output-", ".pcap").len()), (3, 3));
+    assert_eq!(files(&dir, "input-20261120", ".site.toml").len(), 3);
+    assert_eq!(files(&dir, "input-20261120", ".numbers.json").len(), 3);
+    assert!(files(&dir, "", ".part").is_empty());
+    assert_eq!(datagrams(&inputs[2]), [(START + SignedDuration::from_hours(2), vec![1, 2])]);
+    let size = fs::metadata(&inputs[0]).unwrap().len();
+    assert!((1 << 20..(1 << 20) + 70_000).contains(&size), "{size}");
+    assert!(datagrams(&inputs[0]).iter().any(|(_, payload)| payload.len() == 65_507));
+    assert!(datagrams(&inputs[0]).iter().any(|(_, payload)| payload.is_empty()));
+    foreign.iter().for_each(|name| assert!(dir.join(name).exists(), "{name}"));
+}
+
+#[test]
+fn what_is_written_is_there_within_a_second_and_a_removed_directory_comes_again() {
+    let scratch = Scratch::new();
+    let dir = scratch.path("recordings");
+    let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 3 };
+    let ((queue, _), recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
+    send(&queue, millis(0), vec![1]);
+    let wait = |done: &dyn Fn() -> bool| {
+        let until = Instant::now() + Duration::from_secs(15);
+        while !done() {
+            assert!(Instant::now() < until, "in vain");
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    };
+    let parts = || if dir.exists() { files(&dir, "input-", ".pcap.part") } else { Vec::new() };
+    wait(&|| parts().first().is_some_and(|part| read(part).0.len() == 1));
+
+    // A second recorder keeps its hands off.
+    let ((second, _), other) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
+    send(&second, millis(0), vec![9]);
+    drop(second);
+    assert_eq!(other.join().unwritten, 1);
+    assert_eq!(parts().len(), 1);
+
+    fs::remove_dir_all(&dir).unwrap();
+    let mut index = 0;
+    wait(&|| {
+        recorder.counts().unwritten > 0 || {
+            send(&queue, millis(1000), vec![2]);
+            false
+        }
+    });
+    wait(&|| {
+        !parts().is_empty() || {
+            send(&queue, millis(2000), vec![3]);
+            false
+        }
+    });
+    index += 1;
+    send(&queue, millis(3000), vec![index]);
+    drop(queue);
+    assert!(recorder.join().unwritten > 0);
+    assert_eq!(datagrams(&only(&dir, "input-", ".pcap")).last().unwrap().1, [1]);
+}

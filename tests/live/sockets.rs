@@ -1,0 +1,219 @@
+//! `run` with real sockets, fed by a sender of its own.
+
+use std::fs;
+use std::net::{Ipv4Addr, UdpSocket};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use utm_fusion::config::{Address, Config, Record};
+use utm_fusion::live::now;
+use utm_fusion::publish::socket;
+use utm_fusion::simulate::Simulation;
+use utm_fusion::time::{SECOND, Time};
+
+use crate::common::{
+    Running, Scratch, datagrams, files, flight, joined, on_own_ports, only, read, replayed, utm_fusion,
+};
+
+const SCENARIO: &str =
+    "name = \"live\"\nduration_s = 22\n[drones]\nmultirotors = 2\nequipped = 2\n[birds]\ncount = 3\n";
+
+/// A site, a service of it, and who listens to its output.
+struct Stage {
+    scratch: Scratch,
+    simulation: Simulation,
+    config: Config,
+    site: PathBuf,
+}
+
+impl Stage {
+    fn new(port: u16) -> Self {
+        let scratch = Scratch::new();
+        // A whole second, 2 to 3 s ahead.
+        let start = Time::from_nanos((now().nanos() / SECOND + 3) * SECOND);
+        let simulation = flight(SCENARIO, 1, Some(start));
+        let record = Record { dir: scratch.path("recordings"), rotate_mib: 256, keep: 4 };
+        let config = on_own_ports(&simulation.config, port, &scratch, Some(record));
+        let site = scratch.file("site.toml", &config.to_string());
+        Self { scratch, simulation, config, site }
+    }
+
+    fn run(&self, log: &str) -> Running {
+        let mut running =
+            Running::start(utm_fusion("run").arg("--config").arg(&self.site), self.scratch.path(log));
+        running.says("running");
+        for _ in &self.config.sensors {
+            running.says("listening to");
+        }
+        running
+    }
+
+    fn sender(&self) -> UdpSocket {
+        socket(Some(Ipv4Addr::LOCALHOST), 1).unwrap()
+    }
+
+    fn to(&self, sensor: usize) -> (Ipv4Addr, u16) {
+        let input = &self.config.sensors[sensor].inputs[0];
+        match input.address {
+            Address::Multicast { group, .. } => (group, input.port),
+            Address::Unicast(address) => (address, input.port),
+        }
+    }
+
+    /// Sends what the simulation holds until `until_s` of it, in real time.
+    fn send(&self, until_s: f64) {
+        let sender = self.sender();
+        let start = self.simulation.datagrams[0].received;
+        for datagram in &self.simulation.datagrams {
+            if datagram.received.seconds_since(start) > until_s {
+                break;
+            }
+            if let Ok(early) = Duration::try_from(datagram.received - now()) {
+                std::thread::sleep(early);
+            }
+            let sensor = usize::from(datagram.payload[0] == 129);
+            sender.send_to(&datagram.payload, self.to(sensor)).unwrap();
+        }
+    }
+
+    /// Hears the output; its datagrams of CAT129.
+    fn listen(&self) -> (Arc<AtomicBool>, JoinHandle<Vec<Vec<u8>>>) {
+        let sink = &self.config.output.asterix[0];
+        let socket = joined(Ipv4Addr::new(239, 192, 77, 99), sink.port);
+        let stop = Arc::new(AtomicBool::new(false));
+        let stopped = stop.clone();
+        let listener = std::thread::spawn(move || {
+            let mut heard = Vec::new();
+            let mut octets = [0; 65536];
+            loop {
+                match socket.recv(&mut octets) {
+                    Ok(length) if octets[0] == 129 => heard.push(octets[..length].to_vec()),
+                    Ok(_) => {}
+                    Err(_) if stopped.load(Ordering::Relaxed) => return heard,
+                    Err(_) => {}
+                }
+            }
+        });
+        (stop, listener)
+    }
+}
+
+#[test]
+fn what_was_sent_what_was_recorded_and_what_is_replayed_are_the_same() {
+    let stage = Stage::new(21_000);
+    let (stop, listener) = stage.listen();
+    // Two processes hear one group; the other one only records.
+    let other = stage.scratch.path("other");
+    let mut record = Running::start(
+        utm_fusion("record").arg("--config").arg(&stage.site).arg("--dir").arg(&other),
+        stage.scratch.path("record.log"),
+    );
+    record.says("listening to");
+    let service = stage.run("run.log");
+    stage.send(60.0);
+    std::thread::sleep(Duration::from_secs(1));
+    let (code, log) = service.stop();
+    assert_eq!(code, Some(0), "{log}");
+    let (code, log) = record.stop();
+    assert_eq!(code, Some(0), "{log}");
+    assert!(log.contains("recorded, 0 lost"), "{log}");
+    stop.store(true, Ordering::Relaxed);
+    let heard = listener.join().unwrap();
+
+    let directory = stage.scratch.path("recordings");
+    let input = only(&directory, "input-", ".pcap");
+    let output = only(&directory, "output-", ".pcap");
+    let sent: Vec<Vec<u8>> = datagrams(&output).into_iter().map(|(_, payload)| payload).collect();
+    assert!(sent.len() > 20, "{} datagrams sent", sent.len());
+    assert!(heard == sent, "{} heard, {} recorded", heard.len(), sent.len());
+    assert!(fs::read(&output).unwrap() == replayed(&input));
+
+    // All that was fed is in both recordings, from its sender, to its group and port.
+    let fed: Vec<&Vec<u8>> = stage.simulation.datagrams.iter().map(|datagram| &datagram.payload).collect();
+    for input in [input, only(&other, "input-", ".pcap")] {
+        let (recorded, whole) = read(&input);
+        assert!(whole && recorded.len() == fed.len(), "{} of {}", recorded.len(), fed.len());
+        for datagram in &recorded {
+            let endpoints = datagram.endpoints.as_ref().unwrap();
+            let sensor = usize::from(datagram.payload[0] == 129);
+            let (group, port) = stage.to(sensor);
+            assert_eq!(endpoints.destination.to_string(), format!("{group}:{port}"));
+            assert!(endpoints.source.ip().is_loopback() && endpoints.source.port() > 0);
+        }
+        let (mut recorded, mut fed): (Vec<_>, Vec<_>) =
+            (recorded.iter().map(|datagram| &datagram.payload).collect(), fed.clone());
+        (recorded.sort(), fed.sort());
+        assert!(recorded == fed);
+    }
+    // The transponders' numbers are kept.
+    let numbers = utm_fusion::state::read_numbers(&stage.scratch.path("state")).unwrap();
+    assert_eq!(numbers.len(), 2);
+}
+
+#[test]
+fn a_kill_leaves_readable_files_which_the_next_start_completes() {
+    let stage = Stage::new(21_100);
+    let mut service = stage.run("run.log");
+    stage.send(14.0);
+    std::thread::sleep(Duration::from_millis(2500));
+    service.signal("-KILL");
+    service.wait(Duration::from_secs(5));
+    let directory = stage.scratch.path("recordings");
+    let part = only(&directory, "input-", ".pcap.part");
+    let start = stage.simulation.datagrams[0].received;
+    let fed = stage.simulation.datagrams.iter();
+    let fed = fed.filter(|datagram| datagram.received.seconds_since(start) <= 14.0).count();
+    let (recorded, whole) = read(&part);
+    assert!(whole && recorded.len() == fed, "{} of {fed}, whole: {whole}", recorded.len());
+    let sent = datagrams(&only(&directory, "output-", ".pcap.part"));
+    let scratch = Scratch::new();
+    let again = scratch.path("again.pcap");
+    fs::write(&again, replayed(&part)).unwrap();
+    let again = datagrams(&again);
+    assert!(sent.len() > 10 && again.len() >= sent.len() && again[..sent.len()] == sent);
+
+    let service = stage.run("again.log");
+    assert!(files(&directory, "", ".part").is_empty());
+    only(&directory, "input-", ".pcap");
+    let (code, log) = service.stop();
+    assert_eq!(code, Some(0), "{log}");
+    assert!(log.contains("2 recordings were cut short"), "{log}");
+}
+
+#[test]
+fn strangers_echoes_and_odd_datagrams_cost_nothing_and_a_lost_disk_stops_no_slot() {
+    let stage = Stage::new(21_200);
+    let (stop, listener) = stage.listen();
+    let directory = stage.scratch.path("recordings");
+    // A file where the directory should be.
+    fs::write(&directory, b"in the way").unwrap();
+    let mut service = stage.run("run.log");
+    service.says("cannot be recorded into");
+    let sender = stage.sender();
+    let odd: Vec<Vec<u8>> = vec![vec![], vec![48], vec![48, 0], vec![0; 65_507]];
+    for datagram in &odd {
+        sender.send_to(datagram, stage.to(0)).unwrap();
+    }
+    // The service's own output, and a radar that nobody knows.
+    let own = now();
+    let site = &stage.config.site;
+    let mut echo = vec![129, 0, 8, 0b1001_0000, site.sac, site.sic, 0, 0];
+    echo.truncate(8);
+    for _ in 0..3 {
+        sender.send_to(&echo, stage.to(1)).unwrap();
+        echo[7] += 1;
+    }
+    assert!(own <= now());
+    stage.send(9.0);
+    fs::remove_file(&directory).unwrap();
+    service.says("recording again");
+    stage.send(12.0);
+    let (code, log) = service.stop();
+    assert_eq!(code, Some(0), "{log}");
+    assert_eq!(log.matches("cannot be recorded into").count(), 1, "{log}");
+    stop.store(true, Ordering::Relaxed);
+    assert!(listener.join().unwrap().len() > 10, "no slots were sent:\n{log}");
+}
