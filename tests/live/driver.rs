@@ -5,6 +5,8 @@ use std::net::{Ipv4Addr, SocketAddrV4};
 use std::path::Path;
 use std::sync::mpsc::SyncSender;
 
+use asterix::cat048::{self, TrackNumber};
+use asterix::{blocks, encode_block};
 use jiff::SignedDuration;
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
@@ -14,6 +16,7 @@ use utm_fusion::config::{Config, Record};
 use utm_fusion::fusion::Given;
 use utm_fusion::ingest::udp::Arrival;
 use utm_fusion::live::{Driver, Made, Recorded};
+use utm_fusion::pipeline::Event;
 use utm_fusion::publish::{Cat129Encoder, Recorder, pack};
 use utm_fusion::simulate::Datagram;
 use utm_fusion::time::Time;
@@ -236,6 +239,77 @@ fn each_file_alone_replays_to_the_output_from_its_mark_on() {
         .unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(datagrams(&all) == sent);
+}
+
+/// A radar that restarts counts its tracks anew: the same flight, other numbers from the middle on.
+#[test]
+fn so_it_does_when_a_radar_restarts_with_other_numbers() {
+    let simulation = flight(SCENARIO, 7, None);
+    let start = simulation.datagrams[0].received;
+    let renumbered: Vec<Datagram> = simulation
+        .datagrams
+        .iter()
+        .map(|datagram| {
+            let mut datagram = datagram.clone();
+            if datagram.received > start + seconds(30) && datagram.payload[0] == 48 {
+                let payload = std::mem::take(&mut datagram.payload);
+                for block in blocks(&payload).map(Result::unwrap) {
+                    let mut records: Vec<cat048::Record> =
+                        block.records().map(|located| located.unwrap().record).collect();
+                    for record in &mut records {
+                        let number = record.track_number.unwrap().number();
+                        record.track_number = TrackNumber::new((number + 1000) % 4096);
+                    }
+                    encode_block(&records, &mut datagram.payload).unwrap();
+                }
+            }
+            datagram
+        })
+        .collect();
+    assert!(renumbered != simulation.datagrams);
+    let scratch = Scratch::new();
+    let record = Record { dir: scratch.path("r"), rotate_mib: 256, keep: 9 };
+    let ((queue, _), recorder) = Recorder::start(&simulation.config, &record, Vec::new(), true).unwrap();
+    fly(
+        &simulation.config,
+        &renumbered,
+        &Fate { seed: 7, queue_ms: 100, tick_ms: 3, ..Fate::default() },
+        queue,
+    );
+    assert_eq!(recorder.join().unwritten, 0);
+    let output = fs::read(only(&record.dir, "output-", ".pcap")).unwrap();
+    assert!(output.len() > 1000 && output == replayed(&only(&record.dir, "input-", ".pcap")));
+}
+
+#[test]
+fn own_output_that_comes_back_is_counted_and_not_taken_in() {
+    let simulation = flight(SCENARIO, 2, None);
+    let config = &simulation.config;
+    let encoder = Cat129Encoder::of(config);
+    let mut driver = Driver::new(config, Masks::default(), simulation.datagrams[0].received, 2);
+    let from = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 1);
+    let (mut echoed, mut accepted) = (0, 0);
+    for datagram in &simulation.datagrams {
+        let received = datagram.received;
+        let mut sent = Vec::new();
+        let arrival = Arrival { line: 0, received, from, payload: datagram.payload.clone() };
+        driver.receive(arrival, received, |made| {
+            if let Made::Slot(frame) = made {
+                sent.extend(pack(&frame.picture, &encoder));
+            }
+        });
+        for payload in sent {
+            echoed += blocks(&payload).count() as u64;
+            let arrival = Arrival { line: 1, received, from, payload };
+            driver.receive(arrival, received, |made| {
+                accepted += u64::from(matches!(made, Made::Event(Event::Accepted { .. })));
+            });
+        }
+    }
+    assert_eq!(accepted, 0);
+    let unknown = driver.health().unknown();
+    let [own] = &unknown[..] else { panic!("{unknown:?}") };
+    assert!(own.own && own.category == 129 && own.records == echoed && echoed > 100, "{own:?}, {echoed}");
 }
 
 #[test]

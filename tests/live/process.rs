@@ -9,7 +9,7 @@ use utm_fusion::live::now;
 
 use crate::common::{Running, Scratch, files, flight, on_own_ports, utm_fusion};
 
-const SCENARIO: &str = "name = \"still\"\nduration_s = 5\n[drones]\nmultirotors = 1\nequipped = 1\n";
+const SCENARIO: &str = "name = \"still\"\nduration_s = 20\n[drones]\nmultirotors = 1\nequipped = 1\n";
 
 fn told(socket: &UnixDatagram) -> String {
     let mut octets = [0; 256];

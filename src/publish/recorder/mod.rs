@@ -209,9 +209,8 @@ impl Writer {
             }
             Recorded::Output { due, payload } => {
                 let flow = self.output;
-                self.segment
-                    .as_mut()
-                    .map_or_else(|| Err(waiting()), |segment| segment.output(flow, due, &payload))
+                let written = self.segment.as_mut().map(|segment| segment.output(flow, due, &payload));
+                written.transpose().map(|written| written.is_some())
             }
             Recorded::Numbered { slot, given } => {
                 self.numbers.push(given);
@@ -225,14 +224,18 @@ impl Writer {
                 return;
             }
         };
-        let counter = if written.is_ok() { &self.counts.written } else { &self.counts.unwritten };
+        let counter = match written {
+            Ok(true) => &self.counts.written,
+            Ok(false) | Err(_) => &self.counts.unwritten,
+        };
         counter.fetch_add(1, Ordering::Relaxed);
         if let Err(error) = written {
             self.fail(&error);
         }
     }
 
-    fn input(&mut self, at: Time, line: usize, from: SocketAddrV4, payload: &[u8]) -> io::Result<()> {
+    /// Whether it was written; not while a failed disk is let alone.
+    fn input(&mut self, at: Time, line: usize, from: SocketAddrV4, payload: &[u8]) -> io::Result<bool> {
         let now = self.latest.max(Some(at)).unwrap_or(at);
         let rotate = self.rotate;
         let is_full = |segment: &mut Segment| segment.size() >= rotate || now - segment.began >= LONGEST;
@@ -241,8 +244,8 @@ impl Writer {
         }
         let (to, port) = self.lines.get(line).copied().unwrap_or((Ipv4Addr::UNSPECIFIED, 0));
         let flow = UdpFlow { from: *from.ip(), to, port, ttl: 1 };
-        let segment = self.segment.as_mut().ok_or_else(waiting)?;
-        segment.input(from.port(), flow, at, payload)
+        let written = self.segment.as_mut().map(|segment| segment.input(from.port(), flow, at, payload));
+        written.transpose().map(|written| written.is_some())
     }
 
     /// Ends the segment, and begins one at `now`, the latest reception. Does nothing while a failed disk is let alone.
@@ -337,9 +340,7 @@ impl Writer {
             let _ = segment.finish();
         }
         self.lock = None;
-        if self.retry.is_none_or(|retry| retry <= Instant::now()) {
-            self.retry = Some(Instant::now() + RETRY);
-        }
+        self.retry = Some(Instant::now() + RETRY);
         if !std::mem::replace(&mut self.failing, true) {
             error!(
                 "{}: cannot be recorded into: {error}; tried again every {} s, the service goes on",
@@ -348,11 +349,6 @@ impl Writer {
             );
         }
     }
-}
-
-/// While a failed disk is let alone; never told, because its failure was.
-fn waiting() -> io::Error {
-    io::Error::other("the disk failed a moment ago")
 }
 
 /// A directory as [`Record`] has it by default: files of 256 MiB, 16 of a series.
