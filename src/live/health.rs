@@ -187,10 +187,14 @@ impl Health {
                 sensor.forget(now);
             }
             Event::Refused { category, refusal: Refusal::UnknownSource(source), .. } => {
-                if self.unknown.len() < UNKNOWN_KEPT || self.unknown.contains_key(&(category, source)) {
-                    let (records, last_seen) = self.unknown.entry((category, source)).or_insert((0, now));
-                    (*records, *last_seen) = (*records + 1, now);
-                }
+                let key = (category, source);
+                let has_room = self.unknown.len() < UNKNOWN_KEPT || self.unknown.contains_key(&key);
+                let Some((records, last_seen)) =
+                    has_room.then(|| self.unknown.entry(key).or_insert((0, now)))
+                else {
+                    return;
+                };
+                (*records, *last_seen) = (*records + 1, now);
             }
             Event::Refused { sensor: Some(sensor), refusal, .. } => {
                 *self.heard(sensor, now).refused.entry(refusal.name()).or_default() += 1;

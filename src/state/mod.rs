@@ -162,7 +162,7 @@ mod tests {
         };
         let numbers = [
             given(1, b"PLAIN\0\0\0\0\0\0\0", b"NO"),
-            given(429_496, b"a\"b\\c'd\n\x00\x80\xff \0", b"\xff "),
+            given(429_496, b"a\"b\\c'd\n\x00\x80\xff ", b"\xff "),
             given(7, b"no country  ", b"\0\0"),
         ];
         let text = numbers_text(&numbers);

@@ -55,7 +55,7 @@ struct Flown {
     alarms: u64,
 }
 
-fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder: SyncSender<Recorded>) -> Flown {
+fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder: &SyncSender<Recorded>) -> Flown {
     let mut random = ChaCha8Rng::seed_from_u64(fate.seed);
     let encoder = Cat129Encoder::of(config);
     let start = arrivals[0].received;
@@ -146,7 +146,8 @@ fn record(scenario: &str, start: Option<Time>, fate: &Fate, directory: &Path, ro
     let record = Record { dir: directory.to_owned(), rotate_mib, keep: 1000 };
     let ((queue, _), recorder) =
         Recorder::start(&simulation.config, &record, fate.numbers.clone(), true).unwrap();
-    let flown = fly(&simulation.config, &simulation.datagrams, fate, queue);
+    let flown = fly(&simulation.config, &simulation.datagrams, fate, &queue);
+    drop(queue);
     assert_eq!(recorder.join().unwritten, 0);
     flown
 }
@@ -274,8 +275,9 @@ fn so_it_does_when_a_radar_restarts_with_other_numbers() {
         &simulation.config,
         &renumbered,
         &Fate { seed: 7, queue_ms: 100, tick_ms: 3, ..Fate::default() },
-        queue,
+        &queue,
     );
+    drop(queue);
     assert_eq!(recorder.join().unwritten, 0);
     let output = fs::read(only(&record.dir, "output-", ".pcap")).unwrap();
     assert!(output.len() > 1000 && output == replayed(&only(&record.dir, "input-", ".pcap")));

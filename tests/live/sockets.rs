@@ -146,7 +146,8 @@ fn what_was_sent_what_was_recorded_and_what_is_replayed_are_the_same() {
         }
         let (mut recorded, mut fed): (Vec<_>, Vec<_>) =
             (recorded.iter().map(|datagram| &datagram.payload).collect(), fed.clone());
-        (recorded.sort(), fed.sort());
+        recorded.sort();
+        fed.sort();
         assert!(recorded == fed);
     }
     // The transponders' numbers are kept.
