@@ -13,41 +13,24 @@
 
 mod names;
 mod segment;
+mod writer;
 
-use std::fs::{self, File};
 use std::io;
-use std::net::{Ipv4Addr, SocketAddrV4};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender};
+use std::sync::mpsc::{self, SyncSender};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
 
-use jiff::SignedDuration;
-use tracing::{error, info, warn};
+use tracing::error;
 
-use super::UdpFlow;
-use super::files::flow;
-use crate::config::{Address, Config, Record};
-use crate::fusion::{Given, SlotGrid};
-use crate::ingest::udp;
+use crate::config::{Config, Record};
+use crate::fusion::Given;
 use crate::live::Recorded;
-use crate::time::Time;
-use segment::{Beginning, Segment};
+use writer::Writer;
 
 /// Datagrams that may wait for the disk: some seconds of the busiest site.
 const QUEUE: usize = 16_384;
-/// What a kill may cost.
-const FLUSH: Duration = Duration::from_secs(1);
-/// A disk that failed is tried again after this time.
-const RETRY: Duration = Duration::from_secs(5);
-/// A new file begins after this time: an operator asks for "what happened at ten", and a file opens in seconds.
-const LONGEST: SignedDuration = SignedDuration::from_hours(1);
-/// Copies of a datagram are known for this long: what was handled before a file began is not handled again in it.
-const DUPLICATES: SignedDuration = SignedDuration::from_secs(2);
-/// Only one recorder writes into a directory: it holds a lock on this file.
-const LOCK: &str = ".recorder.lock";
 
 /// Where the engine hands things, and how many of them did not fit the queue.
 pub type RecorderQueue = (SyncSender<Recorded>, Arc<AtomicU64>);
@@ -96,29 +79,7 @@ impl Recorder {
         let (sender, queue) = mpsc::sync_channel(QUEUE);
         let lost = Arc::new(AtomicU64::new(0));
         let counts = Arc::<Counts>::default();
-        let grid = SlotGrid::new(config.fusion.slot.as_nanos() as i64);
-        let mut writer = Writer {
-            directory: record.dir.clone(),
-            rotate: u64::from(record.rotate_mib) << 20,
-            keep: record.keep as usize,
-            with_output,
-            site: config.to_string(),
-            lines: udp::lines(config).iter().map(destination).collect(),
-            output: flow(config.output.asterix.first()),
-            grid,
-            latency_slots: config.fusion.latency_slots.into(),
-            window_slots: config.fusion.window_slots.into(),
-            max_future: config.fusion.max_future,
-            numbers,
-            latest: None,
-            lock: None,
-            segment: None,
-            retry: None,
-            failing: false,
-            lost: lost.clone(),
-            lost_told: 0,
-            counts: counts.clone(),
-        };
+        let mut writer = Writer::new(config, record, numbers, with_output, (lost.clone(), counts.clone()));
         let thread =
             std::thread::Builder::new().name("recorder".to_owned()).spawn(move || writer.run(&queue))?;
         Ok(((sender, lost), Self { thread, counts }))
@@ -136,218 +97,6 @@ impl Recorder {
             error!("the recorder's thread panicked; this is a bug");
         }
         counts.now()
-    }
-}
-
-fn destination(line: &udp::Line) -> (Ipv4Addr, u16) {
-    let to = match line.address {
-        Address::Multicast { group, .. } => group,
-        Address::Unicast(address) => address,
-    };
-    (to, line.port)
-}
-
-/// The recorder's thread.
-struct Writer {
-    directory: PathBuf,
-    /// Octets.
-    rotate: u64,
-    keep: usize,
-    with_output: bool,
-    site: String,
-    /// Where the datagrams of each line went.
-    lines: Vec<(Ipv4Addr, u16)>,
-    output: UdpFlow,
-    grid: SlotGrid,
-    latency_slots: i64,
-    window_slots: i64,
-    max_future: SignedDuration,
-    numbers: Vec<Given>,
-    /// The latest reception, recorded or not.
-    latest: Option<Time>,
-    lock: Option<File>,
-    segment: Option<Segment>,
-    /// Where the disk failed, when it is tried again.
-    retry: Option<Instant>,
-    failing: bool,
-    lost: Arc<AtomicU64>,
-    lost_told: u64,
-    counts: Arc<Counts>,
-}
-
-impl Writer {
-    #[expect(clippy::disallowed_methods, reason = "once a second by the clock of the machine")]
-    fn run(&mut self, queue: &Receiver<Recorded>) {
-        // A disk that cannot be written is heard of at once, not with the first datagram.
-        if let Err(error) = self.open() {
-            self.fail(&error);
-        }
-        let mut flushed = Instant::now();
-        loop {
-            match queue.recv_timeout(FLUSH) {
-                Ok(recorded) => self.take(recorded),
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => break,
-            }
-            if flushed.elapsed() >= FLUSH {
-                flushed = Instant::now();
-                self.each_second();
-            }
-        }
-        self.tell_lost();
-        if let Some(Err(error)) = self.segment.take().map(Segment::finish) {
-            self.fail(&error);
-        }
-    }
-
-    fn take(&mut self, recorded: Recorded) {
-        let written = match recorded {
-            Recorded::Input { received, line, from, payload } => {
-                let written = self.input(received, line, from, &payload);
-                self.latest = self.latest.max(Some(received));
-                written
-            }
-            Recorded::Output { due, payload } => {
-                let flow = self.output;
-                let written = self.segment.as_mut().map(|segment| segment.output(flow, due, &payload));
-                written.transpose().map(|written| written.is_some())
-            }
-            Recorded::Numbered { slot, given } => {
-                self.numbers.push(given);
-                let told = self
-                    .segment
-                    .as_ref()
-                    .map(|segment| segment.numbered(self.grid.open(slot), &self.numbers));
-                if let Some(Err(error)) = told {
-                    self.fail(&error);
-                }
-                return;
-            }
-        };
-        let counter = match written {
-            Ok(true) => &self.counts.written,
-            Ok(false) | Err(_) => &self.counts.unwritten,
-        };
-        counter.fetch_add(1, Ordering::Relaxed);
-        if let Err(error) = written {
-            self.fail(&error);
-        }
-    }
-
-    /// Whether it was written; not while a failed disk is let alone.
-    fn input(&mut self, at: Time, line: usize, from: SocketAddrV4, payload: &[u8]) -> io::Result<bool> {
-        let now = self.latest.max(Some(at)).unwrap_or(at);
-        let rotate = self.rotate;
-        let is_full = |segment: &mut Segment| segment.size() >= rotate || now - segment.began >= LONGEST;
-        if self.segment.as_mut().is_none_or(is_full) {
-            self.begin(now)?;
-        }
-        let (to, port) = self.lines.get(line).copied().unwrap_or((Ipv4Addr::UNSPECIFIED, 0));
-        let flow = UdpFlow { from: *from.ip(), to, port, ttl: 1 };
-        let written = self.segment.as_mut().map(|segment| segment.input(from.port(), flow, at, payload));
-        written.transpose().map(|written| written.is_some())
-    }
-
-    /// Ends the segment, and begins one at `now`, the latest reception. Does nothing while a failed disk is let alone.
-    #[expect(clippy::disallowed_methods, reason = "a failed disk is tried again by the clock of the machine")]
-    fn begin(&mut self, now: Time) -> io::Result<()> {
-        if let Some(segment) = self.segment.take() {
-            segment.finish()?;
-        }
-        if self.retry.is_some_and(|retry| Instant::now() < retry) {
-            return Ok(());
-        }
-        self.open()?;
-        let complete_from = match self.latest {
-            // The engine began with this datagram.
-            None => self.grid.open(self.grid.of(now).plus(1 - self.latency_slots)),
-            // The slots of the window are those of reports that were received in this file.
-            Some(latest) => {
-                let whole = latest.max(now) + DUPLICATES + self.max_future;
-                self.grid.open(self.grid.of(whole).plus(1 + self.window_slots - self.latency_slots))
-            }
-        };
-        self.segment = Some(Segment::begin(&Beginning {
-            directory: &self.directory,
-            began: now,
-            complete_from,
-            site: &self.site,
-            numbers: &self.numbers,
-            with_output: self.with_output,
-        })?);
-        if let Err(error) = names::remove_oldest(&self.directory, self.keep) {
-            error!("{}: an old recording cannot be removed: {error}", self.directory.display());
-        }
-        self.retry = None;
-        if std::mem::take(&mut self.failing) {
-            let unwritten = self.counts.unwritten.load(Ordering::Relaxed);
-            warn!(
-                "{}: recording again; {unwritten} datagrams were not recorded so far",
-                self.directory.display()
-            );
-        }
-        Ok(())
-    }
-
-    /// Takes the directory: it is there, it is this recorder's alone, and what an earlier one left has its name.
-    fn open(&mut self) -> io::Result<()> {
-        let path = self.directory.join(LOCK);
-        if self.lock.is_some() && path.exists() {
-            return Ok(());
-        }
-        self.lock = None;
-        fs::create_dir_all(&self.directory)?;
-        let lock = fs::OpenOptions::new().create(true).append(true).open(&path)?;
-        lock.try_lock().map_err(|error| match error {
-            fs::TryLockError::WouldBlock => io::Error::other("another process records into this directory"),
-            fs::TryLockError::Error(error) => error,
-        })?;
-        self.lock = Some(lock);
-        let count = names::complete_leftovers(&self.directory)?;
-        if count > 0 {
-            info!("{}: {count} recordings were cut short by the end of a process", self.directory.display());
-        }
-        Ok(())
-    }
-
-    fn each_second(&mut self) {
-        self.tell_lost();
-        if let Some(segment) = &mut self.segment
-            && let Err(error) = segment.flush()
-        {
-            self.fail(&error);
-        }
-    }
-
-    fn tell_lost(&mut self) {
-        let lost = self.lost.load(Ordering::Relaxed);
-        if lost > self.lost_told {
-            warn!(
-                "{}: the disk is too slow: {} datagrams not recorded, {lost} since the start; a replay of this stretch \
-                 differs from what was sent",
-                self.directory.display(),
-                lost - self.lost_told
-            );
-            self.lost_told = lost;
-        }
-    }
-
-    /// Lets the disk alone for a while. Said once, and again when it works.
-    #[expect(clippy::disallowed_methods, reason = "a failed disk is tried again by the clock of the machine")]
-    fn fail(&mut self, error: &io::Error) {
-        if let Some(segment) = self.segment.take() {
-            // What has been written keeps its worth.
-            let _ = segment.finish();
-        }
-        self.lock = None;
-        self.retry = Some(Instant::now() + RETRY);
-        if !std::mem::replace(&mut self.failing, true) {
-            error!(
-                "{}: cannot be recorded into: {error}; tried again every {} s, the service goes on",
-                self.directory.display(),
-                RETRY.as_secs()
-            );
-        }
     }
 }
 
