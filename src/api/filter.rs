@@ -30,10 +30,6 @@ pub struct Filter {
 }
 
 impl Filter {
-    /// The names of its parameters.
-    pub const PARAMETERS: [&'static str; 7] =
-        ["bbox", "source", "sensor", "alt_min", "alt_max", "ids", "limit"];
-
     /// As a request says.
     ///
     /// # Errors

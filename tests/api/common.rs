@@ -1,0 +1,234 @@
+//! What the tests share: a simulated flight through the driver, and a service over it that a test feeds slot by slot.
+
+use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4};
+use std::path::Path;
+use std::sync::{Arc, OnceLock};
+use std::time::Duration;
+
+use axum::Router;
+use axum::body::{Body, to_bytes};
+use axum::http::{HeaderMap, Request, StatusCode};
+use serde_json::Value;
+use tokio::net::{TcpListener, TcpStream};
+use tower::ServiceExt;
+use utm_fusion::api::{ApiState, Options, router, serve};
+use utm_fusion::areas::Masks;
+use utm_fusion::config::Config;
+use utm_fusion::ingest::udp::Arrival;
+use utm_fusion::live::{Driver, Frame, Hub, HubWriter, LineStatus, Made, Status};
+use utm_fusion::picture::PictureMaker;
+use utm_fusion::simulate::{Scenario, simulate};
+
+pub(crate) struct Flown {
+    pub(crate) config: Config,
+    pub(crate) maker: PictureMaker,
+    pub(crate) frames: Vec<Frame>,
+    pub(crate) status: Status,
+}
+
+/// A minute of the kept crossing, flown once.
+pub(crate) fn flown() -> &'static Flown {
+    static FLOWN: OnceLock<Flown> = OnceLock::new();
+    FLOWN.get_or_init(|| {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenarios/crossing.toml");
+        let text = std::fs::read_to_string(path).unwrap().replace("duration_s = 300", "duration_s = 60");
+        let flight = simulate(&Scenario::parse(&text, "crossing.toml").unwrap(), 1, None).unwrap();
+        let start = flight.datagrams[0].received;
+        let mut driver = Driver::new(&flight.config, Masks::default(), start, 1);
+        let mut frames = Vec::new();
+        let mut keep = |made| {
+            if let Made::Slot(frame) = made {
+                frames.push(frame);
+            }
+        };
+        for datagram in &flight.datagrams {
+            driver.tick(datagram.received, &mut keep);
+            let from = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 1);
+            let arrival =
+                Arrival { line: 0, received: datagram.received, from, payload: datagram.payload.clone() };
+            let received = driver.reception(datagram.received);
+            driver.receive(arrival, received, &mut keep);
+        }
+        let at = flight.datagrams.last().unwrap().received;
+        let line = || LineStatus { name: "a line".to_owned(), joined: true, ..LineStatus::default() };
+        let status = Status {
+            at,
+            sensors: driver.health().sensors(at, |_| vec![line()]),
+            unknown: driver.health().unknown(),
+            tally: driver.pipeline().tally().clone(),
+            lateness_s: Some([0.001, 0.002, 0.003]),
+            failed_sends: 0,
+        };
+        Flown { config: flight.config, maker: driver.maker().clone(), frames, status }
+    })
+}
+
+/// A service that shows what a test publishes.
+pub(crate) struct Site {
+    pub(crate) writer: HubWriter,
+    pub(crate) state: ApiState,
+    pub(crate) app: Router,
+    next: usize,
+}
+
+pub(crate) struct Answered {
+    pub(crate) status: StatusCode,
+    pub(crate) headers: HeaderMap,
+    pub(crate) text: String,
+}
+
+impl Answered {
+    pub(crate) fn json(&self) -> Value {
+        serde_json::from_str(&self.text).unwrap_or_else(|error| panic!("{error}: {}", self.text))
+    }
+
+    pub(crate) fn header(&self, name: &str) -> &str {
+        self.headers.get(name).map_or("", |value| value.to_str().unwrap())
+    }
+}
+
+impl Site {
+    pub(crate) fn plain() -> Self {
+        Self::with(Options::default(), |_| {})
+    }
+
+    /// With other options, and another configuration.
+    pub(crate) fn with(options: Options, change: impl FnOnce(&mut Config)) -> Self {
+        let flown = flown();
+        let mut config = flown.config.clone();
+        change(&mut config);
+        let (writer, hub) = Hub::new(Arc::new(config), Arc::new(flown.maker.clone()), flown.frames[0].due);
+        let state = ApiState::start(hub, options).unwrap();
+        // The first slots are empty; most tests want traffic.
+        Self { writer, app: router(state.clone()), state, next: flown.frames.len() / 2 }
+    }
+
+    /// Publishes so many slots and waits until they are shown.
+    pub(crate) async fn publish(&mut self, slots: usize) {
+        for _ in 0..slots {
+            self.writer.publish(flown().frames[self.next].clone());
+            self.next += 1;
+        }
+        self.shown(flown().frames[self.next - 1].seq).await;
+    }
+
+    pub(crate) async fn shown(&self, seq: u64) {
+        while self.get("/api/v1/tracks?limit=1").await.json()["seq"].as_u64() < Some(seq) {
+            tokio::task::yield_now().await;
+        }
+    }
+
+    pub(crate) async fn tell(&self, status: Status) {
+        self.writer.tell(status);
+        for _ in 0..100 {
+            tokio::task::yield_now().await;
+        }
+    }
+
+    pub(crate) async fn get(&self, path: &str) -> Answered {
+        self.ask(Request::get(path)).await
+    }
+
+    pub(crate) async fn ask(&self, request: axum::http::request::Builder) -> Answered {
+        let response = self.app.clone().oneshot(request.body(Body::empty()).unwrap()).await.unwrap();
+        let (parts, body) = response.into_parts();
+        let octets = to_bytes(body, 1 << 26).await.unwrap();
+        Answered {
+            status: parts.status,
+            headers: parts.headers,
+            text: String::from_utf8(octets.to_vec()).unwrap(),
+        }
+    }
+
+    /// A real socket on loopback.
+    pub(crate) async fn listen(&self) -> SocketAddr {
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.unwrap();
+        let address = listener.local_addr().unwrap();
+        tokio::spawn(serve(listener, self.state.clone()));
+        address
+    }
+}
+
+/// An event of a stream.
+#[derive(Clone, Debug)]
+pub(crate) struct Event {
+    pub(crate) id: String,
+    pub(crate) name: String,
+    pub(crate) data: Value,
+}
+
+/// A reader of a stream, over a real socket.
+pub(crate) struct Reader {
+    socket: TcpStream,
+    text: String,
+    pub(crate) head: String,
+}
+
+impl Reader {
+    pub(crate) async fn open(address: SocketAddr, path: &str, headers: &str) -> Self {
+        let socket = TcpStream::connect(address).await.unwrap();
+        let request = format!("GET {path} HTTP/1.1\r\nHost: test\r\n{headers}\r\n");
+        send(&socket, request.as_bytes()).await;
+        let mut reader = Self { socket, text: String::new(), head: String::new() };
+        while !reader.text.contains("\r\n\r\n") {
+            assert!(reader.more().await, "no answer: {}", reader.text);
+        }
+        let (head, rest) = reader.text.split_once("\r\n\r\n").unwrap();
+        (reader.head, reader.text) = (head.to_owned(), rest.to_owned());
+        reader
+    }
+
+    async fn more(&mut self) -> bool {
+        let mut octets = [0; 1 << 16];
+        let read = tokio::time::timeout(Duration::from_secs(20), receive(&self.socket, &mut octets));
+        let count = read.await.expect("nothing comes for 20 s");
+        self.text.push_str(&String::from_utf8_lossy(&octets[..count]));
+        count > 0
+    }
+
+    /// The next event but heartbeats; `None` at the end.
+    pub(crate) async fn next(&mut self) -> Option<Event> {
+        loop {
+            let event = self.any().await?;
+            if event.name != "heartbeat" {
+                return Some(event);
+            }
+        }
+    }
+
+    pub(crate) async fn any(&mut self) -> Option<Event> {
+        loop {
+            // Chunk sizes stand on lines of their own between events, and before what is cut in two.
+            if let Some(end) = self.text.find("\n\n") {
+                let event: String = self.text.drain(..end + 2).collect();
+                let field = |name: &str| {
+                    let start = event.find(&format!("{name}: ")).map(|at| at + name.len() + 2);
+                    start.map_or("", |start| event[start..].lines().next().unwrap_or("")).to_owned()
+                };
+                let data =
+                    serde_json::from_str(&field("data")).unwrap_or_else(|error| panic!("{error}: {event}"));
+                return Some(Event { id: field("id"), name: field("event"), data });
+            }
+            if !self.more().await {
+                return None;
+            }
+        }
+    }
+}
+
+/// Sends a few octets.
+pub(crate) async fn send(socket: &TcpStream, octets: &[u8]) {
+    socket.writable().await.unwrap();
+    assert_eq!(socket.try_write(octets).unwrap(), octets.len());
+}
+
+/// How many octets came; 0 at the end, orderly or not.
+pub(crate) async fn receive(socket: &TcpStream, octets: &mut [u8]) -> usize {
+    loop {
+        socket.readable().await.unwrap();
+        match socket.try_read(octets) {
+            Err(error) if error.kind() == std::io::ErrorKind::WouldBlock => {}
+            read => return read.unwrap_or(0),
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! The shapes of the other routes.
+
+use axum::http::StatusCode;
+use serde_json::Value;
+use utm_fusion::api::Options;
+use utm_fusion::config::{Area, AreaKind, SensorKind};
+
+use crate::common::{Site, flown};
+
+/// RFC 7946: closed rings, outer ones counterclockwise, holes clockwise, positions on the map.
+fn check_polygon(rings: &Value) {
+    for (index, ring) in rings.as_array().unwrap().iter().enumerate() {
+        let ring: Vec<(f64, f64)> = ring
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|place| (place[0].as_f64().unwrap(), place[1].as_f64().unwrap()))
+            .collect();
+        assert!(ring.len() >= 4 && ring.first() == ring.last());
+        assert!(ring.iter().all(|(lng, lat)| lng.abs() <= 180.0 && lat.abs() <= 90.0));
+        let area: f64 = ring.windows(2).map(|pair| pair[0].0 * pair[1].1 - pair[1].0 * pair[0].1).sum();
+        assert_eq!(area > 0.0, index == 0);
+    }
+}
+
+#[tokio::test]
+async fn sensors_stand_where_they_are_configured() {
+    let site = Site::plain();
+    site.tell(flown().status.clone()).await;
+    let json = site.get("/api/v1/sensors").await.json();
+    let features = json["features"].as_array().unwrap();
+    assert_eq!(features.len(), flown().config.sensors.len());
+    for (feature, sensor) in features.iter().zip(&flown().config.sensors) {
+        let properties = &feature["properties"];
+        assert_eq!(properties["id"], sensor.id.as_str());
+        match &sensor.kind {
+            SensorKind::Radar(radar) => {
+                assert_eq!(feature["geometry"]["coordinates"][0], radar.longitude_deg);
+                assert_eq!(feature["geometry"]["coordinates"][1], radar.latitude_deg);
+            }
+            SensorKind::Transponder(_) => assert!(feature["geometry"].is_null()),
+        }
+        for key in [
+            "kind",
+            "state",
+            "reasons",
+            "rate_hz",
+            "clock_offset_s",
+            "accepted",
+            "refused",
+            "lines",
+            "last_seen",
+        ] {
+            assert!(properties.get(key).is_some(), "{key}: {properties}");
+        }
+    }
+    assert!(json["unknown"].is_array());
+}
+
+#[tokio::test]
+async fn coverage_and_areas_are_valid_polygons() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("config/areas");
+    let site = Site::with(Options::default(), |config| {
+        for sensor in &mut config.sensors {
+            if let SensorKind::Radar(radar) = &mut sensor.kind {
+                radar.max_range_m = Some(5_000.0);
+            }
+        }
+        for (kind, name) in [(AreaKind::Mask, "motorway"), (AreaKind::Alert, "airfield")] {
+            config.areas.push(Area { kind, file: folder.join(format!("{name}.geojson")) });
+        }
+    });
+    let coverage = site.get("/api/v1/coverage").await.json();
+    for feature in coverage["features"].as_array().unwrap() {
+        check_polygon(&feature["geometry"]["coordinates"]);
+        assert_eq!(feature["geometry"]["coordinates"][0].as_array().unwrap().len(), 73);
+    }
+    let areas = site.get("/api/v1/areas").await.json();
+    let features = areas["features"].as_array().unwrap();
+    let kinds: Vec<_> = features.iter().map(|f| f["properties"]["kind"].as_str().unwrap()).collect();
+    assert_eq!(kinds, ["mask", "alert"]);
+    for feature in features {
+        for polygon in feature["geometry"]["coordinates"].as_array().unwrap() {
+            check_polygon(polygon);
+        }
+    }
+}
+
+#[tokio::test]
+async fn readiness_says_what_is_missing() {
+    let mut site = Site::plain();
+    assert_eq!(site.get("/healthz").await.status, StatusCode::OK);
+    let not_yet = site.get("/readyz").await;
+    assert_eq!(not_yet.status, StatusCode::SERVICE_UNAVAILABLE);
+    assert_eq!(not_yet.json()["reasons"].as_array().unwrap().len(), 2);
+    site.publish(1).await;
+    let mut status = flown().status.clone();
+    status.sensors[0].lines[0].joined = false;
+    site.tell(status).await;
+    assert_eq!(site.get("/readyz").await.json()["reasons"], serde_json::json!(["line a line is not open"]));
+    site.tell(flown().status.clone()).await;
+    assert_eq!(site.get("/readyz").await.status, StatusCode::OK);
+}
+
+#[tokio::test]
+async fn status_and_info_tell_what_is_known() {
+    let mut site = Site::plain();
+    site.publish(1).await;
+    site.tell(flown().status.clone()).await;
+    let status = site.get("/api/v1/status").await.json();
+    assert_eq!(status["latency_s"]["p50"], 6.126);
+    assert_eq!(status["tally"]["received"], flown().status.tally.received);
+    let info = site.get("/api/v1/info").await.json();
+    assert_eq!((&info["profile"], &info["latency_s"]), (&"reference".into(), &6.25.into()));
+    let conflicts = site.get("/api/v1/conflicts").await.json();
+    assert_eq!((&conflicts["computed"], &conflicts["conflicts"]), (&false.into(), &serde_json::json!([])));
+}
+
+#[tokio::test]
+async fn readsb_and_display_data() {
+    let mut site = Site::plain();
+    site.publish(1).await;
+    let tracks = site.get("/api/v1/tracks").await.json();
+    let tracks = tracks["features"].as_array().unwrap();
+    let json = site.get("/data/aircraft.json?_=123").await.json();
+    let aircraft = json["aircraft"].as_array().unwrap();
+    assert_eq!(aircraft.len(), tracks.len());
+    let mut hexes = std::collections::BTreeSet::new();
+    for (craft, track) in aircraft.iter().zip(tracks) {
+        let hex = craft["hex"].as_str().unwrap();
+        assert!(hex.len() == 7 && hex.starts_with('~') && hexes.insert(hex), "{hex}");
+        if let Some(alt) = track["properties"]["alt"].as_f64() {
+            assert!((craft["alt_geom"].as_f64().unwrap() * 0.3048 - alt).abs() < 0.16);
+        }
+        assert!(craft.get("alt_baro").is_none());
+    }
+    assert!(site.get("/data/receiver.json").await.json()["refresh"].is_u64());
+
+    let known = tracks.iter().find(|t| t["properties"].get("uas_id").is_some()).unwrap();
+    let (id, lat, lng) =
+        (known["id"].as_str().unwrap(), &known["properties"]["lat"], &known["properties"]["lng"]);
+    let (lat, lng) = (lat.as_f64().unwrap(), lng.as_f64().unwrap());
+    let view = format!("/uss/flights?view={},{},{},{}", lat + 0.01, lng - 0.01, lat - 0.01, lng + 0.01);
+    let flights = site.get(&view).await.json();
+    assert!(flights["flights"].as_array().unwrap().iter().any(|flight| flight["id"] == id), "{flights}");
+    let details = site.get(&format!("/uss/flights/{id}/details")).await.json();
+    assert_eq!(details["details"]["uas_id"]["serial_number"], known["properties"]["uas_id"]["serial_number"]);
+}
+
+#[tokio::test]
+async fn the_page_is_served_under_its_policy() {
+    let site = Site::plain();
+    let page = site.get("/?zoom=3").await;
+    assert_eq!((page.status, page.header("content-type")), (StatusCode::OK, "text/html; charset=utf-8"));
+    assert!(page.header("content-security-policy").contains("default-src 'self'"));
+    assert_eq!(page.header("x-content-type-options"), "nosniff");
+}

@@ -1,0 +1,201 @@
+//! The stream, over real sockets.
+
+use utm_fusion::api::Options;
+use utm_fusion::live::SensorState;
+
+use crate::common::{Reader, Site, flown};
+
+const STREAM: &str = "/api/v1/stream";
+
+#[tokio::test]
+async fn a_snapshot_then_one_event_a_slot() {
+    let mut site = Site::plain();
+    site.publish(2).await;
+    let address = site.listen().await;
+    let mut reader = Reader::open(address, STREAM, "").await;
+    let head = reader.head.to_lowercase();
+    for line in ["200 ok", "text/event-stream", "x-accel-buffering: no", "cache-control: no-store"] {
+        assert!(head.contains(line), "{line} is missing: {head}");
+    }
+    let snapshot = reader.next().await.unwrap();
+    assert_eq!(snapshot.name, "snapshot");
+    assert_eq!(snapshot.data, site.get("/api/v1/tracks").await.json());
+    for slot in 1..=8 {
+        site.publish(1).await;
+        let event = reader.next().await.unwrap();
+        assert_eq!(event.name, "tracks");
+        assert_eq!(event.data["seq"].as_u64(), snapshot.data["seq"].as_u64().map(|seq| seq + slot));
+        assert_eq!(event.data, site.get("/api/v1/tracks").await.json());
+    }
+    site.state.close();
+    assert_eq!(reader.next().await.unwrap().name, "closed");
+    assert!(reader.any().await.is_none(), "the stream ends");
+}
+
+#[tokio::test]
+async fn filters_and_intervals() {
+    let mut site = Site::plain();
+    site.publish(1).await;
+    let address = site.listen().await;
+    let mut fused = Reader::open(address, "/api/v1/stream?source=fused", "").await;
+    let mut slow = Reader::open(address, "/api/v1/stream?interval_ms=1000", "").await;
+    let first = fused.next().await.unwrap();
+    assert_eq!(first.data, site.get("/api/v1/tracks?source=fused").await.json());
+    assert_eq!(slow.next().await.unwrap().name, "snapshot");
+    site.publish(8).await;
+    for step in 1..=8 {
+        let event = loop {
+            let event = fused.next().await.unwrap();
+            if event.name == "tracks" {
+                break event;
+            }
+        };
+        assert_eq!(event.data["seq"].as_u64(), first.data["seq"].as_u64().map(|seq| seq + step));
+        assert!(
+            event.data["features"].as_array().unwrap().iter().all(|f| f["properties"]["source"] == "fused")
+        );
+    }
+    for step in [4, 8] {
+        let event = loop {
+            let event = slow.next().await.unwrap();
+            if event.name == "tracks" {
+                break event;
+            }
+        };
+        assert_eq!(event.data["seq"].as_u64(), first.data["seq"].as_u64().map(|seq| seq + step));
+    }
+}
+
+#[tokio::test]
+async fn a_reader_resumes_where_it_was_or_begins_anew() {
+    let mut site = Site::plain();
+    site.publish(2).await;
+    let address = site.listen().await;
+    let id = Reader::open(address, STREAM, "").await.next().await.unwrap().id;
+    site.publish(3).await;
+    let mut resumed = Reader::open(address, STREAM, &format!("Last-Event-ID: {id}\r\n")).await;
+    let events =
+        [resumed.next().await.unwrap(), resumed.next().await.unwrap(), resumed.next().await.unwrap()];
+    assert!(events.iter().all(|event| event.name == "tracks"));
+    let (start, number) = id.split_once('-').unwrap();
+    let far = format!("{start}-{}", number.parse::<u64>().unwrap() + 1000);
+    for strange in [far, format!("1-{number}"), "x".to_owned(), format!("{start}-")] {
+        let mut reader = Reader::open(address, STREAM, &format!("Last-Event-ID: {strange}\r\n")).await;
+        assert_eq!(reader.next().await.unwrap().name, "snapshot", "{strange}");
+    }
+    // The memory holds 64 slots.
+    for _ in 0..14 {
+        site.publish(5).await;
+    }
+    let mut late = Reader::open(address, STREAM, &format!("Last-Event-ID: {id}\r\n")).await;
+    assert_eq!(late.next().await.unwrap().name, "snapshot");
+}
+
+#[tokio::test]
+async fn who_does_not_read_costs_others_nothing_and_begins_anew() {
+    let mut site = Site::plain();
+    let address = site.listen().await;
+    site.publish(1).await;
+    let mut lazy = Reader::open(address, STREAM, "").await;
+    let mut keen = Reader::open(address, STREAM, "").await;
+    assert_eq!(keen.next().await.unwrap().name, "snapshot");
+    // Far more than sockets buffer: the same slots, numbered on.
+    let frames = &flown().frames;
+    let mut frame = frames[frames.len() / 2].clone();
+    let mut tracks = frame.picture.tracks.clone();
+    for _ in 0..6 {
+        tracks.extend(tracks.clone());
+    }
+    frame.picture.tracks = tracks;
+    for _ in 0..120 {
+        frame.seq += 1;
+        frame.picture.time = frame.picture.time + jiff::SignedDuration::from_millis(250);
+        site.writer.publish(frame.clone());
+        let event = keen.next().await.unwrap();
+        assert_eq!((event.name.as_str(), event.data["seq"].as_u64()), ("tracks", Some(frame.seq)));
+    }
+    let mut names = Vec::new();
+    while names.last().is_none_or(|name| name != "resync") {
+        names.push(lazy.next().await.unwrap().name);
+    }
+    assert_eq!(names[0], "snapshot");
+    let snapshot = lazy.next().await.unwrap();
+    assert_eq!((snapshot.name.as_str(), snapshot.data["seq"].as_u64()), ("snapshot", Some(frame.seq)));
+}
+
+#[tokio::test]
+async fn tracks_that_no_longer_come_have_ended() {
+    for query in ["", "?source=fused,radar,transponder"] {
+        let mut site = Site::plain();
+        site.publish(1).await;
+        let address = site.listen().await;
+        let mut reader = Reader::open(address, &format!("{STREAM}{query}"), "").await;
+        let snapshot = reader.next().await.unwrap();
+        let frames = &flown().frames;
+        let mut frame = frames[frames.len() / 2].clone();
+        let gone = frame.picture.tracks.remove(0);
+        let id = flown().maker.track_id(&gone);
+        assert!(snapshot.data["features"].as_array().unwrap().iter().any(|f| f["id"] == id.as_str()));
+        for slot in 1..=8 {
+            frame.seq += 1;
+            frame.picture.time = frame.picture.time + jiff::SignedDuration::from_millis(250);
+            site.writer.publish(frame.clone());
+            assert_eq!(reader.next().await.unwrap().name, "tracks", "{slot}");
+        }
+        let ended = reader.next().await.unwrap();
+        assert_eq!((ended.name.as_str(), &ended.data["ids"]), ("ended", &serde_json::json!([id])));
+    }
+}
+
+#[tokio::test]
+async fn a_heartbeat_each_second_and_news_of_sensors() {
+    let site = Site::plain();
+    let address = site.listen().await;
+    let mut status = flown().status.clone();
+    site.tell(status.clone()).await;
+    let mut reader = Reader::open(address, STREAM, "").await;
+    assert_eq!(reader.next().await.unwrap().name, "snapshot");
+    loop {
+        let event = reader.any().await.unwrap();
+        if event.name == "heartbeat" {
+            assert_eq!(event.data["seq"], 0);
+            break;
+        }
+    }
+    status.sensors[0].state = SensorState::Outage;
+    status.sensors[0].reasons = vec!["it is dark".to_owned()];
+    site.tell(status.clone()).await;
+    let sensor = reader.next().await.unwrap();
+    assert_eq!((sensor.name.as_str(), &sensor.data["state"]), ("sensor", &"outage".into()));
+    let alert = reader.next().await.unwrap();
+    assert_eq!((alert.name.as_str(), &alert.data["active"]), ("alert", &true.into()));
+    assert_eq!(alert.data["reasons"], serde_json::json!(["it is dark"]));
+    let alerts = site.get("/api/v1/alerts").await.json();
+    assert_eq!(alerts["alerts"][0]["since"], alert.data["since"]);
+    status.sensors[0].state = SensorState::Operational;
+    site.tell(status).await;
+    assert_eq!(reader.next().await.unwrap().data["state"], "operational");
+    assert_eq!(reader.next().await.unwrap().data["active"], false);
+}
+
+#[tokio::test]
+async fn there_are_so_many_streams_and_no_more() {
+    let site = Site::with(Options { streams_per_address: 2, ..Options::default() }, |_| {});
+    let address = site.listen().await;
+    let first = Reader::open(address, STREAM, "").await;
+    let _second = Reader::open(address, STREAM, "").await;
+    let third = Reader::open(address, STREAM, "").await;
+    assert!(
+        third.head.contains("429") && third.head.to_lowercase().contains("retry-after"),
+        "{}",
+        third.head
+    );
+    drop(first);
+    for _ in 0..100 {
+        if Reader::open(address, STREAM, "").await.head.contains("200 OK") {
+            return;
+        }
+        tokio::time::sleep(std::time::Duration::from_millis(20)).await;
+    }
+    panic!("the place is not given back");
+}

@@ -1,0 +1,99 @@
+//! The picture: its shape, its filters, its ETag.
+
+use axum::http::{Request, StatusCode};
+use serde_json::Value;
+
+use crate::common::{Site, flown};
+
+fn features(collection: &Value) -> &Vec<Value> {
+    collection["features"].as_array().unwrap()
+}
+
+#[tokio::test]
+async fn before_the_first_slot_the_picture_is_empty() {
+    let site = Site::plain();
+    let answer = site.get("/api/v1/tracks").await.json();
+    assert_eq!((answer["seq"].as_u64(), features(&answer).len()), (Some(0), 0));
+    assert!(answer.get("time").is_none());
+}
+
+#[tokio::test]
+async fn the_picture_is_geojson_and_says_what_it_is_of() {
+    let mut site = Site::plain();
+    site.publish(3).await;
+    let answer = site.get("/api/v1/tracks").await;
+    assert_eq!(answer.header("content-type"), "application/geo+json");
+    let json = answer.json();
+    let count = features(&json).len();
+    assert!(count >= 8, "{count} tracks");
+    assert_eq!(json["numberMatched"], count);
+    assert_eq!(json["numberReturned"], count);
+    assert_eq!(json["latency_s"], 6.125);
+    assert_eq!(json["site"], flown().config.site.name);
+    for feature in features(&json) {
+        let (properties, place) = (&feature["properties"], &feature["geometry"]["coordinates"]);
+        assert_eq!(feature["id"], properties["id"]);
+        assert_eq!(feature["geometry"]["type"], "Point");
+        assert_eq!((&place[0], &place[1]), (&properties["lng"], &properties["lat"]));
+        assert_eq!(place.get(2), properties.get("alt"));
+        assert_eq!(properties["age_s"], 6.125);
+        let id = properties["id"].as_str().unwrap();
+        let one = site.get(&format!("/api/v1/tracks/{id}")).await;
+        assert_eq!(one.json(), *feature);
+        assert!(!one.json()["properties"]["contributors"].as_array().unwrap().is_empty());
+    }
+    assert_eq!(site.get("/api/v1/tracks/nobody").await.status, StatusCode::NOT_FOUND);
+}
+
+#[tokio::test]
+async fn each_filter_gives_what_it_says() {
+    let mut site = Site::plain();
+    site.publish(1).await;
+    let all = site.get("/api/v1/tracks").await.json();
+    let chosen = async |query: &str, keep: &dyn Fn(&Value) -> bool| {
+        let json = site.get(&format!("/api/v1/tracks?{query}")).await.json();
+        let expected: Vec<&Value> = features(&all).iter().filter(|f| keep(&f["properties"])).collect();
+        assert_eq!(features(&json).iter().collect::<Vec<_>>(), expected, "{query}");
+        assert_eq!(json["numberMatched"], expected.len());
+        expected.len()
+    };
+    let at = |p: &Value, key: &str| p[key].as_f64().unwrap_or(f64::NAN);
+    let first = &features(&all)[0]["properties"];
+    let (lng, lat, alt) = (at(first, "lng"), at(first, "lat"), at(first, "alt_msl"));
+    assert!(chosen("source=fused", &|p| p["source"] == "fused").await > 0);
+    chosen("source=radar,transponder", &|p| p["source"] != "fused").await;
+    assert!(chosen(&format!("bbox={lng},-90,180,90"), &|p| at(p, "lng") >= lng).await > 0);
+    chosen(&format!("bbox=-180,{lat},180,90"), &|p| at(p, "lat") >= lat).await;
+    // Around the other side of the world: everything that is not between.
+    let across = format!("bbox={},-90,{},90", lng + 1e-9, lng - 1e-9);
+    assert_eq!(chosen(&across, &|p| p["id"] != first["id"]).await, features(&all).len() - 1);
+    chosen(&format!("alt_min={alt}"), &|p| at(p, "alt_msl") >= alt).await;
+    chosen(&format!("alt_max={alt}"), &|p| at(p, "alt_msl") <= alt).await;
+    let id = first["id"].as_str().unwrap().to_owned();
+    assert_eq!(chosen(&format!("ids={id},nobody"), &|p| p["id"] == id.as_str()).await, 1);
+    let radar = &flown().config.sensors[0].id;
+    let took_part =
+        |p: &Value| p["contributors"].as_array().unwrap().iter().any(|c| c["sensor"] == radar.as_str());
+    assert!(chosen(&format!("sensor={radar}"), &took_part).await > 0);
+    let two = site.get("/api/v1/tracks?limit=2").await.json();
+    assert_eq!((&two["numberMatched"], &two["numberReturned"]), (&all["numberMatched"], &Value::from(2)));
+    assert_eq!(features(&two)[..], features(&all)[..2]);
+}
+
+#[tokio::test]
+async fn an_unchanged_picture_is_not_sent_again() {
+    let mut site = Site::plain();
+    site.publish(1).await;
+    let tag = site.get("/api/v1/tracks").await.header("etag").to_owned();
+    assert!(tag.starts_with("W/\""), "{tag}");
+    for tags in
+        [tag.clone(), "*".to_owned(), format!("\"x\", {tag}"), tag.trim_start_matches("W/").to_owned()]
+    {
+        let again = site.ask(Request::get("/api/v1/tracks").header("if-none-match", &tags)).await;
+        assert_eq!((again.status, again.text.as_str()), (StatusCode::NOT_MODIFIED, ""), "{tags}");
+        assert_eq!(again.header("etag"), tag);
+    }
+    site.publish(1).await;
+    let next = site.ask(Request::get("/api/v1/tracks").header("if-none-match", &tag)).await;
+    assert_eq!(next.status, StatusCode::OK);
+}
