@@ -43,7 +43,7 @@ impl Keeper {
         let frames = state.hub().frames();
         let mut keeper = Self { state, frames, endings: Endings::default(), sensors: BTreeMap::new() };
         if let Some(frame) = keeper.state.hub().latest() {
-            keeper.show(frame);
+            keeper.show(&frame);
         }
         keeper
     }
@@ -62,7 +62,7 @@ impl Keeper {
                 // Whoever dropped the other end wants it closed, too.
                 _ = closing.wait_for(|closing| *closing) => break,
                 frame = self.frames.recv() => match frame {
-                    Ok(frame) => self.show(frame),
+                    Ok(frame) => self.show(&frame),
                     Err(RecvError::Lagged(_)) => self.state.log().push(Event::Lost),
                     Err(RecvError::Closed) => break,
                 },
@@ -78,7 +78,7 @@ impl Keeper {
         }
         loop {
             match self.frames.try_recv() {
-                Ok(frame) => self.show(frame),
+                Ok(frame) => self.show(&frame),
                 Err(TryRecvError::Lagged(_)) => self.state.log().push(Event::Lost),
                 Err(TryRecvError::Empty | TryRecvError::Closed) => break,
             }
@@ -92,7 +92,7 @@ impl Keeper {
         self.state.event_id(self.state.log().next_number())
     }
 
-    fn show(&mut self, frame: Arc<Frame>) {
+    fn show(&mut self, frame: &Arc<Frame>) {
         let (log, hub) = (self.state.log(), self.state.hub());
         if log.latest().1.is_some_and(|latest| latest.frame.seq >= frame.seq) {
             return;

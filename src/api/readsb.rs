@@ -25,17 +25,13 @@ pub fn aircraft(ask: &Ask) -> Answer {
         );
     };
     let mut taken = BTreeSet::new();
-    let placed = shown.pieces.iter().filter_map(|piece| {
-        let track = track_of(&shown.frame, piece, ask)?;
-        Some(entry(piece, track, &shown.frame, hex(&piece.id, &mut taken)))
-    });
+    let placed = shown
+        .pieces
+        .iter()
+        .map(|piece| entry(piece, shown.track(piece), &shown.frame, hex(&piece.id, &mut taken)));
     let aircraft: Vec<Value> = placed.collect();
     let now = rounded(shown.frame.published_at.as_seconds(), 3);
     json(JSON, &json!({ "now": now, "messages": messages, "aircraft": aircraft }))
-}
-
-fn track_of<'a>(frame: &'a Frame, piece: &Piece, ask: &Ask) -> Option<&'a Track> {
-    frame.picture.tracks.iter().find(|track| ask.state.hub().maker.track_id(track) == *piece.id)
 }
 
 /// Nothing here is ADS-B: a radar's track is what readsb calls a track file; the rest is `other`, and nothing claims an

@@ -64,6 +64,7 @@ pub async fn serve(listener: TcpListener, state: ApiState) {
 
 async fn connection(stream: TcpStream, app: axum::Router, state: &ApiState) -> io::Result<()> {
     stream.set_nodelay(true)?;
+    #[cfg(target_os = "linux")]
     socket2::SockRef::from(&stream).set_tcp_user_timeout(Some(STUCK))?;
     let service = TowerToHyperService::new(app);
     let connection = http1::Builder::new()

@@ -28,6 +28,8 @@ pub struct Shown {
 /// A track's feature, and what filters ask of it.
 #[derive(Clone, Debug)]
 pub struct Piece {
+    /// Where it stands in the picture.
+    index: usize,
     /// The track's id.
     pub id: Arc<str>,
     /// `fused`, `radar` or `transponder`.
@@ -93,19 +95,19 @@ struct Head<'a> {
 
 impl Shown {
     /// Writes the JSON of a slot into the event that begins with these lines.
-    pub fn new(frame: Arc<Frame>, maker: &PictureMaker, site: &str, event_head: &str) -> Self {
+    pub fn new(frame: &Arc<Frame>, maker: &PictureMaker, site: &str, event_head: &str) -> Self {
         let age_s = rounded(frame.published_at.seconds_since(frame.picture.time), 3);
         // A place that is no number has no place on a map; the engine gives none, and none is passed on.
-        let placed = |track: &&Track| {
+        let placed = |(_, track): &(usize, &Track)| {
             track.position.latitude_deg().is_finite() && track.position.longitude_deg().is_finite()
         };
-        let tracks: Vec<&Track> = frame.picture.tracks.iter().filter(placed).collect();
+        let tracks: Vec<(usize, &Track)> = frame.picture.tracks.iter().enumerate().filter(placed).collect();
         let mut out = event_head.as_bytes().to_vec();
         let start = out.len();
-        write_head(&mut out, Some(&frame), site, tracks.len(), tracks.len());
+        write_head(&mut out, Some(frame), site, tracks.len(), tracks.len());
         let mut places = Vec::with_capacity(tracks.len());
-        for (index, track) in tracks.iter().enumerate() {
-            if index > 0 {
+        for &(_, track) in &tracks {
+            if !places.is_empty() {
                 out.push(b',');
             }
             let from = out.len();
@@ -116,12 +118,14 @@ impl Shown {
         let end = out.len();
         out.extend_from_slice(b"\n\n");
         let event = Bytes::from(out);
-        let piece = |(track, place): (&&Track, Range<usize>)| Piece {
+        // Filters compare what readers see: the rounded values.
+        let piece = |(&(index, track), place): (&(usize, &Track), Range<usize>)| Piece {
+            index,
             id: maker.track_id(track).into(),
             source: track.source_name(),
-            lng: track.position.longitude_deg(),
-            lat: track.position.latitude_deg(),
-            alt_msl: track.altitude_amsl_m,
+            lng: rounded(track.position.longitude_deg(), 9),
+            lat: rounded(track.position.latitude_deg(), 9),
+            alt_msl: track.altitude_amsl_m.map(|metres| rounded(metres, 3)),
             radar: track.point.source.radar().map(|radar| usize::from(radar.track.sensor.0)),
             transponder: track.point.source.transponder().map(|part| usize::from(part.sensor.0)),
             feature: event.slice(place),
@@ -160,6 +164,11 @@ impl Shown {
         }
         out.extend_from_slice(b"]}");
         out.into()
+    }
+
+    /// The track of a piece.
+    pub fn track(&self, piece: &Piece) -> &Track {
+        &self.frame.picture.tracks[piece.index]
     }
 
     /// When its tracks were there.

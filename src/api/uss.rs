@@ -7,9 +7,8 @@ use serde_json::{Value, json};
 
 use super::ask::{Answer, Ask, JSON, json};
 use super::problem::Problem;
-use super::shown::Piece;
+use super::shown::{Piece, Shown};
 use crate::json::rounded;
-use crate::live::Frame;
 use crate::picture::Track;
 use crate::time::Time;
 
@@ -44,21 +43,19 @@ pub fn flights(ask: &Ask) -> Answer {
         across && (lat1.min(lat2)..=lat1.max(lat2)).contains(&piece.lat)
     };
     let (_, latest) = ask.state.log().latest();
-    let mut flights = Vec::new();
-    if let Some(shown) = &latest {
-        for piece in shown.pieces.iter().filter(|piece| inside(piece)) {
-            if let Some(track) = identified(&shown.frame, &piece.id, ask) {
-                flights.push(flight(piece, track));
-            }
-        }
-    }
+    let flights: Vec<Value> = latest
+        .iter()
+        .flat_map(|shown| identified(shown))
+        .filter(|(piece, _)| inside(piece))
+        .map(|(piece, track)| flight(piece, track))
+        .collect();
     let now = latest.map_or_else(|| ask.state.now(), |shown| shown.frame.published_at);
     json(JSON, &json!({ "timestamp": time(now), "flights": flights }))
 }
 
-fn identified<'a>(frame: &'a Frame, id: &str, ask: &Ask) -> Option<&'a Track> {
-    let mut tracks = frame.picture.tracks.iter();
-    tracks.find(|track| track.is_interpolated() && ask.state.hub().maker.track_id(track) == id)
+/// The tracks that say who they are.
+fn identified(shown: &Shown) -> impl Iterator<Item = (&Piece, &Track)> {
+    shown.pieces.iter().map(|piece| (piece, shown.track(piece))).filter(|(_, track)| track.is_interpolated())
 }
 
 fn time(time: Time) -> Value {
@@ -96,8 +93,9 @@ fn flight(piece: &Piece, track: &Track) -> Value {
 /// `/uss/flights/{id}/details`.
 pub fn details(ask: &Ask) -> Answer {
     let (_, latest) = ask.state.log().latest();
+    let mut known = latest.iter().flat_map(|shown| identified(shown));
     let part =
-        latest.as_ref().and_then(|shown| identified(&shown.frame, &ask.id, ask)?.point.source.transponder());
+        known.find(|(piece, _)| *piece.id == *ask.id).and_then(|(_, track)| track.point.source.transponder());
     let part = part.ok_or_else(|| Problem::not_found("no flight of the latest slot has this id"))?;
     let serial = part.identity.serial().escape_ascii().to_string();
     json(JSON, &json!({ "details": { "id": ask.id, "uas_id": { "serial_number": serial } } }))

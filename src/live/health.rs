@@ -186,14 +186,10 @@ impl Health {
                 sensor.delays_ns.push_back(now.nanos() - time.nanos());
                 sensor.forget(now);
             }
-            Event::Refused { category, refusal: Refusal::UnknownSource(source), .. } => {
-                let key = (category, source);
-                let has_room = self.unknown.len() < UNKNOWN_KEPT || self.unknown.contains_key(&key);
-                let Some((records, last_seen)) =
-                    has_room.then(|| self.unknown.entry(key).or_insert((0, now)))
-                else {
-                    return;
-                };
+            Event::Refused { category, refusal: Refusal::UnknownSource(source), .. }
+                if self.unknown.len() < UNKNOWN_KEPT || self.unknown.contains_key(&(category, source)) =>
+            {
+                let (records, last_seen) = self.unknown.entry((category, source)).or_insert((0, now));
                 (*records, *last_seen) = (*records + 1, now);
             }
             Event::Refused { sensor: Some(sensor), refusal, .. } => {

@@ -1,6 +1,6 @@
 //! The HTTP API over a simulated flight: in process, and over sockets on loopback where those matter.
 
-#![allow(clippy::unwrap_used, reason = "a test may fail")]
+#![expect(clippy::disallowed_methods, reason = "tests read scenarios")]
 
 mod auth;
 mod common;
