@@ -1,6 +1,6 @@
 //! The HTTP API over a simulated flight: in process, and over sockets on loopback where those matter.
 
-#![expect(clippy::disallowed_methods, reason = "tests read scenarios")]
+#![expect(clippy::disallowed_methods, clippy::unwrap_used, reason = "tests read scenarios, and may fail")]
 
 mod auth;
 mod common;
