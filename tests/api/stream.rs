@@ -1,5 +1,11 @@
 //! The stream, over real sockets.
 
+use std::collections::BTreeSet;
+
+use axum::body::Body;
+use axum::http::Request;
+use futures_util::StreamExt;
+use tower::ServiceExt;
 use utm_fusion::api::Options;
 use utm_fusion::live::SensorState;
 
@@ -198,4 +204,28 @@ async fn there_are_so_many_streams_and_no_more() {
         tokio::time::sleep(std::time::Duration::from_millis(20)).await;
     }
     panic!("the place is not given back");
+}
+
+#[tokio::test]
+async fn a_thousand_readers_get_the_same_octets() {
+    let mut site = Site::plain();
+    site.publish(1).await;
+    let mut bodies = Vec::new();
+    for _ in 0..1_000 {
+        let request = Request::get(STREAM).body(Body::empty()).unwrap();
+        let mut events = site.app.clone().oneshot(request).await.unwrap().into_body().into_data_stream();
+        assert!(events.next().await.unwrap().unwrap().starts_with(b"id: "));
+        bodies.push(events);
+    }
+    site.publish(1).await;
+    let mut places = BTreeSet::new();
+    for events in &mut bodies {
+        // A heartbeat may come in between; it is shared as well.
+        let mut octets = events.next().await.unwrap().unwrap();
+        while !octets.windows(13).any(|part| part == b"event: tracks") {
+            octets = events.next().await.unwrap().unwrap();
+        }
+        places.insert(octets.as_ptr() as usize);
+    }
+    assert_eq!(places.len(), 1, "the event was written more than once");
 }
