@@ -38,7 +38,7 @@ pub fn trail(ask: &Ask) -> Answer {
         "csv" => "text/csv; charset=utf-8",
         _ => GEO_JSON,
     };
-    let places = store.trail(&ask.id, since, until, PLACES).map_err(failed)?;
+    let places = store.trail(&ask.id, since, until, PLACES).map_err(|error| failed(&error))?;
     if places.is_empty() {
         return Err(Problem::not_found("the history has no place of this id in that time"));
     }
@@ -50,8 +50,8 @@ pub fn trail(ask: &Ask) -> Answer {
 pub fn snapshot(ask: &Ask) -> Answer {
     let store = store(ask)?;
     let at = time(ask, "time")?.ok_or_else(|| Problem::parameter("time", "it has to be given, RFC 3339"))?;
-    let Some(snapshot) = store.snapshot(at, WITHIN).map_err(failed)? else {
-        let kept = store.span().map_err(failed)?;
+    let Some(snapshot) = store.snapshot(at, WITHIN).map_err(|error| failed(&error))? else {
+        let kept = store.span().map_err(|error| failed(&error))?;
         let kept =
             kept.map_or("it is empty".to_owned(), |(first, last)| format!("it goes from {first} to {last}"));
         return Err(Problem::not_found(format!("the history has no picture of that time; {kept}")));
@@ -87,7 +87,7 @@ fn store(ask: &Ask) -> Result<&Store, Problem> {
     })
 }
 
-fn failed(error: redb::Error) -> Problem {
+fn failed(error: &redb::Error) -> Problem {
     Problem::new(StatusCode::SERVICE_UNAVAILABLE, format!("the history cannot be read: {error}"))
 }
 

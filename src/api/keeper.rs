@@ -13,35 +13,32 @@ use super::endings::{Endings, ended_event, event};
 use super::log::Event;
 use super::shown::Shown;
 use super::{ApiState, sites};
-use crate::live::{Frame, SensorState, SensorStatus, Status};
+use crate::live::{Alert, AlertKind, Frame, SensorState, Severity, Status};
 use crate::time::Time;
 
 /// A heartbeat each second.
 const HEARTBEAT: Duration = Duration::from_secs(1);
-
-/// A sensor that is not operational.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Alert {
-    /// Degraded or out.
-    pub state: SensorState,
-    /// Since when.
-    pub since: Time,
-    /// Why.
-    pub reasons: Vec<String>,
-}
 
 pub(super) struct Keeper {
     state: ApiState,
     frames: broadcast::Receiver<Arc<Frame>>,
     endings: Endings,
     sensors: BTreeMap<String, SensorState>,
+    /// What was told of each alert.
+    alerts: BTreeMap<u64, (Severity, Option<Time>)>,
 }
 
 impl Keeper {
     pub(super) fn new(state: ApiState) -> Self {
         // Subscribed before the latest one is looked at: none is missed in between, at most one comes twice.
         let frames = state.hub().frames();
-        let mut keeper = Self { state, frames, endings: Endings::default(), sensors: BTreeMap::new() };
+        let mut keeper = Self {
+            state,
+            frames,
+            endings: Endings::default(),
+            sensors: BTreeMap::new(),
+            alerts: BTreeMap::new(),
+        };
         if let Some(frame) = keeper.state.hub().latest() {
             keeper.show(&frame);
         }
@@ -51,6 +48,7 @@ impl Keeper {
     /// Until the service is told to close: then what has been published is shown, and the streams end.
     pub(super) async fn run(mut self, mut closing: watch::Receiver<bool>) {
         let mut statuses = self.state.hub().statuses();
+        let mut alerts = self.state.hub().alert_changes();
         if let Some(status) = self.state.hub().status() {
             self.tell(&status);
         }
@@ -72,6 +70,11 @@ impl Keeper {
                     if let Some(status) = status {
                         self.tell(&status);
                     }
+                }
+                // Its other end is the hub's, which lives as long as this does.
+                Ok(()) = alerts.changed() => {
+                    let alerts = alerts.borrow_and_update().clone();
+                    self.alert(&alerts);
                 }
                 _ = heartbeat.tick() => self.beat(),
             }
@@ -126,25 +129,28 @@ impl Keeper {
     fn tell(&mut self, status: &Status) {
         for (index, sensor) in status.sensors.iter().enumerate() {
             let before = self.sensors.insert(sensor.id.clone(), sensor.state);
-            if before == Some(sensor.state) {
-                self.state.update_alert(sensor);
-                continue;
-            }
-            let alert = self.state.set_alert(sensor, status.at);
             // What is as it should be from the start is no news.
-            if before.is_none() && sensor.state == SensorState::Operational {
+            if before == Some(sensor.state) || before.is_none() && sensor.state == SensorState::Operational {
                 continue;
             }
             if let Some(configured) = self.state.hub().config.sensors.get(index) {
                 let properties = sites::sensor_properties(configured, sensor);
                 self.push("sensor", &properties);
             }
-            let mut data = alert_json(&sensor.id, alert.as_ref(), status.at);
-            if alert.is_none() {
-                data["cleared"] = json!(status.at.to_string());
-            }
-            self.push("alert", &data);
         }
+    }
+
+    /// Alerts that began, ended, or got better or worse.
+    fn alert(&mut self, alerts: &[Alert]) {
+        let mut known = BTreeMap::new();
+        for alert in alerts {
+            let told = (alert.severity, alert.until);
+            if self.alerts.get(&alert.id) != Some(&told) {
+                self.push("alert", &alert_json(alert));
+            }
+            known.insert(alert.id, told);
+        }
+        self.alerts = known;
     }
 
     fn push(&self, name: &str, data: &Value) {
@@ -153,31 +159,22 @@ impl Keeper {
     }
 }
 
-/// An alert as it is told; one that is over where there is none.
-pub(super) fn alert_json(sensor: &str, alert: Option<&Alert>, now: Time) -> Value {
+/// An alert as it is told; one that is over says until when it lasted.
+pub(super) fn alert_json(alert: &Alert) -> Value {
     let mut data = json!({
-        "id": format!("sensor-{sensor}"),
-        "kind": "sensor",
-        "sensor": sensor,
-        "active": alert.is_some(),
-        "time": now.to_string(),
+        "id": format!("{}-{}", alert.kind.name(), alert.id),
+        "kind": alert.kind.name(),
+        "severity": alert.severity.name(),
+        "since": alert.since.to_string(),
+        "text": alert.text,
     });
-    if let Some(alert) = alert {
-        data["severity"] = json!(if alert.state == SensorState::Outage { "critical" } else { "warning" });
-        data["state"] = json!(alert.state.name());
-        data["reasons"] = json!(alert.reasons);
-        data["since"] = json!(alert.since.to_string());
+    let subject = match alert.kind {
+        AlertKind::Sensor => "sensor",
+        AlertKind::Area => "track",
+    };
+    data[subject] = json!(alert.subject);
+    if let Some(until) = alert.until {
+        data["until"] = json!(until.to_string());
     }
     data
-}
-
-impl Alert {
-    /// Of a sensor, where it is not operational.
-    pub(super) fn of(sensor: &SensorStatus, since: Time) -> Option<Self> {
-        (sensor.state != SensorState::Operational).then(|| Self {
-            state: sensor.state,
-            since,
-            reasons: sensor.reasons.clone(),
-        })
-    }
 }

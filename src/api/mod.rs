@@ -42,11 +42,11 @@ use tokio::time::Instant;
 
 use crate::areas::{AreaError, polygons_of};
 use crate::config::Auth;
-use crate::live::{Hub, Player, SensorStatus};
+use crate::live::{Hub, Player};
 use crate::store::Store;
 use crate::time::Time;
 use auth::{Tickets, Tokens};
-use keeper::{Alert, Keeper};
+use keeper::Keeper;
 use log::Log;
 use seats::Seats;
 
@@ -113,7 +113,6 @@ struct Inner {
     log: Log,
     /// GeoJSON of the configured areas.
     areas: Vec<u8>,
-    alerts: Mutex<BTreeMap<String, Alert>>,
     tokens: Option<Tokens>,
     tickets: Tickets,
     seats: Seats,
@@ -142,7 +141,6 @@ impl ApiState {
         let state = Self(Arc::new(Inner {
             areas: sites::areas_json(&areas),
             log: Log::default(),
-            alerts: Mutex::default(),
             tokens,
             tickets: Tickets::default(),
             seats: Seats::new(options.streams, options.streams_per_address),
@@ -214,29 +212,6 @@ impl ApiState {
     /// How long ago the last slot came.
     fn slot_age(&self) -> Option<Duration> {
         self.0.slot_came.lock().unwrap_or_else(PoisonError::into_inner).map(|came| came.elapsed())
-    }
-
-    /// Begins, changes or ends the alert of a sensor whose state changed.
-    fn set_alert(&self, sensor: &SensorStatus, at: Time) -> Option<Alert> {
-        let alert = Alert::of(sensor, at);
-        let mut alerts = self.0.alerts.lock().unwrap_or_else(PoisonError::into_inner);
-        match &alert {
-            Some(alert) => alerts.insert(sensor.id.clone(), alert.clone()),
-            None => alerts.remove(&sensor.id),
-        };
-        alert
-    }
-
-    /// The reasons change while the state stays.
-    fn update_alert(&self, sensor: &SensorStatus) {
-        let mut alerts = self.0.alerts.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(alert) = alerts.get_mut(&sensor.id) {
-            alert.reasons.clone_from(&sensor.reasons);
-        }
-    }
-
-    fn alerts(&self) -> BTreeMap<String, Alert> {
-        self.0.alerts.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     fn count_answer(&self, status: u16) {

@@ -8,7 +8,7 @@ use super::ask::{Answer, Ask, GEO_JSON, JSON, json, live};
 use super::keeper::alert_json;
 use crate::config::{Area, AreaKind, Radar, Sensor, SensorKind};
 use crate::json::rounded;
-use crate::live::{LineStatus, SensorStatus};
+use crate::live::{Alert, LineStatus, SensorStatus};
 
 /// Corners of a circle.
 const CORNERS: usize = 72;
@@ -196,13 +196,12 @@ pub(super) fn areas_json(areas: &[(&Area, Vec<geo::MultiPolygon>)]) -> Vec<u8> {
     json!({ "type": "FeatureCollection", "features": features }).to_string().into_bytes()
 }
 
-/// `/api/v1/alerts`: of sensors; alerts of areas are to come, with another `kind`.
+/// `/api/v1/alerts`: those that last, the worst first, and those that ended lately.
 pub fn alerts(ask: &Ask) -> Answer {
-    let now = ask.state.now();
-    let alerts = ask.state.alerts();
-    let alerts: Vec<Value> =
-        alerts.iter().map(|(sensor, alert)| alert_json(sensor, Some(alert), now)).collect();
-    json(JSON, &json!({ "time": now.to_string(), "alerts": alerts }))
+    let all = ask.state.hub().alerts();
+    let (ended, lasting): (Vec<_>, Vec<_>) = all.iter().partition(|alert| alert.until.is_some());
+    let told = |alerts: Vec<&Alert>| alerts.into_iter().map(alert_json).collect::<Vec<_>>();
+    json(JSON, &json!({ "time": ask.state.now().to_string(), "alerts": told(lasting), "ended": told(ended) }))
 }
 
 /// `/api/v1/conflicts`.

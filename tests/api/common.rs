@@ -1,6 +1,6 @@
 //! What the tests share: a simulated flight through the driver, and a service over it that a test feeds slot by slot.
 
-use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4};
+use std::net::{Ipv4Addr, SocketAddr};
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
@@ -12,12 +12,13 @@ use serde_json::Value;
 use tokio::net::{TcpListener, TcpStream};
 use tower::ServiceExt;
 use utm_fusion::api::{ApiState, Options, router, serve};
-use utm_fusion::areas::Masks;
+use utm_fusion::areas::{AlertAreas, Masks};
 use utm_fusion::config::Config;
-use utm_fusion::ingest::udp::Arrival;
-use utm_fusion::live::{Driver, Frame, Hub, HubWriter, LineStatus, Made, Status};
+use utm_fusion::ingest::{Reception, ReceptionKind};
+use utm_fusion::live::{Alerts, Driver, Frame, Hub, HubWriter, LineStatus, Made, Status, observe};
 use utm_fusion::picture::PictureMaker;
 use utm_fusion::simulate::{Scenario, simulate};
+use utm_fusion::time::Time;
 
 pub(crate) struct Flown {
     pub(crate) config: Config,
@@ -43,11 +44,14 @@ pub(crate) fn flown() -> &'static Flown {
         };
         for datagram in &flight.datagrams {
             driver.tick(datagram.received, &mut keep);
-            let from = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 1);
-            let arrival =
-                Arrival { line: 0, received: datagram.received, from, payload: datagram.payload.clone() };
-            let received = driver.reception(datagram.received);
-            driver.receive(arrival, received, &mut keep);
+            let reception = Reception {
+                received: Some(driver.reception(datagram.received)),
+                input: 0,
+                kind: ReceptionKind::Datagram,
+                origin: 0,
+                payload: datagram.payload.clone(),
+            };
+            driver.receive(&reception, &mut keep);
         }
         let at = flight.datagrams.last().unwrap().received;
         let line = || LineStatus { name: "a line".to_owned(), joined: true, ..LineStatus::default() };
@@ -98,6 +102,7 @@ impl Site {
         let mut config = flown.config.clone();
         change(&mut config);
         let (writer, hub) = Hub::new(Arc::new(config), Arc::new(flown.maker.clone()), flown.frames[0].due);
+        tokio::spawn(observe(hub.clone(), Alerts::new(AlertAreas::default(), Time::default()), None));
         let state = ApiState::start(hub, options).unwrap();
         // The first slots are empty; most tests want traffic.
         Self { writer, app: router(state.clone()), state, next: flown.frames.len() / 2 }

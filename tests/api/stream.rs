@@ -171,17 +171,27 @@ async fn a_heartbeat_each_second_and_news_of_sensors() {
     status.sensors[0].state = SensorState::Outage;
     status.sensors[0].reasons = vec!["it is dark".to_owned()];
     site.tell(status.clone()).await;
-    let sensor = reader.next().await.unwrap();
-    assert_eq!((sensor.name.as_str(), &sensor.data["state"]), ("sensor", &"outage".into()));
-    let alert = reader.next().await.unwrap();
-    assert_eq!((alert.name.as_str(), &alert.data["active"]), ("alert", &true.into()));
-    assert_eq!(alert.data["reasons"], serde_json::json!(["it is dark"]));
+    let (sensor, alert) = sensor_and_alert(&mut reader).await;
+    assert_eq!(sensor["state"], "outage");
+    assert!(alert["text"].as_str().unwrap().ends_with("outage: it is dark"), "{alert}");
+    assert_eq!((&alert["severity"], alert.get("until")), (&"critical".into(), None));
     let alerts = site.get("/api/v1/alerts").await.json();
-    assert_eq!(alerts["alerts"][0]["since"], alert.data["since"]);
+    assert_eq!(alerts["alerts"][0]["since"], alert["since"]);
     status.sensors[0].state = SensorState::Operational;
     site.tell(status).await;
-    assert_eq!(reader.next().await.unwrap().data["state"], "operational");
-    assert_eq!(reader.next().await.unwrap().data["active"], false);
+    let (sensor, over) = sensor_and_alert(&mut reader).await;
+    assert_eq!((&sensor["state"], &over["id"]), (&"operational".into(), &alert["id"]));
+    assert!(over["until"].is_string());
+    let alerts = site.get("/api/v1/alerts").await.json();
+    assert_eq!((alerts["alerts"].as_array().unwrap().len(), &alerts["ended"][0]["id"]), (0, &alert["id"]));
+}
+
+/// The next two events, in whatever order they come.
+async fn sensor_and_alert(reader: &mut Reader) -> (serde_json::Value, serde_json::Value) {
+    let (one, other) = (reader.next().await.unwrap(), reader.next().await.unwrap());
+    let (sensor, alert) = if one.name == "sensor" { (one, other) } else { (other, one) };
+    assert_eq!((sensor.name.as_str(), alert.name.as_str()), ("sensor", "alert"));
+    (sensor.data, alert.data)
 }
 
 #[tokio::test]

@@ -2,7 +2,6 @@
 //! another implementation.
 
 #![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
-#![expect(clippy::disallowed_methods, reason = "files that the command wrote")]
 
 mod by_hand;
 mod common;

@@ -14,7 +14,7 @@ use rand_chacha::ChaCha8Rng;
 use utm_fusion::areas::Masks;
 use utm_fusion::config::{Config, Record};
 use utm_fusion::fusion::Given;
-use utm_fusion::ingest::udp::Arrival;
+use utm_fusion::ingest::{Reception, ReceptionKind};
 use utm_fusion::live::{Driver, Made, Recorded};
 use utm_fusion::pipeline::Event;
 use utm_fusion::publish::{Cat129Encoder, Recorder, pack};
@@ -47,6 +47,11 @@ struct Fate {
 
 fn seconds(seconds: i64) -> SignedDuration {
     SignedDuration::from_secs(seconds)
+}
+
+/// A datagram as the engine's thread hands it on.
+fn reception(line: usize, received: Time, payload: Vec<u8>) -> Reception {
+    Reception { received: Some(received), input: line, kind: ReceptionKind::Datagram, origin: 0, payload }
 }
 
 /// Arrivals, ticks and their order, as the engine's thread of the service would see them.
@@ -125,13 +130,11 @@ fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder: &SyncSende
         }
         let from = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 40_000);
         let line = usize::from(datagram.flow.port != 8048);
-        let arrival =
-            Arrival { line, received: wall(datagram.received), from, payload: datagram.payload.clone() };
-        let received = driver.reception(arrival.received);
-        let payload = arrival.payload.clone();
-        recorder.send(Recorded::Input { received, line, from, payload }).unwrap();
+        let received = driver.reception(wall(datagram.received));
+        let payload = datagram.payload.clone();
+        recorder.send(Recorded::Input { received, line, from, payload: payload.clone() }).unwrap();
         let mut made = Vec::new();
-        driver.receive(arrival, received, |one| made.push(one));
+        driver.receive(&reception(line, received, payload), |one| made.push(one));
         hand_out(made, &driver);
     }
     let mut owed = Vec::new();
@@ -289,21 +292,18 @@ fn own_output_that_comes_back_is_counted_and_not_taken_in() {
     let config = &simulation.config;
     let encoder = Cat129Encoder::of(config);
     let mut driver = Driver::new(config, Masks::default(), simulation.datagrams[0].received, 2);
-    let from = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 1);
     let (mut echoed, mut accepted) = (0, 0);
     for datagram in &simulation.datagrams {
         let received = datagram.received;
         let mut sent = Vec::new();
-        let arrival = Arrival { line: 0, received, from, payload: datagram.payload.clone() };
-        driver.receive(arrival, received, |made| {
+        driver.receive(&reception(0, received, datagram.payload.clone()), |made| {
             if let Made::Slot(frame) = made {
                 sent.extend(pack(&frame.picture, &encoder));
             }
         });
         for payload in sent {
             echoed += blocks(&payload).count() as u64;
-            let arrival = Arrival { line: 1, received, from, payload };
-            driver.receive(arrival, received, |made| {
+            driver.receive(&reception(1, received, payload), |made| {
                 accepted += u64::from(matches!(made, Made::Event(Event::Accepted { .. })));
             });
         }
@@ -328,10 +328,7 @@ fn numbers_of_before_are_used_again_and_recorded() {
     let simulation = flight(SCENARIO, 5, None);
     let mut driver = Driver::new(&simulation.config, Masks::default(), simulation.datagrams[0].received, 2);
     for datagram in &simulation.datagrams {
-        let from = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 1);
-        let arrival =
-            Arrival { line: 0, received: datagram.received, from, payload: datagram.payload.clone() };
-        driver.receive(arrival, datagram.received, drop);
+        driver.receive(&reception(0, datagram.received, datagram.payload.clone()), drop);
     }
     let given = driver.pipeline().engine().numbers().new_ones();
     assert_eq!(given.len(), 2);
