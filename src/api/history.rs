@@ -21,7 +21,6 @@ const WITHIN: SignedDuration = SignedDuration::from_secs(2);
 
 /// `/api/v1/tracks/{id}/trail`.
 pub fn trail(ask: &Ask) -> Answer {
-    let store = store(ask)?;
     let until = time(ask, "until")?.unwrap_or_else(|| ask.state.now());
     let since = time(ask, "since")?.unwrap_or(until + -TRAIL);
     let format = ask.text("format").unwrap_or("geojson");
@@ -38,7 +37,7 @@ pub fn trail(ask: &Ask) -> Answer {
         "csv" => "text/csv; charset=utf-8",
         _ => GEO_JSON,
     };
-    let places = store.trail(&ask.id, since, until, PLACES).map_err(|error| failed(&error))?;
+    let places = store(ask)?.trail(&ask.id, since, until, PLACES).map_err(|error| failed(&error))?;
     if places.is_empty() {
         return Err(Problem::not_found("the history has no place of this id in that time"));
     }
@@ -48,8 +47,8 @@ pub fn trail(ask: &Ask) -> Answer {
 
 /// `/api/v1/snapshot`.
 pub fn snapshot(ask: &Ask) -> Answer {
-    let store = store(ask)?;
     let at = time(ask, "time")?.ok_or_else(|| Problem::parameter("time", "it has to be given, RFC 3339"))?;
+    let store = store(ask)?;
     let Some(snapshot) = store.snapshot(at, WITHIN).map_err(|error| failed(&error))? else {
         let kept = store.span().map_err(|error| failed(&error))?;
         let kept =

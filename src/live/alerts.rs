@@ -113,7 +113,7 @@ impl Alerts {
             let text = format!("{source} track {id} is inside {area}");
             changed |= self.hold(AlertKind::Area, id, area, Severity::Warning, text, now);
         }
-        changed | self.end(AlertKind::Area, now, |held| now.nanos() - held.nanos() > LEFT_NS)
+        changed | self.end(AlertKind::Area, now, |_, held| now.nanos() - held.nanos() > LEFT_NS)
     }
 
     /// Looks at the sensors; whether anything changed.
@@ -128,7 +128,10 @@ impl Alerts {
             let text = format!("{} {}: {}", sensor.id, sensor.state.name(), sensor.reasons.join("; "));
             changed |= self.hold(AlertKind::Sensor, sensor.id.clone(), String::new(), severity, text, now);
         }
-        changed | self.end(AlertKind::Sensor, now, |held| held < now)
+        let is_operational = |subject: &str| {
+            sensors.iter().all(|sensor| sensor.id != subject || sensor.state == SensorState::Operational)
+        };
+        changed | self.end(AlertKind::Sensor, now, |subject, _| is_operational(subject))
     }
 
     /// Begins an alert, or says that it still holds; whether it is new, or got better or worse.
@@ -161,11 +164,11 @@ impl Alerts {
     }
 
     /// Ends the alerts of a kind that no longer hold.
-    fn end(&mut self, kind: AlertKind, now: Time, is_over: impl Fn(Time) -> bool) -> bool {
+    fn end(&mut self, kind: AlertKind, now: Time, is_over: impl Fn(&str, Time) -> bool) -> bool {
         let over: Vec<_> = self
             .lasting
             .iter()
-            .filter(|((of, ..), (_, held))| *of == kind && is_over(*held))
+            .filter(|((of, subject, _), (_, held))| *of == kind && is_over(subject, *held))
             .map(|(key, _)| key.clone())
             .collect();
         for key in &over {
