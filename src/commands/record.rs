@@ -12,7 +12,8 @@ use tracing::info;
 
 use super::{CommandResult, Outcome};
 use crate::config::Config;
-use crate::live::{Listening, Recorded, listen, now};
+use crate::live::{Listening, listen, now};
+use crate::publish::Recorded;
 use crate::publish::{Recorder, RecorderQueue, record_into};
 use crate::time::Time;
 

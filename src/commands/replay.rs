@@ -58,8 +58,8 @@ pub struct Args {
     /// UTC day of the first record of each file that does not say its day (raw ASTERIX, FINAL).
     #[arg(long, default_value = "1970-01-01", value_name = "YYYY-MM-DD", value_parser = day)]
     pub date: Date,
-    /// Begins with the transponder numbers that the service has kept in this directory ([state] dir), or that stand in this
-    /// file (<name>.numbers.json of a recording). It is only read.
+    /// Begins with the transponder numbers that the service has kept in this directory (`[state] dir`), or that stand in this
+    /// file (`….numbers.json` of a recording). It is only read.
     #[arg(long, value_name = "DIR")]
     pub state: Option<PathBuf>,
     /// Serves the API and the map of it, until Ctrl-C; it can be paused, sped up, and taken to another time.

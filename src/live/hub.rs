@@ -83,7 +83,7 @@ impl Hub {
         self.latest.borrow().clone()
     }
 
-    /// Every slot from now on; who is more than [`KEPT`] slots behind is told so.
+    /// Every slot from now on; who is more than 64 slots behind is told so.
     pub fn frames(&self) -> broadcast::Receiver<Arc<Frame>> {
         self.frames.subscribe()
     }

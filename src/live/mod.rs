@@ -24,4 +24,4 @@ pub use hub::{Frame, Hub, HubWriter, Status};
 pub use observer::observe;
 pub use player::{OpenCaptures, Order, Player, PlayerState};
 pub(crate) use service::{Listening, listen};
-pub use service::{Outlets, Recorded, Service, now};
+pub use service::{Outlets, Service, now};

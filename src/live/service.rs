@@ -16,10 +16,10 @@ use super::health::{LineStatus, SensorState};
 use super::hub::{Frame, HubWriter, Status};
 use super::quiet::Quiet;
 use crate::config::Config;
-use crate::fusion::{Given, Slot};
+use crate::fusion::Given;
 use crate::ingest::udp::{self, Arrival, Line, LineCounters};
 use crate::ingest::{Reception, ReceptionKind};
-use crate::publish::{Cat129Encoder, Sinks, pack, status_block};
+use crate::publish::{Cat129Encoder, Recorded, Sinks, pack, status_block};
 use crate::time::{SECOND, Time};
 
 /// Datagrams that may wait for the engine: some seconds of the busiest site.
@@ -39,36 +39,6 @@ const LATENESS: usize = 2400;
 #[expect(clippy::disallowed_methods, reason = "the live service is told the time by this clock")]
 pub fn now() -> Time {
     Time::from_nanos(i64::try_from(jiff::Timestamp::now().as_nanosecond()).unwrap_or(i64::MAX))
-}
-
-/// What is to be recorded; handed to the recorder, which may lag or lose it, but never makes the engine wait.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Recorded {
-    /// A datagram as the engine handled it.
-    Input {
-        /// When it handled it.
-        received: Time,
-        /// The line it came on, an index of [`udp::lines`].
-        line: usize,
-        /// Who sent it.
-        from: std::net::SocketAddrV4,
-        /// The datagram.
-        payload: Vec<u8>,
-    },
-    /// A transponder was given a number.
-    Numbered {
-        /// In this slot.
-        slot: Slot,
-        /// Which, and who.
-        given: Given,
-    },
-    /// A datagram that was sent.
-    Output {
-        /// When it was due.
-        due: Time,
-        /// The datagram.
-        payload: Vec<u8>,
-    },
 }
 
 /// Where the engine's thread hands things.

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use jiff::SignedDuration;
 use utm_fusion::config::{Config, Record};
-use utm_fusion::live::Recorded;
+use utm_fusion::publish::Recorded;
 use utm_fusion::publish::Recorder;
 use utm_fusion::time::{SECOND, Time};
 

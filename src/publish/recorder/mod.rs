@@ -16,6 +16,7 @@ mod segment;
 mod writer;
 
 use std::io;
+use std::net::SocketAddrV4;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -25,13 +26,42 @@ use std::thread::JoinHandle;
 use tracing::error;
 
 use crate::config::{Config, Record};
-use crate::fusion::Given;
-use crate::live::Recorded;
+use crate::fusion::{Given, Slot};
+use crate::time::Time;
 use writer::Writer;
 
 /// Datagrams that may wait for the disk: some seconds of the busiest site.
 const QUEUE: usize = 16_384;
 
+/// What is to be recorded; handed to the recorder, which may lag or lose it, but never makes the engine wait.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Recorded {
+    /// A datagram as the engine handled it.
+    Input {
+        /// When it handled it.
+        received: Time,
+        /// The line it came on, an index of [`lines`](crate::ingest::udp::lines).
+        line: usize,
+        /// Who sent it.
+        from: SocketAddrV4,
+        /// The datagram.
+        payload: Vec<u8>,
+    },
+    /// A transponder was given a number.
+    Numbered {
+        /// In this slot.
+        slot: Slot,
+        /// Which, and who.
+        given: Given,
+    },
+    /// A datagram that was sent.
+    Output {
+        /// When it was due.
+        due: Time,
+        /// The datagram.
+        payload: Vec<u8>,
+    },
+}
 /// Where the engine hands things, and how many of them did not fit the queue.
 pub type RecorderQueue = (SyncSender<Recorded>, Arc<AtomicU64>);
 

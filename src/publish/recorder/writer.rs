@@ -12,12 +12,12 @@ use std::time::{Duration, Instant};
 use jiff::SignedDuration;
 use tracing::{error, info, warn};
 
+use super::Recorded;
 use super::segment::{Beginning, Segment};
 use super::{Counts, names};
 use crate::config::{Address, Config, Record};
 use crate::fusion::{Given, SlotGrid};
 use crate::ingest::udp;
-use crate::live::Recorded;
 use crate::publish::UdpFlow;
 use crate::publish::files::flow;
 use crate::time::Time;
