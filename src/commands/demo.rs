@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::io::{self, IsTerminal, Write};
+use std::net::SocketAddr;
 
 use jiff::SignedDuration;
 
 use super::moment::{Speed, duration};
 use super::pace::Pace;
 use super::summary::Summary;
-use super::{CommandResult, Outcome};
+use super::{CommandResult, Outcome, serve};
 use crate::areas::Masks;
 use crate::evaluate::{self, Alone, Labels, Score, Settings};
 use crate::fusion::{Emission, Source};
@@ -22,17 +23,23 @@ use crate::time::Time;
 /// Shows the main job on a simulated flight: radar and transponders in, one air picture out.
 ///
 /// Ten drones through one point, two of them without a transponder, and birds (config/scenarios/crossing.toml): five
-/// minutes. In a terminal the table is live; elsewhere it is printed once a minute of the flight.
+/// minutes. In a terminal the table is live; elsewhere it is printed once a minute of the flight. With --http the flight
+/// is sent as multicast on this machine, fused by the live service, and shown on its map.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
-    /// How long the show takes in a terminal.
-    #[arg(long, default_value = "60s", value_name = "DURATION", value_parser = duration)]
-    pub duration: SignedDuration,
+    /// Serves the API and the map there, live, until Ctrl-C: 127.0.0.1:8080.
+    #[arg(long, value_name = "ADDR")]
+    pub http: Option<SocketAddr>,
+    /// How long the show takes in a terminal (60s), or how long --http serves (until Ctrl-C).
+    #[arg(long, value_name = "DURATION", value_parser = duration)]
+    pub duration: Option<SignedDuration>,
     /// Another seed flies otherwise.
     #[arg(long, default_value_t = 1, value_name = "N")]
     pub seed: u64,
 }
 
+/// How long the show takes in a terminal, seconds.
+const SHOW_S: f64 = 60.0;
 const SCENARIO: &str = include_str!("../../config/scenarios/crossing.toml");
 /// A track stays in the table this long after its last point, seconds: the radar misses a detection now and then.
 const LINGER_S: f64 = 2.0;
@@ -42,10 +49,13 @@ const PRINT_EVERY_S: f64 = 60.0;
 /// Runs the command.
 pub fn run(args: &Args) -> CommandResult {
     let scenario = Scenario::parse(SCENARIO, "config/scenarios/crossing.toml")?;
+    if let Some(listen) = args.http {
+        return serve::demo(scenario, args.seed, listen, args.duration);
+    }
     let simulation = simulate(&scenario, args.seed, None)?;
     let config = &simulation.config;
     let live = io::stdout().is_terminal();
-    let show_s = args.duration.as_secs_f64();
+    let show_s = args.duration.map_or(SHOW_S, |duration| duration.as_secs_f64());
     let speed = if live && show_s > 0.0 { Speed::Times(scenario.duration_s / show_s) } else { Speed::Max };
 
     let mut pipeline = Pipeline::new(config, Masks::default());

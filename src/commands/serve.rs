@@ -1,19 +1,28 @@
-//! `replay --serve`: a recording with the API and the map of the live service.
+//! The API and the map without a configured site: `replay --serve`, a recording, and `demo --http`, a simulated flight.
 
+use std::error::Error;
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Duration;
 
+use jiff::SignedDuration;
 use jiff::civil::Date;
-use tracing::info;
+use tokio::net::TcpListener;
+use tracing::{error, info};
 
-use super::{CommandResult, Outcome};
+use super::simulate::{send, start};
+use super::{CommandResult, Outcome, Usage};
 use crate::api::{self, ApiState};
 use crate::areas::{AlertAreas, Masks};
 use crate::config::{Auth, Config};
 use crate::ingest::Capture;
-use crate::live::{Alerts, Hub, OpenCaptures, Player, now, observe};
+use crate::ingest::udp::lines;
+use crate::live::{Alerts, Driver, Hub, OpenCaptures, Outlets, Player, Service, now, observe};
 use crate::picture::PictureMaker;
 use crate::pipeline::Pipeline;
+use crate::publish::Sinks;
+use crate::simulate::{Scenario, Simulation, simulate};
 
 /// Serves the replay until Ctrl-C.
 ///
@@ -30,15 +39,7 @@ pub fn replay(
     open()?; // a wrong path is told at once
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
     runtime.block_on(async {
-        let listen = config.http.listen;
-        if config.http.auth == Auth::None && !listen.ip().is_loopback() {
-            return Err(
-                format!("{listen}: without tokens (http.auth) only a loopback address is served").into()
-            );
-        }
-        let listener = tokio::net::TcpListener::bind(listen)
-            .await
-            .map_err(|error| format!("cannot listen on {listen}: {error}; --http takes another address"))?;
+        let listener = listen(&config).await?;
         let address = listener.local_addr()?;
         let maker = PictureMaker::new(&config, Pipeline::new(&config, masks.clone()).normaliser());
         let (writer, hub) = Hub::new(config.clone(), Arc::new(maker), now());
@@ -46,8 +47,7 @@ pub fn replay(
         let (player, _) = Player::start(open, date, config, masks, writer, speed)?;
         let options = api::Options { player: Some(player), ..Default::default() };
         let api = ApiState::start(hub.clone(), options)?;
-        let alerts = Alerts::new(areas, hub.started);
-        tokio::spawn(observe(hub, alerts, None));
+        tokio::spawn(observe(hub.clone(), Alerts::new(areas, hub.started), None));
         let http = tokio::spawn(api::serve(listener, api.clone()));
         info!("http://{address}/ shows the replay; Ctrl-C ends it");
         tokio::signal::ctrl_c().await?;
@@ -55,4 +55,77 @@ pub fn replay(
         http.await?;
         Ok(Outcome::Done)
     })
+}
+
+/// Sends the scenario to the live service on this machine and serves what it makes of it; one flight after another, until
+/// Ctrl-C, or for that long.
+///
+/// # Errors
+/// The address is taken, or there is no multicast on the loopback interface.
+pub fn demo(
+    scenario: Scenario,
+    seed: u64,
+    http: SocketAddr,
+    duration: Option<SignedDuration>,
+) -> CommandResult {
+    let first = simulate(&scenario, seed, Some(start(&scenario)))?;
+    let mut config = first.config.clone();
+    config.http.listen = http;
+    let config = Arc::new(config);
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
+    runtime.block_on(async {
+        let listener = listen(&config).await?;
+        let address = listener.local_addr()?;
+        let driver = Driver::new(&config, Masks::default(), now(), lines(&config).len());
+        let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), now());
+        let api = ApiState::start(hub.clone(), api::Options::default())?;
+        let sinks = Sinks::open(&config.output.asterix)?;
+        let outlets = Outlets { hub: writer, sinks, recorder: None, numbers: None };
+        let service = Service::start(config.clone(), driver, outlets, &tokio::runtime::Handle::current())?;
+        tokio::spawn(observe(hub.clone(), Alerts::new(AlertAreas::default(), hub.started), None));
+        let served = tokio::spawn(api::serve(listener, api.clone()));
+        // It sleeps most of its time, and ends with the process.
+        std::thread::spawn(move || fly(&scenario, seed, first));
+        info!("http://{address}/ shows ten drones and birds, live; Ctrl-C ends it");
+        let over = async {
+            match duration.map(Duration::try_from) {
+                Some(Ok(duration)) => tokio::time::sleep(duration).await,
+                _ => std::future::pending().await,
+            }
+        };
+        tokio::select! {
+            ended = tokio::signal::ctrl_c() => ended?,
+            () = over => {}
+        }
+        tokio::task::spawn_blocking(move || service.stop()).await??;
+        api.close();
+        served.await?;
+        Ok(Outcome::Done)
+    })
+}
+
+/// Sends flight after flight.
+fn fly(scenario: &Scenario, mut seed: u64, first: Simulation) {
+    let mut next = Ok(first);
+    loop {
+        let sent = next.map_err(Into::into).and_then(|simulation| send(&simulation));
+        if let Err(error) = sent {
+            return error!("the flight has ended: {error}");
+        }
+        seed += 1;
+        next = simulate(scenario, seed, Some(start(scenario)));
+    }
+}
+
+/// Where the API listens: without tokens only on this machine.
+async fn listen(config: &Config) -> Result<TcpListener, Box<dyn Error + Send + Sync>> {
+    let listen = config.http.listen;
+    if config.http.auth == Auth::None && !listen.ip().is_loopback() {
+        return Err(
+            Usage(format!("{listen}: without tokens (http.auth) only a loopback address is served")).into()
+        );
+    }
+    TcpListener::bind(listen)
+        .await
+        .map_err(|error| format!("cannot listen on {listen}: {error}; --http takes another address").into())
 }

@@ -1,15 +1,15 @@
 //! `simulate`: a scenario as files, or as datagrams in real time.
 
 use std::error::Error;
-use std::io;
-use std::net::{Ipv4Addr, SocketAddrV4, UdpSocket};
+use std::net::{Ipv4Addr, SocketAddrV4};
 use std::path::PathBuf;
 
 use jiff::SignedDuration;
-use socket2::{Domain, Protocol, Socket, Type};
 use tracing::info;
 
 use super::{CommandResult, Outcome};
+use crate::live::now;
+use crate::publish;
 use crate::simulate::{Scenario, Simulation, simulate, write};
 use crate::time::{SECOND, Time};
 
@@ -35,7 +35,7 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> CommandResult {
     let scenario = Scenario::load(&args.scenario)?;
-    let start = args.udp.then(|| Time::from_nanos((now().nanos() / SECOND + lead_s(&scenario)) * SECOND));
+    let start = args.udp.then(|| start(&scenario));
     let simulation = simulate(&scenario, args.seed, start)?;
     info!(
         "{}: {} s, {} drones, {} labelled plots and reports, {} datagrams",
@@ -56,20 +56,19 @@ pub fn run(args: &Args) -> CommandResult {
     Ok(Outcome::Done)
 }
 
-/// How far ahead of now a flight begins, whole seconds: making it takes time, and more for a city.
-fn lead_s(scenario: &Scenario) -> i64 {
-    3 + (f64::from(scenario.drone_count()) * scenario.duration_s / 12_000.0) as i64
-}
-
-#[expect(clippy::disallowed_methods, reason = "--udp begins now")]
-fn now() -> Time {
-    Time::from_nanos(i64::try_from(jiff::Timestamp::now().as_nanosecond()).unwrap_or(i64::MAX))
+/// When a flight begins that is sent: some whole seconds ahead, since making it takes time, and more for a city.
+pub(super) fn start(scenario: &Scenario) -> Time {
+    let lead_s = 3 + (f64::from(scenario.drone_count()) * scenario.duration_s / 12_000.0) as i64;
+    Time::from_nanos((now().nanos() / SECOND + lead_s) * SECOND)
 }
 
 /// Sends every datagram at its time.
-fn send(simulation: &Simulation) -> Result<(), Box<dyn Error + Send + Sync>> {
+pub(super) fn send(simulation: &Simulation) -> Result<(), Box<dyn Error + Send + Sync>> {
     let Some(last) = simulation.datagrams.last() else { return Ok(()) };
-    let socket = sender().map_err(|error| format!("no UDP socket to send from: {error}"))?;
+    // Its multicast stays on this machine.
+    let socket = publish::socket(Some(Ipv4Addr::LOCALHOST), 1)
+        .and_then(|socket| socket.set_nonblocking(false).map(|()| socket))
+        .map_err(|error| format!("no UDP socket to send from: {error}"))?;
     info!("sending until {}; stop with Ctrl-C", last.received);
     let mut latest = SignedDuration::ZERO;
     for datagram in &simulation.datagrams {
@@ -88,14 +87,4 @@ fn send(simulation: &Simulation) -> Result<(), Box<dyn Error + Send + Sync>> {
         latest.as_secs_f64() * 1e3
     );
     Ok(())
-}
-
-/// A socket whose multicast stays on this machine.
-fn sender() -> io::Result<UdpSocket> {
-    let socket = Socket::new(Domain::IPV4, Type::DGRAM, Some(Protocol::UDP))?;
-    socket.set_multicast_if_v4(&Ipv4Addr::LOCALHOST)?;
-    socket.set_multicast_ttl_v4(1)?;
-    socket.set_multicast_loop_v4(true)?;
-    socket.bind(&SocketAddrV4::new(Ipv4Addr::LOCALHOST, 0).into())?;
-    Ok(socket.into())
 }

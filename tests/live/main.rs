@@ -4,7 +4,11 @@
 #![expect(clippy::disallowed_methods, reason = "files that the service wrote, and the real time")]
 
 mod common;
+mod demo;
 mod driver;
 mod process;
 mod recorder;
+#[path = "../shared/scratch.rs"]
+#[allow(dead_code, reason = "shared by several tests")]
+mod scratch;
 mod sockets;

@@ -1,0 +1,98 @@
+//! `demo --http` and `replay --serve` as a newcomer meets them: a map, an API, and an end.
+
+use std::io::{Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+use crate::common::{Running, Scratch, utm_fusion};
+
+/// Where the program says that it serves.
+fn address(running: &mut Running) -> SocketAddr {
+    running.says("http://");
+    let log = running.log();
+    let rest = log.split("http://").nth(1).unwrap();
+    rest.split('/').next().unwrap().parse().unwrap()
+}
+
+/// Status and body.
+fn ask(address: SocketAddr, method: &str, path: &str) -> (u16, String) {
+    let mut socket = TcpStream::connect(address).unwrap();
+    socket.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+    write!(
+        socket,
+        "{method} {path} HTTP/1.1\r\nHost: here\r\nConnection: close\r\nContent-Length: 0\r\n\r\n"
+    )
+    .unwrap();
+    let mut answer = String::new();
+    socket.read_to_string(&mut answer).unwrap();
+    let (head, body) = answer.split_once("\r\n\r\n").unwrap();
+    (head.split(' ').nth(1).unwrap().parse().unwrap(), body.to_owned())
+}
+
+fn json(address: SocketAddr, path: &str) -> Value {
+    let (status, body) = ask(address, "GET", path);
+    assert_eq!(status, 200, "{path}: {body}");
+    serde_json::from_str(&body).unwrap()
+}
+
+/// Asks until it is so.
+fn until(what: &str, mut is_so: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !is_so() {
+        assert!(start.elapsed() < Duration::from_secs(40), "not within 40 s: {what}");
+        std::thread::sleep(Duration::from_millis(100));
+    }
+}
+
+#[test]
+fn the_demo_is_live() {
+    let scratch = Scratch::new();
+    let mut command = utm_fusion("demo");
+    command.args(["--http", "127.0.0.1:0", "--duration", "35s"]);
+    let mut running = Running::start(&mut command, scratch.path("log"));
+    let address = address(&mut running);
+    let (status, page) = ask(address, "GET", "/");
+    assert!(status == 200 && page.contains("app.js"), "{page}");
+    let has_fused = |picture: &Value| {
+        picture["features"].as_array().unwrap().iter().any(|track| track["properties"]["source"] == "fused")
+    };
+    until("a fused track", || has_fused(&json(address, "/api/v1/tracks")));
+    assert_eq!(json(address, "/api/v1/info")["mode"], "live");
+    let (status, _) = ask(address, "POST", "/api/v1/replay/pause");
+    assert_eq!(status, 409, "only a replay is steered");
+    let (code, log) = running.wait(Duration::from_secs(45));
+    assert_eq!(code, Some(0), "{log}");
+}
+
+#[test]
+fn a_recording_is_served_paused_and_taken_elsewhere() {
+    let scratch = Scratch::new();
+    let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/demo");
+    let mut command = utm_fusion("replay");
+    command.arg(demo.join("capture.pcap")).arg("--config").arg(demo.join("site.toml"));
+    command.args(["--serve", "--http", "127.0.0.1:0", "--speed", "20"]);
+    let mut running = Running::start(&mut command, scratch.path("log"));
+    let address = address(&mut running);
+    until("a track", || !json(address, "/api/v1/tracks")["features"].as_array().unwrap().is_empty());
+    let (status, _) = ask(address, "POST", "/api/v1/replay/pause");
+    assert_eq!(status, 200);
+    let (status, _) = ask(address, "POST", "/api/v1/replay/seek?time=2026-06-21T00:00:10Z");
+    assert_eq!(status, 200);
+    let time = || json(address, "/api/v1/tracks")["time"].as_str().unwrap_or("").to_owned();
+    until("the time asked for", || time().starts_with("2026-06-21T00:00:10"));
+    let stood = time();
+    std::thread::sleep(Duration::from_millis(500));
+    assert_eq!(time(), stood, "it is paused");
+    let info = json(address, "/api/v1/info");
+    assert_eq!((&info["mode"], &info["replay"]["playing"]), (&"replay".into(), &false.into()));
+    let (status, problem) = ask(address, "POST", "/api/v1/replay/speed?speed=0");
+    assert!(status == 400 && problem.contains("0.01 to 1000"), "{problem}");
+    ask(address, "POST", "/api/v1/replay/play");
+    until("the time goes on", || time() > stood);
+    running.signal("-INT");
+    let (code, log) = running.wait(Duration::from_secs(5));
+    assert_eq!(code, Some(0), "{log}");
+}
