@@ -21,7 +21,7 @@ fn told(socket: &UnixDatagram) -> String {
 fn systemd_is_told_that_it_is_ready_alive_and_stopping() {
     let scratch = Scratch::new();
     let config = on_own_ports(&flight(SCENARIO, 1, None).config, 22_000, &scratch, None);
-    let site = scratch.file("site.toml", &config.to_string());
+    let site = scratch.file("site.toml", config.to_string());
     let path = scratch.path("notify");
     let name = format!("utm-fusion-{}", std::process::id());
     let abstract_name = SocketAddr::from_abstract_name(&name).unwrap();
@@ -56,7 +56,7 @@ fn systemd_is_told_that_it_is_ready_alive_and_stopping() {
 fn a_broken_file_of_numbers_is_set_aside() {
     let scratch = Scratch::new();
     let config = on_own_ports(&flight(SCENARIO, 1, None).config, 22_100, &scratch, None);
-    let site = scratch.file("site.toml", &config.to_string());
+    let site = scratch.file("site.toml", config.to_string());
     fs::create_dir(scratch.path("state")).unwrap();
     scratch.file("state/numbers.json", "{\"version\":1,");
     let mut service = Running::start(utm_fusion("run").arg("--config").arg(&site), scratch.path("run.log"));
@@ -94,7 +94,7 @@ fn check_tells_of_each_line_whether_it_opens() {
 fn record_ends_after_its_duration() {
     let scratch = Scratch::new();
     let config = on_own_ports(&flight(SCENARIO, 1, None).config, 22_300, &scratch, None);
-    let site = scratch.file("site.toml", &config.to_string());
+    let site = scratch.file("site.toml", config.to_string());
     let began = now();
     let dir = scratch.path("recordings");
     let mut record = Running::start(

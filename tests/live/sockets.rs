@@ -37,7 +37,7 @@ impl Stage {
         let simulation = flight(SCENARIO, 1, Some(start));
         let record = Record { dir: scratch.path("recordings"), rotate_mib: 256, keep: 4 };
         let config = on_own_ports(&simulation.config, port, &scratch, Some(record));
-        let site = scratch.file("site.toml", &config.to_string());
+        let site = scratch.file("site.toml", config.to_string());
         Self { scratch, simulation, config, site }
     }
 
