@@ -2,6 +2,7 @@
 
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, UdpSocket};
+use std::os::fd::AsRawFd;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 
 use socket2::{Domain, Protocol, Socket, Type};
@@ -49,10 +50,48 @@ pub struct LineCounters {
     pub queue_full: AtomicU64,
     /// Datagrams that the kernel dropped because nobody read them in time.
     pub kernel_dropped: AtomicU64,
+    /// The socket that is open, by its inode, and what the kernel has dropped on it so far; 0: not known.
+    socket: AtomicU64,
+    dropped_there: AtomicU64,
     /// Whether the socket is open and the group joined.
     pub joined: AtomicBool,
     /// The last datagram, nanoseconds since the epoch; 0: none yet.
     pub last_received: AtomicI64,
+}
+
+impl LineCounters {
+    /// Counts on from here for a socket that was just opened.
+    pub fn opened(&self, socket: &UdpSocket) {
+        self.socket.store(inode(socket).unwrap_or(0), Ordering::Relaxed);
+        self.dropped_there.store(0, Ordering::Relaxed);
+    }
+
+    /// Notes what the kernel has dropped; `table` is its table of UDP sockets.
+    pub fn note_kernel_drops(&self, table: &str) {
+        let socket = self.socket.load(Ordering::Relaxed);
+        if let Some(dropped) = kernel_drops(table, socket).filter(|_| socket != 0) {
+            let before = self.dropped_there.swap(dropped, Ordering::Relaxed);
+            self.kernel_dropped.fetch_add(dropped.saturating_sub(before), Ordering::Relaxed);
+        }
+    }
+}
+
+/// The kernel's table of UDP sockets; empty on systems without one.
+pub fn kernel_table() -> String {
+    String::from_utf8(std::fs::read("/proc/net/udp").unwrap_or_default()).unwrap_or_default()
+}
+
+/// The number by which the kernel's table knows a socket.
+fn inode(socket: &UdpSocket) -> Option<u64> {
+    let link = std::fs::read_link(format!("/proc/self/fd/{}", socket.as_raw_fd())).ok()?;
+    link.to_str()?.strip_prefix("socket:[")?.strip_suffix(']')?.parse().ok()
+}
+
+/// The datagrams that were dropped on a socket: the last column of its line, in which the inode is the tenth.
+fn kernel_drops(table: &str, inode: u64) -> Option<u64> {
+    let is_it =
+        |line: &&str| line.split_whitespace().nth(9).is_some_and(|column| column.parse() == Ok(inode));
+    table.lines().skip(1).find(is_it)?.split_whitespace().next_back()?.parse().ok()
 }
 
 /// The lines of a configuration: inputs that share group, port and interface share a socket.
@@ -152,5 +191,39 @@ pub async fn read(
         let arrival = Arrival { line: index, received, from, payload: buffer[..length].to_vec() };
         let counter = if hand_on(arrival) { &counters.received } else { &counters.queue_full };
         counter.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn drops_are_those_of_the_socket() {
+        let table = "   sl  local_address rem_address   st tx_queue rx_queue tr tm->when retrnsmt   uid  timeout inode ref pointer drops\n\
+                     \x20 101: 0130C0EF:1F70 00000000:0000 07 00000000:00000000 00:00000000 00000000     0        0 71 2 00 12\n\
+                     \x20 102: 0130C0EF:1F70 00000000:0000 07 00000000:00000000 00:00000000 00000000     0        0 72 2 00 5\n";
+        assert_eq!([71, 72, 73].map(|inode| kernel_drops(table, inode)), [Some(12), Some(5), None]);
+        let counters = LineCounters::default();
+        counters.socket.store(72, Ordering::Relaxed);
+        counters.note_kernel_drops(table);
+        counters.note_kernel_drops(table);
+        assert_eq!(counters.kernel_dropped.load(Ordering::Relaxed), 5, "counted once");
+    }
+
+    #[test]
+    fn what_nobody_reads_is_dropped_and_counted() {
+        let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+        if inode(&socket).is_none() {
+            return println!("skipped: this system has no table of sockets");
+        }
+        let counters = LineCounters::default();
+        counters.opened(&socket);
+        let sender = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+        for _ in 0..2_000 {
+            sender.send_to(&[0; 1400], socket.local_addr().unwrap()).unwrap();
+        }
+        counters.note_kernel_drops(&kernel_table());
+        assert!(counters.kernel_dropped.load(Ordering::Relaxed) > 0);
     }
 }

@@ -148,8 +148,10 @@ async fn keep_reading(
     };
     let mut told = false;
     loop {
-        let opened =
-            line.open().and_then(|(socket, buffer)| Ok((tokio::net::UdpSocket::from_std(socket)?, buffer)));
+        let opened = line.open().and_then(|(socket, buffer)| {
+            counters.opened(&socket);
+            Ok((tokio::net::UdpSocket::from_std(socket)?, buffer))
+        });
         match opened {
             Ok((socket, buffer)) => {
                 counters.joined.store(true, Ordering::Relaxed);
@@ -349,6 +351,8 @@ impl Engine {
         for (kind, count) in self.quiet.suppressed(at) {
             warn!("{kind}: {count} more like this");
         }
+        let table = udp::kernel_table();
+        self.lines.iter().for_each(|(_, counters)| counters.note_kernel_drops(&table));
         let lines = |sensor: usize| {
             let of = |(index, (line, counters)): (usize, &(Arc<Line>, Arc<LineCounters>))| {
                 line.sensors
