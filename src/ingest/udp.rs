@@ -212,6 +212,7 @@ mod tests {
     }
 
     #[test]
+    #[expect(clippy::disallowed_methods, reason = "sockets belong here")]
     fn what_nobody_reads_is_dropped_and_counted() {
         let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
         if inode(&socket).is_none() {

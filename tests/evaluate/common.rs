@@ -1,11 +1,11 @@
 //! What the tests share: the program, a folder of its own, and places in whole metres.
 
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 use serde_json::Value;
 
-pub(crate) use crate::scratch::Scratch;
+pub(crate) use crate::program::{Scratch, utm_fusion};
 
 /// When the flights of these tests start: 2026-03-14T09:00:00Z, seconds UTC.
 pub(crate) const START_S: f64 = 1_773_478_800.0;
@@ -42,18 +42,6 @@ impl Ran {
         assert_eq!(self.code, 0, "{}", self.stderr);
         serde_json::from_str(&self.stdout).unwrap()
     }
-}
-
-/// A subcommand of the program, with none of this process's overrides.
-pub(crate) fn utm_fusion(subcommand: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_utm-fusion"));
-    for (name, _) in std::env::vars_os() {
-        if name == "RUST_LOG" || name.to_string_lossy().starts_with("UTM_FUSION__") {
-            command.env_remove(name);
-        }
-    }
-    command.arg(subcommand).stdin(Stdio::null());
-    command
 }
 
 pub(crate) fn ran(command: &mut Command) -> Ran {

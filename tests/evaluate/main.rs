@@ -8,10 +8,10 @@ mod common;
 mod files;
 mod formats;
 mod gospa;
-mod require;
-#[path = "../shared/scratch.rs"]
+#[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "shared by several tests")]
-mod scratch;
+mod program;
+mod require;
 #[path = "../shared/mod.rs"]
 #[allow(dead_code, reason = "shared by several tests")]
 mod shared;

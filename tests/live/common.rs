@@ -12,19 +12,7 @@ use utm_fusion::ingest::{Capture, Datagram};
 use utm_fusion::simulate::{Scenario, Simulation, simulate};
 use utm_fusion::time::Time;
 
-pub(crate) use crate::scratch::Scratch;
-
-/// The program, with none of this process's overrides.
-pub(crate) fn utm_fusion(subcommand: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_utm-fusion"));
-    for (name, _) in std::env::vars_os() {
-        if name == "RUST_LOG" || name.to_string_lossy().starts_with("UTM_FUSION__") {
-            command.env_remove(name);
-        }
-    }
-    command.arg(subcommand).stdin(Stdio::null());
-    command
-}
+pub(crate) use crate::program::{Scratch, utm_fusion};
 
 /// A process that is killed where the test does not end it.
 pub(crate) struct Running {

@@ -7,8 +7,8 @@ mod common;
 mod demo;
 mod driver;
 mod process;
-mod recorder;
-#[path = "../shared/scratch.rs"]
+#[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "shared by several tests")]
-mod scratch;
+mod program;
+mod recorder;
 mod sockets;

@@ -3,7 +3,7 @@
 use std::fs;
 use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 use asterix::{Block, Record, blocks, cat034, cat048, cat129, profile};
 use utm_fusion::areas::Masks;
@@ -14,7 +14,7 @@ use utm_fusion::pipeline::{Event, Output, Pipeline, Tally};
 use utm_fusion::publish::{PcapWriter, UdpFlow};
 use utm_fusion::time::Time;
 
-pub(crate) use crate::scratch::Scratch;
+pub(crate) use crate::program::{Scratch, utm_fusion};
 
 /// Nanoseconds in a slot.
 pub(crate) const SLOT_NS: i64 = 250_000_000;
@@ -111,18 +111,6 @@ pub(crate) fn csv_lines(octets: Vec<u8>) -> Vec<String> {
     let columns = "time,id,source,track_number,radar_track,transponder,lat,lon,alt_msl,flags";
     assert_eq!(lines.next(), Some(columns));
     lines.map(str::to_owned).collect()
-}
-
-/// The program, with none of this process's overrides.
-pub(crate) fn utm_fusion(subcommand: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_utm-fusion"));
-    for (name, _) in std::env::vars_os() {
-        if name == "RUST_LOG" || name.to_string_lossy().starts_with("UTM_FUSION__") {
-            command.env_remove(name);
-        }
-    }
-    command.arg(subcommand).stdin(Stdio::null());
-    command
 }
 
 pub(crate) struct Ran {

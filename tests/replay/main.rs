@@ -9,7 +9,7 @@ mod formats;
 mod hostile;
 mod inputs;
 mod masks;
-#[path = "../shared/scratch.rs"]
+#[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "shared by several tests")]
-mod scratch;
+mod program;
 mod usage;

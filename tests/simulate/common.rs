@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 use asterix::{Record, blocks, cat048, cat129};
 use nalgebra::Vector3;
@@ -12,7 +12,7 @@ use utm_fusion::normalise::{Geodetic, Normaliser};
 use utm_fusion::simulate::{Scenario, Simulation, simulate};
 use utm_fusion::time::Time;
 
-pub(crate) use crate::scratch::Scratch;
+pub(crate) use crate::program::{Scratch, utm_fusion};
 
 /// A scenario that is kept in `config/scenarios`.
 pub(crate) fn kept(name: &str) -> Scenario {
@@ -302,18 +302,6 @@ pub(crate) fn deviation(values: &[f64]) -> f64 {
 pub(crate) fn between(what: &str, low: f64, value: f64, high: f64) {
     println!("{what}: {value:.4} (wanted {low} to {high})");
     assert!((low..=high).contains(&value), "{what}: {value} is not between {low} and {high}");
-}
-
-/// The program, with none of this process's overrides.
-pub(crate) fn utm_fusion(subcommand: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_utm-fusion"));
-    for (name, _) in std::env::vars_os() {
-        if name == "RUST_LOG" || name.to_string_lossy().starts_with("UTM_FUSION__") {
-            command.env_remove(name);
-        }
-    }
-    command.arg(subcommand).stdin(Stdio::null());
-    command
 }
 
 /// Runs it to its end: exit code, standard output, standard error.

@@ -10,11 +10,11 @@ mod files;
 mod measurement;
 mod motion;
 mod network;
+#[path = "../shared/program.rs"]
+#[allow(dead_code, reason = "shared by several tests")]
+mod program;
 mod radar;
 mod scenarios;
-#[path = "../shared/scratch.rs"]
-#[allow(dead_code, reason = "shared by several tests")]
-mod scratch;
 mod seduction;
 mod statistics;
 mod streams;

@@ -1,7 +1,8 @@
-//! A folder for a test.
+//! The program, and a folder, for a test.
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// A directory of its own for a test; gone with it.
@@ -34,4 +35,16 @@ impl Drop for Scratch {
     fn drop(&mut self) {
         let _ = fs::remove_dir_all(&self.0);
     }
+}
+
+/// A subcommand of the program, with none of this process's overrides.
+pub fn utm_fusion(subcommand: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_utm-fusion"));
+    for (name, _) in std::env::vars_os() {
+        if name == "RUST_LOG" || name.to_string_lossy().starts_with("UTM_FUSION__") {
+            command.env_remove(name);
+        }
+    }
+    command.arg(subcommand).stdin(Stdio::null());
+    command
 }
