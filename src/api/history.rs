@@ -78,12 +78,8 @@ pub fn snapshot(ask: &Ask) -> Answer {
 }
 
 fn store(ask: &Ask) -> Result<&Store, Problem> {
-    ask.state.options().history.as_ref().ok_or_else(|| {
-        Problem::new(
-            StatusCode::SERVICE_UNAVAILABLE,
-            "no history is kept; state.history_hours sets how long it is",
-        )
-    })
+    let none = || Problem::not_found("no history is kept; state.history_hours sets how long it is");
+    ask.state.options().history.as_ref().ok_or_else(none)
 }
 
 fn failed(error: &redb::Error) -> Problem {
