@@ -83,15 +83,12 @@ pub(crate) fn flight(scenario: &str, seed: u64, start: Option<Time>) -> Simulati
     simulate(&scenario, seed, start).unwrap()
 }
 
-/// A configuration in which everything stays here: groups 239.192.77.x, and this test's ports from `port` on.
+/// A configuration in which everything stays here: groups of this process, and this test's ports from `port` on.
 ///
 /// `text` is a site's; its inputs are replaced, one a sensor, and its output goes to `port`.
 pub(crate) fn on_own_ports(config: &Config, port: u16, scratch: &Scratch, record: Option<Record>) -> Config {
     use utm_fusion::config::{Address, Input, Sink};
-    let address = |last| Address::Multicast {
-        group: Ipv4Addr::new(239, 192, 77, last),
-        interface: Ipv4Addr::LOCALHOST,
-    };
+    let address = |last| Address::Multicast { group: group(last), interface: Ipv4Addr::LOCALHOST };
     let mut config = config.clone();
     for (index, sensor) in config.sensors.iter_mut().enumerate() {
         let index = index as u16 + 1;
@@ -102,6 +99,11 @@ pub(crate) fn on_own_ports(config: &Config, port: u16, scratch: &Scratch, record
     config.state.dir = scratch.path("state");
     config.http.listen = ([127, 0, 0, 1], 0).into();
     config
+}
+
+/// A group of this process: two runs of these tests at a time do not hear each other.
+pub(crate) fn group(last: u8) -> Ipv4Addr {
+    Ipv4Addr::new(239, 192, 100 + (std::process::id() % 150) as u8, last)
 }
 
 /// A socket that hears the group on this machine only, for half a second.

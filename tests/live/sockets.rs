@@ -15,7 +15,7 @@ use utm_fusion::simulate::Simulation;
 use utm_fusion::time::{SECOND, Time};
 
 use crate::common::{
-    Running, Scratch, datagrams, files, flight, joined, on_own_ports, only, read, replayed, utm_fusion,
+    Running, Scratch, datagrams, files, flight, group, joined, on_own_ports, only, read, replayed, utm_fusion,
 };
 
 const SCENARIO: &str =
@@ -83,7 +83,7 @@ impl Stage {
     /// Hears the output; its datagrams of CAT129.
     fn listen(&self) -> (Arc<AtomicBool>, JoinHandle<Vec<Vec<u8>>>) {
         let sink = &self.config.output.asterix[0];
-        let socket = joined(Ipv4Addr::new(239, 192, 77, 99), sink.port);
+        let socket = joined(group(99), sink.port);
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = stop.clone();
         let listener = std::thread::spawn(move || {
@@ -201,7 +201,7 @@ fn strangers_echoes_and_odd_datagrams_cost_nothing_and_a_lost_disk_stops_no_slot
     }
     stage.send(0.0, 9.0);
     // The service's own output comes back.
-    let echoed = joined(Ipv4Addr::new(239, 192, 77, 99), stage.config.output.asterix[0].port);
+    let echoed = joined(group(99), stage.config.output.asterix[0].port);
     for _ in 0..3 {
         let mut octets = [0; 65536];
         let length = echoed.recv(&mut octets).unwrap();
