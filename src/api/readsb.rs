@@ -45,10 +45,8 @@ fn entry(piece: &Piece, track: &Track, frame: &Frame, hex: u32) -> Value {
         "lon": rounded(piece.lng, 6),
         "seen": age_s,
         "seen_pos": age_s,
-        "messages": 0,
         "mlat": [],
         "tisb": [],
-        "rssi": -49.5,
     });
     entry["flight"] = json!(match track.point.source.transponder() {
         Some(part) => part.identity.serial().escape_ascii().to_string(),

@@ -22,7 +22,7 @@ use crate::store::{Historian, Limits, Store};
 
 /// Runs the live service: listens to the sensors, sends the fused picture, serves it over HTTP.
 ///
-/// Ctrl-C or SIGTERM ends it within 5 s, a second one at once; SIGHUP reads the configuration again.
+/// Ctrl-C or SIGTERM ends it within 5 s, a second one at once; SIGHUP checks the file, which takes effect with a restart.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
     /// The site's configuration.

@@ -258,6 +258,7 @@ fn untimed(block: Result<Block<'_>, asterix::Fault>, event: &mut impl FnMut(Even
     match block {
         Ok(block) if block.category == cat048::Record::CATEGORY => each::<cat048::Record>(block, event),
         Ok(block) if block.category == cat129::Record::CATEGORY => each::<cat129::Record>(block, event),
+        Ok(block) if block.category == cat034::Record::CATEGORY => each::<cat034::Record>(block, event),
         Ok(block) => event(unused(block)),
         Err(fault) => event(Event::Faulty { fault }),
     }

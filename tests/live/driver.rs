@@ -20,7 +20,7 @@ use utm_fusion::pipeline::Event;
 use utm_fusion::publish::Recorded;
 use utm_fusion::publish::{Cat129Encoder, Recorder, pack};
 use utm_fusion::simulate::Datagram;
-use utm_fusion::time::Time;
+use utm_fusion::time::{SECOND, Time};
 
 use crate::common::{Scratch, complete_from, datagrams, files, flight, only, replayed, replayed_datagrams};
 
@@ -342,4 +342,21 @@ fn numbers_of_before_are_used_again_and_recorded() {
     assert!(output == replayed(&input));
     let before = fs::read(only(&first.path("r"), "output-", ".pcap")).unwrap();
     assert!(output != before, "the numbers of before were not used");
+}
+
+#[test]
+fn a_tick_shortens_no_memory() {
+    // A copy 1.95 s after its original, handled behind a tick that is 2.1 s after it: still a copy, as it is in a replay,
+    // which has no ticks.
+    let simulation = flight(SCENARIO, 6, None);
+    let datagram = &simulation.datagrams[0];
+    let second = datagram.received.nanos() / SECOND * SECOND;
+    let at = |seconds: f64| Time::from_nanos(second + (seconds * 1e9) as i64);
+    let mut driver = Driver::new(&simulation.config, Masks::default(), at(0.0), 1);
+    driver.receive(&reception(0, at(0.1), datagram.payload.clone()), drop);
+    driver.tick(at(2.2), drop);
+    let received = driver.reception(at(2.05));
+    assert_eq!(received, at(2.05), "no deadline has passed since");
+    driver.receive(&reception(0, received, datagram.payload.clone()), drop);
+    assert_eq!(driver.pipeline().tally().duplicates, 1);
 }

@@ -137,7 +137,7 @@ fn labelled(directory: &Path) -> BTreeMap<String, u64> {
 #[test]
 fn the_service_takes_every_record() {
     // A raw file's first service message comes before the first plot, and with it the first time.
-    let untimed = "1 blocks of category 34, which is not used".to_owned();
+    let untimed = "1 records of no sensor: no_time".to_owned();
     for name in ["single", "crossing"] {
         let scratch = Scratch::new();
         let directory = scratch.path(name);
