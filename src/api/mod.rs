@@ -52,7 +52,7 @@ use seats::Seats;
 
 pub use guard::router;
 pub use problem::Problem;
-pub use server::serve;
+pub use server::{listen, serve};
 
 /// Where the service says no. The defaults let a load test from one address through.
 #[derive(Clone, Debug)]

@@ -1,7 +1,7 @@
 //! The socket: connections are counted, and those that say nothing are closed.
 
 use std::io;
-use std::net::IpAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -9,7 +9,7 @@ use axum::Extension;
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
-use tokio::net::{TcpListener, TcpStream};
+use tokio::net::{TcpListener, TcpSocket, TcpStream};
 use tokio::sync::Semaphore;
 use tracing::{debug, warn};
 
@@ -23,9 +23,24 @@ const ACCEPT_AGAIN: Duration = Duration::from_millis(50);
 /// Open connections are waited for so long when the service closes.
 const FAREWELL: Duration = Duration::from_secs(2);
 
+/// Connections that may wait to be accepted: after a restart all readers come back at once.
+const BACKLOG: u32 = 4096;
+
 /// Who is at the other end.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Peer(pub(super) IpAddr);
+
+/// Listens for connections.
+///
+/// # Errors
+/// The address is taken, or is not one of this machine.
+pub fn listen(address: SocketAddr) -> io::Result<TcpListener> {
+    let socket = if address.is_ipv4() { TcpSocket::new_v4()? } else { TcpSocket::new_v6()? };
+    // A restart does not wait for the connections of before.
+    socket.set_reuseaddr(true)?;
+    socket.bind(address)?;
+    socket.listen(BACKLOG)
+}
 
 /// Serves the API until [`ApiState::close`]; then open connections are brought to their end.
 pub async fn serve(listener: TcpListener, state: ApiState) {

@@ -59,9 +59,8 @@ async fn serve(args: &Args, config: Arc<Config>, masks: Masks) -> CommandResult 
     let mut signals = Signals::listen()?;
     // First of all: an address that is taken is told before anything is sent.
     let listen = config.http.listen;
-    let listener = tokio::net::TcpListener::bind(listen)
-        .await
-        .map_err(|error| format!("cannot listen on {listen} (http.listen): {error}"))?;
+    let listener =
+        api::listen(listen).map_err(|error| format!("cannot listen on {listen} (http.listen): {error}"))?;
     let address = listener.local_addr()?;
     let started = now();
     let mut driver = Driver::new(&config, masks, started, udp::lines(&config).len());

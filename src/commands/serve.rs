@@ -39,7 +39,7 @@ pub fn replay(
     open()?; // a wrong path is told at once
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
     runtime.block_on(async {
-        let listener = listen(&config).await?;
+        let listener = listen(&config)?;
         let address = listener.local_addr()?;
         let maker = PictureMaker::new(&config, Pipeline::new(&config, masks.clone()).normaliser());
         let (writer, hub) = Hub::new(config.clone(), Arc::new(maker), now());
@@ -74,7 +74,7 @@ pub fn demo(
     let config = Arc::new(config);
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
     runtime.block_on(async {
-        let listener = listen(&config).await?;
+        let listener = listen(&config)?;
         let address = listener.local_addr()?;
         let driver = Driver::new(&config, Masks::default(), now(), lines(&config).len());
         let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), now());
@@ -118,14 +118,13 @@ fn fly(scenario: &Scenario, mut seed: u64, first: Simulation) {
 }
 
 /// Where the API listens: without tokens only on this machine.
-async fn listen(config: &Config) -> Result<TcpListener, Box<dyn Error + Send + Sync>> {
+fn listen(config: &Config) -> Result<TcpListener, Box<dyn Error + Send + Sync>> {
     let listen = config.http.listen;
     if config.http.auth == Auth::None && !listen.ip().is_loopback() {
         return Err(
             Usage(format!("{listen}: without tokens (http.auth) only a loopback address is served")).into()
         );
     }
-    TcpListener::bind(listen)
-        .await
+    api::listen(listen)
         .map_err(|error| format!("cannot listen on {listen}: {error}; --http takes another address").into())
 }

@@ -1,0 +1,151 @@
+//! The figures, and which of them are missed.
+
+use std::fmt;
+use std::time::Duration;
+
+use crate::readers::Read;
+use crate::stage::Use;
+
+/// What was measured.
+pub struct Figures {
+    /// How long.
+    pub measured: Duration,
+    /// Of slots, at a member of the output's group.
+    pub lateness: Quantiles,
+    /// Of a thread that only sleeps until each slot is due.
+    pub timer: Quantiles,
+    /// By each reader.
+    pub read: Vec<Read>,
+    /// Whether each reader wanted each slot.
+    pub whole: bool,
+    /// Single answers.
+    pub polled: u64,
+    /// Of the service, at the beginning, in the middle, at the end.
+    pub use_s: [Use; 3],
+    /// The service's own, at the end.
+    pub metrics: String,
+}
+
+/// Of a set of seconds.
+pub struct Quantiles {
+    count: usize,
+    /// Median, 99th, 99.9th percentile, maximum.
+    values: [f64; 4],
+}
+
+impl Quantiles {
+    /// Of these.
+    pub fn of(seconds: impl Iterator<Item = f64>) -> Self {
+        let mut sorted: Vec<f64> = seconds.collect();
+        sorted.sort_by(f64::total_cmp);
+        let last = sorted.len().saturating_sub(1);
+        let at = |share: f64| sorted.get((share * last as f64).ceil() as usize).copied().unwrap_or(f64::NAN);
+        Self { count: sorted.len(), values: [0.5, 0.99, 0.999, 1.0].map(at) }
+    }
+}
+
+impl fmt::Display for Quantiles {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [median, p99, p999, most] = self.values.map(|seconds| seconds * 1e3);
+        write!(f, "{median:8.2} {p99:8.2} {p999:8.2} {most:8.2}   of {}", self.count)
+    }
+}
+
+impl Figures {
+    fn counted(&self, name: &str) -> f64 {
+        let sample = |line: &&str| line.starts_with(name) && !line.starts_with('#');
+        let values = self
+            .metrics
+            .lines()
+            .filter(sample)
+            .filter_map(|line| line.rsplit(' ').next()?.parse::<f64>().ok());
+        values.sum()
+    }
+
+    fn delays(&self) -> Quantiles {
+        Quantiles::of(self.read.iter().flat_map(|read| &read.delays_s).map(|&delay_s| f64::from(delay_s)))
+    }
+
+    fn sum(&self, of: impl Fn(&Read) -> u64) -> u64 {
+        self.read.iter().map(of).sum()
+    }
+
+    /// What is not as it has to be; slots may be so many seconds late, and memory may grow by this factor.
+    pub fn missed(&self, late_s: f64, growth: f64) -> Vec<String> {
+        let mut missed = Vec::new();
+        let mut must = |holds: bool, miss: &str| {
+            if !holds {
+                missed.push(miss.to_owned());
+            }
+        };
+        must(self.lateness.values[2] <= late_s, "slots were too late");
+        // Every slot of the time, but for those at its edges.
+        must(self.lateness.count as f64 >= 4.0 * self.measured.as_secs_f64() - 2.0, "slots were not sent");
+        must(self.counted("utm_fusion_line_kernel_dropped_total") == 0.0, "the kernel dropped datagrams");
+        must(self.counted("utm_fusion_line_queue_full_total") == 0.0, "the queue was full");
+        must(self.counted("utm_fusion_failed_sends_total") == 0.0, "sends failed");
+        let [first, _, last] = self.use_s;
+        must(last.anonymous as f64 <= growth * first.anonymous as f64, "memory grew");
+        let failed: Vec<&String> = self.read.iter().filter_map(|read| read.failed.as_ref()).collect();
+        let first = failed.first().map_or("", |why| why.as_str());
+        must(failed.is_empty(), &format!("{} readers failed, the first: {first}", failed.len()));
+        if self.whole {
+            must(self.sum(|read| read.missing) == 0, "readers missed slots without being told");
+            let fewest = self.read.iter().map(|read| read.slots).min().unwrap_or(0);
+            must(fewest as f64 >= 4.0 * self.measured.as_secs_f64(), "a reader got too few slots");
+        }
+        missed
+    }
+}
+
+impl fmt::Display for Figures {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [first, middle, last] = self.use_s;
+        let mib = |octets: u64| octets as f64 / f64::from(1 << 20);
+        let share = |from: Use, to: Use| {
+            100.0 * (to.processor_s - from.processor_s) / (to.at - from.at).as_secs_f64()
+        };
+        writeln!(f, "measured for                      {} s", self.measured.as_secs())?;
+        writeln!(f, "milliseconds                        median      p99    p99.9      max")?;
+        writeln!(f, "slot at a member of the group     {}", self.lateness)?;
+        writeln!(f, "idle timer of the same run        {}", self.timer)?;
+        writeln!(f, "published to read, all readers    {}", self.delays())?;
+        writeln!(
+            f,
+            "readers                           {}: {} events, {:.1} MB, {} resyncs, {} slots missing",
+            self.read.len(),
+            self.sum(|read| read.slots),
+            self.sum(|read| read.octets) as f64 * 1e-6,
+            self.sum(|read| read.resyncs),
+            if self.whole {
+                self.sum(|read| read.missing).to_string()
+            } else {
+                "(not each wanted)".to_owned()
+            },
+        )?;
+        writeln!(f, "pictures asked for                {}", self.polled)?;
+        writeln!(f, "tracks in the last slot           {}", self.counted("utm_fusion_tracks "))?;
+        for (what, name) in [
+            ("datagrams received", "utm_fusion_datagrams_received_total"),
+            ("dropped by the kernel", "utm_fusion_line_kernel_dropped_total"),
+            ("dropped by the queue", "utm_fusion_line_queue_full_total"),
+        ] {
+            writeln!(f, "{what:33} {}", self.counted(name))?;
+        }
+        writeln!(
+            f,
+            "service, of one core              {:.1} % and {:.1} % (first and second half)",
+            share(first, middle),
+            share(middle, last)
+        )?;
+        let memory = [first, middle, last].map(|used| mib(used.anonymous));
+        write!(
+            f,
+            "its memory, begin, middle, end    {:.1}, {:.1}, {:.1} MiB of its own ({:.1} MiB with mapped files)",
+            memory[0],
+            memory[1],
+            memory[2],
+            mib(last.resident)
+        )
+    }
+}

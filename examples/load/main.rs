@@ -1,0 +1,155 @@
+//! Loads the live service as a busy site does, and measures what comes out of it.
+//!
+//! ```sh
+//! cargo build --release && cargo run --release --example load -- city       # ten minutes of 500 drones and 500 birds
+//! cargo build --release && cargo run --release --example load -- streams    # a thousand readers of the event stream
+//! ```
+//!
+//! The simulator and the service run as processes of their own, with recorder and history; everything stays on this
+//! machine's loopback interface and ends by itself. The exit code is 1 where a figure is missed.
+
+#![expect(clippy::disallowed_methods, reason = "it measures how long things take")]
+
+mod figures;
+mod output;
+mod readers;
+mod stage;
+
+use std::error::Error;
+use std::net::SocketAddr;
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use clap::Parser;
+use utm_fusion::live::now;
+
+use crate::figures::{Figures, Quantiles};
+use crate::output::Output;
+use crate::readers::{Read, Wish};
+use crate::stage::Stage;
+
+/// Loads the live service and measures what comes out of it.
+#[derive(Parser)]
+struct Args {
+    /// What is flown and who reads it.
+    #[arg(value_enum)]
+    load: Load,
+    /// How long is measured; a minute before that, in which everything settles, is not.
+    #[arg(long)]
+    minutes: Option<f64>,
+    /// How many read the event stream.
+    #[arg(long)]
+    readers: Option<usize>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Load {
+    /// `city`; each reader sees a part of it, once a second; the picture is asked for ten times a second.
+    City,
+    /// `crossing`; each reader sees every slot; one more opens the stream and never reads.
+    Streams,
+}
+
+/// How long everything settles before it is measured.
+const SETTLE: Duration = Duration::from_secs(60);
+/// A slot may be sent this much after its time, at the 99.9th percentile.
+const LATE_S: f64 = 0.050;
+/// The service may hold this much more at the end than when the measurement began.
+const GROWTH: f64 = 1.10;
+
+fn main() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
+    let args = Args::parse();
+    let (scenario, minutes, readers, polls) = match args.load {
+        Load::City => ("city", 10.0, 20, 10),
+        Load::Streams => ("crossing", 2.0, 1000, 0),
+    };
+    let measured = Duration::try_from_secs_f64(60.0 * args.minutes.unwrap_or(minutes))?;
+    let readers = args.readers.unwrap_or(readers);
+    let stage = Stage::set(scenario, SETTLE + measured + Duration::from_secs(30))?;
+    let output = Output::listen(stage.sink())?;
+    let address = stage.address();
+    let stop = AtomicBool::new(false);
+    let polled = AtomicU64::new(0);
+
+    let figures = thread::scope(|scope| {
+        let stop = &stop;
+        let listening = scope.spawn(|| output.hear(stop));
+        let timer = scope.spawn(|| output::idle_timer(stop));
+        let reading: Vec<_> = (0..readers)
+            .map(|index| {
+                let wish = wish(args.load, index, stage.radar());
+                thread::Builder::new()
+                    .stack_size(256 * 1024)
+                    .spawn_scoped(scope, move || readers::read(address, &wish, stop))
+            })
+            .collect::<Result<_, _>>()?;
+        if args.load == Load::Streams {
+            scope.spawn(|| readers::open_and_never_read(address, stop));
+        }
+        if polls > 0 {
+            let polled = &polled;
+            scope.spawn(move || poll(address, polls, polled, stop));
+        }
+
+        thread::sleep(SETTLE);
+        let begin = now();
+        let before = stage.service_use()?;
+        thread::sleep(measured / 2);
+        let between = stage.service_use()?;
+        thread::sleep(measured / 2);
+        let after = stage.service_use()?;
+        let end = now();
+        let metrics = stage.metrics()?;
+        stop.store(true, Ordering::Relaxed);
+
+        let read: Vec<Read> = reading.into_iter().map(|reader| reader.join().expect("no panic")).collect();
+        Ok::<_, Box<dyn Error + Send + Sync>>(Figures {
+            measured,
+            lateness: Quantiles::of(listening.join().expect("no panic").between(begin, end)),
+            timer: Quantiles::of(timer.join().expect("no panic").between(begin, end)),
+            read,
+            whole: args.load == Load::Streams,
+            polled: polled.load(Ordering::Relaxed),
+            use_s: [before, between, after],
+            metrics,
+        })
+    })?;
+    let stopped_s = stage.stop()?;
+    println!("{figures}");
+    println!("stopped after SIGTERM within      {stopped_s:.2} s");
+    let missed = figures.missed(LATE_S, GROWTH);
+    for miss in &missed {
+        println!("MISSED: {miss}");
+    }
+    Ok(if missed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// What a reader asks for: every slot, or its own part of the city once a second.
+fn wish(load: Load, index: usize, (latitude_deg, longitude_deg): (f64, f64)) -> Wish {
+    match load {
+        Load::Streams => Wish { query: String::new() },
+        Load::City => {
+            // Boxes of about 1.8 km by 2.3 km: five columns, four rows.
+            let (column, row) = ((index % 5) as f64, (index / 5 % 4) as f64);
+            let (height_deg, width_deg) =
+                (9.0 / 4.0 / 111.2, 9.0 / 5.0 / 111.2 / latitude_deg.to_radians().cos());
+            let west = longitude_deg + (column - 2.5) * width_deg;
+            let south = latitude_deg + (row - 2.0) * height_deg;
+            let (east, north) = (west + width_deg, south + height_deg);
+            Wish { query: format!("?interval_ms=1000&bbox={west:.6},{south:.6},{east:.6},{north:.6}") }
+        }
+    }
+}
+
+/// Asks for the whole picture so many times a second.
+fn poll(address: SocketAddr, a_second: u32, polled: &AtomicU64, stop: &AtomicBool) {
+    while !stop.load(Ordering::Relaxed) {
+        let asked = std::time::Instant::now();
+        if readers::get(address, "/api/v1/tracks").is_ok() {
+            polled.fetch_add(1, Ordering::Relaxed);
+        }
+        thread::sleep((Duration::from_secs(1) / a_second).saturating_sub(asked.elapsed()));
+    }
+}

@@ -1,0 +1,88 @@
+//! How late slots come, heard where a downstream system hears them; and how late this machine wakes anybody.
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::net::{Ipv4Addr, SocketAddrV4, UdpSocket};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use asterix::blocks;
+use asterix::cat129::Record;
+use socket2::{Domain, Protocol, Socket, Type};
+use utm_fusion::config::{Address, Sink};
+use utm_fusion::live::now;
+use utm_fusion::time::{SECOND, Time};
+
+/// A slot is due this long after its centre: 6.25 s after it opened.
+const AFTER_CENTRE: i64 = 6_125_000_000;
+const SLOT: i64 = SECOND / 4;
+const DAY: i64 = 86_400 * SECOND;
+
+/// By how much something was late, seconds, by when it was due.
+#[derive(Debug, Default)]
+pub struct Lateness(BTreeMap<Time, f64>);
+
+impl Lateness {
+    fn note(&mut self, due: Time, at: Time) {
+        let late_s = at.seconds_since(due);
+        // A slot has come with its last datagram.
+        self.0.entry(due).and_modify(|known| *known = known.max(late_s)).or_insert(late_s);
+    }
+
+    /// Of what was due then.
+    pub fn between(&self, begin: Time, end: Time) -> impl Iterator<Item = f64> {
+        self.0.range(begin..end).map(|(_, &late_s)| late_s)
+    }
+}
+
+/// A member of the output's group.
+pub struct Output(UdpSocket);
+
+impl Output {
+    /// Joins.
+    pub fn listen(sink: Sink) -> Result<Self, Box<dyn Error + Send + Sync>> {
+        let Address::Multicast { group, .. } = sink.address else {
+            return Err("the output is no group".into());
+        };
+        let socket = Socket::new(Domain::IPV4, Type::DGRAM, Some(Protocol::UDP))?;
+        socket.set_reuse_address(true)?;
+        socket.set_recv_buffer_size(4 << 20)?;
+        socket.bind(&SocketAddrV4::new(group, sink.port).into())?;
+        socket.join_multicast_v4(&group, &Ipv4Addr::LOCALHOST)?;
+        socket.set_read_timeout(Some(Duration::from_millis(200)))?;
+        Ok(Self(socket.into()))
+    }
+
+    /// Until it is to stop.
+    pub fn hear(&self, stop: &AtomicBool) -> Lateness {
+        let mut lateness = Lateness::default();
+        let mut octets = [0; 2048];
+        while !stop.load(Ordering::Relaxed) {
+            let Ok(length) = self.0.recv(&mut octets) else { continue };
+            let at = now();
+            let first = blocks(&octets[..length]).flatten().find(|block| block.category == 129);
+            let time_of_day = first.and_then(|block| {
+                block.records::<Record>().flatten().find_map(|located| located.record.time_of_day)
+            });
+            if let Some(time_of_day) = time_of_day {
+                let since_midnight = (time_of_day.seconds() * SECOND as f64) as i64 + AFTER_CENTRE;
+                // The day that puts it nearest to now.
+                let late = (at.nanos() - since_midnight + DAY / 2).rem_euclid(DAY) - DAY / 2;
+                lateness.note(Time::from_nanos(at.nanos() - late), at);
+            }
+        }
+        lateness
+    }
+}
+
+/// Sleeps until each slot is due, as an idle service would.
+pub fn idle_timer(stop: &AtomicBool) -> Lateness {
+    let mut lateness = Lateness::default();
+    while !stop.load(Ordering::Relaxed) {
+        let due = Time::from_nanos((now().nanos() / SLOT + 1) * SLOT);
+        thread::sleep(Duration::try_from(due - now()).unwrap_or_default());
+        lateness.note(due, now());
+    }
+    lateness
+}

@@ -1,0 +1,176 @@
+//! The simulator and the service as processes, and what the service takes of the machine.
+
+use std::error::Error;
+use std::fs;
+use std::net::{SocketAddr, TcpListener};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use utm_fusion::config::{Config, Record, SensorKind, Sink};
+
+use crate::readers;
+
+type Result<T> = std::result::Result<T, Box<dyn Error + Send + Sync>>;
+
+/// The service listens within this time.
+const READY: Duration = Duration::from_secs(20);
+/// And stops within this.
+const STOP: Duration = Duration::from_secs(5);
+
+/// A site that is flown over; its processes end with it.
+pub struct Stage {
+    directory: PathBuf,
+    config: Config,
+    service: Child,
+    simulator: Child,
+}
+
+/// What the service has taken of the machine.
+#[derive(Clone, Copy, Debug)]
+pub struct Use {
+    /// Resident memory, octets.
+    pub resident: u64,
+    /// Of its memory, what it holds for itself: without the pages of the history's file.
+    pub anonymous: u64,
+    /// Time on a processor since its start, seconds.
+    pub processor_s: f64,
+    /// When that was.
+    pub at: Instant,
+}
+
+impl Stage {
+    /// Starts the service and sends it the scenario, for that long.
+    pub fn set(scenario: &str, lasts: Duration) -> Result<Self> {
+        let directory = std::env::temp_dir().join(format!("utm-fusion-load-{}", std::process::id()));
+        fs::create_dir_all(&directory)?;
+        let path = format!("config/scenarios/{scenario}.toml");
+        let text =
+            fs::read(&path).map_err(|error| format!("{path}: {error}; run it in the project's folder"))?;
+        let text = String::from_utf8(text)?;
+
+        // A short flight tells the site.
+        let short = directory.join("short.toml");
+        fs::write(&short, lasting(&text, Duration::from_secs(20))?)?;
+        let site = directory.join("site.toml");
+        succeed(program("simulate")?.arg(&short).arg("--out").arg(&directory).stderr(Stdio::null()))?;
+        let mut config = Config::load(&site)?;
+        config.http.listen = TcpListener::bind("127.0.0.1:0")?.local_addr()?;
+        config.state.dir = directory.join("state");
+        config.output.status = true;
+        config.output.record = Some(Record { dir: directory.join("recordings"), rotate_mib: 64, keep: 4 });
+        fs::write(&site, config.to_string())?;
+
+        let service = program("run")?.arg("--config").arg(&site).spawn()?;
+        let long = directory.join("long.toml");
+        fs::write(&long, lasting(&text, lasts)?)?;
+        let simulator = program("simulate")?.arg(&long).arg("--udp").spawn();
+        let stage = Self { directory, config, service, simulator: simulator? };
+        let begun = Instant::now();
+        while readers::get(stage.address(), "/healthz").is_err() {
+            if begun.elapsed() > READY {
+                return Err("the service does not answer".into());
+            }
+            thread::sleep(Duration::from_millis(100));
+        }
+        Ok(stage)
+    }
+
+    /// Where its API is.
+    pub fn address(&self) -> SocketAddr {
+        self.config.http.listen
+    }
+
+    /// Where the fused picture goes.
+    pub fn sink(&self) -> Sink {
+        self.config.output.asterix[0]
+    }
+
+    /// Latitude and longitude of the first radar, degrees.
+    pub fn radar(&self) -> (f64, f64) {
+        let place = |kind: &SensorKind| match kind {
+            SensorKind::Radar(radar) => Some((radar.latitude_deg, radar.longitude_deg)),
+            SensorKind::Transponder(_) => None,
+        };
+        self.config.sensors.iter().find_map(|sensor| place(&sensor.kind)).unwrap_or_default()
+    }
+
+    /// The metrics page.
+    pub fn metrics(&self) -> Result<String> {
+        Ok(readers::get(self.address(), "/metrics")?)
+    }
+
+    /// What the service has taken up to now.
+    pub fn service_use(&self) -> Result<Use> {
+        let process = Path::new("/proc").join(self.service.id().to_string());
+        let status = String::from_utf8(fs::read(process.join("status"))?)?;
+        let octets = |key: &str| {
+            let line = status.lines().find_map(|line| line.strip_prefix(key));
+            let kib = line.and_then(|line| line.trim().trim_end_matches("kB").trim().parse::<u64>().ok());
+            kib.map(|kib| kib * 1024).ok_or_else(|| format!("{key} is not told"))
+        };
+        // Fields 14 and 15, counted behind the name in brackets; in ticks of 10 ms.
+        let stat = String::from_utf8(fs::read(process.join("stat"))?)?;
+        let behind = stat.rsplit(')').next().unwrap_or_default();
+        let ticks: u64 =
+            behind.split_whitespace().skip(11).take(2).filter_map(|field| field.parse::<u64>().ok()).sum();
+        Ok(Use {
+            resident: octets("VmRSS:")?,
+            anonymous: octets("RssAnon:")?,
+            processor_s: ticks as f64 / 100.0,
+            at: Instant::now(),
+        })
+    }
+
+    /// Ends the service as an operator does; how long that took, seconds.
+    pub fn stop(mut self) -> Result<f64> {
+        let asked = Instant::now();
+        succeed(Command::new("kill").arg("-TERM").arg(self.service.id().to_string()))?;
+        while asked.elapsed() < STOP {
+            if let Some(status) = self.service.try_wait()? {
+                let ended =
+                    if status.success() { Ok(()) } else { Err(format!("the service ended with {status}")) };
+                return Ok(ended.map(|()| asked.elapsed().as_secs_f64())?);
+            }
+            thread::sleep(Duration::from_millis(10));
+        }
+        Err("the service does not stop".into())
+    }
+}
+
+impl Drop for Stage {
+    fn drop(&mut self) {
+        for child in [&mut self.simulator, &mut self.service] {
+            // It may have ended by itself.
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+        let _ = fs::remove_dir_all(&self.directory);
+    }
+}
+
+/// The scenario with another duration.
+fn lasting(scenario: &str, lasts: Duration) -> Result<String> {
+    let mut table: toml::Table = scenario.parse()?;
+    table.insert("duration_s".to_owned(), toml::Value::Integer(i64::try_from(lasts.as_secs())?));
+    Ok(table.to_string())
+}
+
+/// The program that was built beside this one.
+fn program(subcommand: &str) -> Result<Command> {
+    let here = std::env::current_exe()?;
+    let profile = here.parent().and_then(Path::parent).ok_or("this program is in no folder")?;
+    let program = profile.join("utm-fusion");
+    if !program.exists() {
+        return Err(format!("{} is not there; `cargo build --release` makes it", program.display()).into());
+    }
+    let mut command = Command::new(program);
+    command.arg(subcommand).env("RUST_LOG", "warn").stdin(Stdio::null());
+    Ok(command)
+}
+
+fn succeed(command: &mut Command) -> Result<()> {
+    let status = command.status()?;
+    if status.success() { Ok(()) } else { Err(format!("{command:?}: {status}").into()) }
+}
