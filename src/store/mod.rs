@@ -25,6 +25,8 @@ const SIZES: TableDefinition<'_, u8, u64> = TableDefinition::new("sizes");
 
 /// What a place in a trail costs besides its octets: its key's time, and the database's own bookkeeping.
 const OVERHEAD: u64 = 24;
+/// What the database may hold in memory, octets; by default it takes up to a gigabyte.
+const CACHE: usize = 16 << 20;
 /// Pictures removed in one transaction.
 const BATCH: usize = 256;
 
@@ -68,7 +70,7 @@ impl Store {
     /// It cannot be made, is in use by another process, or is no such file.
     pub fn open(path: &Path, limits: Limits) -> Result<Self, StoreError> {
         let open = || -> Result<Database, redb::Error> {
-            let database = Database::create(path)?;
+            let database = Database::builder().set_cache_size(CACHE).create(path)?;
             let writing = database.begin_write()?;
             writing.open_table(PICTURES)?;
             writing.open_table(TRAILS)?;
