@@ -5,6 +5,7 @@ pub mod areas;
 pub mod assignment;
 pub mod commands;
 pub mod config;
+pub mod current;
 pub mod evaluate;
 pub mod fusion;
 pub mod ingest;

@@ -9,6 +9,7 @@ use axum::response::Response;
 use serde::Serialize;
 
 use super::ApiState;
+use super::auth::Pass;
 use super::problem::Problem;
 
 /// What is answered: a response, or a problem.
@@ -27,6 +28,8 @@ pub struct Ask {
     pub headers: HeaderMap,
     /// Who asks; `None` where no socket is in between.
     pub peer: Option<IpAddr>,
+    /// By which token.
+    pub pass: Pass,
 }
 
 impl Ask {

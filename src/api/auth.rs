@@ -13,7 +13,9 @@ use tokio::time::Instant;
 
 use super::ask::{Answer, Ask, JSON, json};
 use super::problem::Problem;
+use super::rate::Who;
 use super::routes::Route;
+use super::terms::Terms;
 use super::{ApiState, StartError};
 
 /// How long a ticket is good.
@@ -44,8 +46,15 @@ impl Scope {
     }
 }
 
+/// SHA-256 of a token or a ticket.
+type Hash = [u8; 32];
+
 /// The tokens that are accepted.
-pub struct Tokens(Vec<([u8; 32], Vec<Scope>)>);
+pub struct Tokens(Vec<(Hash, Vec<Scope>)>);
+
+/// By which token somebody came in; `None`: none was asked for.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Pass(Option<Hash>);
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -74,79 +83,102 @@ impl Tokens {
             return Err("holds no token: nobody could use the service".to_owned());
         }
         let token = |(name, entry): (String, Entry)| {
-            let hash = unhex(&entry.sha256).ok_or_else(|| {
+            let known = unhex(&entry.sha256).ok_or_else(|| {
                 format!("{name}: sha256 is not 64 hexadecimal digits, as sha256sum prints them")
             })?;
-            Ok((hash, entry.scopes))
+            Ok((known, entry.scopes))
         };
         entries.into_iter().map(token).collect::<Result<_, String>>().map(Self)
     }
 
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.0.len()
+    }
+
     /// What a token allows; `None`: it is not known. All hashes are compared, each in constant time.
-    fn scopes(&self, token: &str) -> Option<&[Scope]> {
-        let hash: [u8; 32] = Sha256::digest(token.as_bytes()).into();
+    fn scopes(&self, token: &Hash) -> Option<&[Scope]> {
         self.0
             .iter()
-            .fold(None, |found, (known, scopes)| if same(known, &hash) { Some(scopes) } else { found })
+            .fold(None, |found, (known, scopes)| if same(known, token) { Some(scopes) } else { found })
     }
 }
 
+fn hash(secret: &str) -> Hash {
+    Sha256::digest(secret.as_bytes()).into()
+}
+
 /// In a time that does not tell where they differ.
-fn same(a: &[u8; 32], b: &[u8; 32]) -> bool {
+fn same(a: &Hash, b: &Hash) -> bool {
     std::hint::black_box(a.iter().zip(b).fold(0, |difference, (a, b)| difference | (a ^ b))) == 0
 }
 
-fn unhex(text: &str) -> Option<[u8; 32]> {
+fn unhex(text: &str) -> Option<Hash> {
     let digits: Option<Vec<u8>> =
         text.chars().map(|c| c.to_digit(16).and_then(|d| u8::try_from(d).ok())).collect();
     let octets: Vec<u8> = digits?.chunks_exact(2).map(|pair| pair[0] << 4 | pair[1]).collect();
     (text.len() == 64).then(|| octets.try_into().ok())?
 }
 
-/// Whether the request may be answered.
-pub fn check(ask: &Ask, route: &Route) -> Result<(), Problem> {
-    let (Some(tokens), Some(scope)) = (&ask.state.0.tokens, route.scope) else { return Ok(()) };
+/// By what the request may be answered.
+pub fn check(ask: &Ask, route: &Route) -> Result<Pass, Problem> {
+    let terms = ask.state.terms();
+    let (Some(tokens), Some(scope)) = (&terms.tokens, route.scope) else { return Ok(Pass(None)) };
     if scope == Scope::Stream
         && !route.post
         && let Some(ticket) = ask.text("ticket")
     {
-        return if ask.state.0.tickets.redeem(ticket) {
-            Ok(())
-        } else {
-            Err(Problem::new(
-                StatusCode::UNAUTHORIZED,
-                "this ticket has been used, is too old, or never was one",
-            ))
-        };
+        let pass = ask.state.0.tickets.redeem(ticket).filter(|&pass| terms.may_stream(pass));
+        let detail = "this ticket has been used, is too old, or never was one";
+        return pass.ok_or_else(|| Problem::new(StatusCode::UNAUTHORIZED, detail));
     }
     let bearer = ask.header(header::AUTHORIZATION).and_then(|value| value.split_once(' '));
-    let token =
-        bearer.filter(|(scheme, _)| scheme.eq_ignore_ascii_case("bearer")).map(|(_, token)| token.trim());
-    match token.map(|token| tokens.scopes(token)) {
-        None => {
-            Err(Problem::new(StatusCode::UNAUTHORIZED, "a bearer token is needed: Authorization: Bearer …"))
-        }
-        Some(None) => Err(Problem::new(StatusCode::UNAUTHORIZED, "this bearer token is not known")),
-        Some(Some(scopes)) if scopes.contains(&scope) => Ok(()),
-        Some(Some(_)) => {
-            let detail = format!("this token lacks the scope {}", scope.name());
-            Err(Problem::new(StatusCode::FORBIDDEN, detail))
-        }
+    let token = bearer.filter(|(scheme, _)| scheme.eq_ignore_ascii_case("bearer"));
+    let Some(token) = token.map(|(_, token)| hash(token.trim())) else {
+        let detail = "a bearer token is needed: Authorization: Bearer …";
+        return Err(Problem::new(StatusCode::UNAUTHORIZED, detail));
+    };
+    let Some(scopes) = tokens.scopes(&token) else {
+        return Err(Problem::new(StatusCode::UNAUTHORIZED, "this bearer token is not known"));
+    };
+    ask.state.limit(Who::Token(token))?;
+    if !scopes.contains(&scope) {
+        let detail = format!("this token lacks the scope {}", scope.name());
+        return Err(Problem::new(StatusCode::FORBIDDEN, detail));
+    }
+    Ok(Pass(Some(token)))
+}
+
+impl Terms {
+    /// Whether who came in by this may have a stream: also while it is open.
+    pub(super) fn may_stream(&self, pass: Pass) -> bool {
+        self.tokens.as_ref().is_none_or(|tokens| {
+            let scopes = pass.0.and_then(|token| tokens.scopes(&token));
+            scopes.is_some_and(|scopes| scopes.contains(&Scope::Stream))
+        })
     }
 }
 
 /// `POST /api/v1/stream-tickets`.
 pub fn open_ticket(ask: &Ask) -> Answer {
-    let ticket = ask.state.0.tickets.issue()?;
+    let ticket = ask.state.0.tickets.issue(ask.pass)?;
     json(JSON, &json!({ "ticket": ticket, "expires_in_s": TICKET.as_secs() }))
 }
 
 /// Tickets that were given out and not yet used, oldest first. Only their hashes are kept, as of tokens.
 #[derive(Debug, Default)]
-pub struct Tickets(Mutex<VecDeque<(Instant, [u8; 32])>>);
+pub struct Tickets(Mutex<VecDeque<Ticket>>);
+
+#[derive(Debug)]
+struct Ticket {
+    issued: Instant,
+    hash: Hash,
+    /// Whose it is: it opens no more than that.
+    pass: Pass,
+}
 
 impl Tickets {
-    fn issue(&self) -> Result<String, Problem> {
+    fn issue(&self, pass: Pass) -> Result<String, Problem> {
         let mut octets = [0; 24];
         getrandom::fill(&mut octets)
             .map_err(|error| Problem::unavailable(format!("there is no randomness: {error}"), Vec::new()))?;
@@ -157,22 +189,22 @@ impl Tickets {
             return Err(Problem::new(StatusCode::TOO_MANY_REQUESTS, "too many tickets wait to be used")
                 .retry_after_s(TICKET.as_secs() as u32));
         }
-        tickets.push_back((Instant::now(), Sha256::digest(ticket.as_bytes()).into()));
+        tickets.push_back(Ticket { issued: Instant::now(), hash: hash(&ticket), pass });
         Ok(ticket)
     }
 
-    /// Uses a ticket up; `false` where it is not good.
-    fn redeem(&self, ticket: &str) -> bool {
-        let hash: [u8; 32] = Sha256::digest(ticket.as_bytes()).into();
+    /// Uses a ticket up; `None` where it is not good.
+    fn redeem(&self, ticket: &str) -> Option<Pass> {
+        let hash = hash(ticket);
         let mut tickets = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         forget(&mut tickets);
-        let place = tickets.iter().position(|(_, known)| same(known, &hash));
-        place.is_some_and(|place| tickets.remove(place).is_some())
+        let place = tickets.iter().position(|ticket| same(&ticket.hash, &hash))?;
+        tickets.remove(place).map(|ticket| ticket.pass)
     }
 }
 
-fn forget(tickets: &mut VecDeque<(Instant, [u8; 32])>) {
-    while tickets.front().is_some_and(|(issued, _)| issued.elapsed() > TICKET) {
+fn forget(tickets: &mut VecDeque<Ticket>) {
+    while tickets.front().is_some_and(|ticket| ticket.issued.elapsed() > TICKET) {
         tickets.pop_front();
     }
 }
@@ -180,7 +212,7 @@ fn forget(tickets: &mut VecDeque<(Instant, [u8; 32])>) {
 impl ApiState {
     /// Whether a token is asked for.
     pub(super) fn needs_token(&self) -> bool {
-        self.0.tokens.is_some()
+        self.terms().tokens.is_some()
     }
 }
 
@@ -193,8 +225,8 @@ mod tests {
         let hash = "2bb80d537b1da3e38bd30361aa855686bde0eacd7162fef6a25fe97bf527a25b"; // of "secret"
         let tokens =
             Tokens::parse(&format!("desk = {{ sha256 = \"{hash}\", scopes = [\"read\"] }}")).unwrap();
-        assert_eq!(tokens.scopes("secret"), Some(&[Scope::Read][..]));
-        assert_eq!(tokens.scopes("Secret"), None);
+        assert_eq!(tokens.scopes(&super::hash("secret")), Some(&[Scope::Read][..]));
+        assert_eq!(tokens.scopes(&super::hash("Secret")), None);
         for (text, part) in [
             (String::new(), "no token"),
             ("desk = 1".to_owned(), "line 1"),

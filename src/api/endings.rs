@@ -10,7 +10,7 @@ use super::shown::Piece;
 use crate::time::{SECOND, Time};
 
 /// A track that has not been shown for so long has ended, nanoseconds.
-const ENDED_NS: i64 = 2 * SECOND;
+const ENDED_NS: u64 = 2 * SECOND as u64;
 
 /// When each track was shown last.
 #[derive(Clone, Debug, Default)]
@@ -22,7 +22,8 @@ impl Endings {
         for piece in pieces {
             self.0.insert(piece.id.clone(), time);
         }
-        let ended = |last: &Time| time.nanos() - last.nanos() >= ENDED_NS;
+        // A replay may go back: what was shown at a later time has ended then, too.
+        let ended = |last: &Time| time.nanos().abs_diff(last.nanos()) >= ENDED_NS;
         let mut ids: Vec<Arc<str>> = self.0.extract_if(|_, last| ended(last)).map(|(id, _)| id).collect();
         ids.sort();
         ids

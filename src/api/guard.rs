@@ -11,8 +11,9 @@ use axum::routing::{MethodFilter, on};
 
 use super::ApiState;
 use super::ask::{Answer, Ask, parse_query};
-use super::auth;
+use super::auth::{self, Pass};
 use super::problem::Problem;
+use super::rate::Who;
 use super::routes::{ROUTES, Route};
 use super::server::Peer;
 
@@ -58,8 +59,9 @@ fn answer(
         None => Vec::new(),
     };
     let peer = request.extensions().get::<Peer>().map(|peer| peer.0);
-    let ask = Ask { state, query, id, headers: request.headers().clone(), peer };
-    auth::check(&ask, route)?;
+    let headers = request.headers().clone();
+    let mut ask = Ask { state, query, id, headers, peer, pass: Pass::default() };
+    ask.pass = auth::check(&ask, route)?;
     let known = route.parameters.unwrap_or(&[]);
     if let Some((name, _)) = ask.query.iter().find(|(name, _)| known.iter().all(|known| known.name != name)) {
         let names: Vec<_> = known.iter().map(|known| known.name).collect();
@@ -73,14 +75,17 @@ fn answer(
 }
 
 async fn guard(State(state): State<ApiState>, request: Request, next: Next) -> Response {
+    let terms = state.terms();
     let origin = request.headers().get(header::ORIGIN).filter(|origin| {
         let known = |known: &String| known.as_bytes() == origin.as_bytes();
-        state.hub().config.http.cors.iter().any(known)
+        terms.cors.iter().any(known)
     });
     let origin = origin.cloned();
     let preflight = request.method() == Method::OPTIONS
         && request.headers().contains_key(header::ACCESS_CONTROL_REQUEST_METHOD);
-    let mut response = if let Some(problem) = too_much(&request) {
+    let mut response = if let Err(problem) = too_often(&state, &request) {
+        problem.into_response()
+    } else if let Some(problem) = too_much(&request) {
         problem.into_response()
     } else if preflight && origin.is_some() {
         let mut response = Response::new(Body::empty());
@@ -96,7 +101,7 @@ async fn guard(State(state): State<ApiState>, request: Request, next: Next) -> R
     } else {
         next.run(request).await
     };
-    if !state.hub().config.http.cors.is_empty() {
+    if !terms.cors.is_empty() {
         response.headers_mut().append(header::VARY, HeaderValue::from_static("origin"));
     }
     if let Some(origin) = origin {
@@ -107,6 +112,14 @@ async fn guard(State(state): State<ApiState>, request: Request, next: Next) -> R
     secure(response.headers_mut());
     state.count_answer(response.status().as_u16());
     response
+}
+
+fn too_often(state: &ApiState, request: &Request) -> Result<(), Problem> {
+    let is_probe = ROUTES.iter().any(|route| !route.limited && route.path == request.uri().path());
+    match request.extensions().get::<Peer>() {
+        Some(peer) if !is_probe => state.limit(Who::of(peer.0)),
+        _ => Ok(()),
+    }
 }
 
 fn too_much(request: &Request) -> Option<Problem> {

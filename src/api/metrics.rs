@@ -34,6 +34,12 @@ pub fn text(ask: &Ask) -> Answer {
     for (status, count) in state.answered() {
         out.sample("utm_fusion_http_responses_total", &[("status", &status.to_string())], count);
     }
+    out.one(
+        "utm_fusion_http_requests_limited_total",
+        "counter",
+        "Requests refused with 429 because an address or a token asked too often",
+        state.limited(),
+    );
     if let Some(status) = hub.status() {
         out.tally(&status, &hub.config);
         out.sensors(&status);

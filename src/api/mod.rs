@@ -19,6 +19,7 @@ mod metrics;
 mod openapi;
 mod page;
 mod problem;
+mod rate;
 mod readsb;
 mod replay;
 pub mod routes;
@@ -28,6 +29,7 @@ mod service;
 mod shown;
 mod sites;
 mod stream;
+mod terms;
 mod tracks;
 mod uss;
 
@@ -40,19 +42,21 @@ use std::time::Duration;
 use tokio::sync::watch;
 use tokio::time::Instant;
 
-use crate::areas::{AreaError, polygons_of};
-use crate::config::Auth;
+use crate::areas::{AreaError, Areas};
+use crate::current::Current;
 use crate::live::{Hub, Player};
 use crate::store::Store;
 use crate::time::Time;
-use auth::{Tickets, Tokens};
+use auth::Tickets;
 use keeper::Keeper;
 use log::Log;
+use rate::{Limiter, Who};
 use seats::Seats;
 
 pub use guard::router;
 pub use problem::Problem;
 pub use server::{listen, serve};
+pub use terms::Terms;
 
 /// Where the service says no. The defaults let a load test from one address through.
 #[derive(Clone, Debug)]
@@ -111,11 +115,10 @@ struct Inner {
     hub: Hub,
     options: Options,
     log: Log,
-    /// GeoJSON of the configured areas.
-    areas: Vec<u8>,
-    tokens: Option<Tokens>,
+    terms: Current<Terms>,
     tickets: Tickets,
     seats: Seats,
+    limiter: Limiter,
     /// Responses by status.
     answered: Mutex<BTreeMap<u16, u64>>,
     /// When the last slot came.
@@ -129,20 +132,13 @@ impl ApiState {
     /// # Errors
     /// The file of an area or of the tokens cannot be used.
     pub fn start(hub: Hub, options: Options) -> Result<Self, StartError> {
-        let tokens = match &hub.config.http.auth {
-            Auth::None => None,
-            Auth::Tokens { tokens_file } => Some(Tokens::load(tokens_file)?),
-        };
-        let mut areas = Vec::new();
-        for area in &hub.config.areas {
-            areas.push((area, polygons_of(area)?));
-        }
+        let terms = Terms::load(&hub.config, &Areas::load(&hub.config.areas)?)?;
         let (closing, closed) = watch::channel(false);
         let state = Self(Arc::new(Inner {
-            areas: sites::areas_json(&areas),
             log: Log::default(),
-            tokens,
+            terms: terms.into(),
             tickets: Tickets::default(),
+            limiter: Limiter::default(),
             seats: Seats::new(options.streams, options.streams_per_address),
             answered: Mutex::default(),
             slot_came: Mutex::default(),
@@ -152,6 +148,11 @@ impl ApiState {
         }));
         tokio::spawn(Keeper::new(state.clone()).run(closed));
         Ok(state)
+    }
+
+    /// Other terms from now on; a stream whose token is no longer known ends within a second.
+    pub fn set_terms(&self, terms: Terms) {
+        self.0.terms.replace(terms);
     }
 
     /// Shows what is published by now, ends the streams with an event, and the connections after their answers.
@@ -169,6 +170,20 @@ impl ApiState {
 
     fn log(&self) -> &Log {
         &self.0.log
+    }
+
+    fn terms(&self) -> Arc<Terms> {
+        self.0.terms.get()
+    }
+
+    /// A request of that address or token, unless it asks too often.
+    fn limit(&self, who: Who) -> Result<(), Problem> {
+        self.0.limiter.take(who, self.terms().limit, self.now())
+    }
+
+    /// Requests that were refused because of that.
+    fn limited(&self) -> u64 {
+        self.0.limiter.refused()
     }
 
     fn seats(&self) -> &Seats {

@@ -63,7 +63,8 @@ fn operation(route: &Route) -> Value {
     );
     let guarded: &[u16] = if route.scope.is_some() { &[401, 403] } else { &[] };
     let refusing: &[u16] = if route.parameters.is_some() { &[400] } else { &[] };
-    for &status in refusing.iter().chain(guarded).chain(route.problems) {
+    let limited: &[u16] = if route.limited { &[429] } else { &[] };
+    for &status in refusing.iter().chain(guarded).chain(route.problems).chain(limited) {
         let text =
             StatusCode::from_u16(status).ok().and_then(|status| status.canonical_reason()).unwrap_or("");
         let mut response = json!({ "description": text });

@@ -19,8 +19,10 @@ pub struct Route {
     pub scope: Option<Scope>,
     /// The type of the answer.
     pub content_type: &'static str,
-    /// Statuses beside 200, 400, 401, 403 and 405.
+    /// Statuses beside 200, 400, 401, 403, 405 and, where it is limited, 429.
     pub problems: &'static [u16],
+    /// Whether requests are counted against `http.requests_per_s`; those that watch over the service are not.
+    pub limited: bool,
     /// What answers.
     pub(super) handler: fn(&Ask) -> Answer,
 }
@@ -97,6 +99,7 @@ const GET: Route = Route {
     scope: Some(Scope::Read),
     content_type: "application/json",
     problems: &[],
+    limited: true,
     handler: service::health,
 };
 
@@ -166,7 +169,7 @@ pub const ROUTES: &[Route] = &[
         parameters: Some(&STREAM),
         scope: Some(Scope::Stream),
         content_type: "text/event-stream",
-        problems: &[429, 503],
+        problems: &[503],
         handler: stream::open,
         ..GET
     },
@@ -175,7 +178,7 @@ pub const ROUTES: &[Route] = &[
         post: true,
         summary: "A ticket that opens one stream within 30 s",
         scope: Some(Scope::Stream),
-        problems: &[413, 429],
+        problems: &[413],
         handler: open_ticket,
         ..GET
     },
@@ -195,7 +198,7 @@ pub const ROUTES: &[Route] = &[
     Route { path: "/api/v1/info", summary: "Version, site and settings", handler: service::info, ..GET },
     Route {
         path: "/api/v1/coverage",
-        summary: "How far the radars see, as polygons",
+        summary: "How far the sensors see, as polygons",
         content_type: GEO_JSON,
         handler: sites::coverage,
         ..GET
@@ -243,12 +246,20 @@ pub const ROUTES: &[Route] = &[
         handler: uss::details,
         ..GET
     },
-    Route { path: "/healthz", summary: "The process is alive", scope: None, handler: service::health, ..GET },
+    Route {
+        path: "/healthz",
+        summary: "The process is alive",
+        scope: None,
+        limited: false,
+        handler: service::health,
+        ..GET
+    },
     Route {
         path: "/readyz",
         summary: "Lines are joined and slots are put out",
         scope: None,
         problems: &[503],
+        limited: false,
         handler: service::ready,
         ..GET
     },

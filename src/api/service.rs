@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use super::ask::{Answer, Ask, JSON, json};
 use super::problem::Problem;
 use super::replay;
-use crate::config::{Auth, Config};
+use crate::config::Config;
 use crate::json::rounded;
 use crate::live::{SensorState, Status};
 use crate::pipeline::Tally;
@@ -136,10 +136,7 @@ pub fn info(ask: &Ask) -> Answer {
     let hub = ask.state.hub();
     let (config, fusion) = (&hub.config, &hub.config.fusion);
     let replay = replay::state(ask.state.options().player.as_ref());
-    let auth = match config.http.auth {
-        Auth::None => "none",
-        Auth::Tokens { .. } => "tokens",
-    };
+    let auth = if ask.state.needs_token() { "tokens" } else { "none" };
     let mut info = json!({
             "name": "utm-fusion",
             "version": env!("CARGO_PKG_VERSION"),

@@ -6,7 +6,8 @@ use serde_json::{Value, json};
 
 use super::ask::{Answer, Ask, GEO_JSON, JSON, json, live};
 use super::keeper::alert_json;
-use crate::config::{Area, AreaKind, Radar, Sensor, SensorKind};
+use crate::areas::Areas;
+use crate::config::{Area, AreaKind, Sensor, SensorKind};
 use crate::json::rounded;
 use crate::live::{Alert, LineStatus, SensorStatus};
 
@@ -103,17 +104,39 @@ pub(super) fn sensor_properties(sensor: &Sensor, status: &SensorStatus) -> Value
 
 /// `/api/v1/coverage`.
 pub fn coverage(ask: &Ask) -> Answer {
-    let circle = |(sensor, radar): (&Sensor, &Radar)| {
-        let range_m = radar.max_range_m?;
-        Some(json!({
-            "type": "Feature",
-            "id": sensor.id,
-            "geometry": circle_geometry(radar.longitude_deg, radar.latitude_deg, range_m),
-            "properties": { "sensor": sensor.id, "max_range_m": range_m },
-        }))
+    Ok(live(GEO_JSON, ask.state.terms().coverage.clone()))
+}
+
+/// Where each sensor sees: its areas of kind `coverage`, or else, of a radar, the circle of its range.
+pub(super) fn coverage_json(sensors: &[Sensor], areas: &Areas) -> Vec<u8> {
+    let feature = |sensor: &Sensor| {
+        let radar = match &sensor.kind {
+            SensorKind::Radar(radar) => Some(radar),
+            SensorKind::Transponder(_) => None,
+        };
+        let range_m = radar.and_then(|radar| radar.max_range_m);
+        let is_its =
+            |area: &Area| matches!(&area.kind, AreaKind::Coverage { sensor: id } if *id == sensor.id);
+        let its = areas.polygons().filter(|(area, _)| is_its(area)).flat_map(|(_, polygon)| polygon);
+        let polygons: Vec<geo::Polygon> = its.collect();
+        let (shape, geometry) = if polygons.is_empty() {
+            (
+                "circle",
+                radar
+                    .zip(range_m)
+                    .map(|(radar, m)| circle_geometry(radar.longitude_deg, radar.latitude_deg, m))?,
+            )
+        } else {
+            ("area", json!(geojson::Geometry::new((&geo::MultiPolygon(polygons)).into())))
+        };
+        let mut properties = json!({ "sensor": sensor.id, "kind": kind(sensor), "shape": shape });
+        if let Some(range_m) = range_m {
+            properties["max_range_m"] = json!(range_m);
+        }
+        Some(json!({ "type": "Feature", "id": sensor.id, "geometry": geometry, "properties": properties }))
     };
-    let features: Vec<Value> = ask.state.hub().config.radars().filter_map(circle).collect();
-    json(GEO_JSON, &json!({ "type": "FeatureCollection", "features": features }))
+    let features: Vec<Value> = sensors.iter().filter_map(feature).collect();
+    json!({ "type": "FeatureCollection", "features": features }).to_string().into_bytes()
 }
 
 /// A circle on the sphere, counterclockwise, cut at the antimeridian; one around a pole is not drawn.
@@ -169,12 +192,12 @@ fn cut(ring: &[[f64; 2]], meridian: f64, side: f64) -> Vec<[f64; 2]> {
 
 /// `/api/v1/areas`.
 pub fn areas(ask: &Ask) -> Answer {
-    Ok(live(GEO_JSON, ask.state.0.areas.clone()))
+    Ok(live(GEO_JSON, ask.state.terms().areas.clone()))
 }
 
-/// The areas, which do not change, as GeoJSON.
-pub(super) fn areas_json(areas: &[(&Area, Vec<geo::MultiPolygon>)]) -> Vec<u8> {
-    let feature = |(area, polygon): (&Area, &geo::MultiPolygon)| {
+/// The areas as GeoJSON.
+pub(super) fn areas_json(areas: &Areas) -> Vec<u8> {
+    let feature = |(area, polygon): (&Area, geo::MultiPolygon)| {
         let (kind, sensor) = match &area.kind {
             AreaKind::Mask => ("mask", None),
             AreaKind::Coverage { sensor } => ("coverage", Some(sensor)),
@@ -188,11 +211,10 @@ pub(super) fn areas_json(areas: &[(&Area, Vec<geo::MultiPolygon>)]) -> Vec<u8> {
         if let Some(sensor) = sensor {
             properties["sensor"] = json!(sensor);
         }
-        let geometry = geojson::Geometry::new((polygon).into());
+        let geometry = geojson::Geometry::new((&polygon).into());
         json!({ "type": "Feature", "geometry": geometry, "properties": properties })
     };
-    let all = areas.iter().flat_map(|(area, polygons)| polygons.iter().map(move |polygon| (*area, polygon)));
-    let features: Vec<Value> = all.map(feature).collect();
+    let features: Vec<Value> = areas.polygons().map(feature).collect();
     json!({ "type": "FeatureCollection", "features": features }).to_string().into_bytes()
 }
 

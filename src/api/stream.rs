@@ -16,6 +16,7 @@ use tokio::sync::watch;
 
 use super::ApiState;
 use super::ask::{Answer, Ask, with_type};
+use super::auth::Pass;
 use super::endings::{Endings, ended_event, event};
 use super::filter::Filter;
 use super::log::{Event, Next};
@@ -29,7 +30,7 @@ const INTERVAL: &str = "a whole number of milliseconds, 250 to 10000";
 /// Opens a stream.
 pub fn open(ask: &Ask) -> Answer {
     let filter = Filter::of(ask)?;
-    let interval_ms = ask.value("interval_ms", INTERVAL, |ms: &i64| (250..=10_000).contains(ms))?;
+    let interval_ms = ask.value("interval_ms", INTERVAL, |ms: &u64| (250..=10_000).contains(ms))?;
     let state = ask.state.clone();
     if state.is_closing() {
         return Err(Problem::unavailable("the service stops", Vec::new()));
@@ -39,7 +40,7 @@ pub fn open(ask: &Ask) -> Answer {
             .retry_after_s(5)
     })?;
     let resume = ask.header("last-event-id").and_then(|id| state.number_of(id));
-    let reader = Reader::new(state, filter, interval_ms, resume, seat);
+    let reader = Reader::new(state, filter, interval_ms, resume, (ask.pass, seat));
     let events = stream::unfold(reader, async |mut reader| {
         let octets = reader.next().await?;
         Some((Ok::<_, Infallible>(octets), reader))
@@ -54,7 +55,7 @@ struct Reader {
     state: ApiState,
     filter: Filter,
     /// Shortest time between two `tracks` events; `None`: each slot.
-    interval_ns: Option<i64>,
+    interval_ns: Option<u64>,
     /// Number of the last event that was looked at.
     place: u64,
     news: watch::Receiver<u64>,
@@ -65,6 +66,8 @@ struct Reader {
     sent: Option<Time>,
     out: VecDeque<Bytes>,
     closed: bool,
+    /// Looked at again and again: a token may be withdrawn.
+    pass: Pass,
     /// Given back when the connection ends.
     _seat: Seat,
 }
@@ -73,9 +76,9 @@ impl Reader {
     fn new(
         state: ApiState,
         filter: Filter,
-        interval_ms: Option<i64>,
+        interval_ms: Option<u64>,
         resume: Option<u64>,
-        seat: Seat,
+        (pass, seat): (Pass, Seat),
     ) -> Self {
         let mut reader = Self {
             news: state.log().watch(),
@@ -88,6 +91,7 @@ impl Reader {
             interval_ns: interval_ms.map(|ms| ms * 1_000_000),
             state,
             filter,
+            pass,
             _seat: seat,
         };
         match resume.filter(|&place| !matches!(reader.state.log().after(place), Next::Forgotten)) {
@@ -128,6 +132,11 @@ impl Reader {
             }
             if self.closed {
                 return None;
+            }
+            if !self.state.terms().may_stream(self.pass) {
+                self.push("closed", &Bytes::from_static(b"{\"reason\":\"the token is no longer known\"}"));
+                self.closed = true;
+                continue;
             }
             self.news.borrow_and_update();
             match self.state.log().after(self.place) {
@@ -171,7 +180,8 @@ impl Reader {
             }
             Some(interval_ns) => {
                 self.waiting.push(shown);
-                if self.sent.is_none_or(|sent| time.nanos() - sent.nanos() >= interval_ns) {
+                // A replay may go back.
+                if self.sent.is_none_or(|sent| time.nanos().abs_diff(sent.nanos()) >= interval_ns) {
                     self.flush();
                 }
             }

@@ -8,9 +8,12 @@ use geojson::GeoJson;
 
 use crate::config::{Area, AreaKind};
 
+/// The polygons of a file, each in its bounds.
+type Polygons = Vec<(Rect, MultiPolygon)>;
+
 /// Where plots are dropped: roads, wind farms, fixed echoes.
-#[derive(Clone, Debug, Default)]
-pub struct Masks(Vec<(Rect, MultiPolygon)>);
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Masks(Polygons);
 
 /// A file of `[[areas]]` that cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -24,7 +27,61 @@ pub struct AreaError {
 
 /// Where a track raises an alert: each file is one area, named after it.
 #[derive(Clone, Debug, Default)]
-pub struct AlertAreas(Vec<(String, Vec<(Rect, MultiPolygon)>)>);
+pub struct AlertAreas(Vec<(String, Polygons)>);
+
+/// All areas of a configuration, masks first, as their files were when they were read.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Areas(Vec<(Area, Polygons)>);
+
+impl Areas {
+    /// Reads the files.
+    ///
+    /// # Errors
+    /// One cannot be read or holds something else than polygons.
+    pub fn load(areas: &[Area]) -> Result<Self, AreaError> {
+        let mut areas: Vec<(Area, Polygons)> =
+            areas.iter().map(|area| Ok((area.clone(), read(area)?))).collect::<Result<_, _>>()?;
+        areas.sort_by_key(|(area, _)| area.kind != AreaKind::Mask);
+        Ok(Self(areas))
+    }
+
+    /// Those of kind `mask`.
+    pub fn masks(&self) -> Masks {
+        Masks(self.of_kind(&AreaKind::Mask).flat_map(|(_, polygons)| polygons.iter().cloned()).collect())
+    }
+
+    /// Those of kind `alert`.
+    pub fn alerts(&self) -> AlertAreas {
+        let named = |(area, polygons): &(Area, Polygons)| {
+            let stem = area.file.file_stem();
+            (stem.map_or_else(String::new, |stem| stem.to_string_lossy().into_owned()), polygons.clone())
+        };
+        AlertAreas(self.of_kind(&AreaKind::Alert).map(named).collect())
+    }
+
+    /// Each polygon with its area: outer rings counterclockwise, holes clockwise, as RFC 7946 has them.
+    pub fn polygons(&self) -> impl Iterator<Item = (&Area, MultiPolygon)> {
+        self.0.iter().flat_map(|(area, polygons)| {
+            polygons.iter().map(move |(_, polygon)| (area, polygon.orient(Direction::Default)))
+        })
+    }
+
+    /// The areas as they are configured.
+    pub fn configured(&self) -> impl Iterator<Item = &Area> {
+        self.0.iter().map(|(area, _)| area)
+    }
+
+    /// The same with other masks: those that are in force.
+    #[must_use]
+    pub fn with_masks_of(&self, other: &Self) -> Self {
+        let others = self.0.iter().filter(|(area, _)| area.kind != AreaKind::Mask);
+        Self(other.of_kind(&AreaKind::Mask).chain(others).cloned().collect())
+    }
+
+    fn of_kind(&self, kind: &AreaKind) -> impl Iterator<Item = &(Area, Polygons)> {
+        self.0.iter().filter(move |(area, _)| area.kind == *kind)
+    }
+}
 
 impl AlertAreas {
     /// Loads the areas of kind `alert`.
@@ -32,12 +89,7 @@ impl AlertAreas {
     /// # Errors
     /// A file cannot be read or holds something else than polygons.
     pub fn load(areas: &[Area]) -> Result<Self, AreaError> {
-        let load = |area: &Area| {
-            let name =
-                area.file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-            Ok((name, read(area)?))
-        };
-        areas.iter().filter(|area| area.kind == AreaKind::Alert).map(load).collect::<Result<_, _>>().map(Self)
+        Ok(Areas::load(&only(areas, &AreaKind::Alert))?.alerts())
     }
 
     /// The names of the areas that a place (degrees) is in.
@@ -56,8 +108,7 @@ impl Masks {
     /// # Errors
     /// A file cannot be read or holds something else than polygons.
     pub fn load(areas: &[Area]) -> Result<Self, AreaError> {
-        let masks = areas.iter().filter(|area| area.kind == AreaKind::Mask).map(read);
-        masks.collect::<Result<Vec<_>, _>>().map(|masks| Self(masks.into_iter().flatten().collect()))
+        Ok(Areas::load(&only(areas, &AreaKind::Mask))?.masks())
     }
 
     /// Whether there is none: then no position need be worked out.
@@ -72,15 +123,11 @@ impl Masks {
     }
 }
 
-/// The polygons of one file, whatever its kind: outer rings counterclockwise, holes clockwise, as RFC 7946 has them.
-///
-/// # Errors
-/// The file cannot be read, or holds something else than polygons.
-pub fn polygons_of(area: &Area) -> Result<Vec<MultiPolygon>, AreaError> {
-    Ok(read(area)?.into_iter().map(|(_, polygon)| polygon.orient(Direction::Default)).collect())
+fn only(areas: &[Area], kind: &AreaKind) -> Vec<Area> {
+    areas.iter().filter(|area| area.kind == *kind).cloned().collect()
 }
 
-fn read(area: &Area) -> Result<Vec<(Rect, MultiPolygon)>, AreaError> {
+fn read(area: &Area) -> Result<Polygons, AreaError> {
     let error = |problem: String| AreaError { file: area.file.clone(), problem };
     #[expect(clippy::disallowed_methods, reason = "the one place that reads areas")]
     let text =
@@ -88,7 +135,7 @@ fn read(area: &Area) -> Result<Vec<(Rect, MultiPolygon)>, AreaError> {
     polygons(&text).map_err(error)
 }
 
-fn polygons(text: &str) -> Result<Vec<(Rect, MultiPolygon)>, String> {
+fn polygons(text: &str) -> Result<Polygons, String> {
     let json: GeoJson = text.parse().map_err(|cause| format!("is no GeoJSON: {cause}"))?;
     let collection =
         GeometryCollection::try_from(&json).map_err(|cause| format!("is no GeoJSON: {cause}"))?;

@@ -11,6 +11,7 @@
 //! `sensors`, `fusion`, `output`), which asks for its keys and refuses the rest. The readers go through the tree rather
 //! than through serde, which stops at the first fault.
 
+mod changes;
 pub(crate) mod error;
 mod fusion;
 mod network;
@@ -25,11 +26,12 @@ mod types;
 
 use std::path::Path;
 
+pub use changes::{Change, changes};
 pub use error::{ConfigError, ConfigErrors, Place};
 pub use types::{
     Address, Area, AreaKind, Auth, Classification, Fusion, Http, Input, MAX_WINDOW_SLOTS, Output, Profile,
-    ProfileError, Radar, RadarAccuracy, Record, Sensor, SensorKind, SerialSource, Sink, Site, State,
-    Transponder, TransponderAccuracy,
+    ProfileError, Radar, RadarAccuracy, RateLimit, Record, Sensor, SensorKind, SerialSource, Sink, Site,
+    State, Transponder, TransponderAccuracy,
 };
 
 use error::Faults;

@@ -5,7 +5,7 @@ use std::path::{self, Path, PathBuf};
 
 use super::network::read_sink;
 use super::reader::{Item, Section, each};
-use super::types::{Auth, Http, Output, Record, SerialSource, State};
+use super::types::{Auth, Http, Output, RateLimit, Record, SerialSource, State};
 
 pub(super) fn read_output(mut section: Section<'_>) -> Option<Output> {
     let asterix = each(section.item("asterix"), read_sink);
@@ -53,15 +53,37 @@ pub(super) fn read_http(mut section: Section<'_>, config: &Path) -> Option<Http>
         let read: Vec<_> = list.list()?.iter().map(read_origin).collect();
         read.into_iter().collect()
     });
+    let limit = read_limit(&mut section);
     section.finish();
-    let (listen, auth, cors) = (listen?, auth.unwrap_or(Some(Auth::None))?, cors?);
-    if let (Auth::None, false, Some(item)) = (&auth, listen.ip().to_canonical().is_loopback(), listen_item) {
+    let http = Http { listen: listen?, auth: auth.unwrap_or(Some(Auth::None))?, cors: cors?, limit: limit? };
+    if let (Auth::None, false, Some(item)) = (&http.auth, http.is_local(), listen_item) {
         item.refuse(
             "without authentication the service listens on a loopback address only; write 127.0.0.1, \
              or auth = { mode = \"tokens\", tokens_file = … }",
         );
     }
-    Some(Http { listen, auth, cors })
+    Some(http)
+}
+
+/// `requests_per_s` and `requests_burst`.
+fn read_limit(section: &mut Section<'_>) -> Option<Option<RateLimit>> {
+    const RULE: &str = "requests a second of one address are a whole number, 0 (no limit) to 1000000";
+    let usual = RateLimit::default();
+    let requests_per_s = section
+        .item("requests_per_s")
+        .map_or(Some(usual.requests_per_s), |i| i.whole(0..=1_000_000u32, RULE));
+    if requests_per_s == Some(0) {
+        if let Some(item) = section.stray("requests_burst") {
+            item.refuse("with requests_per_s = 0 there is no limit; remove this key or set a rate");
+        }
+        return Some(None);
+    }
+    let rule = "requests at once are a whole number, 1 to 1000000";
+    let burst = section.item("requests_burst").map(|item| item.whole(1..=1_000_000u32, rule));
+    let requests_per_s = requests_per_s?;
+    // As the defaults are to each other: four seconds' worth.
+    let burst = burst.unwrap_or(Some(requests_per_s.saturating_mul(usual.burst / usual.requests_per_s)))?;
+    Some(Some(RateLimit { requests_per_s, burst }))
 }
 
 fn read_auth(mut section: Section<'_>, config: &Path) -> Option<Auth> {

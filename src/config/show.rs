@@ -7,8 +7,8 @@ use jiff::SignedDuration;
 use super::Config;
 use super::tree::quoted;
 use super::types::{
-    Address, AreaKind, Auth, Classification, Fusion, Input, Output, Radar, Sensor, SensorKind, SerialSource,
-    Sink, Site, Transponder,
+    Address, AreaKind, Auth, Classification, Fusion, Input, Output, Radar, RateLimit, Sensor, SensorKind,
+    SerialSource, Sink, Site, Transponder,
 };
 
 /// TOML that reads back to the same value. What is absent and has no default is a comment that says what that means.
@@ -43,6 +43,12 @@ impl Display for Config {
         }
         let cors: Vec<_> = self.http.cors.iter().map(|origin| quoted(origin)).collect();
         writeln!(f, "cors = [{}]", cors.join(", "))?;
+        match self.http.limit {
+            Some(RateLimit { requests_per_s, burst }) => {
+                writeln!(f, "requests_per_s = {requests_per_s}\nrequests_burst = {burst}")?;
+            }
+            None => writeln!(f, "requests_per_s = 0")?,
+        }
         let state = &self.state;
         writeln!(f, "\n[state]\ndir = {}", quoted(&state.dir.to_string_lossy()))?;
         writeln!(f, "history_hours = {:?}\nhistory_mib = {}", state.history_hours, state.history_mib)

@@ -352,6 +352,14 @@ fn output_http_state_and_areas() {
             "nobody reads",
         ),
         (listen, end("cors = [\"*\"]"), "30: http.cors[0] = \"*\"", "an origin is"),
+        (listen, end("requests_per_s = -1"), "30: http.requests_per_s = -1", "0 (no limit) to"),
+        (listen, end("requests_burst = 0"), "30: http.requests_burst = 0", "1 to 1000000"),
+        (
+            listen,
+            end("requests_per_s = 0\nrequests_burst = 9"),
+            "31: http.requests_burst = 9",
+            "there is no limit; remove this key",
+        ),
         (listen, end("cors = [\"https://a/b\"]"), "30: http.cors[0] = \"https://a/b\"", "an origin is"),
         (listen, end("[state]\ndir = \"\""), "31: state.dir = \"\"", "blank"),
         (listen, end("[stat]\ndir = \"x\""), "30: stat", "did you mean state?"),
@@ -394,5 +402,10 @@ fn output_http_state_and_areas() {
     let open = parse(&BASE.replace(listen, "listen = \"[::]:80\"\nauth = { mode = \"tokens\", tokens_file = \"/etc/tokens\" }\ncors = [\"https://a.example:8443\"]")).unwrap();
     assert_eq!(open.http.auth, Auth::Tokens { tokens_file: "/etc/tokens".into() });
     assert_eq!(open.http.cors, ["https://a.example:8443"]);
+    assert_eq!(open.http.limit, Some(RateLimit { requests_per_s: 50, burst: 200 }));
+    let limit = |keys: &str| parse(&BASE.replace(listen, keys)).unwrap().http.limit;
+    assert_eq!(limit("requests_per_s = 3"), Some(RateLimit { requests_per_s: 3, burst: 12 }));
+    assert_eq!(limit("requests_burst = 7"), Some(RateLimit { requests_per_s: 50, burst: 7 }));
+    assert_eq!(limit("requests_per_s = 0"), None);
     assert_eq!(parse(&open.to_string()).unwrap(), open);
 }

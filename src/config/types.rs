@@ -347,6 +347,31 @@ pub struct Http {
     pub auth: Auth,
     /// Origins whose pages may use it from a browser, beside its own.
     pub cors: Vec<String>,
+    /// How often one address, and one token, may ask; `None`: as often as it likes.
+    pub limit: Option<RateLimit>,
+}
+
+impl Http {
+    /// Whether only this machine can reach it.
+    pub fn is_local(&self) -> bool {
+        self.listen.ip().to_canonical().is_loopback()
+    }
+}
+
+/// How often one may ask.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RateLimit {
+    /// In the long run; at least 1.
+    pub requests_per_s: u32,
+    /// At once, by one who was silent; at least 1.
+    pub burst: u32,
+}
+
+/// Far beyond what the page and dashboards that poll come to.
+impl Default for RateLimit {
+    fn default() -> Self {
+        Self { requests_per_s: 50, burst: 200 }
+    }
 }
 
 /// Who may use the HTTP service.

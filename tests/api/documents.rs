@@ -18,6 +18,8 @@ async fn the_document_and_the_router_agree_both_ways() {
         for (method, operation) in operations.as_object().unwrap() {
             described.insert((path.clone(), method.clone()));
             assert!(operation["responses"]["200"]["content"].is_object(), "{path}");
+            let is_probe = path == "/healthz" || path == "/readyz";
+            assert_eq!(operation["responses"]["429"].is_object(), !is_probe, "{path}");
             // A stream does not end: that it is there is seen by what it refuses.
             let probe = match path.as_str() {
                 "/api/v1/stream" => format!("{path}?interval_ms=0"),

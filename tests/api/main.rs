@@ -6,6 +6,7 @@ mod auth;
 mod common;
 mod documents;
 mod limits;
+mod rate;
 mod routes;
 mod stream;
 mod tracks;

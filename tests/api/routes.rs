@@ -87,6 +87,49 @@ async fn coverage_and_areas_are_valid_polygons() {
 }
 
 #[tokio::test]
+async fn the_area_that_a_sensor_covers_is_shown_instead_of_its_circle() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("config/areas");
+    let file = folder.join("coverage.geojson");
+    let outline = [[-0.64, 52.48], [-0.54, 52.48], [-0.54, 52.53], [-0.64, 52.53], [-0.64, 52.48]];
+    let sensors = &flown().config.sensors;
+    for covered in sensors {
+        let site = Site::with(Options::default(), |config| {
+            let kind = AreaKind::Coverage { sensor: covered.id.clone() };
+            config.areas.push(Area { kind, file: file.clone() });
+        });
+        let coverage = site.get("/api/v1/coverage").await.json();
+        let mut seen = Vec::new();
+        for feature in coverage["features"].as_array().unwrap() {
+            let properties = &feature["properties"];
+            seen.push(properties["sensor"].as_str().unwrap().to_owned());
+            let range_m = sensors.iter().find(|s| s.id == seen[seen.len() - 1]).and_then(|s| match &s.kind {
+                SensorKind::Radar(radar) => radar.max_range_m,
+                SensorKind::Transponder(_) => None,
+            });
+            assert_eq!(properties["max_range_m"].as_f64(), range_m);
+            if properties["sensor"] == covered.id.as_str() {
+                assert_eq!(properties["shape"], "area");
+                assert_eq!(feature["geometry"]["coordinates"], serde_json::json!([[outline]]));
+            } else {
+                assert_eq!(properties["shape"], "circle");
+                check_polygon(&feature["geometry"]["coordinates"]);
+            }
+        }
+        // Once each: the radars, which have a range, and what has an area.
+        let wanted: Vec<_> = sensors
+            .iter()
+            .filter(|sensor| matches!(sensor.kind, SensorKind::Radar(_)) || sensor.id == covered.id)
+            .map(|sensor| sensor.id.clone())
+            .collect();
+        assert_eq!(seen, wanted);
+        let areas = site.get("/api/v1/areas").await.json();
+        let properties = &areas["features"][0]["properties"];
+        assert_eq!((&properties["kind"], &properties["name"]), (&"coverage".into(), &"coverage".into()));
+        assert_eq!(properties["sensor"], covered.id.as_str());
+    }
+}
+
+#[tokio::test]
 async fn readiness_says_what_is_missing() {
     let mut site = Site::plain();
     assert_eq!(site.get("/healthz").await.status, StatusCode::OK);

@@ -1,0 +1,182 @@
+//! How often one may ask: a bucket of requests for each address and each token, which fills again with time.
+//!
+//! Of a bucket only the time is kept at which it is full again (the generic cell rate algorithm); one that is full is
+//! forgotten.
+
+use std::collections::HashMap;
+use std::net::{IpAddr, Ipv6Addr};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use axum::http::StatusCode;
+
+use super::problem::Problem;
+use crate::config::RateLimit;
+use crate::time::{SECOND, Time};
+
+/// Buckets that are kept apart; beyond that newcomers share one, so that a crowd costs no memory.
+const BUCKETS: usize = 16_384;
+
+/// Whose bucket.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Who {
+    /// An address, of IPv6 a network of 64 bits: that is what one subscriber has.
+    Address(IpAddr),
+    /// A token, by its hash.
+    Token([u8; 32]),
+}
+
+impl Who {
+    /// Who asks from there.
+    pub fn of(address: IpAddr) -> Self {
+        Self::Address(match address {
+            IpAddr::V4(_) => address,
+            IpAddr::V6(v6) => Ipv6Addr::from_bits(v6.to_bits() >> 64 << 64).into(),
+        })
+    }
+}
+
+/// The limit that the requests pass.
+#[derive(Debug, Default)]
+pub struct Limiter {
+    buckets: Mutex<Buckets>,
+    refused: AtomicU64,
+}
+
+impl Limiter {
+    /// A request; a problem where it is one too many.
+    pub fn take(&self, who: Who, limit: Option<RateLimit>, now: Time) -> Result<(), Problem> {
+        let Some(limit) = limit else { return Ok(()) };
+        let mut buckets = self.buckets.lock().unwrap_or_else(PoisonError::into_inner);
+        let Err(wait_ns) = buckets.take(who, limit, now) else { return Ok(()) };
+        self.refused.fetch_add(1, Ordering::Relaxed);
+        let whose = match who {
+            Who::Address(_) => "this address",
+            Who::Token(_) => "this token",
+        };
+        let detail = format!("{whose} may ask {} times a second (http.requests_per_s)", limit.requests_per_s);
+        let wait_s = u32::try_from(wait_ns / SECOND + 1).unwrap_or(u32::MAX);
+        Err(Problem::new(StatusCode::TOO_MANY_REQUESTS, detail).retry_after_s(wait_s))
+    }
+
+    /// Requests that were refused.
+    pub fn refused(&self) -> u64 {
+        self.refused.load(Ordering::Relaxed)
+    }
+}
+
+#[derive(Debug, Default)]
+struct Buckets {
+    /// When each one's is full again, nanoseconds.
+    full_at: HashMap<Who, i64>,
+    /// The bucket of those for whom there is no place.
+    shared: i64,
+    swept: i64,
+}
+
+impl Buckets {
+    /// Takes a request out; where there is none, how long until there is, nanoseconds.
+    fn take(&mut self, who: Who, limit: RateLimit, now: Time) -> Result<(), i64> {
+        let now = now.nanos();
+        // Rounded up, so that it is never more than that a second.
+        let rate = i64::from(limit.requests_per_s);
+        let each = (SECOND + rate - 1) / rate;
+        let empty = now.saturating_add(each.saturating_mul(limit.burst.into()));
+        let full_at = self.bucket(who, now);
+        // Beyond that only where the clock stepped back, or the limit changed.
+        *full_at = (*full_at).clamp(now, empty);
+        if *full_at + each > empty {
+            return Err(*full_at + each - empty);
+        }
+        *full_at += each;
+        Ok(())
+    }
+
+    fn bucket(&mut self, who: Who, now: i64) -> &mut i64 {
+        if self.full_at.len() >= BUCKETS && !self.full_at.contains_key(&who) {
+            // At most once a second: a crowd must not cost a look at all of them each time.
+            if now.abs_diff(self.swept) >= SECOND as u64 {
+                self.swept = now;
+                self.full_at.retain(|_, full_at| *full_at > now);
+            }
+            if self.full_at.len() >= BUCKETS {
+                return &mut self.shared;
+            }
+        }
+        self.full_at.entry(who).or_insert(now)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+    use std::net::Ipv4Addr;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn address(number: u32) -> Who {
+        Who::of(Ipv4Addr::from(number).into())
+    }
+
+    proptest! {
+        /// Over any stretch of time, whoever asks, and whatever the clock did before.
+        #[test]
+        fn never_more_than_the_burst_and_the_rate(
+            requests_per_s in 1..100u32,
+            burst in 1..50u32,
+            steps in prop::collection::vec((0..300_000_000i64, 0..3u32), 1..400),
+            stepped_back_s in 0..100_000i64,
+        ) {
+            let limit = RateLimit { requests_per_s, burst };
+            let mut buckets = Buckets::default();
+            let mut now = 1_000_000 * SECOND;
+            for who in 0..3 {
+                let _ = buckets.take(address(who), limit, Time::from_nanos(now + stepped_back_s * SECOND));
+            }
+            let mut accepted: BTreeMap<u32, Vec<i64>> = BTreeMap::new();
+            for (step, who) in steps {
+                now += step;
+                match buckets.take(address(who), limit, Time::from_nanos(now)) {
+                    Ok(()) => accepted.entry(who).or_default().push(now),
+                    Err(wait) => {
+                        // Not sooner, and then it is so.
+                        prop_assert!(wait > 0);
+                        let mut later = Buckets { full_at: buckets.full_at.clone(), ..Buckets::default() };
+                        prop_assert!(later.take(address(who), limit, Time::from_nanos(now + wait - 1)).is_err());
+                        prop_assert!(later.take(address(who), limit, Time::from_nanos(now + wait)).is_ok());
+                    }
+                }
+            }
+            for times in accepted.values() {
+                for (from, first) in times.iter().enumerate() {
+                    for (to, last) in times.iter().enumerate().skip(from) {
+                        let allowed = f64::from(burst) + f64::from(requests_per_s) * (last - first) as f64 * 1e-9;
+                        prop_assert!((to - from + 1) as f64 <= allowed + 1e-6);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_crowd_shares_a_bucket_and_is_forgotten() {
+        let limit = RateLimit { requests_per_s: 1, burst: 1 };
+        let mut buckets = Buckets::default();
+        let at = |seconds: i64| Time::from_nanos((1_000 + seconds) * SECOND);
+        let crowd = 3 * BUCKETS as u32;
+        let accepted = (0..crowd).filter(|&who| buckets.take(address(who), limit, at(0)).is_ok()).count();
+        assert_eq!((accepted, buckets.full_at.len()), (BUCKETS + 1, BUCKETS));
+        assert!(buckets.take(address(crowd), limit, at(2)).is_ok());
+        assert_eq!(buckets.full_at.len(), 1);
+    }
+
+    #[test]
+    fn a_subscriber_of_ipv6_is_one() {
+        let of = |text: &str| Who::of(text.parse().unwrap());
+        assert_eq!(of("2001:db8::1"), of("2001:db8::ffff:1"));
+        assert_ne!(of("2001:db8::1"), of("2001:db8:0:1::1"));
+        assert_ne!(of("192.0.2.1"), of("192.0.2.2"));
+    }
+}

@@ -1,0 +1,42 @@
+//! What may change while the service runs: who may ask, how often, from which pages; and the areas that are shown.
+
+use super::auth::Tokens;
+use super::{StartError, sites};
+use crate::areas::Areas;
+use crate::config::{Auth, Config, RateLimit};
+
+/// The terms that requests are answered on.
+pub struct Terms {
+    /// `None`: everybody may ask.
+    pub(super) tokens: Option<Tokens>,
+    pub(super) cors: Vec<String>,
+    pub(super) limit: Option<RateLimit>,
+    /// GeoJSON.
+    pub(super) areas: Vec<u8>,
+    pub(super) coverage: Vec<u8>,
+}
+
+impl Terms {
+    /// Those of a configuration, whose areas have been read; the tokens are read now.
+    ///
+    /// # Errors
+    /// The file of the tokens cannot be used.
+    pub fn load(config: &Config, areas: &Areas) -> Result<Self, StartError> {
+        let tokens = match &config.http.auth {
+            Auth::None => None,
+            Auth::Tokens { tokens_file } => Some(Tokens::load(tokens_file)?),
+        };
+        Ok(Self {
+            tokens,
+            cors: config.http.cors.clone(),
+            limit: config.http.limit,
+            areas: sites::areas_json(areas),
+            coverage: sites::coverage_json(&config.sensors, areas),
+        })
+    }
+
+    /// How many tokens are accepted; `None`: none is asked for.
+    pub fn tokens(&self) -> Option<usize> {
+        self.tokens.as_ref().map(Tokens::count)
+    }
+}
