@@ -12,6 +12,7 @@ mod notify;
 pub mod pace;
 pub mod progress;
 pub mod record;
+mod reload;
 pub mod replay;
 pub mod run;
 pub mod serve;

@@ -5,24 +5,27 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use jiff::SignedDuration;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tracing::{error, info, warn};
 
 use super::notify::Notifier;
+use super::reload::{Reload, limits};
 use super::{CommandResult, Outcome};
 use crate::api::{self, ApiState};
-use crate::areas::{AlertAreas, Masks};
+use crate::areas::Areas;
 use crate::config::Config;
+use crate::current::Current;
 use crate::ingest::udp;
 use crate::live::{Alerts, Driver, Hub, Outlets, Service, now, observe};
 use crate::publish::{Recorder, Sinks};
 use crate::state::Keeper;
-use crate::store::{Historian, Limits, Store};
+use crate::store::{Historian, Store};
 
 /// Runs the live service: listens to the sensors, sends the fused picture, serves it over HTTP.
 ///
-/// Ctrl-C or SIGTERM ends it within 5 s, a second one at once; SIGHUP checks the file, which takes effect with a restart.
+/// Ctrl-C or SIGTERM ends it within 5 s, a second one at once. SIGHUP reads the file anew: tokens, limits and CORS of the
+/// API, areas of kind alert and coverage, output.asterix and the limits of the history change at once; the log names every
+/// key that needs a restart, and of an invalid file nothing is taken.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
     /// The site's configuration.
@@ -50,12 +53,12 @@ const STOP: Duration = Duration::from_secs(2);
 /// Runs the command.
 pub fn run(args: &Args) -> CommandResult {
     let config = Arc::new(Config::load(&args.config)?);
-    let masks = Masks::load(&config.areas)?;
+    let areas = Areas::load(&config.areas)?;
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
-    runtime.block_on(serve(args, config, masks))
+    runtime.block_on(serve(args, config, areas))
 }
 
-async fn serve(args: &Args, config: Arc<Config>, masks: Masks) -> CommandResult {
+async fn serve(args: &Args, config: Arc<Config>, areas: Areas) -> CommandResult {
     let mut signals = Signals::listen()?;
     // First of all: an address that is taken is told before anything is sent.
     let listen = config.http.listen;
@@ -63,7 +66,7 @@ async fn serve(args: &Args, config: Arc<Config>, masks: Masks) -> CommandResult 
         api::listen(listen).map_err(|error| format!("cannot listen on {listen} (http.listen): {error}"))?;
     let address = listener.local_addr()?;
     let started = now();
-    let mut driver = Driver::new(&config, masks, started, udp::lines(&config).len());
+    let mut driver = Driver::new(&config, areas.masks(), started, udp::lines(&config).len());
     let mut numbers = Keeper::load(&config.state.dir, started);
     let refused = driver.remember(&mut numbers);
     if refused > 0 {
@@ -76,21 +79,27 @@ async fn serve(args: &Args, config: Arc<Config>, masks: Masks) -> CommandResult 
     let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), started);
     let history = history(&config);
     let api = ApiState::start(hub.clone(), api::Options { history: history.clone(), ..Default::default() })?;
-    let outlets = Outlets {
-        hub: writer,
-        sinks: Sinks::open(&config.output.asterix)?,
-        recorder: recorded,
-        numbers: Some(kept),
+    let sinks = Sinks::open(&config.output.asterix)?;
+    let alert_areas = Current::from(areas.alerts());
+    let mut reload = Reload {
+        file: args.config.clone(),
+        config: Config::clone(&config),
+        areas,
+        api: api.clone(),
+        sinks: sinks.clone(),
+        alerts: alert_areas.clone(),
+        history: history.clone(),
     };
+    let outlets = Outlets { hub: writer, sinks, recorder: recorded, numbers: Some(kept) };
     let service = Service::start(config.clone(), driver, outlets, &tokio::runtime::Handle::current())?;
-    let alerts = Alerts::new(AlertAreas::load(&config.areas)?, started);
+    let alerts = Alerts::new(alert_areas, started);
     let observer = tokio::spawn(observe(hub.clone(), alerts, history.and_then(historian)));
     let http = tokio::spawn(api::serve(listener, api.clone()));
     info!("{}: running, http://{address}/; Ctrl-C ends it", config.site.name);
     let notifier = Notifier::from_env();
     notifier.tell("READY=1");
 
-    let ended = wait(args, &mut signals, &service, &hub, &notifier).await;
+    let ended = wait(&mut reload, &mut signals, &service, &hub, &notifier).await;
     info!("stopping");
     notifier.tell("STOPPING=1");
     // A second signal does not wait for what is owed.
@@ -119,13 +128,7 @@ async fn serve(args: &Args, config: Arc<Config>, masks: Masks) -> CommandResult 
 /// The history, where one is configured and can be opened: without it the service runs all the same.
 fn history(config: &Config) -> Option<Store> {
     let state = &config.state;
-    if state.history_hours <= 0.0 {
-        return None;
-    }
-    let limits = Limits {
-        age: SignedDuration::from_secs((state.history_hours * 3600.0) as i64),
-        octets: u64::from(state.history_mib) << 20,
-    };
+    let limits = limits(state)?;
     let path = state.dir.join("history.redb");
     let opened = std::fs::create_dir_all(&state.dir)
         .map_err(|error| format!("{}: {error}", state.dir.display()))
@@ -139,7 +142,7 @@ fn historian(store: Store) -> Option<Historian> {
 
 /// Until it is to end; an error where the engine has ended by itself.
 async fn wait(
-    args: &Args,
+    reload: &mut Reload,
     signals: &mut Signals,
     service: &Service,
     hub: &Hub,
@@ -147,12 +150,12 @@ async fn wait(
 ) -> Result<(), Box<dyn Error + Send + Sync>> {
     let mut watch = tokio::time::interval(WATCH);
     let mut statuses = hub.statuses();
-    let Signals { interrupt, terminate, reload: hangup } = signals;
+    let Signals { interrupt, terminate, hangup } = signals;
     loop {
         tokio::select! {
             _ = interrupt.recv() => return Ok(()),
             _ = terminate.recv() => return Ok(()),
-            _ = hangup.recv() => reload(args),
+            _ = hangup.recv() => reload.again(),
             // Once a second, from the engine's own thread: where it hangs, the watchdog is not told otherwise.
             Ok(()) = statuses.changed() => notifier.tell("WATCHDOG=1"),
             _ = watch.tick() => {
@@ -164,19 +167,11 @@ async fn wait(
     }
 }
 
-/// SIGHUP: what cannot change while it runs is told.
-fn reload(args: &Args) {
-    match Config::load(&args.config) {
-        Ok(_) => warn!("{}: is valid; it takes effect with a restart", args.config.display()),
-        Err(errors) => error!("the configuration stays as it was:\n{errors}"),
-    }
-}
-
 /// What the system asks of the process.
 struct Signals {
     interrupt: Signal,
     terminate: Signal,
-    reload: Signal,
+    hangup: Signal,
 }
 
 impl Signals {
@@ -184,7 +179,7 @@ impl Signals {
         Ok(Self {
             interrupt: signal(SignalKind::interrupt())?,
             terminate: signal(SignalKind::terminate())?,
-            reload: signal(SignalKind::hangup())?,
+            hangup: signal(SignalKind::hangup())?,
         })
     }
 

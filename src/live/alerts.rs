@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use super::health::{SensorState, SensorStatus};
 use crate::areas::AlertAreas;
+use crate::current::Current;
 use crate::picture::{Picture, PictureMaker};
 use crate::time::{SECOND, Time};
 
@@ -74,7 +75,7 @@ pub struct Alert {
 /// Keeps the alerts.
 #[derive(Debug, Default)]
 pub struct Alerts {
-    areas: AlertAreas,
+    areas: Current<AlertAreas>,
     /// Sensors are not looked at before.
     settled: Time,
     next_id: u64,
@@ -86,8 +87,9 @@ pub struct Alerts {
 
 impl Alerts {
     /// None yet; tracks inside `areas` raise one. `started` is now.
-    pub fn new(areas: AlertAreas, started: Time) -> Self {
-        Self { areas, settled: Time::from_nanos(started.nanos() + SETTLE_NS), next_id: 1, ..Self::default() }
+    pub fn new(areas: impl Into<Current<AlertAreas>>, started: Time) -> Self {
+        let settled = Time::from_nanos(started.nanos() + SETTLE_NS);
+        Self { areas: areas.into(), settled, next_id: 1, ..Self::default() }
     }
 
     /// Those that last, then those that ended, the latest first.
@@ -100,11 +102,11 @@ impl Alerts {
 
     /// Looks at a slot's tracks; whether anything changed.
     pub fn note_picture(&mut self, picture: &Picture, maker: &PictureMaker) -> bool {
-        let now = picture.time;
+        let (now, areas) = (picture.time, self.areas.get());
         let mut inside = Vec::new();
         for track in &picture.tracks {
             let place = &track.position;
-            for area in self.areas.around(place.longitude_deg(), place.latitude_deg()) {
+            for area in areas.around(place.longitude_deg(), place.latitude_deg()) {
                 inside.push((maker.track_id(track), area.to_owned(), track.source_name()));
             }
         }

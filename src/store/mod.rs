@@ -14,6 +14,7 @@ use redb::{Database, ReadableDatabase, ReadableTable, TableDefinition};
 pub use codec::Kept;
 pub use historian::Historian;
 
+use crate::current::Current;
 use crate::time::Time;
 
 /// Pictures by time, nanoseconds since the epoch.
@@ -43,7 +44,7 @@ pub struct Limits {
 #[derive(Clone, Debug)]
 pub struct Store {
     database: Arc<Database>,
-    limits: Limits,
+    limits: Current<Limits>,
 }
 
 /// What went wrong with the history; it never disturbs the service.
@@ -79,7 +80,12 @@ impl Store {
             Ok(database)
         };
         let database = open().map_err(|source| StoreError { path: path.to_owned(), source })?;
-        Ok(Self { database: Arc::new(database), limits })
+        Ok(Self { database: Arc::new(database), limits: limits.into() })
+    }
+
+    /// Other limits from now on; what is beyond them goes with what is kept next.
+    pub fn limit(&self, limits: Limits) {
+        self.limits.replace(limits);
     }
 
     /// Keeps pictures, and forgets what is too old or too much. All or nothing.
@@ -87,6 +93,7 @@ impl Store {
     /// # Errors
     /// The disk is full, for example: nothing of these is kept then.
     pub fn keep(&self, pictures: &[Snapshot]) -> Result<(), redb::Error> {
+        let limits = self.limits.get();
         let writing = self.database.begin_write()?;
         {
             let mut by_time = writing.open_table(PICTURES)?;
@@ -103,14 +110,14 @@ impl Store {
                 }
             }
             let newest = by_time.last()?.map_or(i64::MIN, |(time, _)| time.value());
-            let oldest = newest.saturating_sub(self.limits.age.as_nanos() as i64);
+            let oldest = newest.saturating_sub(limits.age.as_nanos() as i64);
             for _ in 0..BATCH {
                 let Some((time, whole)) =
                     by_time.first()?.map(|(time, whole)| (time.value(), whole.value().to_vec()))
                 else {
                     break;
                 };
-                if time >= oldest && octets <= self.limits.octets {
+                if time >= oldest && octets <= limits.octets {
                     break;
                 }
                 let tracks = codec::tracks(&whole).unwrap_or_default();

@@ -73,6 +73,18 @@ fn what_is_too_old_or_too_much_is_forgotten() {
 }
 
 #[test]
+fn other_limits_hold_from_then_on() {
+    let path = scratch("limits");
+    let limits = Limits { age: SignedDuration::from_hours(1), octets: 1 << 30 };
+    let store = Store::open(&path, limits).unwrap();
+    store.keep(&pictures(0..100)).unwrap();
+    store.clone().limit(Limits { age: SignedDuration::from_secs(10), ..limits });
+    store.keep(&pictures(100..101)).unwrap();
+    assert_eq!(store.span().unwrap(), Some((at(90), at(100))));
+    let _ = std::fs::remove_file(&path);
+}
+
+#[test]
 fn a_file_of_something_else_is_told() {
     let path = scratch("else");
     std::fs::write(&path, vec![7; 4096]).unwrap();

@@ -11,4 +11,5 @@ mod process;
 #[allow(dead_code, reason = "shared by several tests")]
 mod program;
 mod recorder;
+mod reload;
 mod sockets;
