@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand. Data on standard output, everything else on standard error.
 
+mod broadcast;
 pub mod check;
 pub mod completions;
 pub mod decode;
@@ -17,6 +18,8 @@ pub mod replay;
 pub mod run;
 pub mod serve;
 pub mod simulate;
+mod stage;
+mod stop;
 pub mod summary;
 mod table;
 

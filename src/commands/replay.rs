@@ -1,29 +1,25 @@
 //! `replay`: captured files through the engine.
 
-use std::fs::File;
-use std::io::{self, BufWriter, IsTerminal, Write};
+use std::error::Error;
+use std::io::{self, IsTerminal, Write};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
 use indicatif::ProgressBar;
-use jiff::SignedDuration;
 use jiff::civil::Date;
 use tracing::{error, info, warn};
 
 use super::moment::{Moment, Speed, day};
-use super::pace::Pace;
-use super::summary::Summary;
+use super::stage::Stage;
 use super::{CommandResult, Outcome, Usage, progress};
 use crate::areas::Masks;
 use crate::config::{Config, Profile};
-use crate::fusion::Emission;
-use crate::ingest::{Capture, Merged, Reception};
-use crate::picture::{Picture, PictureMaker};
+use crate::ingest::{Capture, Merged, OpenError, Reception};
+use crate::picture::PictureMaker;
 use crate::pipeline::{Event, Output, Pipeline};
-use crate::publish::{OutputFormat, PictureWriter};
-use crate::time::Time;
+use crate::publish::OutputFormat;
 
 /// Replays captured files through the same engine as the live service.
 ///
@@ -46,7 +42,7 @@ pub struct Args {
     /// The engine's profile, instead of the configuration's.
     #[arg(long, value_name = "PROFILE")]
     pub profile: Option<String>,
-    /// How many times faster than it happened; `max`: as fast as it goes. By default max, with --serve 1.
+    /// How many times faster than it happened; `max`: as fast as it goes. By default max, with --udp or --serve 1.
     #[arg(long, value_name = "N|max")]
     pub speed: Option<Speed>,
     /// No output before this time of the flight: 2026-11-20T10:00:00Z, 10:00:00 or +90s.
@@ -62,8 +58,16 @@ pub struct Args {
     /// file (`….numbers.json` of a recording). It is only read.
     #[arg(long, value_name = "DIR")]
     pub state: Option<PathBuf>,
+    /// Sends the output as the service would, CAT129 and CAT065 to `[output] asterix`, in real time; Ctrl-C ends it. The
+    /// times in it are those of the recording.
+    #[arg(long)]
+    pub udp: bool,
+    /// Begins again at the end, with --udp or --serve, until Ctrl-C. The times are those of the recording each time: they
+    /// step back where it begins again.
+    #[arg(long = "loop")]
+    pub again: bool,
     /// Serves the API and the map of it, until Ctrl-C; it can be paused, sped up, and taken to another time.
-    #[arg(long, conflicts_with_all = ["output", "start", "end", "stats"])]
+    #[arg(long, conflicts_with_all = ["output", "start", "end", "stats", "udp"])]
     pub serve: bool,
     /// Where --serve listens, instead of the configuration's http.listen.
     #[arg(long, value_name = "ADDR", requires = "serve")]
@@ -75,6 +79,7 @@ pub struct Args {
 
 /// Runs the command; the summary goes to `stdout` unless the output does.
 pub fn run(args: &Args) -> CommandResult {
+    check(args)?;
     let mut config = Config::load(&args.config)?;
     if let Some(name) = &args.profile {
         let profile = name.parse::<Profile>().and_then(Profile::supported);
@@ -90,29 +95,43 @@ pub fn run(args: &Args) -> CommandResult {
             }
         };
         config.http.listen = args.http.unwrap_or(config.http.listen);
-        return super::serve::replay(args.inputs.clone(), args.date, Arc::new(config), masks, speed);
+        return super::serve::replay(args, Arc::new(config), masks, speed);
     }
-    let captures = args.inputs.iter().map(|path| Capture::open(path)).collect::<Result<Vec<_>, _>>()?;
-    let output = Destination::open(args, &config)?;
+    let captures = open(args)?;
+    let maker = PictureMaker::new(&config, Pipeline::new(&config, masks.clone()).normaliser());
+    let mut stage = Stage::open(args, &config, maker)?;
     let to_stdout = args.output.as_deref() == Some(Path::new("-"));
+    let numbers = args.state.as_deref().map(crate::state::read_numbers).transpose()?.unwrap_or_default();
 
     #[expect(clippy::disallowed_methods, reason = "how long it took")]
     let started = Instant::now();
-    let mut replay = Replay::new(args, &config, masks, output);
-    if let Some(state) = &args.state {
-        let numbers = crate::state::read_numbers(state)?;
-        let refused = numbers.iter().filter(|&&given| !replay.pipeline.remember(given)).count();
+    let pass = |stage: &mut Stage<'_>, captures| {
+        let mut pipeline = Pipeline::new(&config, masks.clone());
+        let refused = numbers.iter().filter(|&&given| !pipeline.remember(given)).count();
         if refused > 0 {
-            warn!("{}: {refused} numbers contradict others and are given anew", state.display());
+            warn!("{refused} numbers of --state contradict others and are given anew");
         }
+        let mut replay = Replay { pipeline, stage, warnings: 0, bar: None };
+        let outcome = replay.run(captures, args.date)?;
+        Ok::<_, Box<dyn Error + Send + Sync>>((outcome, replay.pipeline))
+    };
+    let (mut outcome, mut pipeline) = pass(&mut stage, captures)?;
+    // A recording without a slot would go round without a pause.
+    while args.again && !stage.is_over() && !stage.summary.is_empty() {
+        info!("the recording has come to its end and begins again");
+        stage.begin_anew();
+        (outcome, pipeline) = pass(&mut stage, open(args)?)?;
     }
-    let outcome = replay.run(captures)?;
-    let (summary, pipeline) = replay.finish()?;
+    let summary = std::mem::take(&mut stage.summary);
+    let failed = stage.finish()?;
 
     let mut text = summary.text(pipeline.tally(), &config)?;
     let unnumbered = pipeline.engine().unnumbered();
     if unnumbered > 0 {
         text += &format!("dropped    {unnumbered} points of transponders for which no number was left\n");
+    }
+    if failed > 0 {
+        text += &format!("failed     {failed} datagrams could not be sent\n");
     }
     if args.stats {
         text += &format!("took       {:.3} s\n", started.elapsed().as_secs_f64());
@@ -122,102 +141,57 @@ pub fn run(args: &Args) -> CommandResult {
     } else if args.stats {
         io::stderr().write_all(text.as_bytes())?;
     }
-    Ok(outcome)
+    Ok(if failed > 0 && outcome == Outcome::Done { Outcome::Incomplete } else { outcome })
 }
 
-/// Where pictures are written; nowhere without `-o`.
-struct Destination(Option<PictureWriter<Box<dyn Write>>>);
+fn open(args: &Args) -> Result<Vec<Capture>, OpenError> {
+    args.inputs.iter().map(|path| Capture::open(path)).collect()
+}
 
-impl Destination {
-    fn open(args: &Args, config: &Config) -> Result<Self, Box<dyn std::error::Error + Send + Sync>> {
-        let Some(path) = &args.output else {
-            return match args.output_format {
-                Some(_) => {
-                    Err(Usage("--output-format needs -o FILE, or -o - for standard output".to_owned()).into())
-                }
-                None => Ok(Self(None)),
-            };
-        };
-        let format = args.output_format.or_else(|| OutputFormat::of(path)).ok_or_else(|| {
-            Usage(format!(
-                "-o {}: the extension is none of .ast .pcap .ndjson .geojson .csv; name one with --output-format",
-                path.display()
-            ))
-        })?;
-        let same = |input: &PathBuf| std::fs::canonicalize(input).ok() == std::fs::canonicalize(path).ok();
-        if path.exists() && args.inputs.iter().any(same) {
-            return Err(
-                Usage(format!("-o {} is also an input: it would be overwritten", path.display())).into()
-            );
-        }
-        let out: Box<dyn Write> = if path == Path::new("-") {
-            Box::new(BufWriter::new(io::stdout().lock()))
-        } else {
-            #[expect(clippy::disallowed_methods, reason = "the file that -o names")]
-            let file = File::create(path)
-                .map_err(|error| format!("{}: cannot be written: {error}", path.display()))?;
-            Box::new(BufWriter::with_capacity(1 << 16, file))
-        };
-        Ok(Self(Some(PictureWriter::new(format, out, config)?)))
+/// What makes no sense together.
+fn check(args: &Args) -> Result<(), Usage> {
+    let refuse = |text: &str| Err(Usage(text.to_owned()));
+    if args.again && !args.udp && !args.serve {
+        return refuse("--loop needs --udp or --serve: anything else would never end");
     }
+    if args.again && args.output.is_some() {
+        return refuse("--loop and -o exclude each other: the file would grow without end");
+    }
+    if (args.again || args.serve) && args.inputs.iter().any(|path| path == Path::new("-")) {
+        return refuse(
+            "--loop and --serve read the input several times, and standard input cannot be; name a file",
+        );
+    }
+    Ok(())
 }
 
-struct Replay<'a> {
-    args: &'a Args,
+/// A pass through the recording.
+struct Replay<'a, 'b> {
     pipeline: Pipeline,
-    stage: Stage<'a>,
+    stage: &'b mut Stage<'a>,
     warnings: u32,
     /// On a terminal.
     bar: Option<ProgressBar>,
 }
 
-/// What happens to an emission.
-struct Stage<'a> {
-    args: &'a Args,
-    maker: PictureMaker,
-    output: Destination,
-    summary: Summary,
-    pace: Pace,
-    /// The first reception: what `--start` and `--end` may be relative to.
-    first: Option<Time>,
-    /// From the opening of a slot to its emission.
-    latency: SignedDuration,
-    failed: Option<io::Error>,
-}
-
 /// Warnings that are printed one by one; the rest is only counted.
 const WARNINGS_SHOWN: u32 = 20;
 
-impl<'a> Replay<'a> {
-    fn new(args: &'a Args, config: &Config, masks: Masks, output: Destination) -> Self {
-        let pipeline = Pipeline::new(config, masks);
-        let stage = Stage {
-            args,
-            maker: PictureMaker::new(config, pipeline.normaliser()),
-            output,
-            summary: Summary::default(),
-            pace: Pace::new(args.speed.unwrap_or(Speed::Max)),
-            first: None,
-            latency: config.fusion.latency(),
-            failed: None,
-        };
-        Self { args, pipeline, stage, warnings: 0, bar: None }
-    }
-
-    fn run(&mut self, captures: Vec<Capture>) -> CommandResult {
+impl Replay<'_, '_> {
+    fn run(&mut self, captures: Vec<Capture>, date: Date) -> CommandResult {
         for capture in &captures {
             let compressed = if capture.is_compressed() { ", gzip-compressed" } else { "" };
             info!("{}: {}{compressed}", capture.name(), capture.format());
         }
         let total = captures.iter().map(Capture::size).sum::<Option<u64>>();
         self.bar = io::stderr().is_terminal().then(|| progress::bar(total));
-        let mut merged = Merged::new(captures, self.args.date);
+        let mut merged = Merged::new(captures, date);
         let mut outcome = Outcome::Done;
         let mut count: u64 = 0;
         while let Some(next) = merged.next() {
             match next {
                 Ok(reception) => {
-                    if self.stage.ended(reception.received) {
+                    if !self.stage.goes_on(reception.received)? {
                         break;
                     }
                     self.receive(&reception, &merged);
@@ -226,9 +200,6 @@ impl<'a> Replay<'a> {
                     error!("{damage}");
                     outcome = Outcome::InputUnreadable;
                 }
-            }
-            if let Some(error) = self.stage.failed.take() {
-                return Err(error.into());
             }
             count += 1;
             if let Some(bar) = &self.bar
@@ -249,31 +220,20 @@ impl<'a> Replay<'a> {
     }
 
     fn receive(&mut self, reception: &Reception, merged: &Merged) {
-        let Self { pipeline, stage, warnings, bar, .. } = self;
-        if stage.first.is_none() {
-            stage.first = reception.received;
-        }
+        let Self { pipeline, stage, warnings, bar } = self;
         pipeline.receive(reception, |output| match output {
             Output::Emission(emission) => stage.emit(emission),
-            Output::Event(event) if event.is_warning() => {
-                *warnings += 1;
-                let capture = merged.captures().nth(reception.input).map_or("", Capture::name);
-                let tell = || report(&event, reception, capture, *warnings);
-                // Not into the line of the bar.
-                bar.as_ref().map_or_else(tell, |bar| bar.suspend(tell));
+            Output::Event(event) => {
+                stage.note(&event, reception.received);
+                if event.is_warning() {
+                    *warnings += 1;
+                    let capture = merged.captures().nth(reception.input).map_or("", Capture::name);
+                    let tell = || report(&event, reception, capture, *warnings);
+                    // Not into the line of the bar.
+                    bar.as_ref().map_or_else(tell, |bar| bar.suspend(tell));
+                }
             }
-            Output::Event(_) => {}
         });
-    }
-
-    fn finish(self) -> Result<(Summary, Pipeline), io::Error> {
-        if let Some(error) = self.stage.failed {
-            return Err(error);
-        }
-        if let Some(writer) = self.stage.output.0 {
-            writer.finish()?;
-        }
-        Ok((self.stage.summary, self.pipeline))
     }
 }
 
@@ -293,37 +253,5 @@ fn report(event: &Event, reception: &Reception, capture: &str, number: u32) {
     match reception.received {
         Some(received) => warn!("{capture}: {received}: {event}"),
         None => warn!("{capture}: {event}"),
-    }
-}
-
-impl Stage<'_> {
-    fn emit(&mut self, emission: Emission) {
-        if self.failed.is_some() {
-            return;
-        }
-        let picture = self.maker.picture(emission);
-        if !self.is_wanted(&picture) {
-            return;
-        }
-        self.pace.wait_for(picture.time);
-        self.summary.count(&picture);
-        if let Some(writer) = &mut self.output.0 {
-            self.failed = writer.write(&picture, &self.maker).err();
-        }
-    }
-
-    fn is_wanted(&self, picture: &Picture) -> bool {
-        let Some(first) = self.first else { return true };
-        let at = |moment: Option<Moment>| moment.map(|moment| moment.resolve(first));
-        at(self.args.start).is_none_or(|start| start <= picture.time)
-            && at(self.args.end).is_none_or(|end| picture.time < end)
-    }
-
-    /// Whether every slot that is wanted was due before this reception.
-    fn ended(&self, received: Option<Time>) -> bool {
-        let (Some(first), Some(end), Some(received)) = (self.first, self.args.end, received) else {
-            return false;
-        };
-        received > end.resolve(first) + self.latency
     }
 }

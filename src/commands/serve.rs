@@ -2,15 +2,14 @@
 
 use std::error::Error;
 use std::net::SocketAddr;
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
 use jiff::SignedDuration;
-use jiff::civil::Date;
 use tokio::net::TcpListener;
 use tracing::{error, info};
 
+use super::replay::Args;
 use super::simulate::{send, start};
 use super::{CommandResult, Outcome, Usage};
 use crate::api::{self, ApiState};
@@ -28,13 +27,8 @@ use crate::simulate::{Scenario, Simulation, simulate};
 ///
 /// # Errors
 /// An input cannot be opened, or the address is taken.
-pub fn replay(
-    inputs: Vec<PathBuf>,
-    date: Date,
-    config: Arc<Config>,
-    masks: Masks,
-    speed: f64,
-) -> CommandResult {
+pub fn replay(args: &Args, config: Arc<Config>, masks: Masks, speed: f64) -> CommandResult {
+    let (inputs, date, again) = (args.inputs.clone(), args.date, args.again);
     let open: OpenCaptures = Box::new(move || inputs.iter().map(|path| Capture::open(path)).collect());
     open()?; // a wrong path is told at once
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
@@ -44,7 +38,7 @@ pub fn replay(
         let maker = PictureMaker::new(&config, Pipeline::new(&config, masks.clone()).normaliser());
         let (writer, hub) = Hub::new(config.clone(), Arc::new(maker), now());
         let areas = AlertAreas::load(&config.areas)?;
-        let (player, _) = Player::start(open, date, config, masks, writer, speed)?;
+        let (player, _) = Player::start(open, date, config, masks, writer, (speed, again))?;
         let options = api::Options { player: Some(player), ..Default::default() };
         let api = ApiState::start(hub.clone(), options)?;
         tokio::spawn(observe(hub.clone(), Alerts::new(areas, hub.started), None));
@@ -120,7 +114,7 @@ fn fly(scenario: &Scenario, mut seed: u64, first: Simulation) {
 /// Where the API listens: without tokens only on this machine.
 fn listen(config: &Config) -> Result<TcpListener, Box<dyn Error + Send + Sync>> {
     let listen = config.http.listen;
-    if config.http.auth == Auth::None && !listen.ip().is_loopback() {
+    if config.http.auth == Auth::None && !config.http.is_local() {
         return Err(
             Usage(format!("{listen}: without tokens (http.auth) only a loopback address is served")).into()
         );

@@ -29,6 +29,11 @@ struct Aircraft {
 }
 
 impl Summary {
+    /// Whether there was no slot.
+    pub fn is_empty(&self) -> bool {
+        self.slots == 0
+    }
+
     /// Counts a picture.
     pub fn count(&mut self, picture: &Picture) {
         self.slots += 1;

@@ -19,6 +19,7 @@ mod service;
 
 pub use alerts::{Alert, AlertKind, Alerts, Severity};
 pub use driver::{Driver, Made};
+pub(crate) use health::Health;
 pub use health::{LineStatus, SensorState, SensorStatus, Unknown};
 pub use hub::{Frame, Hub, HubWriter, Status};
 pub use observer::observe;

@@ -58,7 +58,7 @@ pub struct Player {
 }
 
 impl Player {
-    /// Starts a replay on a thread of its own; it begins at once.
+    /// Starts a replay on a thread of its own; it begins at once, at that speed, and again at the end where that is `true`.
     ///
     /// # Errors
     /// No thread could be started.
@@ -68,14 +68,25 @@ impl Player {
         config: Arc<Config>,
         masks: Masks,
         hub: HubWriter,
-        speed: f64,
+        (speed, again): (f64, bool),
     ) -> io::Result<(Self, JoinHandle<()>)> {
         let (orders, ordered) = mpsc::channel();
         let begin = PlayerState { playing: true, speed, time: None, first: None, ended: false };
         let (state, watched) = watch::channel(begin);
         let last = Arc::new(OnceLock::new());
-        let show =
-            Show { config, masks, hub, state, orders: ordered, anchor: None, from: None, last: last.clone() };
+        let show = Show {
+            config,
+            masks,
+            hub,
+            state,
+            orders: ordered,
+            again,
+            seq: 0,
+            shown: false,
+            anchor: None,
+            from: None,
+            last: last.clone(),
+        };
         let thread =
             std::thread::Builder::new().name("replay".to_owned()).spawn(move || show.run(&open, date))?;
         Ok((Self { orders, state: watched, last }, thread))
@@ -119,6 +130,12 @@ struct Show {
     hub: HubWriter,
     state: watch::Sender<PlayerState>,
     orders: Receiver<Order>,
+    /// Whether it begins again at the end.
+    again: bool,
+    /// Counts the slots that were shown, also when it goes back: readers tell by it what is new.
+    seq: u64,
+    /// Whether one was shown since it began.
+    shown: bool,
     /// A slot's time, and when it was shown: what follows keeps its distance to it.
     anchor: Option<(Time, Instant)>,
     /// Slots before this time are passed over.
@@ -149,7 +166,7 @@ impl Show {
     ) -> Result<Next, Box<dyn Error + Send + Sync>> {
         let mut driver = Driver::new(&self.config, self.masks.clone(), now(), 0);
         let merged = Merged::new(open()?, date);
-        self.anchor = None;
+        (self.anchor, self.shown) = (None, false);
         self.state.send_modify(|state| state.ended = false);
         let mut next_status = Time::default();
         for reception in merged {
@@ -189,6 +206,20 @@ impl Show {
         info!("the recording has come to its end");
         if let Some(time) = self.state.borrow().time {
             self.last.get_or_init(|| time);
+        }
+        // A recording without a slot would go round without a pause.
+        if self.again && self.shown {
+            self.from = None;
+            let slot = self.config.fusion.slot.unsigned_abs();
+            let speed = self.state.borrow().speed;
+            return Ok(match self.orders.recv_timeout(slot.div_f64(speed)) {
+                Ok(order) => {
+                    self.obey(order, None);
+                    Next::Again
+                }
+                Err(RecvTimeoutError::Timeout) => Next::Again,
+                Err(RecvTimeoutError::Disconnected) => Next::End,
+            });
         }
         self.state.send_modify(|state| (state.playing, state.ended) = (false, true));
         loop {
@@ -237,7 +268,8 @@ impl Show {
                 Err(RecvTimeoutError::Disconnected) => return Next::End,
             }
         }
-        frame.published_at = now();
+        (self.seq, self.shown) = (self.seq + 1, true);
+        (frame.seq, frame.published_at) = (self.seq, now());
         self.hub.publish(frame);
         self.state.send_modify(|state| state.time = Some(time));
         Next::GoOn
@@ -290,7 +322,7 @@ mod tests {
     use crate::picture::PictureMaker;
     use crate::pipeline::Pipeline;
 
-    fn started(speed: f64) -> (Player, Hub, JoinHandle<()>) {
+    fn started(speed: f64, again: bool) -> (Player, Hub, JoinHandle<()>) {
         let site = include_str!("../../testdata/demo/site.toml");
         let config = Arc::new(Config::parse(site, "site.toml", std::iter::empty()).unwrap());
         let maker = PictureMaker::new(&config, Pipeline::new(&config, Masks::default()).normaliser());
@@ -298,7 +330,8 @@ mod tests {
         let capture = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/demo/capture.pcap");
         let open: OpenCaptures = Box::new(move || Ok(vec![Capture::open(&capture)?]));
         let date = jiff::civil::Date::default();
-        let (player, thread) = Player::start(open, date, config, Masks::default(), writer, speed).unwrap();
+        let (player, thread) =
+            Player::start(open, date, config, Masks::default(), writer, (speed, again)).unwrap();
         (player, hub, thread)
     }
 
@@ -316,7 +349,7 @@ mod tests {
 
     #[test]
     fn it_plays_to_the_end_pauses_and_seeks_both_ways() {
-        let (player, hub, thread) = started(1000.0);
+        let (player, hub, thread) = started(1000.0, false);
         wait(|| player.state().ended);
         let end = player.state();
         let (first, last) = (end.first.unwrap(), end.time.unwrap());
@@ -332,6 +365,19 @@ mod tests {
         player.order(Order::Speed(2000.0));
         player.order(Order::Play);
         wait(|| player.state().ended && player.state().time == Some(last));
+        drop(player);
+        thread.join().unwrap();
+    }
+
+    #[test]
+    fn it_begins_again_and_goes_on_counting() {
+        let (player, hub, thread) = started(1e6, true);
+        let slots = || hub.latest().map_or(0, |frame| frame.seq);
+        // 75 s have some 300 slots.
+        wait(|| slots() > 1000);
+        assert!(!player.state().ended && player.last().is_some());
+        let before = slots();
+        wait(|| slots() > before);
         drop(player);
         thread.join().unwrap();
     }

@@ -12,4 +12,5 @@ mod process;
 mod program;
 mod recorder;
 mod reload;
+mod replayed;
 mod sockets;

@@ -61,6 +61,14 @@ fn wrong_usage_is_told_with_code_2() {
         (&["replay", capture, "--config", site, "--start", "noon"], "write it as 2026-11-20T10:00:00Z"),
         (&["replay", capture, "--config", site, "--speed", "0"], "write `max`, or how many times faster"),
         (&["replay", capture, "--config", site, "--date", "2026-02-30"], "--date <YYYY-MM-DD>"),
+        (&["replay", capture, "--config", site, "--loop"], "--loop needs --udp or --serve"),
+        (
+            &["replay", capture, "--config", site, "--loop", "--udp", "-o", unknown],
+            "--loop and -o exclude each other",
+        ),
+        (&["replay", "-", "--config", site, "--loop", "--udp"], "standard input cannot be; name a file"),
+        (&["replay", "-", "--config", site, "--serve"], "standard input cannot be; name a file"),
+        (&["replay", capture, "--config", site, "--udp", "--serve"], "cannot be used with '--serve'"),
     ] {
         let ran = ran(Command::new(env!("CARGO_BIN_EXE_utm-fusion")).args(args).stdin(Stdio::null()));
         assert_eq!(ran.code, 2, "{args:?}: {}", ran.stderr);
@@ -68,6 +76,14 @@ fn wrong_usage_is_told_with_code_2() {
         assert!(ran.stdout.is_empty(), "{args:?}");
     }
     assert!(!Path::new(unknown).exists());
+}
+
+#[test]
+fn there_must_be_somewhere_to_send_to() {
+    let flight = demo();
+    let ran = ran(flight.replay(&[&flight.capture()]).arg("--udp").env("UTM_FUSION__OUTPUT__ASTERIX", "[]"));
+    assert_eq!(ran.code, 2, "{}", ran.stderr);
+    assert!(ran.stderr.contains("--udp: the configuration names no output.asterix"), "{}", ran.stderr);
 }
 
 #[test]

@@ -1,0 +1,186 @@
+//! What happens to the pictures of a replay: they are waited for, counted, written, sent.
+
+use std::error::Error;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use jiff::SignedDuration;
+
+use super::Usage;
+use super::broadcast::Broadcast;
+use super::moment::{Moment, Speed};
+use super::pace::Pace;
+use super::replay::Args;
+use super::stop::Stop;
+use super::summary::Summary;
+use crate::config::Config;
+use crate::fusion::Emission;
+use crate::picture::{Picture, PictureMaker};
+use crate::pipeline::Event;
+use crate::publish::{OutputFormat, PictureWriter};
+use crate::time::Time;
+
+/// What `-o` writes with.
+type Writer = PictureWriter<Box<dyn Write>>;
+
+/// Where the pictures go.
+pub(super) struct Stage<'a> {
+    args: &'a Args,
+    config: &'a Config,
+    maker: PictureMaker,
+    /// With `-o`.
+    output: Option<Writer>,
+    /// With `--udp`.
+    broadcast: Option<(Broadcast, Stop)>,
+    pub(super) summary: Summary,
+    pace: Pace,
+    /// The first reception: what `--start` and `--end` may be relative to.
+    first: Option<Time>,
+    /// From the opening of a slot to its emission.
+    latency: SignedDuration,
+    is_over: bool,
+    failed: Option<io::Error>,
+}
+
+impl<'a> Stage<'a> {
+    pub(super) fn open(
+        args: &'a Args,
+        config: &'a Config,
+        maker: PictureMaker,
+    ) -> Result<Self, Box<dyn Error + Send + Sync>> {
+        let usual = if args.udp { Speed::Times(1.0) } else { Speed::Max };
+        Ok(Self {
+            args,
+            config,
+            maker,
+            output: open_output(args, config)?,
+            broadcast: if args.udp { Some((Broadcast::open(config)?, Stop::listen()?)) } else { None },
+            summary: Summary::default(),
+            pace: Pace::new(args.speed.unwrap_or(usual)),
+            first: None,
+            latency: config.fusion.latency(),
+            is_over: false,
+            failed: None,
+        })
+    }
+
+    /// Something is received. Whether the replay goes on; it does not where it was asked to end, or what follows is
+    /// behind `--end`.
+    pub(super) fn goes_on(&mut self, received: Option<Time>) -> Result<bool, io::Error> {
+        if let Some(error) = self.failed.take() {
+            return Err(error);
+        }
+        if let (None, Some(first)) = (self.first, received) {
+            self.first = Some(first);
+            if let Some((broadcast, _)) = &mut self.broadcast {
+                broadcast.begin(self.config, first);
+            }
+        }
+        let asked = |(_, stop): &(Broadcast, Stop)| stop.comes_within(Duration::ZERO);
+        self.is_over |= self.broadcast.as_ref().is_some_and(asked);
+        Ok(!self.is_over && !self.is_behind_end(received))
+    }
+
+    /// Whether the user has asked it to end.
+    pub(super) fn is_over(&self) -> bool {
+        self.is_over
+    }
+
+    /// Something happened to what was received.
+    pub(super) fn note(&mut self, event: &Event, received: Option<Time>) {
+        if let (Some((broadcast, _)), Some(received)) = (&mut self.broadcast, received) {
+            broadcast.note(event, received);
+        }
+    }
+
+    pub(super) fn emit(&mut self, emission: Emission) {
+        if self.failed.is_some() || self.is_over {
+            return;
+        }
+        let picture = self.maker.picture(emission);
+        if !self.is_wanted(&picture) {
+            return;
+        }
+        if let Some((_, stop)) = &self.broadcast {
+            self.is_over = stop.comes_within(self.pace.due_in(picture.time));
+            if self.is_over {
+                return;
+            }
+        } else {
+            self.pace.wait_for(picture.time);
+        }
+        self.summary.count(&picture);
+        if let Some((broadcast, _)) = &mut self.broadcast {
+            broadcast.send(&picture);
+        }
+        if let Some(writer) = &mut self.output {
+            self.failed = writer.write(&picture, &self.maker).err();
+        }
+    }
+
+    /// The recording is replayed once more.
+    pub(super) fn begin_anew(&mut self) {
+        self.first = None;
+        self.summary = Summary::default();
+        self.pace.begin_anew(self.config.fusion.slot.unsigned_abs());
+    }
+
+    /// Completes the output; how many datagrams could not be sent.
+    pub(super) fn finish(self) -> Result<u64, io::Error> {
+        if let Some(error) = self.failed {
+            return Err(error);
+        }
+        if let Some(writer) = self.output {
+            writer.finish()?;
+        }
+        Ok(self.broadcast.map_or(0, |(broadcast, _)| broadcast.failed()))
+    }
+
+    fn is_wanted(&self, picture: &Picture) -> bool {
+        let Some(first) = self.first else { return true };
+        let at = |moment: Option<Moment>| moment.map(|moment| moment.resolve(first));
+        at(self.args.start).is_none_or(|start| start <= picture.time)
+            && at(self.args.end).is_none_or(|end| picture.time < end)
+    }
+
+    /// Whether every slot that is wanted was due before this reception.
+    fn is_behind_end(&self, received: Option<Time>) -> bool {
+        let (Some(first), Some(end), Some(received)) = (self.first, self.args.end, received) else {
+            return false;
+        };
+        received > end.resolve(first) + self.latency
+    }
+}
+
+/// Opens what `-o` names.
+fn open_output(args: &Args, config: &Config) -> Result<Option<Writer>, Box<dyn Error + Send + Sync>> {
+    let Some(path) = &args.output else {
+        return match args.output_format {
+            Some(_) => {
+                Err(Usage("--output-format needs -o FILE, or -o - for standard output".to_owned()).into())
+            }
+            None => Ok(None),
+        };
+    };
+    let format = args.output_format.or_else(|| OutputFormat::of(path)).ok_or_else(|| {
+        Usage(format!(
+            "-o {}: the extension is none of .ast .pcap .ndjson .geojson .csv; name one with --output-format",
+            path.display()
+        ))
+    })?;
+    let same = |input: &PathBuf| std::fs::canonicalize(input).ok() == std::fs::canonicalize(path).ok();
+    if path.exists() && args.inputs.iter().any(same) {
+        return Err(Usage(format!("-o {} is also an input: it would be overwritten", path.display())).into());
+    }
+    let out: Box<dyn Write> = if path == Path::new("-") {
+        Box::new(BufWriter::new(io::stdout().lock()))
+    } else {
+        #[expect(clippy::disallowed_methods, reason = "the file that -o names")]
+        let file =
+            File::create(path).map_err(|error| format!("{}: cannot be written: {error}", path.display()))?;
+        Box::new(BufWriter::with_capacity(1 << 16, file))
+    };
+    Ok(Some(PictureWriter::new(format, out, config)?))
+}
