@@ -6,7 +6,7 @@ use asterix::DataSource;
 use jiff::SignedDuration;
 use tracing::warn;
 
-use super::Usage;
+use super::{Usage, open_sinks};
 use crate::config::Config;
 use crate::live::{Health, SensorState};
 use crate::picture::Picture;
@@ -39,7 +39,7 @@ impl Broadcast {
             );
         }
         Ok(Self {
-            sinks: Sinks::open(&config.output.asterix)?,
+            sinks: open_sinks(config)?,
             encoder: Cat129Encoder::of(config),
             source: DataSource { sac: config.site.sac, sic: config.site.sic },
             health: None,

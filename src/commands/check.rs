@@ -4,13 +4,14 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use super::{CommandResult, Outcome};
-use crate::areas::Masks;
+use crate::api::Terms;
+use crate::areas::Areas;
 use crate::config::{Address, Config};
 use crate::ingest::udp;
 use crate::normalise::Normaliser;
 use crate::publish::Sinks;
 
-/// Validates a configuration and prints the one in force, every default filled in.
+/// Validates a configuration, its areas and its tokens, and prints the one in force, every default filled in.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
     /// The configuration.
@@ -25,7 +26,9 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> CommandResult {
     let config = Config::load(&args.config)?;
-    let undulation_m = Normaliser::new(&config, Masks::load(&config.areas)?).undulation_m();
+    let areas = Areas::load(&config.areas)?;
+    Terms::load(&config, &areas)?;
+    let undulation_m = Normaliser::new(&config, areas.masks()).undulation_m();
     let mut out = io::stdout().lock();
     if args.network {
         return network(&config, &mut out);

@@ -25,11 +25,13 @@ mod table;
 
 use std::error::Error;
 use std::io;
+use std::path::Path;
 
 use crate::api::StartError;
 use crate::areas::AreaError;
-use crate::config::ConfigErrors;
+use crate::config::{Config, ConfigError, ConfigErrors, Place};
 use crate::ingest::{Capture, SkipReason};
+use crate::publish::Sinks;
 use crate::simulate::Crowded;
 
 /// How a command ended that did its work.
@@ -77,6 +79,28 @@ pub fn exit_code(result: &CommandResult) -> u8 {
         }
         Err(_) => 1,
     }
+}
+
+/// The configuration of a command that listens: it needs somewhere to do so, which a replay does not.
+fn load_live(file: &Path) -> Result<Config, ConfigErrors> {
+    let config = Config::load(file)?;
+    if config.sensors.iter().any(|sensor| !sensor.inputs.is_empty()) {
+        return Ok(config);
+    }
+    Err(ConfigErrors::from(ConfigError {
+        file: file.display().to_string(),
+        place: Place::File,
+        key: "sensors".to_owned(),
+        value: None,
+        message: "no sensor has inputs, so there is nothing to listen to; add inputs = [ … ] to them"
+            .to_owned(),
+    }))
+}
+
+/// The outputs of a configuration.
+fn open_sinks(config: &Config) -> Result<Sinks, String> {
+    let more = "utm-fusion check --network says what to do";
+    Sinks::open(&config.output.asterix).map_err(|error| format!("{error} (output.asterix); {more}"))
 }
 
 /// The frames that may have held records and could not be read, by reason.

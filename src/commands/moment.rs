@@ -56,23 +56,16 @@ impl FromStr for Moment {
     }
 }
 
-/// `6.25s`, `250ms`, `2m`, `1h`: at least 0 and at most a year.
+/// `6.25s`, `250ms`, `2m`, `1h30m`: at least 0 and at most a year.
 pub fn duration(text: &str) -> Result<SignedDuration, String> {
-    let split = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
-    let (number, unit) = text.split_at(split);
-    let seconds_a_unit = match unit {
-        "ms" => 0.001,
-        "s" => 1.0,
-        "m" | "min" => 60.0,
-        "h" => 3600.0,
-        _ => return Err("write a duration with its unit, as 6.25s, 250ms, 2m or 1h".to_owned()),
-    };
-    let number: f64 = number.parse().map_err(|_| format!("{number:?} is no number"))?;
-    let seconds = number * seconds_a_unit;
-    if !(0.0..=31_557_600.0).contains(&seconds) {
-        return Err("a duration is at least 0 and at most a year".to_owned());
+    let duration: SignedDuration = text
+        .parse()
+        .map_err(|_| "write a duration with its unit, as 6.25s, 250ms, 2m or 1h30m".to_owned())?;
+    if (SignedDuration::ZERO..=SignedDuration::from_secs(31_557_600)).contains(&duration) {
+        Ok(duration)
+    } else {
+        Err("a duration is at least 0 and at most a year".to_owned())
     }
-    SignedDuration::try_from_secs_f64(seconds).map_err(|error| error.to_string())
 }
 
 /// `2026-11-20`: a UTC day of the years 1970 to 2200, so that no difference of two times is out of range.
@@ -115,7 +108,7 @@ mod tests {
         let first = Time::from_nanos(20_000 * crate::time::DAY + 86_390 * SECOND);
         let after = |text: &str| text.parse::<Moment>().unwrap().resolve(first).seconds_since(first);
         assert_eq!(after("+90s"), 90.0);
-        assert_eq!(after("+1.5m"), 90.0);
+        assert_eq!((after("+1.5m"), after("+1m30s"), after("+6.25s")), (90.0, 90.0, 6.25));
         assert_eq!(after("23:59:55"), 5.0);
         assert_eq!(after("00:00:05"), 15.0);
         assert_eq!(after("2024-10-05T00:00:00Z"), 10.0);

@@ -10,8 +10,8 @@ use jiff::SignedDuration;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tracing::info;
 
-use super::{CommandResult, Outcome};
-use crate::config::Config;
+use super::moment::duration;
+use super::{CommandResult, Outcome, load_live};
 use crate::live::{Listening, listen, now};
 use crate::publish::Recorded;
 use crate::publish::{Recorder, RecorderQueue, record_into};
@@ -30,7 +30,7 @@ pub struct Args {
     #[arg(long, value_name = "DIR")]
     pub dir: PathBuf,
     /// Ends after this time: 90s, 10m, 8h.
-    #[arg(long, value_name = "D")]
+    #[arg(long, value_name = "D", value_parser = duration)]
     pub duration: Option<SignedDuration>,
 }
 
@@ -41,7 +41,10 @@ const LOOK_UP: Duration = Duration::from_millis(200);
 
 /// Runs the command.
 pub fn run(args: &Args) -> CommandResult {
-    let config = Config::load(&args.config)?;
+    let config = load_live(&args.config)?;
+    // The recorder would try again and again, as it does for the service; here there is nothing else to do.
+    std::fs::create_dir_all(&args.dir)
+        .map_err(|error| format!("{}: cannot be made: {error}", args.dir.display()))?;
     let mut record = config.output.record.clone().unwrap_or_else(|| record_into(&args.dir));
     record.dir.clone_from(&args.dir);
     let ((queue, lost), recorder) = Recorder::start(&config, &record, Vec::new(), false)?;

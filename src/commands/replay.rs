@@ -162,6 +162,15 @@ fn check(args: &Args) -> Result<(), Usage> {
             "--loop and --serve read the input several times, and standard input cannot be; name a file",
         );
     }
+    let is_empty = match (args.start, args.end) {
+        (Some(Moment::After(start)), Some(Moment::After(end))) => end <= start,
+        (Some(Moment::At(start)), Some(Moment::At(end))) => end <= start,
+        // The day of a time of day is known once the recording is read.
+        _ => false,
+    };
+    if is_empty {
+        return refuse("--end is not after --start: nothing would come out");
+    }
     Ok(())
 }
 

@@ -10,14 +10,14 @@ use tracing::{error, info, warn};
 
 use super::notify::Notifier;
 use super::reload::{Reload, limits};
-use super::{CommandResult, Outcome};
+use super::{CommandResult, Outcome, load_live, open_sinks};
 use crate::api::{self, ApiState};
 use crate::areas::Areas;
 use crate::config::Config;
 use crate::current::Current;
 use crate::ingest::udp;
 use crate::live::{Alerts, Driver, Hub, Outlets, Service, now, observe};
-use crate::publish::{Recorder, Sinks};
+use crate::publish::Recorder;
 use crate::state::Keeper;
 use crate::store::{Historian, Store};
 
@@ -52,7 +52,7 @@ const STOP: Duration = Duration::from_secs(2);
 
 /// Runs the command.
 pub fn run(args: &Args) -> CommandResult {
-    let config = Arc::new(Config::load(&args.config)?);
+    let config = Arc::new(load_live(&args.config)?);
     let areas = Areas::load(&config.areas)?;
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
     runtime.block_on(serve(args, config, areas))
@@ -79,7 +79,7 @@ async fn serve(args: &Args, config: Arc<Config>, areas: Areas) -> CommandResult 
     let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), started);
     let history = history(&config);
     let api = ApiState::start(hub.clone(), api::Options { history: history.clone(), ..Default::default() })?;
-    let sinks = Sinks::open(&config.output.asterix)?;
+    let sinks = open_sinks(&config)?;
     let alert_areas = Current::from(areas.alerts());
     let mut reload = Reload {
         file: args.config.clone(),

@@ -116,7 +116,8 @@ impl<'a> Stage<'a> {
             broadcast.send(&picture);
         }
         if let Some(writer) = &mut self.output {
-            self.failed = writer.write(&picture, &self.maker).err();
+            self.failed =
+                writer.write(&picture, &self.maker).map_err(|error| unwritten(self.args, &error)).err();
         }
     }
 
@@ -133,7 +134,7 @@ impl<'a> Stage<'a> {
             return Err(error);
         }
         if let Some(writer) = self.output {
-            writer.finish()?;
+            writer.finish().map_err(|error| unwritten(self.args, &error))?;
         }
         Ok(self.broadcast.map_or(0, |(broadcast, _)| broadcast.failed()))
     }
@@ -152,6 +153,12 @@ impl<'a> Stage<'a> {
         };
         received > end.resolve(first) + self.latency
     }
+}
+
+/// With the name of the file; a closed pipe stays one.
+fn unwritten(args: &Args, error: &io::Error) -> io::Error {
+    let file = args.output.as_deref().unwrap_or(Path::new("-"));
+    io::Error::new(error.kind(), format!("{}: cannot be written: {error}", file.display()))
 }
 
 /// Opens what `-o` names.

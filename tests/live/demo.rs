@@ -92,6 +92,28 @@ fn a_recording_is_served_paused_and_taken_elsewhere() {
     assert!(status == 400 && problem.contains("0.01 to 1000"), "{problem}");
     ask(address, "POST", "/api/v1/replay/play");
     until("the time goes on", || time() > stood);
+    ask(address, "POST", "/api/v1/replay/pause");
+    ask(address, "POST", "/api/v1/replay/seek?time=2026-06-20T23:59:50Z");
+    until("a time that is past", || time().starts_with("2026-06-20T23:59:50"));
+    running.signal("-INT");
+    let (code, log) = running.wait(Duration::from_secs(5));
+    assert_eq!(code, Some(0), "{log}");
+}
+
+#[test]
+fn a_loop_shows_the_flight_again_and_again() {
+    let scratch = Scratch::new();
+    let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/demo");
+    let mut command = utm_fusion("replay");
+    command.arg(demo.join("capture.pcap")).arg("--config").arg(demo.join("site.toml"));
+    command.args(["--serve", "--loop", "--http", "127.0.0.1:0", "--speed", "60"]);
+    let mut running = Running::start(&mut command, scratch.path("log"));
+    let address = address(&mut running);
+    let time = || json(address, "/api/v1/tracks")["time"].as_str().unwrap_or("").to_owned();
+    for _ in 0..3 {
+        until("the end", || time().as_str() > "2026-06-21T00:00:10");
+        until("the beginning", || time().starts_with("2026-06-20T23:59"));
+    }
     running.signal("-INT");
     let (code, log) = running.wait(Duration::from_secs(5));
     assert_eq!(code, Some(0), "{log}");

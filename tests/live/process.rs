@@ -5,6 +5,7 @@ use std::os::linux::net::SocketAddrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::time::{Duration, Instant};
 
+use utm_fusion::config::{Address, Config};
 use utm_fusion::live::now;
 
 use crate::common::{Running, Scratch, files, flight, on_own_ports, utm_fusion};
@@ -104,6 +105,36 @@ fn record_ends_after_its_duration() {
     let (code, log) = record.wait(Duration::from_secs(5));
     assert_eq!(code, Some(0), "{log}");
     assert!(now().seconds_since(began) >= 1.0 && log.contains("0 datagrams recorded, 0 lost"), "{log}");
+}
+
+#[test]
+fn what_can_never_work_is_told_at_once() {
+    let scratch = Scratch::new();
+    let mut config = on_own_ports(&flight(SCENARIO, 1, None).config, 22_350, &scratch, None);
+    let site = scratch.file("site.toml", config.to_string());
+    config.sensors.iter_mut().for_each(|sensor| sensor.inputs.clear());
+    let deaf = scratch.file("deaf.toml", config.to_string());
+    let in_the_way = scratch.file("file", "");
+    let dir = scratch.path("recordings");
+    let ended = |command: &mut std::process::Command| {
+        let output = command.output().unwrap();
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    for command in [&mut utm_fusion("run"), utm_fusion("record").arg("--dir").arg(&dir)] {
+        let (code, said) = ended(command.arg("--config").arg(&deaf));
+        assert_eq!(code, Some(3), "{said}");
+        assert!(said.contains("sensors: no sensor has inputs"), "{said}");
+    }
+    let (code, said) = ended(utm_fusion("record").arg("--config").arg(&site).arg("--dir").arg(&in_the_way));
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("file: cannot be made: "), "{said}");
+    config.sensors = Config::load(&site).unwrap().sensors;
+    let Address::Multicast { interface, .. } = &mut config.output.asterix[0].address else { panic!() };
+    *interface = [192, 0, 2, 1].into();
+    let lost = scratch.file("lost.toml", config.to_string());
+    let (code, said) = ended(utm_fusion("run").arg("--config").arg(&lost));
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("(output.asterix); utm-fusion check --network says what to do"), "{said}");
 }
 
 #[test]

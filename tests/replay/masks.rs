@@ -66,4 +66,19 @@ fn an_area_that_is_none_is_told_with_code_3() {
         assert_eq!(ran.code, 3, "{}", ran.stderr);
         assert!(ran.stderr.contains("mask.geojson: holds something that is no polygon"), "{}", ran.stderr);
     }
+    // What only the service uses is checked all the same.
+    for (area, told) in [
+        ("[[areas]]\nkind = \"alert\"\nfile = \"mask.geojson\"\n", "mask.geojson: holds something"),
+        ("", "tokens.toml: the tokens cannot be read"),
+    ] {
+        let text = String::from_utf8(fs::read(flight.site()).unwrap()).unwrap() + "\n" + area;
+        let text = match area {
+            "" => text.replace("mode = \"none\"", "mode = \"tokens\", tokens_file = \"tokens.toml\""),
+            _ => text,
+        };
+        scratch.file("site.toml", text.as_bytes());
+        let ran = ran(utm_fusion("check").arg("--config").arg(&site));
+        assert_eq!(ran.code, 3, "{}", ran.stderr);
+        assert!(ran.stderr.contains(told), "{}", ran.stderr);
+    }
 }

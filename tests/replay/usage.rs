@@ -61,6 +61,12 @@ fn wrong_usage_is_told_with_code_2() {
         (&["replay", capture, "--config", site, "--start", "noon"], "write it as 2026-11-20T10:00:00Z"),
         (&["replay", capture, "--config", site, "--speed", "0"], "write `max`, or how many times faster"),
         (&["replay", capture, "--config", site, "--date", "2026-02-30"], "--date <YYYY-MM-DD>"),
+        (
+            &["replay", capture, "--config", site, "--start", "+60s", "--end", "+30s"],
+            "--end is not after --start",
+        ),
+        (&["replay", capture, "--config", site, "--end", "+5"], "write a duration with its unit"),
+        (&["record", "--config", site, "--dir", unknown, "--duration=-5s"], "at least 0 and at most a year"),
         (&["replay", capture, "--config", site, "--loop"], "--loop needs --udp or --serve"),
         (
             &["replay", capture, "--config", site, "--loop", "--udp", "-o", unknown],
@@ -94,6 +100,15 @@ fn an_output_that_cannot_be_written_is_told_with_code_1() {
     let ran = ran(flight.replay(&[&flight.capture()]).arg("-o").arg(&file));
     let told = format!("utm-fusion: {}: cannot be written: ", file.display());
     assert!(ran.stderr.starts_with(&told), "{}", ran.stderr);
+    assert_eq!(ran.code, 1);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_told_with_the_file() {
+    let flight = demo();
+    let ran = ran(flight.replay(&[&flight.capture()]).args(["-o", "/dev/full", "--output-format", "csv"]));
+    assert!(ran.stderr.contains("utm-fusion: /dev/full: cannot be written: "), "{}", ran.stderr);
     assert_eq!(ran.code, 1);
 }
 
