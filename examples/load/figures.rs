@@ -84,8 +84,9 @@ impl Figures {
         must(self.counted("utm_fusion_line_kernel_dropped_total") == 0.0, "the kernel dropped datagrams");
         must(self.counted("utm_fusion_line_queue_full_total") == 0.0, "the queue was full");
         must(self.counted("utm_fusion_failed_sends_total") == 0.0, "sends failed");
-        let [first, _, last] = self.use_s;
-        must(last.anonymous as f64 <= growth * first.anonymous as f64, "memory grew");
+        // In the first half the history's cache fills.
+        let [_, middle, last] = self.use_s;
+        must(last.anonymous as f64 <= growth * middle.anonymous as f64, "memory grew");
         let failed: Vec<&String> = self.read.iter().filter_map(|read| read.failed.as_ref()).collect();
         let first = failed.first().map_or("", |why| why.as_str());
         must(failed.is_empty(), &format!("{} readers failed, the first: {first}", failed.len()));

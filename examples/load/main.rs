@@ -56,8 +56,8 @@ enum Load {
 const SETTLE: Duration = Duration::from_secs(60);
 /// A slot may be sent this much after its time, at the 99.9th percentile.
 const LATE_S: f64 = 0.050;
-/// The service may hold this much more at the end than when the measurement began.
-const GROWTH: f64 = 1.10;
+/// The service may hold this much more at the end than in the middle.
+const GROWTH: f64 = 1.05;
 
 fn main() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
     let args = Args::parse();
