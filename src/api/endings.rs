@@ -10,7 +10,7 @@ use super::shown::Piece;
 use crate::time::{SECOND, Time};
 
 /// A track that has not been shown for so long has ended, nanoseconds.
-const ENDED_NS: u64 = 2 * SECOND as u64;
+const ENDED_NS: i64 = 2 * SECOND;
 
 /// When each track was shown last.
 #[derive(Clone, Debug, Default)]
@@ -19,11 +19,12 @@ pub struct Endings(HashMap<Arc<str>, Time>);
 impl Endings {
     /// Notes what is shown at a time, and gives the ids that ended by then, in order.
     pub fn note<'a>(&mut self, time: Time, pieces: impl Iterator<Item = &'a Piece>) -> Vec<Arc<str>> {
+        // A replay went back: what was there later is not there yet.
+        self.0.retain(|_, last| *last <= time);
         for piece in pieces {
             self.0.insert(piece.id.clone(), time);
         }
-        // A replay may go back: what was shown at a later time has ended then, too.
-        let ended = |last: &Time| time.nanos().abs_diff(last.nanos()) >= ENDED_NS;
+        let ended = |last: &Time| time.nanos() - last.nanos() >= ENDED_NS;
         let mut ids: Vec<Arc<str>> = self.0.extract_if(|_, last| ended(last)).map(|(id, _)| id).collect();
         ids.sort();
         ids

@@ -88,6 +88,11 @@ impl Filter {
             && self.ids.as_ref().is_none_or(|ids| ids.contains(&*piece.id))
     }
 
+    /// Whether news of that sensor is wanted.
+    pub fn wants_sensor(&self, index: usize) -> bool {
+        self.sensors.as_ref().is_none_or(|wanted| wanted.contains(&index))
+    }
+
     /// How many of the wanted ones are given.
     pub fn limit(&self) -> usize {
         self.limit.unwrap_or(MOST)

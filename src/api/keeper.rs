@@ -97,15 +97,18 @@ impl Keeper {
 
     fn show(&mut self, frame: &Arc<Frame>) {
         let (log, hub) = (self.state.log(), self.state.hub());
-        if log.latest().1.is_some_and(|latest| latest.frame.seq >= frame.seq) {
+        let (_, before) = log.latest();
+        if before.as_ref().is_some_and(|before| before.frame.seq >= frame.seq) {
             return;
         }
         let head = format!("id: {}\nevent: tracks\ndata: ", self.next_id());
-        let shown = Arc::new(Shown::new(frame, &hub.maker, &hub.config.site.name, &head));
+        let shown = Arc::new(Shown::new(frame, hub, before.as_deref(), &head));
         let ended = self.endings.note(shown.time(), shown.pieces.iter());
         let time = shown.time();
         self.state.note_slot();
-        self.state.log().push(Event::Slot(shown));
+        self.state.trails().note(&shown);
+        let is_back = before.is_some_and(|before| time < before.time());
+        self.state.log().push(if is_back { Event::Back(shown) } else { Event::Slot(shown) });
         if !ended.is_empty() {
             let octets = ended_event(&self.next_id(), time, &ended);
             self.state.log().push(Event::Ended(octets));
@@ -113,6 +116,7 @@ impl Keeper {
     }
 
     fn beat(&self) {
+        self.state.hub().inputs.second_passed();
         let (_, latest) = self.state.log().latest();
         let data = match latest {
             Some(shown) => json!({
@@ -135,7 +139,8 @@ impl Keeper {
             }
             if let Some(configured) = self.state.hub().config.sensors.get(index) {
                 let properties = sites::sensor_properties(configured, sensor);
-                self.push("sensor", &properties);
+                let octets = event(&self.next_id(), "sensor", &properties);
+                self.state.log().push(Event::Sensor(index, octets));
             }
         }
     }
@@ -146,16 +151,12 @@ impl Keeper {
         for alert in alerts {
             let told = (alert.severity, alert.until);
             if self.alerts.get(&alert.id) != Some(&told) {
-                self.push("alert", &alert_json(alert));
+                let octets = event(&self.next_id(), "alert", &alert_json(alert));
+                self.state.log().push(Event::Told(octets));
             }
             known.insert(alert.id, told);
         }
         self.alerts = known;
-    }
-
-    fn push(&self, name: &str, data: &Value) {
-        let octets = event(&self.next_id(), name, data);
-        self.state.log().push(Event::Told(octets));
     }
 }
 

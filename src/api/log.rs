@@ -20,10 +20,14 @@ const EVENTS: usize = 512;
 pub enum Event {
     /// A slot.
     Slot(Arc<Shown>),
+    /// A slot of an earlier time: a replay went back, and everybody begins anew.
+    Back(Arc<Shown>),
     /// Tracks that ended, for readers of everything; others find their own out.
     Ended(Bytes),
     /// For everybody.
     Told(Bytes),
+    /// A sensor's state, by its index, for who wants to hear of that sensor.
+    Sensor(usize, Bytes),
     /// Slots were lost on the way here: everybody begins anew.
     Lost,
     /// The last one: the service stops.
@@ -72,14 +76,14 @@ impl Log {
     /// Appends an event and wakes who waits.
     pub fn push(&self, event: Event) {
         let mut memory = self.memory();
-        if let Event::Slot(shown) = &event {
+        if let Event::Slot(shown) | Event::Back(shown) = &event {
             memory.latest = Some(shown.clone());
             memory.slots += 1;
         }
         memory.events.push_back(event);
         memory.last += 1;
         while memory.slots > SLOTS || memory.events.len() > EVENTS {
-            if let Some(Event::Slot(_)) = memory.events.pop_front() {
+            if let Some(Event::Slot(_) | Event::Back(_)) = memory.events.pop_front() {
                 memory.slots -= 1;
             }
         }
@@ -110,7 +114,7 @@ impl Log {
         let memory = self.memory();
         let newer = usize::try_from(memory.last.saturating_sub(number)).unwrap_or(usize::MAX);
         let slot = |event: &Event| match event {
-            Event::Slot(shown) => Some(shown.clone()),
+            Event::Slot(shown) | Event::Back(shown) => Some(shown.clone()),
             _ => None,
         };
         memory.events.iter().take(memory.events.len().saturating_sub(newer)).filter_map(slot).collect()

@@ -20,6 +20,7 @@ mod openapi;
 mod page;
 mod problem;
 mod rate;
+mod raw;
 mod readsb;
 mod replay;
 pub mod routes;
@@ -31,12 +32,13 @@ mod sites;
 mod stream;
 mod terms;
 mod tracks;
+mod trails;
 mod uss;
 
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use tokio::sync::watch;
@@ -52,6 +54,7 @@ use keeper::Keeper;
 use log::Log;
 use rate::{Limiter, Who};
 use seats::Seats;
+use trails::Trails;
 
 pub use guard::router;
 pub use problem::Problem;
@@ -119,6 +122,7 @@ struct Inner {
     tickets: Tickets,
     seats: Seats,
     limiter: Limiter,
+    trails: Mutex<Trails>,
     /// Responses by status.
     answered: Mutex<BTreeMap<u16, u64>>,
     /// When the last slot came.
@@ -140,6 +144,7 @@ impl ApiState {
             tickets: Tickets::default(),
             limiter: Limiter::default(),
             seats: Seats::new(options.streams, options.streams_per_address),
+            trails: Mutex::default(),
             answered: Mutex::default(),
             slot_came: Mutex::default(),
             closing,
@@ -188,6 +193,10 @@ impl ApiState {
 
     fn seats(&self) -> &Seats {
         &self.0.seats
+    }
+
+    fn trails(&self) -> MutexGuard<'_, Trails> {
+        self.0.trails.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn now(&self) -> Time {

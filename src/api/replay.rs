@@ -36,7 +36,7 @@ pub fn speed(ask: &Ask) -> Answer {
 
 /// How the replay is, for `/api/v1/info`; `None` where the service is live.
 pub fn state(player: Option<&Player>) -> Option<Value> {
-    player.map(|player| shown(player, player.state()))
+    player.map(|player| shown(player.state()))
 }
 
 fn order(ask: &Ask, order: Order) -> Answer {
@@ -55,12 +55,12 @@ fn order(ask: &Ask, order: Order) -> Answer {
         Order::Seek(to) => state.time = Some(to),
     }
     player.order(order);
-    json(JSON, &shown(player, state))
+    json(JSON, &shown(state))
 }
 
-fn shown(player: &Player, state: PlayerState) -> Value {
+fn shown(state: PlayerState) -> Value {
     let mut shown = json!({ "playing": state.playing, "speed": state.speed, "ended": state.ended });
-    let times = [("time", state.time), ("start", state.first), ("end", player.last())];
+    let times = [("time", state.time), ("start", state.first), ("end", state.last)];
     for (name, time) in times {
         if let Some(time) = time {
             shown[name] = json!(time.to_string());

@@ -2,7 +2,7 @@
 
 use super::ask::{Answer, Ask};
 use super::auth::{Scope, open_ticket};
-use super::{history, metrics, openapi, page, readsb, replay, service, sites, stream, tracks, uss};
+use super::{history, metrics, openapi, page, raw, readsb, replay, service, sites, stream, tracks, uss};
 
 /// A path and what is done there.
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +42,7 @@ const fn parameter(name: &'static str, kind: &'static str, description: &'static
     Parameter { name, kind, description }
 }
 
-const FILTER: [Parameter; 7] = [
+const FILTER: [Parameter; 8] = [
     parameter(
         "bbox",
         "string",
@@ -62,14 +62,15 @@ const FILTER: [Parameter; 7] = [
     ),
     parameter("ids", "string", "ids of tracks, separated by commas"),
     parameter("limit", "integer", "tracks at most, 1 to 10000"),
+    parameter("trail_s", "integer", "each track with where it was in the last so many seconds, 1 to 600"),
 ];
 
-const STREAM: [Parameter; 9] = {
-    let [a, b, c, d, e, f, g] = FILTER;
+const STREAM: [Parameter; 10] = {
+    let [a, b, c, d, e, f, g, h] = FILTER;
     let interval =
         parameter("interval_ms", "integer", "between two tracks events, 250 to 10000; default: each slot");
     let ticket = parameter("ticket", "string", "from POST /api/v1/stream-tickets, for browsers");
-    [a, b, c, d, e, f, g, interval, ticket]
+    [a, b, c, d, e, f, g, h, interval, ticket]
 };
 
 const VIEW: [Parameter; 2] = [
@@ -84,6 +85,9 @@ const TRAIL: [Parameter; 3] = [
 ];
 
 const TIME: [Parameter; 1] = [parameter("time", "string", "RFC 3339")];
+
+const AFTER: [Parameter; 1] =
+    [parameter("after", "integer", "last of the answer before; default: everything that is kept")];
 
 const SPEED: [Parameter; 1] =
     [parameter("speed", "number", "how many times faster than it happened, 0.01 to 1000")];
@@ -180,6 +184,14 @@ pub const ROUTES: &[Route] = &[
         scope: Some(Scope::Stream),
         problems: &[413],
         handler: open_ticket,
+        ..GET
+    },
+    Route {
+        path: "/api/v1/raw",
+        summary: "What the sensors said, as the engine took it, from the first time that somebody asks",
+        parameters: Some(&AFTER),
+        content_type: GEO_JSON,
+        handler: raw::all,
         ..GET
     },
     Route {

@@ -9,7 +9,7 @@ use super::problem::Problem;
 use super::replay;
 use crate::config::Config;
 use crate::json::rounded;
-use crate::live::{SensorState, Status};
+use crate::live::{Player, SensorState, Status};
 use crate::pipeline::Tally;
 
 /// Slots come four times a second; after this silence something is wrong.
@@ -41,9 +41,16 @@ pub fn ready(ask: &Ask) -> Answer {
 }
 
 fn slots_missing(ask: &Ask) -> Vec<String> {
-    match ask.state.slot_age() {
+    let age = ask.state.slot_age();
+    // A replay that stands still, or goes slowly, is as it should be.
+    let longest = match ask.state.options().player.as_ref().map(Player::state) {
+        Some(state) if !state.playing && age.is_some() => return Vec::new(),
+        Some(state) => NO_SLOT.div_f64(state.speed.min(1.0)),
+        None => NO_SLOT,
+    };
+    match age {
         None => vec!["no slot has been put out yet".to_owned()],
-        Some(age) if age > NO_SLOT => vec![format!("no slot has been put out for {} s", age.as_secs())],
+        Some(age) if age > longest => vec![format!("no slot has been put out for {} s", age.as_secs())],
         Some(_) => Vec::new(),
     }
 }
@@ -75,8 +82,8 @@ pub fn status(ask: &Ask) -> Answer {
 
 fn describe(answer: &mut Value, status: &Status, config: &Config) {
     if let Some(lateness_s) = status.lateness_s {
-        // A track is as old as this when its slot is due; lateness comes on top.
-        let due_after_s = (config.fusion.latency() - config.fusion.slot / 2).as_secs_f64();
+        // From the opening of a slot until it is due; lateness comes on top.
+        let due_after_s = config.fusion.latency().as_secs_f64();
         let quantiles = |above_s: f64| {
             let [p50, p95, p99] = lateness_s.map(|late_s| rounded(above_s + late_s, 6));
             json!({ "p50": p50, "p95": p95, "p99": p99 })

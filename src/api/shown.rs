@@ -1,5 +1,6 @@
 //! A slot as readers get it: its JSON is made once, and everybody's answer is that or pieces of it.
 
+use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -7,8 +8,10 @@ use axum::body::Bytes;
 use serde::Serialize;
 
 use super::filter::Filter;
+use super::trails::Trail;
+use crate::config::Config;
 use crate::json::rounded;
-use crate::live::Frame;
+use crate::live::{Frame, Hub};
 use crate::picture::{PictureMaker, Track, TrackJson};
 use crate::time::Time;
 
@@ -19,10 +22,9 @@ pub struct Shown {
     pub frame: Arc<Frame>,
     /// Its tracks, in the order of the picture.
     pub pieces: Vec<Piece>,
-    site: String,
-    /// The `tracks` event of the stream; the feature collection is a part of it.
+    config: Arc<Config>,
+    collection: Bytes,
     event: Bytes,
-    collection: Range<usize>,
 }
 
 /// A track's feature, and what filters ask of it.
@@ -42,6 +44,8 @@ pub struct Piece {
     pub alt_msl: Option<f64>,
     radar: Option<usize>,
     transponder: Option<usize>,
+    /// Whether it is another than in the slot before.
+    pub is_new: bool,
     /// The GeoJSON feature.
     pub feature: Bytes,
 }
@@ -73,6 +77,8 @@ struct Properties<'a> {
     #[serde(flatten)]
     track: TrackJson<'a>,
     age_s: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    trail: Option<&'a Trail>,
 }
 
 /// What stands in front of the features.
@@ -94,9 +100,9 @@ struct Head<'a> {
 }
 
 impl Shown {
-    /// Writes the JSON of a slot into the event that begins with these lines.
-    pub fn new(frame: &Arc<Frame>, maker: &PictureMaker, site: &str, event_head: &str) -> Self {
-        let age_s = rounded(frame.published_at.seconds_since(frame.picture.time), 3);
+    /// Writes the JSON of a slot, and its event, which begins with these lines, with what is new since the slot before.
+    pub fn new(frame: &Arc<Frame>, hub: &Hub, before: Option<&Self>, event_head: &str) -> Self {
+        let (maker, config) = (&hub.maker, &hub.config);
         // A place that is no number has no place on a map; the engine gives none, and none is passed on.
         let placed = |(_, track): &(usize, &Track)| {
             track.position.latitude_deg().is_finite() && track.position.longitude_deg().is_finite()
@@ -104,20 +110,21 @@ impl Shown {
         let tracks: Vec<(usize, &Track)> = frame.picture.tracks.iter().enumerate().filter(placed).collect();
         let mut out = event_head.as_bytes().to_vec();
         let start = out.len();
-        write_head(&mut out, Some(frame), site, tracks.len(), tracks.len());
+        write_head(&mut out, Some(frame), config, tracks.len(), tracks.len());
         let mut places = Vec::with_capacity(tracks.len());
         for &(_, track) in &tracks {
             if !places.is_empty() {
                 out.push(b',');
             }
             let from = out.len();
-            write_feature(&mut out, track, maker, age_s);
+            write_feature(&mut out, frame, track, maker, None);
             places.push(from..out.len());
         }
         out.extend_from_slice(b"]}");
         let end = out.len();
         out.extend_from_slice(b"\n\n");
         let event = Bytes::from(out);
+        let known = Known::of(before, &tracks);
         // Filters compare what readers see: the rounded values.
         let piece = |(&(index, track), place): (&(usize, &Track), Range<usize>)| Piece {
             index,
@@ -128,39 +135,67 @@ impl Shown {
             alt_msl: track.altitude_amsl_m.map(|metres| rounded(metres, 3)),
             radar: track.point.source.radar().map(|radar| usize::from(radar.track.sensor.0)),
             transponder: track.point.source.transponder().map(|part| usize::from(part.sensor.0)),
+            is_new: !known.has(track),
             feature: event.slice(place),
         };
-        let pieces = tracks.iter().zip(places).map(piece).collect();
-        Self { frame: frame.clone(), pieces, site: site.to_owned(), event, collection: start..end }
+        let pieces: Vec<Piece> = tracks.iter().zip(places).map(piece).collect();
+        let collection = event.slice(start..end);
+        let mut shown = Self { frame: frame.clone(), pieces, config: config.clone(), event, collection };
+        if shown.pieces.iter().any(|piece| !piece.is_new) {
+            let changes = shown.changes(&Filter::default());
+            shown.event = [event_head.as_bytes(), &changes, b"\n\n"].concat().into();
+        }
+        shown
     }
 
-    /// The feature collection of all its tracks.
-    pub fn collection(&self) -> Bytes {
-        self.event.slice(self.collection.clone())
-    }
-
-    /// The `tracks` event of all its tracks.
+    /// The `tracks` event of what is new in it.
     pub fn event(&self) -> Bytes {
         self.event.clone()
     }
 
     /// The feature collection of what a filter lets through.
     pub fn filtered(&self, filter: &Filter) -> Bytes {
-        if filter.is_all() { self.collection() } else { self.join(self.pieces.iter(), filter) }
+        if filter.is_all() { self.collection.clone() } else { self.join(self.pieces.iter(), filter) }
+    }
+
+    /// The feature collection of what a filter lets through and is new.
+    pub fn changes(&self, filter: &Filter) -> Bytes {
+        self.join(self.pieces.iter().filter(|piece| piece.is_new), filter)
+    }
+
+    /// The feature collection of what a filter lets through, each track with its trail.
+    pub fn with_trails(
+        &self,
+        filter: &Filter,
+        maker: &PictureMaker,
+        trails: &HashMap<Arc<str>, Trail>,
+    ) -> Bytes {
+        self.write(self.pieces.iter(), filter, |out, piece| {
+            write_feature(out, &self.frame, self.track(piece), maker, trails.get(&piece.id));
+        })
     }
 
     /// The feature collection, with the head of this slot, of what a filter lets through of other pieces.
     pub fn join<'a>(&self, pieces: impl Iterator<Item = &'a Piece>, filter: &Filter) -> Bytes {
+        self.write(pieces, filter, |out, piece| out.extend_from_slice(&piece.feature))
+    }
+
+    fn write<'a>(
+        &self,
+        pieces: impl Iterator<Item = &'a Piece>,
+        filter: &Filter,
+        mut feature: impl FnMut(&mut Vec<u8>, &Piece),
+    ) -> Bytes {
         let wanted: Vec<&Piece> = pieces.filter(|piece| filter.wants(piece)).collect();
         let returned = &wanted[..wanted.len().min(filter.limit())];
         let mut out =
             Vec::with_capacity(512 + returned.iter().map(|piece| piece.feature.len() + 1).sum::<usize>());
-        write_head(&mut out, Some(&self.frame), &self.site, wanted.len(), returned.len());
+        write_head(&mut out, Some(&self.frame), &self.config, wanted.len(), returned.len());
         for (index, piece) in returned.iter().enumerate() {
             if index > 0 {
                 out.push(b',');
             }
-            out.extend_from_slice(&piece.feature);
+            feature(&mut out, piece);
         }
         out.extend_from_slice(b"]}");
         out.into()
@@ -176,28 +211,52 @@ impl Shown {
         self.frame.picture.time
     }
 
-    /// From there to its publication, seconds.
+    /// From the opening of the slot to its publication, seconds.
     pub fn latency_s(&self) -> f64 {
-        rounded(self.frame.published_at.seconds_since(self.time()), 3)
+        latency_s(&self.frame, &self.config)
     }
 }
 
+/// The tracks of the slot before, where any of them could be as it was. By then a track that says its time anew is new.
+struct Known<'a>(HashMap<(&'static str, u32), Vec<&'a Track>>);
+
+impl<'a> Known<'a> {
+    fn of(before: Option<&'a Shown>, tracks: &[(usize, &Track)]) -> Self {
+        let mut known: HashMap<_, Vec<_>> = HashMap::new();
+        let before = before.filter(|before| tracks.iter().any(|(_, track)| track.time <= before.time()));
+        for track in before.into_iter().flat_map(|before| &before.frame.picture.tracks) {
+            known.entry((track.source_name(), track.point.number)).or_default().push(track);
+        }
+        Self(known)
+    }
+
+    fn has(&self, track: &Track) -> bool {
+        self.0.get(&(track.source_name(), track.point.number)).is_some_and(|known| known.contains(&track))
+    }
+}
+
+/// On time it is the one that the configuration says.
+fn latency_s(frame: &Frame, config: &Config) -> f64 {
+    let opened = frame.picture.time + -(config.fusion.slot / 2);
+    rounded(frame.published_at.seconds_since(opened), 3)
+}
+
 /// The picture before the first slot: nothing.
-pub fn nothing_yet(site: &str) -> Bytes {
+pub fn nothing_yet(config: &Config) -> Bytes {
     let mut out = Vec::new();
-    write_head(&mut out, None, site, 0, 0);
+    write_head(&mut out, None, config, 0, 0);
     out.extend_from_slice(b"]}");
     out.into()
 }
 
-fn write_head(out: &mut Vec<u8>, frame: Option<&Frame>, site: &str, matched: usize, returned: usize) {
+fn write_head(out: &mut Vec<u8>, frame: Option<&Frame>, config: &Config, matched: usize, returned: usize) {
     let head = Head {
         r#type: "FeatureCollection",
         time: frame.map(|frame| frame.picture.time.to_string()),
         published_at: frame.map(|frame| frame.published_at.to_string()),
-        latency_s: frame.map(|frame| rounded(frame.published_at.seconds_since(frame.picture.time), 3)),
+        latency_s: frame.map(|frame| latency_s(frame, config)),
         seq: frame.map_or(0, |frame| frame.seq),
-        site,
+        site: &config.site.name,
         matched,
         returned,
     };
@@ -206,15 +265,27 @@ fn write_head(out: &mut Vec<u8>, frame: Option<&Frame>, site: &str, matched: usi
     out.extend_from_slice(b",\"features\":[");
 }
 
-fn write_feature(out: &mut Vec<u8>, track: &Track, maker: &PictureMaker, age_s: f64) {
+fn write_feature(
+    out: &mut Vec<u8>,
+    frame: &Frame,
+    track: &Track,
+    maker: &PictureMaker,
+    trail: Option<&Trail>,
+) {
     let id = maker.track_id(track);
+    let age_s = rounded(frame.published_at.seconds_since(track.time), 3);
     let json = TrackJson::new(track, maker);
     let mut coordinates = vec![json.lng(), json.lat()];
     coordinates.extend(json.alt());
     let geometry = Point { r#type: "Point", coordinates };
     append(
         out,
-        &Feature { r#type: "Feature", id: &id, geometry, properties: Properties { track: json, age_s } },
+        &Feature {
+            r#type: "Feature",
+            id: &id,
+            geometry,
+            properties: Properties { track: json, age_s, trail },
+        },
     );
 }
 

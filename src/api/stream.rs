@@ -22,7 +22,8 @@ use super::filter::Filter;
 use super::log::{Event, Next};
 use super::problem::Problem;
 use super::seats::Seat;
-use super::shown::{Piece, Shown, nothing_yet};
+use super::shown::{Piece, Shown};
+use super::tracks::{picture, trail_s};
 use crate::time::Time;
 
 const INTERVAL: &str = "a whole number of milliseconds, 250 to 10000";
@@ -30,7 +31,8 @@ const INTERVAL: &str = "a whole number of milliseconds, 250 to 10000";
 /// Opens a stream.
 pub fn open(ask: &Ask) -> Answer {
     let filter = Filter::of(ask)?;
-    let interval_ms = ask.value("interval_ms", INTERVAL, |ms: &u64| (250..=10_000).contains(ms))?;
+    let trail_s = trail_s(ask)?;
+    let interval_ms = ask.value("interval_ms", INTERVAL, |ms: &i64| (250..=10_000).contains(ms))?;
     let state = ask.state.clone();
     if state.is_closing() {
         return Err(Problem::unavailable("the service stops", Vec::new()));
@@ -40,7 +42,7 @@ pub fn open(ask: &Ask) -> Answer {
             .retry_after_s(5)
     })?;
     let resume = ask.header("last-event-id").and_then(|id| state.number_of(id));
-    let reader = Reader::new(state, filter, interval_ms, resume, (ask.pass, seat));
+    let reader = Reader::new(state, (filter, trail_s), interval_ms, resume, (ask.pass, seat));
     let events = stream::unfold(reader, async |mut reader| {
         let octets = reader.next().await?;
         Some((Ok::<_, Infallible>(octets), reader))
@@ -54,8 +56,10 @@ pub fn open(ask: &Ask) -> Answer {
 struct Reader {
     state: ApiState,
     filter: Filter,
+    /// How long the trails of a snapshot are.
+    trail_s: Option<u32>,
     /// Shortest time between two `tracks` events; `None`: each slot.
-    interval_ns: Option<u64>,
+    interval_ns: Option<i64>,
     /// Number of the last event that was looked at.
     place: u64,
     news: watch::Receiver<u64>,
@@ -75,8 +79,8 @@ struct Reader {
 impl Reader {
     fn new(
         state: ApiState,
-        filter: Filter,
-        interval_ms: Option<u64>,
+        (filter, trail_s): (Filter, Option<u32>),
+        interval_ms: Option<i64>,
         resume: Option<u64>,
         (pass, seat): (Pass, Seat),
     ) -> Self {
@@ -92,6 +96,7 @@ impl Reader {
             state,
             filter,
             pass,
+            trail_s,
             _seat: seat,
         };
         match resume.filter(|&place| !matches!(reader.state.log().after(place), Next::Forgotten)) {
@@ -113,14 +118,11 @@ impl Reader {
         self.place = last;
         self.endings = Endings::default();
         self.waiting.clear();
-        let collection = match &latest {
-            Some(shown) => {
-                self.sent = Some(shown.time());
-                self.note(shown);
-                shown.filtered(&self.filter)
-            }
-            None => nothing_yet(&self.state.hub().config.site.name),
-        };
+        if let Some(shown) = &latest {
+            self.sent = Some(shown.time());
+            self.note(shown);
+        }
+        let collection = picture(&self.state, latest.as_deref(), &self.filter, self.trail_s);
         self.push("snapshot", &collection);
     }
 
@@ -159,7 +161,9 @@ impl Reader {
                 self.out.push_back(octets);
             }
             Event::Ended(_) => {}
-            Event::Told(octets) => self.out.push_back(octets),
+            Event::Sensor(index, _) if !self.filter.wants_sensor(index) => {}
+            Event::Told(octets) | Event::Sensor(_, octets) => self.out.push_back(octets),
+            Event::Back(_) => self.resync("the replay went back"),
             Event::Lost => self.resync("the service was too slow; slots are missing"),
             Event::Closed(octets) => {
                 self.flush();
@@ -175,13 +179,12 @@ impl Reader {
         match self.interval_ns {
             None if self.filter.is_all() => self.out.push_back(shown.event()),
             None => {
-                let collection = shown.filtered(&self.filter);
+                let collection = shown.changes(&self.filter);
                 self.push("tracks", &collection);
             }
             Some(interval_ns) => {
                 self.waiting.push(shown);
-                // A replay may go back.
-                if self.sent.is_none_or(|sent| time.nanos().abs_diff(sent.nanos()) >= interval_ns) {
+                if self.sent.is_none_or(|sent| time.nanos() - sent.nanos() >= interval_ns) {
                     self.flush();
                 }
             }
@@ -199,8 +202,8 @@ impl Reader {
         self.sent = Some(newest.time());
         let waiting = std::mem::take(&mut self.waiting);
         let mut told = HashSet::new();
-        let pieces =
-            waiting.iter().rev().flat_map(|shown| &shown.pieces).filter(|piece| told.insert(&*piece.id));
+        let changes = waiting.iter().rev().flat_map(|shown| &shown.pieces).filter(|piece| piece.is_new);
+        let pieces = changes.filter(|piece| told.insert(&*piece.id));
         let collection = newest.join(pieces, &self.filter);
         self.push("tracks", &collection);
     }

@@ -1,17 +1,20 @@
 //! `/api/v1/tracks`: the picture of the latest slot.
 
-use axum::body::Body;
+use axum::body::{Body, Bytes};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::Response;
 
+use super::ApiState;
 use super::ask::{Answer, Ask, GEO_JSON, live, with_type};
 use super::filter::Filter;
 use super::problem::Problem;
-use super::shown::nothing_yet;
+use super::shown::{Shown, nothing_yet};
+use super::trails::LONGEST_S;
 
 /// The picture.
 pub fn all(ask: &Ask) -> Answer {
     let filter = Filter::of(ask)?;
+    let trail_s = trail_s(ask)?;
     let (_, latest) = ask.state.log().latest();
     let seq = latest.as_ref().map_or(0, |shown| shown.frame.seq);
     // Weak: what a proxy may have compressed is the same picture.
@@ -23,10 +26,7 @@ pub fn all(ask: &Ask) -> Answer {
         unchanged.headers_mut().insert(header::CACHE_CONTROL, HeaderValue::from_static("no-cache"));
         unchanged
     } else {
-        let body = match latest {
-            Some(shown) => shown.filtered(&filter),
-            None => nothing_yet(&ask.state.hub().config.site.name),
-        };
+        let body = picture(&ask.state, latest.as_deref(), &filter, trail_s);
         // To be kept for the next comparison, and never to be used without one.
         with_type(GEO_JSON, "no-cache", body)
     };
@@ -34,6 +34,23 @@ pub fn all(ask: &Ask) -> Answer {
         response.headers_mut().insert(header::ETAG, tag);
     }
     Ok(response)
+}
+
+/// How long the trails are to be.
+pub fn trail_s(ask: &Ask) -> Result<Option<u32>, Problem> {
+    ask.value("trail_s", "a whole number of seconds, 1 to 600", |s| (1..=LONGEST_S).contains(s))
+}
+
+/// A slot's picture as it is asked for.
+pub fn picture(state: &ApiState, shown: Option<&Shown>, filter: &Filter, trail_s: Option<u32>) -> Bytes {
+    match (shown, trail_s) {
+        (None, _) => nothing_yet(&state.hub().config),
+        (Some(shown), None) => shown.filtered(filter),
+        (Some(shown), Some(seconds)) => {
+            let trails = state.trails().last(seconds, shown.time());
+            shown.with_trails(filter, &state.hub().maker, &trails)
+        }
+    }
 }
 
 /// One track.

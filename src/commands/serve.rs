@@ -22,6 +22,7 @@ use crate::picture::PictureMaker;
 use crate::pipeline::Pipeline;
 use crate::publish::Sinks;
 use crate::simulate::{Scenario, Simulation, simulate};
+use crate::time::Time;
 
 /// Serves the replay until Ctrl-C.
 ///
@@ -29,7 +30,7 @@ use crate::simulate::{Scenario, Simulation, simulate};
 /// An input cannot be opened, or the address is taken.
 pub fn replay(args: &Args, config: Arc<Config>, masks: Masks, speed: f64) -> CommandResult {
     let (inputs, date, again) = (args.inputs.clone(), args.date, args.again);
-    let open: OpenCaptures = Box::new(move || inputs.iter().map(|path| Capture::open(path)).collect());
+    let open: OpenCaptures = Arc::new(move || inputs.iter().map(|path| Capture::open(path)).collect());
     open()?; // a wrong path is told at once
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
     runtime.block_on(async {
@@ -41,7 +42,8 @@ pub fn replay(args: &Args, config: Arc<Config>, masks: Masks, speed: f64) -> Com
         let (player, _) = Player::start(open, date, config, masks, writer, (speed, again))?;
         let options = api::Options { player: Some(player), ..Default::default() };
         let api = ApiState::start(hub.clone(), options)?;
-        tokio::spawn(observe(hub.clone(), Alerts::new(areas, hub.started), None));
+        // A recording has times of its own: its sensors are looked at from its start.
+        tokio::spawn(observe(hub.clone(), Alerts::new(areas, Time::default()), None));
         let http = tokio::spawn(api::serve(listener, api.clone()));
         info!("http://{address}/ shows the replay; Ctrl-C ends it");
         tokio::signal::ctrl_c().await?;

@@ -8,8 +8,9 @@ use crate::current::Current;
 use crate::picture::{Picture, PictureMaker};
 use crate::time::{SECOND, Time};
 
-/// A track leaves an area when it was not seen inside for this long: it may flicker at the edge, or be missed.
-const LEFT_NS: i64 = 3 * SECOND;
+/// A track leaves an area when it was not seen inside for this long: it may flicker at the edge, or be missed. A replay
+/// that goes back leaves it too.
+const LEFT_NS: u64 = 3 * SECOND as u64;
 /// So long after the start a sensor may take until it is heard first.
 const SETTLE_NS: i64 = 5 * SECOND;
 /// Alerts that ended and are still shown.
@@ -115,7 +116,7 @@ impl Alerts {
             let text = format!("{source} track {id} is inside {area}");
             changed |= self.hold(AlertKind::Area, id, area, Severity::Warning, text, now);
         }
-        changed | self.end(AlertKind::Area, now, |_, held| now.nanos() - held.nanos() > LEFT_NS)
+        changed | self.end(AlertKind::Area, now, |_, held| now.nanos().abs_diff(held.nanos()) > LEFT_NS)
     }
 
     /// Looks at the sensors; whether anything changed.

@@ -8,6 +8,7 @@ use crate::areas::Masks;
 use crate::config::Config;
 use crate::fusion::{Given, SlotGrid};
 use crate::ingest::Reception;
+use crate::normalise::Report;
 use crate::picture::{Picture, PictureMaker};
 use crate::pipeline::{Event, Output, Pipeline};
 use crate::time::Time;
@@ -71,12 +72,26 @@ impl Driver {
     }
 
     /// Handles what was received; its time is the one that [`Driver::reception`] gave for it.
-    pub fn receive(&mut self, reception: &Reception, mut out: impl FnMut(Made)) {
+    pub fn receive(&mut self, reception: &Reception, out: impl FnMut(Made)) {
+        self.receive_showing(reception, |_| {}, out);
+    }
+
+    /// As [`Driver::receive`], and shows each report that the engine takes.
+    pub fn receive_showing(
+        &mut self,
+        reception: &Reception,
+        mut show: impl FnMut(&Report),
+        mut out: impl FnMut(Made),
+    ) {
         let line = reception.input;
         // Without a time of reception nothing is accepted, and the health has nothing to note.
         let received = reception.received.unwrap_or_default();
         let Self { pipeline, maker, health, due_after, emitted, seq, duplicates, .. } = self;
-        pipeline.receive(reception, |output| match output {
+        let every = |report: &Report| {
+            show(report);
+            true
+        };
+        pipeline.receive_some(reception, every, |output| match output {
             Output::Emission(emission) => {
                 let frame = frame(maker.picture(emission), *due_after, seq, emitted);
                 out(Made::Slot(frame));

@@ -6,6 +6,7 @@ use tokio::sync::{broadcast, watch};
 
 use super::alerts::Alert;
 use super::health::{SensorStatus, Unknown};
+use super::inputs::Inputs;
 use crate::config::Config;
 use crate::picture::{Picture, PictureMaker};
 use crate::pipeline::Tally;
@@ -53,6 +54,8 @@ pub struct Hub {
     pub maker: Arc<PictureMaker>,
     /// When the service started; part of the ids of events.
     pub started: Time,
+    /// What the sensors said lately.
+    pub inputs: Arc<Inputs>,
     frames: broadcast::Sender<Arc<Frame>>,
     latest: watch::Receiver<Option<Arc<Frame>>>,
     status: watch::Receiver<Option<Arc<Status>>>,
@@ -62,6 +65,8 @@ pub struct Hub {
 /// The one writer's side.
 #[derive(Debug)]
 pub struct HubWriter {
+    /// Where the reports go that somebody wants to see.
+    pub inputs: Arc<Inputs>,
     frames: broadcast::Sender<Arc<Frame>>,
     latest: watch::Sender<Option<Arc<Frame>>>,
     status: watch::Sender<Option<Arc<Status>>>,
@@ -73,9 +78,15 @@ impl Hub {
         let (frames, _) = broadcast::channel(KEPT);
         let (latest_writer, latest) = watch::channel(None);
         let (status_writer, status) = watch::channel(None);
-        let writer = HubWriter { frames: frames.clone(), latest: latest_writer, status: status_writer };
+        let inputs = Arc::<Inputs>::default();
+        let writer = HubWriter {
+            inputs: inputs.clone(),
+            frames: frames.clone(),
+            latest: latest_writer,
+            status: status_writer,
+        };
         let (alerts, _) = watch::channel(Arc::default());
-        (writer, Self { config, maker, started, frames, latest, status, alerts })
+        (writer, Self { config, maker, started, inputs, frames, latest, status, alerts })
     }
 
     /// The latest slot; `None` before the first.

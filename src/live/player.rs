@@ -1,21 +1,19 @@
 //! A replay that readers see as they see the live service: it can be paused, sped up, and taken to another time.
 
-use std::error::Error;
 use std::io;
+use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
-use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use tokio::sync::watch;
-use tracing::{error, info};
+use tracing::{error, info, warn};
 
 use super::driver::{Driver, Made};
 use super::hub::{Frame, HubWriter, Status};
-use super::service::now;
 use crate::areas::Masks;
 use crate::config::Config;
-use crate::ingest::{Capture, Merged, OpenError, ReadError, Reception};
+use crate::ingest::{Capture, Merged, OpenError};
 use crate::time::{SECOND, Time};
 
 /// What a reader may ask for.
@@ -42,23 +40,25 @@ pub struct PlayerState {
     pub time: Option<Time>,
     /// The first reception of the recording.
     pub first: Option<Time>,
+    /// Its last reception; the recording is read through for it in the background.
+    pub last: Option<Time>,
     /// Whether the recording has come to its end.
     pub ended: bool,
 }
 
 /// Opens the captures anew: going back begins at their beginning.
-pub type OpenCaptures = Box<dyn Fn() -> Result<Vec<Capture>, OpenError> + Send>;
+pub type OpenCaptures = Arc<dyn Fn() -> Result<Vec<Capture>, OpenError> + Send + Sync>;
 
 /// The handle of a replay; cheap to clone. It ends when the last handle is gone.
 #[derive(Clone, Debug)]
 pub struct Player {
     orders: Sender<Order>,
     state: watch::Receiver<PlayerState>,
-    last: Arc<OnceLock<Time>>,
 }
 
 impl Player {
     /// Starts a replay on a thread of its own; it begins at once, at that speed, and again at the end where that is `true`.
+    /// Another thread looks how long the recording is.
     ///
     /// # Errors
     /// No thread could be started.
@@ -71,9 +71,14 @@ impl Player {
         (speed, again): (f64, bool),
     ) -> io::Result<(Self, JoinHandle<()>)> {
         let (orders, ordered) = mpsc::channel();
-        let begin = PlayerState { playing: true, speed, time: None, first: None, ended: false };
+        let begin = PlayerState { playing: true, speed, time: None, first: None, last: None, ended: false };
         let (state, watched) = watch::channel(begin);
-        let last = Arc::new(OnceLock::new());
+        let (survey, told) = (open.clone(), state.clone());
+        // It ends by itself at the end of the recording.
+        std::thread::Builder::new().name("survey".to_owned()).spawn(move || {
+            let last = last_reception(&survey, date);
+            told.send_modify(|state| state.last = last);
+        })?;
         let show = Show {
             config,
             masks,
@@ -81,15 +86,14 @@ impl Player {
             state,
             orders: ordered,
             again,
-            seq: 0,
-            shown: false,
             anchor: None,
             from: None,
-            last: last.clone(),
+            passed_over: None,
+            shown: 0,
         };
         let thread =
             std::thread::Builder::new().name("replay".to_owned()).spawn(move || show.run(&open, date))?;
-        Ok((Self { orders, state: watched, last }, thread))
+        Ok((Self { orders, state: watched }, thread))
     }
 
     /// Asks for something; it is done at the next slot.
@@ -103,15 +107,15 @@ impl Player {
         *self.state.borrow()
     }
 
-    /// The last slot of the recording, once it has been seen to its end.
-    pub fn last(&self) -> Option<Time> {
-        self.last.get().copied()
-    }
-
     /// Told whenever that changes.
     pub fn states(&self) -> watch::Receiver<PlayerState> {
         self.state.clone()
     }
+}
+
+/// Reads a recording to its end; the replay itself says what is wrong with a file.
+fn last_reception(open: &OpenCaptures, date: jiff::civil::Date) -> Option<Time> {
+    Merged::new(open().ok()?, date).flatten().filter_map(|reception| reception.received).last()
 }
 
 /// What to do after an order.
@@ -132,15 +136,14 @@ struct Show {
     orders: Receiver<Order>,
     /// Whether it begins again at the end.
     again: bool,
-    /// Counts the slots that were shown, also when it goes back: readers tell by it what is new.
-    seq: u64,
-    /// Whether one was shown since it began.
-    shown: bool,
     /// A slot's time, and when it was shown: what follows keeps its distance to it.
     anchor: Option<(Time, Instant)>,
     /// Slots before this time are passed over.
     from: Option<Time>,
-    last: Arc<OnceLock<Time>>,
+    /// The last of them: shown where the recording ends before that time.
+    passed_over: Option<Frame>,
+    /// Slots shown so far. Readers count on a number that only rises, also when the recording begins anew.
+    shown: u64,
 }
 
 impl Show {
@@ -159,18 +162,24 @@ impl Show {
     }
 
     /// From the beginning to the end, or to an order that leads back.
-    fn once(
-        &mut self,
-        open: &OpenCaptures,
-        date: jiff::civil::Date,
-    ) -> Result<Next, Box<dyn Error + Send + Sync>> {
-        let mut driver = Driver::new(&self.config, self.masks.clone(), now(), 0);
-        let merged = Merged::new(open()?, date);
-        (self.anchor, self.shown) = (None, false);
+    fn once(&mut self, open: &OpenCaptures, date: jiff::civil::Date) -> Result<Next, OpenError> {
+        let mut merged = Merged::new(open()?, date).peekable();
+        // The sensors' rates and silences count from the recording's start, not from today.
+        let started = merged.peek().and_then(|first| first.as_ref().ok()?.received).unwrap_or_default();
+        let mut driver = Driver::new(&self.config, self.masks.clone(), started, 0);
+        self.anchor = None;
+        let shown_before = self.shown;
         self.state.send_modify(|state| state.ended = false);
         let mut next_status = Time::default();
         for reception in merged {
-            let reception: Reception = reception.map_err(|damage: ReadError| damage.to_string())?;
+            let reception = match reception {
+                Ok(reception) => reception,
+                // What was read before is still there to be seen.
+                Err(damage) => {
+                    warn!("{damage}");
+                    continue;
+                }
+            };
             if let Some(received) = reception.received {
                 self.state.send_if_modified(|state| {
                     let is_first = state.first.is_none();
@@ -183,11 +192,12 @@ impl Show {
                 }
             }
             let mut slots = Vec::new();
-            driver.receive(&reception, |made| {
+            let keep = |made| {
                 if let Made::Slot(frame) = made {
                     slots.push(frame);
                 }
-            });
+            };
+            driver.receive_showing(&reception, |report| self.hub.inputs.note(report), keep);
             for frame in slots {
                 match self.show(frame) {
                     Next::GoOn => {}
@@ -203,12 +213,11 @@ impl Show {
                 other => return Ok(other),
             }
         }
-        info!("the recording has come to its end");
-        if let Some(time) = self.state.borrow().time {
-            self.last.get_or_init(|| time);
+        if let (Some(_), Some(frame)) = (self.from.take(), self.passed_over.take()) {
+            self.publish(frame);
         }
         // A recording without a slot would go round without a pause.
-        if self.again && self.shown {
+        if self.again && self.shown > shown_before {
             self.from = None;
             let slot = self.config.fusion.slot.unsigned_abs();
             let speed = self.state.borrow().speed;
@@ -221,6 +230,7 @@ impl Show {
                 Err(RecvTimeoutError::Disconnected) => Next::End,
             });
         }
+        info!("the recording has come to its end");
         self.state.send_modify(|state| (state.playing, state.ended) = (false, true));
         loop {
             match self.orders.recv() {
@@ -240,10 +250,11 @@ impl Show {
     }
 
     /// Shows a slot at its time, unless it is passed over; orders are heard meanwhile.
-    fn show(&mut self, mut frame: Frame) -> Next {
+    fn show(&mut self, frame: Frame) -> Next {
         let time = frame.picture.time;
         loop {
             if self.from.is_some_and(|from| time < from) {
+                self.passed_over = Some(frame);
                 return Next::GoOn;
             }
             // What was asked for is shown at once, also while paused.
@@ -268,11 +279,17 @@ impl Show {
                 Err(RecvTimeoutError::Disconnected) => return Next::End,
             }
         }
-        (self.seq, self.shown) = (self.seq + 1, true);
-        (frame.seq, frame.published_at) = (self.seq, now());
-        self.hub.publish(frame);
-        self.state.send_modify(|state| state.time = Some(time));
+        self.publish(frame);
         Next::GoOn
+    }
+
+    /// As if it had been published when it was due: every time in a replay is one of the recording.
+    fn publish(&mut self, mut frame: Frame) {
+        self.passed_over = None;
+        self.shown += 1;
+        frame.seq = self.shown;
+        self.state.send_modify(|state| state.time = Some(frame.picture.time));
+        self.hub.publish(frame);
     }
 
     /// How long it is until a slot is to be shown.
@@ -318,7 +335,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::live::Hub;
+    use crate::live::{Hub, now};
     use crate::picture::PictureMaker;
     use crate::pipeline::Pipeline;
 
@@ -328,7 +345,7 @@ mod tests {
         let maker = PictureMaker::new(&config, Pipeline::new(&config, Masks::default()).normaliser());
         let (writer, hub) = Hub::new(config.clone(), Arc::new(maker), now());
         let capture = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/demo/capture.pcap");
-        let open: OpenCaptures = Box::new(move || Ok(vec![Capture::open(&capture)?]));
+        let open: OpenCaptures = Arc::new(move || Ok(vec![Capture::open(&capture)?]));
         let date = jiff::civil::Date::default();
         let (player, thread) =
             Player::start(open, date, config, Masks::default(), writer, (speed, again)).unwrap();
@@ -375,7 +392,7 @@ mod tests {
         let slots = || hub.latest().map_or(0, |frame| frame.seq);
         // 75 s have some 300 slots.
         wait(|| slots() > 1000);
-        assert!(!player.state().ended && player.last().is_some());
+        assert!(!player.state().ended && player.state().last.is_some());
         let before = slots();
         wait(|| slots() > before);
         drop(player);

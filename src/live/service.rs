@@ -278,7 +278,8 @@ impl Engine {
             payload: arrival.payload,
         };
         let mut made = Vec::new();
-        self.driver.receive(&reception, |one| made.push(one));
+        let Self { driver, outlets, .. } = self;
+        driver.receive_showing(&reception, |report| outlets.hub.inputs.note(report), |one| made.push(one));
         self.hand_out(made);
     }
 

@@ -4,7 +4,7 @@ mod track_json;
 
 use crate::config::Config;
 use crate::fusion::{Emission, Point, Slot, Source};
-use crate::normalise::{Frame, Geodetic, Normaliser, SensorIndex};
+use crate::normalise::{Enu, Frame, Geodetic, Normaliser, SensorIndex};
 use crate::time::Time;
 
 pub use track_json::TrackJson;
@@ -106,6 +106,11 @@ impl PictureMaker {
     /// The geoid above the ellipsoid at the site, metres.
     pub fn geoid_undulation_m(&self) -> f64 {
         self.undulation_m
+    }
+
+    /// Where a place in the site's frame is on Earth.
+    pub fn place(&self, position: Enu) -> Geodetic {
+        self.frame.to_geodetic(position)
     }
 
     /// A sensor's configured name.

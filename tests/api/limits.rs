@@ -52,6 +52,8 @@ async fn every_refusal_is_a_problem() {
         ("limit", "limit=0"),
         ("limit", "limit=-1"),
         ("limit", "limit=1&limit=2"),
+        ("trail_s", "trail_s=0"),
+        ("trail_s", "trail_s=601"),
         ("color", "color=red"),
     ] {
         let answer = site.get(&format!("/api/v1/tracks?{query}")).await;
@@ -59,6 +61,7 @@ async fn every_refusal_is_a_problem() {
         assert_eq!(answer.json()["parameter"], name, "{query}");
     }
     is_problem(&site.get("/api/v1/stream?interval_ms=249").await, 400);
+    is_problem(&site.get("/api/v1/raw?after=-1").await, 400);
 }
 
 #[tokio::test]

@@ -7,6 +7,7 @@ mod common;
 mod documents;
 mod limits;
 mod rate;
+mod replay;
 mod routes;
 mod stream;
 mod tracks;

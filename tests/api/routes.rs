@@ -151,7 +151,7 @@ async fn status_and_info_tell_what_is_known() {
     site.publish(1).await;
     site.tell(flown().status.clone()).await;
     let status = site.get("/api/v1/status").await.json();
-    assert_eq!(status["latency_s"]["p50"], 6.126);
+    assert_eq!(status["latency_s"]["p50"], 6.251);
     assert_eq!(status["tally"]["received"], flown().status.tally.received);
     let info = site.get("/api/v1/info").await.json();
     assert_eq!((&info["profile"], &info["latency_s"]), (&"reference".into(), &6.25.into()));

@@ -7,7 +7,8 @@ use axum::http::Request;
 use futures_util::StreamExt;
 use tower::ServiceExt;
 use utm_fusion::api::Options;
-use utm_fusion::live::SensorState;
+use utm_fusion::live::{Frame, SensorState};
+use utm_fusion::time::Time;
 
 use crate::common::{Reader, Site, flown};
 
@@ -114,9 +115,7 @@ async fn who_does_not_read_costs_others_nothing_and_begins_anew() {
     }
     frame.picture.tracks = tracks;
     for _ in 0..120 {
-        frame.seq += 1;
-        frame.picture.time = frame.picture.time + jiff::SignedDuration::from_millis(250);
-        site.writer.publish(frame.clone());
+        site.writer.publish(next_slot(&mut frame));
         let event = keen.next().await.unwrap();
         assert_eq!((event.name.as_str(), event.data["seq"].as_u64()), ("tracks", Some(frame.seq)));
     }
@@ -127,6 +126,98 @@ async fn who_does_not_read_costs_others_nothing_and_begins_anew() {
     assert_eq!(names[0], "snapshot");
     let snapshot = lazy.next().await.unwrap();
     assert_eq!((snapshot.name.as_str(), snapshot.data["seq"].as_u64()), ("snapshot", Some(frame.seq)));
+}
+
+/// The same tracks a slot later, each with its new time.
+fn next_slot(frame: &mut Frame) -> Frame {
+    let later = |time: &mut Time| *time = *time + jiff::SignedDuration::from_millis(250);
+    frame.seq += 1;
+    later(&mut frame.due);
+    later(&mut frame.published_at);
+    later(&mut frame.picture.time);
+    frame.picture.tracks.iter_mut().for_each(|track| later(&mut track.time));
+    frame.clone()
+}
+
+#[tokio::test]
+async fn only_what_changed_is_told_again() {
+    let mut site = Site::plain();
+    site.publish(1).await;
+    let address = site.listen().await;
+    let mut readers = Vec::new();
+    for query in ["", "?source=fused,radar,transponder", "?interval_ms=500"] {
+        let mut reader = Reader::open(address, &format!("{STREAM}{query}"), "").await;
+        assert_eq!(reader.next().await.unwrap().name, "snapshot");
+        readers.push(reader);
+    }
+    // Of the next two slots the first moves one track, the second another; the rest is as it was.
+    let mut frame = flown().frames[flown().frames.len() / 2].clone();
+    let mut moved = Vec::new();
+    for index in [2, 5] {
+        let before = frame.picture.tracks.clone();
+        let next = next_slot(&mut frame);
+        for (place, track) in frame.picture.tracks.iter_mut().enumerate().filter(|(place, _)| *place != index)
+        {
+            *track = before[place].clone();
+        }
+        moved.push(flown().maker.track_id(&next.picture.tracks[index]));
+        site.writer.publish(frame.clone());
+    }
+    let ids = |data: &serde_json::Value| -> Vec<String> {
+        let features = data["features"].as_array().unwrap().iter();
+        features.map(|feature| feature["id"].as_str().unwrap().to_owned()).collect()
+    };
+    for reader in &mut readers[..2] {
+        for id in &moved {
+            let event = reader.next().await.unwrap();
+            assert_eq!((event.name.as_str(), ids(&event.data)), ("tracks", vec![id.clone()]));
+            assert_eq!(event.data["numberReturned"], 1);
+        }
+    }
+    let event = readers[2].next().await.unwrap();
+    assert_eq!(ids(&event.data), [moved[1].clone(), moved[0].clone()]);
+    site.shown(frame.seq).await;
+    let all = site.get("/api/v1/tracks").await.json();
+    assert_eq!(ids(&all).len(), frame.picture.tracks.len(), "the picture is whole");
+    let kept = ids(&all).iter().position(|id| !moved.contains(id)).unwrap();
+    assert_eq!(all["features"][kept]["properties"]["age_s"], 6.625, "its age goes on");
+}
+
+#[tokio::test]
+async fn a_replay_that_goes_back_begins_anew_for_everybody() {
+    let mut site = Site::plain();
+    site.publish(4).await;
+    let address = site.listen().await;
+    let mut readers = Vec::new();
+    for query in ["", "?source=fused", "?interval_ms=1000"] {
+        let mut reader = Reader::open(address, &format!("{STREAM}{query}"), "").await;
+        assert_eq!(reader.next().await.unwrap().name, "snapshot");
+        readers.push(reader);
+    }
+    let frames = &flown().frames;
+    let earlier = Frame { seq: frames.last().unwrap().seq + 1, ..frames[frames.len() / 3].clone() };
+    site.writer.publish(earlier.clone());
+    for reader in &mut readers {
+        assert_eq!(reader.next().await.unwrap().name, "resync");
+        let snapshot = reader.next().await.unwrap();
+        assert_eq!((snapshot.name.as_str(), &snapshot.data["seq"]), ("snapshot", &earlier.seq.into()));
+        assert_eq!(snapshot.data["time"], earlier.picture.time.to_string());
+    }
+}
+
+#[tokio::test]
+async fn a_snapshot_has_trails_where_they_are_asked_for() {
+    let mut site = Site::plain();
+    site.publish(40).await;
+    let address = site.listen().await;
+    let mut reader = Reader::open(address, "/api/v1/stream?trail_s=5", "").await;
+    let snapshot = reader.next().await.unwrap();
+    assert_eq!(snapshot.data, site.get("/api/v1/tracks?trail_s=5").await.json());
+    let features = snapshot.data["features"].as_array().unwrap();
+    assert!(features.iter().any(|f| f["properties"]["trail"].is_object()), "{features:?}");
+    site.publish(1).await;
+    let event = reader.next().await.unwrap();
+    assert!(event.data["features"][0]["properties"].get("trail").is_none(), "those who listen have it");
 }
 
 #[tokio::test]
@@ -143,9 +234,7 @@ async fn tracks_that_no_longer_come_have_ended() {
         let id = flown().maker.track_id(&gone);
         assert!(snapshot.data["features"].as_array().unwrap().iter().any(|f| f["id"] == id.as_str()));
         for slot in 1..=8 {
-            frame.seq += 1;
-            frame.picture.time = frame.picture.time + jiff::SignedDuration::from_millis(250);
-            site.writer.publish(frame.clone());
+            site.writer.publish(next_slot(&mut frame));
             assert_eq!(reader.next().await.unwrap().name, "tracks", "{slot}");
         }
         let ended = reader.next().await.unwrap();
@@ -161,6 +250,9 @@ async fn a_heartbeat_each_second_and_news_of_sensors() {
     site.tell(status.clone()).await;
     let mut reader = Reader::open(address, STREAM, "").await;
     assert_eq!(reader.next().await.unwrap().name, "snapshot");
+    let other = &flown().config.sensors[1].id;
+    let mut elsewhere = Reader::open(address, &format!("{STREAM}?sensor={other}"), "").await;
+    assert_eq!(elsewhere.next().await.unwrap().name, "snapshot");
     loop {
         let event = reader.any().await.unwrap();
         if event.name == "heartbeat" {
@@ -184,6 +276,11 @@ async fn a_heartbeat_each_second_and_news_of_sensors() {
     assert!(over["until"].is_string());
     let alerts = site.get("/api/v1/alerts").await.json();
     assert_eq!((alerts["alerts"].as_array().unwrap().len(), &alerts["ended"][0]["id"]), (0, &alert["id"]));
+    // Who chose another sensor hears of the alerts only.
+    for id in [&alert["id"], &over["id"]] {
+        let event = elsewhere.next().await.unwrap();
+        assert_eq!((event.name.as_str(), &event.data["id"]), ("alert", id));
+    }
 }
 
 /// The next two events, in whatever order they come.

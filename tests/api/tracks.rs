@@ -28,7 +28,7 @@ async fn the_picture_is_geojson_and_says_what_it_is_of() {
     assert!(count >= 8, "{count} tracks");
     assert_eq!(json["numberMatched"], count);
     assert_eq!(json["numberReturned"], count);
-    assert_eq!(json["latency_s"], 6.125);
+    assert_eq!(json["latency_s"], 6.25, "from the opening of the slot");
     assert_eq!(json["site"], flown().config.site.name);
     for feature in features(&json) {
         let (properties, place) = (&feature["properties"], &feature["geometry"]["coordinates"]);
@@ -36,7 +36,7 @@ async fn the_picture_is_geojson_and_says_what_it_is_of() {
         assert_eq!(feature["geometry"]["type"], "Point");
         assert_eq!((&place[0], &place[1]), (&properties["lng"], &properties["lat"]));
         assert_eq!(place.get(2), properties.get("alt"));
-        assert_eq!(properties["age_s"], 6.125);
+        assert_eq!(properties["age_s"], 6.125, "from the slot's centre");
         let id = properties["id"].as_str().unwrap();
         let one = site.get(&format!("/api/v1/tracks/{id}")).await;
         assert_eq!(one.json(), *feature);
@@ -96,4 +96,36 @@ async fn an_unchanged_picture_is_not_sent_again() {
     site.publish(1).await;
     let next = site.ask(Request::get("/api/v1/tracks").header("if-none-match", &tag)).await;
     assert_eq!(next.status, StatusCode::OK);
+}
+
+#[tokio::test]
+async fn a_trail_is_where_the_track_was_each_second() {
+    let mut site = Site::plain();
+    let mut seen: Vec<Value> = Vec::new();
+    for _ in 0..40 {
+        site.publish(1).await;
+        seen.push(site.get("/api/v1/tracks").await.json());
+    }
+    let picture = site.get("/api/v1/tracks?trail_s=5&source=fused").await.json();
+    assert!(!features(&picture).is_empty());
+    let now = &picture["time"].as_str().unwrap().parse::<jiff::Timestamp>().unwrap();
+    let mut longest = 0;
+    for feature in features(&picture) {
+        let trail = &feature["properties"]["trail"];
+        let (times, places) = (trail["times"].as_array().unwrap(), trail["coordinates"].as_array().unwrap());
+        assert_eq!(times.len(), places.len());
+        longest = longest.max(times.len());
+        for (time, place) in times.iter().zip(places) {
+            let then = seen.iter().find(|then| then["time"] == *time).unwrap();
+            let was = features(then).iter().find(|was| was["id"] == feature["id"]).unwrap();
+            for (axis, close) in [(0, 1e-7), (1, 1e-7), (2, 0.051)] {
+                let was = was["geometry"]["coordinates"][axis].as_f64();
+                assert_eq!(place[axis].as_f64().is_some(), was.is_some());
+                assert!((place[axis].as_f64().unwrap_or(0.0) - was.unwrap_or(0.0)).abs() <= close);
+            }
+            let age_s = now.duration_since(time.as_str().unwrap().parse().unwrap()).as_secs_f64();
+            assert!(age_s > 0.0 && age_s <= 5.0, "{age_s}");
+        }
+    }
+    assert_eq!(longest, 5, "a place a second");
 }

@@ -66,7 +66,7 @@ function reason(contributor, needed) {
 }
 
 function contributors(track, info) {
-  const needed = info?.fusion?.ratio_min ?? info?.ratio_min;
+  const needed = info?.settings?.ratio_min;
   const list = element("ul", { class: "contributors" });
   for (const contributor of track.properties.contributors ?? []) {
     const { own, sensor, weight, why, kind, time, height_measured, ratio } = reason(contributor, needed);

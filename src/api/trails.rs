@@ -1,0 +1,84 @@
+//! Where the tracks of the last minutes were, a place a second: for readers that open the picture now.
+
+use std::collections::{HashMap, VecDeque};
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use super::shown::Shown;
+use crate::json::rounded;
+use crate::time::{SECOND, Time};
+
+/// A trail is no longer than this, seconds.
+pub const LONGEST_S: u32 = 600;
+/// Places that are kept of all tracks together: where there are very many, their trails are shorter.
+const PLACES: usize = 500_000;
+
+/// The last seconds, the oldest first.
+#[derive(Debug, Default)]
+pub struct Trails {
+    seconds: VecDeque<Second>,
+    places: usize,
+}
+
+#[derive(Debug)]
+struct Second {
+    time: Time,
+    places: Vec<(Arc<str>, Place)>,
+}
+
+/// Longitude, latitude and, where it was measured, ellipsoidal height.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+enum Place {
+    Low([f64; 2]),
+    High([f64; 3]),
+}
+
+/// Where a track was: times and places, the oldest first.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Trail {
+    times: Vec<String>,
+    coordinates: Vec<Place>,
+}
+
+impl Trails {
+    /// Keeps the first slot of each second. A replay that went back takes back what it will show again.
+    pub fn note(&mut self, shown: &Shown) {
+        let time = shown.time();
+        while self.seconds.back().is_some_and(|second| second.time >= time) {
+            self.seconds.pop_back().inspect(|second| self.places -= second.places.len());
+        }
+        if self.seconds.back().is_some_and(|second| time.nanos() - second.time.nanos() < SECOND) {
+            return;
+        }
+        let place = |piece: &super::shown::Piece| {
+            let [lng, lat] = [rounded(piece.lng, 7), rounded(piece.lat, 7)];
+            let height_m = rounded(shown.track(piece).position.height_m, 1);
+            let place = piece.alt_msl.map_or(Place::Low([lng, lat]), |_| Place::High([lng, lat, height_m]));
+            (piece.id.clone(), place)
+        };
+        let places: Vec<_> = shown.pieces.iter().map(place).collect();
+        self.places += places.len();
+        self.seconds.push_back(Second { time, places });
+        let oldest = Time::from_nanos(time.nanos() - i64::from(LONGEST_S) * SECOND);
+        while self.places > PLACES || self.seconds.front().is_some_and(|second| second.time < oldest) {
+            self.seconds.pop_front().inspect(|second| self.places -= second.places.len());
+        }
+    }
+
+    /// The trail of each track over so many seconds before `now`.
+    pub fn last(&self, seconds: u32, now: Time) -> HashMap<Arc<str>, Trail> {
+        let since = now.nanos() - i64::from(seconds) * SECOND;
+        let mut trails: HashMap<Arc<str>, Trail> = HashMap::new();
+        for second in self.seconds.iter().filter(|second| second.time.nanos() >= since && second.time < now) {
+            let time = second.time.to_string();
+            for (id, place) in &second.places {
+                let trail = trails.entry(id.clone()).or_default();
+                trail.times.push(time.clone());
+                trail.coordinates.push(*place);
+            }
+        }
+        trails
+    }
+}
