@@ -16,6 +16,7 @@ use super::problem::Problem;
 use super::rate::Who;
 use super::routes::{ROUTES, Route};
 use super::server::Peer;
+use crate::config::Tiles;
 
 /// Octets of a request's body; no route reads one.
 const BODY: u64 = 64 * 1024;
@@ -109,7 +110,7 @@ async fn guard(State(state): State<ApiState>, request: Request, next: Next) -> R
         headers.insert(header::ACCESS_CONTROL_ALLOW_ORIGIN, origin);
         headers.insert(header::ACCESS_CONTROL_EXPOSE_HEADERS, HeaderValue::from_static("etag, retry-after"));
     }
-    secure(response.headers_mut());
+    secure(response.headers_mut(), state.policy());
     state.count_answer(response.status().as_u16());
     response
 }
@@ -132,10 +133,17 @@ fn too_much(request: &Request) -> Option<Problem> {
         .then(|| Problem::new(StatusCode::PAYLOAD_TOO_LARGE, format!("a body has at most {BODY} octets")))
 }
 
-/// The page loads nothing but from here, and nothing here is guessed at or framed.
-fn secure(headers: &mut HeaderMap) {
+/// What the page may load: nothing but from here, and pictures from the server of the tiles where there is one.
+pub(super) fn policy(tiles: Option<&Tiles>) -> HeaderValue {
+    let tiles = tiles.map_or(String::new(), |tiles| format!("img-src 'self' {}; ", tiles.origin()));
+    let policy = format!("default-src 'self'; {tiles}frame-ancestors 'none'; base-uri 'none'");
+    HeaderValue::try_from(policy).expect("an origin is of lower-case letters, digits and -.:[]")
+}
+
+/// Nothing here is guessed at or framed.
+fn secure(headers: &mut HeaderMap, policy: HeaderValue) {
+    headers.insert(header::CONTENT_SECURITY_POLICY, policy);
     let fixed = [
-        (header::CONTENT_SECURITY_POLICY, "default-src 'self'; frame-ancestors 'none'; base-uri 'none'"),
         (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
         (header::REFERRER_POLICY, "no-referrer"),
         (HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),

@@ -41,6 +41,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use axum::http::HeaderValue;
 use tokio::sync::watch;
 use tokio::time::Instant;
 
@@ -123,6 +124,8 @@ struct Inner {
     seats: Seats,
     limiter: Limiter,
     trails: Mutex<Trails>,
+    /// What the page may load.
+    policy: HeaderValue,
     /// Responses by status.
     answered: Mutex<BTreeMap<u16, u64>>,
     /// When the last slot came.
@@ -145,6 +148,7 @@ impl ApiState {
             limiter: Limiter::default(),
             seats: Seats::new(options.streams, options.streams_per_address),
             trails: Mutex::default(),
+            policy: guard::policy(hub.config.http.tiles.as_ref()),
             answered: Mutex::default(),
             slot_came: Mutex::default(),
             closing,
@@ -193,6 +197,10 @@ impl ApiState {
 
     fn seats(&self) -> &Seats {
         &self.0.seats
+    }
+
+    fn policy(&self) -> HeaderValue {
+        self.0.policy.clone()
     }
 
     fn trails(&self) -> MutexGuard<'_, Trails> {

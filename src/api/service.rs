@@ -168,6 +168,9 @@ pub fn info(ask: &Ask) -> Answer {
                 "suppress_s": fusion.suppress().as_secs_f64(),
             },
     });
+    if let Some(tiles) = &config.http.tiles {
+        info["tiles"] = json!({ "url": tiles.url, "attribution": tiles.attribution });
+    }
     if let Some(replay) = replay {
         info["replay"] = replay;
     }

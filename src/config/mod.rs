@@ -31,7 +31,7 @@ pub use error::{ConfigError, ConfigErrors, Place};
 pub use types::{
     Address, Area, AreaKind, Auth, Classification, Fusion, Http, Input, MAX_WINDOW_SLOTS, Output, Profile,
     ProfileError, Radar, RadarAccuracy, RateLimit, Record, Sensor, SensorKind, SerialSource, Sink, Site,
-    State, Transponder, TransponderAccuracy,
+    State, Tiles, Transponder, TransponderAccuracy,
 };
 
 use error::Faults;

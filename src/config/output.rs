@@ -5,7 +5,7 @@ use std::path::{self, Path, PathBuf};
 
 use super::network::read_sink;
 use super::reader::{Item, Section, each};
-use super::types::{Auth, Http, Output, RateLimit, Record, SerialSource, State};
+use super::types::{Auth, Http, Output, RateLimit, Record, SerialSource, State, Tiles};
 
 pub(super) fn read_output(mut section: Section<'_>) -> Option<Output> {
     let asterix = each(section.item("asterix"), read_sink);
@@ -54,8 +54,15 @@ pub(super) fn read_http(mut section: Section<'_>, config: &Path) -> Option<Http>
         read.into_iter().collect()
     });
     let limit = read_limit(&mut section);
+    let tiles = section.item("tiles").map(|item| read_tiles(item.section()?));
     section.finish();
-    let http = Http { listen: listen?, auth: auth.unwrap_or(Some(Auth::None))?, cors: cors?, limit: limit? };
+    let http = Http {
+        listen: listen?,
+        auth: auth.unwrap_or(Some(Auth::None))?,
+        cors: cors?,
+        limit: limit?,
+        tiles: tiles.map_or(Some(None), |tiles| tiles.map(Some))?,
+    };
     if let (Auth::None, false, Some(item)) = (&http.auth, http.is_local(), listen_item) {
         item.refuse(
             "without authentication the service listens on a loopback address only; write 127.0.0.1, \
@@ -113,12 +120,30 @@ fn read_auth(mut section: Section<'_>, config: &Path) -> Option<Auth> {
     auth
 }
 
-/// `scheme://host[:port]`, as a browser writes it.
-fn read_origin(item: &Item<'_>) -> Option<String> {
-    let text = item.text()?;
+fn read_tiles(mut section: Section<'_>) -> Option<Tiles> {
+    let url = section.need("url", "url = \"https://host/{z}/{x}/{y}.png\"").and_then(|item| {
+        let tiles = Tiles { url: item.text()?.to_owned(), attribution: String::new() };
+        let whole = ["/{z}", "{x}", "{y}"].iter().all(|part| tiles.url.contains(part));
+        if !whole || !is_origin(tiles.origin()) {
+            item.refuse("tiles are at https://host/… or http://host/…, with {z}, {x} and {y} in the path");
+        }
+        Some(tiles.url)
+    });
+    let attribution = section.item("attribution").map(|item| Some(item.text()?.to_owned()));
+    section.finish();
+    Some(Tiles { url: url?, attribution: attribution.unwrap_or(Some(String::new()))? })
+}
+
+/// Whether it is `scheme://host[:port]`, as a browser writes it.
+fn is_origin(text: &str) -> bool {
     let host = text.strip_prefix("https://").or_else(|| text.strip_prefix("http://"));
     let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "-.:[]".contains(c);
-    if !host.is_some_and(|host| !host.is_empty() && host.chars().all(plain)) {
+    host.is_some_and(|host| !host.is_empty() && host.chars().all(plain))
+}
+
+fn read_origin(item: &Item<'_>) -> Option<String> {
+    let text = item.text()?;
+    if !is_origin(text) {
         item.refuse(
             "an origin is https://host or http://host, in lower case, with :port where it is no usual one",
         );

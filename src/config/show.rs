@@ -8,7 +8,7 @@ use super::Config;
 use super::tree::quoted;
 use super::types::{
     Address, AreaKind, Auth, Classification, Fusion, Input, Output, Radar, RateLimit, Sensor, SensorKind,
-    SerialSource, Sink, Site, Transponder,
+    SerialSource, Sink, Site, Tiles, Transponder,
 };
 
 /// TOML that reads back to the same value. What is absent and has no default is a comment that says what that means.
@@ -48,6 +48,13 @@ impl Display for Config {
                 writeln!(f, "requests_per_s = {requests_per_s}\nrequests_burst = {burst}")?;
             }
             None => writeln!(f, "requests_per_s = 0")?,
+        }
+        match &self.http.tiles {
+            Some(Tiles { url, attribution }) => {
+                let (url, attribution) = (quoted(url), quoted(attribution));
+                writeln!(f, "tiles = {{ url = {url}, attribution = {attribution} }}")?;
+            }
+            None => writeln!(f, "# tiles: none, the page asks nobody but this service")?,
         }
         let state = &self.state;
         writeln!(f, "\n[state]\ndir = {}", quoted(&state.dir.to_string_lossy()))?;

@@ -351,6 +351,19 @@ fn output_http_state_and_areas() {
             "30: http.auth.tokens_file = \"t\"",
             "nobody reads",
         ),
+        (listen, end("tiles = {}"), "30: http.tiles.url", "missing"),
+        (
+            listen,
+            end("tiles = { url = \"https://a.example/{z}/{x}.png\" }"),
+            "30: http.tiles.url",
+            "{z}, {x} and {y}",
+        ),
+        (
+            listen,
+            end("tiles = { url = \"https://*.example/{z}/{x}/{y}.png\" }"),
+            "30: http.tiles.url",
+            "https://host/…",
+        ),
         (listen, end("cors = [\"*\"]"), "30: http.cors[0] = \"*\"", "an origin is"),
         (listen, end("requests_per_s = -1"), "30: http.requests_per_s = -1", "0 (no limit) to"),
         (listen, end("requests_burst = 0"), "30: http.requests_burst = 0", "1 to 1000000"),
@@ -407,5 +420,8 @@ fn output_http_state_and_areas() {
     assert_eq!(limit("requests_per_s = 3"), Some(RateLimit { requests_per_s: 3, burst: 12 }));
     assert_eq!(limit("requests_burst = 7"), Some(RateLimit { requests_per_s: 50, burst: 7 }));
     assert_eq!(limit("requests_per_s = 0"), None);
+    let tiles = "tiles = { url = \"https://t.example:8443/a/{z}/{x}/{y}.png\" }";
+    let tiles = parse(&BASE.replace(listen, &format!("{listen}\n{tiles}"))).unwrap().http.tiles.unwrap();
+    assert_eq!(tiles.origin(), "https://t.example:8443");
     assert_eq!(parse(&open.to_string()).unwrap(), open);
 }

@@ -349,6 +349,8 @@ pub struct Http {
     pub cors: Vec<String>,
     /// How often one address, and one token, may ask; `None`: as often as it likes.
     pub limit: Option<RateLimit>,
+    /// What lies under the map; `None`: the page asks nobody but this service.
+    pub tiles: Option<Tiles>,
 }
 
 impl Http {
@@ -371,6 +373,22 @@ pub struct RateLimit {
 impl Default for RateLimit {
     fn default() -> Self {
         Self { requests_per_s: 50, burst: 200 }
+    }
+}
+
+/// Map tiles of a server of the user's choice.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Tiles {
+    /// `https://host/…` with `{z}`, `{x}`, `{y}`: Web Mercator.
+    pub url: String,
+    /// Whose they are; shown on the map.
+    pub attribution: String,
+}
+
+impl Tiles {
+    /// `https://host`: the one place beside the service that the page may load pictures from.
+    pub fn origin(&self) -> &str {
+        self.url.match_indices('/').nth(2).map_or(&*self.url, |(end, _)| &self.url[..end])
     }
 }
 

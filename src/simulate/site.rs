@@ -49,6 +49,7 @@ pub fn site(scenario: &Scenario, ground: &Ground) -> Config {
             auth: Auth::None,
             cors: Vec::new(),
             limit: Some(RateLimit::default()),
+            tiles: None,
         },
         state: State { dir: "state".into(), history_hours: 24.0, history_mib: 512 },
     }

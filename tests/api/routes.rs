@@ -3,7 +3,7 @@
 use axum::http::StatusCode;
 use serde_json::Value;
 use utm_fusion::api::Options;
-use utm_fusion::config::{Area, AreaKind, SensorKind};
+use utm_fusion::config::{Area, AreaKind, SensorKind, Tiles};
 
 use crate::common::{Site, flown};
 
@@ -197,4 +197,21 @@ async fn the_page_is_served_under_its_policy() {
     assert_eq!((page.status, page.header("content-type")), (StatusCode::OK, "text/html; charset=utf-8"));
     assert!(page.header("content-security-policy").contains("default-src 'self'"));
     assert_eq!(page.header("x-content-type-options"), "nosniff");
+    assert!(!page.header("content-security-policy").contains("img-src"));
+    assert!(site.get("/api/v1/info").await.json().get("tiles").is_none());
+}
+
+#[tokio::test]
+async fn the_server_of_the_tiles_is_the_only_other_one() {
+    let url = "https://tiles.example:8443/map/{z}/{x}/{y}.png".to_owned();
+    let tiles = Tiles { url, attribution: "© somebody".to_owned() };
+    let site = Site::with(Options::default(), |config| config.http.tiles = Some(tiles.clone()));
+    let policy = site.get("/").await.header("content-security-policy").to_owned();
+    assert!(policy.contains("img-src 'self' https://tiles.example:8443; "), "{policy}");
+    assert!(
+        policy.starts_with("default-src 'self'; ") && policy.matches("https://").count() == 1,
+        "{policy}"
+    );
+    let info = site.get("/api/v1/info").await.json();
+    assert_eq!(info["tiles"], serde_json::json!({ "url": tiles.url, "attribution": tiles.attribution }));
 }
