@@ -22,6 +22,7 @@ const FILES: &[(&str, &str, &str)] = &[
     ("/overlays.js", JAVASCRIPT, include_str!("page/overlays.js")),
     ("/palette.js", JAVASCRIPT, include_str!("page/palette.js")),
     ("/picture.js", JAVASCRIPT, include_str!("page/picture.js")),
+    ("/raw.js", JAVASCRIPT, include_str!("page/raw.js")),
     ("/replay.js", JAVASCRIPT, include_str!("page/replay.js")),
     ("/sensors.js", JAVASCRIPT, include_str!("page/sensors.js")),
     ("/settings.js", JAVASCRIPT, include_str!("page/settings.js")),
@@ -30,6 +31,7 @@ const FILES: &[(&str, &str, &str)] = &[
     ("/style.css", "text/css; charset=utf-8", include_str!("page/style.css")),
     ("/symbols.js", JAVASCRIPT, include_str!("page/symbols.js")),
     ("/table.js", JAVASCRIPT, include_str!("page/table.js")),
+    ("/tiles.js", JAVASCRIPT, include_str!("page/tiles.js")),
     ("/view.js", JAVASCRIPT, include_str!("page/view.js")),
 ];
 

@@ -8,6 +8,7 @@ let askForToken = () => {};
 export const onUnauthorized = (ask) => (askForToken = ask);
 export const setToken = (token) => sessionStorage.setItem(TOKEN, token);
 
+export const TRAIL_S = 60;
 const LONGEST_ANSWER_MS = 10000;
 
 function headers() {
@@ -28,6 +29,7 @@ export async function post(path, parameters = {}) {
 /** An EventSource cannot send a header: with a token, a short-lived ticket goes into its address. */
 async function streamAddress() {
   const url = address("stream");
+  url.searchParams.set("trail_s", TRAIL_S); // trails are there at once
   if (sessionStorage.getItem(TOKEN)) url.searchParams.set("ticket", (await post("stream-tickets")).ticket);
   return url;
 }

@@ -11,12 +11,14 @@ import { Map2d } from "./map.js";
 import { listenForOverlays } from "./overlays.js";
 import { applyTheme, nextTheme, themeWords } from "./palette.js";
 import { Picture } from "./picture.js";
+import { Raw } from "./raw.js";
 import { Replay } from "./replay.js";
 import { Sensors } from "./sensors.js";
 import { change, isFiltering, LAYERS, onChange, read, settings, toggleLayer, toggleSource } from "./settings.js";
 import { Shapes } from "./shapes.js";
 import { Status } from "./status.js";
 import { Table } from "./table.js";
+import { Tiles } from "./tiles.js";
 
 const RENEW_MS = 10000; // rates, clock offsets and alerts that are over come by asking
 
@@ -32,6 +34,7 @@ const alerts = new Alerts((byTrack) => {
   map.invalidate();
 });
 const sensors = new Sensors(() => map.invalidate());
+map.raw = new Raw(map);
 
 // ── what the service says
 
@@ -45,7 +48,15 @@ function originate(lat, lng, isRadar) {
   [map.picture, table.picture, detail.picture] = [picture, picture, picture];
   if (early) picture.snapshot(early);
   early = null;
+  lay(status.info?.tiles);
   map.frameOnce();
+}
+
+/** The tiles under the map, and the words that their makers ask for. */
+function lay(tiles) {
+  if (tiles && map.picture && !map.tiles) map.tiles = new Tiles(tiles, map.picture.frame, () => map.invalidate());
+  setText(byId("attribution"), map.tiles?.attribution ?? "");
+  byId("layer-list").querySelector("[name=tiles]").closest("li").hidden = !map.tiles;
 }
 
 function originateFromTracks({ features = [] }) {
@@ -61,6 +72,7 @@ async function loadInfo() {
   document.title = site ? `${site} – utm-fusion` : "utm-fusion";
   byId("site").title = `version ${info.version ?? "?"}, profile ${info.profile ?? "?"}`;
   if (Number.isFinite(info.latency_s)) status.latency = info.latency_s;
+  lay(info.tiles);
   if (status.isReplay) replay.update(info.replay ?? {});
 }
 

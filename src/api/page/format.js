@@ -29,6 +29,14 @@ export const utc = (ms, fraction = 0) =>
   Number.isFinite(ms) ? new Date(ms).toISOString().slice(11, fraction ? 20 + fraction : 19) : DASH;
 export const date = (ms) => (Number.isFinite(ms) ? new Date(ms).toISOString().slice(0, 10) : DASH);
 
+/** h:mm:ss of seconds, for where a recording is. */
+export function clock(value) {
+  if (!Number.isFinite(value)) return DASH;
+  const whole = Math.max(0, Math.floor(value));
+  const two = (number) => String(number % 60).padStart(2, "0");
+  return `${Math.floor(whole / 3600)}:${two(Math.floor(whole / 60))}:${two(whole)}`;
+}
+
 /** 52.51416° N 0.57552° W */
 export const position = (lat, lng) =>
   `${Math.abs(lat).toFixed(5)}°${THIN}${lat < 0 ? "S" : "N"} ${Math.abs(lng).toFixed(5)}°${THIN}${lng < 0 ? "W" : "E"}`;

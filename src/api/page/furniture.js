@@ -68,7 +68,8 @@ function drawBearings(context, view, cx, cy, from, to) {
     if (leaves <= from * 1.2) continue;
     const [x, y] = [cx + leaves * sin, cy - leaves * cos];
     const isOnScale = x < 190 && y > view.height - 50;
-    if (!isOnScale) write(context, `${String(angle).padStart(3, "0")}°`, x, y);
+    const isOnLegend = x > view.width - 160 && y > view.height - 130;
+    if (!isOnScale && !isOnLegend) write(context, `${String(angle).padStart(3, "0")}°`, x, y);
   }
 }
 

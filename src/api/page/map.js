@@ -17,6 +17,8 @@ export class Map2d {
   coverage = null;
   areas = null;
   overlays = [];
+  tiles = null;
+  raw = null;
   alerted = new Map(); // severity by track id
   placed = [];
   waiting = false;
@@ -64,13 +66,15 @@ export class Map2d {
     const tracks = this.picture.visible();
     const { time } = this.picture;
 
-    // From the ground up. A layer of tiles would be the first here; there is none, since the page asks nobody but its service.
+    // From the ground up.
+    if (layers.tiles && this.tiles) this.tiles.draw(context, view);
     if (layers.coverage && this.coverage) drawCoverage(context, view, this.coverage);
     if (layers.areas && this.areas) drawAreas(context, view, this.areas);
     for (const overlay of this.overlays) drawOverlay(context, view, overlay);
     if (layers.rings && this.picture.frame.isRadar) drawRings(context, view);
     if (layers.trails) drawTrails(context, view, tracks, time);
     drawRadars(context, view, this.radars);
+    if (layers.raw) this.raw?.draw(context, view, time);
     this.placed = place(view, tracks);
     if (layers.vectors) drawVectors(context, view, this.placed);
     if (layers.labels) drawLabels(context, view, this.placed, this.alerted);

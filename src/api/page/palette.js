@@ -20,7 +20,11 @@ export function applyTheme() {
     probe.style.color = `var(--${name})`;
     palette[name] = getComputedStyle(probe).color;
   }
+  palette.isDark = theme() === "dark";
 }
+
+const theme = () =>
+  settings.theme !== "auto" ? settings.theme : matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
 
 const NEXT = { auto: "light", light: "dark", dark: "auto" };
 const WORDS = { auto: "as the system has it", light: "light", dark: "dark" };

@@ -1,9 +1,9 @@
 // The tracks now, their trails and, where the service gives no speed, what their last positions say of it.
 
+import { TRAIL_S } from "./api.js";
 import { bearing } from "./geo.js";
 import { settings } from "./settings.js";
 
-export const TRAIL_S = 60;
 const TRAIL_STEP_MS = 1000; // one trail point a second is enough to see, and a quarter of the memory
 const TRAIL_POINTS = TRAIL_S + 4;
 const RECENT_MS = 5000; // shorter and the radar's noise is taken for speed
@@ -65,11 +65,21 @@ class Track {
       this.trail.clear();
       this.recent.clear();
     }
+    this.remember(properties.trail, frame);
     if (this.time > this.recent.last) this.recent.push(this.time, this.x, this.y);
     if (this.time >= this.trail.last + TRAIL_STEP_MS) this.trail.push(this.time, this.x, this.y);
     this.derived = !Number.isFinite(properties.speed);
     if (this.derived) this.deriveVelocity();
     else [this.speed, this.course] = [properties.speed, properties.track ?? NaN];
+  }
+
+  /** Where the service says that it was, where that is not known. */
+  remember(trail, frame) {
+    trail?.times.forEach((text, i) => {
+      const [time, [lng, lat]] = [Date.parse(text), trail.coordinates[i]];
+      const [x, y] = frame.toLocal(lat, lng);
+      for (const ring of [this.trail, this.recent]) if (time > ring.last) ring.push(time, x, y);
+    });
   }
 
   /** The slope of a straight line through the last seconds' positions, least squares; NaN with about 1 s of them. */

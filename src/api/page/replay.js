@@ -2,6 +2,7 @@
 
 import { post } from "./api.js";
 import { byId, element, setText } from "./dom.js";
+import * as format from "./format.js";
 
 const SPEEDS = [0.25, 0.5, 1, 2, 4, 8, 16];
 
@@ -18,7 +19,10 @@ export class Replay {
     byId("replay-back").addEventListener("click", () => this.seek(this.time - 10000));
     byId("replay-forward").addEventListener("click", () => this.seek(this.time + 10000));
     byId("replay-speed").addEventListener("change", (event) => this.ask("speed", { speed: Number(event.target.value) }));
-    this.slider.addEventListener("input", () => (this.held = true));
+    this.slider.addEventListener("input", () => {
+      this.held = true;
+      this.at(this.time);
+    });
     this.slider.addEventListener("change", () => {
       this.held = false;
       this.seek(Date.parse(this.state.start) + Number(this.slider.value) * 1000);
@@ -38,15 +42,29 @@ export class Replay {
     const toggle = byId("replay-toggle");
     setText(toggle, playing ? "Pause" : "Play");
     toggle.setAttribute("aria-label", playing ? "Pause" : "Play");
-    byId("replay-speed").value = String(speed);
-    this.slider.hidden = !(start && end);
-    if (start && end) this.slider.max = String((Date.parse(end) - Date.parse(start)) / 1000);
+    this.showSpeed(speed);
+    const length = (Date.parse(end) - Date.parse(start)) / 1000;
+    this.slider.disabled = !Number.isFinite(length); // until the service has read the recording through
+    if (Number.isFinite(length)) this.slider.max = String(length);
+    setText(byId("replay-length"), format.clock(length));
+    this.at(this.time);
     this.status.show();
+  }
+
+  /** Any speed may have been asked for on the command line. */
+  showSpeed(speed) {
+    const select = byId("replay-speed");
+    if (![...select.options].some((option) => Number(option.value) === speed)) {
+      select.append(element("option", { value: speed }, `×${speed}`));
+    }
+    select.value = String(speed);
   }
 
   at(time) {
     this.time = time;
-    if (!this.held && this.state.start) this.slider.value = String((time - Date.parse(this.state.start)) / 1000);
+    const gone = (time - Date.parse(this.state.start)) / 1000;
+    if (!this.held && Number.isFinite(gone)) this.slider.value = String(gone);
+    setText(byId("replay-at"), format.clock(this.held ? Number(this.slider.value) : gone));
   }
 
   toggle() {

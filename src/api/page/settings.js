@@ -10,9 +10,11 @@ export const LAYERS = {
   rings: ["Range rings and bearings", true],
   coverage: ["Coverage of the sensors", true],
   areas: ["Areas", true],
+  raw: ["Raw inputs: plots and transponder reports", false],
+  tiles: ["Map tiles", true],
 };
 
-const defaultLayers = () => Object.fromEntries(Object.entries(LAYERS).map(([name, [, on]]) => [name, on]));
+const defaultLayers = () => Object.fromEntries(Object.entries(LAYERS).map(([name, [, isOn]]) => [name, isOn]));
 
 export const settings = {
   centre: null, // [lat, lng]

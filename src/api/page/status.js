@@ -38,7 +38,7 @@ export class Status {
 
   /** UTC by the service's clock where it told it, which counts; else by this machine's. */
   utc() {
-    if (!this.publishedAt || this.isReplay) return Date.now();
+    if (!this.publishedAt) return Date.now();
     return this.publishedAt[1] + performance.now() - this.publishedAt[0];
   }
 
@@ -50,15 +50,17 @@ export class Status {
     setAttribute(badge, "title", title);
     setText(byId("announcement"), `${state}: ${title}`); // said once, not at each second of the badge
     document.body.classList.toggle("stale", state === "stale");
-    setText(byId("utc"), `${format.utc(this.utc())} UTC`);
-    setText(byId("picture-time"), this.pictureWords());
+    const [clock, beside, meaning] = this.times();
+    setText(byId("utc"), `${format.utc(clock)} UTC`);
+    setText(byId("picture-time"), beside);
+    setAttribute(byId("utc"), "title", meaning);
   }
 
-  /** The date only where it is another than today's: of a recording. */
-  pictureWords() {
-    if (!Number.isFinite(this.pictureTime)) return "";
-    const day = format.date(this.pictureTime);
-    return `picture ${day === format.date(this.utc()) ? "" : `${day} `}${format.utc(this.pictureTime, 2)}`;
+  /** The clock, what stands beside it, and what the clock is. In a recording the only time that counts is its own. */
+  times() {
+    if (this.isReplay) return [this.pictureTime, format.date(this.pictureTime), "The time in the recording"];
+    const picture = Number.isFinite(this.pictureTime) ? `picture ${format.utc(this.pictureTime, 1)}` : "";
+    return [this.utc(), picture, "Now; beside it the time that the picture shows"];
   }
 
   words() {

@@ -1,9 +1,9 @@
 // The tracks on the map: trails that fade, a shape and a colour by source, where each will be, and labels.
 
+import { TRAIL_S } from "./api.js";
 import * as format from "./format.js";
 import { FONT, write } from "./furniture.js";
 import { palette } from "./palette.js";
-import { TRAIL_S } from "./picture.js";
 import { settings, SOURCES } from "./settings.js";
 
 const BANDS = 6; // steps of fading: one path each and source, however many tracks
@@ -169,7 +169,7 @@ export function labelLines(track) {
 
 const RANK = { fused: 0, transponder: 1, radar: 2 };
 
-/** Labels beside their symbols, where nothing else is; a label that finds no room is left out. */
+/** Labels beside their symbols, where nothing else is; in a crowd the name alone, or nothing where even that has no room. */
 export function drawLabels(context, view, placed, alerted) {
   context.font = FONT;
   context.textAlign = "left";
@@ -180,11 +180,12 @@ export function drawLabels(context, view, placed, alerted) {
     track.id === settings.selected ? -2 : alerted.has(track.id) ? -1 : RANK[track.source] + (track.isDoubtful ? 1 : 0);
   const character = context.measureText("0").width;
   for (const [track, px, py] of [...placed].sort(([a], [b]) => rank(a) - rank(b))) {
-    const lines = labelLines(track);
-    const width = Math.max(...lines.map((line) => line.length)) * character;
-    const height = lines.length * LINE_PX;
+    const all = labelLines(track);
     // Where it was is tried first: a label that jumps cannot be read.
-    for (let attempt = 0; attempt < 4; attempt++) {
+    for (let attempt = 0; attempt < 8; attempt++) {
+      const lines = attempt < 4 ? all : all.slice(0, 1);
+      const width = Math.max(...lines.map((line) => line.length)) * character;
+      const height = lines.length * LINE_PX;
       const side = (track.place + attempt) % 4;
       const beside = track.id === settings.selected ? 17 : 9; // clear of the bracket
       const left = side % 2 === 0 ? px + beside : px - beside - width;

@@ -1,0 +1,70 @@
+// The raw inputs as a layer: plots and transponder reports as they came, each shown when the picture has got to its time,
+// so that it lies beside the track that was made of it. They are asked for only while the layer is on.
+
+import { get } from "./api.js";
+import { palette } from "./palette.js";
+import { settings } from "./settings.js";
+
+const EVERY_MS = 1000;
+const AHEAD_MS = 30000; // the picture is 6.25 s behind the inputs; more is of another time of a replay
+const SHOWN_MS = 5000;
+const MOST = 40000;
+
+export class Raw {
+  reports = []; // {time, x, y, kind}
+  last = 0;
+
+  constructor(map) {
+    this.map = map;
+    setInterval(() => this.ask(), EVERY_MS);
+  }
+
+  async ask() {
+    if (!settings.layers.raw || !this.map.picture || document.hidden) {
+      this.reports = [];
+      return;
+    }
+    const { features = [], last = 0 } = await get(`raw?after=${this.last}`).catch(() => ({ last: this.last }));
+    this.last = last;
+    const { frame, time: now } = this.map.picture;
+    for (const { geometry, properties } of features) {
+      const [lng, lat] = geometry.coordinates;
+      const [x, y] = frame.toLocal(lat, lng);
+      this.reports.push({ time: Date.parse(properties.time), x, y, kind: properties.kind });
+    }
+    this.reports = this.reports.filter(({ time }) => time > now - SHOWN_MS && time < now + AHEAD_MS).slice(-MOST);
+    this.map.invalidate();
+  }
+
+  /** Small crosses of the radar and small squares of transponders, fainter with age: no symbol of a track. */
+  draw(context, view, now) {
+    context.save();
+    context.lineWidth = 1;
+    for (const kind of ["radar", "transponder"]) {
+      context.strokeStyle = palette[kind];
+      for (const isOld of [true, false]) {
+        context.globalAlpha = isOld ? 0.45 : 0.9;
+        context.beginPath();
+        for (const report of this.reports) {
+          const age = now - report.time;
+          if (report.kind !== kind || age < 0 || age > SHOWN_MS || age > SHOWN_MS / 3 !== isOld) continue;
+          const [px, py] = view.toScreen(report.x, report.y);
+          if (view.contains(px, py)) mark(context, kind, px, py);
+        }
+        context.stroke();
+      }
+    }
+    context.restore();
+  }
+}
+
+function mark(context, kind, px, py) {
+  if (kind === "transponder") {
+    context.rect(px - 3, py - 3, 6, 6);
+  } else {
+    context.moveTo(px - 2.5, py - 2.5);
+    context.lineTo(px + 2.5, py + 2.5);
+    context.moveTo(px - 2.5, py + 2.5);
+    context.lineTo(px + 2.5, py - 2.5);
+  }
+}

@@ -1,0 +1,127 @@
+//! The program itself: a simulated flight, and the service that shows it.
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// Markup as the name of an area; the alerts of tracks inside say it.
+pub const HOSTILE: &str = "<img src=x onerror=alert(1)>";
+
+/// The crossing, in which the radar falls silent after half of it, at a site with an alert area and perhaps with tiles.
+pub fn fly(folder: &Path, tiles: Option<&str>) {
+    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenarios/crossing.toml");
+    let made = utm_fusion().arg("simulate").arg(scenario).arg("--out").arg(folder).output().unwrap();
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    let radar = fs::read(folder.join("radar.ast")).unwrap();
+    fs::write(folder.join("radar.ast"), &radar[..radar.len() / 2]).unwrap();
+    let corners = "[[[-0.62,52.48],[-0.54,52.48],[-0.54,52.54],[-0.62,52.54],[-0.62,52.48]]]";
+    let area = format!("{{\"type\": \"Polygon\", \"coordinates\": {corners}}}");
+    fs::write(folder.join(format!("{HOSTILE}.geojson")), area).unwrap();
+    let site = fs::read_to_string(folder.join("site.toml")).unwrap();
+    let http = tiles.map_or("[http]".to_owned(), |url| {
+        format!("[http]\ntiles = {{ url = \"{url}\", attribution = \"nobody's\" }}")
+    });
+    let area = format!("\n[[areas]]\nkind = \"alert\"\nfile = \"{HOSTILE}.geojson\"\n");
+    fs::write(folder.join("site.toml"), site.replace("[http]", &http) + &area).unwrap();
+}
+
+/// A running service; ended with the test.
+pub struct Service {
+    child: Child,
+    address: SocketAddr,
+}
+
+impl Service {
+    /// The flight as a recording, on that port, or on a free one.
+    pub fn replay(folder: &Path, port: u16) -> Self {
+        let mut command = utm_fusion();
+        command.arg("replay").arg(folder.join("radar.ast")).arg(folder.join("transponder.ast"));
+        command.arg("--config").arg(folder.join("site.toml")).args(["--date", "2026-03-14", "--serve"]);
+        Self::start(&mut command, port)
+    }
+
+    /// The live service over simulated sensors.
+    pub fn demo() -> Self {
+        Self::start(utm_fusion().arg("demo"), 0)
+    }
+
+    fn start(command: &mut Command, port: u16) -> Self {
+        command.args(["--http", &format!("127.0.0.1:{port}")]).stdout(Stdio::null()).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        let mut log = BufReader::new(child.stderr.take().unwrap());
+        let mut said = String::new();
+        let address = loop {
+            let line_starts = said.len();
+            assert!(log.read_line(&mut said).unwrap() > 0, "it has ended: {said}");
+            let address =
+                said[line_starts..].split_once("http://").and_then(|(_, rest)| rest.split_once('/'));
+            if let Some((address, _)) = address {
+                break address.parse().unwrap();
+            }
+        };
+        // Nobody reads on: what else it says must not fill the pipe.
+        std::thread::spawn(move || std::io::copy(&mut log, &mut std::io::sink()));
+        Self { child, address }
+    }
+
+    /// Ends in a slash.
+    pub fn url(&self) -> String {
+        format!("http://{}/", self.address)
+    }
+
+    pub fn port(&self) -> u16 {
+        self.address.port()
+    }
+
+    /// Takes the replay to a time of day, and waits until it shows it.
+    pub fn seek(&self, time: &str) {
+        self.ask("POST", &format!("/api/v1/replay/seek?time=2026-03-14T{time}Z"));
+        self.wait(&format!("T{}", &time[..7]));
+    }
+
+    pub fn order(&self, what: &str) {
+        self.ask("POST", &format!("/api/v1/replay/{what}"));
+    }
+
+    /// Until the replay's state, which holds the time that it shows, has this in it.
+    fn wait(&self, text: &str) {
+        let end = Instant::now() + PATIENCE;
+        while !self.ask("GET", "/api/v1/info").contains(text) {
+            assert!(Instant::now() < end, "it does not come to {text}");
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+
+    fn ask(&self, method: &str, path: &str) -> String {
+        let mut connection = TcpStream::connect(self.address).unwrap();
+        let request = format!("{method} {path} HTTP/1.1\r\nhost: test\r\nconnection: close\r\n\r\n");
+        connection.write_all(request.as_bytes()).unwrap();
+        let mut answer = String::new();
+        connection.read_to_string(&mut answer).unwrap();
+        assert!(answer.starts_with("HTTP/1.1 200"), "{path}: {answer}");
+        answer
+    }
+
+    /// Whether the whole process stands still, with its connections open.
+    pub fn freeze(&self, is_frozen: bool) {
+        let signal = if is_frozen { "-STOP" } else { "-CONT" };
+        let sent = Command::new("kill").args([signal, &self.child.id().to_string()]).status().unwrap();
+        assert!(sent.success());
+    }
+}
+
+impl Drop for Service {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn utm_fusion() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_utm-fusion"))
+}
