@@ -118,8 +118,8 @@ impl Metrics {
         if let Some(quantiles) = status.lateness_s {
             self.family(
                 "utm_fusion_lateness_seconds",
-                "gauge",
-                "From a slot's time to its publication, last minutes",
+                "summary",
+                "From when a slot was due to its publication, over the last minutes",
             );
             for (quantile, seconds) in ["0.5", "0.95", "0.99"].into_iter().zip(quantiles) {
                 self.sample("utm_fusion_lateness_seconds", &[("quantile", quantile)], seconds);

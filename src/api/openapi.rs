@@ -4,7 +4,7 @@ use axum::http::StatusCode;
 use serde_json::{Map, Value, json};
 
 use super::ask::{Answer, Ask, JSON, json};
-use super::routes::{ROUTES, Route};
+use super::routes::{Parameter, ROUTES, Route};
 
 /// The document.
 pub fn document(ask: &Ask) -> Answer {
@@ -46,9 +46,9 @@ fn operation(route: &Route) -> Value {
         parameters.push(json!({
             "name": parameter.name,
             "in": "query",
-            "required": parameter.name == "view",
+            "required": parameter.required,
             "description": parameter.description,
-            "schema": { "type": parameter.kind },
+            "schema": schema(parameter),
         }));
     }
     let mut responses = Map::new();
@@ -80,6 +80,20 @@ fn operation(route: &Route) -> Value {
         operation["description"] = json!(format!("With tokens in force: scope {}.", scope.name()));
     }
     operation
+}
+
+fn schema(parameter: &Parameter) -> Value {
+    let mut schema = match parameter.kind {
+        "time" => json!({ "type": "string", "format": "date-time" }),
+        kind => json!({ "type": kind }),
+    };
+    if let Some((least, greatest)) = parameter.range {
+        // A whole number is written as one.
+        let bound = |value: f64| if value.fract() == 0.0 { json!(value as i64) } else { json!(value) };
+        schema["minimum"] = bound(least);
+        schema["maximum"] = bound(greatest);
+    }
+    schema
 }
 
 fn problem() -> Value {

@@ -6,9 +6,12 @@ use super::ask::{Answer, Ask, GEO_JSON, json};
 use crate::json::rounded;
 use crate::normalise::Report;
 
+/// The largest number that is asked for: JSON's numbers are exact to about here.
+const LARGEST: u64 = 9_000_000_000_000_000;
+
 /// The reports after a number, as the engine took them.
 pub fn all(ask: &Ask) -> Answer {
-    let after = ask.value("after", "a whole number: the last of the answer before", |_: &u64| true)?;
+    let after = ask.value("after", "a whole number: last of the answer before", |after| *after <= LARGEST)?;
     let (reports, last) = ask.state.hub().inputs.after(after.unwrap_or(0));
     let features: Vec<Value> = reports.iter().map(|report| feature(ask, report)).collect();
     json(GEO_JSON, &json!({ "type": "FeatureCollection", "last": last, "features": features }))

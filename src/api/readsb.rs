@@ -53,7 +53,7 @@ fn entry(piece: &Piece, track: &Track, frame: &Frame, hex: u32) -> Value {
         None => piece.id.to_string(),
     });
     if piece.alt_msl.is_some() {
-        entry["alt_geom"] = json!((track.position.height_m * FEET_PER_METRE).round());
+        entry["alt_geom"] = json!((track.position.height_m * FEET_PER_METRE).round() as i64);
     }
     entry
 }

@@ -32,14 +32,28 @@ pub struct Route {
 pub struct Parameter {
     /// Its name.
     pub name: &'static str,
-    /// `string`, `number` or `integer`.
+    /// `string`, `number`, `integer`, or `time` (RFC 3339).
     pub kind: &'static str,
+    /// Its least and its greatest value, where it is a number.
+    pub range: Option<(f64, f64)>,
+    /// Whether it has to be given.
+    pub required: bool,
     /// What it does.
     pub description: &'static str,
 }
 
 const fn parameter(name: &'static str, kind: &'static str, description: &'static str) -> Parameter {
-    Parameter { name, kind, description }
+    Parameter { name, kind, range: None, required: false, description }
+}
+
+impl Parameter {
+    const fn within(self, least: f64, greatest: f64) -> Self {
+        Self { range: Some((least, greatest)), ..self }
+    }
+
+    const fn needed(self) -> Self {
+        Self { required: true, ..self }
+    }
 }
 
 const FILTER: [Parameter; 8] = [
@@ -54,43 +68,55 @@ const FILTER: [Parameter; 8] = [
         "alt_min",
         "number",
         "least height above mean sea level, metres; a track of unknown height is left out",
-    ),
+    )
+    .within(-1_000.0, 100_000.0),
     parameter(
         "alt_max",
         "number",
         "greatest height above mean sea level, metres; a track of unknown height is left out",
-    ),
+    )
+    .within(-1_000.0, 100_000.0),
     parameter("ids", "string", "ids of tracks, separated by commas"),
-    parameter("limit", "integer", "tracks at most, 1 to 10000"),
-    parameter("trail_s", "integer", "each track with where it was in the last so many seconds, 1 to 600"),
+    parameter("limit", "integer", "tracks at most, 1 to 10000").within(1.0, 10_000.0),
+    parameter("trail_s", "integer", "each track with where it was in the last so many seconds, 1 to 600")
+        .within(1.0, 600.0),
 ];
 
 const STREAM: [Parameter; 10] = {
     let [a, b, c, d, e, f, g, h] = FILTER;
     let interval =
-        parameter("interval_ms", "integer", "between two tracks events, 250 to 10000; default: each slot");
+        parameter("interval_ms", "integer", "between two tracks events, 250 to 10000; default: each slot")
+            .within(250.0, 10_000.0);
     let ticket = parameter("ticket", "string", "from POST /api/v1/stream-tickets, for browsers");
     [a, b, c, d, e, f, g, h, interval, ticket]
 };
 
 const VIEW: [Parameter; 2] = [
-    parameter("view", "string", "lat1,lng1,lat2,lng2: two corners, degrees; at most 7 km apart"),
-    parameter("recent_positions_duration", "number", "seconds, 0 to 60; recent positions are not given"),
+    parameter("view", "string", "lat1,lng1,lat2,lng2: two corners, degrees; at most 7 km apart").needed(),
+    parameter(
+        "recent_positions_duration",
+        "number",
+        "seconds, 0 to 60: recent positions in the view, one a second",
+    )
+    .within(0.0, 60.0),
 ];
 
 const TRAIL: [Parameter; 3] = [
-    parameter("since", "string", "RFC 3339; default: 10 minutes before until"),
-    parameter("until", "string", "RFC 3339; default: now"),
+    parameter("since", "time", "default: 10 minutes before until"),
+    parameter("until", "time", "default: now"),
     parameter("format", "string", "geojson (default), gpx, kml or csv"),
 ];
 
-const TIME: [Parameter; 1] = [parameter("time", "string", "RFC 3339")];
+const TIME: [Parameter; 1] = [parameter("time", "time", "of the picture").needed()];
 
 const AFTER: [Parameter; 1] =
-    [parameter("after", "integer", "last of the answer before; default: everything that is kept")];
+    [parameter("after", "integer", "last of the answer before; default: everything that is kept")
+        .within(0.0, 9e15)];
 
 const SPEED: [Parameter; 1] =
-    [parameter("speed", "number", "how many times faster than it happened, 0.01 to 1000")];
+    [parameter("speed", "number", "how many times faster than it happened, 0.01 to 1000")
+        .within(0.01, 1_000.0)
+        .needed()];
 
 const CONTROL: Route =
     Route { post: true, scope: Some(Scope::Control), problems: &[409, 413], handler: replay::play, ..GET };

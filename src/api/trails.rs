@@ -42,6 +42,16 @@ pub struct Trail {
     coordinates: Vec<Place>,
 }
 
+impl Trail {
+    /// Each time with longitude, latitude and, where it was measured, ellipsoidal height.
+    pub fn places(&self) -> impl Iterator<Item = (&str, f64, f64, Option<f64>)> {
+        self.times.iter().zip(&self.coordinates).map(|(time, place)| match *place {
+            Place::Low([lng, lat]) => (&**time, lng, lat, None),
+            Place::High([lng, lat, height_m]) => (&**time, lng, lat, Some(height_m)),
+        })
+    }
+}
+
 impl Trails {
     /// Keeps the first slot of each second. A replay that went back takes back what it will show again.
     pub fn note(&mut self, shown: &Shown) {

@@ -2,16 +2,23 @@
 //!
 //! The standard requires its fields and gives each a value for "unknown"; only here such values are sent.
 
+use std::collections::HashSet;
+use std::sync::Arc;
+
 use axum::http::StatusCode;
 use serde_json::{Value, json};
 
 use super::ask::{Answer, Ask, JSON, json};
 use super::problem::Problem;
 use super::shown::{Piece, Shown};
+use super::trails::Trail;
+use crate::fusion::TransponderPart;
 use crate::json::rounded;
 use crate::picture::Track;
 use crate::time::Time;
 
+/// NetMaxNearRealTimeDataPeriod.
+const WINDOW_S: u32 = 60;
 /// NetMaxDisplayAreaDiagonal.
 const DIAGONAL_M: f64 = 7_000.0;
 const EARTH_M: f64 = 6_371_008.8;
@@ -26,7 +33,8 @@ pub fn flights(ask: &Ask) -> Answer {
     if lat1.abs() > 90.0 || lat2.abs() > 90.0 || lng1.abs() > 180.0 || lng2.abs() > 180.0 {
         return Err(Problem::parameter("view", VIEW));
     }
-    ask.value("recent_positions_duration", "seconds, 0 to 60", |s: &f64| (0.0..=60.0).contains(s))?;
+    let recent_s =
+        ask.value("recent_positions_duration", "seconds, 0 to 60", |s: &f64| (0.0..=60.0).contains(s))?;
     if distance_m([lat1, lng1], [lat2, lng2]) > DIAGONAL_M {
         let detail = "the view is larger than 7 km from corner to corner, which F3411-22a does not allow";
         return Err(Problem::new(StatusCode::PAYLOAD_TOO_LARGE, detail));
@@ -34,45 +42,80 @@ pub fn flights(ask: &Ask) -> Answer {
     // Corners in any order; of two meridians the shorter way between them.
     let (west, east) =
         if (lng1 < lng2) == ((lng1 - lng2).abs() <= 180.0) { (lng1, lng2) } else { (lng2, lng1) };
-    let inside = |piece: &Piece| {
-        let across = if west <= east {
-            (west..=east).contains(&piece.lng)
-        } else {
-            piece.lng >= west || piece.lng <= east
-        };
-        across && (lat1.min(lat2)..=lat1.max(lat2)).contains(&piece.lat)
+    let inside = |lng: f64, lat: f64| {
+        let across = if west <= east { (west..=east).contains(&lng) } else { lng >= west || lng <= east };
+        across && (lat1.min(lat2)..=lat1.max(lat2)).contains(&lat)
     };
-    let (_, latest) = ask.state.log().latest();
-    let flights: Vec<Value> = latest
-        .iter()
-        .flat_map(|shown| identified(shown))
-        .filter(|(piece, _)| inside(piece))
-        .map(|(piece, track)| flight(piece, track))
-        .collect();
-    let now = latest.map_or_else(|| ask.state.now(), |shown| shown.frame.published_at);
-    json(JSON, &json!({ "timestamp": time(now), "flights": flights }))
+    let slots = recent_slots(ask);
+    let Some(latest) = slots.first() else {
+        return json(JSON, &json!({ "timestamp": time(ask.state.now()), "flights": [] }));
+    };
+    // A track's time is its slot's centre; the standard has whole tenths.
+    let accuracy_s = (ask.state.hub().config.fusion.slot.as_secs_f64() * 5.0).ceil() / 10.0;
+    let trails = ask.state.trails().last(WINDOW_S, latest.time());
+    let mut told = HashSet::new();
+    let mut flights: Vec<Value> = Vec::new();
+    for (piece, track, part) in slots.iter().flat_map(|shown| identified(shown)) {
+        // An aircraft is one flight, as it was last, whichever of its tracks that was.
+        if !told.insert(part.identity) {
+            continue;
+        }
+        // Who has left the view counts for the window as well.
+        let recent = trails.get(&piece.id).into_iter().flat_map(Trail::places);
+        let recent: Vec<_> = recent.filter(|&(_, lng, lat, _)| inside(lng, lat)).collect();
+        if recent.is_empty() && !inside(piece.lng, piece.lat) {
+            continue;
+        }
+        let mut flight = flight(piece, track, accuracy_s);
+        if let Some(recent_s) = recent_s.filter(|&recent_s| recent_s > 0.0) {
+            // A place a second.
+            let first = recent.len().saturating_sub(recent_s.ceil() as usize);
+            flight["recent_positions"] = recent[first..].iter().map(recent_position).collect();
+        }
+        flights.push(flight);
+    }
+    json(JSON, &json!({ "timestamp": time(latest.frame.published_at), "flights": flights }))
+}
+
+/// The slots that are remembered, the latest first: a track that misses one has not ended.
+fn recent_slots(ask: &Ask) -> Vec<Arc<Shown>> {
+    let log = ask.state.log();
+    let mut slots = log.slots_until(log.latest().0);
+    slots.reverse();
+    slots
+}
+
+/// RIDRecentAircraftPosition.
+fn recent_position(&(at, lng, lat, height_m): &(&str, f64, f64, Option<f64>)) -> Value {
+    json!({
+        "time": { "value": at, "format": "RFC3339" },
+        "position": { "lat": lat, "lng": lng, "alt": height_m.unwrap_or(UNKNOWN.3) },
+    })
 }
 
 /// The tracks that say who they are.
-fn identified(shown: &Shown) -> impl Iterator<Item = (&Piece, &Track)> {
-    shown.pieces.iter().map(|piece| (piece, shown.track(piece))).filter(|(_, track)| track.is_interpolated())
+fn identified(shown: &Shown) -> impl Iterator<Item = (&Piece, &Track, &TransponderPart)> {
+    let known = |piece| {
+        let track = shown.track(piece);
+        Some((piece, track, track.point.source.transponder()?))
+    };
+    shown.pieces.iter().filter_map(known)
 }
 
 fn time(time: Time) -> Value {
     json!({ "value": time.to_string(), "format": "RFC3339" })
 }
 
-fn flight(piece: &Piece, track: &Track) -> Value {
+fn flight(piece: &Piece, track: &Track, accuracy_s: f64) -> Value {
     let (no_track, no_speed, no_vertical_speed, no_alt) = UNKNOWN;
     let alt = piece.alt_msl.map_or(no_alt, |_| rounded(track.position.height_m, 1));
     json!({
         "id": &*piece.id,
         "aircraft_type": "NotDeclared",
         "simulated": false,
-        "recent_positions": [],
         "current_state": {
             "timestamp": time(track.time),
-            "timestamp_accuracy": 0.25,
+            "timestamp_accuracy": accuracy_s,
             "operational_status": "Undeclared",
             "position": {
                 "lat": rounded(piece.lat, 7),
@@ -92,11 +135,11 @@ fn flight(piece: &Piece, track: &Track) -> Value {
 
 /// `/uss/flights/{id}/details`.
 pub fn details(ask: &Ask) -> Answer {
-    let (_, latest) = ask.state.log().latest();
-    let mut known = latest.iter().flat_map(|shown| identified(shown));
-    let part =
-        known.find(|(piece, _)| *piece.id == *ask.id).and_then(|(_, track)| track.point.source.transponder());
-    let part = part.ok_or_else(|| Problem::not_found("no flight of the latest slot has this id"))?;
+    let slots = recent_slots(ask);
+    let mut known = slots.iter().flat_map(|shown| identified(shown));
+    let (_, _, part) = known
+        .find(|(piece, _, _)| *piece.id == *ask.id)
+        .ok_or_else(|| Problem::not_found("no flight of the last seconds has this id"))?;
     let serial = part.identity.serial().escape_ascii().to_string();
     json(JSON, &json!({ "details": { "id": ask.id, "uas_id": { "serial_number": serial } } }))
 }

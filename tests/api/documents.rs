@@ -56,6 +56,7 @@ async fn metrics_are_strictly_prometheus_text() {
     site.publish(1).await;
     let text = site.get("/metrics").await.text;
     let mut family = String::new();
+    let mut is_summary = false;
     let mut seen = BTreeSet::new();
     let mut samples = BTreeSet::new();
     for line in text.lines() {
@@ -65,9 +66,11 @@ async fn metrics_are_strictly_prometheus_text() {
         } else if let Some(rest) = line.strip_prefix("# TYPE ") {
             let (name, kind) = rest.split_once(' ').unwrap();
             assert_eq!(name, family);
-            assert!(matches!(kind, "counter" | "gauge"));
+            assert!(matches!(kind, "counter" | "gauge" | "summary"));
+            is_summary = kind == "summary";
             assert_eq!(kind == "counter", name.ends_with("_total"), "{name}");
         } else {
+            assert_eq!(line.contains("quantile="), is_summary, "the label is reserved: {line}");
             let (series, value) = line.rsplit_once(' ').unwrap();
             assert!(value.parse::<f64>().unwrap().is_finite(), "{line}");
             assert!(samples.insert(series), "{series} comes twice");

@@ -186,6 +186,24 @@ async fn readsb_and_display_data() {
     let view = format!("/uss/flights?view={},{},{},{}", lat + 0.01, lng - 0.01, lat - 0.01, lng + 0.01);
     let flights = site.get(&view).await.json();
     assert!(flights["flights"].as_array().unwrap().iter().any(|flight| flight["id"] == id), "{flights}");
+    let flight = flights["flights"].as_array().unwrap().iter().find(|flight| flight["id"] == id).unwrap();
+    assert!(flight.get("recent_positions").is_none(), "nobody asked");
+    site.publish(12).await;
+    let recent = site.get(&format!("{view}&recent_positions_duration=2")).await.json();
+    let recent = recent["flights"].as_array().unwrap().iter().find(|flight| flight["id"] == id).unwrap();
+    let positions = recent["recent_positions"].as_array().unwrap();
+    assert_eq!(positions.len(), 2, "one a second: {positions:?}");
+    assert!(positions[0]["time"]["value"].as_str() < positions[1]["time"]["value"].as_str());
+    // From where it is not any more, but was within the minute.
+    let (was, is) = (&positions[0]["position"], &recent["current_state"]["position"]);
+    let at = |place: &Value, axis: &str| place[axis].as_f64().unwrap();
+    assert!(at(was, "lat") != at(is, "lat") && at(was, "lng") != at(is, "lng"));
+    let edge = |axis: &str| (at(was, axis) + at(is, axis)) / 2.0;
+    let beyond = |axis: &str| at(was, axis) + (at(was, axis) - at(is, axis)) * 5.0;
+    let left =
+        format!("/uss/flights?view={},{},{},{}", edge("lat"), edge("lng"), beyond("lat"), beyond("lng"));
+    let left = site.get(&left).await.json();
+    assert!(left["flights"].as_array().unwrap().iter().any(|flight| flight["id"] == id), "{left}");
     let details = site.get(&format!("/uss/flights/{id}/details")).await.json();
     assert_eq!(details["details"]["uas_id"]["serial_number"], known["properties"]["uas_id"]["serial_number"]);
 }
