@@ -31,7 +31,7 @@ struct Show {
 impl Show {
     fn start(speed: f64) -> Self {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/demo");
-        let config = Arc::new(Config::load(&folder.join("site.toml")).unwrap());
+        let config = Arc::new(Config::load(folder.join("site.toml")).unwrap());
         let maker = PictureMaker::new(&config, Pipeline::new(&config, Masks::default()).normaliser());
         let (writer, hub) = Hub::new(config.clone(), Arc::new(maker), now());
         let open: OpenCaptures = Arc::new(move || Ok(vec![Capture::open(&folder.join("capture.pcap"))?]));
