@@ -76,8 +76,8 @@ impl Player {
         let (survey, told) = (open.clone(), state.clone());
         // It ends by itself at the end of the recording.
         std::thread::Builder::new().name("survey".to_owned()).spawn(move || {
-            let last = last_reception(&survey, date);
-            told.send_modify(|state| state.last = last);
+            let (first, last) = span(&survey, date).unzip();
+            told.send_modify(|state| (state.first, state.last) = (state.first.or(first), last));
         })?;
         let show = Show {
             config,
@@ -113,9 +113,11 @@ impl Player {
     }
 }
 
-/// Reads a recording to its end; the replay itself says what is wrong with a file.
-fn last_reception(open: &OpenCaptures, date: jiff::civil::Date) -> Option<Time> {
-    Merged::new(open().ok()?, date).flatten().filter_map(|reception| reception.received).last()
+/// First and last reception: reads a recording to its end. The replay itself says what is wrong with a file.
+fn span(open: &OpenCaptures, date: jiff::civil::Date) -> Option<(Time, Time)> {
+    let mut receptions = Merged::new(open().ok()?, date).flatten().filter_map(|reception| reception.received);
+    let first = receptions.next()?;
+    Some((first, receptions.last().unwrap_or(first)))
 }
 
 /// What to do after an order.
