@@ -172,6 +172,7 @@ pub(super) fn alert_json(alert: &Alert) -> Value {
     let subject = match alert.kind {
         AlertKind::Sensor => "sensor",
         AlertKind::Area => "track",
+        AlertKind::Service => "part",
     };
     data[subject] = json!(alert.subject);
     if let Some(until) = alert.until {

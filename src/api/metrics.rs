@@ -6,6 +6,7 @@ use super::ask::{Answer, Ask, live};
 use crate::config::Config;
 use crate::live::{LineStatus, SensorState, Status};
 use crate::normalise::SensorIndex;
+use crate::publish::RecorderCounts;
 
 const TEXT: &str = "text/plain; version=0.0.4; charset=utf-8";
 
@@ -40,7 +41,24 @@ pub fn text(ask: &Ask) -> Answer {
         "Requests refused with 429 because an address or a token asked too often",
         state.limited(),
     );
+    if let Some(history) = &state.options().history {
+        out.one(
+            "utm_fusion_history_failing",
+            "gauge",
+            "Whether the history cannot be written",
+            u8::from(history.is_failing()),
+        );
+        out.one(
+            "utm_fusion_history_lost_total",
+            "counter",
+            "Pictures missing in the history",
+            history.lost(),
+        );
+    }
     if let Some(status) = hub.status() {
+        if let Some(recording) = status.recording {
+            out.recording(recording);
+        }
         out.tally(&status, &hub.config);
         out.sensors(&status);
     }
@@ -124,6 +142,18 @@ impl Metrics {
             for (quantile, seconds) in ["0.5", "0.95", "0.99"].into_iter().zip(quantiles) {
                 self.sample("utm_fusion_lateness_seconds", &[("quantile", quantile)], seconds);
             }
+        }
+    }
+
+    fn recording(&mut self, recording: RecorderCounts) {
+        let RecorderCounts { written, unwritten, lost, failing } = recording;
+        self.one("utm_fusion_recorder_failing", "gauge", "Whether the disk fails", u8::from(failing));
+        for (metric, help, value) in [
+            ("utm_fusion_recorded_total", "Datagrams recorded", written),
+            ("utm_fusion_recorder_unwritten_total", "Datagrams not recorded: the disk failed", unwritten),
+            ("utm_fusion_recorder_lost_total", "Datagrams not recorded: the disk was too slow", lost),
+        ] {
+            self.one(metric, "counter", help, value);
         }
     }
 

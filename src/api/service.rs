@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 
 use super::ask::{Answer, Ask, JSON, json};
 use super::problem::Problem;
-use super::replay;
+use super::{replay, sites};
 use crate::config::Config;
 use crate::json::rounded;
 use crate::live::{Player, SensorState, Status};
@@ -65,6 +65,7 @@ pub fn status(ask: &Ask) -> Answer {
         status.iter().flat_map(|status| &status.sensors).filter(|s| s.state != SensorState::Operational);
     reasons
         .extend(troubled.map(|s| format!("sensor {}: {}: {}", s.id, s.state.name(), s.reasons.join("; "))));
+    reasons.extend(sites::service_alerts(ask));
     let mut answer = json!({
         "time": now.to_string(),
         "state": if reasons.is_empty() { "ok" } else { "degraded" },

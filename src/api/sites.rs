@@ -9,7 +9,7 @@ use super::keeper::alert_json;
 use crate::areas::Areas;
 use crate::config::{Area, AreaKind, Sensor, SensorKind};
 use crate::json::rounded;
-use crate::live::{Alert, LineStatus, SensorStatus};
+use crate::live::{Alert, AlertKind, LineStatus, SensorStatus};
 
 /// Corners of a circle.
 const CORNERS: usize = 72;
@@ -229,6 +229,12 @@ pub fn alerts(ask: &Ask) -> Answer {
 /// `/api/v1/conflicts`.
 pub fn conflicts(ask: &Ask) -> Answer {
     json(JSON, &json!({ "time": ask.state.now().to_string(), "computed": false, "conflicts": [] }))
+}
+
+/// What is wrong with the service itself.
+pub(super) fn service_alerts(ask: &Ask) -> Vec<String> {
+    let lasts = |alert: &&Alert| alert.kind == AlertKind::Service && alert.until.is_none();
+    ask.state.hub().alerts().iter().filter(lasts).map(|alert| alert.text.clone()).collect()
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
 //! `record`: what arrives, into files, without an engine.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::RecvTimeoutError;
-use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
 use jiff::SignedDuration;
@@ -12,9 +12,9 @@ use tracing::info;
 
 use super::moment::duration;
 use super::{CommandResult, Outcome, load_live};
-use crate::live::{Listening, listen, now};
+use crate::live::{Clock, Listening, listen, now};
 use crate::publish::Recorded;
-use crate::publish::{Recorder, RecorderQueue, record_into};
+use crate::publish::{Recorder, RecorderCounts, RecorderQueue, record_into};
 use crate::time::Time;
 
 /// Records what arrives on the inputs of a configuration into rotating pcap files, until Ctrl-C.
@@ -47,7 +47,7 @@ pub fn run(args: &Args) -> CommandResult {
         .map_err(|error| format!("{}: cannot be made: {error}", args.dir.display()))?;
     let mut record = config.output.record.clone().unwrap_or_else(|| record_into(&args.dir));
     record.dir.clone_from(&args.dir);
-    let ((queue, lost), recorder) = Recorder::start(&config, &record, Vec::new(), false)?;
+    let (queue, recorder) = Recorder::start(&config, &record, Vec::new(), false)?;
 
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
     let stop = Arc::new(AtomicBool::new(false));
@@ -56,14 +56,14 @@ pub fn run(args: &Args) -> CommandResult {
         (signal(SignalKind::interrupt())?, signal(SignalKind::terminate())?)
     };
     runtime.spawn(stop_at(signals, stop.clone()));
-    let listening = listen(&config, runtime.handle());
+    let listening = listen(&config, &Clock::default(), runtime.handle());
     info!("recording into {}; Ctrl-C ends it", args.dir.display());
-    hand_on(&listening, (queue, lost.clone()), &stop, args.duration, &recorder);
+    hand_on(&listening, queue, &stop, args.duration);
 
     listening.tasks.iter().for_each(tokio::task::JoinHandle::abort);
-    // The queue's sender is gone: the recorder writes what waits, and ends.
+    // The queue is gone: the recorder writes what waits, and ends.
     let recorder = recorder.join();
-    let unrecorded = recorder.unwritten + lost.load(Ordering::Relaxed);
+    let unrecorded = recorder.unwritten + recorder.lost;
     info!("stopped: {} datagrams recorded, {unrecorded} lost", recorder.written);
     Ok(if unrecorded > 0 { Outcome::Incomplete } else { Outcome::Done })
 }
@@ -79,10 +79,9 @@ async fn stop_at((mut interrupt, mut terminate): (Signal, Signal), stop: Arc<Ato
 
 fn hand_on(
     listening: &Listening,
-    (queue, lost): RecorderQueue,
+    mut queue: RecorderQueue,
     stop: &AtomicBool,
     duration: Option<SignedDuration>,
-    recorder: &Recorder,
 ) {
     let began = now();
     let mut told = began;
@@ -90,15 +89,12 @@ fn hand_on(
     while !stop.load(Ordering::Relaxed) && !is_over(now()) {
         match listening.arrivals.recv_timeout(LOOK_UP) {
             Ok(arrival) => {
-                let udp = Recorded::Input {
+                queue.offer(Recorded::Input {
                     received: arrival.received,
                     line: arrival.line,
                     from: arrival.from,
                     payload: arrival.payload,
-                };
-                if let Err(mpsc::TrySendError::Full(_)) = queue.try_send(udp) {
-                    lost.fetch_add(1, Ordering::Relaxed);
-                }
+                });
             }
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => break,
@@ -106,13 +102,13 @@ fn hand_on(
         let at = now();
         if at - told >= STATISTICS {
             told = at;
-            tell(listening, recorder, lost.load(Ordering::Relaxed));
+            tell(listening, queue.counts());
         }
     }
 }
 
 /// `239.192.48.1:8048 on 127.0.0.1: 1,234 received; …; 2,345 recorded, 0 lost`
-fn tell(listening: &Listening, recorder: &Recorder, lost: u64) {
+fn tell(listening: &Listening, counts: RecorderCounts) {
     let lines: Vec<String> = listening
         .lines
         .iter()
@@ -121,6 +117,5 @@ fn tell(listening: &Listening, recorder: &Recorder, lost: u64) {
             format!("{}{state}: {} received", line.name(), counters.received.load(Ordering::Relaxed))
         })
         .collect();
-    let counts = recorder.counts();
-    info!("{}; {} recorded, {} lost", lines.join("; "), counts.written, counts.unwritten + lost);
+    info!("{}; {} recorded, {} lost", lines.join("; "), counts.written, counts.unwritten + counts.lost);
 }

@@ -16,7 +16,7 @@ use crate::areas::Areas;
 use crate::config::Config;
 use crate::current::Current;
 use crate::ingest::udp;
-use crate::live::{Alerts, Driver, Hub, Outlets, Service, now, observe};
+use crate::live::{Alerts, Clock, Driver, Hub, Outlets, Service, now, observe};
 use crate::publish::Recorder;
 use crate::state::Keeper;
 use crate::store::{Historian, Store};
@@ -91,7 +91,8 @@ async fn serve(args: &Args, config: Arc<Config>, areas: Areas) -> CommandResult 
         history: history.clone(),
     };
     let outlets = Outlets { hub: writer, sinks, recorder: recorded, numbers: Some(kept) };
-    let service = Service::start(config.clone(), driver, outlets, &tokio::runtime::Handle::current())?;
+    let handle = tokio::runtime::Handle::current();
+    let service = Service::start(config.clone(), driver, outlets, Clock::default(), &handle)?;
     let alerts = Alerts::new(alert_areas, started);
     let observer = tokio::spawn(observe(hub.clone(), alerts, history.and_then(historian)));
     let http = tokio::spawn(api::serve(listener, api.clone()));
@@ -125,15 +126,16 @@ async fn serve(args: &Args, config: Arc<Config>, areas: Areas) -> CommandResult 
     Ok(Outcome::Done)
 }
 
-/// The history, where one is configured and can be opened: without it the service runs all the same.
+/// The history, where one is configured: where it cannot be opened the service runs all the same.
 fn history(config: &Config) -> Option<Store> {
     let state = &config.state;
     let limits = limits(state)?;
     let path = state.dir.join("history.redb");
-    let opened = std::fs::create_dir_all(&state.dir)
-        .map_err(|error| format!("{}: {error}", state.dir.display()))
-        .and_then(|()| Store::open(&path, limits).map_err(|error| error.to_string()));
-    opened.map_err(|error| error!("no history is kept: {error}")).ok()
+    let store = Store::closed(&path, limits);
+    if let Err(error) = store.reopen() {
+        error!("no history is kept: {error}; it is tried again, and the service goes on");
+    }
+    Some(store)
 }
 
 fn historian(store: Store) -> Option<Historian> {

@@ -17,7 +17,7 @@ use crate::areas::{AlertAreas, Masks};
 use crate::config::{Auth, Config};
 use crate::ingest::Capture;
 use crate::ingest::udp::lines;
-use crate::live::{Alerts, Driver, Hub, OpenCaptures, Outlets, Player, Service, now, observe};
+use crate::live::{Alerts, Clock, Driver, Hub, OpenCaptures, Outlets, Player, Service, now, observe};
 use crate::picture::PictureMaker;
 use crate::pipeline::Pipeline;
 use crate::publish::Sinks;
@@ -77,7 +77,8 @@ pub fn demo(
         let api = ApiState::start(hub.clone(), api::Options::default())?;
         let sinks = Sinks::open(&config.output.asterix)?;
         let outlets = Outlets { hub: writer, sinks, recorder: None, numbers: None };
-        let service = Service::start(config.clone(), driver, outlets, &tokio::runtime::Handle::current())?;
+        let handle = tokio::runtime::Handle::current();
+        let service = Service::start(config.clone(), driver, outlets, Clock::default(), &handle)?;
         tokio::spawn(observe(hub.clone(), Alerts::new(AlertAreas::default(), hub.started), None));
         let served = tokio::spawn(api::serve(listener, api.clone()));
         // It sleeps most of its time, and ends with the process.

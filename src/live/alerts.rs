@@ -1,4 +1,5 @@
-//! What an operator should look at: sensors that are not operational, and tracks inside alert areas. Sans-IO.
+//! What an operator should look at: sensors that are not operational, tracks inside alert areas, and what is wrong with the
+//! service itself. Sans-IO.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -23,6 +24,8 @@ pub enum AlertKind {
     Sensor,
     /// A track is inside an alert area.
     Area,
+    /// Something is wrong with the service itself.
+    Service,
 }
 
 impl AlertKind {
@@ -31,6 +34,7 @@ impl AlertKind {
         match self {
             Self::Sensor => "sensor",
             Self::Area => "area",
+            Self::Service => "service",
         }
     }
 }
@@ -69,8 +73,19 @@ pub struct Alert {
     pub until: Option<Time>,
     /// What is wrong, in words.
     pub text: String,
-    /// The sensor's or the track's id.
+    /// The sensor's or the track's id, or the part of the service.
     pub subject: String,
+}
+
+/// Something that is wrong with the service itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Trouble {
+    /// Which part of it.
+    pub about: &'static str,
+    /// How bad it is.
+    pub severity: Severity,
+    /// What is wrong, in words.
+    pub text: String,
 }
 
 /// Keeps the alerts.
@@ -84,6 +99,8 @@ pub struct Alerts {
     lasting: BTreeMap<(AlertKind, String, String), (Alert, Time)>,
     /// The latest first.
     ended: VecDeque<Alert>,
+    /// The one that began, ended or got worse last.
+    latest: Option<Alert>,
 }
 
 impl Alerts {
@@ -99,6 +116,11 @@ impl Alerts {
         lasting.sort_by_key(|alert| std::cmp::Reverse((alert.severity, alert.since, alert.id)));
         lasting.extend(self.ended.iter().cloned());
         lasting
+    }
+
+    /// The one that changed last.
+    pub fn latest(&self) -> Option<&Alert> {
+        self.latest.as_ref()
     }
 
     /// Looks at a slot's tracks; whether anything changed.
@@ -137,6 +159,24 @@ impl Alerts {
         changed | self.end(AlertKind::Sensor, now, |subject, _| is_operational(subject))
     }
 
+    /// Looks at what is wrong with the service; whether anything changed.
+    pub fn note_troubles<'a>(&mut self, troubles: impl Iterator<Item = &'a Trouble>, now: Time) -> bool {
+        let mut changed = false;
+        let mut held = Vec::new();
+        for Trouble { about, severity, text } in troubles {
+            held.push(*about);
+            changed |= self.hold(
+                AlertKind::Service,
+                (*about).to_owned(),
+                String::new(),
+                *severity,
+                text.clone(),
+                now,
+            );
+        }
+        changed | self.end(AlertKind::Service, now, |subject, _| !held.contains(&subject))
+    }
+
     /// Begins an alert, or says that it still holds; whether it is new, or got better or worse.
     fn hold(
         &mut self,
@@ -150,6 +190,9 @@ impl Alerts {
         if let Some((alert, held)) = self.lasting.get_mut(&(kind, subject.clone(), place.clone())) {
             let changed = alert.severity != severity;
             (alert.severity, alert.text, *held) = (severity, text, now);
+            if changed {
+                self.latest = Some(alert.clone());
+            }
             return changed;
         }
         let alert = Alert {
@@ -162,6 +205,7 @@ impl Alerts {
             subject: subject.clone(),
         };
         self.next_id += 1;
+        self.latest = Some(alert.clone());
         self.lasting.insert((kind, subject, place), (alert, now));
         true
     }
@@ -176,7 +220,9 @@ impl Alerts {
             .collect();
         for key in &over {
             if let Some((alert, _)) = self.lasting.remove(key) {
-                self.ended.push_front(Alert { until: Some(now), ..alert });
+                let alert = Alert { until: Some(now), ..alert };
+                self.latest = Some(alert.clone());
+                self.ended.push_front(alert);
             }
         }
         self.ended.truncate(ENDED_KEPT);
@@ -221,5 +267,19 @@ mod tests {
         assert_eq!(alerts.all()[0].until, Some(at(5)));
         assert!(alerts.note_sensors(&[sensor(SensorState::Outage, "silent")], at(6)));
         assert_eq!(alerts.all().iter().map(|alert| alert.id).collect::<Vec<_>>(), [2, 1]);
+    }
+    #[test]
+    fn trouble_of_the_service_is_an_alert_for_as_long_as_it_lasts() {
+        let at = |second: i64| Time::from_nanos(second * SECOND);
+        let mut alerts = Alerts::new(AlertAreas::default(), at(0));
+        let full = Trouble { about: "recorder", severity: Severity::Warning, text: "full".to_owned() };
+        assert!(!alerts.note_troubles(std::iter::empty(), at(1)));
+        assert!(alerts.note_troubles([&full].into_iter(), at(2)));
+        assert!(!alerts.note_troubles([&full].into_iter(), at(3)));
+        let [alert] = &alerts.all()[..] else { panic!("{:?}", alerts.all()) };
+        assert_eq!((alert.kind.name(), alert.subject.as_str(), alert.since), ("service", "recorder", at(2)));
+        // Its end is the latest news also where the clock has stepped back.
+        assert!(alerts.note_troubles(std::iter::empty(), at(-3600)));
+        assert_eq!(alerts.latest().unwrap().until, Some(at(-3600)));
     }
 }

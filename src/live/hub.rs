@@ -4,12 +4,13 @@ use std::sync::Arc;
 
 use tokio::sync::{broadcast, watch};
 
-use super::alerts::Alert;
+use super::alerts::{Alert, Trouble};
 use super::health::{SensorStatus, Unknown};
 use super::inputs::Inputs;
 use crate::config::Config;
 use crate::picture::{Picture, PictureMaker};
 use crate::pipeline::Tally;
+use crate::publish::RecorderCounts;
 use crate::time::Time;
 
 /// Slots that a reader may be behind before it has to begin anew: 16 s.
@@ -43,6 +44,10 @@ pub struct Status {
     pub lateness_s: Option<[f64; 3]>,
     /// Datagrams that could not be sent since the start.
     pub failed_sends: u64,
+    /// What the recorder did, where there is one.
+    pub recording: Option<RecorderCounts>,
+    /// What is wrong with the service itself.
+    pub troubles: Vec<Trouble>,
 }
 
 /// The readers' side; cheap to clone.

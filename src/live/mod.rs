@@ -9,22 +9,25 @@
 //! recording of what it handled, replayed, gives the same octets.
 
 mod alerts;
+mod clock;
 mod driver;
 mod health;
 mod hub;
 mod inputs;
+mod lines;
 mod observer;
 mod player;
 mod quiet;
 mod service;
 
-pub use alerts::{Alert, AlertKind, Alerts, Severity};
+pub use alerts::{Alert, AlertKind, Alerts, Severity, Trouble};
+pub use clock::{Clock, now};
 pub use driver::{Driver, Made};
 pub(crate) use health::Health;
 pub use health::{LineStatus, SensorState, SensorStatus, Unknown};
 pub use hub::{Frame, Hub, HubWriter, Status};
 pub use inputs::Inputs;
+pub(crate) use lines::{Listening, listen};
 pub use observer::observe;
 pub use player::{OpenCaptures, Order, Player, PlayerState};
-pub(crate) use service::{Listening, listen};
-pub use service::{Outlets, Service, now};
+pub use service::{Outlets, Service};

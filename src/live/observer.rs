@@ -31,15 +31,18 @@ pub async fn observe(hub: Hub, mut alerts: Alerts, mut historian: Option<Histori
                     break;
                 }
                 let status = statuses.borrow_and_update().clone();
-                status.is_some_and(|status| alerts.note_sensors(&status.sensors, status.at))
+                let history = historian.as_ref().and_then(Historian::trouble);
+                status.is_some_and(|status| {
+                    let troubles = status.troubles.iter().chain(&history);
+                    alerts.note_sensors(&status.sensors, status.at) | alerts.note_troubles(troubles, status.at)
+                })
             }
         };
         if changed {
-            let all = alerts.all();
-            if let Some(alert) = all.iter().max_by_key(|alert| alert.until.unwrap_or(alert.since)) {
+            if let Some(alert) = alerts.latest() {
                 info!("alert {}: {}", if alert.until.is_some() { "ended" } else { "began" }, alert.text);
             }
-            hub.set_alerts(all);
+            hub.set_alerts(alerts.all());
         }
     }
 }

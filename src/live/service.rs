@@ -3,43 +3,34 @@
 use std::collections::VecDeque;
 use std::io;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender, TrySendError};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
 use asterix::DataSource;
-use tracing::{error, info, warn};
+use tracing::warn;
 
+use super::alerts::{Severity, Trouble};
+use super::clock::Clock;
 use super::driver::{Driver, Made};
 use super::health::{LineStatus, SensorState};
 use super::hub::{Frame, HubWriter, Status};
+use super::lines::{Listening, listen};
 use super::quiet::Quiet;
 use crate::config::Config;
 use crate::fusion::Given;
 use crate::ingest::udp::{self, Arrival, Line, LineCounters};
 use crate::ingest::{Reception, ReceptionKind};
-use crate::publish::{Cat129Encoder, Recorded, Sinks, pack, status_block};
+use crate::publish::{Cat129Encoder, Recorded, RecorderQueue, Sinks, pack, status_block};
 use crate::time::{SECOND, Time};
 
-/// Datagrams that may wait for the engine: some seconds of the busiest site.
-const QUEUE: usize = 8192;
 /// The engine looks up at least this often, for a stop and for its status.
 const LOOK_UP: Duration = Duration::from_millis(100);
 /// The next status is at most a second ahead, unless the clock has stepped back.
 const STATUS_AHEAD: jiff::SignedDuration = jiff::SignedDuration::from_millis(1100);
-/// A line that failed is opened again after this time.
-const REOPEN: Duration = Duration::from_secs(2);
-/// A line on which nothing comes for this long is joined anew: its interface may have gone and come back.
-const REJOIN: Duration = Duration::from_secs(10);
 /// Lateness is told over this many slots: ten minutes of them.
 const LATENESS: usize = 2400;
-
-/// Now, by the wall clock: the only clock of the service.
-#[expect(clippy::disallowed_methods, reason = "the live service is told the time by this clock")]
-pub fn now() -> Time {
-    Time::from_nanos(i64::try_from(jiff::Timestamp::now().as_nanosecond()).unwrap_or(i64::MAX))
-}
 
 /// Where the engine's thread hands things.
 pub struct Outlets {
@@ -47,8 +38,8 @@ pub struct Outlets {
     pub hub: HubWriter,
     /// Destinations of CAT129 and CAT065.
     pub sinks: Sinks,
-    /// The recorder, where there is one, and what it lost because it was behind.
-    pub recorder: Option<(SyncSender<Recorded>, Arc<AtomicU64>)>,
+    /// The recorder, where there is one.
+    pub recorder: Option<RecorderQueue>,
     /// Who keeps the transponder numbers across restarts.
     pub numbers: Option<mpsc::Sender<Given>>,
 }
@@ -69,10 +60,11 @@ impl Service {
         config: Arc<Config>,
         driver: Driver,
         outlets: Outlets,
+        clock: Clock,
         runtime: &tokio::runtime::Handle,
     ) -> io::Result<Self> {
         let stop = Arc::new(AtomicBool::new(false));
-        let Listening { arrivals, lines: all, tasks: lines } = listen(&config, runtime);
+        let Listening { arrivals, lines: all, tasks: lines } = listen(&config, &clock, runtime);
         let engine = Engine {
             source: DataSource { sac: config.site.sac, sic: config.site.sic },
             encoder: Cat129Encoder::of(&config),
@@ -82,7 +74,9 @@ impl Service {
             lines: all,
             lateness_us: VecDeque::new(),
             failed_sends: 0,
-            next_status: now(),
+            failed_told: 0,
+            next_status: clock.now(),
+            clock,
             quiet: Quiet::default(),
             numbers_kept: 0,
             numbers_recorded: 0,
@@ -110,103 +104,6 @@ impl Service {
     }
 }
 
-/// The lines of a configuration, being read.
-pub(crate) struct Listening {
-    /// What comes on them; closed when the tasks end.
-    pub(crate) arrivals: Receiver<Arrival>,
-    /// Each line with what it counts.
-    pub(crate) lines: Vec<(Arc<Line>, Arc<LineCounters>)>,
-    /// A task a line; each goes on until it is aborted.
-    pub(crate) tasks: Vec<tokio::task::JoinHandle<()>>,
-}
-
-/// Begins to read the lines.
-pub(crate) fn listen(config: &Config, runtime: &tokio::runtime::Handle) -> Listening {
-    let (sender, arrivals) = mpsc::sync_channel(QUEUE);
-    let lines: Vec<(Arc<Line>, Arc<LineCounters>)> =
-        udp::lines(config).into_iter().map(|line| (Arc::new(line), Arc::default())).collect();
-    let tasks = lines
-        .iter()
-        .enumerate()
-        .map(|(index, (line, counters))| {
-            runtime.spawn(keep_reading(index, line.clone(), counters.clone(), sender.clone()))
-        })
-        .collect();
-    Listening { arrivals, lines, tasks }
-}
-
-/// Opens a line and reads it; opens it again whenever it fails, or falls silent.
-async fn keep_reading(
-    index: usize,
-    line: Arc<Line>,
-    counters: Arc<LineCounters>,
-    sender: SyncSender<Arrival>,
-) {
-    let hand_on = |arrival| match sender.try_send(arrival) {
-        Ok(()) => true,
-        Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => false,
-    };
-    let mut told = false;
-    loop {
-        let opened = line.open().and_then(|(socket, buffer)| {
-            counters.opened(&socket);
-            Ok((tokio::net::UdpSocket::from_std(socket)?, buffer))
-        });
-        match opened {
-            Ok((socket, buffer)) => {
-                counters.joined.store(true, Ordering::Relaxed);
-                if !std::mem::take(&mut told) {
-                    info!("listening to {}, receive buffer {} KiB", line.name(), buffer / 1024);
-                }
-                let failed = read_until_silent(index, &socket, &line, &counters, hand_on).await;
-                counters.joined.store(failed.is_none(), Ordering::Relaxed);
-                match failed {
-                    Some(error) => error!("{}: {error}; it is opened again", line.name()),
-                    None => {
-                        told = true; // joined anew without a word
-                        continue;
-                    }
-                }
-            }
-            Err(error) if !told => {
-                told = true;
-                error!(
-                    "{} cannot be opened: {error}; it is tried again every {} s",
-                    line.name(),
-                    REOPEN.as_secs()
-                );
-            }
-            Err(_) => {}
-        }
-        tokio::time::sleep(REOPEN).await;
-    }
-}
-
-/// Why reading ended; `None`: the line fell silent.
-async fn read_until_silent(
-    index: usize,
-    socket: &tokio::net::UdpSocket,
-    line: &Line,
-    counters: &LineCounters,
-    hand_on: impl Fn(Arrival) -> bool,
-) -> Option<io::Error> {
-    let reading = udp::read(socket, index, line, counters, now, hand_on);
-    tokio::pin!(reading);
-    let mut before = counters.last_received.load(Ordering::Relaxed);
-    loop {
-        tokio::select! {
-            ended = &mut reading => return ended.err(),
-            () = tokio::time::sleep(REJOIN) => {
-                let last = counters.last_received.load(Ordering::Relaxed);
-                if last == before {
-                    return None;
-                }
-                before = last;
-            }
-        }
-    }
-}
-
 /// The engine's thread.
 struct Engine {
     config: Arc<Config>,
@@ -216,7 +113,10 @@ struct Engine {
     outlets: Outlets,
     lines: Vec<(Arc<Line>, Arc<LineCounters>)>,
     lateness_us: VecDeque<u32>,
+    /// Sends that failed, and those of them that have been told.
     failed_sends: u64,
+    failed_told: u64,
+    clock: Clock,
     next_status: Time,
     quiet: Quiet,
     /// How many of the new transponder numbers their keeper, and the recorder, have been told.
@@ -227,7 +127,7 @@ struct Engine {
 impl Engine {
     fn run(mut self, arrivals: &Receiver<Arrival>, stop: &AtomicBool) -> Driver {
         while !stop.load(Ordering::Relaxed) {
-            let until_due = self.driver.deadline().map(|deadline| deadline - now());
+            let until_due = self.driver.deadline().map(|deadline| deadline - self.clock.now());
             let wait =
                 until_due.map_or(LOOK_UP, |due| Duration::try_from(due).unwrap_or_default().min(LOOK_UP));
             match arrivals.recv_timeout(wait) {
@@ -236,7 +136,7 @@ impl Engine {
                 Err(RecvTimeoutError::Disconnected) => break,
             }
             // What waits came before now: it is handled before the slots that are due by now.
-            let at = now();
+            let at = self.clock.now();
             if self.driver.deadline().is_some_and(|deadline| deadline <= at) {
                 while let Ok(arrival) = arrivals.try_recv() {
                     self.receive(arrival);
@@ -258,7 +158,7 @@ impl Engine {
             owed.into_iter().for_each(|frame| self.publish(frame));
             self.tell_numbers();
         }
-        self.tell(now());
+        self.tell(self.clock.now());
         self.driver
     }
 
@@ -294,7 +194,7 @@ impl Engine {
             match made {
                 Made::Slot(frame) => self.publish(frame),
                 Made::Event(event) if event.is_warning() => {
-                    if self.quiet.may_tell(event.kind(), now()) {
+                    if self.quiet.may_tell(event.kind(), self.clock.now()) {
                         warn!("{event}");
                     }
                 }
@@ -314,10 +214,10 @@ impl Engine {
             }
         }
         self.numbers_kept = new.len();
-        if let Some((recorder, _)) = &self.outlets.recorder {
+        if let Some(recorder) = &self.outlets.recorder {
             let told = new[self.numbers_recorded..]
                 .iter()
-                .take_while(|&&(slot, given)| recorder.try_send(Recorded::Numbered { slot, given }).is_ok());
+                .take_while(|&&(slot, given)| recorder.has_room_for(Recorded::Numbered { slot, given }));
             self.numbers_recorded += told.count();
         }
     }
@@ -329,7 +229,7 @@ impl Engine {
             let due = frame.due;
             self.record(|| Recorded::Output { due, payload });
         }
-        frame.published_at = now();
+        frame.published_at = self.clock.now();
         let late_us = (frame.published_at.nanos() - frame.due.nanos()).max(0) / 1000;
         if self.lateness_us.len() == LATENESS {
             self.lateness_us.pop_front();
@@ -338,11 +238,9 @@ impl Engine {
         self.outlets.hub.publish(frame);
     }
 
-    fn record(&self, what: impl FnOnce() -> Recorded) {
-        if let Some((recorder, lost)) = &self.outlets.recorder
-            && recorder.try_send(what()).is_err()
-        {
-            lost.fetch_add(1, Ordering::Relaxed);
+    fn record(&mut self, what: impl FnOnce() -> Recorded) {
+        if let Some(recorder) = &mut self.outlets.recorder {
+            recorder.offer(what());
         }
     }
 
@@ -367,6 +265,7 @@ impl Engine {
         if self.config.output.status {
             self.failed_sends += self.outlets.sinks.send(&status_block(self.source, at, degraded));
         }
+        let troubles = self.troubles(at);
         self.outlets.hub.tell(Status {
             at,
             sensors,
@@ -374,7 +273,31 @@ impl Engine {
             tally: self.driver.pipeline().tally().clone(),
             lateness_s: percentiles(&self.lateness_us),
             failed_sends: self.failed_sends,
+            recording: self.outlets.recorder.as_ref().map(RecorderQueue::counts),
+            troubles,
         });
+    }
+
+    /// What is wrong with the service itself, since it was told last.
+    fn troubles(&mut self, at: Time) -> Vec<Trouble> {
+        let mut troubles = Vec::new();
+        let mut find = |about, severity, text: String| troubles.push(Trouble { about, severity, text });
+        let behind_ns = self.driver.pipeline().engine().behind_ns(at);
+        if behind_ns > SECOND {
+            let behind_s = behind_ns / SECOND;
+            let text = format!(
+                "the clock of this machine was set back: nothing is put out for {behind_s} s, until it is caught up"
+            );
+            find("clock", Severity::Critical, text);
+        }
+        let failed = self.failed_sends - std::mem::replace(&mut self.failed_told, self.failed_sends);
+        if failed > 0 {
+            find("output", Severity::Critical, format!("{failed} datagrams could not be sent in a second"));
+        }
+        if self.outlets.recorder.as_ref().is_some_and(|recorder| recorder.counts().failing) {
+            find("recorder", Severity::Warning, "nothing is recorded: the disk cannot be written".to_owned());
+        }
+        troubles
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::io;
 use std::net::{Ipv4Addr, SocketAddrV4, UdpSocket};
+use std::sync::{Mutex, PoisonError};
 
 use socket2::{Domain, Protocol, Socket, Type};
 
@@ -11,9 +12,14 @@ use crate::current::Current;
 /// A socket for each destination; clones send to the same ones. Sending never waits: what cannot be sent at once is an
 /// error.
 #[derive(Clone, Debug)]
-pub struct Sinks(Current<Vec<Destination>>);
+pub struct Sinks(Current<Vec<Opened>>);
 
-type Destination = (UdpSocket, SocketAddrV4);
+#[derive(Debug)]
+struct Opened {
+    sink: Sink,
+    /// Only the engine's thread sends, so nobody waits for it.
+    socket: Mutex<UdpSocket>,
+}
 
 impl Sinks {
     /// Opens them.
@@ -21,8 +27,7 @@ impl Sinks {
     /// # Errors
     /// No socket, or the interface of a group is not there; the error names the destination.
     pub fn open(sinks: &[Sink]) -> io::Result<Self> {
-        let opened: Vec<Destination> = sinks.iter().map(open).collect::<io::Result<_>>()?;
-        Ok(Self(opened.into()))
+        Ok(Self(open_all(sinks)?.into()))
     }
 
     /// Sends to these from now on, through new sockets.
@@ -30,26 +35,55 @@ impl Sinks {
     /// # Errors
     /// As [`Sinks::open`]; the old ones stay.
     pub fn reopen(&self, sinks: &[Sink]) -> io::Result<()> {
-        self.0.replace(sinks.iter().map(open).collect::<io::Result<_>>()?);
+        self.0.replace(open_all(sinks)?);
         Ok(())
     }
 
     /// Sends a datagram to all; how many of them failed.
     pub fn send(&self, datagram: &[u8]) -> u64 {
-        let failed = |(socket, to): &&Destination| socket.send_to(datagram, *to).is_err();
-        self.0.get().iter().filter(failed).count() as u64
+        self.0.get().iter().filter(|opened| opened.send(datagram).is_err()).count() as u64
     }
 }
 
-fn open(sink: &Sink) -> io::Result<Destination> {
-    let (interface, to) = match sink.address {
-        Address::Multicast { group, interface } => (Some(interface), group),
-        Address::Unicast(address) => (None, address),
+impl Opened {
+    /// A socket knows its interface by number: where that went and came back, only a new one reaches it.
+    fn send(&self, datagram: &[u8]) -> io::Result<usize> {
+        let to = destination(&self.sink);
+        let mut socket = self.socket.lock().unwrap_or_else(PoisonError::into_inner);
+        match socket.send_to(datagram, to) {
+            Err(error) if error.kind() != io::ErrorKind::WouldBlock => {
+                *socket = open(&self.sink)?;
+                socket.send_to(datagram, to)
+            }
+            sent => sent,
+        }
+    }
+}
+
+fn open_all(sinks: &[Sink]) -> io::Result<Vec<Opened>> {
+    let opened = |sink: &Sink| {
+        let named = |error: io::Error| {
+            io::Error::new(error.kind(), format!("output to {}: {error}", destination(sink)))
+        };
+        Ok(Opened { socket: open(sink).map_err(named)?.into(), sink: *sink })
     };
-    let to = SocketAddrV4::new(to, sink.port);
-    let socket = socket(interface, sink.ttl)
-        .map_err(|error| io::Error::new(error.kind(), format!("output to {to}: {error}")))?;
-    Ok((socket, to))
+    sinks.iter().map(opened).collect()
+}
+
+fn destination(sink: &Sink) -> SocketAddrV4 {
+    let to = match sink.address {
+        Address::Multicast { group, .. } => group,
+        Address::Unicast(address) => address,
+    };
+    SocketAddrV4::new(to, sink.port)
+}
+
+fn open(sink: &Sink) -> io::Result<UdpSocket> {
+    let interface = match sink.address {
+        Address::Multicast { interface, .. } => Some(interface),
+        Address::Unicast(_) => None,
+    };
+    socket(interface, sink.ttl)
 }
 
 /// A socket that sends: multicast from `interface`.

@@ -1,14 +1,15 @@
 //! The one writer of the history: a thread behind a bounded queue, so that a slow disk costs history and nothing else.
 
 use std::io;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::Ordering;
 use std::sync::mpsc::{self, Receiver, SyncSender};
 use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 
 use tracing::{error, info};
 
 use super::{Kept, Snapshot, Store};
+use crate::live::{Severity, Trouble};
 use crate::picture::{Picture, PictureMaker};
 use crate::time::SECOND;
 
@@ -17,29 +18,30 @@ const QUEUE: usize = 60;
 /// Pictures of one transaction: a power failure costs this many seconds.
 const BATCH: usize = 5;
 
+/// A file that failed is tried again after this time: all of it is read for that.
+const RETRY: Duration = Duration::from_secs(10);
+
 /// Keeps a picture a second.
 #[derive(Debug)]
 pub struct Historian {
     queue: Option<SyncSender<Snapshot>>,
-    lost: Arc<AtomicU64>,
+    store: Store,
     writer: Option<JoinHandle<()>>,
     /// The second that was kept last.
     second: i64,
 }
 
 impl Historian {
-    /// Starts the writer.
+    /// Starts the writer, which opens the store where that is not open.
     ///
     /// # Errors
     /// No thread could be started.
     pub fn start(store: Store) -> io::Result<Self> {
         let (queue, pictures) = mpsc::sync_channel(QUEUE);
-        let lost = Arc::new(AtomicU64::new(0));
-        let counter = lost.clone();
-        let writer = std::thread::Builder::new()
-            .name("history".to_owned())
-            .spawn(move || write(&store, &pictures, &counter))?;
-        Ok(Self { queue: Some(queue), lost, writer: Some(writer), second: i64::MIN })
+        let keeper = Keeper { store: store.clone(), retry: None };
+        let writer =
+            std::thread::Builder::new().name("history".to_owned()).spawn(move || keeper.run(&pictures))?;
+        Ok(Self { queue: Some(queue), store, writer: Some(writer), second: i64::MIN })
     }
 
     /// Keeps the picture, if it is the first of its second; never waits.
@@ -51,13 +53,18 @@ impl Historian {
         let tracks = picture.tracks.iter().map(|track| Kept::of(track, maker)).collect();
         let snapshot = Snapshot { time: picture.time, tracks };
         if self.queue.as_ref().is_none_or(|queue| queue.try_send(snapshot).is_err()) {
-            self.lost.fetch_add(1, Ordering::Relaxed);
+            self.store.0.counters.lost.fetch_add(1, Ordering::Relaxed);
         }
     }
 
-    /// Pictures that were not kept.
-    pub fn lost(&self) -> Arc<AtomicU64> {
-        self.lost.clone()
+    /// What is wrong with it.
+    pub fn trouble(&self) -> Option<Trouble> {
+        let text = || "no history is kept: the disk cannot be written".to_owned();
+        self.store.is_failing().then(|| Trouble {
+            about: "history",
+            severity: Severity::Warning,
+            text: text(),
+        })
     }
 }
 
@@ -71,34 +78,62 @@ impl Drop for Historian {
     }
 }
 
-fn write(store: &Store, pictures: &Receiver<Snapshot>, lost: &AtomicU64) {
-    let mut failing = false;
-    let mut batch = Vec::with_capacity(BATCH);
-    loop {
-        let next = pictures.recv();
-        let ended = next.is_err();
-        batch.extend(next);
-        if batch.len() < BATCH && !ended {
-            continue;
-        }
-        if !batch.is_empty() {
-            match store.keep(&batch) {
-                Ok(()) if failing => {
-                    failing = false;
-                    info!("the history is written again");
+/// The writer's thread.
+struct Keeper {
+    store: Store,
+    /// Where the file failed, when it is tried again.
+    retry: Option<Instant>,
+}
+
+impl Keeper {
+    fn run(mut self, pictures: &Receiver<Snapshot>) {
+        let mut batch = Vec::with_capacity(BATCH);
+        loop {
+            let next = pictures.recv();
+            let ended = next.is_err();
+            batch.extend(next);
+            if batch.len() == BATCH || ended {
+                if !self.keep(&batch) {
+                    self.store.0.counters.lost.fetch_add(batch.len() as u64, Ordering::Relaxed);
                 }
-                Ok(()) => {}
-                Err(error) => {
-                    lost.fetch_add(batch.len() as u64, Ordering::Relaxed);
-                    if !std::mem::replace(&mut failing, true) {
-                        error!("the history cannot be written: {error}; it goes on without");
-                    }
+                batch.clear();
+            }
+            if ended {
+                return;
+            }
+        }
+    }
+
+    /// Whether they were kept; not while a failed file is let alone.
+    #[expect(clippy::disallowed_methods, reason = "a failed file is tried again by the clock of the machine")]
+    fn keep(&mut self, batch: &[Snapshot]) -> bool {
+        let failing = &self.store.0.counters.failing;
+        if batch.is_empty() || self.retry.is_some_and(|retry| Instant::now() < retry) {
+            return batch.is_empty();
+        }
+        let opened = if self.retry.is_some() { self.store.reopen() } else { Ok(()) };
+        let kept = opened
+            .map_err(|error| error.to_string())
+            .and_then(|()| self.store.keep(batch).map_err(|error| error.to_string()));
+        match &kept {
+            Ok(()) => {
+                self.retry = None;
+                if failing.swap(false, Ordering::Relaxed) {
+                    info!("the history is written again; {} pictures are missing", self.store.lost());
                 }
             }
-            batch.clear();
+            Err(error) => {
+                if !failing.swap(true, Ordering::Relaxed) {
+                    error!(
+                        "the history cannot be written: {error}; tried again every {} s, the service goes on",
+                        RETRY.as_secs()
+                    );
+                }
+                // For its readers.
+                let _ = self.store.reopen();
+                self.retry = Some(Instant::now() + RETRY);
+            }
         }
-        if ended {
-            return;
-        }
+        kept.is_ok()
     }
 }

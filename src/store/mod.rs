@@ -6,10 +6,11 @@ mod codec;
 mod historian;
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, PoisonError, RwLock, TryLockError};
 
 use jiff::SignedDuration;
-use redb::{Database, ReadableDatabase, ReadableTable, TableDefinition};
+use redb::{Database, ReadTransaction, ReadableDatabase, ReadableTable, TableDefinition};
 
 pub use codec::Kept;
 pub use historian::Historian;
@@ -42,9 +43,21 @@ pub struct Limits {
 
 /// The history; cheap to clone.
 #[derive(Clone, Debug)]
-pub struct Store {
-    database: Arc<Database>,
+pub struct Store(Arc<Inner>);
+
+#[derive(Debug)]
+struct Inner {
+    path: PathBuf,
     limits: Current<Limits>,
+    /// `None`: it could not be opened.
+    database: RwLock<Option<Database>>,
+    counters: Counters,
+}
+
+#[derive(Debug, Default)]
+struct Counters {
+    lost: AtomicU64,
+    failing: AtomicBool,
 }
 
 /// What went wrong with the history; it never disturbs the service.
@@ -70,22 +83,73 @@ impl Store {
     /// # Errors
     /// It cannot be made, is in use by another process, or is no such file.
     pub fn open(path: &Path, limits: Limits) -> Result<Self, StoreError> {
+        let store = Self::closed(path, limits);
+        store.reopen()?;
+        Ok(store)
+    }
+
+    /// One that is to be opened by [`Store::reopen`].
+    pub fn closed(path: &Path, limits: Limits) -> Self {
+        Self(Arc::new(Inner {
+            path: path.to_owned(),
+            limits: limits.into(),
+            database: RwLock::default(),
+            counters: Counters::default(),
+        }))
+    }
+
+    /// Opens the file anew, or makes it. After a failed write a database takes and gives nothing until then.
+    ///
+    /// # Errors
+    /// As [`Store::open`].
+    pub fn reopen(&self) -> Result<(), StoreError> {
+        let path = &self.0.path;
+        let mut database = self.0.database.write().unwrap_or_else(PoisonError::into_inner);
+        // The old one has the file's lock.
+        drop(database.take());
         let open = || -> Result<Database, redb::Error> {
+            path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
             let database = Database::builder().set_cache_size(CACHE).create(path)?;
-            let writing = database.begin_write()?;
-            writing.open_table(PICTURES)?;
-            writing.open_table(TRAILS)?;
-            writing.open_table(SIZES)?;
-            writing.commit()?;
+            // A full disk would not take the tables once more.
+            if database.begin_read()?.open_table(SIZES).is_err() {
+                let writing = database.begin_write()?;
+                writing.open_table(PICTURES)?;
+                writing.open_table(TRAILS)?;
+                writing.open_table(SIZES)?;
+                writing.commit()?;
+            }
             Ok(database)
         };
-        let database = open().map_err(|source| StoreError { path: path.to_owned(), source })?;
-        Ok(Self { database: Arc::new(database), limits: limits.into() })
+        *database = Some(open().map_err(|source| StoreError { path: path.clone(), source })?);
+        Ok(())
     }
 
     /// Other limits from now on; what is beyond them goes with what is kept next.
     pub fn limit(&self, limits: Limits) {
-        self.limits.replace(limits);
+        self.0.limits.replace(limits);
+    }
+
+    /// Pictures that were not kept.
+    pub fn lost(&self) -> u64 {
+        self.0.counters.lost.load(Ordering::Relaxed)
+    }
+
+    /// Whether it cannot be written.
+    pub fn is_failing(&self) -> bool {
+        self.0.counters.failing.load(Ordering::Relaxed)
+    }
+
+    /// Reads; never waits for the file to be opened.
+    fn read<T>(
+        &self,
+        what: impl FnOnce(ReadTransaction) -> Result<T, redb::Error>,
+    ) -> Result<T, redb::Error> {
+        let database = match self.0.database.try_read() {
+            Ok(database) => database,
+            Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
+            Err(TryLockError::WouldBlock) => return Err(redb::Error::DatabaseClosed),
+        };
+        what(database.as_ref().ok_or(redb::Error::DatabaseClosed)?.begin_read()?)
     }
 
     /// Keeps pictures, and forgets what is too old or too much. All or nothing.
@@ -93,8 +157,9 @@ impl Store {
     /// # Errors
     /// The disk is full, for example: nothing of these is kept then.
     pub fn keep(&self, pictures: &[Snapshot]) -> Result<(), redb::Error> {
-        let limits = self.limits.get();
-        let writing = self.database.begin_write()?;
+        let limits = self.0.limits.get();
+        let database = self.0.database.read().unwrap_or_else(PoisonError::into_inner);
+        let writing = database.as_ref().ok_or(redb::Error::DatabaseClosed)?.begin_write()?;
         {
             let mut by_time = writing.open_table(PICTURES)?;
             let mut trails = writing.open_table(TRAILS)?;
@@ -138,13 +203,14 @@ impl Store {
     /// # Errors
     /// The file cannot be read.
     pub fn snapshot(&self, at: Time, within: SignedDuration) -> Result<Option<Snapshot>, redb::Error> {
-        let reading = self.database.begin_read()?;
-        let table = reading.open_table(PICTURES)?;
-        let from = at.nanos().saturating_sub(within.as_nanos() as i64);
-        let Some(last) = table.range(from..=at.nanos())?.next_back() else { return Ok(None) };
-        let (time, whole) = last?;
-        let tracks = codec::tracks(whole.value()).unwrap_or_default();
-        Ok(Some(Snapshot { time: Time::from_nanos(time.value()), tracks }))
+        self.read(|reading| {
+            let table = reading.open_table(PICTURES)?;
+            let from = at.nanos().saturating_sub(within.as_nanos() as i64);
+            let Some(last) = table.range(from..=at.nanos())?.next_back() else { return Ok(None) };
+            let (time, whole) = last?;
+            let tracks = codec::tracks(whole.value()).unwrap_or_default();
+            Ok(Some(Snapshot { time: Time::from_nanos(time.value()), tracks }))
+        })
     }
 
     /// Where a track was from `since` to `until`, in order of time; at most `limit` places, the latest ones.
@@ -158,15 +224,17 @@ impl Store {
         until: Time,
         limit: usize,
     ) -> Result<Vec<(Time, Kept)>, redb::Error> {
-        let reading = self.database.begin_read()?;
-        let table = reading.open_table(TRAILS)?;
-        let mut places = Vec::new();
-        for entry in table.range((id, since.nanos())..=(id, until.nanos()))?.rev().take(limit) {
-            let (key, place) = entry?;
-            places.extend(codec::kept(id, place.value()).map(|kept| (Time::from_nanos(key.value().1), kept)));
-        }
-        places.reverse();
-        Ok(places)
+        self.read(|reading| {
+            let table = reading.open_table(TRAILS)?;
+            let mut places = Vec::new();
+            for entry in table.range((id, since.nanos())..=(id, until.nanos()))?.rev().take(limit) {
+                let (key, place) = entry?;
+                let kept = codec::kept(id, place.value());
+                places.extend(kept.map(|kept| (Time::from_nanos(key.value().1), kept)));
+            }
+            places.reverse();
+            Ok(places)
+        })
     }
 
     /// The times of the first and the last picture.
@@ -174,11 +242,12 @@ impl Store {
     /// # Errors
     /// The file cannot be read.
     pub fn span(&self) -> Result<Option<(Time, Time)>, redb::Error> {
-        let reading = self.database.begin_read()?;
-        let table = reading.open_table(PICTURES)?;
-        let first = table.first()?.map(|(time, _)| Time::from_nanos(time.value()));
-        let last = table.last()?.map(|(time, _)| Time::from_nanos(time.value()));
-        Ok(first.zip(last))
+        self.read(|reading| {
+            let table = reading.open_table(PICTURES)?;
+            let first = table.first()?.map(|(time, _)| Time::from_nanos(time.value()));
+            let last = table.last()?.map(|(time, _)| Time::from_nanos(time.value()));
+            Ok(first.zip(last))
+        })
     }
 
     /// Octets that are kept, about.
@@ -186,8 +255,7 @@ impl Store {
     /// # Errors
     /// The file cannot be read.
     pub fn octets(&self) -> Result<u64, redb::Error> {
-        let reading = self.database.begin_read()?;
-        Ok(reading.open_table(SIZES)?.get(0)?.map_or(0, |octets| octets.value()))
+        self.read(|reading| Ok(reading.open_table(SIZES)?.get(0)?.map_or(0, |octets| octets.value())))
     }
 }
 

@@ -62,6 +62,8 @@ pub(crate) fn flown() -> &'static Flown {
             tally: driver.pipeline().tally().clone(),
             lateness_s: Some([0.001, 0.002, 0.003]),
             failed_sends: 0,
+            recording: None,
+            troubles: Vec::new(),
         };
         Flown { config: flight.config, maker: driver.maker().clone(), frames, status }
     })

@@ -3,7 +3,6 @@
 use std::fs;
 use std::net::{Ipv4Addr, SocketAddrV4};
 use std::path::Path;
-use std::sync::mpsc::SyncSender;
 
 use asterix::cat048::{self, TrackNumber};
 use asterix::{blocks, encode_block};
@@ -17,8 +16,7 @@ use utm_fusion::fusion::Given;
 use utm_fusion::ingest::{Reception, ReceptionKind};
 use utm_fusion::live::{Driver, Made};
 use utm_fusion::pipeline::Event;
-use utm_fusion::publish::Recorded;
-use utm_fusion::publish::{Cat129Encoder, Recorder, pack};
+use utm_fusion::publish::{Cat129Encoder, Recorded, Recorder, RecorderQueue, pack};
 use utm_fusion::simulate::Datagram;
 use utm_fusion::time::{SECOND, Time};
 
@@ -61,7 +59,7 @@ struct Flown {
     alarms: u64,
 }
 
-fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder: &SyncSender<Recorded>) -> Flown {
+fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder: &RecorderQueue) -> Flown {
     let mut random = ChaCha8Rng::seed_from_u64(fate.seed);
     let encoder = Cat129Encoder::of(config);
     let start = arrivals[0].received;
@@ -75,7 +73,7 @@ fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder: &SyncSende
                 Made::Slot(frame) => {
                     flown.slots += 1;
                     for payload in pack(&frame.picture, &encoder) {
-                        recorder.send(Recorded::Output { due: frame.due, payload }).unwrap();
+                        assert!(recorder.wait(Recorded::Output { due: frame.due, payload }));
                     }
                 }
                 Made::Event(event) => flown.alarms += u64::from(event.is_warning()),
@@ -83,7 +81,7 @@ fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder: &SyncSende
         }
         for &(slot, given) in &driver.pipeline().engine().numbers().new_ones()[told..] {
             told += 1;
-            recorder.send(Recorded::Numbered { slot, given }).unwrap();
+            assert!(recorder.wait(Recorded::Numbered { slot, given }));
         }
     };
     // The steady time, and the wall clock's.
@@ -133,7 +131,7 @@ fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder: &SyncSende
         let line = usize::from(datagram.flow.port != 8048);
         let received = driver.reception(wall(datagram.received));
         let payload = datagram.payload.clone();
-        recorder.send(Recorded::Input { received, line, from, payload: payload.clone() }).unwrap();
+        assert!(recorder.wait(Recorded::Input { received, line, from, payload: payload.clone() }));
         let mut made = Vec::new();
         driver.receive(&reception(line, received, payload), |one| made.push(one));
         hand_out(made, &driver);
@@ -148,8 +146,7 @@ fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder: &SyncSende
 fn record(scenario: &str, start: Option<Time>, fate: &Fate, directory: &Path, rotate_mib: u32) -> Flown {
     let simulation = flight(scenario, fate.seed, start);
     let record = Record { dir: directory.to_owned(), rotate_mib, keep: 1000 };
-    let ((queue, _), recorder) =
-        Recorder::start(&simulation.config, &record, fate.numbers.clone(), true).unwrap();
+    let (queue, recorder) = Recorder::start(&simulation.config, &record, fate.numbers.clone(), true).unwrap();
     let flown = fly(&simulation.config, &simulation.datagrams, fate, &queue);
     drop(queue);
     assert_eq!(recorder.join().unwritten, 0);
@@ -274,7 +271,7 @@ fn so_it_does_when_a_radar_restarts_with_other_numbers() {
     assert!(renumbered != simulation.datagrams);
     let scratch = Scratch::new();
     let record = Record { dir: scratch.path("r"), rotate_mib: 256, keep: 9 };
-    let ((queue, _), recorder) = Recorder::start(&simulation.config, &record, Vec::new(), true).unwrap();
+    let (queue, recorder) = Recorder::start(&simulation.config, &record, Vec::new(), true).unwrap();
     fly(
         &simulation.config,
         &renumbered,

@@ -2,13 +2,11 @@
 
 use std::fs;
 use std::net::{Ipv4Addr, SocketAddrV4};
-use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
 use jiff::SignedDuration;
 use utm_fusion::config::{Config, Record};
-use utm_fusion::publish::Recorded;
-use utm_fusion::publish::Recorder;
+use utm_fusion::publish::{Recorded, Recorder, RecorderQueue};
 use utm_fusion::time::{SECOND, Time};
 
 use crate::common::{Scratch, datagrams, files, only, read};
@@ -19,9 +17,9 @@ fn config() -> Config {
 
 const START: Time = Time::from_nanos(1_795_168_800 * SECOND);
 
-fn send(queue: &SyncSender<Recorded>, after: SignedDuration, payload: Vec<u8>) {
+fn send(queue: &RecorderQueue, after: SignedDuration, payload: Vec<u8>) {
     let from = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 4711);
-    queue.send(Recorded::Input { received: START + after, line: 0, from, payload }).unwrap();
+    assert!(queue.wait(Recorded::Input { received: START + after, line: 0, from, payload }));
 }
 
 fn millis(millis: i64) -> SignedDuration {
@@ -38,7 +36,7 @@ fn files_rotate_and_the_oldest_own_ones_go() {
         fs::write(dir.join(name), b"not a recording of ours").unwrap();
     }
     let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 3 };
-    let ((queue, lost), recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
+    let (queue, recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
     // 5 MiB and a bit, in datagrams as large as there are, and small ones.
     for index in 0..85 {
         send(&queue, millis(index * 10), vec![index as u8; 65_507]);
@@ -47,8 +45,8 @@ fn files_rotate_and_the_oldest_own_ones_go() {
     // An hour later, all is small.
     send(&queue, SignedDuration::from_hours(2), vec![1, 2]);
     drop(queue);
-    assert_eq!(recorder.join().unwritten, 0);
-    assert_eq!(lost.load(std::sync::atomic::Ordering::Relaxed), 0);
+    let counts = recorder.join();
+    assert_eq!((counts.unwritten, counts.lost), (0, 0));
     let inputs = files(&dir, "input-20261120", ".pcap");
     assert_eq!((inputs.len(), files(&dir, "output-", ".pcap").len()), (3, 3));
     assert_eq!(files(&dir, "input-20261120", ".site.toml").len(), 3);
@@ -67,7 +65,7 @@ fn what_is_written_is_there_within_a_second_and_a_removed_directory_comes_again(
     let scratch = Scratch::new();
     let dir = scratch.path("recordings");
     let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 3 };
-    let ((queue, _), recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
+    let (queue, recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
     send(&queue, millis(0), vec![1]);
     let wait = |done: &dyn Fn() -> bool| {
         let until = Instant::now() + Duration::from_secs(15);
@@ -80,7 +78,7 @@ fn what_is_written_is_there_within_a_second_and_a_removed_directory_comes_again(
     wait(&|| parts().first().is_some_and(|part| read(part).0.len() == 1));
 
     // A second recorder keeps its hands off.
-    let ((second, _), other) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
+    let (second, other) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
     send(&second, millis(0), vec![9]);
     drop(second);
     assert_eq!(other.join().unwritten, 1);

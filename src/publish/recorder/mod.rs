@@ -12,6 +12,7 @@
 //! Files being written end in `.part`. Datagrams reach them whole, at least once a second.
 
 mod names;
+mod queue;
 mod segment;
 mod writer;
 
@@ -19,8 +20,7 @@ use std::io;
 use std::net::SocketAddrV4;
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{self, SyncSender};
+use std::sync::mpsc;
 use std::thread::JoinHandle;
 
 use tracing::error;
@@ -28,7 +28,10 @@ use tracing::error;
 use crate::config::{Config, Record};
 use crate::fusion::{Given, Slot};
 use crate::time::Time;
+use queue::Counters;
 use writer::Writer;
+
+pub use queue::{RecorderCounts, RecorderQueue};
 
 /// Datagrams that may wait for the disk: some seconds of the busiest site.
 const QUEUE: usize = 16_384;
@@ -61,38 +64,17 @@ pub enum Recorded {
         /// The datagram.
         payload: Vec<u8>,
     },
-}
-/// Where the engine hands things, and how many of them did not fit the queue.
-pub type RecorderQueue = (SyncSender<Recorded>, Arc<AtomicU64>);
-
-/// What a recorder did.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct RecorderCounts {
-    /// Datagrams written.
-    pub written: u64,
-    /// Datagrams lost because the disk failed.
-    pub unwritten: u64,
+    /// Here something is missing: it did not fit the queue. What follows is recorded into files of its own.
+    Gap {
+        /// The latest time of what is missing.
+        until: Time,
+    },
 }
 
-/// The running recorder; it ends when its queue's sender is gone.
+/// The running recorder; it ends when its queue is gone.
 pub struct Recorder {
     thread: JoinHandle<()>,
-    counts: Arc<Counts>,
-}
-
-#[derive(Default)]
-struct Counts {
-    written: AtomicU64,
-    unwritten: AtomicU64,
-}
-
-impl Counts {
-    fn now(&self) -> RecorderCounts {
-        RecorderCounts {
-            written: self.written.load(Ordering::Relaxed),
-            unwritten: self.unwritten.load(Ordering::Relaxed),
-        }
-    }
+    counters: Arc<Counters>,
 }
 
 impl Recorder {
@@ -107,26 +89,25 @@ impl Recorder {
         with_output: bool,
     ) -> io::Result<(RecorderQueue, Self)> {
         let (sender, queue) = mpsc::sync_channel(QUEUE);
-        let lost = Arc::new(AtomicU64::new(0));
-        let counts = Arc::<Counts>::default();
-        let mut writer = Writer::new(config, record, numbers, with_output, (lost.clone(), counts.clone()));
+        let counters = Arc::<Counters>::default();
+        let mut writer = Writer::new(config, record, numbers, with_output, counters.clone());
         let thread =
             std::thread::Builder::new().name("recorder".to_owned()).spawn(move || writer.run(&queue))?;
-        Ok(((sender, lost), Self { thread, counts }))
+        Ok((RecorderQueue::new(sender, counters.clone()), Self { thread, counters }))
     }
 
     /// What it did so far.
     pub fn counts(&self) -> RecorderCounts {
-        self.counts.now()
+        self.counters.now()
     }
 
-    /// Waits until everything is written; the queue's sender must be gone.
+    /// Waits until everything is written; the queue must be gone.
     pub fn join(self) -> RecorderCounts {
-        let Self { thread, counts } = self;
+        let Self { thread, counters } = self;
         if thread.join().is_err() {
             error!("the recorder's thread panicked; this is a bug");
         }
-        counts.now()
+        counters.now()
     }
 }
 

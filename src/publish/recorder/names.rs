@@ -81,6 +81,17 @@ fn names(directory: &Path, series: Series, extension: &str) -> io::Result<Vec<St
     Ok(names)
 }
 
+/// Removes what there is of the files that began at `stamp`.
+pub(super) fn remove(directory: &Path, stamp: &str) {
+    for series in [Series::Input, Series::Output] {
+        for extension in ["pcap", "site.toml", "numbers.json"] {
+            let file = directory.join(format!("{}.{extension}", series.name(stamp)));
+            let _ = std::fs::remove_file(part(&file));
+            let _ = std::fs::remove_file(file);
+        }
+    }
+}
+
 /// Gives the files that an interrupted recorder left their names; how many there were.
 ///
 /// # Errors

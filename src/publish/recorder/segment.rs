@@ -2,6 +2,7 @@
 
 use std::fs::{self, File};
 use std::io::{self, Write};
+use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 
 use super::names::{self, Series};
@@ -17,6 +18,7 @@ const GATHERED: usize = 1 << 16;
 struct Gathered {
     file: File,
     waiting: Vec<u8>,
+    /// Octets that the file has.
     written: u64,
 }
 
@@ -27,8 +29,9 @@ impl Write for Gathered {
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        if let Err(error) = self.file.write_all(&self.waiting) {
-            // A full disk may have taken a part. What cannot be cut off either is what a reader calls truncated.
+        // At its place, not at the file's own: a full disk may have taken a part the last time.
+        if let Err(error) = self.file.write_all_at(&self.waiting, self.written) {
+            // What cannot be cut off either is what a reader calls truncated.
             let _ = self.file.set_len(self.written);
             return Err(error);
         }
@@ -42,6 +45,9 @@ impl Write for Gathered {
 struct PcapFile {
     path: PathBuf,
     pcap: PcapWriter<Gathered>,
+    /// Datagrams that the file has, and those that wait.
+    datagrams: u64,
+    waiting: u64,
 }
 
 impl PcapFile {
@@ -50,7 +56,7 @@ impl PcapFile {
         let gathered = Gathered { file, waiting: Vec::with_capacity(2 * GATHERED), written: 0 };
         let mut pcap = PcapWriter::new(gathered)?;
         pcap.flush()?;
-        Ok(Self { path, pcap })
+        Ok(Self { path, pcap, datagrams: 0, waiting: 0 })
     }
 
     fn write(&mut self, sender: u16, flow: UdpFlow, time: Time, payload: &[u8]) -> io::Result<()> {
@@ -59,7 +65,19 @@ impl PcapFile {
             return Ok(());
         }
         self.pcap.write_from(sender, flow, time, payload)?;
-        if self.pcap.get_mut().waiting.len() >= GATHERED { self.pcap.flush() } else { Ok(()) }
+        if self.pcap.get_mut().waiting.len() >= GATHERED {
+            self.write_out()?;
+            self.datagrams += 1;
+        } else {
+            self.waiting += 1;
+        }
+        Ok(())
+    }
+
+    fn write_out(&mut self) -> io::Result<()> {
+        self.pcap.flush()?;
+        self.datagrams += std::mem::take(&mut self.waiting);
+        Ok(())
     }
 
     fn size(&mut self) -> u64 {
@@ -68,14 +86,14 @@ impl PcapFile {
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.pcap.flush()?;
+        self.write_out()?;
         // Writing to a file that was removed succeeds, and nobody will ever read it.
         names::part(&self.path).symlink_metadata().map(drop)
     }
 
     /// Gives the file its name.
     fn finish(mut self) -> io::Result<()> {
-        let flushed = self.pcap.flush();
+        let flushed = self.write_out();
         self.pcap.get_mut().file.sync_all()?;
         fs::rename(names::part(&self.path), &self.path)?;
         flushed
@@ -84,6 +102,9 @@ impl PcapFile {
 
 /// What is being written.
 pub(super) struct Segment {
+    directory: PathBuf,
+    /// What the names of its files have in common.
+    stamp: String,
     /// The first reception.
     pub(super) began: Time,
     /// The opening of the first slot whose replay from this file alone equals the output.
@@ -123,12 +144,7 @@ impl Segment {
         let begun = Self::begin_files(beginning, &stamp, &numbers_path, &path);
         if begun.is_err() {
             // A disk that stays full must not gather what is left of every trial.
-            let mut files = vec![path(Series::Input, "site.toml"), numbers_path];
-            files.extend([Series::Input, Series::Output].map(|series| path(series, "pcap")));
-            for file in files {
-                let _ = fs::remove_file(names::part(&file));
-                let _ = fs::remove_file(file);
-            }
+            names::remove(directory, &stamp);
         }
         begun
     }
@@ -139,7 +155,7 @@ impl Segment {
         numbers_path: &Path,
         path: &dyn Fn(Series, &str) -> PathBuf,
     ) -> io::Result<Self> {
-        let Beginning { began, complete_from, site, numbers, with_output, .. } = *beginning;
+        let Beginning { directory, began, complete_from, site, numbers, with_output } = *beginning;
         let name = Series::Input.name(stamp);
         write_atomically(
             &path(Series::Input, "site.toml"),
@@ -153,7 +169,15 @@ impl Segment {
         write_atomically(numbers_path, &numbers_text(numbers))?;
         let input = PcapFile::begin(path(Series::Input, "pcap"))?;
         let output = with_output.then(|| PcapFile::begin(path(Series::Output, "pcap"))).transpose()?;
-        Ok(Self { began, complete_from, input, output, numbers_path: numbers_path.to_owned() })
+        Ok(Self {
+            directory: directory.to_owned(),
+            stamp: stamp.to_owned(),
+            began,
+            complete_from,
+            input,
+            output,
+            numbers_path: numbers_path.to_owned(),
+        })
     }
 
     /// Records what was received.
@@ -205,5 +229,21 @@ impl Segment {
     pub(super) fn finish(self) -> io::Result<()> {
         let output = self.output.map_or(Ok(()), PcapFile::finish);
         self.input.finish().and(output)
+    }
+    /// Ends it where the disk failed; how many of its datagrams have not been written. What has been written keeps its
+    /// worth; where that is nothing, nothing is left.
+    pub(super) fn abandon(mut self) -> u64 {
+        let (mut datagrams, mut waiting) = (0, 0);
+        for file in std::iter::once(&mut self.input).chain(&mut self.output) {
+            let _ = file.write_out();
+            datagrams += file.datagrams;
+            waiting += file.waiting;
+        }
+        let (directory, stamp) = (self.directory.clone(), self.stamp.clone());
+        let _ = self.finish();
+        if datagrams == 0 {
+            names::remove(&directory, &stamp);
+        }
+        waiting
     }
 }

@@ -5,7 +5,7 @@ use std::io;
 use std::net::{Ipv4Addr, SocketAddrV4};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
@@ -13,8 +13,9 @@ use jiff::SignedDuration;
 use tracing::{error, info, warn};
 
 use super::Recorded;
+use super::names;
+use super::queue::Counters;
 use super::segment::{Beginning, Segment};
-use super::{Counts, names};
 use crate::config::{Address, Config, Record};
 use crate::fusion::{Given, SlotGrid};
 use crate::ingest::udp;
@@ -57,26 +58,25 @@ pub(super) struct Writer {
     window_slots: i64,
     max_future: SignedDuration,
     numbers: Vec<Given>,
-    /// The latest reception, recorded or not.
+    /// The latest reception, recorded or not, or the latest time of what did not fit the queue.
     latest: Option<Time>,
     lock: Option<File>,
     segment: Option<Segment>,
     /// Where the disk failed, when it is tried again.
     retry: Option<Instant>,
     failing: bool,
-    lost: Arc<AtomicU64>,
     lost_told: u64,
-    counts: Arc<Counts>,
+    counters: Arc<Counters>,
 }
 
 impl Writer {
-    /// Writes nothing yet. `lost` is what did not fit the queue, counted by who fills it.
+    /// Writes nothing yet.
     pub(super) fn new(
         config: &Config,
         record: &Record,
         numbers: Vec<Given>,
         with_output: bool,
-        (lost, counts): (Arc<AtomicU64>, Arc<Counts>),
+        counters: Arc<Counters>,
     ) -> Self {
         let grid = SlotGrid::new(config.fusion.slot.as_nanos() as i64);
         Self {
@@ -97,9 +97,8 @@ impl Writer {
             segment: None,
             retry: None,
             failing: false,
-            lost,
             lost_told: 0,
-            counts,
+            counters,
         }
     }
 
@@ -122,7 +121,7 @@ impl Writer {
             }
         }
         self.tell_lost();
-        if let Some(Err(error)) = self.segment.take().map(Segment::finish) {
+        if let Err(error) = self.end() {
             self.fail(&error);
         }
     }
@@ -150,15 +149,32 @@ impl Writer {
                 }
                 return;
             }
+            Recorded::Gap { until } => return self.skip(until),
         };
         let counter = match written {
-            Ok(true) => &self.counts.written,
-            Ok(false) | Err(_) => &self.counts.unwritten,
+            Ok(true) => &self.counters.written,
+            Ok(false) | Err(_) => &self.counters.unwritten,
         };
         counter.fetch_add(1, Ordering::Relaxed);
         if let Err(error) = written {
             self.fail(&error);
         }
+    }
+
+    /// Something is missing until then: a new segment says from where on a replay is exact again.
+    fn skip(&mut self, until: Time) {
+        self.latest = self.latest.max(Some(until));
+        if let Err(error) = self.end() {
+            self.fail(&error);
+        }
+    }
+
+    /// Ends the segment. Where it cannot be written it is still there: its end by [`Writer::fail`] counts what is lost.
+    fn end(&mut self) -> io::Result<()> {
+        if let Some(segment) = &mut self.segment {
+            segment.flush()?;
+        }
+        self.segment.take().map_or(Ok(()), Segment::finish)
     }
 
     /// Whether it was written; not while a failed disk is let alone.
@@ -176,12 +192,9 @@ impl Writer {
     }
 
     /// Ends the segment, and begins one at `now`, the latest reception. Does nothing while a failed disk is let alone.
-    #[expect(clippy::disallowed_methods, reason = "a failed disk is tried again by the clock of the machine")]
     fn begin(&mut self, now: Time) -> io::Result<()> {
-        if let Some(segment) = self.segment.take() {
-            segment.finish()?;
-        }
-        if self.retry.is_some_and(|retry| Instant::now() < retry) {
+        self.end()?;
+        if !self.may_try() {
             return Ok(());
         }
         self.open()?;
@@ -202,18 +215,23 @@ impl Writer {
             numbers: &self.numbers,
             with_output: self.with_output,
         })?);
+        // A trial that may fail again costs no recording.
+        if !self.failing {
+            self.remove_oldest();
+        }
+        Ok(())
+    }
+
+    fn remove_oldest(&self) {
         if let Err(error) = names::remove_oldest(&self.directory, self.keep) {
             error!("{}: an old recording cannot be removed: {error}", self.directory.display());
         }
-        self.retry = None;
-        if std::mem::take(&mut self.failing) {
-            let unwritten = self.counts.unwritten.load(Ordering::Relaxed);
-            warn!(
-                "{}: recording again; {unwritten} datagrams were not recorded so far",
-                self.directory.display()
-            );
-        }
-        Ok(())
+    }
+
+    /// Whether the disk works, or has been let alone for long enough.
+    #[expect(clippy::disallowed_methods, reason = "a failed disk is tried again by the clock of the machine")]
+    fn may_try(&self) -> bool {
+        self.retry.is_none_or(|retry| Instant::now() >= retry)
     }
 
     /// Takes the directory: it is there, it is this recorder's alone, and what an earlier one left has its name.
@@ -239,19 +257,47 @@ impl Writer {
 
     fn each_second(&mut self) {
         self.tell_lost();
-        if let Some(segment) = &mut self.segment
-            && let Err(error) = segment.flush()
-        {
+        if let Err(error) = self.flush() {
             self.fail(&error);
         }
     }
 
+    /// Writes what waits; a failed disk is tried again, also where nothing comes.
+    fn flush(&mut self) -> io::Result<()> {
+        if self.failing && self.segment.is_none() && self.may_try() {
+            match self.latest {
+                Some(latest) => self.begin(latest)?,
+                None => self.open()?,
+            }
+        }
+        if let Some(segment) = &mut self.segment {
+            segment.flush()?;
+        }
+        if self.failing && self.lock.is_some() {
+            self.recover();
+        }
+        Ok(())
+    }
+
+    /// The disk has taken what waited.
+    fn recover(&mut self) {
+        self.retry = None;
+        self.failing = false;
+        self.counters.failing.store(false, Ordering::Relaxed);
+        let unwritten = self.counters.unwritten.load(Ordering::Relaxed);
+        warn!(
+            "{}: recording again; {unwritten} datagrams were not recorded so far",
+            self.directory.display()
+        );
+        self.remove_oldest();
+    }
+
     fn tell_lost(&mut self) {
-        let lost = self.lost.load(Ordering::Relaxed);
+        let lost = self.counters.lost.load(Ordering::Relaxed);
         if lost > self.lost_told {
             warn!(
-                "{}: the disk is too slow: {} datagrams not recorded, {lost} since the start; a replay of this stretch \
-                 differs from what was sent",
+                "{}: the disk is too slow: {} datagrams not recorded, {lost} since the start; the next files say from \
+                 when on a replay equals what was sent",
                 self.directory.display(),
                 lost - self.lost_told
             );
@@ -262,10 +308,10 @@ impl Writer {
     /// Lets the disk alone for a while. Said once, and again when it works.
     #[expect(clippy::disallowed_methods, reason = "a failed disk is tried again by the clock of the machine")]
     fn fail(&mut self, error: &io::Error) {
-        if let Some(segment) = self.segment.take() {
-            // What has been written keeps its worth.
-            let _ = segment.finish();
-        }
+        let waited = self.segment.take().map_or(0, Segment::abandon);
+        self.counters.written.fetch_sub(waited, Ordering::Relaxed);
+        self.counters.unwritten.fetch_add(waited, Ordering::Relaxed);
+        self.counters.failing.store(true, Ordering::Relaxed);
         self.lock = None;
         self.retry = Some(Instant::now() + RETRY);
         if !std::mem::replace(&mut self.failing, true) {

@@ -1,0 +1,32 @@
+//! The clock of the service.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicI64, Ordering};
+
+use jiff::SignedDuration;
+
+use crate::time::Time;
+
+/// Now, by the wall clock: the only clock of the service.
+#[expect(clippy::disallowed_methods, reason = "the live service is told the time by this clock")]
+pub fn now() -> Time {
+    Time::from_nanos(i64::try_from(jiff::Timestamp::now().as_nanosecond()).unwrap_or(i64::MAX))
+}
+
+/// The wall clock as the service's threads read it. It can be stepped, as an operator or a time server steps a machine's:
+/// tests do.
+#[derive(Clone, Debug, Default)]
+pub struct Clock(Arc<AtomicI64>);
+
+impl Clock {
+    /// Now.
+    pub fn now(&self) -> Time {
+        now() + SignedDuration::from_nanos(self.0.load(Ordering::Relaxed))
+    }
+
+    /// Steps it by that much, for everyone who has it.
+    pub fn step(&self, by: SignedDuration) {
+        let by_ns = i64::try_from(by.as_nanos()).unwrap_or(i64::MAX);
+        self.0.fetch_add(by_ns, Ordering::Relaxed);
+    }
+}
