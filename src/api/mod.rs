@@ -69,10 +69,12 @@ pub struct Options {
     pub streams: usize,
     /// Open streams from one address.
     pub streams_per_address: usize,
-    /// Open connections.
+    /// Open connections; fewer where the system allows only few open files.
     pub connections: usize,
     /// A connection that has not sent a request's headers by then is closed.
     pub header_timeout: Duration,
+    /// Octets sent and not acknowledged for so long, or a reader that takes none, end the connection.
+    pub stuck_timeout: Duration,
     /// Tells the time.
     pub clock: fn() -> Time,
     /// Where tracks were; `None`: no history is kept.
@@ -88,6 +90,7 @@ impl Default for Options {
             streams_per_address: 1_200,
             connections: 4_000,
             header_timeout: Duration::from_secs(10),
+            stuck_timeout: Duration::from_secs(60),
             clock: crate::live::now,
             history: None,
             player: None,

@@ -5,19 +5,22 @@ use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::Extension;
+use hyper::Request;
+use hyper::body::Incoming;
 use hyper::server::conn::http1;
+use hyper::service::{Service, service_fn};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
+use socket2::SockRef;
 use tokio::net::{TcpListener, TcpSocket, TcpStream};
 use tokio::sync::Semaphore;
-use tracing::{debug, warn};
+use tracing::{debug, info, warn};
 
 use super::ApiState;
 use super::guard::router;
 
-/// Octets sent and not acknowledged for so long, or a reader that takes none, end the connection.
-const STUCK: Duration = Duration::from_secs(60);
+/// Files that the service opens besides its connections: lines, outputs, recordings, history.
+const OTHER_FILES: usize = 256;
 /// After a failed `accept`: usually there are no file descriptors left, and some will come back.
 const ACCEPT_AGAIN: Duration = Duration::from_millis(50);
 /// Open connections are waited for so long when the service closes.
@@ -44,7 +47,8 @@ pub fn listen(address: SocketAddr) -> io::Result<TcpListener> {
 
 /// Serves the API until [`ApiState::close`]; then open connections are brought to their end.
 pub async fn serve(listener: TcpListener, state: ApiState) {
-    let most = state.options().connections;
+    let most = affordable(state.options().connections);
+    let mut told = false;
     let places = Arc::new(Semaphore::new(most));
     let app = router(state.clone());
     loop {
@@ -54,19 +58,21 @@ pub async fn serve(listener: TcpListener, state: ApiState) {
         };
         match accepted {
             Ok((stream, address)) => {
+                told = false;
                 // Beyond the cap there is no answer: one would cost what the cap saves.
                 let Ok(place) = places.clone().try_acquire_owned() else { continue };
-                let app = app.clone().layer(Extension(Peer(address.ip().to_canonical())));
-                let state = state.clone();
+                let (app, state, peer) = (app.clone(), state.clone(), Peer(address.ip().to_canonical()));
                 tokio::spawn(async move {
-                    if let Err(error) = connection(stream, app, &state).await {
+                    if let Err(error) = connection(stream, app, peer, &state).await {
                         debug!("{address}: {error}");
                     }
                     drop(place);
                 });
             }
             Err(error) => {
-                warn!("a connection could not be accepted: {error}");
+                if !std::mem::replace(&mut told, true) {
+                    warn!("a connection could not be accepted: {error}");
+                }
                 tokio::time::sleep(ACCEPT_AGAIN).await;
             }
         }
@@ -77,11 +83,36 @@ pub async fn serve(listener: TcpListener, state: ApiState) {
     let _ = tokio::time::timeout(FAREWELL, places.acquire_many(all)).await;
 }
 
-async fn connection(stream: TcpStream, app: axum::Router, state: &ApiState) -> io::Result<()> {
+/// So many connections that the files of the service itself can always be opened.
+fn affordable(connections: usize) -> usize {
+    let limits =
+        String::from_utf8(std::fs::read("/proc/self/limits").unwrap_or_default()).unwrap_or_default();
+    let Some(files) = open_files(&limits).filter(|&files| files < connections + OTHER_FILES) else {
+        return connections;
+    };
+    let fewer = files.saturating_sub(OTHER_FILES).max(1);
+    info!(
+        "{files} files may be open: at most {fewer} HTTP connections instead of {connections}; LimitNOFILE= of systemd, \
+         or ulimit -n, raises it"
+    );
+    fewer
+}
+
+/// How many files a process may have open, of the system's table of its limits; `None`: any number.
+fn open_files(limits: &str) -> Option<usize> {
+    let line = limits.lines().find_map(|line| line.strip_prefix("Max open files"))?;
+    line.split_whitespace().next()?.parse().ok()
+}
+
+async fn connection(stream: TcpStream, app: axum::Router, peer: Peer, state: &ApiState) -> io::Result<()> {
     stream.set_nodelay(true)?;
     #[cfg(target_os = "linux")]
-    socket2::SockRef::from(&stream).set_tcp_user_timeout(Some(STUCK))?;
-    let service = TowerToHyperService::new(app);
+    SockRef::from(&stream).set_tcp_user_timeout(Some(state.options().stuck_timeout))?;
+    let app = TowerToHyperService::new(app);
+    let service = service_fn(move |mut request: Request<Incoming>| {
+        request.extensions_mut().insert(peer);
+        app.call(request)
+    });
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(state.options().header_timeout)
@@ -96,4 +127,22 @@ async fn connection(stream: TcpStream, app: axum::Router, state: &ApiState) -> i
         }
     };
     ended.map_err(io::Error::other)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_limit_of_open_files_is_the_soft_one() {
+        let table = "Limit                     Soft Limit           Hard Limit           Units     \n\
+                     Max processes             63450                63450                processes \n\
+                     Max open files            1024                 524288               files     \n";
+        assert_eq!(open_files(table), Some(1024));
+        assert_eq!(
+            open_files("Max open files            unlimited            unlimited            files"),
+            None
+        );
+        assert_eq!(open_files(""), None);
+    }
 }

@@ -16,6 +16,8 @@ const SILENT_NS: i64 = 5 * SECOND;
 const SILENT_PERIODS: f64 = 3.0;
 /// Rates are told over this time, nanoseconds.
 const RATE_NS: i64 = 10 * SECOND;
+/// Reports that a rate is told from at most: more do not come in that time, unless the clock stands.
+const RECENT: usize = 1 << 17;
 /// Delays that the clock offset is told from: the least of them, since latency only adds.
 const DELAYS: usize = 256;
 /// A clock is wrong when even the fastest report seems to come from the future or this late, seconds.
@@ -140,6 +142,9 @@ struct Sensor {
     period_s: f64,
     last_seen: Option<Time>,
     accepted: u64,
+    /// The reception of the last report that was taken, and why its time made one be refused since.
+    taken: Option<Time>,
+    untimely: Option<Refusal>,
     /// Receptions of the last reports.
     recent: VecDeque<Time>,
     delays_ns: VecDeque<i64>,
@@ -159,6 +164,8 @@ impl Health {
             }),
             last_seen: None,
             accepted: 0,
+            taken: None,
+            untimely: None,
             recent: VecDeque::new(),
             delays_ns: VecDeque::new(),
             refused: BTreeMap::new(),
@@ -179,6 +186,7 @@ impl Health {
             Event::Accepted { sensor, time } => {
                 let sensor = self.heard(sensor, now);
                 sensor.accepted += 1;
+                (sensor.taken, sensor.untimely) = (Some(now), None);
                 sensor.recent.push_back(now);
                 if sensor.delays_ns.len() == DELAYS {
                     sensor.delays_ns.pop_front();
@@ -193,7 +201,11 @@ impl Health {
                 (*records, *last_seen) = (*records + 1, now);
             }
             Event::Refused { sensor: Some(sensor), refusal, .. } => {
-                *self.heard(sensor, now).refused.entry(refusal.name()).or_default() += 1;
+                let sensor = self.heard(sensor, now);
+                *sensor.refused.entry(refusal.name()).or_default() += 1;
+                if matches!(refusal, Refusal::Late | Refusal::Future) {
+                    sensor.untimely = Some(refusal);
+                }
             }
             Event::Service { sensor, service } => self.heard(sensor, now).serve(service, now),
             _ => {}
@@ -239,7 +251,8 @@ impl Sensor {
     }
 
     fn forget(&mut self, now: Time) {
-        while self.recent.front().is_some_and(|time| now.nanos() - time.nanos() > RATE_NS) {
+        let is_old = |time: &Time| now.nanos() - time.nanos() > RATE_NS;
+        while self.recent.front().is_some_and(is_old) || self.recent.len() > RECENT {
             self.recent.pop_front();
         }
     }
@@ -278,6 +291,15 @@ impl Sensor {
             find(
                 SensorState::Degraded,
                 format!("it says that it stands {metres} m from its configured place (I034/120)"),
+            );
+        }
+        let untaken_ns = now.nanos() - self.taken.unwrap_or(started).nanos();
+        if let Some(refusal) = self.untimely.filter(|_| untaken_ns > allowed_ns) {
+            let wrong =
+                if refusal == Refusal::Late { "older than the window" } else { "ahead of this machine's" };
+            find(
+                SensorState::Degraded,
+                format!("nothing of it is used: its times are {wrong}, so one of the clocks is wrong"),
             );
         }
         let clock_offset_s = self.delays_ns.iter().min().map(|&delay| delay as f64 * 1e-9);

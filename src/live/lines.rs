@@ -18,6 +18,8 @@ const QUEUE: usize = 8192;
 const REOPEN: Duration = Duration::from_secs(2);
 /// A line on which nothing comes for this long is joined anew: its interface may have gone and come back.
 const REJOIN: Duration = Duration::from_secs(10);
+/// How often it is looked whether anything came.
+const LISTEN: Duration = Duration::from_secs(1);
 
 /// The lines of a configuration, being read.
 pub(crate) struct Listening {
@@ -102,18 +104,17 @@ impl Reader {
         let Self { index, line, counters, clock } = self;
         let reading = udp::read(socket, *index, line, counters, || clock.now(), hand_on);
         tokio::pin!(reading);
-        let mut before = counters.last_received.load(Ordering::Relaxed);
-        loop {
+        let (mut before, mut silent) = (counters.last_received.load(Ordering::Relaxed), Duration::ZERO);
+        while silent < REJOIN {
             tokio::select! {
                 ended = &mut reading => return ended.err(),
-                () = tokio::time::sleep(REJOIN) => {
+                () = tokio::time::sleep(LISTEN) => {
                     let last = counters.last_received.load(Ordering::Relaxed);
-                    if last == before {
-                        return None;
-                    }
+                    silent = if last == before { silent + LISTEN } else { Duration::ZERO };
                     before = last;
                 }
             }
         }
+        None
     }
 }

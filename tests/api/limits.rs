@@ -83,6 +83,26 @@ async fn three_hundred_half_open_clients_hinder_nobody_and_are_dropped() {
     }
 }
 
+#[tokio::test]
+async fn who_takes_nothing_of_its_answer_is_cut_off() {
+    let options = Options { stuck_timeout: Duration::from_secs(2), ..Options::default() };
+    let site = Site::with(options, |_| {});
+    let address = site.listen().await;
+    let socket = TcpStream::connect(address).await.unwrap();
+    let request = b"GET /openapi.json HTTP/1.1\r\nHost: test\r\n\r\n";
+    let flood = async {
+        // Until the other end hears no more, as it is not heard itself, and then until it ends.
+        loop {
+            socket.writable().await.unwrap();
+            match socket.try_write(request) {
+                Err(error) if error.kind() != std::io::ErrorKind::WouldBlock => break,
+                _ => {}
+            }
+        }
+    };
+    tokio::time::timeout(Duration::from_secs(20), flood).await.expect("it is waited for");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
 

@@ -28,6 +28,10 @@ impl Running {
         Self { child, log }
     }
 
+    pub(crate) fn id(&self) -> u32 {
+        self.child.id()
+    }
+
     pub(crate) fn log(&self) -> String {
         fs::read_to_string(&self.log).unwrap()
     }
@@ -43,7 +47,7 @@ impl Running {
     }
 
     pub(crate) fn signal(&self, signal: &str) {
-        let sent = Command::new("kill").arg(signal).arg(self.child.id().to_string()).status().unwrap();
+        let sent = Command::new("kill").arg(signal).arg(self.id().to_string()).status().unwrap();
         assert!(sent.success());
     }
 
@@ -106,13 +110,13 @@ pub(crate) fn group(last: u8) -> Ipv4Addr {
     Ipv4Addr::new(239, 192, 100 + (std::process::id() % 150) as u8, last)
 }
 
-/// A socket that hears the group on this machine only, for half a second.
-pub(crate) fn joined(group: Ipv4Addr, port: u16) -> UdpSocket {
+/// A socket that hears the group on that interface, for half a second.
+pub(crate) fn joined(group: Ipv4Addr, port: u16, interface: Ipv4Addr) -> UdpSocket {
     let socket = Socket::new(Domain::IPV4, Type::DGRAM, Some(Protocol::UDP)).unwrap();
     socket.set_reuse_address(true).unwrap();
     socket.set_recv_buffer_size(1 << 20).unwrap();
     socket.bind(&SocketAddrV4::new(group, port).into()).unwrap();
-    socket.join_multicast_v4(&group, &Ipv4Addr::LOCALHOST).unwrap();
+    socket.join_multicast_v4(&group, &interface).unwrap();
     socket.set_read_timeout(Some(Duration::from_millis(500))).unwrap();
     socket.into()
 }

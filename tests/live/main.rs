@@ -14,3 +14,4 @@ mod recorder;
 mod reload;
 mod replayed;
 mod sockets;
+mod stage;

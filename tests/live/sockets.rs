@@ -1,110 +1,19 @@
 //! `run` with real sockets, fed by a sender of its own.
 
 use std::fs;
-use std::net::{Ipv4Addr, UdpSocket};
-use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::JoinHandle;
+use std::net::Ipv4Addr;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use utm_fusion::config::{Address, Config, Record};
-use utm_fusion::live::now;
-use utm_fusion::publish::socket;
-use utm_fusion::simulate::Simulation;
-use utm_fusion::time::{SECOND, Time};
-
-use crate::common::{
-    Running, Scratch, datagrams, files, flight, group, joined, on_own_ports, only, read, replayed, utm_fusion,
-};
+use crate::common::{Running, Scratch, datagrams, files, group, joined, only, read, replayed, utm_fusion};
+use crate::stage::Stage;
 
 const SCENARIO: &str =
     "name = \"live\"\nduration_s = 22\n[drones]\nmultirotors = 2\nequipped = 2\n[birds]\ncount = 3\n";
 
-/// A site, a service of it, and who listens to its output.
-struct Stage {
-    scratch: Scratch,
-    simulation: Simulation,
-    config: Config,
-    site: PathBuf,
-}
-
-impl Stage {
-    fn new(port: u16) -> Self {
-        let scratch = Scratch::new();
-        // A whole second, 2 to 3 s ahead.
-        let start = Time::from_nanos((now().nanos() / SECOND + 3) * SECOND);
-        let simulation = flight(SCENARIO, 1, Some(start));
-        let record = Record { dir: scratch.path("recordings"), rotate_mib: 256, keep: 4 };
-        let config = on_own_ports(&simulation.config, port, &scratch, Some(record));
-        let site = scratch.file("site.toml", config.to_string());
-        Self { scratch, simulation, config, site }
-    }
-
-    fn run(&self, log: &str) -> Running {
-        let mut running =
-            Running::start(utm_fusion("run").arg("--config").arg(&self.site), self.scratch.path(log));
-        running.says("running");
-        for _ in &self.config.sensors {
-            running.says("listening to");
-        }
-        running
-    }
-
-    fn sender(&self) -> UdpSocket {
-        socket(Some(Ipv4Addr::LOCALHOST), 1).unwrap()
-    }
-
-    fn to(&self, sensor: usize) -> (Ipv4Addr, u16) {
-        let input = &self.config.sensors[sensor].inputs[0];
-        match input.address {
-            Address::Multicast { group, .. } => (group, input.port),
-            Address::Unicast(address) => (address, input.port),
-        }
-    }
-
-    /// Sends what the simulation holds from `from_s` to `until_s` of it, in real time.
-    fn send(&self, from_s: f64, until_s: f64) {
-        let sender = self.sender();
-        let start = self.simulation.datagrams[0].received;
-        for datagram in &self.simulation.datagrams {
-            let at_s = datagram.received.seconds_since(start);
-            if !(from_s < at_s || from_s == 0.0) || at_s > until_s {
-                continue;
-            }
-            if let Ok(early) = Duration::try_from(datagram.received - now()) {
-                std::thread::sleep(early);
-            }
-            let sensor = usize::from(datagram.payload[0] == 129);
-            sender.send_to(&datagram.payload, self.to(sensor)).unwrap();
-        }
-    }
-
-    /// Hears the output; its datagrams of CAT129.
-    fn listen(&self) -> (Arc<AtomicBool>, JoinHandle<Vec<Vec<u8>>>) {
-        let sink = &self.config.output.asterix[0];
-        let socket = joined(group(99), sink.port);
-        let stop = Arc::new(AtomicBool::new(false));
-        let stopped = stop.clone();
-        let listener = std::thread::spawn(move || {
-            let mut heard = Vec::new();
-            let mut octets = [0; 65536];
-            loop {
-                match socket.recv(&mut octets) {
-                    Ok(length) if octets[0] == 129 => heard.push(octets[..length].to_vec()),
-                    Ok(_) => {}
-                    Err(_) if stopped.load(Ordering::Relaxed) => return heard,
-                    Err(_) => {}
-                }
-            }
-        });
-        (stop, listener)
-    }
-}
-
 #[test]
 fn what_was_sent_what_was_recorded_and_what_is_replayed_are_the_same() {
-    let stage = Stage::new(21_000);
+    let stage = Stage::new(SCENARIO, 21_000, |_, _| {});
     let (stop, listener) = stage.listen();
     // Two processes hear one group; the other one only records.
     let other = stage.scratch.path("other");
@@ -157,7 +66,7 @@ fn what_was_sent_what_was_recorded_and_what_is_replayed_are_the_same() {
 
 #[test]
 fn a_kill_leaves_readable_files_which_the_next_start_completes() {
-    let stage = Stage::new(21_100);
+    let stage = Stage::new(SCENARIO, 21_100, |_, _| {});
     let mut service = stage.run("run.log");
     stage.send(0.0, 14.0);
     std::thread::sleep(Duration::from_millis(2500));
@@ -165,7 +74,7 @@ fn a_kill_leaves_readable_files_which_the_next_start_completes() {
     service.wait(Duration::from_secs(5));
     let directory = stage.scratch.path("recordings");
     let part = only(&directory, "input-", ".pcap.part");
-    let start = stage.simulation.datagrams[0].received;
+    let start = stage.start();
     let fed = stage.simulation.datagrams.iter();
     let fed = fed.filter(|datagram| datagram.received.seconds_since(start) <= 14.0).count();
     let (recorded, whole) = read(&part);
@@ -187,7 +96,7 @@ fn a_kill_leaves_readable_files_which_the_next_start_completes() {
 
 #[test]
 fn strangers_echoes_and_odd_datagrams_cost_nothing_and_a_lost_disk_stops_no_slot() {
-    let stage = Stage::new(21_200);
+    let stage = Stage::new(SCENARIO, 21_200, |_, _| {});
     let (stop, listener) = stage.listen();
     let directory = stage.scratch.path("recordings");
     // A file where the directory should be.
@@ -201,7 +110,7 @@ fn strangers_echoes_and_odd_datagrams_cost_nothing_and_a_lost_disk_stops_no_slot
     }
     stage.send(0.0, 9.0);
     // The service's own output comes back.
-    let echoed = joined(group(99), stage.config.output.asterix[0].port);
+    let echoed = joined(group(99), stage.config.output.asterix[0].port, Ipv4Addr::LOCALHOST);
     for _ in 0..3 {
         let mut octets = [0; 65536];
         let length = echoed.recv(&mut octets).unwrap();

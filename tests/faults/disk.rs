@@ -1,0 +1,128 @@
+//! Disks that are full, and disks that hang.
+
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use utm_fusion::live::now;
+use utm_fusion::time::Time;
+
+use crate::http::{Stream, address, get, metric, troubled, until};
+use crate::inside::{is_inside, must};
+use crate::recorded::{is_exact, pairs};
+use crate::stage::Stage;
+use crate::{quick, scenario};
+
+fn pause_until(time: Time) {
+    if let Ok(early) = Duration::try_from(time - now()) {
+        std::thread::sleep(early);
+    }
+}
+
+/// Takes what is left of a disk, to the last octet.
+fn fill(file: &Path) {
+    let mut filler = fs::File::create(file).unwrap();
+    for size in [1 << 16, 1 << 12, 1] {
+        while filler.write_all(&vec![0; size]).is_ok() {}
+    }
+}
+
+#[test]
+fn a_full_disk_stops_no_slot_and_is_recorded_onto_again_when_there_is_space() {
+    let test = "disk::a_full_disk_stops_no_slot_and_is_recorded_onto_again_when_there_is_space";
+    if !is_inside(&["unshare", "-rm"], test) {
+        return;
+    }
+    let stage = Stage::new(&scenario(28), 23_000, |config, scratch| {
+        quick(config);
+        let disk = scratch.path("disk");
+        fs::create_dir(&disk).unwrap();
+        must(&format!("mount -t tmpfs -o size=4m none {}", disk.display()));
+        config.state.dir = disk.join("state");
+        config.output.record.as_mut().unwrap().dir = disk.join("recordings");
+    });
+    let disk = stage.scratch.path("disk");
+    let at = |second: i64| stage.start() + jiff::SignedDuration::from_secs(second);
+    let (stop, listener) = stage.listen();
+    let mut service = stage.run("run.log");
+    let address = address(&mut service);
+    let stream = Stream::open(address);
+    stage.send(0.0, 6.5);
+    let early = format!("/api/v1/snapshot?time={}", at(-1));
+    assert_eq!(get(address, &early).0, 200, "nothing is in the history");
+
+    fill(&disk.join("filler"));
+    stage.send(6.5, 11.0);
+    service.says("cannot be recorded into");
+    service.says("the history cannot be written");
+    until("alerts", Duration::from_secs(3), || troubled(address) == ["recorder", "history"]);
+    assert_eq!(metric(address, "utm_fusion_recorder_failing", ""), 1.0);
+    assert_eq!(metric(address, "utm_fusion_history_failing", ""), 1.0);
+    assert_eq!(get(address, "/readyz").0, 200, "the picture does not need the disk");
+    assert_eq!(get(address, &early).0, 200, "what was in the history can still be read");
+
+    // Nothing comes while there is space again: the clock alone brings the recorder back.
+    fs::remove_file(disk.join("filler")).unwrap();
+    service.says("recording again");
+    stage.send(17.0, 28.0);
+    service.says("the history is written again");
+    until("alerts end", Duration::from_secs(3), || troubled(address).is_empty());
+    assert!(metric(address, "utm_fusion_recorder_unwritten_total", "") > 20.0);
+    assert_eq!(metric(address, "utm_fusion_failed_sends_total", ""), 0.0);
+    assert!(metric(address, "utm_fusion_lateness_seconds", "0.99") < 1.0);
+    pause_until(at(29));
+    assert!(stream.is_unbroken(Duration::from_secs(2)) > 100);
+    assert_eq!(get(address, &early).0, 200);
+    assert_eq!(get(address, &format!("/api/v1/snapshot?time={}", at(24))).0, 200);
+    let (code, log) = service.stop();
+    assert_eq!(code, Some(0), "{log}");
+    for once in ["cannot be recorded into", "the history cannot be written"] {
+        assert_eq!(log.matches(once).count(), 1, "{log}");
+    }
+    stop.store(true, Ordering::Relaxed);
+    assert!(listener.join().unwrap().len() > 40, "no slots were sent:\n{log}");
+
+    let pairs = pairs(&disk.join("recordings"));
+    assert_eq!(pairs.len(), 2, "trials leave nothing: {pairs:?}");
+    assert!(is_exact(&stage.config, &pairs[0], false) > 10);
+    assert!(is_exact(&stage.config, &pairs[1], true) > 10);
+}
+
+#[test]
+fn what_a_disk_that_hangs_lost_is_counted_and_its_place_is_marked() {
+    let stage = Stage::new(&scenario(20), 23_100, |config, _| quick(config));
+    let directory = stage.scratch.path("recordings");
+    fs::create_dir(&directory).unwrap();
+    // Whoever opens a pipe waits until there is somebody at its other end.
+    let lock = directory.join(".recorder.lock");
+    must(&format!("mkfifo {}", lock.display()));
+    let mut service = stage.run("run.log");
+    let address = address(&mut service);
+    let stream = Stream::open(address);
+    std::thread::scope(|scope| {
+        scope.spawn(|| stage.send(0.0, 20.0));
+        // More than fits the queue, one way or another of what is not ASTERIX.
+        let sender = stage.sender();
+        for count in 0..20_000_u32 {
+            sender.send_to(&count.to_be_bytes(), stage.to(0)).unwrap();
+            if count % 100 == 0 {
+                std::thread::sleep(Duration::from_millis(10));
+            }
+        }
+        let lost = || metric(address, "utm_fusion_recorder_lost_total", "");
+        until("an overflow", Duration::from_secs(5), || lost() > 100.0);
+        let reader = fs::OpenOptions::new().read(true).write(true).open(&lock).unwrap();
+        service.says("the disk is too slow");
+        drop(reader);
+    });
+    std::thread::sleep(Duration::from_secs(1));
+    assert!(stream.is_unbroken(Duration::from_secs(2)) > 60);
+    let (code, log) = service.stop();
+    assert_eq!(code, Some(0), "{log}");
+    let pairs = pairs(&directory);
+    assert_eq!(pairs.len(), 2, "{pairs:?}\n{log}");
+    is_exact(&stage.config, &pairs[0], false);
+    assert!(is_exact(&stage.config, &pairs[1], true) > 10);
+}

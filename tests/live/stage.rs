@@ -1,0 +1,111 @@
+//! A site on this machine: its sensors, a service of it, and who listens to its output.
+
+use std::net::{Ipv4Addr, UdpSocket};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use utm_fusion::config::{Address, Config, Record};
+use utm_fusion::live::now;
+use utm_fusion::publish::socket;
+use utm_fusion::simulate::Simulation;
+use utm_fusion::time::{SECOND, Time};
+
+use crate::common::{Running, Scratch, flight, group, joined, on_own_ports, utm_fusion};
+
+pub(crate) struct Stage {
+    pub(crate) scratch: Scratch,
+    pub(crate) simulation: Simulation,
+    pub(crate) config: Config,
+    pub(crate) site: PathBuf,
+}
+
+impl Stage {
+    /// A flight that begins in 2 to 3 s, over a site with `change`s.
+    pub(crate) fn new(scenario: &str, port: u16, change: impl FnOnce(&mut Config, &Scratch)) -> Self {
+        let scratch = Scratch::new();
+        // A whole second.
+        let start = Time::from_nanos((now().nanos() / SECOND + 3) * SECOND);
+        let simulation = flight(scenario, 1, Some(start));
+        let record = Record { dir: scratch.path("recordings"), rotate_mib: 256, keep: 4 };
+        let mut config = on_own_ports(&simulation.config, port, &scratch, Some(record));
+        change(&mut config, &scratch);
+        let site = scratch.file("site.toml", config.to_string());
+        Self { scratch, simulation, config, site }
+    }
+
+    pub(crate) fn run(&self, log: &str) -> Running {
+        let mut running =
+            Running::start(utm_fusion("run").arg("--config").arg(&self.site), self.scratch.path(log));
+        running.says("running");
+        for _ in &self.config.sensors {
+            running.says("listening to");
+        }
+        running
+    }
+
+    pub(crate) fn sender(&self) -> UdpSocket {
+        socket(Some(self.interface()), 1).unwrap()
+    }
+
+    pub(crate) fn to(&self, sensor: usize) -> (Ipv4Addr, u16) {
+        let input = &self.config.sensors[sensor].inputs[0];
+        match input.address {
+            Address::Multicast { group, .. } => (group, input.port),
+            Address::Unicast(address) => (address, input.port),
+        }
+    }
+
+    /// Sends what the simulation holds from `from_s` to `until_s` of it, in real time.
+    pub(crate) fn send(&self, from_s: f64, until_s: f64) {
+        let sender = self.sender();
+        let start = self.simulation.datagrams[0].received;
+        for datagram in &self.simulation.datagrams {
+            let at_s = datagram.received.seconds_since(start);
+            if !(from_s < at_s || from_s == 0.0) || at_s > until_s {
+                continue;
+            }
+            if let Ok(early) = Duration::try_from(datagram.received - now()) {
+                std::thread::sleep(early);
+            }
+            let sensor = usize::from(datagram.payload[0] == 129);
+            sender.send_to(&datagram.payload, self.to(sensor)).unwrap();
+        }
+    }
+
+    /// The interface of its output.
+    fn interface(&self) -> Ipv4Addr {
+        match self.config.output.asterix[0].address {
+            Address::Multicast { interface, .. } => interface,
+            Address::Unicast(address) => address,
+        }
+    }
+
+    /// The reception of the first datagram of the flight.
+    pub(crate) fn start(&self) -> Time {
+        self.simulation.datagrams[0].received
+    }
+
+    /// Hears the output; its datagrams of CAT129.
+    pub(crate) fn listen(&self) -> (Arc<AtomicBool>, JoinHandle<Vec<Vec<u8>>>) {
+        let sink = &self.config.output.asterix[0];
+        let socket = joined(group(99), sink.port, self.interface());
+        let stop = Arc::new(AtomicBool::new(false));
+        let stopped = stop.clone();
+        let listener = std::thread::spawn(move || {
+            let mut heard = Vec::new();
+            let mut octets = [0; 65536];
+            loop {
+                match socket.recv(&mut octets) {
+                    Ok(length) if octets[0] == 129 => heard.push(octets[..length].to_vec()),
+                    Ok(_) => {}
+                    Err(_) if stopped.load(Ordering::Relaxed) => return heard,
+                    Err(_) => {}
+                }
+            }
+        });
+        (stop, listener)
+    }
+}
