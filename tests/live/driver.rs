@@ -1,5 +1,6 @@
 //! A driver with a virtual clock, whose recording is replayed.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::net::{Ipv4Addr, SocketAddrV4};
 use std::path::Path;
@@ -57,6 +58,8 @@ fn reception(line: usize, received: Time, payload: Vec<u8>) -> Reception {
 struct Flown {
     slots: u64,
     alarms: u64,
+    /// Of each point with a radar's part: its time, whether it is fused, and the radar's track number.
+    radar: Vec<(Time, bool, u16)>,
 }
 
 fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder: &RecorderQueue) -> Flown {
@@ -65,13 +68,20 @@ fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder: &RecorderQ
     let start = arrivals[0].received;
     let mut driver = Driver::new(config, Masks::default(), start, 2);
     assert_eq!(driver.remember(&mut fate.numbers.clone()), 0);
-    let mut flown = Flown { slots: 0, alarms: 0 };
+    let mut flown = Flown { slots: 0, alarms: 0, radar: Vec::new() };
     let mut told = 0;
     let mut hand_out = |made: Vec<Made>, driver: &Driver| {
         for made in made {
             match made {
                 Made::Slot(frame) => {
                     flown.slots += 1;
+                    for track in &frame.picture.tracks {
+                        let source = &track.point.source;
+                        if let Some(part) = source.radar() {
+                            let is_fused = source.transponder().is_some();
+                            flown.radar.push((frame.picture.time, is_fused, part.track.number));
+                        }
+                    }
                     for payload in pack(&frame.picture, &encoder) {
                         assert!(recorder.wait(Recorded::Output { due: frame.due, payload }));
                     }
@@ -172,6 +182,18 @@ fn before_midnight() -> Time {
     Time::midnight(jiff::civil::date(2026, 11, 21)).unwrap() + seconds(-30)
 }
 
+#[test]
+fn midnight_is_a_moment_like_any_other() {
+    // The scenario's own beginning is another time of day.
+    let slots = recorded_equals_replayed(SCENARIO, None, &Fate { seed: 7, ..Fate::default() }).slots;
+    let fate = Fate { seed: 7, ..Fate::default() };
+    let flown = recorded_equals_replayed(SCENARIO, Some(before_midnight() + seconds(-10)), &fate);
+    assert_eq!((flown.slots, flown.alarms), (slots, 0));
+    let midnight = before_midnight() + seconds(30);
+    assert!(flown.radar.iter().any(|(time, ..)| *time < midnight), "nothing before");
+    assert!(flown.radar.iter().any(|(time, is_fused, _)| *time > midnight && *is_fused), "nothing after");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -248,14 +270,19 @@ fn each_file_alone_replays_to_the_output_from_its_mark_on() {
 fn so_it_does_when_a_radar_restarts_with_other_numbers() {
     let simulation = flight(SCENARIO, 7, None);
     let start = simulation.datagrams[0].received;
+    let restart = start + seconds(42);
     let renumbered: Vec<Datagram> = simulation
         .datagrams
         .iter()
         .map(|datagram| {
             let mut datagram = datagram.clone();
-            if datagram.received > start + seconds(30) && datagram.payload[0] == 48 {
+            if datagram.received > restart {
                 let payload = std::mem::take(&mut datagram.payload);
                 for block in blocks(&payload).map(Result::unwrap) {
+                    if block.category != 48 {
+                        datagram.payload.extend_from_slice(block.octets);
+                        continue;
+                    }
                     let mut records: Vec<cat048::Record> =
                         block.records().map(|located| located.unwrap().record).collect();
                     for record in &mut records {
@@ -272,7 +299,7 @@ fn so_it_does_when_a_radar_restarts_with_other_numbers() {
     let scratch = Scratch::new();
     let record = Record { dir: scratch.path("r"), rotate_mib: 256, keep: 9 };
     let (queue, recorder) = Recorder::start(&simulation.config, &record, Vec::new(), true).unwrap();
-    fly(
+    let flown = fly(
         &simulation.config,
         &renumbered,
         &Fate { seed: 7, queue_ms: 100, tick_ms: 3, ..Fate::default() },
@@ -282,6 +309,14 @@ fn so_it_does_when_a_radar_restarts_with_other_numbers() {
     assert_eq!(recorder.join().unwritten, 0);
     let output = fs::read(only(&record.dir, "output-", ".pcap")).unwrap();
     assert!(output.len() > 1000 && output == replayed(&only(&record.dir, "input-", ".pcap")));
+    // The old numbers end with the restart, and a new one is fused as the old one was.
+    let of = |from: Time, to: Time| -> BTreeSet<(bool, bool)> {
+        let within = flown.radar.iter().filter(|(time, ..)| from < *time && *time < to);
+        within.map(|&(_, is_fused, number)| (number >= 1000, is_fused)).collect()
+    };
+    let (before, after) = (of(start, restart + -seconds(1)), of(restart + seconds(2), start + seconds(60)));
+    assert_eq!(before, [(false, false), (false, true)].into());
+    assert!(after.contains(&(true, true)) && after.iter().all(|&(is_new, _)| is_new), "{after:?}");
 }
 
 #[test]
