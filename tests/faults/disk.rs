@@ -2,13 +2,18 @@
 
 use std::fs;
 use std::io::Write;
+use std::net::{Ipv4Addr, SocketAddrV4};
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
+use jiff::SignedDuration;
+use utm_fusion::config::{Config, Record};
 use utm_fusion::live::now;
+use utm_fusion::publish::{Recorded, Recorder};
 use utm_fusion::time::Time;
 
+use crate::common::{Scratch, files, read};
 use crate::http::{Stream, address, get, metric, troubled, until};
 use crate::inside::{is_inside, must};
 use crate::recorded::{is_exact, pairs};
@@ -44,7 +49,7 @@ fn a_full_disk_stops_no_slot_and_is_recorded_onto_again_when_there_is_space() {
         config.output.record.as_mut().unwrap().dir = disk.join("recordings");
     });
     let disk = stage.scratch.path("disk");
-    let at = |second: i64| stage.start() + jiff::SignedDuration::from_secs(second);
+    let at = |second: i64| stage.start() + SignedDuration::from_secs(second);
     let (stop, listener) = stage.listen();
     let mut service = stage.run("run.log");
     let address = address(&mut service);
@@ -125,4 +130,50 @@ fn what_a_disk_that_hangs_lost_is_counted_and_its_place_is_marked() {
     assert_eq!(pairs.len(), 2, "{pairs:?}\n{log}");
     is_exact(&stage.config, &pairs[0], false);
     assert!(is_exact(&stage.config, &pairs[1], true) > 10);
+}
+
+#[test]
+fn trials_on_a_disk_that_stays_full_replace_no_good_recording() {
+    let test = "disk::trials_on_a_disk_that_stays_full_replace_no_good_recording";
+    if !is_inside(&["unshare", "-rm"], test) {
+        return;
+    }
+    let scratch = Scratch::new();
+    let dir = scratch.path("recordings");
+    fs::create_dir(&dir).unwrap();
+    must(&format!("mount -t tmpfs -o size=3m none {}", dir.display()));
+    let config = Config::load(concat!(env!("CARGO_MANIFEST_DIR"), "/config/example.toml")).unwrap();
+    let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 2 };
+    let (queue, recorder) = Recorder::start(&config, &record, Vec::new(), true).unwrap();
+    let start = now();
+    let send = |after_s: i64, octets: usize| {
+        let received = start + SignedDuration::from_secs(after_s);
+        let from = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 4711);
+        assert!(queue.wait(Recorded::Input { received, line: 0, from, payload: vec![1; octets] }));
+    };
+    let good = || files(&dir, "input-", ".pcap");
+    // After some hours there is one file, and another is being written.
+    send(0, 100);
+    send(2 * 3600, 100);
+    let being_written = || files(&dir, "input-", ".pcap.part").iter().all(|part| read(part).0.len() == 1);
+    until("two good files", Duration::from_secs(5), || good().len() == 1 && being_written());
+    let first = good();
+    // Room for what a file begins with, and for nothing that comes.
+    fill(&dir.join("filler"));
+    let filler = fs::OpenOptions::new().write(true).open(dir.join("filler")).unwrap();
+    filler.set_len(filler.metadata().unwrap().len() - (40 << 10)).unwrap();
+    for second in 0..13 {
+        send(2 * 3600 + 1 + second, 60_000);
+        std::thread::sleep(Duration::from_secs(1));
+    }
+    let counts = recorder.counts();
+    assert!(counts.failing && counts.unwritten >= 12, "{counts:?}");
+    assert!(good().starts_with(&first) && good().len() == 2, "{:?}", good());
+    drop(filler);
+    fs::remove_file(dir.join("filler")).unwrap();
+    until("it records again", Duration::from_secs(9), || !recorder.counts().failing);
+    send(3 * 3600, 100);
+    drop(queue);
+    let counts = recorder.join();
+    assert_eq!((counts.written, counts.unwritten), (3, 13));
 }

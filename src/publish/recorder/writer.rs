@@ -31,6 +31,8 @@ const RETRY: Duration = Duration::from_secs(5);
 const LONGEST: SignedDuration = SignedDuration::from_hours(1);
 /// Copies of a datagram are known for this long: what was handled before a file began is not handled again in it.
 const DUPLICATES: SignedDuration = SignedDuration::from_secs(2);
+/// A disk that failed is used again when it takes so many octets: less is full again in a moment.
+const TRIAL: usize = 1 << 20;
 /// Only one recorder writes into a directory: it holds a lock on this file.
 const LOCK: &str = ".recorder.lock";
 
@@ -248,6 +250,12 @@ impl Writer {
             fs::TryLockError::Error(error) => error,
         })?;
         self.lock = Some(lock);
+        if self.failing {
+            let trial = self.directory.join(".recorder.trial");
+            let written = fs::write(&trial, vec![0; TRIAL]);
+            let _ = fs::remove_file(trial);
+            written?;
+        }
         let count = names::complete_leftovers(&self.directory)?;
         if count > 0 {
             info!("{}: {count} recordings were cut short by the end of a process", self.directory.display());
