@@ -184,14 +184,17 @@ fn before_midnight() -> Time {
 
 #[test]
 fn midnight_is_a_moment_like_any_other() {
-    // The scenario's own beginning is another time of day.
-    let slots = recorded_equals_replayed(SCENARIO, None, &Fate { seed: 7, ..Fate::default() }).slots;
-    let fate = Fate { seed: 7, ..Fate::default() };
-    let flown = recorded_equals_replayed(SCENARIO, Some(before_midnight() + seconds(-10)), &fate);
-    assert_eq!((flown.slots, flown.alarms), (slots, 0));
-    let midnight = before_midnight() + seconds(30);
-    assert!(flown.radar.iter().any(|(time, ..)| *time < midnight), "nothing before");
-    assert!(flown.radar.iter().any(|(time, is_fused, _)| *time > midnight && *is_fused), "nothing after");
+    let fly_at = |start: Time| {
+        let flown = recorded_equals_replayed(SCENARIO, Some(start), &Fate { seed: 7, ..Fate::default() });
+        assert_eq!(flown.alarms, 0);
+        let since = |(time, is_fused, number): &(Time, bool, u16)| (*time - start, *is_fused, *number);
+        (flown.slots, flown.radar.iter().map(since).collect::<Vec<_>>())
+    };
+    let over_midnight = before_midnight() + seconds(-10);
+    let flown = fly_at(over_midnight);
+    assert!(flown.1.iter().any(|(since, ..)| *since < seconds(40)), "nothing before");
+    assert!(flown.1.iter().any(|(since, is_fused, _)| *since > seconds(40) && *is_fused), "nothing after");
+    assert!(flown == fly_at(over_midnight + seconds(-36_000)), "the same flight in the afternoon");
 }
 
 proptest! {

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::io::{Read, Write};
+use std::net::Ipv4Addr;
 use std::net::TcpStream;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -102,7 +103,7 @@ fn with_tokens(config: &mut Config, scratch: &Scratch) {
 
 /// Whether the status, which comes each second, is sent to that port.
 fn hears_status(port: u16) -> bool {
-    let socket = joined(group(99), port);
+    let socket = joined(group(99), port, Ipv4Addr::LOCALHOST);
     let mut octets = [0; 64];
     (0..4).any(|_| matches!(socket.recv(&mut octets), Ok(11) if octets[0] == 65))
 }

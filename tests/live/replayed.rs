@@ -1,5 +1,6 @@
 //! `replay --udp`: what is heard is what `replay -o x.pcap` writes, in time, again and again with `--loop`.
 
+use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -43,7 +44,7 @@ impl Stage {
     /// Hears the output until there is nothing to stop it and half a second of silence.
     fn listen(&self) -> (Sender<()>, JoinHandle<Heard>) {
         let (stop, stopped): (Sender<()>, Receiver<()>) = channel();
-        let socket = joined(group(99), self.port);
+        let socket = joined(group(99), self.port, Ipv4Addr::LOCALHOST);
         let listener = std::thread::spawn(move || {
             let mut heard = Heard::default();
             let mut octets = [0; 65536];
