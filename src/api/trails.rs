@@ -11,8 +11,9 @@ use crate::time::{SECOND, Time};
 
 /// A trail is no longer than this, seconds.
 pub const LONGEST_S: u32 = 600;
-/// Places that are kept of all tracks together: where there are very many, their trails are shorter.
-const PLACES: usize = 500_000;
+/// Places that are kept of all tracks together, some 8 MB: 166 tracks have ten minutes, where there are more their trails are
+/// shorter.
+const PLACES: usize = 100_000;
 
 /// The last seconds, the oldest first.
 #[derive(Debug, Default)]
