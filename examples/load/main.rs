@@ -16,7 +16,7 @@ mod readers;
 mod stage;
 
 use std::error::Error;
-use std::net::SocketAddr;
+use std::net::{Ipv4Addr, SocketAddr};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
@@ -128,8 +128,9 @@ fn main() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
 
 /// What a reader asks for: every slot, or its own part of the city once a second.
 fn wish(load: Load, index: usize, (latitude_deg, longitude_deg): (f64, f64)) -> Wish {
+    let from = Ipv4Addr::new(127, 0, 1 + (index / 200) as u8, 1 + (index % 200) as u8);
     match load {
-        Load::Streams => Wish { query: String::new() },
+        Load::Streams => Wish { from, query: String::new() },
         Load::City => {
             // Boxes of about 1.8 km by 2.3 km: five columns, four rows.
             let (column, row) = ((index % 5) as f64, (index / 5 % 4) as f64);
@@ -138,7 +139,7 @@ fn wish(load: Load, index: usize, (latitude_deg, longitude_deg): (f64, f64)) -> 
             let west = longitude_deg + (column - 2.5) * width_deg;
             let south = latitude_deg + (row - 2.0) * height_deg;
             let (east, north) = (west + width_deg, south + height_deg);
-            Wish { query: format!("?interval_ms=1000&bbox={west:.6},{south:.6},{east:.6},{north:.6}") }
+            Wish { from, query: format!("?interval_ms=1000&bbox={west:.6},{south:.6},{east:.6},{north:.6}") }
         }
     }
 }

@@ -3,11 +3,12 @@
 //! Requests are HTTP/1.0: the answer is then the plain octets up to the connection's end.
 
 use std::io::{self, BufRead, BufReader, Read as _, Write};
-use std::net::{SocketAddr, TcpStream};
+use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use socket2::{Domain, Socket, Type};
 use utm_fusion::live::now;
 use utm_fusion::time::Time;
 
@@ -16,6 +17,8 @@ const PATIENCE: Duration = Duration::from_secs(10);
 
 /// What a reader asks for.
 pub struct Wish {
+    /// The address that it asks from; an address may open only so many streams at once.
+    pub from: Ipv4Addr,
     /// `?` and parameters, or nothing.
     pub query: String,
 }
@@ -49,8 +52,10 @@ pub fn read(address: SocketAddr, wish: &Wish, stop: &AtomicBool) -> Read {
 }
 
 fn follow(address: SocketAddr, wish: &Wish, stop: &AtomicBool, read: &mut Read) -> io::Result<()> {
-    let mut lines =
-        BufReader::with_capacity(32 * 1024, ask(address, &format!("/api/v1/stream{}", wish.query))?);
+    let mut lines = BufReader::with_capacity(
+        32 * 1024,
+        ask(address, wish.from, &format!("/api/v1/stream{}", wish.query))?,
+    );
     let (mut line, mut event, mut last) = (Vec::new(), Vec::new(), None);
     while !stop.load(Ordering::Relaxed) {
         line.clear();
@@ -96,7 +101,7 @@ impl Head {
 
 /// Opens a stream and leaves it at that.
 pub fn open_and_never_read(address: SocketAddr, stop: &AtomicBool) {
-    let stream = ask(address, "/api/v1/stream");
+    let stream = ask(address, Ipv4Addr::LOCALHOST, "/api/v1/stream");
     while !stop.load(Ordering::Relaxed) {
         thread::sleep(Duration::from_millis(200));
     }
@@ -106,14 +111,17 @@ pub fn open_and_never_read(address: SocketAddr, stop: &AtomicBool) {
 /// The body of an answer that is 200.
 pub fn get(address: SocketAddr, path: &str) -> io::Result<String> {
     let mut answer = String::new();
-    ask(address, path)?.read_to_string(&mut answer)?;
+    ask(address, Ipv4Addr::LOCALHOST, path)?.read_to_string(&mut answer)?;
     let (head, body) = answer.split_once("\r\n\r\n").ok_or_else(|| io::Error::other("no answer"))?;
     let good = head.split(' ').nth(1) == Some("200");
     if good { Ok(body.to_owned()) } else { Err(io::Error::other(head.to_owned())) }
 }
 
-fn ask(address: SocketAddr, path: &str) -> io::Result<TcpStream> {
-    let mut stream = TcpStream::connect(address)?;
+fn ask(address: SocketAddr, from: Ipv4Addr, path: &str) -> io::Result<TcpStream> {
+    let socket = Socket::new(Domain::IPV4, Type::STREAM, None)?;
+    socket.bind(&SocketAddrV4::new(from, 0).into())?;
+    socket.connect(&address.into())?;
+    let mut stream: TcpStream = socket.into();
     stream.set_read_timeout(Some(PATIENCE))?;
     write!(stream, "GET {path} HTTP/1.0\r\nhost: {address}\r\n\r\n")?;
     Ok(stream)
