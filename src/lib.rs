@@ -6,6 +6,7 @@ pub mod assignment;
 pub mod commands;
 pub mod config;
 pub mod current;
+pub mod estimation;
 pub mod evaluate;
 pub mod fusion;
 pub mod ingest;

@@ -1,0 +1,167 @@
+//! Interacting multiple models over a state of `D` numbers, and the one Gaussian that stands for their mixture.
+
+use nalgebra::{SMatrix, SVector};
+
+/// How many models.
+pub(super) const MODELS: usize = 4;
+
+/// Mean and covariance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Gaussian<const D: usize> {
+    pub(super) mean: SVector<f64, D>,
+    pub(super) covariance: SMatrix<f64, D, D>,
+}
+
+/// A Gaussian a model, each with its probability.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Mixture<const D: usize> {
+    pub(super) weights: [f64; MODELS],
+    pub(super) parts: [Gaussian<D>; MODELS],
+}
+
+/// x' = F x + s + w, w normal with covariance Q.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Linear<const D: usize> {
+    pub(super) transition: SMatrix<f64, D, D>,
+    pub(super) shift: SVector<f64, D>,
+    pub(super) noise: SMatrix<f64, D, D>,
+}
+
+/// z = H x + v, v normal with covariance R.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Observation<const D: usize, const Z: usize> {
+    pub(super) value: SVector<f64, Z>,
+    pub(super) matrix: SMatrix<f64, Z, D>,
+    pub(super) noise: SMatrix<f64, Z, Z>,
+}
+
+/// What a prediction leaves for the smoother: the predicted Gaussian, and its covariance with what it was predicted from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bridge<const D: usize> {
+    pub(super) predicted: Gaussian<D>,
+    pub(super) cross: SMatrix<f64, D, D>,
+}
+
+impl<const D: usize> Gaussian<D> {
+    /// Prediction, and the bridge back.
+    pub(super) fn predicted(&self, motion: &Linear<D>) -> Bridge<D> {
+        let Linear { transition, shift, noise } = motion;
+        let cross = self.covariance * transition.transpose();
+        let covariance = transition * cross + noise;
+        Bridge { predicted: Self { mean: transition * self.mean + shift, covariance }, cross }
+    }
+
+    /// Takes an observation in (Joseph form); returns its log-likelihood.
+    pub(super) fn observe<const Z: usize>(&mut self, observation: &Observation<D, Z>) -> f64 {
+        let Observation { value, matrix, noise } = observation;
+        let innovation = value - matrix * self.mean;
+        let projected = self.covariance * matrix.transpose();
+        let spread = matrix * projected + noise;
+        // Noise is positive, so the spread has an inverse.
+        let Some(inverse) = spread.try_inverse() else { return 0.0 };
+        let gain = projected * inverse;
+        self.mean += gain * innovation;
+        let keep = SMatrix::<f64, D, D>::identity() - gain * matrix;
+        self.covariance = keep * self.covariance * keep.transpose() + gain * noise * gain.transpose();
+        let distance = (innovation.transpose() * inverse * innovation).x;
+        -0.5 * (distance + determinant_log(&spread) + Z as f64 * std::f64::consts::TAU.ln())
+    }
+
+    /// How far an observation is from what is expected: squared Mahalanobis distance.
+    pub(super) fn distance<const Z: usize>(&self, observation: &Observation<D, Z>) -> f64 {
+        let Observation { value, matrix, noise } = observation;
+        let innovation = value - matrix * self.mean;
+        let spread = matrix * self.covariance * matrix.transpose() + noise;
+        spread.try_inverse().map_or(0.0, |inverse| (innovation.transpose() * inverse * innovation).x)
+    }
+
+    /// One step of the smoother: what is known of this state once the next one is known as `next` (Rauch, Tung,
+    /// Striebel; Bar-Shalom (2001), eq. 8.6.2-9 to 8.6.2-11).
+    pub(super) fn smoothed(&self, bridge: &Bridge<D>, next: &Self) -> Self {
+        let Some(inverse) = bridge.predicted.covariance.try_inverse() else { return *self };
+        let gain = bridge.cross * inverse;
+        let mean = self.mean + gain * (next.mean - bridge.predicted.mean);
+        let covariance =
+            self.covariance + gain * (next.covariance - bridge.predicted.covariance) * gain.transpose();
+        Self { mean, covariance: symmetric(&covariance) }
+    }
+}
+
+impl<const D: usize> Mixture<D> {
+    /// The Gaussian with the mixture's mean and covariance.
+    pub(super) fn combined(&self) -> Gaussian<D> {
+        combined(&self.weights, &self.parts)
+    }
+
+    /// Prediction with each model's motion; `stay` is the probability that a model still holds at the end, and what it
+    /// gives away is shared by `towards`. Also the bridge of the combined Gaussian.
+    pub(super) fn predicted(
+        &self,
+        motions: &[Linear<D>; MODELS],
+        switch: &[[f64; MODELS]; MODELS],
+    ) -> (Self, Bridge<D>) {
+        let before = self.combined();
+        let mut weights = [0.0; MODELS];
+        for (from, row) in switch.iter().enumerate() {
+            for (to, probability) in row.iter().enumerate() {
+                weights[to] += probability * self.weights[from];
+            }
+        }
+        let mut cross = SMatrix::<f64, D, D>::zeros();
+        let mut mixed_means = [SVector::<f64, D>::zeros(); MODELS];
+        let parts = std::array::from_fn(|to| {
+            let shares = std::array::from_fn(|from| switch[from][to] * self.weights[from] / weights[to]);
+            let mixed = combined(&shares, &self.parts);
+            mixed_means[to] = mixed.mean;
+            let bridge = mixed.predicted(&motions[to]);
+            cross += bridge.cross * weights[to];
+            bridge.predicted
+        });
+        let after = Self { weights, parts };
+        let predicted = after.combined();
+        // What the models' means have in common before and after belongs to the covariance across as well.
+        for to in 0..MODELS {
+            let (mixed, part) = (mixed_means[to] - before.mean, parts[to].mean - predicted.mean);
+            cross += mixed * part.transpose() * weights[to];
+        }
+        (after, Bridge { predicted, cross })
+    }
+
+    /// Takes an observation in.
+    pub(super) fn observe<const Z: usize>(&mut self, observation: &Observation<D, Z>) {
+        let likelihoods: [f64; MODELS] = std::array::from_fn(|model| self.parts[model].observe(observation));
+        let most = likelihoods.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let mut sum = 0.0;
+        for (weight, likelihood) in self.weights.iter_mut().zip(likelihoods) {
+            // No model dies out for good.
+            *weight = (*weight * (likelihood - most).exp()).max(1e-6);
+            sum += *weight;
+        }
+        self.weights.iter_mut().for_each(|weight| *weight /= sum);
+    }
+}
+
+fn combined<const D: usize>(weights: &[f64; MODELS], parts: &[Gaussian<D>; MODELS]) -> Gaussian<D> {
+    let mut mean = SVector::<f64, D>::zeros();
+    for (weight, part) in weights.iter().zip(parts) {
+        mean += part.mean * *weight;
+    }
+    let mut covariance = SMatrix::<f64, D, D>::zeros();
+    for (weight, part) in weights.iter().zip(parts) {
+        let apart = part.mean - mean;
+        covariance += (part.covariance + apart * apart.transpose()) * *weight;
+    }
+    Gaussian { mean, covariance }
+}
+
+/// The natural logarithm of the determinant of a covariance of one or two dimensions.
+fn determinant_log<const Z: usize>(matrix: &SMatrix<f64, Z, Z>) -> f64 {
+    match Z {
+        1 => matrix[(0, 0)].ln(),
+        _ => (matrix[(0, 0)] * matrix[(1, 1)] - matrix[(0, 1)] * matrix[(1, 0)]).ln(),
+    }
+}
+
+fn symmetric<const D: usize>(matrix: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
+    (matrix + matrix.transpose()) * 0.5
+}

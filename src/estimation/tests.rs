@@ -1,0 +1,191 @@
+//! The recursive filter and smoother against the one-step solution of the same problem: all states at once, conditioned on
+//! all measurements, with dense matrices.
+
+use nalgebra::{DMatrix, DVector, SMatrix, Vector2};
+use proptest::prelude::*;
+
+use super::imm::MODELS;
+use super::motion::{Model, Models};
+use super::plane::{self, STATES};
+use super::slow::{SlowChange, SlowError};
+use super::track::{By, Measurement, Owner, RadarErrors, Seen, Track};
+use crate::normalise::Enu;
+use crate::time::Time;
+
+const ERRORS: RadarErrors = RadarErrors {
+    slow_range_m: 5.0,
+    slow_azimuth: 0.02,
+    slow_height_m: 8.0,
+    fast_range_m: 2.0,
+    fast_azimuth: 0.003,
+    fast_height_m: 3.0,
+    correlation_s: 20.0,
+};
+
+/// With one model four times over there is nothing to mix: the filter is Kalman's.
+fn alike(model: Model) -> Models {
+    Models { each: [model; MODELS], ..Models::default() }
+}
+
+fn seconds(at: f64) -> Time {
+    Time::from_nanos((at * 1e9).round() as i64)
+}
+
+/// Measurements at rising times: of a transponder or, where `radar`, of one radar track.
+fn measurements(rows: &[(f64, f64, f64, bool)]) -> Vec<Measurement> {
+    let mut at = 0.0;
+    let measured = |&(later, east, north, radar): &(f64, f64, f64, bool)| {
+        at += later;
+        let position = Enu::new(1000.0 + 10.0 * at + east, 800.0 + north, 50.0);
+        let seen = Seen::from(Enu::new(0.0, 0.0, 0.0), position);
+        let owner = Owner { tracklet: 1, since: None };
+        let known = SlowError::of(&ERRORS);
+        let by = if radar {
+            By::Radar { owner, known, seen, errors: ERRORS }
+        } else {
+            By::Transponder { horizontal_m: 1.0, vertical_m: 2.0 }
+        };
+        Measurement { time: seconds(at), position, height_measured: true, by }
+    };
+    rows.iter().map(measured).collect()
+}
+
+/// Position at `time` by conditioning the joint Gaussian of all states, the first of them known as the filter begins.
+fn at_once(measurements: &[Measurement], time: Time, models: &Models) -> (Vector2<f64>, SMatrix<f64, 2, 2>) {
+    let mut times: Vec<Time> = measurements.iter().map(|measurement| measurement.time).collect();
+    times.push(time);
+    times.sort_unstable();
+    times.dedup();
+    let first = &measurements[0];
+    let (spread, mut owned) = match &first.by {
+        By::Transponder { horizontal_m, .. } => {
+            (SMatrix::<f64, 2, 2>::identity() * (horizontal_m * horizontal_m), false)
+        }
+        By::Radar { seen, errors, .. } => (plane::plot_spread(seen, errors), true),
+    };
+    let slow = owned.then(|| SlowError::of(&ERRORS));
+    let begin = plane::first(first.position.0.xy(), spread, slow.as_ref()).combined();
+    // Joint mean and covariance of the states, one after another.
+    let size = STATES * times.len();
+    let (mut mean, mut covariance) = (DVector::zeros(size), DMatrix::zeros(size, size));
+    mean.rows_mut(0, STATES).copy_from(&begin.mean);
+    covariance.view_mut((0, 0), (STATES, STATES)).copy_from(&begin.covariance);
+    for index in 1..times.len() {
+        let dt = times[index].seconds_since(times[index - 1]);
+        let radar_begins =
+            !owned && measurements.iter().any(|m| m.time == times[index] && matches!(m.by, By::Radar { .. }));
+        let change = match (radar_begins, owned) {
+            (true, _) => SlowChange::anew(SlowError::of(&ERRORS)),
+            (false, true) => SlowChange::after(&ERRORS, dt),
+            (false, false) => SlowChange::NONE,
+        };
+        owned |= radar_begins;
+        let motion = plane::motions(&models.each, dt, &change)[0];
+        let (before, here) = (STATES * (index - 1), STATES * index);
+        let next = motion.transition * mean.fixed_rows::<STATES>(before) + motion.shift;
+        mean.rows_mut(here, STATES).copy_from(&next);
+        let across = motion.transition * covariance.view((before, 0), (STATES, here));
+        covariance.view_mut((here, 0), (STATES, here)).copy_from(&across);
+        covariance.view_mut((0, here), (here, STATES)).copy_from(&across.transpose());
+        let own = across.columns(before, STATES) * motion.transition.transpose() + motion.noise;
+        covariance.view_mut((here, here), (STATES, STATES)).copy_from(&own);
+    }
+    // The first measurement is in the beginning already.
+    for measurement in &measurements[1..] {
+        let place = STATES * times.iter().position(|&time| time == measurement.time).unwrap();
+        let observation = match &measurement.by {
+            By::Transponder { horizontal_m, .. } => plane::fix(measurement.position.0.xy(), *horizontal_m),
+            By::Radar { seen, errors, .. } => plane::plot(measurement.position.0.xy(), seen, errors),
+        };
+        let mut matrix = DMatrix::zeros(2, size);
+        matrix.view_mut((0, place), (2, STATES)).copy_from(&observation.matrix);
+        let noise = DMatrix::from_iterator(2, 2, observation.noise.iter().copied());
+        let innovation = DVector::from_iterator(2, observation.value.iter().copied()) - &matrix * &mean;
+        let spread = &matrix * &covariance * matrix.transpose() + noise;
+        let gain = &covariance * matrix.transpose() * spread.try_inverse().unwrap();
+        mean += &gain * innovation;
+        covariance -= &gain * &matrix * &covariance.clone();
+    }
+    let place = STATES * times.iter().position(|&known| known == time).unwrap();
+    (mean.fixed_rows::<2>(place).into_owned(), covariance.fixed_view::<2, 2>(place, place).into_owned())
+}
+
+fn rows() -> impl Strategy<Value = Vec<(f64, f64, f64, bool)>> {
+    // So near to a straight flight that no measurement is an outlier.
+    prop::collection::vec((0.1..2.0, -1.5..1.5, -1.5..1.5, any::<bool>()), 3..12)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Before, between and after the measurements, with a radar's slow error and without.
+    #[test]
+    fn filter_and_smoother_are_the_one_step_solution(rows in rows(), share in 0.0..1.2_f64) {
+        let models = alike(Model::ConstantVelocity { noise: 2.0 });
+        let measurements = measurements(&rows);
+        let last = measurements.last().unwrap().time;
+        let time = seconds(0.1 + share * last.as_seconds());
+        let mut track = Track::default();
+        track.measure(Time::from_nanos(i64::MIN), &measurements, &models);
+        let Some(estimate) = track.at(time, &models) else {
+            prop_assert!(time < measurements[0].time);
+            return Ok(());
+        };
+        let (place, covariance) = at_once(&measurements, time, &models);
+        prop_assert!((estimate.position.0.xy() - place).norm() < 1e-6, "{} {place}", estimate.position.0);
+        prop_assert!((estimate.horizontal - covariance).norm() < 1e-6 * covariance.norm().max(1.0));
+    }
+
+    /// What comes late is as if it had come in time, to the bit.
+    #[test]
+    fn the_order_of_arrival_plays_no_part(rows in rows(), late in 1..3usize, at in 0.0..1.5_f64) {
+        let models = Models::default();
+        let all = measurements(&rows);
+        let whole = {
+            let mut track = Track::default();
+            track.measure(Time::from_nanos(i64::MIN), &all, &models);
+            track
+        };
+        let mut track = Track::default();
+        let held_up = 1 + late % (all.len() - 1);
+        let without: Vec<Measurement> =
+            all.iter().enumerate().filter(|(index, _)| *index != held_up).map(|(_, m)| *m).collect();
+        track.measure(Time::from_nanos(i64::MIN), &without, &models);
+        track.measure(all[0].time, &all[1..], &models);
+        let time = seconds(at * all.last().unwrap().time.as_seconds());
+        prop_assert_eq!(track.at(time, &models), whole.at(time, &models));
+    }
+}
+
+/// A drone that turns is followed better by models of which some turn than by a straight one alone.
+#[test]
+fn a_turn_is_followed() {
+    let rate = 0.25_f64;
+    let place = |at: f64| {
+        let angle = rate * at;
+        Enu::new(60.0 * angle.cos(), 60.0 * angle.sin(), 50.0)
+    };
+    let measurements: Vec<Measurement> = (0..12)
+        .map(|index| {
+            let at = 2.5 * f64::from(index);
+            let by = By::Transponder { horizontal_m: 0.5, vertical_m: 0.5 };
+            Measurement { time: seconds(at), position: place(at), height_measured: true, by }
+        })
+        .collect();
+    let error = |models: &Models| {
+        let mut track = Track::default();
+        track.measure(Time::from_nanos(i64::MIN), &measurements, models);
+        let slots = 40..100;
+        let count = slots.len() as f64;
+        let sum: f64 = slots
+            .map(|slot| {
+                let at = 0.25 * f64::from(slot) + 0.125;
+                (track.at(seconds(at), models).unwrap().position.0 - place(at).0).xy().norm()
+            })
+            .sum();
+        sum / count
+    };
+    let straight = error(&alike(Model::ConstantVelocity { noise: 0.05 }));
+    let mixed = error(&Models::default());
+    assert!(mixed < 0.5 * straight && mixed < 1.0, "{mixed} m, straight on {straight} m");
+}

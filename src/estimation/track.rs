@@ -1,0 +1,335 @@
+//! One target's measurements in the order of their time: a filter forward, a smoother backward.
+//!
+//! What came late is put in its place and everything behind it is filtered anew, so that the order of arrival plays no part.
+
+use nalgebra::{Matrix2, Vector2, Vector3};
+
+use super::height::{self, Height};
+use super::imm::{Bridge, Gaussian};
+use super::motion::Models;
+use super::plane::{self, Plane};
+use super::slow::{SlowChange, SlowError};
+use crate::normalise::Enu;
+use crate::time::Time;
+
+/// How wrong a radar is, one standard deviation each: an error that lasts for a while (registration included, where that is
+/// not known), and one that is new with every plot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RadarErrors {
+    /// Slow error of the range, metres.
+    pub slow_range_m: f64,
+    /// Slow error of the azimuth, radians.
+    pub slow_azimuth: f64,
+    /// Slow error of the height, metres.
+    pub slow_height_m: f64,
+    /// Error of a plot's range, metres.
+    pub fast_range_m: f64,
+    /// Error of a plot's azimuth, radians.
+    pub fast_azimuth: f64,
+    /// Error of a plot's height, metres.
+    pub fast_height_m: f64,
+    /// The slow errors are forgotten to 1/e in this time, seconds.
+    pub correlation_s: f64,
+}
+
+impl RadarErrors {
+    /// Of a radar whose data sheet tells its accuracy, one standard deviation each, as metres, degrees, metres.
+    ///
+    /// A data sheet tells neither how much of that lasts, nor how well the radar was set up: assumed are a slow error as large
+    /// as that and more (in azimuth 1.4 times, with the registration), and a fast one that is a fraction of it.
+    pub fn of_data_sheet(range_m: f64, azimuth_deg: f64, height_m: f64) -> Self {
+        let azimuth = azimuth_deg.to_radians();
+        Self {
+            slow_range_m: 1.1 * range_m,
+            slow_azimuth: 1.4 * azimuth,
+            slow_height_m: height_m,
+            fast_range_m: 0.4 * range_m,
+            fast_azimuth: 0.2 * azimuth,
+            fast_height_m: 0.3 * height_m,
+            correlation_s: 20.0,
+        }
+    }
+}
+
+/// How a radar sees a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen {
+    /// Distance over ground, metres.
+    pub range_m: f64,
+    /// Unit vector away from the radar.
+    pub outward: Vector2<f64>,
+    /// Unit vector of growing azimuth.
+    pub clockwise: Vector2<f64>,
+}
+
+impl Seen {
+    /// A place as the radar at `radar` sees it.
+    pub fn from(radar: Enu, place: Enu) -> Self {
+        let away = (place.0 - radar.0).xy();
+        let range_m = away.norm().max(1.0);
+        let outward = away / range_m;
+        Self { range_m, outward, clockwise: Vector2::new(outward.y, -outward.x) }
+    }
+
+    /// Covariance over ground of these deviations, metres and radians.
+    pub fn spread(&self, range_m: f64, azimuth: f64) -> Matrix2<f64> {
+        let across = self.range_m * azimuth;
+        self.outward * self.outward.transpose() * (range_m * range_m)
+            + self.clockwise * self.clockwise.transpose() * (across * across)
+    }
+}
+
+/// Something that was measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measurement {
+    /// When.
+    pub time: Time,
+    /// Where.
+    pub position: Enu,
+    /// Whether the height was measured.
+    pub height_measured: bool,
+    /// By what.
+    pub by: By,
+}
+
+/// What measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum By {
+    /// A transponder; deviations of its position over ground and in height from report to report, metres.
+    Transponder {
+        /// Over ground, each axis.
+        horizontal_m: f64,
+        /// In height.
+        vertical_m: f64,
+    },
+    /// A track of a radar.
+    Radar {
+        /// Another one has another slow error.
+        owner: Owner,
+        /// What is known of that before.
+        known: SlowError,
+        /// How the radar sees the place.
+        seen: Seen,
+        /// Its errors.
+        errors: RadarErrors,
+    },
+}
+
+/// Whose slow error: a radar track, since when it has been the source of the position.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Owner {
+    /// Tells radar tracks apart.
+    pub tracklet: u64,
+    /// The last report of a transponder before; `None`: there was none.
+    pub since: Option<Time>,
+}
+
+/// Where a target is, and how it moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// Position.
+    pub position: Enu,
+    /// Velocity east, north, up, metres a second.
+    pub velocity: Vector3<f64>,
+    /// Covariance of the position over ground, m².
+    pub horizontal: Matrix2<f64>,
+    /// Variance of the height, m².
+    pub vertical: f64,
+    /// The later of the measurements it lies behind, and how long it is to the next one; seconds.
+    pub since_s: f64,
+    /// `None`: nothing was measured later, it is extrapolated.
+    pub until_s: Option<f64>,
+}
+
+/// A measurement and what is known with it.
+#[derive(Clone, Debug)]
+struct Node {
+    measurement: Measurement,
+    /// The radar track whose slow error is estimated, and that radar.
+    owner: Option<(Owner, RadarErrors)>,
+    plane: Plane,
+    height: Height,
+    /// From the node before; `None` for the first.
+    bridges: Option<(Bridge<{ plane::STATES }>, Bridge<{ height::STATES }>)>,
+}
+
+/// The filter of one target.
+#[derive(Clone, Debug, Default)]
+pub struct Track {
+    nodes: Vec<Node>,
+}
+
+/// A measurement further off than this is given less weight (squared Mahalanobis distance of two dimensions).
+const FAR: f64 = 16.0;
+
+impl Track {
+    /// Brings the measurements after `since` to these, which are in order of time; those before stay. What did not change
+    /// is not filtered again.
+    pub fn measure(&mut self, since: Time, measurements: &[Measurement], models: &Models) {
+        let old = self.nodes.partition_point(|node| node.measurement.time <= since);
+        let same = self.nodes[old..]
+            .iter()
+            .zip(measurements)
+            .take_while(|(node, measurement)| node.measurement == **measurement)
+            .count();
+        self.nodes.truncate(old + same);
+        for measurement in &measurements[same..] {
+            let node = match self.nodes.last() {
+                None => Node::first(*measurement),
+                Some(last) => last.next(*measurement, models),
+            };
+            self.nodes.push(node);
+        }
+    }
+
+    /// Forgets what lies before the last measurement up to `time`.
+    pub fn forget_before(&mut self, time: Time) {
+        let keep = self.nodes.partition_point(|node| node.measurement.time <= time).saturating_sub(1);
+        self.nodes.drain(..keep);
+    }
+
+    /// When the oldest measurement was that is still held.
+    pub fn oldest(&self) -> Option<Time> {
+        self.nodes.first().map(|node| node.measurement.time)
+    }
+
+    /// When the newest was.
+    pub fn newest(&self) -> Option<Time> {
+        self.nodes.last().map(|node| node.measurement.time)
+    }
+
+    /// Where the target is at `time`, from everything measured before and after; `None` before its first measurement.
+    pub fn at(&self, time: Time, models: &Models) -> Option<Estimate> {
+        let behind = self.nodes.partition_point(|node| node.measurement.time <= time);
+        let before = &self.nodes[behind.checked_sub(1)?];
+        let since_s = time.seconds_since(before.measurement.time);
+        let (plane, plane_bridge, height, height_bridge) = before.ahead(since_s, models);
+        let _ = (plane_bridge, height_bridge);
+        let (plane_here, height_here) = (plane.combined(), height);
+        let Some(next) = self.nodes.get(behind) else {
+            return Some(Estimate::of(&plane_here, &height_here, since_s, None));
+        };
+        // Back from the newest to the next one.
+        let last = self.nodes.last()?;
+        let (mut plane_after, mut height_after) = (last.plane.combined(), last.height);
+        for pair in self.nodes[behind..].windows(2).rev() {
+            let Some((plane_bridge, height_bridge)) = &pair[1].bridges else { continue };
+            plane_after = pair[0].plane.combined().smoothed(plane_bridge, &plane_after);
+            height_after = pair[0].height.smoothed(height_bridge, &height_after);
+        }
+        // And from there to here.
+        let until_s = next.measurement.time.seconds_since(time);
+        let here = Node { plane, height: height_here, ..before.clone() };
+        let (_, plane_bridge, _, height_bridge) = here.ahead_to(next, until_s, models);
+        let plane = plane_here.smoothed(&plane_bridge, &plane_after);
+        let height = height_here.smoothed(&height_bridge, &height_after);
+        Some(Estimate::of(&plane, &height, since_s, Some(until_s)))
+    }
+}
+
+impl Estimate {
+    fn of(plane: &Gaussian<{ plane::STATES }>, height: &Height, since_s: f64, until_s: Option<f64>) -> Self {
+        Self {
+            position: Enu::new(plane.mean[0], plane.mean[1], height.mean[0]),
+            velocity: Vector3::new(plane.mean[2], plane.mean[3], height.mean[1]),
+            horizontal: plane.covariance.fixed_view::<2, 2>(0, 0).into_owned(),
+            vertical: height.covariance[(0, 0)],
+            since_s,
+            until_s,
+        }
+    }
+
+    /// Standard deviation over ground, metres: of each axis in the mean.
+    pub fn deviation_m(&self) -> f64 {
+        (self.horizontal.trace() / 2.0).max(0.0).sqrt()
+    }
+}
+
+type Ahead = (Plane, Bridge<{ plane::STATES }>, Height, Bridge<{ height::STATES }>);
+
+impl Node {
+    fn first(measurement: Measurement) -> Self {
+        let place = measurement.position.0.xy();
+        let up = measurement.position.0.z;
+        let (spread, deviation_m, owner) = match &measurement.by {
+            By::Transponder { horizontal_m, vertical_m } => {
+                (Matrix2::identity() * (horizontal_m * horizontal_m), *vertical_m, None)
+            }
+            By::Radar { owner, seen, errors, .. } => (
+                plane::plot_spread(seen, errors),
+                errors.fast_height_m.hypot(errors.slow_height_m),
+                Some((*owner, *errors)),
+            ),
+        };
+        let radar = owner.as_ref().map(|(_, errors)| SlowError::of(errors));
+        let radar = radar.as_ref();
+        let height = measurement.height_measured.then_some((up, deviation_m));
+        Self {
+            owner,
+            plane: plane::first(place, spread, radar),
+            height: height::first(height, up, radar),
+            bridges: None,
+            measurement,
+        }
+    }
+
+    /// The state `dt` seconds ahead, without a measurement.
+    fn ahead(&self, dt: f64, models: &Models) -> Ahead {
+        let slow = self.owner.map_or(SlowChange::NONE, |(_, radar)| SlowChange::after(&radar, dt));
+        self.moved(dt, &slow, models)
+    }
+
+    /// The state where the next measurement is.
+    fn ahead_to(&self, next: &Self, dt: f64, models: &Models) -> Ahead {
+        let same = self.owner.map(|(owner, _)| owner) == next.owner.map(|(owner, _)| owner);
+        let slow = match (&next.owner, &next.measurement.by) {
+            (_, By::Radar { known, .. }) if !same => SlowChange::anew(*known),
+            (Some((_, radar)), _) => SlowChange::after(radar, dt),
+            (None, _) => SlowChange::NONE,
+        };
+        self.moved(dt, &slow, models)
+    }
+
+    fn moved(&self, dt: f64, slow: &SlowChange, models: &Models) -> Ahead {
+        let motions = plane::motions(&models.each, dt, slow);
+        let (plane, plane_bridge) = self.plane.predicted(&motions, &models.switch(dt));
+        let height_bridge = self.height.predicted(&height::motion(dt, slow));
+        (plane, plane_bridge, height_bridge.predicted, height_bridge)
+    }
+
+    fn next(&self, measurement: Measurement, models: &Models) -> Self {
+        let dt = measurement.time.seconds_since(self.measurement.time);
+        let owner = match measurement.by {
+            By::Transponder { .. } => self.owner,
+            By::Radar { owner, errors, .. } => Some((owner, errors)),
+        };
+        let mut node = Self { measurement, owner, plane: self.plane, height: self.height, bridges: None };
+        let (plane, plane_bridge, height, height_bridge) = self.ahead_to(&node, dt, models);
+        node.plane = plane;
+        node.height = height;
+        node.observe(&plane_bridge.predicted);
+        node.bridges = Some((plane_bridge, height_bridge));
+        node
+    }
+
+    fn observe(&mut self, predicted: &Gaussian<{ plane::STATES }>) {
+        let Measurement { position, height_measured, by, .. } = &self.measurement;
+        let place = position.0.xy();
+        let (mut over_ground, (deviation_m, slow)) = match by {
+            By::Transponder { horizontal_m, vertical_m } => {
+                (plane::fix(place, *horizontal_m), (*vertical_m, false))
+            }
+            By::Radar { seen, errors, .. } => {
+                (plane::plot(place, seen, errors), (errors.fast_height_m, true))
+            }
+        };
+        let distance = predicted.distance(&over_ground);
+        if distance > FAR {
+            over_ground.noise *= distance / FAR;
+        }
+        self.plane.observe(&over_ground);
+        if *height_measured {
+            self.height.observe(&height::height(position.0.z, deviation_m, slow));
+        }
+    }
+}
