@@ -13,7 +13,7 @@ use super::summary::Summary;
 use super::{CommandResult, Outcome, serve};
 use crate::areas::Masks;
 use crate::evaluate::{self, Alone, Labels, Score, Settings};
-use crate::fusion::{Emission, Source};
+use crate::fusion::{Association, Because, Emission, Source};
 use crate::normalise::Enu;
 use crate::picture::{Picture, PictureMaker, Track};
 use crate::pipeline::{Output, Pipeline, Tally};
@@ -194,13 +194,16 @@ fn row(track: &Track, now: Time) -> String {
     let (bearing_deg, range_m) = bearing_and_range(track.point.position);
     let height = track.altitude_amsl_m.map_or("-".to_owned(), |metres| format!("{metres:.0} m"));
     let agreement = match source {
-        Source::Fused(_, _, pair) => format!(
-            "{:.1} m of {:.0} m, {:.0} % of {} slots",
-            pair.distance_m,
-            pair.gate_m,
-            100.0 * pair.evidence.ratio(),
-            pair.evidence.co_present
-        ),
+        Source::Fused(_, _, Association { distance_m, because: Because::Ratio { gate_m, evidence } }) => {
+            format!(
+                "{distance_m:.1} m of {gate_m:.0} m, {:.0} % of {} slots",
+                100.0 * evidence.ratio(),
+                evidence.co_present
+            )
+        }
+        Source::Fused(_, _, Association { distance_m, because: Because::Likelihood { score } }) => {
+            format!("{distance_m:.1} m, log-likelihood ratio {score:.0}")
+        }
         _ if track.time < now => format!("last {:.2} s ago", now.seconds_since(track.time)),
         _ => String::new(),
     };

@@ -39,6 +39,8 @@ pub struct Numbers {
     new: Vec<(Slot, Given)>,
     /// No number below this is free for an identity without a claim.
     lowest: u32,
+    /// Points left out because no number was left.
+    unnumbered: u64,
 }
 
 impl Numbers {
@@ -92,6 +94,16 @@ impl Numbers {
     /// remembered are not among them.
     pub fn new_ones(&self) -> &[(Slot, Given)] {
         &self.new
+    }
+
+    /// A point is left out because no number was left.
+    pub(super) fn note_unnumbered(&mut self) {
+        self.unnumbered += 1;
+    }
+
+    /// Points left out because no number was left.
+    pub fn unnumbered(&self) -> u64 {
+        self.unnumbered
     }
 
     fn is_free(&self, number: u32) -> bool {

@@ -36,6 +36,8 @@ pub struct Settings {
     pub period_s: Vec<f64>,
     /// Track numbers that the configuration gives to serial numbers.
     pub transponder_numbers: BTreeMap<Vec<u8>, u32>,
+    /// The `operational` profile; `None`: the `reference` profile.
+    pub operational: Option<super::operational::Settings>,
 }
 
 impl Settings {

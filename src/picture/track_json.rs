@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{PictureMaker, Track};
-use crate::fusion::{RadarPart, Source, TransponderPart};
+use crate::fusion::{self, RadarPart, Source, TransponderPart};
 use crate::json::rounded;
 
 /// Metres, degrees, RFC 3339 UTC; what is unknown is left out.
@@ -52,7 +52,8 @@ enum Contributor<'a> {
         sensor: &'a str,
         track_number: u16,
         time: String,
-        weight: f64,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        weight: Option<f64>,
         height_measured: bool,
         #[serde(flatten)]
         association: Option<Association>,
@@ -60,17 +61,23 @@ enum Contributor<'a> {
     Transponder {
         sensor: &'a str,
         track_number: u32,
-        weight: f64,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        weight: Option<f64>,
     },
 }
 
 #[derive(Clone, Copy, Debug, Serialize)]
 struct Association {
     distance_m: f64,
-    threshold_m: f64,
-    ratio: f64,
-    within: u32,
-    co_present: u32,
+    #[serde(flatten)]
+    because: Because,
+}
+
+#[derive(Clone, Copy, Debug, Serialize)]
+#[serde(untagged)]
+enum Because {
+    Ratio { threshold_m: f64, ratio: f64, within: u32, co_present: u32 },
+    Likelihood { log_likelihood_ratio: f64 },
 }
 
 impl<'a> TrackJson<'a> {
@@ -142,21 +149,28 @@ fn contributors<'a>(source: &Source, maker: &'a PictureMaker) -> Vec<Contributor
     };
     match source {
         Source::Fused(radar_part, transponder_part, pair) => {
-            let sum = maker.weights.radar + maker.weights.transponder;
-            let association = Association {
-                distance_m: rounded(pair.distance_m, 3),
-                threshold_m: rounded(pair.gate_m, 3),
-                ratio: rounded(pair.evidence.ratio(), 4),
-                within: pair.evidence.within,
-                co_present: pair.evidence.co_present,
+            let (because, weights) = match pair.because {
+                fusion::Because::Ratio { gate_m, evidence } => {
+                    let because = Because::Ratio {
+                        threshold_m: rounded(gate_m, 3),
+                        ratio: rounded(evidence.ratio(), 4),
+                        within: evidence.within,
+                        co_present: evidence.co_present,
+                    };
+                    let super::Weights { radar, transponder } = maker.weights;
+                    let share = |weight: f64| Some(rounded(weight / (radar + transponder), 4));
+                    (because, [share(radar), share(transponder)])
+                }
+                // Nothing is weighted by a fixed number.
+                fusion::Because::Likelihood { score } => {
+                    (Because::Likelihood { log_likelihood_ratio: rounded(score, 2) }, [None; 2])
+                }
             };
-            vec![
-                radar(radar_part, rounded(maker.weights.radar / sum, 4), Some(association)),
-                transponder(transponder_part, rounded(maker.weights.transponder / sum, 4)),
-            ]
+            let association = Association { distance_m: rounded(pair.distance_m, 3), because };
+            vec![radar(radar_part, weights[0], Some(association)), transponder(transponder_part, weights[1])]
         }
-        Source::Radar(part) => vec![radar(part, 1.0, None)],
-        Source::Transponder(part) => vec![transponder(part, 1.0)],
+        Source::Radar(part) => vec![radar(part, Some(1.0), None)],
+        Source::Transponder(part) => vec![transponder(part, Some(1.0))],
     }
 }
 

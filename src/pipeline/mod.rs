@@ -2,18 +2,20 @@
 
 mod duplicates;
 mod event;
+mod settings;
 
 use asterix::{Block, Record, blocks, cat034, cat048, cat129, profile};
 
 use crate::areas::Masks;
-use crate::config::{Config, SensorKind};
-use crate::fusion::{self, Due, Emission, Engine, Gate, Given, Settings, SlotGrid};
+use crate::config::Config;
+use crate::fusion::{self, Due, Emission, Engine, Given};
 use crate::ingest::{Reception, ReceptionKind};
 use crate::normalise::{Normaliser, Refusal, Refused, Report, SensorIndex};
 use crate::time::{SECOND, Time};
 pub(crate) use duplicates::Duplicates;
 
 pub use event::{Event, Tally};
+use settings::settings;
 
 /// A datagram's way through decoder, normalisation and engine.
 #[derive(Debug)]
@@ -40,10 +42,11 @@ pub enum Output {
 impl Pipeline {
     /// The pipeline of a site; plots inside `masks` are dropped.
     pub fn new(config: &Config, masks: Masks) -> Self {
+        let normaliser = Normaliser::new(config, masks);
         Self {
             duplicates: Duplicates::default(),
-            normaliser: Normaliser::new(config, masks),
-            engine: Engine::new(settings(config)),
+            engine: Engine::new(settings(config, &normaliser)),
+            normaliser,
             tally: Tally::default(),
             now: Time::from_nanos(i64::MIN),
             clock_behind: false,
@@ -268,35 +271,4 @@ fn untimed(block: Result<Block<'_>, asterix::Fault>, event: &mut impl FnMut(Even
 fn unused(block: Block<'_>) -> Event {
     let fault = profile(block.category).and_then(|profile| block.measure(profile).err());
     fault.map_or(Event::SkippedBlock { category: block.category }, |fault| Event::Faulty { fault })
-}
-
-/// The engine's settings from the configuration.
-fn settings(config: &Config) -> Settings {
-    let fusion = &config.fusion;
-    let grid = SlotGrid::new(fusion.slot.as_nanos() as i64);
-    let period_s = |sensor: &crate::config::Sensor| match sensor.kind {
-        SensorKind::Radar(_) => sensor.period_s.unwrap_or(0.0).max(grid.slot_s()),
-        SensorKind::Transponder(_) => 0.0,
-    };
-    Settings {
-        grid,
-        latency_slots: fusion.latency_slots.into(),
-        window_slots: fusion.window_slots.into(),
-        max_future_ns: fusion.max_future.as_nanos() as i64,
-        max_gap_ns: fusion.max_gap.as_nanos() as i64,
-        gate: Gate::new(fusion.threshold_m.clone())
-            .expect("a configured threshold table has rows that increase"),
-        ratio_min_ppm: (fusion.ratio_min * 1e6).round() as u64,
-        min_samples: fusion.min_samples,
-        weight_radar: fusion.weight_radar,
-        weight_transponder: fusion.weight_transponder,
-        radar_only_min_s: fusion.radar_only_min_s,
-        suppress_slots: fusion.suppress_slots.into(),
-        period_s: config.sensors.iter().map(period_s).collect(),
-        transponder_numbers: fusion
-            .transponder_numbers
-            .iter()
-            .map(|(serial, &number)| (serial.as_bytes().to_vec(), number))
-            .collect(),
-    }
 }

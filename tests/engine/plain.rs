@@ -4,8 +4,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use utm_fusion::fusion::{
-    Association, Emission, Evidence, Knot, Numbered, Numbers, Point, RadarPart, Settings, Slot, Source,
-    TransponderPart, evaluate,
+    Association, Because, Emission, Evidence, Knot, Numbered, Numbers, Point, RadarPart, Settings, Slot,
+    Source, TransponderPart, evaluate,
 };
 use utm_fusion::normalise::{Enu, Fix, Identity, Plot, RadarTrackKey, Report};
 use utm_fusion::time::Time;
@@ -157,8 +157,7 @@ impl Plain<'_> {
                 }
                 let association = Association {
                     distance_m: distance(plot, point),
-                    gate_m: settings.gate.at(plot.slant_range_m),
-                    evidence,
+                    because: Because::Ratio { gate_m: settings.gate.at(plot.slant_range_m), evidence },
                 };
                 points.push((
                     0,

@@ -42,6 +42,7 @@ pub fn settings(scenario: &Scenario) -> Settings {
         suppress_slots: scenario.suppress_slots,
         period_s: vec![0.25, 1.3],
         transponder_numbers: [(b"U2".to_vec(), 1)].into(),
+        operational: None,
     }
 }
 

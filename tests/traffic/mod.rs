@@ -66,6 +66,7 @@ impl Traffic {
             suppress_slots: 16,
             period_s: vec![0.25; self.radars as usize + 1],
             transponder_numbers: [].into(),
+            operational: None,
         }
     }
 

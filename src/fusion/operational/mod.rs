@@ -1,0 +1,194 @@
+//! The `operational` profile: one target an aircraft, whatever sees it, and one number for its life.
+//!
+//! Each slot: what came is sorted in; each radar track is compared with the transponders near it; each radar's tracks are
+//! assigned to targets, one to one; radar tracks that are nobody's and likely to be drones become targets; each target's
+//! measurements are filtered forward and smoothed back to the slot; whoever is known well enough is put out.
+//!
+//! What is decided depends on the reports received by then and not on the order in which they came.
+
+mod decide;
+mod existence;
+mod output;
+mod pairing;
+mod settings;
+mod target;
+mod tracklet;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::numbering::Numbers;
+use super::point::Point;
+use super::slots::{Slot, SlotGrid};
+use crate::normalise::{Fix, Identity, Plot, RadarTrackKey, Report};
+use crate::time::{SECOND, Time};
+use target::Target;
+use tracklet::{TargetId, Tracklet, TrackletId};
+
+pub use settings::{Radar, Settings, Transponder};
+
+/// A radar's track number that comes again after so long, and after five of its periods, is another track, nanoseconds.
+const BREAK_NS: i64 = 5 * SECOND;
+/// Plots are kept this long behind the slot that is put out, nanoseconds.
+const PLOTS_NS: i64 = 12 * SECOND;
+/// Reports of transponders are kept this long behind it, nanoseconds.
+const FIXES_NS: i64 = 20 * SECOND;
+/// A target that nothing has been heard of for so long is forgotten, nanoseconds.
+const SILENT_NS: i64 = 25 * SECOND;
+
+/// Targets, radar tracks, and what came since the last slot.
+#[derive(Debug, Default)]
+pub(super) struct Operational {
+    plots: Vec<Plot>,
+    fixes: Vec<Fix>,
+    tracklets: BTreeMap<TrackletId, Tracklet>,
+    by_key: BTreeMap<RadarTrackKey, Vec<TrackletId>>,
+    targets: BTreeMap<TargetId, Target>,
+    by_identity: BTreeMap<Identity, TargetId>,
+    next_tracklet: u64,
+    next_target: u64,
+    /// Centre of the slot before.
+    settled: Option<Time>,
+    numbers_in_use: BTreeSet<u32>,
+}
+
+/// The slot that is put out.
+#[derive(Clone, Copy, Debug)]
+struct Moment {
+    slot: Slot,
+    /// Its centre.
+    time: Time,
+    /// Its end.
+    end: Time,
+    /// Its beginning.
+    begin: Time,
+    /// The centre of the slot before.
+    since: Time,
+}
+
+/// Later than everything.
+const EVER: Time = Time::from_nanos(i64::MAX);
+
+impl Operational {
+    /// Takes a report in.
+    pub(super) fn handle(&mut self, report: Report) {
+        match report {
+            Report::Plot(plot) => self.plots.push(plot),
+            Report::Fix(fix) => self.fixes.push(fix),
+        }
+    }
+
+    /// The points of the slot that is put out, in order.
+    pub(super) fn emit(
+        &mut self,
+        slot: Slot,
+        grid: SlotGrid,
+        settings: &Settings,
+        numbers: &mut Numbers,
+    ) -> Vec<Point> {
+        let time = grid.centre(slot);
+        let before = grid.centre(slot.plus(-1));
+        let moment = Moment {
+            slot,
+            time,
+            begin: grid.open(slot),
+            end: grid.open(slot.plus(1)),
+            since: self.settled.unwrap_or(before),
+        };
+        self.sort_in(settings);
+        self.forget(time);
+        self.compare(&moment, settings);
+        self.assign(&moment, settings);
+        self.begin(&moment, settings);
+        self.filter(&moment, settings);
+        let points = self.points(&moment, grid, settings, numbers);
+        for target in self.targets.values_mut() {
+            target.filter.forget_before(time);
+        }
+        for tracklet in self.tracklets.values_mut() {
+            if let Some(radar) = settings.radar(tracklet.key.sensor) {
+                tracklet.note(moment.since, time, radar);
+            }
+        }
+        self.settled = Some(time);
+        points
+    }
+
+    /// Brings what came to where it belongs.
+    fn sort_in(&mut self, settings: &Settings) {
+        self.plots.sort_by_key(|plot| (plot.time, plot.track));
+        for plot in std::mem::take(&mut self.plots) {
+            let Some(radar) = settings.radar(plot.track.sensor) else { continue };
+            let break_ns = BREAK_NS.max((5.0 * radar.period_s * SECOND as f64) as i64);
+            let ids = self.by_key.entry(plot.track).or_default();
+            let belongs = |id: &&TrackletId| {
+                self.tracklets.get(id).is_some_and(|tracklet| {
+                    plot.time.nanos() - tracklet.last().nanos() <= break_ns
+                        && tracklet.first().nanos() - plot.time.nanos() <= break_ns
+                })
+            };
+            match ids.iter().rev().find(belongs) {
+                Some(id) => {
+                    self.tracklets.entry(*id).and_modify(|tracklet| tracklet.insert(plot));
+                }
+                None => {
+                    let id = TrackletId(self.next_tracklet);
+                    self.next_tracklet += 1;
+                    ids.push(id);
+                    self.tracklets.insert(id, Tracklet::new(id, plot));
+                }
+            }
+        }
+        self.fixes.sort_by_key(|fix| (fix.time, fix.identity));
+        for mut fix in std::mem::take(&mut self.fixes) {
+            let Some(receiver) = settings.transponder(fix.sensor) else { continue };
+            fix.time = Time::from_nanos(fix.time.nanos() - (receiver.delay_s * SECOND as f64) as i64);
+            let id = *self.by_identity.entry(fix.identity).or_insert_with(|| {
+                let id = TargetId(self.next_target);
+                self.next_target += 1;
+                self.targets.insert(id, Target::new(fix.time));
+                id
+            });
+            self.targets.entry(id).and_modify(|target| target.hear(fix));
+        }
+    }
+
+    fn forget(&mut self, time: Time) {
+        let before = |by_ns: i64| Time::from_nanos(time.nanos() - by_ns);
+        let Self { tracklets, targets, by_key, by_identity, numbers_in_use, .. } = self;
+        tracklets.retain(|id, tracklet| {
+            let is_left = tracklet.forget_before(before(PLOTS_NS));
+            if !is_left && let Some(ids) = by_key.get_mut(&tracklet.key) {
+                ids.retain(|known| known != id);
+                if ids.is_empty() {
+                    by_key.remove(&tracklet.key);
+                }
+            }
+            is_left
+        });
+        targets.retain(|_, target| {
+            target.tracklet = target.tracklet.filter(|id| tracklets.contains_key(id));
+            let heard = target.forget_before(before(FIXES_NS));
+            let is_left = heard >= before(SILENT_NS) || target.tracklet.is_some();
+            if !is_left {
+                target.transponder.as_ref().and_then(|transponder| by_identity.remove(&transponder.identity));
+                target.number.map(|(number, _)| numbers_in_use.remove(&number));
+            }
+            is_left
+        });
+        for tracklet in tracklets.values_mut() {
+            tracklet.pairs.retain(|(id, _)| targets.contains_key(id));
+            tracklet.target = tracklet.target.filter(|id| targets.contains_key(id));
+        }
+    }
+
+    /// Brings each target's filter to what is known now.
+    fn filter(&mut self, moment: &Moment, settings: &Settings) {
+        let Self { targets, tracklets, .. } = self;
+        for (&id, target) in targets {
+            let tracklet = target.tracklet.and_then(|id| tracklets.get(&id));
+            let followed =
+                tracklet.map(|tracklet| (tracklet, tracklet.evidence_of(id, target, moment.time, settings)));
+            target.measure(moment.since, followed, settings);
+        }
+    }
+}

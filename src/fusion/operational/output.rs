@@ -1,0 +1,122 @@
+//! Who is put out, and where.
+
+use std::collections::BTreeSet;
+
+use super::settings::Settings;
+use super::target::{self, Target};
+use super::tracklet::Tracklet;
+use super::{Moment, Operational};
+use crate::estimation::Estimate;
+use crate::fusion::numbering::Numbers;
+use crate::fusion::point::{Association, Because, Point, RadarPart, Source, TransponderPart};
+use crate::fusion::slots::SlotGrid;
+use crate::normalise::Plot;
+
+/// A target with a transponder is put out while its place is known to this, one standard deviation, metres.
+const KNOWN_M: f64 = 25.0;
+/// One without, while it is known no worse than a plot by this factor
+const WORSE: f64 = 1.1;
+/// and this much, metres.
+const WORSE_M: f64 = 5.0;
+
+impl Operational {
+    /// The points of the slot.
+    pub(super) fn points(
+        &mut self,
+        moment: &Moment,
+        grid: SlotGrid,
+        settings: &Settings,
+        numbers: &mut Numbers,
+    ) -> Vec<Point> {
+        let Self { targets, tracklets, numbers_in_use, .. } = self;
+        let mut points = Vec::new();
+        for (&id, target) in targets {
+            let tracklet = target.tracklet.and_then(|id| tracklets.get(&id));
+            let plot = tracklet.and_then(|tracklet| now(tracklet, moment)).copied();
+            if let Some(plot) = plot {
+                target.see(&plot, settings);
+            }
+            let Some(estimate) = target.estimate(moment.time, settings) else { continue };
+            if !is_known(target, &estimate) {
+                continue;
+            }
+            if let Some(transponder) = &mut target.transponder {
+                transponder.numbered =
+                    transponder.numbered.or_else(|| numbers.of(transponder.identity, moment.slot));
+                if transponder.numbered.is_none() {
+                    numbers.note_unnumbered();
+                    continue;
+                }
+            }
+            let score = tracklet.map_or(0.0, |tracklet| tracklet.score(id));
+            let Some(source) = source(target, plot.as_ref(), score, moment, settings) else { continue };
+            let &mut (number, since) = target.number.get_or_insert_with(|| {
+                let number = first_number(&source, numbers_in_use);
+                numbers_in_use.insert(number);
+                (number, moment.slot)
+            });
+            points.push(Point {
+                number,
+                position: estimate.position,
+                first_seen: grid.centre(since),
+                source,
+            });
+        }
+        points.sort_by_key(|point| (point.source.rank(), point.number));
+        points
+    }
+}
+
+/// The plot of a radar track nearest to the slot, where the track spans it.
+fn now<'a>(tracklet: &'a Tracklet, moment: &Moment) -> Option<&'a Plot> {
+    (tracklet.first() < moment.end && tracklet.last() >= moment.begin)
+        .then(|| tracklet.nearest(moment.time))?
+}
+
+fn is_known(target: &Target, estimate: &Estimate) -> bool {
+    let limit_m = match (&target.transponder, target.radar) {
+        (Some(_), _) => KNOWN_M,
+        (None, Some((_, plot_m))) => WORSE * plot_m + WORSE_M,
+        (None, None) => 0.0,
+    };
+    estimate.deviation_m() <= limit_m
+}
+
+/// Who takes part now; where nobody does, who did last. `score`: how surely the radar track is this target.
+fn source(
+    target: &Target,
+    plot: Option<&Plot>,
+    score: f64,
+    moment: &Moment,
+    settings: &Settings,
+) -> Option<Source> {
+    let radar: Option<RadarPart> = target.radar.map(|(part, _)| part);
+    let transponder: Option<TransponderPart> =
+        target.transponder.as_ref().and_then(target::Transponder::part);
+    let curve = target.on_curve(moment.time, settings);
+    Some(match (transponder, plot.zip(radar), curve) {
+        (Some(transponder), Some((plot, radar)), Some(curve)) => {
+            let distance_m = (plot.position.0 - curve.position.0).norm();
+            Source::Fused(
+                radar,
+                transponder,
+                Association { distance_m, because: Because::Likelihood { score } },
+            )
+        }
+        (Some(_), Some((_, radar)), None) => Source::Radar(radar),
+        (Some(transponder), None, _) => Source::Transponder(transponder),
+        (None, _, _) => Source::Radar(radar?),
+    })
+}
+
+/// The number that a target gets with its first point, and keeps.
+fn first_number(source: &Source, in_use: &BTreeSet<u32>) -> u32 {
+    let number = match source {
+        Source::Fused(radar, transponder, _) => transponder.number * 10_000 + u32::from(radar.track.number),
+        Source::Transponder(transponder) => transponder.number * 10_000,
+        Source::Radar(radar) => radar.track.number.into(),
+    };
+    // A radar's numbers, 0 to 4095, come again; those of targets do not while they last.
+    let free = |number: &u32| !in_use.contains(number);
+    Some(number).filter(free).or_else(|| (4096..).find(free)).unwrap_or(number)
+}

@@ -1,0 +1,57 @@
+//! What the `operational` profile is told once.
+
+use crate::estimation::{Models, RadarErrors};
+use crate::normalise::{Enu, SensorIndex};
+
+/// The sensors as their data sheets have them, and the rules' numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// By sensor: `None` for a transponder receiver.
+    pub radars: Vec<Option<Radar>>,
+    /// By sensor: `None` for a radar.
+    pub transponders: Vec<Option<Transponder>>,
+    /// A transponder is not compared with radar tracks between two reports further apart, nanoseconds.
+    pub max_gap_ns: i64,
+    /// How drones move.
+    pub motion: Models,
+}
+
+impl Settings {
+    /// The radar of that index.
+    pub(super) fn radar(&self, sensor: SensorIndex) -> Option<&Radar> {
+        self.radars.get(usize::from(sensor.0))?.as_ref()
+    }
+
+    /// All radars.
+    pub(super) fn radars(&self) -> impl Iterator<Item = (SensorIndex, &Radar)> {
+        let radar = |(index, radar): (usize, _)| Some((SensorIndex(index as u16), Option::as_ref(radar)?));
+        self.radars.iter().enumerate().filter_map(radar)
+    }
+
+    /// The transponder receiver of that index.
+    pub(super) fn transponder(&self, sensor: SensorIndex) -> Option<&Transponder> {
+        self.transponders.get(usize::from(sensor.0))?.as_ref()
+    }
+}
+
+/// A radar.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Radar {
+    /// Where it stands.
+    pub position: Enu,
+    /// How wrong it is.
+    pub errors: RadarErrors,
+    /// Seconds between two detections of one target.
+    pub period_s: f64,
+}
+
+/// A transponder receiver.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transponder {
+    /// Deviation of a report over ground on each axis, metres.
+    pub horizontal_m: f64,
+    /// Deviation of a report's height, metres.
+    pub vertical_m: f64,
+    /// Reports are stamped so long after their position was measured, seconds.
+    pub delay_s: f64,
+}

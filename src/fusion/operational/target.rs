@@ -1,0 +1,252 @@
+//! An aircraft as the service knows it, whichever sensor sees it.
+
+use super::EVER;
+use super::pairing::Evidence;
+use super::settings::{Radar, Settings};
+use super::tracklet::{Tracklet, TrackletId};
+use crate::estimation::{By, Estimate, Measurement, Owner, Seen, SlowError, Track};
+use crate::fusion::interpolation::{self, Knot};
+use crate::fusion::numbering::Numbered;
+use crate::fusion::point::{RadarPart, TransponderPart};
+use crate::fusion::slots::Slot;
+use crate::normalise::{Enu, Fix, Identity, Plot, SensorIndex, UasItems};
+use crate::time::Time;
+
+/// From report to report a transponder's position errs by this share of its accuracy: most of a satellite receiver's error
+/// lasts for a minute.
+const FRESH: f64 = 0.3;
+/// A drone may accelerate by so much between two reports, metres a second squared.
+const BETWEEN: f64 = 1.5;
+/// Radar plots are used for the position where a transponder is silent for longer than this, seconds: where it speaks they
+/// would only add their own error.
+const SILENCE_S: f64 = 5.0;
+
+/// An aircraft.
+#[derive(Clone, Debug)]
+pub(super) struct Target {
+    /// Who its transponder says it is.
+    pub(super) transponder: Option<Transponder>,
+    /// The radar track that it is followed by, if any.
+    pub(super) tracklet: Option<TrackletId>,
+    /// A radar's latest part in it, and how far its plot may be off, metres.
+    pub(super) radar: Option<(RadarPart, f64)>,
+    pub(super) filter: Track,
+    /// The published number and the slot in which it was given.
+    pub(super) number: Option<(u32, Slot)>,
+    /// When it was heard of last.
+    newest: Time,
+}
+
+/// A target's transponder.
+#[derive(Clone, Debug)]
+pub(super) struct Transponder {
+    pub(super) identity: Identity,
+    pub(super) items: UasItems,
+    pub(super) sensor: SensorIndex,
+    pub(super) numbered: Option<Numbered>,
+    /// By time; at the time at which the position was measured.
+    fixes: Vec<Fix>,
+    /// The same as knots of the curve.
+    knots: Vec<Knot>,
+}
+
+/// A place on a transponder's curve.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OnCurve {
+    pub(super) position: Enu,
+    /// How far it may be off, metres.
+    pub(super) deviation_m: f64,
+}
+
+impl Transponder {
+    fn new(fix: &Fix) -> Self {
+        Self {
+            identity: fix.identity,
+            items: fix.items,
+            sensor: fix.sensor,
+            numbered: None,
+            fixes: Vec::new(),
+            knots: Vec::new(),
+        }
+    }
+
+    fn insert(&mut self, fix: Fix) {
+        self.items = fix.items;
+        self.sensor = fix.sensor;
+        let index = self.fixes.partition_point(|earlier| earlier.time < fix.time);
+        let knot = Knot { time: fix.time, position: fix.position.0 };
+        match self.fixes.get_mut(index) {
+            Some(same) if same.time == fix.time => {
+                *same = fix;
+                self.knots[index] = knot;
+            }
+            _ => {
+                self.fixes.insert(index, fix);
+                self.knots.insert(index, knot);
+            }
+        }
+    }
+
+    /// Forgets reports before `time`, but for the last two of them.
+    fn forget_before(&mut self, time: Time) {
+        let old = self.fixes.partition_point(|fix| fix.time < time).saturating_sub(2);
+        self.fixes.drain(..old);
+        self.knots.drain(..old);
+    }
+
+    /// Where it was; `None` outside its reports, and between two that are further apart than `max_gap_ns`.
+    fn on_curve(&self, time: Time, max_gap_ns: i64, accuracy_m: f64) -> Option<OnCurve> {
+        let after = self.knots.partition_point(|knot| knot.time < time);
+        let next = self.knots.get(after)?;
+        let mut between_m = 0.0;
+        if next.time != time {
+            let before = &self.knots[after.checked_sub(1)?];
+            if next.time.nanos() - before.time.nanos() > max_gap_ns {
+                return None;
+            }
+            between_m = 0.5 * BETWEEN * time.seconds_since(before.time) * next.time.seconds_since(time);
+        }
+        let position = Enu(interpolation::evaluate(&self.knots, time)?);
+        Some(OnCurve { position, deviation_m: between_m.hypot(accuracy_m * FRESH) })
+    }
+
+    pub(super) fn part(&self) -> Option<TransponderPart> {
+        Some(TransponderPart {
+            number: self.numbered?.number,
+            identity: self.identity,
+            sensor: self.sensor,
+            items: self.items,
+        })
+    }
+}
+
+impl Target {
+    pub(super) fn new(newest: Time) -> Self {
+        Self {
+            transponder: None,
+            tracklet: None,
+            radar: None,
+            filter: Track::default(),
+            number: None,
+            newest,
+        }
+    }
+
+    /// A report of its transponder.
+    pub(super) fn hear(&mut self, fix: Fix) {
+        self.newest = self.newest.max(fix.time);
+        self.transponder.get_or_insert_with(|| Transponder::new(&fix)).insert(fix);
+    }
+
+    /// A plot of its radar track, for the slot that is put out.
+    pub(super) fn see(&mut self, plot: &Plot, settings: &Settings) {
+        let Some(radar) = settings.radar(plot.track.sensor) else { return };
+        let seen = Seen::from(radar.position, plot.position);
+        let spread = seen.spread(radar.errors.slow_range_m, radar.errors.slow_azimuth);
+        let part = RadarPart {
+            track: plot.track,
+            time: plot.time,
+            height_measured: plot.height_measured,
+            uav_probability: plot.uav_probability,
+        };
+        self.radar = Some((part, (spread.trace() / 2.0).sqrt()));
+    }
+
+    /// Forgets reports before `time`, but for the last; when it was heard of last.
+    pub(super) fn forget_before(&mut self, time: Time) -> Time {
+        if let Some(transponder) = &mut self.transponder {
+            transponder.forget_before(time);
+        }
+        self.newest
+    }
+
+    /// Where its transponder says it was.
+    pub(super) fn on_curve(&self, time: Time, settings: &Settings) -> Option<OnCurve> {
+        let transponder = self.transponder.as_ref()?;
+        let accuracy_m = settings.transponder(transponder.sensor)?.horizontal_m;
+        transponder.on_curve(time, settings.max_gap_ns, accuracy_m)
+    }
+
+    /// Brings the filter to what is known now; what lies up to `since` is settled. `followed`: its radar track, and what is
+    /// known of that against its transponder.
+    pub(super) fn measure(
+        &mut self,
+        since: Time,
+        followed: Option<(&Tracklet, Option<Evidence>)>,
+        settings: &Settings,
+    ) {
+        let mut measurements: Vec<Measurement> = Vec::new();
+        if let Some(transponder) = &self.transponder {
+            let from = transponder.fixes.partition_point(|fix| fix.time <= since);
+            measurements.extend(transponder.fixes[from..].iter().filter_map(|fix| heard(fix, settings)));
+        }
+        if let Some((tracklet, evidence)) = &followed
+            && let Some(radar) = settings.radar(tracklet.key.sensor)
+        {
+            let plots = tracklet.between(since, EVER);
+            measurements.extend(plots.filter_map(|plot| {
+                let (last, silence_s) = self.silence(plot.time, tracklet.last());
+                (silence_s > SILENCE_S).then(|| seen(plot, tracklet.id, radar, last, evidence.as_ref()))
+            }));
+        }
+        // Stable: of one time, the transponder comes first.
+        measurements.sort_by_key(|measurement| measurement.time);
+        self.filter.measure(since, &measurements, &settings.motion);
+        self.newest = self.newest.max(self.filter.newest().unwrap_or(self.newest));
+    }
+
+    /// The transponder's last report up to a time, and how long it is silent then: to the next one or, where there is none
+    /// yet, to `until`; seconds.
+    fn silence(&self, time: Time, until: Time) -> (Option<Time>, f64) {
+        let fixes = self.transponder.as_ref().map_or(&[][..], |transponder| &transponder.fixes);
+        let after = fixes.partition_point(|fix| fix.time <= time);
+        let Some(last) = after.checked_sub(1).map(|last| fixes[last].time) else {
+            return (None, f64::INFINITY);
+        };
+        let next = fixes.get(after).map_or(until, |fix| fix.time);
+        (Some(last), next.seconds_since(last))
+    }
+
+    /// Where it is.
+    pub(super) fn estimate(&self, time: Time, settings: &Settings) -> Option<Estimate> {
+        self.filter.at(time, &settings.motion)
+    }
+}
+
+fn heard(fix: &Fix, settings: &Settings) -> Option<Measurement> {
+    let receiver = settings.transponder(fix.sensor)?;
+    Some(Measurement {
+        time: fix.time,
+        position: fix.position,
+        height_measured: true,
+        by: By::Transponder {
+            horizontal_m: receiver.horizontal_m * FRESH,
+            vertical_m: receiver.vertical_m * FRESH,
+        },
+    })
+}
+
+/// A plot, after the transponder's report of `last`, up to which `evidence` tells the radar's slow error.
+fn seen(
+    plot: &Plot,
+    tracklet: TrackletId,
+    radar: &Radar,
+    last: Option<Time>,
+    evidence: Option<&Evidence>,
+) -> Measurement {
+    let seen = Seen::from(radar.position, plot.position);
+    let known = evidence.zip(last).and_then(|(evidence, last)| {
+        evidence.slow_error(seen.range_m, plot.time.seconds_since(last), &radar.errors)
+    });
+    Measurement {
+        time: plot.time,
+        position: plot.position,
+        height_measured: plot.height_measured,
+        by: By::Radar {
+            owner: Owner { tracklet: tracklet.0, since: last },
+            known: known.unwrap_or(SlowError::of(&radar.errors)),
+            seen,
+            errors: radar.errors,
+        },
+    }
+}

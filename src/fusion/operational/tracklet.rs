@@ -1,0 +1,118 @@
+//! A radar track for as long as the radar keeps it.
+
+use std::collections::VecDeque;
+
+use super::pairing::Evidence;
+use super::settings::{Radar, Settings};
+use super::target::Target;
+use super::{EVER, existence};
+use crate::normalise::{Plot, RadarTrackKey};
+use crate::time::Time;
+
+/// Tells tracklets apart, also those that had one number after another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) struct TrackletId(pub(super) u64);
+
+/// Tells targets apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) struct TargetId(pub(super) u64);
+
+/// The plots of one radar track without a long break.
+#[derive(Clone, Debug)]
+pub(super) struct Tracklet {
+    pub(super) id: TrackletId,
+    pub(super) key: RadarTrackKey,
+    /// By time; one at least.
+    plots: VecDeque<Plot>,
+    /// The target it belongs to.
+    pub(super) target: Option<TargetId>,
+    /// What is known of it and the targets that came near; by target.
+    pub(super) pairs: Vec<(TargetId, Evidence)>,
+    /// Log-odds that it is a drone, from the plots up to the last slot.
+    existence: f64,
+}
+
+impl Tracklet {
+    pub(super) fn new(id: TrackletId, plot: Plot) -> Self {
+        let plots = VecDeque::from([plot]);
+        Self { id, key: plot.track, plots, target: None, pairs: Vec::new(), existence: 0.0 }
+    }
+
+    /// A plot: of two of one time the last received counts.
+    pub(super) fn insert(&mut self, plot: Plot) {
+        let index = self.plots.partition_point(|earlier| earlier.time < plot.time);
+        match self.plots.get_mut(index) {
+            Some(same) if same.time == plot.time => *same = plot,
+            _ => self.plots.insert(index, plot),
+        }
+    }
+
+    /// Forgets the plots before `time`; whether any is left.
+    pub(super) fn forget_before(&mut self, time: Time) -> bool {
+        let old = self.plots.partition_point(|plot| plot.time < time);
+        self.plots.drain(..old);
+        !self.plots.is_empty()
+    }
+
+    /// When the first plot was that is kept.
+    pub(super) fn first(&self) -> Time {
+        self.plots.front().map_or(EVER, |plot| plot.time)
+    }
+
+    /// When the last was.
+    pub(super) fn last(&self) -> Time {
+        self.plots.back().map_or(EVER, |plot| plot.time)
+    }
+
+    /// The plot nearest to a time.
+    pub(super) fn nearest(&self, time: Time) -> Option<&Plot> {
+        self.plots.iter().min_by_key(|plot| (plot.time.nanos() - time.nanos()).abs())
+    }
+
+    /// Plots after `since`, up to `until`.
+    pub(super) fn between(&self, since: Time, until: Time) -> impl DoubleEndedIterator<Item = &Plot> {
+        let from = self.plots.partition_point(|plot| plot.time <= since);
+        let to = self.plots.partition_point(|plot| plot.time <= until);
+        self.plots.range(from..to.max(from))
+    }
+
+    /// Log-odds that it is a drone, with the plots after `since`.
+    pub(super) fn existence_after(&self, since: Time, radar: &Radar) -> f64 {
+        existence::with(self.existence, self.between(since, EVER), radar)
+    }
+
+    /// Adds the plots of a slot that was put out.
+    pub(super) fn note(&mut self, since: Time, until: Time, radar: &Radar) {
+        self.existence = existence::with(self.existence, self.between(since, until), radar);
+    }
+
+    /// What is known of it and a target.
+    pub(super) fn pair(&mut self, target: TargetId) -> &mut Evidence {
+        let index = self.pairs.binary_search_by_key(&target, |pair| pair.0).unwrap_or_else(|index| {
+            self.pairs.insert(index, (target, Evidence::default()));
+            index
+        });
+        &mut self.pairs[index].1
+    }
+
+    /// How surely it is that target, by the plots up to the slot; 0 where they were never compared.
+    pub(super) fn score(&self, target: TargetId) -> f64 {
+        let index = self.pairs.binary_search_by_key(&target, |pair| pair.0);
+        index.map_or(0.0, |index| self.pairs[index].1.score)
+    }
+
+    /// What is known of it and a target that it was compared with, with the plots after `time`.
+    pub(super) fn evidence_of(
+        &self,
+        id: TargetId,
+        target: &Target,
+        time: Time,
+        settings: &Settings,
+    ) -> Option<Evidence> {
+        let radar = settings.radar(self.key.sensor)?;
+        let index = self.pairs.binary_search_by_key(&id, |pair| pair.0).ok()?;
+        let mut evidence = self.pairs[index].1;
+        evidence.add_plots(self.between(time, EVER), target, radar, settings);
+        Some(evidence)
+    }
+}

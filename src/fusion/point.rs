@@ -1,0 +1,124 @@
+//! What is put out for a slot, whichever the profile.
+
+use super::association::Evidence;
+use super::slots::Slot;
+use crate::normalise::{Enu, Identity, RadarTrackKey, SensorIndex, UasItems};
+use crate::time::Time;
+
+/// Everything put out for one slot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Emission {
+    /// The slot.
+    pub slot: Slot,
+    /// Its centre, the time of applicability.
+    pub time: Time,
+    /// Fused, then radar, then transponder; each by track number, equal numbers by sensor.
+    pub points: Vec<Point>,
+}
+
+/// One output point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// Track number: T · 10000 + R, R or T.
+    pub number: u32,
+    /// Position; its height is an assumed one where [`Source::height_measured`] is false.
+    pub position: Enu,
+    /// Centre of the first slot that was emitted with this radar track or, where it takes part, this transponder.
+    pub first_seen: Time,
+    /// What it is made of.
+    pub source: Source,
+}
+
+/// What a point is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Source {
+    /// An associated pair.
+    Fused(RadarPart, TransponderPart, Association),
+    /// A radar track that no transponder explains.
+    Radar(RadarPart),
+    /// A transponder that no radar track confirms.
+    Transponder(TransponderPart),
+}
+
+/// The radar's part in a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RadarPart {
+    /// The radar track.
+    pub track: RadarTrackKey,
+    /// Time of the plot.
+    pub time: Time,
+    /// Whether the radar measured a height.
+    pub height_measured: bool,
+    /// Probability that it is a UAV; `None` unknown.
+    pub uav_probability: Option<f64>,
+}
+
+/// The transponder's part in a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TransponderPart {
+    /// Its number T.
+    pub number: u32,
+    /// Who it is.
+    pub identity: Identity,
+    /// The sensor that received it last.
+    pub sensor: SensorIndex,
+    /// Its identifying items as last received.
+    pub items: UasItems,
+}
+
+/// Why a pair was fused.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Association {
+    /// Distance between the two, metres (horizontal where the radar measured no height).
+    pub distance_m: f64,
+    /// What spoke for it.
+    pub because: Because,
+}
+
+/// What spoke for an association.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Because {
+    /// They were near each other often enough (`reference` profile).
+    Ratio {
+        /// The distance within which they had to stay, metres.
+        gate_m: f64,
+        /// How often they did.
+        evidence: Evidence,
+    },
+    /// That they are one explains what was measured better than that they are not (`operational` profile).
+    Likelihood {
+        /// The logarithm, natural, of how much better.
+        score: f64,
+    },
+}
+
+impl Source {
+    pub(super) fn rank(&self) -> u8 {
+        match self {
+            Self::Fused(..) => 0,
+            Self::Radar(_) => 1,
+            Self::Transponder(_) => 2,
+        }
+    }
+
+    /// Whether the point's height was measured: always, unless it is a radar's alone that measured none.
+    pub fn height_measured(&self) -> bool {
+        !matches!(self, Self::Radar(RadarPart { height_measured: false, .. }))
+    }
+
+    /// The radar's part, if it has one.
+    pub fn radar(&self) -> Option<&RadarPart> {
+        match self {
+            Self::Fused(radar, ..) | Self::Radar(radar) => Some(radar),
+            Self::Transponder(_) => None,
+        }
+    }
+
+    /// The transponder's part, if it has one.
+    pub fn transponder(&self) -> Option<&TransponderPart> {
+        match self {
+            Self::Fused(_, transponder, _) | Self::Transponder(transponder) => Some(transponder),
+            Self::Radar(_) => None,
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! The rules of the `operational` profile on simulated flights. A configuration that asks for it is still refused.
+
+#![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
+
+use utm_fusion::areas::Masks;
+use utm_fusion::config::{Config, Profile};
+use utm_fusion::evaluate::{
+    Alone, ErrorStatistics, Evaluation, Labels, OutputPoint, Settings, evaluate, output,
+};
+use utm_fusion::ingest::Reception;
+use utm_fusion::simulate::{Scenario, Simulation, TRANSPONDER_ID, simulate};
+
+fn flight(name: &str, seed: u64) -> Simulation {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("config/scenarios/{name}.toml"));
+    simulate(&Scenario::load(&path).unwrap(), seed, None).unwrap()
+}
+
+fn site(simulation: &Simulation, profile: Profile) -> Config {
+    let mut config = simulation.config.clone();
+    config.fusion.profile = profile;
+    config
+}
+
+fn points(receptions: impl Iterator<Item = Reception>, config: &Config) -> Vec<OutputPoint> {
+    output(receptions.map(Ok), config, Masks::default()).unwrap()
+}
+
+fn scored(simulation: &Simulation, profile: Profile) -> Evaluation {
+    let config = site(simulation, profile);
+    let labels = Labels::with_receivers(simulation.labels.clone(), &[TRANSPONDER_ID.to_owned()].into());
+    let alone = Alone::of(simulation.receptions().map(Ok), &config, Masks::default()).unwrap();
+    let points = points(simulation.receptions(), &config);
+    evaluate(&simulation.truth(), Some(&labels), &points, Some(&alone), &Settings::of(&config))
+}
+
+/// Over some flights: the mean of a figure of each.
+fn mean(flights: &[Evaluation], figure: impl Fn(&Evaluation) -> Option<f64>) -> f64 {
+    let values: Vec<f64> = flights.iter().filter_map(figure).collect();
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+fn metres(error: Option<ErrorStatistics>) -> Option<f64> {
+    error.map(|error| error.mean_m)
+}
+
+#[test]
+fn it_removes_the_weaknesses_of_the_reference_profile() {
+    let seeds = 1..=4;
+    let simulations: Vec<Simulation> = seeds.map(|seed| flight("crossing", seed)).collect();
+    let of = |profile| simulations.iter().map(|flight| scored(flight, profile)).collect::<Vec<_>>();
+    let (before, now) = (of(Profile::Reference), of(Profile::Operational));
+
+    let covered = |e: &Evaluation| metres(e.fused.equipped.epos_covered);
+    let alone = |e: &Evaluation| metres(e.transponder.as_ref()?.equipped.epos_covered);
+    assert!(mean(&now, |e| Some(covered(e)? / alone(e)?)) <= 1.0, "worse than the transponder");
+    assert!(mean(&now, covered) <= 0.78 * mean(&before, covered));
+    let gap = |e: &Evaluation| metres(e.fused.equipped.epos_gap);
+    let radar = |e: &Evaluation| metres(e.radar.as_ref()?.equipped.epos_gap);
+    assert!(mean(&now, |e| Some(gap(e)? / radar(e)?)) <= 0.45, "in gaps");
+    assert!(mean(&now, |e| e.fused.equipped.pu_percent) >= 90.0, "equipped drones");
+    assert!(mean(&now, |e| e.fused.unequipped.pu_percent) >= 36.0, "drones without a transponder");
+    assert!(mean(&now, |e| e.fused.all.precision) >= 0.96, "radar tracks of others");
+    assert!(mean(&now, |e| e.fused.equipped.id_changes) <= 0.2, "names");
+    assert!(mean(&now, |e| e.fused.all.false_track_s) <= 5.0, "birds");
+    assert!(mean(&now, |e| e.fused.all.gospa_m) <= 0.68 * mean(&before, |e| e.fused.all.gospa_m));
+}
+
+#[test]
+fn the_same_input_gives_the_same_points_in_whatever_order_it_comes_between_two_deadlines() {
+    let simulation = flight("crossing", 5);
+    let config = site(&simulation, Profile::Operational);
+    let receptions: Vec<Reception> = simulation.receptions().collect();
+    let expected = points(receptions.iter().cloned(), &config);
+    assert!(expected.len() > 5000);
+    assert_eq!(points(receptions.iter().cloned(), &config), expected, "again");
+
+    let slot_ns = config.fusion.slot.as_nanos() as i64;
+    let deadline = |reception: &Reception| reception.received.unwrap().nanos().div_euclid(slot_ns);
+    let mut turned = receptions.clone();
+    for group in turned.chunk_by_mut(|a, b| deadline(a) == deadline(b)) {
+        let times: Vec<_> = group.iter().map(|reception| reception.received).collect();
+        group.reverse();
+        group.iter_mut().zip(times).for_each(|(reception, time)| reception.received = time);
+    }
+    assert_ne!(
+        turned.iter().map(|r| &r.payload).collect::<Vec<_>>(),
+        receptions.iter().map(|r| &r.payload).collect::<Vec<_>>()
+    );
+    assert_eq!(points(turned.into_iter(), &config), expected);
+}
+
+#[test]
+fn an_aircraft_has_one_number_at_a_time_and_no_two_have_the_same() {
+    let simulation = flight("crossing", 6);
+    let points = points(simulation.receptions(), &site(&simulation, Profile::Operational));
+    for slot in points.chunk_by(|a, b| a.time == b.time) {
+        let mut numbers: Vec<u32> = slot.iter().map(|point| point.number).collect();
+        let mut transponders: Vec<u32> = slot.iter().filter_map(|point| point.transponder).collect();
+        for list in [&mut numbers, &mut transponders] {
+            let count = list.len();
+            list.sort_unstable();
+            list.dedup();
+            assert_eq!(list.len(), count, "{slot:?}");
+        }
+    }
+}
