@@ -1,6 +1,6 @@
 //! Where the tracks of the last minutes were, a place a second: for readers that open the picture now.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::Arc;
 
 use serde::Serialize;
@@ -20,6 +20,8 @@ const PLACES: usize = 100_000;
 pub struct Trails {
     seconds: VecDeque<Second>,
     places: usize,
+    /// One name a track: those of the slots, of which each has its own, would lie scattered over all the memory.
+    names: HashSet<Arc<str>>,
 }
 
 #[derive(Debug)]
@@ -63,11 +65,17 @@ impl Trails {
         if self.seconds.back().is_some_and(|second| time.nanos() - second.time.nanos() < SECOND) {
             return;
         }
+        let names = &mut self.names;
         let place = |piece: &super::shown::Piece| {
             let [lng, lat] = [rounded(piece.lng, 7), rounded(piece.lat, 7)];
             let height_m = rounded(shown.track(piece).position.height_m, 1);
             let place = piece.alt_msl.map_or(Place::Low([lng, lat]), |_| Place::High([lng, lat, height_m]));
-            (piece.id.clone(), place)
+            let name = names.get(&piece.id).cloned().unwrap_or_else(|| {
+                let name = Arc::<str>::from(&*piece.id);
+                names.insert(name.clone());
+                name
+            });
+            (name, place)
         };
         let places: Vec<_> = shown.pieces.iter().map(place).collect();
         self.places += places.len();
@@ -76,6 +84,7 @@ impl Trails {
         while self.places > PLACES || self.seconds.front().is_some_and(|second| second.time < oldest) {
             self.seconds.pop_front().inspect(|second| self.places -= second.places.len());
         }
+        self.names.retain(|name| Arc::strong_count(name) > 1);
     }
 
     /// The trail of each track over so many seconds before `now`.
