@@ -101,6 +101,8 @@ pub struct Alerts {
     ended: VecDeque<Alert>,
     /// The one that began, ended or got worse last.
     latest: Option<Alert>,
+    /// The time of the last picture.
+    pictured: Option<Time>,
 }
 
 impl Alerts {
@@ -126,6 +128,13 @@ impl Alerts {
     /// Looks at a slot's tracks; whether anything changed.
     pub fn note_picture(&mut self, picture: &Picture, maker: &PictureMaker) -> bool {
         let (now, areas) = (picture.time, self.areas.get());
+        // A replay went back: what was wrong later is not wrong yet.
+        let mut changed = self.pictured.replace(now).is_some_and(|before| now < before);
+        if changed {
+            self.lasting.clear();
+            self.ended.clear();
+            self.latest = None;
+        }
         let mut inside = Vec::new();
         for track in &picture.tracks {
             let place = &track.position;
@@ -133,7 +142,6 @@ impl Alerts {
                 inside.push((maker.track_id(track), area.to_owned(), track.source_name()));
             }
         }
-        let mut changed = false;
         for (id, area, source) in inside {
             let text = format!("{source} track {id} is inside {area}");
             changed |= self.hold(AlertKind::Area, id, area, Severity::Warning, text, now);
@@ -246,6 +254,24 @@ mod tests {
             refused: BTreeMap::new(),
             lines: Vec::new(),
         }
+    }
+
+    #[test]
+    fn a_replay_that_goes_back_knows_no_later_alerts() {
+        let site = include_str!("../../testdata/demo/site.toml");
+        let config = crate::config::Config::parse(site, "site.toml", std::iter::empty()).unwrap();
+        let pipeline = crate::pipeline::Pipeline::new(&config, crate::areas::Masks::default());
+        let maker = PictureMaker::new(&config, pipeline.normaliser());
+        let at = |second: i64| Time::from_nanos(second * SECOND);
+        let picture =
+            |second| Picture { slot: crate::fusion::Slot(4 * second), time: at(second), tracks: vec![] };
+        let mut alerts = Alerts::new(AlertAreas::default(), at(-10));
+        assert!(alerts.note_sensors(&[sensor(SensorState::Outage, "silent")], at(20)));
+        assert!(!alerts.note_picture(&picture(20), &maker) && !alerts.note_picture(&picture(21), &maker));
+        assert_eq!(alerts.all().len(), 1);
+        assert!(alerts.note_picture(&picture(5), &maker));
+        assert_eq!(alerts.all(), []);
+        assert!(alerts.note_sensors(&[sensor(SensorState::Outage, "silent")], at(7)), "anew");
     }
 
     #[test]

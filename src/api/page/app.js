@@ -159,8 +159,11 @@ function start() {
       alerts.update(alert);
     },
     heartbeat: (beat) => status.heard(beat),
-    // A snapshot follows: what was missed is in it.
-    resync: () => status.heard({}),
+    // A snapshot of the tracks follows: what was missed is in it.
+    resync() {
+      status.heard({});
+      load(loadSensors, loadAlerts);
+    },
   });
   setInterval(() => load(loadInfo, loadSensors, loadAlerts), RENEW_MS);
   return stream;
