@@ -9,6 +9,7 @@ use utm_fusion::evaluate::{
 };
 use utm_fusion::ingest::Reception;
 use utm_fusion::simulate::{Scenario, Simulation, TRANSPONDER_ID, simulate};
+use utm_fusion::time::Time;
 
 fn flight(name: &str, seed: u64) -> Simulation {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("config/scenarios/{name}.toml"));
@@ -74,19 +75,17 @@ fn the_same_input_gives_the_same_points_in_whatever_order_it_comes_between_two_d
     assert!(expected.len() > 5000);
     assert_eq!(points(receptions.iter().cloned(), &config), expected, "again");
 
-    let slot_ns = config.fusion.slot.as_nanos() as i64;
-    let deadline = |reception: &Reception| reception.received.unwrap().nanos().div_euclid(slot_ns);
-    let mut turned = receptions.clone();
-    for group in turned.chunk_by_mut(|a, b| deadline(a) == deadline(b)) {
-        let times: Vec<_> = group.iter().map(|reception| reception.received).collect();
-        group.reverse();
-        group.iter_mut().zip(times).for_each(|(reception, time)| reception.received = time);
+    // Everything comes in bursts, two seconds at once: forward, and backward.
+    const BURST_NS: i64 = 2_000_000_000;
+    let burst = |reception: &Reception| reception.received.unwrap().nanos().div_euclid(BURST_NS);
+    let mut bursts = receptions;
+    for reception in &mut bursts {
+        reception.received = Some(Time::from_nanos((burst(reception) + 1) * BURST_NS));
     }
-    assert_ne!(
-        turned.iter().map(|r| &r.payload).collect::<Vec<_>>(),
-        receptions.iter().map(|r| &r.payload).collect::<Vec<_>>()
-    );
-    assert_eq!(points(turned.into_iter(), &config), expected);
+    let forward = points(bursts.iter().cloned(), &config);
+    assert!(forward.len() > 5000);
+    bursts.chunk_by_mut(|a, b| a.received == b.received).for_each(<[Reception]>::reverse);
+    assert_eq!(points(bursts.into_iter(), &config), forward);
 }
 
 #[test]
