@@ -188,11 +188,6 @@ impl Track {
         self.nodes.drain(..keep);
     }
 
-    /// When the oldest measurement was that is still held.
-    pub fn oldest(&self) -> Option<Time> {
-        self.nodes.first().map(|node| node.measurement.time)
-    }
-
     /// When the newest was.
     pub fn newest(&self) -> Option<Time> {
         self.nodes.last().map(|node| node.measurement.time)
@@ -203,9 +198,8 @@ impl Track {
         let behind = self.nodes.partition_point(|node| node.measurement.time <= time);
         let before = &self.nodes[behind.checked_sub(1)?];
         let since_s = time.seconds_since(before.measurement.time);
-        let (plane, plane_bridge, height, height_bridge) = before.ahead(since_s, models);
-        let _ = (plane_bridge, height_bridge);
-        let (plane_here, height_here) = (plane.combined(), height);
+        let (plane, _, height_here, _) = before.ahead(since_s, models);
+        let plane_here = plane.combined();
         let Some(next) = self.nodes.get(behind) else {
             return Some(Estimate::of(&plane_here, &height_here, since_s, None));
         };

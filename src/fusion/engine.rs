@@ -1,9 +1,9 @@
-//! The engine of the `reference` profile: told the time and the reports, it yields every slot once.
+//! The engine: told the time and the reports, it yields every slot once. What is put out is the profile's to say.
 //!
 //! Sans-IO: no clock, no socket, no randomness. [`Engine::advance`] first, drained; then [`Engine::handle`].
 
 use super::numbering::{Given, Numbers};
-use super::operational::Operational;
+use super::operational::{self, Operational};
 use super::point::Emission;
 use super::reference::Reference;
 use super::settings::Settings;
@@ -26,7 +26,7 @@ pub struct Engine {
 #[derive(Debug)]
 enum Rules {
     Reference(Reference),
-    Operational(Box<Operational>),
+    Operational(Box<Operational>, operational::Settings),
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -131,7 +131,7 @@ impl Engine {
         self.newest = self.newest.max(Some(self.settings.grid.of(report.time())));
         match &mut self.rules {
             Rules::Reference(reference) => reference.handle(report),
-            Rules::Operational(operational) => operational.handle(report),
+            Rules::Operational(operational, _) => operational.handle(report),
         }
         Ok(())
     }
@@ -190,12 +190,11 @@ impl Engine {
         clock.next = slot.plus(1);
         let window = self.window(slot);
         let Self { settings, rules, numbers, .. } = self;
-        let points = match (rules, &settings.operational) {
-            (Rules::Operational(operational), Some(profile)) => {
+        let points = match rules {
+            Rules::Reference(reference) => reference.emit(&window, settings, numbers),
+            Rules::Operational(operational, profile) => {
                 operational.emit(slot, settings.grid, profile, numbers)
             }
-            (Rules::Reference(reference), _) => reference.emit(&window, settings, numbers),
-            (Rules::Operational(_), None) => unreachable!("the rules are those of the settings"),
         };
         Some(Emission { slot, time: self.settings.grid.centre(slot), points })
     }
@@ -203,8 +202,8 @@ impl Engine {
 
 impl Rules {
     fn new(settings: &Settings) -> Self {
-        match settings.operational {
-            Some(_) => Self::Operational(Box::default()),
+        match &settings.operational {
+            Some(profile) => Self::Operational(Box::default(), profile.clone()),
             None => Self::Reference(Reference::new(settings)),
         }
     }

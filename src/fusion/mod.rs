@@ -1,8 +1,8 @@
-//! The reference engine: slots, window, interpolation, association, fusion, numbers.
+//! The engine: slots and window, and the rules of two profiles.
 //!
-//! Source: Cisek, Brekke, Jahangir, Johansen, *Track-to-track data fusion for Unmanned Traffic Management System*;
+//! `reference`: interpolation, association, fusion, numbers. Source: Cisek, Brekke, Jahangir, Johansen, *Track-to-track data fusion for Unmanned Traffic Management System*;
 //! what the paper leaves open is settled in `docs/ALGORITHM.md`. Everything is as if recomputed from the window at every
-//! slot; what is kept between slots only saves work (`tests/engine` holds the two against each other).
+//! slot; what is kept between slots only saves work (`tests/engine` holds the two against each other). `operational` is in work (`docs/OPERATIONAL.md`).
 
 mod association;
 mod cells;
