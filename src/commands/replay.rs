@@ -82,7 +82,7 @@ pub fn run(args: &Args) -> CommandResult {
     check(args)?;
     let mut config = Config::load(&args.config)?;
     if let Some(name) = &args.profile {
-        let profile = name.parse::<Profile>().and_then(Profile::supported);
+        let profile = name.parse::<Profile>();
         config.fusion.profile = profile.map_err(|error| Usage(format!("--profile {name}: {error}")))?;
     }
     let masks = Masks::load(&config.areas)?;

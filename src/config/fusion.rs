@@ -54,7 +54,7 @@ pub(super) fn read(mut section: Section<'_>) -> Option<Fusion> {
 }
 
 fn read_profile(item: &Item<'_>) -> Option<Profile> {
-    let profile = item.text()?.parse().and_then(Profile::supported);
+    let profile = item.text()?.parse::<Profile>();
     profile.map_err(|error| item.refuse(error)).ok()
 }
 

@@ -244,12 +244,7 @@ fn lines_to_listen_on_and_to_send_to() {
 fn fusion_rules() {
     let slot = "slot_s = 0.25";
     for (new, place, message) in [
-        (
-            "profile = \"operational\"",
-            "23: fusion.profile = \"operational\"",
-            "not exist in this version yet",
-        ),
-        ("profile = \"best\"", "23: fusion.profile = \"best\"", "use \"reference\""),
+        ("profile = \"best\"", "23: fusion.profile = \"best\"", "use \"operational\" or \"reference\""),
         ("slot_s = 0", "23: fusion.slot_s = 0", "whole number of milliseconds"),
         ("slot_s = 0.0005", "23: fusion.slot_s", "whole number of milliseconds"),
         ("slot_s = -1", "23: fusion.slot_s", "whole number of milliseconds"),
@@ -313,7 +308,8 @@ fn fusion_rules() {
     ] {
         check(&[(slot, new, place, message)]);
     }
-    assert_eq!("operational".parse::<Profile>().unwrap().supported(), Err(ProfileError::Unsupported));
+    let operational = parse(&BASE.replace(slot, "profile = \"operational\"")).unwrap();
+    assert_eq!(operational.fusion.profile, Profile::Operational);
     let trimmed = parse(&BASE.replace(slot, "transponder_numbers = { \" DRONE 1 \" = 429496 }")).unwrap();
     assert_eq!(trimmed.fusion.transponder_numbers["DRONE 1"], 429_496);
 }

@@ -158,20 +158,14 @@ pub enum Profile {
     /// The published algorithm and nothing else.
     #[default]
     Reference,
-    /// Better estimation from the same inputs; not in this version, see [`Profile::supported`].
+    /// Better estimation from the same inputs; `docs/OPERATIONAL.md`.
     Operational,
 }
 
-/// Why a profile is refused, in the file and on the command line alike.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ProfileError {
-    /// A profile of a later version.
-    #[error("the profile \"operational\" does not exist in this version yet; use \"reference\"")]
-    Unsupported,
-    /// Not a profile.
-    #[error("there is no such profile; use \"reference\"")]
-    Unknown,
-}
+/// There is no profile of that name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no such profile; use \"operational\" or \"reference\"")]
+pub struct UnknownProfile;
 
 impl Profile {
     /// The profile's name.
@@ -181,28 +175,17 @@ impl Profile {
             Self::Operational => "operational",
         }
     }
-
-    /// The profile itself where this version has it.
-    ///
-    /// # Errors
-    /// [`ProfileError::Unsupported`] for [`Profile::Operational`].
-    pub const fn supported(self) -> Result<Self, ProfileError> {
-        match self {
-            Self::Reference => Ok(self),
-            Self::Operational => Err(ProfileError::Unsupported),
-        }
-    }
 }
 
-/// By name; also the names of profiles that this version does not have.
+/// By name.
 impl FromStr for Profile {
-    type Err = ProfileError;
+    type Err = UnknownProfile;
 
-    fn from_str(name: &str) -> Result<Self, ProfileError> {
+    fn from_str(name: &str) -> Result<Self, UnknownProfile> {
         match name {
             "reference" => Ok(Self::Reference),
             "operational" => Ok(Self::Operational),
-            _ => Err(ProfileError::Unknown),
+            _ => Err(UnknownProfile),
         }
     }
 }

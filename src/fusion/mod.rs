@@ -21,6 +21,6 @@ pub use association::Evidence;
 pub use engine::{Due, Engine, Refused};
 pub use interpolation::{Knot, evaluate};
 pub use numbering::{Given, LARGEST as LARGEST_TRANSPONDER_NUMBER, Numbered, Numbers};
-pub use point::{Association, Because, Emission, Point, RadarPart, Source, TransponderPart};
+pub use point::{Association, Basis, Because, Emission, Estimate, Point, RadarPart, Source, TransponderPart};
 pub use settings::{Gate, Settings};
 pub use slots::{RING, Slot, SlotGrid};

@@ -1,5 +1,7 @@
 //! What is put out for a slot, whichever the profile.
 
+use nalgebra::{Matrix2, Vector3};
+
 use super::association::Evidence;
 use super::slots::Slot;
 use crate::normalise::{Enu, Identity, RadarTrackKey, SensorIndex, UasItems};
@@ -27,12 +29,40 @@ pub struct Point {
     pub first_seen: Time,
     /// What it is made of.
     pub source: Source,
+    /// How it moves and how well that is known (`operational` profile).
+    pub estimate: Option<Estimate>,
+}
+
+/// How a point's aircraft moves and how well its place is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// East, north, up, metres a second.
+    pub velocity: Vector3<f64>,
+    /// Covariance of the position, east and north, m².
+    pub horizontal: Matrix2<f64>,
+    /// Variance of the height, m².
+    pub vertical_m2: f64,
+    /// What the place rests on.
+    pub basis: Basis,
+    /// The latest measurement, of whichever sensor, up to the point's time.
+    pub last_measurement: Time,
+}
+
+/// What a place rests on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Basis {
+    /// A measurement within the slot.
+    Measured,
+    /// Measurements before and after it.
+    Interpolated,
+    /// Measurements before it alone.
+    Extrapolated,
 }
 
 /// What a point is made of.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Source {
-    /// An associated pair.
+    /// An associated pair; in the `operational` profile also while one of the two is silent.
     Fused(RadarPart, TransponderPart, Association),
     /// A radar track that no transponder explains.
     Radar(RadarPart),
@@ -62,6 +92,8 @@ pub struct TransponderPart {
     pub identity: Identity,
     /// The sensor that received it last.
     pub sensor: SensorIndex,
+    /// Its latest report up to the slot's end (`operational` profile).
+    pub time: Option<Time>,
     /// Its identifying items as last received.
     pub items: UasItems,
 }

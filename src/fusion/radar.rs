@@ -187,6 +187,7 @@ mod tests {
                 height_measured: true,
                 slant_range_m: 60.0,
                 uav_probability: None,
+                velocity: None,
             });
             detections.settle(&window);
             assert_eq!(detections.within_gate(Slot(0), Enu::new(0.0, 0.0, 0.0)).count(), count, "{east}");

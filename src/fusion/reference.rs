@@ -121,7 +121,7 @@ impl Aircraft {
         let slot = window.emitted;
         let position = curve.point(slot);
         let first_seen = settings.grid.centre(since);
-        let transponder = TransponderPart { number, identity, sensor: *sensor, items: *items };
+        let transponder = TransponderPart { number, identity, sensor: *sensor, time: None, items: *items };
         let before = points.len();
         for pair in pairs.iter() {
             let both = curve.present().and(detections.track(pair.track).present);
@@ -138,12 +138,19 @@ impl Aircraft {
                     position: fuse(detection, position, settings),
                     first_seen,
                     source: Source::Fused(RadarPart::of(detection), transponder, association),
+                    estimate: None,
                 });
             }
         }
         let nearby = (slot.plus(-settings.suppress_slots).max(window.first), window.horizon);
         if points.len() == before && !pairs.any_associated(nearby, window, curve, detections, settings) {
-            points.push(Point { number, position, first_seen, source: Source::Transponder(transponder) });
+            points.push(Point {
+                number,
+                position,
+                first_seen,
+                source: Source::Transponder(transponder),
+                estimate: None,
+            });
         }
     }
 
@@ -169,6 +176,7 @@ fn radar_only(
         position,
         first_seen: settings.grid.centre(track.first_seen.unwrap_or(window.emitted)),
         source: Source::Radar(RadarPart::of(detection)),
+        estimate: None,
     })
 }
 

@@ -82,6 +82,7 @@ mod tests {
             height_measured: false,
             slant_range_m: 0.0,
             uav_probability: None,
+            velocity: None,
         })
     }
 

@@ -3,7 +3,10 @@
 use std::collections::BTreeMap;
 
 use asterix::cat048::{self, DetectionType};
+use asterix::cat129::{GnssAccuracy, VerticalVelocity};
 use asterix::{DataSource, TimeOfDay, cat034, cat129};
+
+use nalgebra::Vector2;
 
 use super::clock::nearest_day;
 use super::geodesy::{Enu, Frame, Geodetic};
@@ -228,6 +231,11 @@ impl Normaliser {
             },
             time: self.time(time_of_day, received)?,
             position: self.frame.from_geodetic(place),
+            accuracy_m: record.gnss_accuracy.and_then(GnssAccuracy::metres),
+            velocity: record
+                .horizontal_velocity
+                .map(|velocity| Vector2::new(velocity.east_m_s(), velocity.north_m_s())),
+            climb_m_s: record.vertical_velocity.map(VerticalVelocity::up_m_s),
         })
     }
 
@@ -272,6 +280,9 @@ impl RadarSensor {
             height_measured: measured.is_some(),
             slant_range_m,
             uav_probability: self.uav_probability(record),
+            velocity: record.track_velocity.map(|velocity| {
+                self.site.velocity(velocity.speed_m_s(), velocity.heading_deg().to_radians())
+            }),
         })
     }
 

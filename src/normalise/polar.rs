@@ -1,5 +1,7 @@
 //! A radar's slant range, azimuth and the target's height to east-north-up.
 
+use nalgebra::Vector2;
+
 use super::geodesy::{Enu, Frame, Geodetic};
 
 /// Where a radar stands and how it is turned.
@@ -27,6 +29,12 @@ impl RadarSite {
     /// The tangent plane at this radar.
     pub fn frame(&self) -> &Frame {
         &self.local
+    }
+
+    /// East and north of a speed and a heading, radians clockwise from the radar's north mark.
+    pub fn velocity(&self, speed_m_s: f64, heading: f64) -> Vector2<f64> {
+        let (sin, cos) = (heading + self.bearing_correction).sin_cos();
+        Vector2::new(speed_m_s * sin, speed_m_s * cos)
     }
 
     /// The plot's position in this radar's own tangent plane.

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use nalgebra::Vector2;
+
 use super::geodesy::Enu;
 use crate::time::Time;
 
@@ -33,6 +35,8 @@ pub struct Plot {
     pub slant_range_m: f64,
     /// Probability that it is a UAV, 0 to 1; `None` where the radar does not say.
     pub uav_probability: Option<f64>,
+    /// Velocity over ground, east and north, metres a second (I048/200).
+    pub velocity: Option<Vector2<f64>>,
 }
 
 /// Who a transponder says it is: serial number and registration country, leading and trailing spaces and NULs trimmed.
@@ -105,6 +109,12 @@ pub struct Fix {
     pub time: Time,
     /// Position.
     pub position: Enu,
+    /// Accuracy of the position that it says, metres: the radius that holds half of its errors (I129/110).
+    pub accuracy_m: Option<f64>,
+    /// Velocity over ground, east and north, metres a second (I129/185).
+    pub velocity: Option<Vector2<f64>>,
+    /// Climb, metres a second (I129/220).
+    pub climb_m_s: Option<f64>,
 }
 
 /// What a service message (CAT034) tells about its radar; `None`: the message does not say.

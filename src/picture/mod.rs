@@ -118,10 +118,17 @@ impl PictureMaker {
         &self.sensors[usize::from(index.0)]
     }
 
-    /// The track's id, of letters, digits, `-`, `.`, `_`: `F-<number>`, `T-<number>`, or
-    /// `R-<sensor>-<number>-<first seen>`, because a radar gives its numbers again.
+    /// The track's id, of letters, digits, `-`, `.`, `_`. In the `operational` profile one per aircraft for its life:
+    /// `U-<number>`, with `-<first seen>` where the number is one that comes again. In the `reference` profile
+    /// `F-<number>`, `T-<number>`, or `R-<sensor>-<number>-<first seen>`, because a radar gives its numbers again.
     pub fn track_id(&self, track: &Track) -> String {
         let Point { number, first_seen, source, .. } = &track.point;
+        if track.point.estimate.is_some() {
+            return match *number {
+                own @ 10_000.. => format!("U-{own}"),
+                comes_again => format!("U-{comes_again}-{}", first_seen.as_seconds()),
+            };
+        }
         match source {
             Source::Fused(..) => format!("F-{number}"),
             Source::Radar(radar) => {

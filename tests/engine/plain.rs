@@ -144,7 +144,7 @@ impl Plain<'_> {
                 _ => None,
             });
             let (sensor, items) = last_received.unwrap();
-            let transponder = TransponderPart { number, identity, sensor, items };
+            let transponder = TransponderPart { number, identity, sensor, time: None, items };
             for &track in &tracks {
                 let Some(evidence) = associated(identity, track, k) else { continue };
                 let plot = &detections[&(track, k)];
@@ -166,6 +166,7 @@ impl Plain<'_> {
                         position: Enu(position),
                         first_seen: centre(since.0),
                         source: Source::Fused(radar_part(plot), transponder, association),
+                        estimate: None,
                     },
                 ));
             }
@@ -175,7 +176,10 @@ impl Plain<'_> {
                 nearby.into_iter().any(|s| tracks.iter().any(|&t| associated(identity, t, s).is_some()));
             if !suppressed {
                 let source = Source::Transponder(transponder);
-                points.push((2, Point { number, position: *point, first_seen: centre(since.0), source }));
+                points.push((
+                    2,
+                    Point { number, position: *point, first_seen: centre(since.0), source, estimate: None },
+                ));
             }
         }
         for &track in &tracks {
@@ -194,6 +198,7 @@ impl Plain<'_> {
                         position: plot.position,
                         first_seen: centre(since.0),
                         source: Source::Radar(radar_part(plot)),
+                        estimate: None,
                     },
                 ));
             }

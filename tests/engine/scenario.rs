@@ -200,6 +200,9 @@ fn any_fix() -> impl Strategy<Value = Report> {
             },
             time: Time::default(),
             position: NOWHERE,
+            accuracy_m: None,
+            velocity: None,
+            climb_m_s: None,
         })
     })
 }
@@ -215,6 +218,7 @@ fn any_plot() -> impl Strategy<Value = Report> {
                 height_measured,
                 slant_range_m: 0.0,
                 uav_probability,
+                velocity: None,
             })
         },
     )

@@ -80,6 +80,9 @@ impl Traffic {
             items: UasItems { manufacturer: None, model: None, serial_number, registration_country: None },
             time,
             position: self.place(target, time),
+            accuracy_m: None,
+            velocity: None,
+            climb_m_s: None,
         }
     }
 
@@ -110,6 +113,7 @@ impl Traffic {
             height_measured: true,
             slant_range_m: range.hypot(position.z),
             uav_probability: Some(if is_uav { 0.8 } else { 0.0 }),
+            velocity: None,
         }
     }
 

@@ -49,6 +49,8 @@ pub(super) struct Operational {
     /// Centre of the slot before.
     settled: Option<Time>,
     numbers_in_use: BTreeSet<u32>,
+    /// The number of each transponder's aircraft, and since when: it comes again with it.
+    names: BTreeMap<Identity, (u32, Slot)>,
 }
 
 /// The slot that is put out.
@@ -170,8 +172,10 @@ impl Operational {
             let heard = target.forget_before(before(FIXES_NS));
             let is_left = heard >= before(SILENT_NS) || target.tracklet.is_some();
             if !is_left {
-                target.transponder.as_ref().and_then(|transponder| by_identity.remove(&transponder.identity));
-                target.number.map(|(number, _)| numbers_in_use.remove(&number));
+                match &target.transponder {
+                    Some(transponder) => _ = by_identity.remove(&transponder.identity),
+                    None => _ = target.number.map(|(number, _)| numbers_in_use.remove(&number)),
+                }
             }
             is_left
         });

@@ -3,14 +3,15 @@
 use std::collections::BTreeSet;
 
 use super::settings::Settings;
-use super::target::{self, Target};
+use super::target::Target;
 use super::tracklet::Tracklet;
 use super::{Moment, Operational};
 use crate::estimation::Estimate;
 use crate::fusion::numbering::Numbers;
-use crate::fusion::point::{Association, Because, Point, RadarPart, Source, TransponderPart};
+use crate::fusion::point::{self, Association, Basis, Because, Point, RadarPart, Source, TransponderPart};
 use crate::fusion::slots::SlotGrid;
 use crate::normalise::Plot;
+use crate::time::{SECOND, Time};
 
 /// A target with a transponder is put out while its place is known to this, one standard deviation, metres.
 const KNOWN_M: f64 = 25.0;
@@ -28,7 +29,7 @@ impl Operational {
         settings: &Settings,
         numbers: &mut Numbers,
     ) -> Vec<Point> {
-        let Self { targets, tracklets, numbers_in_use, .. } = self;
+        let Self { targets, tracklets, numbers_in_use, names, .. } = self;
         let mut points = Vec::new();
         for (&id, target) in targets {
             let tracklet = target.tracklet.and_then(|id| tracklets.get(&id));
@@ -49,17 +50,23 @@ impl Operational {
                 }
             }
             let score = tracklet.map_or(0.0, |tracklet| tracklet.score(id));
-            let Some(source) = source(target, plot.as_ref(), score, moment, settings) else { continue };
-            let &mut (number, since) = target.number.get_or_insert_with(|| {
+            let source = source(target, plot.as_ref(), score, &estimate, moment, settings);
+            let Some(source) = source else { continue };
+            let identity = target.transponder.as_ref().map(|transponder| transponder.identity);
+            let known = identity.and_then(|identity| names.get(&identity).copied());
+            let (number, since) = target.number.or(known).unwrap_or_else(|| {
                 let number = first_number(&source, numbers_in_use);
                 numbers_in_use.insert(number);
                 (number, moment.slot)
             });
+            target.number = Some((number, since));
+            identity.map(|identity| names.entry(identity).or_insert((number, since)));
             points.push(Point {
                 number,
                 position: estimate.position,
                 first_seen: grid.centre(since),
                 source,
+                estimate: Some(shown(&estimate, plot.as_ref(), moment, grid)),
             });
         }
         points.sort_by_key(|point| (point.source.rank(), point.number));
@@ -87,26 +94,45 @@ fn source(
     target: &Target,
     plot: Option<&Plot>,
     score: f64,
+    estimate: &Estimate,
     moment: &Moment,
     settings: &Settings,
 ) -> Option<Source> {
     let radar: Option<RadarPart> = target.radar.map(|(part, _)| part);
     let transponder: Option<TransponderPart> =
-        target.transponder.as_ref().and_then(target::Transponder::part);
-    let curve = target.on_curve(moment.time, settings);
-    Some(match (transponder, plot.zip(radar), curve) {
-        (Some(transponder), Some((plot, radar)), Some(curve)) => {
-            let distance_m = (plot.position.0 - curve.position.0).norm();
-            Source::Fused(
-                radar,
-                transponder,
-                Association { distance_m, because: Because::Likelihood { score } },
-            )
+        target.transponder.as_ref().and_then(|transponder| transponder.part(moment.end));
+    Some(match (transponder, plot.zip(radar)) {
+        (Some(transponder), Some((plot, radar))) => {
+            let curve = target.on_curve(plot.time, settings).map(|curve| curve.position);
+            let distance_m = (plot.position.0 - curve.unwrap_or(estimate.position).0).norm();
+            let because = Because::Likelihood { score };
+            Source::Fused(radar, transponder, Association { distance_m, because })
         }
-        (Some(_), Some((_, radar)), None) => Source::Radar(radar),
-        (Some(transponder), None, _) => Source::Transponder(transponder),
-        (None, _, _) => Source::Radar(radar?),
+        (Some(transponder), None) => Source::Transponder(transponder),
+        (None, _) => Source::Radar(radar?),
     })
+}
+
+/// How it moves, and what its place rests on.
+fn shown(estimate: &Estimate, plot: Option<&Plot>, moment: &Moment, grid: SlotGrid) -> point::Estimate {
+    let half_s = grid.slot_s() / 2.0;
+    let filtered = Time::from_nanos(moment.time.nanos() - (estimate.since_s * SECOND as f64).round() as i64);
+    let seen = plot.map(|plot| plot.time).filter(|&time| time < moment.end);
+    let in_slot = |away_s: f64| away_s <= half_s;
+    let is_measured = seen.is_some_and(|time| time >= moment.begin)
+        || in_slot(estimate.since_s)
+        || estimate.until_s.is_some_and(in_slot);
+    point::Estimate {
+        velocity: estimate.velocity,
+        horizontal: estimate.horizontal,
+        vertical_m2: estimate.vertical,
+        basis: match estimate.until_s {
+            _ if is_measured => Basis::Measured,
+            Some(_) => Basis::Interpolated,
+            None => Basis::Extrapolated,
+        },
+        last_measurement: seen.map_or(filtered, |time| time.max(filtered)),
+    }
 }
 
 /// The number that a target gets with its first point, and keeps.

@@ -110,11 +110,14 @@ impl Transponder {
         Some(OnCurve { position, deviation_m: between_m.hypot(accuracy_m * FRESH) })
     }
 
-    pub(super) fn part(&self) -> Option<TransponderPart> {
+    /// Its part in a point of a slot that ends at `end`.
+    pub(super) fn part(&self, end: Time) -> Option<TransponderPart> {
+        let heard = self.fixes.partition_point(|fix| fix.time < end).checked_sub(1);
         Some(TransponderPart {
             number: self.numbered?.number,
             identity: self.identity,
             sensor: self.sensor,
+            time: heard.map(|index| self.fixes[index].time),
             items: self.items,
         })
     }
