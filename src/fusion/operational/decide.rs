@@ -14,7 +14,9 @@ use crate::time::{SECOND, Time};
 
 /// A radar track and a target become one from this logarithm of a likelihood ratio on,
 const JOIN: f64 = 6.0;
-/// and stay so above this, if no other pair is better by
+/// or from this on if it begins where a target must be that no sensor saw for a while: then it is that one or a new one;
+const FIND: f64 = 4.0;
+/// they stay so above this, if no other pair is better by
 const PART: f64 = -4.0;
 /// this.
 const LOYALTY: f64 = 4.0;
@@ -71,9 +73,12 @@ impl Operational {
             let mut candidates: Vec<Vec<Candidate>> = Vec::new();
             for tracklet in self.tracklets.values().filter(lasts) {
                 let mut row = Vec::new();
-                for (target, score) in self.scores(tracklet, &lost, radar, moment, settings) {
-                    let (least, bonus) =
-                        if tracklet.target == Some(target) { (PART, LOYALTY) } else { (JOIN, 0.0) };
+                for (target, score, found) in self.scores(tracklet, &lost, radar, moment, settings) {
+                    let (least, bonus) = match found {
+                        _ if tracklet.target == Some(target) => (PART, LOYALTY),
+                        true => (FIND, 0.0),
+                        false => (JOIN, 0.0),
+                    };
                     if score > least {
                         let column = columns.iter().position(|&known| known == target).unwrap_or_else(|| {
                             columns.push(target);
@@ -100,25 +105,25 @@ impl Operational {
         radar: &Radar,
         moment: &Moment,
         settings: &Settings,
-    ) -> Vec<(TargetId, f64)> {
+    ) -> Vec<(TargetId, f64, bool)> {
         let class = tracklet.existence_after(moment.since, radar).min(CLASS_MOST);
         let compared = tracklet.pairs.iter().map(|(id, evidence)| {
             let mut later = Evidence::default();
             let plots = tracklet.between(moment.time, EVER).rev();
             later.add_plots(plots, &self.targets[id], radar, settings);
-            (*id, evidence.score + later.score + class)
+            (*id, evidence.score + later.score + class - evidence.strain.max(later.strain), false)
         });
-        let mut scores: Vec<(TargetId, f64)> = compared.collect();
+        let mut scores: Vec<(TargetId, f64, bool)> = compared.collect();
         let is_compared = |id: TargetId| tracklet.pairs.binary_search_by_key(&id, |pair| pair.0).is_ok();
         match tracklet.target {
             // Nothing to compare it with: it stays what it is.
-            Some(own) if !is_compared(own) => scores.push((own, 0.0)),
+            Some(own) if !is_compared(own) => scores.push((own, 0.0, false)),
             Some(_) => {}
             None => {
                 let plot = tracklet.nearest(moment.time);
                 let found = |&(id, ref estimate): &(TargetId, Estimate)| {
                     let score = found_again(plot?, estimate, radar)?;
-                    (!is_compared(id)).then_some((id, score + class))
+                    (!is_compared(id)).then_some((id, score + class, true))
                 };
                 scores.extend(lost.iter().filter_map(found));
             }

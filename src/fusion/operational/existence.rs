@@ -1,26 +1,48 @@
-//! Whether a radar track is a drone: the log-odds that its plots add up to.
+//! Whether a radar track is a drone: what the radar says of its class, and how it flies.
 
+use super::flight::Flight;
 use super::settings::Radar;
 use crate::normalise::Plot;
 
-/// A probability of this says nothing; above it speaks for a drone.
-const NEUTRAL: f64 = 0.45;
-/// A second of plots with a probability that is higher by 1 would add this.
-const SLOPE: f64 = 8.0;
-/// What one second of plots adds at most, and takes away.
-const MOST: f64 = 1.5;
-/// What a second of plots of a radar that does not say adds.
-const UNKNOWN: f64 = -0.2;
-/// A track is put out from here on.
+/// A track is put out from these log-odds on.
 pub(super) const CONFIRMED: f64 = 3.0;
-/// The sum is held between these, so that it can change its mind.
-const LIMITS: (f64, f64) = (-8.0, 8.0);
+/// A mean probability of this says nothing, where birds and drones are as frequent as they are; above it speaks for a drone.
+const NEUTRAL: f64 = 0.57;
+/// What a mean probability that is higher by 1 would add.
+const SLOPE: f64 = 30.0;
+/// It adds no more than this, and takes no more away.
+const MOST: f64 = 6.0;
+/// Successive plots say much the same: a classifier's word has its whole weight after so long, seconds,
+const WHOLE_S: f64 = 2.0;
+/// and its mean is one over this, seconds.
+const MEMORY_S: f64 = 60.0;
 
-/// The log-odds with these plots. Successive plots say much the same: what counts is how long they come.
-pub(super) fn with<'a>(sum: f64, plots: impl Iterator<Item = &'a Plot>, radar: &Radar) -> f64 {
-    plots.fold(sum, |sum, plot| {
-        let evidence = plot.uav_probability.map_or(UNKNOWN, |probability| SLOPE * (probability - NEUTRAL));
-        let period_s = radar.period_s.min(1.0);
-        (sum + evidence.clamp(-MOST, MOST) * period_s).clamp(LIMITS.0, LIMITS.1)
-    })
+/// What is known of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Existence {
+    /// Seconds of plots that told a class, and the mean probability.
+    told_s: f64,
+    mean: f64,
+    flight: Flight,
+}
+
+impl Existence {
+    pub(super) const NEW: Self = Self { told_s: 0.0, mean: 0.0, flight: Flight::NEW };
+
+    /// With these plots as well, in the order of their time.
+    pub(super) fn with<'a>(mut self, plots: impl Iterator<Item = &'a Plot> + Clone, radar: &Radar) -> Self {
+        for probability in plots.clone().filter_map(|plot| plot.uav_probability) {
+            let period_s = radar.period_s.min(1.0);
+            self.told_s = (self.told_s + period_s).min(MEMORY_S);
+            self.mean += (probability - self.mean) * period_s / self.told_s;
+        }
+        self.flight = self.flight.with(plots, radar);
+        self
+    }
+
+    /// Natural logarithm of the odds.
+    pub(super) fn log_odds(&self) -> f64 {
+        let class = (SLOPE * (self.mean - NEUTRAL)).clamp(-MOST, MOST);
+        class * (self.told_s / WHOLE_S).min(1.0) + self.flight.score
+    }
 }

@@ -8,6 +8,7 @@
 
 mod decide;
 mod existence;
+mod flight;
 mod output;
 mod pairing;
 mod settings;

@@ -16,6 +16,11 @@ const AXES: usize = 3;
 const MOST: f64 = 12.0;
 /// One axis of one plot says no more than this: a radar's slow error is not always slow.
 const CLIP: f64 = 2.0;
+/// The slow error that would explain an offset is easily believed up to this squared multiple of its deviation; what is
+/// beyond counts against the pair however long it lasts,
+const EASY: f64 = 9.0;
+/// up to this.
+const STRAIN_MOST: f64 = 20.0;
 /// From this score on two are likely to be one.
 const LIKELY: f64 = 1.0;
 /// Two aircraft that are not one are so far apart, one standard deviation, metres: over ground and in height.
@@ -62,6 +67,9 @@ pub(super) struct Evidence {
     pub(super) score: f64,
     /// The last plot after which they were likely to be one.
     pub(super) likely: Option<Time>,
+    /// What the size of the slow error that would explain the offset says against the pair, which the score, made of
+    /// changes from plot to plot, does not.
+    pub(super) strain: f64,
     expected: Option<[Axis; AXES]>,
 }
 
@@ -145,6 +153,8 @@ impl Evidence {
             }
         }
         self.score = self.score.clamp(-MOST, MOST);
+        let strain = |(axis, slow_m): (&Axis, f64)| 0.5 * ((axis.same.0 / slow_m).powi(2) - EASY).max(0.0);
+        self.strain = axes.iter().zip(offset.slow_m).map(strain).sum::<f64>().min(STRAIN_MOST);
         if self.score >= LIKELY {
             self.likely = Some(time);
         }

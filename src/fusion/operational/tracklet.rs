@@ -29,13 +29,20 @@ pub(super) struct Tracklet {
     /// What is known of it and the targets that came near; by target.
     pub(super) pairs: Vec<(TargetId, Evidence)>,
     /// Log-odds that it is a drone, from the plots up to the last slot.
-    existence: f64,
+    existence: existence::Existence,
 }
 
 impl Tracklet {
     pub(super) fn new(id: TrackletId, plot: Plot) -> Self {
         let plots = VecDeque::from([plot]);
-        Self { id, key: plot.track, plots, target: None, pairs: Vec::new(), existence: 0.0 }
+        Self {
+            id,
+            key: plot.track,
+            plots,
+            target: None,
+            pairs: Vec::new(),
+            existence: existence::Existence::NEW,
+        }
     }
 
     /// A plot: of two of one time the last received counts.
@@ -70,7 +77,7 @@ impl Tracklet {
     }
 
     /// Plots after `since`, up to `until`.
-    pub(super) fn between(&self, since: Time, until: Time) -> impl DoubleEndedIterator<Item = &Plot> {
+    pub(super) fn between(&self, since: Time, until: Time) -> impl DoubleEndedIterator<Item = &Plot> + Clone {
         let from = self.plots.partition_point(|plot| plot.time <= since);
         let to = self.plots.partition_point(|plot| plot.time <= until);
         self.plots.range(from..to.max(from))
@@ -78,12 +85,12 @@ impl Tracklet {
 
     /// Log-odds that it is a drone, with the plots after `since`.
     pub(super) fn existence_after(&self, since: Time, radar: &Radar) -> f64 {
-        existence::with(self.existence, self.between(since, EVER), radar)
+        self.existence.with(self.between(since, EVER), radar).log_odds()
     }
 
     /// Adds the plots of a slot that was put out.
     pub(super) fn note(&mut self, since: Time, until: Time, radar: &Radar) {
-        self.existence = existence::with(self.existence, self.between(since, until), radar);
+        self.existence = self.existence.with(self.between(since, until), radar);
     }
 
     /// What is known of it and a target.
