@@ -24,6 +24,7 @@ mod raw;
 mod readsb;
 mod replay;
 pub mod routes;
+mod schemas;
 mod seats;
 mod server;
 mod service;

@@ -5,6 +5,7 @@ use serde_json::{Map, Value, json};
 
 use super::ask::{Answer, Ask, JSON, json};
 use super::routes::{Parameter, ROUTES, Route};
+use super::schemas;
 
 /// The document.
 pub fn document(ask: &Ask) -> Answer {
@@ -25,7 +26,7 @@ pub fn document(ask: &Ask) -> Answer {
         "servers": [{ "url": "/" }],
         "paths": paths,
         "components": {
-            "schemas": { "Problem": problem() },
+            "schemas": schemas::all(),
             "securitySchemes": { "token": { "type": "http", "scheme": "bearer" } },
         },
     });
@@ -52,10 +53,10 @@ fn operation(route: &Route) -> Value {
         }));
     }
     let mut responses = Map::new();
-    let schema = if route.content_type.contains("json") {
-        json!({ "type": "object" })
-    } else {
-        json!({ "type": "string" })
+    let schema = match schemas::of(route.path) {
+        Some(name) => json!({ "$ref": format!("#/components/schemas/{name}") }),
+        None if route.content_type.contains("json") => json!({ "type": "object" }),
+        None => json!({ "type": "string" }),
     };
     responses.insert(
         "200".to_owned(),
@@ -94,21 +95,4 @@ fn schema(parameter: &Parameter) -> Value {
         schema["maximum"] = bound(greatest);
     }
     schema
-}
-
-fn problem() -> Value {
-    json!({
-        "type": "object",
-        "description": "RFC 9457",
-        "required": ["type", "title", "status", "detail"],
-        "properties": {
-            "type": { "type": "string" },
-            "title": { "type": "string" },
-            "status": { "type": "integer" },
-            "detail": { "type": "string" },
-            "parameter": { "type": "string", "description": "the parameter at fault" },
-            "reasons": { "type": "array", "items": { "type": "string" } },
-            "retry_after_s": { "type": "integer" },
-        },
-    })
 }

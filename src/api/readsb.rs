@@ -11,6 +11,8 @@ use crate::live::Frame;
 use crate::picture::Track;
 
 const FEET_PER_METRE: f64 = 1.0 / 0.3048;
+/// Knots in a metre a second.
+const KNOTS: f64 = 3600.0 / 1852.0;
 /// `hex` has 24 bits.
 const HEX: u32 = 0x00ff_ffff;
 
@@ -54,6 +56,18 @@ fn entry(piece: &Piece, track: &Track, frame: &Frame, hex: u32) -> Value {
     });
     if piece.alt_msl.is_some() {
         entry["alt_geom"] = json!((track.position.height_m * FEET_PER_METRE).round() as i64);
+    }
+    if let Some(motion) = &track.motion {
+        entry["gs"] = json!(rounded(motion.speed() * KNOTS, 1));
+        entry["nac_p"] = json!(motion.class_h().category);
+        entry["nac_v"] = json!(motion.class_speed().category);
+        if let Some(degrees) = motion.track_deg {
+            entry["track"] = json!(rounded(degrees, 2) % 360.0);
+        }
+    }
+    if let Some(motion) = track.vertical_motion() {
+        entry["geom_rate"] = json!((motion.climb() * FEET_PER_METRE * 60.0).round() as i64);
+        entry["gva"] = json!(motion.class_v().category);
     }
     entry
 }

@@ -26,6 +26,10 @@ const VIEW: &str = "four numbers lat1,lng1,lat2,lng2 in degrees: two corners";
 /// Values for "unknown" of the standard's `track`, `speed`, `vertical_speed` and `alt`.
 const UNKNOWN: (f64, f64, f64, f64) = (361.0, 255.0, 63.0, -1000.0);
 
+/// Its greatest `speed` and `vertical_speed`, metres a second, which stand for all above.
+const FASTEST: f64 = 254.25;
+const STEEPEST: f64 = 62.0;
+
 /// `/uss/flights`.
 pub fn flights(ask: &Ask) -> Answer {
     let view = ask.numbers::<4>("view", VIEW)?.ok_or_else(|| Problem::parameter("view", VIEW))?;
@@ -108,6 +112,8 @@ fn time(time: Time) -> Value {
 
 fn flight(piece: &Piece, track: &Track, accuracy_s: f64) -> Value {
     let (no_track, no_speed, no_vertical_speed, no_alt) = UNKNOWN;
+    let (motion, vertical) = (track.motion.as_ref(), track.vertical_motion());
+    let direction = motion.and_then(|motion| motion.track_deg);
     let alt = piece.alt_msl.map_or(no_alt, |_| rounded(track.position.height_m, 1));
     json!({
         "id": &*piece.id,
@@ -121,14 +127,15 @@ fn flight(piece: &Piece, track: &Track, accuracy_s: f64) -> Value {
                 "lat": rounded(piece.lat, 7),
                 "lng": rounded(piece.lng, 7),
                 "alt": alt,
-                "accuracy_h": "HAUnknown",
-                "accuracy_v": "VAUnknown",
-                "extrapolated": false,
+                "accuracy_h": motion.map_or("HAUnknown", |motion| motion.class_h().name),
+                "accuracy_v": vertical.map_or("VAUnknown", |motion| motion.class_v().name),
+                "extrapolated": track.is_extrapolated(),
             },
-            "track": no_track,
-            "speed": no_speed,
-            "speed_accuracy": "SAUnknown",
-            "vertical_speed": no_vertical_speed,
+            "track": direction.map_or(no_track, |degrees| rounded(degrees, 1) % 360.0),
+            "speed": motion.map_or(no_speed, |motion| rounded(motion.speed().min(FASTEST), 2)),
+            "speed_accuracy": motion.map_or("SAUnknown", |motion| motion.class_speed().name),
+            "vertical_speed":
+                vertical.map_or(no_vertical_speed, |motion| rounded(motion.climb().clamp(-STEEPEST, STEEPEST), 2)),
         },
     })
 }

@@ -135,6 +135,8 @@ pub struct Estimate {
     pub horizontal: Matrix2<f64>,
     /// Variance of the height, m².
     pub vertical: f64,
+    /// Covariance of the velocity over ground, east and north, m²/s².
+    pub velocity_spread: Matrix2<f64>,
     /// The later of the measurements it lies behind, and how long it is to the next one; seconds.
     pub since_s: f64,
     /// `None`: nothing was measured later, it is extrapolated.
@@ -228,6 +230,7 @@ impl Estimate {
             velocity: Vector3::new(plane.mean[2], plane.mean[3], height.mean[1]),
             horizontal: plane.covariance.fixed_view::<2, 2>(0, 0).into_owned(),
             vertical: height.covariance[(0, 0)],
+            velocity_spread: plane.covariance.fixed_view::<2, 2>(2, 2).into_owned(),
             since_s,
             until_s,
         }

@@ -1,13 +1,21 @@
 //! What everybody outside reads: tracks with WGS-84 positions, made once a slot from the engine's emission.
 
+mod accuracy;
+mod motion;
 mod track_json;
 
 use crate::config::Config;
-use crate::fusion::{Emission, Point, Slot, Source};
+use crate::fusion::{Basis, Emission, Estimate, Point, Slot, Source};
 use crate::normalise::{Enu, Frame, Geodetic, Normaliser, SensorIndex};
 use crate::time::Time;
 
+pub use accuracy::{Class, HORIZONTAL, SPEED, VERTICAL};
+pub use motion::Motion;
 pub use track_json::TrackJson;
+
+/// A height that was measured some time before is shown while it is known to this, one standard deviation, metres; one that
+/// never was is known to 60 m at best (`estimation`).
+const HEIGHT_KNOWN_M: f64 = 30.0;
 
 /// Everything of one slot.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,12 +39,28 @@ pub struct Track {
     pub position: Geodetic,
     /// Height above mean sea level, metres; `None` where none was measured.
     pub altitude_amsl_m: Option<f64>,
+    /// How it moves and how well that is known; `None` in the `reference` profile.
+    pub motion: Option<Motion>,
 }
 
 impl Track {
-    /// Whether a transponder's part in it is interpolated: in the `reference` profile, wherever there is one.
+    /// Whether the place lies between two measurements. In the `reference` profile: whether there is a transponder, whose
+    /// part always does.
     pub fn is_interpolated(&self) -> bool {
-        self.point.source.transponder().is_some()
+        match &self.motion {
+            Some(motion) => motion.basis == Basis::Interpolated,
+            None => self.point.source.transponder().is_some(),
+        }
+    }
+
+    /// Whether the place lies after the last measurement: never in the `reference` profile.
+    pub fn is_extrapolated(&self) -> bool {
+        self.motion.is_some_and(|motion| motion.basis == Basis::Extrapolated)
+    }
+
+    /// How it moves, where its height is known: of one that nobody measured nothing is told.
+    pub fn vertical_motion(&self) -> Option<&Motion> {
+        self.motion.as_ref().filter(|_| self.altitude_amsl_m.is_some())
     }
 
     /// Whether a radar took part that did not measure the height.
@@ -88,11 +112,14 @@ impl PictureMaker {
     pub fn picture(&self, emission: Emission) -> Picture {
         let track = |point: Point| {
             let position = self.frame.to_geodetic(point.position);
-            let measured = point.source.height_measured();
+            let estimate = point.estimate.as_ref();
+            let known = |estimate: &Estimate| estimate.vertical_m2 < HEIGHT_KNOWN_M * HEIGHT_KNOWN_M;
+            let measured = point.source.height_measured() || estimate.is_some_and(known);
             Track {
                 time: emission.time,
                 position,
                 altitude_amsl_m: measured.then_some(position.height_m - self.undulation_m),
+                motion: estimate.map(|estimate| Motion::new(estimate, point.position, position, &self.frame)),
                 point,
             }
         };

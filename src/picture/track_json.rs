@@ -23,6 +23,21 @@ pub struct TrackJson<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     alt_msl: Option<f64>,
     geoid_separation: f64,
+    /// Over ground.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    speed: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    track: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    vertical_speed: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    accuracy_h_m: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    accuracy_v_m: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    accuracy_h: Option<&'static str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    accuracy_v: Option<&'static str>,
     interpolated: bool,
     extrapolated: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -30,6 +45,8 @@ pub struct TrackJson<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     uas_id: Option<UasId>,
     first_seen: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    last_measurement: Option<String>,
     contributors: Vec<Contributor<'a>>,
 }
 
@@ -62,6 +79,8 @@ enum Contributor<'a> {
         sensor: &'a str,
         track_number: u32,
         #[serde(skip_serializing_if = "Option::is_none")]
+        time: Option<String>,
+        #[serde(skip_serializing_if = "Option::is_none")]
         weight: Option<f64>,
     },
 }
@@ -84,22 +103,32 @@ impl<'a> TrackJson<'a> {
     /// Of a track of `maker`'s.
     pub fn new(track: &Track, maker: &'a PictureMaker) -> Self {
         let source = &track.point.source;
+        let (motion, vertical) = (track.motion.as_ref(), track.vertical_motion());
         Self {
             id: maker.track_id(track),
             source: track.source_name(),
             track_number: track.point.number,
-            state: "active",
+            state: if track.is_extrapolated() { "coasting" } else { "active" },
             time: track.time.to_string(),
             lat: rounded(track.position.latitude_deg(), 9),
             lng: rounded(track.position.longitude_deg(), 9),
             alt: track.altitude_amsl_m.map(|_| rounded(track.position.height_m, 3)),
             alt_msl: track.altitude_amsl_m.map(|metres| rounded(metres, 3)),
             geoid_separation: rounded(maker.undulation_m, 3),
+            speed: motion.map(|motion| rounded(motion.speed(), 2)),
+            // What is rounded up to 360 is north.
+            track: motion.and_then(|motion| motion.track_deg).map(|degrees| rounded(degrees, 1) % 360.0),
+            vertical_speed: vertical.map(|motion| rounded(motion.climb(), 2)),
+            accuracy_h_m: motion.map(|motion| rounded(motion.accuracy_h_m, 2)),
+            accuracy_v_m: vertical.map(|motion| rounded(motion.accuracy_v_m, 2)),
+            accuracy_h: motion.map(|motion| motion.class_h().name),
+            accuracy_v: vertical.map(|motion| motion.class_v().name),
             interpolated: track.is_interpolated(),
-            extrapolated: false,
+            extrapolated: track.is_extrapolated(),
             uav_probability: source.radar().and_then(|radar| radar.uav_probability).map(|p| rounded(p, 4)),
             uas_id: source.transponder().map(UasId::new),
             first_seen: track.point.first_seen.to_string(),
+            last_measurement: motion.map(|motion| motion.last_measurement.to_string()),
             contributors: contributors(source, maker),
         }
     }
@@ -145,6 +174,7 @@ fn contributors<'a>(source: &Source, maker: &'a PictureMaker) -> Vec<Contributor
     let transponder = |part: &TransponderPart, weight| Contributor::Transponder {
         sensor: maker.sensor(part.sensor),
         track_number: part.number,
+        time: part.time.map(|time| time.to_string()),
         weight,
     };
     match source {

@@ -1,7 +1,9 @@
 //! A track as the CAT129 record that goes out (`docs/CAT129.md`).
 
 use asterix::cat129::fusion_report::{Deviation, Flags, Source as ReportSource, UavProbability};
-use asterix::cat129::{Altitude, FusionReport, Position, Record};
+use asterix::cat129::{
+    Altitude, FusionReport, GnssAccuracy, HorizontalVelocity, Position, Record, VerticalVelocity,
+};
 use asterix::{DataSource, TimeOfDay, encode_block};
 
 use crate::config::{Config, SerialSource};
@@ -38,6 +40,7 @@ impl Cat129Encoder {
         let number = decimal(point.number);
         let items = transponder.map(|part| &part.items);
         let altitude = track.altitude_amsl_m.map(|metres| Altitude::from_metres(metres).ok_or(()));
+        let motion = track.motion.as_ref();
         Some(Record {
             data_source: Some(self.source),
             manufacturer: items.map_or(Some(*b"RDR"), |items| items.manufacturer),
@@ -50,6 +53,13 @@ impl Cat129Encoder {
             time_of_day: TimeOfDay::from_count(time_of_day_count(track.time)),
             position: Some(Position::new(position.latitude_deg(), position.longitude_deg())?),
             altitude_amsl: altitude.transpose().ok()?,
+            // Not better than it is: the item has whole metres.
+            gnss_accuracy: motion.and_then(|motion| GnssAccuracy::from_metres(motion.half_h_m.ceil())),
+            horizontal_velocity: motion
+                .and_then(|motion| HorizontalVelocity::new(motion.velocity.x, motion.velocity.y)),
+            vertical_velocity: track
+                .vertical_motion()
+                .and_then(|motion| VerticalVelocity::new(motion.climb())),
             special_purpose: Some(report(track).to_field()),
             ..Record::default()
         })
@@ -61,6 +71,7 @@ fn report(track: &Track) -> FusionReport {
     let point = &track.point;
     let (radar, transponder) = (point.source.radar(), point.source.transponder());
     let flag = |set, flag| if set { flag } else { Flags::default() };
+    let deviation = |metres: Option<f64>| metres.map_or(Deviation::UNKNOWN, Deviation::from_metres);
     FusionReport {
         source: match point.source {
             Source::Fused(..) => ReportSource::Fused,
@@ -70,9 +81,10 @@ fn report(track: &Track) -> FusionReport {
         track_number: point.number,
         radar_track: radar.map(|part| part.track.number),
         transponder: transponder.map(|part| part.number),
-        horizontal_deviation: Deviation::UNKNOWN,
-        vertical_deviation: Deviation::UNKNOWN,
+        horizontal_deviation: deviation(track.motion.map(|motion| motion.deviation_h_m)),
+        vertical_deviation: deviation(track.vertical_motion().map(|motion| motion.deviation_v_m)),
         flags: flag(track.is_interpolated(), Flags::INTERPOLATED)
+            .with(flag(track.is_extrapolated(), Flags::EXTRAPOLATED))
             .with(flag(track.radar_height_missing(), Flags::HEIGHT_NOT_MEASURED)),
         uav_probability: radar
             .and_then(|part| part.uav_probability)

@@ -2,7 +2,6 @@
 
 use std::io::{self, Write};
 
-use crate::fusion::Source;
 use crate::picture::{Picture, PictureMaker, Track};
 
 /// Writes the names of the columns.
@@ -28,11 +27,11 @@ fn line(out: &mut impl Write, track: &Track, maker: &PictureMaker) -> io::Result
     if let Some(altitude) = track.altitude_amsl_m {
         write!(out, "{altitude:.4}")?;
     }
-    let interpolated = if track.is_interpolated() { "interpolated" } else { "" };
-    let height = match source {
-        Source::Fused(..) if track.radar_height_missing() => "+radar-height-missing",
-        Source::Radar(_) if track.radar_height_missing() => "radar-height-missing",
-        _ => "",
-    };
-    writeln!(out, ",{interpolated}{height}")
+    let flags = [
+        (track.is_interpolated(), "interpolated"),
+        (track.is_extrapolated(), "extrapolated"),
+        (track.radar_height_missing(), "radar-height-missing"),
+    ];
+    let flags: Vec<&str> = flags.into_iter().filter_map(|(set, name)| set.then_some(name)).collect();
+    writeln!(out, ",{}", flags.join("+"))
 }

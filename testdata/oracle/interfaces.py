@@ -3,8 +3,8 @@
     python3 testdata/oracle/interfaces.py http://127.0.0.1:8080 [remoteid.yaml]
 
 asks a running service (`replay --serve`, `demo --http`, `run`; some tracks should be fused) and has its answers checked:
-OpenAPI by openapi-spec-validator, metrics by prometheus_client, GeoJSON by geojson, geojson-pydantic and shapely, and
-F3411-22a by the schemas of its API where that file is named (remoteid/updated.yaml of github.com/uastech/standards).
+OpenAPI by openapi-spec-validator, the tracks by jsonschema with the document's own schema, metrics by prometheus_client,
+GeoJSON by geojson, geojson-pydantic and shapely, and F3411-22a by the schemas of its API where that file is named (remoteid/updated.yaml of github.com/uastech/standards).
 Random requests, the stream's among them, are made by schemathesis from the OpenAPI document: none may be answered 5xx.
 
     pip install openapi-spec-validator prometheus_client geojson geojson-pydantic shapely jsonschema pyyaml schemathesis
@@ -46,6 +46,16 @@ def check_geojson():
         for feature in collection["features"]:
             assert feature["geometry"] is None or shapely.geometry.shape(feature["geometry"]).is_valid, feature
         print(f"geojson     {path}: {len(collection['features'])} features")
+
+
+def check_tracks(document):
+    schema = {"$ref": "#/components/schemas/Tracks", "components": document["components"]}
+    validator = jsonschema.Draft202012Validator(schema, format_checker=jsonschema.FormatChecker())
+    for query in ["", "?trail_s=60"]:
+        tracks = json.loads(get(f"/api/v1/tracks{query}"))
+        validator.validate(tracks)
+    estimated = sum("speed" in track["properties"] for track in tracks["features"])
+    print(f"tracks      {len(tracks['features'])} as the document describes them, {estimated} with an estimate")
 
 
 def check_metrics():
@@ -110,6 +120,7 @@ def check_random_requests():
 document = json.loads(get("/openapi.json"))
 validate(document)
 print(f"openapi     {len(document['paths'])} paths")
+check_tracks(document)
 check_geojson()
 check_metrics()
 if len(sys.argv) > 2:

@@ -13,11 +13,11 @@ use tokio::net::{TcpListener, TcpStream};
 use tower::ServiceExt;
 use utm_fusion::api::{ApiState, Options, router, serve};
 use utm_fusion::areas::{AlertAreas, Masks};
-use utm_fusion::config::Config;
+use utm_fusion::config::{Config, Profile};
 use utm_fusion::ingest::{Reception, ReceptionKind};
 use utm_fusion::live::{Alerts, Driver, Frame, Hub, HubWriter, LineStatus, Made, Status, observe};
 use utm_fusion::picture::PictureMaker;
-use utm_fusion::simulate::{Scenario, simulate};
+use utm_fusion::simulate::{Flight, Scenario, simulate};
 use utm_fusion::time::Time;
 
 pub(crate) struct Flown {
@@ -25,15 +25,28 @@ pub(crate) struct Flown {
     pub(crate) maker: PictureMaker,
     pub(crate) frames: Vec<Frame>,
     pub(crate) status: Status,
+    /// What really happened.
+    pub(crate) truth: Vec<Flight>,
 }
 
-/// A minute of the kept crossing, flown once.
+/// A minute of the kept crossing in the `reference` profile, flown once.
 pub(crate) fn flown() -> &'static Flown {
     static FLOWN: OnceLock<Flown> = OnceLock::new();
-    FLOWN.get_or_init(|| {
+    FLOWN.get_or_init(|| Flown::of(Profile::Reference))
+}
+
+/// The same in the `operational` profile.
+pub(crate) fn estimated() -> &'static Flown {
+    static ESTIMATED: OnceLock<Flown> = OnceLock::new();
+    ESTIMATED.get_or_init(|| Flown::of(Profile::Operational))
+}
+
+impl Flown {
+    fn of(profile: Profile) -> Self {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenarios/crossing.toml");
         let text = std::fs::read_to_string(path).unwrap().replace("duration_s = 300", "duration_s = 60");
-        let flight = simulate(&Scenario::parse(&text, "crossing.toml").unwrap(), 1, None).unwrap();
+        let mut flight = simulate(&Scenario::parse(&text, "crossing.toml").unwrap(), 1, None).unwrap();
+        flight.config.fusion.profile = profile;
         let start = flight.datagrams[0].received;
         let mut driver = Driver::new(&flight.config, Masks::default(), start, 1);
         let mut frames = Vec::new();
@@ -65,8 +78,9 @@ pub(crate) fn flown() -> &'static Flown {
             recording: None,
             troubles: Vec::new(),
         };
-        Flown { config: flight.config, maker: driver.maker().clone(), frames, status }
-    })
+        let maker = driver.maker().clone();
+        Self { config: flight.config, maker, frames, status, truth: flight.flights }
+    }
 }
 
 /// A service that shows what a test publishes.
@@ -74,6 +88,7 @@ pub(crate) struct Site {
     pub(crate) writer: HubWriter,
     pub(crate) state: ApiState,
     pub(crate) app: Router,
+    flown: &'static Flown,
     next: usize,
 }
 
@@ -98,25 +113,33 @@ impl Site {
         Self::with(Options::default(), |_| {})
     }
 
+    /// In the `operational` profile.
+    pub(crate) fn operational() -> Self {
+        Self::of(estimated(), Options::default(), |_| {})
+    }
+
     /// With other options, and another configuration.
     pub(crate) fn with(options: Options, change: impl FnOnce(&mut Config)) -> Self {
-        let flown = flown();
+        Self::of(flown(), options, change)
+    }
+
+    fn of(flown: &'static Flown, options: Options, change: impl FnOnce(&mut Config)) -> Self {
         let mut config = flown.config.clone();
         change(&mut config);
         let (writer, hub) = Hub::new(Arc::new(config), Arc::new(flown.maker.clone()), flown.frames[0].due);
         tokio::spawn(observe(hub.clone(), Alerts::new(AlertAreas::default(), Time::default()), None));
         let state = ApiState::start(hub, options).unwrap();
         // The first slots are empty; most tests want traffic.
-        Self { writer, app: router(state.clone()), state, next: flown.frames.len() / 2 }
+        Self { writer, app: router(state.clone()), state, flown, next: flown.frames.len() / 2 }
     }
 
     /// Publishes so many slots and waits until they are shown.
     pub(crate) async fn publish(&mut self, slots: usize) {
         for _ in 0..slots {
-            self.writer.publish(flown().frames[self.next].clone());
+            self.writer.publish(self.flown.frames[self.next].clone());
             self.next += 1;
         }
-        self.shown(flown().frames[self.next - 1].seq).await;
+        self.shown(self.flown.frames[self.next - 1].seq).await;
     }
 
     pub(crate) async fn shown(&self, seq: u64) {

@@ -126,6 +126,7 @@ fn shown(estimate: &Estimate, plot: Option<&Plot>, moment: &Moment, grid: SlotGr
         velocity: estimate.velocity,
         horizontal: estimate.horizontal,
         vertical_m2: estimate.vertical,
+        velocity_spread: estimate.velocity_spread,
         basis: match estimate.until_s {
             _ if is_measured => Basis::Measured,
             Some(_) => Basis::Interpolated,

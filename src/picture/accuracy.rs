@@ -1,0 +1,185 @@
+//! How well something over ground is known: the circle that holds a share of its error, and the classes of the standards.
+
+use nalgebra::{Matrix2, Vector2};
+
+/// A share of the errors, and the circle that holds it where the error lies on a line and where it is the same in every
+/// direction; of one standard deviation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Share {
+    share: f64,
+    line: f64,
+    disc: f64,
+}
+
+/// Half of the errors.
+pub const HALF: Share = Share { share: 0.5, line: 0.674_489_750_2, disc: 1.177_410_022_5 };
+/// 95 % of the errors.
+pub const MOST: Share = Share { share: 0.95, line: 1.959_963_984_5, disc: 2.447_746_830_7 };
+
+/// Directions at which the error is looked at, in a quarter of the circle.
+const DIRECTIONS: usize = 16;
+/// Newton's steps; the first guess is within 9 %.
+const STEPS: usize = 4;
+
+/// The radius about the mean that holds this share of a normal error with this covariance; in the unit whose square the
+/// covariance has.
+///
+/// With the deviations a and b along the axes of the ellipse, r holds 1 - the mean of exp(-r² / 2s²) over all directions t,
+/// s² = a² cos² t + b² sin² t (the normal distribution in polar coordinates of the ellipse): solved for r by Newton's method.
+pub fn radius(covariance: &Matrix2<f64>, share: Share) -> f64 {
+    let axes = covariance.symmetric_eigenvalues();
+    let (least, greatest) = (axes.min().max(0.0), axes.max());
+    // A NaN is no accuracy either.
+    if !(greatest > 0.0 && greatest.is_finite()) {
+        return 0.0;
+    }
+    // Of the greater axis' deviation, so that all numbers are about 1.
+    let flatness = least / greatest;
+    let variances: [f64; DIRECTIONS] = std::array::from_fn(|index| {
+        let direction = (index as f64 + 0.5) * std::f64::consts::FRAC_PI_2 / DIRECTIONS as f64;
+        let unit = Vector2::new(direction.cos(), direction.sin());
+        unit.x * unit.x + flatness * unit.y * unit.y
+    });
+    let mut radius = share.line + (share.disc - share.line) * flatness;
+    for _ in 0..STEPS {
+        let (mut outside, mut density) = (0.0, 0.0);
+        for variance in variances {
+            let beyond = (-radius * radius / (2.0 * variance)).exp();
+            outside += beyond / DIRECTIONS as f64;
+            density += radius / variance * beyond / DIRECTIONS as f64;
+        }
+        radius += (outside - (1.0 - share.share)) / density;
+    }
+    radius * greatest.sqrt()
+}
+
+/// A class of accuracy: better than this holds 95 % of the errors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Class {
+    below: f64,
+    /// Its name in ASTM F3411.
+    pub name: &'static str,
+    /// Its category in ADS-B, of which F3411 has the classes: NACp, GVA or NACv; 0 where that has none.
+    pub category: u8,
+}
+
+const fn class(below: f64, name: &'static str, category: u8) -> Class {
+    Class { below, name, category }
+}
+
+/// HorizontalAccuracy: metres; NACp, which ends at 11.
+pub const HORIZONTAL: [Class; 13] = [
+    class(1.0, "HA1m", 11),
+    class(3.0, "HA3m", 11),
+    class(10.0, "HA10m", 10),
+    class(30.0, "HA30m", 9),
+    class(92.6, "HA005NM", 8),
+    class(185.2, "HA01NM", 7),
+    class(555.6, "HA03NM", 6),
+    class(926.0, "HA05NM", 5),
+    class(1_852.0, "HA1NM", 4),
+    class(3_704.0, "HA2NM", 3),
+    class(7_408.0, "HA4NM", 2),
+    class(18_520.0, "HA10NM", 1),
+    class(f64::INFINITY, "HA10NMPlus", 0),
+];
+
+/// VerticalAccuracy: metres; GVA, which ends at 2.
+pub const VERTICAL: [Class; 7] = [
+    class(1.0, "VA1m", 2),
+    class(3.0, "VA3m", 2),
+    class(10.0, "VA10m", 2),
+    class(25.0, "VA25m", 2),
+    class(45.0, "VA45m", 2),
+    class(150.0, "VA150m", 1),
+    class(f64::INFINITY, "VA150mPlus", 0),
+];
+
+/// SpeedAccuracy: metres a second; NACv.
+pub const SPEED: [Class; 5] = [
+    class(0.3, "SA03mps", 4),
+    class(1.0, "SA1mps", 3),
+    class(3.0, "SA3mps", 2),
+    class(10.0, "SA10mps", 1),
+    class(f64::INFINITY, "SA10mpsPlus", 0),
+];
+
+/// The class of what is known to this, 95 % of the errors.
+pub fn class_of<const N: usize>(classes: &'static [Class; N], accuracy: f64) -> Class {
+    classes.iter().find(|class| accuracy < class.below).copied().unwrap_or(classes[N - 1])
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Rotation2;
+
+    use super::*;
+
+    fn ellipse(long: f64, short: f64, turned: f64) -> Matrix2<f64> {
+        let turn = Rotation2::new(turned);
+        turn.matrix() * Matrix2::new(long * long, 0.0, 0.0, short * short) * turn.matrix().transpose()
+    }
+
+    /// What lies within the circle: the density added up over strips of it, in east and north.
+    fn within(covariance: &Matrix2<f64>, radius: f64) -> f64 {
+        const STRIPS: i32 = 400;
+        let inverse = covariance.try_inverse().unwrap();
+        let scale = 1.0 / (std::f64::consts::TAU * covariance.determinant().sqrt());
+        let middle = |index: i32, half: f64| half * (f64::from(2 * index + 1) / f64::from(STRIPS) - 1.0);
+        let mut sum = 0.0;
+        for row in 0..STRIPS {
+            let north = middle(row, radius);
+            let half = (radius * radius - north * north).sqrt();
+            let area = 4.0 * radius * half / f64::from(STRIPS * STRIPS);
+            for column in 0..STRIPS {
+                let place = Vector2::new(middle(column, half), north);
+                sum += scale * (-0.5 * place.dot(&(inverse * place))).exp() * area;
+            }
+        }
+        sum
+    }
+
+    #[test]
+    fn the_circle_holds_its_share_whatever_the_ellipse_and_however_it_is_turned() {
+        for (long, short) in [(1.0, 1.0), (3.0, 2.5), (10.0, 5.0), (7.0, 2.0), (100.0, 12.0), (0.02, 0.001)] {
+            for share in [HALF, MOST] {
+                let expected = radius(&ellipse(long, short, 0.0), share);
+                for turned in [0.3, 0.8, 2.0, 3.1] {
+                    let covariance = ellipse(long, short, turned);
+                    let found = radius(&covariance, share);
+                    assert!((found / expected - 1.0).abs() < 1e-9, "{long} {short} {turned}");
+                    let held = within(&covariance, found);
+                    assert!((held - share.share).abs() < 5e-4, "{long} {short} {turned}: {held}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_circle_and_a_line_are_known_in_closed_form() {
+        for share in [HALF, MOST] {
+            let round = radius(&ellipse(2.0, 2.0, 0.0), share);
+            assert!((round - 2.0 * (-2.0 * (1.0 - share.share).ln()).sqrt()).abs() < 1e-8, "{round}");
+            let flat = radius(&ellipse(2.0, 0.0, 1.0), share);
+            assert!((flat - 2.0 * share.line).abs() < 1e-3, "{flat}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_covariance_has_no_circle() {
+        for number in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(radius(&(Matrix2::identity() * number), MOST), 0.0);
+        }
+    }
+
+    #[test]
+    fn a_class_is_what_its_name_says() {
+        let name = |metres| class_of(&HORIZONTAL, metres).name;
+        assert_eq!([name(0.0), name(0.99), name(1.0), name(29.9)], ["HA1m", "HA1m", "HA3m", "HA30m"]);
+        assert_eq!([name(30.0), name(18_519.0), name(18_520.0)], ["HA005NM", "HA10NM", "HA10NMPlus"]);
+        assert_eq!(class_of(&VERTICAL, 44.0).name, "VA45m");
+        assert_eq!(class_of(&VERTICAL, 150.0).name, "VA150mPlus");
+        assert_eq!(class_of(&SPEED, 0.3).name, "SA1mps");
+        assert_eq!(class_of(&SPEED, f64::INFINITY).name, "SA10mpsPlus");
+    }
+}

@@ -1,0 +1,89 @@
+//! How a track moves and how well that is known, as the interfaces tell it: only of a track with an estimate.
+
+use nalgebra::Vector3;
+
+use super::accuracy::{self, Class, HALF, HORIZONTAL, MOST, SPEED, VERTICAL};
+use crate::fusion::{Basis, Estimate};
+use crate::normalise::{Enu, Frame, Geodetic};
+use crate::time::Time;
+
+/// Below this speed nothing has a direction, metres a second.
+const SLOWEST: f64 = 0.5;
+/// What is within so many standard deviations in 95 % of all cases.
+const MOST_OF_A_LINE: f64 = 1.96;
+
+/// How a track moves, and how well that and its place are known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// East, north and up at the track's place, metres a second.
+    pub velocity: Vector3<f64>,
+    /// The direction over ground, degrees true, 0 to 360; `None` where it could be any.
+    pub track_deg: Option<f64>,
+    /// Radius about the place that holds half of the horizontal errors, metres.
+    pub half_h_m: f64,
+    /// The same for 95 % of them.
+    pub accuracy_h_m: f64,
+    /// Half of the height that holds 95 % of the vertical errors, metres.
+    pub accuracy_v_m: f64,
+    /// 95 % of the errors of the velocity over ground are smaller, metres a second.
+    pub speed_accuracy: f64,
+    /// Standard deviation of the place over ground, of each axis in the mean, metres.
+    pub deviation_h_m: f64,
+    /// Standard deviation of the height, metres.
+    pub deviation_v_m: f64,
+    /// What the place rests on.
+    pub basis: Basis,
+    /// The latest measurement up to the track's time.
+    pub last_measurement: Time,
+}
+
+impl Motion {
+    /// Of an estimate at a place of `frame`, which is `position` on Earth.
+    pub(super) fn new(estimate: &Estimate, place: Enu, position: Geodetic, frame: &Frame) -> Self {
+        // North and up are not those of the site's origin: where it will be in a second, seen from where it is.
+        let ahead = frame.to_ecef(Enu(place.0 + estimate.velocity));
+        let velocity = Frame::at(position).from_ecef(ahead).0;
+        let speed = velocity.xy().norm();
+        let speed_accuracy = accuracy::radius(&estimate.velocity_spread, MOST);
+        // Where the circle of what it may be about holds standstill, any direction is possible.
+        let is_known = speed >= SLOWEST && speed > speed_accuracy;
+        let deviation_v_m = estimate.vertical_m2.max(0.0).sqrt();
+        Self {
+            velocity,
+            track_deg: is_known.then(|| velocity.x.atan2(velocity.y).to_degrees().rem_euclid(360.0)),
+            half_h_m: accuracy::radius(&estimate.horizontal, HALF),
+            accuracy_h_m: accuracy::radius(&estimate.horizontal, MOST),
+            accuracy_v_m: MOST_OF_A_LINE * deviation_v_m,
+            speed_accuracy,
+            deviation_h_m: (estimate.horizontal.trace() / 2.0).max(0.0).sqrt(),
+            deviation_v_m,
+            basis: estimate.basis,
+            last_measurement: estimate.last_measurement,
+        }
+    }
+
+    /// Speed over ground, metres a second.
+    pub fn speed(&self) -> f64 {
+        self.velocity.xy().norm()
+    }
+
+    /// Metres a second, up.
+    pub fn climb(&self) -> f64 {
+        self.velocity.z
+    }
+
+    /// Class of `accuracy_h_m`.
+    pub fn class_h(&self) -> Class {
+        accuracy::class_of(&HORIZONTAL, self.accuracy_h_m)
+    }
+
+    /// Class of `accuracy_v_m`.
+    pub fn class_v(&self) -> Class {
+        accuracy::class_of(&VERTICAL, self.accuracy_v_m)
+    }
+
+    /// Class of `speed_accuracy`.
+    pub fn class_speed(&self) -> Class {
+        accuracy::class_of(&SPEED, self.speed_accuracy)
+    }
+}
