@@ -27,6 +27,11 @@ const FUSED_ROW: &str =
     "[...document.querySelectorAll('#table-body tr')].find(row => row.cells[0]?.dataset.source === 'fused')";
 /// The rows of tracks; the table has a spacer above and below them.
 const ROWS: &str = "document.querySelectorAll('#table-body tr:not(.spacer)').length";
+/// Two frames on, everything is drawn.
+const DRAWN: &str =
+    "new Promise(drawn => requestAnimationFrame(() => requestAnimationFrame(() => drawn(true))))";
+/// Two transponders have not been heard for some seconds by then.
+const COASTING: &str = "09:02:00";
 const BADGE: &str = "document.getElementById('badge').textContent";
 const CLOCK: &str = "document.getElementById('utc').textContent";
 
@@ -85,6 +90,76 @@ fn the_live_picture_says_how_far_it_is_behind() {
     browser.wait(&format!("{ROWS} > 0"), SOON + SOON);
     assert_eq!(browser.complaints(), Vec::<String>::new(), "errors in the console");
     assert!(browser.requests().iter().all(|asked| asked.starts_with(&service.url())));
+}
+
+#[test]
+fn estimates_are_shown_where_there_are_some() {
+    let Some(program) = installed() else { return };
+    let folder = fresh_folder("map-operational");
+    service::fly(&folder, None);
+    let service = Service::replay_in("operational", &folder, 0);
+    service.order("pause");
+    service.seek("09:01:20");
+    let mut browser = Browser::start(&program, &folder.join("profile"));
+    browser.open(&service.url());
+    browser.wait(&format!("{BADGE} === 'REPLAY paused' && {ROWS} > 2"), SOON);
+    // The service says how fast each is; the page guesses no more.
+    let speeds = "[...document.querySelectorAll('#table-body td.speed')].map(cell => cell.textContent)";
+    browser.wait(&format!("{speeds}.filter(Boolean).every(text => /^\\d+$/.test(text))"), SOON);
+    browser.wait(&format!("{FUSED_ROW} !== undefined"), SOON);
+    browser.run(&format!("{FUSED_ROW}.click()"));
+    let said = "document.getElementById('detail').textContent";
+    for words in [
+        r"apart, that they are one is e\^\d+\.\d times as likely as not",
+        r"Speed\d+\.\d.m.s(?! \(derived)",
+        r"Course\d{3}°",
+        r"Accuracy, horizontal\d+\.\d.m \(95.%\), HA",
+        r"Accuracy, vertical\d+\.\d.m \(95.%\), VA",
+        r"Last measurement09:01:",
+        r"IdU-\d+",
+    ] {
+        browser.wait(&format!("/{words}/.test({said})"), SOON);
+    }
+    the_circle_of_the_accuracy_is_drawn(&mut browser);
+
+    service.seek(COASTING);
+    let coasting = "fetch('api/v1/tracks').then(answer => answer.json()).then(({features}) => {
+        const found = features.find(({properties}) => properties.state === 'coasting');
+        document.querySelector(`#table-body tr[data-id='${found.id}']`).click();
+        return true; })";
+    browser.wait(coasting, SOON);
+    browser.wait(&format!("{said}.includes('coasting: extrapolated from the last measurement')"), SOON);
+    for theme in ["light", "dark"] {
+        browser.press("t");
+        browser.wait(&format!("document.documentElement.dataset.theme === '{theme}'"), SOON);
+        browser.wait(DRAWN, SOON);
+        fs::write(folder.join(format!("map-{theme}.png")), browser.screenshot()).unwrap();
+    }
+    assert_eq!(browser.complaints(), Vec::<String>::new(), "errors in the console");
+}
+
+/// From as near as the page goes.
+fn the_circle_of_the_accuracy_is_drawn(browser: &mut Browser) {
+    browser.run("document.getElementById('follow').click()");
+    for _ in 0..14 {
+        browser.run("document.getElementById('zoom-in').click()");
+    }
+    browser.wait(DRAWN, SOON);
+    // Pixels of the colour of what is selected, further from the middle than the brackets.
+    let far = "(() => { const canvas = document.getElementById('canvas'); \
+        const {width, height} = canvas; \
+        const {data} = canvas.getContext('2d').getImageData(0, 0, width, height); \
+        const probe = document.createElement('span'); \
+        probe.style.color = 'var(--selected)'; document.body.append(probe); \
+        const [r, g, b] = getComputedStyle(probe).color.match(/\\d+/g).map(Number); probe.remove(); \
+        let count = 0; \
+        for (let y = 0; y < height; y++) for (let x = 0; x < width; x++) { \
+            const at = 4 * (y * width + x); \
+            const near = Math.abs(data[at] - r) + Math.abs(data[at + 1] - g) + Math.abs(data[at + 2] - b) < 90; \
+            const away = Math.hypot(x - width / 2, y - height / 2); \
+            if (near && away > 22 && y > height / 2 + 22) count += 1; } \
+        return count; })()";
+    assert!(browser.number(far) > 20, "no circle is drawn");
 }
 
 #[test]

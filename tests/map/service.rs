@@ -37,11 +37,17 @@ pub struct Service {
 }
 
 impl Service {
-    /// The flight as a recording, on that port, or on a free one.
+    /// The flight as a recording in the `reference` profile, on that port, or on a free one.
     pub fn replay(folder: &Path, port: u16) -> Self {
+        Self::replay_in("reference", folder, port)
+    }
+
+    /// The same in that profile.
+    pub fn replay_in(profile: &str, folder: &Path, port: u16) -> Self {
         let mut command = utm_fusion();
         command.arg("replay").arg(folder.join("radar.ast")).arg(folder.join("transponder.ast"));
         command.arg("--config").arg(folder.join("site.toml")).args(["--date", "2026-03-14", "--serve"]);
+        command.args(["--profile", profile]);
         Self::start(&mut command, port)
     }
 

@@ -9,10 +9,16 @@ const SOURCE_WORDS = {
   radar: "radar only",
   transponder: "transponder only",
 };
+const STATE_WORDS = {
+  coasting: "coasting: extrapolated from the last measurement",
+};
 const EVERY_MS = 500;
 
 const yes = (value) => (value == null ? null : value ? "yes" : "no");
 const known = (value, text) => (value == null || Number.isNaN(value) ? null : text(value));
+
+/** What holds 95 % of the error, and its class in ASTM F3411. */
+const accuracy = (value, name) => `${format.metres(value, 1)} (95${format.THIN}%)${name ? `, ${name}` : ""}`;
 
 /** Heading and text of each property; null where the service does not say. */
 function properties(track, time) {
@@ -21,7 +27,7 @@ function properties(track, time) {
   const derived = track.derived ? " (derived from the last 5 s of positions)" : "";
   return [
     ["Source", SOURCE_WORDS[track.source] ?? track.source],
-    ["State", p.state],
+    ["State", STATE_WORDS[p.state] ?? p.state],
     ["Position", format.position(p.lat, p.lng)],
     ["From the radar", known(track.range, (value) => `${format.distance(value)} at ${track.bearing.toFixed(1)}°`)],
     ["Height AMSL", known(p.alt_msl, (value) => format.metres(value, 1)) ?? "not measured"],
@@ -30,8 +36,8 @@ function properties(track, time) {
     ["Speed", known(track.speed, (value) => `${format.speed(value, 1)}${derived}`)],
     ["Course", known(track.course, (value) => `${format.direction(value)}${derived}`)],
     ["Vertical speed", known(p.vertical_speed, (value) => format.speed(value, 1))],
-    ["Accuracy, horizontal", known(p.accuracy_h_m, (value) => format.metres(value, 1)) ?? p.accuracy_h],
-    ["Accuracy, vertical", known(p.accuracy_v_m, (value) => format.metres(value, 1)) ?? p.accuracy_v],
+    ["Accuracy, horizontal", known(p.accuracy_h_m, (value) => accuracy(value, p.accuracy_h)) ?? p.accuracy_h],
+    ["Accuracy, vertical", known(p.accuracy_v_m, (value) => accuracy(value, p.accuracy_v)) ?? p.accuracy_v],
     ["Is a drone", known(p.uav_probability, (value) => `${format.percent(value)} likely, says the radar`)],
     ["Serial number", uas.serial_number],
     ["Manufacturer", uas.manufacturer],
@@ -48,9 +54,12 @@ function properties(track, time) {
   ].filter(([, text]) => text != null && text !== "");
 }
 
-/** "radar track 134: 88.3 m of 152.4 m allowed, within in 72 of 72 slots (needs 90 %)" */
+/**
+ * "radar track 134: 88.3 m of 152.4 m allowed, within in 72 of 72 slots (needs 90 %)", or
+ * "radar track 134: 12.1 m apart, that they are one is e^12.0 times as likely as not"
+ */
 function reason(contributor, needed) {
-  const { kind, sensor, track_number, weight, distance_m, threshold_m, within, co_present, ratio } = contributor;
+  const { kind, sensor, track_number, weight, distance_m, threshold_m, within, co_present, ratio, log_likelihood_ratio } = contributor;
   const parts = [];
   if (Number.isFinite(distance_m)) {
     parts.push(`${distance_m.toFixed(1)} m` + (Number.isFinite(threshold_m) ? ` of ${threshold_m.toFixed(1)} m allowed` : " apart"));
@@ -60,6 +69,9 @@ function reason(contributor, needed) {
     parts.push(`within in ${within} of ${co_present} slots${needs}`);
   } else if (Number.isFinite(ratio)) {
     parts.push(`within in ${format.percent(ratio)} of the slots`);
+  }
+  if (Number.isFinite(log_likelihood_ratio)) {
+    parts.push(`that they are one is e^${log_likelihood_ratio.toFixed(1)} times as likely as not`);
   }
   const own = kind === "radar" ? `radar track ${track_number}` : `transponder track ${track_number}`;
   return { own, sensor, weight, why: parts.join(", "), ...contributor };
@@ -93,6 +105,11 @@ const WHY = {
   fused: "Why it is fused",
   radar: "Not fused: no transponder has kept close enough to it",
   transponder: "Not fused: no radar track has kept close enough to it",
+};
+const WHY_OPERATIONAL = {
+  fused: WHY.fused,
+  radar: "Not fused: no transponder is likely to be it",
+  transponder: "Not fused: no radar track is likely to be it now",
 };
 
 export class Detail {
@@ -133,6 +150,7 @@ export class Detail {
     const name = track ? `Track ${track.name}` : selected;
     const heading = element("h2", { "data-source": track?.source }, name, close);
     if (!track) return [heading, element("p", { class: "empty" }, "Not in the picture (any more)")];
+    const why = this.info?.profile === "operational" ? WHY_OPERATIONAL : WHY;
     const list = element("dl");
     for (const [term, text] of properties(track, this.picture.time)) {
       list.append(element("dt", {}, term), element("dd", {}, text));
@@ -140,7 +158,7 @@ export class Detail {
     return [
       heading,
       isGone ? element("p", { class: "ended" }, `Ended; this is how it was at ${format.utc(track.time)} UTC`) : null,
-      element("h3", {}, WHY[track.source] ?? "Contributors"),
+      element("h3", {}, why[track.source] ?? "Contributors"),
       contributors(track, this.info),
       element("h3", {}, "Properties"),
       list,

@@ -1,7 +1,7 @@
 // Numbers and times as an operator reads them. What is unknown is a dash.
 
 const DASH = "–";
-const THIN = "\u2009";
+export const THIN = "\u2009";
 
 export const metres = (value, digits = 0) =>
   Number.isFinite(value) ? `${grouped(value, digits)}${THIN}m` : DASH;

@@ -4,7 +4,7 @@ import { drawRadars, drawRings, drawScale } from "./furniture.js";
 import { palette } from "./palette.js";
 import { change, settings } from "./settings.js";
 import { drawAreas, drawCoverage, drawOverlay } from "./shapes.js";
-import { drawLabels, drawSymbols, drawTrails, drawVectors, place } from "./symbols.js";
+import { drawAccuracy, drawLabels, drawSymbols, drawTrails, drawVectors, place } from "./symbols.js";
 import { steer, View } from "./view.js";
 
 const REACH_PX = 16; // how near a click must be
@@ -76,6 +76,7 @@ export class Map2d {
     drawRadars(context, view, this.radars);
     if (layers.raw) this.raw?.draw(context, view, time);
     this.placed = place(view, tracks);
+    if (selected) drawAccuracy(context, view, selected);
     if (layers.vectors) drawVectors(context, view, this.placed);
     if (layers.labels) drawLabels(context, view, this.placed, this.alerted);
     drawSymbols(context, view, this.placed, time, this.alerted);

@@ -121,6 +121,11 @@ class Track {
     return this.source === "radar" && this.properties.uav_probability < 0.5;
   }
 
+  /** Nothing has been measured since: where it is is where it should be by now. */
+  get isCoasting() {
+    return this.properties.state === "coasting";
+  }
+
   matches() {
     if (!settings.sources.has(this.source)) return false;
     if (!settings.text) return true;

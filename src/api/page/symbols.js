@@ -101,19 +101,36 @@ export function drawSymbols(context, view, placed, now, alerted) {
   for (const [track, px, py] of placed) {
     context.globalAlpha = now - track.time > QUIET_MS ? 0.45 : 1;
     const colour = palette[track.source];
+    const isHollow = track.isDoubtful || track.isCoasting;
     const path = new Path2D();
     SHAPES[track.source]?.(path, px, py, radius);
-    context.lineWidth = track.isDoubtful ? 1.5 : 2.5;
-    context.strokeStyle = track.isDoubtful ? colour : palette.halo;
-    context.fillStyle = track.isDoubtful ? palette.halo : colour;
-    if (!track.isDoubtful) context.stroke(path);
+    context.lineWidth = isHollow ? 1.5 : 2.5;
+    context.strokeStyle = isHollow ? colour : palette.halo;
+    context.fillStyle = isHollow ? palette.halo : colour;
+    if (!isHollow) context.stroke(path);
     context.fill(path);
-    if (track.isDoubtful) context.stroke(path);
+    context.setLineDash(track.isCoasting ? [2, 2] : []);
+    if (isHollow) context.stroke(path);
+    context.setLineDash([]);
     context.globalAlpha = 1;
     const severity = alerted.get(track.id);
     if (severity) ring(context, px, py, 10, palette[severity] ?? palette.warning, 2);
     if (track.id === settings.selected) bracket(context, px, py, 13);
   }
+}
+
+/** Within this circle the selected track is, 95 times of 100; left out where the symbol covers it. */
+export function drawAccuracy(context, view, track) {
+  const radius = track.properties.accuracy_h_m * view.scale;
+  if (!(radius > 6)) return;
+  const [px, py] = view.toScreen(track.x, track.y);
+  context.save();
+  context.setLineDash([2, 3]);
+  ring(context, px, py, radius, palette.selected, 1.5);
+  context.globalAlpha = 0.08;
+  context.fillStyle = palette.selected;
+  context.fill();
+  context.restore();
 }
 
 /** Where each will be, should it go on straight: dashed, not to be taken for a trail. */
