@@ -4,7 +4,8 @@
 
 asks a running service (`replay --serve`, `demo --http`, `run`; some tracks should be fused) and has its answers checked:
 OpenAPI by openapi-spec-validator, the tracks by jsonschema with the document's own schema, metrics by prometheus_client,
-GeoJSON by geojson, geojson-pydantic and shapely, and F3411-22a by the schemas of its API where that file is named (remoteid/updated.yaml of github.com/uastech/standards).
+GeoJSON by geojson, geojson-pydantic and shapely, and F3411-22a by the schemas of its API where that file is named
+(remoteid/updated.yaml of github.com/uastech/standards).
 Random requests, the stream's among them, are made by schemathesis from the OpenAPI document: none may be answered 5xx.
 
     pip install openapi-spec-validator prometheus_client geojson geojson-pydantic shapely jsonschema pyyaml schemathesis
