@@ -16,6 +16,7 @@ pub mod normalise;
 pub mod picture;
 pub mod pipeline;
 pub mod publish;
+pub mod registration;
 pub mod simulate;
 pub mod state;
 pub mod store;

@@ -1,0 +1,97 @@
+//! What is taken away from a plot.
+
+use nalgebra::{Matrix6, UnitQuaternion, Vector2, Vector3, Vector6};
+
+use super::along::rows;
+use super::estimate::Estimate;
+use super::qmethod::rotation_vector;
+use super::{AXES, PRIOR};
+
+/// What is applied to plots: the negative of what is estimated, as far as that is observable.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Correction {
+    back: UnitQuaternion<f64>,
+    range_m: f64,
+    height_m: f64,
+    time_s: f64,
+    left: Matrix6<f64>,
+}
+
+/// What is left of a wrong set-up at some place, one standard deviation each; time, which needs a velocity, not included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Remaining {
+    /// Slant range, metres.
+    pub range_m: f64,
+    /// Azimuth, radians.
+    pub azimuth: f64,
+    /// Height, metres.
+    pub height_m: f64,
+}
+
+impl Correction {
+    /// Nothing is applied; a radar may be set up as wrongly as is assumed before anything is measured.
+    pub fn none() -> Self {
+        let prior = Vector6::from(PRIOR);
+        Self {
+            back: UnitQuaternion::identity(),
+            range_m: 0.0,
+            height_m: 0.0,
+            time_s: 0.0,
+            left: Matrix6::from_diagonal(&prior.component_mul(&prior)),
+        }
+    }
+
+    /// What is observable is taken away.
+    pub fn of(estimate: &Estimate) -> Self {
+        let Estimate { bearing, tilt_east, tilt_north, range_m, height_m, time_s, .. } = estimate;
+        let taken = [bearing, tilt_east, tilt_north, range_m, height_m, time_s]
+            .map(|value| if value.observable { value.value } else { 0.0 });
+        let [.., range_m, height_m, time_s] = taken;
+        let turned = rotation_vector(&Vector6::from(taken));
+        Self {
+            back: UnitQuaternion::from_scaled_axis(-turned),
+            range_m,
+            height_m,
+            time_s,
+            left: estimate.left,
+        }
+    }
+
+    /// A plot whose height was measured, as a vector from the radar (metres, east-north-up): where it would lie if the radar
+    /// were set up rightly.
+    pub fn apply(&self, plot_from_radar: Vector3<f64>) -> Vector3<f64> {
+        let height_m = plot_from_radar.z - self.height_m;
+        self.back * self.at_range(plot_from_radar, height_m)
+    }
+
+    /// A plot whose height was assumed: that stays as it is, and azimuth and slant range are put right.
+    pub fn apply_without_height(&self, plot_from_radar: Vector3<f64>) -> Vector3<f64> {
+        let height_m = plot_from_radar.z;
+        let turned = self.back * self.at_range(plot_from_radar, height_m);
+        let range_m = turned.norm();
+        at(turned.xy(), range_m, height_m)
+    }
+
+    /// To be added to the time of a plot, seconds: it is then on the transponders' time.
+    pub fn time_s(&self) -> f64 {
+        self.time_s
+    }
+
+    /// What is left at a plot's place.
+    pub fn remaining(&self, plot_from_radar: Vector3<f64>) -> Remaining {
+        let rows: [_; AXES] = rows(&plot_from_radar, &Vector3::zeros(), 0.0);
+        let [azimuth, range_m, height_m] = rows.map(|row| row.dot(&(self.left * row)).max(0.0).sqrt());
+        Remaining { range_m, azimuth, height_m }
+    }
+
+    fn at_range(&self, plot: Vector3<f64>, height_m: f64) -> Vector3<f64> {
+        at(plot.xy(), (plot.norm() - self.range_m).max(0.0), height_m)
+    }
+}
+
+/// In this direction over ground, at this slant range and height.
+fn at(direction: Vector2<f64>, range_m: f64, height_m: f64) -> Vector3<f64> {
+    let ground_m = (range_m * range_m - height_m * height_m).max(0.0).sqrt();
+    let outward = direction.try_normalize(0.0).unwrap_or_else(Vector2::zeros) * ground_m;
+    Vector3::new(outward.x, outward.y, height_m)
+}

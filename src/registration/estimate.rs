@@ -1,0 +1,114 @@
+//! What follows from the sums, and how well that is known.
+
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+
+use super::qmethod;
+use super::sums::{Solved, Sums};
+use super::{AZIMUTH, BEARING, HEIGHT, PRIOR, RANGE, TILT_EAST, TILT_NORTH, TIME, USEFUL};
+
+/// A bias: measured minus true.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Value {
+    /// The value.
+    pub value: f64,
+    /// Its standard deviation, in the same unit.
+    pub deviation: f64,
+    /// Whether the radar's tracks tell it well enough to be of use. Only such a value is taken away from plots.
+    pub observable: bool,
+}
+
+/// How a radar is set up wrongly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// Azimuths are so much too large, radians clockwise: the negative of what `bearing_correction_deg` lacks.
+    pub bearing: Value,
+    /// Turned about the axis to the east, radians, right-handed: what lies north is seen too high. Zero where it is not
+    /// observable.
+    pub tilt_east: Value,
+    /// Turned about the axis to the north, radians, right-handed: what lies east is seen too low. Zero where it is not
+    /// observable.
+    pub tilt_north: Value,
+    /// Slant ranges are so much too large, metres.
+    pub range_m: Value,
+    /// Heights are so much too large, metres.
+    pub height_m: Value,
+    /// Plots lie ahead of their targets by velocity times this, seconds: the transponders' reports are stamped so much late,
+    /// or the radar's so much early.
+    pub time_s: Value,
+    /// How many radar tracks that rests upon, the older ones in part.
+    pub samples: f64,
+    /// Wahba's loss of the azimuths, two times, a track: 1 where tracks lie about their mean as far as the deviations given for
+    /// the radar promise. `None` below eight tracks.
+    pub residual: Option<f64>,
+    /// Second moments of what is left when what is observable is taken away.
+    pub(super) left: Matrix6<f64>,
+}
+
+/// A residual needs so many tracks.
+const TRACKS: f64 = 8.0;
+/// Above this, tracks lie twice as far apart as promised.
+const DOUBTFUL: f64 = 4.0;
+
+impl Estimate {
+    /// Whether the tracks lie further apart than this radar's errors, as they were given, allow: something else than a wrong
+    /// set-up goes on, or the errors are larger.
+    pub fn doubtful(&self) -> bool {
+        self.residual.is_some_and(|residual| residual > DOUBTFUL)
+    }
+
+    pub(super) fn of(sums: &Sums) -> Self {
+        let factors = sums.spread.factors();
+        let Solved { mean, covariance } = Solved::from(&sums.axes, &factors);
+        let known = |parameter: usize| covariance[(parameter, parameter)].sqrt() < USEFUL[parameter];
+
+        let [bearing, tilt_east, tilt_north] =
+            [BEARING, TILT_EAST, TILT_NORTH].map(|which| PRIOR[which].powi(-2));
+        let mut profile =
+            qmethod::bare(&Matrix3::from_diagonal(&Vector3::new(tilt_east, tilt_north, bearing)));
+        let (height_m, time_s) = (mean[HEIGHT], mean[TIME]);
+        let [azimuths, heights] = &sums.profiles;
+        profile += azimuths.without(height_m, time_s) / factors[0];
+        profile += heights.without(height_m, time_s) / factors[2];
+        let mut best = mean;
+        if known(TILT_EAST) || known(TILT_NORTH) {
+            let turn = qmethod::rotation(&profile).0.scaled_axis();
+            (best[TILT_EAST], best[TILT_NORTH], best[BEARING]) = (turn.x, turn.y, -turn.z);
+        } else {
+            best[BEARING] = qmethod::turn(&profile).0;
+        }
+
+        // What is not taken away is left as a whole.
+        let kept = Vector6::from_fn(|parameter, _| if known(parameter) { 0.0 } else { best[parameter] });
+        let left = covariance + kept * kept.transpose();
+        let value = |parameter: usize| Value {
+            value: best[parameter],
+            deviation: covariance[(parameter, parameter)].sqrt(),
+            observable: known(parameter),
+        };
+        let tilt = |parameter: usize| match value(parameter) {
+            tilt if tilt.observable => tilt,
+            _ => Value { value: 0.0, deviation: left[(parameter, parameter)].sqrt(), observable: false },
+        };
+        Self {
+            bearing: value(BEARING),
+            tilt_east: tilt(TILT_EAST),
+            tilt_north: tilt(TILT_NORTH),
+            range_m: value(RANGE),
+            height_m: value(HEIGHT),
+            time_s: value(TIME),
+            samples: sums.tracks,
+            residual: residual(sums, height_m, time_s),
+            left,
+        }
+    }
+}
+
+/// The q-method's loss in the plane: the sum of weights less the largest trace.
+fn residual(sums: &Sums, height_m: f64, time_s: f64) -> Option<f64> {
+    if sums.tracks < TRACKS {
+        return None;
+    }
+    let weights = sums.axes[AZIMUTH].matrix[(BEARING, BEARING)];
+    let (_, trace) = qmethod::turn(&sums.profiles[0].without(height_m, time_s));
+    Some(2.0 * (weights - trace) / (sums.tracks - 1.0))
+}

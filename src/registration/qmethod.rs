@@ -1,0 +1,105 @@
+//! The rotation that best turns reference directions into measured ones: Davenport's q-method.
+//!
+//! Wahba's loss Σ w |b - A r|² / 2 = Σ w - tr(A Bᵀ), B = Σ w b rᵀ, is least for the quaternion that belongs to the largest
+//! eigenvalue of a symmetric 4 × 4 matrix made from B. A loss with as much information about each direction of turning as a
+//! radar has (azimuth and elevation are known differently well, heights may be missing) is one of the same form: with the
+//! information F about a small rotation, B = tr(F) 1 / 2 - F (Shuster, who has F = tr(B) 1 - B).
+
+use nalgebra::{Matrix3, Matrix3x6, Matrix4, Quaternion, Rotation3, UnitQuaternion, Vector3, Vector6};
+
+use super::along::Information;
+use super::{BEARING, HEIGHT, TILT_EAST, TILT_NORTH, TIME};
+
+/// The attitude profile B of a piece of track or of a sum of them, and how it changes with what else is set up wrongly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Profile {
+    pub(super) matrix: Matrix3<f64>,
+    /// With a metre of height.
+    pub(super) by_height: Matrix3<f64>,
+    /// With a second of time.
+    pub(super) by_time: Matrix3<f64>,
+}
+
+impl Profile {
+    pub(super) fn none() -> Self {
+        Self { matrix: Matrix3::zeros(), by_height: Matrix3::zeros(), by_time: Matrix3::zeros() }
+    }
+
+    /// Of a piece of track that is turned by `turned` (clockwise, radians) in the mean. The turn is taken as it is, what
+    /// remains as small; half of the turn on either side, so that tilts mean the same however far the radar is turned.
+    pub(super) fn of(information: &Information, turned: f64) -> Self {
+        let small = rotations();
+        let spread = small * information.matrix * small.transpose();
+        let half = *Rotation3::from_axis_angle(&Vector3::z_axis(), -turned / 2.0).matrix();
+        let about_up = Vector3::new(0.0, 0.0, -turned);
+        let linear = |vector: Vector3<f64>| vector.cross_matrix() / 2.0;
+        let column = |parameter: usize| small * information.matrix.column(parameter);
+        let matrix = bare(&spread) + linear(small * information.vector - spread * about_up);
+        Self {
+            matrix: half * matrix * half,
+            by_height: half * linear(column(HEIGHT)) * half,
+            by_time: half * linear(column(TIME)) * half,
+        }
+    }
+
+    pub(super) fn add(&mut self, other: &Self, weight: f64) {
+        self.matrix += other.matrix * weight;
+        self.by_height += other.by_height * weight;
+        self.by_time += other.by_time * weight;
+    }
+
+    /// Without what a height and a time bias did to it.
+    pub(super) fn without(&self, height_m: f64, time_s: f64) -> Matrix3<f64> {
+        self.matrix - self.by_height * height_m - self.by_time * time_s
+    }
+}
+
+/// The rotation vector (east, north, up) of bearing and tilts, as rows of p: the bearing turns clockwise.
+fn rotations() -> Matrix3x6<f64> {
+    let mut rows = Matrix3x6::zeros();
+    rows[(0, TILT_EAST)] = 1.0;
+    rows[(1, TILT_NORTH)] = 1.0;
+    rows[(2, BEARING)] = -1.0;
+    rows
+}
+
+/// The rotation vector of these, radians.
+pub(super) fn rotation_vector(parameters: &Vector6<f64>) -> Vector3<f64> {
+    rotations() * parameters
+}
+
+/// B of "not turned", known as well as this information about a small rotation says.
+pub(super) fn bare(information: &Matrix3<f64>) -> Matrix3<f64> {
+    Matrix3::identity() * (information.trace() / 2.0) - information
+}
+
+/// The rotation A with the largest tr(A Bᵀ), for b = A r and B = Σ w b rᵀ, and that trace.
+pub(super) fn rotation(profile: &Matrix3<f64>) -> (UnitQuaternion<f64>, f64) {
+    let sum = profile + profile.transpose();
+    let trace = profile.trace();
+    let turn = Vector3::new(
+        profile[(2, 1)] - profile[(1, 2)],
+        profile[(0, 2)] - profile[(2, 0)],
+        profile[(1, 0)] - profile[(0, 1)],
+    );
+    // Quaternion with its scalar last.
+    let mut matrix = Matrix4::zeros();
+    matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&(sum - Matrix3::identity() * trace));
+    matrix.fixed_view_mut::<3, 1>(0, 3).copy_from(&turn);
+    matrix.fixed_view_mut::<1, 3>(3, 0).copy_from(&turn.transpose());
+    matrix[(3, 3)] = trace;
+    let eigen = matrix.symmetric_eigen();
+    let largest = eigen.eigenvalues.imax();
+    let vector = eigen.eigenvectors.column(largest);
+    // Of the two signs of a quaternion the one that turns less.
+    let sign = if vector[3] < 0.0 { -1.0 } else { 1.0 };
+    let quaternion = Quaternion::new(vector[3], vector[0], vector[1], vector[2]) * sign;
+    (UnitQuaternion::from_quaternion(quaternion), eigen.eigenvalues[largest])
+}
+
+/// The same in the plane, where nothing tells of tilts: clockwise turn, and the trace Σ w cos of what remains.
+pub(super) fn turn(profile: &Matrix3<f64>) -> (f64, f64) {
+    let cos = profile[(0, 0)] + profile[(1, 1)];
+    let sin = profile[(0, 1)] - profile[(1, 0)];
+    (sin.atan2(cos), sin.hypot(cos))
+}

@@ -1,0 +1,238 @@
+//! A radar's tracks as they come: which are kept, which rejected, and whether the radar was moved.
+
+use std::collections::VecDeque;
+
+use super::AXES;
+use super::along::{Information, Sample};
+use super::estimate::Estimate;
+use super::sums::{Solved, Spread, Sums};
+use crate::time::Time;
+
+/// What is told once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// A track's weight is down to 1/e after this time, seconds.
+    pub memory_s: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { memory_s: 7200.0 }
+    }
+}
+
+/// What became of a sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "one at a time")]
+pub enum Taken {
+    /// It is part of the estimate.
+    Kept,
+    /// Its track lies too far from what the others tell, and plays no part as long as it does.
+    Rejected,
+    /// The latest tracks tell something else than those before: the radar was moved, or something happened to its clock or its
+    /// transponders. The estimate begins anew with them.
+    Step {
+        /// What was estimated without them.
+        before: Estimate,
+        /// What they tell alone.
+        after: Estimate,
+    },
+}
+
+/// One of the latest tracks.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Latest {
+    pub(super) begun: Time,
+    pub(super) time: Time,
+    pub(super) axes: [Information; AXES],
+    pub(super) kept: bool,
+    pub(super) spread: Spread,
+}
+
+/// How one radar is set up wrongly, as its tracks tell.
+#[derive(Clone, Debug)]
+pub struct Registration {
+    pub(super) memory_s: f64,
+    pub(super) now: Time,
+    /// The tracks before the latest.
+    pub(super) settled: Sums,
+    /// In the order in which they were first heard of.
+    pub(super) latest: VecDeque<Latest>,
+}
+
+/// Fewer tracks are not compared: neither one with the others, nor the latest with those before.
+const ENOUGH: usize = 8;
+/// So many tracks are looked at when a step is looked for; one degree of a radar that errs by one takes about fifteen.
+const LATEST: usize = 24;
+/// A track further from the others than this many deviations is rejected.
+const REJECTED: f64 = 4.0;
+/// What one track can say for a step, in its deviations: that a few strays are no step, but a turn by any angle is.
+const CLIPPED: f64 = 5.0;
+/// The latest tracks are further from those before than this many deviations: a step.
+const STEP: f64 = 4.5;
+
+impl Registration {
+    /// Of a radar of which nothing is known.
+    pub fn new(settings: &Settings) -> Self {
+        Self {
+            memory_s: settings.memory_s,
+            now: Time::from_nanos(i64::MIN),
+            settled: Sums::none(),
+            latest: VecDeque::new(),
+        }
+    }
+
+    /// What a piece of a track tells.
+    pub fn take(&mut self, sample: &Sample) -> Taken {
+        if sample.time > self.now {
+            let passed_s = sample.time.seconds_since(self.now);
+            self.settled.fade((-passed_s / self.memory_s).exp());
+            self.now = sample.time;
+        }
+        let place = self.put(sample);
+        self.judge();
+        let taken = if self.latest[place].kept { Taken::Kept } else { Taken::Rejected };
+        let step = self.step();
+        if self.latest.len() > LATEST
+            && let Some(oldest) = self.latest.pop_front()
+        {
+            let weight = self.weight(&oldest);
+            if oldest.kept {
+                self.settled.add(&Sums::of(&oldest.axes, oldest.spread), weight);
+            }
+        }
+        step.unwrap_or(taken)
+    }
+
+    /// How the radar is set up wrongly, as far as is known.
+    pub fn estimate(&self) -> Estimate {
+        let mut sums = self.settled.clone();
+        for track in self.latest.iter().filter(|track| track.kept) {
+            sums.add(&Sums::of(&track.axes, track.spread), self.weight(track));
+        }
+        Estimate::of(&sums)
+    }
+
+    fn weight(&self, track: &Latest) -> f64 {
+        (-self.now.seconds_since(track.time) / self.memory_s).exp()
+    }
+
+    /// Puts a sample to its track; its place.
+    fn put(&mut self, sample: &Sample) -> usize {
+        if let Some(place) = self.latest.iter().rposition(|track| track.begun == sample.begun) {
+            let track = &mut self.latest[place];
+            for (sum, axis) in track.axes.iter_mut().zip(&sample.axes) {
+                sum.add(axis, 1.0);
+            }
+            track.time = track.time.max(sample.time);
+            return place;
+        }
+        let Sample { begun, time, axes } = *sample;
+        self.latest.push_back(Latest { begun, time, axes, kept: true, spread: Spread::default() });
+        self.latest.len() - 1
+    }
+
+    /// Sum over the settled tracks and the latest that are kept, up to place `end`; and the factors of the variances.
+    fn kept(&self, end: usize) -> Sums {
+        let mut sums = Sums { profiles: [super::qmethod::Profile::none(); 2], ..self.settled.clone() };
+        for track in self.latest.iter().take(end).filter(|track| track.kept) {
+            let weight = self.weight(track);
+            add_axes(&mut sums.axes, &track.axes, weight);
+            sums.tracks += weight;
+            sums.spread.add(&track.spread, weight);
+        }
+        sums
+    }
+
+    /// Compares each of the latest with all others.
+    fn judge(&mut self) {
+        let mut all = self.kept(usize::MAX);
+        let enough = all.tracks > ENOUGH as f64 || self.latest.len() > ENOUGH;
+        let factors = all.spread.factors();
+        for place in 0..self.latest.len() {
+            let track = &self.latest[place];
+            let weight = self.weight(track);
+            let mut others = all.axes;
+            if track.kept {
+                add_axes(&mut others, &track.axes, -weight);
+            }
+            let solved = Solved::from(&others, &factors);
+            let (mut spread, mut far) = (Spread::default(), false);
+            for (axis, factor) in factors.iter().enumerate() {
+                let Some((distance, own, theirs)) = solved.compare(&track.axes[axis], axis) else { continue };
+                let square = distance * distance;
+                far |= square > REJECTED * REJECTED * (factor * own + theirs);
+                // Both variances without the factor: what is looked for is the factor.
+                let share = own / (own + theirs / factor);
+                spread.squares[axis] = share * square / (own + theirs / factor);
+                spread.count[axis] = share;
+            }
+            let kept = !(enough && far);
+            if kept != track.kept {
+                let sign = if kept { weight } else { -weight };
+                add_axes(&mut all.axes, &track.axes, sign);
+            }
+            let track = &mut self.latest[place];
+            (track.kept, track.spread) = (kept, spread);
+        }
+    }
+
+    /// Whether the latest tracks, the rejected ones included, tell something else than those before; if so, they are what
+    /// remains.
+    fn step(&mut self) -> Option<Taken> {
+        let factors = self.settled.spread.factors();
+        let mut found: Option<(f64, usize)> = None;
+        for start in (0..=self.latest.len().saturating_sub(ENOUGH)).rev() {
+            let before = self.kept(start);
+            if before.tracks < ENOUGH as f64 || self.latest.len() - start < ENOUGH {
+                break;
+            }
+            let solved = Solved::from(&before.axes, &factors);
+            for axis in 0..AXES {
+                let distance = self.distance(start, axis, &solved, factors[axis]);
+                if distance > found.map_or(STEP, |(most, _)| most) {
+                    found = Some((distance, start));
+                }
+            }
+        }
+        let (_, start) = found?;
+        let mut before = self.settled.clone();
+        for track in self.latest.iter().take(start).filter(|track| track.kept) {
+            before.add(&Sums::of(&track.axes, track.spread), self.weight(track));
+        }
+        self.latest.drain(..start);
+        self.settled = Sums { spread: self.settled.spread, ..Sums::none() };
+        for track in &mut self.latest {
+            track.kept = true;
+        }
+        self.judge();
+        Some(Taken::Step { before: Estimate::of(&before), after: self.estimate() })
+    }
+
+    /// How far, in deviations, the tracks from place `start` on lie from `solved` in an axis.
+    fn distance(&self, start: usize, axis: usize, solved: &Solved, factor: f64) -> f64 {
+        let (mut weights, mut sum) = (0.0, 0.0);
+        let mut rows = nalgebra::Vector6::zeros();
+        for track in self.latest.iter().skip(start) {
+            let Some((distance, own, theirs)) = solved.compare(&track.axes[axis], axis) else { continue };
+            let Some((.., row)) = track.axes[axis].offset(axis) else { continue };
+            let own = factor * own;
+            let most = CLIPPED * (own + theirs).sqrt();
+            weights += 1.0 / own;
+            sum += distance.clamp(-most, most) / own;
+            rows += row / own;
+        }
+        if weights == 0.0 {
+            return 0.0;
+        }
+        let row = rows / weights;
+        let variance = 1.0 / weights + row.dot(&(solved.covariance * row));
+        (sum / weights).abs() / variance.sqrt()
+    }
+}
+
+fn add_axes(sum: &mut [Information; AXES], axes: &[Information; AXES], weight: f64) {
+    for (sum, axis) in sum.iter_mut().zip(axes) {
+        sum.add(axis, weight);
+    }
+}
