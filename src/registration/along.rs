@@ -6,7 +6,7 @@
 //! with the dense covariance of all plots; information about a bias grows as 1 + D / 2T with the track's duration D and the
 //! errors' correlation time T, however many plots there are.
 
-use nalgebra::{Matrix2, Matrix2x6, Matrix6, RowVector2, RowVector6, Vector2, Vector3, Vector6};
+use nalgebra::{Matrix4, Matrix4x6, Matrix6, RowVector4, RowVector6, Vector3, Vector4, Vector6};
 
 use super::{AXES, AZIMUTH, BEARING, HEIGHT, OWN, PRIOR, RANGE, TILT_EAST, TILT_NORTH, TIME};
 use crate::time::Time;
@@ -82,20 +82,20 @@ const REFERENCE_S: f64 = 60.0;
 /// An innovation beyond so many deviations is given less weight (Huber).
 const FAR: f64 = 3.0;
 /// Nearer, azimuth means little, metres over ground.
-const NEAR_M: f64 = 50.0;
+const NEAR_M: f64 = 100.0;
 /// Steeper, likewise: height over distance over ground.
 const STEEP: f64 = 2.0;
 
-/// An axis: its errors that last (the radar's in the axis' unit, the reference's as a share of its deviation), and how their mean
-/// changes with p.
+/// An axis: its errors that last (the radar's in the axis' unit; the reference's east, north, up, as shares of its deviation,
+/// because a target that passes by turns them from one axis into another), and how their mean changes with p.
 #[derive(Clone, Debug)]
 struct Axis {
     own: usize,
     slow_deviation: f64,
     fast_deviation: f64,
-    mean: Vector2<f64>,
-    sensitivity: Matrix2x6<f64>,
-    covariance: Matrix2<f64>,
+    mean: Vector4<f64>,
+    sensitivity: Matrix4x6<f64>,
+    covariance: Matrix4<f64>,
     /// What is known of the axis' offset as a whole, for finding outliers: inverse variance, and that times the mean.
     offset: Option<(f64, f64)>,
     information: Information,
@@ -173,10 +173,11 @@ impl Along {
         let turned = wrapped(plot.x.atan2(plot.y) - target.x.atan2(target.y));
         let [azimuth, range, height] = rows(target, velocity, turned);
         let [azimuths, ranges, heights] = &mut self.axes;
-        azimuths.measure(turned, &azimuth, deviation_m / ground_m);
-        ranges.measure(plot.norm() - range_m, &range, *deviation_m);
+        let clockwise = Vector3::new(target.y, -target.x, 0.0) / (ground_m * ground_m);
+        azimuths.measure(turned, &azimuth, &(clockwise * *deviation_m));
+        ranges.measure(plot.norm() - range_m, &range, &(target / range_m * *deviation_m));
         if *height_measured {
-            heights.measure(plot.z - target.z, &height, *deviation_m);
+            heights.measure(plot.z - target.z, &height, &(Vector3::z() * *deviation_m));
         }
     }
 
@@ -200,9 +201,9 @@ impl Axis {
             own,
             slow_deviation,
             fast_deviation,
-            mean: Vector2::zeros(),
-            sensitivity: Matrix2x6::zeros(),
-            covariance: Matrix2::new(slow_deviation * slow_deviation, 0.0, 0.0, 1.0),
+            mean: Vector4::zeros(),
+            sensitivity: Matrix4x6::zeros(),
+            covariance: stationary(slow_deviation),
             offset: None,
             information: Information::none(),
         }
@@ -210,17 +211,17 @@ impl Axis {
 
     /// Of the slow error and of the reference's, these shares are kept.
     fn predict(&mut self, slow: f64, reference: f64) {
-        let kept = Matrix2::new(slow, 0.0, 0.0, reference);
-        self.mean = kept * self.mean;
-        self.sensitivity = kept * self.sensitivity;
-        self.covariance = kept * self.covariance * kept;
-        self.covariance[(0, 0)] += (1.0 - slow * slow) * self.slow_deviation * self.slow_deviation;
-        self.covariance[(1, 1)] += 1.0 - reference * reference;
+        let kept = Vector4::new(slow, reference, reference, reference);
+        let both = Matrix4::from_diagonal(&kept);
+        self.mean = both * self.mean;
+        self.sensitivity = both * self.sensitivity;
+        self.covariance = both * self.covariance * both;
+        self.covariance += stationary(self.slow_deviation) * (Matrix4::identity() - both * both);
     }
 
-    /// An offset, how it changes with p, and the reference's deviation in its unit.
-    fn measure(&mut self, offset: f64, row: &Vector6<f64>, deviation: f64) {
-        let seen = RowVector2::new(1.0, deviation);
+    /// An offset, how it changes with p, and with the reference's errors (in their deviations).
+    fn measure(&mut self, offset: f64, row: &Vector6<f64>, reference: &Vector3<f64>) {
+        let seen = RowVector4::new(1.0, reference.x, reference.y, reference.z);
         let innovation = offset - (seen * self.mean)[0];
         let row_new: RowVector6<f64> = row.transpose() - seen * self.sensitivity;
         let across = self.covariance * seen.transpose();
@@ -246,6 +247,11 @@ impl Axis {
         self.sensitivity += gain * row_new;
         self.covariance -= gain * across.transpose();
     }
+}
+
+/// Variances of the errors that last, when nothing is known of them.
+fn stationary(slow_deviation: f64) -> Matrix4<f64> {
+    Matrix4::from_diagonal(&Vector4::new(slow_deviation * slow_deviation, 1.0, 1.0, 1.0))
 }
 
 /// How azimuth, range and height of a target at this place change with p, where the radar sees it turned by so much.

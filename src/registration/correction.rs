@@ -5,11 +5,13 @@ use nalgebra::{Matrix6, UnitQuaternion, Vector2, Vector3, Vector6};
 use super::along::rows;
 use super::estimate::Estimate;
 use super::qmethod::rotation_vector;
-use super::{AXES, PRIOR};
+use super::{AXES, PARAMETERS, PRIOR};
 
 /// What is applied to plots: the negative of what is estimated, as far as that is observable.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Correction {
+    /// Not even the rounding of a rotation by nothing.
+    nothing: bool,
     back: UnitQuaternion<f64>,
     range_m: f64,
     height_m: f64,
@@ -33,6 +35,7 @@ impl Correction {
     pub fn none() -> Self {
         let prior = Vector6::from(PRIOR);
         Self {
+            nothing: true,
             back: UnitQuaternion::identity(),
             range_m: 0.0,
             height_m: 0.0,
@@ -47,9 +50,9 @@ impl Correction {
         let taken = [bearing, tilt_east, tilt_north, range_m, height_m, time_s]
             .map(|value| if value.observable { value.value } else { 0.0 });
         let [.., range_m, height_m, time_s] = taken;
-        let turned = rotation_vector(&Vector6::from(taken));
         Self {
-            back: UnitQuaternion::from_scaled_axis(-turned),
+            nothing: taken == [0.0; PARAMETERS],
+            back: UnitQuaternion::from_scaled_axis(-rotation_vector(&Vector6::from(taken))),
             range_m,
             height_m,
             time_s,
@@ -60,12 +63,18 @@ impl Correction {
     /// A plot whose height was measured, as a vector from the radar (metres, east-north-up): where it would lie if the radar
     /// were set up rightly.
     pub fn apply(&self, plot_from_radar: Vector3<f64>) -> Vector3<f64> {
+        if self.nothing {
+            return plot_from_radar;
+        }
         let height_m = plot_from_radar.z - self.height_m;
         self.back * self.at_range(plot_from_radar, height_m)
     }
 
     /// A plot whose height was assumed: that stays as it is, and azimuth and slant range are put right.
     pub fn apply_without_height(&self, plot_from_radar: Vector3<f64>) -> Vector3<f64> {
+        if self.nothing {
+            return plot_from_radar;
+        }
         let height_m = plot_from_radar.z;
         let turned = self.back * self.at_range(plot_from_radar, height_m);
         let range_m = turned.norm();

@@ -24,6 +24,8 @@ mod estimate;
 mod qmethod;
 mod state;
 mod sums;
+#[cfg(test)]
+mod tests;
 mod tracks;
 
 pub use along::{Along, Residual, Sample, TrackErrors};

@@ -1,0 +1,66 @@
+//! Whether the deviations are what they say: normalised squared errors over many radars that are set up wrongly at random.
+
+use super::{NAMES, World, values};
+
+const RUNS: u64 = 400;
+/// The 95 % band of a mean of 400 squares of normal numbers is 0.86 to 1.14; the variance factor is itself known to a fifth
+/// with 40 tracks, which makes the mean some hundredths larger.
+const BAND: std::ops::Range<f64> = 0.8..1.25;
+
+/// Mean normalised squared error of each value, its root mean square error, and in how many runs it was observable.
+fn errors(tracks: usize, scale: f64, heights: bool) -> [(f64, f64, usize); 6] {
+    let mut found = [(0.0, 0.0, 0); 6];
+    for seed in 0..RUNS {
+        let mut world = World::wrong(1000 * tracks as u64 + seed);
+        (world.scale, world.heights) = (scale, heights);
+        let estimate = world.estimate(tracks);
+        for (index, value) in values(&estimate).iter().enumerate() {
+            let error = value.value - world.bias[index];
+            found[index].0 += (error / value.deviation).powi(2) / RUNS as f64;
+            found[index].1 += error * error / RUNS as f64;
+            found[index].2 += usize::from(value.observable);
+        }
+    }
+    for (name, (nees, square, observable)) in NAMES.iter().zip(&found) {
+        let error = square.sqrt();
+        println!("{tracks} tracks, {scale}, {name}: {nees:.2}, error {error:.4}, observable {observable}");
+    }
+    found
+}
+
+fn check(tracks: usize, scale: f64, heights: bool, band: std::ops::Range<f64>) {
+    for (name, (nees, ..)) in NAMES.iter().zip(errors(tracks, scale, heights)) {
+        assert!(band.contains(&nees), "{name}: {nees}");
+    }
+}
+
+#[test]
+fn deviations_are_honest_with_heights() {
+    check(40, 1.0, true, BAND);
+}
+
+#[test]
+fn deviations_are_honest_without_heights() {
+    check(40, 1.0, false, BAND);
+}
+
+#[test]
+fn deviations_are_honest_with_few_tracks() {
+    check(4, 1.0, true, BAND);
+}
+
+/// The errors are really three tenths larger or smaller than they were given: the tracks' spread tells.
+#[test]
+fn deviations_adapt_to_errors_given_wrongly() {
+    check(60, 1.3, true, 0.8..1.35);
+    check(60, 0.7, true, 0.65..1.25);
+}
+
+#[test]
+fn tilts_and_height_need_heights_and_more_than_one_place() {
+    let observable = |world: &mut World| values(&world.estimate(80)).map(|value| value.observable);
+    assert_eq!(observable(&mut World::new(1)), [true; 6]);
+    let mut world = World::new(1);
+    world.heights = false;
+    assert_eq!(observable(&mut world), [true, false, false, true, false, true]);
+}
