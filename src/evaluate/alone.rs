@@ -91,6 +91,7 @@ impl Alone {
                 radar_track: Some(plot.track.number),
                 sensor: Some(maker.sensor(plot.track.sensor).to_owned()),
                 transponder: None,
+                covariance: None,
             }
         };
         let tracks = emissions.into_iter().flat_map(|emission| maker.picture(emission).tracks);

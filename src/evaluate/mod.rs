@@ -23,8 +23,8 @@ pub use metrics::gospa::{Gospa, Near, gospa};
 pub use place::{Offset, Place};
 pub use truth::{TrueTrack, Truth};
 pub use types::{
-    Drone, ErrorStatistics, Evaluation, GospaParts, OutputPoint, PointSource, Sample, Score, Scored, Seen,
-    Settings,
+    Covariance, Drone, ErrorStatistics, Evaluation, GospaParts, Nees, OutputPoint, PointSource, Sample,
+    Score, Scored, Seen, Settings,
 };
 
 use counted::Counted;

@@ -2,7 +2,7 @@
 
 use super::judged::{Judged, Reference};
 use super::metrics::scene::{Inputs, Scene};
-use super::metrics::{association, false_tracks, gospa, identity, statistics::statistics, update};
+use super::metrics::{association, false_tracks, gospa, identity, nees, statistics::statistics, update};
 use super::{Drone, Score, Scored, Settings};
 
 /// The scores of a stream's points that count. `pairs`: whether any of them may be a radar track and a transponder.
@@ -45,22 +45,24 @@ fn whole(scene: &Scene<'_>, everyone: &[usize], reference: Reference<'_>, pairs:
 
 /// Of these drones.
 fn score(scene: &Scene<'_>, group: &[usize], pairs: bool) -> Score {
-    let errors = |passes: &dyn Fn(&Judged<'_>) -> bool| {
-        let errors = scene.points(group).filter(|judged| passes(judged));
-        statistics(errors.filter_map(|judged| judged.error).map(|error| error.distance_m()))
-    };
     let all_errors = || scene.points(group).filter_map(|judged| judged.error);
     let where_covered = |wanted: bool| {
-        let inputs = scene.inputs?;
-        errors(&|judged| judged.drone.and_then(|drone| inputs.is_covered(drone, judged.slot)) == Some(wanted))
+        let is_covered = |judged: &Judged<'_>| scene.inputs?.is_covered(judged.drone?, judged.slot);
+        scene.points(group).filter(move |judged| is_covered(judged) == Some(wanted))
+    };
+    let distances = |points: &mut dyn Iterator<Item = &Judged<'_>>| {
+        statistics(points.filter_map(|judged| judged.error).map(|error| error.distance_m()))
     };
     Score {
         pu_percent: update::probability_percent(scene, group),
-        epos: errors(&|_| true),
+        epos: distances(&mut scene.points(group)),
         eposh: statistics(all_errors().map(|error| error.horizontal_m())),
         eposv: statistics(all_errors().filter_map(|error| error.vertical_m())),
-        epos_covered: where_covered(true),
-        epos_gap: where_covered(false),
+        epos_covered: distances(&mut where_covered(true)),
+        epos_gap: distances(&mut where_covered(false)),
+        nees: nees::mean(scene.points(group)),
+        nees_covered: nees::mean(where_covered(true)),
+        nees_gap: nees::mean(where_covered(false)),
         precision: pairs.then(|| association::precision(scene.points(group))).flatten(),
         recall: pairs.then(|| association::recall(scene, group)).flatten(),
         id_changes: identity::changes_a_minute(scene, group),

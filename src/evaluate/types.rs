@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::{Offset, Place};
 use crate::config::{Config, Radar, SensorKind};
-use crate::fusion::{SlotGrid, Source};
+use crate::fusion::{Estimate, SlotGrid, Source};
 use crate::picture::{PictureMaker, Track};
 use crate::time::{SECOND, Time};
 
@@ -36,6 +36,34 @@ pub struct OutputPoint {
     pub sensor: Option<String>,
     /// The number of the transponder that takes part.
     pub transponder: Option<u32>,
+    /// How well its place is known; `None` where the output does not tell, and no file does.
+    pub covariance: Option<Covariance>,
+}
+
+/// How well a place is known, by the output's own account. Its axes are those of the site's frame: at a place 10 km
+/// away they are turned by a tenth of a degree or so, which is nothing beside an error's direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Covariance {
+    /// Variance to the east, m².
+    pub east_m2: f64,
+    /// Variance to the north, m².
+    pub north_m2: f64,
+    /// Covariance of the two, m².
+    pub east_north_m2: f64,
+    /// Variance of the height, m².
+    pub vertical_m2: f64,
+}
+
+impl From<&Estimate> for Covariance {
+    fn from(estimate: &Estimate) -> Self {
+        let plane = &estimate.horizontal;
+        Self {
+            east_m2: plane[(0, 0)],
+            north_m2: plane[(1, 1)],
+            east_north_m2: plane[(0, 1)],
+            vertical_m2: estimate.vertical_m2,
+        }
+    }
 }
 
 /// What points are scored by, besides the truth.
@@ -90,6 +118,7 @@ impl OutputPoint {
             radar_track: source.radar().map(|part| part.track.number),
             sensor: source.radar().map(|part| maker.sensor(part.track.sensor).to_owned()),
             transponder: source.transponder().map(|part| part.number),
+            covariance: track.point.estimate.as_ref().map(Covariance::from),
         }
     }
 }
@@ -180,6 +209,15 @@ pub struct Score {
     /// Position error in the other slots of an equipped drone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub epos_gap: Option<ErrorStatistics>,
+    /// How honest the deviations are, over all points that tell theirs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nees: Option<Nees>,
+    /// The same in slots where the drone's transponder interpolates.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nees_covered: Option<Nees>,
+    /// The same in the other slots of an equipped drone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nees_gap: Option<Nees>,
     /// Fused points whose radar track and transponder belong to one drone / all fused points.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub precision: Option<f64>,
@@ -214,6 +252,19 @@ pub struct GospaParts {
     pub missed: f64,
     /// Mean number of points without a truth.
     pub unmatched: f64,
+}
+
+/// Normalised estimation error squared, divided by its degrees of freedom: 1 where deviations are honest, more where
+/// they are too small, less where they are too large.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Nees {
+    /// How many points.
+    pub count: u64,
+    /// Mean of eᵀ P⁻¹ e / 2 over ground.
+    pub horizontal: f64,
+    /// Mean of e² / P of the height; `None` where no height is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub vertical: Option<f64>,
 }
 
 /// Mean and spread of an error, metres.

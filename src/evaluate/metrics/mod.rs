@@ -4,6 +4,7 @@ pub(super) mod association;
 pub(super) mod false_tracks;
 pub(super) mod gospa;
 pub(super) mod identity;
+pub(super) mod nees;
 pub(super) mod scene;
 pub(super) mod statistics;
 pub(super) mod update;

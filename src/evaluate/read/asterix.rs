@@ -121,6 +121,7 @@ impl Reader<'_> {
             radar_track: report.as_ref().and_then(|report| report.radar_track),
             sensor: None,
             transponder: report.as_ref().and_then(|report| report.transponder),
+            covariance: None,
         };
         self.points.push((point, report.is_some()));
         Ok(())

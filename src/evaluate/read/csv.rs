@@ -84,6 +84,7 @@ fn point(row: &Row<'_>, source: &str, number: &str) -> Result<OutputPoint, FileE
         radar_track: row.optional("radar_track")?,
         sensor: sensor(row.text("id")).map(str::to_owned),
         transponder: row.optional("transponder")?,
+        covariance: None,
     })
 }
 

@@ -85,6 +85,7 @@ fn point(name: &str, line: u64, track: Track) -> Result<OutputPoint, FileError> 
         radar_track: None,
         sensor: None,
         transponder: None,
+        covariance: None,
     };
     for contributor in track.contributors {
         match contributor {

@@ -1,0 +1,64 @@
+//! How honest the deviations are: normalised estimation error squared. Y. Bar-Shalom, X. R. Li, T. Kirubarajan,
+//! *Estimation with Applications to Tracking and Navigation*, 2001, section 5.4.
+
+use crate::evaluate::judged::Judged;
+use crate::evaluate::{Covariance, Nees, Offset};
+
+/// Mean over the points that tell their covariance; `None` of none. One that is not positive definite is none.
+pub(in crate::evaluate) fn mean<'a>(points: impl Iterator<Item = &'a Judged<'a>>) -> Option<Nees> {
+    let (mut count, mut horizontal) = (0_u64, 0.0);
+    let (mut heights, mut vertical) = (0_u64, 0.0);
+    for judged in points {
+        let Some((error, covariance)) = judged.error.zip(judged.point.covariance) else { continue };
+        if let Some(of_point) = of_plane(&error, &covariance) {
+            horizontal += of_point;
+            count += 1;
+        }
+        if let Some(up_m) = error.up_m.filter(|_| covariance.vertical_m2 > 0.0) {
+            vertical += up_m * up_m / covariance.vertical_m2;
+            heights += 1;
+        }
+    }
+    (count > 0).then(|| Nees {
+        count,
+        horizontal: horizontal / count as f64,
+        vertical: (heights > 0).then(|| vertical / heights as f64),
+    })
+}
+
+/// eᵀ P⁻¹ e / 2 over ground, with the inverse of a 2 × 2 matrix written out.
+fn of_plane(error: &Offset, covariance: &Covariance) -> Option<f64> {
+    let Covariance { east_m2, north_m2, east_north_m2, .. } = *covariance;
+    let determinant = east_m2 * north_m2 - east_north_m2 * east_north_m2;
+    let (east_m, north_m) = (error.east_m, error.north_m);
+    let squared =
+        north_m2 * east_m * east_m - 2.0 * east_north_m2 * east_m * north_m + east_m2 * north_m * north_m;
+    (east_m2 > 0.0 && determinant > 0.0).then(|| squared / determinant / 2.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plane(east_m2: f64, north_m2: f64, east_north_m2: f64) -> Option<f64> {
+        let covariance = Covariance { east_m2, north_m2, east_north_m2, vertical_m2: 1.0 };
+        of_plane(&Offset { east_m: 3.0, north_m: -4.0, up_m: None }, &covariance)
+    }
+
+    #[test]
+    fn an_error_is_measured_in_its_own_deviations() {
+        assert_eq!(plane(9.0, 16.0, 0.0), Some(1.0), "one deviation on each axis");
+        assert_eq!(plane(9.0, 4.0, 0.0), Some(2.5));
+        // P⁻¹ = [4, -2; -2, 5] / 16: (4 · 9 + 2 · 2 · 12 + 5 · 16) / 16 / 2.
+        assert_eq!(plane(5.0, 4.0, 2.0), Some(164.0 / 32.0));
+    }
+
+    #[test]
+    fn what_is_no_covariance_tells_nothing() {
+        for (east_m2, north_m2, east_north_m2) in
+            [(0.0, 4.0, 0.0), (4.0, 4.0, 4.0), (-1.0, -1.0, 0.0), (f64::NAN, 1.0, 0.0)]
+        {
+            assert_eq!(plane(east_m2, north_m2, east_north_m2), None);
+        }
+    }
+}
