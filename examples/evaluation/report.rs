@@ -2,31 +2,13 @@
 
 use std::fmt::Write as _;
 
-use utm_fusion::evaluate::Score;
-
-use crate::flights::{RECORDINGS, Row, SCENARIOS, Scores};
-use crate::summary::group::{
-    fused, fused_equipped, fused_unequipped, radar, radar_equipped, radar_unequipped, transponder,
-    transponder_equipped,
-};
-use crate::summary::{Figure, Mean, Seeds, mean_of};
+use crate::figures::*;
+use crate::flights::{RECORDINGS, Row, SCENARIOS};
+use crate::score::Scores;
+use crate::summary::{Mean, Seeds, show};
 
 /// Between these the section of the real flights stands, to be taken over where they are not at hand.
 const REAL: (&str, &str) = ("<!-- real flights -->", "<!-- end of real flights -->");
-
-const PU: Figure = |score| score.pu_percent;
-const EPOS: Figure = |score| mean_of(score.epos);
-const EPOSH: Figure = |score| mean_of(score.eposh);
-const EPOSV: Figure = |score| mean_of(score.eposv);
-const COVERED: Figure = |score| mean_of(score.epos_covered);
-const GAP: Figure = |score| mean_of(score.epos_gap);
-const PRECISION: Figure = |score| score.precision;
-const RECALL: Figure = |score| score.recall;
-const ID_CHANGES: Figure = |score| score.id_changes;
-const FALSE_TRACK: Figure = |score| score.false_track_s;
-const GOSPA: Figure = |score| score.gospa_m;
-
-type Group = fn(&Scores) -> &Score;
 
 /// Everything that the document is made of.
 pub struct Report<'a> {
@@ -69,7 +51,7 @@ impl<'a> Report<'a> {
     }
 
     fn scenarios(&self) -> impl Iterator<Item = (&'static str, Seeds<'a>)> + '_ {
-        SCENARIOS.into_iter().chain(["city"]).map(|name| (name, self.row(name)))
+        SCENARIOS.into_iter().map(|name| (name, self.row(name)))
     }
 
     /// The paper's Table 1 on `bias`.
@@ -87,17 +69,17 @@ impl<'a> Report<'a> {
         let mut text = String::from(include_str!("table_1.md"));
         text += "\n| metric | fused | radar | change | paper: fused | radar | change |\n|---|---:|---:|---:|---:|---:|---:|\n";
         for (name, figure, decimals, paper) in rows {
-            let (fused, radar) =
-                (bias.of_group(fused_equipped, figure), bias.of_group(radar_equipped, figure));
-            let change = fused.zip(radar).map_or("–".to_owned(), |(fused, radar)| match name {
-                _ if name.starts_with("PU") => format!("{:+.2} points", fused.mean - radar.mean),
-                _ => format!("{:.1} %", 100.0 * (1.0 - fused.mean / radar.mean)),
+            let (reference, radar) =
+                (bias.of_group(reference_equipped, figure), bias.of_group(radar_equipped, figure));
+            let change = reference.zip(radar).map_or("–".to_owned(), |(reference, radar)| match name {
+                _ if name.starts_with("PU") => format!("{:+.2} points", reference.mean - radar.mean),
+                _ => format!("{:.1} %", 100.0 * (1.0 - reference.mean / radar.mean)),
             });
             let [a, b, c] = paper;
             let _ = writeln!(
                 text,
                 "| {name} | {} | {} | {change} | {a} | {b} | {c} |",
-                show(fused, decimals),
+                show(reference, decimals),
                 show(radar, decimals)
             );
         }
@@ -108,22 +90,22 @@ impl<'a> Report<'a> {
         let column = |name, group: Group, figure, decimals| Column { name, group, figure, decimals };
         let mut text = String::from("## Simulated flights\n\n### How often: PU, percent\n\n");
         text += &self.table(&[
-            column("fused, all drones", fused, PU, 1),
-            column("equipped: fused", fused_equipped, PU, 1),
+            column("fused, all drones", reference, PU, 1),
+            column("equipped: fused", reference_equipped, PU, 1),
             column("radar", radar_equipped, PU, 1),
             column("transponder", transponder_equipped, PU, 1),
-            column("without transponder: fused", fused_unequipped, PU, 1),
+            column("without transponder: fused", reference_unequipped, PU, 1),
             column("radar", radar_unequipped, PU, 1),
         ]);
         text += "\n### How exactly: mean position error, metres\n\n";
         text += &self.table(&[
-            column("ePos: fused", fused, EPOS, 2),
+            column("ePos: fused", reference, EPOS, 2),
             column("radar", radar, EPOS, 2),
             column("transponder", transponder, EPOS, 2),
-            column("ePosH: fused", fused, EPOSH, 2),
+            column("ePosH: fused", reference, EPOSH, 2),
             column("radar", radar, EPOSH, 2),
             column("transponder", transponder, EPOSH, 2),
-            column("ePosV: fused", fused, EPOSV, 2),
+            column("ePosV: fused", reference, EPOSV, 2),
             column("radar", radar, EPOSV, 2),
             column("transponder", transponder, EPOSV, 2),
         ]);
@@ -131,12 +113,12 @@ impl<'a> Report<'a> {
         text += &self.ratios();
         text += "\n### How rightly\n\n";
         text += &self.table(&[
-            column("association precision", fused, PRECISION, 3),
-            column("recall", fused, RECALL, 3),
-            column("identity changes a drone and minute, equipped", fused_equipped, ID_CHANGES, 2),
-            column("false track, s a minute: fused", fused, FALSE_TRACK, 1),
+            column("association precision", reference, PRECISION, 3),
+            column("recall", reference, RECALL, 3),
+            column("identity changes a drone and minute, equipped", reference_equipped, ID_CHANGES, 2),
+            column("false track, s a minute: fused", reference, FALSE_TRACK, 1),
             column("radar", radar, FALSE_TRACK, 1),
-            column("GOSPA, m: fused", fused, GOSPA, 1),
+            column("GOSPA, m: fused", reference, GOSPA, 1),
             column("radar", radar, GOSPA, 1),
             column("transponder", transponder, GOSPA, 1),
         ]);
@@ -161,15 +143,15 @@ impl<'a> Report<'a> {
             "| scenario | covered: fused | transponder | fused / transponder | in gaps: fused | radar | fused / radar |\n|---|---:|---:|---:|---:|---:|---:|\n",
         );
         for (name, seeds) in self.scenarios() {
-            let covered = ratio(&seeds, fused_equipped, transponder_equipped, COVERED);
-            let gap = ratio(&seeds, fused_equipped, radar_equipped, GAP);
+            let covered = seeds.ratio(reference_equipped, transponder_equipped, COVERED);
+            let gap = seeds.ratio(reference_equipped, radar_equipped, GAP);
             let _ = writeln!(
                 text,
                 "| `{name}` | {} | {} | {} | {} | {} | {} |",
-                show(seeds.of_group(fused_equipped, COVERED), 2),
+                show(seeds.of_group(reference_equipped, COVERED), 2),
                 show(seeds.of_group(transponder_equipped, COVERED), 2),
                 show(covered, 2),
-                show(seeds.of_group(fused_equipped, GAP), 1),
+                show(seeds.of_group(reference_equipped, GAP), 1),
                 show(seeds.of_group(radar_equipped, GAP), 1),
                 show(gap, 2),
             );
@@ -188,10 +170,10 @@ impl<'a> Report<'a> {
         };
         let of = |group: Group, figure: Figure| move |seeds: &Seeds<'_>| seeds.of_group(group, figure);
         let lost = |seeds: &Seeds<'_>| {
-            seeds.mean(|scores| Some(PU(&scores.transponder.equipped)? - PU(&scores.fused.equipped)?))
+            seeds.mean(|scores| Some(PU(&scores.transponder.equipped)? - PU(&scores.reference.equipped)?))
         };
         let won = |seeds: &Seeds<'_>| {
-            seeds.mean(|scores| Some(PU(&scores.fused.equipped)? - PU(&scores.radar.equipped)?))
+            seeds.mean(|scores| Some(PU(&scores.reference.equipped)? - PU(&scores.radar.equipped)?))
         };
         let one = |name, group: Group, figure: Figure, decimals| {
             show(self.row(name).of_group(group, figure), decimals)
@@ -199,28 +181,28 @@ impl<'a> Report<'a> {
         include_str!("meaning.md")
             .replace(
                 "{covered_ratio}",
-                &over_scenarios(&|s| ratio(s, fused_equipped, transponder_equipped, COVERED), 2),
+                &over_scenarios(&|s| s.ratio(reference_equipped, transponder_equipped, COVERED), 2),
             )
-            .replace("{gap_ratio}", &over_scenarios(&|s| ratio(s, fused_equipped, radar_equipped, GAP), 2))
+            .replace("{gap_ratio}", &over_scenarios(&|s| s.ratio(reference_equipped, radar_equipped, GAP), 2))
             .replace("{pu_lost}", &over_scenarios(&lost, 0))
-            .replace("{pu_equipped}", &over_scenarios(&of(fused_equipped, PU), 0))
-            .replace("{pu_unequipped}", &over_scenarios(&of(fused_unequipped, PU), 0))
+            .replace("{pu_equipped}", &over_scenarios(&of(reference_equipped, PU), 0))
+            .replace("{pu_unequipped}", &over_scenarios(&of(reference_unequipped, PU), 0))
             .replace("{pu_radar_unequipped}", &over_scenarios(&of(radar_unequipped, PU), 0))
-            .replace("{precision}", &over_scenarios(&of(fused, PRECISION), 2))
-            .replace("{id_changes}", &over_scenarios(&of(fused_equipped, ID_CHANGES), 1))
-            .replace("{false_track}", &over_scenarios(&of(fused, FALSE_TRACK), 0))
+            .replace("{precision}", &over_scenarios(&of(reference, PRECISION), 2))
+            .replace("{id_changes}", &over_scenarios(&of(reference_equipped, ID_CHANGES), 1))
+            .replace("{false_track}", &over_scenarios(&of(reference, FALSE_TRACK), 0))
             .replace(
                 "{against_radar}",
-                &over_scenarios(&|s| ratio(s, fused_equipped, radar_equipped, EPOS), 2),
+                &over_scenarios(&|s| s.ratio(reference_equipped, radar_equipped, EPOS), 2),
             )
             .replace("{pu_won}", &over_scenarios(&won, 0))
             .replace(
                 "{bias_ratio}",
-                &show(ratio(&self.row("bias"), fused_equipped, transponder_equipped, COVERED), 2),
+                &show(self.row("bias").ratio(reference_equipped, transponder_equipped, COVERED), 2),
             )
-            .replace("{spoof_fused}", &one("spoof", fused_equipped, COVERED, 1))
-            .replace("{bias_unequipped}", &one("bias", fused_unequipped, EPOS, 0))
-            .replace("{crossing_unequipped}", &one("crossing", fused_unequipped, EPOS, 0))
+            .replace("{spoof_fused}", &one("spoof", reference_equipped, COVERED, 1))
+            .replace("{bias_unequipped}", &one("bias", reference_unequipped, EPOS, 0))
+            .replace("{crossing_unequipped}", &one("crossing", reference_unequipped, EPOS, 0))
     }
 
     /// The real flights; as the document had them where they are not at hand.
@@ -244,26 +226,17 @@ impl<'a> Report<'a> {
             let _ = writeln!(
                 text,
                 "| {name}{how} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
-                cell(fused, PU, 1),
+                cell(reference, PU, 1),
                 cell(radar, PU, 1),
                 cell(transponder, PU, 1),
-                cell(fused, EPOSH, 2),
+                cell(reference, EPOSH, 2),
                 cell(radar, EPOSH, 1),
                 cell(transponder, EPOSH, 2),
-                show(ratio(&seeds, fused, transponder, COVERED), 2),
-                cell(fused, GAP, 1),
+                show(seeds.ratio(reference, transponder, COVERED), 2),
+                cell(reference, GAP, 1),
                 cell(radar, GAP, 1),
             );
         }
         format!("{text}{}\n", REAL.1)
     }
-}
-
-/// Of each flight the one's figure over the other's, and the mean of that.
-fn ratio(seeds: &Seeds<'_>, of: Group, over: Group, figure: Figure) -> Option<Mean> {
-    seeds.mean(|scores| Some(figure(of(scores))? / figure(over(scores))?))
-}
-
-fn show(mean: Option<Mean>, decimals: usize) -> String {
-    mean.map_or("–".to_owned(), |mean| mean.show(decimals))
 }

@@ -1,25 +1,30 @@
 //! Means over seeds.
 
-use utm_fusion::evaluate::{ErrorStatistics, Score};
+use utm_fusion::evaluate::Score;
 
-use crate::flights::{Groups, Row, Scores};
+use crate::figures::{Figure, Group};
+use crate::flights::Row;
+use crate::score::Scores;
 
-/// Mean over the seeds that tell the figure, and the standard error of that mean.
+/// Mean over what tells the figure, and the standard error of that mean.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mean {
     pub mean: f64,
-    /// `None` for a single flight.
+    /// `None` for a single value.
     pub error: Option<f64>,
+    /// Of how many.
+    pub count: usize,
 }
 
 impl Mean {
     /// Of these; `None` of none.
     pub fn of(values: &[f64]) -> Option<Self> {
-        let n = values.len() as f64;
+        let count = values.len();
+        let n = count as f64;
         let mean = values.iter().sum::<f64>() / n;
         let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-        let error = (values.len() > 1).then(|| (squares / (n - 1.0) / n).sqrt());
-        (!values.is_empty()).then_some(Self { mean, error })
+        let error = (count > 1).then(|| (squares / (n - 1.0) / n).sqrt());
+        (count > 0).then_some(Self { mean, error, count })
     }
 
     /// With so many decimals.
@@ -31,8 +36,10 @@ impl Mean {
     }
 }
 
-/// A figure of a score.
-pub type Figure = fn(&Score) -> Option<f64>;
+/// As [`Mean::show`], and a dash where nothing is told.
+pub fn show(mean: Option<Mean>, decimals: usize) -> String {
+    mean.map_or("–".to_owned(), |mean| mean.show(decimals))
+}
 
 /// The scores of one row, one a seed.
 pub struct Seeds<'a>(pub Vec<&'a Scores>);
@@ -49,36 +56,18 @@ impl<'a> Seeds<'a> {
     }
 
     /// Mean of a figure of one stream and group.
-    pub fn of_group(&self, group: fn(&Scores) -> &Score, figure: Figure) -> Option<Mean> {
+    pub fn of_group(&self, group: Group, figure: Figure) -> Option<Mean> {
         self.mean(|scores| figure(group(scores)))
     }
-}
 
-/// The mean of an error.
-pub fn mean_of(error: Option<ErrorStatistics>) -> Option<f64> {
-    error.map(|error| error.mean_m)
-}
-
-/// Streams and groups by name.
-pub mod group {
-    use super::{Groups, Score, Scores};
-
-    macro_rules! groups {
-        ($($name:ident: $stream:ident $group:ident;)*) => {
-            $(pub fn $name(scores: &Scores) -> &Score {
-                let Groups { $group, .. } = &scores.$stream;
-                $group
-            })*
-        };
+    /// Of each flight the one's figure over the other's, and the mean of that.
+    pub fn ratio(&self, of: Group, over: Group, figure: Figure) -> Option<Mean> {
+        self.mean(|scores| Some(figure(of(scores))? / figure(over(scores))?))
     }
-    groups! {
-        fused: fused all;
-        fused_equipped: fused equipped;
-        fused_unequipped: fused unequipped;
-        radar: radar all;
-        radar_equipped: radar equipped;
-        radar_unequipped: radar unequipped;
-        transponder_equipped: transponder equipped;
-        transponder: transponder all;
+
+    /// Mean over all drones of all flights, each of which counts once.
+    pub fn of_drones(&self, drones: fn(&Scores) -> &[Score], figure: Figure) -> Option<Mean> {
+        let each = self.0.iter().flat_map(|scores| drones(scores).iter().filter_map(figure));
+        Mean::of(&each.collect::<Vec<_>>())
     }
 }

@@ -1,0 +1,69 @@
+//! A line a scenario, for whoever works on the `operational` profile.
+
+use utm_fusion::evaluate::Score;
+
+use crate::figures::*;
+use crate::flights::{Row, SCENARIOS};
+use crate::score::Scores;
+use crate::summary::{Mean, Seeds};
+
+/// Heads and widths of the columns behind the scenario's.
+const COLUMNS: [(&str, usize); 15] = [
+    ("covered/T", 9),
+    ("delay told", 10),
+    ("gap/radar", 9),
+    ("PU eq.", 6),
+    ("uneq.", 5),
+    ("err/radar", 9),
+    ("precision", 9),
+    ("recall", 6),
+    ("id/min", 6),
+    ("false s", 7),
+    ("GOSPA m", 7),
+    ("/ref.", 5),
+    ("NEES cov.", 9),
+    ("gap", 6),
+    ("uneq.", 8),
+];
+
+/// The table, of the scenarios that were flown.
+pub fn table(scores: &[Scores]) -> String {
+    let line = |name: &str, cells: Vec<String>| {
+        let cells = cells.into_iter().zip(COLUMNS).map(|(cell, (_, width))| format!("  {cell:>width$}"));
+        format!("{name:<9}{}\n", cells.collect::<String>())
+    };
+    let mut text = line("scenario", COLUMNS.map(|(head, _)| head.to_owned()).into());
+    for name in SCENARIOS {
+        let seeds = Seeds::of(scores, &Row::Scenario(name));
+        if !seeds.0.is_empty() {
+            text += &line(name, cells(&seeds));
+        }
+    }
+    text
+}
+
+fn cells(seeds: &Seeds<'_>) -> Vec<String> {
+    let show = |mean: Option<Mean>, decimals: usize| {
+        mean.map_or("-".to_owned(), |mean| format!("{:.decimals$}", mean.mean))
+    };
+    let of = |group: Group, figure: Figure, decimals| show(seeds.of_group(group, figure), decimals);
+    let ratio = |of: Group, over: Group, figure: Figure| show(seeds.ratio(of, over, figure), 3);
+    let nees = |drones: fn(&Scores) -> &[Score], figure: Figure| show(seeds.of_drones(drones, figure), 2);
+    vec![
+        ratio(operational_equipped, transponder_equipped, COVERED),
+        show(seeds.mean(covered_with_delay), 3),
+        ratio(operational_equipped, radar_equipped, GAP),
+        of(operational_equipped, PU, 1),
+        of(operational_unequipped, PU, 1),
+        ratio(operational_unequipped, radar_unequipped, EPOS),
+        of(operational, PRECISION, 3),
+        of(operational, RECALL, 3),
+        of(operational_equipped, ID_CHANGES, 3),
+        of(operational, FALSE_TRACK, 2),
+        of(operational, GOSPA, 1),
+        ratio(operational, reference, GOSPA),
+        nees(each_equipped, NEES_COVERED),
+        nees(each_equipped, NEES_GAP),
+        nees(each_unequipped, NEES),
+    ]
+}

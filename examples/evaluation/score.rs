@@ -1,0 +1,166 @@
+//! The flights flown, fused under both profiles, and scored.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use utm_fusion::areas::Masks;
+use utm_fusion::config::{Config, Profile};
+use utm_fusion::evaluate::{
+    Alone, Drone, Evaluation, Label, Labels, Score, Scored, Settings, Truth, evaluate, output, read,
+};
+use utm_fusion::ingest::{Capture, Merged, ReadError, Reception};
+use utm_fusion::simulate::{TRANSPONDER_ID, simulate};
+
+use crate::degrade::degraded;
+use crate::flights::{Failure, Flight, Row, Source};
+
+/// The scores of one flight.
+pub struct Scores {
+    pub row: Row,
+    pub reference: Groups,
+    pub operational: Groups,
+    /// The `operational` profile that is told the transponders' delay; `None` while there is nothing to tell it by.
+    pub delayed: Option<Groups>,
+    pub radar: Groups,
+    pub transponder: Groups,
+}
+
+/// The scores of one stream.
+pub struct Groups {
+    pub all: Score,
+    pub equipped: Score,
+    pub unequipped: Score,
+    /// Of each drone that carries a transponder.
+    pub each_equipped: Vec<Score>,
+    /// Of each that carries none.
+    pub each_unequipped: Vec<Score>,
+}
+
+impl Groups {
+    fn new(scored: Scored, drones: &[Drone]) -> Self {
+        let Scored { all, equipped, unequipped, drones: each, .. } = scored;
+        let (with, without): (Vec<_>, Vec<_>) =
+            each.into_iter().zip(drones).partition(|(_, drone)| drone.equipped == Some(true));
+        let scores = |of: Vec<(Score, &Drone)>| of.into_iter().map(|(score, _)| score).collect();
+        Self { all, equipped, unequipped, each_equipped: scores(with), each_unequipped: scores(without) }
+    }
+}
+
+/// Tells the operational profile that transponders stamp their reports so long after they measured, seconds; whether
+/// there is a key to tell it by.
+fn with_delay(_config: &mut Config, _delay_s: f64) -> bool {
+    false
+}
+
+/// Scores the flights, `threads` at a time; in the order of the flights, whichever ends first.
+pub fn score(flights: &[Flight], threads: usize) -> Result<Vec<Scores>, Failure> {
+    let next = AtomicUsize::new(0);
+    let scored: Mutex<Vec<Option<Result<Scores, Failure>>>> =
+        Mutex::new(flights.iter().map(|_| None).collect());
+    std::thread::scope(|scope| {
+        for _ in 0..threads.max(1) {
+            scope.spawn(|| {
+                while let Some((place, flight)) = {
+                    let place = next.fetch_add(1, Ordering::Relaxed);
+                    flights.get(place).map(|flight| (place, flight))
+                } {
+                    eprintln!("{} of {}: {}", place + 1, flights.len(), flight.name());
+                    let scores = of_flight(flight);
+                    scored.lock().expect("no other flight has panicked")[place] = Some(scores);
+                }
+            });
+        }
+    });
+    let scored = scored.into_inner().expect("no flight has panicked");
+    scored.into_iter().map(|scores| scores.expect("every flight was taken")).collect()
+}
+
+fn of_flight(flight: &Flight) -> Result<Scores, Failure> {
+    match &flight.source {
+        Source::Simulated { scenario, seed } => {
+            let simulation = simulate(scenario, *seed, None)?;
+            let labels = Labels::with_receivers(simulation.labels.clone(), &receivers(TRANSPONDER_ID));
+            let late = scenario.transponder.stamped_late_s;
+            let known = Known {
+                truth: &simulation.truth(),
+                labels: &labels,
+                config: &simulation.config,
+                delay_s: Some((late.low + late.high) / 2.0),
+            };
+            known.scores(&flight.row, || simulation.receptions().map(Ok))
+        }
+        Source::Recorded { directory, version, degraded_by } => {
+            recorded(&flight.row, directory, version, *degraded_by)
+        }
+    }
+}
+
+fn receivers(id: &str) -> BTreeSet<String> {
+    [id.to_owned()].into()
+}
+
+/// A real flight, its transponder as it is or made worse.
+fn recorded(row: &Row, directory: &Path, version: &str, degraded_by: Option<u64>) -> Result<Scores, Failure> {
+    let octets = |name: &str| std::fs::read(directory.join(name));
+    let config = Config::load(directory.join(version).join("site.toml"))?;
+    let truth = Truth::new(read::truth("truth.csv", "truth", &octets("truth.csv")?)?);
+    let rows: Vec<Label> = read::labels("labels.csv", &octets("labels.csv")?)?;
+    let labels = Labels::with_receivers(rows, &receivers("drone-it"));
+    let capture = Capture::open(&directory.join(version).join("capture.pcap"))?;
+    let mut receptions =
+        Merged::new(vec![capture], jiff::civil::Date::default()).collect::<Result<Vec<_>, _>>()?;
+    if let Some(seed) = degraded_by {
+        receptions = degraded(receptions, seed);
+    }
+    let known = Known { truth: &truth, labels: &labels, config: &config, delay_s: None };
+    known.scores(row, || receptions.iter().cloned().map(Ok))
+}
+
+/// What is known of a flight besides what was received.
+struct Known<'a> {
+    truth: &'a Truth,
+    labels: &'a Labels,
+    config: &'a Config,
+    /// How late its transponders stamp their reports, seconds, mean.
+    delay_s: Option<f64>,
+}
+
+impl Known<'_> {
+    fn scores<I: Iterator<Item = Result<Reception, ReadError>>>(
+        &self,
+        row: &Row,
+        receptions: impl Fn() -> I,
+    ) -> Result<Scores, Failure> {
+        let alone = Alone::of(receptions(), self.config, Masks::default())?;
+        let under = |config: &Config| -> Result<Evaluation, Failure> {
+            let points = output(receptions(), config, Masks::default())?;
+            Ok(evaluate(self.truth, Some(self.labels), &points, Some(&alone), &Settings::of(config)))
+        };
+        let profile = |profile| {
+            let mut config = self.config.clone();
+            config.fusion.profile = profile;
+            config
+        };
+        let reference = under(&profile(Profile::Reference))?;
+        let operational = under(&profile(Profile::Operational))?;
+        let mut told = profile(Profile::Operational);
+        let delay_s = self.delay_s.filter(|&delay_s| with_delay(&mut told, delay_s));
+        let delayed = delay_s.map(|_| under(&told)).transpose()?;
+
+        let drones = operational.drones;
+        let groups = |scored| Groups::new(scored, &drones);
+        let (Some(radar), Some(transponder)) = (operational.radar, operational.transponder) else {
+            return Err("a flight without inputs".into());
+        };
+        Ok(Scores {
+            row: row.clone(),
+            reference: groups(reference.fused),
+            operational: groups(operational.fused),
+            delayed: delayed.map(|delayed| groups(delayed.fused)),
+            radar: groups(radar),
+            transponder: groups(transponder),
+        })
+    }
+}
