@@ -30,8 +30,8 @@ pub use changes::{Change, changes};
 pub use error::{ConfigError, ConfigErrors, Place};
 pub use types::{
     Address, Area, AreaKind, Auth, Classification, Fusion, Http, Input, MAX_WINDOW_SLOTS, Output, Profile,
-    Radar, RadarAccuracy, RateLimit, Record, Sensor, SensorKind, SerialSource, Sink, Site, State, Tiles,
-    Transponder, TransponderAccuracy, UnknownProfile,
+    Radar, RadarAccuracy, RateLimit, Record, Registration, Sensor, SensorKind, SerialSource, Sink, Site,
+    State, Tiles, Transponder, TransponderAccuracy, UnknownProfile,
 };
 
 use error::Faults;

@@ -3,11 +3,11 @@
 use super::network::read_input;
 use super::reader::{Item, Section, each};
 use super::types::{
-    Classification, Radar, RadarAccuracy, Sensor, SensorKind, Transponder, TransponderAccuracy,
+    Classification, Radar, RadarAccuracy, Registration, Sensor, SensorKind, Transponder, TransponderAccuracy,
 };
 
 /// Keys that only a radar has.
-const RADAR_KEYS: [&str; 7] = [
+const RADAR_KEYS: [&str; 8] = [
     "latitude_deg",
     "longitude_deg",
     "height_amsl_m",
@@ -15,6 +15,7 @@ const RADAR_KEYS: [&str; 7] = [
     "max_range_m",
     "assumed_height_amsl_m",
     "classification",
+    "registration",
 ];
 
 #[derive(Clone, Copy, PartialEq)]
@@ -156,6 +157,9 @@ fn read_radar(section: &mut Section<'_>) -> Option<Radar> {
         section.finish();
         Some(RadarAccuracy { range_m: range_m?, azimuth_deg: azimuth_deg?, height_m })
     });
+    let modes =
+        [Registration::Off, Registration::Propose, Registration::Apply].map(|mode| (mode.name(), mode));
+    let registration = section.item("registration").map(|item| item.word(&modes));
     Some(Radar {
         latitude_deg: latitude_deg?,
         longitude_deg: longitude_deg?,
@@ -165,6 +169,7 @@ fn read_radar(section: &mut Section<'_>) -> Option<Radar> {
         assumed_height_amsl_m: assumed_height_amsl_m.or(height_amsl_m)?,
         classification: classification.unwrap_or(Some(Classification::SpecialPurpose { octet: 0 }))?,
         accuracy: accuracy.flatten(),
+        registration: registration.unwrap_or(Some(Registration::default()))?,
     })
 }
 
@@ -183,7 +188,10 @@ fn read_transponder(section: &mut Section<'_>) -> Transponder {
         section.finish();
         Some(TransponderAccuracy { horizontal_m: horizontal_m?, vertical_m: vertical_m? })
     });
-    Transponder { accuracy }
+    let delay_s = section
+        .item("delay_s")
+        .and_then(|item| item.number("a delay is between 0 and 5 seconds", |v| (0.0..=5.0).contains(&v)));
+    Transponder { accuracy, delay_s }
 }
 
 fn read_deviation(item: Option<Item<'_>>) -> Option<f64> {

@@ -81,11 +81,14 @@ fn sensor(f: &mut Formatter<'_>, sensor: &Sensor) -> fmt::Result {
     optional(f, "period_s", sensor.period_s, absent)?;
     match &sensor.kind {
         SensorKind::Radar(radar) => show_radar(f, radar)?,
-        SensorKind::Transponder(Transponder { accuracy: Some(accuracy) }) => {
+        SensorKind::Transponder(Transponder { accuracy: Some(accuracy), .. }) => {
             let (h, v) = (accuracy.horizontal_m, accuracy.vertical_m);
             writeln!(f, "accuracy = {{ horizontal_m = {h:?}, vertical_m = {v:?} }}")?;
         }
-        SensorKind::Transponder(Transponder { accuracy: None }) => writeln!(f, "# accuracy: not stated")?,
+        SensorKind::Transponder(Transponder { accuracy: None, .. }) => writeln!(f, "# accuracy: not stated")?,
+    }
+    if let SensorKind::Transponder(Transponder { delay_s, .. }) = &sensor.kind {
+        optional(f, "delay_s", *delay_s, "not known")?;
     }
     list(f, "inputs", &sensor.inputs, show_input)
 }
@@ -108,6 +111,7 @@ fn show_radar(f: &mut Formatter<'_>, radar: &Radar) -> fmt::Result {
             writeln!(f, "classification = {{ source = \"constant\", value = {value:?} }}")?;
         }
     }
+    writeln!(f, "registration = \"{}\"", radar.registration.name())?;
     let Some(accuracy) = radar.accuracy else { return writeln!(f, "# accuracy: not stated") };
     write!(f, "accuracy = {{ range_m = {:?}, azimuth_deg = {:?}", accuracy.range_m, accuracy.azimuth_deg)?;
     if let Some(height_m) = accuracy.height_m {

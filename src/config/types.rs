@@ -70,6 +70,31 @@ pub struct Radar {
     pub classification: Classification,
     /// One standard deviation of a plot.
     pub accuracy: Option<RadarAccuracy>,
+    /// What is done about its being set up wrongly; not used by the `reference` profile.
+    pub registration: Registration,
+}
+
+/// What is done about a radar's being set up wrongly.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Registration {
+    /// Nothing.
+    Off,
+    /// It is estimated and shown; plots stay as they are.
+    Propose,
+    /// Plots are put right by what is estimated.
+    #[default]
+    Apply,
+}
+
+impl Registration {
+    /// As the configuration has it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::Propose => "propose",
+            Self::Apply => "apply",
+        }
+    }
 }
 
 /// Where a plot states how likely it is a UAV: CAT048 has no item for it.
@@ -105,6 +130,9 @@ pub struct RadarAccuracy {
 pub struct Transponder {
     /// One standard deviation of a report.
     pub accuracy: Option<TransponderAccuracy>,
+    /// Reports are stamped so long after their position was measured, seconds; `None`: not known. Not used by the `reference`
+    /// profile.
+    pub delay_s: Option<f64>,
 }
 
 /// Standard deviations of a transponder report.

@@ -35,14 +35,14 @@ pub struct RadarErrors {
 impl RadarErrors {
     /// Of a radar whose data sheet tells its accuracy, one standard deviation each, as metres, degrees, metres.
     ///
-    /// A data sheet tells neither how much of that lasts, nor how well the radar was set up: assumed are a slow error as large
-    /// as that and more (in azimuth 1.4 times, with the registration), and a fast one that is a fraction of it.
+    /// A data sheet does not tell how much of that lasts: assumed are a slow error that is as large (in azimuth 1.3 times: turns
+    /// make it larger), and a fast one that is a fraction of it.
     pub fn of_data_sheet(range_m: f64, azimuth_deg: f64, height_m: f64) -> Self {
         let azimuth = azimuth_deg.to_radians();
         Self {
-            slow_range_m: 1.1 * range_m,
-            slow_azimuth: 1.4 * azimuth,
-            slow_height_m: height_m,
+            slow_range_m: 0.9 * range_m,
+            slow_azimuth: 1.3 * azimuth,
+            slow_height_m: 0.9 * height_m,
             fast_range_m: 0.4 * range_m,
             fast_azimuth: 0.2 * azimuth,
             fast_height_m: 0.3 * height_m,

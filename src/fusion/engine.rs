@@ -3,12 +3,13 @@
 //! Sans-IO: no clock, no socket, no randomness. [`Engine::advance`] first, drained; then [`Engine::handle`].
 
 use super::numbering::{Given, Numbers};
-use super::operational::{self, Operational};
+use super::operational::{self, Operational, Registered};
 use super::point::Emission;
 use super::reference::Reference;
 use super::settings::Settings;
 use super::slots::{Slot, Window};
-use crate::normalise::Report;
+use crate::normalise::{Report, SensorIndex};
+use crate::registration::{State, StateError};
 use crate::time::Time;
 
 /// The one owner of the window.
@@ -154,6 +155,27 @@ impl Engine {
     /// The transponder numbers given so far.
     pub fn numbers(&self) -> &Numbers {
         &self.numbers
+    }
+
+    /// What is known of each radar's registration; nothing in the `reference` profile.
+    pub fn registered(&self) -> impl Iterator<Item = (SensorIndex, &Registered)> {
+        let operational = match &self.rules {
+            Rules::Operational(operational, _) => Some(operational),
+            Rules::Reference(_) => None,
+        };
+        operational.into_iter().flat_map(|operational| operational.registered())
+    }
+
+    /// Takes over what was known of a radar's registration in an earlier life; whether it did. The `reference` profile knows
+    /// none.
+    ///
+    /// # Errors
+    /// The state is of another version, or its numbers are not what is written.
+    pub fn restore(&mut self, sensor: SensorIndex, state: &State) -> Result<bool, StateError> {
+        match &mut self.rules {
+            Rules::Operational(operational, _) => operational.restore(sensor, state).map(|()| true),
+            Rules::Reference(_) => Ok(false),
+        }
     }
 
     /// Takes over a number given in an earlier life; whether it did ([`Numbers::remember`]).

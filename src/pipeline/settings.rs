@@ -1,8 +1,8 @@
 //! What the engine is told once, from the configuration.
 
-use crate::config::{Config, Profile, Sensor, SensorKind};
+use crate::config::{Config, Profile, Registration, Sensor, SensorKind};
 use crate::estimation::{Models, RadarErrors};
-use crate::fusion::operational::{self, Radar, Transponder};
+use crate::fusion::operational::{self, Mode, Radar, Transponder};
 use crate::fusion::{Gate, Settings, SlotGrid};
 use crate::normalise::{Geodetic, Normaliser};
 
@@ -52,9 +52,16 @@ fn operational(config: &Config, normaliser: &Normaliser) -> operational::Setting
         let (range_m, azimuth_deg, height_m) = radar.accuracy.map_or(RADAR_ACCURACY, |accuracy| {
             (accuracy.range_m, accuracy.azimuth_deg, accuracy.height_m.unwrap_or(RADAR_ACCURACY.2))
         });
+        let errors = RadarErrors::of_data_sheet(range_m, azimuth_deg, height_m);
         Some(Radar {
             position: normaliser.frame().from_geodetic(place),
-            errors: RadarErrors::of_data_sheet(range_m, azimuth_deg, height_m),
+            track_errors: errors,
+            errors,
+            registration: match radar.registration {
+                Registration::Off => Mode::Off,
+                Registration::Propose => Mode::Propose,
+                Registration::Apply => Mode::Apply,
+            },
             period_s: sensor.period_s.unwrap_or(config.fusion.slot.as_secs_f64()),
         })
     };
@@ -63,7 +70,7 @@ fn operational(config: &Config, normaliser: &Normaliser) -> operational::Setting
         let (horizontal_m, vertical_m) = transponder
             .accuracy
             .map_or(TRANSPONDER_ACCURACY, |accuracy| (accuracy.horizontal_m, accuracy.vertical_m));
-        Some(Transponder { horizontal_m, vertical_m, delay_s: 0.0 })
+        Some(Transponder { horizontal_m, vertical_m, delay_s: transponder.delay_s })
     };
     operational::Settings {
         radars: config.sensors.iter().map(radar).collect(),

@@ -9,6 +9,7 @@
 use nalgebra::{Matrix4, Matrix4x6, Matrix6, RowVector4, RowVector6, Vector3, Vector4, Vector6};
 
 use super::{AXES, AZIMUTH, BEARING, HEIGHT, OWN, PRIOR, RANGE, TILT_EAST, TILT_NORTH, TIME};
+use crate::estimation::RadarErrors;
 use crate::time::Time;
 
 /// A plot against where its target was at that time: vectors from the radar, metres, east-north-up.
@@ -26,26 +27,6 @@ pub struct Residual {
     pub height_measured: bool,
     /// Standard deviation of `target`, each axis, metres.
     pub deviation_m: f64,
-}
-
-/// How wrong a radar is when it is set up rightly, one standard deviation each: an error that lasts for a while (first-order
-/// Gauss–Markov, new with each radar track), and one that is new with every plot.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TrackErrors {
-    /// Slow error of the range, metres.
-    pub slow_range_m: f64,
-    /// Slow error of the azimuth, radians.
-    pub slow_azimuth: f64,
-    /// Slow error of the height, metres.
-    pub slow_height_m: f64,
-    /// Error of a plot's range, metres.
-    pub fast_range_m: f64,
-    /// Error of a plot's azimuth, radians.
-    pub fast_azimuth: f64,
-    /// Error of a plot's height, metres.
-    pub fast_height_m: f64,
-    /// The slow errors are forgotten to 1/e in this time, seconds.
-    pub correlation_s: f64,
 }
 
 /// What is known of p: inverse covariance, and that times the mean.
@@ -134,8 +115,8 @@ impl Sample {
 }
 
 impl Along {
-    /// A radar track of which nothing is known yet.
-    pub fn new(errors: &TrackErrors) -> Self {
+    /// A radar track of which nothing is known yet, of a radar that errs so when it is set up rightly.
+    pub fn new(errors: &RadarErrors) -> Self {
         let slow = [errors.slow_azimuth, errors.slow_range_m, errors.slow_height_m];
         let fast = [errors.fast_azimuth, errors.fast_range_m, errors.fast_height_m];
         Self {

@@ -28,7 +28,7 @@ mod sums;
 mod tests;
 mod tracks;
 
-pub use along::{Along, Residual, Sample, TrackErrors};
+pub use along::{Along, Residual, Sample};
 pub use correction::{Correction, Remaining};
 pub use estimate::{Estimate, Value};
 pub use state::{State, StateError};

@@ -77,6 +77,7 @@ fn radar_sensor(scenario: &Scenario, ground: &Ground, index: usize, radar: &Rada
                 height_m: RADAR_ACCURACY.height_m.filter(|_| radar.heights),
                 ..RADAR_ACCURACY
             }),
+            registration: config::Registration::default(),
         }),
     }
 }
@@ -88,7 +89,10 @@ fn transponder_sensor(scenario: &Scenario, model: &Transponder) -> Sensor {
         sic: model.sic as u8,
         period_s: Some((model.period_s.low + model.period_s.high) / 2.0),
         inputs: inputs(scenario, Ipv4Addr::new(239, 192, 129, 1), 8129),
-        kind: SensorKind::Transponder(config::Transponder { accuracy: Some(TRANSPONDER_ACCURACY) }),
+        kind: SensorKind::Transponder(config::Transponder {
+            accuracy: Some(TRANSPONDER_ACCURACY),
+            delay_s: None,
+        }),
     }
 }
 

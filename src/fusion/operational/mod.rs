@@ -11,6 +11,7 @@ mod existence;
 mod flight;
 mod output;
 mod pairing;
+mod registering;
 mod settings;
 mod target;
 mod tracklet;
@@ -20,12 +21,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::numbering::Numbers;
 use super::point::Point;
 use super::slots::{Slot, SlotGrid};
-use crate::normalise::{Fix, Identity, Plot, RadarTrackKey, Report};
+use crate::normalise::{Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex};
 use crate::time::{SECOND, Time};
 use target::Target;
 use tracklet::{TargetId, Tracklet, TrackletId};
 
-pub use settings::{Radar, Settings, Transponder};
+pub use registering::{Registered, Step};
+pub use settings::{Mode, Radar, Settings, Transponder};
 
 /// A radar's track number that comes again after so long, and after five of its periods, is another track, nanoseconds.
 const BREAK_NS: i64 = 5 * SECOND;
@@ -52,6 +54,8 @@ pub(super) struct Operational {
     numbers_in_use: BTreeSet<u32>,
     /// The number of each transponder's aircraft, and since when: it comes again with it.
     names: BTreeMap<Identity, (u32, Slot)>,
+    /// How each radar is set up.
+    registered: BTreeMap<SensorIndex, Registered>,
 }
 
 /// The slot that is put out.
@@ -97,10 +101,12 @@ impl Operational {
             end: grid.open(slot.plus(1)),
             since: self.settled.unwrap_or(before),
         };
+        let settings = &self.registered_settings(settings);
         self.sort_in(settings);
         self.forget(time);
         self.compare(&moment, settings);
         self.assign(&moment, settings);
+        self.register(&moment, settings);
         self.begin(&moment, settings);
         self.filter(&moment, settings);
         let points = self.points(&moment, grid, settings, numbers);
@@ -120,7 +126,10 @@ impl Operational {
     fn sort_in(&mut self, settings: &Settings) {
         self.plots.sort_by_key(|plot| (plot.time, plot.track));
         for plot in std::mem::take(&mut self.plots) {
-            let Some(radar) = settings.radar(plot.track.sensor) else { continue };
+            let sensor = plot.track.sensor;
+            let Some(radar) = settings.radar(sensor) else { continue };
+            let raw = plot.position;
+            let plot = self.registered.get(&sensor).map_or(plot, |radar_is| radar_is.put_right(plot, radar));
             let break_ns = BREAK_NS.max((5.0 * radar.period_s * SECOND as f64) as i64);
             let ids = self.by_key.entry(plot.track).or_default();
             let belongs = |id: &&TrackletId| {
@@ -131,20 +140,21 @@ impl Operational {
             };
             match ids.iter().rev().find(belongs) {
                 Some(id) => {
-                    self.tracklets.entry(*id).and_modify(|tracklet| tracklet.insert(plot));
+                    self.tracklets.entry(*id).and_modify(|tracklet| tracklet.insert(plot, raw));
                 }
                 None => {
                     let id = TrackletId(self.next_tracklet);
                     self.next_tracklet += 1;
                     ids.push(id);
-                    self.tracklets.insert(id, Tracklet::new(id, plot));
+                    self.tracklets.insert(id, Tracklet::new(id, plot, raw));
                 }
             }
         }
         self.fixes.sort_by_key(|fix| (fix.time, fix.identity));
         for mut fix in std::mem::take(&mut self.fixes) {
             let Some(receiver) = settings.transponder(fix.sensor) else { continue };
-            fix.time = Time::from_nanos(fix.time.nanos() - (receiver.delay_s * SECOND as f64) as i64);
+            let delay_s = receiver.delay_s.unwrap_or(0.0);
+            fix.time = Time::from_nanos(fix.time.nanos() - (delay_s * SECOND as f64).round() as i64);
             let id = *self.by_identity.entry(fix.identity).or_insert_with(|| {
                 let id = TargetId(self.next_target);
                 self.next_target += 1;
@@ -157,9 +167,15 @@ impl Operational {
 
     fn forget(&mut self, time: Time) {
         let before = |by_ns: i64| Time::from_nanos(time.nanos() - by_ns);
-        let Self { tracklets, targets, by_key, by_identity, numbers_in_use, .. } = self;
+        let Self { tracklets, targets, by_key, by_identity, numbers_in_use, registered, .. } = self;
         tracklets.retain(|id, tracklet| {
             let is_left = tracklet.forget_before(before(PLOTS_NS));
+            if !is_left
+                && let Some((_, along)) = &mut tracklet.compared
+                && let Some(registered) = registered.get_mut(&tracklet.key.sensor)
+            {
+                registered.take(along);
+            }
             if !is_left && let Some(ids) = by_key.get_mut(&tracklet.key) {
                 ids.retain(|known| known != id);
                 if ids.is_empty() {

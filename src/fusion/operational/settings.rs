@@ -39,8 +39,12 @@ impl Settings {
 pub struct Radar {
     /// Where it stands.
     pub position: Enu,
-    /// How wrong it is.
+    /// How wrong it is when it is set up rightly.
+    pub track_errors: RadarErrors,
+    /// How wrong it is as it is set up.
     pub errors: RadarErrors,
+    /// What is done about its being set up wrongly.
+    pub registration: Mode,
     /// Seconds between two detections of one target.
     pub period_s: f64,
 }
@@ -52,6 +56,18 @@ pub struct Transponder {
     pub horizontal_m: f64,
     /// Deviation of a report's height, metres.
     pub vertical_m: f64,
-    /// Reports are stamped so long after their position was measured, seconds.
-    pub delay_s: f64,
+    /// Reports are stamped so long after their position was measured, seconds; `None`: not known, to be learnt with the
+    /// radars' registration.
+    pub delay_s: Option<f64>,
+}
+
+/// What is done about a radar's being set up wrongly.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// Nothing.
+    Off,
+    /// It is estimated; plots stay as they are.
+    Propose,
+    /// Plots are put right by what is estimated.
+    Apply,
 }

@@ -21,6 +21,9 @@ const BETWEEN: f64 = 1.5;
 /// would only add their own error.
 const SILENCE_S: f64 = 5.0;
 
+/// Reports of one transponder so near in time are one report, of which the last received counts, nanoseconds.
+const SAME_NS: i64 = 20_000_000;
+
 /// An aircraft.
 #[derive(Clone, Debug)]
 pub(super) struct Target {
@@ -73,10 +76,11 @@ impl Transponder {
     fn insert(&mut self, fix: Fix) {
         self.items = fix.items;
         self.sensor = fix.sensor;
-        let index = self.fixes.partition_point(|earlier| earlier.time < fix.time);
+        let first = Time::from_nanos(fix.time.nanos() - SAME_NS);
+        let index = self.fixes.partition_point(|earlier| earlier.time < first);
         let knot = Knot { time: fix.time, position: fix.position.0 };
         match self.fixes.get_mut(index) {
-            Some(same) if same.time == fix.time => {
+            Some(same) if same.time.nanos() - fix.time.nanos() <= SAME_NS => {
                 *same = fix;
                 self.knots[index] = knot;
             }

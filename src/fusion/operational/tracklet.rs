@@ -6,7 +6,8 @@ use super::pairing::Evidence;
 use super::settings::{Radar, Settings};
 use super::target::Target;
 use super::{EVER, existence};
-use crate::normalise::{Plot, RadarTrackKey};
+use crate::normalise::{Enu, Plot, RadarTrackKey};
+use crate::registration::Along;
 use crate::time::Time;
 
 /// Tells tracklets apart, also those that had one number after another.
@@ -18,23 +19,32 @@ pub(super) struct TrackletId(pub(super) u64);
 pub(super) struct TargetId(pub(super) u64);
 
 /// The plots of one radar track without a long break.
+/// A plot, and where the radar saw it before anything was put right.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seen {
+    pub(super) plot: Plot,
+    pub(super) raw: Enu,
+}
+
 #[derive(Clone, Debug)]
 pub(super) struct Tracklet {
     pub(super) id: TrackletId,
     pub(super) key: RadarTrackKey,
     /// By time; one at least.
-    plots: VecDeque<Plot>,
+    plots: VecDeque<Seen>,
     /// The target it belongs to.
     pub(super) target: Option<TargetId>,
     /// What is known of it and the targets that came near; by target.
     pub(super) pairs: Vec<(TargetId, Evidence)>,
     /// Log-odds that it is a drone, from the plots up to the last slot.
     existence: existence::Existence,
+    /// What it tells of the radar's registration, as that target.
+    pub(super) compared: Option<(TargetId, Along)>,
 }
 
 impl Tracklet {
-    pub(super) fn new(id: TrackletId, plot: Plot) -> Self {
-        let plots = VecDeque::from([plot]);
+    pub(super) fn new(id: TrackletId, plot: Plot, raw: Enu) -> Self {
+        let plots = VecDeque::from([Seen { plot, raw }]);
         Self {
             id,
             key: plot.track,
@@ -42,44 +52,54 @@ impl Tracklet {
             target: None,
             pairs: Vec::new(),
             existence: existence::Existence::NEW,
+            compared: None,
         }
     }
 
     /// A plot: of two of one time the last received counts.
-    pub(super) fn insert(&mut self, plot: Plot) {
-        let index = self.plots.partition_point(|earlier| earlier.time < plot.time);
+    pub(super) fn insert(&mut self, plot: Plot, raw: Enu) {
+        let index = self.plots.partition_point(|earlier| earlier.plot.time < plot.time);
         match self.plots.get_mut(index) {
-            Some(same) if same.time == plot.time => *same = plot,
-            _ => self.plots.insert(index, plot),
+            Some(same) if same.plot.time == plot.time => *same = Seen { plot, raw },
+            _ => self.plots.insert(index, Seen { plot, raw }),
         }
     }
 
     /// Forgets the plots before `time`; whether any is left.
     pub(super) fn forget_before(&mut self, time: Time) -> bool {
-        let old = self.plots.partition_point(|plot| plot.time < time);
+        let old = self.plots.partition_point(|seen| seen.plot.time < time);
         self.plots.drain(..old);
         !self.plots.is_empty()
     }
 
     /// When the first plot was that is kept.
     pub(super) fn first(&self) -> Time {
-        self.plots.front().map_or(EVER, |plot| plot.time)
+        self.plots.front().map_or(EVER, |seen| seen.plot.time)
     }
 
     /// When the last was.
     pub(super) fn last(&self) -> Time {
-        self.plots.back().map_or(EVER, |plot| plot.time)
+        self.plots.back().map_or(EVER, |seen| seen.plot.time)
     }
 
     /// The plot nearest to a time.
     pub(super) fn nearest(&self, time: Time) -> Option<&Plot> {
-        self.plots.iter().min_by_key(|plot| (plot.time.nanos() - time.nanos()).abs())
+        self.plots.iter().map(|seen| &seen.plot).min_by_key(|plot| (plot.time.nanos() - time.nanos()).abs())
     }
 
     /// Plots after `since`, up to `until`.
     pub(super) fn between(&self, since: Time, until: Time) -> impl DoubleEndedIterator<Item = &Plot> + Clone {
-        let from = self.plots.partition_point(|plot| plot.time <= since);
-        let to = self.plots.partition_point(|plot| plot.time <= until);
+        self.seen_between(since, until).map(|seen| &seen.plot)
+    }
+
+    /// The same with where the radar saw them.
+    pub(super) fn seen_between(
+        &self,
+        since: Time,
+        until: Time,
+    ) -> impl DoubleEndedIterator<Item = &Seen> + Clone {
+        let from = self.plots.partition_point(|seen| seen.plot.time <= since);
+        let to = self.plots.partition_point(|seen| seen.plot.time <= until);
         self.plots.range(from..to.max(from))
     }
 

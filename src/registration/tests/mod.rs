@@ -13,10 +13,10 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::qmethod::rotation_vector;
-use super::{Along, Estimate, PRIOR, Registration, Residual, Sample, Settings, TrackErrors, Value};
+use super::{Along, Estimate, PRIOR, RadarErrors, Registration, Residual, Sample, Settings, Value};
 use crate::time::Time;
 
-const ERRORS: TrackErrors = TrackErrors {
+const ERRORS: RadarErrors = RadarErrors {
     slow_range_m: 5.0,
     slow_azimuth: 1.0_f64.to_radians(),
     slow_height_m: 8.0,
