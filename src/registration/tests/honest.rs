@@ -64,3 +64,19 @@ fn tilts_and_height_need_heights_and_more_than_one_place() {
     world.heights = false;
     assert_eq!(observable(&mut world), [true, false, false, true, false, true]);
 }
+
+/// What is not taken away is left, and so is what is not known of the rest.
+#[test]
+fn what_is_left_is_what_is_not_taken_away() {
+    for tracks in [1, 2, 40] {
+        let estimate = World::wrong(5).estimate(tracks);
+        for (index, value) in values(&estimate).iter().enumerate() {
+            let kept = if value.observable { 0.0 } else { value.value };
+            let left = value.deviation.hypot(kept);
+            let tilt = index == 1 || index == 2;
+            let expected = if tilt { value.deviation } else { left };
+            assert!((estimate.left[(index, index)].sqrt() / expected - 1.0).abs() < 1e-9, "{tracks} {index}");
+        }
+        assert_eq!(values(&estimate).iter().all(|value| value.observable), tracks == 40);
+    }
+}
