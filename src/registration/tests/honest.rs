@@ -1,6 +1,8 @@
 //! Whether the deviations are what they say: normalised squared errors over many radars that are set up wrongly at random.
 
-use super::{NAMES, World, values};
+use nalgebra::Vector3;
+
+use super::{Along, ERRORS, NAMES, REFERENCE_M, Registration, Residual, Settings, World, seconds, values};
 
 const RUNS: u64 = 400;
 /// The 95 % band of a mean of 400 squares of normal numbers is 0.86 to 1.14; the variance factor is itself known to a fifth
@@ -63,6 +65,25 @@ fn tilts_and_height_need_heights_and_more_than_one_place() {
     let mut world = World::new(1);
     world.heights = false;
     assert_eq!(observable(&mut world), [true, false, false, true, false, true]);
+    // Heights, but all in one corner, hovering.
+    let mut registration = Registration::new(&Settings::default());
+    for track in 0..80 {
+        let mut along = Along::new(&ERRORS);
+        let place = Vector3::new(2000.0, 2000.0, 60.0);
+        for plot in 0..30 {
+            along.add(&Residual {
+                time: seconds(f64::from(100 * track + 2 * plot)),
+                plot: place,
+                target: place,
+                velocity: Vector3::zeros(),
+                height_measured: true,
+                deviation_m: REFERENCE_M,
+            });
+        }
+        registration.take(&along.take().unwrap());
+    }
+    let estimate = registration.estimate();
+    assert_eq!(values(&estimate).map(|value| value.observable), [true, false, false, true, false, false]);
 }
 
 /// What is not taken away is left, and so is what is not known of the rest.
