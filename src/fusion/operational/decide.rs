@@ -106,7 +106,11 @@ impl Operational {
         moment: &Moment,
         settings: &Settings,
     ) -> Vec<(TargetId, f64, bool)> {
-        let class = tracklet.existence_after(moment.since, radar).min(CLASS_MOST);
+        let existence = tracklet.existence_after(moment.since, radar);
+        if existence.is_none() {
+            return Vec::new();
+        }
+        let class = existence.log_odds().min(CLASS_MOST);
         let compared = tracklet.pairs.iter().map(|(id, evidence)| {
             let mut later = Evidence::default();
             let plots = tracklet.between(moment.time, EVER).rev();
@@ -175,9 +179,9 @@ impl Operational {
     pub(super) fn begin(&mut self, moment: &Moment, settings: &Settings) {
         let long_ago = |likely: Time| moment.time.nanos() - likely.nanos() >= HOLD_NS;
         let begins = |tracklet: &&Tracklet| {
-            let is_drone = settings
-                .radar(tracklet.key.sensor)
-                .is_some_and(|radar| tracklet.existence_after(moment.since, radar) >= existence::CONFIRMED);
+            let is_drone = settings.radar(tracklet.key.sensor).is_some_and(|radar| {
+                tracklet.existence_after(moment.since, radar).log_odds() >= existence::CONFIRMED
+            });
             tracklet.target.is_none()
                 && (tracklet.first() < moment.end && tracklet.last() >= moment.time)
                 && is_drone

@@ -17,6 +17,9 @@ const WHOLE_S: f64 = 2.0;
 /// and its mean is one over this, seconds.
 const MEMORY_S: f64 = 60.0;
 
+/// A classifier whose mean is below this all the time is certain that it is no drone.
+const NEVER: f64 = 0.01;
+
 /// What is known of it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Existence {
@@ -38,6 +41,11 @@ impl Existence {
         }
         self.flight = self.flight.with(plots, radar);
         self
+    }
+
+    /// Whether the radar is certain that it is no drone.
+    pub(super) fn is_none(&self) -> bool {
+        self.told_s >= WHOLE_S && self.mean < NEVER
     }
 
     /// Natural logarithm of the odds.

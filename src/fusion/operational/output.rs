@@ -6,6 +6,8 @@ use super::settings::Settings;
 use super::target::Target;
 use super::tracklet::Tracklet;
 use super::{Moment, Operational};
+use nalgebra::Matrix2;
+
 use crate::estimation::Estimate;
 use crate::fusion::numbering::Numbers;
 use crate::fusion::point::{self, Association, Basis, Because, Point, RadarPart, Source, TransponderPart};
@@ -18,7 +20,7 @@ const KNOWN_M: f64 = 25.0;
 /// One without, while it is known no worse than a plot by this factor
 const WORSE: f64 = 1.1;
 /// and this much, metres.
-const WORSE_M: f64 = 5.0;
+const WORSE_M: f64 = 10.0;
 
 impl Operational {
     /// The points of the slot.
@@ -37,6 +39,7 @@ impl Operational {
             if let Some(plot) = plot {
                 target.see(&plot, settings);
             }
+            let seen = tracklet.and_then(|tracklet| tracklet.last_before(moment.end));
             let Some(estimate) = target.estimate(moment.time, settings) else { continue };
             if !is_known(target, &estimate) {
                 continue;
@@ -66,7 +69,7 @@ impl Operational {
                 position: estimate.position,
                 first_seen: grid.centre(since),
                 source,
-                estimate: Some(shown(&estimate, plot.as_ref(), moment, grid)),
+                estimate: Some(shown(target, &estimate, seen, moment, settings)),
             });
         }
         points.sort_by_key(|point| (point.source.rank(), point.number));
@@ -113,19 +116,31 @@ fn source(
     })
 }
 
-/// How it moves, and what its place rests on.
-fn shown(estimate: &Estimate, plot: Option<&Plot>, moment: &Moment, grid: SlotGrid) -> point::Estimate {
-    let half_s = grid.slot_s() / 2.0;
+/// How it moves, and what its place rests on. `seen`: the last plot of its radar track up to the slot's end.
+fn shown(
+    target: &Target,
+    estimate: &Estimate,
+    seen: Option<Time>,
+    moment: &Moment,
+    settings: &Settings,
+) -> point::Estimate {
+    let half_s = moment.end.seconds_since(moment.begin) / 2.0;
     let filtered = Time::from_nanos(moment.time.nanos() - (estimate.since_s * SECOND as f64).round() as i64);
-    let seen = plot.map(|plot| plot.time).filter(|&time| time < moment.end);
     let in_slot = |away_s: f64| away_s <= half_s;
     let is_measured = seen.is_some_and(|time| time >= moment.begin)
         || in_slot(estimate.since_s)
         || estimate.until_s.is_some_and(in_slot);
+    // What lasts of a transponder's error moves all its reports alike, and what is measured against them.
+    let lasting = target.lasting(settings);
+    let along = estimate.velocity.xy();
     point::Estimate {
         velocity: estimate.velocity,
-        horizontal: estimate.horizontal,
-        vertical_m2: estimate.vertical,
+        horizontal: estimate.horizontal
+            + Matrix2::identity() * lasting.horizontal_m2
+            + along * along.transpose() * lasting.time_s2,
+        vertical_m2: estimate.vertical
+            + lasting.vertical_m2
+            + estimate.velocity.z * estimate.velocity.z * lasting.time_s2,
         velocity_spread: estimate.velocity_spread,
         basis: match estimate.until_s {
             _ if is_measured => Basis::Measured,

@@ -52,7 +52,7 @@ pub struct Radar {
 /// A transponder receiver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transponder {
-    /// Deviation of a report over ground on each axis, metres.
+    /// Deviation of a report over ground, of its distance from where it belongs, metres.
     pub horizontal_m: f64,
     /// Deviation of a report's height, metres.
     pub vertical_m: f64,

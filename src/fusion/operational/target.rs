@@ -1,8 +1,10 @@
 //! An aircraft as the service knows it, whichever sensor sees it.
 
+use std::f64::consts::{LN_2, SQRT_2};
+
 use super::EVER;
 use super::pairing::Evidence;
-use super::settings::{Radar, Settings};
+use super::settings::{self, Radar, Settings};
 use super::tracklet::{Tracklet, TrackletId};
 use crate::estimation::{By, Estimate, Measurement, Owner, Seen, SlowError, Track};
 use crate::fusion::interpolation::{self, Knot};
@@ -21,8 +23,23 @@ const BETWEEN: f64 = 1.5;
 /// would only add their own error.
 const SILENCE_S: f64 = 5.0;
 
+/// How late a transponder's reports are stamped is known to this where it is configured or learnt: transponders differ;
+const DELAY_KNOWN_S: f64 = 0.08;
+/// and to this where it is not, seconds.
+const DELAY_S: f64 = 0.15;
 /// Reports of one transponder so near in time are one report, of which the last received counts, nanoseconds.
 const SAME_NS: i64 = 20_000_000;
+
+/// The part of a transponder's error that lasts, and so cannot be seen from report to report.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Lasting {
+    /// Of the position over ground, each axis, m².
+    pub(super) horizontal_m2: f64,
+    /// Of the height, m².
+    pub(super) vertical_m2: f64,
+    /// Of the time, s².
+    pub(super) time_s2: f64,
+}
 
 /// An aircraft.
 #[derive(Clone, Debug)]
@@ -167,6 +184,20 @@ impl Target {
         self.newest
     }
 
+    /// The part of its transponder's error that lasts.
+    pub(super) fn lasting(&self, settings: &Settings) -> Lasting {
+        let Some(transponder) = &self.transponder else { return Lasting::default() };
+        let Some(receiver) = settings.transponder(transponder.sensor) else { return Lasting::default() };
+        let stated_m = transponder.fixes.last().and_then(|fix| fix.accuracy_m);
+        let share = 1.0 - FRESH * FRESH;
+        let delay_s = if receiver.delay_s > Some(0.0) { DELAY_KNOWN_S } else { DELAY_S };
+        Lasting {
+            horizontal_m2: axis_m(stated_m, receiver).powi(2) * share,
+            vertical_m2: receiver.vertical_m.powi(2) * share,
+            time_s2: delay_s * delay_s,
+        }
+    }
+
     /// Where its transponder says it was.
     pub(super) fn on_curve(&self, time: Time, settings: &Settings) -> Option<OnCurve> {
         let transponder = self.transponder.as_ref()?;
@@ -218,6 +249,12 @@ impl Target {
     pub(super) fn estimate(&self, time: Time, settings: &Settings) -> Option<Estimate> {
         self.filter.at(time, &settings.motion)
     }
+}
+
+/// Deviation of a position over ground on each axis, metres: of what the transponder states, else of what the data sheet does.
+fn axis_m(stated_m: Option<f64>, receiver: &settings::Transponder) -> f64 {
+    // Half of the errors lie within 1.177 deviations; a data sheet's deviation is that of the distance.
+    stated_m.map_or(receiver.horizontal_m / SQRT_2, |half_m| half_m / (2.0 * LN_2).sqrt())
 }
 
 fn heard(fix: &Fix, settings: &Settings) -> Option<Measurement> {

@@ -2,10 +2,11 @@
 
 use std::collections::VecDeque;
 
+use super::EVER;
+use super::existence::Existence;
 use super::pairing::Evidence;
 use super::settings::{Radar, Settings};
 use super::target::Target;
-use super::{EVER, existence};
 use crate::normalise::{Enu, Plot, RadarTrackKey};
 use crate::registration::Along;
 use crate::time::Time;
@@ -37,7 +38,7 @@ pub(super) struct Tracklet {
     /// What is known of it and the targets that came near; by target.
     pub(super) pairs: Vec<(TargetId, Evidence)>,
     /// Log-odds that it is a drone, from the plots up to the last slot.
-    existence: existence::Existence,
+    existence: Existence,
     /// What it tells of the radar's registration, as that target.
     pub(super) compared: Option<(TargetId, Along)>,
 }
@@ -51,7 +52,7 @@ impl Tracklet {
             plots,
             target: None,
             pairs: Vec::new(),
-            existence: existence::Existence::NEW,
+            existence: Existence::NEW,
             compared: None,
         }
     }
@@ -82,6 +83,12 @@ impl Tracklet {
         self.plots.back().map_or(EVER, |seen| seen.plot.time)
     }
 
+    /// When the last plot before `time` was.
+    pub(super) fn last_before(&self, time: Time) -> Option<Time> {
+        let after = self.plots.partition_point(|seen| seen.plot.time < time);
+        Some(self.plots[after.checked_sub(1)?].plot.time)
+    }
+
     /// The plot nearest to a time.
     pub(super) fn nearest(&self, time: Time) -> Option<&Plot> {
         self.plots.iter().map(|seen| &seen.plot).min_by_key(|plot| (plot.time.nanos() - time.nanos()).abs())
@@ -103,9 +110,9 @@ impl Tracklet {
         self.plots.range(from..to.max(from))
     }
 
-    /// Log-odds that it is a drone, with the plots after `since`.
-    pub(super) fn existence_after(&self, since: Time, radar: &Radar) -> f64 {
-        self.existence.with(self.between(since, EVER), radar).log_odds()
+    /// Whether it is a drone, with the plots after `since`.
+    pub(super) fn existence_after(&self, since: Time, radar: &Radar) -> Existence {
+        self.existence.with(self.between(since, EVER), radar)
     }
 
     /// Adds the plots of a slot that was put out.
