@@ -2,7 +2,7 @@
 
 use super::settings::{Mode, Radar, Settings};
 use super::target::Target;
-use super::tracklet::{Seen, TargetId};
+use super::tracklet::Seen;
 use super::{Moment, Operational};
 use crate::estimation::RadarErrors;
 use crate::normalise::{Enu, Plot, SensorIndex};
