@@ -20,6 +20,7 @@ mod types;
 pub use alone::{Alone, output};
 pub use labels::{Label, Labels, Told};
 pub use metrics::gospa::{Gospa, Near, gospa};
+pub use metrics::nees::honest_band;
 pub use place::{Offset, Place};
 pub use truth::{TrueTrack, Truth};
 pub use types::{

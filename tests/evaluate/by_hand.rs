@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use utm_fusion::evaluate::read::{self, Days};
-use utm_fusion::evaluate::{Alone, Evaluation, Labels, OutputPoint, Settings, Truth};
+use utm_fusion::evaluate::{Alone, Covariance, Evaluation, Labels, Nees, OutputPoint, Settings, Truth};
 use utm_fusion::time::Time;
 
 use super::common::{START_S, Scratch, assert_near, centre_s, east, evaluate, north, ran};
@@ -254,6 +254,11 @@ fn a_gpx_truth_is_the_same() {
 
 /// The same flight in process, with inputs alone that are made by hand.
 fn with_inputs() -> Evaluation {
+    with_inputs_and(|_| {})
+}
+
+/// The same, with something done to the output's points.
+fn with_inputs_and(change: impl FnOnce(&mut [OutputPoint])) -> Evaluation {
     let points = |points: &[Point]| -> Vec<OutputPoint> {
         read::output("out.csv", output(points).into_bytes(), Days::Near(Time::default())).unwrap().points
     };
@@ -271,7 +276,9 @@ fn with_inputs() -> Evaluation {
     let rows = read::labels("labels.csv", labels().as_bytes()).unwrap();
     let labels = Labels::with_receivers(rows, &BTreeSet::from(["squitter".to_owned()]));
     let settings = Settings { site: truth.tracks()[0].at(truth.span().unwrap().0), ..Settings::default() };
-    utm_fusion::evaluate::evaluate(&truth, Some(&labels), &points(&POINTS), Some(&alone), &settings)
+    let mut output = points(&POINTS);
+    change(&mut output);
+    utm_fusion::evaluate::evaluate(&truth, Some(&labels), &output, Some(&alone), &settings)
 }
 
 #[test]
@@ -321,4 +328,34 @@ fn the_table_says_what_is_not_told() {
     ] {
         assert!(told.stdout.contains(line), "{line} is not in\n{}", told.stdout);
     }
+}
+
+#[test]
+fn deviations_are_held_against_errors() {
+    let honest = |east_m2: f64, north_m2: f64, vertical_m2: f64| {
+        Some(Covariance { east_m2, north_m2, east_north_m2: 0.0, vertical_m2 })
+    };
+    let told = with_inputs_and(|points| {
+        // Slots 40, 41 and 50 of ALPHA, 43 of BRAVO; the rest says nothing.
+        points[1].covariance = honest(9.0, 16.0, 36.0); // 3 and 4 m off, 12 m up: (1 + 1) / 2, and 4
+        points[2].covariance = honest(1.0, 9.0, 4.0); // 3 m north, 4 m down: 1 / 2, and 4
+        points[4].covariance = honest(4.0, 1.0, 1.0); // 6 m east, no height: 9 / 2
+        points[8].covariance = honest(1.0, 1.0, 1.0); // nothing off
+    });
+    let near = |nees: Option<Nees>, count: u64, horizontal: f64, vertical: Option<f64>| {
+        let nees = nees.unwrap();
+        assert_eq!(nees.count, count);
+        assert!((nees.horizontal - horizontal).abs() < 1e-3, "{nees:?}");
+        assert_eq!(nees.vertical.is_some(), vertical.is_some());
+        assert!((nees.vertical.unwrap_or(0.0) - vertical.unwrap_or(0.0)).abs() < 1e-2, "{nees:?}");
+    };
+    let fused = &told.fused;
+    near(fused.all.nees, 4, (1.0 + 0.5 + 4.5) / 4.0, Some(8.0 / 3.0));
+    near(fused.equipped.nees, 3, 1.5 / 3.0, Some(8.0 / 3.0));
+    near(fused.unequipped.nees, 1, 4.5, None);
+    near(fused.drones[0].nees_covered, 2, 0.75, Some(4.0));
+    near(fused.drones[0].nees_gap, 1, 0.0, Some(0.0));
+    assert_eq!((fused.drones[1].nees_covered, fused.drones[1].nees_gap), (None, None), "it carries none");
+    assert_eq!(told.radar.unwrap().all.nees, None, "plots tell no deviation");
+    assert_eq!(with_inputs().fused.all.nees, None, "nor does a file");
 }

@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use utm_fusion::areas::Masks;
+use utm_fusion::config::Profile;
 use utm_fusion::evaluate::{Alone, Labels, Score, Settings, evaluate, output};
 use utm_fusion::simulate::{Scenario, TRANSPONDER_ID, simulate};
 
@@ -16,7 +17,9 @@ fn fusion_turns_sixty_metres_into_ten() {
     let mut scores: Vec<[Score; 2]> = Vec::new();
     for seed in 1..=SEEDS {
         let simulation = simulate(&scenario, seed, None).unwrap();
-        let config = &simulation.config;
+        let mut config = simulation.config.clone();
+        config.fusion.profile = Profile::Reference;
+        let config = &config;
         let receptions = || simulation.receptions().map(Ok);
         let points = output(receptions(), config, Masks::default()).unwrap();
         let alone = Alone::of(receptions(), config, Masks::default()).unwrap();

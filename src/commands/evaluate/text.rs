@@ -44,6 +44,14 @@ const ROWS: [(&str, Value, usize, Change); 17] = [
     ("GOSPA (m)", |s| s.gospa_m, 4, Change::Reduction),
 ];
 
+/// Told only where the output tells its deviations.
+const HONESTY: [(&str, Value, usize, Change); 4] = [
+    ("NEES, horizontal", |s| Some(s.nees?.horizontal), 4, Change::None),
+    ("NEES, horizontal, covered", |s| Some(s.nees_covered?.horizontal), 4, Change::None),
+    ("NEES, horizontal, in gaps", |s| Some(s.nees_gap?.horizontal), 4, Change::None),
+    ("NEES, vertical", |s| s.nees?.vertical, 4, Change::None),
+];
+
 pub(super) fn text(scores: &Scores<'_>) -> Result<String, fmt::Error> {
     let mut text = String::new();
     write!(text, "{}", metrics(scores))?;
@@ -63,7 +71,8 @@ fn metrics(scores: &Scores<'_>) -> Table {
     };
     let pu = format!("PU, {} Hz ref. (%)", (scores.reference_hz * 1000.0).round() / 1000.0);
     let pu: (&str, Value, usize, Change) = (&pu, |s| s.pu_percent, 2, Change::Points);
-    for (name, value, decimals, change) in std::iter::once(pu).chain(ROWS) {
+    let honesty = HONESTY.into_iter().filter(|(_, value, ..)| value(&evaluation.fused.all).is_some());
+    for (name, value, decimals, change) in std::iter::once(pu).chain(ROWS).chain(honesty) {
         let fused = value(&evaluation.fused.all);
         let alone = inputs.map(|input| input.and_then(|scored| value(&scored.all)));
         let mut row = vec![name.to_owned(), cell(fused, decimals)];
@@ -157,4 +166,34 @@ fn remarks(text: &mut String, scores: &Scores<'_>) -> fmt::Result {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::commands::evaluate::Args;
+    use crate::evaluate::{Evaluation, Nees};
+
+    #[test]
+    fn honesty_is_told_where_deviations_are() {
+        let mut scored = Scored {
+            all: Score::default(),
+            equipped: Score::default(),
+            unequipped: Score::default(),
+            drones: vec![],
+            samples: vec![],
+        };
+        let told = |scored: &Scored| {
+            let evaluation =
+                Evaluation { drones: vec![], fused: scored.clone(), radar: None, transponder: None };
+            let args = Args::default();
+            text(&Scores { args: &args, evaluation: &evaluation, reference_hz: 4.0, requirements: vec![] })
+                .unwrap()
+        };
+        assert!(!told(&scored).contains("NEES"));
+        scored.all.nees = Some(Nees { count: 8, horizontal: 1.25, vertical: None });
+        let table = told(&scored);
+        assert!(table.contains("NEES, horizontal   ") && table.contains("1.2500"), "{table}");
+        assert!(!table.contains("NEES, vertical"), "{table}");
+    }
 }

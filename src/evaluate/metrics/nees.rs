@@ -36,9 +36,32 @@ fn of_plane(error: &Offset, covariance: &Covariance) -> Option<f64> {
     (east_m2 > 0.0 && determinant > 0.0).then(|| squared / determinant / 2.0)
 }
 
+/// Between which a mean of NEES of honest deviations lies 19 times of 20: `degrees` is how many numbers of one deviation
+/// each it is made of, two an independent sample over ground and one in height. Points of one drone are not independent;
+/// its mean is taken for one sample.
+///
+/// The 2.5 and 97.5 % points of chi-square over its degrees of freedom, by the approximation of E. B. Wilson and M. M.
+/// Hilferty, *The distribution of chi-square*, 1931: right to 0.004 from ten degrees on.
+pub fn honest_band(degrees: f64) -> (f64, f64) {
+    let spread = 2.0 / (9.0 * degrees);
+    let at = |deviations: f64| (1.0 - spread + deviations * spread.sqrt()).max(0.0).powi(3);
+    (at(-1.96), at(1.96))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_band_is_that_of_the_tables() {
+        // Chi-square of 10, 20 and 100 degrees: 3.247 to 20.483, 9.591 to 34.170, 74.222 to 129.561.
+        for (degrees, low, high) in
+            [(10.0, 0.3247, 2.0483), (20.0, 0.479_55, 1.7085), (100.0, 0.742_22, 1.295_61)]
+        {
+            let band = honest_band(degrees);
+            assert!((band.0 - low).abs() < 4e-3 && (band.1 - high).abs() < 4e-3, "{band:?}");
+        }
+    }
 
     fn plane(east_m2: f64, north_m2: f64, east_north_m2: f64) -> Option<f64> {
         let covariance = Covariance { east_m2, north_m2, east_north_m2, vertical_m2: 1.0 };
