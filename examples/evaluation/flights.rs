@@ -26,9 +26,27 @@ pub struct Flight {
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Row {
     Scenario(&'static str),
+    /// A scenario that was changed; see [`crate::held_out`].
+    HeldOut(&'static str),
+    /// A long flight of a scenario, of which only the end is scored.
+    Settled(&'static str),
     Clean(&'static str),
     Degraded(&'static str),
     Prepared(&'static str),
+}
+
+impl Row {
+    /// Of its scenario, its variant, or its real flight.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Scenario(name)
+            | Self::HeldOut(name)
+            | Self::Settled(name)
+            | Self::Clean(name)
+            | Self::Degraded(name)
+            | Self::Prepared(name) => name,
+        }
+    }
 }
 
 /// Where it comes from.
@@ -36,23 +54,32 @@ pub enum Source {
     Simulated {
         scenario: Box<Scenario>,
         seed: u64,
+        /// Only this end of it is scored, seconds after its start.
+        scored_from_s: f64,
     },
     /// A real flight; its capture and site may be a worse version of it in a folder beside.
-    Recorded {
-        directory: PathBuf,
-        version: &'static str,
-        degraded_by: Option<u64>,
-    },
+    Recorded { directory: PathBuf, version: &'static str, degraded_by: Option<u64> },
 }
 
 /// So many flights of a scenario.
 pub fn simulated(name: &'static str, seeds: u64) -> Result<Vec<Flight>, Failure> {
-    let scenario = scenario(name)?;
+    Ok(of_scenario(&Row::Scenario(name), &scenario(name)?, seeds, 0.0))
+}
+
+/// Flights of `bias` of 25 minutes, of which the last five are scored: two transponders have then been heard for 20.
+pub fn settled(seeds: u64) -> Result<Vec<Flight>, Failure> {
+    let mut scenario = scenario("bias")?;
+    scenario.duration_s = 1500.0;
+    Ok(of_scenario(&Row::Settled("bias"), &scenario, seeds, 1200.0))
+}
+
+/// So many flights of a row.
+pub fn of_scenario(row: &Row, scenario: &Scenario, seeds: u64, scored_from_s: f64) -> Vec<Flight> {
     let flight = |seed| Flight {
-        row: Row::Scenario(name),
-        source: Source::Simulated { scenario: Box::new(scenario.clone()), seed },
+        row: row.clone(),
+        source: Source::Simulated { scenario: Box::new(scenario.clone()), seed, scored_from_s },
     };
-    Ok((1..=seeds).map(flight).collect())
+    (1..=seeds).map(flight).collect()
 }
 
 /// The scenario as it is shipped.
@@ -80,7 +107,7 @@ pub fn recorded(recordings: &Path) -> Vec<Flight> {
 impl Flight {
     pub fn name(&self) -> String {
         match &self.source {
-            Source::Simulated { scenario, seed } => format!("{} seed {seed}", scenario.name),
+            Source::Simulated { scenario, seed, .. } => format!("{} seed {seed}", scenario.name),
             Source::Recorded { directory, version, degraded_by } => {
                 let seed = degraded_by.map_or(String::new(), |seed| format!(" degraded, seed {seed}"));
                 format!("{}{seed}", directory.join(version).display())

@@ -1,7 +1,5 @@
 //! A line a scenario, for whoever works on the `operational` profile.
 
-use utm_fusion::evaluate::Score;
-
 use crate::figures::*;
 use crate::flights::{Row, SCENARIOS};
 use crate::score::Scores;
@@ -48,22 +46,23 @@ fn cells(seeds: &Seeds<'_>) -> Vec<String> {
     };
     let of = |group: Group, figure: Figure, decimals| show(seeds.of_group(group, figure), decimals);
     let ratio = |of: Group, over: Group, figure: Figure| show(seeds.ratio(of, over, figure), 3);
-    let nees = |drones: fn(&Scores) -> &[Score], figure: Figure| show(seeds.of_drones(drones, figure), 2);
+    let nees = |drones: Each, figure: Figure| show(seeds.of_drones(drones, figure), 2);
+    let us = OPERATIONAL;
     vec![
-        ratio(operational_equipped, transponder_equipped, COVERED),
+        ratio(us.equipped, TRANSPONDER.equipped, COVERED),
         show(seeds.mean(covered_with_delay), 3),
-        ratio(operational_equipped, radar_equipped, GAP),
-        of(operational_equipped, PU, 1),
-        of(operational_unequipped, PU, 1),
-        ratio(operational_unequipped, radar_unequipped, EPOS),
-        of(operational, PRECISION, 3),
-        of(operational, RECALL, 3),
-        of(operational_equipped, ID_CHANGES, 3),
-        of(operational, FALSE_TRACK, 2),
-        of(operational, GOSPA, 1),
-        ratio(operational, reference, GOSPA),
-        nees(each_equipped, NEES_COVERED),
-        nees(each_equipped, NEES_GAP),
-        nees(each_unequipped, NEES),
+        ratio(us.equipped, RADAR.equipped, GAP),
+        of(us.equipped, PU, 1),
+        of(us.unequipped, PU, 1),
+        ratio(us.unequipped, RADAR.unequipped, EPOS),
+        of(us.all, PRECISION, 3),
+        of(us.all, RECALL, 3),
+        of(us.equipped, ID_CHANGES, 3),
+        of(us.all, FALSE_TRACK, 2),
+        of(us.all, GOSPA, 1),
+        ratio(us.all, REFERENCE.all, GOSPA),
+        nees(us.each_equipped, NEES_COVERED),
+        nees(us.each_equipped, NEES_GAP),
+        nees(us.each_unequipped, NEES),
     ]
 }

@@ -2,56 +2,55 @@
 
 use std::fmt::Write as _;
 
+use crate::asked;
+use crate::demands::{self, Speeds};
 use crate::figures::*;
 use crate::flights::{RECORDINGS, Row, SCENARIOS};
+use crate::held_out::VARIANTS;
 use crate::score::Scores;
 use crate::summary::{Mean, Seeds, show};
+use crate::table::{Column, table};
 
 /// Between these the section of the real flights stands, to be taken over where they are not at hand.
 const REAL: (&str, &str) = ("<!-- real flights -->", "<!-- end of real flights -->");
 
 /// Everything that the document is made of.
 pub struct Report<'a> {
-    scores: &'a [Scores],
-    seeds: u64,
-    city_seeds: u64,
+    pub scores: &'a [Scores],
+    pub speeds: &'a Speeds,
+    pub seeds: u64,
+    pub city_seeds: u64,
     /// The document as it stood.
-    before: &'a str,
-}
-
-/// A column of a table.
-struct Column {
-    name: &'static str,
-    group: Group,
-    figure: Figure,
-    decimals: usize,
+    pub before: &'a str,
 }
 
 impl<'a> Report<'a> {
-    pub fn new(scores: &'a [Scores], seeds: u64, city_seeds: u64, before: &'a str) -> Self {
-        Self { scores, seeds, city_seeds, before }
-    }
-
     /// The whole document.
     pub fn text(&self) -> String {
         let seeds = format!("{} seeds each, `city` {}", self.seeds, self.city_seeds);
-        let opening = include_str!("opening.md").replace("{seeds}", &seeds);
-        format!(
-            "{opening}\n{}\n{}\n{}\n{}\n{}",
+        [
+            include_str!("words/opening.md").replace("{seeds}", &seeds),
+            format!("{}\n{}", include_str!("words/asked.md"), self.asked()),
             self.table_1(),
             self.simulated(),
             self.meaning(),
+            format!("{}\n{}", include_str!("words/held_out.md"), self.held_out()),
             self.real(),
-            include_str!("closing.md")
-        )
+            include_str!("words/closing.md").to_owned(),
+        ]
+        .join("\n")
+    }
+
+    fn asked(&self) -> String {
+        asked::text(&demands::asked(self.scores, self.speeds))
     }
 
     fn row(&self, name: &'static str) -> Seeds<'a> {
         Seeds::of(self.scores, &Row::Scenario(name))
     }
 
-    fn scenarios(&self) -> impl Iterator<Item = (&'static str, Seeds<'a>)> + '_ {
-        SCENARIOS.into_iter().map(|name| (name, self.row(name)))
+    fn scenarios(&self) -> impl Iterator<Item = (String, Seeds<'a>)> + '_ {
+        SCENARIOS.into_iter().map(|name| (format!("`{name}`"), self.row(name)))
     }
 
     /// The paper's Table 1 on `bias`.
@@ -60,103 +59,46 @@ impl<'a> Report<'a> {
         let rows: [(&str, Figure, usize, [&str; 3]); 7] = [
             ("PU, 4 Hz ref. (%)", PU, 2, ["48.41", "41.61", "+6.80 points"]),
             ("mean ePos (m)", EPOS, 2, ["5.13", "59.66", "91.4 %"]),
-            ("SEM ePos (m)", |score| score.epos.map(|error| error.sem_m), 3, ["0.230", "1.615", "85.8 %"]),
+            ("SEM ePos (m)", SEM_EPOS, 3, ["0.230", "1.615", "85.8 %"]),
             ("mean ePosH (m)", EPOSH, 2, ["5.03", "58.66", "91.4 %"]),
-            ("SEM ePosH (m)", |score| score.eposh.map(|error| error.sem_m), 3, ["0.232", "1.629", "85.8 %"]),
+            ("SEM ePosH (m)", SEM_EPOSH, 3, ["0.232", "1.629", "85.8 %"]),
             ("mean ePosV (m)", EPOSV, 2, ["0.67", "7.93", "91.5 %"]),
-            ("SEM ePosV (m)", |score| score.eposv.map(|error| error.sem_m), 3, ["0.028", "0.240", "88.4 %"]),
+            ("SEM ePosV (m)", SEM_EPOSV, 3, ["0.028", "0.240", "88.4 %"]),
         ];
-        let mut text = String::from(include_str!("table_1.md"));
-        text += "\n| metric | fused | radar | change | paper: fused | radar | change |\n|---|---:|---:|---:|---:|---:|---:|\n";
-        for (name, figure, decimals, paper) in rows {
-            let (reference, radar) =
-                (bias.of_group(reference_equipped, figure), bias.of_group(radar_equipped, figure));
-            let change = reference.zip(radar).map_or("–".to_owned(), |(reference, radar)| match name {
-                _ if name.starts_with("PU") => format!("{:+.2} points", reference.mean - radar.mean),
-                _ => format!("{:.1} %", 100.0 * (1.0 - reference.mean / radar.mean)),
-            });
-            let [a, b, c] = paper;
-            let _ = writeln!(
-                text,
-                "| {name} | {} | {} | {change} | {a} | {b} | {c} |",
-                show(reference, decimals),
-                show(radar, decimals)
-            );
+        let mut text = String::from(include_str!("words/table_1.md"));
+        text += "\n| metric | radar | `reference` | change | `operational` | change | paper: radar | fused | change |\n|---|---:|---:|---:|---:|---:|---:|---:|---:|\n";
+        for (name, figure, decimals, [paper_fused, paper_radar, paper_change]) in rows {
+            let radar = bias.of_group(RADAR.equipped, figure);
+            let change = |fused: Option<Mean>| {
+                fused.zip(radar).map_or("–".to_owned(), |(fused, radar)| match name {
+                    _ if name.starts_with("PU") => format!("{:+.2} points", fused.mean - radar.mean),
+                    _ => format!("{:.1} %", 100.0 * (1.0 - fused.mean / radar.mean)),
+                })
+            };
+            let mut cells = vec![show(radar, decimals)];
+            for profile in [REFERENCE, OPERATIONAL] {
+                let fused = bias.of_group(profile.equipped, figure);
+                cells.extend([show(fused, decimals), change(fused)]);
+            }
+            let cells = cells.join(" | ");
+            let _ = writeln!(text, "| {name} | {cells} | {paper_radar} | {paper_fused} | {paper_change} |");
         }
         text
     }
 
     fn simulated(&self) -> String {
-        let column = |name, group: Group, figure, decimals| Column { name, group, figure, decimals };
-        let mut text = String::from("## Simulated flights\n\n### How often: PU, percent\n\n");
-        text += &self.table(&[
-            column("fused, all drones", reference, PU, 1),
-            column("equipped: fused", reference_equipped, PU, 1),
-            column("radar", radar_equipped, PU, 1),
-            column("transponder", transponder_equipped, PU, 1),
-            column("without transponder: fused", reference_unequipped, PU, 1),
-            column("radar", radar_unequipped, PU, 1),
-        ]);
-        text += "\n### How exactly: mean position error, metres\n\n";
-        text += &self.table(&[
-            column("ePos: fused", reference, EPOS, 2),
-            column("radar", radar, EPOS, 2),
-            column("transponder", transponder, EPOS, 2),
-            column("ePosH: fused", reference, EPOSH, 2),
-            column("radar", radar, EPOSH, 2),
-            column("transponder", transponder, EPOSH, 2),
-            column("ePosV: fused", reference, EPOSV, 2),
-            column("radar", radar, EPOSV, 2),
-            column("transponder", transponder, EPOSV, 2),
-        ]);
-        text += "\n### Where the transponder is there, and where it is not: mean ePos of equipped drones, metres\n\n";
-        text += &self.ratios();
-        text += "\n### How rightly\n\n";
-        text += &self.table(&[
-            column("association precision", reference, PRECISION, 3),
-            column("recall", reference, RECALL, 3),
-            column("identity changes a drone and minute, equipped", reference_equipped, ID_CHANGES, 2),
-            column("false track, s a minute: fused", reference, FALSE_TRACK, 1),
-            column("radar", radar, FALSE_TRACK, 1),
-            column("GOSPA, m: fused", reference, GOSPA, 1),
-            column("radar", radar, GOSPA, 1),
-            column("transponder", transponder, GOSPA, 1),
-        ]);
-        text
-    }
-
-    fn table(&self, columns: &[Column]) -> String {
-        let names: Vec<&str> = columns.iter().map(|column| column.name).collect();
-        let mut text =
-            format!("| scenario | {} |\n|---|{}\n", names.join(" | "), "---:|".repeat(columns.len()));
-        for (name, seeds) in self.scenarios() {
-            let cell = |column: &Column| show(seeds.of_group(column.group, column.figure), column.decimals);
-            let cells: Vec<String> = columns.iter().map(cell).collect();
-            let _ = writeln!(text, "| `{name}` | {} |", cells.join(" | "));
+        let mut text = String::from("## Simulated flights\n");
+        for (head, columns) in themes() {
+            let _ = write!(text, "\n### {head}\n\n{}", table("scenario", self.scenarios(), &columns));
         }
         text
     }
 
-    /// Covered slots and gaps: the fused output against the better input of each.
-    fn ratios(&self) -> String {
-        let mut text = String::from(
-            "| scenario | covered: fused | transponder | fused / transponder | in gaps: fused | radar | fused / radar |\n|---|---:|---:|---:|---:|---:|---:|\n",
-        );
-        for (name, seeds) in self.scenarios() {
-            let covered = seeds.ratio(reference_equipped, transponder_equipped, COVERED);
-            let gap = seeds.ratio(reference_equipped, radar_equipped, GAP);
-            let _ = writeln!(
-                text,
-                "| `{name}` | {} | {} | {} | {} | {} | {} |",
-                show(seeds.of_group(reference_equipped, COVERED), 2),
-                show(seeds.of_group(transponder_equipped, COVERED), 2),
-                show(covered, 2),
-                show(seeds.of_group(reference_equipped, GAP), 1),
-                show(seeds.of_group(radar_equipped, GAP), 1),
-                show(gap, 2),
-            );
-        }
-        text
+    fn held_out(&self) -> String {
+        let rows = VARIANTS.map(|variant| {
+            (format!("`{}`", variant.name), Seeds::of(self.scores, &Row::HeldOut(variant.name)))
+        });
+        table("scenario", rows, &in_short())
     }
 
     /// What the tables say, with their own numbers.
@@ -168,75 +110,190 @@ impl<'a> Report<'a> {
             let high = means.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             format!("{low:.decimals$} to {high:.decimals$}")
         };
-        let of = |group: Group, figure: Figure| move |seeds: &Seeds<'_>| seeds.of_group(group, figure);
-        let lost = |seeds: &Seeds<'_>| {
-            seeds.mean(|scores| Some(PU(&scores.transponder.equipped)? - PU(&scores.reference.equipped)?))
+        let of = |group: Group, figure: Figure, decimals: usize| {
+            over_scenarios(&|seeds| seeds.of_group(group, figure), decimals)
         };
-        let won = |seeds: &Seeds<'_>| {
-            seeds.mean(|scores| Some(PU(&scores.reference.equipped)? - PU(&scores.radar.equipped)?))
+        let ratio = |of: Group, over: Group, figure: Figure| {
+            over_scenarios(&|seeds| seeds.ratio(of, over, figure), 2)
+        };
+        let points = |of: Group, over: Group| {
+            over_scenarios(&|seeds| seeds.mean(|scores| Some(PU(of(scores))? - PU(over(scores))?)), 0)
         };
         let one = |name, group: Group, figure: Figure, decimals| {
             show(self.row(name).of_group(group, figure), decimals)
         };
-        include_str!("meaning.md")
-            .replace(
-                "{covered_ratio}",
-                &over_scenarios(&|s| s.ratio(reference_equipped, transponder_equipped, COVERED), 2),
-            )
-            .replace("{gap_ratio}", &over_scenarios(&|s| s.ratio(reference_equipped, radar_equipped, GAP), 2))
-            .replace("{pu_lost}", &over_scenarios(&lost, 0))
-            .replace("{pu_equipped}", &over_scenarios(&of(reference_equipped, PU), 0))
-            .replace("{pu_unequipped}", &over_scenarios(&of(reference_unequipped, PU), 0))
-            .replace("{pu_radar_unequipped}", &over_scenarios(&of(radar_unequipped, PU), 0))
-            .replace("{precision}", &over_scenarios(&of(reference, PRECISION), 2))
-            .replace("{id_changes}", &over_scenarios(&of(reference_equipped, ID_CHANGES), 1))
-            .replace("{false_track}", &over_scenarios(&of(reference, FALSE_TRACK), 0))
-            .replace(
-                "{against_radar}",
-                &over_scenarios(&|s| s.ratio(reference_equipped, radar_equipped, EPOS), 2),
-            )
-            .replace("{pu_won}", &over_scenarios(&won, 0))
-            .replace(
-                "{bias_ratio}",
-                &show(self.row("bias").ratio(reference_equipped, transponder_equipped, COVERED), 2),
-            )
-            .replace("{spoof_fused}", &one("spoof", reference_equipped, COVERED, 1))
-            .replace("{bias_unequipped}", &one("bias", reference_unequipped, EPOS, 0))
-            .replace("{crossing_unequipped}", &one("crossing", reference_unequipped, EPOS, 0))
+        let (us, paper) = (OPERATIONAL, REFERENCE);
+        let in_bias = self.row("bias").ratio(paper.equipped, TRANSPONDER.equipped, COVERED);
+        let words = [
+            ("{covered_ratio}", ratio(paper.equipped, TRANSPONDER.equipped, COVERED)),
+            ("{covered_ratio_now}", ratio(us.equipped, TRANSPONDER.equipped, COVERED)),
+            ("{gap_ratio}", ratio(paper.equipped, RADAR.equipped, GAP)),
+            ("{gap_ratio_now}", ratio(us.equipped, RADAR.equipped, GAP)),
+            ("{pu_lost}", points(TRANSPONDER.equipped, paper.equipped)),
+            ("{pu_equipped}", of(paper.equipped, PU, 0)),
+            ("{pu_equipped_now}", of(us.equipped, PU, 0)),
+            ("{pu_unequipped}", of(paper.unequipped, PU, 0)),
+            ("{pu_unequipped_now}", of(us.unequipped, PU, 0)),
+            ("{pu_radar_unequipped}", of(RADAR.unequipped, PU, 0)),
+            ("{precision}", of(paper.all, PRECISION, 2)),
+            ("{precision_now}", of(us.all, PRECISION, 2)),
+            ("{id_changes}", of(paper.equipped, ID_CHANGES, 1)),
+            ("{id_changes_now}", of(us.equipped, ID_CHANGES, 2)),
+            ("{false_track}", of(paper.all, FALSE_TRACK, 0)),
+            ("{false_track_now}", of(us.all, FALSE_TRACK, 0)),
+            ("{against_radar}", ratio(paper.equipped, RADAR.equipped, EPOS)),
+            ("{pu_won}", points(paper.equipped, RADAR.equipped)),
+            ("{bias_ratio}", show(in_bias, 2)),
+            ("{spoof_fused}", one("spoof", paper.equipped, COVERED, 1)),
+            ("{spoof_now}", one("spoof", us.equipped, COVERED, 1)),
+            ("{bias_unequipped}", one("bias", paper.unequipped, EPOS, 0)),
+            ("{crossing_unequipped}", one("crossing", paper.unequipped, EPOS, 0)),
+        ];
+        let text = include_str!("words/meaning.md").to_owned();
+        words.iter().fold(text, |text, (name, number)| text.replace(name, number))
     }
 
     /// The real flights; as the document had them where they are not at hand.
     fn real(&self) -> String {
-        let is_real = |scores: &&Scores| !matches!(scores.row, Row::Scenario(_));
-        if !self.scores.iter().any(|scores| is_real(&scores)) {
+        let clean = RECORDINGS.map(|name| (name.to_owned(), Row::Clean(name)));
+        let degraded = RECORDINGS.map(|name| (format!("{name}, degraded"), Row::Degraded(name)));
+        let prepared = RECORDINGS.map(|name| (format!("{name}, degraded, as recorded"), Row::Prepared(name)));
+        let rows = clean.into_iter().chain(degraded).chain(prepared);
+        let rows: Vec<(String, Seeds<'_>)> =
+            rows.map(|(name, row)| (name, Seeds::of(self.scores, &row))).collect();
+        if rows.iter().all(|(_, seeds)| seeds.0.is_empty()) {
             let kept = self.before.split_once(REAL.0).and_then(|(_, rest)| rest.split_once(REAL.1));
             let kept =
                 kept.map_or("\nNot measured yet: the recordings were not at hand.\n", |(kept, _)| kept);
             eprintln!("without recordings: the section of the real flights is kept as it was");
             return format!("{}{kept}{}\n", REAL.0, REAL.1);
         }
-        let mut text = format!("{}\n{}\n", REAL.0, include_str!("real.md"));
-        text += "| flight | PU: fused | radar | transponder | ePosH: fused | radar | transponder | covered: fused / transponder | in gaps: fused | radar |\n|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n";
-        let clean = RECORDINGS.map(|name| (name, Row::Clean(name), ""));
-        let degraded = RECORDINGS.map(|name| (name, Row::Degraded(name), ", degraded"));
-        let prepared = RECORDINGS.map(|name| (name, Row::Prepared(name), ", degraded, as recorded"));
-        for (name, row, how) in clean.into_iter().chain(degraded).chain(prepared) {
-            let seeds = Seeds::of(self.scores, &row);
-            let cell = |group: Group, figure: Figure, decimals| show(seeds.of_group(group, figure), decimals);
-            let _ = writeln!(
-                text,
-                "| {name}{how} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
-                cell(reference, PU, 1),
-                cell(radar, PU, 1),
-                cell(transponder, PU, 1),
-                cell(reference, EPOSH, 2),
-                cell(radar, EPOSH, 1),
-                cell(transponder, EPOSH, 2),
-                show(seeds.ratio(reference, transponder, COVERED), 2),
-                cell(reference, GAP, 1),
-                cell(radar, GAP, 1),
-            );
-        }
-        format!("{text}{}\n", REAL.1)
+        let both = |head: &str, figure: Figure, decimals| {
+            [
+                Column::of(&format!("{head}: `reference`"), REFERENCE.all, figure, decimals),
+                Column::of("`operational`", OPERATIONAL.all, figure, decimals),
+                Column::of("radar", RADAR.all, figure, decimals),
+                Column::of("transponder", TRANSPONDER.all, figure, decimals),
+            ]
+        };
+        let often: Vec<Column> = both("PU", PU, 1).into_iter().chain(both("ePosH", EPOSH, 2)).collect();
+        let covered = [
+            Column::ratio("covered: `reference` / transponder", REFERENCE.all, TRANSPONDER.all, COVERED),
+            Column::ratio("`operational` / transponder", OPERATIONAL.all, TRANSPONDER.all, COVERED),
+            Column::of("in gaps, m: `reference`", REFERENCE.all, GAP, 1),
+            Column::of("`operational`", OPERATIONAL.all, GAP, 1),
+            Column::of("radar", RADAR.all, GAP, 1),
+            Column::of_drones("NEES, covered", OPERATIONAL.each_equipped, NEES_COVERED),
+            Column::of_drones("in gaps", OPERATIONAL.each_equipped, NEES_GAP),
+        ];
+        let again = rows.iter().map(|(name, seeds)| (name.clone(), Seeds(seeds.0.clone())));
+        let second = table("flight", again, &covered);
+        let first = table("flight", rows, &often);
+        format!("{}\n{}\n{first}\n{second}{}\n", REAL.0, include_str!("words/real.md"), REAL.1)
     }
+}
+
+/// The tables of the simulated flights.
+fn themes() -> Vec<(&'static str, Vec<Column>)> {
+    let (us, paper) = (OPERATIONAL, REFERENCE);
+    let four = |head: &str, figure: Figure| {
+        vec![
+            Column::of(&format!("{head}`reference`"), paper.all, figure, 2),
+            Column::of("`operational`", us.all, figure, 2),
+            Column::of("radar", RADAR.all, figure, 2),
+            Column::of("transponder", TRANSPONDER.all, figure, 2),
+        ]
+    };
+    let beside = |head: &str, of: fn(&Stream) -> Group, figure: Figure, decimals| {
+        [
+            Column::of(&format!("{head}: `reference`"), of(&paper), figure, decimals),
+            Column::of("`operational`", of(&us), figure, decimals),
+        ]
+    };
+    let against = |over: fn(&Stream) -> Group, name: &str, of: Group, figure: Figure| {
+        vec![
+            Column::of("`reference`", over(&paper), figure, 2),
+            Column::of("`operational`", over(&us), figure, 2),
+            Column::of(name, of, figure, 2),
+            Column::ratio(&format!("`reference` / {name}"), over(&paper), of, figure),
+            Column::ratio(&format!("`operational` / {name}"), over(&us), of, figure),
+        ]
+    };
+    let equipped = |stream: &Stream| stream.equipped;
+    let unequipped = |stream: &Stream| stream.unequipped;
+    let all = |stream: &Stream| stream.all;
+    let mut rightly = Vec::new();
+    rightly.extend(beside("association precision", all, PRECISION, 3));
+    rightly.extend(beside("recall", all, RECALL, 3));
+    rightly.extend(beside("identity changes a drone and minute, equipped", equipped, ID_CHANGES, 2));
+    rightly.extend(beside("false track, s a minute", all, FALSE_TRACK, 1));
+    rightly.push(Column::of("radar", RADAR.all, FALSE_TRACK, 1));
+    let mut gospa = four("", GOSPA);
+    gospa.push(Column::ratio("`operational` / `reference`", us.all, paper.all, GOSPA));
+    vec![
+        (
+            "How often: PU of drones with a transponder, percent",
+            vec![
+                Column::of("`reference`", paper.equipped, PU, 1),
+                Column::of("`operational`", us.equipped, PU, 1),
+                Column::of("radar", RADAR.equipped, PU, 1),
+                Column::of("transponder", TRANSPONDER.equipped, PU, 1),
+            ],
+        ),
+        (
+            "How often: PU of drones without a transponder, percent",
+            vec![
+                Column::of("`reference`", paper.unequipped, PU, 1),
+                Column::of("`operational`", us.unequipped, PU, 1),
+                Column::of("radar", RADAR.unequipped, PU, 1),
+            ],
+        ),
+        ("How exactly: mean position error of all points, ePos, metres", four("", EPOS)),
+        (
+            "How exactly: over ground and in height, metres",
+            four("ePosH: ", EPOSH).into_iter().chain(four("ePosV: ", EPOSV)).collect(),
+        ),
+        (
+            "Where the transponder is there: mean ePos of equipped drones, metres",
+            against(equipped, "transponder", TRANSPONDER.equipped, COVERED),
+        ),
+        (
+            "Where it is not: mean ePos of equipped drones in gaps, metres",
+            against(equipped, "radar", RADAR.equipped, GAP),
+        ),
+        (
+            "Drones without a transponder: mean ePos, metres",
+            against(unequipped, "radar", RADAR.unequipped, EPOS),
+        ),
+        ("How rightly", rightly),
+        ("All in one: GOSPA, metres", gospa),
+        (
+            "How honest the deviations of `operational` are: mean NEES of its drones, 1 is honest",
+            vec![
+                Column::of_drones("over ground, covered", us.each_equipped, NEES_COVERED),
+                Column::of_drones("in gaps", us.each_equipped, NEES_GAP),
+                Column::of_drones("without transponder", us.each_unequipped, NEES),
+                Column::of_drones("height, covered", us.each_equipped, NEES_V_COVERED),
+                Column::of_drones("in gaps", us.each_equipped, NEES_V_GAP),
+                Column::of_drones("without transponder", us.each_unequipped, NEES_V),
+            ],
+        ),
+    ]
+}
+
+/// The figures that say most.
+fn in_short() -> [Column; 10] {
+    let us = OPERATIONAL;
+    [
+        Column::ratio("covered / transponder's", us.equipped, TRANSPONDER.equipped, COVERED),
+        Column::ratio("gaps / radar's", us.equipped, RADAR.equipped, GAP),
+        Column::of("PU: equipped", us.equipped, PU, 1),
+        Column::of("others", us.unequipped, PU, 1),
+        Column::ratio("error of others / radar's", us.unequipped, RADAR.unequipped, EPOS),
+        Column::of("precision", us.all, PRECISION, 3),
+        Column::of("recall", us.all, RECALL, 3),
+        Column::of("identity changes", us.equipped, ID_CHANGES, 2),
+        Column::of("false track, s a minute", us.all, FALSE_TRACK, 1),
+        Column::ratio("GOSPA / `reference`'s", us.all, REFERENCE.all, GOSPA),
+    ]
 }

@@ -8,10 +8,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use utm_fusion::areas::Masks;
 use utm_fusion::config::{Config, Profile};
 use utm_fusion::evaluate::{
-    Alone, Drone, Evaluation, Label, Labels, Score, Scored, Settings, Truth, evaluate, output, read,
+    Alone, Drone, Evaluation, Label, Labels, Place, Score, Scored, Settings, TrueTrack, Truth, evaluate,
+    output, read,
 };
 use utm_fusion::ingest::{Capture, Merged, ReadError, Reception};
 use utm_fusion::simulate::{TRANSPONDER_ID, simulate};
+use utm_fusion::time::Time;
 
 use crate::degrade::degraded;
 use crate::flights::{Failure, Flight, Row, Source};
@@ -79,12 +81,14 @@ pub fn score(flights: &[Flight], threads: usize) -> Result<Vec<Scores>, Failure>
 
 fn of_flight(flight: &Flight) -> Result<Scores, Failure> {
     match &flight.source {
-        Source::Simulated { scenario, seed } => {
+        Source::Simulated { scenario, seed, scored_from_s } => {
             let simulation = simulate(scenario, *seed, None)?;
+            let from = Time::from_nanos(scenario.start.nanos() + (scored_from_s * 1e9) as i64);
+            let truth = changed(&simulation.truth(), |(time, place)| (time >= from).then_some((time, place)));
             let labels = Labels::with_receivers(simulation.labels.clone(), &receivers(TRANSPONDER_ID));
             let late = scenario.transponder.stamped_late_s;
             let known = Known {
-                truth: &simulation.truth(),
+                truth: &truth,
                 labels: &labels,
                 config: &simulation.config,
                 delay_s: Some((late.low + late.high) / 2.0),
@@ -97,6 +101,12 @@ fn of_flight(flight: &Flight) -> Result<Scores, Failure> {
     }
 }
 
+/// The truth with each sample as `change` has it.
+fn changed(truth: &Truth, change: impl Fn((Time, Place)) -> Option<(Time, Place)>) -> Truth {
+    let samples = |track: &TrueTrack| track.samples().iter().copied().filter_map(&change).collect();
+    Truth::new(truth.tracks().iter().map(|track| (track.id().to_owned(), samples(track))))
+}
+
 fn receivers(id: &str) -> BTreeSet<String> {
     [id.to_owned()].into()
 }
@@ -106,6 +116,8 @@ fn recorded(row: &Row, directory: &Path, version: &str, degraded_by: Option<u64>
     let octets = |name: &str| std::fs::read(directory.join(name));
     let config = Config::load(directory.join(version).join("site.toml"))?;
     let truth = Truth::new(read::truth("truth.csv", "truth", &octets("truth.csv")?)?);
+    // Its heights are above take-off: without them, all errors are horizontal.
+    let truth = changed(&truth, |(time, place)| Some((time, Place { altitude_amsl_m: None, ..place })));
     let rows: Vec<Label> = read::labels("labels.csv", &octets("labels.csv")?)?;
     let labels = Labels::with_receivers(rows, &receivers("drone-it"));
     let capture = Capture::open(&directory.join(version).join("capture.pcap"))?;

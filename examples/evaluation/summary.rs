@@ -1,8 +1,6 @@
 //! Means over seeds.
 
-use utm_fusion::evaluate::Score;
-
-use crate::figures::{Figure, Group};
+use crate::figures::{Each, Figure, Group};
 use crate::flights::Row;
 use crate::score::Scores;
 
@@ -66,7 +64,7 @@ impl<'a> Seeds<'a> {
     }
 
     /// Mean over all drones of all flights, each of which counts once.
-    pub fn of_drones(&self, drones: fn(&Scores) -> &[Score], figure: Figure) -> Option<Mean> {
+    pub fn of_drones(&self, drones: Each, figure: Figure) -> Option<Mean> {
         let each = self.0.iter().flat_map(|scores| drones(scores).iter().filter_map(figure));
         Mean::of(&each.collect::<Vec<_>>())
     }
