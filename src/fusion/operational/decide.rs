@@ -24,7 +24,7 @@ const LOYALTY: f64 = 4.0;
 const CLASS_MOST: f64 = 4.0;
 /// A radar track that was likely to be a target has most often walked off from it: it becomes none of its own for so long
 /// after that, nanoseconds.
-const HOLD_NS: i64 = 12 * SECOND;
+const HOLD_NS: i64 = 6 * SECOND;
 /// A target that was not seen for a while is looked for as long as its place is known to this, metres.
 const LOST_M: f64 = 120.0;
 /// And found within this squared distance (Mahalanobis, three dimensions).

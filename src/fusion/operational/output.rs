@@ -22,6 +22,9 @@ const WORSE: f64 = 1.1;
 /// and this much, metres.
 const WORSE_M: f64 = 10.0;
 
+/// and no longer than this after its last plot, seconds: where it goes nobody tells.
+const COAST_S: f64 = 2.0;
+
 impl Operational {
     /// The points of the slot.
     pub(super) fn points(
@@ -89,7 +92,8 @@ fn is_known(target: &Target, estimate: &Estimate) -> bool {
         (None, Some((_, plot_m))) => WORSE * plot_m + WORSE_M,
         (None, None) => 0.0,
     };
-    estimate.deviation_m() <= limit_m
+    let coasts = target.transponder.is_none() && estimate.until_s.is_none() && estimate.since_s > COAST_S;
+    estimate.deviation_m() <= limit_m && !coasts
 }
 
 /// Who takes part now; where nobody does, who did last. `score`: how surely the radar track is this target.
