@@ -14,7 +14,9 @@ use Bound::{AtLeast, AtMost, Honest, Nothing};
 const DRIFT: &str = "a transponder's error drifts for a minute (GNSS), and that of a report is taken for its own: the filter believes in a mean that is none. In `spoof` it believes the spoofed one.";
 
 /// What was measured besides the flights' scores.
-pub struct Speeds {
+pub struct Apart {
+    /// How well the registration is found.
+    pub found: registration::Found,
     /// `dense`, `reference` and `operational`.
     pub dense: [Speed; 2],
     /// `city`, the same.
@@ -22,14 +24,14 @@ pub struct Speeds {
 }
 
 /// Every row of the table.
-pub fn asked(scores: &[Scores], speeds: &Speeds) -> Vec<Asked> {
+pub fn asked(scores: &[Scores], apart: &Apart) -> Vec<Asked> {
     let mut rows = places(scores);
     rows.extend(presence(scores));
     rows.extend(rightness(scores));
-    rows.extend(registration::asked());
+    rows.extend(registration::asked(&apart.found));
     rows.extend(honesty(scores));
     rows.extend(real(scores));
-    rows.extend(speed(speeds));
+    rows.extend(speed(apart));
     rows
 }
 
@@ -309,7 +311,7 @@ fn real(scores: &[Scores]) -> Vec<Asked> {
     demands.map(|demand| demand.over(scores)).into()
 }
 
-fn speed(speeds: &Speeds) -> Vec<Asked> {
+fn speed(apart: &Apart) -> Vec<Asked> {
     let row = |figure: &str, decimals, required, of: [f64; 2]| Asked {
         figure: figure.to_owned(),
         decimals,
@@ -320,7 +322,7 @@ fn speed(speeds: &Speeds) -> Vec<Asked> {
         at: None,
         why: "",
     };
-    let Speeds { dense, city } = speeds;
+    let Apart { dense, city, .. } = apart;
     let times_real = [0, 1].map(|profile: usize| dense[profile].times_real);
     let p99_ms = [0, 1].map(|profile: usize| city[profile].p99_ms);
     vec![

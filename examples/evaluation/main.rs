@@ -29,7 +29,7 @@ use std::path::PathBuf;
 use clap::Parser;
 use utm_fusion::config::Profile;
 
-use crate::demands::Speeds;
+use crate::demands::Apart;
 use crate::flights::{CITY, Failure, SCENARIOS};
 use crate::report::Report;
 
@@ -103,10 +103,13 @@ fn document(args: Args) -> Result<(), Failure> {
         Ok([of(Profile::Reference)?, of(Profile::Operational)?])
     };
     eprintln!("how fast it is");
-    let speeds = Speeds { dense: speed("dense")?, city: speed(CITY)? };
+    let (dense, city) = (speed("dense")?, speed(CITY)?);
+    eprintln!("registration");
+    let found = registration::found(&flights::scenario("crossing")?, SETTLED_SEEDS.min(seeds), args.threads)?;
+    let apart = Apart { found, dense, city };
     let before = String::from_utf8(std::fs::read(&args.out).unwrap_or_default())?;
-    let (scores, speeds, city_seeds) = (scored.as_slice(), &speeds, args.city_seeds);
-    let report = Report { scores, speeds, seeds, city_seeds, before: &before };
+    let (scores, apart, city_seeds) = (scored.as_slice(), &apart, args.city_seeds);
+    let report = Report { scores, apart, seeds, city_seeds, before: &before };
     std::fs::write(&args.out, report.text())?;
     eprintln!("written to {}", args.out.display());
     Ok(())

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::asked;
-use crate::demands::{self, Speeds};
+use crate::demands::{self, Apart};
 use crate::figures::*;
 use crate::flights::{RECORDINGS, Row, SCENARIOS};
 use crate::held_out::VARIANTS;
@@ -17,7 +17,7 @@ const REAL: (&str, &str) = ("<!-- real flights -->", "<!-- end of real flights -
 /// Everything that the document is made of.
 pub struct Report<'a> {
     pub scores: &'a [Scores],
-    pub speeds: &'a Speeds,
+    pub apart: &'a Apart,
     pub seeds: u64,
     pub city_seeds: u64,
     /// The document as it stood.
@@ -42,7 +42,7 @@ impl<'a> Report<'a> {
     }
 
     fn asked(&self) -> String {
-        asked::text(&demands::asked(self.scores, self.speeds))
+        asked::text(&demands::asked(self.scores, self.apart))
     }
 
     fn row(&self, name: &'static str) -> Seeds<'a> {

@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use utm_fusion::areas::Masks;
-use utm_fusion::config::{Config, Profile};
+use utm_fusion::config::{Config, Profile, SensorKind};
 use utm_fusion::evaluate::{
     Alone, Drone, Evaluation, Label, Labels, Place, Score, Scored, Settings, TrueTrack, Truth, evaluate,
     output, read,
@@ -52,8 +52,15 @@ impl Groups {
 
 /// Tells the operational profile that transponders stamp their reports so long after they measured, seconds; whether
 /// there is a key to tell it by.
-fn with_delay(_config: &mut Config, _delay_s: f64) -> bool {
-    false
+fn with_delay(config: &mut Config, delay_s: f64) -> bool {
+    let mut is_told = false;
+    for sensor in &mut config.sensors {
+        if let SensorKind::Transponder(transponder) = &mut sensor.kind {
+            transponder.delay_s = Some(delay_s);
+            is_told = true;
+        }
+    }
+    is_told
 }
 
 /// Scores the flights, `threads` at a time; in the order of the flights, whichever ends first.

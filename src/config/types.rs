@@ -180,13 +180,13 @@ pub enum Address {
     Unicast(Ipv4Addr),
 }
 
-/// Which rules the engine follows. The default is `reference`; `operational` becomes it once it exists.
+/// Which rules the engine follows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Profile {
     /// The published algorithm and nothing else.
-    #[default]
     Reference,
     /// Better estimation from the same inputs; `docs/OPERATIONAL.md`.
+    #[default]
     Operational,
 }
 
