@@ -13,7 +13,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::qmethod::rotation_vector;
-use super::{Along, Estimate, PRIOR, RadarErrors, Registration, Residual, Sample, Settings, Value};
+use super::{Along, Estimate, PRIOR, Registration, Residual, Sample, Settings, Value};
+use crate::estimation::RadarErrors;
 use crate::time::Time;
 
 const ERRORS: RadarErrors = RadarErrors {
