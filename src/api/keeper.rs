@@ -170,7 +170,7 @@ pub(super) fn alert_json(alert: &Alert) -> Value {
         "text": alert.text,
     });
     let subject = match alert.kind {
-        AlertKind::Sensor => "sensor",
+        AlertKind::Sensor | AlertKind::Registration => "sensor",
         AlertKind::Area => "track",
         AlertKind::Service => "part",
     };

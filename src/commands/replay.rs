@@ -13,6 +13,7 @@ use tracing::{error, info, warn};
 
 use super::moment::{Moment, Speed, day};
 use super::stage::Stage;
+use super::summary::registered;
 use super::{CommandResult, Outcome, Usage, progress};
 use crate::areas::Masks;
 use crate::config::{Config, Profile};
@@ -20,6 +21,7 @@ use crate::ingest::{Capture, Merged, OpenError, Reception};
 use crate::picture::PictureMaker;
 use crate::pipeline::{Event, Output, Pipeline};
 use crate::publish::OutputFormat;
+use crate::state::{Kept, read_kept};
 
 /// Replays captured files through the same engine as the live service.
 ///
@@ -54,8 +56,9 @@ pub struct Args {
     /// UTC day of the first record of each file that does not say its day (raw ASTERIX, FINAL).
     #[arg(long, default_value = "1970-01-01", value_name = "YYYY-MM-DD", value_parser = day)]
     pub date: Date,
-    /// Begins with the transponder numbers that the service has kept in this directory (`[state] dir`), or that stand in this
-    /// file (`….numbers.json` of a recording). It is only read.
+    /// Begins with the transponder numbers and the radars' registration that the service has kept in this directory (`[state]
+    /// dir`), or that stand beside a recording: `input-<start>`, for its `.numbers.json` and `.registration.json`. It is only
+    /// read.
     #[arg(long, value_name = "DIR")]
     pub state: Option<PathBuf>,
     /// Sends the output as the service would, CAT129 and CAT065 to `[output] asterix`, in real time; Ctrl-C ends it. The
@@ -101,7 +104,8 @@ pub fn run(args: &Args) -> CommandResult {
     let maker = PictureMaker::new(&config, Pipeline::new(&config, masks.clone()).normaliser());
     let mut stage = Stage::open(args, &config, maker)?;
     let to_stdout = args.output.as_deref() == Some(Path::new("-"));
-    let numbers = args.state.as_deref().map(crate::state::read_numbers).transpose()?.unwrap_or_default();
+    let Kept { numbers, registrations } =
+        args.state.as_deref().map(read_kept).transpose()?.unwrap_or_default();
 
     #[expect(clippy::disallowed_methods, reason = "how long it took")]
     let started = Instant::now();
@@ -111,6 +115,7 @@ pub fn run(args: &Args) -> CommandResult {
         if refused > 0 {
             warn!("{refused} numbers of --state contradict others and are given anew");
         }
+        registrations.restore(&config, None, &mut pipeline).iter().for_each(|unused| warn!("{unused}"));
         let mut replay = Replay { pipeline, stage, warnings: 0, bar: None };
         let outcome = replay.run(captures, args.date)?;
         Ok::<_, Box<dyn Error + Send + Sync>>((outcome, replay.pipeline))
@@ -126,6 +131,7 @@ pub fn run(args: &Args) -> CommandResult {
     let failed = stage.finish()?;
 
     let mut text = summary.text(pipeline.tally(), &config)?;
+    text += &registered(pipeline.engine(), &config);
     let unnumbered = pipeline.engine().unnumbered();
     if unnumbered > 0 {
         text += &format!("dropped    {unnumbered} points of transponders for which no number was left\n");

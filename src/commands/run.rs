@@ -17,8 +17,8 @@ use crate::config::Config;
 use crate::current::Current;
 use crate::ingest::udp;
 use crate::live::{Alerts, Clock, Driver, Hub, Outlets, Service, now, observe};
-use crate::publish::Recorder;
-use crate::state::Keeper;
+use crate::publish::{Recorded, Recorder};
+use crate::state::{Keeper, RegistrationKeeper, Registrations, registration_text};
 use crate::store::{Historian, Store};
 
 /// Runs the live service: listens to the sensors, sends the fused picture, serves it over HTTP.
@@ -72,10 +72,20 @@ async fn serve(args: &Args, config: Arc<Config>, areas: Areas) -> CommandResult 
     if refused > 0 {
         warn!("{refused} transponder numbers of before contradict others and are given anew");
     }
+    let kept = RegistrationKeeper::load(&config.state.dir, started);
+    driver.restore(&kept, &config, started).iter().for_each(|unused| warn!("{unused}"));
+    let registrations = Registrations::of(&config, driver.pipeline().engine());
+    if !registrations.is_empty() {
+        info!("the registration of {} radars goes on", registrations.len());
+    }
     let (kept, keeper) = Keeper::start(config.state.dir.clone(), numbers.clone())?;
+    let (registration, registration_keeper) = RegistrationKeeper::start(config.state.dir.clone())?;
     let record = config.output.record.as_ref();
     let record = record.map(|record| Recorder::start(&config, record, numbers, true)).transpose()?;
     let (recorded, recorder) = record.unzip();
+    if let Some(recorded) = &recorded {
+        recorded.wait(Recorded::Registered { text: registration_text(&registrations).into() });
+    }
     let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), started);
     let history = history(&config);
     let api = ApiState::start(hub.clone(), api::Options { history: history.clone(), ..Default::default() })?;
@@ -90,7 +100,8 @@ async fn serve(args: &Args, config: Arc<Config>, areas: Areas) -> CommandResult 
         alerts: alert_areas.clone(),
         history: history.clone(),
     };
-    let outlets = Outlets { hub: writer, sinks, recorder: recorded, numbers: Some(kept) };
+    let registration = Some(registration);
+    let outlets = Outlets { hub: writer, sinks, recorder: recorded, numbers: Some(kept), registration };
     let handle = tokio::runtime::Handle::current();
     let service = Service::start(config.clone(), driver, outlets, Clock::default(), &handle)?;
     let alerts = Alerts::new(alert_areas, started);
@@ -108,6 +119,7 @@ async fn serve(args: &Args, config: Arc<Config>, areas: Areas) -> CommandResult 
         let driver = service.stop();
         // The engine is gone, and with it what fed these.
         keeper.join();
+        registration_keeper.join();
         recorder.map(Recorder::join);
         driver
     });

@@ -76,7 +76,7 @@ pub fn demo(
         let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), now());
         let api = ApiState::start(hub.clone(), api::Options::default())?;
         let sinks = Sinks::open(&config.output.asterix)?;
-        let outlets = Outlets { hub: writer, sinks, recorder: None, numbers: None };
+        let outlets = Outlets { hub: writer, sinks, recorder: None, numbers: None, registration: None };
         let handle = tokio::runtime::Handle::current();
         let service = Service::start(config.clone(), driver, outlets, Clock::default(), &handle)?;
         tokio::spawn(observe(hub.clone(), Alerts::new(AlertAreas::default(), hub.started), None));

@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::{self, Write as _};
 
 use crate::config::{Config, SensorKind};
-use crate::fusion::Source;
+use crate::fusion::{Engine, Source};
+use crate::live::values;
 use crate::normalise::{Identity, RadarTrackKey, SensorIndex};
 use crate::picture::Picture;
 use crate::pipeline::Tally;
@@ -118,6 +119,35 @@ impl Summary {
         }
         writeln!(text, "radar only {} tracks", self.radar_only.len())
     }
+}
+
+/// How each radar is registered at the end, a line each; what is not observable in brackets.
+pub fn registered(engine: &Engine, config: &Config) -> String {
+    let line = |(index, registered): (SensorIndex, &crate::fusion::operational::Registered)| {
+        let sensor = config.sensors.get(usize::from(index.0))?;
+        let SensorKind::Radar(radar) = &sensor.kind else { return None };
+        let estimate = &registered.estimate;
+        let value = |(name, unit, value): (&str, &str, crate::registration::Value)| {
+            let digits = if unit == " m" { 1 } else { 2 };
+            let text = format!("{name} {:+.digits$} ± {:.digits$}{unit}", value.value, value.deviation);
+            if value.observable { text } else { format!("({text})") }
+        };
+        let known = values(estimate).map(value).join(", ");
+        let mut line = format!(
+            "registered {} ({}): {known}; {:.1} tracks",
+            sensor.id,
+            radar.registration.name(),
+            estimate.samples
+        );
+        if let Some(residual) = estimate.residual {
+            line += &format!(", residual {residual:.1}");
+        }
+        if let Some(step) = &registered.step {
+            line += &format!(", a step at {}", step.time);
+        }
+        Some(line + "\n")
+    };
+    engine.registered().filter_map(line).collect()
 }
 
 fn received(text: &mut String, tally: &Tally) -> fmt::Result {

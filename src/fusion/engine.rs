@@ -66,7 +66,7 @@ impl Engine {
     ///
     /// The first call starts the clock: slots due by then are never emitted. A step backward changes nothing. A step of
     /// more than the window from one reception to the next emits what is owed and starts afresh with an empty window
-    /// (numbers stay), whatever was told in between: who only has the receptions comes to the same slots.
+    /// (numbers and registrations stay), whatever was told in between: who only has the receptions comes to the same slots.
     pub fn advance(&mut self, received: Time) -> Due<'_> {
         let Some(clock) = &mut self.clock else {
             self.start(received);
@@ -190,7 +190,11 @@ impl Engine {
 
     fn restart(&mut self, received: Time) {
         self.newest = None;
-        self.rules = Rules::new(&self.settings);
+        let before = std::mem::replace(&mut self.rules, Rules::new(&self.settings));
+        // A silence says nothing about how the radars are set up.
+        if let (Rules::Operational(now, _), Rules::Operational(before, _)) = (&mut self.rules, before) {
+            now.inherit(*before);
+        }
         self.start(received);
     }
 

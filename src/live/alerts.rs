@@ -26,6 +26,8 @@ pub enum AlertKind {
     Area,
     /// Something is wrong with the service itself.
     Service,
+    /// A radar seems to be set up otherwise than before.
+    Registration,
 }
 
 impl AlertKind {
@@ -35,6 +37,7 @@ impl AlertKind {
             Self::Sensor => "sensor",
             Self::Area => "area",
             Self::Service => "service",
+            Self::Registration => "registration",
         }
     }
 }
@@ -167,6 +170,22 @@ impl Alerts {
         changed | self.end(AlertKind::Sensor, now, |subject, _| is_operational(subject))
     }
 
+    /// Looks at how the radars are set up; whether anything changed.
+    pub fn note_registration(&mut self, sensors: &[SensorStatus], now: Time) -> bool {
+        let mut changed = false;
+        let mut held = Vec::new();
+        for sensor in sensors {
+            let registration = sensor.registration.as_ref();
+            if let Some(alarm) = registration.and_then(|registration| registration.alarm(now)) {
+                held.push(sensor.id.as_str());
+                let text = format!("{}: {alarm}", sensor.id);
+                let (kind, severity) = (AlertKind::Registration, Severity::Warning);
+                changed |= self.hold(kind, sensor.id.clone(), String::new(), severity, text, now);
+            }
+        }
+        changed | self.end(AlertKind::Registration, now, |subject, _| !held.contains(&subject))
+    }
+
     /// Looks at what is wrong with the service; whether anything changed.
     pub fn note_troubles<'a>(&mut self, troubles: impl Iterator<Item = &'a Trouble>, now: Time) -> bool {
         let mut changed = false;
@@ -252,6 +271,7 @@ mod tests {
             rate_hz: 0.0,
             clock_offset_s: None,
             refused: BTreeMap::new(),
+            registration: None,
             lines: Vec::new(),
         }
     }

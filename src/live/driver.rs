@@ -2,8 +2,9 @@
 
 use jiff::SignedDuration;
 
-use super::health::Health;
+use super::health::{Health, LineStatus, SensorStatus};
 use super::hub::Frame;
+use super::registration::Registrar;
 use crate::areas::Masks;
 use crate::config::Config;
 use crate::fusion::{Given, SlotGrid};
@@ -11,6 +12,7 @@ use crate::ingest::Reception;
 use crate::normalise::Report;
 use crate::picture::{Picture, PictureMaker};
 use crate::pipeline::{Event, Output, Pipeline};
+use crate::state::Registrations;
 use crate::time::Time;
 
 /// An arrival that waited in the queue while its slot was emitted is handled this much after the slot's deadline.
@@ -31,6 +33,7 @@ pub struct Driver {
     pipeline: Pipeline,
     maker: PictureMaker,
     health: Health,
+    registrar: Registrar,
     grid: SlotGrid,
     latency: SignedDuration,
     /// From a slot's centre to its deadline.
@@ -50,6 +53,7 @@ impl Driver {
         Self {
             maker: PictureMaker::new(config, pipeline.normaliser()),
             health: Health::new(config, started),
+            registrar: Registrar::new(config),
             grid: SlotGrid::new(config.fusion.slot.as_nanos() as i64),
             latency: config.fusion.latency(),
             due_after: config.fusion.latency() - config.fusion.slot / 2,
@@ -130,6 +134,22 @@ impl Driver {
         let before = numbers.len();
         numbers.retain(|&given| self.pipeline.remember(given));
         before - numbers.len()
+    }
+
+    /// Starts with what was known of the radars' registration before a restart, at `now`; what cannot be taken over is told
+    /// ([`Registrations::restore`]).
+    pub fn restore(&mut self, kept: &Registrations, config: &Config, now: Time) -> Vec<String> {
+        kept.restore(config, Some(now), &mut self.pipeline)
+    }
+
+    /// The sensors at `now`, with the lines that belong to each.
+    pub fn sensors(&mut self, now: Time, lines: impl Fn(usize) -> Vec<LineStatus>) -> Vec<SensorStatus> {
+        let mut sensors = self.health.sensors(now, lines);
+        let registrations = self.registrar.statuses(self.pipeline.engine());
+        for (sensor, registration) in sensors.iter_mut().zip(registrations) {
+            sensor.registration = registration;
+        }
+        sensors
     }
 
     /// The end: what the window still holds is put out.

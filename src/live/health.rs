@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use asterix::DataSource;
 
+use super::registration::RegistrationStatus;
 use crate::config::{Config, SensorKind};
 use crate::ingest::udp::LineCounters;
 use crate::normalise::{Refusal, SensorIndex, Service};
@@ -69,6 +70,8 @@ pub struct SensorStatus {
     pub clock_offset_s: Option<f64>,
     /// Records that were not taken, by reason.
     pub refused: BTreeMap<&'static str, u64>,
+    /// How it is registered: a radar in the operational profile.
+    pub registration: Option<RegistrationStatus>,
     /// Its lines.
     pub lines: Vec<LineStatus>,
 }
@@ -218,7 +221,7 @@ impl Health {
         sensor
     }
 
-    /// The sensors at `now`, with the lines that belong to each.
+    /// The sensors at `now`, with the lines that belong to each; of their registration nothing is known here.
     pub fn sensors(&self, now: Time, lines: impl Fn(usize) -> Vec<LineStatus>) -> Vec<SensorStatus> {
         let of = |(index, sensor): (usize, &Sensor)| sensor.status(now, self.started, lines(index));
         self.sensors.iter().enumerate().map(of).collect()
@@ -320,6 +323,7 @@ impl Sensor {
             rate_hz: recent as f64 / over_s,
             clock_offset_s,
             refused: self.refused.clone(),
+            registration: None,
             lines,
         }
     }

@@ -18,6 +18,7 @@ mod lines;
 mod observer;
 mod player;
 mod quiet;
+mod registration;
 mod service;
 
 pub use alerts::{Alert, AlertKind, Alerts, Severity, Trouble};
@@ -30,4 +31,5 @@ pub use inputs::Inputs;
 pub(crate) use lines::{Listening, listen};
 pub use observer::observe;
 pub use player::{OpenCaptures, Order, Player, PlayerState};
+pub use registration::{RegistrationStatus, values};
 pub use service::{Outlets, Service};

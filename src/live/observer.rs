@@ -34,7 +34,9 @@ pub async fn observe(hub: Hub, mut alerts: Alerts, mut historian: Option<Histori
                 let history = historian.as_ref().and_then(Historian::trouble);
                 status.is_some_and(|status| {
                     let troubles = status.troubles.iter().chain(&history);
-                    alerts.note_sensors(&status.sensors, status.at) | alerts.note_troubles(troubles, status.at)
+                    alerts.note_sensors(&status.sensors, status.at)
+                        | alerts.note_registration(&status.sensors, status.at)
+                        | alerts.note_troubles(troubles, status.at)
                 })
             }
         };

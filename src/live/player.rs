@@ -190,7 +190,7 @@ impl Show {
                 });
                 if received >= next_status {
                     next_status = Time::from_nanos(received.nanos() + SECOND);
-                    self.tell(&driver, received);
+                    self.tell(&mut driver, received);
                 }
             }
             let mut slots = Vec::new();
@@ -320,10 +320,10 @@ impl Show {
         Next::GoOn
     }
 
-    fn tell(&self, driver: &Driver, at: Time) {
+    fn tell(&self, driver: &mut Driver, at: Time) {
         self.hub.tell(Status {
             at,
-            sensors: driver.health().sensors(at, |_| Vec::new()),
+            sensors: driver.sensors(at, |_| Vec::new()),
             unknown: driver.health().unknown(),
             tally: driver.pipeline().tally().clone(),
             lateness_s: None,

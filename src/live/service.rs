@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -22,13 +22,18 @@ use crate::config::Config;
 use crate::fusion::Given;
 use crate::ingest::udp::{self, Arrival, Line, LineCounters};
 use crate::ingest::{Reception, ReceptionKind};
+use crate::normalise::SensorIndex;
 use crate::publish::{Cat129Encoder, Recorded, RecorderQueue, Sinks, pack, status_block};
+use crate::registration::Estimate;
+use crate::state::{Registrations, registration_text};
 use crate::time::{SECOND, Time};
 
 /// The engine looks up at least this often, for a stop and for its status.
 const LOOK_UP: Duration = Duration::from_millis(100);
 /// The next status is at most a second ahead, unless the clock has stepped back.
 const STATUS_AHEAD: jiff::SignedDuration = jiff::SignedDuration::from_millis(1100);
+/// Its keeper and the recorder are told of the registration at most this often.
+const REGISTRATION: jiff::SignedDuration = jiff::SignedDuration::from_secs(10);
 /// Lateness is told over this many slots: ten minutes of them.
 const LATENESS: usize = 2400;
 
@@ -42,6 +47,8 @@ pub struct Outlets {
     pub recorder: Option<RecorderQueue>,
     /// Who keeps the transponder numbers across restarts.
     pub numbers: Option<mpsc::Sender<Given>>,
+    /// Who keeps the registration across restarts.
+    pub registration: Option<SyncSender<Arc<str>>>,
 }
 
 /// The running service.
@@ -80,6 +87,8 @@ impl Service {
             quiet: Quiet::default(),
             numbers_kept: 0,
             numbers_recorded: 0,
+            registered: Vec::new(),
+            next_registration: Time::default(),
         };
         let stopped = stop.clone();
         let engine = std::thread::Builder::new()
@@ -122,6 +131,9 @@ struct Engine {
     /// How many of the new transponder numbers their keeper, and the recorder, have been told.
     numbers_kept: usize,
     numbers_recorded: usize,
+    /// What the registration's keeper and the recorder have been told of, and when they are told again.
+    registered: Vec<(SensorIndex, Estimate)>,
+    next_registration: Time,
 }
 
 impl Engine {
@@ -159,6 +171,11 @@ impl Engine {
             self.tell_numbers();
         }
         self.tell(self.clock.now());
+        let text = self.new_registration();
+        if let Some((keeper, (_, text))) = self.outlets.registration.take().zip(text) {
+            // This time there is time to wait.
+            let _ = keeper.send(text);
+        }
         self.driver
     }
 
@@ -222,6 +239,31 @@ impl Engine {
         }
     }
 
+    /// Hands on the registration where it has changed; where there is no room for it, the next time.
+    fn tell_registration(&mut self, at: Time) {
+        let is_due = at >= self.next_registration || self.next_registration - at > REGISTRATION;
+        if !is_due {
+            return;
+        }
+        self.next_registration = at + REGISTRATION;
+        let Some((registered, text)) = self.new_registration() else { return };
+        let kept = self.outlets.registration.as_ref().is_none_or(|to| to.try_send(text.clone()).is_ok());
+        let recorder = self.outlets.recorder.as_ref();
+        if kept && recorder.is_none_or(|recorder| recorder.has_room_for(Recorded::Registered { text })) {
+            self.registered = registered;
+        }
+    }
+
+    /// The registration, and the text of its file, where it is not what was handed on.
+    fn new_registration(&self) -> Option<(Vec<(SensorIndex, Estimate)>, Arc<str>)> {
+        let engine = self.driver.pipeline().engine();
+        let now: Vec<_> = engine.registered().map(|(sensor, now)| (sensor, now.estimate)).collect();
+        (now != self.registered).then(|| {
+            let text = registration_text(&Registrations::of(&self.config, engine));
+            (now, text.into())
+        })
+    }
+
     /// Sends the slot, then shows it.
     fn publish(&mut self, mut frame: Frame) {
         for payload in pack(&frame.picture, &self.encoder) {
@@ -252,15 +294,17 @@ impl Engine {
         }
         let table = udp::kernel_table();
         self.lines.iter().for_each(|(_, counters)| counters.note_kernel_drops(&table));
+        let duplicates: Vec<u64> = (0..self.lines.len()).map(|index| self.driver.duplicates(index)).collect();
         let lines = |sensor: usize| {
             let of = |(index, (line, counters)): (usize, &(Arc<Line>, Arc<LineCounters>))| {
                 line.sensors
                     .contains(&sensor)
-                    .then(|| LineStatus::of(line.name(), counters, self.driver.duplicates(index)))
+                    .then(|| LineStatus::of(line.name(), counters, duplicates[index]))
             };
             self.lines.iter().enumerate().filter_map(of).collect()
         };
-        let sensors = self.driver.health().sensors(at, lines);
+        let sensors = self.driver.sensors(at, lines);
+        self.tell_registration(at);
         let degraded = sensors.iter().any(|sensor| sensor.state != SensorState::Operational);
         if self.config.output.status {
             self.failed_sends += self.outlets.sinks.send(&status_block(self.source, at, degraded));

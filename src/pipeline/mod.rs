@@ -11,6 +11,7 @@ use crate::config::Config;
 use crate::fusion::{self, Due, Emission, Engine, Given};
 use crate::ingest::{Reception, ReceptionKind};
 use crate::normalise::{Normaliser, Refusal, Refused, Report, SensorIndex};
+use crate::registration::{State, StateError};
 use crate::time::{SECOND, Time};
 pub(crate) use duplicates::Duplicates;
 
@@ -133,6 +134,14 @@ impl Pipeline {
     /// Takes over a transponder number given before a restart; whether it did. Before the first reception.
     pub fn remember(&mut self, given: Given) -> bool {
         self.engine.remember(given)
+    }
+
+    /// Takes over what was known of a radar's registration before a restart; whether it did ([`Engine::restore`]).
+    ///
+    /// # Errors
+    /// The state is of another version, or its numbers are not what is written.
+    pub fn restore(&mut self, sensor: SensorIndex, state: &State) -> Result<bool, StateError> {
+        self.engine.restore(sensor, state)
     }
 
     /// The end of the input: hands out every slot up to the last that holds a report.

@@ -33,7 +33,7 @@ impl Keeper {
             }
             Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
             Err(error) => {
-                match set_aside(directory, now) {
+                match set_aside(directory, NUMBERS, now) {
                     Ok(aside) => error!("{error}; it is now {}, and numbers begin anew", aside.display()),
                     Err(rename) => error!("{error}; it cannot be set aside ({rename}); numbers begin anew"),
                 }

@@ -1,4 +1,5 @@
-//! What outlives a restart: `numbers.json`, the transponder numbers given so far.
+//! What outlives a restart: `numbers.json`, the transponder numbers given so far, and `registration.json`, how each radar is
+//! set up wrongly ([`Registrations`]).
 //!
 //! ```json
 //! {"version":1,"numbers":[
@@ -10,6 +11,9 @@
 //! The file of a recording (`<name>.numbers.json`) is the same.
 
 mod keeper;
+mod registration;
+mod registration_keeper;
+mod sources;
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -22,6 +26,11 @@ use crate::normalise::Identity;
 use crate::time::Time;
 
 pub use keeper::Keeper;
+pub use registration::{
+    REGISTRATION, Registrations, parse_registration, read_registration, registration_text,
+};
+pub use registration_keeper::RegistrationKeeper;
+pub use sources::{Kept, read_kept};
 
 /// The file's name in the directory of `[state]`.
 pub const NUMBERS: &str = "numbers.json";
@@ -117,21 +126,26 @@ fn octets<const N: usize>(text: &str) -> Option<[u8; N]> {
 /// It cannot be read (also where it does not exist), or not be understood; the error names it.
 pub fn read_numbers(path: &Path) -> io::Result<Vec<Given>> {
     let path = if path.is_dir() { path.join(NUMBERS) } else { path.to_owned() };
+    read(&path, parse_numbers)
+}
+
+/// Reads a file; an error names it.
+fn read<T>(path: &Path, parse: impl FnOnce(&str) -> Result<T, String>) -> io::Result<T> {
     #[expect(clippy::disallowed_methods, reason = "the state is a file")]
-    let text = fs::read_to_string(&path)
+    let text = fs::read_to_string(path)
         .map_err(|error| io::Error::new(error.kind(), format!("{}: {error}", path.display())))?;
-    parse_numbers(&text)
+    parse(&text)
         .map_err(|error| io::Error::new(io::ErrorKind::InvalidData, format!("{}: {error}", path.display())))
 }
 
-/// Moves a file that cannot be used out of the way, as `<name>.broken-<time>`; where it is then.
+/// Moves a file of the directory that cannot be used out of the way, as `<name>.broken-<time>`; where it is then.
 ///
 /// # Errors
 /// It cannot be renamed.
-pub fn set_aside(directory: &Path, now: Time) -> io::Result<PathBuf> {
+pub fn set_aside(directory: &Path, name: &str, now: Time) -> io::Result<PathBuf> {
     let time: String = now.to_string().chars().filter(|c| !matches!(c, '-' | ':')).collect();
-    let aside = directory.join(format!("{NUMBERS}.broken-{time}"));
-    fs::rename(directory.join(NUMBERS), &aside)?;
+    let aside = directory.join(format!("{name}.broken-{time}"));
+    fs::rename(directory.join(name), &aside)?;
     Ok(aside)
 }
 

@@ -113,6 +113,11 @@ impl Operational {
         Ok(())
     }
 
+    /// Goes on with what was known of the radars before a fresh start.
+    pub(in crate::fusion) fn inherit(&mut self, before: Self) {
+        self.registered = before.registered;
+    }
+
     /// The settings with what the registration tells now: errors and delays.
     pub(super) fn registered_settings(&mut self, settings: &Settings) -> Settings {
         let mut now = settings.clone();

@@ -8,6 +8,7 @@
 //! | `output-<start>.pcap` | what was sent, at its due time: what `replay -o output.pcap` writes |
 //! | `input-<start>.site.toml` | the configuration in force; its head says from which slot on the replay equals the output |
 //! | `input-<start>.numbers.json` | the transponder numbers to begin the replay with |
+//! | `input-<start>.registration.json` | how the radars were registered, to begin the replay with; that is at most 10 s old |
 //!
 //! Files being written end in `.part`. Datagrams reach them whole, at least once a second.
 
@@ -56,6 +57,11 @@ pub enum Recorded {
         slot: Slot,
         /// Which, and who.
         given: Given,
+    },
+    /// The radars' registration: as it was at the start, and has changed.
+    Registered {
+        /// Its file's text.
+        text: Arc<str>,
     },
     /// A datagram that was sent.
     Output {

@@ -26,7 +26,7 @@ impl RecorderQueue {
         let time = match recorded {
             Recorded::Input { received: time, .. } | Recorded::Output { due: time, .. } => Some(time),
             Recorded::Gap { until } => Some(until),
-            Recorded::Numbered { .. } => None,
+            Recorded::Numbered { .. } | Recorded::Registered { .. } => None,
         };
         if let Some(until) = self.gap
             && self.has_room_for(Recorded::Gap { until })

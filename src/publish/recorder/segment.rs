@@ -126,6 +126,8 @@ pub(super) struct Beginning<'a> {
     pub(super) site: &'a str,
     /// The numbers given so far.
     pub(super) numbers: &'a [Given],
+    /// The text of the registration's file.
+    pub(super) registration: &'a str,
     /// Whether the output is recorded, too.
     pub(super) with_output: bool,
 }
@@ -155,18 +157,20 @@ impl Segment {
         numbers_path: &Path,
         path: &dyn Fn(Series, &str) -> PathBuf,
     ) -> io::Result<Self> {
-        let Beginning { directory, began, complete_from, site, numbers, with_output } = *beginning;
+        let Beginning { directory, began, complete_from, site, numbers, registration, with_output } =
+            *beginning;
         let name = Series::Input.name(stamp);
         write_atomically(
             &path(Series::Input, "site.toml"),
             &format!(
                 "# The configuration in force while {name}.pcap was recorded. To replay it:\n\
-                 #   utm-fusion replay {name}.pcap --config {name}.site.toml --state {name}.numbers.json\n\
+                 #   utm-fusion replay {name}.pcap --config {name}.site.toml --state {name}\n\
                  # From this slot on, its window lies wholly in the file, and the replay equals what was sent:\n\
                  # complete_from = {complete_from}\n\n{site}"
             ),
         )?;
         write_atomically(numbers_path, &numbers_text(numbers))?;
+        write_atomically(&path(Series::Input, "registration.json"), registration)?;
         let input = PcapFile::begin(path(Series::Input, "pcap"))?;
         let output = with_output.then(|| PcapFile::begin(path(Series::Output, "pcap"))).transpose()?;
         Ok(Self {

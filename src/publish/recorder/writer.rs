@@ -21,6 +21,7 @@ use crate::fusion::{Given, SlotGrid};
 use crate::ingest::udp;
 use crate::publish::UdpFlow;
 use crate::publish::files::flow;
+use crate::state::{Registrations, registration_text};
 use crate::time::Time;
 
 /// What a kill may cost.
@@ -60,6 +61,8 @@ pub(super) struct Writer {
     window_slots: i64,
     max_future: SignedDuration,
     numbers: Vec<Given>,
+    /// The text of its file.
+    registration: Arc<str>,
     /// The latest reception, recorded or not, or the latest time of what did not fit the queue.
     latest: Option<Time>,
     lock: Option<File>,
@@ -94,6 +97,7 @@ impl Writer {
             window_slots: config.fusion.window_slots.into(),
             max_future: config.fusion.max_future,
             numbers,
+            registration: registration_text(&Registrations::default()).into(),
             latest: None,
             lock: None,
             segment: None,
@@ -149,6 +153,10 @@ impl Writer {
                 if let Some(Err(error)) = told {
                     self.fail(&error);
                 }
+                return;
+            }
+            Recorded::Registered { text } => {
+                self.registration = text;
                 return;
             }
             Recorded::Gap { until } => return self.skip(until),
@@ -215,6 +223,7 @@ impl Writer {
             complete_from,
             site: &self.site,
             numbers: &self.numbers,
+            registration: &self.registration,
             with_output: self.with_output,
         })?);
         // A trial that may fail again costs no recording.

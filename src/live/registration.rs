@@ -1,0 +1,125 @@
+//! How each radar is registered, as the interfaces tell it.
+
+use std::collections::BTreeMap;
+
+use crate::config::{Config, Profile, Registration as Mode, SensorKind};
+use crate::fusion::Engine;
+use crate::fusion::operational::Step;
+use crate::registration::{Estimate, Value};
+use crate::time::{SECOND, Time};
+
+/// A step is worth an alert for so long, nanoseconds.
+const STEP_NS: u64 = 3600 * SECOND as u64;
+
+/// A radar's registration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RegistrationStatus {
+    /// What is done about it.
+    pub mode: Mode,
+    /// What its tracks tell; `None` where it is off, and before the first slot.
+    pub estimate: Option<Estimate>,
+    /// The latest step since the start.
+    pub step: Option<Step>,
+    /// Steps since the start.
+    pub steps: u64,
+}
+
+impl RegistrationStatus {
+    /// Whether plots are put right by any of it.
+    pub fn is_applied(&self) -> bool {
+        let is_observable = |estimate: &Estimate| values(estimate).iter().any(|(.., value)| value.observable);
+        self.mode == Mode::Apply && self.estimate.as_ref().is_some_and(is_observable)
+    }
+
+    /// What an operator should know of it without being alarmed.
+    pub fn hint(&self) -> Option<String> {
+        let estimate = self.estimate.as_ref().filter(|estimate| estimate.doubtful())?;
+        Some(format!(
+            "doubtful: its tracks differ from one another more than its errors, as they are configured, let expect (residual \
+             {:.1}); look for a wrong accuracy in the configuration, for a radar that moves, for transponders that err",
+            estimate.residual.unwrap_or_default()
+        ))
+    }
+
+    /// What an operator should look at: a step, until it is an hour old.
+    pub(super) fn alarm(&self, now: Time) -> Option<String> {
+        let step = self.step.as_ref().filter(|step| now.nanos().abs_diff(step.time.nanos()) <= STEP_NS)?;
+        let (before, after) = (values(&step.before), values(&step.after));
+        let shown = before.iter().zip(&after).filter(|((name, ..), _)| STEPPING.contains(name));
+        let shown: Vec<String> = shown
+            .map(|((name, unit, before), (.., after))| {
+                format!("{name} {:+.1} then {:+.1}{unit}", before.value, after.value)
+            })
+            .collect();
+        Some(format!(
+            "its latest tracks tell another set-up than those before, and its registration begins anew with them: {}. Look \
+             1. whether it was moved, knocked, put back or set anew: then this is right, and nothing is to be done; \
+             2. whether its clock or height reference changed, and whether other radars are alarmed too: then it is the \
+             transponders; 3. neither: set registration = \"propose\" until you know",
+            shown.join(", ")
+        ))
+    }
+}
+
+/// What a step is looked for in.
+const STEPPING: [&str; 3] = ["bearing", "range", "height"];
+
+/// The values by name, with their units: angles in degrees.
+pub fn values(estimate: &Estimate) -> [(&'static str, &'static str, Value); 6] {
+    let degrees = |value: Value| Value {
+        value: value.value.to_degrees(),
+        deviation: value.deviation.to_degrees(),
+        observable: value.observable,
+    };
+    [
+        ("bearing", "°", degrees(estimate.bearing)),
+        ("tilt east", "°", degrees(estimate.tilt_east)),
+        ("tilt north", "°", degrees(estimate.tilt_north)),
+        ("range", " m", estimate.range_m),
+        ("height", " m", estimate.height_m),
+        ("time", " s", estimate.time_s),
+    ]
+}
+
+/// Follows the radars' registrations.
+#[derive(Debug)]
+pub(super) struct Registrar {
+    /// By sensor, in the operational profile: of radars.
+    modes: Vec<Option<Mode>>,
+    /// The latest step of each, and how many there were.
+    steps: BTreeMap<usize, (Time, u64)>,
+}
+
+impl Registrar {
+    pub(super) fn new(config: &Config) -> Self {
+        let mode = |sensor: &crate::config::Sensor| match &sensor.kind {
+            SensorKind::Radar(radar) if config.fusion.profile == Profile::Operational => {
+                Some(radar.registration)
+            }
+            _ => None,
+        };
+        Self { modes: config.sensors.iter().map(mode).collect(), steps: BTreeMap::new() }
+    }
+
+    /// By sensor.
+    pub(super) fn statuses(&mut self, engine: &Engine) -> Vec<Option<RegistrationStatus>> {
+        let status = |&mode: &Option<Mode>| {
+            Some(RegistrationStatus { mode: mode?, estimate: None, step: None, steps: 0 })
+        };
+        let mut statuses: Vec<_> = self.modes.iter().map(status).collect();
+        for (sensor, registered) in engine.registered() {
+            let index = usize::from(sensor.0);
+            let Some(Some(status)) = statuses.get_mut(index) else { continue };
+            status.estimate = Some(registered.estimate);
+            status.step = registered.step;
+            if let Some(Step { time, .. }) = registered.step {
+                let (latest, count) = self.steps.entry(index).or_insert((time, 1));
+                if *latest != time {
+                    (*latest, *count) = (time, *count + 1);
+                }
+                status.steps = *count;
+            }
+        }
+        statuses
+    }
+}

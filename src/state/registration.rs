@@ -1,0 +1,226 @@
+//! `registration.json`: how each radar is set up wrongly, as far as its tracks have told, with what the configuration said
+//! of the radar while they did.
+//!
+//! ```json
+//! {"version":1,"radars":{
+//! "north":{"latitude_deg":60.1,"longitude_deg":10.5,"height_amsl_m":210.0,"bearing_correction_deg":0.0,"state":{}}
+//! }}
+//! ```
+//!
+//! The file of a recording (`<name>.registration.json`) is the same.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::read;
+use crate::config::{Config, Radar, Registration as Mode, SensorKind};
+use crate::fusion::Engine;
+use crate::normalise::SensorIndex;
+use crate::pipeline::Pipeline;
+use crate::registration::{Registration, Settings, State};
+use crate::time::{SECOND, Time};
+
+/// The file's name in the directory of `[state]`.
+pub const REGISTRATION: &str = "registration.json";
+/// The only version so far.
+const VERSION: u32 = 1;
+/// Positions and corrections that differ by less are the same, degrees and metres: text is not exact to the last bit.
+const SAME: f64 = 1e-9;
+/// Nothing that is written is larger; what follows from larger numbers may be none.
+const LARGEST: f64 = 1e30;
+/// No more tracks than these are written one by one.
+const TRACKS: usize = 32;
+/// A clock may have been so much ahead.
+const AHEAD_NS: i64 = 60 * SECOND;
+
+/// What is known of each radar, by the sensor's id.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Registrations(BTreeMap<String, Entry>);
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Contents {
+    version: u32,
+    radars: BTreeMap<String, Entry>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Entry {
+    #[serde(flatten)]
+    setup: Setup,
+    /// Looked at when it is taken over: one radar's may be wrong and another's right.
+    state: Value,
+}
+
+/// What the configuration says of a radar, and what the registration is relative to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Setup {
+    latitude_deg: f64,
+    longitude_deg: f64,
+    height_amsl_m: f64,
+    bearing_correction_deg: f64,
+}
+
+impl Setup {
+    fn of(radar: &Radar) -> Self {
+        let &Radar { latitude_deg, longitude_deg, height_amsl_m, bearing_correction_deg, .. } = radar;
+        Self { latitude_deg, longitude_deg, height_amsl_m, bearing_correction_deg }
+    }
+
+    /// What differs, for people.
+    fn changed(&self, now: &Self) -> Option<String> {
+        let named = |setup: &Self| {
+            [
+                ("latitude_deg", setup.latitude_deg),
+                ("longitude_deg", setup.longitude_deg),
+                ("height_amsl_m", setup.height_amsl_m),
+                ("bearing_correction_deg", setup.bearing_correction_deg),
+            ]
+        };
+        let differs = |((key, before), (_, now)): ((&str, f64), (&str, f64))| {
+            ((before - now).abs() > SAME).then(|| format!("{key} was {before} and is {now}"))
+        };
+        let all: Vec<String> = named(self).into_iter().zip(named(now)).filter_map(differs).collect();
+        (!all.is_empty()).then(|| all.join(", "))
+    }
+}
+
+impl Registrations {
+    /// What the engine knows of the configured radars.
+    pub fn of(config: &Config, engine: &Engine) -> Self {
+        let entry = |(index, registered): (SensorIndex, &crate::fusion::operational::Registered)| {
+            let sensor = config.sensors.get(usize::from(index.0))?;
+            let SensorKind::Radar(radar) = &sensor.kind else { return None };
+            let state = serde_json::to_value(registered.to_state()).expect("numbers and text are JSON");
+            Some((sensor.id.clone(), Entry { setup: Setup::of(radar), state }))
+        };
+        Self(engine.registered().filter_map(entry).collect())
+    }
+
+    /// Of how many radars something is known.
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Whether nothing is known.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Gives the engine what fits its radars; of each radar for which it does not, why. What is later than `now`, where that
+    /// is told, was written while the clock was wrong: nothing that comes would count beside it.
+    pub fn restore(&self, config: &Config, now: Option<Time>, pipeline: &mut Pipeline) -> Vec<String> {
+        let mut unused = Vec::new();
+        for (id, entry) in &self.0 {
+            let used = entry.restore(id, config, now, pipeline);
+            unused.extend(used.err().map(|why| format!("registration of {id} begins anew: {why}")));
+        }
+        unused
+    }
+}
+
+impl Entry {
+    fn restore(
+        &self,
+        id: &str,
+        config: &Config,
+        now: Option<Time>,
+        pipeline: &mut Pipeline,
+    ) -> Result<(), String> {
+        let found = config.sensors.iter().enumerate().find(|(_, sensor)| sensor.id == id);
+        let (index, sensor) = found.ok_or("there is no such sensor any more")?;
+        let SensorKind::Radar(radar) = &sensor.kind else { return Err("it is no radar any more".to_owned()) };
+        if radar.registration == Mode::Off {
+            return Err("it is off".to_owned());
+        }
+        if let Some(changed) = self.setup.changed(&Setup::of(radar)) {
+            return Err(changed);
+        }
+        let state = State::deserialize(&self.state).map_err(|error| error.to_string())?;
+        plausible(&self.state, now)?;
+        // Also what only looks like a state must not reach the engine.
+        let registration = Registration::from_state(&Settings::default(), &state);
+        let estimate = registration.map_err(|error| error.to_string())?.estimate();
+        let values = [estimate.bearing, estimate.tilt_east, estimate.tilt_north].into_iter().chain([
+            estimate.range_m,
+            estimate.height_m,
+            estimate.time_s,
+        ]);
+        let all_finite = values.flat_map(|value| [value.value, value.deviation]).all(f64::is_finite);
+        if !all_finite || !(estimate.samples >= 0.0) {
+            return Err("nothing follows from its numbers".to_owned());
+        }
+        // The reference profile has no use for it, which is not worth a word.
+        pipeline.restore(SensorIndex(index as u16), &state).map(drop).map_err(|error| error.to_string())
+    }
+}
+
+/// Whether times and numbers are such as are written.
+fn plausible(state: &Value, now: Option<Time>) -> Result<(), String> {
+    let latest = state["latest"].as_array().map_or(&[][..], Vec::as_slice);
+    if latest.len() > TRACKS {
+        return Err(format!("it has {} tracks, and {TRACKS} is the most", latest.len()));
+    }
+    let time = |value: &Value| value.as_i64().unwrap_or(i64::MIN);
+    let written = time(&state["now"]);
+    if now.is_some_and(|now| written > now.nanos().saturating_add(AHEAD_NS)) {
+        return Err(format!("it is of {}, which is still to come", Time::from_nanos(written)));
+    }
+    if latest.iter().any(|track| time(&track["time"]) > written || time(&track["begun"]) > written) {
+        return Err("it has tracks that are later than itself".to_owned());
+    }
+    if is_any(state, &|text| text.split_whitespace().any(is_too_large)) {
+        return Err(format!("it has numbers beyond {LARGEST:e}"));
+    }
+    Ok(())
+}
+
+fn is_too_large(number: &str) -> bool {
+    number.parse::<f64>().is_ok_and(|number| !(number.abs() <= LARGEST))
+}
+
+/// Whether that is so of any text in it.
+fn is_any(value: &Value, so: &dyn Fn(&str) -> bool) -> bool {
+    match value {
+        Value::String(text) => so(text),
+        Value::Array(values) => values.iter().any(|value| is_any(value, so)),
+        Value::Object(fields) => fields.values().any(|value| is_any(value, so)),
+        _ => false,
+    }
+}
+
+/// The text of a file with these, one radar a line.
+pub fn registration_text(registrations: &Registrations) -> String {
+    let line = |(id, entry): (&String, &Entry)| {
+        let entry = serde_json::to_string(entry).expect("numbers and text are JSON");
+        format!("{}:{entry}", Value::from(id.as_str()))
+    };
+    let lines: Vec<String> = registrations.0.iter().map(line).collect();
+    format!("{{\"version\":{VERSION},\"radars\":{{\n{}\n}}}}\n", lines.join(",\n"))
+}
+
+/// What a file's text holds.
+///
+/// # Errors
+/// What is wrong with it, for people: it is not JSON, or of another version.
+pub fn parse_registration(text: &str) -> Result<Registrations, String> {
+    let value: Value = serde_json::from_str(text).map_err(|error| error.to_string())?;
+    // Before all else: another version may look otherwise.
+    if let Some(version) = value["version"].as_u64().filter(|&version| version != u64::from(VERSION)) {
+        return Err(format!("its version is {version}, and only {VERSION} is known"));
+    }
+    let contents = Contents::deserialize(value).map_err(|error| error.to_string())?;
+    Ok(Registrations(contents.radars))
+}
+
+/// Reads such a file.
+///
+/// # Errors
+/// It cannot be read (also where it does not exist), or not be understood; the error names it.
+pub fn read_registration(path: &Path) -> io::Result<Registrations> {
+    read(path, parse_registration)
+}
