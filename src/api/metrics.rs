@@ -4,7 +4,7 @@ use std::fmt::{Display, Write};
 
 use super::ask::{Answer, Ask, live};
 use crate::config::Config;
-use crate::live::{LineStatus, SensorState, Status};
+use crate::live::{LineStatus, SensorState, Status, values};
 use crate::normalise::SensorIndex;
 use crate::publish::RecorderCounts;
 
@@ -145,6 +145,67 @@ impl Metrics {
         }
     }
 
+    /// Angles in degrees, as an operator has them in the configuration.
+    fn registrations(&mut self, status: &Status) {
+        let known: Vec<_> = status
+            .sensors
+            .iter()
+            .filter_map(|sensor| {
+                let registration = sensor.registration.as_ref()?;
+                Some((sensor.id.as_str(), registration, registration.estimate.as_ref()?))
+            })
+            .collect();
+        if known.is_empty() {
+            return;
+        }
+        let names = [
+            ("bearing", "degrees"),
+            ("tilt_east", "degrees"),
+            ("tilt_north", "degrees"),
+            ("range", "metres"),
+            ("height", "metres"),
+            ("time", "seconds"),
+        ];
+        for (index, (name, unit)) in names.into_iter().enumerate() {
+            let family = format!("utm_fusion_registration_{name}_{unit}");
+            self.family(&family, "gauge", "A radar's bias, measured minus true");
+            for (sensor, _, estimate) in &known {
+                self.sample(&family, &[("sensor", sensor)], values(estimate)[index].2.value);
+            }
+            let family = format!("utm_fusion_registration_{name}_deviation_{unit}");
+            self.family(&family, "gauge", "One standard deviation of it");
+            for (sensor, _, estimate) in &known {
+                self.sample(&family, &[("sensor", sensor)], values(estimate)[index].2.deviation);
+            }
+        }
+        self.family("utm_fusion_registration_observable", "gauge", "Whether a bias is known well enough");
+        for (sensor, _, estimate) in &known {
+            for ((name, _), (.., value)) in names.into_iter().zip(values(estimate)) {
+                let labels = [("sensor", *sensor), ("value", name)];
+                self.sample("utm_fusion_registration_observable", &labels, u8::from(value.observable));
+            }
+        }
+        self.family("utm_fusion_registration_tracks", "gauge", "Radar tracks that it rests upon");
+        for (sensor, _, estimate) in &known {
+            self.sample("utm_fusion_registration_tracks", &[("sensor", sensor)], estimate.samples);
+        }
+        self.family("utm_fusion_registration_residual", "gauge", "1 as the configured errors let expect");
+        for (sensor, _, estimate) in &known {
+            if let Some(residual) = estimate.residual {
+                self.sample("utm_fusion_registration_residual", &[("sensor", sensor)], residual);
+            }
+        }
+        self.family("utm_fusion_registration_applied", "gauge", "Whether plots are put right by it");
+        for (sensor, registration, _) in &known {
+            let applied = u8::from(registration.is_applied());
+            self.sample("utm_fusion_registration_applied", &[("sensor", sensor)], applied);
+        }
+        self.family("utm_fusion_registration_steps_total", "counter", "Times that it has begun anew");
+        for (sensor, registration, _) in &known {
+            self.sample("utm_fusion_registration_steps_total", &[("sensor", sensor)], registration.steps);
+        }
+    }
+
     fn recording(&mut self, recording: RecorderCounts) {
         let RecorderCounts { written, unwritten, lost, failing } = recording;
         self.one("utm_fusion_recorder_failing", "gauge", "Whether the disk fails", u8::from(failing));
@@ -177,6 +238,7 @@ impl Metrics {
                 self.sample("utm_fusion_sensor_clock_offset_seconds", &[("sensor", &sensor.id)], offset_s);
             }
         }
+        self.registrations(status);
         // Sensors may share a line: each line once.
         let mut lines: Vec<&LineStatus> = status.sensors.iter().flat_map(|sensor| &sensor.lines).collect();
         lines.sort_by(|a, b| a.name.cmp(&b.name));

@@ -2,6 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
+use super::sites::REGISTERED;
 use crate::picture::{Class, HORIZONTAL, VERTICAL};
 
 /// The schema of a route's answer, where there is one.
@@ -9,6 +10,7 @@ pub(super) fn of(path: &str) -> Option<&'static str> {
     match path {
         "/api/v1/tracks" => Some("Tracks"),
         "/api/v1/tracks/{id}" => Some("Track"),
+        "/api/v1/sensors" => Some("Sensors"),
         _ => None,
     }
 }
@@ -21,6 +23,10 @@ pub(super) fn all() -> Value {
         "Track": track(),
         "TrackProperties": properties(),
         "Contributor": contributor(),
+        "Sensors": sensors(),
+        "SensorProperties": sensor(),
+        "Registration": registration(),
+        "RegistrationValue": registration_value(),
     })
 }
 
@@ -182,6 +188,92 @@ fn contributor() -> Value {
             "co_present": whole(),
             "log_likelihood_ratio": number("operational: natural logarithm of how much better it explains the measurements that they are one than that they are not"),
         }),
+    )
+}
+
+fn sensors() -> Value {
+    let feature = json!({
+        "type": { "const": "Feature" },
+        "id": text("as in the properties"),
+        "geometry": { "description": "a radar's place; null for a transponder receiver" },
+        "properties": { "$ref": "#/components/schemas/SensorProperties" },
+    });
+    let unknown = json!({
+        "category": whole(),
+        "sac": whole(),
+        "sic": whole(),
+        "own": flag("the service's own output comes back"),
+        "records": whole(),
+        "last_seen": time(""),
+    });
+    object(
+        "GeoJSON, RFC 7946",
+        json!({
+            "type": { "const": "FeatureCollection" },
+            "features": { "type": "array", "items": object("", feature, json!({})) },
+            "unknown": { "type": "array", "items": object("A source that no sensor is", unknown, json!({})) },
+        }),
+        json!({ "time": time("of what is said of the sensors") }),
+    )
+}
+
+fn sensor() -> Value {
+    object(
+        "What is unknown is left out",
+        json!({ "id": text("as configured"), "kind": { "type": "string", "enum": ["radar", "transponder"] } }),
+        json!({
+            "sac": whole(),
+            "sic": whole(),
+            "state": { "type": "string", "enum": ["operational", "degraded", "outage"] },
+            "reasons": { "type": "array", "items": text("why it is not operational") },
+            "rate_hz": at_least_0("reports a second, over the last 10 s"),
+            "accepted": whole(),
+            "refused": { "type": "object", "additionalProperties": whole() },
+            "lines": { "type": "array", "items": { "type": "object" } },
+            "last_seen": time("of its last record of any kind"),
+            "clock_offset_s": number("from the times it says to their reception: the least of the last ones"),
+            "registration": { "$ref": "#/components/schemas/Registration" },
+        }),
+    )
+}
+
+fn registration() -> Value {
+    let values = |description: &str| {
+        let value =
+            |name: &str| (name.to_owned(), json!({ "$ref": "#/components/schemas/RegistrationValue" }));
+        object(description, Value::Object(REGISTERED.into_iter().map(value).collect()), json!({}))
+    };
+    let mut sometimes = values("")["properties"].clone();
+    let step = json!({
+        "time": time("when it was found out"),
+        "before": values("without the latest tracks"),
+        "after": values("with them alone"),
+    });
+    sometimes["tracks"] = at_least_0("it rests upon, the older ones in part");
+    sometimes["residual"] =
+        at_least_0("1: tracks differ as the configured errors let expect; above 4: doubtful");
+    sometimes["alarm"] = text("what to look at after a step, until it is an hour old");
+    sometimes["hint"] = text("what to look at where it is doubtful");
+    sometimes["step"] = object("the latest since the start: the radar may have been moved", step, json!({}));
+    object(
+        "How a radar is set up wrongly, as its tracks tell; operational profile only, and without values where it is off",
+        json!({
+            "mode": { "type": "string", "enum": ["off", "propose", "apply"] },
+            "applied": flag("whether plots are put right by any of it"),
+        }),
+        sometimes,
+    )
+}
+
+fn registration_value() -> Value {
+    object(
+        "A bias: measured minus true",
+        json!({
+            "value": number("0 where a tilt is not observable"),
+            "deviation": at_least_0("one standard deviation"),
+            "observable": flag("whether the tracks tell it well enough to be of use; only then it is applied"),
+        }),
+        json!({}),
     )
 }
 

@@ -9,7 +9,8 @@ use super::keeper::alert_json;
 use crate::areas::Areas;
 use crate::config::{Area, AreaKind, Sensor, SensorKind};
 use crate::json::rounded;
-use crate::live::{Alert, AlertKind, LineStatus, SensorStatus};
+use crate::live::{Alert, AlertKind, LineStatus, RegistrationStatus, SensorStatus, values};
+use crate::registration::Estimate;
 
 /// Corners of a circle.
 const CORNERS: usize = 72;
@@ -99,7 +100,55 @@ pub(super) fn sensor_properties(sensor: &Sensor, status: &SensorStatus) -> Value
     if let Some(offset_s) = status.clock_offset_s {
         properties["clock_offset_s"] = json!(rounded(offset_s, 3));
     }
+    if let Some(registration) = &status.registration {
+        properties["registration"] = registration_json(registration);
+    }
     properties
+}
+
+/// How a radar is registered.
+fn registration_json(registration: &RegistrationStatus) -> Value {
+    let mut json = json!({ "mode": registration.mode.name(), "applied": registration.is_applied() });
+    if let Some(estimate) = &registration.estimate {
+        json["tracks"] = json!(rounded(estimate.samples, 1));
+        if let Some(residual) = estimate.residual {
+            json["residual"] = json!(rounded(residual, 2));
+        }
+        add_values(&mut json, estimate);
+    }
+    if let Some(hint) = registration.hint() {
+        json["hint"] = json!(hint);
+    }
+    if let Some(alarm) = &registration.alarm {
+        json["alarm"] = json!(alarm);
+    }
+    if let Some(step) = &registration.step {
+        let values = |estimate: &Estimate| {
+            let mut json = json!({});
+            add_values(&mut json, estimate);
+            json
+        };
+        json["step"] = json!({
+            "time": step.time.to_string(),
+            "before": values(&step.before),
+            "after": values(&step.after),
+        });
+    }
+    json
+}
+
+/// What is estimated of a radar, as properties.
+pub(super) const REGISTERED: [&str; 6] =
+    ["bearing_deg", "tilt_east_deg", "tilt_north_deg", "range_m", "height_m", "time_s"];
+
+fn add_values(json: &mut Value, estimate: &Estimate) {
+    for (name, (.., value)) in REGISTERED.into_iter().zip(values(estimate)) {
+        json[name] = json!({
+            "value": rounded(value.value, 4),
+            "deviation": rounded(value.deviation, 4),
+            "observable": value.observable,
+        });
+    }
 }
 
 /// `/api/v1/coverage`.

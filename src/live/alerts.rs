@@ -176,7 +176,7 @@ impl Alerts {
         let mut held = Vec::new();
         for sensor in sensors {
             let registration = sensor.registration.as_ref();
-            if let Some(alarm) = registration.and_then(|registration| registration.alarm(now)) {
+            if let Some(alarm) = registration.and_then(|registration| registration.alarm.as_ref()) {
                 held.push(sensor.id.as_str());
                 let text = format!("{}: {alarm}", sensor.id);
                 let (kind, severity) = (AlertKind::Registration, Severity::Warning);

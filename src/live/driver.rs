@@ -145,7 +145,7 @@ impl Driver {
     /// The sensors at `now`, with the lines that belong to each.
     pub fn sensors(&mut self, now: Time, lines: impl Fn(usize) -> Vec<LineStatus>) -> Vec<SensorStatus> {
         let mut sensors = self.health.sensors(now, lines);
-        let registrations = self.registrar.statuses(self.pipeline.engine());
+        let registrations = self.registrar.statuses(self.pipeline.engine(), now);
         for (sensor, registration) in sensors.iter_mut().zip(registrations) {
             sensor.registration = registration;
         }

@@ -22,6 +22,8 @@ pub struct RegistrationStatus {
     pub step: Option<Step>,
     /// Steps since the start.
     pub steps: u64,
+    /// What an operator should look at: a step, until it is an hour old.
+    pub alarm: Option<String>,
 }
 
 impl RegistrationStatus {
@@ -41,9 +43,11 @@ impl RegistrationStatus {
         ))
     }
 
-    /// What an operator should look at: a step, until it is an hour old.
-    pub(super) fn alarm(&self, now: Time) -> Option<String> {
-        let step = self.step.as_ref().filter(|step| now.nanos().abs_diff(step.time.nanos()) <= STEP_NS)?;
+    /// What an operator should look at after a step, in words, until it is an hour old.
+    pub fn alarm(step: &Step, now: Time) -> Option<String> {
+        if now.nanos().abs_diff(step.time.nanos()) > STEP_NS {
+            return None;
+        }
         let (before, after) = (values(&step.before), values(&step.after));
         let shown = before.iter().zip(&after).filter(|((name, ..), _)| STEPPING.contains(name));
         let shown: Vec<String> = shown
@@ -102,9 +106,9 @@ impl Registrar {
     }
 
     /// By sensor.
-    pub(super) fn statuses(&mut self, engine: &Engine) -> Vec<Option<RegistrationStatus>> {
+    pub(super) fn statuses(&mut self, engine: &Engine, now: Time) -> Vec<Option<RegistrationStatus>> {
         let status = |&mode: &Option<Mode>| {
-            Some(RegistrationStatus { mode: mode?, estimate: None, step: None, steps: 0 })
+            Some(RegistrationStatus { mode: mode?, estimate: None, step: None, steps: 0, alarm: None })
         };
         let mut statuses: Vec<_> = self.modes.iter().map(status).collect();
         for (sensor, registered) in engine.registered() {
@@ -112,7 +116,8 @@ impl Registrar {
             let Some(Some(status)) = statuses.get_mut(index) else { continue };
             status.estimate = Some(registered.estimate);
             status.step = registered.step;
-            if let Some(Step { time, .. }) = registered.step {
+            if let Some(step @ Step { time, .. }) = registered.step {
+                status.alarm = RegistrationStatus::alarm(&step, now);
                 let (latest, count) = self.steps.entry(index).or_insert((time, 1));
                 if *latest != time {
                     (*latest, *count) = (time, *count + 1);

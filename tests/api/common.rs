@@ -70,7 +70,7 @@ impl Flown {
         let line = || LineStatus { name: "a line".to_owned(), joined: true, ..LineStatus::default() };
         let status = Status {
             at,
-            sensors: driver.health().sensors(at, |_| vec![line()]),
+            sensors: driver.sensors(at, |_| vec![line()]),
             unknown: driver.health().unknown(),
             tally: driver.pipeline().tally().clone(),
             lateness_s: Some([0.001, 0.002, 0.003]),
@@ -146,6 +146,11 @@ impl Site {
         while self.get("/api/v1/tracks?limit=1").await.json()["seq"].as_u64() < Some(seq) {
             tokio::task::yield_now().await;
         }
+    }
+
+    /// How the service was at the end of the flight.
+    pub(crate) fn status(&self) -> Status {
+        self.flown.status.clone()
     }
 
     pub(crate) async fn tell(&self, status: Status) {

@@ -8,6 +8,7 @@ mod documents;
 mod limits;
 mod operational;
 mod rate;
+mod registration;
 mod replay;
 mod routes;
 mod schema;

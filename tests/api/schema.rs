@@ -76,6 +76,11 @@ async fn the_picture_is_as_the_document_describes_it() {
             let one = site.get(&format!("/api/v1/tracks/{id}")).await.json();
             check(&document, &schema("/api/v1/tracks/{id}"), &one, "track");
         }
+        let sensors = schema("/api/v1/sensors");
+        assert!(sensors.get("$ref").is_some());
+        check(&document, &sensors, &site.get("/api/v1/sensors").await.json(), "no status yet");
+        site.tell(site.status()).await;
+        check(&document, &sensors, &site.get("/api/v1/sensors").await.json(), "sensors");
         let trails = site.get("/api/v1/tracks?trail_s=60").await.json();
         check(&document, &tracks, &trails, "trails");
     }

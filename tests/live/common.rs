@@ -178,7 +178,7 @@ pub(crate) fn replayed(input: &Path) -> Vec<u8> {
         .arg("--config")
         .arg(beside(input, "site.toml"))
         .arg("--state")
-        .arg(beside(input, "numbers.json"))
+        .arg(input.with_extension(""))
         .arg("-o")
         .arg(&out)
         .output()

@@ -19,6 +19,7 @@ use utm_fusion::live::{Driver, Made};
 use utm_fusion::pipeline::Event;
 use utm_fusion::publish::{Cat129Encoder, Recorded, Recorder, RecorderQueue, pack};
 use utm_fusion::simulate::Datagram;
+use utm_fusion::state::{Registrations, registration_text};
 use utm_fusion::time::{SECOND, Time};
 
 use crate::common::{Scratch, complete_from, datagrams, files, flight, only, replayed, replayed_datagrams};
@@ -29,20 +30,22 @@ const SCENARIO: &str = "name = \"live\"\nduration_s = 60\n[drones]\nmultirotors 
 
 /// What is done to the flight on its way to the driver.
 #[derive(Clone, Debug, Default)]
-struct Fate {
-    seed: u64,
+pub(crate) struct Fate {
+    pub(crate) seed: u64,
     /// A datagram waits in the queue for up to this long, milliseconds; some of them.
-    queue_ms: i64,
+    pub(crate) queue_ms: i64,
     /// Ticks come about this long after they are due, milliseconds.
-    tick_ms: i64,
+    pub(crate) tick_ms: i64,
     /// Nothing arrives from this time of the flight on, for that long, seconds.
-    silence_s: Option<(i64, i64)>,
+    pub(crate) silence_s: Option<(i64, i64)>,
     /// At this time of the flight the wall clock steps by that much, seconds.
-    step_s: Option<(i64, i64)>,
+    pub(crate) step_s: Option<(i64, i64)>,
     /// The service stands still at this time of the flight, for that long, seconds.
-    pause_s: Option<(i64, i64)>,
+    pub(crate) pause_s: Option<(i64, i64)>,
     /// Numbers of before.
-    numbers: Vec<Given>,
+    pub(crate) numbers: Vec<Given>,
+    /// Registration of before.
+    pub(crate) registrations: Registrations,
 }
 
 fn seconds(seconds: i64) -> SignedDuration {
@@ -55,20 +58,27 @@ fn reception(line: usize, received: Time, payload: Vec<u8>) -> Reception {
 }
 
 /// Arrivals, ticks and their order, as the engine's thread of the service would see them.
-struct Flown {
+pub(crate) struct Flown {
     slots: u64,
     alarms: u64,
     /// Of each point with a radar's part: its time, whether it is fused, and the radar's track number.
     radar: Vec<(Time, bool, u16)>,
+    /// What is known of the radars at the end.
+    pub(crate) registrations: Registrations,
 }
 
-fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder: &RecorderQueue) -> Flown {
+pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder: &RecorderQueue) -> Flown {
     let mut random = ChaCha8Rng::seed_from_u64(fate.seed);
     let encoder = Cat129Encoder::of(config);
     let start = arrivals[0].received;
     let mut driver = Driver::new(config, Masks::default(), start, 2);
     assert_eq!(driver.remember(&mut fate.numbers.clone()), 0);
-    let mut flown = Flown { slots: 0, alarms: 0, radar: Vec::new() };
+    let unused = driver.restore(&fate.registrations, config, start);
+    assert!(unused.is_empty(), "{unused:?}");
+    let text = registration_text(&fate.registrations).into();
+    assert!(recorder.wait(Recorded::Registered { text }));
+    let registrations = Registrations::default();
+    let mut flown = Flown { slots: 0, alarms: 0, radar: Vec::new(), registrations };
     let mut told = 0;
     let mut hand_out = |made: Vec<Made>, driver: &Driver| {
         for made in made {
@@ -149,6 +159,7 @@ fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder: &RecorderQ
     let mut owed = Vec::new();
     driver.finish(|frame| owed.push(Made::Slot(frame)));
     hand_out(owed, &driver);
+    flown.registrations = Registrations::of(config, driver.pipeline().engine());
     flown
 }
 

@@ -11,6 +11,7 @@ mod process;
 #[allow(dead_code, reason = "shared by several tests")]
 mod program;
 mod recorder;
+mod registration;
 mod reload;
 mod replayed;
 mod sockets;

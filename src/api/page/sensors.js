@@ -76,7 +76,8 @@ export class Sensors {
     const rows = sensor ? details(sensor) : this.unknown.map((source) => [unknownName(source), unknownText(source)]);
     const list = element("dl");
     for (const [term, text] of rows) list.append(element("dt", {}, term), element("dd", {}, text));
-    this.panel.replaceChildren(element("h2", {}, sensor ? sensor.id : "Heard, but not configured"), list);
+    const registered = sensor?.registration ? registration(sensor.registration) : [];
+    this.panel.replaceChildren(element("h2", {}, sensor ? sensor.id : "Heard, but not configured"), list, ...registered);
   }
 }
 
@@ -92,12 +93,48 @@ function details(sensor) {
   if (sensor.last_seen) rows.push(["Last seen", `${format.utc(Date.parse(sensor.last_seen), 1)} UTC`]);
   if (Number.isFinite(sensor.rate_hz)) rows.push(["Rate", `${sensor.rate_hz.toFixed(1)} a second`]);
   if (Number.isFinite(sensor.clock_offset_s)) rows.push(["Clock offset", format.seconds(sensor.clock_offset_s, 2)]);
-  const said = ["id", "kind", "state", "reasons", "last_seen", "rate_hz", "clock_offset_s"];
+  const said = ["id", "kind", "state", "reasons", "last_seen", "rate_hz", "clock_offset_s", "registration"];
   for (const [name, value] of Object.entries(sensor)) {
     if (said.includes(name) || value == null) continue;
     rows.push([name.replaceAll("_", " "), typeof value === "object" ? flat(value) : brief(value)]);
   }
   return rows;
+}
+
+const REGISTERED = [
+  ["bearing_deg", "Bearing", "°", 2],
+  ["tilt_east_deg", "Tilt about east", "°", 2],
+  ["tilt_north_deg", "Tilt about north", "°", 2],
+  ["range_m", "Range", " m", 1],
+  ["height_m", "Height", " m", 1],
+  ["time_s", "Time", " s", 2],
+];
+const MODES = {
+  off: "off: nothing is estimated",
+  propose: "propose: shown, plots stay as they are",
+  apply: "apply: plots are put right by what is observable",
+};
+
+/** How a radar is set up wrongly, measured minus true; what is not observable is grey and in brackets. */
+function registration(told) {
+  const list = element("dl", { class: "registration" }, element("dt", {}, "Mode"), element("dd", {}, MODES[told.mode] ?? told.mode));
+  for (const [key, name, unit, digits] of REGISTERED) {
+    const value = told[key];
+    if (!value) continue;
+    const text = `${value.value < 0 ? "−" : "+"}${Math.abs(value.value).toFixed(digits)} ± ${value.deviation.toFixed(digits)}${unit}`;
+    const known = value.observable ? {} : { class: "unknown", title: "Not observable: shown, and not applied" };
+    list.append(element("dt", known, name), element("dd", known, value.observable ? text : `(${text})`));
+  }
+  const rest = [
+    ["Radar tracks", told.tracks?.toFixed(1)],
+    ["Residual", told.residual?.toFixed(2)],
+    ["Latest step", told.step && `${format.utc(Date.parse(told.step.time))} UTC`],
+  ];
+  for (const [name, text] of rest) if (text) list.append(element("dt", {}, name), element("dd", {}, text));
+  const parts = [element("h3", {}, "Registration"), list];
+  if (told.alarm) parts.push(element("p", { class: "alarm" }, told.alarm));
+  if (told.hint) parts.push(element("p", { class: "hint" }, told.hint));
+  return parts;
 }
 
 const flat = (value) =>

@@ -1,0 +1,133 @@
+//! How the radars are registered: what `/api/v1/sensors`, `/metrics` and the alerts say of it.
+
+use jiff::SignedDuration;
+use serde_json::Value;
+use utm_fusion::config::Registration;
+use utm_fusion::fusion::operational::Step;
+use utm_fusion::live::{RegistrationStatus, Status};
+
+use crate::common::Site;
+
+/// The radar's registration in the service's status.
+fn radars(status: &mut Status) -> &mut RegistrationStatus {
+    status.sensors.iter_mut().find_map(|sensor| sensor.registration.as_mut()).unwrap()
+}
+
+async fn told(site: &Site) -> (Value, Value) {
+    let sensors = site.get("/api/v1/sensors").await.json();
+    let radar = sensors["features"].as_array().unwrap().iter().find(|f| f["properties"]["kind"] == "radar");
+    let radar = radar.unwrap()["properties"].clone();
+    (radar["registration"].clone(), radar["id"].clone())
+}
+
+#[tokio::test]
+async fn a_radars_registration_is_told_as_it_is() {
+    let site = Site::operational();
+    let mut status = site.status();
+    let estimate = radars(&mut status).estimate.unwrap();
+    site.tell(status.clone()).await;
+    let (registration, id) = told(&site).await;
+    assert_eq!(registration["mode"], "apply");
+    assert_eq!(registration["tracks"].as_f64().unwrap(), (estimate.samples * 10.0).round() / 10.0);
+    let near = |name: &str, key: &str, value: f64| {
+        let told = registration[name][key].as_f64().unwrap();
+        assert!((told - value).abs() < 1e-4, "{name} {key}: {told}, {value}");
+    };
+    near("bearing_deg", "value", estimate.bearing.value.to_degrees());
+    near("bearing_deg", "deviation", estimate.bearing.deviation.to_degrees());
+    near("tilt_north_deg", "deviation", estimate.tilt_north.deviation.to_degrees());
+    near("height_m", "value", estimate.height_m.value);
+    near("time_s", "deviation", estimate.time_s.deviation);
+    assert_eq!(registration["range_m"]["observable"], estimate.range_m.observable);
+    assert!(registration.get("step").is_none() && registration.get("alarm").is_none());
+    let metrics = site.get("/metrics").await.text;
+    let id = id.as_str().unwrap();
+    for (name, value) in [
+        ("bearing_degrees", estimate.bearing.value.to_degrees()),
+        ("bearing_deviation_degrees", estimate.bearing.deviation.to_degrees()),
+        ("range_metres", estimate.range_m.value),
+        ("time_deviation_seconds", estimate.time_s.deviation),
+        ("tracks", estimate.samples),
+        ("steps_total", 0.0),
+    ] {
+        let line = format!("utm_fusion_registration_{name}{{sensor=\"{id}\"}} {value}\n");
+        assert!(metrics.contains(&line), "{line}\n{metrics}");
+    }
+
+    // Without the profile there is none.
+    let site = Site::plain();
+    site.tell(site.status()).await;
+    assert_eq!(told(&site).await.0, Value::Null);
+    assert!(!site.get("/metrics").await.text.contains("registration"));
+}
+
+#[tokio::test]
+async fn what_is_proposed_is_not_applied_and_what_is_off_has_no_values() {
+    let site = Site::operational();
+    let mut status = site.status();
+    let registration = radars(&mut status);
+    registration.estimate.as_mut().unwrap().bearing.observable = true;
+    let mut applied = Vec::new();
+    for mode in [Registration::Apply, Registration::Propose] {
+        radars(&mut status).mode = mode;
+        site.tell(status.clone()).await;
+        applied.push(told(&site).await.0["applied"].clone());
+    }
+    assert_eq!(applied, [true, false]);
+    let off =
+        RegistrationStatus { mode: Registration::Off, estimate: None, step: None, steps: 0, alarm: None };
+    *radars(&mut status) = off;
+    site.tell(status).await;
+    assert_eq!(told(&site).await.0, serde_json::json!({ "mode": "off", "applied": false }));
+}
+
+#[tokio::test]
+async fn a_doubtful_registration_is_a_hint_and_no_alarm() {
+    let site = Site::operational();
+    let mut status = site.status();
+    radars(&mut status).estimate.as_mut().unwrap().residual = Some(3.9);
+    site.tell(status.clone()).await;
+    assert!(told(&site).await.0.get("hint").is_none());
+    radars(&mut status).estimate.as_mut().unwrap().residual = Some(4.1);
+    site.tell(status).await;
+    let hint = told(&site).await.0["hint"].as_str().unwrap().to_owned();
+    assert!(hint.contains("doubtful") && hint.contains("4.1"), "{hint}");
+    assert!(!site.get("/api/v1/alerts").await.text.contains("\"registration\""));
+}
+
+#[tokio::test]
+async fn a_step_is_an_alert_that_says_what_to_look_at_until_it_is_an_hour_old() {
+    let site = Site::operational();
+    let mut status = site.status();
+    let at = status.at;
+    let before = radars(&mut status).estimate.unwrap();
+    let mut after = before;
+    after.bearing.value = before.bearing.value + 3.0_f64.to_radians();
+    let step = Step { time: at, before, after };
+    let registration = radars(&mut status);
+    registration.step = Some(step);
+    let alerts = |told: &Value, list: &str| {
+        let all = told[list].as_array().unwrap().clone();
+        all.into_iter().filter(|alert| alert["kind"] == "registration").collect::<Vec<_>>()
+    };
+    for (after_s, lasting) in [(0, 1), (3600, 1), (3601, 0)] {
+        status.at = at + SignedDuration::from_secs(after_s);
+        let now = status.at;
+        radars(&mut status).alarm = RegistrationStatus::alarm(&step, now);
+        site.tell(status.clone()).await;
+        let (registration, id) = told(&site).await;
+        assert_eq!(registration.get("alarm").is_some(), lasting == 1);
+        assert_eq!(registration["step"]["time"], at.to_string());
+        let turned = |when: &str| registration["step"][when]["bearing_deg"]["value"].as_f64().unwrap();
+        assert!((turned("after") - turned("before") - 3.0).abs() < 1e-3, "{registration}");
+        let told = site.get("/api/v1/alerts").await.json();
+        assert_eq!(alerts(&told, "alerts").len(), lasting, "{after_s}: {told}");
+        if let [alert] = &alerts(&told, "alerts")[..] {
+            let text = alert["text"].as_str().unwrap();
+            assert!(alert["sensor"] == id && alert["severity"] == "warning", "{alert}");
+            assert!(text.contains("moved, knocked") && text.contains("\"propose\""), "{text}");
+        } else {
+            assert_eq!(alerts(&told, "ended").len(), 1);
+        }
+    }
+}
