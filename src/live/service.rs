@@ -37,6 +37,9 @@ const REGISTRATION: jiff::SignedDuration = jiff::SignedDuration::from_secs(10);
 /// Lateness is told over this many slots: ten minutes of them.
 const LATENESS: usize = 2400;
 
+/// What is known of the radars' set-up.
+type Estimates = Vec<(SensorIndex, Estimate)>;
+
 /// Where the engine's thread hands things.
 pub struct Outlets {
     /// Readers of the picture.
@@ -132,7 +135,7 @@ struct Engine {
     numbers_kept: usize,
     numbers_recorded: usize,
     /// What the registration's keeper and the recorder have been told of, and when they are told again.
-    registered: Vec<(SensorIndex, Estimate)>,
+    registered: Estimates,
     next_registration: Time,
 }
 
@@ -255,9 +258,9 @@ impl Engine {
     }
 
     /// The registration, and the text of its file, where it is not what was handed on.
-    fn new_registration(&self) -> Option<(Vec<(SensorIndex, Estimate)>, Arc<str>)> {
+    fn new_registration(&self) -> Option<(Estimates, Arc<str>)> {
         let engine = self.driver.pipeline().engine();
-        let now: Vec<_> = engine.registered().map(|(sensor, now)| (sensor, now.estimate)).collect();
+        let now: Estimates = engine.registered().map(|(sensor, now)| (sensor, now.estimate)).collect();
         (now != self.registered).then(|| {
             let text = registration_text(&Registrations::of(&self.config, engine));
             (now, text.into())

@@ -150,8 +150,9 @@ impl Entry {
             estimate.height_m,
             estimate.time_s,
         ]);
-        let all_finite = values.flat_map(|value| [value.value, value.deviation]).all(f64::is_finite);
-        if !all_finite || !(estimate.samples >= 0.0) {
+        let mut numbers = values.flat_map(|value| [value.value, value.deviation]);
+        let is_one = numbers.all(f64::is_finite) && (0.0..=LARGEST).contains(&estimate.samples);
+        if !is_one {
             return Err("nothing follows from its numbers".to_owned());
         }
         // The reference profile has no use for it, which is not worth a word.
@@ -180,7 +181,7 @@ fn plausible(state: &Value, now: Option<Time>) -> Result<(), String> {
 }
 
 fn is_too_large(number: &str) -> bool {
-    number.parse::<f64>().is_ok_and(|number| !(number.abs() <= LARGEST))
+    number.parse::<f64>().is_ok_and(|number| !(-LARGEST..=LARGEST).contains(&number))
 }
 
 /// Whether that is so of any text in it.

@@ -30,7 +30,7 @@ impl RegistrationKeeper {
             Err(error) => {
                 match set_aside(directory, REGISTRATION, now) {
                     Ok(aside) => {
-                        error!("{error}; it is now {}, and registration begins anew", aside.display())
+                        error!("{error}; it is now {}, and registration begins anew", aside.display());
                     }
                     Err(rename) => {
                         error!("{error}; it cannot be set aside ({rename}); registration begins anew");

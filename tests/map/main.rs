@@ -121,6 +121,7 @@ fn estimates_are_shown_where_there_are_some() {
         browser.wait(&format!("/{words}/.test({said})"), SOON);
     }
     the_circle_of_the_accuracy_is_drawn(&mut browser);
+    a_radars_registration_is_in_its_panel(&mut browser);
 
     service.seek(COASTING);
     let coasting = "fetch('api/v1/tracks').then(answer => answer.json()).then(({features}) => {
@@ -333,6 +334,29 @@ fn a_sensors_light_follows_its_state(browser: &mut Browser, service: &Service) {
     browser.wait(&format!("{sensor}.querySelector('button').title.includes('nothing received for')"), SOON);
     service.seek("09:01:20");
     browser.wait(&format!("{sensor}.dataset.look === 'ok'"), SOON);
+}
+
+fn a_radars_registration_is_in_its_panel(browser: &mut Browser) {
+    let panel = "document.getElementById('sensor-panel')";
+    browser.run("document.querySelector('#sensors [data-id=gamekeeper] button').click()");
+    for words in
+        [r"Modeapply: ", r"Bearing\(?[+−]\d+\.\d\d ± \d+\.\d\d°", r"Time\([+−]\d\.\d\d ± ", r"Radar tracks\d"]
+    {
+        browser.wait(&format!("/{words}/.test({panel}.textContent)"), SOON);
+    }
+    // What is not observable is as quiet as it should be, and says why.
+    let tilt =
+        format!("[...{panel}.querySelectorAll('dd.unknown')].find(dd => dd.textContent.includes('°'))");
+    browser.wait(&format!("{tilt}.title.startsWith('Not observable')"), SOON);
+    let colours = format!("getComputedStyle({tilt}).color !== getComputedStyle({panel}).color");
+    // Round through all themes, back to the one that was.
+    for _ in ["light", "dark", "auto"] {
+        browser.run("document.querySelector('#sensor-panel').hidePopover()");
+        browser.press("t");
+        browser.run("document.querySelector('#sensors [data-id=gamekeeper] button').click()");
+        browser.wait(&colours, SOON);
+    }
+    browser.run(&format!("{panel}.hidePopover()"));
 }
 
 fn the_hash_brings_the_view_back(browser: &mut Browser, url: &str) {
