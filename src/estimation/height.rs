@@ -49,3 +49,12 @@ pub(super) fn height(height_m: f64, deviation_m: f64, radar: bool) -> Observatio
         noise: SMatrix::<f64, 1, 1>::new(deviation_m * deviation_m),
     }
 }
+
+/// A rate of climb with that deviation.
+pub(super) fn climb(climb: f64, deviation: f64) -> Observation<STATES, 1> {
+    Observation {
+        value: SVector::<f64, 1>::new(climb),
+        matrix: matrix![0.0, 1.0, 0.0],
+        noise: SMatrix::<f64, 1, 1>::new(deviation * deviation),
+    }
+}

@@ -75,6 +75,22 @@ impl<const D: usize> Gaussian<D> {
         spread.try_inverse().map_or(0.0, |inverse| (innovation.transpose() * inverse * innovation).x)
     }
 
+    /// An observation with so much more noise that it is no further off than `far` (squared Mahalanobis distance): what is
+    /// expected may be known so badly that its own noise, several times over, would change little.
+    pub(super) fn bounded<const Z: usize>(
+        &self,
+        mut observation: Observation<D, Z>,
+        far: f64,
+    ) -> Observation<D, Z> {
+        let distance = self.distance(&observation);
+        if distance > far {
+            let Observation { matrix, noise, .. } = &observation;
+            let spread = matrix * self.covariance * matrix.transpose() + noise;
+            observation.noise += spread * (distance / far - 1.0);
+        }
+        observation
+    }
+
     /// One step of the smoother: what is known of this state once the next one is known as `next` (Rauch, Tung,
     /// Striebel; Bar-Shalom (2001), eq. 8.6.2-9 to 8.6.2-11).
     pub(super) fn smoothed(&self, bridge: &Bridge<D>, next: &Self) -> Self {

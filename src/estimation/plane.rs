@@ -9,6 +9,8 @@ use super::track::{RadarErrors, Seen};
 
 /// East, north (metres), their rates (metres a second), and the radar's slow error in range (metres) and azimuth (radians).
 pub(super) const STATES: usize = 6;
+const EAST_RATE: usize = 2;
+const NORTH_RATE: usize = 3;
 const RANGE: usize = 4;
 const AZIMUTH: usize = 5;
 
@@ -55,6 +57,14 @@ pub(super) fn fix(place: Vector2<f64>, deviation_m: f64) -> Observation<STATES, 
     matrix[(0, 0)] = 1.0;
     matrix[(1, 1)] = 1.0;
     Observation { value: place, matrix, noise: Matrix2::identity() * deviation_m * deviation_m }
+}
+
+/// A velocity over ground, whoever tells it.
+pub(super) fn velocity(velocity: Vector2<f64>, deviation: f64) -> Observation<STATES, 2> {
+    let mut matrix = SMatrix::<f64, 2, STATES>::zeros();
+    matrix[(0, EAST_RATE)] = 1.0;
+    matrix[(1, NORTH_RATE)] = 1.0;
+    Observation { value: velocity, matrix, noise: Matrix2::identity() * deviation * deviation }
 }
 
 /// A radar's plot: what it shows is the position and its slow error.

@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector, SMatrix, Vector2};
 use proptest::prelude::*;
 
-use super::imm::MODELS;
+use super::imm::{MODELS, Observation};
 use super::motion::{Model, Models};
 use super::plane::{self, STATES};
 use super::slow::{SlowChange, SlowError};
@@ -45,7 +45,9 @@ fn measurements(rows: &[(f64, f64, f64, bool)]) -> Vec<Measurement> {
         } else {
             By::Transponder { horizontal_m: 1.0, vertical_m: 2.0 }
         };
-        Measurement { time: seconds(at), position, height_measured: true, by }
+        // Of those of a transponder, some tell the velocity.
+        let velocity = (!radar && east > 0.0).then(|| (Vector2::new(10.0 + 0.5 * north, 0.2 * east), 0.4));
+        Measurement { time: seconds(at), position, height_measured: true, by, velocity, climb: None }
     };
     rows.iter().map(measured).collect()
 }
@@ -90,13 +92,8 @@ fn at_once(measurements: &[Measurement], time: Time, models: &Models) -> (Vector
         let own = across.columns(before, STATES) * motion.transition.transpose() + motion.noise;
         covariance.view_mut((here, here), (STATES, STATES)).copy_from(&own);
     }
-    // The first measurement is in the beginning already.
-    for measurement in &measurements[1..] {
-        let place = STATES * times.iter().position(|&time| time == measurement.time).unwrap();
-        let observation = match &measurement.by {
-            By::Transponder { horizontal_m, .. } => plane::fix(measurement.position.0.xy(), *horizontal_m),
-            By::Radar { seen, errors, .. } => plane::plot(measurement.position.0.xy(), seen, errors),
-        };
+    let mut observe = |time: Time, observation: &Observation<STATES, 2>| {
+        let place = STATES * times.iter().position(|&known| known == time).unwrap();
         let mut matrix = DMatrix::zeros(2, size);
         matrix.view_mut((0, place), (2, STATES)).copy_from(&observation.matrix);
         let noise = DMatrix::from_iterator(2, 2, observation.noise.iter().copied());
@@ -105,6 +102,19 @@ fn at_once(measurements: &[Measurement], time: Time, models: &Models) -> (Vector
         let gain = &covariance * matrix.transpose() * spread.try_inverse().unwrap();
         mean += &gain * innovation;
         covariance -= &gain * &matrix * &covariance.clone();
+    };
+    for (index, Measurement { time, position, by, velocity, .. }) in measurements.iter().enumerate() {
+        // The first position is in the beginning already.
+        match by {
+            _ if index == 0 => {}
+            By::Transponder { horizontal_m, .. } => {
+                observe(*time, &plane::fix(position.0.xy(), *horizontal_m))
+            }
+            By::Radar { seen, errors, .. } => observe(*time, &plane::plot(position.0.xy(), seen, errors)),
+        }
+        if let Some((velocity, deviation)) = velocity {
+            observe(*time, &plane::velocity(*velocity, *deviation));
+        }
     }
     let place = STATES * times.iter().position(|&known| known == time).unwrap();
     (mean.fixed_rows::<2>(place).into_owned(), covariance.fixed_view::<2, 2>(place, place).into_owned())
@@ -157,35 +167,88 @@ proptest! {
     }
 }
 
+/// On a circle of 60 m at 15 m/s, its centre at (0, 0, 50): a report every 2.5 s.
+const TURN: f64 = 0.25;
+
+fn on_the_circle(at: f64) -> Enu {
+    let (sin, cos) = (TURN * at).sin_cos();
+    Enu::new(60.0 * cos, 60.0 * sin, 50.0)
+}
+
+fn rate_on_the_circle(at: f64) -> Vector2<f64> {
+    let (sin, cos) = (TURN * at).sin_cos();
+    Vector2::new(-sin, cos) * (60.0 * TURN)
+}
+
+fn round(told: impl Fn(f64) -> Option<Vector2<f64>>) -> Vec<Measurement> {
+    let measured = |index| {
+        let at = 2.5 * f64::from(index);
+        let by = By::Transponder { horizontal_m: 0.5, vertical_m: 0.5 };
+        let velocity = told(at).map(|velocity| (velocity, 0.3));
+        let position = on_the_circle(at);
+        Measurement { time: seconds(at), position, height_measured: true, by, velocity, climb: None }
+    };
+    (0..12).map(measured).collect()
+}
+
+/// Mean error over ground from one time to another, metres.
+fn error(measurements: &[Measurement], models: &Models, from: f64, to: f64) -> f64 {
+    let mut track = Track::default();
+    track.measure(Time::from_nanos(i64::MIN), measurements, models);
+    let count = ((to - from) / 0.25) as u32;
+    let sum: f64 = (0..count)
+        .map(|slot| {
+            let at = from + 0.25 * f64::from(slot) + 0.125;
+            (track.at(seconds(at), models).unwrap().position.0 - on_the_circle(at).0).xy().norm()
+        })
+        .sum();
+    sum / f64::from(count)
+}
+
 /// A drone that turns is followed better by models of which some turn than by a straight one alone.
 #[test]
 fn a_turn_is_followed() {
-    let rate = 0.25_f64;
-    let place = |at: f64| {
-        let angle = rate * at;
-        Enu::new(60.0 * angle.cos(), 60.0 * angle.sin(), 50.0)
-    };
-    let measurements: Vec<Measurement> = (0..12)
-        .map(|index| {
-            let at = 2.5 * f64::from(index);
-            let by = By::Transponder { horizontal_m: 0.5, vertical_m: 0.5 };
-            Measurement { time: seconds(at), position: place(at), height_measured: true, by }
-        })
-        .collect();
-    let error = |models: &Models| {
-        let mut track = Track::default();
-        track.measure(Time::from_nanos(i64::MIN), &measurements, models);
-        let slots = 40..100;
-        let count = slots.len() as f64;
-        let sum: f64 = slots
-            .map(|slot| {
-                let at = 0.25 * f64::from(slot) + 0.125;
-                (track.at(seconds(at), models).unwrap().position.0 - place(at).0).xy().norm()
-            })
-            .sum();
-        sum / count
-    };
-    let straight = error(&alike(Model::ConstantVelocity { noise: 0.05 }));
-    let mixed = error(&Models::default());
+    let measurements = round(|_| None);
+    let straight = error(&measurements, &alike(Model::ConstantVelocity { noise: 0.05 }), 10.0, 25.0);
+    let mixed = error(&measurements, &Models::default(), 10.0, 25.0);
     assert!(mixed < 0.5 * straight && mixed < 1.0, "{mixed} m, straight on {straight} m");
+}
+
+/// Between the reports, and beyond the last.
+#[test]
+fn a_velocity_sharpens_a_turn() {
+    let models = Models::default();
+    let (without, with) = (round(|_| None), round(|at| Some(rate_on_the_circle(at))));
+    for (reports, from, to) in [(12, 10.0, 25.0), (2, 2.5, 5.0)] {
+        let [without, with] = [&without, &with].map(|all| error(&all[..reports], &models, from, to));
+        assert!(with < 0.7 * without, "{with} m, without velocities {without} m, {from} s");
+    }
+}
+
+/// The velocity is also known from the positions: one that is wrong by 107 m/s does little, and one that is no number nothing.
+#[test]
+fn a_velocity_that_cannot_be_is_given_little_weight() {
+    let models = Models::default();
+    let once = |wrong| round(move |at| (at == 15.0).then_some(wrong));
+    let (without, wrong) = (round(|_| None), once(Vector2::new(90.0, -60.0)));
+    let (without_m, wrong_m) = (error(&without, &models, 10.0, 25.0), error(&wrong, &models, 10.0, 25.0));
+    assert!(wrong_m < without_m + 0.1, "{wrong_m} m, without {without_m} m");
+    let none = error(&once(Vector2::new(f64::NAN, 1.0)), &models, 10.0, 25.0);
+    assert_eq!(none.to_bits(), without_m.to_bits());
+}
+
+/// One that is seen first: its first velocity is known, and its climb is.
+#[test]
+fn a_target_that_tells_how_it_moves_is_known_from_its_first_report() {
+    let models = Models::default();
+    let first = round(|at| Some(rate_on_the_circle(at)))[0];
+    let estimate = |climb| {
+        let mut track = Track::default();
+        track.measure(Time::from_nanos(i64::MIN), &[Measurement { climb, ..first }], &models);
+        track.at(seconds(1.0), &models).unwrap()
+    };
+    let climbing = estimate(Some((-3.0, 0.5)));
+    assert!((climbing.velocity - nalgebra::Vector3::new(0.0, 15.0, -3.0)).norm() < 1.5);
+    assert!((climbing.position.0.z - 47.0).abs() < 0.5, "{}", climbing.position.0.z);
+    assert_eq!(estimate(Some((f64::NAN, 0.5))), estimate(None));
 }

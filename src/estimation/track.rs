@@ -88,6 +88,11 @@ pub struct Measurement {
     pub position: Enu,
     /// Whether the height was measured.
     pub height_measured: bool,
+    /// Velocity over ground at that time, east and north, and the standard deviation of each; metres a second. One that is
+    /// no number is not used.
+    pub velocity: Option<(Vector2<f64>, f64)>,
+    /// Rate of climb, and its standard deviation; metres a second. The same.
+    pub climb: Option<(f64, f64)>,
     /// By what.
     pub by: By,
 }
@@ -161,7 +166,7 @@ pub struct Track {
     nodes: Vec<Node>,
 }
 
-/// A measurement further off than this is given less weight (squared Mahalanobis distance of two dimensions).
+/// A position, velocity or climb further off than this is given less weight (squared Mahalanobis distance).
 const FAR: f64 = 16.0;
 
 impl Track {
@@ -261,13 +266,16 @@ impl Node {
         let radar = owner.as_ref().map(|(_, errors)| SlowError::of(errors));
         let radar = radar.as_ref();
         let height = measurement.height_measured.then_some((up, deviation_m));
-        Self {
+        let mut node = Self {
             owner,
             plane: plane::first(place, spread, radar),
             height: height::first(height, up, radar),
             bridges: None,
             measurement,
-        }
+        };
+        let (plane, height) = (node.plane.combined(), node.height);
+        node.observe_motion(&plane, &height);
+        node
     }
 
     /// The state `dt` seconds ahead, without a measurement.
@@ -305,6 +313,7 @@ impl Node {
         node.plane = plane;
         node.height = height;
         node.observe(&plane_bridge.predicted);
+        node.observe_motion(&plane_bridge.predicted, &height);
         node.bridges = Some((plane_bridge, height_bridge));
         node
     }
@@ -327,6 +336,18 @@ impl Node {
         self.plane.observe(&over_ground);
         if *height_measured {
             self.height.observe(&height::height(position.0.z, deviation_m, slow));
+        }
+    }
+
+    /// Takes in what is told of the motion. How far off it is goes by what was known without this measurement's position,
+    /// which may be the one that is wrong.
+    fn observe_motion(&mut self, plane: &Gaussian<{ plane::STATES }>, height: &Height) {
+        let Measurement { velocity, climb, .. } = self.measurement;
+        if let Some((velocity, deviation)) = velocity.filter(|(v, _)| v.iter().all(|rate| rate.is_finite())) {
+            self.plane.observe(&plane.bounded(plane::velocity(velocity, deviation), FAR));
+        }
+        if let Some((climb, deviation)) = climb.filter(|(climb, _)| climb.is_finite()) {
+            self.height.observe(&height.bounded(height::climb(climb, deviation), FAR));
         }
     }
 }

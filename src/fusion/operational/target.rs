@@ -17,6 +17,15 @@ use crate::time::Time;
 /// From report to report a transponder's position errs by this share of its accuracy: most of a satellite receiver's error
 /// lasts for a minute.
 const FRESH: f64 = 0.3;
+/// Deviation of a transponder's velocity on each axis over ground, metres a second: it comes from the Doppler shift of
+/// satellites, which a receiver knows better than it knows places,
+const DOPPLER: f64 = 0.3;
+/// and of its climb: satellites are all above it.
+const DOPPLER_UP: f64 = 0.5;
+/// Deviation of a radar track's velocity on each axis, metres a second: what the radar's own tracker makes of its plots,
+const TRACK_VELOCITY: f64 = 1.5;
+/// of which an error lasts for so many seconds.
+const TRACK_VELOCITY_LASTS_S: f64 = 3.0;
 /// A drone may accelerate by so much between two reports, metres a second squared.
 const BETWEEN: f64 = 1.5;
 /// Radar plots are used for the position where a transponder is silent for longer than this, seconds: where it speaks they
@@ -267,6 +276,8 @@ fn heard(fix: &Fix, settings: &Settings) -> Option<Measurement> {
             horizontal_m: receiver.horizontal_m * FRESH,
             vertical_m: receiver.vertical_m * FRESH,
         },
+        velocity: fix.velocity.map(|velocity| (velocity, DOPPLER)),
+        climb: fix.climb_m_s.map(|climb| (climb, DOPPLER_UP)),
     })
 }
 
@@ -292,5 +303,14 @@ fn seen(
             seen,
             errors: radar.errors,
         },
+        velocity: plot.velocity.map(|velocity| (velocity, track_velocity(radar.period_s))),
+        climb: None,
     }
+}
+
+/// The deviation with which a radar track's velocity is taken that comes every `period_s` seconds, above zero. Its errors
+/// are correlated, and the filter takes each as new: the mean of many that go by x' = ρx + w, ρ = exp(-T/τ), has
+/// (1+ρ)/(1-ρ) = coth(T/2τ) times the variance that it would have of new ones.
+fn track_velocity(period_s: f64) -> f64 {
+    TRACK_VELOCITY / (period_s / (2.0 * TRACK_VELOCITY_LASTS_S)).tanh().sqrt()
 }
