@@ -108,7 +108,7 @@ fn at_once(measurements: &[Measurement], time: Time, models: &Models) -> (Vector
         match by {
             _ if index == 0 => {}
             By::Transponder { horizontal_m, .. } => {
-                observe(*time, &plane::fix(position.0.xy(), *horizontal_m))
+                observe(*time, &plane::fix(position.0.xy(), *horizontal_m));
             }
             By::Radar { seen, errors, .. } => observe(*time, &plane::plot(position.0.xy(), seen, errors)),
         }
