@@ -130,9 +130,9 @@ fn an_override_that_is_wrong_is_named() {
         ("UTM_FUSION__FUSION__LATENCY_S", "0.75", "fusion.latency_s = 0.75", "whole number of slots"),
         (
             "UTM_FUSION__FUSION__PROFILE",
-            "operational",
-            "fusion.profile = \"operational\"",
-            "use \"reference\"",
+            "fast",
+            "fusion.profile = \"fast\"",
+            "use \"operational\" or \"reference\"",
         ),
         ("UTM_FUSION__FUSION__LATENCY", "5", "fusion.latency", "did you mean latency_s?"),
         ("UTM_FUSION__FUSIN__LATENCY_S", "5", "fusin", "did you mean fusion?"),

@@ -339,9 +339,12 @@ fn a_sensors_light_follows_its_state(browser: &mut Browser, service: &Service) {
 fn a_radars_registration_is_in_its_panel(browser: &mut Browser) {
     let panel = "document.getElementById('sensor-panel')";
     browser.run("document.querySelector('#sensors [data-id=gamekeeper] button').click()");
-    for words in
-        [r"Modeapply: ", r"Bearing\(?[+−]\d+\.\d\d ± \d+\.\d\d°", r"Time\([+−]\d\.\d\d ± ", r"Radar tracks\d"]
-    {
+    for words in [
+        r"Modeapply: ",
+        r"Bearing\(?[+−]\d+\.\d\d ± \d+\.\d\d°",
+        r"Time\(?[+−]\d\.\d\d ± ",
+        r"Radar tracks\d",
+    ] {
         browser.wait(&format!("/{words}/.test({panel}.textContent)"), SOON);
     }
     // What is not observable is as quiet as it should be, and says why.
