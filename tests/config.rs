@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use proptest::prelude::*;
-use utm_fusion::config::{AreaKind, Auth, Config, ConfigErrors, Fusion, Place, SensorKind};
+use utm_fusion::config::{AreaKind, Auth, Config, ConfigErrors, Fusion, Place, Profile, SensorKind};
 
 const EXAMPLE: &str = include_str!("../config/example.toml");
 
@@ -55,7 +55,8 @@ fn the_example_is_valid_and_shows_the_defaults() {
 #[test]
 fn the_trial_site_is_valid() {
     let config = load("deenethorpe.toml");
-    assert_eq!(config.fusion, Fusion::default());
+    // The paper's site, with the paper's method.
+    assert_eq!(config.fusion, Fusion { profile: Profile::Reference, ..Fusion::default() });
     let (sensor, radar) = config.radars().next().unwrap();
     assert_eq!((sensor.sac, sensor.sic, sensor.period_s), (25, 200, Some(0.25)));
     assert_eq!((radar.height_amsl_m, radar.assumed_height_amsl_m), (105.0, 150.0));

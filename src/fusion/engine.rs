@@ -218,6 +218,8 @@ impl Engine {
         let Self { settings, rules, numbers, .. } = self;
         let points = match rules {
             Rules::Reference(reference) => reference.emit(&window, settings, numbers),
+            // Behind the last report of all nobody is extrapolated: a replay ends there, too.
+            Rules::Operational(..) if self.newest.is_none_or(|newest| slot > newest) => Vec::new(),
             Rules::Operational(operational, profile) => {
                 operational.emit(slot, settings.grid, profile, numbers)
             }

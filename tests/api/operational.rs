@@ -92,7 +92,6 @@ async fn speeds_and_directions_are_those_that_were_flown() {
 }
 
 #[tokio::test]
-#[ignore = "known to be wrong (docs/API.md): most of a transponder's error is not in the filter's covariance"]
 async fn the_circle_of_the_accuracy_holds_95_of_100_places() {
     let all = properties(&mut Site::operational(), 60).await;
     let known = all.iter().filter(|track| track.get("uas_id").is_some());
