@@ -62,7 +62,7 @@ fn a_full_disk_stops_no_slot_and_is_recorded_onto_again_when_there_is_space() {
     stage.send(6.5, 11.0);
     service.says("cannot be recorded into");
     service.says("the history cannot be written");
-    until("alerts", Duration::from_secs(3), || troubled(address) == ["recorder", "history"]);
+    until("alerts", Duration::from_secs(10), || troubled(address) == ["recorder", "history"]);
     assert_eq!(metric(address, "utm_fusion_recorder_failing", ""), 1.0);
     assert_eq!(metric(address, "utm_fusion_history_failing", ""), 1.0);
     assert_eq!(get(address, "/readyz").0, 200, "the picture does not need the disk");
@@ -73,7 +73,7 @@ fn a_full_disk_stops_no_slot_and_is_recorded_onto_again_when_there_is_space() {
     service.says("recording again");
     stage.send(17.0, 28.0);
     service.says("the history is written again");
-    until("alerts end", Duration::from_secs(3), || troubled(address).is_empty());
+    until("alerts end", Duration::from_secs(10), || troubled(address).is_empty());
     assert!(metric(address, "utm_fusion_recorder_unwritten_total", "") > 20.0);
     assert_eq!(metric(address, "utm_fusion_failed_sends_total", ""), 0.0);
     assert!(metric(address, "utm_fusion_lateness_seconds", "0.99") < 1.0);

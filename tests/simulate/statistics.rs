@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use utm_fusion::areas::Masks;
+use utm_fusion::config::Profile;
 use utm_fusion::fusion::{Emission, Source};
 use utm_fusion::pipeline::{Event, Output, Pipeline};
 use utm_fusion::simulate::Scenario;
@@ -53,7 +54,10 @@ fn transponders(scenario: &Scenario, seeds: u64) -> Pool {
     let mut pool = Pool::default();
     for seed in 1..=seeds {
         let flown = fly(scenario, seed);
-        let mut pipeline = Pipeline::new(&flown.simulation.config, Masks::default());
+        // The transponders as the paper interpolates them.
+        let mut config = flown.simulation.config.clone();
+        config.fusion.profile = Profile::Reference;
+        let mut pipeline = Pipeline::new(&config, Masks::default());
         let mut emissions: Vec<Emission> = Vec::new();
         for reception in flown.receptions(129) {
             pipeline.receive(&reception, |output| match output {
