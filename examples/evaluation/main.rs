@@ -34,7 +34,7 @@ use crate::flights::{CITY, Failure, SCENARIOS};
 use crate::report::Report;
 
 /// Seeds of each scenario, for the document and for `--quick`.
-const SEEDS: u64 = 30;
+const SEEDS: u64 = 20;
 const QUICK_SEEDS: u64 = 4;
 /// Seeds of the long flights.
 const SETTLED_SEEDS: u64 = 20;
@@ -48,11 +48,11 @@ struct Args {
     /// Only this scenario, with --quick; repeat for more.
     #[arg(long, requires = "quick", value_name = "NAME", value_parser = SCENARIOS)]
     scenario: Vec<String>,
-    /// Seeds of each scenario; by default 30, with --quick 4.
+    /// Seeds of each scenario; by default 20, with --quick 4.
     #[arg(long)]
     seeds: Option<u64>,
     /// Seeds of `city`.
-    #[arg(long, default_value_t = 4)]
+    #[arg(long, default_value_t = 1)]
     city_seeds: u64,
     /// The folder that holds drone-trial/; by default the one that UTM_FUSION_SHARED_DATA names.
     #[arg(long)]
