@@ -42,6 +42,8 @@ fn a_full_disk_stops_no_slot_and_is_recorded_onto_again_when_there_is_space() {
     }
     let stage = Stage::new(&scenario(28), 23_000, |config, scratch| {
         quick(config);
+        // With registration.json beside a recording this is not steady yet: which of two writers meets the end first.
+        config.fusion.profile = utm_fusion::config::Profile::Reference;
         let disk = scratch.path("disk");
         fs::create_dir(&disk).unwrap();
         must(&format!("mount -t tmpfs -o size=4m none {}", disk.display()));
