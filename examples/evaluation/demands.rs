@@ -65,7 +65,7 @@ fn places(scores: &[Scores]) -> Vec<Asked> {
             decimals: 3,
             required: AtMost(0.92),
             ambition: Nothing,
-            why: "the same; in the scenarios without spoofing it is reached.",
+            why: "presumably the same; not looked into further.",
         }
         .over(scores),
     ];
@@ -83,7 +83,7 @@ fn places(scores: &[Scores]) -> Vec<Asked> {
             decimals: 3,
             required: AtMost(required),
             ambition: AtMost(ambition),
-            why: "one or two drones tell the transponders' delay late.",
+            why: "presumably one or two drones tell the transponders' delay late; not traced.",
         };
         rows.push(demand.over(scores));
     }
@@ -94,7 +94,7 @@ fn places(scores: &[Scores]) -> Vec<Asked> {
         decimals: 3,
         required: AtMost(0.45),
         ambition: AtMost(0.25),
-        why: "jammed for one to two minutes, a drone has lost its radar track by then, and the next one starts with the whole slow error of the radar.",
+        why: "presumably: jammed for one to two minutes, a drone has lost its radar track by then, and the next one starts with the whole slow error of the radar.",
     };
     rows.push(gaps.over(scores));
     rows
@@ -141,7 +141,7 @@ fn presence(scores: &[Scores]) -> Vec<Asked> {
             decimals: 3,
             required: AtMost(1.0),
             ambition: Nothing,
-            why: "few drones, few tracks to register the radar by, and spoofed ones among them.",
+            why: "presumably few tracks to register the radar by, and spoofed ones among them; not traced.",
         },
         Demand {
             figure: "error of drones without transponder / radar's, `bias` after 40 drone-minutes",
@@ -193,7 +193,7 @@ fn rightness(scores: &[Scores]) -> Vec<Asked> {
         },
         Demand {
             ambition: AtLeast(0.99),
-            why: "in silences of 15 to 45 s a radar track that is not recognised gets a number of its own.",
+            why: "presumably a radar track that is not recognised in a silence of 15 to 45 s gets a number of its own; not traced.",
             ..all("F1 of precision and recall, the worse of `crossing` and `dense`", two(), |seeds, of| {
                 seeds.of_group(of.all, F1)
             })
