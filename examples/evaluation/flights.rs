@@ -66,10 +66,10 @@ pub fn simulated(name: &'static str, seeds: u64) -> Result<Vec<Flight>, Failure>
     Ok(of_scenario(&Row::Scenario(name), &scenario(name)?, seeds, 0.0))
 }
 
-/// Flights of `bias` of 25 minutes, of which the last five are scored: two transponders have then been heard for 20.
+/// Flights of `bias` of 35 minutes, of which the last 15 are scored: two transponders have been heard for 20 before.
 pub fn settled(seeds: u64) -> Result<Vec<Flight>, Failure> {
     let mut scenario = scenario("bias")?;
-    scenario.duration_s = 1500.0;
+    scenario.duration_s = 2100.0;
     Ok(of_scenario(&Row::Settled("bias"), &scenario, seeds, 1200.0))
 }
 

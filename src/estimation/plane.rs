@@ -51,6 +51,12 @@ pub(super) fn motions(models: &[Model; MODELS], dt: f64, slow: &SlowChange) -> [
     })
 }
 
+/// Its place is known less well by that.
+pub(super) fn spread(state: &mut Gaussian<STATES>, by: &Matrix2<f64>) {
+    let mut block = state.covariance.fixed_view_mut::<2, 2>(0, 0);
+    block += by;
+}
+
 /// A transponder's position.
 pub(super) fn fix(place: Vector2<f64>, deviation_m: f64) -> Observation<STATES, 2> {
     let mut matrix = SMatrix::<f64, 2, STATES>::zeros();

@@ -156,6 +156,8 @@ struct Node {
     owner: Option<(Owner, RadarErrors)>,
     plane: Plane,
     height: Height,
+    /// How far the transponder has jumped from where the motion led, metres over ground: it is wrong now, or was before.
+    jumped: Vector2<f64>,
     /// From the node before; `None` for the first.
     bridges: Option<(Bridge<{ plane::STATES }>, Bridge<{ height::STATES }>)>,
 }
@@ -166,6 +168,11 @@ pub struct Track {
     nodes: Vec<Node>,
 }
 
+/// A transponder further from where the motion led (squared Mahalanobis distance) has not flown there: turns and stops stay
+/// below half of it.
+const LEAP: f64 = 100.0;
+/// A receiver's false place is forgotten to 1/e in this time, seconds.
+const JUMP_LASTS_S: f64 = 30.0;
 /// A position, velocity or climb further off than this is given less weight (squared Mahalanobis distance).
 const FAR: f64 = 16.0;
 
@@ -208,7 +215,7 @@ impl Track {
         let (plane, _, height_here, _) = before.ahead(since_s, models);
         let plane_here = plane.combined();
         let Some(next) = self.nodes.get(behind) else {
-            return Some(Estimate::of(&plane_here, &height_here, since_s, None));
+            return Some(Estimate::of(&plane_here, &height_here, before.jumped, since_s, None));
         };
         // Back from the newest to the next one.
         let last = self.nodes.last()?;
@@ -224,16 +231,23 @@ impl Track {
         let (_, plane_bridge, _, height_bridge) = here.ahead_to(next, until_s, models);
         let plane = plane_here.smoothed(&plane_bridge, &plane_after);
         let height = height_here.smoothed(&height_bridge, &height_after);
-        Some(Estimate::of(&plane, &height, since_s, Some(until_s)))
+        let jumped = if next.jumped.norm() > before.jumped.norm() { next.jumped } else { before.jumped };
+        Some(Estimate::of(&plane, &height, jumped, since_s, Some(until_s)))
     }
 }
 
 impl Estimate {
-    fn of(plane: &Gaussian<{ plane::STATES }>, height: &Height, since_s: f64, until_s: Option<f64>) -> Self {
+    fn of(
+        plane: &Gaussian<{ plane::STATES }>,
+        height: &Height,
+        jumped: Vector2<f64>,
+        since_s: f64,
+        until_s: Option<f64>,
+    ) -> Self {
         Self {
             position: Enu::new(plane.mean[0], plane.mean[1], height.mean[0]),
             velocity: Vector3::new(plane.mean[2], plane.mean[3], height.mean[1]),
-            horizontal: plane.covariance.fixed_view::<2, 2>(0, 0).into_owned(),
+            horizontal: plane.covariance.fixed_view::<2, 2>(0, 0) + jumped * jumped.transpose(),
             vertical: height.covariance[(0, 0)],
             velocity_spread: plane.covariance.fixed_view::<2, 2>(2, 2).into_owned(),
             since_s,
@@ -270,6 +284,7 @@ impl Node {
             owner,
             plane: plane::first(place, spread, radar),
             height: height::first(height, up, radar),
+            jumped: Vector2::zeros(),
             bridges: None,
             measurement,
         };
@@ -308,14 +323,34 @@ impl Node {
             By::Transponder { .. } => self.owner,
             By::Radar { owner, errors, .. } => Some((owner, errors)),
         };
-        let mut node = Self { measurement, owner, plane: self.plane, height: self.height, bridges: None };
-        let (plane, plane_bridge, height, height_bridge) = self.ahead_to(&node, dt, models);
+        let jumped = self.jumped * (-dt / JUMP_LASTS_S).exp();
+        let mut node =
+            Self { measurement, owner, plane: self.plane, height: self.height, jumped, bridges: None };
+        let (plane, mut plane_bridge, height, height_bridge) = self.ahead_to(&node, dt, models);
         node.plane = plane;
         node.height = height;
+        node.leap(&mut plane_bridge.predicted);
         node.observe(&plane_bridge.predicted);
         node.observe_motion(&plane_bridge.predicted, &height);
         node.bridges = Some((plane_bridge, height_bridge));
         node
+    }
+
+    /// A transponder that is far from where the motion led has jumped: its receiver takes a reflection for a satellite, or
+    /// no longer does. That says nothing of the speed.
+    fn leap(&mut self, predicted: &mut Gaussian<{ plane::STATES }>) {
+        let By::Transponder { horizontal_m, .. } = self.measurement.by else { return };
+        let place = self.measurement.position.0.xy();
+        let here = plane::fix(place, horizontal_m);
+        let distance = predicted.distance(&here);
+        if distance <= LEAP {
+            return;
+        }
+        let away = place - predicted.mean.fixed_rows::<2>(0);
+        self.jumped += away;
+        let spread = away * away.transpose();
+        plane::spread(predicted, &spread);
+        self.plane.parts.iter_mut().for_each(|part| plane::spread(part, &spread));
     }
 
     fn observe(&mut self, predicted: &Gaussian<{ plane::STATES }>) {

@@ -56,6 +56,13 @@ impl Estimate {
         self.residual.is_some_and(|residual| residual > DOUBTFUL)
     }
 
+    /// What the tracks tell of time, without what was assumed before: the inverse of its variance (1/s²), and that times its
+    /// mean (1/s).
+    pub fn told_of_time(&self) -> (f64, f64) {
+        let Value { value, deviation, .. } = self.time_s;
+        ((deviation.powi(-2) - PRIOR[TIME].powi(-2)).max(0.0), value * deviation.powi(-2))
+    }
+
     pub(super) fn of(sums: &Sums) -> Self {
         let factors = sums.spread.factors();
         let Solved { mean, covariance } = Solved::from(&sums.axes, &factors);

@@ -6,7 +6,7 @@ use super::pairing::Evidence;
 use super::settings::{Radar, Settings};
 use super::target::Target;
 use super::tracklet::{TargetId, Tracklet, TrackletId};
-use super::{EVER, Moment, Operational, existence};
+use super::{DAWN, EVER, Moment, Operational, existence, pairing};
 use crate::assignment::{Candidate, assign};
 use crate::estimation::{Estimate, Seen};
 use crate::normalise::{Enu, Plot};
@@ -49,7 +49,7 @@ impl Operational {
             for id in known.iter().copied().chain(near.filter(|id| !known.contains(id))) {
                 let Some(target) = targets.get(&id) else { continue };
                 // A target that came near only now is compared from the beginning.
-                let from = if known.contains(&id) { moment.since } else { Time::from_nanos(i64::MIN) };
+                let from = if known.contains(&id) { moment.since } else { DAWN };
                 let mut evidence = *tracklet.pair(id);
                 evidence.add_plots(tracklet.between(from, moment.time), target, radar, settings);
                 *tracklet.pair(id) = evidence;
@@ -106,16 +106,21 @@ impl Operational {
         moment: &Moment,
         settings: &Settings,
     ) -> Vec<(TargetId, f64, bool)> {
-        let existence = tracklet.existence_after(moment.since, radar);
+        let existence = tracklet.existence();
         if existence.is_none() {
             return Vec::new();
         }
         let class = existence.log_odds().min(CLASS_MOST);
-        let compared = tracklet.pairs.iter().map(|(id, evidence)| {
+        let compared = tracklet.pairs.iter().filter_map(|(id, evidence)| {
+            let is_own = tracklet.target == Some(*id);
+            let so_far = evidence.score + class - evidence.strain;
+            if so_far + pairing::MOST <= if is_own { PART } else { JOIN } {
+                return None; // whatever the plots ahead tell
+            }
             let mut later = Evidence::default();
             let plots = tracklet.between(moment.time, EVER).rev();
             later.add_plots(plots, &self.targets[id], radar, settings);
-            (*id, evidence.score + later.score + class - evidence.strain.max(later.strain), false)
+            Some((*id, evidence.score + later.score + class - evidence.strain.max(later.strain), false))
         });
         let mut scores: Vec<(TargetId, f64, bool)> = compared.collect();
         let is_compared = |id: TargetId| tracklet.pairs.binary_search_by_key(&id, |pair| pair.0).is_ok();
@@ -125,11 +130,13 @@ impl Operational {
             Some(_) => {}
             None => {
                 let plot = tracklet.nearest(moment.time);
-                let found = |&(id, ref estimate): &(TargetId, Estimate)| {
-                    let score = found_again(plot?, estimate, radar)?;
-                    (!is_compared(id)).then_some((id, score + class, true))
-                };
-                scores.extend(lost.iter().filter_map(found));
+                for (id, estimate) in lost {
+                    if let Some(found) = plot.and_then(|plot| found_again(plot, estimate, radar)) {
+                        // What was known of the two before it was lost counts as well.
+                        scores.retain(|compared| compared.0 != *id);
+                        scores.push((*id, tracklet.score(*id) - tracklet.strain(*id) + found + class, true));
+                    }
+                }
             }
         }
         scores
@@ -168,7 +175,10 @@ impl Operational {
         }
         if let Some(target) = target.and_then(|id| self.targets.get_mut(&id)) {
             target.tracklet = Some(id);
-            if target.number.is_none() {
+            let identity = target.transponder.as_ref().map(|transponder| transponder.identity);
+            let known = identity.and_then(|identity| self.names.get(&identity));
+            // Who comes back has the number that it had before.
+            if target.number.is_none() && known.is_none() {
                 target.number = number.take();
             }
         }
@@ -179,9 +189,7 @@ impl Operational {
     pub(super) fn begin(&mut self, moment: &Moment, settings: &Settings) {
         let long_ago = |likely: Time| moment.time.nanos() - likely.nanos() >= HOLD_NS;
         let begins = |tracklet: &&Tracklet| {
-            let is_drone = settings.radar(tracklet.key.sensor).is_some_and(|radar| {
-                tracklet.existence_after(moment.since, radar).log_odds() >= existence::CONFIRMED
-            });
+            let is_drone = tracklet.existence().log_odds() >= existence::CONFIRMED;
             tracklet.target.is_none()
                 && (tracklet.first() < moment.end && tracklet.last() >= moment.time)
                 && is_drone
@@ -198,10 +206,10 @@ impl Operational {
             self.targets.insert(target, Target::new(moment.time));
             self.join(id, Some(target));
             // From the beginning of the radar track.
-            let tracklet = self.tracklets.get(&id).map(|tracklet| (tracklet, None));
+            let tracklet = self.tracklets.get(&id);
             self.targets
                 .entry(target)
-                .and_modify(|target| target.measure(Time::from_nanos(i64::MIN), tracklet, settings));
+                .and_modify(|new| new.measure(target, (DAWN, moment.time), tracklet, settings));
         }
     }
 }

@@ -71,7 +71,8 @@ impl Flight {
 
     fn add(&mut self, plot: &Plot, radar: &Radar) {
         let range_m = Seen::from(radar.position, plot.position).range_m;
-        let errors = &radar.errors;
+        // Not what is left of a wrong set-up: that does not drift.
+        let errors = &radar.track_errors;
         let noise = errors.fast_range_m.powi(2) + STEP_M * STEP_M / 12.0;
         let Some(state) = &mut self.state else {
             let first = |manner: &Manner| Filter {

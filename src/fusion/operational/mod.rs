@@ -72,6 +72,8 @@ struct Moment {
     since: Time,
 }
 
+/// Earlier than everything.
+const DAWN: Time = Time::from_nanos(i64::MIN);
 /// Later than everything.
 const EVER: Time = Time::from_nanos(i64::MAX);
 
@@ -115,7 +117,7 @@ impl Operational {
         }
         for tracklet in self.tracklets.values_mut() {
             if let Some(radar) = settings.radar(tracklet.key.sensor) {
-                tracklet.note(moment.since, time, radar);
+                tracklet.note(time, radar);
             }
         }
         self.settled = Some(time);
@@ -148,6 +150,11 @@ impl Operational {
                     ids.push(id);
                     self.tracklets.insert(id, Tracklet::new(id, plot, raw));
                 }
+            }
+        }
+        for tracklet in self.tracklets.values_mut() {
+            if let Some(radar) = settings.radar(tracklet.key.sensor) {
+                tracklet.look_ahead(radar);
             }
         }
         self.fixes.sort_by_key(|fix| (fix.time, fix.identity));
@@ -207,9 +214,7 @@ impl Operational {
         let Self { targets, tracklets, .. } = self;
         for (&id, target) in targets {
             let tracklet = target.tracklet.and_then(|id| tracklets.get(&id));
-            let followed =
-                tracklet.map(|tracklet| (tracklet, tracklet.evidence_of(id, target, moment.time, settings)));
-            target.measure(moment.since, followed, settings);
+            target.measure(id, (moment.since, moment.time), tracklet, settings);
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::settings::Settings;
-use super::target::Target;
+use super::settings::{Radar, Settings};
+use super::target::{Target, plot_deviation_m};
 use super::tracklet::Tracklet;
 use super::{Moment, Operational};
 use nalgebra::Matrix2;
@@ -15,8 +15,10 @@ use crate::fusion::slots::SlotGrid;
 use crate::normalise::Plot;
 use crate::time::{SECOND, Time};
 
-/// A target with a transponder is put out while its place is known to this, one standard deviation, metres.
+/// A target whose transponder is silent is put out while its place is known to this, one standard deviation, metres,
 const KNOWN_M: f64 = 25.0;
+/// and better by this factor than a radar would see it there: where it may turn nobody tells, and a deviation is soon too small.
+const BETTER: f64 = 0.7;
 /// One without, while it is known no worse than a plot by this factor
 const WORSE: f64 = 1.1;
 /// and this much, metres.
@@ -44,7 +46,8 @@ impl Operational {
             }
             let seen = tracklet.and_then(|tracklet| tracklet.last_before(moment.end));
             let Some(estimate) = target.estimate(moment.time, settings) else { continue };
-            if !is_known(target, &estimate) {
+            let is_told = target.on_curve(moment.time, settings).is_some();
+            if !is_told && !is_known(target, &estimate, settings) {
                 continue;
             }
             if let Some(transponder) = &mut target.transponder {
@@ -86,9 +89,15 @@ fn now<'a>(tracklet: &'a Tracklet, moment: &Moment) -> Option<&'a Plot> {
         .then(|| tracklet.nearest(moment.time))?
 }
 
-fn is_known(target: &Target, estimate: &Estimate) -> bool {
+/// How far a plot of the radar that sees that place best may be off, metres: of each axis in the mean.
+fn seen_to_m(estimate: &Estimate, settings: &Settings) -> f64 {
+    let of = |(_, radar): (_, &Radar)| plot_deviation_m(radar, estimate.position);
+    settings.radars().map(of).fold(f64::INFINITY, f64::min)
+}
+
+fn is_known(target: &Target, estimate: &Estimate, settings: &Settings) -> bool {
     let limit_m = match (&target.transponder, target.radar) {
-        (Some(_), _) => KNOWN_M,
+        (Some(_), _) => KNOWN_M.min(BETTER * seen_to_m(estimate, settings)),
         (None, Some((_, plot_m))) => WORSE * plot_m + WORSE_M,
         (None, None) => 0.0,
     };

@@ -13,7 +13,7 @@ use crate::time::Time;
 /// Range, azimuth (as metres across), height.
 const AXES: usize = 3;
 /// The sum is held within this, so that what was long ago does not outweigh what is now.
-const MOST: f64 = 12.0;
+pub(super) const MOST: f64 = 12.0;
 /// One axis of one plot says no more than this: a radar's slow error is not always slow.
 const CLIP: f64 = 2.0;
 /// The slow error that would explain an offset is easily believed up to this squared multiple of its deviation; what is

@@ -16,6 +16,9 @@ use crate::time::{SECOND, Time};
 const PIECE_S: f64 = 10.0;
 /// Until the tracks tell, a radar is set up by compass and spirit level, one standard deviation: metres, radians, metres.
 const SET_UP: (f64, f64, f64) = (5.0, 1.0_f64.to_radians(), 5.0);
+/// Before radars tell of it, transponders' reports are stamped so late: mean and one standard deviation, seconds. Receivers
+/// measure four to ten times a second, and what is sent has waited for its turn.
+const DELAY_S: (f64, f64) = (0.1, 0.1);
 /// Where what is left of a wrong set-up is told for all of a radar's tracks: north of it, metres over ground and up.
 const THERE_M: (f64, f64) = (1500.0, 100.0);
 /// Seconds to either side over which a transponder's velocity is taken.
@@ -121,7 +124,7 @@ impl Operational {
     /// The settings with what the registration tells now: errors and delays.
     pub(super) fn registered_settings(&mut self, settings: &Settings) -> Settings {
         let mut now = settings.clone();
-        let mut delays = Vec::new();
+        let (mut information, mut vector) = (DELAY_S.1.powi(-2), DELAY_S.0 * DELAY_S.1.powi(-2));
         for (index, radar) in now.radars.iter_mut().enumerate() {
             let Some(radar) = radar.as_mut().filter(|radar| radar.registration != Mode::Off) else {
                 continue;
@@ -132,14 +135,17 @@ impl Operational {
                 .or_insert_with(|| Registered::new(Registration::new(&registration::Settings::default())));
             radar.errors = registered.errors(radar);
             if radar.registration == Mode::Apply {
-                delays.push(registered.correction.time_s());
+                let told = registered.estimate.told_of_time();
+                information += told.0;
+                vector += told.1;
             }
         }
-        // What all radars have in common is the transponders'. One alone is believed: radars have clocks of their own to go by,
-        // a transponder's time is that of its transmission. Nothing is sent before it is measured.
-        let learnt_s = (delays.iter().sum::<f64>() / delays.len().max(1) as f64).max(0.0);
-        for receiver in now.transponders.iter_mut().flatten() {
-            receiver.delay_s.get_or_insert(learnt_s);
+        // What radars tell of time is the transponders': radars have clocks to go by, a transponder's time is that of its
+        // transmission. Nothing is sent before it is measured.
+        let learnt_s = (vector / information).max(0.0);
+        for receiver in now.transponders.iter_mut().flatten().filter(|receiver| receiver.delay_s.is_none()) {
+            receiver.delay_s = Some(learnt_s);
+            receiver.delay_deviation_s = information.powf(-0.5);
         }
         now
     }

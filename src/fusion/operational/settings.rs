@@ -59,6 +59,8 @@ pub struct Transponder {
     /// Reports are stamped so long after their position was measured, seconds; `None`: not known, to be learnt with the
     /// radars' registration.
     pub delay_s: Option<f64>,
+    /// And that is known to this, one standard deviation, seconds: 0 where it is configured.
+    pub delay_deviation_s: f64,
 }
 
 /// What is done about a radar's being set up wrongly.

@@ -1,11 +1,12 @@
 //! An aircraft as the service knows it, whichever sensor sees it.
 
+use std::cell::OnceCell;
 use std::f64::consts::{LN_2, SQRT_2};
 
 use super::EVER;
 use super::pairing::Evidence;
 use super::settings::{self, Radar, Settings};
-use super::tracklet::{Tracklet, TrackletId};
+use super::tracklet::{TargetId, Tracklet, TrackletId};
 use crate::estimation::{By, Estimate, Measurement, Owner, Seen, SlowError, Track};
 use crate::fusion::interpolation::{self, Knot};
 use crate::fusion::numbering::Numbered;
@@ -32,10 +33,8 @@ const BETWEEN: f64 = 1.5;
 /// would only add their own error.
 const SILENCE_S: f64 = 5.0;
 
-/// How late a transponder's reports are stamped is known to this where it is configured or learnt: transponders differ;
-const DELAY_KNOWN_S: f64 = 0.08;
-/// and to this where it is not, seconds.
-const DELAY_S: f64 = 0.15;
+/// Transponders differ in how late their reports are stamped by this, one standard deviation, seconds.
+const DELAYS_S: f64 = 0.08;
 /// Reports of one transponder so near in time are one report, of which the last received counts, nanoseconds.
 const SAME_NS: i64 = 20_000_000;
 
@@ -174,15 +173,13 @@ impl Target {
     /// A plot of its radar track, for the slot that is put out.
     pub(super) fn see(&mut self, plot: &Plot, settings: &Settings) {
         let Some(radar) = settings.radar(plot.track.sensor) else { return };
-        let seen = Seen::from(radar.position, plot.position);
-        let spread = seen.spread(radar.errors.slow_range_m, radar.errors.slow_azimuth);
         let part = RadarPart {
             track: plot.track,
             time: plot.time,
             height_measured: plot.height_measured,
             uav_probability: plot.uav_probability,
         };
-        self.radar = Some((part, (spread.trace() / 2.0).sqrt()));
+        self.radar = Some((part, plot_deviation_m(radar, plot.position)));
     }
 
     /// Forgets reports before `time`, but for the last; when it was heard of last.
@@ -199,7 +196,7 @@ impl Target {
         let Some(receiver) = settings.transponder(transponder.sensor) else { return Lasting::default() };
         let stated_m = transponder.fixes.last().and_then(|fix| fix.accuracy_m);
         let share = 1.0 - FRESH * FRESH;
-        let delay_s = if receiver.delay_s > Some(0.0) { DELAY_KNOWN_S } else { DELAY_S };
+        let delay_s = DELAYS_S.hypot(receiver.delay_deviation_s);
         Lasting {
             horizontal_m2: axis_m(stated_m, receiver).powi(2) * share,
             vertical_m2: receiver.vertical_m.powi(2) * share,
@@ -214,12 +211,12 @@ impl Target {
         transponder.on_curve(time, settings.max_gap_ns, accuracy_m)
     }
 
-    /// Brings the filter to what is known now; what lies up to `since` is settled. `followed`: its radar track, and what is
-    /// known of that against its transponder.
+    /// Brings the filter to what is known now; what lies up to `since` is settled. `own`: by what its radar track knows it.
     pub(super) fn measure(
         &mut self,
-        since: Time,
-        followed: Option<(&Tracklet, Option<Evidence>)>,
+        own: TargetId,
+        (since, now): (Time, Time),
+        tracklet: Option<&Tracklet>,
         settings: &Settings,
     ) {
         let mut measurements: Vec<Measurement> = Vec::new();
@@ -227,13 +224,16 @@ impl Target {
             let from = transponder.fixes.partition_point(|fix| fix.time <= since);
             measurements.extend(transponder.fixes[from..].iter().filter_map(|fix| heard(fix, settings)));
         }
-        if let Some((tracklet, evidence)) = &followed
+        if let Some(tracklet) = tracklet
             && let Some(radar) = settings.radar(tracklet.key.sensor)
         {
+            // Few plots are used, so that is seldom asked for.
+            let evidence = OnceCell::new();
+            let evidence = || *evidence.get_or_init(|| tracklet.evidence_of(own, self, now, settings));
             let plots = tracklet.between(since, EVER);
             measurements.extend(plots.filter_map(|plot| {
                 let (last, silence_s) = self.silence(plot.time, tracklet.last());
-                (silence_s > SILENCE_S).then(|| seen(plot, tracklet.id, radar, last, evidence.as_ref()))
+                (silence_s > SILENCE_S).then(|| seen(plot, tracklet.id, radar, last, evidence()))
             }));
         }
         // Stable: of one time, the transponder comes first.
@@ -258,6 +258,13 @@ impl Target {
     pub(super) fn estimate(&self, time: Time, settings: &Settings) -> Option<Estimate> {
         self.filter.at(time, &settings.motion)
     }
+}
+
+/// How far a radar's plots of a place are off for a while, metres: of each axis in the mean.
+pub(super) fn plot_deviation_m(radar: &Radar, place: Enu) -> f64 {
+    let spread =
+        Seen::from(radar.position, place).spread(radar.errors.slow_range_m, radar.errors.slow_azimuth);
+    (spread.trace() / 2.0).sqrt()
 }
 
 /// Deviation of a position over ground on each axis, metres: of what the transponder states, else of what the data sheet does.
@@ -287,7 +294,7 @@ fn seen(
     tracklet: TrackletId,
     radar: &Radar,
     last: Option<Time>,
-    evidence: Option<&Evidence>,
+    evidence: Option<Evidence>,
 ) -> Measurement {
     let seen = Seen::from(radar.position, plot.position);
     let known = evidence.zip(last).and_then(|(evidence, last)| {

@@ -2,11 +2,11 @@
 
 use std::collections::VecDeque;
 
-use super::EVER;
 use super::existence::Existence;
 use super::pairing::Evidence;
 use super::settings::{Radar, Settings};
 use super::target::Target;
+use super::{DAWN, EVER};
 use crate::normalise::{Enu, Plot, RadarTrackKey};
 use crate::registration::Along;
 use crate::time::Time;
@@ -19,7 +19,6 @@ pub(super) struct TrackletId(pub(super) u64);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) struct TargetId(pub(super) u64);
 
-/// The plots of one radar track without a long break.
 /// A plot, and where the radar saw it before anything was put right.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seen {
@@ -27,6 +26,7 @@ pub(super) struct Seen {
     pub(super) raw: Enu,
 }
 
+/// The plots of one radar track without a long break.
 #[derive(Clone, Debug)]
 pub(super) struct Tracklet {
     pub(super) id: TrackletId,
@@ -37,8 +37,12 @@ pub(super) struct Tracklet {
     pub(super) target: Option<TargetId>,
     /// What is known of it and the targets that came near; by target.
     pub(super) pairs: Vec<(TargetId, Evidence)>,
-    /// Log-odds that it is a drone, from the plots up to the last slot.
+    /// Whether it is a drone, from the plots up to the last slot,
     existence: Existence,
+    /// and from all of them up to that of this time.
+    ahead: (Existence, Time),
+    /// The last slot.
+    noted: Time,
     /// What it tells of the radar's registration, as that target.
     pub(super) compared: Option<(TargetId, Along)>,
 }
@@ -53,12 +57,18 @@ impl Tracklet {
             target: None,
             pairs: Vec::new(),
             existence: Existence::NEW,
+            ahead: (Existence::NEW, DAWN),
+            noted: DAWN,
             compared: None,
         }
     }
 
     /// A plot: of two of one time the last received counts.
     pub(super) fn insert(&mut self, plot: Plot, raw: Enu) {
+        if plot.time <= self.ahead.1 {
+            // Out of its order: from the last slot anew.
+            self.ahead = (self.existence, self.noted);
+        }
         let index = self.plots.partition_point(|earlier| earlier.plot.time < plot.time);
         match self.plots.get_mut(index) {
             Some(same) if same.plot.time == plot.time => *same = Seen { plot, raw },
@@ -110,14 +120,21 @@ impl Tracklet {
         self.plots.range(from..to.max(from))
     }
 
-    /// Whether it is a drone, with the plots after `since`.
-    pub(super) fn existence_after(&self, since: Time, radar: &Radar) -> Existence {
-        self.existence.with(self.between(since, EVER), radar)
+    /// Whether it is a drone, by all that is known of it.
+    pub(super) fn existence(&self) -> &Existence {
+        &self.ahead.0
     }
 
-    /// Adds the plots of a slot that was put out.
-    pub(super) fn note(&mut self, since: Time, until: Time, radar: &Radar) {
-        self.existence = self.existence.with(self.between(since, until), radar);
+    /// Looks at the plots that came.
+    pub(super) fn look_ahead(&mut self, radar: &Radar) {
+        let (existence, until) = self.ahead;
+        self.ahead = (existence.with(self.between(until, EVER), radar), self.last());
+    }
+
+    /// Settles the plots up to a slot that was put out.
+    pub(super) fn note(&mut self, until: Time, radar: &Radar) {
+        self.existence = self.existence.with(self.between(self.noted, until), radar);
+        self.noted = until;
     }
 
     /// What is known of it and a target.
@@ -133,6 +150,12 @@ impl Tracklet {
     pub(super) fn score(&self, target: TargetId) -> f64 {
         let index = self.pairs.binary_search_by_key(&target, |pair| pair.0);
         index.map_or(0.0, |index| self.pairs[index].1.score)
+    }
+
+    /// What the size of its slow error says against that, up to the slot.
+    pub(super) fn strain(&self, target: TargetId) -> f64 {
+        let index = self.pairs.binary_search_by_key(&target, |pair| pair.0);
+        index.map_or(0.0, |index| self.pairs[index].1.strain)
     }
 
     /// What is known of it and a target that it was compared with, with the plots after `time`.
