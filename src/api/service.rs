@@ -157,6 +157,7 @@ pub fn info(ask: &Ask) -> Answer {
             "mode": if replay.is_some() { "replay" } else { "live" },
             "auth": auth,
             "settings": {
+                "motion": fusion.motion.name(),
                 "window_s": fusion.window().as_secs_f64(),
                 "max_future_s": fusion.max_future.as_secs_f64(),
                 "max_gap_s": fusion.max_gap.as_secs_f64(),

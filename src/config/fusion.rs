@@ -1,11 +1,13 @@
 //! `[fusion]`.
 
 use std::collections::BTreeMap;
+use std::fmt::Display;
+use std::str::FromStr;
 
 use jiff::SignedDuration;
 
 use super::reader::{Item, Section};
-use super::types::{Fusion, MAX_WINDOW_SLOTS, Profile};
+use super::types::{Fusion, MAX_WINDOW_SLOTS};
 
 /// The highest transponder number: T * 10000 + R has to fit 32 bits.
 const MAX_TRANSPONDER_NUMBER: u32 = 429_496;
@@ -15,10 +17,8 @@ const SERIAL_OCTETS: usize = 12;
 
 pub(super) fn read(mut section: Section<'_>) -> Option<Fusion> {
     let default = Fusion::default();
-    let profile = match section.item("profile") {
-        Some(item) => read_profile(&item),
-        None => Some(default.profile),
-    };
+    let profile = read_word(&mut section, "profile", default.profile);
+    let motion = read_word(&mut section, "motion", default.motion);
     let slots = read_slots(&mut section, &default);
     let max_gap = section
         .item("max_gap_s")
@@ -37,6 +37,7 @@ pub(super) fn read(mut section: Section<'_>) -> Option<Fusion> {
     let slots = slots?;
     Some(Fusion {
         profile: profile?,
+        motion: motion?,
         slot: slots.slot,
         latency_slots: slots.latency,
         window_slots: slots.window,
@@ -53,9 +54,14 @@ pub(super) fn read(mut section: Section<'_>) -> Option<Fusion> {
     })
 }
 
-fn read_profile(item: &Item<'_>) -> Option<Profile> {
-    let profile = item.text()?.parse::<Profile>();
-    profile.map_err(|error| item.refuse(error)).ok()
+/// One of several words.
+fn read_word<T: FromStr<Err: Display>>(
+    section: &mut Section<'_>,
+    name: &'static str,
+    default: T,
+) -> Option<T> {
+    let Some(item) = section.item(name) else { return Some(default) };
+    item.text()?.parse().map_err(|error| item.refuse(error)).ok()
 }
 
 /// The settings that are measured in slots or bounded by them.
@@ -178,7 +184,7 @@ impl<'a> Span<'a> {
     }
 
     /// Two defaults never contradict each other, so there is an item.
-    fn refuse(&self, message: impl std::fmt::Display) {
+    fn refuse(&self, message: impl Display) {
         if let Some(item) = &self.item {
             item.refuse(message);
         }

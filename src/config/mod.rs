@@ -29,9 +29,9 @@ use std::path::Path;
 pub use changes::{Change, changes};
 pub use error::{ConfigError, ConfigErrors, Place};
 pub use types::{
-    Address, Area, AreaKind, Auth, Classification, Fusion, Http, Input, MAX_WINDOW_SLOTS, Output, Profile,
-    Radar, RadarAccuracy, RateLimit, Record, Registration, Sensor, SensorKind, SerialSource, Sink, Site,
-    State, Tiles, Transponder, TransponderAccuracy, UnknownProfile,
+    Address, Area, AreaKind, Auth, Classification, Fusion, Http, Input, MAX_WINDOW_SLOTS, Motion, Output,
+    Profile, Radar, RadarAccuracy, RateLimit, Record, Registration, Sensor, SensorKind, SerialSource, Sink,
+    Site, State, Tiles, Transponder, TransponderAccuracy, UnknownMotion, UnknownProfile,
 };
 
 use error::Faults;

@@ -125,6 +125,7 @@ fn fusion(f: &mut Formatter<'_>, fusion: &Fusion) -> fmt::Result {
         writeln!(f, "{key} = {:?}", time.as_secs_f64())
     };
     writeln!(f, "\n[fusion]\nprofile = \"{}\"", fusion.profile.name())?;
+    writeln!(f, "motion = \"{}\"", fusion.motion.name())?;
     seconds(f, "slot_s", fusion.slot)?;
     seconds(f, "latency_s", fusion.latency())?;
     seconds(f, "window_s", fusion.window())?;

@@ -245,6 +245,8 @@ fn fusion_rules() {
     let slot = "slot_s = 0.25";
     for (new, place, message) in [
         ("profile = \"best\"", "23: fusion.profile = \"best\"", "use \"operational\" or \"reference\""),
+        ("motion = \"kalman\"", "23: fusion.motion = \"kalman\"", "use \"imm\" or \"singer\""),
+        ("motion = 1", "23: fusion.motion = 1", "expected text in quotes"),
         ("slot_s = 0", "23: fusion.slot_s = 0", "whole number of milliseconds"),
         ("slot_s = 0.0005", "23: fusion.slot_s", "whole number of milliseconds"),
         ("slot_s = -1", "23: fusion.slot_s", "whole number of milliseconds"),
@@ -304,12 +306,16 @@ fn fusion_rules() {
         ),
         ("latency = 5", "23: fusion.latency", "did you mean latency_s?"),
         ("ratoi_min = 1", "23: fusion.ratoi_min", "did you mean ratio_min?"),
-        ("colour = 1", "23: fusion.colour", "unknown; expected here: profile, slot_s, latency_s"),
+        ("colour = 1", "23: fusion.colour", "unknown; expected here: profile, motion, slot_s, latency_s"),
     ] {
         check(&[(slot, new, place, message)]);
     }
     let operational = parse(&BASE.replace(slot, "profile = \"operational\"")).unwrap();
     assert_eq!(operational.fusion.profile, Profile::Operational);
+    assert_eq!(operational.fusion.motion, Motion::Imm);
+    let singer = parse(&BASE.replace(slot, "motion = \"singer\"")).unwrap();
+    assert_eq!(singer.fusion.motion, Motion::Singer);
+    assert!(singer.to_string().contains("\nmotion = \"singer\"\n"));
     let trimmed = parse(&BASE.replace(slot, "transponder_numbers = { \" DRONE 1 \" = 429496 }")).unwrap();
     assert_eq!(trimmed.fusion.transponder_numbers["DRONE 1"], 429_496);
 }

@@ -218,11 +218,51 @@ impl FromStr for Profile {
     }
 }
 
+/// How the `operational` profile takes aircraft to move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Motion {
+    /// Interacting multiple models: straight on, and turns.
+    #[default]
+    Imm,
+    /// An acceleration that lasts for a while (R. A. Singer, 1970).
+    Singer,
+}
+
+/// There is no model of motion of that name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no such model of motion; use \"imm\" or \"singer\"")]
+pub struct UnknownMotion;
+
+impl Motion {
+    /// As the configuration has it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Imm => "imm",
+            Self::Singer => "singer",
+        }
+    }
+}
+
+/// By name.
+impl FromStr for Motion {
+    type Err = UnknownMotion;
+
+    fn from_str(name: &str) -> Result<Self, UnknownMotion> {
+        match name {
+            "imm" => Ok(Self::Imm),
+            "singer" => Ok(Self::Singer),
+            _ => Err(UnknownMotion),
+        }
+    }
+}
+
 /// `[fusion]`: the engine. Its [`Default`] is that of an empty section.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fusion {
     /// The rules it follows.
     pub profile: Profile,
+    /// How aircraft are taken to move; not used by the `reference` profile.
+    pub motion: Motion,
     /// Length of a slot: whole milliseconds.
     pub slot: SignedDuration,
     /// A slot is emitted this many slots after it opened; at least 1, below `window_slots`.
@@ -274,6 +314,7 @@ impl Default for Fusion {
     fn default() -> Self {
         Self {
             profile: Profile::default(),
+            motion: Motion::default(),
             slot: SignedDuration::from_millis(250),
             latency_slots: 25,
             window_slots: 100,

@@ -1,60 +1,103 @@
-//! The state above ground: height, climb, and the slow error of the radar's height.
+//! The state above ground: height, climb, the slow error of the radar's height, and where the model has one, the
+//! acceleration.
 
 use nalgebra::{SMatrix, SVector, matrix, vector};
 
 use super::imm::{Gaussian, Linear, Observation};
+use super::motion::Models;
+use super::singer::Singer;
 use super::slow::{SlowChange, SlowError};
 
 /// Height (metres), climb (metres a second), and the radar's slow error (metres).
 pub(super) const STATES: usize = 3;
-
-pub(super) type Height = Gaussian<STATES>;
+/// With the acceleration behind these, metres a second squared.
+pub(super) const STATES_SINGER: usize = 4;
+const CLIMB: usize = 1;
+const SLOW: usize = 2;
+const ACCELERATION: usize = 3;
 
 /// Rates of climb that a target may have when it is first seen, one standard deviation, metres a second.
 const FIRST_CLIMB: f64 = 2.0;
+/// Before its height is measured it is anywhere: one standard deviation, metres.
+const ANYWHERE_M: f64 = 10_000.0;
 /// A target whose height was never measured may be at any that drones fly at: one standard deviation, metres.
 const UNKNOWN_M: f64 = 60.0;
-/// Power spectral density of the vertical acceleration, m²/s³.
+/// Power spectral density of the vertical acceleration beside the interacting models over ground, m²/s³.
 const NOISE: f64 = 1.0;
 
-/// A target about which only this is known.
-pub(super) fn first(height: Option<(f64, f64)>, assumed_m: f64, slow: Option<&SlowError>) -> Height {
-    let (mean, deviation) = height.unwrap_or((assumed_m, UNKNOWN_M));
-    let slow = slow.copied().unwrap_or(SlowError::NONE);
-    Gaussian {
-        mean: vector![mean, 0.0, slow.height_m.0],
-        covariance: SMatrix::from_diagonal(&vector![
-            deviation * deviation,
-            FIRST_CLIMB * FIRST_CLIMB,
-            slow.height_m.1
-        ]),
+/// How a target climbs and sinks: a model of a state of `D` numbers.
+pub(super) trait AboveGround<const D: usize> {
+    /// A target at about this height, before that is measured; `is_measured`: it will be. And the radar's slow error.
+    fn first(&self, height_m: f64, is_measured: bool, slow: Option<&SlowError>) -> Gaussian<D>;
+
+    /// The motion over `dt` seconds, and what becomes of the slow error.
+    fn motion(&self, dt: f64, slow: &SlowChange) -> Linear<D>;
+}
+
+impl AboveGround<STATES> for Models {
+    fn first(&self, height_m: f64, is_measured: bool, slow: Option<&SlowError>) -> Gaussian<STATES> {
+        level(height_m, is_measured, slow)
+    }
+
+    fn motion(&self, dt: f64, slow: &SlowChange) -> Linear<STATES> {
+        let (p, c, v) = (NOISE * dt.powi(3) / 3.0, NOISE * dt * dt / 2.0, NOISE * dt);
+        Linear {
+            transition: matrix![1.0, dt, 0.0; 0.0, 1.0, 0.0; 0.0, 0.0, slow.kept],
+            shift: vector![0.0, 0.0, slow.added.height_m.0],
+            noise: matrix![p, c, 0.0; c, v, 0.0; 0.0, 0.0, slow.added.height_m.1],
+        }
     }
 }
 
-/// The motion over `dt` seconds, and what becomes of the slow error.
-pub(super) fn motion(dt: f64, slow: &SlowChange) -> Linear<STATES> {
-    let (p, c, v) = (NOISE * dt.powi(3) / 3.0, NOISE * dt * dt / 2.0, NOISE * dt);
-    Linear {
-        transition: matrix![1.0, dt, 0.0; 0.0, 1.0, 0.0; 0.0, 0.0, slow.kept],
-        shift: vector![0.0, 0.0, slow.added.height_m.0],
-        noise: matrix![p, c, 0.0; c, v, 0.0; 0.0, 0.0, slow.added.height_m.1],
+impl AboveGround<STATES_SINGER> for Singer {
+    fn first(&self, height_m: f64, is_measured: bool, slow: Option<&SlowError>) -> Gaussian<STATES_SINGER> {
+        let mut first = level(height_m, is_measured, slow);
+        first.covariance[(ACCELERATION, ACCELERATION)] = self.vertical * self.vertical;
+        first
     }
+
+    fn motion(&self, dt: f64, slow: &SlowChange) -> Linear<STATES_SINGER> {
+        let mut moved =
+            Linear { transition: SMatrix::zeros(), shift: SVector::zeros(), noise: SMatrix::zeros() };
+        self.over(dt, self.vertical).put_into(&mut moved, [0, CLIMB, ACCELERATION]);
+        moved.transition[(SLOW, SLOW)] = slow.kept;
+        (moved.shift[SLOW], moved.noise[(SLOW, SLOW)]) = slow.added.height_m;
+        moved
+    }
+}
+
+/// What is known first of each state but the acceleration.
+fn level<const D: usize>(height_m: f64, is_measured: bool, slow: Option<&SlowError>) -> Gaussian<D> {
+    let deviation = if is_measured { ANYWHERE_M } else { UNKNOWN_M };
+    let slow = slow.copied().unwrap_or(SlowError::NONE);
+    let mut mean = SVector::<f64, D>::zeros();
+    let mut covariance = SMatrix::<f64, D, D>::zeros();
+    mean[0] = height_m;
+    covariance[(0, 0)] = deviation * deviation;
+    covariance[(CLIMB, CLIMB)] = FIRST_CLIMB * FIRST_CLIMB;
+    (mean[SLOW], covariance[(SLOW, SLOW)]) = slow.height_m;
+    Gaussian { mean, covariance }
 }
 
 /// A height with that deviation; `radar`: its slow error is in it.
-pub(super) fn height(height_m: f64, deviation_m: f64, radar: bool) -> Observation<STATES, 1> {
+pub(super) fn height<const D: usize>(height_m: f64, deviation_m: f64, radar: bool) -> Observation<D, 1> {
+    let mut matrix = SMatrix::<f64, 1, D>::zeros();
+    matrix[0] = 1.0;
+    matrix[SLOW] = if radar { 1.0 } else { 0.0 };
     Observation {
         value: SVector::<f64, 1>::new(height_m),
-        matrix: matrix![1.0, 0.0, if radar { 1.0 } else { 0.0 }],
+        matrix,
         noise: SMatrix::<f64, 1, 1>::new(deviation_m * deviation_m),
     }
 }
 
 /// A rate of climb with that deviation.
-pub(super) fn climb(climb: f64, deviation: f64) -> Observation<STATES, 1> {
+pub(super) fn climb<const D: usize>(climb: f64, deviation: f64) -> Observation<D, 1> {
+    let mut matrix = SMatrix::<f64, 1, D>::zeros();
+    matrix[CLIMB] = 1.0;
     Observation {
         value: SVector::<f64, 1>::new(climb),
-        matrix: matrix![0.0, 1.0, 0.0],
+        matrix,
         noise: SMatrix::<f64, 1, 1>::new(deviation * deviation),
     }
 }

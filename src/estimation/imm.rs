@@ -2,9 +2,6 @@
 
 use nalgebra::{SMatrix, SVector};
 
-/// How many models.
-pub(super) const MODELS: usize = 4;
-
 /// Mean and covariance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Gaussian<const D: usize> {
@@ -12,11 +9,11 @@ pub(super) struct Gaussian<const D: usize> {
     pub(super) covariance: SMatrix<f64, D, D>,
 }
 
-/// A Gaussian a model, each with its probability.
+/// A Gaussian for each of `M` models, with its probability. Of a single model it is that Gaussian.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Mixture<const D: usize> {
-    pub(super) weights: [f64; MODELS],
-    pub(super) parts: [Gaussian<D>; MODELS],
+pub(super) struct Mixture<const D: usize, const M: usize> {
+    pub(super) weights: [f64; M],
+    pub(super) parts: [Gaussian<D>; M],
 }
 
 /// x' = F x + s + w, w normal with covariance Q.
@@ -103,7 +100,7 @@ impl<const D: usize> Gaussian<D> {
     }
 }
 
-impl<const D: usize> Mixture<D> {
+impl<const D: usize, const M: usize> Mixture<D, M> {
     /// The Gaussian with the mixture's mean and covariance.
     pub(super) fn combined(&self) -> Gaussian<D> {
         combined(&self.weights, &self.parts)
@@ -111,20 +108,16 @@ impl<const D: usize> Mixture<D> {
 
     /// Prediction with each model's motion; `stay` is the probability that a model still holds at the end, and what it
     /// gives away is shared by `towards`. Also the bridge of the combined Gaussian.
-    pub(super) fn predicted(
-        &self,
-        motions: &[Linear<D>; MODELS],
-        switch: &[[f64; MODELS]; MODELS],
-    ) -> (Self, Bridge<D>) {
+    pub(super) fn predicted(&self, motions: &[Linear<D>; M], switch: &[[f64; M]; M]) -> (Self, Bridge<D>) {
         let before = self.combined();
-        let mut weights = [0.0; MODELS];
+        let mut weights = [0.0; M];
         for (from, row) in switch.iter().enumerate() {
             for (to, probability) in row.iter().enumerate() {
                 weights[to] += probability * self.weights[from];
             }
         }
         let mut cross = SMatrix::<f64, D, D>::zeros();
-        let mut mixed_means = [SVector::<f64, D>::zeros(); MODELS];
+        let mut mixed_means = [SVector::<f64, D>::zeros(); M];
         let parts = std::array::from_fn(|to| {
             let shares = std::array::from_fn(|from| switch[from][to] * self.weights[from] / weights[to]);
             let mixed = combined(&shares, &self.parts);
@@ -136,7 +129,7 @@ impl<const D: usize> Mixture<D> {
         let after = Self { weights, parts };
         let predicted = after.combined();
         // What the models' means have in common before and after belongs to the covariance across as well.
-        for to in 0..MODELS {
+        for to in 0..M {
             let (mixed, part) = (mixed_means[to] - before.mean, parts[to].mean - predicted.mean);
             cross += mixed * part.transpose() * weights[to];
         }
@@ -145,7 +138,7 @@ impl<const D: usize> Mixture<D> {
 
     /// Takes an observation in.
     pub(super) fn observe<const Z: usize>(&mut self, observation: &Observation<D, Z>) {
-        let likelihoods: [f64; MODELS] = std::array::from_fn(|model| self.parts[model].observe(observation));
+        let likelihoods: [f64; M] = std::array::from_fn(|model| self.parts[model].observe(observation));
         let most = likelihoods.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let mut sum = 0.0;
         for (weight, likelihood) in self.weights.iter_mut().zip(likelihoods) {
@@ -157,7 +150,7 @@ impl<const D: usize> Mixture<D> {
     }
 }
 
-fn combined<const D: usize>(weights: &[f64; MODELS], parts: &[Gaussian<D>; MODELS]) -> Gaussian<D> {
+fn combined<const D: usize, const M: usize>(weights: &[f64; M], parts: &[Gaussian<D>; M]) -> Gaussian<D> {
     let mut mean = SVector::<f64, D>::zeros();
     for (weight, part) in weights.iter().zip(parts) {
         mean += part.mean * *weight;

@@ -2,7 +2,8 @@
 
 use nalgebra::{Matrix4, matrix};
 
-use super::imm::MODELS;
+/// How many models interact.
+pub(super) const MODELS: usize = 4;
 
 /// A model of the motion over ground; the state is east, north (metres), and their rates (metres a second).
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,92 +1,146 @@
-//! The state over ground: position, velocity, and the slow error of the radar that sees it.
+//! The state over ground: position, velocity, the slow error of the radar that sees it, and where the model has one, the
+//! acceleration.
 
-use nalgebra::{Matrix2, SMatrix, SVector, Vector2, vector};
+use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 
-use super::imm::{Gaussian, Linear, MODELS, Mixture, Observation};
-use super::motion::Model;
+use super::imm::{Gaussian, Linear, Mixture, Observation};
+use super::motion::{MODELS, Models};
+use super::singer::Singer;
 use super::slow::{SlowChange, SlowError};
 use super::track::{RadarErrors, Seen};
 
 /// East, north (metres), their rates (metres a second), and the radar's slow error in range (metres) and azimuth (radians).
 pub(super) const STATES: usize = 6;
+/// With the acceleration behind these, east and north, metres a second squared: what is measured has the same place in both.
+pub(super) const STATES_SINGER: usize = 8;
 const EAST_RATE: usize = 2;
 const NORTH_RATE: usize = 3;
 const RANGE: usize = 4;
 const AZIMUTH: usize = 5;
+const EAST_ACCELERATION: usize = 6;
+const NORTH_ACCELERATION: usize = 7;
 
-pub(super) type Plane = Mixture<STATES>;
-
+/// Before anything is measured it is anywhere: one standard deviation of each axis, metres.
+const ANYWHERE_M: f64 = 10_000.0;
 /// Speeds that a target may have when it is first seen, one standard deviation of each axis, metres a second.
 const FIRST_SPEED: f64 = 12.0;
-/// How likely each model is then.
+/// How likely each of the interacting models is then.
 const FIRST_WEIGHTS: [f64; MODELS] = [0.6, 0.3, 0.05, 0.05];
 
-/// A target about which only this is known.
-pub(super) fn first(place: Vector2<f64>, spread: Matrix2<f64>, slow: Option<&SlowError>) -> Plane {
-    let mut covariance = SMatrix::<f64, STATES, STATES>::zeros();
-    covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(&spread);
-    covariance.fixed_view_mut::<2, 2>(2, 2).fill_diagonal(FIRST_SPEED * FIRST_SPEED);
+/// How a target moves over ground: `M` models of a state of `D` numbers.
+pub(super) trait OverGround<const D: usize, const M: usize> {
+    /// A target somewhere about there, before anything is measured, and the radar's slow error.
+    fn first(&self, place: Vector2<f64>, slow: Option<&SlowError>) -> Mixture<D, M>;
+
+    /// Each model's motion over `dt` seconds, and what becomes of the slow error.
+    fn motions(&self, dt: f64, slow: &SlowChange) -> [Linear<D>; M];
+
+    /// Probabilities to change from one model to another within `dt` seconds.
+    fn switch(&self, dt: f64) -> [[f64; M]; M];
+}
+
+impl OverGround<STATES, MODELS> for Models {
+    fn first(&self, place: Vector2<f64>, slow: Option<&SlowError>) -> Mixture<STATES, MODELS> {
+        Mixture { weights: FIRST_WEIGHTS, parts: [resting(place, slow); MODELS] }
+    }
+
+    fn motions(&self, dt: f64, slow: &SlowChange) -> [Linear<STATES>; MODELS] {
+        self.each.map(|model| {
+            let motion = model.over(dt);
+            let mut moved: Linear<STATES> = unmoved(slow);
+            moved.transition.fixed_view_mut::<4, 4>(0, 0).copy_from(&motion.transition);
+            moved.noise.fixed_view_mut::<4, 4>(0, 0).copy_from(&motion.noise);
+            moved
+        })
+    }
+
+    fn switch(&self, dt: f64) -> [[f64; MODELS]; MODELS] {
+        self.switch(dt)
+    }
+}
+
+impl OverGround<STATES_SINGER, 1> for Singer {
+    fn first(&self, place: Vector2<f64>, slow: Option<&SlowError>) -> Mixture<STATES_SINGER, 1> {
+        let mut part = resting(place, slow);
+        for acceleration in [EAST_ACCELERATION, NORTH_ACCELERATION] {
+            part.covariance[(acceleration, acceleration)] = self.horizontal * self.horizontal;
+        }
+        Mixture { weights: [1.0], parts: [part] }
+    }
+
+    fn motions(&self, dt: f64, slow: &SlowChange) -> [Linear<STATES_SINGER>; 1] {
+        let axis = self.over(dt, self.horizontal);
+        let mut moved = unmoved(slow);
+        axis.put_into(&mut moved, [0, EAST_RATE, EAST_ACCELERATION]);
+        axis.put_into(&mut moved, [1, NORTH_RATE, NORTH_ACCELERATION]);
+        [moved]
+    }
+
+    fn switch(&self, _dt: f64) -> [[f64; 1]; 1] {
+        [[1.0]]
+    }
+}
+
+/// What is known first of each state but the acceleration.
+fn resting<const D: usize>(place: Vector2<f64>, slow: Option<&SlowError>) -> Gaussian<D> {
+    let mut covariance = SMatrix::<f64, D, D>::zeros();
+    covariance.fixed_view_mut::<2, 2>(0, 0).fill_diagonal(ANYWHERE_M * ANYWHERE_M);
+    covariance.fixed_view_mut::<2, 2>(EAST_RATE, EAST_RATE).fill_diagonal(FIRST_SPEED * FIRST_SPEED);
     let slow = slow.copied().unwrap_or(SlowError::NONE);
     covariance[(RANGE, RANGE)] = slow.range_m.1;
     covariance[(AZIMUTH, AZIMUTH)] = slow.azimuth.1;
-    let mean = vector![place.x, place.y, 0.0, 0.0, slow.range_m.0, slow.azimuth.0];
-    Mixture { weights: FIRST_WEIGHTS, parts: [Gaussian { mean, covariance }; MODELS] }
+    let mut mean = SVector::<f64, D>::zeros();
+    mean.fixed_rows_mut::<2>(0).copy_from(&place);
+    mean[RANGE] = slow.range_m.0;
+    mean[AZIMUTH] = slow.azimuth.0;
+    Gaussian { mean, covariance }
 }
 
-/// Each model's motion over `dt` seconds, and what becomes of the slow error.
-pub(super) fn motions(models: &[Model; MODELS], dt: f64, slow: &SlowChange) -> [Linear<STATES>; MODELS] {
-    models.map(|model| {
-        let motion = model.over(dt);
-        let mut transition = SMatrix::<f64, STATES, STATES>::zeros();
-        let mut noise = SMatrix::<f64, STATES, STATES>::zeros();
-        let mut shift = SVector::<f64, STATES>::zeros();
-        transition.fixed_view_mut::<4, 4>(0, 0).copy_from(&motion.transition);
-        noise.fixed_view_mut::<4, 4>(0, 0).copy_from(&motion.noise);
-        for (index, (mean, variance)) in [(RANGE, slow.added.range_m), (AZIMUTH, slow.added.azimuth)] {
-            transition[(index, index)] = slow.kept;
-            shift[index] = mean;
-            noise[(index, index)] = variance;
-        }
-        Linear { transition, shift, noise }
-    })
+/// What becomes of the slow error, and nothing else.
+fn unmoved<const D: usize>(slow: &SlowChange) -> Linear<D> {
+    let mut transition = SMatrix::<f64, D, D>::zeros();
+    let mut noise = SMatrix::<f64, D, D>::zeros();
+    let mut shift = SVector::<f64, D>::zeros();
+    for (index, (mean, variance)) in [(RANGE, slow.added.range_m), (AZIMUTH, slow.added.azimuth)] {
+        transition[(index, index)] = slow.kept;
+        shift[index] = mean;
+        noise[(index, index)] = variance;
+    }
+    Linear { transition, shift, noise }
 }
 
 /// Its place is known less well by that.
-pub(super) fn spread(state: &mut Gaussian<STATES>, by: &Matrix2<f64>) {
+pub(super) fn spread<const D: usize>(state: &mut Gaussian<D>, by: &Matrix2<f64>) {
     let mut block = state.covariance.fixed_view_mut::<2, 2>(0, 0);
     block += by;
 }
 
 /// A transponder's position.
-pub(super) fn fix(place: Vector2<f64>, deviation_m: f64) -> Observation<STATES, 2> {
-    let mut matrix = SMatrix::<f64, 2, STATES>::zeros();
+pub(super) fn fix<const D: usize>(place: Vector2<f64>, deviation_m: f64) -> Observation<D, 2> {
+    let mut matrix = SMatrix::<f64, 2, D>::zeros();
     matrix[(0, 0)] = 1.0;
     matrix[(1, 1)] = 1.0;
     Observation { value: place, matrix, noise: Matrix2::identity() * deviation_m * deviation_m }
 }
 
 /// A velocity over ground, whoever tells it.
-pub(super) fn velocity(velocity: Vector2<f64>, deviation: f64) -> Observation<STATES, 2> {
-    let mut matrix = SMatrix::<f64, 2, STATES>::zeros();
+pub(super) fn velocity<const D: usize>(velocity: Vector2<f64>, deviation: f64) -> Observation<D, 2> {
+    let mut matrix = SMatrix::<f64, 2, D>::zeros();
     matrix[(0, EAST_RATE)] = 1.0;
     matrix[(1, NORTH_RATE)] = 1.0;
     Observation { value: velocity, matrix, noise: Matrix2::identity() * deviation * deviation }
 }
 
 /// A radar's plot: what it shows is the position and its slow error.
-pub(super) fn plot(place: Vector2<f64>, seen: &Seen, errors: &RadarErrors) -> Observation<STATES, 2> {
-    let mut matrix = SMatrix::<f64, 2, STATES>::zeros();
+pub(super) fn plot<const D: usize>(
+    place: Vector2<f64>,
+    seen: &Seen,
+    errors: &RadarErrors,
+) -> Observation<D, 2> {
+    let mut matrix = SMatrix::<f64, 2, D>::zeros();
     matrix[(0, 0)] = 1.0;
     matrix[(1, 1)] = 1.0;
     matrix.fixed_view_mut::<2, 1>(0, RANGE).copy_from(&seen.outward);
     matrix.fixed_view_mut::<2, 1>(0, AZIMUTH).copy_from(&(seen.clockwise * seen.range_m));
     Observation { value: place, matrix, noise: seen.spread(errors.fast_range_m, errors.fast_azimuth) }
-}
-
-/// Everything a plot may be wrong by.
-pub(super) fn plot_spread(seen: &Seen, errors: &RadarErrors) -> Matrix2<f64> {
-    seen.spread(
-        errors.fast_range_m.hypot(errors.slow_range_m),
-        errors.fast_azimuth.hypot(errors.slow_azimuth),
-    )
 }

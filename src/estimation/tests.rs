@@ -4,13 +4,16 @@
 use nalgebra::{DMatrix, DVector, SMatrix, Vector2};
 use proptest::prelude::*;
 
-use super::imm::{MODELS, Observation};
-use super::motion::{Model, Models};
-use super::plane::{self, STATES};
+use super::imm::Observation;
+use super::motion::{MODELS, Model, Models};
+use super::plane::{self, OverGround};
+use super::singer::Singer;
 use super::slow::{SlowChange, SlowError};
-use super::track::{By, Measurement, Owner, RadarErrors, Seen, Track};
+use super::track::{By, Dynamics, Measurement, Owner, RadarErrors, Seen, Track};
 use crate::normalise::Enu;
 use crate::time::Time;
+
+mod singer;
 
 const ERRORS: RadarErrors = RadarErrors {
     slow_range_m: 5.0,
@@ -25,6 +28,18 @@ const ERRORS: RadarErrors = RadarErrors {
 /// With one model four times over there is nothing to mix: the filter is Kalman's.
 fn alike(model: Model) -> Models {
     Models { each: [model; MODELS], ..Models::default() }
+}
+
+/// Both ways to move.
+fn dynamics() -> [Dynamics; 2] {
+    [Dynamics::Imm(Models::default()), Dynamics::Singer(Singer::default())]
+}
+
+/// What is known when these have been measured.
+fn tracked(measurements: &[Measurement], dynamics: &Dynamics) -> Track {
+    let mut track = Track::new(dynamics);
+    track.measure(Time::from_nanos(i64::MIN), measurements);
+    track
 }
 
 fn seconds(at: f64) -> Time {
@@ -52,21 +67,20 @@ fn measurements(rows: &[(f64, f64, f64, bool)]) -> Vec<Measurement> {
     rows.iter().map(measured).collect()
 }
 
-/// Position at `time` by conditioning the joint Gaussian of all states, the first of them known as the filter begins.
-fn at_once(measurements: &[Measurement], time: Time, models: &Models) -> (Vector2<f64>, SMatrix<f64, 2, 2>) {
+/// Position at `time` by conditioning the joint Gaussian of all states, the first of them before anything was measured.
+fn at_once<const STATES: usize, const M: usize>(
+    measurements: &[Measurement],
+    time: Time,
+    models: &impl OverGround<STATES, M>,
+) -> (Vector2<f64>, SMatrix<f64, 2, 2>) {
     let mut times: Vec<Time> = measurements.iter().map(|measurement| measurement.time).collect();
     times.push(time);
     times.sort_unstable();
     times.dedup();
     let first = &measurements[0];
-    let (spread, mut owned) = match &first.by {
-        By::Transponder { horizontal_m, .. } => {
-            (SMatrix::<f64, 2, 2>::identity() * (horizontal_m * horizontal_m), false)
-        }
-        By::Radar { seen, errors, .. } => (plane::plot_spread(seen, errors), true),
-    };
+    let mut owned = matches!(first.by, By::Radar { .. });
     let slow = owned.then(|| SlowError::of(&ERRORS));
-    let begin = plane::first(first.position.0.xy(), spread, slow.as_ref()).combined();
+    let begin = models.first(first.position.0.xy(), slow.as_ref()).combined();
     // Joint mean and covariance of the states, one after another.
     let size = STATES * times.len();
     let (mut mean, mut covariance) = (DVector::zeros(size), DMatrix::zeros(size, size));
@@ -82,7 +96,7 @@ fn at_once(measurements: &[Measurement], time: Time, models: &Models) -> (Vector
             (false, false) => SlowChange::NONE,
         };
         owned |= radar_begins;
-        let motion = plane::motions(&models.each, dt, &change)[0];
+        let motion = models.motions(dt, &change)[0];
         let (before, here) = (STATES * (index - 1), STATES * index);
         let next = motion.transition * mean.fixed_rows::<STATES>(before) + motion.shift;
         mean.rows_mut(here, STATES).copy_from(&next);
@@ -103,10 +117,8 @@ fn at_once(measurements: &[Measurement], time: Time, models: &Models) -> (Vector
         mean += &gain * innovation;
         covariance -= &gain * &matrix * &covariance.clone();
     };
-    for (index, Measurement { time, position, by, velocity, .. }) in measurements.iter().enumerate() {
-        // The first position is in the beginning already.
+    for Measurement { time, position, by, velocity, .. } in measurements {
         match by {
-            _ if index == 0 => {}
             By::Transponder { horizontal_m, .. } => {
                 observe(*time, &plane::fix(position.0.xy(), *horizontal_m));
             }
@@ -131,39 +143,37 @@ proptest! {
     /// Before, between and after the measurements, with a radar's slow error and without.
     #[test]
     fn filter_and_smoother_are_the_one_step_solution(rows in rows(), share in 0.0..1.2_f64) {
-        let models = alike(Model::ConstantVelocity { noise: 2.0 });
         let measurements = measurements(&rows);
         let last = measurements.last().unwrap().time;
         let time = seconds(0.1 + share * last.as_seconds());
-        let mut track = Track::default();
-        track.measure(Time::from_nanos(i64::MIN), &measurements, &models);
-        let Some(estimate) = track.at(time, &models) else {
-            prop_assert!(time < measurements[0].time);
-            return Ok(());
-        };
-        let (place, covariance) = at_once(&measurements, time, &models);
-        prop_assert!((estimate.position.0.xy() - place).norm() < 1e-6, "{} {place}", estimate.position.0);
-        prop_assert!((estimate.horizontal - covariance).norm() < 1e-6 * covariance.norm().max(1.0));
+        let (one, singer) = (alike(Model::ConstantVelocity { noise: 2.0 }), Singer::default());
+        for (dynamics, expected) in [
+            (Dynamics::Imm(one), at_once(&measurements, time.max(measurements[0].time), &one)),
+            (Dynamics::Singer(singer), at_once(&measurements, time.max(measurements[0].time), &singer)),
+        ] {
+            let Some(estimate) = tracked(&measurements, &dynamics).at(time) else {
+                prop_assert!(time < measurements[0].time);
+                return Ok(());
+            };
+            let (place, covariance) = expected;
+            prop_assert!((estimate.position.0.xy() - place).norm() < 1e-6, "{} {place}", estimate.position.0);
+            prop_assert!((estimate.horizontal - covariance).norm() < 1e-6 * covariance.norm().max(1.0));
+        }
     }
 
     /// What comes late is as if it had come in time, to the bit.
     #[test]
     fn the_order_of_arrival_plays_no_part(rows in rows(), late in 1..3usize, at in 0.0..1.5_f64) {
-        let models = Models::default();
         let all = measurements(&rows);
-        let whole = {
-            let mut track = Track::default();
-            track.measure(Time::from_nanos(i64::MIN), &all, &models);
-            track
-        };
-        let mut track = Track::default();
         let held_up = 1 + late % (all.len() - 1);
         let without: Vec<Measurement> =
             all.iter().enumerate().filter(|(index, _)| *index != held_up).map(|(_, m)| *m).collect();
-        track.measure(Time::from_nanos(i64::MIN), &without, &models);
-        track.measure(all[0].time, &all[1..], &models);
         let time = seconds(at * all.last().unwrap().time.as_seconds());
-        prop_assert_eq!(track.at(time, &models), whole.at(time, &models));
+        for dynamics in dynamics() {
+            let mut track = tracked(&without, &dynamics);
+            track.measure(all[0].time, &all[1..]);
+            prop_assert_eq!(track.at(time), tracked(&all, &dynamics).at(time));
+        }
     }
 }
 
@@ -192,63 +202,66 @@ fn round(told: impl Fn(f64) -> Option<Vector2<f64>>) -> Vec<Measurement> {
 }
 
 /// Mean error over ground from one time to another, metres.
-fn error(measurements: &[Measurement], models: &Models, from: f64, to: f64) -> f64 {
-    let mut track = Track::default();
-    track.measure(Time::from_nanos(i64::MIN), measurements, models);
+fn error(measurements: &[Measurement], dynamics: &Dynamics, from: f64, to: f64) -> f64 {
+    let track = tracked(measurements, dynamics);
     let count = ((to - from) / 0.25) as u32;
     let sum: f64 = (0..count)
         .map(|slot| {
             let at = from + 0.25 * f64::from(slot) + 0.125;
-            (track.at(seconds(at), models).unwrap().position.0 - on_the_circle(at).0).xy().norm()
+            (track.at(seconds(at)).unwrap().position.0 - on_the_circle(at).0).xy().norm()
         })
         .sum();
     sum / f64::from(count)
 }
 
-/// A drone that turns is followed better by models of which some turn than by a straight one alone.
+/// A drone that turns is followed better by models of which some turn, or accelerate, than by a straight one alone.
 #[test]
 fn a_turn_is_followed() {
     let measurements = round(|_| None);
-    let straight = error(&measurements, &alike(Model::ConstantVelocity { noise: 0.05 }), 10.0, 25.0);
-    let mixed = error(&measurements, &Models::default(), 10.0, 25.0);
-    assert!(mixed < 0.5 * straight && mixed < 1.0, "{mixed} m, straight on {straight} m");
+    let straight = Dynamics::Imm(alike(Model::ConstantVelocity { noise: 0.05 }));
+    let straight = error(&measurements, &straight, 10.0, 25.0);
+    for dynamics in dynamics() {
+        let mixed = error(&measurements, &dynamics, 10.0, 25.0);
+        assert!(mixed < 0.5 * straight && mixed < 1.0, "{mixed} m, straight on {straight} m, {dynamics:?}");
+    }
 }
 
 /// Between the reports, and beyond the last.
 #[test]
 fn a_velocity_sharpens_a_turn() {
-    let models = Models::default();
     let (without, with) = (round(|_| None), round(|at| Some(rate_on_the_circle(at))));
-    for (reports, from, to) in [(12, 10.0, 25.0), (2, 2.5, 5.0)] {
-        let [without, with] = [&without, &with].map(|all| error(&all[..reports], &models, from, to));
-        assert!(with < 0.7 * without, "{with} m, without velocities {without} m, {from} s");
+    for dynamics in dynamics() {
+        for (reports, from, to) in [(12, 10.0, 25.0), (2, 2.5, 5.0)] {
+            let [without, with] = [&without, &with].map(|all| error(&all[..reports], &dynamics, from, to));
+            assert!(with < 0.7 * without, "{with} m, without velocities {without} m, {from} s, {dynamics:?}");
+        }
     }
 }
 
 /// The velocity is also known from the positions: one that is wrong by 107 m/s does little, and one that is no number nothing.
 #[test]
 fn a_velocity_that_cannot_be_is_given_little_weight() {
-    let models = Models::default();
     let once = |wrong| round(move |at| (at == 15.0).then_some(wrong));
     let (without, wrong) = (round(|_| None), once(Vector2::new(90.0, -60.0)));
-    let (without_m, wrong_m) = (error(&without, &models, 10.0, 25.0), error(&wrong, &models, 10.0, 25.0));
-    assert!(wrong_m < without_m + 0.1, "{wrong_m} m, without {without_m} m");
-    let none = error(&once(Vector2::new(f64::NAN, 1.0)), &models, 10.0, 25.0);
-    assert_eq!(none.to_bits(), without_m.to_bits());
+    for dynamics in dynamics() {
+        let of = |measurements| error(measurements, &dynamics, 10.0, 25.0);
+        let (without_m, wrong_m) = (of(&without), of(&wrong));
+        assert!(wrong_m < without_m + 0.1, "{wrong_m} m, without {without_m} m, {dynamics:?}");
+        let none = of(&once(Vector2::new(f64::NAN, 1.0)));
+        assert_eq!(none.to_bits(), without_m.to_bits());
+    }
 }
 
 /// One that is seen first: its first velocity is known, and its climb is.
 #[test]
 fn a_target_that_tells_how_it_moves_is_known_from_its_first_report() {
-    let models = Models::default();
     let first = round(|at| Some(rate_on_the_circle(at)))[0];
-    let estimate = |climb| {
-        let mut track = Track::default();
-        track.measure(Time::from_nanos(i64::MIN), &[Measurement { climb, ..first }], &models);
-        track.at(seconds(1.0), &models).unwrap()
-    };
-    let climbing = estimate(Some((-3.0, 0.5)));
-    assert!((climbing.velocity - nalgebra::Vector3::new(0.0, 15.0, -3.0)).norm() < 1.5);
-    assert!((climbing.position.0.z - 47.0).abs() < 0.5, "{}", climbing.position.0.z);
-    assert_eq!(estimate(Some((f64::NAN, 0.5))), estimate(None));
+    for dynamics in dynamics() {
+        let estimate =
+            |climb| tracked(&[Measurement { climb, ..first }], &dynamics).at(seconds(1.0)).unwrap();
+        let climbing = estimate(Some((-3.0, 0.5)));
+        assert!((climbing.velocity - nalgebra::Vector3::new(0.0, 15.0, -3.0)).norm() < 1.5);
+        assert!((climbing.position.0.z - 47.0).abs() < 0.5, "{}", climbing.position.0.z);
+        assert_eq!(estimate(Some((f64::NAN, 0.5))), estimate(None));
+    }
 }

@@ -1,14 +1,13 @@
-//! One target's measurements in the order of their time: a filter forward, a smoother backward.
-//!
-//! What came late is put in its place and everything behind it is filtered anew, so that the order of arrival plays no part.
+//! What is measured of one target, and where it is by that.
 
 use nalgebra::{Matrix2, Vector2, Vector3};
 
-use super::height::{self, Height};
-use super::imm::{Bridge, Gaussian};
-use super::motion::Models;
-use super::plane::{self, Plane};
-use super::slow::{SlowChange, SlowError};
+use super::filter::Filter;
+use super::imm::Gaussian;
+use super::motion::{MODELS, Models};
+use super::singer::Singer;
+use super::slow::SlowError;
+use super::{height, plane};
 use crate::normalise::Enu;
 use crate::time::Time;
 
@@ -148,98 +147,11 @@ pub struct Estimate {
     pub until_s: Option<f64>,
 }
 
-/// A measurement and what is known with it.
-#[derive(Clone, Debug)]
-struct Node {
-    measurement: Measurement,
-    /// The radar track whose slow error is estimated, and that radar.
-    owner: Option<(Owner, RadarErrors)>,
-    plane: Plane,
-    height: Height,
-    /// How far the transponder has jumped from where the motion led, metres over ground: it is wrong now, or was before.
-    jumped: Vector2<f64>,
-    /// From the node before; `None` for the first.
-    bridges: Option<(Bridge<{ plane::STATES }>, Bridge<{ height::STATES }>)>,
-}
-
-/// The filter of one target.
-#[derive(Clone, Debug, Default)]
-pub struct Track {
-    nodes: Vec<Node>,
-}
-
-/// A transponder further from where the motion led (squared Mahalanobis distance) has not flown there: turns and stops stay
-/// below half of it.
-const LEAP: f64 = 100.0;
-/// A receiver's false place is forgotten to 1/e in this time, seconds.
-const JUMP_LASTS_S: f64 = 30.0;
-/// A position, velocity or climb further off than this is given less weight (squared Mahalanobis distance).
-const FAR: f64 = 16.0;
-
-impl Track {
-    /// Brings the measurements after `since` to these, which are in order of time; those before stay. What did not change
-    /// is not filtered again.
-    pub fn measure(&mut self, since: Time, measurements: &[Measurement], models: &Models) {
-        let old = self.nodes.partition_point(|node| node.measurement.time <= since);
-        let same = self.nodes[old..]
-            .iter()
-            .zip(measurements)
-            .take_while(|(node, measurement)| node.measurement == **measurement)
-            .count();
-        self.nodes.truncate(old + same);
-        for measurement in &measurements[same..] {
-            let node = match self.nodes.last() {
-                None => Node::first(*measurement),
-                Some(last) => last.next(*measurement, models),
-            };
-            self.nodes.push(node);
-        }
-    }
-
-    /// Forgets what lies before the last measurement up to `time`.
-    pub fn forget_before(&mut self, time: Time) {
-        let keep = self.nodes.partition_point(|node| node.measurement.time <= time).saturating_sub(1);
-        self.nodes.drain(..keep);
-    }
-
-    /// When the newest was.
-    pub fn newest(&self) -> Option<Time> {
-        self.nodes.last().map(|node| node.measurement.time)
-    }
-
-    /// Where the target is at `time`, from everything measured before and after; `None` before its first measurement.
-    pub fn at(&self, time: Time, models: &Models) -> Option<Estimate> {
-        let behind = self.nodes.partition_point(|node| node.measurement.time <= time);
-        let before = &self.nodes[behind.checked_sub(1)?];
-        let since_s = time.seconds_since(before.measurement.time);
-        let (plane, _, height_here, _) = before.ahead(since_s, models);
-        let plane_here = plane.combined();
-        let Some(next) = self.nodes.get(behind) else {
-            return Some(Estimate::of(&plane_here, &height_here, before.jumped, since_s, None));
-        };
-        // Back from the newest to the next one.
-        let last = self.nodes.last()?;
-        let (mut plane_after, mut height_after) = (last.plane.combined(), last.height);
-        for pair in self.nodes[behind..].windows(2).rev() {
-            let Some((plane_bridge, height_bridge)) = &pair[1].bridges else { continue };
-            plane_after = pair[0].plane.combined().smoothed(plane_bridge, &plane_after);
-            height_after = pair[0].height.smoothed(height_bridge, &height_after);
-        }
-        // And from there to here.
-        let until_s = next.measurement.time.seconds_since(time);
-        let here = Node { plane, height: height_here, ..before.clone() };
-        let (_, plane_bridge, _, height_bridge) = here.ahead_to(next, until_s, models);
-        let plane = plane_here.smoothed(&plane_bridge, &plane_after);
-        let height = height_here.smoothed(&height_bridge, &height_after);
-        let jumped = if next.jumped.norm() > before.jumped.norm() { next.jumped } else { before.jumped };
-        Some(Estimate::of(&plane, &height, jumped, since_s, Some(until_s)))
-    }
-}
-
 impl Estimate {
-    fn of(
-        plane: &Gaussian<{ plane::STATES }>,
-        height: &Height,
+    /// Of a state over ground and one above it. `jumped`: see [`super::filter`].
+    pub(super) fn of<const P: usize, const H: usize>(
+        plane: &Gaussian<P>,
+        height: &Gaussian<H>,
         jumped: Vector2<f64>,
         since_s: f64,
         until_s: Option<f64>,
@@ -261,128 +173,64 @@ impl Estimate {
     }
 }
 
-type Ahead = (Plane, Bridge<{ plane::STATES }>, Height, Bridge<{ height::STATES }>);
+/// How targets are taken to move.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Dynamics {
+    /// Interacting multiple models: straight on, disturbed little or much, and turns.
+    Imm(Models),
+    /// One model, with an acceleration that lasts for a while.
+    Singer(Singer),
+}
 
-impl Node {
-    fn first(measurement: Measurement) -> Self {
-        let place = measurement.position.0.xy();
-        let up = measurement.position.0.z;
-        let (spread, deviation_m, owner) = match &measurement.by {
-            By::Transponder { horizontal_m, vertical_m } => {
-                (Matrix2::identity() * (horizontal_m * horizontal_m), *vertical_m, None)
-            }
-            By::Radar { owner, seen, errors, .. } => (
-                plane::plot_spread(seen, errors),
-                errors.fast_height_m.hypot(errors.slow_height_m),
-                Some((*owner, *errors)),
-            ),
-        };
-        let radar = owner.as_ref().map(|(_, errors)| SlowError::of(errors));
-        let radar = radar.as_ref();
-        let height = measurement.height_measured.then_some((up, deviation_m));
-        let mut node = Self {
-            owner,
-            plane: plane::first(place, spread, radar),
-            height: height::first(height, up, radar),
-            jumped: Vector2::zeros(),
-            bridges: None,
-            measurement,
-        };
-        let (plane, height) = (node.plane.combined(), node.height);
-        node.observe_motion(&plane, &height);
-        node
+/// The filter of one target.
+#[derive(Clone, Debug)]
+pub struct Track(Kind);
+
+#[derive(Clone, Debug)]
+enum Kind {
+    Imm(Filter<Models, { plane::STATES }, MODELS, { height::STATES }>),
+    Singer(Filter<Singer, { plane::STATES_SINGER }, 1, { height::STATES_SINGER }>),
+}
+
+impl Track {
+    /// Of a target of which nothing was measured.
+    pub fn new(dynamics: &Dynamics) -> Self {
+        Self(match *dynamics {
+            Dynamics::Imm(models) => Kind::Imm(Filter::new(models)),
+            Dynamics::Singer(singer) => Kind::Singer(Filter::new(singer)),
+        })
     }
 
-    /// The state `dt` seconds ahead, without a measurement.
-    fn ahead(&self, dt: f64, models: &Models) -> Ahead {
-        let slow = self.owner.map_or(SlowChange::NONE, |(_, radar)| SlowChange::after(&radar, dt));
-        self.moved(dt, &slow, models)
-    }
-
-    /// The state where the next measurement is.
-    fn ahead_to(&self, next: &Self, dt: f64, models: &Models) -> Ahead {
-        let same = self.owner.map(|(owner, _)| owner) == next.owner.map(|(owner, _)| owner);
-        let slow = match (&next.owner, &next.measurement.by) {
-            (_, By::Radar { known, .. }) if !same => SlowChange::anew(*known),
-            (Some((_, radar)), _) => SlowChange::after(radar, dt),
-            (None, _) => SlowChange::NONE,
-        };
-        self.moved(dt, &slow, models)
-    }
-
-    fn moved(&self, dt: f64, slow: &SlowChange, models: &Models) -> Ahead {
-        let motions = plane::motions(&models.each, dt, slow);
-        let (plane, plane_bridge) = self.plane.predicted(&motions, &models.switch(dt));
-        let height_bridge = self.height.predicted(&height::motion(dt, slow));
-        (plane, plane_bridge, height_bridge.predicted, height_bridge)
-    }
-
-    fn next(&self, measurement: Measurement, models: &Models) -> Self {
-        let dt = measurement.time.seconds_since(self.measurement.time);
-        let owner = match measurement.by {
-            By::Transponder { .. } => self.owner,
-            By::Radar { owner, errors, .. } => Some((owner, errors)),
-        };
-        let jumped = self.jumped * (-dt / JUMP_LASTS_S).exp();
-        let mut node =
-            Self { measurement, owner, plane: self.plane, height: self.height, jumped, bridges: None };
-        let (plane, mut plane_bridge, height, height_bridge) = self.ahead_to(&node, dt, models);
-        node.plane = plane;
-        node.height = height;
-        node.leap(&mut plane_bridge.predicted);
-        node.observe(&plane_bridge.predicted);
-        node.observe_motion(&plane_bridge.predicted, &height);
-        node.bridges = Some((plane_bridge, height_bridge));
-        node
-    }
-
-    /// A transponder that is far from where the motion led has jumped: its receiver takes a reflection for a satellite, or
-    /// no longer does. That says nothing of the speed.
-    fn leap(&mut self, predicted: &mut Gaussian<{ plane::STATES }>) {
-        let By::Transponder { horizontal_m, .. } = self.measurement.by else { return };
-        let place = self.measurement.position.0.xy();
-        let here = plane::fix(place, horizontal_m);
-        let distance = predicted.distance(&here);
-        if distance <= LEAP {
-            return;
-        }
-        let away = place - predicted.mean.fixed_rows::<2>(0);
-        self.jumped += away;
-        let spread = away * away.transpose();
-        plane::spread(predicted, &spread);
-        self.plane.parts.iter_mut().for_each(|part| plane::spread(part, &spread));
-    }
-
-    fn observe(&mut self, predicted: &Gaussian<{ plane::STATES }>) {
-        let Measurement { position, height_measured, by, .. } = &self.measurement;
-        let place = position.0.xy();
-        let (mut over_ground, (deviation_m, slow)) = match by {
-            By::Transponder { horizontal_m, vertical_m } => {
-                (plane::fix(place, *horizontal_m), (*vertical_m, false))
-            }
-            By::Radar { seen, errors, .. } => {
-                (plane::plot(place, seen, errors), (errors.fast_height_m, true))
-            }
-        };
-        let distance = predicted.distance(&over_ground);
-        if distance > FAR {
-            over_ground.noise *= distance / FAR;
-        }
-        self.plane.observe(&over_ground);
-        if *height_measured {
-            self.height.observe(&height::height(position.0.z, deviation_m, slow));
+    /// Brings the measurements after `since` to these, which are in order of time; those before stay. What did not change
+    /// is not filtered again.
+    pub fn measure(&mut self, since: Time, measurements: &[Measurement]) {
+        match &mut self.0 {
+            Kind::Imm(filter) => filter.measure(since, measurements),
+            Kind::Singer(filter) => filter.measure(since, measurements),
         }
     }
 
-    /// Takes in what is told of the motion. How far off it is goes by what was known without this measurement's position,
-    /// which may be the one that is wrong.
-    fn observe_motion(&mut self, plane: &Gaussian<{ plane::STATES }>, height: &Height) {
-        let Measurement { velocity, climb, .. } = self.measurement;
-        if let Some((velocity, deviation)) = velocity.filter(|(v, _)| v.iter().all(|rate| rate.is_finite())) {
-            self.plane.observe(&plane.bounded(plane::velocity(velocity, deviation), FAR));
+    /// Forgets what lies before the last measurement up to `time`.
+    pub fn forget_before(&mut self, time: Time) {
+        match &mut self.0 {
+            Kind::Imm(filter) => filter.forget_before(time),
+            Kind::Singer(filter) => filter.forget_before(time),
         }
-        if let Some((climb, deviation)) = climb.filter(|(climb, _)| climb.is_finite()) {
-            self.height.observe(&height.bounded(height::climb(climb, deviation), FAR));
+    }
+
+    /// When the newest was.
+    pub fn newest(&self) -> Option<Time> {
+        match &self.0 {
+            Kind::Imm(filter) => filter.newest(),
+            Kind::Singer(filter) => filter.newest(),
+        }
+    }
+
+    /// Where the target is at `time`, from everything measured before and after; `None` before its first measurement.
+    pub fn at(&self, time: Time) -> Option<Estimate> {
+        match &self.0 {
+            Kind::Imm(filter) => filter.at(time),
+            Kind::Singer(filter) => filter.at(time),
         }
     }
 }

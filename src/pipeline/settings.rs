@@ -1,7 +1,7 @@
 //! What the engine is told once, from the configuration.
 
-use crate::config::{Config, Profile, Registration, Sensor, SensorKind};
-use crate::estimation::{Models, RadarErrors};
+use crate::config::{Config, Motion, Profile, Registration, Sensor, SensorKind};
+use crate::estimation::{Dynamics, Models, RadarErrors, Singer};
 use crate::fusion::operational::{self, Mode, Radar, Transponder};
 use crate::fusion::{Gate, Settings, SlotGrid};
 use crate::normalise::{Geodetic, Normaliser};
@@ -76,6 +76,9 @@ fn operational(config: &Config, normaliser: &Normaliser) -> operational::Setting
         radars: config.sensors.iter().map(radar).collect(),
         transponders: config.sensors.iter().map(transponder).collect(),
         max_gap_ns: 8_000_000_000,
-        motion: Models::default(),
+        motion: match config.fusion.motion {
+            Motion::Imm => Dynamics::Imm(Models::default()),
+            Motion::Singer => Dynamics::Singer(Singer::default()),
+        },
     }
 }

@@ -150,7 +150,7 @@ impl Operational {
                 && target.on_curve(moment.time, settings).is_none()
         };
         let lost = self.targets.iter().filter(|(_, target)| is_lost(target));
-        lost.filter_map(|(&id, target)| Some((id, target.estimate(moment.time, settings)?)))
+        lost.filter_map(|(&id, target)| Some((id, target.estimate(moment.time)?)))
             .filter(|(_, estimate)| estimate.deviation_m() < LOST_M)
             .collect()
     }
@@ -203,7 +203,7 @@ impl Operational {
         for id in new {
             let target = TargetId(self.next_target);
             self.next_target += 1;
-            self.targets.insert(target, Target::new(moment.time));
+            self.targets.insert(target, Target::new(moment.time, settings));
             self.join(id, Some(target));
             // From the beginning of the radar track.
             let tracklet = self.tracklets.get(&id);

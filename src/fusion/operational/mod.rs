@@ -165,7 +165,7 @@ impl Operational {
             let id = *self.by_identity.entry(fix.identity).or_insert_with(|| {
                 let id = TargetId(self.next_target);
                 self.next_target += 1;
-                self.targets.insert(id, Target::new(fix.time));
+                self.targets.insert(id, Target::new(fix.time, settings));
                 id
             });
             self.targets.entry(id).and_modify(|target| target.hear(fix));

@@ -45,7 +45,7 @@ impl Operational {
                 target.see(&plot, settings);
             }
             let seen = tracklet.and_then(|tracklet| tracklet.last_before(moment.end));
-            let Some(estimate) = target.estimate(moment.time, settings) else { continue };
+            let Some(estimate) = target.estimate(moment.time) else { continue };
             let is_told = target.on_curve(moment.time, settings).is_some();
             if !is_told && !is_known(target, &estimate, settings) {
                 continue;

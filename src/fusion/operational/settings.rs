@@ -1,6 +1,6 @@
 //! What the `operational` profile is told once.
 
-use crate::estimation::{Models, RadarErrors};
+use crate::estimation::{Dynamics, RadarErrors};
 use crate::normalise::{Enu, SensorIndex};
 
 /// The sensors as their data sheets have them, and the rules' numbers.
@@ -13,7 +13,7 @@ pub struct Settings {
     /// A transponder is not compared with radar tracks between two reports further apart, nanoseconds.
     pub max_gap_ns: i64,
     /// How drones move.
-    pub motion: Models,
+    pub motion: Dynamics,
 }
 
 impl Settings {

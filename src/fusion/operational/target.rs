@@ -153,12 +153,12 @@ impl Transponder {
 }
 
 impl Target {
-    pub(super) fn new(newest: Time) -> Self {
+    pub(super) fn new(newest: Time, settings: &Settings) -> Self {
         Self {
             transponder: None,
             tracklet: None,
             radar: None,
-            filter: Track::default(),
+            filter: Track::new(&settings.motion),
             number: None,
             newest,
         }
@@ -238,7 +238,7 @@ impl Target {
         }
         // Stable: of one time, the transponder comes first.
         measurements.sort_by_key(|measurement| measurement.time);
-        self.filter.measure(since, &measurements, &settings.motion);
+        self.filter.measure(since, &measurements);
         self.newest = self.newest.max(self.filter.newest().unwrap_or(self.newest));
     }
 
@@ -255,8 +255,8 @@ impl Target {
     }
 
     /// Where it is.
-    pub(super) fn estimate(&self, time: Time, settings: &Settings) -> Option<Estimate> {
-        self.filter.at(time, &settings.motion)
+    pub(super) fn estimate(&self, time: Time) -> Option<Estimate> {
+        self.filter.at(time)
     }
 }
 
