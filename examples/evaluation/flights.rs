@@ -3,6 +3,7 @@
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
+use utm_fusion::config::Motion;
 use utm_fusion::simulate::Scenario;
 
 pub type Failure = Box<dyn Error + Send + Sync>;
@@ -20,6 +21,8 @@ const DEGRADED_SEEDS: u64 = 20;
 pub struct Flight {
     pub row: Row,
     pub source: Source,
+    /// How the operational profile takes aircraft to move.
+    pub motion: Motion,
 }
 
 /// What the tables have rows for.
@@ -78,6 +81,7 @@ pub fn of_scenario(row: &Row, scenario: &Scenario, seeds: u64, scored_from_s: f6
     let flight = |seed| Flight {
         row: row.clone(),
         source: Source::Simulated { scenario: Box::new(scenario.clone()), seed, scored_from_s },
+        motion: Motion::default(),
     };
     (1..=seeds).map(flight).collect()
 }
@@ -92,14 +96,14 @@ pub fn recorded(recordings: &Path) -> Vec<Flight> {
     let trial = recordings.join("drone-trial");
     let mut flights = Vec::new();
     for name in RECORDINGS.into_iter().filter(|_| trial.is_dir()) {
-        let recorded =
-            |version, degraded_by| Source::Recorded { directory: trial.join(name), version, degraded_by };
-        flights.push(Flight { row: Row::Clean(name), source: recorded("", None) });
-        flights.push(Flight { row: Row::Prepared(name), source: recorded("degraded", None) });
-        flights.extend(
-            (1..=DEGRADED_SEEDS)
-                .map(|seed| Flight { row: Row::Degraded(name), source: recorded("", Some(seed)) }),
-        );
+        let recorded = |row, version, degraded_by| Flight {
+            row,
+            source: Source::Recorded { directory: trial.join(name), version, degraded_by },
+            motion: Motion::default(),
+        };
+        flights.push(recorded(Row::Clean(name), "", None));
+        flights.push(recorded(Row::Prepared(name), "degraded", None));
+        flights.extend((1..=DEGRADED_SEEDS).map(|seed| recorded(Row::Degraded(name), "", Some(seed))));
     }
     flights
 }

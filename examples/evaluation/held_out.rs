@@ -1,6 +1,7 @@
 //! Scenarios that nothing was tuned on: shipped ones with other parameters, and other flights (another name is another
-//! stream of chance).
+//! stream of chance). Of two the profile's model of motion is what is changed.
 
+use utm_fusion::config::Motion;
 use utm_fusion::simulate::{Scenario, Span};
 
 use crate::flights::{self, Failure, Flight, Row};
@@ -15,11 +16,14 @@ pub struct Variant {
     change: fn(&mut Scenario),
 }
 
+/// The names of those that are flown by the Singer model.
+const SINGER: [&str; 2] = ["singer", "singer-gaps"];
+
 /// Birds that look like drones; their names are asked for, too.
 pub const BIRDS: [&str; 2] = ["crossing-birds-half", "dense-birds-half"];
 
 /// In the order of the table.
-pub const VARIANTS: [Variant; 11] = [
+pub const VARIANTS: [Variant; 13] = [
     Variant {
         name: "track-azimuth-0.8",
         base: "crossing",
@@ -73,6 +77,8 @@ pub const VARIANTS: [Variant; 11] = [
         base: "crossing",
         change: |scenario| scenario.radars[0].bias_range_m = 15.0,
     },
+    Variant { name: SINGER[0], base: "crossing", change: |_| {} },
+    Variant { name: SINGER[1], base: "gaps", change: |_| {} },
 ];
 
 fn birds_half(scenario: &mut Scenario) {
@@ -88,7 +94,10 @@ pub fn flights() -> Result<Vec<Flight>, Failure> {
         let mut scenario = flights::scenario(base)?;
         name.clone_into(&mut scenario.name);
         change(&mut scenario);
-        all.extend(flights::of_scenario(&Row::HeldOut(name), &scenario, SEEDS, 0.0));
+        let mut flights = flights::of_scenario(&Row::HeldOut(name), &scenario, SEEDS, 0.0);
+        let motion = if SINGER.contains(&name) { Motion::Singer } else { Motion::default() };
+        flights.iter_mut().for_each(|flight| flight.motion = motion);
+        all.extend(flights);
     }
     Ok(all)
 }

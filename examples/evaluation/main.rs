@@ -5,7 +5,7 @@
 //! cargo run --release --example evaluation -- --quick --seeds 6 --scenario crossing --scenario gaps
 //! ```
 //!
-//! `--quick` writes nothing: it prints a line a scenario of the `operational` profile.
+//! `--quick` writes nothing: it prints a line a scenario of the `operational` profile; with `--motion singer` by that model.
 //!
 //! The real flights are recordings that are not part of the project: `--recordings DIR` (or `UTM_FUSION_SHARED_DATA`)
 //! names the folder that holds `drone-trial/`. Without them their section is taken over from the file as it stands.
@@ -27,7 +27,7 @@ mod table;
 use std::path::PathBuf;
 
 use clap::Parser;
-use utm_fusion::config::Profile;
+use utm_fusion::config::{Motion, Profile};
 
 use crate::demands::Apart;
 use crate::flights::{CITY, Failure, SCENARIOS};
@@ -48,6 +48,9 @@ struct Args {
     /// Only this scenario, with --quick; repeat for more.
     #[arg(long, requires = "quick", value_name = "NAME", value_parser = SCENARIOS)]
     scenario: Vec<String>,
+    /// How aircraft are taken to move, with --quick: imm (default) or singer.
+    #[arg(long, requires = "quick")]
+    motion: Option<Motion>,
     /// Seeds of each scenario; by default 20, with --quick 4.
     #[arg(long)]
     seeds: Option<u64>,
@@ -80,6 +83,8 @@ fn quick(args: &Args) -> Result<(), Failure> {
     for name in SCENARIOS.into_iter().filter(is_wanted) {
         flights.extend(flights::simulated(name, seeds)?);
     }
+    let motion = args.motion.unwrap_or_default();
+    flights.iter_mut().for_each(|flight| flight.motion = motion);
     print!("{}", quick::table(&score::score(&flights, args.threads)?));
     Ok(())
 }

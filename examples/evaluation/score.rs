@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use utm_fusion::areas::Masks;
-use utm_fusion::config::{Config, Profile, SensorKind};
+use utm_fusion::config::{Config, Motion, Profile, SensorKind};
 use utm_fusion::evaluate::{
     Alone, Drone, Evaluation, Label, Labels, Place, Score, Scored, Settings, TrueTrack, Truth, evaluate,
     output, read,
@@ -98,12 +98,13 @@ fn of_flight(flight: &Flight) -> Result<Scores, Failure> {
                 truth: &truth,
                 labels: &labels,
                 config: &simulation.config,
+                motion: flight.motion,
                 delay_s: Some((late.low + late.high) / 2.0),
             };
             known.scores(&flight.row, || simulation.receptions().map(Ok))
         }
         Source::Recorded { directory, version, degraded_by } => {
-            recorded(&flight.row, directory, version, *degraded_by)
+            recorded(flight, directory, version, *degraded_by)
         }
     }
 }
@@ -119,7 +120,12 @@ fn receivers(id: &str) -> BTreeSet<String> {
 }
 
 /// A real flight, its transponder as it is or made worse.
-fn recorded(row: &Row, directory: &Path, version: &str, degraded_by: Option<u64>) -> Result<Scores, Failure> {
+fn recorded(
+    flight: &Flight,
+    directory: &Path,
+    version: &str,
+    degraded_by: Option<u64>,
+) -> Result<Scores, Failure> {
     let octets = |name: &str| std::fs::read(directory.join(name));
     let config = Config::load(directory.join(version).join("site.toml"))?;
     let truth = Truth::new(read::truth("truth.csv", "truth", &octets("truth.csv")?)?);
@@ -133,8 +139,9 @@ fn recorded(row: &Row, directory: &Path, version: &str, degraded_by: Option<u64>
     if let Some(seed) = degraded_by {
         receptions = degraded(receptions, seed);
     }
-    let known = Known { truth: &truth, labels: &labels, config: &config, delay_s: None };
-    known.scores(row, || receptions.iter().cloned().map(Ok))
+    let motion = flight.motion;
+    let known = Known { truth: &truth, labels: &labels, config: &config, motion, delay_s: None };
+    known.scores(&flight.row, || receptions.iter().cloned().map(Ok))
 }
 
 /// What is known of a flight besides what was received.
@@ -142,6 +149,7 @@ struct Known<'a> {
     truth: &'a Truth,
     labels: &'a Labels,
     config: &'a Config,
+    motion: Motion,
     /// How late its transponders stamp their reports, seconds, mean.
     delay_s: Option<f64>,
 }
@@ -160,6 +168,7 @@ impl Known<'_> {
         let profile = |profile| {
             let mut config = self.config.clone();
             config.fusion.profile = profile;
+            config.fusion.motion = self.motion;
             config
         };
         let reference = under(&profile(Profile::Reference))?;
