@@ -204,6 +204,9 @@ fn row(track: &Track, now: Time) -> String {
         Source::Fused(_, _, Association { distance_m, because: Because::Likelihood { score } }) => {
             format!("{distance_m:.1} m, log-likelihood ratio {score:.0}")
         }
+        Source::Fused(_, _, Association { distance_m, because: Because::Manual { .. } }) => {
+            format!("{distance_m:.1} m, decided by hand")
+        }
         _ if track.time < now => format!("last {:.2} s ago", now.seconds_since(track.time)),
         _ => String::new(),
     };

@@ -3,12 +3,12 @@
 //! Sans-IO: no clock, no socket, no randomness. [`Engine::advance`] first, drained; then [`Engine::handle`].
 
 use super::numbering::{Given, Numbers};
-use super::operational::{self, Operational, Registered};
+use super::operational::{self, Decision, Held, Operational, Registered, Undecided};
 use super::point::Emission;
 use super::reference::Reference;
 use super::settings::Settings;
 use super::slots::{Slot, Window};
-use crate::normalise::{Report, SensorIndex};
+use crate::normalise::{Identity, Report, SensorIndex};
 use crate::registration::{State, StateError};
 use crate::time::Time;
 
@@ -21,6 +21,18 @@ pub struct Engine {
     newest: Option<Slot>,
     rules: Rules,
     numbers: Numbers,
+    plan: Plan,
+}
+
+/// What was decided in a flight that is replayed.
+#[derive(Debug, Default)]
+struct Plan {
+    /// By slot, those of one slot in their order.
+    decisions: Vec<(Slot, Decision)>,
+    /// The first slot of the replay.
+    first: Option<Slot>,
+    /// Decisions on what never was there.
+    missed: u64,
 }
 
 /// What is put out for a slot is the profile's to say.
@@ -58,6 +70,7 @@ impl Engine {
             newest: None,
             rules: Rules::new(&settings),
             numbers: Numbers::new(settings.transponder_numbers.clone()),
+            plan: Plan::default(),
             settings,
         }
     }
@@ -159,11 +172,7 @@ impl Engine {
 
     /// What is known of each radar's registration; nothing in the `reference` profile.
     pub fn registered(&self) -> impl Iterator<Item = (SensorIndex, &Registered)> {
-        let operational = match &self.rules {
-            Rules::Operational(operational, _) => Some(operational),
-            Rules::Reference(_) => None,
-        };
-        operational.into_iter().flat_map(|operational| operational.registered())
+        self.operational().into_iter().flat_map(Operational::registered)
     }
 
     /// Takes over what was known of a radar's registration in an earlier life; whether it did. The `reference` profile knows
@@ -183,8 +192,57 @@ impl Engine {
         self.numbers.remember(given)
     }
 
+    /// An operator's word; it counts from the next slot on, until the radar's track number ends.
+    ///
+    /// # Errors
+    /// The profile knows no decisions, or the radar track or the transponder is not there.
+    pub fn decide(&mut self, decision: Decision) -> Result<(), Undecided> {
+        match (&mut self.rules, self.clock) {
+            (Rules::Reference(_), _) => Err(Undecided::Reference),
+            (Rules::Operational(..), None) => Err(Undecided::NoRadarTrack),
+            (Rules::Operational(operational, profile), Some(clock)) => {
+                operational.decide(decision, clock.next, profile)
+            }
+        }
+    }
+
+    /// What was decided in a flight that is replayed, each with its slot: it counts from that slot on, as it did then. What
+    /// was decided before the replay begins counts as soon as the radar track is there, within a window's length.
+    pub fn plan(&mut self, mut decisions: Vec<(Slot, Decision)>) {
+        decisions.sort_by_key(|planned| planned.0);
+        self.plan.decisions = decisions;
+    }
+
+    /// Decisions of the plan that were about what was not there.
+    pub fn missed(&self) -> u64 {
+        self.plan.missed
+    }
+
+    /// The decisions that are in force, by radar track.
+    pub fn decisions(&self) -> Vec<Held> {
+        self.operational().map_or_else(Vec::new, Operational::decisions)
+    }
+
+    /// The transponders that something can be decided of; none in the `reference` profile.
+    pub fn transponders(&self) -> impl Iterator<Item = Identity> {
+        self.operational().into_iter().flat_map(Operational::transponders)
+    }
+
+    /// Whether the profile knows decisions.
+    pub fn knows_decisions(&self) -> bool {
+        self.operational().is_some()
+    }
+
+    fn operational(&self) -> Option<&Operational> {
+        match &self.rules {
+            Rules::Operational(operational, _) => Some(operational),
+            Rules::Reference(_) => None,
+        }
+    }
+
     fn start(&mut self, received: Time) {
         let next = self.settings.grid.of(received).plus(1 - self.settings.latency_slots);
+        self.plan.first.get_or_insert(next);
         self.clock = Some(Clock { now: received, received, next });
     }
 
@@ -196,6 +254,9 @@ impl Engine {
             now.inherit(*before);
         }
         self.start(received);
+        // Decisions ended with what they were about.
+        let next = self.next_slot();
+        self.plan.decisions.retain(|planned| Some(planned.0) >= next);
     }
 
     fn window(&self, emitted: Slot) -> Window {
@@ -215,7 +276,10 @@ impl Engine {
         let slot = clock.next;
         clock.next = slot.plus(1);
         let window = self.window(slot);
-        let Self { settings, rules, numbers, .. } = self;
+        let Self { settings, rules, numbers, plan, .. } = self;
+        if let Rules::Operational(operational, profile) = rules {
+            plan.carry_out(slot, settings.window_slots, operational, profile);
+        }
         let points = match rules {
             Rules::Reference(reference) => reference.emit(&window, settings, numbers),
             // Behind the last report of all nobody is extrapolated: a replay ends there, too.
@@ -225,6 +289,28 @@ impl Engine {
             }
         };
         Some(Emission { slot, time: self.settings.grid.centre(slot), points })
+    }
+}
+
+impl Plan {
+    /// What was decided for this slot, and what is still to be found.
+    fn carry_out(
+        &mut self,
+        slot: Slot,
+        window_slots: i64,
+        operational: &mut Operational,
+        profile: &operational::Settings,
+    ) {
+        let is_beginning = self.first.is_some_and(|first| slot < first.plus(window_slots));
+        let missed = &mut self.missed;
+        self.decisions.retain(|&(at, decision)| {
+            if at > slot {
+                return true;
+            }
+            let is_there = operational.decide(decision, at, profile).is_ok();
+            *missed += u64::from(!is_there && !is_beginning);
+            !is_there && is_beginning
+        });
     }
 }
 

@@ -21,6 +21,9 @@ pub use association::Evidence;
 pub use engine::{Due, Engine, Refused};
 pub use interpolation::{Knot, evaluate};
 pub use numbering::{Given, LARGEST as LARGEST_TRANSPONDER_NUMBER, Numbered, Numbers};
-pub use point::{Association, Basis, Because, Emission, Estimate, Point, RadarPart, Source, TransponderPart};
+pub use point::{
+    Association, Basis, Because, Competitor, Emission, Estimate, Point, RadarPart, Rival, Source,
+    TransponderPart,
+};
 pub use settings::{Gate, Settings};
 pub use slots::{RING, Slot, SlotGrid};

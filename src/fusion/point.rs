@@ -31,6 +31,8 @@ pub struct Point {
     pub source: Source,
     /// How it moves and how well that is known (`operational` profile).
     pub estimate: Option<Estimate>,
+    /// Who else its radar track or its transponder could be, the likeliest first (`operational` profile).
+    pub competitors: Vec<Competitor>,
 }
 
 /// How a point's aircraft moves and how well its place is known.
@@ -123,6 +125,38 @@ pub enum Because {
     Likelihood {
         /// The logarithm, natural, of how much better.
         score: f64,
+    },
+    /// An operator has said so (`operational` profile).
+    Manual {
+        /// What the measurements say, as for [`Because::Likelihood`]; `None` where the two were never near each other.
+        score: Option<f64>,
+    },
+}
+
+/// Who came near a point without being it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Competitor {
+    /// Who.
+    pub who: Rival,
+    /// The logarithm, natural, of how much better it explains the measurements that it is this point than that it is not.
+    pub score: f64,
+    /// An operator has said that it is not.
+    pub decorrelated: bool,
+}
+
+/// What could take a part of a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Rival {
+    /// A radar track that could be its transponder's.
+    Radar(RadarTrackKey),
+    /// A transponder that its radar track could be.
+    Transponder {
+        /// The sensor that received it last.
+        sensor: SensorIndex,
+        /// Its number, where it has one by now.
+        number: Option<u32>,
+        /// Who it is.
+        identity: Identity,
     },
 }
 

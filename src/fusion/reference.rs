@@ -139,6 +139,7 @@ impl Aircraft {
                     first_seen,
                     source: Source::Fused(RadarPart::of(detection), transponder, association),
                     estimate: None,
+                    competitors: Vec::new(),
                 });
             }
         }
@@ -150,6 +151,7 @@ impl Aircraft {
                 first_seen,
                 source: Source::Transponder(transponder),
                 estimate: None,
+                competitors: Vec::new(),
             });
         }
     }
@@ -177,6 +179,7 @@ fn radar_only(
         first_seen: settings.grid.centre(track.first_seen.unwrap_or(window.emitted)),
         source: Source::Radar(RadarPart::of(detection)),
         estimate: None,
+        competitors: Vec::new(),
     })
 }
 

@@ -11,7 +11,7 @@ use crate::time::Time;
 
 pub use accuracy::{Class, HORIZONTAL, SPEED, VERTICAL};
 pub use motion::Motion;
-pub use track_json::TrackJson;
+pub use track_json::{TrackJson, Who};
 
 /// A height that was measured some time before is shown while it is known to this, one standard deviation, metres; one that
 /// never was is known to 60 m at best (`estimation`).

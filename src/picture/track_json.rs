@@ -3,8 +3,10 @@
 use serde::Serialize;
 
 use super::{PictureMaker, Track};
-use crate::fusion::{self, RadarPart, Source, TransponderPart};
+use crate::fusion::operational::{JOIN, PART};
+use crate::fusion::{self, Competitor, RadarPart, Rival, Source, TransponderPart};
 use crate::json::rounded;
+use crate::normalise::Identity;
 
 /// Metres, degrees, RFC 3339 UTC; what is unknown is left out.
 #[derive(Clone, Debug, Serialize)]
@@ -74,6 +76,8 @@ enum Contributor<'a> {
         height_measured: bool,
         #[serde(flatten)]
         association: Option<Association>,
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        competitors: Vec<CompetitorJson<'a>>,
     },
     Transponder {
         sensor: &'a str,
@@ -82,8 +86,51 @@ enum Contributor<'a> {
         time: Option<String>,
         #[serde(skip_serializing_if = "Option::is_none")]
         weight: Option<f64>,
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        competitors: Vec<CompetitorJson<'a>>,
     },
 }
+
+/// Who else could have taken this part of the track: of a radar's a transponder, of a transponder's a radar track.
+#[derive(Clone, Debug, Serialize)]
+struct CompetitorJson<'a> {
+    sensor: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    track_number: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    uas_id: Option<Who>,
+    log_likelihood_ratio: f64,
+    /// An operator has said that it is not.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    decorrelated: bool,
+}
+
+/// A transponder by what it is told apart.
+#[derive(Clone, Debug, Serialize)]
+pub struct Who {
+    serial_number: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    registration_country: Option<String>,
+}
+
+impl Who {
+    /// Of that identity.
+    pub fn new(identity: Identity) -> Self {
+        Self {
+            serial_number: identity.serial().escape_ascii().to_string(),
+            registration_country: text(identity.country()),
+        }
+    }
+}
+
+/// From where on two begin to be one, and below which they part: logarithms of likelihood ratios.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Threshold {
+    join: f64,
+    part: f64,
+}
+
+const THRESHOLD: Threshold = Threshold { join: JOIN, part: PART };
 
 #[derive(Clone, Copy, Debug, Serialize)]
 struct Association {
@@ -95,8 +142,22 @@ struct Association {
 #[derive(Clone, Copy, Debug, Serialize)]
 #[serde(untagged)]
 enum Because {
-    Ratio { threshold_m: f64, ratio: f64, within: u32, co_present: u32 },
-    Likelihood { log_likelihood_ratio: f64 },
+    Ratio {
+        threshold_m: f64,
+        ratio: f64,
+        within: u32,
+        co_present: u32,
+    },
+    Likelihood {
+        log_likelihood_ratio: f64,
+        threshold: Threshold,
+    },
+    Manual {
+        manual: bool,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        log_likelihood_ratio: Option<f64>,
+        threshold: Threshold,
+    },
 }
 
 impl<'a> TrackJson<'a> {
@@ -129,7 +190,7 @@ impl<'a> TrackJson<'a> {
             uas_id: source.transponder().map(UasId::new),
             first_seen: track.point.first_seen.to_string(),
             last_measurement: motion.map(|motion| motion.last_measurement.to_string()),
-            contributors: contributors(source, maker),
+            contributors: contributors(source, &track.point.competitors, maker),
         }
     }
 }
@@ -162,7 +223,15 @@ impl UasId {
     }
 }
 
-fn contributors<'a>(source: &Source, maker: &'a PictureMaker) -> Vec<Contributor<'a>> {
+fn contributors<'a>(
+    source: &Source,
+    competitors: &[Competitor],
+    maker: &'a PictureMaker,
+) -> Vec<Contributor<'a>> {
+    let rivals = |of_radar: bool| {
+        let is_of = |rival: &&Competitor| matches!(rival.who, Rival::Transponder { .. }) == of_radar;
+        competitors.iter().filter(is_of).map(|rival| competitor(rival, maker)).collect()
+    };
     let radar = |part: &RadarPart, weight, association| Contributor::Radar {
         sensor: maker.sensor(part.track.sensor),
         track_number: part.track.number,
@@ -170,12 +239,14 @@ fn contributors<'a>(source: &Source, maker: &'a PictureMaker) -> Vec<Contributor
         weight,
         height_measured: part.height_measured,
         association,
+        competitors: rivals(true),
     };
     let transponder = |part: &TransponderPart, weight| Contributor::Transponder {
         sensor: maker.sensor(part.sensor),
         track_number: part.number,
         time: part.time.map(|time| time.to_string()),
         weight,
+        competitors: rivals(false),
     };
     match source {
         Source::Fused(radar_part, transponder_part, pair) => {
@@ -193,7 +264,14 @@ fn contributors<'a>(source: &Source, maker: &'a PictureMaker) -> Vec<Contributor
                 }
                 // Nothing is weighted by a fixed number.
                 fusion::Because::Likelihood { score } => {
-                    (Because::Likelihood { log_likelihood_ratio: rounded(score, 2) }, [None; 2])
+                    let log_likelihood_ratio = rounded(score, 2);
+                    (Because::Likelihood { log_likelihood_ratio, threshold: THRESHOLD }, [None; 2])
+                }
+                fusion::Because::Manual { score } => {
+                    let log_likelihood_ratio = score.map(|score| rounded(score, 2));
+                    let because =
+                        Because::Manual { manual: true, log_likelihood_ratio, threshold: THRESHOLD };
+                    (because, [None; 2])
                 }
             };
             let association = Association { distance_m: rounded(pair.distance_m, 3), because };
@@ -201,6 +279,20 @@ fn contributors<'a>(source: &Source, maker: &'a PictureMaker) -> Vec<Contributor
         }
         Source::Radar(part) => vec![radar(part, Some(1.0), None)],
         Source::Transponder(part) => vec![transponder(part, Some(1.0))],
+    }
+}
+
+fn competitor<'a>(rival: &Competitor, maker: &'a PictureMaker) -> CompetitorJson<'a> {
+    let (sensor, track_number, uas_id) = match rival.who {
+        Rival::Radar(track) => (track.sensor, Some(track.number.into()), None),
+        Rival::Transponder { sensor, number, identity } => (sensor, number, Some(Who::new(identity))),
+    };
+    CompetitorJson {
+        sensor: maker.sensor(sensor),
+        track_number,
+        uas_id,
+        log_likelihood_ratio: rounded(rival.score, 2),
+        decorrelated: rival.decorrelated,
     }
 }
 

@@ -167,6 +167,7 @@ impl Plain<'_> {
                         first_seen: centre(since.0),
                         source: Source::Fused(radar_part(plot), transponder, association),
                         estimate: None,
+                        competitors: Vec::new(),
                     },
                 ));
             }
@@ -178,7 +179,14 @@ impl Plain<'_> {
                 let source = Source::Transponder(transponder);
                 points.push((
                     2,
-                    Point { number, position: *point, first_seen: centre(since.0), source, estimate: None },
+                    Point {
+                        number,
+                        position: *point,
+                        first_seen: centre(since.0),
+                        source,
+                        estimate: None,
+                        competitors: Vec::new(),
+                    },
                 ));
             }
         }
@@ -199,6 +207,7 @@ impl Plain<'_> {
                         first_seen: centre(since.0),
                         source: Source::Radar(radar_part(plot)),
                         estimate: None,
+                        competitors: Vec::new(),
                     },
                 ));
             }

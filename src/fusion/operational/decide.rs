@@ -13,11 +13,11 @@ use crate::normalise::{Enu, Plot};
 use crate::time::{SECOND, Time};
 
 /// A radar track and a target become one from this logarithm of a likelihood ratio on,
-const JOIN: f64 = 6.0;
+pub const JOIN: f64 = 6.0;
 /// or from this on if it begins where a target must be that no sensor saw for a while: then it is that one or a new one;
 const FIND: f64 = 4.0;
 /// they stay so above this, if no other pair is better by
-const PART: f64 = -4.0;
+pub const PART: f64 = -4.0;
 /// this.
 const LOYALTY: f64 = 4.0;
 /// Log-odds that a radar track is a drone speak for its being any target, up to this.
@@ -59,6 +59,7 @@ impl Operational {
 
     /// Decides which radar track is which target, each radar by itself, each target once.
     pub(super) fn assign(&mut self, moment: &Moment, settings: &Settings) {
+        let decided = self.decided();
         for (sensor, radar) in settings.radars() {
             let lasting_ns = ((3.0 * radar.period_s * SECOND as f64) as i64)
                 .max(moment.end.nanos() - moment.begin.nanos());
@@ -74,6 +75,9 @@ impl Operational {
             for tracklet in self.tracklets.values().filter(lasts) {
                 let mut row = Vec::new();
                 for (target, score, found) in self.scores(tracklet, &lost, radar, moment, settings) {
+                    if !decided.leaves(tracklet, target) {
+                        continue;
+                    }
                     let (least, bonus) = match found {
                         _ if tracklet.target == Some(target) => (PART, LOYALTY),
                         true => (FIND, 0.0),
@@ -92,7 +96,7 @@ impl Operational {
             }
             let chosen = assign(&candidates, columns.len(), 0.0);
             for (id, column) in rows.into_iter().zip(chosen) {
-                self.join(id, column.map(|column| columns[column]));
+                self.join(id, decided.target(id).or(column.map(|column| columns[column])));
             }
         }
     }
@@ -187,16 +191,17 @@ impl Operational {
 
     /// Radar tracks that are no known target become one as soon as they are likely to be drones.
     pub(super) fn begin(&mut self, moment: &Moment, settings: &Settings) {
+        let decided = self.decided();
         let long_ago = |likely: Time| moment.time.nanos() - likely.nanos() >= HOLD_NS;
         let begins = |tracklet: &&Tracklet| {
             let is_drone = tracklet.existence().log_odds() >= existence::CONFIRMED;
             tracklet.target.is_none()
                 && (tracklet.first() < moment.end && tracklet.last() >= moment.time)
                 && is_drone
-                && tracklet
-                    .pairs
-                    .iter()
-                    .all(|(_, evidence)| evidence.score < 0.0 && evidence.likely.is_none_or(long_ago))
+                && tracklet.pairs.iter().all(|&(id, evidence)| {
+                    decided.are_apart(tracklet.id, id)
+                        || (evidence.score < 0.0 && evidence.likely.is_none_or(long_ago))
+                })
         };
         let new: Vec<TrackletId> =
             self.tracklets.values().filter(begins).map(|tracklet| tracklet.id).collect();

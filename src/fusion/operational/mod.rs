@@ -9,6 +9,7 @@
 mod decide;
 mod existence;
 mod flight;
+mod manual;
 mod output;
 mod pairing;
 mod registering;
@@ -26,6 +27,8 @@ use crate::time::{SECOND, Time};
 use target::Target;
 use tracklet::{TargetId, Tracklet, TrackletId};
 
+pub use decide::{JOIN, PART};
+pub use manual::{Decision, Held, Undecided, Verdict};
 pub use registering::{Registered, Step};
 pub use settings::{Mode, Radar, Settings, Transponder};
 
@@ -56,6 +59,8 @@ pub(super) struct Operational {
     names: BTreeMap<Identity, (u32, Slot)>,
     /// How each radar is set up.
     registered: BTreeMap<SensorIndex, Registered>,
+    /// What an operator has decided.
+    manual: manual::Manual,
 }
 
 /// The slot that is put out.
@@ -76,6 +81,11 @@ struct Moment {
 const DAWN: Time = Time::from_nanos(i64::MIN);
 /// Later than everything.
 const EVER: Time = Time::from_nanos(i64::MAX);
+
+/// After a pause of more than this a radar's track number is another track, nanoseconds.
+fn break_ns(radar: &Radar) -> i64 {
+    BREAK_NS.max((5.0 * radar.period_s * SECOND as f64) as i64)
+}
 
 impl Operational {
     /// Takes a report in.
@@ -106,6 +116,7 @@ impl Operational {
         let settings = &self.registered_settings(settings);
         self.sort_in(settings);
         self.forget(time);
+        self.end_decisions(time, settings);
         self.compare(&moment, settings);
         self.assign(&moment, settings);
         self.register(&moment, settings);
@@ -132,7 +143,7 @@ impl Operational {
             let Some(radar) = settings.radar(sensor) else { continue };
             let raw = plot.position;
             let plot = self.registered.get(&sensor).map_or(plot, |radar_is| radar_is.put_right(plot, radar));
-            let break_ns = BREAK_NS.max((5.0 * radar.period_s * SECOND as f64) as i64);
+            let break_ns = break_ns(radar);
             let ids = self.by_key.entry(plot.track).or_default();
             let belongs = |id: &&TrackletId| {
                 self.tracklets.get(id).is_some_and(|tracklet| {

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeSet;
 
+use nalgebra::Matrix2;
+
+use super::manual::Verdict;
 use super::settings::{Radar, Settings};
 use super::target::{Target, plot_deviation_m};
 use super::tracklet::Tracklet;
 use super::{Moment, Operational};
-use nalgebra::Matrix2;
-
 use crate::estimation::Estimate;
 use crate::fusion::numbering::Numbers;
 use crate::fusion::point::{self, Association, Basis, Because, Point, RadarPart, Source, TransponderPart};
@@ -23,7 +24,6 @@ const BETTER: f64 = 0.7;
 const WORSE: f64 = 1.1;
 /// and this much, metres.
 const WORSE_M: f64 = 10.0;
-
 /// and no longer than this after its last plot, seconds: where it goes nobody tells.
 const COAST_S: f64 = 2.0;
 
@@ -36,7 +36,8 @@ impl Operational {
         settings: &Settings,
         numbers: &mut Numbers,
     ) -> Vec<Point> {
-        let Self { targets, tracklets, numbers_in_use, names, .. } = self;
+        let mut competitors = self.competitors(moment);
+        let Self { targets, tracklets, numbers_in_use, names, manual, .. } = self;
         let mut points = Vec::new();
         for (&id, target) in targets {
             let tracklet = target.tracklet.and_then(|id| tracklets.get(&id));
@@ -58,10 +59,16 @@ impl Operational {
                     continue;
                 }
             }
-            let score = tracklet.map_or(0.0, |tracklet| tracklet.score(id));
-            let source = source(target, plot.as_ref(), score, &estimate, moment, settings);
-            let Some(source) = source else { continue };
             let identity = target.transponder.as_ref().map(|transponder| transponder.identity);
+            let score = tracklet.and_then(|tracklet| tracklet.score(id));
+            let verdict =
+                tracklet.zip(identity).map(|(tracklet, identity)| manual.verdict(tracklet.id, identity));
+            let because = match verdict {
+                Some(Verdict::Correlated) => Because::Manual { score },
+                _ => Because::Likelihood { score: score.unwrap_or(0.0) },
+            };
+            let source = source(target, plot.as_ref(), because, &estimate, moment, settings);
+            let Some(source) = source else { continue };
             let known = identity.and_then(|identity| names.get(&identity).copied());
             let (number, since) = target.number.or(known).unwrap_or_else(|| {
                 let number = first_number(&source, numbers_in_use);
@@ -76,6 +83,7 @@ impl Operational {
                 first_seen: grid.centre(since),
                 source,
                 estimate: Some(shown(target, &estimate, seen, moment, settings)),
+                competitors: competitors.remove(&id).unwrap_or_default(),
             });
         }
         points.sort_by_key(|point| (point.source.rank(), point.number));
@@ -105,11 +113,11 @@ fn is_known(target: &Target, estimate: &Estimate, settings: &Settings) -> bool {
     estimate.deviation_m() <= limit_m && !coasts
 }
 
-/// Who takes part now; where nobody does, who did last. `score`: how surely the radar track is this target.
+/// Who takes part now; where nobody does, who did last. `because`: why the radar track is this target.
 fn source(
     target: &Target,
     plot: Option<&Plot>,
-    score: f64,
+    because: Because,
     estimate: &Estimate,
     moment: &Moment,
     settings: &Settings,
@@ -121,7 +129,6 @@ fn source(
         (Some(transponder), Some((plot, radar))) => {
             let curve = target.on_curve(plot.time, settings).map(|curve| curve.position);
             let distance_m = (plot.position.0 - curve.unwrap_or(estimate.position).0).norm();
-            let because = Because::Likelihood { score };
             Source::Fused(radar, transponder, Association { distance_m, because })
         }
         (Some(transponder), None) => Source::Transponder(transponder),

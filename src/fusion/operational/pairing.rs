@@ -82,6 +82,17 @@ struct Axis {
 }
 
 impl Evidence {
+    /// How much better it explains the plots so far that they are one than that they are not: logarithm, natural, with what
+    /// the size of the offset says against it; `None` where nothing was compared.
+    pub(super) fn weight(&self) -> Option<f64> {
+        self.expected.map(|_| self.score - self.strain)
+    }
+
+    /// Whether the plots have said all that they can say against it.
+    pub(super) fn is_refuted(&self) -> bool {
+        self.score <= -MOST
+    }
+
     /// The slow error as known now, for a plot at this distance over ground, `dt` seconds later; `None`: nothing is known.
     pub(super) fn slow_error(&self, range_m: f64, dt: f64, errors: &RadarErrors) -> Option<SlowError> {
         let axes = self.expected?;

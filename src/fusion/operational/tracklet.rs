@@ -146,10 +146,10 @@ impl Tracklet {
         &mut self.pairs[index].1
     }
 
-    /// How surely it is that target, by the plots up to the slot; 0 where they were never compared.
-    pub(super) fn score(&self, target: TargetId) -> f64 {
-        let index = self.pairs.binary_search_by_key(&target, |pair| pair.0);
-        index.map_or(0.0, |index| self.pairs[index].1.score)
+    /// How surely it is that target, by the plots up to the slot; `None` where they were never compared.
+    pub(super) fn score(&self, target: TargetId) -> Option<f64> {
+        let index = self.pairs.binary_search_by_key(&target, |pair| pair.0).ok()?;
+        self.pairs[index].1.weight()
     }
 
     /// What the size of its slow error says against that, up to the slot.
