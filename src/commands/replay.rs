@@ -21,7 +21,7 @@ use crate::ingest::{Capture, Merged, OpenError, Reception};
 use crate::picture::PictureMaker;
 use crate::pipeline::{Event, Output, Pipeline};
 use crate::publish::OutputFormat;
-use crate::state::{Kept, read_kept};
+use crate::state::{Kept, read_beside, read_kept};
 
 /// Replays captured files through the same engine as the live service.
 ///
@@ -57,8 +57,8 @@ pub struct Args {
     #[arg(long, default_value = "1970-01-01", value_name = "YYYY-MM-DD", value_parser = day)]
     pub date: Date,
     /// Begins with the transponder numbers and the radars' registration that the service has kept in this directory (`[state]
-    /// dir`), or that stand beside a recording: `input-<start>`, for its `.numbers.json` and `.registration.json`. It is only
-    /// read.
+    /// dir`), or that stand beside a recording: `input-<start>`, for its `.numbers.json` and `.registration.json`; then what was
+    /// decided by hand (`.decisions.jsonl`, of each input) is decided again. It is only read.
     #[arg(long, value_name = "DIR")]
     pub state: Option<PathBuf>,
     /// Sends the output as the service would, CAT129 and CAT065 to `[output] asterix`, in real time; Ctrl-C ends it. The
@@ -104,8 +104,9 @@ pub fn run(args: &Args) -> CommandResult {
     let maker = PictureMaker::new(&config, Pipeline::new(&config, masks.clone()).normaliser());
     let mut stage = Stage::open(args, &config, maker)?;
     let to_stdout = args.output.as_deref() == Some(Path::new("-"));
-    let Kept { numbers, registrations } =
-        args.state.as_deref().map(read_kept).transpose()?.unwrap_or_default();
+    let Kept { numbers, registrations, decisions } = kept(args)?;
+    let (plan, unused) = decisions.plan(&config);
+    unused.iter().for_each(|unused| warn!("{unused}"));
 
     #[expect(clippy::disallowed_methods, reason = "how long it took")]
     let started = Instant::now();
@@ -116,6 +117,7 @@ pub fn run(args: &Args) -> CommandResult {
             warn!("{refused} numbers of --state contradict others and are given anew");
         }
         registrations.restore(&config, None, &mut pipeline).iter().for_each(|unused| warn!("{unused}"));
+        pipeline.plan(plan.clone());
         let mut replay = Replay { pipeline, stage, warnings: 0, bar: None };
         let outcome = replay.run(captures, args.date)?;
         Ok::<_, Box<dyn Error + Send + Sync>>((outcome, replay.pipeline))
@@ -129,6 +131,10 @@ pub fn run(args: &Args) -> CommandResult {
     }
     let summary = std::mem::take(&mut stage.summary);
     let failed = stage.finish()?;
+    let missed = pipeline.engine().missed();
+    if missed > 0 {
+        warn!("{missed} decisions of --state are about what was not there");
+    }
 
     let mut text = summary.text(pipeline.tally(), &config)?;
     text += &registered(pipeline.engine(), &config);
@@ -148,6 +154,18 @@ pub fn run(args: &Args) -> CommandResult {
         io::stderr().write_all(text.as_bytes())?;
     }
     Ok(if failed > 0 && outcome == Outcome::Done { Outcome::Incomplete } else { outcome })
+}
+
+/// What `--state` names; of a recording in several files what was decided in each.
+pub(super) fn kept(args: &Args) -> io::Result<Kept> {
+    let Some(path) = &args.state else { return Ok(Kept::default()) };
+    let mut kept = read_kept(path)?;
+    if !path.is_dir() {
+        for input in &args.inputs {
+            kept.decisions.join(read_beside(input)?);
+        }
+    }
+    Ok(kept)
 }
 
 fn open(args: &Args) -> Result<Vec<Capture>, OpenError> {

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use jiff::SignedDuration;
 use tokio::net::TcpListener;
-use tracing::{error, info};
+use tracing::{error, info, warn};
 
 use super::replay::Args;
 use super::simulate::{send, start};
@@ -32,6 +32,8 @@ pub fn replay(args: &Args, config: Arc<Config>, masks: Masks, speed: f64) -> Com
     let (inputs, date, again) = (args.inputs.clone(), args.date, args.again);
     let open: OpenCaptures = Arc::new(move || inputs.iter().map(|path| Capture::open(path)).collect());
     open()?; // a wrong path is told at once
+    let (decided, unused) = super::replay::kept(args)?.decisions.plan(&config);
+    unused.iter().for_each(|unused| warn!("{unused}"));
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
     runtime.block_on(async {
         let listener = listen(&config)?;
@@ -39,7 +41,7 @@ pub fn replay(args: &Args, config: Arc<Config>, masks: Masks, speed: f64) -> Com
         let maker = PictureMaker::new(&config, Pipeline::new(&config, masks.clone()).normaliser());
         let (writer, hub) = Hub::new(config.clone(), Arc::new(maker), now());
         let areas = AlertAreas::load(&config.areas)?;
-        let (player, _) = Player::start(open, date, config, masks, writer, (speed, again))?;
+        let (player, _) = Player::start(open, date, config, masks, writer, (speed, again), decided)?;
         let options = api::Options { player: Some(player), ..Default::default() };
         let api = ApiState::start(hub.clone(), options)?;
         // A recording has times of its own: its sensors are looked at from its start.

@@ -7,7 +7,8 @@ use super::hub::Frame;
 use super::registration::Registrar;
 use crate::areas::Masks;
 use crate::config::Config;
-use crate::fusion::{Given, SlotGrid};
+use crate::fusion::operational::{Decision, Undecided};
+use crate::fusion::{Given, Slot, SlotGrid};
 use crate::ingest::Reception;
 use crate::normalise::Report;
 use crate::picture::{Picture, PictureMaker};
@@ -140,6 +141,26 @@ impl Driver {
     /// ([`Registrations::restore`]).
     pub fn restore(&mut self, kept: &Registrations, config: &Config, now: Time) -> Vec<String> {
         kept.restore(config, Some(now), &mut self.pipeline)
+    }
+
+    /// An operator's word; the first slot that is put out by it.
+    ///
+    /// # Errors
+    /// The profile knows no decisions, or the radar track or the transponder is not there.
+    pub fn decide(&mut self, decision: Decision) -> Result<Slot, Undecided> {
+        self.pipeline.decide(decision)?;
+        // Before the first slot nothing is there.
+        self.pipeline.engine().next_slot().ok_or(Undecided::NoRadarTrack)
+    }
+
+    /// Whether its profile knows decisions.
+    pub fn knows_decisions(&self) -> bool {
+        self.pipeline.engine().knows_decisions()
+    }
+
+    /// What was decided in a flight that is replayed, each with its slot.
+    pub fn plan(&mut self, decisions: Vec<(Slot, Decision)>) {
+        self.pipeline.plan(decisions);
     }
 
     /// The sensors at `now`, with the lines that belong to each.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use tokio::sync::{broadcast, watch};
 
 use super::alerts::{Alert, Trouble};
+use super::decisions::{Decider, Decisions, decisions};
 use super::health::{SensorStatus, Unknown};
 use super::inputs::Inputs;
 use crate::config::Config;
@@ -61,6 +62,8 @@ pub struct Hub {
     pub started: Time,
     /// What the sensors said lately.
     pub inputs: Arc<Inputs>,
+    /// Decides which radar track is which transponder.
+    pub decider: Decider,
     frames: broadcast::Sender<Arc<Frame>>,
     latest: watch::Receiver<Option<Arc<Frame>>>,
     status: watch::Receiver<Option<Arc<Status>>>,
@@ -72,6 +75,8 @@ pub struct Hub {
 pub struct HubWriter {
     /// Where the reports go that somebody wants to see.
     pub inputs: Arc<Inputs>,
+    /// What operators decide.
+    pub decisions: Decisions,
     frames: broadcast::Sender<Arc<Frame>>,
     latest: watch::Sender<Option<Arc<Frame>>>,
     status: watch::Sender<Option<Arc<Status>>>,
@@ -84,14 +89,16 @@ impl Hub {
         let (latest_writer, latest) = watch::channel(None);
         let (status_writer, status) = watch::channel(None);
         let inputs = Arc::<Inputs>::default();
+        let (decisions, decider) = decisions();
         let writer = HubWriter {
             inputs: inputs.clone(),
+            decisions,
             frames: frames.clone(),
             latest: latest_writer,
             status: status_writer,
         };
         let (alerts, _) = watch::channel(Arc::default());
-        (writer, Self { config, maker, started, inputs, frames, latest, status, alerts })
+        (writer, Self { config, maker, started, inputs, decider, frames, latest, status, alerts })
     }
 
     /// The latest slot; `None` before the first.

@@ -10,6 +10,7 @@
 
 mod alerts;
 mod clock;
+mod decisions;
 mod driver;
 mod health;
 mod hub;
@@ -23,6 +24,7 @@ mod service;
 
 pub use alerts::{Alert, AlertKind, Alerts, Severity, Trouble};
 pub use clock::{Clock, now};
+pub use decisions::{AllHeld, Decider, Decisions, Denied, Wish};
 pub use driver::{Driver, Made};
 pub(crate) use health::Health;
 pub use health::{LineStatus, SensorState, SensorStatus, Unknown};

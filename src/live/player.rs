@@ -13,6 +13,8 @@ use super::driver::{Driver, Made};
 use super::hub::{Frame, HubWriter, Status};
 use crate::areas::Masks;
 use crate::config::Config;
+use crate::fusion::Slot;
+use crate::fusion::operational::Decision;
 use crate::ingest::{Capture, Merged, OpenError};
 use crate::time::{SECOND, Time};
 
@@ -58,6 +60,7 @@ pub struct Player {
 
 impl Player {
     /// Starts a replay on a thread of its own; it begins at once, at that speed, and again at the end where that is `true`.
+    /// `decided`: what was decided by hand in the flight; what is decided while it is replayed is added to it.
     /// Another thread looks how long the recording is.
     ///
     /// # Errors
@@ -69,6 +72,7 @@ impl Player {
         masks: Masks,
         hub: HubWriter,
         (speed, again): (f64, bool),
+        decided: Vec<(Slot, Decision)>,
     ) -> io::Result<(Self, JoinHandle<()>)> {
         let (orders, ordered) = mpsc::channel();
         let begin = PlayerState { playing: true, speed, time: None, first: None, last: None, ended: false };
@@ -86,6 +90,7 @@ impl Player {
             state,
             orders: ordered,
             again,
+            decided,
             anchor: None,
             from: None,
             passed_over: None,
@@ -138,6 +143,8 @@ struct Show {
     orders: Receiver<Order>,
     /// Whether it begins again at the end.
     again: bool,
+    /// What is decided by hand, with the slots from which it counts: whoever goes back sees it come again.
+    decided: Vec<(Slot, Decision)>,
     /// A slot's time, and when it was shown: what follows keeps its distance to it.
     anchor: Option<(Time, Instant)>,
     /// Slots before this time are passed over.
@@ -169,6 +176,7 @@ impl Show {
         // The sensors' rates and silences count from the recording's start, not from today.
         let started = merged.peek().and_then(|first| first.as_ref().ok()?.received).unwrap_or_default();
         let mut driver = Driver::new(&self.config, self.masks.clone(), started, 0);
+        driver.plan(self.decided.clone());
         self.anchor = None;
         let shown_before = self.shown;
         self.state.send_modify(|state| state.ended = false);
@@ -200,12 +208,18 @@ impl Show {
                 }
             };
             driver.receive_showing(&reception, |report| self.hub.inputs.note(report), keep);
+            let is_new = !slots.is_empty();
             for frame in slots {
                 match self.show(frame) {
                     Next::GoOn => {}
                     other => return Ok(other),
                 }
             }
+            if is_new {
+                self.hub.decisions.tell(driver.pipeline().engine().decisions());
+            }
+            let made = self.hub.decisions.obey(&mut driver);
+            self.decided.extend(made);
         }
         let mut owed = Vec::new();
         driver.finish(|frame| owed.push(frame));
@@ -352,7 +366,7 @@ mod tests {
         let open: OpenCaptures = Arc::new(move || Ok(vec![Capture::open(&capture)?]));
         let date = jiff::civil::Date::default();
         let (player, thread) =
-            Player::start(open, date, config, Masks::default(), writer, (speed, again)).unwrap();
+            Player::start(open, date, config, Masks::default(), writer, (speed, again), Vec::new()).unwrap();
         (player, hub, thread)
     }
 

@@ -20,12 +20,13 @@ use super::lines::{Listening, listen};
 use super::quiet::Quiet;
 use crate::config::Config;
 use crate::fusion::Given;
+use crate::fusion::operational::Held;
 use crate::ingest::udp::{self, Arrival, Line, LineCounters};
 use crate::ingest::{Reception, ReceptionKind};
 use crate::normalise::SensorIndex;
 use crate::publish::{Cat129Encoder, Recorded, RecorderQueue, Sinks, pack, status_block};
 use crate::registration::Estimate;
-use crate::state::{Registrations, registration_text};
+use crate::state::{Registrations, decision_line, registration_text};
 use crate::time::{SECOND, Time};
 
 /// The engine looks up at least this often, for a stop and for its status.
@@ -36,6 +37,9 @@ const STATUS_AHEAD: jiff::SignedDuration = jiff::SignedDuration::from_millis(110
 const REGISTRATION: jiff::SignedDuration = jiff::SignedDuration::from_secs(10);
 /// Lateness is told over this many slots: ten minutes of them.
 const LATENESS: usize = 2400;
+
+/// What the recorder could not be told yet of decisions; more than these are lost.
+const UNRECORDED: usize = 1024;
 
 /// What is known of the radars' set-up.
 type Estimates = Vec<(SensorIndex, Estimate)>;
@@ -92,6 +96,8 @@ impl Service {
             numbers_recorded: 0,
             registered: Vec::new(),
             next_registration: Time::default(),
+            held: Vec::new(),
+            unrecorded: VecDeque::new(),
         };
         let stopped = stop.clone();
         let engine = std::thread::Builder::new()
@@ -137,6 +143,9 @@ struct Engine {
     /// What the registration's keeper and the recorder have been told of, and when they are told again.
     registered: Estimates,
     next_registration: Time,
+    /// The decisions in force that the recorder has been told, and what waits for room in its queue.
+    held: Vec<Held>,
+    unrecorded: VecDeque<Recorded>,
 }
 
 impl Engine {
@@ -150,6 +159,7 @@ impl Engine {
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,
             }
+            self.decide();
             // What waits came before now: it is handled before the slots that are due by now.
             let at = self.clock.now();
             if self.driver.deadline().is_some_and(|deadline| deadline <= at) {
@@ -222,6 +232,36 @@ impl Engine {
             }
         }
         self.tell_numbers();
+        self.tell_decisions();
+    }
+
+    /// Does what operators ask for.
+    fn decide(&mut self) {
+        for (slot, decision) in self.outlets.hub.decisions.obey(&mut self.driver) {
+            let line = decision_line(slot, &decision, &self.config).into();
+            self.unrecorded.push_back(Recorded::Decided { line });
+        }
+        self.tell_decisions();
+    }
+
+    /// Hands on which decisions are in force, where that has changed.
+    fn tell_decisions(&mut self) {
+        let held = self.driver.pipeline().engine().decisions();
+        if held != self.held {
+            let line = |held: &Held| decision_line(held.since, &held.decision, &self.config);
+            let text: String = held.iter().map(line).collect();
+            self.unrecorded.push_back(Recorded::Held { text: text.into() });
+            self.outlets.hub.decisions.tell(held.clone());
+            self.held = held;
+        }
+        while let Some(next) = self.unrecorded.front() {
+            let has_room =
+                self.outlets.recorder.as_ref().is_none_or(|recorder| recorder.has_room_for(next.clone()));
+            if !has_room && self.unrecorded.len() <= UNRECORDED {
+                break;
+            }
+            self.unrecorded.pop_front();
+        }
     }
 
     /// Hands on the transponder numbers that were given; what does not fit the recorder's queue waits for the next time.

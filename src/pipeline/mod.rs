@@ -8,7 +8,8 @@ use asterix::{Block, Record, blocks, cat034, cat048, cat129, profile};
 
 use crate::areas::Masks;
 use crate::config::Config;
-use crate::fusion::{self, Due, Emission, Engine, Given};
+use crate::fusion::operational::{Decision, Undecided};
+use crate::fusion::{self, Due, Emission, Engine, Given, Slot};
 use crate::ingest::{Reception, ReceptionKind};
 use crate::normalise::{Normaliser, Refusal, Refused, Report, SensorIndex};
 use crate::registration::{State, StateError};
@@ -142,6 +143,19 @@ impl Pipeline {
     /// The state is of another version, or its numbers are not what is written.
     pub fn restore(&mut self, sensor: SensorIndex, state: &State) -> Result<bool, StateError> {
         self.engine.restore(sensor, state)
+    }
+
+    /// An operator's word, from the next slot on ([`Engine::decide`]).
+    ///
+    /// # Errors
+    /// The profile knows no decisions, or the radar track or the transponder is not there.
+    pub fn decide(&mut self, decision: Decision) -> Result<(), Undecided> {
+        self.engine.decide(decision)
+    }
+
+    /// What was decided in a flight that is replayed, each with its slot ([`Engine::plan`]).
+    pub fn plan(&mut self, decisions: Vec<(Slot, Decision)>) {
+        self.engine.plan(decisions);
     }
 
     /// The end of the input: hands out every slot up to the last that holds a report.

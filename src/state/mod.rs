@@ -10,6 +10,7 @@
 //! Serial and country are trimmed; octets that are not printable ASCII, `\`, `'` and `"` are escaped as in Rust (`\x80`).
 //! The file of a recording (`<name>.numbers.json`) is the same.
 
+mod decisions;
 mod keeper;
 mod registration;
 mod registration_keeper;
@@ -25,12 +26,13 @@ use crate::fusion::{Given, LARGEST_TRANSPONDER_NUMBER};
 use crate::normalise::Identity;
 use crate::time::Time;
 
+pub use decisions::{DECISIONS, Decisions, decision_line, parse_decisions, read_decisions};
 pub use keeper::Keeper;
 pub use registration::{
     REGISTRATION, Registrations, parse_registration, read_registration, registration_text,
 };
 pub use registration_keeper::RegistrationKeeper;
-pub use sources::{Kept, read_kept};
+pub use sources::{Kept, read_beside, read_kept};
 
 /// The file's name in the directory of `[state]`.
 pub const NUMBERS: &str = "numbers.json";

@@ -3,7 +3,10 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::{NUMBERS, REGISTRATION, Registrations, read_numbers, read_registration};
+use super::{
+    DECISIONS, Decisions, NUMBERS, REGISTRATION, Registrations, read_decisions, read_numbers,
+    read_registration,
+};
 use crate::fusion::Given;
 
 /// What an earlier life knew.
@@ -13,11 +16,13 @@ pub struct Kept {
     pub numbers: Vec<Given>,
     /// How the radars are set up wrongly.
     pub registrations: Registrations,
+    /// What operators decided while the recording was made.
+    pub decisions: Decisions,
 }
 
 /// Reads what is kept at a path: a directory with `numbers.json` and `registration.json`, one of these two files, in a
 /// recording `<name>.numbers.json` and `<name>.registration.json`, or `<name>` alone, with `.pcap` or without. The other file
-/// is taken with it; one of them may be missing.
+/// is taken with it; one of them may be missing. So is `<name>.decisions.jsonl`, where something was decided.
 ///
 /// # Errors
 /// Neither exists, or one cannot be read or not be understood; the error names it.
@@ -35,7 +40,23 @@ pub fn read_kept(path: &Path) -> io::Result<Kept> {
         (Err(error), Some(_)) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
         (numbers, _) => numbers?,
     };
-    Ok(Kept { numbers, registrations: registrations.unwrap_or_default() })
+    let decisions = if path.is_dir() { Decisions::default() } else { read_beside(path)? };
+    Ok(Kept { numbers, registrations: registrations.unwrap_or_default(), decisions })
+}
+
+/// What operators decided while this file of a recording was made; nothing where there is no such file beside it. The name
+/// may be that of any of its files, or what they have in common.
+///
+/// # Errors
+/// It cannot be read, or not be understood; the error names it, and the line.
+pub fn read_beside(path: &Path) -> io::Result<Decisions> {
+    let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    let ends = [NUMBERS, REGISTRATION, DECISIONS, "pcap", "pcap.part", "pcap.gz"];
+    let stem = ends.iter().find_map(|end| name.strip_suffix(end)?.strip_suffix('.')).unwrap_or(name);
+    match read_decisions(&path.with_file_name(format!("{stem}.{DECISIONS}"))) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Decisions::default()),
+        read => read,
+    }
 }
 
 /// Where the numbers are, and where the registration would be.

@@ -11,7 +11,7 @@ use serde_json::Value;
 use tower::ServiceExt;
 use utm_fusion::api::{ApiState, Options, router, serve};
 use utm_fusion::areas::Masks;
-use utm_fusion::config::Config;
+use utm_fusion::config::{Config, Profile};
 use utm_fusion::ingest::Capture;
 use utm_fusion::live::{Hub, OpenCaptures, Player, now};
 use utm_fusion::picture::PictureMaker;
@@ -30,14 +30,20 @@ struct Show {
 
 impl Show {
     fn start(speed: f64) -> Self {
+        Self::of(speed, Profile::Reference)
+    }
+
+    fn of(speed: f64, profile: Profile) -> Self {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/demo");
-        let config = Arc::new(Config::load(folder.join("site.toml")).unwrap());
+        let mut config = Config::load(folder.join("site.toml")).unwrap();
+        config.fusion.profile = profile;
+        let config = Arc::new(config);
         let maker = PictureMaker::new(&config, Pipeline::new(&config, Masks::default()).normaliser());
         let (writer, hub) = Hub::new(config.clone(), Arc::new(maker), now());
         let open: OpenCaptures = Arc::new(move || Ok(vec![Capture::open(&folder.join("capture.pcap"))?]));
         let date = jiff::civil::Date::default();
         let (player, _) =
-            Player::start(open, date, config, Masks::default(), writer, (speed, false)).unwrap();
+            Player::start(open, date, config, Masks::default(), writer, (speed, false), Vec::new()).unwrap();
         let state = ApiState::start(hub, Options { player: Some(player), ..Options::default() }).unwrap();
         Self { app: router(state.clone()), state }
     }
@@ -128,6 +134,38 @@ async fn readers_follow_to_any_time_and_the_times_are_the_recordings() {
     let sensors = show.get("/api/v1/sensors").await;
     let rate_hz = sensors["features"][0]["properties"]["rate_hz"].as_f64().unwrap();
     assert!((10.0..25.0).contains(&rate_hz), "the radar's rate is {rate_hz}, not 16 a second");
+}
+
+#[tokio::test]
+async fn a_replay_decides_while_it_goes_on() {
+    let show = Show::of(4.0, Profile::Operational);
+    let fused = |picture: &Value| {
+        let track =
+            picture["features"].as_array()?.iter().find(|track| track["properties"]["source"] == "fused")?;
+        let properties = &track["properties"];
+        let radar = properties["contributors"].as_array()?.iter().find(|part| part["kind"] == "radar")?;
+        let (sensor, number) = (radar["sensor"].as_str()?, &radar["track_number"]);
+        let serial = properties["uas_id"]["serial_number"].as_str()?;
+        Some(format!("/api/v1/correlations?sensor={sensor}&track={number}&uas={serial}&verdict=decorrelated"))
+    };
+    let picture = show.until("/api/v1/tracks", |picture| fused(picture).is_some()).await;
+    let path = fused(&picture).unwrap();
+    let (status, held) = show.ask(Request::post(&path)).await;
+    assert_eq!(status, StatusCode::OK, "{held}");
+    let since = held["correlations"][0]["since"].as_str().unwrap();
+    let is_in_force = |answer: &Value| *answer == held;
+    show.until("/api/v1/correlations", is_in_force).await;
+    let is_apart = |picture: &Value| fused(picture).is_none_or(|other| other != path);
+    show.until("/api/v1/tracks", is_apart).await;
+    show.order("pause").await;
+    show.until("/api/v1/info", |info| info["replay"]["playing"] == false).await;
+    let (status, problem) = show.ask(Request::post(&path)).await;
+    assert_eq!(status, StatusCode::CONFLICT, "{problem}");
+    // Whoever goes back sees it come again.
+    show.order("seek?time=2026-06-20T23:59:30Z").await;
+    show.until("/api/v1/correlations", |answer| answer["correlations"] == serde_json::json!([])).await;
+    show.order(&format!("seek?time={since}")).await;
+    show.until("/api/v1/correlations", is_in_force).await;
 }
 
 #[tokio::test]

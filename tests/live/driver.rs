@@ -1,5 +1,6 @@
 //! A driver with a virtual clock, whose recording is replayed.
 
+use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::fs;
 use std::net::{Ipv4Addr, SocketAddrV4};
@@ -13,19 +14,20 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use utm_fusion::areas::Masks;
 use utm_fusion::config::{Config, Profile, Record};
-use utm_fusion::fusion::Given;
+use utm_fusion::fusion::operational::{Decision, Held, Verdict};
+use utm_fusion::fusion::{Given, Source};
 use utm_fusion::ingest::{Reception, ReceptionKind};
 use utm_fusion::live::{Driver, Made};
 use utm_fusion::pipeline::Event;
 use utm_fusion::publish::{Cat129Encoder, Recorded, Recorder, RecorderQueue, pack};
 use utm_fusion::simulate::Datagram;
-use utm_fusion::state::{Registrations, registration_text};
+use utm_fusion::state::{Registrations, decision_line, registration_text};
 use utm_fusion::time::{SECOND, Time};
 
 use crate::common::{Scratch, complete_from, datagrams, files, flight, only, replayed, replayed_datagrams};
 
 /// Two drones with transponders, one without, and birds.
-const SCENARIO: &str = "name = \"live\"\nduration_s = 60\n[drones]\nmultirotors = 3\nequipped = 2\n\
+pub(crate) const SCENARIO: &str = "name = \"live\"\nduration_s = 60\n[drones]\nmultirotors = 3\nequipped = 2\n\
                         [birds]\ncount = 3\n[network]\nlost = 0.02\nreordered = 0.1\nduplicated = 0.05\n";
 
 /// What is done to the flight on its way to the driver.
@@ -46,6 +48,8 @@ pub(crate) struct Fate {
     pub(crate) numbers: Vec<Given>,
     /// Registration of before.
     pub(crate) registrations: Registrations,
+    /// At these times of the flight an operator decides something of whoever is there, seconds.
+    pub(crate) decide_s: Vec<i64>,
 }
 
 fn seconds(seconds: i64) -> SignedDuration {
@@ -65,6 +69,8 @@ pub(crate) struct Flown {
     radar: Vec<(Time, bool, u16)>,
     /// What is known of the radars at the end.
     pub(crate) registrations: Registrations,
+    /// How many decisions were made.
+    pub(crate) decisions: usize,
 }
 
 pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder: &RecorderQueue) -> Flown {
@@ -78,13 +84,18 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
     let text = registration_text(&fate.registrations).into();
     assert!(recorder.wait(Recorded::Registered { text }));
     let registrations = Registrations::default();
-    let mut flown = Flown { slots: 0, alarms: 0, radar: Vec::new(), registrations };
+    let mut flown = Flown { slots: 0, alarms: 0, radar: Vec::new(), registrations, decisions: 0 };
+    let shown = RefCell::new(Vec::new());
+    let mut held = Vec::new();
     let mut told = 0;
     let mut hand_out = |made: Vec<Made>, driver: &Driver| {
         for made in made {
             match made {
                 Made::Slot(frame) => {
                     flown.slots += 1;
+                    shown.replace(
+                        frame.picture.tracks.iter().map(|track| track.point.source.clone()).collect(),
+                    );
                     for track in &frame.picture.tracks {
                         let source = &track.point.source;
                         if let Some(part) = source.radar() {
@@ -103,7 +114,16 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
             told += 1;
             assert!(recorder.wait(Recorded::Numbered { slot, given }));
         }
+        let now = driver.pipeline().engine().decisions();
+        if now != held {
+            let line = |held: &Held| decision_line(held.since, &held.decision, config);
+            let text = now.iter().map(line).collect::<String>().into();
+            assert!(recorder.wait(Recorded::Held { text }));
+            held = now;
+        }
     };
+    let mut wishes = fate.decide_s.iter().enumerate().peekable();
+    let mut decisions = 0;
     // The steady time, and the wall clock's.
     let wall = |steady: Time| match fate.step_s {
         Some((at, by)) if steady >= start + seconds(at) => steady + seconds(by),
@@ -142,6 +162,16 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
             }
         }
         steady = steady.max(taken);
+        while let Some((index, _)) = wishes.next_if(|(_, at)| steady >= start + seconds(**at)) {
+            let decision = wish(index, &shown.borrow(), &driver.pipeline().engine().decisions());
+            if let Some(decision) = decision
+                && let Ok(slot) = driver.decide(decision)
+            {
+                let line = decision_line(slot, &decision, config).into();
+                assert!(recorder.wait(Recorded::Decided { line }));
+                decisions += 1;
+            }
+        }
         if random.random_bool(0.1) {
             let mut made = Vec::new();
             driver.tick(wall(steady), |one| made.push(one));
@@ -159,12 +189,41 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
     let mut owed = Vec::new();
     driver.finish(|frame| owed.push(Made::Slot(frame)));
     hand_out(owed, &driver);
+    flown.decisions = decisions;
     flown.registrations = Registrations::of(config, driver.pipeline().engine());
     flown
 }
 
+/// What an operator says who sees these tracks: first that two are not one, then that two are, then nothing any more.
+fn wish(index: usize, shown: &[Source], held: &[Held]) -> Option<Decision> {
+    let transponder = |source: &Source| source.transponder().map(|part| part.identity);
+    let fused = shown.iter().find(|source| matches!(source, Source::Fused(..)));
+    match index % 3 {
+        0 => fused.map(|pair| (pair, transponder(pair), Verdict::Decorrelated)),
+        1 => {
+            let alone = shown.iter().find(|source| matches!(source, Source::Radar(_)));
+            alone
+                .or(fused)
+                .map(|radar| (radar, shown.iter().rev().find_map(transponder), Verdict::Correlated))
+        }
+        _ => {
+            let Held { decision, .. } = held.first()?;
+            return Some(Decision { verdict: Verdict::Automatic, ..*decision });
+        }
+    }
+    .and_then(|(source, transponder, verdict)| {
+        Some(Decision { radar: source.radar()?.track, transponder: transponder?, verdict })
+    })
+}
+
 /// Flies it and records it into `directory`.
-fn record(scenario: &str, start: Option<Time>, fate: &Fate, directory: &Path, rotate_mib: u32) -> Flown {
+pub(crate) fn record(
+    scenario: &str,
+    start: Option<Time>,
+    fate: &Fate,
+    directory: &Path,
+    rotate_mib: u32,
+) -> Flown {
     let profile = Profile::default();
     record_as(profile, scenario, start, fate, directory, rotate_mib)
 }
@@ -232,8 +291,10 @@ proptest! {
         silence_s in prop::option::of((10..30_i64, 5..29_i64)),
         pause_s in prop::option::of((10..30_i64, 1..29_i64)),
         midnight: bool,
+        mut decide_s in prop::collection::vec(12..55_i64, 0..4),
     ) {
-        let fate = Fate { seed, queue_ms, tick_ms, silence_s, pause_s, ..Fate::default() };
+        decide_s.sort_unstable();
+        let fate = Fate { seed, queue_ms, tick_ms, silence_s, pause_s, decide_s, ..Fate::default() };
         recorded_equals_replayed(SCENARIO, midnight.then(before_midnight), &fate);
     }
 

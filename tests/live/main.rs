@@ -4,6 +4,7 @@
 #![expect(clippy::disallowed_methods, reason = "files that the service wrote, and the real time")]
 
 mod common;
+mod decisions;
 mod demo;
 mod driver;
 mod process;

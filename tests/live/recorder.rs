@@ -61,6 +61,34 @@ fn files_rotate_and_the_oldest_own_ones_go() {
 }
 
 #[test]
+fn a_later_file_begins_with_the_decisions_that_are_in_force() {
+    let scratch = Scratch::new();
+    let dir = scratch.path("recordings");
+    let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 2 };
+    let (queue, recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
+    let decided = |line: &str| assert!(queue.wait(Recorded::Decided { line: line.into() }));
+    let hours = SignedDuration::from_hours;
+    send(&queue, hours(0), vec![1]);
+    decided("one\n");
+    decided("two\n");
+    assert!(queue.wait(Recorded::Held { text: "two\n".into() }));
+    send(&queue, hours(2), vec![2]);
+    decided("three\n");
+    let read = |file: &std::path::Path| fs::read_to_string(file).unwrap();
+    // Nothing is in force any more.
+    assert!(queue.wait(Recorded::Held { text: "".into() }));
+    send(&queue, hours(4), vec![3]);
+    drop(queue);
+    assert_eq!(recorder.join().unwritten, 0);
+    // The first file is gone, with what stood beside it; beside the last there is nothing to say.
+    let inputs = files(&dir, "input-", ".pcap");
+    assert_eq!(inputs.len(), 2);
+    let second = only(&dir, "input-", ".decisions.jsonl");
+    assert_eq!(second, crate::common::beside(&inputs[0], "decisions.jsonl"));
+    assert_eq!(read(&second), "two\nthree\n");
+}
+
+#[test]
 fn what_is_written_is_there_within_a_second_and_a_removed_directory_comes_again() {
     let scratch = Scratch::new();
     let dir = scratch.path("recordings");

@@ -9,6 +9,7 @@
 //! | `input-<start>.site.toml` | the configuration in force; its head says from which slot on the replay equals the output |
 //! | `input-<start>.numbers.json` | the transponder numbers to begin the replay with |
 //! | `input-<start>.registration.json` | how the radars were registered, to begin the replay with; that is at most 10 s old |
+//! | `input-<start>.decisions.jsonl` | what operators decided, with the slots from which it counts; only where they did |
 //!
 //! Files being written end in `.part`. Datagrams reach them whole, at least once a second.
 
@@ -61,6 +62,16 @@ pub enum Recorded {
     /// The radars' registration: as it was at the start, and has changed.
     Registered {
         /// Its file's text.
+        text: Arc<str>,
+    },
+    /// An operator has decided something.
+    Decided {
+        /// Its line of the file.
+        line: Arc<str>,
+    },
+    /// The decisions that are in force have changed: a further file begins with these.
+    Held {
+        /// Their lines.
         text: Arc<str>,
     },
     /// A datagram that was sent.

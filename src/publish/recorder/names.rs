@@ -3,10 +3,14 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::state::DECISIONS;
 use crate::time::{SECOND, Time};
 
 /// What a file has behind its name while it is written.
 pub(super) const PART: &str = ".part";
+
+/// What may stand beside a file.
+const BESIDE: [&str; 4] = ["site.toml", "numbers.json", "registration.json", DECISIONS];
 
 /// What is recorded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,7 +88,7 @@ fn names(directory: &Path, series: Series, extension: &str) -> io::Result<Vec<St
 /// Removes what there is of the files that began at `stamp`.
 pub(super) fn remove(directory: &Path, stamp: &str) {
     for series in [Series::Input, Series::Output] {
-        for extension in ["pcap", "site.toml", "numbers.json", "registration.json"] {
+        for extension in std::iter::once("pcap").chain(BESIDE) {
             let file = directory.join(format!("{}.{extension}", series.name(stamp)));
             let _ = std::fs::remove_file(part(&file));
             let _ = std::fs::remove_file(file);
@@ -121,7 +125,7 @@ pub(super) fn remove_oldest(directory: &Path, keep: usize) -> io::Result<()> {
         all.truncate(all.len().saturating_sub(keep));
         for name in all {
             std::fs::remove_file(directory.join(format!("{name}.pcap")))?;
-            for beside in ["site.toml", "numbers.json", "registration.json"] {
+            for beside in BESIDE {
                 match std::fs::remove_file(directory.join(format!("{name}.{beside}"))) {
                     Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
                     _ => {}

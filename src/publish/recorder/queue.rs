@@ -26,7 +26,10 @@ impl RecorderQueue {
         let time = match recorded {
             Recorded::Input { received: time, .. } | Recorded::Output { due: time, .. } => Some(time),
             Recorded::Gap { until } => Some(until),
-            Recorded::Numbered { .. } | Recorded::Registered { .. } => None,
+            Recorded::Numbered { .. }
+            | Recorded::Registered { .. }
+            | Recorded::Decided { .. }
+            | Recorded::Held { .. } => None,
         };
         if let Some(until) = self.gap
             && self.has_room_for(Recorded::Gap { until })

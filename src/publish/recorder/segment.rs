@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use super::names::{self, Series};
 use crate::fusion::Given;
 use crate::publish::{PcapWriter, UdpFlow};
-use crate::state::{numbers_text, write_atomically};
+use crate::state::{DECISIONS, numbers_text, write_atomically};
 use crate::time::Time;
 
 /// Datagrams are gathered to about this many octets before they are written, less than a second of most sites.
@@ -112,6 +112,7 @@ pub(super) struct Segment {
     input: PcapFile,
     output: Option<PcapFile>,
     numbers_path: PathBuf,
+    decisions_path: PathBuf,
 }
 
 /// What a segment begins with.
@@ -128,6 +129,8 @@ pub(super) struct Beginning<'a> {
     pub(super) numbers: &'a [Given],
     /// The text of the registration's file.
     pub(super) registration: &'a str,
+    /// The lines of the decisions that are in force.
+    pub(super) held: &'a str,
     /// Whether the output is recorded, too.
     pub(super) with_output: bool,
 }
@@ -157,7 +160,7 @@ impl Segment {
         numbers_path: &Path,
         path: &dyn Fn(Series, &str) -> PathBuf,
     ) -> io::Result<Self> {
-        let Beginning { directory, began, complete_from, site, numbers, registration, with_output } =
+        let Beginning { directory, began, complete_from, site, numbers, registration, held, with_output } =
             *beginning;
         let name = Series::Input.name(stamp);
         write_atomically(
@@ -171,6 +174,10 @@ impl Segment {
         )?;
         write_atomically(numbers_path, &numbers_text(numbers))?;
         write_atomically(&path(Series::Input, "registration.json"), registration)?;
+        let decisions_path = path(Series::Input, DECISIONS);
+        if !held.is_empty() {
+            write_atomically(&decisions_path, held)?;
+        }
         let input = PcapFile::begin(path(Series::Input, "pcap"))?;
         let output = with_output.then(|| PcapFile::begin(path(Series::Output, "pcap"))).transpose()?;
         Ok(Self {
@@ -181,6 +188,7 @@ impl Segment {
             input,
             output,
             numbers_path: numbers_path.to_owned(),
+            decisions_path,
         })
     }
 
@@ -210,6 +218,15 @@ impl Segment {
             return Ok(());
         }
         write_atomically(&self.numbers_path, &numbers_text(numbers))
+    }
+
+    /// Notes a decision; its line ends itself.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub(super) fn decided(&self, line: &str) -> io::Result<()> {
+        let mut file = fs::OpenOptions::new().create(true).append(true).open(&self.decisions_path)?;
+        file.write_all(line.as_bytes())
     }
 
     /// Octets of the larger file.

@@ -63,6 +63,8 @@ pub(super) struct Writer {
     numbers: Vec<Given>,
     /// The text of its file.
     registration: Arc<str>,
+    /// The lines of the decisions that are in force.
+    held: Arc<str>,
     /// The latest reception, recorded or not, or the latest time of what did not fit the queue.
     latest: Option<Time>,
     lock: Option<File>,
@@ -98,6 +100,7 @@ impl Writer {
             max_future: config.fusion.max_future,
             numbers,
             registration: registration_text(&Registrations::default()).into(),
+            held: "".into(),
             latest: None,
             lock: None,
             segment: None,
@@ -157,6 +160,16 @@ impl Writer {
             }
             Recorded::Registered { text } => {
                 self.registration = text;
+                return;
+            }
+            Recorded::Decided { line } => {
+                if let Some(Err(error)) = self.segment.as_ref().map(|segment| segment.decided(&line)) {
+                    self.fail(&error);
+                }
+                return;
+            }
+            Recorded::Held { text } => {
+                self.held = text;
                 return;
             }
             Recorded::Gap { until } => return self.skip(until),
@@ -224,6 +237,7 @@ impl Writer {
             site: &self.site,
             numbers: &self.numbers,
             registration: &self.registration,
+            held: &self.held,
             with_output: self.with_output,
         })?);
         // A trial that may fail again costs no recording.

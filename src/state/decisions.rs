@@ -1,0 +1,204 @@
+//! `<name>.decisions.jsonl` beside a recording: what operators decided while it was made, a line a decision.
+//!
+//! ```json
+//! {"slot":7180675221,"time":"2026-11-20T10:05:05.125Z","sensor":"north","track_number":134,"serial":"1581F6GKB23C003","country":"NO","verdict":"correlated"}
+//! ```
+//!
+//! `slot` counts the slots since 1970, in the length of the configuration; `time`, its centre, is for people. Serial and
+//! country are written as in `numbers.json`. A file that is not a recording's first begins with what was in force.
+
+use std::io;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::{octets, read};
+use crate::config::{Config, SensorKind};
+use crate::fusion::operational::{Decision, Verdict};
+use crate::fusion::{Slot, SlotGrid};
+use crate::normalise::{Identity, RadarTrackKey, SensorIndex};
+
+/// The end of the file's name.
+pub const DECISIONS: &str = "decisions.jsonl";
+/// The largest track number of a radar (I048/161).
+const LARGEST: u16 = 4095;
+
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Line {
+    slot: i64,
+    #[serde(default)]
+    time: String,
+    sensor: String,
+    track_number: u16,
+    serial: String,
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    country: String,
+    verdict: String,
+}
+
+/// What was decided in a flight, in the order of the slots.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Decisions(Vec<(Line, Identity, Verdict)>);
+
+/// The line of a decision that counts from that slot on, with its end.
+pub fn decision_line(slot: Slot, decision: &Decision, config: &Config) -> String {
+    let Decision { radar, transponder, verdict } = decision;
+    let grid = SlotGrid::new(config.fusion.slot.as_nanos() as i64);
+    let sensor = config.sensors.get(usize::from(radar.sensor.0));
+    let line = Line {
+        slot: slot.0,
+        time: grid.centre(slot).to_string(),
+        sensor: sensor.map(|sensor| sensor.id.clone()).unwrap_or_default(),
+        track_number: radar.number,
+        serial: transponder.serial().escape_ascii().to_string(),
+        country: transponder.country().escape_ascii().to_string(),
+        verdict: verdict.name().to_owned(),
+    };
+    serde_json::to_string(&line).expect("numbers and text are JSON") + "\n"
+}
+
+/// What a file's text holds.
+///
+/// # Errors
+/// The first line that is no decision, and what is wrong with it, for people.
+pub fn parse_decisions(text: &str) -> Result<Decisions, String> {
+    let decision =
+        |(index, line): (usize, &str)| parsed(line).map_err(|error| format!("line {}: {error}", index + 1));
+    let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
+    let mut decisions = Decisions(lines.map(decision).collect::<Result<_, _>>()?);
+    decisions.sort();
+    Ok(decisions)
+}
+
+fn parsed(line: &str) -> Result<(Line, Identity, Verdict), String> {
+    let line: Line = serde_json::from_str(line).map_err(|error| error.to_string())?;
+    let identity = octets::<12>(&line.serial).zip(octets::<2>(&line.country));
+    let identity = identity.and_then(|(serial, country)| Identity::new(&serial, Some(&country)));
+    let identity = identity
+        .ok_or_else(|| format!("serial {:?} with country {:?} is no identity", line.serial, line.country))?;
+    let verdict = Verdict::of_name(&line.verdict).ok_or_else(|| {
+        format!("verdict {:?} is none of correlated, decorrelated, automatic", line.verdict)
+    })?;
+    if line.track_number > LARGEST {
+        return Err(format!("track_number {} is not 0 to {LARGEST}", line.track_number));
+    }
+    Ok((line, identity, verdict))
+}
+
+/// Reads such a file.
+///
+/// # Errors
+/// It cannot be read (also where it does not exist), or not be understood; the error names it, and the line.
+pub fn read_decisions(path: &Path) -> io::Result<Decisions> {
+    read(path, parse_decisions)
+}
+
+impl Decisions {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Whether nothing was decided.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// With those of another file of the same flight, which may begin with what is known already.
+    pub fn join(&mut self, other: Self) {
+        for decision in other.0 {
+            if !self.0.contains(&decision) {
+                self.0.push(decision);
+            }
+        }
+        self.sort();
+    }
+
+    /// Stable: those of one slot stay in their order.
+    fn sort(&mut self) {
+        self.0.sort_by_key(|decision| decision.0.slot);
+    }
+
+    /// What an engine of that configuration is told, and the decisions that it cannot be told, each with the reason.
+    pub fn plan(&self, config: &Config) -> (Vec<(Slot, Decision)>, Vec<String>) {
+        let (mut plan, mut unused) = (Vec::new(), Vec::new());
+        for (line, transponder, verdict) in &self.0 {
+            let is_radar = |sensor: &crate::config::Sensor| {
+                sensor.id == line.sensor && matches!(sensor.kind, SensorKind::Radar(_))
+            };
+            let Some(index) = config.sensors.iter().position(is_radar) else {
+                unused.push(format!(
+                    "the decision of {} is not used: there is no radar {}",
+                    line.time, line.sensor
+                ));
+                continue;
+            };
+            let radar = RadarTrackKey { sensor: SensorIndex(index as u16), number: line.track_number };
+            plan.push((Slot(line.slot), Decision { radar, transponder: *transponder, verdict: *verdict }));
+        }
+        (plan, unused)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn config() -> Config {
+        let site = include_str!("../../testdata/demo/site.toml");
+        Config::parse(site, "site.toml", std::iter::empty()).unwrap()
+    }
+
+    fn radar(config: &Config) -> SensorIndex {
+        let radar = |sensor: &crate::config::Sensor| matches!(sensor.kind, SensorKind::Radar(_));
+        SensorIndex(config.sensors.iter().position(radar).unwrap() as u16)
+    }
+
+    #[test]
+    fn decisions_come_back_in_the_order_of_their_slots() {
+        let config = config();
+        let decision = |number, serial: &[u8; 12], verdict| Decision {
+            radar: RadarTrackKey { sensor: radar(&config), number },
+            transponder: Identity::new(serial, Some(b"NO")).unwrap(),
+            verdict,
+        };
+        let decisions = [
+            (Slot(12), decision(4095, b"a\"b\\c'd\n\x00\x80\xff ", Verdict::Decorrelated)),
+            (Slot(7), decision(0, b"PLAIN       ", Verdict::Correlated)),
+            (Slot(7), decision(0, b"PLAIN       ", Verdict::Automatic)),
+        ];
+        let text: String =
+            decisions.iter().map(|(slot, decision)| decision_line(*slot, decision, &config)).collect();
+        let mut read = parse_decisions(&text).unwrap();
+        let (plan, unused) = read.plan(&config);
+        assert_eq!(plan, [decisions[1], decisions[2], decisions[0]]);
+        assert!(unused.is_empty());
+        read.join(parse_decisions(&text).unwrap());
+        assert_eq!(read.len(), 3, "what is known already");
+
+        let other = text.replace("\"sensor\":\"", "\"sensor\":\"no-");
+        let (plan, unused) = parse_decisions(&other).unwrap().plan(&config);
+        assert!(
+            plan.is_empty() && unused.len() == 3 && unused[0].contains("there is no radar no-"),
+            "{unused:?}"
+        );
+    }
+
+    #[test]
+    fn what_is_damaged_is_told_with_its_line() {
+        let good = r#"{"slot":1,"sensor":"r","track_number":1,"serial":"A","verdict":"correlated"}"#;
+        assert_eq!(parse_decisions(&format!("{good}\n\n{good}\n")).unwrap().len(), 2);
+        assert!(parse_decisions("").unwrap().is_empty());
+        for (bad, why) in [
+            (&good[..40], "EOF"),
+            (&good.replace("correlated", "maybe"), "verdict \"maybe\""),
+            (&good.replace("\"A\"", "\"\""), "is no identity"),
+            (&good.replace(":1,\"serial", ":4096,\"serial"), "track_number 4096"),
+            (&good.replace("slot", "slots"), "unknown field"),
+        ] {
+            let error = parse_decisions(&format!("{good}\n{bad}\n")).unwrap_err();
+            assert!(error.starts_with("line 2: ") && error.contains(why), "{error}");
+        }
+    }
+}

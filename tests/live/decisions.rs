@@ -1,0 +1,123 @@
+//! What an operator decides: it is recorded, and the recording replays to what was sent.
+
+use std::fs;
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::path::Path;
+
+use serde_json::Value;
+use utm_fusion::config::Profile;
+use utm_fusion::state::parse_decisions;
+
+use crate::common::{Scratch, beside, only, replayed, utm_fusion};
+use crate::driver::{Fate, SCENARIO, record};
+use crate::stage::Stage;
+
+#[test]
+fn a_recording_with_decisions_replays_to_what_was_sent() {
+    let scratch = Scratch::new();
+    let dir = scratch.path("recordings");
+    let fate = Fate { seed: 7, queue_ms: 300, tick_ms: 400, decide_s: vec![25, 35, 45], ..Fate::default() };
+    let flown = record(SCENARIO, None, &fate, &dir, 256);
+    assert!(flown.decisions >= 2, "{} decisions", flown.decisions);
+    let input = only(&dir, "input-", ".pcap");
+    let sent = fs::read(only(&dir, "output-", ".pcap")).unwrap();
+    let file = beside(&input, "decisions.jsonl");
+    let text = fs::read_to_string(&file).unwrap();
+    assert_eq!(parse_decisions(&text).unwrap().len(), flown.decisions, "{text}");
+    assert!(sent == replayed(&input), "with {text}");
+
+    // Whatever else names them.
+    let replay = |state: &Path| {
+        let out = scratch.path("again.pcap");
+        let mut replay = utm_fusion("replay");
+        replay.arg(&input).arg("--config").arg(beside(&input, "site.toml")).arg("--state").arg(state);
+        let output = replay.arg("-o").arg(&out).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        output.status.success().then(|| fs::read(out).unwrap()).ok_or((output.status.code(), said))
+    };
+    assert!(replay(&beside(&input, "numbers.json")) == Ok(sent.clone()));
+    // What is damaged is told with its file and line.
+    fs::write(&file, format!("{text}{}", &text[..20])).unwrap();
+    let (code, said) = replay(&input.with_extension("")).unwrap_err();
+    let line = flown.decisions + 1;
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains(&format!("{}: line {line}: EOF", file.display())), "{said}");
+    fs::remove_file(&file).unwrap();
+    assert!(replay(&input.with_extension("")) != Ok(sent), "decisions change nothing");
+}
+
+/// A whole answer of the service: its status and its JSON.
+fn ask(port: u16, method: &str, path: &str) -> (u16, Value) {
+    let mut socket = TcpStream::connect(("127.0.0.1", port)).unwrap();
+    socket
+        .write_all(format!("{method} {path} HTTP/1.1\r\nHost: here\r\nConnection: close\r\n\r\n").as_bytes())
+        .unwrap();
+    let mut answer = String::new();
+    socket.read_to_string(&mut answer).unwrap();
+    let (head, body) = answer.split_once("\r\n\r\n").unwrap();
+    (head.split(' ').nth(1).unwrap().parse().unwrap(), serde_json::from_str(body).unwrap())
+}
+
+#[test]
+fn an_operator_decides_and_the_service_obeys_says_so_and_records_it() {
+    let scenario = "name = \"live\"\nduration_s = 30\n[drones]\nmultirotors = 2\nequipped = 2\n";
+    let stage = Stage::new(scenario, 22_500, |config, _| config.fusion.profile = Profile::Operational);
+    let service = stage.run("run.log");
+    let port = service.log();
+    let port = port.split("running, http://").nth(1).unwrap().split(['/', ':']).nth(1).unwrap();
+    let port: u16 = port.parse().unwrap();
+    // The first fused track, as its radar's part, and its transponder's serial number.
+    let fused = || {
+        let picture = ask(port, "GET", "/api/v1/tracks?source=fused").1;
+        let properties = &picture["features"].as_array()?.first()?["properties"];
+        let radar =
+            properties["contributors"].as_array()?.iter().find(|part| part["kind"] == "radar")?.clone();
+        Some((radar, properties["uas_id"]["serial_number"].as_str()?.to_owned()))
+    };
+    let mut decided = None;
+    let mut at_s = 0.0;
+    while at_s < 30.0 {
+        stage.send(at_s, at_s + 1.0);
+        at_s += 1.0;
+        if decided.is_none() && at_s > 16.0 {
+            let Some((radar, serial)) = fused() else { continue };
+            let sensor = radar["sensor"].as_str().unwrap();
+            let pair = format!("sensor={sensor}&track={}&uas={serial}", radar["track_number"]);
+            let post =
+                |verdict: &str| ask(port, "POST", &format!("/api/v1/correlations?{pair}&verdict={verdict}"));
+            let (status, answer) = post("decorrelated");
+            assert_eq!(status, 200, "{answer}");
+            let held = &answer["correlations"][0];
+            assert_eq!(
+                (&held["verdict"], &held["track_number"]),
+                (&"decorrelated".into(), &radar["track_number"])
+            );
+            assert_eq!(held["uas_id"]["serial_number"], serial.as_str());
+            decided = Some((pair, serial, radar));
+        }
+    }
+    let (pair, serial, radar) = decided.expect("nothing was fused");
+    let picture = ask(port, "GET", "/api/v1/tracks").1;
+    let together = picture["features"].as_array().unwrap().iter().any(|feature| {
+        let properties = &feature["properties"];
+        let is_part = |part: &Value| part["kind"] == "radar" && part["track_number"] == radar["track_number"];
+        properties["uas_id"]["serial_number"] == serial.as_str()
+            && properties["contributors"].as_array().unwrap().iter().any(is_part)
+    });
+    assert!(!together, "{picture}");
+    let (status, refused) = ask(port, "POST", &format!("/api/v1/correlations?{pair}0&verdict=correlated"));
+    assert_eq!(status, 404, "{refused}");
+    let (code, log) = service.stop();
+    assert_eq!(code, Some(0), "{log}");
+    assert!(
+        log.contains(&format!("and transponder {serial}: decorrelated, by somebody without a token")),
+        "{log}"
+    );
+
+    let dir = stage.scratch.path("recordings");
+    let input = only(&dir, "input-", ".pcap");
+    let text = fs::read_to_string(beside(&input, "decisions.jsonl")).unwrap();
+    assert_eq!(parse_decisions(&text).unwrap().len(), 1, "{text}");
+    assert!(fs::read(only(&dir, "output-", ".pcap")).unwrap() == replayed(&input));
+}
