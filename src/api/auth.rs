@@ -31,7 +31,7 @@ pub enum Scope {
     Read,
     /// To open streams.
     Stream,
-    /// To steer a replay.
+    /// To steer a replay, and to decide which radar track is which transponder.
     Control,
 }
 
@@ -50,7 +50,14 @@ impl Scope {
 type Hash = [u8; 32];
 
 /// The tokens that are accepted.
-pub struct Tokens(Vec<(Hash, Vec<Scope>)>);
+pub struct Tokens(Vec<Token>);
+
+struct Token {
+    /// Whose it is, as the file says.
+    name: String,
+    hash: Hash,
+    scopes: Vec<Scope>,
+}
 
 /// By which token somebody came in; `None`: none was asked for.
 #[derive(Clone, Copy, Debug, Default)]
@@ -83,10 +90,10 @@ impl Tokens {
             return Err("holds no token: nobody could use the service".to_owned());
         }
         let token = |(name, entry): (String, Entry)| {
-            let known = unhex(&entry.sha256).ok_or_else(|| {
+            let hash = unhex(&entry.sha256).ok_or_else(|| {
                 format!("{name}: sha256 is not 64 hexadecimal digits, as sha256sum prints them")
             })?;
-            Ok((known, entry.scopes))
+            Ok(Token { name, hash, scopes: entry.scopes })
         };
         entries.into_iter().map(token).collect::<Result<_, String>>().map(Self)
     }
@@ -98,9 +105,11 @@ impl Tokens {
 
     /// What a token allows; `None`: it is not known. All hashes are compared, each in constant time.
     fn scopes(&self, token: &Hash) -> Option<&[Scope]> {
-        self.0
-            .iter()
-            .fold(None, |found, (known, scopes)| if same(known, token) { Some(scopes) } else { found })
+        self.find(token).map(|token| &token.scopes[..])
+    }
+
+    fn find(&self, token: &Hash) -> Option<&Token> {
+        self.0.iter().fold(None, |found, known| if same(&known.hash, token) { Some(known) } else { found })
     }
 }
 
@@ -152,10 +161,20 @@ pub fn check(ask: &Ask, route: &Route) -> Result<Pass, Problem> {
 impl Terms {
     /// Whether who came in by this may have a stream: also while it is open.
     pub(super) fn may_stream(&self, pass: Pass) -> bool {
+        self.may(pass, Scope::Stream)
+    }
+
+    /// Whether who came in by this may do that.
+    pub(super) fn may(&self, pass: Pass, scope: Scope) -> bool {
         self.tokens.as_ref().is_none_or(|tokens| {
             let scopes = pass.0.and_then(|token| tokens.scopes(&token));
-            scopes.is_some_and(|scopes| scopes.contains(&Scope::Stream))
+            scopes.is_some_and(|scopes| scopes.contains(&scope))
         })
+    }
+
+    /// Whose token that is; `None` where none was asked for.
+    pub(super) fn name_of(&self, pass: Pass) -> Option<&str> {
+        Some(self.tokens.as_ref()?.find(&pass.0?)?.name.as_str())
     }
 }
 

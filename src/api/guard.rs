@@ -10,7 +10,7 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{MethodFilter, on};
 
 use super::ApiState;
-use super::ask::{Answer, Ask, parse_query};
+use super::ask::{Ask, parse_query};
 use super::auth::{self, Pass};
 use super::problem::Problem;
 use super::rate::Who;
@@ -29,7 +29,12 @@ pub fn router(state: ApiState) -> Router {
     for route in ROUTES {
         let method = if route.post { MethodFilter::POST } else { MethodFilter::GET };
         let handler = move |State(state): State<ApiState>, id, request: Request| async move {
-            answer(route, state, id, &request).unwrap_or_else(IntoResponse::into_response)
+            let answered = match (ask(route, state, id, &request), route.later) {
+                (Ok(ask), Some(later)) => later(ask).await,
+                (Ok(ask), None) => (route.handler)(&ask),
+                (Err(problem), _) => Err(problem),
+            };
+            answered.unwrap_or_else(IntoResponse::into_response)
         };
         router = router.route(route.path, on(method, handler));
     }
@@ -46,12 +51,13 @@ pub fn router(state: ApiState) -> Router {
         .with_state(state)
 }
 
-fn answer(
+/// The request as the handlers see it, where it may be answered.
+fn ask(
     route: &Route,
     state: ApiState,
     id: Result<RawPathParams, RawPathParamsRejection>,
     request: &Request,
-) -> Answer {
+) -> Result<Ask, Problem> {
     let id = id.map_err(|_| Problem::parameter("id", "an id is UTF-8, percent-encoded"))?;
     let id = id.iter().next().map_or_else(String::new, |(_, id)| id.to_owned());
     let query = request.uri().query().unwrap_or("");
@@ -72,7 +78,7 @@ fn answer(
         };
         return Err(Problem::parameter(name, rule));
     }
-    (route.handler)(&ask)
+    Ok(ask)
 }
 
 async fn guard(State(state): State<ApiState>, request: Request, next: Next) -> Response {

@@ -4,6 +4,7 @@ use std::fmt::{Display, Write};
 
 use super::ask::{Answer, Ask, live};
 use crate::config::Config;
+use crate::fusion::operational::Verdict;
 use crate::live::{LineStatus, SensorState, Status, values};
 use crate::normalise::SensorIndex;
 use crate::publish::RecorderCounts;
@@ -54,6 +55,12 @@ pub fn text(ask: &Ask) -> Answer {
             "Pictures missing in the history",
             history.lost(),
         );
+    }
+    let held = hub.decider.held();
+    out.family("utm_fusion_decisions", "gauge", "Decisions of operators that are in force");
+    for verdict in [Verdict::Correlated, Verdict::Decorrelated] {
+        let count = held.iter().filter(|held| held.decision.verdict == verdict).count();
+        out.sample("utm_fusion_decisions", &[("verdict", verdict.name())], count);
     }
     if let Some(status) = hub.status() {
         if let Some(recording) = status.recording {

@@ -9,6 +9,7 @@
 
 mod ask;
 mod auth;
+mod correlations;
 mod endings;
 mod filter;
 mod guard;

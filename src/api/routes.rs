@@ -2,6 +2,7 @@
 
 use super::ask::{Answer, Ask};
 use super::auth::{Scope, open_ticket};
+use super::correlations::{self, Later};
 use super::{history, metrics, openapi, page, raw, readsb, replay, service, sites, stream, tracks, uss};
 
 /// A path and what is done there.
@@ -25,6 +26,8 @@ pub struct Route {
     pub limited: bool,
     /// What answers.
     pub(super) handler: fn(&Ask) -> Answer,
+    /// What answers instead where the engine has to be waited for.
+    pub(super) later: Option<fn(Ask) -> Later>,
 }
 
 /// A parameter of a query.
@@ -118,6 +121,21 @@ const SPEED: [Parameter; 1] =
         .within(0.01, 1_000.0)
         .needed()];
 
+const PAIR: [Parameter; 5] = [
+    parameter("sensor", "string", "id of the radar").needed(),
+    parameter("track", "integer", "the radar's own number of its track (I048/161), 0 to 4095")
+        .within(0.0, 4095.0)
+        .needed(),
+    parameter("uas", "string", "serial number of the transponder, as in uas_id of a track").needed(),
+    parameter(
+        "country",
+        "string",
+        "its registration country, or none, where several have that serial number",
+    ),
+    parameter("verdict", "string", "correlated, decorrelated, or automatic: as if nothing had been said")
+        .needed(),
+];
+
 const CONTROL: Route =
     Route { post: true, scope: Some(Scope::Control), problems: &[409, 413], handler: replay::play, ..GET };
 
@@ -131,6 +149,7 @@ const GET: Route = Route {
     problems: &[],
     limited: true,
     handler: service::health,
+    later: None,
 };
 
 const GEO_JSON: &str = "application/geo+json";
@@ -171,6 +190,20 @@ pub const ROUTES: &[Route] = &[
         problems: &[404, 503],
         handler: history::snapshot,
         ..GET
+    },
+    Route {
+        path: "/api/v1/correlations",
+        summary: "What operators have decided of radar tracks and transponders, and is in force",
+        handler: correlations::all,
+        ..GET
+    },
+    Route {
+        path: "/api/v1/correlations",
+        summary: "A radar track and a transponder are one aircraft, or are not, until its track number ends",
+        parameters: Some(&PAIR),
+        problems: &[404, 409, 413, 503],
+        later: Some(correlations::decide),
+        ..CONTROL
     },
     Route { path: "/api/v1/replay/play", summary: "The replay goes on", ..CONTROL },
     Route {

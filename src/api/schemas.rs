@@ -3,6 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::sites::REGISTERED;
+use crate::fusion::operational::Verdict;
 use crate::picture::{Class, HORIZONTAL, VERTICAL};
 
 /// The schema of a route's answer, where there is one.
@@ -11,6 +12,7 @@ pub(super) fn of(path: &str) -> Option<&'static str> {
         "/api/v1/tracks" => Some("Tracks"),
         "/api/v1/tracks/{id}" => Some("Track"),
         "/api/v1/sensors" => Some("Sensors"),
+        "/api/v1/correlations" => Some("Correlations"),
         _ => None,
     }
 }
@@ -23,6 +25,8 @@ pub(super) fn all() -> Value {
         "Track": track(),
         "TrackProperties": properties(),
         "Contributor": contributor(),
+        "Competitor": competitor(),
+        "Correlations": correlations(),
         "Sensors": sensors(),
         "SensorProperties": sensor(),
         "Registration": registration(),
@@ -170,6 +174,10 @@ fn properties() -> Value {
 }
 
 fn contributor() -> Value {
+    let threshold = json!({
+        "join": number("a pair begins above it"),
+        "part": number("and ends below it"),
+    });
     object(
         "A sensor's part, and of a fused track's radar why",
         json!({
@@ -187,8 +195,49 @@ fn contributor() -> Value {
             "within": whole(),
             "co_present": whole(),
             "log_likelihood_ratio": number("operational: natural logarithm of how much better it explains the measurements that they are one than that they are not"),
+            "threshold": object("operational: of that logarithm", threshold, json!({})),
+            "manual": flag("operational: an operator has said that they are one"),
+            "competitors": {
+                "type": "array",
+                "items": { "$ref": "#/components/schemas/Competitor" },
+                "maxItems": 3,
+                "description": "operational: who else could be it, the likeliest first: of a radar track transponders, of a transponder radar tracks",
+            },
         }),
     )
+}
+
+fn competitor() -> Value {
+    object(
+        "Who came near without being it",
+        json!({
+            "sensor": text("its configured id"),
+            "log_likelihood_ratio": number("natural logarithm of how much better it explains the measurements that they are one than that they are not"),
+        }),
+        json!({
+            "track_number": whole(),
+            "uas_id": who(),
+            "decorrelated": flag("an operator has said that it is not"),
+        }),
+    )
+}
+
+fn who() -> Value {
+    let country = json!({ "registration_country": text("ISO 3166-1 alpha-2") });
+    object("a transponder", json!({ "serial_number": text("") }), country)
+}
+
+fn correlations() -> Value {
+    let verdicts = [Verdict::Correlated, Verdict::Decorrelated].map(Verdict::name);
+    let correlation = json!({
+        "sensor": text("id of the radar"),
+        "track_number": whole(),
+        "uas_id": who(),
+        "verdict": { "type": "string", "enum": verdicts },
+        "since": time("of the first slot that was put out by it"),
+    });
+    let list = json!({ "type": "array", "items": object("", correlation, json!({})) });
+    object("What operators have decided, and is in force", json!({ "correlations": list }), json!({}))
 }
 
 fn sensors() -> Value {

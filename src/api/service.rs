@@ -5,6 +5,7 @@ use std::time::Duration;
 use serde_json::{Map, Value, json};
 
 use super::ask::{Answer, Ask, JSON, json};
+use super::auth::Scope;
 use super::problem::Problem;
 use super::{replay, sites};
 use crate::config::Config;
@@ -156,6 +157,7 @@ pub fn info(ask: &Ask) -> Answer {
             "started": hub.started.to_string(),
             "mode": if replay.is_some() { "replay" } else { "live" },
             "auth": auth,
+            "control": ask.state.terms().may(ask.pass, Scope::Control),
             "settings": {
                 "motion": fusion.motion.name(),
                 "window_s": fusion.window().as_secs_f64(),

@@ -42,7 +42,12 @@ pub(crate) fn estimated() -> &'static Flown {
 }
 
 impl Flown {
-    fn of(profile: Profile) -> Self {
+    pub(crate) fn of(profile: Profile) -> Self {
+        Self::with_driver(profile).0
+    }
+
+    /// With the driver as it is at the end.
+    pub(crate) fn with_driver(profile: Profile) -> (Self, Driver) {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenarios/crossing.toml");
         let text = std::fs::read_to_string(path).unwrap().replace("duration_s = 300", "duration_s = 60");
         let mut flight = simulate(&Scenario::parse(&text, "crossing.toml").unwrap(), 1, None).unwrap();
@@ -79,7 +84,7 @@ impl Flown {
             troubles: Vec::new(),
         };
         let maker = driver.maker().clone();
-        Self { config: flight.config, maker, frames, status, truth: flight.flights }
+        (Self { config: flight.config, maker, frames, status, truth: flight.flights }, driver)
     }
 }
 

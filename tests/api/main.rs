@@ -4,6 +4,7 @@
 
 mod auth;
 mod common;
+mod correlations;
 mod documents;
 mod limits;
 mod operational;

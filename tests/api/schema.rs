@@ -5,7 +5,7 @@ use serde_json::Value;
 use crate::common::Site;
 
 /// What of `value` is not as the schema says.
-fn check(document: &Value, schema: &Value, value: &Value, at: &str) {
+pub(crate) fn check(document: &Value, schema: &Value, value: &Value, at: &str) {
     let schema = match schema["$ref"].as_str() {
         Some(name) => document.pointer(&name[1..]).unwrap_or_else(|| panic!("{at}: no {name}")),
         None => schema,
