@@ -122,6 +122,7 @@ fn estimates_are_shown_where_there_are_some() {
     }
     the_circle_of_the_accuracy_is_drawn(&mut browser);
     a_radars_registration_is_in_its_panel(&mut browser);
+    an_operator_decides(&mut browser, &service);
 
     service.seek(COASTING);
     let coasting = "fetch('api/v1/tracks').then(answer => answer.json()).then(({features}) => {
@@ -360,6 +361,34 @@ fn a_radars_registration_is_in_its_panel(browser: &mut Browser) {
         browser.wait(&colours, SOON);
     }
     browser.run(&format!("{panel}.hidePopover()"));
+}
+
+fn an_operator_decides(browser: &mut Browser, service: &Service) {
+    let button = |words: &str| {
+        format!(
+            "[...document.querySelectorAll('#detail .decide')].find(one => one.textContent === {words:?})"
+        )
+    };
+    let in_force = |so: &str| {
+        format!("fetch('api/v1/correlations').then(answer => answer.json()).then(({{correlations}}) => {so})")
+    };
+    service.order("play");
+    // A pair may part at any time: another fused track is selected then.
+    let part = button("Not one aircraft");
+    browser.wait(&format!("Boolean({part} ?? ({FUSED_ROW}?.click(), null))"), SOON);
+    browser.run(&format!("{part}.click()"));
+    browser.wait("document.querySelector('#detail [role=status]')?.textContent.startsWith('Decided')", SOON);
+    browser.wait(&in_force("correlations.length === 1 && correlations[0].verdict === 'decorrelated'"), SOON);
+    // What was decided shows in the next slots, and can be withdrawn there.
+    let withdraw = button("Decide automatically");
+    browser.wait(&format!("Boolean({withdraw})"), SOON);
+    browser.wait(
+        "document.getElementById('detail').textContent.includes('an operator has said that it is not')",
+        SOON,
+    );
+    browser.run(&format!("{withdraw}.click()"));
+    browser.wait(&in_force("correlations.length === 0"), SOON);
+    service.order("pause");
 }
 
 fn the_hash_brings_the_view_back(browser: &mut Browser, url: &str) {

@@ -1,5 +1,6 @@
 // Everything known of the selected track, in words, and why it is fused or not.
 
+import { post } from "./api.js";
 import { byId, element } from "./dom.js";
 import * as format from "./format.js";
 import { change, settings } from "./settings.js";
@@ -56,10 +57,10 @@ function properties(track, time) {
 
 /**
  * "radar track 134: 88.3 m of 152.4 m allowed, within in 72 of 72 slots (needs 90 %)", or
- * "radar track 134: 12.1 m apart, that they are one is e^12.0 times as likely as not"
+ * "radar track 134: 12.1 m apart, that they are one is e^12.0 times as likely as not (below e^-4 they part)"
  */
 function reason(contributor, needed) {
-  const { kind, sensor, track_number, weight, distance_m, threshold_m, within, co_present, ratio, log_likelihood_ratio } = contributor;
+  const { kind, sensor, track_number, weight, distance_m, threshold_m, within, co_present, ratio, log_likelihood_ratio, threshold, manual } = contributor;
   const parts = [];
   if (Number.isFinite(distance_m)) {
     parts.push(`${distance_m.toFixed(1)} m` + (Number.isFinite(threshold_m) ? ` of ${threshold_m.toFixed(1)} m allowed` : " apart"));
@@ -71,17 +72,51 @@ function reason(contributor, needed) {
     parts.push(`within in ${format.percent(ratio)} of the slots`);
   }
   if (Number.isFinite(log_likelihood_ratio)) {
-    parts.push(`that they are one is e^${log_likelihood_ratio.toFixed(1)} times as likely as not`);
+    const limit = manual || !threshold ? "" : ` (below e^${threshold.part} they part)`;
+    parts.push(`that they are one is e^${log_likelihood_ratio.toFixed(1)} times as likely as not${limit}`);
   }
+  if (manual) parts.push("an operator has said so");
   const own = kind === "radar" ? `radar track ${track_number}` : `transponder track ${track_number}`;
   return { own, sensor, weight, why: parts.join(", "), ...contributor };
 }
 
-function contributors(track, info) {
+/** The radar track and the transponder that a decision is about: a part of this track, and the rest of it or a competitor. */
+function pair(track, part, competitor) {
+  const radar = part.kind === "radar" ? part : competitor;
+  const uas = competitor?.uas_id ?? track.properties.uas_id;
+  if (!radar || !uas) return null;
+  const country = uas.registration_country;
+  return { sensor: radar.sensor, track: radar.track_number, uas: uas.serial_number, ...(country ? { country } : {}) };
+}
+
+/** A button that decides; its id outlives the next refresh. */
+function button(words, about, verdict, decide) {
+  const id = `decide-${verdict}-${about.sensor}-${about.track}-${about.uas}`;
+  const made = element("button", { type: "button", id, class: "decide" }, words);
+  made.addEventListener("click", () => decide(about, verdict));
+  return made;
+}
+
+/** Who else could be this part of the track, and what an operator may say of it; `decide` is null where he may not. */
+function competitors(track, part, decide) {
+  return (part.competitors ?? []).map((competitor) => {
+    const { sensor, track_number, uas_id, log_likelihood_ratio, decorrelated } = competitor;
+    const who = uas_id ? `transponder ${uas_id.serial_number}` : `radar track ${track_number} of ${sensor}`;
+    const said = decorrelated ? "; an operator has said that it is not" : "";
+    const line = element("small", { class: "competitor" }, `near: ${who}, e^${log_likelihood_ratio.toFixed(1)} times as likely as not${said} `);
+    const about = pair(track, part, competitor);
+    if (decide && about) {
+      line.append(decorrelated ? button("Decide automatically", about, "automatic", decide) : button(`One aircraft with ${who}`, about, "correlated", decide));
+    }
+    return line;
+  });
+}
+
+function contributors(track, info, decide) {
   const needed = info?.settings?.ratio_min;
   const list = element("ul", { class: "contributors" });
   for (const contributor of track.properties.contributors ?? []) {
-    const { own, sensor, weight, why, kind, time, height_measured, ratio } = reason(contributor, needed);
+    const { own, sensor, weight, why, kind, time, height_measured, ratio, manual } = reason(contributor, needed);
     const item = element("li", { "data-kind": kind }, element("strong", {}, `${own}${why ? ": " : ""}`), why);
     if (Number.isFinite(ratio)) {
       // A bar says at a glance how near to the limit the pair is.
@@ -96,6 +131,12 @@ function contributors(track, info) {
       height_measured === false ? "no height of its own" : null,
     ];
     item.append(element("small", {}, small.filter(Boolean).join(" · ")));
+    if (decide && track.source === "fused" && kind === "radar") {
+      const about = pair(track, contributor);
+      if (manual) item.append(button("Decide automatically", about, "automatic", decide), " ");
+      item.append(button("Not one aircraft", about, "decorrelated", decide));
+    }
+    item.append(...competitors(track, contributor, decide));
     list.append(item);
   }
   return list;
@@ -116,6 +157,7 @@ export class Detail {
   picture = null;
   info = null;
   last = null; // the track as last seen, kept in view when it ends
+  said = null; // what was answered to the last decision, and of which track
 
   constructor() {
     this.node = byId("detail");
@@ -136,11 +178,24 @@ export class Detail {
     // A selection of text for copying outlives the next refresh only if the panel is left alone meanwhile.
     const marked = getSelection();
     if (!marked.isCollapsed && this.node.contains(marked.anchorNode)) return;
-    const focused = document.activeElement?.id === "detail-close";
+    if (this.node.querySelector("button:active")) return; // nor is a button taken away while it is pressed
+    const focused = this.node.contains(document.activeElement) ? document.activeElement.id : "";
     const { scrollTop } = this.node;
     this.node.replaceChildren(...this.content(selected, isGone));
     this.node.scrollTop = scrollTop;
-    if (focused) byId("detail-close").focus();
+    if (focused) byId(focused)?.focus();
+  }
+
+  /** Says something of a radar track and a transponder, for whoever may. */
+  async decide(about, verdict) {
+    const id = settings.selected;
+    try {
+      await post("correlations", { ...about, verdict });
+      this.said = { id, text: "Decided; it shows with the next slots." };
+    } catch (error) {
+      this.said = { id, text: error.message };
+    }
+    this.refresh();
   }
 
   content(selected, isGone) {
@@ -151,6 +206,7 @@ export class Detail {
     const heading = element("h2", { "data-source": track?.source }, name, close);
     if (!track) return [heading, element("p", { class: "empty" }, "Not in the picture (any more)")];
     const why = this.info?.profile === "operational" ? WHY_OPERATIONAL : WHY;
+    const mayDecide = !isGone && this.info?.profile === "operational" && this.info.control;
     const list = element("dl");
     for (const [term, text] of properties(track, this.picture.time)) {
       list.append(element("dt", {}, term), element("dd", {}, text));
@@ -159,7 +215,8 @@ export class Detail {
       heading,
       isGone ? element("p", { class: "ended" }, `Ended; this is how it was at ${format.utc(track.time)} UTC`) : null,
       element("h3", {}, why[track.source] ?? "Contributors"),
-      contributors(track, this.info),
+      contributors(track, this.info, mayDecide ? (about, verdict) => this.decide(about, verdict) : null),
+      this.said?.id === selected ? element("p", { role: "status" }, this.said.text) : null,
       element("h3", {}, "Properties"),
       list,
     ].filter(Boolean);
