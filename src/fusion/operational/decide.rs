@@ -138,7 +138,7 @@ impl Operational {
                     if let Some(found) = plot.and_then(|plot| found_again(plot, estimate, radar)) {
                         // What was known of the two before it was lost counts as well.
                         scores.retain(|compared| compared.0 != *id);
-                        scores.push((*id, tracklet.score(*id) - tracklet.strain(*id) + found + class, true));
+                        scores.push((*id, tracklet.score(*id).unwrap_or(0.0) + found + class, true));
                     }
                 }
             }

@@ -152,12 +152,6 @@ impl Tracklet {
         self.pairs[index].1.weight()
     }
 
-    /// What the size of its slow error says against that, up to the slot.
-    pub(super) fn strain(&self, target: TargetId) -> f64 {
-        let index = self.pairs.binary_search_by_key(&target, |pair| pair.0);
-        index.map_or(0.0, |index| self.pairs[index].1.strain)
-    }
-
     /// What is known of it and a target that it was compared with, with the plots after `time`.
     pub(super) fn evidence_of(
         &self,
