@@ -13,7 +13,7 @@ use super::problem::Problem;
 use crate::config::{Profile, SensorKind};
 use crate::fusion::SlotGrid;
 use crate::fusion::operational::{Decision, Held, Undecided, Verdict};
-use crate::live::{Denied, Wish};
+use crate::live::{Denied, Player, Wish};
 use crate::normalise::{RadarTrackKey, SensorIndex};
 use crate::picture::Who;
 
@@ -98,7 +98,7 @@ fn refuse(ask: &Ask) -> Result<(), Problem> {
     if ask.state.hub().config.fusion.profile == Profile::Reference {
         return Err(problem(&Denied::Undecided(Undecided::Reference)));
     }
-    match ask.state.options().player.as_ref().map(|player| player.state()) {
+    match ask.state.options().player.as_ref().map(Player::state) {
         Some(state) if !state.playing => conflict("a replay that stands still decides nothing: let it go on"),
         _ => Ok(()),
     }
