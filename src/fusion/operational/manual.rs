@@ -213,7 +213,7 @@ impl Operational {
                 |id: &TargetId| self.targets.get(id).is_some_and(|own| own.tracklet == Some(tracklet.id));
             let own = tracklet.target.filter(followed);
             for &(id, evidence) in &tracklet.pairs {
-                let Some(score) = evidence.weight().filter(|_| !evidence.is_refuted()) else { continue };
+                let Some(score) = evidence.doubt() else { continue };
                 let transponder = self.targets.get(&id).and_then(|target| target.transponder.as_ref());
                 let Some(transponder) = transponder.filter(|_| own != Some(id)) else { continue };
                 let identity = transponder.identity;

@@ -88,9 +88,9 @@ impl Evidence {
         self.expected.map(|_| self.score - self.strain)
     }
 
-    /// Whether the plots have said all that they can say against it.
-    pub(super) fn is_refuted(&self) -> bool {
-        self.score <= -MOST
+    /// The same where it is worth a word: not where the plots have said against it all that they can say.
+    pub(super) fn doubt(&self) -> Option<f64> {
+        self.weight().filter(|&weight| weight > -MOST)
     }
 
     /// The slow error as known now, for a plot at this distance over ground, `dt` seconds later; `None`: nothing is known.
