@@ -6,7 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use crate::estimation::{Models, RadarErrors};
+use crate::estimation::{Dynamics, Models, RadarErrors};
 use crate::fusion::operational::{JOIN, Mode, Radar, Transponder};
 use crate::fusion::{Because, Emission, Engine, Gate, Point, SlotGrid, Source};
 use crate::normalise::{Enu, Fix, Plot, Report, SensorIndex, UasItems};
@@ -27,7 +27,8 @@ fn settings(is_operational: bool) -> crate::fusion::Settings {
         registration: Mode::Off,
         period_s: 0.5,
     };
-    let receiver = Transponder { horizontal_m: 3.0, vertical_m: 5.0, delay_s: Some(0.0) };
+    let receiver =
+        Transponder { horizontal_m: 3.0, vertical_m: 5.0, delay_s: Some(0.0), delay_deviation_s: 0.0 };
     crate::fusion::Settings {
         grid: SlotGrid::new(SECOND / 4),
         latency_slots: 25,
@@ -47,7 +48,7 @@ fn settings(is_operational: bool) -> crate::fusion::Settings {
             radars: vec![Some(radar), None],
             transponders: vec![None, Some(receiver)],
             max_gap_ns: 8 * SECOND,
-            motion: Models::default(),
+            motion: Dynamics::Imm(Models::default()),
         }),
     }
 }
