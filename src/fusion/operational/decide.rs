@@ -160,7 +160,7 @@ impl Operational {
     }
 
     /// Makes the radar track part of that target, or of none.
-    fn join(&mut self, id: TrackletId, target: Option<TargetId>) {
+    pub(super) fn join(&mut self, id: TrackletId, target: Option<TargetId>) {
         let Some(tracklet) = self.tracklets.get_mut(&id) else { return };
         let before = std::mem::replace(&mut tracklet.target, target);
         if before == target {

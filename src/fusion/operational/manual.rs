@@ -144,12 +144,25 @@ impl Operational {
             });
         }
         match verdict {
-            Verdict::Automatic => _ = held.remove(&pair),
+            Verdict::Automatic => {
+                if let Some((Verdict::Correlated, _)) = held.remove(&pair) {
+                    self.part_unless_compared(id, transponder);
+                }
+            }
             // What was said before and is said again holds since then.
             _ if held.get(&pair).is_some_and(|before| before.0 == verdict) => {}
             _ => _ = held.insert(pair, (verdict, since)),
         }
         Ok(())
+    }
+
+    /// Without anything to compare a radar track stays what it is, which here was an operator's word alone.
+    fn part_unless_compared(&mut self, id: TrackletId, transponder: Identity) {
+        let Some(&target) = self.by_identity.get(&transponder) else { return };
+        let Some(tracklet) = self.tracklets.get(&id) else { return };
+        if tracklet.target == Some(target) && tracklet.score(target).is_none() {
+            self.join(id, None);
+        }
     }
 
     /// What is in force, by radar track.

@@ -280,6 +280,23 @@ fn what_is_decorrelated_parts_at_once_and_stays_apart_until_it_is_left_to_the_ev
 }
 
 #[test]
+fn what_was_one_by_an_operators_word_alone_parts_when_he_takes_it_back() {
+    // The radar sees the one, and hears the other, which was never near.
+    let keep = |_, report: &Report| match report {
+        Report::Plot(plot) => plot.track.number == TRACKS[0],
+        Report::Fix(fix) => fix.identity == identity(1),
+    };
+    let pair = |verdict| decision(TRACKS[0], 1, verdict);
+    let (_, emissions, made) = fly(keep, &[(25, pair(Verdict::Correlated)), (40, pair(Verdict::Automatic))]);
+    for emission in between(&emissions, made[0].0, 53) {
+        let is_fused = parts(emission).contains(&(FIRST, Some(identity(1))));
+        assert_eq!(is_fused, emission.slot < made[1].0, "{emission:?}");
+    }
+    let last = &emissions[emissions.partition_point(|emission| emission.slot < made[1].0)];
+    assert!(parts(last).contains(&(FIRST, None)), "{last:?}");
+}
+
+#[test]
 fn a_decision_ends_with_the_track_number() {
     // Longer than a break.
     let keep = |second: i64, report: &Report| !matches!(report, Report::Plot(plot) if plot.track.number == TRACKS[0] && (26..33).contains(&second));
