@@ -5,7 +5,7 @@ use nalgebra::{Matrix6, UnitQuaternion, Vector2, Vector3, Vector6};
 use super::along::rows;
 use super::estimate::Estimate;
 use super::qmethod::rotation_vector;
-use super::{AXES, PARAMETERS, PRIOR};
+use super::{AXES, PRIOR};
 
 /// What is applied to plots: the negative of what is estimated, as far as that is observable.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,7 +15,6 @@ pub struct Correction {
     back: UnitQuaternion<f64>,
     range_m: f64,
     height_m: f64,
-    time_s: f64,
     left: Matrix6<f64>,
 }
 
@@ -39,23 +38,22 @@ impl Correction {
             back: UnitQuaternion::identity(),
             range_m: 0.0,
             height_m: 0.0,
-            time_s: 0.0,
             left: Matrix6::from_diagonal(&prior.component_mul(&prior)),
         }
     }
 
-    /// What is observable is taken away.
+    /// What is observable is taken away; time is not, which is the transponders'.
     pub fn of(estimate: &Estimate) -> Self {
-        let Estimate { bearing, tilt_east, tilt_north, range_m, height_m, time_s, .. } = estimate;
-        let taken = [bearing, tilt_east, tilt_north, range_m, height_m, time_s]
+        let Estimate { bearing, tilt_east, tilt_north, range_m, height_m, .. } = estimate;
+        let taken = [bearing, tilt_east, tilt_north, range_m, height_m]
             .map(|value| if value.observable { value.value } else { 0.0 });
-        let [.., range_m, height_m, time_s] = taken;
+        let [bearing, tilt_east, tilt_north, range_m, height_m] = taken;
+        let turn = rotation_vector(&Vector6::new(bearing, tilt_east, tilt_north, range_m, height_m, 0.0));
         Self {
-            nothing: taken == [0.0; PARAMETERS],
-            back: UnitQuaternion::from_scaled_axis(-rotation_vector(&Vector6::from(taken))),
+            nothing: taken.iter().all(|&value| value == 0.0),
+            back: UnitQuaternion::from_scaled_axis(-turn),
             range_m,
             height_m,
-            time_s,
             left: estimate.left,
         }
     }
@@ -79,11 +77,6 @@ impl Correction {
         let turned = self.back * self.at_range(plot_from_radar, height_m);
         let range_m = turned.norm();
         at(turned.xy(), range_m, height_m)
-    }
-
-    /// To be added to the time of a plot, seconds: it is then on the transponders' time.
-    pub fn time_s(&self) -> f64 {
-        self.time_s
     }
 
     /// What is left at a plot's place.

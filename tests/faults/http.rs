@@ -54,7 +54,10 @@ pub(crate) fn lights(address: SocketAddr) -> Vec<String> {
 pub(crate) fn troubled(address: SocketAddr) -> Vec<String> {
     let alerts = json(address, "/api/v1/alerts");
     let of_service = alerts["alerts"].as_array().unwrap().iter().filter(|alert| alert["kind"] == "service");
-    of_service.map(|alert| alert["part"].as_str().unwrap().to_owned()).collect()
+    let mut parts: Vec<String> = of_service.map(|alert| alert["part"].as_str().unwrap().to_owned()).collect();
+    // Which of two meets the end of a disk first is nobody's promise.
+    parts.sort();
+    parts
 }
 
 /// Asks until it is so; how long that took.
