@@ -26,7 +26,7 @@ const CLASS_MOST: f64 = 4.0;
 /// after that, nanoseconds.
 const HOLD_NS: i64 = 6 * SECOND;
 /// A target that was not seen for a while is looked for as long as its place is known to this, metres.
-const LOST_M: f64 = 120.0;
+const LOST_M: f64 = 200.0;
 /// And found within this squared distance (Mahalanobis, three dimensions).
 const FOUND: f64 = 16.0;
 /// Aircraft that are not one are so far apart, one standard deviation, metres: over ground, in height.
