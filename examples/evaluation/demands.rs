@@ -193,7 +193,6 @@ fn rightness(scores: &[Scores]) -> Vec<Asked> {
         },
         Demand {
             ambition: AtLeast(0.99),
-            why: "a transponder that jumps away from its radar track, or a place that is extrapolated wrongly beside a radar track of its own: for those seconds the drone has two points, and each slot counts two changes.",
             ..all("F1 of precision and recall, the worse of `crossing` and `dense`", two(), |seeds, of| {
                 seeds.of_group(of.all, F1)
             })
@@ -202,7 +201,7 @@ fn rightness(scores: &[Scores]) -> Vec<Asked> {
             decimals: 2,
             required: AtMost(0.1),
             ambition: AtMost(0.02),
-            why: "one bird in sixty shows a mean probability of 0.4 to 0.7, as drones do; how it flies holds back a part of them only, because the radar's azimuth is too bad to show a course.",
+            why: "a transponder that jumps away from its radar track, or a place that is extrapolated wrongly beside a radar track of its own: for those seconds the drone has two points, and each slot counts two changes.",
             ..all("identity changes a drone and minute, equipped, worst scenario", every(), |seeds, of| {
                 seeds.of_group(of.equipped, ID_CHANGES)
             })
@@ -211,7 +210,7 @@ fn rightness(scores: &[Scores]) -> Vec<Asked> {
             decimals: 1,
             required: AtMost(1.0),
             ambition: AtMost(0.0),
-            why: "the same, with 500 birds.",
+            why: "one bird in sixty shows a mean probability of 0.4 to 0.7, as drones do; how it flies holds back a part of them only, because the radar's azimuth is too bad to show a course.",
             ..all("seconds of bird track a minute, worst scenario but `city`", few(), |seeds, of| {
                 seeds.of_group(of.all, FALSE_TRACK)
             })
@@ -220,6 +219,7 @@ fn rightness(scores: &[Scores]) -> Vec<Asked> {
             decimals: 1,
             required: AtMost(1.0),
             ambition: AtMost(0.0),
+            why: "the same, with 500 birds.",
             ..all("seconds of bird track a minute, `city` (500 birds)", one(CITY), |seeds, of| {
                 seeds.of_group(of.all, FALSE_TRACK)
             })

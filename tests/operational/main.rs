@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 use utm_fusion::areas::Masks;
-use utm_fusion::config::{Config, Profile};
+use utm_fusion::config::{Config, Motion, Profile};
 use utm_fusion::evaluate::{
     Alone, ErrorStatistics, Evaluation, Labels, OutputPoint, Settings, evaluate, output,
 };
@@ -31,11 +31,14 @@ fn points(receptions: impl Iterator<Item = Reception>, config: &Config) -> Vec<O
 }
 
 fn scored(simulation: &Simulation, profile: Profile) -> Evaluation {
-    let config = site(simulation, profile);
+    scored_as(simulation, &site(simulation, profile))
+}
+
+fn scored_as(simulation: &Simulation, config: &Config) -> Evaluation {
     let labels = Labels::with_receivers(simulation.labels.clone(), &[TRANSPONDER_ID.to_owned()].into());
-    let alone = Alone::of(simulation.receptions().map(Ok), &config, Masks::default()).unwrap();
-    let points = points(simulation.receptions(), &config);
-    evaluate(&simulation.truth(), Some(&labels), &points, Some(&alone), &Settings::of(&config))
+    let alone = Alone::of(simulation.receptions().map(Ok), config, Masks::default()).unwrap();
+    let points = points(simulation.receptions(), config);
+    evaluate(&simulation.truth(), Some(&labels), &points, Some(&alone), &Settings::of(config))
 }
 
 /// Over some flights: the mean of a figure of each.
@@ -97,6 +100,34 @@ fn velocities_make_it_better() {
     let (covered, gap) = (ratio(covered), ratio(gap));
     assert!(covered <= 0.97, "covered: {covered} of the error without velocities");
     assert!(gap <= 0.98, "in gaps: {gap}");
+}
+
+#[test]
+fn the_singer_model_is_another_way_to_move() {
+    let flights = [1, 2].map(|seed| flight("crossing", seed));
+    let moving = |simulation: &Simulation, profile, motion| {
+        let mut config = site(simulation, profile);
+        config.fusion.motion = motion;
+        config
+    };
+    let now = flights
+        .each_ref()
+        .map(|flight| scored_as(flight, &moving(flight, Profile::Operational, Motion::Singer)));
+    let alone = |e: &Evaluation| metres(e.transponder.as_ref()?.equipped.epos_covered);
+    assert!(mean(&now, |e| Some(covered(e)? / alone(e)?)) <= 1.1, "worse than the transponder");
+    let radar = |e: &Evaluation| metres(e.radar.as_ref()?.equipped.epos_gap);
+    assert!(mean(&now, |e| Some(gap(e)? / radar(e)?)) <= 0.6, "in gaps");
+    assert!(mean(&now, |e| e.fused.equipped.pu_percent) >= 90.0, "equipped drones");
+
+    let put_out = |profile, motion| {
+        let config = moving(&flights[0], profile, motion);
+        points(flights[0].receptions(), &config)
+    };
+    let [imm, singer] = [Motion::Imm, Motion::Singer].map(|motion| put_out(Profile::Operational, motion));
+    assert_ne!(imm, singer);
+    // The paper's rules take no notice.
+    let [imm, singer] = [Motion::Imm, Motion::Singer].map(|motion| put_out(Profile::Reference, motion));
+    assert_eq!(imm, singer);
 }
 
 #[test]
