@@ -10,8 +10,9 @@ use crate::speed::Speed;
 use crate::summary::Mean;
 use Bound::{AtLeast, AtMost, Honest, Nothing};
 
-/// Why deviations are too small where transponders speak.
-const CITY_SLOTS: &str = "1,000 drones and 500 birds; most of a slot goes into filtering and smoothing them.";
+/// What a slot of `city` takes.
+const CITY_SLOTS: &str = "500 drones and 500 birds; most of a slot goes into filtering and smoothing them.";
+/// Why deviations are wrong where transponders speak.
 const DRIFT: &str = "a spoofed transponder is believed, and one that jumps (`gaps`) for as long as that lasts; elsewhere the deviation over ground is honest to a fifth or so, that of the height is the data sheet's 5 m where 2.5 m are flown.";
 
 /// What was measured besides the flights' scores.
@@ -114,7 +115,7 @@ fn presence(scores: &[Scores]) -> Vec<Asked> {
             decimals: 1,
             required: AtLeast(90.0),
             ambition: AtLeast(95.0),
-            why: "in silences of 15 to 45 s a place is soon not known to the 25 m, and 0.7 of a plot's deviation, within which it is put out, unless the radar sees the drone; with 35 m PU is 2 points more and the error in gaps a tenth.",
+            why: "in silences of 15 to 45 s a place is soon not known to the 25 m, and 0.7 of a plot's deviation, within which it is put out, unless the radar sees the drone; before the second limit, 35 m instead of 25 gave 2 points of PU more and a tenth more error in gaps.",
         },
         Demand {
             figure: "PU of equipped drones less the transponder's, points, worst scenario",
@@ -141,7 +142,7 @@ fn presence(scores: &[Scores]) -> Vec<Asked> {
             decimals: 3,
             required: AtMost(1.0),
             ambition: Nothing,
-            why: "one drone a flight, whose tracks' slow errors nothing tells; smoothing takes nothing off them, and coasting for 2 s after the last plot adds 1 or 2 of 100 (with 1 s PU is 1.5 points less).",
+            why: "one drone a flight, whose tracks' slow errors nothing tells; smoothing takes nothing off them, and coasting for 2 s after the last plot adds at most 1 of 100 in `dense` (1 s would cost 1.5 points of PU).",
         },
         Demand {
             figure: "error of drones without transponder / radar's, `bias` after 40 drone-minutes",
