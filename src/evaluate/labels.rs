@@ -74,14 +74,47 @@ impl Labels {
     /// What the radar track with this number was in `span`, by its latest plot there. Where the radar is not known, all
     /// that have a plot of this number must agree. `None`: not told.
     pub fn radar_track(&self, number: u16, sensor: Option<&str>, span: &Range<Time>) -> Option<Told<'_>> {
+        self.agreed(number, sensor, |places| {
+            let until = places.partition_point(|&place| self.rows[place].time < span.end);
+            let latest = &self.rows[places[until.checked_sub(1)?]];
+            (latest.time >= span.start).then_some(latest)
+        })
+    }
+
+    /// What the radar track with this number was where it had no plot: by its plots before and after, `within_ns` away at
+    /// most. Not told where they are of two, as of a number that goes from one to another.
+    pub fn radar_track_near(
+        &self,
+        number: u16,
+        sensor: Option<&str>,
+        time: Time,
+        within_ns: i64,
+    ) -> Option<Told<'_>> {
+        let away_ns = |row: &Label| (row.time.nanos() - time.nanos()).abs();
+        self.agreed(number, sensor, |places| {
+            let after = places.partition_point(|&place| self.rows[place].time < time);
+            let row = |&place: &usize| Some(&self.rows[place]).filter(|row| away_ns(row) <= within_ns);
+            let before = after.checked_sub(1).and_then(|before| row(&places[before]));
+            match (before, places.get(after).and_then(row)) {
+                (Some(before), Some(after)) => (before.id == after.id).then_some(after),
+                (before, after) => before.or(after),
+            }
+        })
+    }
+
+    /// What the plots say that `choose` takes of each radar's, which are by time.
+    fn agreed<'a>(
+        &'a self,
+        number: u16,
+        sensor: Option<&str>,
+        choose: impl Fn(&[usize]) -> Option<&'a Label>,
+    ) -> Option<Told<'a>> {
         let mut told = None;
         for (name, places) in self.radar.get(&number.into())? {
             if sensor.is_some_and(|sensor| sensor != name) {
                 continue;
             }
-            let until = places.partition_point(|&place| self.rows[place].time < span.end);
-            let latest = until.checked_sub(1).map(|last| &self.rows[places[last]]);
-            let Some(row) = latest.filter(|row| row.time >= span.start) else { continue };
+            let Some(row) = choose(places) else { continue };
             let this = Told { id: row.id.as_deref(), seduced: row.seduced };
             if told.is_some_and(|told| told != this) {
                 return None;
@@ -151,6 +184,23 @@ mod tests {
         assert_eq!(labels.radar_track(5, Some("other"), &span(20, 30)), None);
         assert_eq!(labels.radar_track(5, None, &span(15, 20)), None);
         assert_eq!(labels.radar_track(6, None, &span(10, 30)), None);
+    }
+
+    #[test]
+    fn where_there_is_no_plot_those_beside_tell() {
+        let labels = Labels::new(vec![
+            label(10, "radar", 5, "A", false),
+            label(20, "radar", 5, "", false),
+            label(21, "radar", 6, "A", false),
+        ]);
+        let near = |time, within_ns| labels.radar_track_near(5, None, Time::from_nanos(time), within_ns);
+        assert_eq!(near(8, 2), told(Some("A"), false), "before it began");
+        assert_eq!(near(14, 5), told(Some("A"), false));
+        assert_eq!(near(16, 5), told(None, false));
+        assert_eq!(near(15, 5), None, "of one that was another's");
+        assert_eq!(near(23, 3), told(None, false), "after its end");
+        assert_eq!(near(24, 3), None);
+        assert_eq!(near(7, 2), None);
     }
 
     #[test]

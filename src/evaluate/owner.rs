@@ -5,13 +5,15 @@ use std::ops::Range;
 use super::nearby::Nearby;
 use super::{Labels, OutputPoint, Told, Truth};
 use crate::fusion::{Slot, SlotGrid};
-use crate::time::Time;
+use crate::time::{SECOND, Time};
 
 /// Without labels a point belongs to the nearest drone at most this far away, metres.
 const REACH_M: f64 = 150.0;
 
 /// Plots and labels have times in 1/128 s; half of that decides which plot a label means, nanoseconds.
 const HALF_COUNT_NS: i64 = 7_812_500 / 2;
+/// A radar track's plot tells of points beside it so far, nanoseconds: further than any is extrapolated.
+const BESIDE_NS: i64 = 10 * SECOND;
 
 /// Whose a point is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,7 +72,13 @@ impl<'a> Owners<'a> {
             (!radar.seduced).then_some(transponder.id.is_some() && transponder.id == radar.id)
         });
         let seduced = radar.flatten().is_some_and(|radar| radar.seduced);
-        let owner = self.told([transponder, radar]).unwrap_or_else(|| self.nearest(point));
+        // Of a point between two plots, or beyond them, which no transponder tells of.
+        let beside = |number| labels.radar_track_near(number, point.sensor.as_deref(), point.time, BESIDE_NS);
+        let track = match (transponder, radar) {
+            (None, Some(None)) => point.radar_track.map(beside),
+            _ => radar,
+        };
+        let owner = self.told([transponder, track]).unwrap_or_else(|| self.nearest(point));
         Finding { owner, paired, seduced }
     }
 
