@@ -167,7 +167,7 @@ fn properties() -> Value {
             "accuracy_v": classes("its class in ASTM F3411", &VERTICAL),
             "uav_probability": share("that it is a drone, as the radar says"),
             "uas_id": object("", json!({ "serial_number": text("") }), uas),
-            "last_measurement": time("the latest one up to time, of whichever sensor"),
+            "last_measurement": time("the latest one up to time, of whichever sensor; absent before the first"),
             "trail": object("with trail_s", trail, json!({})),
         }),
     )

@@ -73,20 +73,27 @@ where
         self.nodes.drain(..keep);
     }
 
-    /// When the newest was.
-    pub(super) fn newest(&self) -> Option<Time> {
-        self.nodes.last().map(|node| node.measurement.time)
+    /// The newest.
+    pub(super) fn newest(&self) -> Option<&Measurement> {
+        self.nodes.last().map(|node| &node.measurement)
     }
 
-    /// Where the target is at `time`, from everything measured before and after; `None` before its first measurement.
+    /// Where the target is at `time`, from everything measured before and after; `None` if nothing was measured.
     pub(super) fn at(&self, time: Time) -> Option<Estimate> {
         let behind = self.nodes.partition_point(|node| node.measurement.time <= time);
-        let before = &self.nodes[behind.checked_sub(1)?];
-        let since_s = time.seconds_since(before.measurement.time);
-        let (plane, _, height_here, _) = before.ahead(since_s, &self.models);
-        let plane_here = plane.combined();
-        let Some(next) = self.nodes.get(behind) else {
-            return Some(Estimate::of(&plane_here, &height_here, before.jumped, since_s, None));
+        let before = behind.checked_sub(1).map(|before| &self.nodes[before]);
+        let next = self.nodes.get(behind);
+        let since_s = before.map(|before| time.seconds_since(before.measurement.time));
+        let until_s = next.map(|next| next.measurement.time.seconds_since(time));
+        let here = match (before.zip(since_s), next) {
+            (Some((before, since_s)), _) => before.moved_to(since_s, &self.models),
+            // Before the first it is anywhere; what came after tells where.
+            (None, Some(next)) => Node::unmeasured(next.measurement, &self.models),
+            (None, None) => return None,
+        };
+        let (plane, height) = (here.plane.combined(), here.height);
+        let Some((next, until_s)) = next.zip(until_s) else {
+            return Some(Estimate::of(&plane, &height, here.jumped, since_s, None));
         };
         // Back from the newest to the next one.
         let last = self.nodes.last()?;
@@ -97,12 +104,10 @@ where
             height_after = pair[0].height.smoothed(height_bridge, &height_after);
         }
         // And from there to here.
-        let until_s = next.measurement.time.seconds_since(time);
-        let here = Node { plane, height: height_here, ..before.clone() };
         let (_, plane_bridge, _, height_bridge) = here.ahead_to(next, until_s, &self.models);
-        let plane = plane_here.smoothed(&plane_bridge, &plane_after);
-        let height = height_here.smoothed(&height_bridge, &height_after);
-        let jumped = if next.jumped.norm() > before.jumped.norm() { next.jumped } else { before.jumped };
+        let plane = plane.smoothed(&plane_bridge, &plane_after);
+        let height = height.smoothed(&height_bridge, &height_after);
+        let jumped = if next.jumped.norm() > here.jumped.norm() { next.jumped } else { here.jumped };
         Some(Estimate::of(&plane, &height, jumped, since_s, Some(until_s)))
     }
 }
@@ -111,13 +116,14 @@ type Ahead<const P: usize, const M: usize, const H: usize> =
     (Mixture<P, M>, Bridge<P>, Gaussian<H>, Bridge<H>);
 
 impl<const P: usize, const M: usize, const H: usize> Node<P, M, H> {
-    fn first(measurement: Measurement, models: &(impl OverGround<P, M> + AboveGround<H>)) -> Self {
+    /// Of a target of which nothing is known but that it will be measured so.
+    fn unmeasured(measurement: Measurement, models: &(impl OverGround<P, M> + AboveGround<H>)) -> Self {
         let owner = match &measurement.by {
             By::Transponder { .. } => None,
             By::Radar { owner, errors, .. } => Some((*owner, *errors)),
         };
         let slow = owner.as_ref().map(|(_, errors)| SlowError::of(errors));
-        let mut node = Self {
+        Self {
             owner,
             plane: OverGround::first(models, measurement.position.0.xy(), slow.as_ref()),
             height: AboveGround::first(
@@ -129,17 +135,23 @@ impl<const P: usize, const M: usize, const H: usize> Node<P, M, H> {
             jumped: Vector2::zeros(),
             bridges: None,
             measurement,
-        };
+        }
+    }
+
+    fn first(measurement: Measurement, models: &(impl OverGround<P, M> + AboveGround<H>)) -> Self {
+        let mut node = Self::unmeasured(measurement, models);
         node.observe(&node.plane.combined());
         let (plane, height) = (node.plane.combined(), node.height);
         node.observe_motion(&plane, &height);
         node
     }
 
-    /// The state `dt` seconds ahead, without a measurement.
-    fn ahead(&self, dt: f64, models: &(impl OverGround<P, M> + AboveGround<H>)) -> Ahead<P, M, H> {
+    /// The same `dt` seconds later, without a measurement.
+    fn moved_to(&self, dt: f64, models: &(impl OverGround<P, M> + AboveGround<H>)) -> Self {
         let slow = self.owner.map_or(SlowChange::NONE, |(_, radar)| SlowChange::after(&radar, dt));
-        self.moved(dt, &slow, models)
+        let (plane, _, height, _) = self.moved(dt, &slow, models);
+        let Self { measurement, owner, jumped, .. } = *self;
+        Self { measurement, owner, plane, height, jumped, bridges: None }
     }
 
     /// The state where the next measurement is.

@@ -141,9 +141,9 @@ pub struct Estimate {
     pub vertical: f64,
     /// Covariance of the velocity over ground, east and north, m²/s².
     pub velocity_spread: Matrix2<f64>,
-    /// The later of the measurements it lies behind, and how long it is to the next one; seconds.
-    pub since_s: f64,
-    /// `None`: nothing was measured later, it is extrapolated.
+    /// How long ago the last measurement was, seconds; `None`: nothing was measured earlier, it is extrapolated backward.
+    pub since_s: Option<f64>,
+    /// How long it is to the next one, seconds; `None`: nothing was measured later, it is extrapolated.
     pub until_s: Option<f64>,
 }
 
@@ -153,7 +153,7 @@ impl Estimate {
         plane: &Gaussian<P>,
         height: &Gaussian<H>,
         jumped: Vector2<f64>,
-        since_s: f64,
+        since_s: Option<f64>,
         until_s: Option<f64>,
     ) -> Self {
         Self {
@@ -218,15 +218,15 @@ impl Track {
         }
     }
 
-    /// When the newest was.
-    pub fn newest(&self) -> Option<Time> {
+    /// The newest.
+    pub fn newest(&self) -> Option<&Measurement> {
         match &self.0 {
             Kind::Imm(filter) => filter.newest(),
             Kind::Singer(filter) => filter.newest(),
         }
     }
 
-    /// Where the target is at `time`, from everything measured before and after; `None` before its first measurement.
+    /// Where the target is at `time`, from everything measured before and after; `None` if nothing was measured.
     pub fn at(&self, time: Time) -> Option<Estimate> {
         match &self.0 {
             Kind::Imm(filter) => filter.at(time),

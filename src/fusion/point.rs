@@ -48,8 +48,8 @@ pub struct Estimate {
     pub velocity_spread: Matrix2<f64>,
     /// What the place rests on.
     pub basis: Basis,
-    /// The latest measurement, of whichever sensor, up to the point's time.
-    pub last_measurement: Time,
+    /// The latest measurement, of whichever sensor, up to the point's time; `None`: it was measured only later.
+    pub last_measurement: Option<Time>,
 }
 
 /// What a place rests on.
@@ -59,7 +59,7 @@ pub enum Basis {
     Measured,
     /// Measurements before and after it.
     Interpolated,
-    /// Measurements before it alone.
+    /// Measurements before it alone, or after it alone.
     Extrapolated,
 }
 

@@ -53,9 +53,14 @@ impl Track {
         }
     }
 
-    /// Whether the place lies after the last measurement: never in the `reference` profile.
+    /// Whether the place lies after the last measurement or before the first: never in the `reference` profile.
     pub fn is_extrapolated(&self) -> bool {
         self.motion.is_some_and(|motion| motion.basis == Basis::Extrapolated)
+    }
+
+    /// Whether it lies after the last one.
+    pub fn is_coasting(&self) -> bool {
+        self.is_extrapolated() && self.motion.is_some_and(|motion| motion.last_measurement.is_some())
     }
 
     /// How it moves, where its height is known: of one that nobody measured nothing is told.

@@ -33,8 +33,8 @@ pub struct Motion {
     pub deviation_v_m: f64,
     /// What the place rests on.
     pub basis: Basis,
-    /// The latest measurement up to the track's time.
-    pub last_measurement: Time,
+    /// The latest measurement up to the track's time; `None`: it was measured only later.
+    pub last_measurement: Option<Time>,
 }
 
 impl Motion {

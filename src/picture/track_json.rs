@@ -169,7 +169,7 @@ impl<'a> TrackJson<'a> {
             id: maker.track_id(track),
             source: track.source_name(),
             track_number: track.point.number,
-            state: if track.is_extrapolated() { "coasting" } else { "active" },
+            state: if track.is_coasting() { "coasting" } else { "active" },
             time: track.time.to_string(),
             lat: rounded(track.position.latitude_deg(), 9),
             lng: rounded(track.position.longitude_deg(), 9),
@@ -189,7 +189,7 @@ impl<'a> TrackJson<'a> {
             uav_probability: source.radar().and_then(|radar| radar.uav_probability).map(|p| rounded(p, 4)),
             uas_id: source.transponder().map(UasId::new),
             first_seen: track.point.first_seen.to_string(),
-            last_measurement: motion.map(|motion| motion.last_measurement.to_string()),
+            last_measurement: motion.and_then(|motion| motion.last_measurement).map(|time| time.to_string()),
             contributors: contributors(source, &track.point.competitors, maker),
         }
     }

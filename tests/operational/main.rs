@@ -1,4 +1,4 @@
-//! The rules of the `operational` profile on simulated flights. A configuration that asks for it is still refused.
+//! The rules of the `operational` profile on simulated flights.
 
 #![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 
@@ -73,8 +73,8 @@ fn it_removes_the_weaknesses_of_the_reference_profile() {
     assert!(mean(&now, |e| Some(gap(e)? / radar(e)?)) <= 0.45, "in gaps");
     assert!(mean(&now, |e| e.fused.equipped.pu_percent) >= 90.0, "equipped drones");
     assert!(mean(&now, |e| e.fused.unequipped.pu_percent) >= 36.0, "drones without a transponder");
-    assert!(mean(&now, |e| e.fused.all.precision) >= 0.96, "radar tracks of others");
-    assert!(mean(&now, |e| e.fused.equipped.id_changes) <= 0.2, "names");
+    assert!(mean(&now, |e| e.fused.all.precision) >= 0.99, "radar tracks of others");
+    assert!(mean(&now, |e| e.fused.equipped.id_changes) <= 0.1, "names");
     assert!(mean(&now, |e| e.fused.all.false_track_s) <= 5.0, "birds");
     assert!(mean(&now, |e| e.fused.all.gospa_m) <= 0.68 * mean(&before, |e| e.fused.all.gospa_m));
 }
@@ -83,23 +83,25 @@ fn it_removes_the_weaknesses_of_the_reference_profile() {
 fn velocities_make_it_better() {
     // The same flights: what is told of the motion is all that differs.
     let told = |velocities| {
-        let mut scenario = scenario("crossing");
+        let mut scenario = scenario("gaps");
         scenario.transponder.velocities = velocities;
         scenario.radars.iter_mut().for_each(|radar| radar.velocities = velocities);
         let flown = |seed| scored(&simulate(&scenario, seed, None).unwrap(), Profile::Operational);
         (1..=7).map(flown).collect::<Vec<_>>()
     };
     let (without, with) = (told(false), told(true));
-    // The median flight: in one of these a wrong radar track is followed through a gap, which outweighs all the others.
-    let ratio = |error: fn(&Evaluation) -> Option<f64>| {
-        let ratio = |(with, without)| error(with).unwrap() / error(without).unwrap();
+    // The median flight: in one a wrong radar track may be followed through a gap, which outweighs all the others.
+    let ratio = |figure: fn(&Evaluation) -> Option<f64>| {
+        let ratio = |(with, without)| figure(with).unwrap() / figure(without).unwrap();
         let mut ratios: Vec<f64> = with.iter().zip(&without).map(ratio).collect();
         ratios.sort_by(f64::total_cmp);
         ratios[ratios.len() / 2]
     };
     let (covered, gap) = (ratio(covered), ratio(gap));
     assert!(covered <= 0.97, "covered: {covered} of the error without velocities");
-    assert!(gap <= 0.98, "in gaps: {gap}");
+    assert!(gap <= 0.9, "in gaps: {gap}");
+    let seen = ratio(|flight| flight.fused.equipped.pu_percent);
+    assert!(seen >= 1.03, "PU: {seen} times that without");
 }
 
 #[test]

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use super::ahead::begins_within;
+use super::output::COAST_S;
 use super::pairing::Evidence;
 use super::settings::{Radar, Settings};
 use super::target::Target;
@@ -21,12 +23,12 @@ pub const PART: f64 = -4.0;
 /// this.
 const LOYALTY: f64 = 4.0;
 /// Log-odds that a radar track is a drone speak for its being any target, up to this.
-const CLASS_MOST: f64 = 4.0;
+pub(super) const CLASS_MOST: f64 = 4.0;
 /// A radar track that was likely to be a target has most often walked off from it: it becomes none of its own for so long
 /// after that, nanoseconds.
 const HOLD_NS: i64 = 6 * SECOND;
 /// A target that was not seen for a while is looked for as long as its place is known to this, metres.
-const LOST_M: f64 = 200.0;
+pub(super) const LOST_M: f64 = 200.0;
 /// And found within this squared distance (Mahalanobis, three dimensions).
 const FOUND: f64 = 16.0;
 /// Aircraft that are not one are so far apart, one standard deviation, metres: over ground, in height.
@@ -84,10 +86,7 @@ impl Operational {
                         false => (JOIN, 0.0),
                     };
                     if score > least {
-                        let column = columns.iter().position(|&known| known == target).unwrap_or_else(|| {
-                            columns.push(target);
-                            columns.len() - 1
-                        });
+                        let column = column_of(target, &mut columns);
                         row.push(Candidate { column, cost: PART - bonus - score });
                     }
                 }
@@ -98,6 +97,7 @@ impl Operational {
             for (id, column) in rows.into_iter().zip(chosen) {
                 self.join(id, decided.target(id).or(column.map(|column| columns[column])));
             }
+            self.find_ahead((sensor, radar), &decided, moment, settings);
         }
     }
 
@@ -148,15 +148,18 @@ impl Operational {
 
     /// Targets that no sensor tells of now, where they must be.
     fn lost(&self, moment: &Moment, settings: &Settings) -> Vec<(TargetId, Estimate)> {
-        let is_lost = |target: &Target| {
-            let seen = target.tracklet.and_then(|id| self.tracklets.get(&id));
-            seen.is_none_or(|tracklet| tracklet.last() < moment.time)
-                && target.on_curve(moment.time, settings).is_none()
-        };
-        let lost = self.targets.iter().filter(|(_, target)| is_lost(target));
+        let lost = self.targets.iter().filter(|(id, _)| self.is_lost(**id, moment, settings));
         lost.filter_map(|(&id, target)| Some((id, target.estimate(moment.time)?)))
             .filter(|(_, estimate)| estimate.deviation_m() < LOST_M)
             .collect()
+    }
+
+    /// Whether no sensor tells of it now.
+    pub(super) fn is_lost(&self, id: TargetId, moment: &Moment, settings: &Settings) -> bool {
+        let target = &self.targets[&id];
+        let seen = target.tracklet.and_then(|id| self.tracklets.get(&id));
+        seen.is_none_or(|tracklet| tracklet.last() < moment.time)
+            && target.on_curve(moment.time, settings).is_none()
     }
 
     /// Makes the radar track part of that target, or of none.
@@ -193,15 +196,27 @@ impl Operational {
     pub(super) fn begin(&mut self, moment: &Moment, settings: &Settings) {
         let decided = self.decided();
         let long_ago = |likely: Time| moment.time.nanos() - likely.nanos() >= HOLD_NS;
+        let is_nobodys = |tracklet: &Tracklet| {
+            tracklet.pairs.iter().all(|&(id, evidence)| {
+                decided.are_apart(tracklet.id, id)
+                    || (evidence.score < 0.0 && evidence.likely.is_none_or(long_ago))
+            })
+        };
+        let is_unclaimed = |tracklet: &Tracklet| {
+            decided.target(tracklet.id).is_none()
+                && settings
+                    .radar(tracklet.key.sensor)
+                    .is_some_and(|radar| self.claims(tracklet, radar, &decided, moment).next().is_none())
+        };
         let begins = |tracklet: &&Tracklet| {
             let is_drone = tracklet.existence().log_odds() >= existence::CONFIRMED;
-            tracklet.target.is_none()
-                && (tracklet.first() < moment.end && tracklet.last() >= moment.time)
-                && is_drone
-                && tracklet.pairs.iter().all(|&(id, evidence)| {
-                    decided.are_apart(tracklet.id, id)
-                        || (evidence.score < 0.0 && evidence.likely.is_none_or(long_ago))
-                })
+            // Where one plot alone goes nobody knows.
+            let is_track = tracklet.first() < tracklet.last() && tracklet.last() >= moment.time;
+            let is_free = || match tracklet.first() < moment.end {
+                true => is_nobodys(tracklet),
+                false => begins_within(COAST_S, tracklet, moment) && is_unclaimed(tracklet),
+            };
+            tracklet.target.is_none() && is_track && is_drone && is_free()
         };
         let new: Vec<TrackletId> =
             self.tracklets.values().filter(begins).map(|tracklet| tracklet.id).collect();
@@ -217,6 +232,14 @@ impl Operational {
                 .and_modify(|new| new.measure(target, (DAWN, moment.time), tracklet, settings));
         }
     }
+}
+
+/// The column of a target in an assignment; one that has none gets the next.
+pub(super) fn column_of(target: TargetId, columns: &mut Vec<TargetId>) -> usize {
+    columns.iter().position(|&known| known == target).unwrap_or_else(|| {
+        columns.push(target);
+        columns.len() - 1
+    })
 }
 
 /// Those of the targets, which stand by east, that the plot could be of.
@@ -241,7 +264,7 @@ fn near<'a>(
 }
 
 /// How likely a radar track is a target that was not seen for a while, against its being another one: logarithm.
-fn found_again(plot: &Plot, estimate: &Estimate, radar: &Radar) -> Option<f64> {
+pub(super) fn found_again(plot: &Plot, estimate: &Estimate, radar: &Radar) -> Option<f64> {
     let errors = &radar.errors;
     let seen = Seen::from(radar.position, plot.position);
     let spread = estimate.horizontal

@@ -6,9 +6,12 @@
 //!
 //! What is decided depends on the reports received by then and not on the order in which they came.
 
+mod ahead;
 mod decide;
 mod existence;
 mod flight;
+#[cfg(test)]
+mod flown;
 mod manual;
 mod output;
 mod pairing;
@@ -82,6 +85,18 @@ const DAWN: Time = Time::from_nanos(i64::MIN);
 /// Later than everything.
 const EVER: Time = Time::from_nanos(i64::MAX);
 
+/// No aircraft is faster, metres a second.
+const FASTEST: f64 = 40.0;
+/// And nothing is measured further off than this and some deviations of the radar's, metres.
+const OFF_M: f64 = 60.0;
+
+/// Whether two plots can be of one aircraft: a radar may give a number that it has just taken from one to another at once.
+fn can_be_one(a: &Plot, b: &Plot, radar: &Radar) -> bool {
+    let flown_m = FASTEST * a.time.seconds_since(b.time).abs();
+    let off_m = OFF_M + 8.0 * target::plot_deviation_m(radar, a.position);
+    (a.position.0 - b.position.0).xy().norm() <= flown_m + off_m
+}
+
 /// After a pause of more than this a radar's track number is another track, nanoseconds.
 fn break_ns(radar: &Radar) -> i64 {
     BREAK_NS.max((5.0 * radar.period_s * SECOND as f64) as i64)
@@ -149,6 +164,7 @@ impl Operational {
                 self.tracklets.get(id).is_some_and(|tracklet| {
                     plot.time.nanos() - tracklet.last().nanos() <= break_ns
                         && tracklet.first().nanos() - plot.time.nanos() <= break_ns
+                        && tracklet.nearest(plot.time).is_some_and(|near| can_be_one(near, &plot, radar))
                 })
             };
             match ids.iter().rev().find(belongs) {

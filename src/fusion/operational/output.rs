@@ -24,8 +24,8 @@ const BETTER: f64 = 0.7;
 const WORSE: f64 = 1.1;
 /// and this much, metres.
 const WORSE_M: f64 = 10.0;
-/// and no longer than this after its last plot, seconds: where it goes nobody tells.
-const COAST_S: f64 = 2.0;
+/// and no longer than this after its last plot or before its first, seconds: where it goes nobody tells.
+pub(super) const COAST_S: f64 = 2.0;
 
 impl Operational {
     /// The points of the slot.
@@ -42,8 +42,10 @@ impl Operational {
         for (&id, target) in targets {
             let tracklet = target.tracklet.and_then(|id| tracklets.get(&id));
             let plot = tracklet.and_then(|tracklet| now(tracklet, moment)).copied();
-            if let Some(plot) = plot {
-                target.see(&plot, settings);
+            // Where no radar track took part yet, the one that begins soon does.
+            let soon = || tracklet?.nearest(moment.time).filter(|_| target.radar.is_none());
+            if let Some(plot) = plot.as_ref().or_else(soon) {
+                target.see(plot, settings);
             }
             let seen = tracklet.and_then(|tracklet| tracklet.last_before(moment.end));
             let Some(estimate) = target.estimate(moment.time) else { continue };
@@ -109,8 +111,12 @@ fn is_known(target: &Target, estimate: &Estimate, settings: &Settings) -> bool {
         (None, Some((_, plot_m))) => WORSE * plot_m + WORSE_M,
         (None, None) => 0.0,
     };
-    let coasts = target.transponder.is_none() && estimate.until_s.is_none() && estimate.since_s > COAST_S;
-    estimate.deviation_m() <= limit_m && !coasts
+    let coasts_s = match (estimate.since_s, estimate.until_s) {
+        (Some(_), Some(_)) => 0.0,
+        (since_s, until_s) => since_s.or(until_s).unwrap_or(0.0),
+    };
+    let is_lost = target.transponder.is_none() && coasts_s > COAST_S;
+    estimate.deviation_m() <= limit_m && !is_lost
 }
 
 /// Who takes part now; where nobody does, who did last. `because`: why the radar track is this target.
@@ -145,10 +151,12 @@ fn shown(
     settings: &Settings,
 ) -> point::Estimate {
     let half_s = moment.end.seconds_since(moment.begin) / 2.0;
-    let filtered = Time::from_nanos(moment.time.nanos() - (estimate.since_s * SECOND as f64).round() as i64);
+    let filtered = estimate
+        .since_s
+        .map(|since_s| Time::from_nanos(moment.time.nanos() - (since_s * SECOND as f64).round() as i64));
     let in_slot = |away_s: f64| away_s <= half_s;
     let is_measured = seen.is_some_and(|time| time >= moment.begin)
-        || in_slot(estimate.since_s)
+        || estimate.since_s.is_some_and(in_slot)
         || estimate.until_s.is_some_and(in_slot);
     // What lasts of a transponder's error moves all its reports alike, and what is measured against them.
     let lasting = target.lasting(settings);
@@ -162,12 +170,12 @@ fn shown(
             + lasting.vertical_m2
             + estimate.velocity.z * estimate.velocity.z * lasting.time_s2,
         velocity_spread: estimate.velocity_spread,
-        basis: match estimate.until_s {
+        basis: match (estimate.since_s, estimate.until_s) {
             _ if is_measured => Basis::Measured,
-            Some(_) => Basis::Interpolated,
-            None => Basis::Extrapolated,
+            (Some(_), Some(_)) => Basis::Interpolated,
+            _ => Basis::Extrapolated,
         },
-        last_measurement: seen.map_or(filtered, |time| time.max(filtered)),
+        last_measurement: seen.max(filtered),
     }
 }
 

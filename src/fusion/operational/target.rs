@@ -239,7 +239,7 @@ impl Target {
         // Stable: of one time, the transponder comes first.
         measurements.sort_by_key(|measurement| measurement.time);
         self.filter.measure(since, &measurements);
-        self.newest = self.newest.max(self.filter.newest().unwrap_or(self.newest));
+        self.newest = self.newest.max(self.filter.newest().map_or(self.newest, |newest| newest.time));
     }
 
     /// The transponder's last report up to a time, and how long it is silent then: to the next one or, where there is none
