@@ -161,7 +161,9 @@ async fn an_aircraft_is_one_track_with_one_trail_whatever_sees_it() {
         }
     }
     assert!(ids.len() >= 3 && ids.values().all(|ids| ids.len() == 1), "{ids:?}");
-    let changed = sources.iter().find(|(_, sources)| sources.len() > 1);
+    // Of those the one that is there longest: others go for a while.
+    let slots = |id: &str| all.iter().filter(|track| track["id"] == id).count();
+    let changed = sources.iter().filter(|(_, sources)| sources.len() > 1).max_by_key(|(id, _)| slots(id));
     let (id, _) = changed.unwrap_or_else(|| panic!("no source changes: {sources:?}"));
     let picture = site.get(&format!("/api/v1/tracks?ids={id}&trail_s=24")).await.json();
     let features = picture["features"].as_array().unwrap();

@@ -121,9 +121,9 @@ class Track {
     return this.source === "radar" && this.properties.uav_probability < 0.5;
   }
 
-  /** Nothing has been measured since: where it is is where it should be by now. */
-  get isCoasting() {
-    return this.properties.state === "coasting";
+  /** Nothing has been measured since, or nothing before: where it is is where it should be. */
+  get isExtrapolated() {
+    return this.properties.extrapolated === true;
   }
 
   matches() {

@@ -101,7 +101,7 @@ export function drawSymbols(context, view, placed, now, alerted) {
   for (const [track, px, py] of placed) {
     context.globalAlpha = now - track.time > QUIET_MS ? 0.45 : 1;
     const colour = palette[track.source];
-    const isHollow = track.isDoubtful || track.isCoasting;
+    const isHollow = track.isDoubtful || track.isExtrapolated;
     const path = new Path2D();
     SHAPES[track.source]?.(path, px, py, radius);
     context.lineWidth = isHollow ? 1.5 : 2.5;
@@ -109,7 +109,7 @@ export function drawSymbols(context, view, placed, now, alerted) {
     context.fillStyle = isHollow ? palette.halo : colour;
     if (!isHollow) context.stroke(path);
     context.fill(path);
-    context.setLineDash(track.isCoasting ? [2, 2] : []);
+    context.setLineDash(track.isExtrapolated ? [2, 2] : []);
     if (isHollow) context.stroke(path);
     context.setLineDash([]);
     context.globalAlpha = 1;
