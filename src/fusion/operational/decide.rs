@@ -3,12 +3,11 @@
 use std::collections::BTreeSet;
 
 use super::ahead::begins_within;
-use super::output::COAST_S;
 use super::pairing::Evidence;
 use super::settings::{Radar, Settings};
 use super::target::Target;
 use super::tracklet::{TargetId, Tracklet, TrackletId};
-use super::{DAWN, EVER, Moment, Operational, existence, pairing};
+use super::{COAST_S, DAWN, EVER, Moment, Operational, existence, pairing};
 use crate::assignment::{Candidate, assign};
 use crate::estimation::{Estimate, Seen};
 use crate::normalise::{Enu, Plot};

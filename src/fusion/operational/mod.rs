@@ -90,12 +90,9 @@ const FASTEST: f64 = 40.0;
 /// And nothing is measured further off than this and some deviations of the radar's, metres.
 const OFF_M: f64 = 60.0;
 
-/// Whether two plots can be of one aircraft: a radar may give a number that it has just taken from one to another at once.
-fn can_be_one(a: &Plot, b: &Plot, radar: &Radar) -> bool {
-    let flown_m = FASTEST * a.time.seconds_since(b.time).abs();
-    let off_m = OFF_M + 8.0 * target::plot_deviation_m(radar, a.position);
-    (a.position.0 - b.position.0).xy().norm() <= flown_m + off_m
-}
+/// A target that only a radar sees is put out no longer than this after its last plot or before its first, seconds: where it
+/// goes nobody tells.
+const COAST_S: f64 = 2.0;
 
 /// After a pause of more than this a radar's track number is another track, nanoseconds.
 fn break_ns(radar: &Radar) -> i64 {
@@ -164,7 +161,7 @@ impl Operational {
                 self.tracklets.get(id).is_some_and(|tracklet| {
                     plot.time.nanos() - tracklet.last().nanos() <= break_ns
                         && tracklet.first().nanos() - plot.time.nanos() <= break_ns
-                        && tracklet.nearest(plot.time).is_some_and(|near| can_be_one(near, &plot, radar))
+                        && tracklet.reaches(&plot, radar)
                 })
             };
             match ids.iter().rev().find(belongs) {

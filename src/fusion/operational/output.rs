@@ -8,7 +8,7 @@ use super::manual::Verdict;
 use super::settings::{Radar, Settings};
 use super::target::{Target, plot_deviation_m};
 use super::tracklet::Tracklet;
-use super::{Moment, Operational};
+use super::{COAST_S, Moment, Operational};
 use crate::estimation::Estimate;
 use crate::fusion::numbering::Numbers;
 use crate::fusion::point::{self, Association, Basis, Because, Point, RadarPart, Source, TransponderPart};
@@ -24,8 +24,6 @@ const BETTER: f64 = 0.7;
 const WORSE: f64 = 1.1;
 /// and this much, metres.
 const WORSE_M: f64 = 10.0;
-/// and no longer than this after its last plot or before its first, seconds: where it goes nobody tells.
-pub(super) const COAST_S: f64 = 2.0;
 
 impl Operational {
     /// The points of the slot.

@@ -5,8 +5,8 @@ use std::collections::VecDeque;
 use super::existence::Existence;
 use super::pairing::Evidence;
 use super::settings::{Radar, Settings};
-use super::target::Target;
-use super::{DAWN, EVER};
+use super::target::{Target, plot_deviation_m};
+use super::{DAWN, EVER, FASTEST, OFF_M};
 use crate::normalise::{Enu, Plot, RadarTrackKey};
 use crate::registration::Along;
 use crate::time::Time;
@@ -74,6 +74,16 @@ impl Tracklet {
             Some(same) if same.plot.time == plot.time => *same = Seen { plot, raw },
             _ => self.plots.insert(index, Seen { plot, raw }),
         }
+    }
+
+    /// Whether an aircraft could get from its plots to that one: a radar may give a number that it has taken from one to
+    /// another at once.
+    pub(super) fn reaches(&self, plot: &Plot, radar: &Radar) -> bool {
+        self.nearest(plot.time).is_some_and(|near| {
+            let flown_m = FASTEST * near.time.seconds_since(plot.time).abs();
+            let off_m = OFF_M + 8.0 * plot_deviation_m(radar, near.position);
+            (near.position.0 - plot.position.0).xy().norm() <= flown_m + off_m
+        })
     }
 
     /// Forgets the plots before `time`; whether any is left.
@@ -167,3 +177,6 @@ impl Tracklet {
         Some(evidence)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,9 +1,5 @@
-use std::collections::BTreeSet;
-
-use nalgebra::Vector3;
-
 use super::super::flown::{START, TRACKS, identity, place, reports, settings};
-use crate::fusion::operational::output::COAST_S;
+use crate::fusion::operational::COAST_S;
 use crate::fusion::point::{Basis, Estimate};
 use crate::fusion::{Emission, Engine, Point};
 use crate::normalise::{Identity, Report};
@@ -125,35 +121,4 @@ fn a_radar_track_that_will_begin_at_a_drone_that_is_heard_is_neither_a_new_one_n
     // And once it has begun it is hers.
     let fused = |emission: &Emission| emission.points.iter().any(|point| point.source.radar().is_some());
     assert!(between(&emissions, 30.0, 50.0).all(fused));
-}
-
-#[test]
-fn a_number_that_goes_to_another_drone_at_once_is_another_track() {
-    // The radar sees one up to 30 s, and from then on one 2 km further east, by the same number.
-    let mut engine = Engine::new(settings(true));
-    let mut emissions = Vec::new();
-    for (received, report) in reports(60) {
-        emissions.extend(engine.advance(received));
-        if let Report::Plot(mut plot) = report
-            && of(&report, 0)
-        {
-            plot.position.0.x += if second(plot.time) < 30.0 { 0.0 } else { 2000.0 };
-            engine.handle(Report::Plot(plot)).unwrap();
-        }
-    }
-    emissions.extend(engine.finish());
-    let off_m = |emission: &Emission, point: &Point, moved_m: f64| {
-        let place = place(0, emission.time).0 + Vector3::new(moved_m, 0.0, 0.0);
-        (point.position.0 - place).xy().norm()
-    };
-    let (mut first, mut second) = (BTreeSet::new(), BTreeSet::new());
-    for (emission, point) in
-        emissions.iter().flat_map(|emission| emission.points.iter().map(move |point| (emission, point)))
-    {
-        let [here, there] = [0.0, 2000.0].map(|moved_m| off_m(emission, point, moved_m) < 150.0);
-        assert!(here || there, "{point:?}");
-        if here { &mut first } else { &mut second }.insert(point.number);
-    }
-    assert_eq!((first.len(), second.len()), (1, 1));
-    assert_ne!(first, second);
 }
