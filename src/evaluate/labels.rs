@@ -1,7 +1,7 @@
 //! Who each plot and each transponder really was.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 use crate::time::Time;
 
@@ -81,19 +81,18 @@ impl Labels {
         })
     }
 
-    /// What the radar track with this number was where it had no plot: by its plots before and after, `within_ns` away at
-    /// most. Not told where they are of two, as of a number that goes from one to another.
+    /// What the radar track with this number was at `time`, where it had no plot: by its last one before and its first one
+    /// after, in `span`. Not told where they are of two, as of a number that goes from one to another.
     pub fn radar_track_near(
         &self,
         number: u16,
         sensor: Option<&str>,
         time: Time,
-        within_ns: i64,
+        span: &RangeInclusive<Time>,
     ) -> Option<Told<'_>> {
-        let away_ns = |row: &Label| (row.time.nanos() - time.nanos()).abs();
         self.agreed(number, sensor, |places| {
             let after = places.partition_point(|&place| self.rows[place].time < time);
-            let row = |&place: &usize| Some(&self.rows[place]).filter(|row| away_ns(row) <= within_ns);
+            let row = |&place: &usize| Some(&self.rows[place]).filter(|row| span.contains(&row.time));
             let before = after.checked_sub(1).and_then(|before| row(&places[before]));
             match (before, places.get(after).and_then(row)) {
                 (Some(before), Some(after)) => (before.id == after.id).then_some(after),
@@ -193,14 +192,18 @@ mod tests {
             label(20, "radar", 5, "", false),
             label(21, "radar", 6, "A", false),
         ]);
-        let near = |time, within_ns| labels.radar_track_near(5, None, Time::from_nanos(time), within_ns);
-        assert_eq!(near(8, 2), told(Some("A"), false), "before it began");
-        assert_eq!(near(14, 5), told(Some("A"), false));
-        assert_eq!(near(16, 5), told(None, false));
-        assert_eq!(near(15, 5), None, "of one that was another's");
-        assert_eq!(near(23, 3), told(None, false), "after its end");
-        assert_eq!(near(24, 3), None);
-        assert_eq!(near(7, 2), None);
+        let near = |time, before_ns, after_ns| {
+            let span = Time::from_nanos(time - before_ns)..=Time::from_nanos(time + after_ns);
+            labels.radar_track_near(5, None, Time::from_nanos(time), &span)
+        };
+        assert_eq!(near(8, 2, 2), told(Some("A"), false), "before it began");
+        assert_eq!(near(14, 5, 5), told(Some("A"), false));
+        assert_eq!(near(16, 5, 5), told(None, false));
+        assert_eq!(near(15, 5, 5), None, "of one that was another's");
+        assert_eq!(near(15, 5, 4), told(Some("A"), false), "who took part last");
+        assert_eq!(near(23, 3, 0), told(None, false), "after its end");
+        assert_eq!(near(24, 3, 9), None);
+        assert_eq!(near(7, 9, 2), None);
     }
 
     #[test]

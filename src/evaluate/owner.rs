@@ -12,8 +12,11 @@ const REACH_M: f64 = 150.0;
 
 /// Plots and labels have times in 1/128 s; half of that decides which plot a label means, nanoseconds.
 const HALF_COUNT_NS: i64 = 7_812_500 / 2;
-/// A radar track's plot tells of points beside it so far, nanoseconds: further than any is extrapolated.
-const BESIDE_NS: i64 = 10 * SECOND;
+/// A radar track's plot tells of points so long after it, nanoseconds: the track that took part last is named until another
+/// one does, or its target is forgotten;
+const AFTER_NS: i64 = 25 * SECOND;
+/// and so long before it: further than any is extrapolated backward.
+const BEFORE_NS: i64 = 3 * SECOND;
 
 /// Whose a point is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,7 +76,9 @@ impl<'a> Owners<'a> {
         });
         let seduced = radar.flatten().is_some_and(|radar| radar.seduced);
         // Of a point between two plots, or beyond them, which no transponder tells of.
-        let beside = |number| labels.radar_track_near(number, point.sensor.as_deref(), point.time, BESIDE_NS);
+        let at = |later_ns| Time::from_nanos(point.time.nanos() + later_ns);
+        let around = at(-AFTER_NS)..=at(BEFORE_NS);
+        let beside = |number| labels.radar_track_near(number, point.sensor.as_deref(), point.time, &around);
         let track = match (transponder, radar) {
             (None, Some(None)) => point.radar_track.map(beside),
             _ => radar,
