@@ -5,7 +5,7 @@
 use nalgebra::Vector2;
 
 use super::height::{self, AboveGround};
-use super::imm::{Bridge, Gaussian, Mixture};
+use super::imm::{Back, Bridge, Gaussian, Mixture};
 use super::plane::{self, OverGround};
 use super::slow::{SlowChange, SlowError};
 use super::track::{By, Estimate, Measurement, Owner, RadarErrors};
@@ -18,11 +18,13 @@ struct Node<const P: usize, const M: usize, const H: usize> {
     /// The radar track whose slow error is estimated, and that radar.
     owner: Option<(Owner, RadarErrors)>,
     plane: Mixture<P, M>,
+    /// The one Gaussian that stands for that mixture.
+    told: Gaussian<P>,
     height: Gaussian<H>,
     /// How far the transponder has jumped from where the motion led, metres over ground: it is wrong now, or was before.
     jumped: Vector2<f64>,
-    /// From the node before; `None` for the first.
-    bridges: Option<(Bridge<P>, Bridge<H>)>,
+    /// To the node before; `None` for the first.
+    back: Option<(Back<P>, Back<H>)>,
 }
 
 /// The filter of one target: `M` models of a state of `P` numbers over ground, one of `H` numbers above it.
@@ -91,22 +93,23 @@ where
             (None, Some(next)) => Node::unmeasured(next.measurement, &self.models),
             (None, None) => return None,
         };
-        let (plane, height) = (here.plane.combined(), here.height);
+        let (plane, height) = (here.told, here.height);
         let Some((next, until_s)) = next.zip(until_s) else {
             return Some(Estimate::of(&plane, &height, here.jumped, since_s, None));
         };
         // Back from the newest to the next one.
         let last = self.nodes.last()?;
-        let (mut plane_after, mut height_after) = (last.plane.combined(), last.height);
+        let (mut plane_after, mut height_after) = (last.told, last.height);
         for pair in self.nodes[behind..].windows(2).rev() {
-            let Some((plane_bridge, height_bridge)) = &pair[1].bridges else { continue };
-            plane_after = pair[0].plane.combined().smoothed(plane_bridge, &plane_after);
-            height_after = pair[0].height.smoothed(height_bridge, &height_after);
+            let Some((plane_back, height_back)) = &pair[1].back else { continue };
+            plane_after = pair[0].told.smoothed(plane_back, &plane_after);
+            height_after = pair[0].height.smoothed(height_back, &height_after);
         }
         // And from there to here.
-        let (_, plane_bridge, _, height_bridge) = here.ahead_to(next, until_s, &self.models);
-        let plane = plane.smoothed(&plane_bridge, &plane_after);
-        let height = height.smoothed(&height_bridge, &height_after);
+        let (_, plane_bridge, _, height_bridge) =
+            here.ahead_to(&next.measurement, next.owner, until_s, &self.models);
+        let plane = plane.smoothed(&plane_bridge.back(), &plane_after);
+        let height = height.smoothed(&height_bridge.back(), &height_after);
         let jumped = if next.jumped.norm() > here.jumped.norm() { next.jumped } else { here.jumped };
         Some(Estimate::of(&plane, &height, jumped, since_s, Some(until_s)))
     }
@@ -123,9 +126,11 @@ impl<const P: usize, const M: usize, const H: usize> Node<P, M, H> {
             By::Radar { owner, errors, .. } => Some((*owner, *errors)),
         };
         let slow = owner.as_ref().map(|(_, errors)| SlowError::of(errors));
+        let plane = OverGround::first(models, measurement.position.0.xy(), slow.as_ref());
         Self {
             owner,
-            plane: OverGround::first(models, measurement.position.0.xy(), slow.as_ref()),
+            told: plane.combined(),
+            plane,
             height: AboveGround::first(
                 models,
                 measurement.position.0.z,
@@ -133,36 +138,39 @@ impl<const P: usize, const M: usize, const H: usize> Node<P, M, H> {
                 slow.as_ref(),
             ),
             jumped: Vector2::zeros(),
-            bridges: None,
+            back: None,
             measurement,
         }
     }
 
     fn first(measurement: Measurement, models: &(impl OverGround<P, M> + AboveGround<H>)) -> Self {
         let mut node = Self::unmeasured(measurement, models);
-        node.observe(&node.plane.combined());
+        let told = node.told;
+        node.observe(&told);
         let (plane, height) = (node.plane.combined(), node.height);
         node.observe_motion(&plane, &height);
+        node.told = node.plane.combined();
         node
     }
 
     /// The same `dt` seconds later, without a measurement.
     fn moved_to(&self, dt: f64, models: &(impl OverGround<P, M> + AboveGround<H>)) -> Self {
         let slow = self.owner.map_or(SlowChange::NONE, |(_, radar)| SlowChange::after(&radar, dt));
-        let (plane, _, height, _) = self.moved(dt, &slow, models);
+        let (plane, Bridge { predicted: told, .. }, height, _) = self.moved(dt, &slow, models);
         let Self { measurement, owner, jumped, .. } = *self;
-        Self { measurement, owner, plane, height, jumped, bridges: None }
+        Self { measurement, owner, plane, told, height, jumped, back: None }
     }
 
-    /// The state where the next measurement is.
+    /// The state where the next measurement is, and whose slow error is estimated there.
     fn ahead_to(
         &self,
-        next: &Self,
+        next: &Measurement,
+        owner: Option<(Owner, RadarErrors)>,
         dt: f64,
         models: &(impl OverGround<P, M> + AboveGround<H>),
     ) -> Ahead<P, M, H> {
-        let same = self.owner.map(|(owner, _)| owner) == next.owner.map(|(owner, _)| owner);
-        let slow = match (&next.owner, &next.measurement.by) {
+        let same = self.owner.map(|(owner, _)| owner) == owner.map(|(owner, _)| owner);
+        let slow = match (&owner, &next.by) {
             (_, By::Radar { known, .. }) if !same => SlowChange::anew(*known),
             (Some((_, radar)), _) => SlowChange::after(radar, dt),
             (None, _) => SlowChange::NONE,
@@ -176,7 +184,8 @@ impl<const P: usize, const M: usize, const H: usize> Node<P, M, H> {
         slow: &SlowChange,
         models: &(impl OverGround<P, M> + AboveGround<H>),
     ) -> Ahead<P, M, H> {
-        let (plane, plane_bridge) = self.plane.predicted(&models.motions(dt, slow), &models.switch(dt));
+        let (plane, plane_bridge) =
+            self.plane.predicted(&self.told, &models.motions(dt, slow), &models.switch(dt));
         let height_bridge = self.height.predicted(&models.motion(dt, slow));
         (plane, plane_bridge, height_bridge.predicted, height_bridge)
     }
@@ -188,15 +197,14 @@ impl<const P: usize, const M: usize, const H: usize> Node<P, M, H> {
             By::Radar { owner, errors, .. } => Some((owner, errors)),
         };
         let jumped = self.jumped * (-dt / JUMP_LASTS_S).exp();
-        let mut node =
-            Self { measurement, owner, plane: self.plane, height: self.height, jumped, bridges: None };
-        let (plane, mut plane_bridge, height, height_bridge) = self.ahead_to(&node, dt, models);
-        node.plane = plane;
-        node.height = height;
+        let (plane, mut plane_bridge, height, height_bridge) = self.ahead_to(&measurement, owner, dt, models);
+        let told = plane_bridge.predicted;
+        let mut node = Self { measurement, owner, plane, told, height, jumped, back: None };
         node.leap(&mut plane_bridge.predicted);
         node.observe(&plane_bridge.predicted);
         node.observe_motion(&plane_bridge.predicted, &height);
-        node.bridges = Some((plane_bridge, height_bridge));
+        node.told = node.plane.combined();
+        node.back = Some((plane_bridge.back(), height_bridge.back()));
         node
     }
 

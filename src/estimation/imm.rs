@@ -39,6 +39,21 @@ pub(super) struct Bridge<const D: usize> {
     pub(super) cross: SMatrix<f64, D, D>,
 }
 
+/// The way back from a predicted state: what the smoother needs of a prediction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Back<const D: usize> {
+    predicted: Gaussian<D>,
+    gain: SMatrix<f64, D, D>,
+}
+
+impl<const D: usize> Bridge<D> {
+    pub(super) fn back(&self) -> Back<D> {
+        let inverse = self.predicted.covariance.try_inverse();
+        let gain = inverse.map_or_else(SMatrix::zeros, |inverse| self.cross * inverse);
+        Back { predicted: self.predicted, gain }
+    }
+}
+
 impl<const D: usize> Gaussian<D> {
     /// Prediction, and the bridge back.
     pub(super) fn predicted(&self, motion: &Linear<D>) -> Bridge<D> {
@@ -90,12 +105,10 @@ impl<const D: usize> Gaussian<D> {
 
     /// One step of the smoother: what is known of this state once the next one is known as `next` (Rauch, Tung,
     /// Striebel; Bar-Shalom (2001), eq. 8.6.2-9 to 8.6.2-11).
-    pub(super) fn smoothed(&self, bridge: &Bridge<D>, next: &Self) -> Self {
-        let Some(inverse) = bridge.predicted.covariance.try_inverse() else { return *self };
-        let gain = bridge.cross * inverse;
-        let mean = self.mean + gain * (next.mean - bridge.predicted.mean);
-        let covariance =
-            self.covariance + gain * (next.covariance - bridge.predicted.covariance) * gain.transpose();
+    pub(super) fn smoothed(&self, back: &Back<D>, next: &Self) -> Self {
+        let Back { predicted, gain } = back;
+        let mean = self.mean + gain * (next.mean - predicted.mean);
+        let covariance = self.covariance + gain * (next.covariance - predicted.covariance) * gain.transpose();
         Self { mean, covariance: symmetric(&covariance) }
     }
 }
@@ -106,10 +119,14 @@ impl<const D: usize, const M: usize> Mixture<D, M> {
         combined(&self.weights, &self.parts)
     }
 
-    /// Prediction with each model's motion; `stay` is the probability that a model still holds at the end, and what it
-    /// gives away is shared by `towards`. Also the bridge of the combined Gaussian.
-    pub(super) fn predicted(&self, motions: &[Linear<D>; M], switch: &[[f64; M]; M]) -> (Self, Bridge<D>) {
-        let before = self.combined();
+    /// Prediction with each model's motion; `switch`: the probability of each to have become another one meanwhile. Also
+    /// the bridge of the combined Gaussian, which is `before` now.
+    pub(super) fn predicted(
+        &self,
+        before: &Gaussian<D>,
+        motions: &[Linear<D>; M],
+        switch: &[[f64; M]; M],
+    ) -> (Self, Bridge<D>) {
         let mut weights = [0.0; M];
         for (from, row) in switch.iter().enumerate() {
             for (to, probability) in row.iter().enumerate() {

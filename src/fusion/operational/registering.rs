@@ -91,12 +91,18 @@ impl Registered {
             Mode::Off | Mode::Propose => SET_UP,
         };
         RadarErrors {
-            slow_range_m: radar.track_errors.slow_range_m.hypot(range_m),
-            slow_azimuth: radar.track_errors.slow_azimuth.hypot(azimuth),
-            slow_height_m: radar.track_errors.slow_height_m.hypot(height_m),
+            slow_range_m: in_steps(radar.track_errors.slow_range_m.hypot(range_m)),
+            slow_azimuth: in_steps(radar.track_errors.slow_azimuth.hypot(azimuth)),
+            slow_height_m: in_steps(radar.track_errors.slow_height_m.hypot(height_m)),
             ..radar.track_errors
         }
     }
+}
+
+/// A deviation to the nearest hundredth of it: what was filtered with one that hardly changed need not be filtered anew.
+fn in_steps(deviation: f64) -> f64 {
+    const STEP: f64 = 0.01;
+    ((deviation.ln() / STEP).round() * STEP).exp()
 }
 
 impl Operational {

@@ -69,7 +69,7 @@ impl Tracklet {
             // Out of its order: from the last slot anew.
             self.ahead = (self.existence, self.noted);
         }
-        let index = self.plots.partition_point(|earlier| earlier.plot.time < plot.time);
+        let index = self.from(plot.time);
         match self.plots.get_mut(index) {
             Some(same) if same.plot.time == plot.time => *same = Seen { plot, raw },
             _ => self.plots.insert(index, Seen { plot, raw }),
@@ -88,8 +88,9 @@ impl Tracklet {
 
     /// Forgets the plots before `time`; whether any is left.
     pub(super) fn forget_before(&mut self, time: Time) -> bool {
-        let old = self.plots.partition_point(|seen| seen.plot.time < time);
-        self.plots.drain(..old);
+        while self.first() < time {
+            self.plots.pop_front();
+        }
         !self.plots.is_empty()
     }
 
@@ -105,13 +106,25 @@ impl Tracklet {
 
     /// When the last plot before `time` was.
     pub(super) fn last_before(&self, time: Time) -> Option<Time> {
-        let after = self.plots.partition_point(|seen| seen.plot.time < time);
-        Some(self.plots[after.checked_sub(1)?].plot.time)
+        Some(self.plots[self.from(time).checked_sub(1)?].plot.time)
     }
 
     /// The plot nearest to a time.
     pub(super) fn nearest(&self, time: Time) -> Option<&Plot> {
-        self.plots.iter().map(|seen| &seen.plot).min_by_key(|plot| (plot.time.nanos() - time.nanos()).abs())
+        let from = self.from(time);
+        let beside = [from.checked_sub(1), Some(from)].into_iter().flatten();
+        let beside = beside.filter_map(|index| Some(&self.plots.get(index)?.plot));
+        beside.min_by_key(|plot| (plot.time.nanos() - time.nanos()).abs())
+    }
+
+    /// The index of the first plot from `time` on.
+    fn from(&self, time: Time) -> usize {
+        // Most often asked for is what came last.
+        let is_before = |seen: &Seen| seen.plot.time < time;
+        if self.plots.back().is_none_or(is_before) {
+            return self.plots.len();
+        }
+        self.plots.partition_point(is_before)
     }
 
     /// Plots after `since`, up to `until`.
@@ -125,9 +138,9 @@ impl Tracklet {
         since: Time,
         until: Time,
     ) -> impl DoubleEndedIterator<Item = &Seen> + Clone {
-        let from = self.plots.partition_point(|seen| seen.plot.time <= since);
-        let to = self.plots.partition_point(|seen| seen.plot.time <= until);
-        self.plots.range(from..to.max(from))
+        let after = |time: Time| self.from(Time::from_nanos(time.nanos().saturating_add(1)));
+        let from = after(since);
+        self.plots.range(from..after(until).max(from))
     }
 
     /// Whether it is a drone, by all that is known of it.
