@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 use asterix::{Record, TimeOfDay, cat048, cat129, encode_block};
 use criterion::{BatchSize, Criterion, Throughput, criterion_group};
 use utm_fusion::areas::Masks;
-use utm_fusion::config::Config;
-use utm_fusion::fusion::Engine;
+use utm_fusion::config::{Config, Profile};
+use utm_fusion::fusion::{Engine, Settings};
 use utm_fusion::ingest::{Reception, ReceptionKind};
 use utm_fusion::normalise::{Frame, Normaliser, Report, time_of_day_count};
 use utm_fusion::pipeline::{Output, Pipeline};
@@ -26,28 +26,37 @@ const FLIGHT_S: i64 = 120;
 fn dense(criterion: &mut Criterion) {
     let slots: Vec<Vec<Report>> =
         (0..seconds(FLIGHT_S)).map(|slot| Traffic::DENSE.reports(slot).collect()).collect();
-    let fly = || {
-        let mut engine = Engine::new(Traffic::DENSE.settings());
+    let fly = |settings: Settings| {
+        let mut engine = Engine::new(settings);
         (0..)
             .zip(&slots)
             .map(|(slot, reports)| feed(&mut engine, slot, reports.iter().copied()))
             .sum::<usize>()
     };
-    println!("dense: {} points in {FLIGHT_S} s", fly());
-    let mut group = criterion.benchmark_group("dense");
+    let mut group = criterion.benchmark_group("50 drones and 60 birds, engine");
     group.throughput(Throughput::Elements(FLIGHT_S as u64)).sample_size(20);
-    group.bench_function("50 drones and 60 birds, engine", |bencher| bencher.iter(fly));
+    let profiles = [("reference", Traffic::DENSE.reference()), ("operational", Traffic::DENSE.operational())];
+    for (profile, settings) in profiles {
+        println!("{profile}: {} points in {FLIGHT_S} s", fly(settings.clone()));
+        group.bench_function(profile, |bencher| bencher.iter(|| fly(settings.clone())));
+    }
     group.finish();
 }
 
 /// Datagrams in, points out: decoder and normalisation included.
 fn end_to_end(criterion: &mut Criterion) {
-    let config = Config::parse(SITE, "site.toml", std::iter::empty()).expect("the site is valid");
-    let frame = Normaliser::new(&config, Masks::default()).frame().clone();
+    let config = |profile| {
+        let mut config = Config::parse(SITE, "site.toml", std::iter::empty()).expect("the site is valid");
+        config.fusion.profile = profile;
+        config
+    };
+    let profiles = [("reference", config(Profile::Reference)), ("operational", config(Profile::Operational))];
+    let config = &profiles[0].1;
+    let frame = Normaliser::new(config, Masks::default()).frame().clone();
     let datagrams: Vec<Reception> =
         (0..seconds(FLIGHT_S)).flat_map(|slot| receptions(slot, &frame)).collect();
-    let fly = || {
-        let mut pipeline = Pipeline::new(&config, Masks::default());
+    let fly = |config: &Config| {
+        let mut pipeline = Pipeline::new(config, Masks::default());
         let mut points = 0;
         for datagram in &datagrams {
             pipeline.receive(datagram, |output| {
@@ -58,21 +67,23 @@ fn end_to_end(criterion: &mut Criterion) {
         }
         points
     };
-    println!("end to end: {} datagrams, {} points in {FLIGHT_S} s", datagrams.len(), fly());
-    let mut group = criterion.benchmark_group("dense");
+    let mut group = criterion.benchmark_group("50 drones and 60 birds, end to end");
     group.throughput(Throughput::Elements(FLIGHT_S as u64)).sample_size(20);
-    group.bench_function("50 drones and 60 birds, end to end", |bencher| bencher.iter(fly));
+    for (profile, config) in &profiles {
+        println!("{profile}: {} datagrams, {} points in {FLIGHT_S} s", datagrams.len(), fly(config));
+        group.bench_function(*profile, |bencher| bencher.iter(|| fly(config)));
+    }
     group.finish();
 }
 
-/// Time of a slot over the number of radar tracks, at constant density, one in ten with a transponder.
+/// Time of a slot of the `reference` profile over the number of radar tracks, at constant density, one in ten with a transponder.
 fn growth(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("slot");
     group.sample_size(20);
     let mut measured = Vec::new();
     for targets in [100, 1_000, 10_000] {
         let traffic = Traffic { targets, drones: targets / 10, radars: 3 };
-        let mut engine = Engine::new(traffic.settings());
+        let mut engine = Engine::new(traffic.reference());
         let warm = seconds(40);
         for slot in 0..warm {
             feed(&mut engine, slot, traffic.reports(slot));

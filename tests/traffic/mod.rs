@@ -3,6 +3,8 @@
 
 use std::f64::consts::TAU;
 
+use utm_fusion::estimation::{Dynamics, Models, RadarErrors};
+use utm_fusion::fusion::operational::{self, Mode, Radar, Transponder};
 use utm_fusion::fusion::{Engine, Gate, Settings, SlotGrid};
 use utm_fusion::normalise::{Enu, Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex, UasItems};
 use utm_fusion::time::{SECOND, Time};
@@ -50,7 +52,7 @@ impl Traffic {
     }
 
     /// The `reference` profile for these radars and one transponder receiver behind them.
-    pub fn settings(self) -> Settings {
+    pub fn reference(self) -> Settings {
         Settings {
             grid: SlotGrid::new(SLOT_NS),
             latency_slots: 25,
@@ -68,6 +70,28 @@ impl Traffic {
             transponder_numbers: [].into(),
             operational: None,
         }
+    }
+
+    /// The `operational` profile for a radar at the origin, where all targets are within its reach, and the receiver.
+    pub fn operational(self) -> Settings {
+        assert_eq!(self.radars, 1, "further sites have no place of their own");
+        let errors = RadarErrors::of_data_sheet(5.0, 1.0, 10.0);
+        let radar = Radar {
+            position: Enu::new(0.0, 0.0, 0.0),
+            track_errors: errors,
+            errors,
+            registration: Mode::Apply,
+            period_s: 0.25,
+        };
+        let transponder =
+            Transponder { horizontal_m: 3.0, vertical_m: 5.0, delay_s: None, delay_deviation_s: 0.0 };
+        let profile = operational::Settings {
+            radars: vec![Some(radar), None],
+            transponders: vec![None, Some(transponder)],
+            max_gap_ns: 8 * SECOND,
+            motion: Dynamics::Imm(Models::default()),
+        };
+        Settings { operational: Some(profile), ..self.reference() }
     }
 
     fn fix(self, target: u64, slot: i64) -> Fix {
