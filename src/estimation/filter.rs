@@ -161,7 +161,7 @@ impl<const P: usize, const M: usize, const H: usize> Node<P, M, H> {
         Self { measurement, owner, plane, told, height, jumped, back: None }
     }
 
-    /// The state where the next measurement is, and whose slow error is estimated there.
+    /// The state where the next measurement is; `owner`: whose slow error is estimated there.
     fn ahead_to(
         &self,
         next: &Measurement,
