@@ -211,7 +211,7 @@ fn rightness(scores: &[Scores]) -> Vec<Asked> {
             decimals: 1,
             required: AtMost(1.0),
             ambition: AtMost(0.0),
-            why: "one bird in sixty shows a mean probability of 0.4 to 0.7, as drones do; how it flies holds back a part of them only, because the radar's azimuth is too bad to show a course.",
+            why: "one bird in sixty shows a mean probability of 0.4 to 0.7, as drones do; how it flies holds back a part of them only, because the radar's azimuth is too bad to show a course: taken in beside the range, or with an end below log-odds of 0, it takes next to none more away; beginning at 4 instead of 3 takes a quarter, and 2.5 points of the PU of drones without a transponder.",
             ..all("seconds of bird track a minute, worst scenario but `city`", few(), |seeds, of| {
                 seeds.of_group(of.all, FALSE_TRACK)
             })
