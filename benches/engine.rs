@@ -76,7 +76,8 @@ fn end_to_end(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Time of a slot of the `reference` profile over the number of radar tracks, at constant density, one in ten with a transponder.
+/// Time of a slot of the `reference` profile over the number of radar tracks: at constant density, one in ten with a
+/// transponder.
 fn growth(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("slot");
     group.sample_size(20);
