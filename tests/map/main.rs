@@ -263,7 +263,7 @@ fn the_lines_of_a_sensor_are_a_table(browser: &mut Browser) {
     );
     browser.wait(
         &format!("{cells}.some(([address, state, rate, refused]) => \
-            /^\\S*239[.]\\S+:\\d+/.test(address) && state.startsWith('open, last ') && Number(rate) > 0 && refused === '0')"),
+            /^\\S*239[.]\\S+:\\d+/.test(address) && state.startsWith('open, last ') && Number(rate) > 0 && /^\\d+$/.test(refused))"),
         SOON + SOON, // a rate takes two answers, ten seconds apart
     );
     let heads = format!("[...{panel}.querySelectorAll('.lines th')].map(head => head.textContent).join()");

@@ -4,15 +4,16 @@ use super::browser::Browser;
 use super::service::{self, Service};
 use super::{FUSED_ROW, ROWS, SOON, fresh_folder, installed};
 
-/// The buttons in sight whose names lack a word that they show, or that have no name.
+/// The buttons in sight, or of the dialog that is open, whose names lack a word that they show, or that have no name.
 const MISNAMED: &str = "(() => { \
     const words = text => text.toLowerCase().match(/[\\p{L}\\p{N}]+/gu) ?? []; \
     const shown = node => [...node.childNodes].map(child => { \
         if (child.nodeType === Node.TEXT_NODE) return child.data; \
         if (child.nodeType !== Node.ELEMENT_NODE || child.matches('.visually-hidden, [aria-hidden=true]')) return ''; \
         return shown(child); }).join(' '); \
-    const buttons = [...document.querySelectorAll('button, a[href], summary, [role=button]')].filter(node => node.checkVisibility()); \
-    if (buttons.length < 10) return 'only ' + buttons.length + ' buttons'; \
+    const dialog = document.querySelector('dialog[open]'); \
+    const buttons = [...(dialog ?? document).querySelectorAll('button, a[href], summary, [role=button]')].filter(node => node.checkVisibility()); \
+    if (buttons.length < (dialog ? 1 : 10)) return 'only ' + buttons.length + ' buttons'; \
     return buttons \
         .filter(node => { const name = words(node.computedName).join(' '); return !name || !name.includes(words(shown(node)).join(' ')); }) \
         .map(node => `${node.id || node.outerHTML}: named '${node.computedName}', shows '${shown(node)}'`).join('; '); })()";

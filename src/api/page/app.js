@@ -22,7 +22,7 @@ import { Table } from "./table.js";
 
 const RENEW_MS = 10000; // rates, clock offsets and alerts that are over come by asking
 const RAW_MS = 1000;
-const FRAME_MS = 2000; // the first view waits this long for the radars' places, which belong into it
+const FRAME_MS = 2000; // the first view waits at most this long for the radars' places, which belong in it
 
 read();
 applyTheme();
@@ -70,6 +70,7 @@ function showKnown() {
   alerts.setRead(reads.all.get("alerts"));
   sensors.setRead(reads.all.get("sensors"));
   table.refresh();
+  frameOnce();
 }
 
 function isPictureKnown() {
@@ -77,7 +78,7 @@ function isPictureKnown() {
 }
 
 function takeInfo(info) {
-  if (typeof info.profile !== "string") throw new Error("the answer has no profile");
+  if (typeof info?.profile !== "string") throw new Error("the answer has no profile");
   status.info = info;
   detail.info = info;
   const site = typeof info.site === "object" ? info.site?.name : info.site;
@@ -95,7 +96,6 @@ function takeInfo(info) {
 function takeSensors(collection) {
   ground.takeSensors(collection);
   sensors.replace(collection);
-  frameOnce();
 }
 
 function takeShapes(name, collection) {
@@ -104,7 +104,7 @@ function takeShapes(name, collection) {
 }
 
 function frameOnce() {
-  if (reads.state("sensors") !== "unknown" || performance.now() > FRAME_MS) map.frameOnce();
+  if (reads.state("sensors") !== "unknown" || performance.now() >= FRAME_MS) map.frameOnce();
 }
 
 let chosen = null; // the selected track as it was last
@@ -208,7 +208,7 @@ function listen() {
   for (const [name, [words]] of Object.entries(LAYERS)) {
     const box = element("input", { type: "checkbox", name });
     box.addEventListener("change", () => toggleLayer(name));
-    byId("layer-list").append(element("li", {}, element("label", {}, box, words)));
+    byId("layer-list").append(element("li", { hidden: name === "tiles" }, element("label", {}, box, words)));
   }
   byId("label-by").addEventListener("change", (event) => change({ labelBy: event.target.value }));
   byId("filter").addEventListener("submit", (event) => event.preventDefault());
@@ -293,5 +293,6 @@ setInterval(showFilter, 1000);
 for (const kind of ["error", "unhandledrejection"]) {
   addEventListener(kind, () => reads.failed("page", "an error in it; load it anew"));
 }
+setTimeout(frameOnce, FRAME_MS);
 reads.renew("info", "sensors");
 start();

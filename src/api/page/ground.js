@@ -12,7 +12,7 @@ export class Ground {
   collections = new Map(); // GeoJSON by the name of its layer
   tiles = null; // as /info tells: {url, attribution}
 
-  /** `began` is given the picture as soon as there is one; `tilesChanged`, whether tiles come. */
+  /** `began` is given the picture as soon as there is one; `tileCame`, whether the latest tiles come. */
   constructor(map, began, tileCame) {
     Object.assign(this, { map, began, tileCame });
   }
@@ -30,7 +30,9 @@ export class Ground {
   takeTracks(collection) {
     if (this.map.picture) return;
     const [first] = list(collection, "features");
-    if (first) this.originate(first.properties.lat, first.properties.lng, false);
+    if (!first) return;
+    this.originate(first.properties.lat, first.properties.lng, false);
+    this.lay();
   }
 
   /** The answer of /coverage or /areas. */
@@ -52,7 +54,6 @@ export class Ground {
     const frame = new Frame(lat, lng, isRadar);
     if (picture) this.map.reframe(frame);
     else this.began(new Picture(frame));
-    this.lay();
   }
 
   /** Draws what is known and not drawn yet. */
