@@ -1,9 +1,14 @@
 //! When a part of the service fails: the page says which, since when and why, counts nothing that it does not know, and
 //! goes on with the rest.
 
+use std::time::Duration;
+
 use super::browser::Browser;
 use super::service::{self, Service};
 use super::{BADGE, ROWS, SOON, fresh_folder, installed};
+
+/// What is asked for each ten seconds takes its time.
+const LATER: Duration = SOON.saturating_mul(2);
 
 const BANNER: &str = "document.getElementById('failures').innerText";
 const ALERTS: &str = "document.getElementById('alert-count').textContent";
@@ -29,15 +34,15 @@ fn what_fails_is_named_and_the_rest_goes_on() {
     // The sensors alone: the tracks are drawn and counted, the sensors are not.
     browser.fail(&[("/api/v1/sensors", 500, "{}")]);
     browser.open(&service.url());
-    browser.wait(&format!("/^Sensors: {SINCE} [(]HTTP 500[)]$/.test({BANNER}.trim())"), SOON);
-    browser.wait(&format!("{BADGE} === 'REPLAY paused' && {ROWS} > 2 && {COLOURS} > 20"), SOON);
-    browser.wait(&format!("/^\\d+,\\d+,\\d+$/.test({COUNTS}) && {COUNTS} !== '0,0,0'"), SOON);
-    browser.wait(&format!("{SENSORS} === '? Sensors' && /^\\d+$/.test({ALERTS})"), SOON);
+    browser.wait(&format!("/^Sensors: {SINCE} [(]HTTP 500[)]$/.test({BANNER}.trim())"), LATER);
+    browser.wait(&format!("{BADGE} === 'REPLAY paused' && {ROWS} > 2 && {COLOURS} > 20"), LATER);
+    browser.wait(&format!("/^\\d+,\\d+,\\d+$/.test({COUNTS}) && {COUNTS} !== '0,0,0'"), LATER);
+    browser.wait(&format!("{SENSORS} === '? Sensors' && /^\\d+$/.test({ALERTS})"), LATER);
     // Known again: ranges are from the radar, whose place was not known.
     browser.fail(&[]);
-    browser.wait("document.getElementById('failures').hidden", SOON);
-    browser.wait(&format!("{SENSORS} === '● gamekeeper ● drone-it'"), SOON);
-    browser.wait("[...document.querySelectorAll('#table-body td.range')].every(cell => /^\\d+$/.test(cell.textContent))", SOON);
+    browser.wait("document.getElementById('failures').hidden", LATER);
+    browser.wait(&format!("{SENSORS} === '● gamekeeper ● drone-it'"), LATER);
+    browser.wait("[...document.querySelectorAll('#table-body td.range')].every(cell => /^\\d+$/.test(cell.textContent))", LATER);
     assert!(browser.number(ROWS) > 2);
 
     // Later, and with answers that are no answers: what was known is not taken for what is.
@@ -51,13 +56,12 @@ fn what_fails_is_named_and_the_rest_goes_on() {
         format!("^Alerts: {SINCE} [(]the answer is not JSON[)]$"),
         format!("^Service: {SINCE} [(]the answer has no profile[)]$"),
     ] {
-        browser.wait(&format!("/{line}/m.test({BANNER})"), SOON);
+        browser.wait(&format!("/{line}/m.test({BANNER})"), LATER);
     }
-    browser.wait(&format!("{ALERTS} === '?' && document.title.startsWith('(?) ')"), SOON);
-    browser.wait(&format!("{SENSORS} === '? gamekeeper ? drone-it' && {ROWS} > 2"), SOON);
+    browser.wait(&format!("{ALERTS} === '?' && document.title.startsWith('(?) ')"), LATER);
+    browser.wait(&format!("{SENSORS} === '? gamekeeper ? drone-it' && {ROWS} > 2"), LATER);
     browser.run("document.getElementById('alerts-button').click()");
-    browser
-        .wait(&format!("/^Not known since /.test(document.getElementById('alert-list').textContent)"), SOON);
+    browser.wait("/^Not known since /.test(document.getElementById('alert-list').textContent)", LATER);
 
     // Whether it is live is not known either, and a stream that does not come is no empty sky.
     for (path, badge, banner, counts) in [
@@ -66,16 +70,16 @@ fn what_fails_is_named_and_the_rest_goes_on() {
     ] {
         browser.fail(&[(path, 500, "")]);
         browser.run("location.reload()");
-        browser.wait(&format!("{BADGE} === '{badge}' && /^{banner}: {SINCE}/.test({BANNER})"), SOON);
-        browser.wait(&format!("/^{counts}$/.test({COUNTS})"), SOON);
+        browser.wait(&format!("{BADGE} === '{badge}' && /^{banner}: {SINCE}/.test({BANNER})"), LATER);
+        browser.wait(&format!("/^{counts}$/.test({COUNTS})"), LATER);
     }
     assert_eq!(
         browser.text("document.getElementById('table-empty').textContent"),
         "The tracks are not known"
     );
     browser.fail(&[]);
-    browser.wait(&format!("{BADGE} === 'REPLAY paused' && {ROWS} > 2"), SOON);
-    browser.wait("document.getElementById('failures').hidden", SOON);
+    browser.wait(&format!("{BADGE} === 'REPLAY paused' && {ROWS} > 2"), LATER);
+    browser.wait("document.getElementById('failures').hidden", LATER);
 }
 
 /// A broken stream is no picture of now, from the first moment on.
@@ -88,15 +92,16 @@ fn what_is_shown_is_old_while_the_stream_is_broken() {
     service.seek("09:01:20");
     let mut browser = Browser::start(&program, &folder.join("profile"));
     browser.open(&service.url());
-    browser.wait(&format!("{BADGE} === 'REPLAY' && {ROWS} > 2"), SOON);
+    browser.wait(&format!("{BADGE} === 'REPLAY' && {ROWS} > 2"), LATER);
     // The service sends on, but what it sends makes no sense.
     browser.run(
         "(() => { const parse = JSON.parse; window.isBroken = true; \
             JSON.parse = text => parse(window.isBroken && text.includes('FeatureCollection') ? 'x' : text); })()",
     );
-    browser.wait(&format!("{BADGE}.startsWith('STALE since ') && /^Tracks.*: {SINCE}/.test({BANNER})"), SOON);
-    browser.wait(&format!("{COUNTS} === '?,?,?'"), SOON);
+    browser
+        .wait(&format!("{BADGE}.startsWith('STALE since ') && /^Tracks.*: {SINCE}/.test({BANNER})"), LATER);
+    browser.wait(&format!("{COUNTS} === '?,?,?'"), LATER);
     browser.run("window.isBroken = false");
-    browser.wait(&format!("{BADGE} === 'REPLAY' && document.getElementById('failures').hidden"), SOON + SOON);
-    browser.wait(&format!("/^\\d+,\\d+,\\d+$/.test({COUNTS})"), SOON);
+    browser.wait(&format!("{BADGE} === 'REPLAY' && document.getElementById('failures').hidden"), LATER);
+    browser.wait(&format!("/^\\d+,\\d+,\\d+$/.test({COUNTS})"), LATER);
 }

@@ -25,8 +25,10 @@ const LABELS: &str = "(async () => { \
         const left = px - {left: 0, center: 0.5, right: 1}[this.textAlign] * width; \
         texts.push([text, left, py - 6, left + width, py + 6]); \
         return fill.call(this, text, px, py, ...rest); }; \
+    const changed = new Promise(done => addEventListener('hashchange', done, {once: true})); \
     location.hash = `#c=${centre}&z=${scale}`; \
-    await new Promise(done => setTimeout(done, 500)); \
+    await changed; \
+    for (let frame = 0; frame < 3; frame++) await new Promise(requestAnimationFrame); \
     CanvasRenderingContext2D.prototype.fillText = fill; \
     const over = [...canvas.parentElement.children].filter(node => node !== canvas && node.checkVisibility()) \
         .map(node => node.getBoundingClientRect()).filter(({width}) => width > 0); \

@@ -98,7 +98,7 @@ export class Stream {
     }
     this.source = source;
     source.onopen = () => this.on.opened();
-    source.onerror = () => this.again("the connection broke");
+    source.onerror = () => this.again("no connection to the stream");
     for (const name of EVENTS) source.addEventListener(name, (event) => this.take(name, event.data));
   }
 

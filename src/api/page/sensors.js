@@ -129,11 +129,12 @@ function terms(rows) {
 const reasons = ({ reasons }) => (reasons ?? []).map((reason) => (typeof reason === "string" ? reason : format.words(reason)));
 const summary = (sensor) => [`${sensor.id}: ${sensor.state}`, ...reasons(sensor)].join("\n");
 
-const SAID = ["id", "kind", "state", "reasons", "last_seen", "rate_hz", "clock_offset_s", "registration", "lines"];
+const SAID = ["id", "kind", "sac", "sic", "state", "reasons", "last_seen", "rate_hz", "clock_offset_s", "registration", "lines"];
 
 function details(sensor) {
   const rows = [
     ["Kind", sensor.kind],
+    ["SAC, SIC", `${sensor.sac}, ${sensor.sic}`],
     ["State", sensor.state],
   ];
   for (const reason of reasons(sensor)) rows.push(["Because", reason]);
