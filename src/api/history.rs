@@ -161,24 +161,43 @@ fn gpx(id: &str, places: &[(Time, Kept)], _: f64) -> String {
     text + "</trkseg></trk>\n</gpx>\n"
 }
 
-/// KML 2.3 with a track; its heights are above mean sea level.
+/// KML 2.3 with a track; its heights are above mean sea level. A track is either in the air or on the ground, so a trail
+/// of which only parts have a height is several: those without lie on the ground, and no line joins the two.
 fn kml(id: &str, places: &[(Time, Kept)], _: f64) -> String {
     let mut text = format!(
-        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<kml xmlns=\"http://www.opengis.net/kml/2.2\" xmlns:gx=\"http://www.google.com/kml/ext/2.2\">\n<Placemark><name>{}</name><gx:Track><altitudeMode>absolute</altitudeMode>\n",
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<kml xmlns=\"http://www.opengis.net/kml/2.2\" xmlns:gx=\"http://www.google.com/kml/ext/2.2\">\n<Placemark><name>{}</name>",
         escaped(id)
     );
+    let is_high = |(_, place): &(Time, Kept)| place.altitude_amsl_m.is_some();
+    let parts: Vec<String> =
+        places.chunk_by(|one, next| is_high(one) == is_high(next)).map(kml_track).collect();
+    match &parts[..] {
+        [one] => text += one,
+        parts => {
+            text += "<gx:MultiTrack>\n";
+            for part in parts {
+                let _ = writeln!(text, "{part}");
+            }
+            text += "</gx:MultiTrack>";
+        }
+    }
+    text + "</Placemark>\n</kml>\n"
+}
+
+/// Places of which all have a height or none has.
+fn kml_track(places: &[(Time, Kept)]) -> String {
+    let is_high = places.iter().all(|(_, place)| place.altitude_amsl_m.is_some());
+    let mode = if is_high { "absolute" } else { "clampToGround" };
+    let mut text = format!("<gx:Track><altitudeMode>{mode}</altitudeMode>\n");
     for (time, _) in places {
         let _ = writeln!(text, "<when>{time}</when>");
     }
     for (_, place) in places {
-        let metres = place.altitude_amsl_m.unwrap_or(0.0);
-        let _ = writeln!(
-            text,
-            "<gx:coord>{:.7} {:.7} {metres:.2}</gx:coord>",
-            place.longitude_deg, place.latitude_deg
-        );
+        let height = place.altitude_amsl_m.map_or(String::new(), |metres| format!(" {metres:.2}"));
+        let (longitude_deg, latitude_deg) = (place.longitude_deg, place.latitude_deg);
+        let _ = writeln!(text, "<gx:coord>{longitude_deg:.7} {latitude_deg:.7}{height}</gx:coord>");
     }
-    text + "</gx:Track></Placemark>\n</kml>\n"
+    text + "</gx:Track>"
 }
 
 fn csv(_: &str, places: &[(Time, Kept)], _: f64) -> String {

@@ -284,7 +284,7 @@ pub const ROUTES: &[Route] = &[
     Route { path: "/api/v1/alerts", summary: "What is wrong now", handler: sites::alerts, ..GET },
     Route {
         path: "/api/v1/conflicts",
-        summary: "Conflicts between tracks; not computed in the reference profile: always empty",
+        summary: "Conflicts between tracks; not computed in any profile of this version: `computed` is false, the list empty",
         handler: sites::conflicts,
         ..GET
     },

@@ -1,5 +1,7 @@
 //! The polygons of `[[areas]]`: GeoJSON files (RFC 7946), looked at once at the start.
 
+mod zones;
+
 use std::path::PathBuf;
 
 use geo::orient::{Direction, Orient};
@@ -17,11 +19,11 @@ pub struct Masks(Polygons);
 
 /// A file of `[[areas]]` that cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{}: {problem}; areas are polygons in GeoJSON (RFC 7946), longitude before latitude", file.display())]
+#[error("{}: {problem}", file.display())]
 pub struct AreaError {
     /// The file.
     pub file: PathBuf,
-    /// What is wrong with it.
+    /// What is wrong with it, and what an area has to be.
     pub problem: String,
 }
 
@@ -136,6 +138,15 @@ fn read(area: &Area) -> Result<Polygons, AreaError> {
 }
 
 fn polygons(text: &str) -> Result<Polygons, String> {
+    if let Some(problem) = serde_json::from_str(text).ok().and_then(|file| zones::refused(&file)) {
+        return Err(problem);
+    }
+    plain_polygons(text).map_err(|problem| {
+        format!("{problem}; areas are polygons in GeoJSON (RFC 7946), longitude before latitude")
+    })
+}
+
+fn plain_polygons(text: &str) -> Result<Polygons, String> {
     let json: GeoJson = text.parse().map_err(|cause| format!("is no GeoJSON: {cause}"))?;
     let collection =
         GeometryCollection::try_from(&json).map_err(|cause| format!("is no GeoJSON: {cause}"))?;

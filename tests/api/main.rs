@@ -6,6 +6,7 @@ mod auth;
 mod common;
 mod correlations;
 mod documents;
+mod history;
 mod limits;
 mod operational;
 mod rate;

@@ -29,6 +29,8 @@ pub struct Browser {
     session: Option<String>,
     complaints: Vec<String>,
     requests: Vec<String>,
+    /// The status and the body that are answered in the service's place, by the end of the path.
+    faults: Vec<(&'static str, u16, &'static str)>,
 }
 
 impl Browser {
@@ -44,6 +46,8 @@ impl Browser {
             .args(["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--window-size=1440,900"])
             .args(["--disable-background-networking", "--disable-component-update", "--disable-sync"])
             .args(["--remote-debugging-pipe", "--force-device-scale-factor=1"])
+            // An element's `computedName` is what a screen reader says of it.
+            .arg("--enable-blink-features=ComputedAccessibilityInfo")
             .arg(format!("--user-data-dir={}", profile.display()))
             .arg("about:blank")
             .stdin(Stdio::piped())
@@ -73,6 +77,7 @@ impl Browser {
             session: None,
             complaints: Vec::new(),
             requests: Vec::new(),
+            faults: Vec::new(),
         };
         browser.attach();
         browser
@@ -87,8 +92,25 @@ impl Browser {
         for domain in ["Runtime", "Log", "Page", "Network"] {
             self.command(&format!("{domain}.enable"), &json!({}));
         }
-        let size = json!({"width": 1440, "height": 900, "deviceScaleFactor": 1, "mobile": false});
+        self.resize(1440, 900, false);
+    }
+
+    /// The size of the page, pixels; a phone has a finger in the place of a mouse.
+    pub fn resize(&mut self, width: u32, height: u32, is_phone: bool) {
+        let size = json!({"width": width, "height": height, "deviceScaleFactor": 1, "mobile": is_phone});
         self.command("Emulation.setDeviceMetricsOverride", &size);
+        self.command("Emulation.setTouchEmulationEnabled", &json!({"enabled": is_phone}));
+    }
+
+    /// From now on requests of these paths are answered with that status and body, and the others by the service.
+    pub fn fail(&mut self, faults: &[(&'static str, u16, &'static str)]) {
+        self.faults = faults.to_vec();
+        let pattern = |(path, ..): &(&str, u16, &str)| json!({"urlPattern": format!("*{path}*")});
+        let patterns: Vec<_> = faults.iter().map(pattern).collect();
+        match patterns.is_empty() {
+            true => self.command("Fetch.disable", &json!({})),
+            false => self.command("Fetch.enable", &json!({"patterns": patterns})),
+        };
     }
 
     pub fn open(&mut self, url: &str) {
@@ -164,19 +186,25 @@ impl Browser {
         format!("page: {}\ncomplaints: {:?}", body["result"]["value"], self.complaints)
     }
 
-    fn command(&mut self, method: &str, parameters: &Value) -> Value {
+    /// The id under which it is answered.
+    fn send(&mut self, method: &str, parameters: &Value) -> u64 {
         self.last_id += 1;
         let mut message = json!({"id": self.last_id, "method": method, "params": parameters});
         if let Some(session) = &self.session {
             message["sessionId"] = json!(session);
         }
         self.commands.write_all(format!("{message}\0").as_bytes()).unwrap();
+        self.last_id
+    }
+
+    fn command(&mut self, method: &str, parameters: &Value) -> Value {
+        let id = self.send(method, parameters);
         let end = Instant::now() + PATIENCE;
         loop {
             let left = end.saturating_duration_since(Instant::now());
             let message =
                 self.messages.recv_timeout(left).unwrap_or_else(|error| panic!("{method}: {error}"));
-            if message["id"] == json!(self.last_id) {
+            if message["id"] == json!(id) {
                 // While a page is being replaced there is nothing to evaluate in; whoever waits asks again.
                 return message.get("result").cloned().unwrap_or_default();
             }
@@ -198,7 +226,26 @@ impl Browser {
             Some("Network.requestWillBeSent") => {
                 self.requests.push(parameters["request"]["url"].as_str().unwrap_or_default().to_owned());
             }
+            Some("Fetch.requestPaused") => self.answer(parameters),
             _ => {}
+        }
+    }
+
+    /// In the service's place.
+    fn answer(&mut self, paused: &Value) {
+        let url = paused["request"]["url"].as_str().unwrap_or_default();
+        let path = url.split('?').next().unwrap_or_default();
+        let request = &paused["requestId"];
+        match self.faults.iter().find(|(end, ..)| path.ends_with(end)) {
+            Some(&(_, status, body)) => {
+                let kind = json!([{"name": "content-type", "value": "application/json"}]);
+                let body = to_base64(body.as_bytes());
+                let answer = json!({"requestId": request, "responseCode": status, "responseHeaders": kind, "body": body});
+                self.send("Fetch.fulfillRequest", &answer);
+            }
+            None => {
+                self.send("Fetch.continueRequest", &json!({"requestId": request}));
+            }
         }
     }
 }
@@ -218,14 +265,20 @@ impl Drop for Browser {
     }
 }
 
-fn from_base64(text: &str) -> Vec<u8> {
-    let value = |octet: u8| match octet {
-        b'A'..=b'Z' => octet - b'A',
-        b'a'..=b'z' => octet - b'a' + 26,
-        b'0'..=b'9' => octet - b'0' + 52,
-        b'+' => 62,
-        _ => 63,
+const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+
+fn to_base64(octets: &[u8]) -> String {
+    let digits = |chunk: &[u8]| {
+        let bits = (0..3).fold(0_usize, |bits, at| bits << 8 | usize::from(*chunk.get(at).unwrap_or(&0)));
+        let digit =
+            |at: usize| if at > chunk.len() { '=' } else { char::from(DIGITS[bits >> (18 - 6 * at) & 63]) };
+        (0..4).map(digit).collect::<String>()
     };
+    octets.chunks(3).map(digits).collect()
+}
+
+fn from_base64(text: &str) -> Vec<u8> {
+    let value = |octet: u8| DIGITS.iter().position(|&digit| digit == octet).unwrap_or(0) as u8;
     let digits: Vec<_> = text.bytes().filter(|&octet| octet != b'=').map(value).collect();
     let joined = |chunk: &[u8]| chunk.iter().fold(0_u32, |sum, &digit| sum << 6 | u32::from(digit));
     digits

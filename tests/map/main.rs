@@ -17,6 +17,10 @@ use service::{HOSTILE, Service};
 use tiles::Tiles;
 
 mod browser;
+mod failures;
+mod names;
+mod news;
+mod phone;
 mod service;
 mod tiles;
 
@@ -52,6 +56,7 @@ fn an_operator_sees_the_flight_and_what_is_wrong() {
 
     a_paused_recording_has_trails_at_once(&mut browser);
     the_slider_seeks(&mut browser);
+    three_quick_steps_back_are_thirty_seconds(&mut browser);
     tracks_move(&mut browser);
     a_fused_track_says_why(&mut browser);
     the_filter_filters(&mut browser);
@@ -88,6 +93,7 @@ fn the_live_picture_says_how_far_it_is_behind() {
     browser.wait("document.getElementById('replay').hidden", SOON);
     browser.wait("document.querySelectorAll('#sensors [data-look=ok]').length === 2", SOON);
     browser.wait(&format!("{ROWS} > 0"), SOON + SOON);
+    the_lines_of_a_sensor_are_a_table(&mut browser);
     assert_eq!(browser.complaints(), Vec::<String>::new(), "errors in the console");
     assert!(browser.requests().iter().all(|asked| asked.starts_with(&service.url())));
 }
@@ -235,8 +241,36 @@ fn the_slider_seeks(browser: &mut Browser) {
         browser.wait(&format!("{CLOCK}.startsWith({time:?}) && {ROWS} > 0"), SOON);
     }
     assert_eq!(browser.text(BADGE), "REPLAY paused");
+}
+
+/// From where the picture was asked to go, not from where it has got to: nobody waits between two clicks.
+fn three_quick_steps_back_are_thirty_seconds(browser: &mut Browser) {
+    browser.run("for (let i = 0; i < 3; i++) document.getElementById('replay-back').click()");
+    browser.wait("document.getElementById('replay-at').textContent === '0:00:30'", SOON);
+    browser.wait(&format!("/^09:00:(29|30)/.test({CLOCK}) && {ROWS} > 0"), SOON);
+    browser.run("for (let i = 0; i < 3; i++) document.getElementById('replay-forward').click()");
+    browser.wait(&format!("/^09:(00:59|01:00)/.test({CLOCK}) && {ROWS} > 0"), SOON);
     browser.press(" ");
     browser.wait(&format!("{BADGE} === 'REPLAY'"), SOON);
+}
+
+/// Each with its address, state, rate and what is refused; nothing of it as JSON.
+fn the_lines_of_a_sensor_are_a_table(browser: &mut Browser) {
+    let panel = "document.getElementById('sensor-panel')";
+    browser.run("document.querySelector('#sensors button').click()");
+    let cells = format!(
+        "[...{panel}.querySelectorAll('.lines tbody tr')].map(row => [...row.cells].map(cell => cell.textContent))"
+    );
+    browser.wait(
+        &format!("{cells}.some(([address, state, rate, refused]) => \
+            /^\\S*239[.]\\S+:\\d+/.test(address) && state.startsWith('open, last ') && Number(rate) > 0 && /^\\d+$/.test(refused))"),
+        SOON + SOON, // a rate takes two answers, ten seconds apart
+    );
+    let heads = format!("[...{panel}.querySelectorAll('.lines th')].map(head => head.textContent).join()");
+    assert_eq!(browser.text(&heads), "Address,State,a second,Refused");
+    let said = browser.text(&format!("{panel}.textContent"));
+    assert!(!said.contains(['{', '}', '"']), "as JSON: {said}");
+    browser.run(&format!("{panel}.hidePopover()"));
 }
 
 fn tracks_move(browser: &mut Browser) {
@@ -408,6 +442,7 @@ fn silence_is_stale_until_it_ends(browser: &mut Browser, service: &Service) {
     service.freeze(true);
     browser.wait(&format!("{BADGE}.startsWith('STALE since ')"), SOON);
     browser.wait("document.body.classList.contains('stale')", SOON);
+    browser.wait("[...document.querySelectorAll('.count')].every(count => count.textContent === '?')", SOON);
     service.freeze(false);
     browser.wait(&format!("{BADGE} === 'REPLAY' && {ROWS} > 0"), SOON);
     browser.wait("!document.body.classList.contains('stale')", SOON);

@@ -12,4 +12,7 @@ mod masks;
 #[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "shared by several tests")]
 mod program;
+#[path = "../shared/mod.rs"]
+#[allow(dead_code, reason = "shared by several tests")]
+mod shared;
 mod usage;

@@ -16,14 +16,12 @@ function headers() {
   return { accept: "application/json", ...(token ? { authorization: `Bearer ${token}` } : {}) };
 }
 
-export async function get(path) {
-  return answer(await fetch(address(path), { headers: headers(), signal: AbortSignal.timeout(LONGEST_ANSWER_MS) }));
-}
+export const get = (path) => answer(address(path), {});
 
-export async function post(path, parameters = {}) {
+export function post(path, parameters = {}) {
   const url = address(path);
   for (const [name, value] of Object.entries(parameters)) url.searchParams.set(name, value);
-  return answer(await fetch(url, { method: "POST", headers: headers() }));
+  return answer(url, { method: "POST" });
 }
 
 /** An EventSource cannot send a header: with a token, a short-lived ticket goes into its address. */
@@ -34,31 +32,51 @@ async function streamAddress() {
   return url;
 }
 
-/** What was answered; an error carries the service's own words (RFC 9457). */
-async function answer(response) {
-  const text = await response.text();
-  const value = text && parsed(text);
+/** What was answered, or an error with words for the operator: the service's own (RFC 9457) where it has some. */
+async function answer(url, options) {
+  const [response, text] = await exchange(url, options);
   if (response.status === 401) askForToken();
-  if (!response.ok) throw new Error(value?.detail ?? value?.title ?? `${response.status} ${response.statusText}`);
-  return value ?? {};
+  const value = parsed(text);
+  if (!response.ok) {
+    const detail = value?.detail ?? value?.title;
+    throw new Error(`HTTP ${response.status}${detail ? `: ${detail}` : ""}`);
+  }
+  if (value === undefined) throw new Error("the answer is not JSON");
+  return value;
 }
 
+async function exchange(url, options) {
+  try {
+    const response = await fetch(url, { ...options, headers: headers(), signal: AbortSignal.timeout(LONGEST_ANSWER_MS) });
+    return [response, await response.text()];
+  } catch (error) {
+    throw new Error(error.name === "TimeoutError" ? `no answer within ${LONGEST_ANSWER_MS / 1000} s` : "no answer");
+  }
+}
+
+/** Undefined where it is not JSON. */
 function parsed(text) {
   try {
     return JSON.parse(text);
   } catch {
-    return null;
+    return undefined;
   }
 }
 
-const EVENTS = ["snapshot", "tracks", "ended", "sensor", "alert", "heartbeat", "resync"];
+/** A list in an answer. One without it is another answer than was asked for, not an empty list. */
+export function list(value, name) {
+  if (!Array.isArray(value?.[name])) throw new Error(`the answer has no list of ${name}`);
+  return value[name];
+}
+
+const EVENTS = ["snapshot", "tracks", "ended", "sensor", "alert", "heartbeat", "resync", "closed"];
 const FIRST_WAIT_MS = 1000;
 const LONGEST_WAIT_MS = 15000;
 const DEAD_AFTER_MS = 10000; // the service sends a heartbeat each second
 
 /** The stream of events. It comes back by itself: the browser's own retry gives up for good on an HTTP error. */
 export class Stream {
-  /** `on` has a function for each event, `opened`, and `failed` with the seconds until the next attempt. */
+  /** `on` has a function for each event, `opened`, and `failed` with the seconds until the next attempt and the cause. */
   constructor(on) {
     this.on = on;
     this.wait = FIRST_WAIT_MS;
@@ -66,7 +84,7 @@ export class Stream {
     this.open();
     setInterval(() => {
       // A connection whose other end has vanished stays open in silence.
-      if (this.source && performance.now() - this.heard > DEAD_AFTER_MS) this.again();
+      if (this.source && performance.now() - this.heard > DEAD_AFTER_MS) this.again("nothing came for 10 s");
     }, 1000);
   }
 
@@ -75,28 +93,33 @@ export class Stream {
     let source;
     try {
       source = new EventSource(await streamAddress());
-    } catch {
-      return this.again();
+    } catch (error) {
+      return this.again(error.message);
     }
     this.source = source;
-    source.onopen = () => {
-      this.wait = FIRST_WAIT_MS;
-      this.on.opened();
-    };
-    source.onerror = () => this.again();
-    for (const name of EVENTS) {
-      source.addEventListener(name, (event) => {
-        this.heard = performance.now();
-        const value = parsed(event.data);
-        if (value) this.on[name](value);
-      });
-    }
+    source.onopen = () => this.on.opened();
+    source.onerror = () => this.again("no connection to the stream");
+    for (const name of EVENTS) source.addEventListener(name, (event) => this.take(name, event.data));
   }
 
-  again() {
+  /** After an event that cannot be taken nobody knows what is true: a new stream begins with everything. */
+  take(name, data) {
+    this.heard = performance.now();
+    try {
+      const value = JSON.parse(data);
+      if (name === "closed") return this.again(value.reason);
+      this.on[name](value);
+    } catch (error) {
+      console.error(error);
+      return this.again(`an event "${name}" could not be read`);
+    }
+    if (name === "heartbeat") this.wait = FIRST_WAIT_MS; // a second of it was good
+  }
+
+  again(why) {
     this.source?.close();
     this.source = null;
-    this.on.failed(this.wait / 1000);
+    this.on.failed(this.wait / 1000, why);
     setTimeout(() => this.open(), this.wait * (0.8 + 0.4 * Math.random()));
     this.wait = Math.min(this.wait * 2, LONGEST_WAIT_MS);
   }

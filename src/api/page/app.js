@@ -1,33 +1,35 @@
-// The map page: takes the stream of events, and hands each to the part that shows it.
+// The map page: takes what the service says, and hands each to the part that shows it.
 
 import { Alerts } from "./alerts.js";
-import { get, onUnauthorized, setToken, Stream } from "./api.js";
+import { get, list, onUnauthorized, setToken, Stream } from "./api.js";
 import { Detail } from "./detail.js";
 import { byId, element, setAttribute, setText } from "./dom.js";
+import { showFailures } from "./failures.js";
 import * as format from "./format.js";
-import { bearing, Frame } from "./geo.js";
+import { bearing } from "./geo.js";
+import { Ground } from "./ground.js";
 import { Keyboard } from "./keyboard.js";
 import { Map2d } from "./map.js";
 import { listenForOverlays } from "./overlays.js";
-import { applyTheme, nextTheme, themeWords } from "./palette.js";
-import { Picture } from "./picture.js";
+import { applyTheme, nextTheme } from "./palette.js";
 import { Raw } from "./raw.js";
+import { Reads } from "./reads.js";
 import { Replay } from "./replay.js";
 import { Sensors } from "./sensors.js";
 import { change, isFiltering, LAYERS, onChange, read, settings, toggleLayer, toggleSource } from "./settings.js";
-import { Shapes } from "./shapes.js";
 import { Status } from "./status.js";
 import { Table } from "./table.js";
-import { Tiles } from "./tiles.js";
 
 const RENEW_MS = 10000; // rates, clock offsets and alerts that are over come by asking
+const RAW_MS = 1000;
+const FRAME_MS = 2000; // the first view waits at most this long for the radars' places, which belong in it
 
 read();
 applyTheme();
 const map = new Map2d(byId("canvas"), showCursor);
-const table = new Table();
-const detail = new Detail();
 const status = new Status();
+const table = new Table(isPictureKnown);
+const detail = new Detail();
 const replay = new Replay(status);
 const alerts = new Alerts((byTrack) => {
   map.alerted = byTrack;
@@ -38,73 +40,71 @@ map.raw = new Raw(map);
 
 // ── what the service says
 
-let hasSensors = false;
-let early = null; // a snapshot that came before the origin was known
+const reads = new Reads(showKnown);
+const ground = new Ground(
+  map,
+  (picture) => {
+    [map.picture, table.picture, detail.picture] = [picture, picture, picture];
+  },
+  (came) => {
+    map.invalidate();
+    if (came) reads.good("tiles");
+    else reads.failed("tiles", "their server does not send them");
+  },
+);
 
-/** The first radar is the origin; once it is known that there is none, the first track. */
-function originate(lat, lng, isRadar) {
-  if (map.picture || !Number.isFinite(lat) || !Number.isFinite(lng)) return;
-  const picture = new Picture(new Frame(lat, lng, isRadar));
-  [map.picture, table.picture, detail.picture] = [picture, picture, picture];
-  if (early) picture.snapshot(early);
-  early = null;
-  lay(status.info?.tiles);
-  map.frameOnce();
+reads.add("tracks", "Tracks"); // by the stream
+reads.add("info", "Service", { ask: () => get("info"), take: takeInfo, everyMs: RENEW_MS });
+reads.add("sensors", "Sensors", { ask: () => get("sensors"), take: takeSensors, everyMs: RENEW_MS });
+reads.add("alerts", "Alerts", { ask: () => get("alerts"), take: (answer) => alerts.replace(answer), everyMs: RENEW_MS });
+for (const [name, title] of [["coverage", "Coverage"], ["areas", "Areas"]]) {
+  reads.add(name, title, { ask: () => get(name), take: (answer) => takeShapes(name, answer) });
+}
+reads.add("raw", "Raw inputs", { ask: () => map.raw.ask(), take: (answer) => map.raw.take(answer), everyMs: RAW_MS, isWanted: () => map.raw.isWanted });
+reads.add("tiles", "Map tiles");
+reads.add("page", "This page");
+
+/** Each part that counts or lists something says whether that is known. */
+function showKnown() {
+  showFailures(reads.failures());
+  alerts.setRead(reads.all.get("alerts"));
+  sensors.setRead(reads.all.get("sensors"));
+  table.refresh();
+  frameOnce();
 }
 
-/** The tiles under the map, and the words that their makers ask for. */
-function lay(tiles) {
-  if (tiles && map.picture && !map.tiles) map.tiles = new Tiles(tiles, map.picture.frame, () => map.invalidate());
-  setText(byId("attribution"), map.tiles?.attribution ?? "");
-  byId("layer-list").querySelector("[name=tiles]").closest("li").hidden = !map.tiles;
+function isPictureKnown() {
+  return reads.state("tracks") === "good" && !status.isStale && Number.isFinite(status.pictureTime);
 }
 
-function originateFromTracks({ features = [] }) {
-  if (hasSensors && features.length) originate(features[0].properties.lat, features[0].properties.lng, false);
-}
-
-async function loadInfo() {
-  const info = await get("info");
+function takeInfo(info) {
+  if (typeof info?.profile !== "string") throw new Error("the answer has no profile");
   status.info = info;
   detail.info = info;
   const site = typeof info.site === "object" ? info.site?.name : info.site;
   setText(byId("site"), site ?? "");
-  document.title = site ? `${site} – utm-fusion` : "utm-fusion";
-  byId("site").title = `version ${info.version ?? "?"}, profile ${info.profile ?? "?"}`;
+  alerts.site = site ?? "";
+  alerts.showTitle();
+  byId("site").title = `version ${info.version ?? "?"}, profile ${info.profile}`;
   if (Number.isFinite(info.latency_s)) status.latency = info.latency_s;
-  lay(info.tiles);
+  ground.takeTiles(info.tiles);
+  setText(byId("attribution"), info.tiles?.attribution ?? "");
+  byId("layer-list").querySelector("[name=tiles]").closest("li").hidden = !info.tiles;
   if (status.isReplay) replay.update(info.replay ?? {});
 }
 
-async function loadSensors() {
-  const collection = await get("sensors");
+function takeSensors(collection) {
+  ground.takeSensors(collection);
   sensors.replace(collection);
-  const radars = (collection.features ?? [])
-    .filter(({ geometry, properties }) => properties.kind === "radar" && geometry?.type === "Point")
-    .map(({ geometry: { coordinates: [lng, lat] }, properties: { id } }) => ({ id, lat, lng }));
-  if (radars.length) originate(radars[0].lat, radars[0].lng, true);
-  hasSensors = true;
-  map.radars = radars.map(({ id, lat, lng }) => {
-    const [x, y] = map.picture.frame.toLocal(lat, lng);
-    return { id, x, y };
-  });
-  map.invalidate();
 }
 
-async function loadShapes() {
-  for (const name of ["coverage", "areas"]) {
-    const collection = await get(name);
-    if (map.picture) map[name] = new Shapes(name, collection, map.picture.frame);
-  }
-  map.frameOnce();
-  map.invalidate();
+function takeShapes(name, collection) {
+  ground.takeShapes(name, collection);
+  frameOnce();
 }
 
-const loadAlerts = async () => alerts.replace(await get("alerts"));
-
-/** Each alone: a part that fails must not keep the others from the operator. */
-async function load(...parts) {
-  for (const part of parts) await part().catch(() => {});
+function frameOnce() {
+  if (reads.state("sensors") !== "unknown" || performance.now() >= FRAME_MS) map.frameOnce();
 }
 
 let chosen = null; // the selected track as it was last
@@ -123,30 +123,35 @@ function keepSelection() {
 function took(collection) {
   status.heard(collection);
   keepSelection();
-  if (!map.framed) map.frameOnce();
+  frameOnce();
   if (status.isReplay) replay.at(Date.parse(collection.time));
   map.invalidate();
 }
 
 function start() {
-  const stream = new Stream({
-    opened: () => load(loadInfo, loadSensors, loadShapes, loadAlerts),
-    failed: (wait) => (status.retry = wait),
+  new Stream({
+    // What was missed meanwhile is in no event.
+    opened: () => reads.renew("info", "sensors", "alerts", "coverage", "areas"),
+    failed(wait, why) {
+      status.failed(wait);
+      reads.failed("tracks", why);
+    },
     snapshot(collection) {
-      originateFromTracks(collection);
-      if (map.picture) map.picture.snapshot(collection);
-      else early = collection;
+      ground.takeTracks(collection);
+      map.picture?.snapshot(collection);
+      status.began();
       took(collection);
+      reads.good("tracks");
       table.refresh();
     },
     tracks(collection) {
-      originateFromTracks(collection);
+      ground.takeTracks(collection);
       map.picture?.update(collection);
       took(collection);
     },
-    ended({ ids = [] }) {
+    ended(event) {
       status.heard({});
-      map.picture?.end(ids);
+      map.picture?.end(list(event, "ids"));
       keepSelection();
       map.invalidate();
     },
@@ -162,11 +167,9 @@ function start() {
     // A snapshot of the tracks follows: what was missed is in it.
     resync() {
       status.heard({});
-      load(loadSensors, loadAlerts);
+      reads.renew("sensors", "alerts");
     },
   });
-  setInterval(() => load(loadInfo, loadSensors, loadAlerts), RENEW_MS);
-  return stream;
 }
 
 // ── what the operator does
@@ -183,7 +186,8 @@ function showCursor(px, py) {
 function showFilter() {
   byId("filtered").hidden = !isFiltering();
   if (!isFiltering() || !map.picture) return;
-  setText(byId("filtered-text"), `Filtered: ${map.picture.visible().length} of ${map.picture.tracks.size} tracks shown`);
+  const total = isPictureKnown() ? map.picture.tracks.size : "?";
+  setText(byId("filtered-text"), `Filtered: ${map.picture.visible().length} of ${total} tracks shown`);
 }
 
 const clearFilter = () => change({ text: "", sources: new Set(Object.keys(SOURCE_BUTTONS)) });
@@ -196,8 +200,7 @@ function showSettings() {
   for (const box of byId("layer-list").querySelectorAll("input")) box.checked = layers[box.name];
   byId("label-by").value = labelBy;
   setAttribute(byId("follow"), "aria-pressed", String(follow && Boolean(selected)));
-  setText(byId("theme-button"), `◐ ${settings.theme}`);
-  setAttribute(byId("theme-button"), "aria-label", `Theme: ${themeWords()}`);
+  setText(byId("theme-name"), settings.theme);
   showFilter();
 }
 
@@ -205,7 +208,7 @@ function listen() {
   for (const [name, [words]] of Object.entries(LAYERS)) {
     const box = element("input", { type: "checkbox", name });
     box.addEventListener("change", () => toggleLayer(name));
-    byId("layer-list").append(element("li", {}, element("label", {}, box, words)));
+    byId("layer-list").append(element("li", { hidden: name === "tiles" }, element("label", {}, box, words)));
   }
   byId("label-by").addEventListener("change", (event) => change({ labelBy: event.target.value }));
   byId("filter").addEventListener("submit", (event) => event.preventDefault());
@@ -217,6 +220,7 @@ function listen() {
   byId("fit").addEventListener("click", () => map.fit());
   byId("follow").addEventListener("click", toggleFollow);
   byId("theme-button").addEventListener("click", () => change({ theme: nextTheme() }));
+  byId("more-button").addEventListener("click", (event) => openMenu(event.target.getAttribute("aria-expanded") !== "true"));
   byId("help-button").addEventListener("click", () => byId("help").showModal());
   addEventListener("hashchange", () => {
     read();
@@ -231,8 +235,15 @@ function listen() {
 
 const toggleFollow = () => change({ follow: !settings.follow && settings.selected !== null });
 
+/** On a small screen the clock, the sensors and the tools are behind a button. */
+function openMenu(isOpen) {
+  setAttribute(byId("more-button"), "aria-expanded", String(isOpen));
+  byId("more").classList.toggle("is-open", isOpen);
+}
+
 function escape() {
   if (document.querySelector("dialog[open], :popover-open")) return; // the browser closes those
+  openMenu(false);
   if (document.activeElement === byId("filter-input")) byId("filter-input").blur();
   else change({ selected: null, follow: false });
 }
@@ -253,7 +264,7 @@ onUnauthorized(() => {
 byId("sign-in-form").addEventListener("submit", () => {
   setToken(byId("token").value);
   byId("token").value = "";
-  load(loadInfo, loadSensors, loadShapes, loadAlerts); // the stream tries again by itself
+  reads.renew("info", "sensors", "alerts", "coverage", "areas"); // the stream tries again by itself
 });
 
 listen();
@@ -279,4 +290,9 @@ new Keyboard([
 ]);
 showSettings();
 setInterval(showFilter, 1000);
-load(loadInfo, loadSensors).then(start); // the rest when the stream is open, and anew whenever it opens again
+for (const kind of ["error", "unhandledrejection"]) {
+  addEventListener(kind, () => reads.failed("page", "an error in it; load it anew"));
+}
+setTimeout(frameOnce, FRAME_MS);
+reads.renew("info", "sensors");
+start();

@@ -44,7 +44,7 @@ function properties(track, time) {
     ["Manufacturer", uas.manufacturer],
     ["Model", uas.model],
     ["Registered in", uas.registration_country],
-    ["Integrity", known(p.integrity, (value) => (typeof value === "object" ? JSON.stringify(value) : String(value)))],
+    ["Integrity", known(p.integrity, format.words)],
     ["Interpolated", yes(p.interpolated)],
     ["Extrapolated", p.extrapolated ? "yes" : null],
     ["Time of position", `${format.utc(track.time, 2)} UTC`],

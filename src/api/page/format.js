@@ -37,6 +37,22 @@ export function clock(value) {
   return `${Math.floor(whole / 3600)}:${two(Math.floor(whole / 60))}:${two(whole)}`;
 }
 
+/** "queue_full" as a heading: "Queue full". */
+export function heading(name) {
+  const words = name.replaceAll("_", " ");
+  return words.charAt(0).toUpperCase() + words.slice(1);
+}
+
+/** Any value of an answer in words: "sac 25, sic 200, own no". */
+export function words(value) {
+  if (value == null) return DASH;
+  if (typeof value === "boolean") return value ? "yes" : "no";
+  if (typeof value === "string" && /^\d{4}-\d\d-\d\dT/.test(value)) return `${utc(Date.parse(value))} UTC`;
+  if (Array.isArray(value)) return value.map(words).join("; ") || "none";
+  if (typeof value !== "object") return String(value);
+  return Object.entries(value).map(([name, inner]) => `${name.replaceAll("_", " ")} ${words(inner)}`).join(", ") || "none";
+}
+
 /** 52.51416° N 0.57552° W */
 export const position = (lat, lng) =>
   `${Math.abs(lat).toFixed(5)}°${THIN}${lat < 0 ? "S" : "N"} ${Math.abs(lng).toFixed(5)}°${THIN}${lng < 0 ? "W" : "E"}`;

@@ -22,6 +22,15 @@ export function write(context, text, x, y, colour = palette.quiet) {
   context.fillText(text, x, y);
 }
 
+const ROOM = { left: [0, 1], center: [0.5, 0.5], right: [1, 0] }; // of a text's width, on either side
+
+/** The same where nothing lies over it; else it is left out. Where it stands follows the context's alignment. */
+export function writeFree(context, view, text, x, y, colour = palette.quiet) {
+  const { width } = context.measureText(text);
+  const [before, behind] = ROOM[context.textAlign];
+  if (view.isFree([x - before * width, y - 7, x + behind * width, y + 7])) write(context, text, x, y, colour);
+}
+
 export function drawRings(context, view) {
   const [cx, cy] = view.toScreen(0, 0);
   const step = round125(RING_APART_PX / view.scale);
@@ -49,7 +58,7 @@ export function drawRings(context, view) {
   context.textBaseline = "middle";
   for (let i = first; i <= last; i++) {
     const radius = i * step * view.scale;
-    write(context, distance(i * step), cx + radius * Math.sin(label), cy - radius * Math.cos(label));
+    writeFree(context, view, distance(i * step), cx + radius * Math.sin(label), cy - radius * Math.cos(label));
   }
 }
 
@@ -67,9 +76,7 @@ function drawBearings(context, view, cx, cy, from, to) {
     const leaves = exit(cx, cy, sin, -cos, view);
     if (leaves <= from * 1.2) continue;
     const [x, y] = [cx + leaves * sin, cy - leaves * cos];
-    const isOnScale = x < 190 && y > view.height - 50;
-    const isOnLegend = x > view.width - 160 && y > view.height - 130;
-    if (!isOnScale && !isOnLegend) write(context, `${String(angle).padStart(3, "0")}°`, x, y);
+    writeFree(context, view, `${String(angle).padStart(3, "0")}°`, x, y);
   }
 }
 
@@ -106,9 +113,12 @@ export function drawRadars(context, view, radars) {
     context.moveTo(px, py);
     context.lineTo(px + 9, py - 9);
     context.stroke();
-    write(context, id, px + 9, py + 5, palette.ink);
+    writeFree(context, view, id, px + 9, py + 5, palette.ink);
   }
 }
+
+/** Where the scale and the north arrow are. */
+export const scaleBox = (view) => [0, view.height - 46, 190, view.height];
 
 export function drawScale(context, view) {
   const metres = round125(60 / view.scale);

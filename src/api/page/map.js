@@ -1,6 +1,6 @@
 // The canvas: what is drawn in which order, at most once a frame of the screen, and what a click on it means.
 
-import { drawRadars, drawRings, drawScale } from "./furniture.js";
+import { drawRadars, drawRings, drawScale, scaleBox } from "./furniture.js";
 import { palette } from "./palette.js";
 import { change, settings } from "./settings.js";
 import { drawAreas, drawCoverage, drawOverlay } from "./shapes.js";
@@ -36,6 +36,19 @@ export class Map2d {
     });
   }
 
+  /** Another origin: everything stays where it is on the ground. */
+  reframe(frame) {
+    const before = this.picture.frame;
+    const moved = (x, y) => frame.toLocal(...before.toGeodetic(x, y));
+    this.picture.reframe(frame);
+    [this.view.x, this.view.y] = moved(this.view.x, this.view.y);
+    for (const name of ["coverage", "areas"]) this[name] = this[name]?.in(frame) ?? null;
+    this.overlays = this.overlays.map((overlay) => overlay.in(frame));
+    if (this.tiles) this.tiles.frame = frame;
+    this.raw?.move(moved);
+    this.invalidate();
+  }
+
   resize() {
     const { clientWidth, clientHeight } = this.canvas;
     const ratio = window.devicePixelRatio || 1;
@@ -60,6 +73,7 @@ export class Map2d {
     context.fillStyle = palette.map;
     context.fillRect(0, 0, view.width, view.height);
     if (!this.picture) return;
+    view.covered = this.covered();
     const { layers } = settings;
     const selected = this.picture.tracks.get(settings.selected);
     if (settings.follow && selected) [view.x, view.y] = [selected.x, selected.y];
@@ -81,6 +95,18 @@ export class Map2d {
     if (layers.labels) drawLabels(context, view, this.placed, this.alerted);
     drawSymbols(context, view, this.placed, time, this.alerted);
     drawScale(context, view);
+  }
+
+  /** Buttons, notes and the scale: a label below them could not be read. */
+  covered() {
+    const { left, top } = this.canvas.getBoundingClientRect();
+    const boxes = [scaleBox(this.view)];
+    for (const node of this.canvas.parentElement.children) {
+      if (node === this.canvas) continue;
+      const box = node.getBoundingClientRect(); // without an extent where it is hidden
+      if (box.width) boxes.push([box.left - left, box.top - top, box.right - left, box.bottom - top]);
+    }
+    return boxes;
   }
 
   /** After the user moved the view. A pan ends following: the two cannot both have their way. */

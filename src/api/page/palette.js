@@ -27,6 +27,4 @@ const theme = () =>
   settings.theme !== "auto" ? settings.theme : matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
 
 const NEXT = { auto: "light", light: "dark", dark: "auto" };
-const WORDS = { auto: "as the system has it", light: "light", dark: "dark" };
 export const nextTheme = () => NEXT[settings.theme];
-export const themeWords = () => WORDS[settings.theme];

@@ -1,6 +1,6 @@
 // The tracks now, their trails and, where the service gives no speed, what their last positions say of it.
 
-import { TRAIL_S } from "./api.js";
+import { list, TRAIL_S } from "./api.js";
 import { bearing } from "./geo.js";
 import { settings } from "./settings.js";
 
@@ -40,6 +40,14 @@ class Ring {
     [this.next, this.length, this.last] = [other.next, other.length, other.last];
   }
 
+  /** Each place to where `to(x, y)` has it. */
+  move(to) {
+    for (let i = 0; i < this.length; i++) {
+      const at = this.at(i);
+      this.values.set(to(this.values[at + 1], this.values[at + 2]), at + 1);
+    }
+  }
+
   /** Where the i-th is in `values`, the oldest first. */
   at(i) {
     return ((this.next - this.length + i + this.size) % this.size) * 3;
@@ -58,9 +66,7 @@ class Track {
     this.properties = properties;
     this.source = properties.source;
     this.time = Date.parse(properties.time);
-    [this.x, this.y] = frame.toLocal(properties.lat, properties.lng);
-    // Without a radar the origin is any place, and a distance from it says nothing.
-    [this.range, this.bearing] = frame.isRadar ? [Math.hypot(this.x, this.y), bearing(this.x, this.y)] : [NaN, NaN];
+    this.locate(frame);
     if (this.time < this.recent.last) {
       this.trail.clear();
       this.recent.clear();
@@ -71,6 +77,12 @@ class Track {
     this.derived = !Number.isFinite(properties.speed);
     if (this.derived) this.deriveVelocity();
     else [this.speed, this.course] = [properties.speed, properties.track ?? NaN];
+  }
+
+  locate(frame) {
+    [this.x, this.y] = frame.toLocal(this.properties.lat, this.properties.lng);
+    // Without a radar the origin is any place, and a distance from it says nothing.
+    [this.range, this.bearing] = frame.isRadar ? [Math.hypot(this.x, this.y), bearing(this.x, this.y)] : [NaN, NaN];
   }
 
   /** Where the service says that it was, where that is not known. */
@@ -145,9 +157,19 @@ export class Picture {
     this.frame = frame;
   }
 
+  /** The same in another frame: everything stays where it is on the ground. */
+  reframe(frame) {
+    const before = this.frame;
+    this.frame = frame;
+    for (const track of new Set([...this.tracks.values(), ...this.lastOf.values()])) {
+      for (const ring of [track.trail, track.recent]) ring.move((x, y) => frame.toLocal(...before.toGeodetic(x, y)));
+      track.locate(frame);
+    }
+  }
+
   /** The whole picture: what it does not name is gone. Trails of what stays are kept, unless time went back. */
   snapshot(collection) {
-    const features = collection.features ?? [];
+    const features = list(collection, "features");
     const named = new Set(features.map((feature) => feature.properties.id));
     for (const id of this.tracks.keys()) if (!named.has(id)) this.tracks.delete(id);
     const time = Date.parse(collection.time);
@@ -159,7 +181,7 @@ export class Picture {
   }
 
   update(collection) {
-    for (const { properties, geometry } of collection.features ?? []) {
+    for (const { properties, geometry } of list(collection, "features")) {
       const [lng, lat] = geometry?.coordinates ?? [];
       const whole = { lat, lng, ...properties };
       if (!Number.isFinite(whole.lat) || !Number.isFinite(whole.lng)) continue;

@@ -1,11 +1,10 @@
 // The raw inputs as a layer: plots and transponder reports as they came, each shown when the picture has got to its time,
 // so that it lies beside the track that was made of it. They are asked for only while the layer is on.
 
-import { get } from "./api.js";
+import { get, list } from "./api.js";
 import { palette } from "./palette.js";
 import { settings } from "./settings.js";
 
-const EVERY_MS = 1000;
 const AHEAD_MS = 30000; // the picture is 6.25 s behind the inputs; more is of another time of a replay
 const SHOWN_MS = 5000;
 const MOST = 40000;
@@ -16,16 +15,23 @@ export class Raw {
 
   constructor(map) {
     this.map = map;
-    setInterval(() => this.ask(), EVERY_MS);
   }
 
-  async ask() {
-    if (!settings.layers.raw || !this.map.picture || document.hidden) {
-      this.reports = [];
-      return;
-    }
-    const { features = [], last = 0 } = await get(`raw?after=${this.last}`).catch(() => ({ last: this.last }));
-    this.last = last;
+  /** Whether somebody looks; where not, what is known is forgotten. */
+  get isWanted() {
+    const isWanted = settings.layers.raw && this.map.picture !== null && !document.hidden;
+    if (!isWanted) this.reports = [];
+    return isWanted;
+  }
+
+  ask() {
+    return get(`raw?after=${this.last}`);
+  }
+
+  /** The answer of /raw. */
+  take(collection) {
+    const features = list(collection, "features");
+    this.last = collection.last ?? 0;
     const { frame, time: now } = this.map.picture;
     for (const { geometry, properties } of features) {
       const [lng, lat] = geometry.coordinates;
@@ -34,6 +40,11 @@ export class Raw {
     }
     this.reports = this.reports.filter(({ time }) => time > now - SHOWN_MS && time < now + AHEAD_MS).slice(-MOST);
     this.map.invalidate();
+  }
+
+  /** Each report to where `to(x, y)` has it. */
+  move(to) {
+    for (const report of this.reports) [report.x, report.y] = to(report.x, report.y);
   }
 
   /** Small crosses of the radar and small squares of transponders, fainter with age: no symbol of a track. */

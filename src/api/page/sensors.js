@@ -1,7 +1,9 @@
 // The lights of the sensors: colour, shape and letter by state, the reasons on hover and on click.
 
+import { list } from "./api.js";
 import { byId, element, setAttribute, setText } from "./dom.js";
 import * as format from "./format.js";
+import { LineRates } from "./lines.js";
 
 const STATES = {
   operational: ["ok", "●"],
@@ -10,11 +12,15 @@ const STATES = {
 };
 
 const UNKNOWN = "?"; // the light of all that no configuration names
+const ALL = "*"; // the light in the place of all, while none is known
 
 export class Sensors {
   known = new Map(); // properties by id
   unknown = [];
   opened = null;
+  read = null; // {state, since, why} of /sensors
+  confirmed = new Set(); // ids of which something was heard since it failed
+  lines = new LineRates();
 
   constructor(changed) {
     this.changed = changed;
@@ -27,28 +33,48 @@ export class Sensors {
 
   /** The answer of /sensors. */
   replace(collection) {
-    this.known = new Map((collection.features ?? []).map(({ properties }) => [properties.id, properties]));
+    this.known = new Map(list(collection, "features").map(({ properties }) => [properties.id, properties]));
     this.unknown = collection.unknown ?? [];
-    for (const item of [...this.list.children]) {
-      const { id } = item.dataset;
-      if (id === UNKNOWN ? !this.unknown.length : !this.known.has(id)) item.remove();
-    }
+    this.lines.note(Date.parse(collection.time), this.known.values());
     this.show();
   }
 
   /** One sensor's news; what it does not say stays as it was. */
   update(properties) {
     this.known.set(properties.id, { ...this.known.get(properties.id), ...properties });
+    this.confirmed.add(properties.id);
     this.show();
   }
 
+  /** Whether the answer of /sensors is known. */
+  setRead(read) {
+    if (read.state === "failed" && this.read?.state !== "failed") this.confirmed.clear();
+    this.read = { ...read };
+    this.show();
+  }
+
+  isConfirmed(id) {
+    return this.read?.state !== "failed" || this.confirmed.has(id);
+  }
+
   show() {
-    for (const sensor of this.known.values()) this.light(sensor.id, sensor.id, sensor.state, summary(sensor));
-    if (this.unknown.length) {
-      this.light(UNKNOWN, `${this.unknown.length} unknown`, "degraded", "Heard, but in no configuration: click to see which");
+    const lights = new Map();
+    for (const sensor of this.known.values()) {
+      const last = summary(sensor);
+      lights.set(sensor.id, this.isConfirmed(sensor.id) ? [sensor.id, sensor.state, last] : [sensor.id, "not known", `${this.doubt()}\nBefore:\n${last}`]);
     }
+    if (!this.known.size && this.read?.state === "failed") lights.set(ALL, ["Sensors", "not known", this.doubt()]);
+    if (this.unknown.length) {
+      lights.set(UNKNOWN, [`${this.unknown.length} unknown`, "degraded", "Heard, but in no configuration: click to see which"]);
+    }
+    for (const item of [...this.list.children]) if (!lights.has(item.dataset.id)) item.remove();
+    for (const [id, [name, state, title]] of lights) this.light(id, name, state, title);
     if (this.opened) this.fillPanel();
     this.changed();
+  }
+
+  doubt() {
+    return `Not known since ${format.utc(this.read.since)} UTC (${this.read.why})`;
   }
 
   light(id, name, state, title) {
@@ -66,37 +92,57 @@ export class Sensors {
     const button = item.firstChild;
     setAttribute(item, "data-look", look);
     setAttribute(button, "title", title);
-    setAttribute(button, "aria-label", `Sensor ${name}: ${state}`);
+    setAttribute(button, "aria-label", id === ALL ? "Sensors: not known" : `Sensor ${name}: ${state}`);
     setText(button.firstChild, shape);
     setText(button.lastChild, name);
   }
 
   fillPanel() {
     const sensor = this.known.get(this.opened);
-    const rows = sensor ? details(sensor) : this.unknown.map((source) => [unknownName(source), unknownText(source)]);
-    const list = element("dl");
-    for (const [term, text] of rows) list.append(element("dt", {}, term), element("dd", {}, text));
-    const registered = sensor?.registration ? registration(sensor.registration) : [];
-    this.panel.replaceChildren(element("h2", {}, sensor ? sensor.id : "Heard, but not configured"), list, ...registered);
+    const parts = sensor ? this.describe(sensor) : this.describeRest();
+    this.panel.replaceChildren(...parts.filter(Boolean));
+  }
+
+  describe(sensor) {
+    const doubt = this.isConfirmed(sensor.id) ? null : `${this.doubt()}; this is how it was then`;
+    return [
+      element("h2", {}, sensor.id),
+      doubt && element("p", { class: "alarm" }, doubt),
+      terms(details(sensor)),
+      ...(sensor.lines?.length ? [element("h3", {}, "Lines"), this.lines.table(sensor)] : []),
+      ...(sensor.registration ? registration(sensor.registration) : []),
+    ];
+  }
+
+  describeRest() {
+    if (this.opened === ALL) return [element("h2", {}, "Sensors"), element("p", { class: "alarm" }, this.read.why ? this.doubt() : "Known again")];
+    return [element("h2", {}, "Heard, but not configured"), terms(this.unknown.map((source) => [unknownName(source), unknownText(source)]))];
   }
 }
 
-const reasons = ({ reasons }) => (reasons ?? []).map((reason) => (typeof reason === "string" ? reason : (reason.text ?? JSON.stringify(reason))));
+function terms(rows) {
+  const list = element("dl");
+  for (const [term, text] of rows) list.append(element("dt", {}, term), element("dd", {}, text));
+  return list;
+}
+
+const reasons = ({ reasons }) => (reasons ?? []).map((reason) => (typeof reason === "string" ? reason : format.words(reason)));
 const summary = (sensor) => [`${sensor.id}: ${sensor.state}`, ...reasons(sensor)].join("\n");
+
+const SAID = ["id", "kind", "sac", "sic", "state", "reasons", "last_seen", "rate_hz", "clock_offset_s", "registration", "lines"];
 
 function details(sensor) {
   const rows = [
     ["Kind", sensor.kind],
+    ["SAC, SIC", `${sensor.sac}, ${sensor.sic}`],
     ["State", sensor.state],
   ];
   for (const reason of reasons(sensor)) rows.push(["Because", reason]);
   if (sensor.last_seen) rows.push(["Last seen", `${format.utc(Date.parse(sensor.last_seen), 1)} UTC`]);
   if (Number.isFinite(sensor.rate_hz)) rows.push(["Rate", `${sensor.rate_hz.toFixed(1)} a second`]);
   if (Number.isFinite(sensor.clock_offset_s)) rows.push(["Clock offset", format.seconds(sensor.clock_offset_s, 2)]);
-  const said = ["id", "kind", "state", "reasons", "last_seen", "rate_hz", "clock_offset_s", "registration"];
   for (const [name, value] of Object.entries(sensor)) {
-    if (said.includes(name) || value == null) continue;
-    rows.push([name.replaceAll("_", " "), typeof value === "object" ? flat(value) : brief(value)]);
+    if (!SAID.includes(name) && value != null) rows.push([format.heading(name), format.words(value)]);
   }
   return rows;
 }
@@ -137,13 +183,5 @@ function registration(told) {
   return parts;
 }
 
-const flat = (value) =>
-  Object.entries(value).map(([name, inner]) => `${name.replaceAll("_", " ")} ${brief(inner)}`).join(", ") || "none";
-
-const brief = (value) => {
-  if (typeof value === "string" && /^\d{4}-\d\d-\d\dT/.test(value)) return `${format.utc(Date.parse(value))} UTC`;
-  return typeof value === "object" ? JSON.stringify(value) : String(value);
-};
-
 const unknownName = ({ sac, sic, id }) => (sac != null ? `SAC ${sac} SIC ${sic}` : String(id ?? "?"));
-const unknownText = ({ sac, sic, id, ...rest }) => flat(rest);
+const unknownText = ({ sac, sic, id, ...rest }) => format.words(rest);

@@ -1,12 +1,13 @@
 // GeoJSON drawn on the map: the service's coverage and areas, and the user's own overlays, which never leave the page.
 
-import { FONT, write } from "./furniture.js";
+import { FONT, writeFree } from "./furniture.js";
 import { palette } from "./palette.js";
 
 /** A GeoJSON object as paths in metres, made once; drawing it is then one stroke whatever the zoom. */
 export class Shapes {
   constructor(name, geojson, frame) {
     this.name = name;
+    this.geojson = geojson;
     this.frame = frame;
     this.lines = new Path2D();
     this.surfaces = new Path2D();
@@ -14,6 +15,11 @@ export class Shapes {
     this.names = []; // [x, y, name] of surfaces and lines
     this.places = []; // of everything, to fit the view
     this.add(geojson, "");
+  }
+
+  /** The same in another frame. */
+  in(frame) {
+    return new Shapes(this.name, this.geojson, frame);
   }
 
   add(object, name) {
@@ -99,12 +105,12 @@ export class Shapes {
       context.strokeStyle = colour;
       context.lineWidth = 1.5;
       context.strokeRect(px - 3, py - 3, 6, 6);
-      if (name) write(context, name, px + 6, py - 2, colour);
+      if (name) writeFree(context, view, name, px + 6, py - 2, colour);
     }
     context.textAlign = "center";
     for (const [x, y, name] of this.names) {
       const [px, py] = view.toScreen(x, y);
-      if (view.contains(px, py)) write(context, name, px, py - 3, colour);
+      writeFree(context, view, name, px, py - 3, colour);
     }
   }
 }

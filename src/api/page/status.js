@@ -13,6 +13,7 @@ export class Status {
   latency = NaN;
   replay = null; // {speed, playing}
   retry = null;
+  isBroken = false; // the stream has ended, and no new one has begun
 
   constructor() {
     setInterval(() => this.show(), 250);
@@ -28,12 +29,24 @@ export class Status {
     this.show();
   }
 
+  /** The stream has ended; the next attempt is in so many seconds. */
+  failed(retry) {
+    this.retry = retry;
+    this.isBroken = true;
+    this.show();
+  }
+
+  /** A new stream has begun, with the whole picture. */
+  began() {
+    this.isBroken = false;
+  }
+
   get isReplay() {
     return this.info?.mode === "replay";
   }
 
   get isStale() {
-    return this.heardAt != null && performance.now() - this.heardAt > STALE_MS;
+    return this.heardAt != null && (this.isBroken || performance.now() - this.heardAt > STALE_MS);
   }
 
   /** UTC by the service's clock where it told it, which counts; else by this machine's. */
@@ -72,6 +85,7 @@ export class Status {
       const silent = (performance.now() - this.heardAt) / 1000;
       return ["stale", `STALE since ${format.utc(Date.now() - silent * 1000)} (${format.duration(silent)})`, "Nothing was heard from the service; what is shown is old. The page keeps trying."];
     }
+    if (!this.info) return ["connecting", "LIVE OR REPLAY?", "The service has not said yet whether this is live or a recording"];
     if (this.isReplay) {
       const { speed, playing } = this.replay ?? {};
       const how = playing === false ? " paused" : speed && speed !== 1 ? ` ×${speed}` : "";

@@ -208,7 +208,7 @@ export function drawLabels(context, view, placed, alerted) {
       const left = side % 2 === 0 ? px + beside : px - beside - width;
       const top = side < 2 ? py - height - 1 : py + 1;
       const box = [left - 2, top, left + width + 2, top + height];
-      if (taken.hits(box) || !isWithin(box, view)) continue;
+      if (taken.hits(box) || !view.isFree(box)) continue;
       taken.add(box);
       track.place = side;
       const colour = track.id === settings.selected ? palette.selected : palette.ink;
@@ -217,9 +217,6 @@ export function drawLabels(context, view, placed, alerted) {
     }
   }
 }
-
-const isWithin = ([left, top, right, bottom], view) =>
-  left >= 0 && top >= 0 && right <= view.width && bottom <= view.height;
 
 /** Rectangles [left, top, right, bottom] in cells, so that 500 labels need not be compared with each other. */
 class Boxes {

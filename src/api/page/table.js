@@ -32,7 +32,9 @@ export class Table {
   pool = [];
   timer = null;
 
-  constructor() {
+  /** `isKnown`: whether the tracks are what the service has now. */
+  constructor(isKnown) {
+    this.isKnown = isKnown;
     this.scroll = byId("table-scroll");
     this.body = byId("table-body");
     this.above = element("tr", { class: "spacer", "aria-hidden": "true" });
@@ -55,7 +57,7 @@ export class Table {
 
   makeHead() {
     for (const [name, heading, meaning] of COLUMNS) {
-      const button = element("button", { type: "button", title: `Sort by: ${meaning}`, "aria-label": meaning }, heading || "◇");
+      const button = element("button", { type: "button", title: `Sort by: ${meaning}`, "aria-label": heading ? null : meaning }, heading || "◇");
       button.addEventListener("click", () => {
         const { column, descending } = settings.sort;
         change({ sort: { column: name, descending: column === name && !descending } });
@@ -74,15 +76,18 @@ export class Table {
   }
 
   refresh() {
-    if (!this.picture) return;
-    const counts = { fused: 0, radar: 0, transponder: 0 };
-    for (const track of this.picture.tracks.values()) counts[track.source] += 1;
-    for (const button of byId("sources").children) setText(button.querySelector(".count"), String(counts[button.dataset.source]));
-    this.rows = this.sorted(this.picture.visible());
-    const total = this.picture.tracks.size;
+    const isKnown = this.isKnown();
+    const tracks = [...(this.picture?.tracks.values() ?? [])];
+    for (const button of byId("sources").children) {
+      const { source } = button.dataset;
+      const count = tracks.filter((track) => track.source === source).length;
+      setText(button.querySelector(".count"), isKnown ? String(count) : "?");
+    }
+    this.rows = this.sorted(tracks.filter((track) => track.matches()));
+    const total = isKnown ? tracks.length : "?";
     const empty = byId("table-empty");
     empty.hidden = this.rows.length > 0;
-    setText(empty, total ? `None of ${total} tracks matches the filter` : "No tracks");
+    setText(empty, tracks.length ? `None of ${total} tracks matches the filter` : isKnown ? "No tracks" : "The tracks are not known");
     this.fill();
   }
 

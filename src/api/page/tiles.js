@@ -7,12 +7,15 @@ const EQUATOR_M = 2 * Math.PI * 6378137;
 const DEEPEST = 19;
 const MOST = 100; // in sight at once; a view that needs more gets coarser ones
 const KEPT = 300;
+const MANY_MISSING = 4;
 
 export class Tiles {
   pictures = new Map(); // by address, the one used last at the end
+  missing = 0; // since the last one that came
 
-  constructor({ url, attribution = "" }, frame, loaded) {
-    Object.assign(this, { url, attribution, frame, loaded });
+  /** `came` is told whether the latest tiles come: one that is missing at the edge of a set of tiles is no failure. */
+  constructor({ url, attribution = "" }, frame, came) {
+    Object.assign(this, { url, attribution, frame, came });
   }
 
   draw(context, view) {
@@ -56,12 +59,18 @@ export class Tiles {
     if (!picture) {
       picture = new Image();
       picture.referrerPolicy = "no-referrer";
-      picture.addEventListener("load", this.loaded);
+      picture.addEventListener("load", () => this.note(0));
+      picture.addEventListener("error", () => this.note(this.missing + 1));
       picture.src = address;
     }
     this.pictures.delete(address);
     this.pictures.set(address, picture);
     return picture;
+  }
+
+  note(missing) {
+    this.missing = missing;
+    this.came(missing < MANY_MISSING);
   }
 
   forget() {

@@ -9,6 +9,7 @@ export class View {
   scale = 0.1; // pixels a metre
   width = 1;
   height = 1;
+  covered = []; // what lies over the canvas, [left, top, right, bottom] each
 
   toScreen(x, y) {
     return [this.width / 2 + (x - this.x) * this.scale, this.height / 2 - (y - this.y) * this.scale];
@@ -16,6 +17,12 @@ export class View {
 
   toLocal(px, py) {
     return [this.x + (px - this.width / 2) / this.scale, this.y - (py - this.height / 2) / this.scale];
+  }
+
+  /** Whether nothing lies over this box, [left, top, right, bottom], and none of it is off the screen. */
+  isFree([left, top, right, bottom]) {
+    if (left < 0 || top < 0 || right > this.width || bottom > this.height) return false;
+    return !this.covered.some(([l, t, r, b]) => left < r && l < right && top < b && t < bottom);
   }
 
   contains(px, py, margin = 0) {

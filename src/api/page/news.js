@@ -1,0 +1,100 @@
+// What is new among the alerts while their panel is closed: said once to a screen reader, shown on the map until somebody
+// has seen it, and part of the page's title.
+
+import { byId, element, setText } from "./dom.js";
+import * as format from "./format.js";
+
+const AGAIN_MS = 60000; // what comes and goes is new again after this time, or when it is worse
+const APART_MS = 5000; // between two announcements: a screen reader comes to the end of one
+const OVER_MS = 60000; // a warning that is over stays in sight for this time; what was critical stays
+const SHOWN = 3;
+
+/** What an alert is about. One that ends and begins anew has another id, and is about the same. */
+const about = ({ kind, sensor, track, part, text }) => [kind, sensor ?? track ?? part, kind === "area" ? text : ""].join(" ");
+const rank = ({ severity }) => ({ critical: 2, warning: 1 })[severity] ?? 0;
+
+export class News {
+  unseen = new Map(); // {alert, over} by what it is about; `over`: when it ended, ms since 1970
+  told = new Map(); // [when, rank] by the same, on the page's monotonic clock
+  unsaid = []; // alerts to announce
+  saidAt = -Infinity;
+
+  /** `open` shows the panel; `changed` is called when there is other news than before. */
+  constructor(open, changed) {
+    this.changed = changed;
+    byId("toast-open").addEventListener("click", open);
+    byId("toast-close").addEventListener("click", () => this.seen());
+    setInterval(() => this.tick(), 1000);
+  }
+
+  /** An alert that has begun, or is worse than it was; `isSeen`: where it is shown anyhow. */
+  note(alert, isSeen) {
+    const [key, now] = [about(alert), performance.now()];
+    const [at, before] = this.told.get(key) ?? [-Infinity, -1];
+    const known = this.unseen.get(key);
+    if (known) this.unseen.set(key, { alert, over: null });
+    if (now - at < AGAIN_MS && rank(alert) <= before) return known && this.show();
+    this.told.set(key, [now, rank(alert)]);
+    this.unsaid.push(alert);
+    if (!isSeen) this.unseen.set(key, { alert, over: null });
+    this.show();
+    this.say();
+  }
+
+  /** One that has ended. */
+  over(alert) {
+    const known = this.unseen.get(about(alert));
+    if (!known || known.over) return;
+    known.over = Date.now();
+    this.show();
+  }
+
+  seen() {
+    this.unseen.clear();
+    this.show();
+  }
+
+  /** The worst of what nobody has seen, the latest first; null where there is none. */
+  get worst() {
+    return this.sorted()[0]?.alert ?? null;
+  }
+
+  sorted() {
+    const bad = ({ alert, over }) => rank(alert) - (over ? 3 : 0);
+    return [...this.unseen.values()].reverse().sort((a, b) => bad(b) - bad(a));
+  }
+
+  show() {
+    const sorted = this.sorted();
+    const lines = sorted.slice(0, SHOWN).map(({ alert, over }) => {
+      const ended = over ? ` (over at ${format.utc(over)} UTC)` : "";
+      return element("li", { "data-severity": alert.severity }, element("span", { class: "severity" }, alert.severity), ` ${alert.text ?? alert.kind}${ended}`);
+    });
+    const more = sorted.length - lines.length;
+    if (more) lines.push(element("li", {}, `and ${more} more`));
+    byId("toast").hidden = lines.length === 0;
+    byId("toast-list").replaceChildren(...lines);
+    this.changed();
+  }
+
+  /** At once where nothing was said lately, else a little later and together with what comes meanwhile. */
+  say() {
+    if (!this.unsaid.length || performance.now() - this.saidAt < APART_MS) return;
+    const worst = this.unsaid.reduce((one, other) => (rank(other) > rank(one) ? other : one));
+    const others = this.unsaid.length > 1 ? `, and ${this.unsaid.length - 1} more` : "";
+    setText(byId("alert-announcement"), `New alert, ${worst.severity}: ${worst.text ?? worst.kind}${others}`);
+    this.unsaid = [];
+    this.saidAt = performance.now();
+  }
+
+  tick() {
+    this.say();
+    const now = performance.now();
+    for (const [key, [at]] of this.told) if (now - at > AGAIN_MS) this.told.delete(key);
+    const { size } = this.unseen;
+    for (const [key, { alert, over }] of this.unseen) {
+      if (over && alert.severity !== "critical" && Date.now() - over > OVER_MS) this.unseen.delete(key);
+    }
+    if (this.unseen.size !== size) this.show();
+  }
+}

@@ -1,0 +1,72 @@
+//! What a screen reader says of a button has the words in it that are on the button: whoever steers by voice says those.
+
+use super::browser::Browser;
+use super::service::{self, Service};
+use super::{FUSED_ROW, ROWS, SOON, fresh_folder, installed};
+
+/// The buttons in sight, or of the dialog that is open, whose names lack a word that they show, or that have no name.
+const MISNAMED: &str = "(() => { \
+    const words = text => text.toLowerCase().match(/[\\p{L}\\p{N}]+/gu) ?? []; \
+    const shown = node => [...node.childNodes].map(child => { \
+        if (child.nodeType === Node.TEXT_NODE) return child.data; \
+        if (child.nodeType !== Node.ELEMENT_NODE || child.matches('.visually-hidden, [aria-hidden=true]')) return ''; \
+        return shown(child); }).join(' '); \
+    const dialog = document.querySelector('dialog[open]'); \
+    const buttons = [...(dialog ?? document).querySelectorAll('button, a[href], summary, [role=button]')].filter(node => node.checkVisibility()); \
+    if (buttons.length < (dialog ? 1 : 10)) return 'only ' + buttons.length + ' buttons'; \
+    return buttons \
+        .filter(node => { const name = words(node.computedName).join(' '); return !name || !name.includes(words(shown(node)).join(' ')); }) \
+        .map(node => `${node.id || node.outerHTML}: named '${node.computedName}', shows '${shown(node)}'`).join('; '); })()";
+
+#[test]
+fn every_button_is_named_by_the_words_it_shows() {
+    let Some(program) = installed() else { return };
+    let folder = fresh_folder("map-names");
+    service::fly(&folder, None);
+    let service = Service::replay_in("operational", &folder, 0);
+    service.order("pause");
+    service.seek("09:01:20");
+    let mut browser = Browser::start(&program, &folder.join("profile"));
+    browser.open(&service.url());
+    browser.wait(&format!("{ROWS} > 2"), SOON);
+    assert_eq!(browser.text("document.getElementById('layers-button').computedName"), "Layers");
+    for (state, begin, end) in [
+        ("the page", "0", "0"),
+        ("alerts", "document.getElementById('alerts-button').click()", "0"),
+        (
+            "a filter",
+            "document.querySelector('#sources button').click()",
+            "document.getElementById('filter-clear').click()",
+        ),
+        (
+            "layers",
+            "document.getElementById('layers').showPopover()",
+            "document.getElementById('layers').hidePopover()",
+        ),
+        (
+            "a sensor",
+            "document.querySelector('#sensors button').click()",
+            "document.getElementById('sensor-panel').hidePopover()",
+        ),
+        ("a track", &format!("{FUSED_ROW}?.click()"), "0"),
+        (
+            "a toast",
+            "document.getElementById('toast').hidden = false",
+            "document.getElementById('toast').hidden = true",
+        ),
+        ("help", "document.getElementById('help').showModal()", "document.getElementById('help').close()"),
+        (
+            "the token",
+            "document.getElementById('sign-in').showModal()",
+            "document.getElementById('sign-in').close()",
+        ),
+    ] {
+        browser.run(begin);
+        assert_eq!(browser.text(MISNAMED), "", "{state}");
+        browser.run(end);
+    }
+    browser.resize(390, 844, true);
+    browser.run("document.getElementById('more-button').click()");
+    browser.wait("document.getElementById('theme-button').checkVisibility()", SOON);
+    assert_eq!(browser.text(MISNAMED), "", "a phone");
+}

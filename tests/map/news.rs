@@ -1,0 +1,80 @@
+//! A new alert while nobody looks at the panel: the title, a screen reader and a toast say it, in the service's words.
+
+use super::browser::Browser;
+use super::service::{self, Service};
+use super::{ROWS, SOON, fresh_folder, installed};
+
+const TOAST: &str = "document.getElementById('toast')";
+const SAID: &str = "document.getElementById('alert-announcement').textContent";
+
+#[test]
+fn a_new_alert_is_seen_and_said_while_the_panel_is_closed() {
+    let Some(program) = installed() else { return };
+    let folder = fresh_folder("map-news");
+    service::fly(&folder, None);
+    let service = Service::replay(&folder, 0);
+    service.order("pause");
+    service.seek("09:01:20");
+    let mut browser = Browser::start(&program, &folder.join("profile"));
+    browser.open(&service.url());
+    browser.wait(&format!("{ROWS} > 2"), SOON);
+    browser.wait("/^[(]\\d+[)] /.test(document.title)", SOON);
+    assert_eq!(browser.text(&format!("String({TOAST}.hidden)")), "true", "what was there before is no news");
+
+    // The radar falls silent.
+    service.seek("09:02:50");
+    let text = "fetch('api/v1/alerts').then(answer => answer.json()).then(({alerts}) => \
+        alerts.find(({severity}) => severity === 'critical')?.text ?? '')";
+    browser.wait(&format!("({text}).then(text => text !== '')"), SOON);
+    let text = browser.text(text);
+    // How long it lasts goes on; what it is about is the beginning of the text.
+    let begin = &text[..text.find(" for ").unwrap()];
+    assert!(begin.starts_with("gamekeeper outage: "), "{text}");
+    browser.wait(
+        &format!("!{TOAST}.hidden && {TOAST}.checkVisibility() && {TOAST}.innerText.includes({begin:?})"),
+        SOON,
+    );
+    browser.wait(&format!("/^[(]\\d+[)] /.test(document.title) && document.title.includes({begin:?})"), SOON);
+    browser.wait(&format!("{SAID}.startsWith('New alert, critical: ') && {SAID}.includes({begin:?})"), SOON);
+    let live = "document.getElementById('alert-announcement').getAttribute('role')";
+    assert_eq!(browser.text(live), "status");
+    assert_eq!(browser.number("Number(document.getElementById('alerts').hidden)"), 1, "nobody has opened it");
+
+    // It leads to the panel, where the text is the service's, and has then been seen.
+    browser.run("document.getElementById('toast-open').click()");
+    browser.wait(&format!("{TOAST}.hidden && document.activeElement.id === 'alerts'"), SOON);
+    browser.wait(&format!("document.getElementById('alert-list').innerText.includes({begin:?})"), SOON);
+    browser.wait(&format!("!document.title.includes({begin:?})"), SOON);
+    assert_eq!(browser.complaints(), Vec::<String>::new(), "errors in the console");
+}
+
+/// What comes and goes each second is told once, unless it gets worse; what is over says so.
+#[test]
+fn an_alert_that_flaps_is_told_once() {
+    let Some(program) = installed() else { return };
+    let folder = fresh_folder("map-flapping");
+    service::fly(&folder, None);
+    let service = Service::replay(&folder, 0);
+    service.order("pause");
+    let mut browser = Browser::start(&program, &folder.join("profile"));
+    browser.open(&service.url());
+    browser.wait("/^\\d+$/.test(document.getElementById('alert-count').textContent)", SOON);
+    let told = "import('./news.js').then(({News}) => { \
+        const news = new News(() => {}, () => {}); \
+        const toast = document.getElementById('toast'); \
+        const alert = (n, severity = 'warning') => ({id: `sensor-${n}`, kind: 'sensor', sensor: 'north', severity, text: `north ${severity}`}); \
+        const seen = []; \
+        const look = () => seen.push(toast.hidden ? '-' : toast.querySelector('ul').innerText.replaceAll('\\n', ' ')); \
+        look(); \
+        news.note(alert(1), false); look(); \
+        news.over(alert(1)); look(); \
+        document.getElementById('toast-close').click(); news.seen(); look(); \
+        for (let n = 2; n < 30; n++) { news.note(alert(n), false); news.over(alert(n)); } look(); \
+        news.note(alert(30, 'critical'), false); look(); \
+        news.note({...alert(31), sensor: 'south', text: 'south'}, true); look(); \
+        return seen.join(' | ').replaceAll(/[(]over at [0-9:]+ UTC[)]/g, '(over)'); })";
+    assert_eq!(
+        browser.text(told).to_lowercase(),
+        "- | warning north warning | warning north warning (over) | - | - | critical north critical | critical north critical"
+    );
+}

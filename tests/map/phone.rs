@@ -1,0 +1,75 @@
+//! The page on a phone: little head, much map, and no label below a button.
+
+use std::fs;
+
+use super::browser::Browser;
+use super::service::{self, Service};
+use super::{DRAWN, ROWS, SOON, fresh_folder, installed};
+
+/// Puts a track where the button at the left is in the middle of, and tells of each text that is drawn whether a button,
+/// a note or the legend lies over it.
+const LABELS: &str = "(async () => { \
+    const canvas = document.getElementById('canvas'); \
+    const {features} = await fetch('api/v1/tracks').then(answer => answer.json()); \
+    const {lat, lng} = features[0].properties; \
+    const origin = canvas.getBoundingClientRect(); \
+    const button = document.getElementById('zoom-out').getBoundingClientRect(); \
+    const [x, y] = [button.left + button.width / 2 - origin.left, button.top + button.height / 2 - origin.top]; \
+    const scale = 0.1; \
+    const north = (y - origin.height / 2) / scale, east = (origin.width / 2 - x) / scale; \
+    const centre = [lat + north / 111300, lng + east / 111300 / Math.cos(lat * Math.PI / 180)]; \
+    const texts = []; \
+    const fill = CanvasRenderingContext2D.prototype.fillText; \
+    CanvasRenderingContext2D.prototype.fillText = function (text, px, py, ...rest) { \
+        const {width} = this.measureText(text); \
+        const left = px - {left: 0, center: 0.5, right: 1}[this.textAlign] * width; \
+        texts.push([text, left, py - 6, left + width, py + 6]); \
+        return fill.call(this, text, px, py, ...rest); }; \
+    const changed = new Promise(done => addEventListener('hashchange', done, {once: true})); \
+    location.hash = `#c=${centre}&z=${scale}`; \
+    await changed; \
+    for (let frame = 0; frame < 3; frame++) await new Promise(requestAnimationFrame); \
+    CanvasRenderingContext2D.prototype.fillText = fill; \
+    const over = [...canvas.parentElement.children].filter(node => node !== canvas && node.checkVisibility()) \
+        .map(node => node.getBoundingClientRect()).filter(({width}) => width > 0); \
+    const hidden = texts.filter(([, left, top, right, bottom]) => over.some(box => \
+        left < box.right - origin.left && box.left - origin.left < right && top < box.bottom - origin.top && box.top - origin.top < bottom)); \
+    return JSON.stringify({drawn: texts.length, hidden: [...new Set(hidden.map(([text]) => text))]}); })()";
+
+#[test]
+fn a_phone_shows_the_map_and_every_label_on_it() {
+    let Some(program) = installed() else { return };
+    let folder = fresh_folder("map-phone");
+    service::fly(&folder, None);
+    let service = Service::replay(&folder, 0);
+    service.order("pause");
+    service.seek("09:01:20");
+    let mut browser = Browser::start(&program, &folder.join("profile"));
+    for (width, height) in [(390, 844), (360, 640)] {
+        browser.resize(width, height, true);
+        browser.open(&service.url());
+        browser.run("location.reload()");
+        browser.wait(&format!("document.readyState === 'complete' && {ROWS} > 2"), SOON);
+        browser.wait("document.getElementById('badge').textContent === 'REPLAY paused'", SOON);
+        let head = "Math.ceil(document.querySelector('header').getBoundingClientRect().height)";
+        let head = browser.number(head);
+        assert!(head * 100 <= u64::from(height) * 8, "the header takes {head} of {height} pixels");
+        let wide = browser.number("document.documentElement.scrollWidth");
+        assert!(wide <= u64::from(width), "the page is {wide} pixels wide on a screen of {width}");
+
+        // Clock, sensors and tools are behind the button.
+        assert_eq!(browser.number("Number(document.getElementById('utc').checkVisibility())"), 0);
+        browser.run("document.getElementById('more-button').click()");
+        for id in ["utc", "sensors", "layers-button", "theme-button", "help-button"] {
+            browser.wait(&format!("document.getElementById('{id}').checkVisibility()"), SOON);
+        }
+        browser.run("document.getElementById('more-button').click()");
+
+        let labels: serde_json::Value = serde_json::from_str(&browser.text(LABELS)).unwrap();
+        assert!(labels["drawn"].as_u64() > Some(4), "hardly anything is drawn: {labels}");
+        assert_eq!(labels["hidden"], serde_json::json!([]), "labels below buttons");
+        browser.wait(DRAWN, SOON);
+        fs::write(folder.join(format!("phone-{width}.png")), browser.screenshot()).unwrap();
+    }
+    assert_eq!(browser.complaints(), Vec::<String>::new(), "errors in the console");
+}
