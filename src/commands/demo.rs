@@ -7,6 +7,7 @@ use std::net::SocketAddr;
 
 use jiff::SignedDuration;
 
+use super::address::listen_address;
 use super::moment::{Speed, duration};
 use super::pace::Pace;
 use super::summary::Summary;
@@ -27,8 +28,8 @@ use crate::time::Time;
 /// is sent as multicast on this machine, fused by the live service, and shown on its map.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
-    /// Serves the API and the map there, live, until Ctrl-C: 127.0.0.1:8080.
-    #[arg(long, value_name = "ADDR")]
+    /// Serves the API and the map there, live, until Ctrl-C: 127.0.0.1:8080, or only a port of this machine.
+    #[arg(long, value_name = "ADDR", value_parser = listen_address)]
     pub http: Option<SocketAddr>,
     /// How long the show takes in a terminal (60s), or how long --http serves (until Ctrl-C).
     #[arg(long, value_name = "DURATION", value_parser = duration)]

@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand. Data on standard output, everything else on standard error.
 
+pub mod address;
 mod broadcast;
 pub mod check;
 pub mod completions;
@@ -22,6 +23,8 @@ mod stage;
 mod stop;
 pub mod summary;
 mod table;
+pub mod tip;
+mod unmatched;
 
 use std::error::Error;
 use std::io;
