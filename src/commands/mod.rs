@@ -17,6 +17,7 @@ pub mod record;
 mod reload;
 pub mod replay;
 pub mod run;
+mod screen;
 pub mod serve;
 pub mod simulate;
 mod stage;
@@ -25,6 +26,7 @@ pub mod summary;
 mod table;
 pub mod tip;
 mod unmatched;
+mod verdict;
 
 use std::error::Error;
 use std::io;
