@@ -17,6 +17,7 @@ use service::{HOSTILE, Service};
 use tiles::Tiles;
 
 mod browser;
+mod picture;
 mod service;
 mod tiles;
 
