@@ -185,7 +185,7 @@ impl Show<'_> {
         let fitting = if self.shown.len() > room { room.saturating_sub(1) } else { self.shown.len() };
         lines.extend(self.shown.values().take(fitting).map(|track| row(track, time, size.columns)));
         if fitting < self.shown.len() {
-            lines.push(format!("and {} more; a higher window shows them", self.shown.len() - fitting));
+            lines.push(format!("and {} more; a taller window shows them", self.shown.len() - fitting));
         }
         lines
     }

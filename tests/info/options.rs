@@ -1,5 +1,7 @@
 //! Options, exit codes, and files that are not whole.
 
+#![expect(clippy::disallowed_methods, reason = "files that the program wrote")]
+
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};

@@ -105,8 +105,8 @@ fn the_example_is_valid_wherever_it_is_copied_to() {
 fn a_configuration_of_other_sensors_is_a_failure_that_names_both() {
     let flight = demo();
     let scratch = Scratch::new();
-    let site = fs::read_to_string(flight.site()).unwrap().replace("sic = 41", "sic = 42");
-    let site = site.replace("sac = 0\nsic = 0", "sac = 7\nsic = 8");
+    let half = String::from_utf8(fs::read(flight.site()).unwrap()).unwrap().replace("sic = 41", "sic = 42");
+    let site = half.replace("sac = 0\nsic = 0", "sac = 7\nsic = 8");
     let site = scratch.file("other.toml", site);
     let replay = |arguments: &[&str]| {
         ran(utm_fusion("replay").arg(flight.capture()).arg("--config").arg(&site).args(arguments))
@@ -125,7 +125,6 @@ fn a_configuration_of_other_sensors_is_a_failure_that_names_both() {
         }
     }
     // One that hears a part of the flight is another matter.
-    let half = fs::read_to_string(flight.site()).unwrap().replace("sic = 41", "sic = 42");
     fs::write(&site, half).unwrap();
     assert_eq!(replay(&[]).code, 0);
 }

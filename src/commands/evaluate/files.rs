@@ -32,6 +32,7 @@ type Failure = Box<dyn Error + Send + Sync>;
 pub(super) fn refuse_exchanged(args: &Args) -> Result<(), Usage> {
     let kind_of = |path: &Path| {
         let mut beginning = Vec::new();
+        #[expect(clippy::disallowed_methods, reason = "the files that the user names")]
         let file = std::fs::File::open(path).ok()?;
         file.take(BEGINNING).read_to_end(&mut beginning).ok()?;
         read::kind(&beginning)
