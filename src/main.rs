@@ -1,5 +1,6 @@
 //! The command line of `utm-fusion`.
 
+use std::env;
 use std::io::{self, IsTerminal};
 use std::process::ExitCode;
 
@@ -7,7 +8,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use tracing_subscriber::EnvFilter;
 use utm_fusion::commands::{
     check, completions, decode, demo, encode, evaluate, exit_code, info, is_closed_pipe, record, replay, run,
-    simulate,
+    simulate, tip::with_tip,
 };
 
 /// One air picture of drone traffic from radar (ASTERIX CAT048) and transponders (CAT129).
@@ -39,7 +40,7 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = Cli::try_parse().unwrap_or_else(|error| with_tip(error, env::args_os().skip(1)).exit());
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
     let logs = tracing_subscriber::fmt()
         .with_writer(io::stderr)

@@ -47,6 +47,21 @@ fn the_example_is_valid_and_shows_the_defaults() {
     let config = load("example.toml");
     let numbers = [("DRONE-ALPHA".to_owned(), 7)].into();
     assert_eq!(config.fusion, Fusion { transponder_numbers: numbers, ..Fusion::default() });
+    assert_eq!(config.areas, []);
+}
+
+/// They are comments, because a copy of the example has no files beside it.
+#[test]
+fn the_areas_of_the_example_are_valid() {
+    let keys = ["[[areas]]", "kind = ", "file = ", "sensor = "];
+    let uncommented = |line: &str| match line.strip_prefix("# ") {
+        Some(text) if keys.iter().any(|key| text.starts_with(key)) => format!("{text}\n"),
+        _ => format!("{line}\n"),
+    };
+    let text: String = EXAMPLE.lines().map(uncommented).collect();
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/example.toml");
+    let config = Config::parse(&text, file.to_str().unwrap(), std::iter::empty());
+    let config = config.unwrap_or_else(|errors| panic!("{errors}"));
     assert_eq!(config.areas.len(), 3);
     assert_eq!(config.areas[1].kind, AreaKind::Coverage { sensor: "ground-station".into() });
     assert!(config.areas.iter().all(|area| area.file.is_absolute()));

@@ -7,6 +7,7 @@ use super::ask::{Answer, Ask, JSON, json};
 use super::history::time;
 use super::problem::Problem;
 use crate::live::{Order, Player, PlayerState};
+use crate::time::{DAY, SECOND, Time};
 
 /// How many times faster than it happened.
 const SPEEDS: std::ops::RangeInclusive<f64> = 0.01..=1000.0;
@@ -21,10 +22,51 @@ pub fn pause(ask: &Ask) -> Answer {
     order(ask, Order::Pause)
 }
 
-/// Go to a time.
+/// Go to a time, or to the only moment of the recording with that time of day.
 pub fn seek(ask: &Ask) -> Answer {
-    let to = time(ask, "time")?.ok_or_else(|| Problem::parameter("time", "it has to be given, RFC 3339"))?;
+    let state = ask.state.options().player.as_ref().map(Player::state);
+    // Jiff would find a time of day in a text with a day and an offset, too.
+    let is_clock =
+        |text: &&str| text.contains(':') && text.chars().all(|c| c.is_ascii_digit() || ":.".contains(c));
+    let clock = ask.text("time").filter(is_clock).and_then(|text| text.parse::<jiff::civil::Time>().ok());
+    let to = match (state, clock) {
+        (Some(state), Some(clock)) => on_its_day(clock, state)?,
+        _ => {
+            let first = state.and_then(|state| state.first).map(whole);
+            let example = first.as_deref().unwrap_or("2026-03-14T09:00:00Z");
+            let clock = example.get(11..19).unwrap_or("09:00:00");
+            let rule = format!("write the time as RFC 3339 has it, {example}, or as a time of day, {clock}");
+            time(ask, "time").ok().flatten().ok_or_else(|| Problem::parameter("time", rule))?
+        }
+    };
     order(ask, Order::Seek(to))
+}
+
+/// The moment of the recording with this time of day, UTC.
+fn on_its_day(clock: jiff::civil::Time, state: PlayerState) -> Result<Time, Problem> {
+    let (Some(first), Some(last)) = (state.first, state.last) else {
+        let detail = "how long the recording is, is not known yet: give the day, too, or try again";
+        return Err(Problem::unavailable(detail, Vec::new()).retry_after_s(1));
+    };
+    let nanos = clock.duration_since(jiff::civil::Time::midnight()).as_nanos() as i64;
+    // A person leaves out fractions of the first second.
+    let begin = first.nanos() - first.nanos().rem_euclid(SECOND);
+    let to = begin + (nanos - first.since_midnight() / SECOND * SECOND).rem_euclid(DAY);
+    let span = format!("the recording is from {first} to {last}");
+    if to > last.nanos() {
+        return Err(Problem::parameter("time", format!("{span}: it has no {clock}")));
+    }
+    if to + DAY <= last.nanos() {
+        let day = whole(Time::from_nanos(to));
+        return Err(Problem::parameter("time", format!("{span}: give the day of {clock}, too: {day}")));
+    }
+    Ok(Time::from_nanos(to))
+}
+
+/// To the second, as a person writes it.
+fn whole(time: Time) -> String {
+    let text = time.to_string();
+    text.get(..19).map_or(text.clone(), |seconds| format!("{seconds}Z"))
 }
 
 /// Go faster or slower.

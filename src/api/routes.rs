@@ -112,6 +112,13 @@ const TRAIL: [Parameter; 3] = [
 
 const TIME: [Parameter; 1] = [parameter("time", "time", "of the picture").needed()];
 
+const SEEK: [Parameter; 1] = [parameter(
+    "time",
+    "string",
+    "RFC 3339 (2026-03-14T09:00:00Z), or a time of day that the recording has once (09:00:00)",
+)
+.needed()];
+
 const AFTER: [Parameter; 1] =
     [parameter("after", "integer", "last of the answer before; default: everything that is kept")
         .within(0.0, 9e15)];
@@ -215,7 +222,8 @@ pub const ROUTES: &[Route] = &[
     Route {
         path: "/api/v1/replay/seek",
         summary: "The replay goes to a time",
-        parameters: Some(&TIME),
+        parameters: Some(&SEEK),
+        problems: &[503],
         handler: replay::seek,
         ..CONTROL
     },

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use super::{CommandResult, Outcome};
+use super::{CommandResult, Outcome, Usage};
 use crate::api::Terms;
 use crate::areas::Areas;
 use crate::config::{Address, Config};
@@ -15,8 +15,11 @@ use crate::publish::Sinks;
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
     /// The configuration.
-    #[arg(long, value_name = "FILE")]
-    pub config: PathBuf,
+    #[arg(value_name = "FILE", required_unless_present = "config")]
+    pub file: Option<PathBuf>,
+    /// The configuration, named as for all other commands.
+    #[arg(long, value_name = "FILE", conflicts_with = "file")]
+    pub config: Option<PathBuf>,
     /// Tries to open and join every input and to open every output on this machine, and says what happened instead of
     /// printing the configuration. Nothing is sent. Exit code 1 if any fails.
     #[arg(long)]
@@ -25,7 +28,10 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> CommandResult {
-    let config = Config::load(&args.config)?;
+    let Some(file) = args.file.as_ref().or(args.config.as_ref()) else {
+        return Err(Usage("no configuration is named: utm-fusion check FILE".to_owned()).into());
+    };
+    let config = Config::load(file)?;
     let areas = Areas::load(&config.areas)?;
     Terms::load(&config, &areas)?;
     let undulation_m = Normaliser::new(&config, areas.masks()).undulation_m();
@@ -33,7 +39,7 @@ pub fn run(args: &Args) -> CommandResult {
     if args.network {
         return network(&config, &mut out);
     }
-    writeln!(out, "# {}: valid. In force, defaults filled in:", args.config.display())?;
+    writeln!(out, "# {}: valid. In force, defaults filled in:", file.display())?;
     writeln!(out, "# geoid undulation: {undulation_m:.2} m\n")?;
     write!(out, "{config}")?;
     Ok(Outcome::Done)

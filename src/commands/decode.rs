@@ -12,12 +12,12 @@ use crate::json::{Place, write_block, write_fault, write_record};
 
 /// Print captures as JSON, one record a line
 ///
-/// A record: {"time":"2026-11-20T10:20:30.250Z","offset":3,"block":0,"cat":48,"sac":25,"sic":200,"items":{…}}. `offset`
-/// and `block` are where the record and its block begin in the file, `time` is null in files without reception times, and
-/// the items have the numbers of the specification. No bit is lost: octets without a known meaning are hexadecimal,
-/// numbers round back to what was sent.
+/// A record: {"time":"2026-11-20T10:20:30.250Z", "offset":3, "block":0, "cat":48, "sac":25, "sic":200, "items":{…}}.
+/// `offset` and `block` are where the record and its block begin in the file, `time` is null in files without reception
+/// times, and the items have the numbers of the specification. No bit is lost: octets without a known meaning are
+/// hexadecimal, numbers round back to what was sent.
 ///
-/// What cannot be read: {"error":{"kind":…,"offset":…,"detail":…},"offset":…,"block":…,"cat":…,"hex":…}, and decoding
+/// What cannot be read: {"error":{"kind":…, "offset":…, "detail":…}, "offset":…, "block":…, "cat":…, "hex":…}, and decoding
 /// goes on with the next block. A block of a category other than 34, 48, 65 and 129: its octets as `hex`, without `items`.
 /// With several inputs each line names its file, as `input`.
 #[derive(clap::Args, Debug, Default)]

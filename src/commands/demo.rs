@@ -2,17 +2,20 @@
 
 use std::collections::BTreeMap;
 use std::error::Error;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::net::SocketAddr;
 
 use jiff::SignedDuration;
 
+use super::address::listen_address;
 use super::moment::{Speed, duration};
 use super::pace::Pace;
+use super::screen::{Painting, Size, broken};
 use super::summary::Summary;
+use super::verdict::verdict;
 use super::{CommandResult, Outcome, serve};
 use crate::areas::Masks;
-use crate::evaluate::{self, Alone, Labels, Score, Settings};
+use crate::evaluate::{self, Alone, Labels, Settings};
 use crate::fusion::{Association, Because, Emission, Source};
 use crate::normalise::Enu;
 use crate::picture::{Picture, PictureMaker, Track};
@@ -27,8 +30,8 @@ use crate::time::Time;
 /// is sent as multicast on this machine, fused by the live service, and shown on its map.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
-    /// Serves the API and the map there, live, until Ctrl-C: 127.0.0.1:8080.
-    #[arg(long, value_name = "ADDR")]
+    /// Serves the API and the map there, live, until Ctrl-C: 127.0.0.1:8080, or only a port of this machine.
+    #[arg(long, value_name = "ADDR", value_parser = listen_address)]
     pub http: Option<SocketAddr>,
     /// How long the show takes in a terminal (60s), or how long --http serves (until Ctrl-C).
     #[arg(long, value_name = "DURATION", value_parser = duration)]
@@ -43,6 +46,10 @@ const SHOW_S: f64 = 60.0;
 const SCENARIO: &str = include_str!("../../config/scenarios/crossing.toml");
 /// A track stays in the table this long after its last point, seconds: the radar misses a detection now and then.
 const LINGER_S: f64 = 2.0;
+/// What the summary's lines begin with, characters.
+const SUMMARY_INDENT: usize = 11;
+/// Where there is no terminal.
+const UNBOUNDED: Size = Size { rows: usize::MAX, columns: usize::MAX };
 /// Between two tables where there is no terminal, seconds of the flight.
 const PRINT_EVERY_S: f64 = 60.0;
 
@@ -54,7 +61,7 @@ pub fn run(args: &Args) -> CommandResult {
     }
     let simulation = simulate(&scenario, args.seed, None)?;
     let config = &simulation.config;
-    let live = io::stdout().is_terminal();
+    let live = Size::of_stdout().is_some();
     let show_s = args.duration.map_or(SHOW_S, |duration| duration.as_secs_f64());
     let speed = if live && show_s > 0.0 { Speed::Times(scenario.duration_s / show_s) } else { Speed::Max };
 
@@ -67,8 +74,7 @@ pub fn run(args: &Args) -> CommandResult {
         summary: Summary::default(),
         shown: BTreeMap::new(),
         next_print: None,
-        live,
-        lines: 0,
+        painting: live.then(Painting::default),
     };
     // A slot is shown with what had come in when it was emitted.
     for reception in simulation.receptions() {
@@ -84,8 +90,9 @@ pub fn run(args: &Args) -> CommandResult {
     pipeline.finish(|emission| owed.push(emission));
     owed.into_iter().try_for_each(|emission| show.slot(emission, pipeline.tally()))?;
 
-    let summary = show.summary.text(pipeline.tally(), config)?;
-    writeln!(io::stdout(), "\n{summary}\n{}", score(&simulation)?)?;
+    let end = format!("\n{}\n{}", show.summary.text(pipeline.tally(), config)?, score(&simulation)?);
+    let columns = Size::of_stdout().map_or(usize::MAX, |size| size.columns);
+    io::stdout().write_all(broken(&end, columns, SUMMARY_INDENT).as_bytes())?;
     Ok(Outcome::Done)
 }
 
@@ -97,16 +104,7 @@ fn score(simulation: &Simulation) -> Result<String, Box<dyn Error + Send + Sync>
     let alone = Alone::of(receptions(), config, Masks::default())?;
     let labels = Labels::with_receivers(labels.clone(), &[TRANSPONDER_ID.to_owned()].into());
     let settings = Settings::of(config);
-    let scored = evaluate::evaluate(&simulation.truth(), Some(&labels), &points, Some(&alone), &settings);
-    let mut text = String::from("against the truth     slots with a point    mean position error\n");
-    let streams = [("fused", Some(&scored.fused)), ("radar", scored.radar.as_ref())];
-    for (name, stream) in streams.into_iter().chain([("transponder", scored.transponder.as_ref())]) {
-        let Some(Score { pu_percent: Some(percent), epos: Some(error), .. }) = stream.map(|s| &s.all) else {
-            continue;
-        };
-        text += &format!("{name:<21} {percent:>16.1} % {:>20.1} m\n", error.mean_m);
-    }
-    Ok(text)
+    Ok(verdict(&evaluate::evaluate(&simulation.truth(), Some(&labels), &points, Some(&alone), &settings)))
 }
 
 struct Show<'a> {
@@ -119,9 +117,8 @@ struct Show<'a> {
     /// By source and number: the tracks of the last moments.
     shown: BTreeMap<(u8, u32), Track>,
     next_print: Option<f64>,
-    live: bool,
-    /// Lines of the table on the screen.
-    lines: usize,
+    /// In a terminal.
+    painting: Option<Painting>,
 }
 
 impl Show<'_> {
@@ -132,7 +129,7 @@ impl Show<'_> {
         self.update(&picture);
         let now = picture.time.as_seconds();
         let next = *self.next_print.get_or_insert(now + PRINT_EVERY_S);
-        if self.live || now >= next {
+        if self.painting.is_some() || now >= next {
             self.next_print = Some(next + PRINT_EVERY_S);
             self.draw(picture.time, tally)?;
         }
@@ -155,67 +152,77 @@ impl Show<'_> {
     }
 
     fn draw(&mut self, time: Time, tally: &Tally) -> io::Result<()> {
-        let mut rows = vec![
-            format!("{}  {time}  (a slot is put out {} s after it opened)", self.site, self.latency_s),
+        let size = self.painting.and_then(|_| Size::of_stdout());
+        let lines = self.lines(time, tally, size.unwrap_or(UNBOUNDED));
+        let mut out = io::stdout().lock();
+        match (&mut self.painting, size) {
+            (Some(painting), Some(size)) => out.write_all(painting.paint(&lines, size).as_bytes())?,
+            _ => {
+                lines.iter().try_for_each(|line| writeln!(out, "{line}"))?;
+                writeln!(out)?;
+            }
+        }
+        out.flush()
+    }
+
+    /// The table, as much of it as there is room for.
+    fn lines(&self, time: Time, tally: &Tally, size: Size) -> Vec<String> {
+        let mut lines = vec![
+            format!("{}  {time}  (shown {} s after it happened)", self.site, self.latency_s),
             format!(
-                "received {}   accepted {}   dropped or not used {}",
+                "{} datagrams received, {} reports used, {} dropped or not used",
                 tally.received,
                 tally.accepted.values().sum::<u64>(),
                 tally.dropped(),
             ),
             format!(
-                "{:>9}  {:<11}  {:<12}  {:>6}  {:>7}  {:>8}  {:>7}  {}",
-                "track", "source", "serial", "radar", "bearing", "range", "height", "radar to transponder"
+                "{:>6}  {:<11}  {:<12}  {:>5}  {:>7}  {:>6}  {:>6}  apart",
+                "track", "source", "serial", "radar", "bearing", "range", "height",
             ),
         ];
-        rows.extend(self.shown.values().map(|track| row(track, time)));
-        let mut out = io::stdout().lock();
-        if self.live {
-            if self.lines > 0 {
-                write!(out, "\x1b[{}A", self.lines)?; // back up over the last table
-            }
-            let blank = self.lines.saturating_sub(rows.len());
-            rows.extend(std::iter::repeat_n(String::new(), blank));
-            self.lines = rows.len();
-            rows.iter().try_for_each(|row| writeln!(out, "\x1b[2K{row}"))?; // each line cleared first
-        } else {
-            rows.iter().try_for_each(|row| writeln!(out, "{row}"))?;
-            writeln!(out)?;
+        // The cursor takes a line.
+        let room = size.rows.saturating_sub(lines.len() + 1);
+        let fitting = if self.shown.len() > room { room.saturating_sub(1) } else { self.shown.len() };
+        lines.extend(self.shown.values().take(fitting).map(|track| row(track, time, size.columns)));
+        if fitting < self.shown.len() {
+            lines.push(format!("and {} more; a taller window shows them", self.shown.len() - fitting));
         }
-        out.flush()
+        lines
     }
 }
 
-fn row(track: &Track, now: Time) -> String {
+/// A line of the table; how near the radar's and the transponder's places are is told as fully as there is room.
+fn row(track: &Track, now: Time, columns: usize) -> String {
     let source = &track.point.source;
     let serial =
         source.transponder().map_or("-".to_owned(), |part| part.identity.serial().escape_ascii().to_string());
     let radar = source.radar().map_or("-".to_owned(), |part| part.track.number.to_string());
     let (bearing_deg, range_m) = bearing_and_range(track.point.position);
     let height = track.altitude_amsl_m.map_or("-".to_owned(), |metres| format!("{metres:.0} m"));
-    let agreement = match source {
-        Source::Fused(_, _, Association { distance_m, because: Because::Ratio { gate_m, evidence } }) => {
-            format!(
-                "{distance_m:.1} m of {gate_m:.0} m, {:.0} % of {} slots",
-                100.0 * evidence.ratio(),
-                evidence.co_present
-            )
+    let (apart, more) = match source {
+        Source::Fused(_, _, Association { distance_m, because }) => {
+            let why = match because {
+                Because::Ratio { gate_m, evidence } => format!(
+                    " of {gate_m:.0} m, {:.0} % of {} slots",
+                    100.0 * evidence.ratio(),
+                    evidence.co_present
+                ),
+                Because::Likelihood { score } => format!(", log-likelihood ratio {score:.0}"),
+                Because::Manual { .. } => ", decided by hand".to_owned(),
+            };
+            (format!("{distance_m:.1} m"), why)
         }
-        Source::Fused(_, _, Association { distance_m, because: Because::Likelihood { score } }) => {
-            format!("{distance_m:.1} m, log-likelihood ratio {score:.0}")
-        }
-        Source::Fused(_, _, Association { distance_m, because: Because::Manual { .. } }) => {
-            format!("{distance_m:.1} m, decided by hand")
-        }
-        _ if track.time < now => format!("last {:.2} s ago", now.seconds_since(track.time)),
-        _ => String::new(),
+        _ if track.time < now => (format!("({:.2} s ago)", now.seconds_since(track.time)), String::new()),
+        _ => (String::new(), String::new()),
     };
     let range = format!("{range_m:.0} m");
-    format!(
-        "{:>9}  {:<11}  {serial:<12}  {radar:>6}  {bearing_deg:>6.1}°  {range:>8}  {height:>7}  {agreement}",
+    let line = format!(
+        "{:>6}  {:<11}  {serial:<12}  {radar:>5}  {bearing_deg:>6.1}°  {range:>6}  {height:>6}  {apart}",
         track.point.number,
         track.source_name(),
-    )
+    );
+    let has_room = line.chars().count() + more.chars().count() <= columns;
+    if has_room { line + &more } else { line }
 }
 
 /// From the first radar: degrees clockwise from north, metres over ground.

@@ -10,8 +10,8 @@ use crate::json::Encoder;
 ///
 /// What `decode` printed comes back octet by octet, blocks of unknown categories and octets that could not be read
 /// included; of a pcap the blocks, without the frames around them. Lines may also be written by hand or by a program:
-/// {"cat":48,"items":{"010":{"sac":25,"sic":200},"140":37230.25,"040":{"rho_m":1852,"theta_deg":90}}} is a block of one
-/// record. Lines with the same `block` make one block.
+/// {"cat":48, "items":{"010":{"sac":25, "sic":200}, "140":37230.25, "040":{"rho_m":1852, "theta_deg":90}}} is a block of
+/// one record. Lines with the same `block` make one block.
 ///
 /// A line that cannot be encoded is named on standard error and left out; the exit code is then 1.
 #[derive(clap::Args, Debug, Default)]

@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand. Data on standard output, everything else on standard error.
 
+pub mod address;
 mod broadcast;
 pub mod check;
 pub mod completions;
@@ -16,12 +17,16 @@ pub mod record;
 mod reload;
 pub mod replay;
 pub mod run;
+mod screen;
 pub mod serve;
 pub mod simulate;
 mod stage;
 mod stop;
 pub mod summary;
 mod table;
+pub mod tip;
+mod unmatched;
+mod verdict;
 
 use std::error::Error;
 use std::io;

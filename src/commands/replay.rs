@@ -11,9 +11,11 @@ use indicatif::ProgressBar;
 use jiff::civil::Date;
 use tracing::{error, info, warn};
 
+use super::address::listen_address;
 use super::moment::{Moment, Speed, day};
 use super::stage::Stage;
 use super::summary::registered;
+use super::unmatched::unmatched;
 use super::{CommandResult, Outcome, Usage, progress};
 use crate::areas::Masks;
 use crate::config::{Config, Profile};
@@ -72,8 +74,8 @@ pub struct Args {
     /// Serves the API and the map of it, until Ctrl-C; it can be paused, sped up, and taken to another time.
     #[arg(long, conflicts_with_all = ["output", "start", "end", "stats", "udp"])]
     pub serve: bool,
-    /// Where --serve listens, instead of the configuration's http.listen.
-    #[arg(long, value_name = "ADDR", requires = "serve")]
+    /// Where --serve listens, instead of the configuration's http.listen: 127.0.0.1:8080, or only a port of this machine.
+    #[arg(long, value_name = "ADDR", requires = "serve", value_parser = listen_address)]
     pub http: Option<SocketAddr>,
     /// Adds how long it took to the summary, and prints it to standard error where standard output holds data.
     #[arg(long)]
@@ -152,6 +154,9 @@ pub fn run(args: &Args) -> CommandResult {
         io::stdout().write_all(text.as_bytes())?;
     } else if args.stats {
         io::stderr().write_all(text.as_bytes())?;
+    }
+    if let Some(problem) = unmatched(pipeline.tally(), &config, args) {
+        return Err(problem.into());
     }
     Ok(if failed > 0 && outcome == Outcome::Done { Outcome::Incomplete } else { outcome })
 }

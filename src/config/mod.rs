@@ -28,6 +28,7 @@ use std::path::Path;
 
 pub use changes::{Change, changes};
 pub use error::{ConfigError, ConfigErrors, Place};
+pub use reader::FILL_IN;
 pub use types::{
     Address, Area, AreaKind, Auth, Classification, Fusion, Http, Input, MAX_WINDOW_SLOTS, Motion, Output,
     Profile, Radar, RadarAccuracy, RateLimit, Record, Registration, Sensor, SensorKind, SerialSource, Sink,

@@ -10,6 +10,9 @@ use jiff::SignedDuration;
 use super::error::{Faults, Place};
 use super::tree::{Node, Table, Value, quoted};
 
+/// What stands for a number that whoever made a configuration could not know.
+pub const FILL_IN: &str = "fill in";
+
 /// A table that is asked for its keys one by one; what nobody asked for is unknown.
 pub(crate) struct Section<'a> {
     key: String,
@@ -122,11 +125,21 @@ impl<'a> Item<'a> {
         self.refuse(format!("expected {what}, found {}", self.node.value.kind()));
     }
 
+    /// Whether somebody has still to write the value; `rule` says which ones are valid.
+    fn is_to_be_filled_in(&self, rule: &str) -> bool {
+        let is_open = matches!(&self.node.value, Value::Text(text) if text == FILL_IN);
+        if is_open {
+            self.refuse(format!("this is still to be filled in; {rule}"));
+        }
+        is_open
+    }
+
     /// A finite number that is `valid`; `rule` says which are.
     pub(crate) fn number(&self, rule: &str, valid: impl Fn(f64) -> bool) -> Option<f64> {
         let number = match self.node.value {
             Value::Number(number) => number,
             Value::Whole(whole) => whole as f64,
+            _ if self.is_to_be_filled_in(rule) => return None,
             _ => {
                 self.expected("a number without quotes, such as 0.25");
                 return None;
@@ -154,6 +167,7 @@ impl<'a> Item<'a> {
         let whole = match self.node.value {
             Value::Whole(whole) => T::try_from(whole).ok().filter(|whole| range.contains(whole)),
             Value::Number(_) => None,
+            _ if self.is_to_be_filled_in(rule) => return None,
             _ => {
                 self.expected("a whole number without quotes");
                 return None;

@@ -55,6 +55,8 @@ fn score(scene: &Scene<'_>, group: &[usize], pairs: bool) -> Score {
     };
     Score {
         pu_percent: update::probability_percent(scene, group),
+        pu_covered_percent: update::probability_percent_where(scene, group, true),
+        pu_gap_percent: update::probability_percent_where(scene, group, false),
         epos: distances(&mut scene.points(group)),
         eposh: statistics(all_errors().map(|error| error.horizontal_m())),
         eposv: statistics(all_errors().filter_map(|error| error.vertical_m())),

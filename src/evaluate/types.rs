@@ -194,6 +194,12 @@ pub struct Score {
     /// Probability of update, percent: slots with at least one point of the drone / slots of its span.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pu_percent: Option<f64>,
+    /// The same of the slots in which the drone's transponder interpolates.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pu_covered_percent: Option<f64>,
+    /// The same of the other slots of an equipped drone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pu_gap_percent: Option<f64>,
     /// Position error, 3-D (horizontal for points without height), metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub epos: Option<ErrorStatistics>,

@@ -290,6 +290,17 @@ fn beside_each_input_alone() {
     // Covered: 13, 5, 0, 8; gap: 0 (slot 50). BRAVO carries none, so it has neither.
     assert!((all.epos_covered.unwrap().mean_m - 26.0 / 4.0).abs() < 1e-3);
     assert_eq!((all.epos_gap.unwrap().count, all.epos_covered.unwrap().count), (1, 4));
+    // ALPHA's transponder speaks in 4 of its 90 slots: the output has a point in each, and in one of the 86 others; the
+    // radar has plots of ALPHA in 3 of the 4 (that of slot 44 is of BRAVO's track).
+    let radar = &evaluation.radar.as_ref().unwrap().all;
+    for (told, expected) in [
+        (all.pu_covered_percent, 100.0),
+        (all.pu_gap_percent, 100.0 / 86.0),
+        (radar.pu_covered_percent, 75.0),
+        (evaluation.transponder.as_ref().unwrap().all.pu_gap_percent, 0.0),
+    ] {
+        assert!((told.unwrap() - expected).abs() < 1e-9, "{told:?} is not {expected}");
+    }
     let (radar, transponder) = (evaluation.radar.unwrap(), evaluation.transponder.unwrap());
     // ALPHA's plots in 40, 41, 42 and 50; BRAVO's in 44, which is 1000 m off: 1000.2 m.
     assert!((radar.all.pu_percent.unwrap() - 100.0 * 5.0 / 180.0).abs() < 1e-9);

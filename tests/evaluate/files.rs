@@ -106,6 +106,36 @@ fn a_bad_output_is_told_with_its_line() {
 }
 
 #[test]
+fn a_truth_and_an_output_that_are_exchanged_are_recognised() {
+    let scratch = Scratch::new();
+    let truth = scratch.file("truth.csv", TRUTH);
+    let labels = scratch.file("labels.csv", LABELS);
+    let line = r#"{"time":"2026-03-14T09:00:00.125Z","source":"radar","track_number":1,"lat":0,"lng":0}"#;
+    for (name, contents) in [
+        ("out.csv", OUTPUT.as_bytes()),
+        ("out.ndjson", line.as_bytes()),
+        ("out.ast", b"\x81\x00\x06\x80\x00\x00"),
+    ] {
+        let output = scratch.file(name, contents);
+        let told = ran(&mut evaluate(&output, &truth));
+        let (truth, output) = (truth.display(), output.display());
+        let right = format!("they are exchanged. Write: utm-fusion evaluate {output} --truth {truth}");
+        assert!(told.code == 2 && told.stderr.contains(&right), "{}", told.stderr);
+    }
+    let output = scratch.file("out.csv", OUTPUT);
+    for (given, other, words) in [
+        (&output, &output, "out.csv: this is a tracker's output, not a truth"),
+        (&truth, &truth, "truth.csv: this is a truth (where the drones really were), not a tracker's output"),
+        (&labels, &output, "--labels takes them"),
+    ] {
+        let told = ran(&mut evaluate(given, other));
+        assert!(told.code == 1 && told.stderr.contains(words), "{}", told.stderr);
+    }
+    let told = ran(evaluate(&truth, &output).arg("--labels").arg(&truth));
+    assert!(told.code == 1 && told.stderr.contains("not a file of labels"), "{}", told.stderr);
+}
+
+#[test]
 fn what_is_not_there_is_told_with_its_path() {
     let scratch = Scratch::new();
     let truth = scratch.file("truth.csv", TRUTH);

@@ -68,7 +68,7 @@ fn arp() -> Vec<u8> {
 fn info(paths: &[&Path], json: bool, strict: bool) -> (String, Outcome) {
     let inputs = paths.iter().map(|path| path.to_path_buf()).collect();
     let mut out = Vec::new();
-    let outcome = info::run(&info::Args { inputs, json, strict }, &mut out).unwrap();
+    let outcome = info::run(&info::Args { inputs, json, strict, config_out: None }, &mut out).unwrap();
     (String::from_utf8(out).unwrap(), outcome)
 }
 
@@ -78,7 +78,7 @@ fn json(name: &str, octets: &[u8]) -> Value {
     serde_json::from_str(&info(&[&file.0], true, false).0).unwrap()
 }
 
-/// A file that goes away with the test.
+/// A file or a folder that goes away with the test.
 struct Temporary(PathBuf);
 
 impl Temporary {
@@ -87,10 +87,16 @@ impl Temporary {
         fs::write(&path, contents).unwrap();
         Self(path)
     }
+
+    fn folder(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("utm-fusion-info-{}-{name}", std::process::id()));
+        fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
 }
 
 impl Drop for Temporary {
     fn drop(&mut self) {
-        let _ = fs::remove_file(&self.0);
+        let _ = if self.0.is_dir() { fs::remove_dir_all(&self.0) } else { fs::remove_file(&self.0) };
     }
 }

@@ -1,11 +1,15 @@
 //! Options, exit codes, and files that are not whole.
 
-use std::process::Command;
+#![expect(clippy::disallowed_methods, reason = "files that the program wrote")]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
 
 use serde_json::Value;
 use utm_fusion::commands::Outcome;
 
-use super::{Temporary, block, info, json, octets, pcap, plot};
+use super::{Temporary, block, fix, info, json, octets, pcap, plot};
 
 fn whole() -> Vec<u8> {
     pcap(&[(10.0, 8048, block(48, &[plot(7, 9.0, 1)])), (11.0, 8048, block(48, &[plot(7, 10.0, 1)]))])
@@ -25,6 +29,86 @@ fn strict_tells_of_what_cannot_be_read() {
     assert_eq!(outcome, Outcome::InputErrors);
     assert!(text.contains("skipped 1 fragmented\n"), "{text}");
     assert!(text.contains("\n\n1 frame may have held records and could not be read\n"), "{text}");
+}
+
+/// The program, in a folder of its own.
+fn in_folder(folder: &Path, args: &[&str]) -> (Option<i32>, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_utm-fusion"));
+    let output = command.args(args).current_dir(folder).stdin(Stdio::null()).output().unwrap();
+    let said = [output.stdout, output.stderr].concat();
+    (output.status.code(), String::from_utf8(said).unwrap())
+}
+
+#[test]
+fn a_configuration_is_written_that_asks_for_what_no_capture_tells() {
+    let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/demo");
+    let folder = Temporary::folder("config-out");
+    fs::copy(demo.join("capture.pcap"), folder.0.join("capture.pcap")).unwrap();
+    let said = |args: &[&str]| in_folder(&folder.0, args);
+
+    let (code, told) = said(&["info", "capture.pcap", "--config-out", "site.toml"]);
+    assert_eq!(code, Some(0), "{told}");
+    assert!(told.contains("site.toml: written") && told.contains("\n048 70/41"), "{told}");
+    let site = fs::read_to_string(folder.0.join("site.toml")).unwrap();
+    assert!(site.contains("id = \"radar-70-41\"") && site.contains("id = \"transponder-0-0\""), "{site}");
+
+    // It is no configuration yet: each open value is named with its line.
+    let (code, told) = said(&["check", "site.toml"]);
+    assert_eq!(code, Some(3), "{told}");
+    let open = ["latitude_deg", "longitude_deg", "height_amsl_m"];
+    for key in open {
+        let line = site.lines().position(|line| line.starts_with(key)).unwrap() + 1;
+        let words =
+            format!("site.toml:{line}: sensors[0].{key} = \"fill in\": this is still to be filled in; ");
+        assert!(told.contains(&words), "{words}\n{told}");
+    }
+    assert_eq!(told.lines().count(), open.len(), "nothing else is wrong: {told}");
+
+    // What was filled in is not overwritten.
+    let filled = ["53.0817", "10.3264", "72.0"].into_iter();
+    let filled =
+        filled.fold(site.clone(), |site, value| site.replacen("\"fill in\"  ", &format!("{value}  "), 1));
+    fs::write(folder.0.join("site.toml"), &filled).unwrap();
+    let (code, told) = said(&["info", "capture.pcap", "--config-out", "site.toml"]);
+    assert!(code == Some(2) && told.contains("the file exists and is not overwritten"), "{told}");
+    assert_eq!(fs::read_to_string(folder.0.join("site.toml")).unwrap(), filled);
+
+    let (code, told) = said(&["check", "site.toml"]);
+    assert_eq!(code, Some(0), "{told}");
+    let (code, told) = said(&["replay", "capture.pcap", "--config", "site.toml"]);
+    assert_eq!(code, Some(0), "{told}");
+    assert!(told.contains("sensor     radar-70-41 (radar): ") && told.contains(" fused, "), "{told}");
+}
+
+#[test]
+fn a_configuration_is_written_of_what_is_there_only() {
+    let folder = Temporary::folder("config-out-parts");
+    let said = |args: &[&str]| in_folder(&folder.0, args);
+    fs::write(folder.0.join("nothing.pcap"), pcap(&[(10.0, 8048, block(200, &["0102".to_owned()]))]))
+        .unwrap();
+    let (code, told) = said(&["info", "nothing.pcap", "--config-out", "site.toml"]);
+    assert!(code == Some(1) && told.contains("not written: no radar (CAT048)"), "{told}");
+    assert!(!folder.0.join("site.toml").exists());
+
+    // Two lines of one radar, and a receiver, in three files: the radar once, with both inputs.
+    let names = ["a.pcap", "b.pcap", "c.pcap"];
+    let blocks = [block(48, &[plot(7, 9.0, 1)]), block(48, &[plot(7, 9.0, 1)]), block(129, &[fix(9.0, 1)])];
+    for ((name, block), port) in names.into_iter().zip(blocks).zip([8048, 8049, 8129]) {
+        fs::write(folder.0.join(name), pcap(&[(10.0, port, block)])).unwrap();
+    }
+    let (code, told) = said(&["info", "a.pcap", "b.pcap", "c.pcap", "--config-out", "all.toml"]);
+    assert_eq!(code, Some(0), "{told}");
+    let all = fs::read_to_string(folder.0.join("all.toml")).unwrap();
+    assert_eq!(all.matches("[[sensors]]").count(), 2, "{all}");
+    let both = "{ group = \"239.192.48.1\", port = 8048 }, { group = \"239.192.48.1\", port = 8049 }";
+    assert!(all.contains(both), "{all}");
+
+    // Without a radar one is to be filled in as a whole.
+    let (code, told) = said(&["info", "c.pcap", "--config-out", "c.toml"]);
+    assert_eq!(code, Some(0), "{told}");
+    let (code, told) = said(&["check", "c.toml"]);
+    assert!(code == Some(3) && told.lines().count() == 5, "{told}");
+    assert!(told.lines().all(|line| line.contains("this is still to be filled in; ")), "{told}");
 }
 
 #[test]

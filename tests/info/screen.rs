@@ -109,11 +109,11 @@ fn its_sensors_make_a_configuration() {
 }
 
 #[test]
-fn the_readme_shows_what_is_printed() {
+fn the_documents_show_what_is_printed() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
     let (text, _) = info(&[&folder.join("testdata/demo/capture.pcap")], false, false);
-    let readme = include_str!("../../README.md");
-    let (_, shown) = readme.split_once("$ utm-fusion info testdata/demo/capture.pcap\n").unwrap();
+    let page = include_str!("../../docs/COMMANDS.md");
+    let (_, shown) = page.split_once("$ utm-fusion info testdata/demo/capture.pcap\n").unwrap();
     let (shown, _) = shown.split_once("```").unwrap();
     let lines = shown.lines().skip(1).filter(|line| *line != "[…]");
     assert!(lines.clone().count() > 15);

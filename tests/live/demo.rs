@@ -51,7 +51,8 @@ fn until(what: &str, mut is_so: impl FnMut() -> bool) {
 fn the_demo_is_live() {
     let scratch = Scratch::new();
     let mut command = utm_fusion("demo");
-    command.args(["--http", "127.0.0.1:0", "--duration", "35s"]);
+    // A port alone is one of this machine.
+    command.args(["--http", "0", "--duration", "35s"]);
     let mut running = Running::start(&mut command, scratch.path("log"));
     let address = address(&mut running);
     let (status, page) = ask(address, "GET", "/");
@@ -86,6 +87,20 @@ fn a_recording_is_served_paused_and_taken_elsewhere() {
     let stood = time();
     std::thread::sleep(Duration::from_millis(500));
     assert_eq!(time(), stood, "it is paused");
+    // The recording goes from 23:59:30 to 00:00:45: each time of day is there once.
+    for (clock, at) in [("23:59:50", "2026-06-20T23:59:50"), ("00:00:10", "2026-06-21T00:00:10")] {
+        until("its length", || json(address, "/api/v1/info")["replay"]["end"].is_string());
+        let (status, told) = ask(address, "POST", &format!("/api/v1/replay/seek?time={clock}"));
+        assert_eq!(status, 200, "{told}");
+        until("the time of day asked for", || time().starts_with(at));
+    }
+    let (status, told) = ask(address, "POST", "/api/v1/replay/seek?time=12:00:00");
+    let span =
+        "the recording is from 2026-06-20T23:59:30.279Z to 2026-06-21T00:00:45.052Z: it has no 12:00:00";
+    assert!(status == 400 && told.contains(span), "{told}");
+    let (status, told) = ask(address, "POST", "/api/v1/replay/seek?time=noon");
+    let form = "write the time as RFC 3339 has it, 2026-06-20T23:59:30Z, or as a time of day, 23:59:30";
+    assert!(status == 400 && told.contains(form), "{told}");
     let info = json(address, "/api/v1/info");
     assert_eq!((&info["mode"], &info["replay"]["playing"]), (&"replay".into(), &false.into()));
     let (status, problem) = ask(address, "POST", "/api/v1/replay/speed?speed=0");

@@ -17,3 +17,4 @@ mod reload;
 mod replayed;
 mod sockets;
 mod stage;
+mod terminal;

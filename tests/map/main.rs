@@ -21,6 +21,7 @@ mod failures;
 mod names;
 mod news;
 mod phone;
+mod picture;
 mod service;
 mod tiles;
 

@@ -29,11 +29,19 @@ fn wrong_usage_is_told_with_code_2() {
     let scratch = Scratch::new();
     let unknown = scratch.path("out.txt");
     let unknown = unknown.to_str().unwrap();
+    let write_one = format!("tip: `utm-fusion info {capture} --config-out site.toml` writes");
+    let name_it = format!("tip: a configuration is named with --config: --config {site}");
     for (args, message) in [
         (&["replay"][..], "<INPUT>"),
         (&["replay", capture], "--config <FILE>"),
         (&["replay", "--config", site], "<INPUT>"),
-        (&["check"], "--config <FILE>"),
+        (&["replay", capture], write_one.as_str()),
+        (&["replay", "-o", site, capture], name_it.as_str()),
+        (&["run", site], name_it.as_str()),
+        (&["check"], "utm-fusion check <FILE>"),
+        (&["check", site, "--config", site], "cannot be used with"),
+        (&["demo", "--http", "localhost"], "such as 127.0.0.1:8080, or only the port: 8080"),
+        (&["demo", "--http", "http://localhost:8080/"], "such as 127.0.0.1:8080, or only the port: 8080"),
         (&["fly"], "unrecognized subcommand 'fly'"),
         (&[], "Usage: utm-fusion"),
         (&["replay", capture, "--config", site, "--loud"], "unexpected argument '--loud'"),
@@ -78,6 +86,65 @@ fn wrong_usage_is_told_with_code_2() {
         assert!(ran.stdout.is_empty(), "{args:?}");
     }
     assert!(!Path::new(unknown).exists());
+}
+
+/// As a newcomer does: the file alone, elsewhere, with or without the option's name.
+#[test]
+fn the_example_is_valid_wherever_it_is_copied_to() {
+    let scratch = Scratch::new();
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/example.toml");
+    let copy = scratch.file("site.toml", fs::read(example).unwrap());
+    for args in [vec![copy.as_os_str()], vec!["--config".as_ref(), copy.as_os_str()]] {
+        let ran = ran(utm_fusion("check").args(args));
+        assert_eq!((ran.code, ran.stderr.as_str()), (0, ""));
+        assert!(ran.text().contains("site.toml: valid."), "{}", ran.text());
+    }
+}
+
+#[test]
+fn a_configuration_of_other_sensors_is_a_failure_that_names_both() {
+    let flight = demo();
+    let scratch = Scratch::new();
+    let half = String::from_utf8(fs::read(flight.site()).unwrap()).unwrap().replace("sic = 41", "sic = 42");
+    let site = half.replace("sac = 0\nsic = 0", "sac = 7\nsic = 8");
+    let site = scratch.file("other.toml", site);
+    let replay = |arguments: &[&str]| {
+        ran(utm_fusion("replay").arg(flight.capture()).arg("--config").arg(&site).args(arguments))
+    };
+    for arguments in [&[][..], &["-o", "-", "--output-format", "csv"]] {
+        let ran = replay(arguments);
+        assert_eq!(ran.code, 1, "{}", ran.stderr);
+        let told = ran.stderr.lines().last().unwrap();
+        for words in [
+            "none of the 1,321 records is from a sensor of ",
+            "the input has CAT048 70/41, CAT034 70/41, CAT129 0/0, ",
+            "other.toml has CAT048 70/42, CAT129 7/8. ",
+            &format!("utm-fusion info {} --config-out FILE", flight.capture().display()),
+        ] {
+            assert!(told.contains(words), "{words}\n{told}");
+        }
+    }
+    // One that hears a part of the flight is another matter.
+    fs::write(&site, half).unwrap();
+    assert_eq!(replay(&[]).code, 0);
+}
+
+/// No line of the help is longer than the terminal.
+#[test]
+fn help_keeps_to_the_width_of_the_terminal() {
+    let commands =
+        ["", "demo", "run", "replay", "decode", "encode", "info", "simulate", "evaluate", "check", "record"];
+    for columns in [80, 100] {
+        for command in commands {
+            let mut help = Command::new(env!("CARGO_BIN_EXE_utm-fusion"));
+            help.args(Some(command).filter(|name| !name.is_empty())).arg("--help");
+            let ran = ran(help.env("COLUMNS", columns.to_string()).stdin(Stdio::null()));
+            assert_eq!(ran.code, 0);
+            let longest = ran.text().lines().max_by_key(|line| line.chars().count()).unwrap();
+            assert!(longest.chars().count() <= columns, "{command}, {columns} columns: {longest}");
+            assert!(longest.chars().count() > columns * 3 / 5, "{command}, {columns} columns: {longest}");
+        }
+    }
 }
 
 #[test]

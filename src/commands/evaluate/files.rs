@@ -10,15 +10,43 @@ use jiff::civil::Date;
 use jiff::tz::TimeZone;
 use tracing::{info, warn};
 
+use super::Args;
+use crate::commands::Usage;
 use crate::config::{Config, SensorKind};
 use crate::evaluate::plot::{self, TruthLine};
-use crate::evaluate::read::{self, Days};
+use crate::evaluate::read::{self, Days, Kind};
 use crate::evaluate::{Evaluation, Label, Labels, OutputPoint, Truth};
 use crate::ingest::{Capture, Merged, OpenError};
 use crate::normalise::{nearest_day, time_of_day_count};
 use crate::time::Time;
 
+/// Octets that tell what a file is.
+const BEGINNING: u64 = 4096;
+
 type Failure = Box<dyn Error + Send + Sync>;
+
+/// Refuses a truth and an output that stand in each other's place.
+///
+/// # Errors
+/// They do.
+pub(super) fn refuse_exchanged(args: &Args) -> Result<(), Usage> {
+    let kind_of = |path: &Path| {
+        let mut beginning = Vec::new();
+        #[expect(clippy::disallowed_methods, reason = "the files that the user names")]
+        let file = std::fs::File::open(path).ok()?;
+        file.take(BEGINNING).read_to_end(&mut beginning).ok()?;
+        read::kind(&beginning)
+    };
+    let [truth] = &args.truth[..] else { return Ok(()) };
+    if kind_of(&args.output) == Some(Kind::Truth) && kind_of(truth) != Some(Kind::Truth) {
+        let (truth, output) = (truth.display(), args.output.display());
+        return Err(Usage(format!(
+            "{output} is {}, and {truth} is not: they are exchanged. Write: utm-fusion evaluate {truth} --truth {output}",
+            Kind::Truth
+        )));
+    }
+    Ok(())
+}
 
 /// The truth of all files together.
 pub(super) fn truth(paths: &[PathBuf]) -> Result<Truth, Failure> {

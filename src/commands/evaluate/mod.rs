@@ -131,6 +131,7 @@ fn told(scores: &Scores<'_>) -> Outcome {
 
 fn read(args: &Args) -> Result<Inputs, Box<dyn std::error::Error + Send + Sync>> {
     let config = args.config.as_deref().map(Config::load).transpose()?;
+    files::refuse_exchanged(args)?;
     let truth = files::truth(&args.truth)?;
     let labels = args.labels.as_deref().map(|path| files::labels(path, config.as_ref())).transpose()?;
     if labels.as_ref().is_some_and(|labels| !files::name_a_drone(labels, &truth)) {

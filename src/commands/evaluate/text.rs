@@ -24,7 +24,7 @@ fn statistic(of: Option<ErrorStatistics>, what: fn(&ErrorStatistics) -> f64) -> 
 }
 
 /// Names, values, decimals.
-const ROWS: [(&str, Value, usize, Change); 17] = [
+const ROWS: [(&str, Value, usize, Change); 19] = [
     ("mean ePos (m)", |s| statistic(s.epos, |e| e.mean_m), 4, Change::Reduction),
     ("SEM ePos (m)", |s| statistic(s.epos, |e| e.sem_m), 4, Change::Reduction),
     ("mean ePosH (m)", |s| statistic(s.eposh, |e| e.mean_m), 4, Change::Reduction),
@@ -35,6 +35,8 @@ const ROWS: [(&str, Value, usize, Change); 17] = [
     ("p95 ePos (m)", |s| statistic(s.epos, |e| e.p95_m), 4, Change::Reduction),
     ("p50 ePosH (m)", |s| statistic(s.eposh, |e| e.p50_m), 4, Change::Reduction),
     ("p95 ePosH (m)", |s| statistic(s.eposh, |e| e.p95_m), 4, Change::Reduction),
+    ("PU, covered (%)", |s| s.pu_covered_percent, 2, Change::Points),
+    ("PU, in gaps (%)", |s| s.pu_gap_percent, 2, Change::Points),
     ("mean ePos, covered (m)", |s| statistic(s.epos_covered, |e| e.mean_m), 4, Change::Reduction),
     ("mean ePos, in gaps (m)", |s| statistic(s.epos_gap, |e| e.mean_m), 4, Change::Reduction),
     ("association precision", |s| s.precision, 4, Change::None),

@@ -1,5 +1,6 @@
 //! `info`: what is in a capture, on one screen.
 
+mod site;
 mod text;
 
 use std::io::{self, BufWriter, IsTerminal, Write};
@@ -26,6 +27,9 @@ pub struct Args {
     /// Print one JSON object per input, a line each
     #[arg(long)]
     pub json: bool,
+    /// Write a configuration with the sensors that were seen into this file; it says which values are to be filled in
+    #[arg(long, value_name = "FILE")]
+    pub config_out: Option<PathBuf>,
     /// End with exit code 4 if there was anything that cannot be read
     #[arg(long)]
     pub strict: bool,
@@ -61,12 +65,15 @@ fn by_reason<S: Serializer>(skipped: &Skipped, serializer: S) -> Result<S::Ok, S
 /// Reads each input to its end, or to where it is damaged, and writes what is in it to `out`.
 ///
 /// # Errors
-/// An input cannot be opened, which is found before anything is printed; or `out` cannot be written to: a closed pipe
-/// comes back as its [`io::Error`]. Damage is told and logged, and the next input is read.
+/// An input cannot be opened, or the file of `--config-out` is there already, which is found before anything is printed;
+/// or `out` or that file cannot be written to: a closed pipe comes back as its [`io::Error`]. Damage is told and logged,
+/// and the next input is read.
 pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
+    args.config_out.as_deref().map_or(Ok(()), site::check)?;
     let captures = args.inputs.iter().map(|path| Capture::open(path)).collect::<Result<Vec<_>, _>>()?;
     let mut out = BufWriter::new(out);
     let mut outcome = Outcome::Done;
+    let mut sensors = Vec::new();
     for (place, capture) in captures.into_iter().enumerate() {
         let info = survey(capture);
         if info.damage.is_some() {
@@ -84,6 +91,12 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
         }
         // Whoever waits for the next input can read this one.
         out.flush()?;
+        sensors.extend(info.report.sensors);
+    }
+    if let Some(file) = &args.config_out {
+        let inputs: Vec<String> = args.inputs.iter().map(|input| input.display().to_string()).collect();
+        site::write(file, &inputs, sensors)?;
+        tracing::info!("{0}: written; `utm-fusion check {0}` names what is to be filled in", file.display());
     }
     Ok(outcome)
 }

@@ -240,21 +240,32 @@ fn sensors(text: &mut String, sensors: &[SensorHint]) -> fmt::Result {
     if sensors.is_empty() {
         return Ok(());
     }
-    writeln!(text, "\nsensors of a configuration for it (places and accuracies are not in the data)")?;
+    writeln!(
+        text,
+        "\nsensors of a configuration for it (places and accuracies are not in the data; --config-out FILE writes it)"
+    )?;
     for sensor in sensors {
         let mut keys = vec![format!("sac = {}", sensor.sac), format!("sic = {}", sensor.sic)];
         keys.extend(sensor.period_s.map(|period_s| format!("period_s = {period_s:?}")));
-        keys.extend(match sensor.classification {
-            Some("constant") => Some("classification = { source = \"constant\", value = 1.0 }".to_owned()),
-            Some(source) => Some(format!("classification = {{ source = \"{source}\" }}")),
-            None => None,
-        });
-        if !sensor.inputs.is_empty() {
-            keys.push(format!("inputs = [{}]", joined(sensor.inputs.iter().map(line), ", ")));
-        }
+        keys.extend(classification(sensor));
+        keys.extend(inputs(sensor));
         wrapped(text, &format!("{:<11}  ", sensor.kind), &keys)?;
     }
     Ok(())
+}
+
+/// The key `classification`, of a radar.
+pub(super) fn classification(sensor: &SensorHint) -> Option<String> {
+    Some(match sensor.classification? {
+        "constant" => "classification = { source = \"constant\", value = 1.0 }".to_owned(),
+        source => format!("classification = {{ source = \"{source}\" }}"),
+    })
+}
+
+/// The key `inputs`, where the capture tells any.
+pub(super) fn inputs(sensor: &SensorHint) -> Option<String> {
+    let lines = joined(sensor.inputs.iter().map(line), ", ");
+    (!lines.is_empty()).then(|| format!("inputs = [{lines}]"))
 }
 
 fn line(line: &LineHint) -> String {

@@ -14,3 +14,23 @@ pub(in crate::evaluate) fn probability_percent(scene: &Scene<'_>, group: &[usize
     let slots = group.iter().map(|&drone| scene.counted.slots(drone)).sum();
     ratio(updated as u64, slots).map(|share| 100.0 * share)
 }
+
+/// The same of the slots in which the transponder of an equipped drone interpolates (`covered`), or of its other slots.
+/// `None` without a capture, and where there is no such slot.
+pub(in crate::evaluate) fn probability_percent_where(
+    scene: &Scene<'_>,
+    group: &[usize],
+    covered: bool,
+) -> Option<f64> {
+    let inputs = scene.inputs?;
+    let (mut updated, mut slots) = (0, 0);
+    for &drone in group.iter().filter(|&&drone| inputs.equipped[drone]) {
+        // All of them count: a point elsewhere is no point.
+        let spoken = inputs.covered[drone].len() as u64;
+        slots += if covered { spoken } else { scene.counted.slots(drone) - spoken };
+        let of_kind = scene.drones[drone].iter().map(|judged| judged.slot);
+        let of_kind = of_kind.filter(|&slot| inputs.is_covered(drone, slot) == Some(covered));
+        updated += of_kind.collect::<BTreeSet<_>>().len() as u64;
+    }
+    ratio(updated, slots).map(|share| 100.0 * share)
+}

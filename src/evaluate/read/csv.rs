@@ -33,12 +33,8 @@ pub(super) fn truth(name: &str, text: &str) -> Result<Tracks, FileError> {
     Ok(tracks.into_iter().collect())
 }
 
-/// Labels: `time,sensor,number,id,seduced`; an empty id is no drone, `seduced` may be empty or missing (no).
-///
-/// # Errors
-/// A column is missing, or a line cannot be read.
-pub fn labels(name: &str, octets: &[u8]) -> Result<Vec<Label>, FileError> {
-    let text = super::text(name, octets)?;
+/// `time,sensor,number,id,seduced`; an empty id is no drone, `seduced` may be empty or missing (no).
+pub(super) fn labels(name: &str, text: &str) -> Result<Vec<Label>, FileError> {
     let columns = Columns::of(name, text, &["time", "sensor", "number", "id"])?;
     columns.rows(text).map(|row| label(&row?)).collect()
 }

@@ -8,13 +8,14 @@ mod csv;
 mod error;
 mod gpx;
 mod json;
+mod kind;
 
 pub use self::asterix::Days;
 pub use self::cells::time;
-pub use self::csv::labels;
 pub use self::error::FileError;
+pub use self::kind::{Kind, kind};
 
-use super::{OutputPoint, Place};
+use super::{Label, OutputPoint, Place};
 use crate::time::Time;
 
 /// The samples of drones, by id: what [`super::Truth::new`] takes.
@@ -31,15 +32,13 @@ pub struct OutputFile {
     pub inputs: u64,
 }
 
-/// Octets at the beginning that tell text from binary data.
-const SAMPLE: usize = 512;
-
 /// A truth: CSV with `time,id,lat,lon,alt_msl`, or GPX. `name` appears in messages; `stem` is the id of a GPX track
 /// without a name.
 ///
 /// # Errors
 /// The file is neither, or a line of it cannot be read.
 pub fn truth(name: &str, stem: &str, octets: &[u8]) -> Result<Tracks, FileError> {
+    refuse_unless(Kind::Truth, name, octets)?;
     let text = text(name, octets)?;
     if text.trim_start().starts_with('<') { gpx::truth(name, stem, text) } else { csv::truth(name, text) }
 }
@@ -50,16 +49,33 @@ pub fn truth(name: &str, stem: &str, octets: &[u8]) -> Result<Tracks, FileError>
 /// # Errors
 /// The file is none of these, or a line or record of it cannot be read.
 pub fn output(name: &str, octets: Vec<u8>, days: Days) -> Result<OutputFile, FileError> {
-    let sample = &octets[..octets.len().min(SAMPLE)];
-    let is_text =
-        !sample.is_empty() && !sample.iter().any(|&octet| octet < b' ' && !b"\t\r\n".contains(&octet));
-    if !is_text {
+    refuse_unless(Kind::Output, name, &octets)?;
+    if !kind::is_text(&octets) {
         return asterix::output(name, octets, days);
     }
     let text = text(name, &octets)?;
     let points =
         if text.trim_start().starts_with('{') { json::output(name, text)? } else { csv::output(name, text)? };
     Ok(OutputFile { points, ..OutputFile::default() })
+}
+
+/// Labels: CSV with `time,sensor,number,id,seduced`; an empty id is no drone, `seduced` may be empty or missing (no).
+///
+/// # Errors
+/// A column is missing, or a line cannot be read.
+pub fn labels(name: &str, octets: &[u8]) -> Result<Vec<Label>, FileError> {
+    refuse_unless(Kind::Labels, name, octets)?;
+    csv::labels(name, text(name, octets)?)
+}
+
+/// Refuses a file that is evidently of another kind than it is taken for.
+fn refuse_unless(wanted: Kind, name: &str, octets: &[u8]) -> Result<(), FileError> {
+    match kind(octets) {
+        Some(found) if found != wanted => {
+            Err(FileError::whole(name, format!("this is {found}, not {wanted}; {}", found.place())))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// UTF-8 without the mark that some programs put in front of it; not empty.

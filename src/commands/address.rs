@@ -1,0 +1,38 @@
+//! An address to serve at, as a person writes it.
+
+use std::net::{Ipv4Addr, SocketAddr};
+
+/// `127.0.0.1:8080` or `[::1]:8080`; `8080` and `localhost:8080` are the port of 127.0.0.1.
+///
+/// # Errors
+/// It is none of these: what to write.
+pub fn listen_address(text: &str) -> Result<SocketAddr, String> {
+    let port = text.strip_prefix("localhost:").unwrap_or(text);
+    let local = || Some(SocketAddr::from((Ipv4Addr::LOCALHOST, port.parse().ok()?)));
+    text.parse().ok().or_else(local).ok_or_else(|| {
+        "write an address of this machine and a port, such as 127.0.0.1:8080, or only the port: 8080"
+            .to_owned()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_port_alone_is_one_of_this_machine_only() {
+        for (text, address) in [
+            ("8080", "127.0.0.1:8080"),
+            ("localhost:8080", "127.0.0.1:8080"),
+            ("127.0.0.1:0", "127.0.0.1:0"),
+            ("0.0.0.0:80", "0.0.0.0:80"),
+            ("[::1]:8080", "[::1]:8080"),
+        ] {
+            assert_eq!(listen_address(text).map(|address| address.to_string()).as_deref(), Ok(address));
+        }
+        // `:8080` is every address of the machine for some programs, and only this machine for others.
+        for text in ["", ":8080", "localhost", "127.0.0.1", "65536", "host:8080", "http://localhost:8080/"] {
+            assert!(listen_address(text).unwrap_err().contains("127.0.0.1:8080"), "{text}");
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! A site's configuration with what a capture tells, to be filled in by whoever knows the site.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::error::Error;
+use std::fmt::Write as _;
+use std::fs::OpenOptions;
+use std::io::{self, Write as _};
+use std::path::Path;
+
+use super::text::{classification, inputs};
+use crate::commands::Usage;
+use crate::config::FILL_IN;
+use crate::survey::SensorHint;
+
+/// Refuses a file that is there: what was filled in is not overwritten.
+pub(super) fn check(file: &Path) -> Result<(), Usage> {
+    if file.as_os_str() == "-" {
+        return Err(Usage("--config-out takes a file: standard output holds the report".to_owned()));
+    }
+    if file.exists() {
+        let file = file.display();
+        return Err(Usage(format!(
+            "--config-out {file}: the file exists and is not overwritten; name another one"
+        )));
+    }
+    Ok(())
+}
+
+/// Writes a configuration of these sensors, which were seen in these inputs; one that several captures show is one sensor.
+///
+/// # Errors
+/// There is no sensor, or the file cannot be written.
+pub(super) fn write(
+    file: &Path,
+    inputs: &[String],
+    sensors: Vec<SensorHint>,
+) -> Result<(), Box<dyn Error + Send + Sync>> {
+    let sensors = merged(sensors);
+    if sensors.is_empty() {
+        let file = file.display();
+        return Err(format!(
+            "--config-out {file}: not written: no radar (CAT048) and no transponder receiver (CAT129) is in the input"
+        )
+        .into());
+    }
+    let text = site(file, inputs, &sensors);
+    let written = OpenOptions::new().write(true).create_new(true).open(file);
+    written.and_then(|mut file| file.write_all(text.as_bytes())).map_err(|error| {
+        let file = file.display();
+        io::Error::new(error.kind(), format!("--config-out {file}: cannot be written: {error}")).into()
+    })
+}
+
+/// The sensors in order, radars first, each once; what the first capture says of one counts, and it has the inputs of all.
+fn merged(sensors: Vec<SensorHint>) -> Vec<SensorHint> {
+    let mut by_name: BTreeMap<(&str, u8, u8), SensorHint> = BTreeMap::new();
+    for sensor in sensors {
+        match by_name.get_mut(&(sensor.kind, sensor.sac, sensor.sic)) {
+            Some(known) => {
+                let inputs: BTreeSet<_> = known.inputs.iter().chain(&sensor.inputs).copied().collect();
+                known.inputs = inputs.into_iter().collect();
+            }
+            None => _ = by_name.insert((sensor.kind, sensor.sac, sensor.sic), sensor),
+        }
+    }
+    by_name.into_values().collect()
+}
+
+/// The text of the file. A value that no capture tells is [`FILL_IN`], which the configuration refuses by its line.
+fn site(file: &Path, seen_in: &[String], sensors: &[SensorHint]) -> String {
+    let name = file.file_stem().map_or_else(|| "site".to_owned(), |stem| stem.to_string_lossy().into_owned());
+    // A SIC of the same system area that no sensor has.
+    let sac = sensors[0].sac;
+    let sic = (1..=u8::MAX).find(|&sic| !sensors.iter().any(|sensor| (sensor.sac, sensor.sic) == (sac, sic)));
+    let mut text = format!(
+        "# Made by `utm-fusion info` of what is in {}.\n\
+         # Where a radar stands is not in its data: replace each \"{FILL_IN}\", then\n\
+         #   utm-fusion check {}\n\
+         # config/example.toml explains all keys.\n\n\
+         [site]\n\
+         name = {}\n\
+         sac = {sac}                  # SAC and SIC of what this service sends; change them to those that it has been given\n\
+         sic = {}\n",
+        seen_in.join(", ").escape_debug(),
+        file.display().to_string().escape_debug(),
+        toml::Value::from(name),
+        sic.unwrap_or(u8::MAX),
+    );
+    if !sensors.iter().any(|sensor| sensor.kind == "radar") {
+        text += &format!(
+            "\n# The input has no radar (CAT048), and a configuration needs one: it is the origin of the frame.\n\
+             [[sensors]]\nid = \"radar\"\nkind = \"radar\"\nsac = \"{FILL_IN}\"\nsic = \"{FILL_IN}\"\n"
+        );
+        text += &place();
+    }
+    for sensor in sensors {
+        _ = write!(
+            text,
+            "\n[[sensors]]\nid = \"{kind}-{sac}-{sic}\"\nkind = \"{kind}\"\nsac = {sac}\nsic = {sic}\n",
+            kind = sensor.kind,
+            sac = sensor.sac,
+            sic = sensor.sic,
+        );
+        if sensor.kind == "radar" {
+            text += &place();
+        }
+        if let Some(period_s) = sensor.period_s {
+            _ = writeln!(text, "period_s = {period_s:?}");
+        }
+        let keys = classification(sensor).into_iter().chain(inputs(sensor));
+        keys.for_each(|key| _ = writeln!(text, "{key}"));
+        text += match sensor.kind {
+            "radar" => {
+                "# Standard deviations, from the data sheet; usual ones are taken where they are not given:\n\
+                 # accuracy = { range_m = …, azimuth_deg = …, height_m = … }\n"
+            }
+            _ => {
+                "# Standard deviations, from the data sheet; usual ones are taken where they are not given:\n\
+                 # accuracy = { horizontal_m = …, vertical_m = … }\n"
+            }
+        };
+    }
+    text
+}
+
+/// Where a radar stands.
+fn place() -> String {
+    format!(
+        "latitude_deg = \"{FILL_IN}\"      # WGS-84, north positive\n\
+         longitude_deg = \"{FILL_IN}\"     # east positive\n\
+         height_amsl_m = \"{FILL_IN}\"     # of the antenna, above mean sea level\n"
+    )
+}

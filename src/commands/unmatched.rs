@@ -1,0 +1,55 @@
+//! A replay of which nothing is from a sensor of the configuration.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::replay::Args;
+use super::table::grouped;
+use crate::config::{Config, SensorKind};
+use crate::pipeline::Tally;
+
+/// Sources that are named; a network may have hundreds.
+const NAMED: usize = 8;
+
+/// What to say where there were records, and none of them was of a configured sensor: another site's configuration.
+pub(super) fn unmatched(tally: &Tally, config: &Config, args: &Args) -> Option<String> {
+    let unknown: u64 = tally.unknown_sources.values().sum();
+    let is_matched = !tally.accepted.is_empty()
+        || !tally.service.is_empty()
+        || tally.refused.keys().any(|(sensor, _)| sensor.is_some());
+    if unknown == 0 || is_matched {
+        return None;
+    }
+    let site = args.config.display();
+    // The busiest first.
+    let mut sources: Vec<_> = tally.unknown_sources.iter().collect();
+    sources.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
+    let mut seen: Vec<String> = sources
+        .iter()
+        .take(NAMED)
+        .map(|((category, source), _)| format!("CAT{category:03} {}/{}", source.sac, source.sic))
+        .collect();
+    if sources.len() > NAMED {
+        seen.push(format!("{} more", sources.len() - NAMED));
+    }
+    let mut configured: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+    for sensor in &config.sensors {
+        let category = match sensor.kind {
+            SensorKind::Radar(_) => "CAT048",
+            SensorKind::Transponder(_) => "CAT129",
+        };
+        configured.entry(category).or_default().push(format!("{}/{}", sensor.sac, sensor.sic));
+    }
+    let configured: Vec<String> =
+        configured.iter().map(|(category, codes)| format!("{category} {}", codes.join(", "))).collect();
+    let input = args.inputs.first().map_or(Path::new("-"), |input| input);
+    Some(format!(
+        "none of the {} records is from a sensor of {site}, so there is no output. By SAC/SIC the input has {}; \
+         {site} has {}. Correct sac and sic there, or have a configuration written for this input: \
+         utm-fusion info {} --config-out FILE",
+        grouped(unknown),
+        seen.join(", "),
+        configured.join(", "),
+        input.display()
+    ))
+}

@@ -1,0 +1,72 @@
+//! What a file is, by its beginning.
+
+use std::fmt;
+
+/// What `evaluate` reads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Where drones really were.
+    Truth,
+    /// Whose each plot and transponder is.
+    Labels,
+    /// What a tracker says.
+    Output,
+}
+
+impl Kind {
+    /// Where it belongs on the command line.
+    pub(super) fn place(self) -> &'static str {
+        match self {
+            Self::Truth => "--truth takes it",
+            Self::Labels => "--labels takes them",
+            Self::Output => "it stands without an option: utm-fusion evaluate OUTPUT --truth TRUTH",
+        }
+    }
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Truth => "a truth (where the drones really were)",
+            Self::Labels => "a file of labels (which drone each plot was)",
+            Self::Output => "a tracker's output",
+        })
+    }
+}
+
+/// Octets at the beginning that tell text from binary data.
+const SAMPLE: usize = 512;
+
+/// Whether a file is text, empty ones apart.
+pub(super) fn is_text(octets: &[u8]) -> bool {
+    let sample = &octets[..octets.len().min(SAMPLE)];
+    !sample.is_empty() && !sample.iter().any(|&octet| octet < b' ' && !b"\t\r\n".contains(&octet))
+}
+
+/// What a file with this beginning is; `None` where that is not evident. Binary data may be anything.
+pub fn kind(octets: &[u8]) -> Option<Kind> {
+    if !is_text(octets) {
+        return None;
+    }
+    let text = String::from_utf8_lossy(octets);
+    let text = text.trim_start_matches('\u{feff}').trim_start();
+    match text.chars().next()? {
+        '{' => return Some(Kind::Output),
+        '<' => return Some(Kind::Truth),
+        _ => {}
+    }
+    let columns: Vec<&str> =
+        text.lines().next()?.split(',').map(|name| name.trim().trim_matches('"')).collect();
+    let has = |names: &[&str]| names.iter().all(|name| columns.contains(name));
+    if has(&["time", "lat", "lon", "source", "track_number"])
+        || has(&["time", "lat", "lon", "kind", "number"])
+    {
+        Some(Kind::Output)
+    } else if has(&["time", "id", "lat", "lon", "alt_msl"]) {
+        Some(Kind::Truth)
+    } else if has(&["time", "sensor", "number", "id"]) {
+        Some(Kind::Labels)
+    } else {
+        None
+    }
+}

@@ -1,0 +1,112 @@
+//! `demo` as it shows in a terminal, and what it says at its end.
+
+use std::num::NonZero;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use serde_json::Value;
+
+use crate::common::{Scratch, utm_fusion};
+
+/// What the program writes into a terminal of this size; `script` of util-linux makes one.
+#[cfg(target_os = "linux")]
+fn in_terminal(rows: u16, columns: u16, arguments: &str) -> Vec<u8> {
+    let program = env!("CARGO_BIN_EXE_utm-fusion");
+    let command = format!("stty rows {rows} cols {columns}; exec '{program}' {arguments}");
+    let mut script = Command::new("script");
+    script.args(["-q", "-e", "-c", &command, "/dev/null"]).env("TERM", "xterm").env("SHELL", "/bin/sh");
+    let output = script.stdin(Stdio::null()).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stdout));
+    output.stdout
+}
+
+#[cfg(target_os = "linux")]
+fn cells(number: u16) -> NonZero<u16> {
+    NonZero::new(number).unwrap()
+}
+
+/// One table, in place, whatever the size; with no line broken by the terminal.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_demo_repaints_one_table_in_any_terminal() {
+    for (rows, columns) in [(24, 80), (8, 40), (50, 132)] {
+        let written = in_terminal(rows, columns, "demo --duration 1s");
+        // As high as the whole output, so that nothing is scrolled away, but the program has counted on less.
+        let text = String::from_utf8(written.clone()).unwrap();
+        let paintings = text.matches(" track  source").count();
+        assert!(paintings > 100, "{paintings} paintings");
+        let mut terminal = vt100::Parser::new(cells(rows), cells(columns), 200);
+        let mut wrapped = 0;
+        for part in written.split_inclusive(|&octet| octet == b'\n') {
+            terminal.process(part);
+            wrapped += (0..rows).filter(|&row| terminal.screen().row_wrapped(row)).count();
+        }
+        assert_eq!(wrapped, 0, "{rows} × {columns}");
+        let mut lines = Vec::new();
+        terminal.screen_mut().set_scrollback(usize::MAX);
+        // A page at a time, from the oldest line on.
+        let mut back = terminal.screen().scrollback();
+        loop {
+            terminal.screen_mut().set_scrollback(back);
+            let page: Vec<String> = terminal.screen().rows(0, columns).collect();
+            lines.extend(page.into_iter().take(if back == 0 { rows.into() } else { back.min(rows.into()) }));
+            if back == 0 {
+                break;
+            }
+            back -= back.min(rows.into());
+        }
+        let tables = lines.iter().filter(|line| line.starts_with(" track  source")).count();
+        assert_eq!(tables, 1, "{rows} × {columns}: {lines:#?}");
+        let first = lines.iter().position(|line| line.starts_with("crossing  2026-")).unwrap();
+        assert_eq!(first, 0, "nothing is left of earlier tables: {lines:#?}");
+    }
+}
+
+/// The last lines are the scores of `evaluate` for the same flight, each beside the input that there was.
+#[test]
+fn the_demo_ends_with_the_scores_of_evaluate() {
+    let scratch = Scratch::new();
+    let ran = |command: &mut Command| {
+        let output = command.output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let shown = ran(&mut utm_fusion("demo"));
+    assert!(!shown.contains('\x1b'), "no terminal, no control characters");
+
+    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenarios/crossing.toml");
+    let flight = scratch.path("flight");
+    let file = |name: &str| flight.join(name);
+    ran(utm_fusion("simulate").arg(scenario).arg("--out").arg(&flight));
+    let fused = file("fused.ndjson");
+    ran(utm_fusion("replay")
+        .arg(file("capture.pcap"))
+        .arg("--config")
+        .arg(file("site.toml"))
+        .arg("-o")
+        .arg(&fused));
+    let mut evaluate = utm_fusion("evaluate");
+    evaluate.arg(&fused).arg("--truth").arg(file("truth.csv")).arg("--labels").arg(file("labels.csv"));
+    evaluate.arg("--capture").arg(file("capture.pcap")).arg("--config").arg(file("site.toml")).arg("--json");
+    let scores: Value = serde_json::from_str(&ran(&mut evaluate)).unwrap();
+
+    for (row, group, error, share, alone) in [
+        ("while its transponder spoke", "all", "epos_covered", "pu_covered_percent", "transponder"),
+        ("while its transponder was silent", "all", "epos_gap", "pu_gap_percent", "radar"),
+        ("drones without a transponder", "unequipped", "epos", "pu_percent", "radar"),
+    ] {
+        let line =
+            shown.lines().find(|line| line.starts_with(row)).unwrap_or_else(|| panic!("{row}: {shown}"));
+        // Metres, percent: of the output, and of the input alone.
+        let words: Vec<&str> = line[row.len()..].split_whitespace().collect();
+        let numbers: Vec<f64> = words.iter().filter_map(|word| word.parse().ok()).collect();
+        assert_eq!((numbers.len(), words.last()), (4, Some(&alone)), "{line}");
+        for (stream, told) in [("fused", &numbers[..2]), (alone, &numbers[2..])] {
+            let score = &scores[stream][group];
+            let expected = [score[error]["mean_m"].as_f64().unwrap(), score[share].as_f64().unwrap()];
+            // Rounded to what is shown; the files round places to millimetres.
+            assert!((told[0] - expected[0]).abs() < 0.06, "{line}: {expected:?}");
+            assert!((told[1] - expected[1]).abs() <= 0.51, "{line}: {expected:?}");
+        }
+    }
+}
