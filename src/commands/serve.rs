@@ -9,6 +9,7 @@ use jiff::SignedDuration;
 use tokio::net::TcpListener;
 use tracing::{error, info, warn};
 
+use super::own_ports::OwnPorts;
 use super::replay::Args;
 use super::simulate::{send, start};
 use super::{CommandResult, Outcome, Usage};
@@ -66,7 +67,10 @@ pub fn demo(
     http: SocketAddr,
     duration: Option<SignedDuration>,
 ) -> CommandResult {
-    let first = simulate(&scenario, seed, Some(start(&scenario)))?;
+    let mut first = simulate(&scenario, seed, Some(start(&scenario)))?;
+    let ports =
+        OwnPorts::instead_of(&first.config).map_err(|error| format!("no UDP port is free: {error}"))?;
+    ports.lead(&mut first);
     let mut config = first.config.clone();
     config.http.listen = http;
     let config = Arc::new(config);
@@ -84,7 +88,10 @@ pub fn demo(
         tokio::spawn(observe(hub.clone(), Alerts::new(AlertAreas::default(), hub.started), None));
         let served = tokio::spawn(api::serve(listener, api.clone()));
         // It sleeps most of its time, and ends with the process.
-        std::thread::spawn(move || fly(&scenario, seed, first));
+        std::thread::spawn(move || fly(&scenario, seed, first, &ports));
+        for sink in &config.output.asterix {
+            info!("the fused picture goes to {}", sink.name());
+        }
         info!("http://{address}/ shows ten drones and birds, live; Ctrl-C ends it");
         let over = async {
             match duration.map(Duration::try_from) {
@@ -104,7 +111,7 @@ pub fn demo(
 }
 
 /// Sends flight after flight.
-fn fly(scenario: &Scenario, mut seed: u64, first: Simulation) {
+fn fly(scenario: &Scenario, mut seed: u64, first: Simulation, ports: &OwnPorts) {
     let mut next = Ok(first);
     loop {
         let sent = next.map_err(Into::into).and_then(|simulation| send(&simulation));
@@ -112,7 +119,10 @@ fn fly(scenario: &Scenario, mut seed: u64, first: Simulation) {
             return error!("the flight has ended: {error}");
         }
         seed += 1;
-        next = simulate(scenario, seed, Some(start(scenario)));
+        next = simulate(scenario, seed, Some(start(scenario))).map(|mut simulation| {
+            ports.lead(&mut simulation);
+            simulation
+        });
     }
 }
 

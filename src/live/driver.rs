@@ -2,6 +2,7 @@
 
 use jiff::SignedDuration;
 
+use super::contests::note_contests;
 use super::health::{Health, LineStatus, SensorStatus};
 use super::hub::Frame;
 use super::registration::Registrar;
@@ -166,6 +167,7 @@ impl Driver {
     /// The sensors at `now`, with the lines that belong to each.
     pub fn sensors(&mut self, now: Time, lines: impl Fn(usize) -> Vec<LineStatus>) -> Vec<SensorStatus> {
         let mut sensors = self.health.sensors(now, lines);
+        note_contests(&mut sensors, &self.pipeline.contests(now));
         let registrations = self.registrar.statuses(self.pipeline.engine(), now);
         for (sensor, registration) in sensors.iter_mut().zip(registrations) {
             sensor.registration = registration;

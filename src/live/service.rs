@@ -16,7 +16,7 @@ use super::clock::Clock;
 use super::driver::{Driver, Made};
 use super::health::{LineStatus, SensorState};
 use super::hub::{Frame, HubWriter, Status};
-use super::lines::{Listening, listen};
+use super::lines::{Listening, Readers, listen};
 use super::quiet::Quiet;
 use crate::config::Config;
 use crate::fusion::Given;
@@ -62,7 +62,7 @@ pub struct Outlets {
 pub struct Service {
     stop: Arc<AtomicBool>,
     engine: JoinHandle<Driver>,
-    lines: Vec<tokio::task::JoinHandle<()>>,
+    readers: Readers,
 }
 
 impl Service {
@@ -78,14 +78,14 @@ impl Service {
         runtime: &tokio::runtime::Handle,
     ) -> io::Result<Self> {
         let stop = Arc::new(AtomicBool::new(false));
-        let Listening { arrivals, lines: all, tasks: lines } = listen(&config, &clock, runtime);
+        let Listening { arrivals, lines, readers } = listen(&config, &clock, runtime);
         let engine = Engine {
             source: DataSource { sac: config.site.sac, sic: config.site.sic },
             encoder: Cat129Encoder::of(&config),
             config,
             driver,
             outlets,
-            lines: all,
+            lines,
             lateness_us: VecDeque::new(),
             failed_sends: 0,
             failed_told: 0,
@@ -103,7 +103,7 @@ impl Service {
         let engine = std::thread::Builder::new()
             .name("engine".to_owned())
             .spawn(move || engine.run(&arrivals, &stopped))?;
-        Ok(Self { stop, engine, lines })
+        Ok(Self { stop, engine, readers })
     }
 
     /// Whether the engine's thread has ended, which it does by itself only when it panics.
@@ -111,12 +111,14 @@ impl Service {
         self.engine.is_finished()
     }
 
-    /// Stops the inputs, lets the engine put out what it owes, and gives it back.
+    /// Stops the inputs, each when what has arrived on it by now is read, lets the engine handle that and put out what it
+    /// owes, and gives it back. Not on a thread of the runtime.
     ///
     /// # Errors
     /// The engine's thread panicked.
     pub fn stop(self) -> Result<Driver, String> {
-        self.lines.iter().for_each(tokio::task::JoinHandle::abort);
+        // The engine takes meanwhile what they hand on.
+        self.readers.join();
         self.stop.store(true, Ordering::Relaxed);
         self.engine.join().map_err(|_| "the engine's thread panicked; this is a bug".to_owned())
     }
@@ -203,6 +205,7 @@ impl Engine {
         let reception = Reception {
             received: Some(received),
             input: arrival.line,
+            from: Some(arrival.from.into()),
             kind: ReceptionKind::Datagram,
             origin: 0,
             payload: arrival.payload,

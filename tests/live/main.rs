@@ -15,5 +15,6 @@ mod recorder;
 mod registration;
 mod reload;
 mod replayed;
+mod senders;
 mod sockets;
 mod stage;
