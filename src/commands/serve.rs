@@ -33,8 +33,8 @@ pub fn replay(args: &Args, config: Arc<Config>, masks: Masks, speed: f64) -> Com
     let (inputs, date, again) = (args.inputs.clone(), args.date, args.again);
     let open: OpenCaptures = Arc::new(move || inputs.iter().map(|path| Capture::open(path)).collect());
     open()?; // a wrong path is told at once
-    let (decided, unused) = super::replay::kept(args)?.decisions.plan(&config);
-    unused.iter().for_each(|unused| warn!("{unused}"));
+    let plan = super::replay::kept(args)?.decisions.plan(&config);
+    plan.unused.iter().for_each(|unused| warn!("{unused}"));
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
     runtime.block_on(async {
         let listener = listen(&config)?;
@@ -42,7 +42,7 @@ pub fn replay(args: &Args, config: Arc<Config>, masks: Masks, speed: f64) -> Com
         let maker = PictureMaker::new(&config, Pipeline::new(&config, masks.clone()).normaliser());
         let (writer, hub) = Hub::new(config.clone(), Arc::new(maker), now());
         let areas = AlertAreas::load(&config.areas)?;
-        let (player, _) = Player::start(open, date, config, masks, writer, (speed, again), decided)?;
+        let (player, _) = Player::start(open, date, config, masks, writer, (speed, again), plan)?;
         let options = api::Options { player: Some(player), ..Default::default() };
         let api = ApiState::start(hub.clone(), options)?;
         // A recording has times of its own: its sensors are looked at from its start.
@@ -82,7 +82,14 @@ pub fn demo(
         let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), now());
         let api = ApiState::start(hub.clone(), api::Options::default())?;
         let sinks = Sinks::open(&config.output.asterix)?;
-        let outlets = Outlets { hub: writer, sinks, recorder: None, numbers: None, registration: None };
+        let outlets = Outlets {
+            hub: writer,
+            sinks,
+            recorder: None,
+            numbers: None,
+            registration: None,
+            decisions: None,
+        };
         let handle = tokio::runtime::Handle::current();
         let service = Service::start(config.clone(), driver, outlets, Clock::default(), &handle)?;
         tokio::spawn(observe(hub.clone(), Alerts::new(AlertAreas::default(), hub.started), None));

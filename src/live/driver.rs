@@ -8,7 +8,7 @@ use super::hub::Frame;
 use super::registration::Registrar;
 use crate::areas::Masks;
 use crate::config::Config;
-use crate::fusion::operational::{Decision, Undecided};
+use crate::fusion::operational::{Decision, Kept, Resumed, Undecided};
 use crate::fusion::{Given, Slot, SlotGrid};
 use crate::ingest::Reception;
 use crate::normalise::Report;
@@ -162,6 +162,16 @@ impl Driver {
     /// What was decided in a flight that is replayed, each with its slot.
     pub fn plan(&mut self, decisions: Vec<(Slot, Decision)>) {
         self.pipeline.plan(decisions);
+    }
+
+    /// Decisions of before a restart: each holds again where its radar track is heard again in time.
+    pub fn resume(&mut self, kept: Vec<Kept>) {
+        self.pipeline.resume(kept);
+    }
+
+    /// What has become of them, each once.
+    pub fn resumed(&mut self) -> Vec<Resumed> {
+        self.pipeline.resumed()
     }
 
     /// The sensors at `now`, with the lines that belong to each.

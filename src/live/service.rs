@@ -9,7 +9,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use asterix::DataSource;
-use tracing::warn;
+use tracing::{info, warn};
 
 use super::alerts::{Severity, Trouble};
 use super::clock::Clock;
@@ -20,13 +20,13 @@ use super::lines::{Listening, Readers, listen};
 use super::quiet::Quiet;
 use crate::config::Config;
 use crate::fusion::Given;
-use crate::fusion::operational::Held;
+use crate::fusion::operational::{Decision, Held, Resumed};
 use crate::ingest::udp::{self, Arrival, Line, LineCounters};
 use crate::ingest::{Reception, ReceptionKind};
 use crate::normalise::SensorIndex;
 use crate::publish::{Cat129Encoder, Recorded, RecorderQueue, Sinks, pack, status_block};
 use crate::registration::Estimate;
-use crate::state::{Registrations, decision_line, registration_text};
+use crate::state::{Registrations, decision_line, kept_lines, registration_text};
 use crate::time::{SECOND, Time};
 
 /// The engine looks up at least this often, for a stop and for its status.
@@ -56,6 +56,8 @@ pub struct Outlets {
     pub numbers: Option<mpsc::Sender<Given>>,
     /// Who keeps the registration across restarts.
     pub registration: Option<SyncSender<Arc<str>>>,
+    /// Who keeps what operators have decided across restarts.
+    pub decisions: Option<SyncSender<Arc<str>>>,
 }
 
 /// The running service.
@@ -98,6 +100,7 @@ impl Service {
             next_registration: Time::default(),
             held: Vec::new(),
             unrecorded: VecDeque::new(),
+            kept: "".into(),
         };
         let stopped = stop.clone();
         let engine = std::thread::Builder::new()
@@ -148,6 +151,8 @@ struct Engine {
     /// The decisions in force that the recorder has been told, and what waits for room in its queue.
     held: Vec<Held>,
     unrecorded: VecDeque<Recorded>,
+    /// The text of decisions that their keeper has been told.
+    kept: Arc<str>,
 }
 
 impl Engine {
@@ -189,6 +194,9 @@ impl Engine {
         let text = self.new_registration();
         if let Some((keeper, (_, text))) = self.outlets.registration.take().zip(text) {
             // This time there is time to wait.
+            let _ = keeper.send(text);
+        }
+        if let (Some(keeper), Some(text)) = (self.outlets.decisions.take(), self.newly_kept()) {
             let _ = keeper.send(text);
         }
         self.driver
@@ -247,8 +255,19 @@ impl Engine {
         self.tell_decisions();
     }
 
-    /// Hands on which decisions are in force, where that has changed.
+    /// Hands on which decisions are in force, where that has changed, and says which of before a restart are.
     fn tell_decisions(&mut self) {
+        for resumed in self.driver.resumed() {
+            match resumed {
+                Resumed::Holds(held) => {
+                    info!("{}: it holds again after the restart", self.describe(&held.decision));
+                }
+                Resumed::Ended(held) => warn!(
+                    "{}: it ended with the restart, since the radar did not see the track again in time",
+                    self.describe(&held.decision)
+                ),
+            }
+        }
         let held = self.driver.pipeline().engine().decisions();
         if held != self.held {
             let line = |held: &Held| decision_line(held.since, &held.decision, &self.config);
@@ -265,6 +284,28 @@ impl Engine {
             }
             self.unrecorded.pop_front();
         }
+    }
+
+    /// A decision, for people.
+    fn describe(&self, decision: &Decision) -> String {
+        let Decision { radar, transponder, verdict } = decision;
+        let sensor = self.config.sensors.get(usize::from(radar.sensor.0)).map_or("", |sensor| &sensor.id);
+        let serial = transponder.serial().escape_ascii();
+        format!("{sensor} track {} and transponder {serial}: {}", radar.number, verdict.name())
+    }
+
+    /// Hands on what a restart would have to know of decisions; where there is no room for it, the next time.
+    fn keep_decisions(&mut self) {
+        let Some((keeper, text)) = self.outlets.decisions.as_ref().zip(self.newly_kept()) else { return };
+        if keeper.try_send(text.clone()).is_ok() {
+            self.kept = text;
+        }
+    }
+
+    /// That, where it is not what was handed on.
+    fn newly_kept(&self) -> Option<Arc<str>> {
+        let text = kept_lines(&self.driver.pipeline().engine().kept(), &self.config);
+        (*text != *self.kept).then(|| text.into())
     }
 
     /// Hands on the transponder numbers that were given; what does not fit the recorder's queue waits for the next time.
@@ -351,6 +392,7 @@ impl Engine {
         };
         let sensors = self.driver.sensors(at, lines);
         self.tell_registration(at);
+        self.keep_decisions();
         let degraded = sensors.iter().any(|sensor| sensor.state != SensorState::Operational);
         if self.config.output.status {
             self.failed_sends += self.outlets.sinks.send(&status_block(self.source, at, degraded));

@@ -11,7 +11,7 @@ use asterix::{Block, Record, blocks, cat034, cat048, cat129, profile};
 
 use crate::areas::Masks;
 use crate::config::Config;
-use crate::fusion::operational::{Decision, Undecided};
+use crate::fusion::operational::{Decision, Kept, Resumed, Undecided};
 use crate::fusion::{self, Due, Emission, Engine, Given, Slot};
 use crate::ingest::{Reception, ReceptionKind};
 use crate::normalise::{Normaliser, Refusal, Refused, Report, SensorIndex};
@@ -195,6 +195,16 @@ impl Pipeline {
     /// What was decided in a flight that is replayed, each with its slot ([`Engine::plan`]).
     pub fn plan(&mut self, decisions: Vec<(Slot, Decision)>) {
         self.engine.plan(decisions);
+    }
+
+    /// Decisions of before a restart ([`Engine::resume`]).
+    pub fn resume(&mut self, kept: Vec<Kept>) {
+        self.engine.resume(kept);
+    }
+
+    /// What has become of them, each once.
+    pub fn resumed(&mut self) -> Vec<Resumed> {
+        self.engine.resumed()
     }
 
     /// The end of the input: hands out every slot up to the last that holds a report.

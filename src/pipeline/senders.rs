@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::net::{IpAddr, SocketAddr};
 
-use asterix::DataSource;
+use asterix::{DataSource, Record, cat034, cat048};
 
 use crate::config::{Config, SensorKind};
 use crate::normalise::{Identity, SensorIndex};
@@ -20,8 +20,9 @@ use crate::time::{SECOND, Time};
 /// A sender that is silent for this long, and for [`SILENT_PERIODS`] of the sensor's periods, speaks no longer.
 const SILENT_NS: i64 = 3 * SECOND;
 const SILENT_PERIODS: f64 = 3.0;
-/// Two senders are contested when both have spoken for this long since the second one was first refused, nanoseconds: lines
-/// whose first datagrams were lost are known to be redundant by then.
+/// Two senders of a radar contradict each other when both have spoken for this long since the second one was first refused,
+/// nanoseconds: lines whose first datagrams were lost are known to be redundant by then. Two of a transponder do when both have
+/// spoken again: it reports every 2 s or so.
 const CONTESTED_NS: i64 = SECOND;
 /// A contest is over when the refused sender has been silent for this long, and for [`SILENT_PERIODS`], nanoseconds.
 const OVER_NS: i64 = 5 * SECOND;
@@ -248,6 +249,12 @@ impl Senders {
                 (heard.owner, heard.last) = (from, now);
                 heard.rivals.retain(|rival| rival.address != from);
             }
+            if subject.identity.is_none() {
+                // A radar with nothing in sight still speaks of itself.
+                for category in [cat034::Record::CATEGORY, cat048::Record::CATEGORY] {
+                    self.still_speaks(Subject { category, ..subject }, from, now);
+                }
+            }
             return Judged::Counts;
         }
         if are_redundant(&self.ports, &self.same, heard.owner, from, now) {
@@ -269,7 +276,7 @@ impl Senders {
     pub(super) fn contests(&self, now: Time) -> Vec<Contest> {
         let of = |(subject, heard): (&Subject, &Heard)| {
             let rule = &self.rules[usize::from(subject.sensor.0)];
-            let lasts = |rival: &&Rival| heard.is_contested(rival) && rule.lasts(rival, now);
+            let lasts = |rival: &&Rival| heard.is_contested(subject, rival) && rule.lasts(rival, now);
             let contest = |rival: &Rival| rule.contest(*subject, heard.owner, rival.address);
             heard.rivals.iter().filter(lasts).map(contest).collect::<Vec<_>>()
         };
@@ -293,7 +300,7 @@ impl Senders {
         };
         let mut rival = heard.rivals.remove(index);
         rival.last = now;
-        let is_new = heard.is_contested(&rival) && !rival.told;
+        let is_new = heard.is_contested(&subject, &rival) && !rival.told;
         rival.told |= is_new;
         let owner = heard.owner;
         heard.rivals.push(rival);
@@ -333,8 +340,9 @@ impl Senders {
 
 impl Heard {
     /// Whether both have spoken for some time since the rival was first refused.
-    fn is_contested(&self, rival: &Rival) -> bool {
-        self.last.min(rival.last).nanos() - rival.first.nanos() >= CONTESTED_NS
+    fn is_contested(&self, subject: &Subject, rival: &Rival) -> bool {
+        let least_ns = if subject.identity.is_some() { 1 } else { CONTESTED_NS };
+        self.last.min(rival.last).nanos() - rival.first.nanos() >= least_ns
     }
 }
 

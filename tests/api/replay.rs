@@ -42,8 +42,16 @@ impl Show {
         let (writer, hub) = Hub::new(config.clone(), Arc::new(maker), now());
         let open: OpenCaptures = Arc::new(move || Ok(vec![Capture::open(&folder.join("capture.pcap"))?]));
         let date = jiff::civil::Date::default();
-        let (player, _) =
-            Player::start(open, date, config, Masks::default(), writer, (speed, false), Vec::new()).unwrap();
+        let (player, _) = Player::start(
+            open,
+            date,
+            config,
+            Masks::default(),
+            writer,
+            (speed, false),
+            DecisionPlan::default(),
+        )
+        .unwrap();
         let state = ApiState::start(hub, Options { player: Some(player), ..Options::default() }).unwrap();
         Self { app: router(state.clone()), state }
     }

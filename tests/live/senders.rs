@@ -16,9 +16,11 @@ use utm_fusion::time::Time;
 use crate::common::{Running, Scratch, beside, flight, only, read, replayed, utm_fusion};
 use crate::stage::Stage;
 
-/// Every drone has a transponder: those of another flight have the same serial numbers.
-const SCENARIO: &str =
-    "name = \"live\"\nduration_s = 24\n[drones]\nmultirotors = 2\nequipped = 2\n[birds]\ncount = 3\n";
+/// Every drone has a transponder that is never silent for long: those of another flight have the same serial numbers, and
+/// never get a turn.
+const SCENARIO: &str = "name = \"live\"\nduration_s = 24\n[drones]\nmultirotors = 2\nequipped = 2\n[birds]\ncount = 3\n\
+                        [transponder]\nperiod_s = [1.5, 2.0]\ndropped = 0.0\ngap_every_s = 0.0\n\
+                        starts_after_s = [0.0, 1.0]\nends_before_s = [0.0, 0.0]\n";
 
 /// When the second sender begins, seconds of the flight.
 const SECOND_S: f64 = 5.0;

@@ -172,6 +172,17 @@ fn a_sender_whose_reports_are_not_used_still_speaks() {
     }
 }
 
+#[test]
+fn a_radar_with_nothing_in_sight_still_speaks_of_itself() {
+    let mut senders = senders(None);
+    let services = Subject { category: 34, ..PLOTS };
+    assert!(senders.counts(PLOTS, A, 0.0));
+    for second in 1..20 {
+        assert!(senders.counts(services, A, f64::from(second)));
+        assert!(!senders.counts(PLOTS, B, f64::from(second) + 0.5));
+    }
+}
+
 proptest! {
     /// Whatever the order: a sender counts only where it is the one that counted last, or that one has been silent.
     #[test]
