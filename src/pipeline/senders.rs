@@ -244,10 +244,10 @@ impl Senders {
         };
         let rule = &self.rules[usize::from(subject.sensor.0)];
         let speaks = is_within(now, heard.last, rule.silence_ns());
-        if !speaks || self.is_one(rule, heard.owner, from) {
+        if !speaks || are_one(&self.ports, rule, heard.owner, from) {
             if let Some(heard) = self.heard.get_mut(&subject) {
                 (heard.owner, heard.last) = (from, now);
-                heard.rivals.retain(|rival| rival.address != from);
+                heard.rivals.retain(|rival| !are_one(&self.ports, rule, rival.address, from));
             }
             if subject.identity.is_none() {
                 // A radar with nothing in sight still speaks of itself.
@@ -265,9 +265,9 @@ impl Senders {
 
     /// A record of the subject was not taken for another reason; its sender speaks all the same.
     pub(super) fn still_speaks(&mut self, subject: Subject, from: SocketAddr, now: Time) {
-        let rule = &self.rules[usize::from(subject.sensor.0)];
-        let speaks = self.heard.get(&subject).is_some_and(|heard| self.is_one(rule, heard.owner, from));
-        if let Some(heard) = self.heard.get_mut(&subject).filter(|_| speaks) {
+        let Self { heard, ports, rules, .. } = self;
+        let rule = &rules[usize::from(subject.sensor.0)];
+        if let Some(heard) = heard.get_mut(&subject).filter(|heard| are_one(ports, rule, heard.owner, from)) {
             heard.last = now;
         }
     }
@@ -284,22 +284,20 @@ impl Senders {
     }
 
     fn refuse(&mut self, subject: Subject, from: SocketAddr, now: Time) -> Judged {
-        let Self { heard: all, rules, .. } = self;
+        let Self { heard: all, rules, ports, .. } = self;
         let rule = &rules[usize::from(subject.sensor.0)];
         let Some(heard) = all.get_mut(&subject) else { return Judged::Refused(None) };
         heard.rivals.retain(|rival| rule.lasts(rival, now));
-        let index = match heard.rivals.iter().position(|rival| rival.address == from) {
-            Some(index) => index,
-            None => {
-                if heard.rivals.len() == RIVALS {
-                    heard.rivals.remove(0);
-                }
-                heard.rivals.push(Rival { address: from, first: now, last: now, told: false });
-                heard.rivals.len() - 1
-            }
+        // One that takes a new port for each datagram is one rival.
+        let known = heard.rivals.iter().position(|rival| are_one(ports, rule, rival.address, from));
+        let mut rival = match known {
+            Some(index) => heard.rivals.remove(index),
+            None => Rival { address: from, first: now, last: now, told: false },
         };
-        let mut rival = heard.rivals.remove(index);
-        rival.last = now;
+        if heard.rivals.len() == RIVALS {
+            heard.rivals.remove(0);
+        }
+        (rival.address, rival.last) = (from, now);
         let is_new = heard.is_contested(&subject, &rival) && !rival.told;
         rival.told |= is_new;
         let owner = heard.owner;
@@ -314,13 +312,6 @@ impl Senders {
         };
         let is_told = is_new && !all.iter().any(is_known);
         Judged::Refused(is_told.then(|| rule.contest(subject, owner, from)))
-    }
-
-    /// Whether two addresses are one sender.
-    fn is_one(&self, rule: &Rule, owner: SocketAddr, from: SocketAddr) -> bool {
-        owner == from
-            || (owner.ip() == from.ip()
-                && (rule.vouched.contains(&from.ip()) || !self.ports.is_steady(owner)))
     }
 
     /// Forgets what is over, once a second.
@@ -359,6 +350,12 @@ impl Rule {
         let Subject { sensor, category, identity } = subject;
         Contest { sensor, source: self.source, category, counts, refused, identity }
     }
+}
+
+/// Whether two addresses are one sender; `known` was heard earlier.
+fn are_one(ports: &Ports, rule: &Rule, known: SocketAddr, from: SocketAddr) -> bool {
+    let is_of_its_host = || rule.vouched.contains(&from.ip()) || !ports.is_steady(known);
+    known == from || (known.ip() == from.ip() && is_of_its_host())
 }
 
 /// Whether two addresses are lines of one sensor.

@@ -16,6 +16,7 @@ use utm_fusion::ingest::Capture;
 use utm_fusion::live::{Hub, OpenCaptures, Player, now};
 use utm_fusion::picture::PictureMaker;
 use utm_fusion::pipeline::Pipeline;
+use utm_fusion::state::DecisionPlan;
 
 use crate::common::Reader;
 

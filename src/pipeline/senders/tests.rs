@@ -124,6 +124,9 @@ fn a_port_for_each_datagram_is_one_sender() {
         assert!(senders.counts(PLOTS, &format!("10.0.0.1:{}", 10_000 + step), second));
         assert!(!senders.counts(PLOTS, &format!("10.0.0.2:{}", 10_000 + step), second), "another host");
     }
+    let contests = senders.contests(at(200.0));
+    assert_eq!(contests.len(), 1, "{contests:?}");
+    assert_eq!(contests[0].refused, from("10.0.0.2:11999"), "by its latest port");
     assert!(senders.ports.0.len() <= ADDRESSES && senders.heard[&PLOTS].rivals.len() <= RIVALS);
 }
 
