@@ -167,6 +167,7 @@ fn receptions(slot: i64, frame: &Frame) -> Vec<Reception> {
     let reception = |payload| Reception {
         received: Some(Traffic::received(slot)),
         input: 0,
+        from: None,
         kind: ReceptionKind::Datagram,
         origin: 0,
         payload,

@@ -281,9 +281,19 @@ fn sensor() -> Value {
             "lines": { "type": "array", "items": { "type": "object" } },
             "last_seen": time("of its last record of any kind"),
             "clock_offset_s": number("from the times it says to their reception: the least of the last ones"),
+            "contested": { "type": "array", "items": contested() },
             "registration": { "$ref": "#/components/schemas/Registration" },
         }),
     )
+}
+
+fn contested() -> Value {
+    let members = json!({
+        "counts": text("address and port of the sender that was heard first and counts"),
+        "refused": text("address and port of the sender that is refused while the other one speaks"),
+        "transponders": { "type": "array", "items": text("serial number of a transponder that both report") },
+    });
+    object("two senders that say different things under its SAC/SIC", members, json!({}))
 }
 
 fn registration() -> Value {

@@ -9,7 +9,7 @@ use super::keeper::alert_json;
 use crate::areas::Areas;
 use crate::config::{Area, AreaKind, Sensor, SensorKind};
 use crate::json::rounded;
-use crate::live::{Alert, AlertKind, LineStatus, RegistrationStatus, SensorStatus, values};
+use crate::live::{Alert, AlertKind, Contested, LineStatus, RegistrationStatus, SensorStatus, values};
 use crate::registration::Estimate;
 
 /// Corners of a circle.
@@ -100,10 +100,21 @@ pub(super) fn sensor_properties(sensor: &Sensor, status: &SensorStatus) -> Value
     if let Some(offset_s) = status.clock_offset_s {
         properties["clock_offset_s"] = json!(rounded(offset_s, 3));
     }
+    if !status.contested.is_empty() {
+        properties["contested"] = status.contested.iter().map(contested_json).collect();
+    }
     if let Some(registration) = &status.registration {
         properties["registration"] = registration_json(registration);
     }
     properties
+}
+
+/// A sender that is refused because another one speaks for the sensor.
+fn contested_json(contested: &Contested) -> Value {
+    let Contested { counts, refused, transponders } = contested;
+    let serials: Vec<String> =
+        transponders.iter().map(|identity| identity.serial().escape_ascii().to_string()).collect();
+    json!({ "counts": counts.to_string(), "refused": refused.to_string(), "transponders": serials })
 }
 
 /// How a radar is registered.

@@ -68,10 +68,7 @@ fn network(config: &Config, out: &mut impl Write) -> CommandResult {
         }
     }
     for sink in &config.output.asterix {
-        let to = match sink.address {
-            Address::Multicast { group, interface } => format!("{group}:{} from {interface}", sink.port),
-            Address::Unicast(address) => format!("{address}:{}", sink.port),
-        };
+        let to = sink.name();
         match Sinks::open(std::slice::from_ref(sink)) {
             Ok(_) => writeln!(out, "output  {to}: ok")?,
             Err(error) => {

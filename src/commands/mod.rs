@@ -11,6 +11,7 @@ pub mod evaluate;
 pub mod info;
 pub mod moment;
 mod notify;
+mod own_ports;
 pub mod pace;
 pub mod progress;
 pub mod record;

@@ -12,6 +12,7 @@ use tracing::info;
 
 use super::moment::duration;
 use super::{CommandResult, Outcome, load_live};
+use crate::ingest::udp::Arrival;
 use crate::live::{Clock, Listening, listen, now};
 use crate::publish::Recorded;
 use crate::publish::{Recorder, RecorderCounts, RecorderQueue, record_into};
@@ -39,6 +40,9 @@ const STATISTICS: SignedDuration = SignedDuration::from_secs(10);
 /// How often it is looked whether to stop.
 const LOOK_UP: Duration = Duration::from_millis(200);
 
+/// Lines that are stopped hand on what has arrived within this time.
+const DRAINED: Duration = Duration::from_secs(2);
+
 /// Runs the command.
 pub fn run(args: &Args) -> CommandResult {
     let config = load_live(&args.config)?;
@@ -60,7 +64,6 @@ pub fn run(args: &Args) -> CommandResult {
     info!("recording into {}; Ctrl-C ends it", args.dir.display());
     hand_on(&listening, queue, &stop, args.duration);
 
-    listening.tasks.iter().for_each(tokio::task::JoinHandle::abort);
     // The queue is gone: the recorder writes what waits, and ends.
     let recorder = recorder.join();
     let unrecorded = recorder.unwritten + recorder.lost;
@@ -88,14 +91,7 @@ fn hand_on(
     let is_over = |at: Time| duration.is_some_and(|duration| at - began >= duration);
     while !stop.load(Ordering::Relaxed) && !is_over(now()) {
         match listening.arrivals.recv_timeout(LOOK_UP) {
-            Ok(arrival) => {
-                queue.offer(Recorded::Input {
-                    received: arrival.received,
-                    line: arrival.line,
-                    from: arrival.from,
-                    payload: arrival.payload,
-                });
-            }
+            Ok(arrival) => queue.offer(recorded(arrival)),
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => break,
         }
@@ -105,6 +101,16 @@ fn hand_on(
             tell(listening, queue.counts());
         }
     }
+    // What has arrived by now; the channel is closed behind it.
+    listening.readers.stop();
+    while let Ok(arrival) = listening.arrivals.recv_timeout(DRAINED) {
+        queue.offer(recorded(arrival));
+    }
+}
+
+fn recorded(arrival: Arrival) -> Recorded {
+    let Arrival { received, line, from, payload } = arrival;
+    Recorded::Input { received, line, from, payload }
 }
 
 /// `239.192.48.1:8048 on 127.0.0.1: 1,234 received; …; 2,345 recorded, 0 lost`

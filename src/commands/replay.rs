@@ -107,8 +107,8 @@ pub fn run(args: &Args) -> CommandResult {
     let mut stage = Stage::open(args, &config, maker)?;
     let to_stdout = args.output.as_deref() == Some(Path::new("-"));
     let Kept { numbers, registrations, decisions } = kept(args)?;
-    let (plan, unused) = decisions.plan(&config);
-    unused.iter().for_each(|unused| warn!("{unused}"));
+    let plan = decisions.plan(&config);
+    plan.unused.iter().for_each(|unused| warn!("{unused}"));
 
     #[expect(clippy::disallowed_methods, reason = "how long it took")]
     let started = Instant::now();
@@ -119,7 +119,8 @@ pub fn run(args: &Args) -> CommandResult {
             warn!("{refused} numbers of --state contradict others and are given anew");
         }
         registrations.restore(&config, None, &mut pipeline).iter().for_each(|unused| warn!("{unused}"));
-        pipeline.plan(plan.clone());
+        pipeline.plan(plan.decided.clone());
+        pipeline.resume(plan.kept.clone());
         let mut replay = Replay { pipeline, stage, warnings: 0, bar: None };
         let outcome = replay.run(captures, args.date)?;
         Ok::<_, Box<dyn Error + Send + Sync>>((outcome, replay.pipeline))

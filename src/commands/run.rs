@@ -18,7 +18,9 @@ use crate::current::Current;
 use crate::ingest::udp;
 use crate::live::{Alerts, Clock, Driver, Hub, Outlets, Service, now, observe};
 use crate::publish::{Recorded, Recorder};
-use crate::state::{Keeper, RegistrationKeeper, Registrations, registration_text};
+use crate::state::{
+    DecisionsKeeper, Keeper, RegistrationKeeper, Registrations, kept_lines, registration_text,
+};
 use crate::store::{Historian, Store};
 
 /// Runs the live service: listens to the sensors, sends the fused picture, serves it over HTTP.
@@ -78,13 +80,25 @@ async fn serve(args: &Args, config: Arc<Config>, areas: Areas) -> CommandResult 
     if !registrations.is_empty() {
         info!("the registration of {} radars goes on", registrations.len());
     }
+    let plan = DecisionsKeeper::load(&config.state.dir, started).plan(&config);
+    plan.unused.iter().for_each(|unused| warn!("{unused}"));
+    if !plan.kept.is_empty() {
+        info!(
+            "{} decisions of before hold again where their radar tracks are heard in time",
+            plan.kept.len()
+        );
+    }
+    let decided = kept_lines(&plan.kept, &config);
+    driver.resume(plan.kept);
     let (kept, keeper) = Keeper::start(config.state.dir.clone(), numbers.clone())?;
     let (registration, registration_keeper) = RegistrationKeeper::start(config.state.dir.clone())?;
+    let (decisions, decisions_keeper) = DecisionsKeeper::start(config.state.dir.clone())?;
     let record = config.output.record.as_ref();
     let record = record.map(|record| Recorder::start(&config, record, numbers, true)).transpose()?;
     let (recorded, recorder) = record.unzip();
     if let Some(recorded) = &recorded {
         recorded.wait(Recorded::Registered { text: registration_text(&registrations).into() });
+        recorded.wait(Recorded::Held { text: decided.into() });
     }
     let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), started);
     let history = history(&config);
@@ -100,8 +114,14 @@ async fn serve(args: &Args, config: Arc<Config>, areas: Areas) -> CommandResult 
         alerts: alert_areas.clone(),
         history: history.clone(),
     };
-    let registration = Some(registration);
-    let outlets = Outlets { hub: writer, sinks, recorder: recorded, numbers: Some(kept), registration };
+    let outlets = Outlets {
+        hub: writer,
+        sinks,
+        recorder: recorded,
+        numbers: Some(kept),
+        registration: Some(registration),
+        decisions: Some(decisions),
+    };
     let handle = tokio::runtime::Handle::current();
     let service = Service::start(config.clone(), driver, outlets, Clock::default(), &handle)?;
     let alerts = Alerts::new(alert_areas, started);
@@ -120,6 +140,7 @@ async fn serve(args: &Args, config: Arc<Config>, areas: Areas) -> CommandResult 
         // The engine is gone, and with it what fed these.
         keeper.join();
         registration_keeper.join();
+        decisions_keeper.join();
         recorder.map(Recorder::join);
         driver
     });

@@ -9,6 +9,7 @@ use jiff::SignedDuration;
 use tokio::net::TcpListener;
 use tracing::{error, info, warn};
 
+use super::own_ports::OwnPorts;
 use super::replay::Args;
 use super::simulate::{send, start};
 use super::{CommandResult, Outcome, Usage};
@@ -32,8 +33,8 @@ pub fn replay(args: &Args, config: Arc<Config>, masks: Masks, speed: f64) -> Com
     let (inputs, date, again) = (args.inputs.clone(), args.date, args.again);
     let open: OpenCaptures = Arc::new(move || inputs.iter().map(|path| Capture::open(path)).collect());
     open()?; // a wrong path is told at once
-    let (decided, unused) = super::replay::kept(args)?.decisions.plan(&config);
-    unused.iter().for_each(|unused| warn!("{unused}"));
+    let plan = super::replay::kept(args)?.decisions.plan(&config);
+    plan.unused.iter().for_each(|unused| warn!("{unused}"));
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
     runtime.block_on(async {
         let listener = listen(&config)?;
@@ -41,7 +42,7 @@ pub fn replay(args: &Args, config: Arc<Config>, masks: Masks, speed: f64) -> Com
         let maker = PictureMaker::new(&config, Pipeline::new(&config, masks.clone()).normaliser());
         let (writer, hub) = Hub::new(config.clone(), Arc::new(maker), now());
         let areas = AlertAreas::load(&config.areas)?;
-        let (player, _) = Player::start(open, date, config, masks, writer, (speed, again), decided)?;
+        let (player, _) = Player::start(open, date, config, masks, writer, (speed, again), plan)?;
         let options = api::Options { player: Some(player), ..Default::default() };
         let api = ApiState::start(hub.clone(), options)?;
         // A recording has times of its own: its sensors are looked at from its start.
@@ -66,7 +67,10 @@ pub fn demo(
     http: SocketAddr,
     duration: Option<SignedDuration>,
 ) -> CommandResult {
-    let first = simulate(&scenario, seed, Some(start(&scenario)))?;
+    let mut first = simulate(&scenario, seed, Some(start(&scenario)))?;
+    let ports =
+        OwnPorts::instead_of(&first.config).map_err(|error| format!("no UDP port is free: {error}"))?;
+    ports.lead(&mut first);
     let mut config = first.config.clone();
     config.http.listen = http;
     let config = Arc::new(config);
@@ -78,13 +82,23 @@ pub fn demo(
         let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), now());
         let api = ApiState::start(hub.clone(), api::Options::default())?;
         let sinks = Sinks::open(&config.output.asterix)?;
-        let outlets = Outlets { hub: writer, sinks, recorder: None, numbers: None, registration: None };
+        let outlets = Outlets {
+            hub: writer,
+            sinks,
+            recorder: None,
+            numbers: None,
+            registration: None,
+            decisions: None,
+        };
         let handle = tokio::runtime::Handle::current();
         let service = Service::start(config.clone(), driver, outlets, Clock::default(), &handle)?;
         tokio::spawn(observe(hub.clone(), Alerts::new(AlertAreas::default(), hub.started), None));
         let served = tokio::spawn(api::serve(listener, api.clone()));
         // It sleeps most of its time, and ends with the process.
-        std::thread::spawn(move || fly(&scenario, seed, first));
+        std::thread::spawn(move || fly(&scenario, seed, first, &ports));
+        for sink in &config.output.asterix {
+            info!("the fused picture goes to {}", sink.name());
+        }
         info!("http://{address}/ shows ten drones and birds, live; Ctrl-C ends it");
         let over = async {
             match duration.map(Duration::try_from) {
@@ -104,7 +118,7 @@ pub fn demo(
 }
 
 /// Sends flight after flight.
-fn fly(scenario: &Scenario, mut seed: u64, first: Simulation) {
+fn fly(scenario: &Scenario, mut seed: u64, first: Simulation, ports: &OwnPorts) {
     let mut next = Ok(first);
     loop {
         let sent = next.map_err(Into::into).and_then(|simulation| send(&simulation));
@@ -112,7 +126,10 @@ fn fly(scenario: &Scenario, mut seed: u64, first: Simulation) {
             return error!("the flight has ended: {error}");
         }
         seed += 1;
-        next = simulate(scenario, seed, Some(start(scenario)));
+        next = simulate(scenario, seed, Some(start(scenario))).map(|mut simulation| {
+            ports.lead(&mut simulation);
+            simulation
+        });
     }
 }
 

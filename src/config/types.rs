@@ -166,6 +166,16 @@ pub struct Sink {
     pub ttl: u8,
 }
 
+impl Sink {
+    /// `239.192.129.2:8130 from 127.0.0.1`, for people.
+    pub fn name(&self) -> String {
+        match self.address {
+            Address::Multicast { group, interface } => format!("{group}:{} from {interface}", self.port),
+            Address::Unicast(address) => format!("{address}:{}", self.port),
+        }
+    }
+}
+
 /// A multicast group or a single address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Address {

@@ -3,7 +3,7 @@
 //! Sans-IO: no clock, no socket, no randomness. [`Engine::advance`] first, drained; then [`Engine::handle`].
 
 use super::numbering::{Given, Numbers};
-use super::operational::{self, Decision, Held, Operational, Registered, Undecided};
+use super::operational::{self, Decision, Held, Kept, Operational, Registered, Resumed, Undecided};
 use super::point::Emission;
 use super::reference::Reference;
 use super::settings::Settings;
@@ -33,6 +33,9 @@ struct Plan {
     first: Option<Slot>,
     /// Decisions on what never was there.
     missed: u64,
+    /// Decisions of before a restart of which it is not known yet whether they hold, and what has become of the others.
+    kept: Vec<Kept>,
+    resumed: Vec<Resumed>,
 }
 
 /// What is put out for a slot is the profile's to say.
@@ -213,6 +216,26 @@ impl Engine {
         self.plan.decisions = decisions;
     }
 
+    /// Decisions of before a restart: each holds again as soon as its radar track is heard again, where that is within the
+    /// break of the radar's track numbers. Before the first reception.
+    pub fn resume(&mut self, kept: Vec<Kept>) {
+        self.plan.kept = kept;
+        if !self.knows_decisions() {
+            self.plan.end_kept();
+        }
+    }
+
+    /// What has become of the decisions of before a restart, each once.
+    pub fn resumed(&mut self) -> Vec<Resumed> {
+        std::mem::take(&mut self.plan.resumed)
+    }
+
+    /// The decisions that a restart would have to know: those in force, and those of the last restart that may still hold.
+    pub fn kept(&self) -> Vec<Kept> {
+        let in_force = self.operational().map_or_else(Vec::new, Operational::kept);
+        in_force.into_iter().chain(self.plan.kept.iter().copied()).collect()
+    }
+
     /// Decisions of the plan that were about what was not there.
     pub fn missed(&self) -> u64 {
         self.plan.missed
@@ -257,6 +280,7 @@ impl Engine {
         // Decisions ended with what they were about.
         let next = self.next_slot();
         self.plan.decisions.retain(|planned| Some(planned.0) >= next);
+        self.plan.end_kept();
     }
 
     fn window(&self, emitted: Slot) -> Window {
@@ -279,6 +303,7 @@ impl Engine {
         let Self { settings, rules, numbers, plan, .. } = self;
         if let Rules::Operational(operational, profile) = rules {
             plan.carry_out(slot, settings.window_slots, operational, profile);
+            plan.resume(settings.grid.centre(slot), operational, profile);
         }
         let points = match rules {
             Rules::Reference(reference) => reference.emit(&window, settings, numbers),
@@ -311,6 +336,25 @@ impl Plan {
             *missed += u64::from(!is_there && !is_beginning);
             !is_there && is_beginning
         });
+    }
+}
+
+impl Plan {
+    /// Looks for the radar tracks of the decisions of before a restart.
+    fn resume(&mut self, time: Time, operational: &mut Operational, profile: &operational::Settings) {
+        let Self { kept, resumed, missed, .. } = self;
+        kept.retain(|&kept| {
+            let known = operational.resume(kept, time, profile);
+            *missed += u64::from(matches!(known, Some(Resumed::Ended(_))));
+            resumed.extend(known);
+            known.is_none()
+        });
+    }
+
+    /// The radar tracks of before are not heard again.
+    fn end_kept(&mut self) {
+        self.missed += self.kept.len() as u64;
+        self.resumed.extend(self.kept.drain(..).map(|kept| Resumed::Ended(kept.held)));
     }
 }
 

@@ -1,6 +1,7 @@
 //! Several captures as one stream of receptions, and the times of files that have none.
 
 use std::collections::VecDeque;
+use std::net::SocketAddr;
 
 use asterix::{Record, TimeOfDay, blocks, cat048, cat129};
 use jiff::civil::Date;
@@ -16,6 +17,8 @@ pub struct Reception {
     pub received: Option<Time>,
     /// Which input it is from, counted from 0.
     pub input: usize,
+    /// Who sent it, where the file or the line says.
+    pub from: Option<SocketAddr>,
     /// Whole datagram, or one record of a file without reception times.
     pub kind: ReceptionKind,
     /// Offset in its file of the payload's first octet.
@@ -95,6 +98,7 @@ impl Input {
                     self.ahead.push_back(Reception {
                         received: Some(received),
                         input: index,
+                        from: datagram.endpoints.map(|endpoints| endpoints.source),
                         kind: ReceptionKind::Datagram,
                         origin: datagram.origin,
                         payload: datagram.payload,
@@ -162,6 +166,7 @@ impl Input {
         self.ahead.push_back(Reception {
             received: self.clock.running(),
             input: index,
+            from: datagram.endpoints.map(|endpoints| endpoints.source),
             kind: ReceptionKind::Record,
             origin: datagram.origin + offset as u64,
             payload,

@@ -12,6 +12,8 @@ use crate::time::Time;
 
 /// What the kernel keeps for a line until it is read, octets: two seconds of the busiest sensors.
 pub const RECEIVE_BUFFER: usize = 8 << 20;
+/// Room for the largest datagram, octets.
+const DATAGRAM_MAX: usize = 1 << 16;
 
 /// A socket to be opened, and the sensors that are heard on it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -60,6 +62,11 @@ pub struct LineCounters {
 }
 
 impl LineCounters {
+    fn count(&self, handed_on: bool) {
+        let counter = if handed_on { &self.received } else { &self.queue_full };
+        counter.fetch_add(1, Ordering::Relaxed);
+    }
+
     /// Counts on from here for a socket that was just opened.
     pub fn opened(&self, socket: &UdpSocket) {
         self.socket.store(inode(socket).unwrap_or(0), Ordering::Relaxed);
@@ -166,7 +173,8 @@ impl Line {
     }
 }
 
-/// Reads a line until its socket fails, handing each datagram to `hand_on`, which is `false` where it was lost.
+/// Reads a line until its socket fails, handing each datagram to `hand_on`, which is `false` where it was lost. Ended
+/// between two datagrams it has lost none.
 ///
 /// # Errors
 /// The socket failed: the interface is gone, for example.
@@ -178,20 +186,58 @@ pub async fn read(
     now: impl Fn() -> Time,
     mut hand_on: impl FnMut(Arrival) -> bool,
 ) -> io::Result<()> {
-    let mut buffer = vec![0; 1 << 16];
+    let mut buffer = vec![0; DATAGRAM_MAX];
     loop {
         let (length, from) = socket.recv_from(&mut buffer).await?;
-        let received = now();
-        let SocketAddr::V4(from) = from else { continue };
-        if !line.accepts(*from.ip()) {
-            counters.foreign.fetch_add(1, Ordering::Relaxed);
-            continue;
+        if let Some(arrival) = arrival((index, line), counters, now(), from, &buffer[..length]) {
+            counters.count(hand_on(arrival));
         }
-        counters.last_received.store(received.nanos(), Ordering::Relaxed);
-        let arrival = Arrival { line: index, received, from, payload: buffer[..length].to_vec() };
-        let counter = if hand_on(arrival) { &counters.received } else { &counters.queue_full };
-        counter.fetch_add(1, Ordering::Relaxed);
     }
+}
+
+/// Reads what waits in the kernel for a line that is about to be closed, for as long as `goes_on` says so; `hand_on` is as in
+/// [`read`]. Whether all of it was read.
+///
+/// # Errors
+/// The socket failed.
+pub fn drain(
+    socket: &UdpSocket,
+    index: usize,
+    line: &Line,
+    counters: &LineCounters,
+    now: impl Fn() -> Time,
+    mut hand_on: impl FnMut(Arrival) -> bool,
+    mut goes_on: impl FnMut() -> bool,
+) -> io::Result<bool> {
+    let mut buffer = vec![0; DATAGRAM_MAX];
+    while goes_on() {
+        let (length, from) = match socket.recv_from(&mut buffer) {
+            Ok(received) => received,
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => return Ok(true),
+            Err(error) => return Err(error),
+        };
+        if let Some(arrival) = arrival((index, line), counters, now(), from, &buffer[..length]) {
+            counters.count(hand_on(arrival));
+        }
+    }
+    Ok(false)
+}
+
+/// A datagram that counts; one from another source is counted as foreign.
+fn arrival(
+    (index, line): (usize, &Line),
+    counters: &LineCounters,
+    received: Time,
+    from: SocketAddr,
+    payload: &[u8],
+) -> Option<Arrival> {
+    let SocketAddr::V4(from) = from else { return None };
+    if !line.accepts(*from.ip()) {
+        counters.foreign.fetch_add(1, Ordering::Relaxed);
+        return None;
+    }
+    counters.last_received.store(received.nanos(), Ordering::Relaxed);
+    Some(Arrival { line: index, received, from, payload: payload.to_vec() })
 }
 
 #[cfg(test)]

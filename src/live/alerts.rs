@@ -95,7 +95,7 @@ pub struct Trouble {
 #[derive(Debug, Default)]
 pub struct Alerts {
     areas: Current<AlertAreas>,
-    /// Sensors are not looked at before.
+    /// Sensors are not looked at before, but for rival senders.
     settled: Time,
     next_id: u64,
     /// Those that last, by what they are about; with the last time that they held.
@@ -154,11 +154,12 @@ impl Alerts {
 
     /// Looks at the sensors; whether anything changed.
     pub fn note_sensors(&mut self, sensors: &[SensorStatus], now: Time) -> bool {
-        if now < self.settled {
-            return false;
-        }
+        let is_settled = now >= self.settled;
+        // What two senders say needs no time to settle.
+        let is_looked_at = |sensor: &&SensorStatus| is_settled || !sensor.contested.is_empty();
         let mut changed = false;
-        for sensor in sensors.iter().filter(|sensor| sensor.state != SensorState::Operational) {
+        let wrong = sensors.iter().filter(|sensor| sensor.state != SensorState::Operational);
+        for sensor in wrong.filter(is_looked_at) {
             let severity =
                 if sensor.state == SensorState::Outage { Severity::Critical } else { Severity::Warning };
             let text = format!("{} {}: {}", sensor.id, sensor.state.name(), sensor.reasons.join("; "));
@@ -271,6 +272,7 @@ mod tests {
             rate_hz: 0.0,
             clock_offset_s: None,
             refused: BTreeMap::new(),
+            contested: Vec::new(),
             registration: None,
             lines: Vec::new(),
         }

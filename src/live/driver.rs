@@ -2,12 +2,13 @@
 
 use jiff::SignedDuration;
 
+use super::contests::note_contests;
 use super::health::{Health, LineStatus, SensorStatus};
 use super::hub::Frame;
 use super::registration::Registrar;
 use crate::areas::Masks;
 use crate::config::Config;
-use crate::fusion::operational::{Decision, Undecided};
+use crate::fusion::operational::{Decision, Kept, Resumed, Undecided};
 use crate::fusion::{Given, Slot, SlotGrid};
 use crate::ingest::Reception;
 use crate::normalise::Report;
@@ -163,9 +164,20 @@ impl Driver {
         self.pipeline.plan(decisions);
     }
 
+    /// Decisions of before a restart: each holds again where its radar track is heard again in time.
+    pub fn resume(&mut self, kept: Vec<Kept>) {
+        self.pipeline.resume(kept);
+    }
+
+    /// What has become of them, each once.
+    pub fn resumed(&mut self) -> Vec<Resumed> {
+        self.pipeline.resumed()
+    }
+
     /// The sensors at `now`, with the lines that belong to each.
     pub fn sensors(&mut self, now: Time, lines: impl Fn(usize) -> Vec<LineStatus>) -> Vec<SensorStatus> {
         let mut sensors = self.health.sensors(now, lines);
+        note_contests(&mut sensors, &self.pipeline.contests(now));
         let registrations = self.registrar.statuses(self.pipeline.engine(), now);
         for (sensor, registration) in sensors.iter_mut().zip(registrations) {
             sensor.registration = registration;

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use asterix::DataSource;
 
+use super::contests::Contested;
 use super::registration::RegistrationStatus;
 use crate::config::{Config, SensorKind};
 use crate::ingest::udp::LineCounters;
@@ -70,6 +71,8 @@ pub struct SensorStatus {
     pub clock_offset_s: Option<f64>,
     /// Records that were not taken, by reason.
     pub refused: BTreeMap<&'static str, u64>,
+    /// Senders that are refused because another one speaks for it.
+    pub contested: Vec<Contested>,
     /// How it is registered: a radar in the operational profile.
     pub registration: Option<RegistrationStatus>,
     /// Its lines.
@@ -221,7 +224,7 @@ impl Health {
         sensor
     }
 
-    /// The sensors at `now`, with the lines that belong to each; of their registration nothing is known here.
+    /// The sensors at `now`, with the lines that belong to each; of their registration and of rival senders nothing is known here.
     pub fn sensors(&self, now: Time, lines: impl Fn(usize) -> Vec<LineStatus>) -> Vec<SensorStatus> {
         let of = |(index, sensor): (usize, &Sensor)| sensor.status(now, self.started, lines(index));
         self.sensors.iter().enumerate().map(of).collect()
@@ -323,6 +326,7 @@ impl Sensor {
             rate_hz: recent as f64 / over_s,
             clock_offset_s,
             refused: self.refused.clone(),
+            contested: Vec::new(),
             registration: None,
             lines,
         }

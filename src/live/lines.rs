@@ -1,12 +1,15 @@
-//! The lines being read: each in a task of its own, opened again when it fails or falls silent.
+//! The lines being read: each in a task of its own, opened again when it fails or falls silent, and read to the end of what
+//! has arrived when it is stopped.
 
 use std::io;
+use std::net::UdpSocket;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use tracing::{error, info};
+use tokio::sync::watch;
+use tracing::{error, info, warn};
 
 use super::clock::Clock;
 use crate::config::Config;
@@ -21,14 +24,55 @@ const REJOIN: Duration = Duration::from_secs(10);
 /// How often it is looked whether anything came.
 const LISTEN: Duration = Duration::from_secs(1);
 
+/// What waits in the kernel when a line is stopped is read for this long at most: a sender that never pauses does not keep
+/// the service from ending.
+const DRAIN: Duration = Duration::from_secs(1);
+/// And this many datagrams at most, which is more than [`udp::RECEIVE_BUFFER`] holds.
+const DRAIN_DATAGRAMS: usize = 1 << 16;
+/// Where the engine's queue is full while a line is drained, it is tried again after this time.
+const DRAIN_PAUSE: Duration = Duration::from_millis(1);
+/// The readers have ended by this time after they were asked to, unless the machine stands still.
+const ENDED: Duration = Duration::from_secs(2);
+
 /// The lines of a configuration, being read.
 pub(crate) struct Listening {
-    /// What comes on them; closed when the tasks end.
+    /// What comes on them; closed when the readers have ended, and everything that they had read is taken.
     pub(crate) arrivals: Receiver<Arrival>,
     /// Each line with what it counts.
     pub(crate) lines: Vec<(Arc<Line>, Arc<LineCounters>)>,
-    /// A task a line; each goes on until it is aborted.
-    pub(crate) tasks: Vec<tokio::task::JoinHandle<()>>,
+    /// Who reads them.
+    pub(crate) readers: Readers,
+}
+
+/// The tasks that read the lines; each goes on until it is stopped.
+pub(crate) struct Readers {
+    stop: watch::Sender<bool>,
+    tasks: Vec<tokio::task::JoinHandle<()>>,
+}
+
+impl Readers {
+    /// Asks the readers to hand on what has arrived by now, and to end. What arrives later is not waited for.
+    pub(crate) fn stop(&self) {
+        self.stop.send_replace(true);
+    }
+
+    /// Waits until they have ended; somebody must take what they hand on. Not on a thread of their runtime.
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "the tasks are of a runtime that this thread is not part of"
+    )]
+    pub(crate) fn join(self) {
+        self.stop();
+        let until = Instant::now() + ENDED;
+        while self.tasks.iter().any(|task| !task.is_finished()) {
+            if Instant::now() >= until {
+                warn!("a line did not end in time; what has arrived on it may not have been read");
+                self.tasks.iter().for_each(tokio::task::JoinHandle::abort);
+                return;
+            }
+            std::thread::sleep(DRAIN_PAUSE);
+        }
+    }
 }
 
 /// Begins to read the lines.
@@ -36,16 +80,22 @@ pub(crate) fn listen(config: &Config, clock: &Clock, runtime: &tokio::runtime::H
     let (sender, arrivals) = mpsc::sync_channel(QUEUE);
     let lines: Vec<(Arc<Line>, Arc<LineCounters>)> =
         udp::lines(config).into_iter().map(|line| (Arc::new(line), Arc::default())).collect();
+    let (stop, stopped) = watch::channel(false);
     let tasks = lines
         .iter()
         .enumerate()
         .map(|(index, (line, counters))| {
-            let reader =
-                Reader { index, line: line.clone(), counters: counters.clone(), clock: clock.clone() };
+            let reader = Reader {
+                index,
+                line: line.clone(),
+                counters: counters.clone(),
+                clock: clock.clone(),
+                stopped: stopped.clone(),
+            };
             runtime.spawn(reader.keep_reading(sender.clone()))
         })
         .collect();
-    Listening { arrivals, lines, tasks }
+    Listening { arrivals, lines, readers: Readers { stop, tasks } }
 }
 
 /// The reader of a line.
@@ -54,12 +104,24 @@ struct Reader {
     line: Arc<Line>,
     counters: Arc<LineCounters>,
     clock: Clock,
+    stopped: watch::Receiver<bool>,
+}
+
+/// Why a line is read no longer.
+enum Ended {
+    /// Nothing came for some time.
+    Silent,
+    /// The socket failed.
+    Failed(io::Error),
+    /// It is to end.
+    Stopped,
 }
 
 impl Reader {
     /// Opens the line and reads it; opens it again whenever it fails, or falls silent.
     async fn keep_reading(self, sender: SyncSender<Arrival>) {
         let Self { line, counters, .. } = &self;
+        let mut stopped = self.stopped.clone();
         let hand_on = |arrival| match sender.try_send(arrival) {
             Ok(()) => true,
             Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => false,
@@ -77,13 +139,27 @@ impl Reader {
                     if std::mem::take(&mut failing) || !joined_anew {
                         info!("listening to {}, receive buffer {} KiB", line.name(), buffer / 1024);
                     }
-                    let Some(error) = self.read_until_silent(&socket, hand_on).await else {
-                        joined_anew = true;
-                        continue;
-                    };
-                    counters.joined.store(false, Ordering::Relaxed);
-                    joined_anew = false;
-                    error!("{}: {error}; it is opened again", line.name());
+                    match self.read_until_silent(&socket, hand_on).await {
+                        Ended::Silent => {
+                            joined_anew = true;
+                            continue;
+                        }
+                        Ended::Failed(error) => {
+                            counters.joined.store(false, Ordering::Relaxed);
+                            joined_anew = false;
+                            error!("{}: {error}; it is opened again", line.name());
+                        }
+                        Ended::Stopped => {
+                            // The runtime may not have heard yet of what waits; the socket itself knows.
+                            let drain = socket.into_std().map(|socket| {
+                                tokio::task::spawn_blocking(move || self.drain(&socket, &sender))
+                            });
+                            if let Ok(drain) = drain {
+                                let _ = drain.await;
+                            }
+                            return;
+                        }
+                    }
                 }
                 Err(error) if !std::mem::replace(&mut failing, true) => {
                     let every_s = REOPEN.as_secs();
@@ -91,23 +167,28 @@ impl Reader {
                 }
                 Err(_) => {}
             }
-            tokio::time::sleep(REOPEN).await;
+            tokio::select! {
+                () = tokio::time::sleep(REOPEN) => {}
+                _ = stopped.wait_for(|stopped| *stopped) => return,
+            }
         }
     }
 
-    /// Why reading ended; `None`: the line fell silent.
     async fn read_until_silent(
         &self,
         socket: &tokio::net::UdpSocket,
         hand_on: impl Fn(Arrival) -> bool,
-    ) -> Option<io::Error> {
-        let Self { index, line, counters, clock } = self;
+    ) -> Ended {
+        let Self { index, line, counters, clock, stopped } = self;
         let reading = udp::read(socket, *index, line, counters, || clock.now(), hand_on);
         tokio::pin!(reading);
+        let mut stopped = stopped.clone();
         let (mut before, mut silent) = (counters.last_received.load(Ordering::Relaxed), Duration::ZERO);
         while silent < REJOIN {
             tokio::select! {
-                ended = &mut reading => return ended.err(),
+                ended = &mut reading => return ended.map_or_else(Ended::Failed, |()| Ended::Silent),
+                // Also where nobody is left who could say so.
+                _ = stopped.wait_for(|stopped| *stopped) => return Ended::Stopped,
                 () = tokio::time::sleep(LISTEN) => {
                     let last = counters.last_received.load(Ordering::Relaxed);
                     silent = if last == before { silent + LISTEN } else { Duration::ZERO };
@@ -115,6 +196,85 @@ impl Reader {
                 }
             }
         }
-        None
+        Ended::Silent
+    }
+
+    /// Hands on what waits in the kernel, as far as that takes no long time.
+    #[expect(clippy::disallowed_methods, reason = "how long stopping takes is limited; this thread may wait")]
+    fn drain(&self, socket: &UdpSocket, sender: &SyncSender<Arrival>) {
+        let Self { index, line, counters, clock, .. } = self;
+        let until = Instant::now() + DRAIN;
+        let hand_on = |mut arrival| loop {
+            match sender.try_send(arrival) {
+                Ok(()) => return true,
+                Err(TrySendError::Full(back)) if Instant::now() < until => arrival = back,
+                Err(_) => return false,
+            }
+            std::thread::sleep(DRAIN_PAUSE);
+        };
+        let mut left = DRAIN_DATAGRAMS;
+        let goes_on = || {
+            left -= 1;
+            left > 0 && Instant::now() < until
+        };
+        match udp::drain(socket, *index, line, counters, || clock.now(), hand_on, goes_on) {
+            Ok(true) => {}
+            Ok(false) => {
+                warn!("{}: it was stopped while more came than could be read; the rest is lost", line.name());
+            }
+            Err(error) => warn!("{}: {error}; what waited on it is lost", line.name()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::Ipv4Addr;
+
+    use super::*;
+    use crate::config::{Address, Input};
+
+    /// Each reader sleeps in its runtime, which nobody drives, while datagrams arrive and it is asked to end.
+    #[test]
+    #[expect(clippy::disallowed_methods, reason = "sockets, as a sensor has them")]
+    fn what_has_arrived_is_read_before_a_line_is_closed() {
+        const SENT: usize = 50;
+        let site = include_str!("../../config/demo.toml");
+        let mut config = Config::parse(site, "site.toml", std::iter::empty()).unwrap();
+        for sensor in &mut config.sensors {
+            // A free port, which the line then takes.
+            let port = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap().local_addr().unwrap().port();
+            sensor.inputs =
+                vec![Input { address: Address::Unicast(Ipv4Addr::LOCALHOST), port, source: None }];
+        }
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+        let Listening { arrivals, lines, readers } = listen(&config, &Clock::default(), runtime.handle());
+        let is_joined = || lines.iter().all(|(_, counters)| counters.joined.load(Ordering::Relaxed));
+        runtime.block_on(async {
+            while !is_joined() {
+                tokio::time::sleep(Duration::from_millis(5)).await;
+            }
+        });
+        let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+        for number in 0..SENT {
+            for sensor in &config.sensors {
+                socket.send_to(&[number as u8], (Ipv4Addr::LOCALHOST, sensor.inputs[0].port)).unwrap();
+            }
+        }
+        readers.stop();
+        runtime.block_on(async {
+            for task in readers.tasks {
+                task.await.unwrap();
+            }
+        });
+        for (index, (_, counters)) in lines.iter().enumerate() {
+            assert_eq!(counters.received.load(Ordering::Relaxed), SENT as u64, "line {index}");
+        }
+        let read: Vec<Arrival> = arrivals.iter().collect();
+        for line in 0..lines.len() {
+            let numbers =
+                read.iter().filter(|arrival| arrival.line == line).map(|arrival| arrival.payload[0]);
+            assert!(numbers.eq(0..SENT as u8), "in their order");
+        }
     }
 }

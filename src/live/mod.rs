@@ -10,6 +10,7 @@
 
 mod alerts;
 mod clock;
+mod contests;
 mod decisions;
 mod driver;
 mod health;
@@ -24,6 +25,7 @@ mod service;
 
 pub use alerts::{Alert, AlertKind, Alerts, Severity, Trouble};
 pub use clock::{Clock, now};
+pub use contests::Contested;
 pub use decisions::{AllHeld, Decider, Decisions, Denied, Wish};
 pub use driver::{Driver, Made};
 pub(crate) use health::Health;

@@ -13,9 +13,8 @@ use super::driver::{Driver, Made};
 use super::hub::{Frame, HubWriter, Status};
 use crate::areas::Masks;
 use crate::config::Config;
-use crate::fusion::Slot;
-use crate::fusion::operational::Decision;
 use crate::ingest::{Capture, Merged, OpenError};
+use crate::state::DecisionPlan;
 use crate::time::{SECOND, Time};
 
 /// What a reader may ask for.
@@ -72,7 +71,7 @@ impl Player {
         masks: Masks,
         hub: HubWriter,
         (speed, again): (f64, bool),
-        decided: Vec<(Slot, Decision)>,
+        decided: DecisionPlan,
     ) -> io::Result<(Self, JoinHandle<()>)> {
         let (orders, ordered) = mpsc::channel();
         let begin = PlayerState { playing: true, speed, time: None, first: None, last: None, ended: false };
@@ -144,7 +143,7 @@ struct Show {
     /// Whether it begins again at the end.
     again: bool,
     /// What is decided by hand, with the slots from which it counts: whoever goes back sees it come again.
-    decided: Vec<(Slot, Decision)>,
+    decided: DecisionPlan,
     /// A slot's time, and when it was shown: what follows keeps its distance to it.
     anchor: Option<(Time, Instant)>,
     /// Slots before this time are passed over.
@@ -176,7 +175,8 @@ impl Show {
         // The sensors' rates and silences count from the recording's start, not from today.
         let started = merged.peek().and_then(|first| first.as_ref().ok()?.received).unwrap_or_default();
         let mut driver = Driver::new(&self.config, self.masks.clone(), started, 0);
-        driver.plan(self.decided.clone());
+        driver.plan(self.decided.decided.clone());
+        driver.resume(self.decided.kept.clone());
         self.anchor = None;
         let shown_before = self.shown;
         self.state.send_modify(|state| state.ended = false);
@@ -219,7 +219,7 @@ impl Show {
                 self.hub.decisions.tell(driver.pipeline().engine().decisions());
             }
             let made = self.hub.decisions.obey(&mut driver);
-            self.decided.extend(made);
+            self.decided.decided.extend(made);
         }
         let mut owed = Vec::new();
         driver.finish(|frame| owed.push(frame));
@@ -365,8 +365,16 @@ mod tests {
         let capture = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/demo/capture.pcap");
         let open: OpenCaptures = Arc::new(move || Ok(vec![Capture::open(&capture)?]));
         let date = jiff::civil::Date::default();
-        let (player, thread) =
-            Player::start(open, date, config, Masks::default(), writer, (speed, again), Vec::new()).unwrap();
+        let (player, thread) = Player::start(
+            open,
+            date,
+            config,
+            Masks::default(),
+            writer,
+            (speed, again),
+            DecisionPlan::default(),
+        )
+        .unwrap();
         (player, hub, thread)
     }
 

@@ -9,24 +9,24 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use asterix::DataSource;
-use tracing::warn;
+use tracing::{info, warn};
 
 use super::alerts::{Severity, Trouble};
 use super::clock::Clock;
 use super::driver::{Driver, Made};
 use super::health::{LineStatus, SensorState};
 use super::hub::{Frame, HubWriter, Status};
-use super::lines::{Listening, listen};
+use super::lines::{Listening, Readers, listen};
 use super::quiet::Quiet;
 use crate::config::Config;
 use crate::fusion::Given;
-use crate::fusion::operational::Held;
+use crate::fusion::operational::{Decision, Held, Resumed};
 use crate::ingest::udp::{self, Arrival, Line, LineCounters};
 use crate::ingest::{Reception, ReceptionKind};
 use crate::normalise::SensorIndex;
 use crate::publish::{Cat129Encoder, Recorded, RecorderQueue, Sinks, pack, status_block};
 use crate::registration::Estimate;
-use crate::state::{Registrations, decision_line, registration_text};
+use crate::state::{Registrations, decision_line, kept_lines, registration_text};
 use crate::time::{SECOND, Time};
 
 /// The engine looks up at least this often, for a stop and for its status.
@@ -56,13 +56,15 @@ pub struct Outlets {
     pub numbers: Option<mpsc::Sender<Given>>,
     /// Who keeps the registration across restarts.
     pub registration: Option<SyncSender<Arc<str>>>,
+    /// Who keeps what operators have decided across restarts.
+    pub decisions: Option<SyncSender<Arc<str>>>,
 }
 
 /// The running service.
 pub struct Service {
     stop: Arc<AtomicBool>,
     engine: JoinHandle<Driver>,
-    lines: Vec<tokio::task::JoinHandle<()>>,
+    readers: Readers,
 }
 
 impl Service {
@@ -78,14 +80,14 @@ impl Service {
         runtime: &tokio::runtime::Handle,
     ) -> io::Result<Self> {
         let stop = Arc::new(AtomicBool::new(false));
-        let Listening { arrivals, lines: all, tasks: lines } = listen(&config, &clock, runtime);
+        let Listening { arrivals, lines, readers } = listen(&config, &clock, runtime);
         let engine = Engine {
             source: DataSource { sac: config.site.sac, sic: config.site.sic },
             encoder: Cat129Encoder::of(&config),
             config,
             driver,
             outlets,
-            lines: all,
+            lines,
             lateness_us: VecDeque::new(),
             failed_sends: 0,
             failed_told: 0,
@@ -98,12 +100,13 @@ impl Service {
             next_registration: Time::default(),
             held: Vec::new(),
             unrecorded: VecDeque::new(),
+            kept: "".into(),
         };
         let stopped = stop.clone();
         let engine = std::thread::Builder::new()
             .name("engine".to_owned())
             .spawn(move || engine.run(&arrivals, &stopped))?;
-        Ok(Self { stop, engine, lines })
+        Ok(Self { stop, engine, readers })
     }
 
     /// Whether the engine's thread has ended, which it does by itself only when it panics.
@@ -111,12 +114,14 @@ impl Service {
         self.engine.is_finished()
     }
 
-    /// Stops the inputs, lets the engine put out what it owes, and gives it back.
+    /// Stops the inputs, each when what has arrived on it by now is read, lets the engine handle that and put out what it
+    /// owes, and gives it back. Not on a thread of the runtime.
     ///
     /// # Errors
     /// The engine's thread panicked.
     pub fn stop(self) -> Result<Driver, String> {
-        self.lines.iter().for_each(tokio::task::JoinHandle::abort);
+        // The engine takes meanwhile what they hand on.
+        self.readers.join();
         self.stop.store(true, Ordering::Relaxed);
         self.engine.join().map_err(|_| "the engine's thread panicked; this is a bug".to_owned())
     }
@@ -146,6 +151,8 @@ struct Engine {
     /// The decisions in force that the recorder has been told, and what waits for room in its queue.
     held: Vec<Held>,
     unrecorded: VecDeque<Recorded>,
+    /// The text of decisions that their keeper has been told.
+    kept: Arc<str>,
 }
 
 impl Engine {
@@ -189,6 +196,9 @@ impl Engine {
             // This time there is time to wait.
             let _ = keeper.send(text);
         }
+        if let (Some(keeper), Some(text)) = (self.outlets.decisions.take(), self.newly_kept()) {
+            let _ = keeper.send(text);
+        }
         self.driver
     }
 
@@ -203,6 +213,7 @@ impl Engine {
         let reception = Reception {
             received: Some(received),
             input: arrival.line,
+            from: Some(arrival.from.into()),
             kind: ReceptionKind::Datagram,
             origin: 0,
             payload: arrival.payload,
@@ -244,8 +255,19 @@ impl Engine {
         self.tell_decisions();
     }
 
-    /// Hands on which decisions are in force, where that has changed.
+    /// Hands on which decisions are in force, where that has changed, and says which of before a restart are.
     fn tell_decisions(&mut self) {
+        for resumed in self.driver.resumed() {
+            match resumed {
+                Resumed::Holds(held) => {
+                    info!("{}: it holds again after the restart", self.describe(&held.decision));
+                }
+                Resumed::Ended(held) => warn!(
+                    "{}: it ended with the restart, since the radar did not see the track again in time",
+                    self.describe(&held.decision)
+                ),
+            }
+        }
         let held = self.driver.pipeline().engine().decisions();
         if held != self.held {
             let line = |held: &Held| decision_line(held.since, &held.decision, &self.config);
@@ -262,6 +284,28 @@ impl Engine {
             }
             self.unrecorded.pop_front();
         }
+    }
+
+    /// A decision, for people.
+    fn describe(&self, decision: &Decision) -> String {
+        let Decision { radar, transponder, verdict } = decision;
+        let sensor = self.config.sensors.get(usize::from(radar.sensor.0)).map_or("", |sensor| &sensor.id);
+        let serial = transponder.serial().escape_ascii();
+        format!("{sensor} track {} and transponder {serial}: {}", radar.number, verdict.name())
+    }
+
+    /// Hands on what a restart would have to know of decisions; where there is no room for it, the next time.
+    fn keep_decisions(&mut self) {
+        let Some((keeper, text)) = self.outlets.decisions.as_ref().zip(self.newly_kept()) else { return };
+        if keeper.try_send(text.clone()).is_ok() {
+            self.kept = text;
+        }
+    }
+
+    /// That, where it is not what was handed on.
+    fn newly_kept(&self) -> Option<Arc<str>> {
+        let text = kept_lines(&self.driver.pipeline().engine().kept(), &self.config);
+        (*text != *self.kept).then(|| text.into())
     }
 
     /// Hands on the transponder numbers that were given; what does not fit the recorder's queue waits for the next time.
@@ -348,6 +392,7 @@ impl Engine {
         };
         let sensors = self.driver.sensors(at, lines);
         self.tell_registration(at);
+        self.keep_decisions();
         let degraded = sensors.iter().any(|sensor| sensor.state != SensorState::Operational);
         if self.config.output.status {
             self.failed_sends += self.outlets.sinks.send(&status_block(self.source, at, degraded));

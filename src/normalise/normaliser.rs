@@ -51,6 +51,8 @@ pub enum Refusal {
     Future,
     /// Older than the window.
     Late,
+    /// Another sender speaks for this sensor: two have one SAC/SIC.
+    OtherSender,
 }
 
 impl Refusal {
@@ -73,6 +75,7 @@ impl Refusal {
             Self::Masked => "masked",
             Self::Future => "future",
             Self::Late => "late",
+            Self::OtherSender => "other_sender",
         }
     }
 }

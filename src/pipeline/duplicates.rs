@@ -1,46 +1,77 @@
 //! Redundant lines bring the same datagram more than once: it is handled once.
 
-use std::collections::{HashSet, VecDeque};
+use std::collections::{HashMap, VecDeque};
+use std::net::SocketAddr;
 use std::sync::Arc;
 
 use crate::time::{SECOND, Time};
 
-/// How long a handled datagram is remembered, nanoseconds.
+/// How long a datagram is remembered, nanoseconds.
 const MEMORY_NS: i64 = 2 * SECOND;
 
 /// Octets that are remembered at most: more do not come in 2 s, unless the clock of reception waits to be caught up.
 const MEMORY_OCTETS: usize = 64 << 20;
 /// What remembering a datagram takes besides its octets, about.
-const OVERHEAD: usize = 64;
+const OVERHEAD: usize = 96;
 
-/// The datagrams handled in the last 2 s, octet by octet: no hash stands for them, so none is lost by collision.
+/// The datagrams of the last 2 s, octet by octet: no hash stands for them, so none is lost by collision.
 #[derive(Debug, Default)]
 pub(crate) struct Duplicates {
-    handled: HashSet<Arc<[u8]>>,
-    /// By the time they were handled at, oldest first.
+    known: HashMap<Arc<[u8]>, Earlier>,
+    /// By the time they came at, oldest first.
     order: VecDeque<(Time, Arc<[u8]>)>,
     octets: usize,
+}
+
+/// An earlier copy of a datagram.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Earlier {
+    /// Who sent it, where that is known.
+    pub(super) from: Option<SocketAddr>,
+    /// Whether it was handled; otherwise all of it was refused, and a copy from somebody else may count.
+    pub(super) handled: bool,
+    at: Time,
 }
 
 impl Duplicates {
     /// Whether `payload` was handled at most 2 s before `now`, which never decreases; remembers it where it was not.
     pub(crate) fn is_repeated(&mut self, payload: &[u8], now: Time) -> bool {
-        while let Some((handled_at, oldest)) = self.order.front() {
-            if now.nanos() - handled_at.nanos() <= MEMORY_NS && self.octets <= MEMORY_OCTETS {
+        self.note(payload, None, now).is_some_and(|earlier| earlier.handled)
+    }
+
+    /// The copy of `payload` that came at most 2 s before `now`, which never decreases. Where none was handled, this one is
+    /// remembered as handled.
+    pub(super) fn note(&mut self, payload: &[u8], from: Option<SocketAddr>, now: Time) -> Option<Earlier> {
+        self.forget(now);
+        let earlier = self.known.get(payload).copied();
+        if earlier.is_none_or(|earlier| !earlier.handled) {
+            self.octets += OVERHEAD + payload.len();
+            let payload: Arc<[u8]> = payload.into();
+            self.known.insert(payload.clone(), Earlier { from, handled: true, at: now });
+            self.order.push_back((now, payload));
+        }
+        earlier
+    }
+
+    /// Nothing of this datagram, which was noted just now, was taken: a copy from another sender is to be handled.
+    pub(super) fn was_refused(&mut self, payload: &[u8]) {
+        if let Some(known) = self.known.get_mut(payload) {
+            known.handled = false;
+        }
+    }
+
+    fn forget(&mut self, now: Time) {
+        while let Some((at, oldest)) = self.order.front() {
+            if now.nanos() - at.nanos() <= MEMORY_NS && self.octets <= MEMORY_OCTETS {
                 break;
             }
             self.octets -= OVERHEAD + oldest.len();
-            self.handled.remove(oldest);
+            // One that was refused at first may have been handled since.
+            if self.known.get(oldest).is_some_and(|known| known.at <= *at) {
+                self.known.remove(oldest);
+            }
             self.order.pop_front();
         }
-        if self.handled.contains(payload) {
-            return true;
-        }
-        self.octets += OVERHEAD + payload.len();
-        let payload: Arc<[u8]> = payload.into();
-        self.handled.insert(payload.clone());
-        self.order.push_back((now, payload));
-        false
     }
 }
 
@@ -58,6 +89,19 @@ mod tests {
         assert!(!at(12.1), "copies do not prolong it");
         assert!(at(14.0));
     }
+
+    #[test]
+    fn a_refused_datagram_is_handled_when_its_copy_comes() {
+        let mut duplicates = Duplicates::default();
+        let at = |second: f64| Time::from_nanos((second * 1e9) as i64);
+        assert_eq!(duplicates.note(&[1], None, at(10.0)), None);
+        duplicates.was_refused(&[1]);
+        let earlier = duplicates.note(&[1], None, at(11.5)).unwrap();
+        assert!(!earlier.handled);
+        assert!(duplicates.is_repeated(&[1], at(13.0)), "1.5 s after the handled one");
+        assert!(!duplicates.is_repeated(&[1], at(13.6)));
+    }
+
     #[test]
     fn a_clock_that_stands_does_not_fill_the_memory() {
         let mut duplicates = Duplicates::default();
@@ -68,6 +112,6 @@ mod tests {
             assert!(!duplicates.is_repeated(&payload, now));
         }
         assert!(duplicates.octets <= MEMORY_OCTETS + 2 * 60_000, "{}", duplicates.octets);
-        assert_eq!(duplicates.handled.len(), duplicates.order.len());
+        assert_eq!(duplicates.known.len(), duplicates.order.len());
     }
 }

@@ -5,6 +5,7 @@ use std::fmt;
 
 use asterix::{DataSource, Fault};
 
+use super::senders::Contest;
 use crate::normalise::{Refusal, SensorIndex, Service};
 use crate::time::Time;
 
@@ -53,6 +54,8 @@ pub enum Event {
         /// Why.
         refusal: Refusal,
     },
+    /// Two senders say different things under one SAC/SIC: told once, each refused record is a [`Event::Refused`].
+    Contested(Contest),
     /// Nothing came for longer than the window: it was emptied and the engine started afresh.
     Restarted,
     /// The clock of reception stepped back by more than 1 s: the engine waits until it is caught up.
@@ -65,7 +68,7 @@ pub enum Event {
 impl Event {
     /// Whether an operator should hear of it.
     pub fn is_warning(&self) -> bool {
-        matches!(self, Self::Faulty { .. } | Self::Restarted | Self::ClockBehind { .. })
+        matches!(self, Self::Faulty { .. } | Self::Contested(_) | Self::Restarted | Self::ClockBehind { .. })
     }
 }
 
@@ -74,6 +77,7 @@ impl Event {
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Faulty { fault } => fault.kind.name(),
+            Self::Contested(_) => "two_senders",
             Self::Restarted => "restarted",
             Self::ClockBehind { .. } => "clock_behind",
             _ => "other",
@@ -94,6 +98,7 @@ impl fmt::Display for Event {
             Self::Refused { category, refusal, .. } => {
                 write!(f, "a CAT{category:03} record was dropped: {}", refusal.name())
             }
+            Self::Contested(contest) => contest.fmt(f),
             Self::Restarted => {
                 f.write_str("nothing came for longer than the window: started afresh with an empty one")
             }
@@ -153,6 +158,8 @@ impl Tally {
                 add(&mut self.unknown_sources, (category, source));
             }
             Event::Refused { sensor, refusal, .. } => add(&mut self.refused, (sensor, refusal.name())),
+            // What is refused for it is counted record by record.
+            Event::Contested(_) => {}
             Event::Restarted => self.restarts += 1,
             Event::ClockBehind { .. } => self.clock_behind += 1,
         }

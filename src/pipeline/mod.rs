@@ -1,14 +1,17 @@
-//! The way in, in one place and one direction: datagram ► decode ► normalise ► engine. One owner; sans-IO.
+//! The way in, in one place and one direction: datagram ► decode ► normalise ► who speaks ► engine. One owner; sans-IO.
 
 mod duplicates;
 mod event;
+mod senders;
 mod settings;
+
+use std::net::SocketAddr;
 
 use asterix::{Block, Record, blocks, cat034, cat048, cat129, profile};
 
 use crate::areas::Masks;
 use crate::config::Config;
-use crate::fusion::operational::{Decision, Undecided};
+use crate::fusion::operational::{Decision, Kept, Resumed, Undecided};
 use crate::fusion::{self, Due, Emission, Engine, Given, Slot};
 use crate::ingest::{Reception, ReceptionKind};
 use crate::normalise::{Normaliser, Refusal, Refused, Report, SensorIndex};
@@ -17,12 +20,15 @@ use crate::time::{SECOND, Time};
 pub(crate) use duplicates::Duplicates;
 
 pub use event::{Event, Tally};
+pub use senders::Contest;
+use senders::{Judged, Senders, Subject};
 use settings::settings;
 
 /// A datagram's way through decoder, normalisation and engine.
 #[derive(Debug)]
 pub struct Pipeline {
     duplicates: Duplicates,
+    senders: Senders,
     normaliser: Normaliser,
     engine: Engine,
     tally: Tally,
@@ -47,6 +53,7 @@ impl Pipeline {
         let normaliser = Normaliser::new(config, masks);
         Self {
             duplicates: Duplicates::default(),
+            senders: Senders::new(config),
             engine: Engine::new(settings(config, &normaliser)),
             normaliser,
             tally: Tally::default(),
@@ -74,17 +81,26 @@ impl Pipeline {
             }
             out(output);
         };
-        let octets = reception.payload.len();
-        out(&mut self.tally, Output::Event(Event::Received { octets }));
+        let Reception { payload, from, .. } = reception;
+        out(&mut self.tally, Output::Event(Event::Received { octets: payload.len() }));
         if let Some(received) = reception.received {
             self.advance(received, &mut out);
-            let is_datagram = reception.kind == ReceptionKind::Datagram;
-            if is_datagram && self.duplicates.is_repeated(&reception.payload, self.now) {
+            if self.is_repeated(reception) {
                 return out(&mut self.tally, Output::Event(Event::DuplicateDatagram));
             }
         }
-        for block in blocks(&reception.payload) {
-            let Self { normaliser, engine, tally, .. } = self;
+        let Self { normaliser, engine, senders, tally, now, .. } = self;
+        let mut intake = Intake {
+            engine,
+            senders,
+            from: *from,
+            now: *now,
+            hands_on: &mut hands_on,
+            taken: 0,
+            refused: 0,
+            contests: Vec::new(),
+        };
+        for block in blocks(payload) {
             let mut event = |event| out(tally, Output::Event(event));
             let Some(received) = reception.received else {
                 // Nothing here has a time, nor anything before it: there is nothing to handle, only to count.
@@ -94,23 +110,46 @@ impl Pipeline {
             match block {
                 Ok(block) if block.category == cat048::Record::CATEGORY => {
                     let plot = |record: &_| normaliser.plot(record, received).map(Report::Plot);
-                    records(block, plot, |report| handle(engine, report, &mut hands_on), &mut event);
+                    records(block, plot, &mut intake, &mut event);
                 }
                 Ok(block) if block.category == cat129::Record::CATEGORY => {
                     let fix = |record: &_| normaliser.fix(record, received).map(Report::Fix);
-                    let count =
-                        records(block, fix, |report| handle(engine, report, &mut hands_on), &mut event);
+                    let count = records(block, fix, &mut intake, &mut event);
                     if count > 1 {
                         event(Event::SeveralRecords);
                     }
                 }
                 Ok(block) if block.category == cat034::Record::CATEGORY => {
-                    services(block, normaliser, &mut event);
+                    services(block, normaliser, &mut intake, &mut event);
                 }
                 Ok(block) => event(unused(block)),
                 Err(fault) => event(Event::Faulty { fault }),
             }
+            intake.contests.drain(..).for_each(|contest| event(Event::Contested(contest)));
         }
+        if intake.refused > 0 && intake.taken == 0 {
+            // From a sender that counts, the same datagram is still to be handled.
+            self.duplicates.was_refused(payload);
+        }
+    }
+
+    /// Whether the datagram has been handled. Who else brought it is a line of the same sensor.
+    fn is_repeated(&mut self, reception: &Reception) -> bool {
+        let Reception { payload, from, kind, .. } = reception;
+        if *kind != ReceptionKind::Datagram {
+            return false;
+        }
+        if let Some(from) = *from {
+            self.senders.hear(from, self.now);
+        }
+        let Some(earlier) = self.duplicates.note(payload, *from, self.now) else { return false };
+        if let Some((first, from)) = earlier.from.zip(*from)
+            && first != from
+            && holds_reports(payload)
+        {
+            self.senders.bring_the_same(first, from, self.now);
+        }
+        earlier.handled
     }
 
     /// Tells the time where nothing is received: hands out the slots that are due by then. Before the first reception
@@ -158,6 +197,16 @@ impl Pipeline {
         self.engine.plan(decisions);
     }
 
+    /// Decisions of before a restart ([`Engine::resume`]).
+    pub fn resume(&mut self, kept: Vec<Kept>) {
+        self.engine.resume(kept);
+    }
+
+    /// What has become of them, each once.
+    pub fn resumed(&mut self) -> Vec<Resumed> {
+        self.engine.resumed()
+    }
+
     /// The end of the input: hands out every slot up to the last that holds a report.
     pub fn finish(&mut self, out: impl FnMut(Emission)) {
         self.engine.finish().for_each(out);
@@ -166,6 +215,11 @@ impl Pipeline {
     /// What happened so far.
     pub fn tally(&self) -> &Tally {
         &self.tally
+    }
+
+    /// The senders that contradict one another at `now`.
+    pub fn contests(&self, now: Time) -> Vec<Contest> {
+        self.senders.contests(now)
     }
 
     /// The site's frame and geoid.
@@ -205,11 +259,90 @@ fn drain(due: Due<'_>, tally: &mut Tally, out: &mut impl FnMut(&mut Tally, Outpu
     }
 }
 
+/// Where the records of a datagram go, and what becomes of them.
+struct Intake<'a, H> {
+    engine: &'a mut Engine,
+    senders: &'a mut Senders,
+    /// Who sent it; without an address nobody is judged.
+    from: Option<SocketAddr>,
+    now: Time,
+    hands_on: H,
+    /// Records that were taken, and that were refused because another sender speaks for their sensor.
+    taken: u32,
+    refused: u32,
+    /// Contests that are to be told.
+    contests: Vec<Contest>,
+}
+
+/// A report that the engine takes.
+struct Accepted {
+    sensor: SensorIndex,
+    time: Time,
+}
+
+impl<H: FnMut(&Report) -> bool> Intake<'_, H> {
+    /// Hands on a report of this category, unless somebody refuses it.
+    fn take(&mut self, category: u8, report: Result<Report, Refused>) -> Result<Accepted, Refused> {
+        let report = report.inspect_err(|(sensor, _)| {
+            if let Some(sensor) = *sensor {
+                self.note_spoken(Subject { sensor, category, identity: None });
+            }
+        })?;
+        let (sensor, identity) = match &report {
+            Report::Plot(plot) => (plot.track.sensor, None),
+            Report::Fix(fix) => (fix.sensor, Some(fix.identity)),
+        };
+        let (time, subject) = (report.time(), Subject { sensor, category, identity });
+        let accepted = self.engine.accepts(time).map_err(|refused| (Some(sensor), refusal(refused)));
+        accepted.inspect_err(|_| self.note_spoken(subject))?;
+        self.judge(subject)?;
+        if (self.hands_on)(&report) {
+            self.engine.handle(report).map_err(|refused| (Some(sensor), refusal(refused)))?;
+        }
+        Ok(Accepted { sensor, time })
+    }
+
+    /// Whether the sender of the datagram speaks for this sensor.
+    fn judge(&mut self, subject: Subject) -> Result<(), Refused> {
+        let judged = self.from.map_or(Judged::Counts, |from| self.senders.judge(subject, from, self.now));
+        match judged {
+            Judged::Counts => {
+                self.taken += 1;
+                Ok(())
+            }
+            Judged::Refused(contest) => {
+                self.refused += 1;
+                self.contests.extend(contest);
+                Err((Some(subject.sensor), Refusal::OtherSender))
+            }
+        }
+    }
+
+    fn note_spoken(&mut self, subject: Subject) {
+        if let Some(from) = self.from {
+            self.senders.still_speaks(subject, from, self.now);
+        }
+    }
+}
+
+fn refusal(refused: fusion::Refused) -> Refusal {
+    match refused {
+        fusion::Refused::Late => Refusal::Late,
+        fusion::Refused::Future => Refusal::Future,
+    }
+}
+
+/// Whether a datagram tells lines of one sensor from two sensors: service messages of two radars may be equal by chance.
+fn holds_reports(payload: &[u8]) -> bool {
+    let reports = [cat048::Record::CATEGORY, cat129::Record::CATEGORY];
+    blocks(payload).flatten().any(|block| reports.contains(&block.category))
+}
+
 /// Hands the reports of a block's records on; returns how many records were whole.
 fn records<R: Record>(
     block: Block<'_>,
     report: impl Fn(&R) -> Result<Report, Refused>,
-    mut handle: impl FnMut(Report) -> Result<Accepted, Refused>,
+    intake: &mut Intake<'_, impl FnMut(&Report) -> bool>,
     event: &mut impl FnMut(Event),
 ) -> usize {
     let category = block.category;
@@ -223,7 +356,7 @@ fn records<R: Record>(
             }
         };
         count += 1;
-        event(match report(&record).and_then(&mut handle) {
+        event(match intake.take(category, report(&record)) {
             Ok(Accepted { sensor, time }) => Event::Accepted { sensor, time },
             Err((sensor, refusal)) => Event::Refused { category, sensor, refusal },
         });
@@ -231,45 +364,24 @@ fn records<R: Record>(
     count
 }
 
-/// A report that the engine takes.
-struct Accepted {
-    sensor: SensorIndex,
-    time: Time,
-}
-
-fn handle(
-    engine: &mut Engine,
-    report: Report,
-    hands_on: &mut impl FnMut(&Report) -> bool,
-) -> Result<Accepted, Refused> {
-    let time = report.time();
-    let sensor = match &report {
-        Report::Plot(plot) => plot.track.sensor,
-        Report::Fix(fix) => fix.sensor,
-    };
-    let accepts = engine.accepts(time);
-    let handled = if accepts.is_ok() && hands_on(&report) { engine.handle(report) } else { accepts };
-    handled.map(|()| Accepted { sensor, time }).map_err(|refused| {
-        let refusal = match refused {
-            fusion::Refused::Late => Refusal::Late,
-            fusion::Refused::Future => Refusal::Future,
-        };
-        (Some(sensor), refusal)
-    })
-}
-
 /// Hands on what the radars say of themselves.
-fn services(block: Block<'_>, normaliser: &Normaliser, event: &mut impl FnMut(Event)) {
+fn services(
+    block: Block<'_>,
+    normaliser: &Normaliser,
+    intake: &mut Intake<'_, impl FnMut(&Report) -> bool>,
+    event: &mut impl FnMut(Event),
+) {
     let category = block.category;
     for located in block.records::<cat034::Record>() {
         let record = match located {
             Ok(located) => located.record,
             Err(fault) => return event(Event::Faulty { fault }),
         };
-        event(match normaliser.service(&record) {
-            Ok((sensor, service)) => Event::Service { sensor, service },
-            Err((sensor, refusal)) => Event::Refused { category, sensor, refusal },
+        let said = normaliser.service(&record).and_then(|(sensor, service)| {
+            intake.judge(Subject { sensor, category, identity: None })?;
+            Ok(Event::Service { sensor, service })
         });
+        event(said.unwrap_or_else(|(sensor, refusal)| Event::Refused { category, sensor, refusal }));
     }
 }
 

@@ -62,10 +62,22 @@ impl Simulation {
         self.datagrams.iter().map(|datagram| Reception {
             received: Some(datagram.received),
             input: 0,
+            from: Some((datagram.flow.from, datagram.flow.port).into()),
             kind: ReceptionKind::Datagram,
             origin: 0,
             payload: datagram.payload.clone(),
         })
+    }
+
+    /// Another port for each that the sensors send to, and that the site listens and sends to.
+    pub fn map_ports(&mut self, port: impl Fn(u16) -> u16) {
+        let Self { config, datagrams, .. } = self;
+        let inputs = config.sensors.iter_mut().flat_map(|sensor| &mut sensor.inputs);
+        let outputs = config.output.asterix.iter_mut().map(|sink| &mut sink.port);
+        let flows = datagrams.iter_mut().map(|datagram| &mut datagram.flow.port);
+        for used in inputs.map(|input| &mut input.port).chain(outputs).chain(flows) {
+            *used = port(*used);
+        }
     }
 
     /// Where the drones were, to score by.

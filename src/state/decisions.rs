@@ -4,6 +4,10 @@
 //! {"slot":7180675221,"time":"2026-11-20T10:05:05.125Z","sensor":"north","track_number":134,"serial":"1581F6GKB23C003","country":"NO","verdict":"correlated"}
 //! ```
 //!
+//! In `[state] dir` `decisions.jsonl` holds what was in force when the service ended, each with `last_heard_ns`: the last
+//! plot of its radar track, nanoseconds since 1970. After a restart it holds again where the radar's number is heard again within its break; so such lines are
+//! at the beginning of the recording, too.
+//!
 //! `slot` counts the slots since 1970, in the length of the configuration; `time`, its centre, is for people. Serial and
 //! country are written as in `numbers.json`. A file that is not a recording's first begins with what was in force.
 
@@ -14,9 +18,10 @@ use serde::{Deserialize, Serialize};
 
 use super::{octets, read};
 use crate::config::{Config, SensorKind};
-use crate::fusion::operational::{Decision, Verdict};
+use crate::fusion::operational::{Decision, Held, Kept, Verdict};
 use crate::fusion::{Slot, SlotGrid};
 use crate::normalise::{Identity, RadarTrackKey, SensorIndex};
+use crate::time::Time;
 
 /// The end of the file's name.
 pub const DECISIONS: &str = "decisions.jsonl";
@@ -35,6 +40,9 @@ struct Line {
     #[serde(default, skip_serializing_if = "String::is_empty")]
     country: String,
     verdict: String,
+    /// Nanoseconds since 1970: exact, since it decides.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    last_heard_ns: Option<i64>,
 }
 
 /// What was decided in a flight, in the order of the slots.
@@ -43,6 +51,16 @@ pub struct Decisions(Vec<(Line, Identity, Verdict)>);
 
 /// The line of a decision that counts from that slot on, with its end.
 pub fn decision_line(slot: Slot, decision: &Decision, config: &Config) -> String {
+    text_of(slot, decision, None, config)
+}
+
+/// The lines of decisions that are kept for the time after a restart.
+pub fn kept_lines(kept: &[Kept], config: &Config) -> String {
+    let line = |&Kept { held, heard }: &Kept| text_of(held.since, &held.decision, Some(heard), config);
+    kept.iter().map(line).collect()
+}
+
+fn text_of(slot: Slot, decision: &Decision, heard: Option<Time>, config: &Config) -> String {
     let Decision { radar, transponder, verdict } = decision;
     let grid = SlotGrid::new(config.fusion.slot.as_nanos() as i64);
     let sensor = config.sensors.get(usize::from(radar.sensor.0));
@@ -54,6 +72,7 @@ pub fn decision_line(slot: Slot, decision: &Decision, config: &Config) -> String
         serial: transponder.serial().escape_ascii().to_string(),
         country: transponder.country().escape_ascii().to_string(),
         verdict: verdict.name().to_owned(),
+        last_heard_ns: heard.map(Time::nanos),
     };
     serde_json::to_string(&line).expect("numbers and text are JSON") + "\n"
 }
@@ -120,25 +139,44 @@ impl Decisions {
         self.0.sort_by_key(|decision| decision.0.slot);
     }
 
-    /// What an engine of that configuration is told, and the decisions that it cannot be told, each with the reason.
-    pub fn plan(&self, config: &Config) -> (Vec<(Slot, Decision)>, Vec<String>) {
-        let (mut plan, mut unused) = (Vec::new(), Vec::new());
+    /// What an engine of that configuration is told, and the decisions that it cannot be told.
+    pub fn plan(&self, config: &Config) -> DecisionPlan {
+        let mut plan = DecisionPlan::default();
         for (line, transponder, verdict) in &self.0 {
             let is_radar = |sensor: &crate::config::Sensor| {
                 sensor.id == line.sensor && matches!(sensor.kind, SensorKind::Radar(_))
             };
             let Some(index) = config.sensors.iter().position(is_radar) else {
-                unused.push(format!(
+                plan.unused.push(format!(
                     "the decision of {} is not used: there is no radar {}",
                     line.time, line.sensor
                 ));
                 continue;
             };
             let radar = RadarTrackKey { sensor: SensorIndex(index as u16), number: line.track_number };
-            plan.push((Slot(line.slot), Decision { radar, transponder: *transponder, verdict: *verdict }));
+            let (since, verdict) = (Slot(line.slot), *verdict);
+            let decision = Decision { radar, transponder: *transponder, verdict };
+            match line.last_heard_ns {
+                Some(nanos) => {
+                    let held = Held { decision, since };
+                    plan.kept.push(Kept { held, heard: Time::from_nanos(nanos) });
+                }
+                None => plan.decided.push((since, decision)),
+            }
         }
-        (plan, unused)
+        plan
     }
+}
+
+/// What an engine is told of decisions.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct DecisionPlan {
+    /// What was decided in the flight, each with the slot from which it counts ([`Engine::plan`](crate::fusion::Engine::plan)).
+    pub decided: Vec<(Slot, Decision)>,
+    /// What held before a restart ([`Engine::resume`](crate::fusion::Engine::resume)).
+    pub kept: Vec<Kept>,
+    /// Decisions that it cannot be told, each with the reason.
+    pub unused: Vec<String>,
 }
 
 #[cfg(test)]
@@ -171,16 +209,20 @@ mod tests {
         let text: String =
             decisions.iter().map(|(slot, decision)| decision_line(*slot, decision, &config)).collect();
         let mut read = parse_decisions(&text).unwrap();
-        let (plan, unused) = read.plan(&config);
-        assert_eq!(plan, [decisions[1], decisions[2], decisions[0]]);
-        assert!(unused.is_empty());
+        let plan = read.plan(&config);
+        assert_eq!(plan.decided, [decisions[1], decisions[2], decisions[0]]);
+        assert!(plan.unused.is_empty() && plan.kept.is_empty());
+        let held = Held { decision: decisions[0].1, since: Slot(12) };
+        let kept = Kept { held, heard: Time::from_nanos(1_795_000_000_123_456_789) };
+        let again = parse_decisions(&kept_lines(&[kept], &config)).unwrap().plan(&config);
+        assert_eq!((again.kept, again.decided), (vec![kept], vec![]));
         read.join(parse_decisions(&text).unwrap());
         assert_eq!(read.len(), 3, "what is known already");
 
         let other = text.replace("\"sensor\":\"", "\"sensor\":\"no-");
-        let (plan, unused) = parse_decisions(&other).unwrap().plan(&config);
+        let DecisionPlan { decided, unused, .. } = parse_decisions(&other).unwrap().plan(&config);
         assert!(
-            plan.is_empty() && unused.len() == 3 && unused[0].contains("there is no radar no-"),
+            decided.is_empty() && unused.len() == 3 && unused[0].contains("there is no radar no-"),
             "{unused:?}"
         );
     }

@@ -1,5 +1,5 @@
 //! What outlives a restart: `numbers.json`, the transponder numbers given so far, and `registration.json`, how each radar is
-//! set up wrongly ([`Registrations`]).
+//! set up wrongly ([`Registrations`]), and `decisions.jsonl`, what operators have decided ([`Decisions`]).
 //!
 //! ```json
 //! {"version":1,"numbers":[
@@ -11,10 +11,12 @@
 //! The file of a recording (`<name>.numbers.json`) is the same.
 
 mod decisions;
+mod decisions_keeper;
 mod keeper;
 mod registration;
 mod registration_keeper;
 mod sources;
+mod text_keeper;
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -26,7 +28,10 @@ use crate::fusion::{Given, LARGEST_TRANSPONDER_NUMBER};
 use crate::normalise::Identity;
 use crate::time::Time;
 
-pub use decisions::{DECISIONS, Decisions, decision_line, parse_decisions, read_decisions};
+pub use decisions::{
+    DECISIONS, DecisionPlan, Decisions, decision_line, kept_lines, parse_decisions, read_decisions,
+};
+pub use decisions_keeper::DecisionsKeeper;
 pub use keeper::Keeper;
 pub use registration::{
     REGISTRATION, Registrations, parse_registration, read_registration, registration_text,

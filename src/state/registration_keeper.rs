@@ -3,13 +3,13 @@
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender};
-use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::sync::mpsc::SyncSender;
+use std::time::Duration;
 
-use tracing::{error, info, warn};
+use tracing::error;
 
-use super::{REGISTRATION, Registrations, read_registration, set_aside, write_atomically};
+use super::text_keeper::TextKeeper;
+use super::{REGISTRATION, Registrations, read_registration, set_aside};
 use crate::time::Time;
 
 /// The file is written at most this often; also one that could not be written is tried again after this time.
@@ -17,7 +17,7 @@ const PAUSE: Duration = Duration::from_secs(300);
 
 /// The running keeper; it ends when the sender is gone.
 pub struct RegistrationKeeper {
-    thread: JoinHandle<()>,
+    keeper: TextKeeper,
 }
 
 impl RegistrationKeeper {
@@ -47,60 +47,12 @@ impl RegistrationKeeper {
     /// # Errors
     /// No thread could be started.
     pub fn start(directory: PathBuf) -> io::Result<(SyncSender<Arc<str>>, Self)> {
-        let (sender, texts) = mpsc::sync_channel(1);
-        let thread = std::thread::Builder::new()
-            .name("registration".to_owned())
-            .spawn(move || keep(&directory, &texts))?;
-        Ok((sender, Self { thread }))
+        let (sender, keeper) = TextKeeper::start(directory, REGISTRATION, "registration", PAUSE)?;
+        Ok((sender, Self { keeper }))
     }
 
     /// Waits until the last text is written; the sender must be gone.
     pub fn join(self) {
-        if self.thread.join().is_err() {
-            error!("the thread that keeps the registration panicked; this is a bug");
-        }
+        self.keeper.join();
     }
-}
-
-#[expect(clippy::disallowed_methods, reason = "a pause between two writes")]
-fn keep(directory: &Path, texts: &Receiver<Arc<str>>) {
-    let mut unwritten: Option<Arc<str>> = None;
-    let mut next = Instant::now() + PAUSE;
-    let mut failed = false;
-    loop {
-        let ended = match texts.recv_timeout(next.saturating_duration_since(Instant::now())) {
-            Ok(text) => {
-                unwritten = Some(text);
-                continue;
-            }
-            Err(RecvTimeoutError::Timeout) => false,
-            Err(RecvTimeoutError::Disconnected) => true,
-        };
-        next = Instant::now() + PAUSE;
-        match unwritten.as_deref().map(|text| write(directory, text)) {
-            Some(Ok(())) => {
-                unwritten = None;
-                if std::mem::take(&mut failed) {
-                    info!("{}: registration is kept again", directory.display());
-                }
-            }
-            Some(Err(error)) if !failed => {
-                failed = true;
-                let minutes = PAUSE.as_secs() / 60;
-                warn!(
-                    "{}: registration cannot be kept: {error}; tried again every {minutes} min",
-                    directory.display()
-                );
-            }
-            Some(Err(_)) | None => {}
-        }
-        if ended {
-            return;
-        }
-    }
-}
-
-fn write(directory: &Path, text: &str) -> io::Result<()> {
-    std::fs::create_dir_all(directory)?;
-    write_atomically(&directory.join(REGISTRATION), text)
 }

@@ -65,6 +65,7 @@ impl Flown {
             let reception = Reception {
                 received: Some(driver.reception(datagram.received)),
                 input: 0,
+                from: None,
                 kind: ReceptionKind::Datagram,
                 origin: 0,
                 payload: datagram.payload.clone(),

@@ -16,6 +16,7 @@ use utm_fusion::ingest::Capture;
 use utm_fusion::live::{Hub, OpenCaptures, Player, now};
 use utm_fusion::picture::PictureMaker;
 use utm_fusion::pipeline::Pipeline;
+use utm_fusion::state::DecisionPlan;
 
 use crate::common::Reader;
 
@@ -42,8 +43,16 @@ impl Show {
         let (writer, hub) = Hub::new(config.clone(), Arc::new(maker), now());
         let open: OpenCaptures = Arc::new(move || Ok(vec![Capture::open(&folder.join("capture.pcap"))?]));
         let date = jiff::civil::Date::default();
-        let (player, _) =
-            Player::start(open, date, config, Masks::default(), writer, (speed, false), Vec::new()).unwrap();
+        let (player, _) = Player::start(
+            open,
+            date,
+            config,
+            Masks::default(),
+            writer,
+            (speed, false),
+            DecisionPlan::default(),
+        )
+        .unwrap();
         let state = ApiState::start(hub, Options { player: Some(player), ..Options::default() }).unwrap();
         Self { app: router(state.clone()), state }
     }

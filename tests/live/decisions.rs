@@ -4,12 +4,18 @@ use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
+use asterix::cat048::{self, DetectionType, PolarPosition, TargetReport, TrackNumber};
+use asterix::{DataSource, Explicit, TimeOfDay, cat129, encode_block};
 use serde_json::Value;
-use utm_fusion::config::Profile;
+use utm_fusion::config::{Profile, SensorKind};
+use utm_fusion::live::now;
+use utm_fusion::normalise::time_of_day_count;
 use utm_fusion::state::parse_decisions;
 
-use crate::common::{Scratch, beside, only, replayed, utm_fusion};
+use crate::common::{Running, Scratch, beside, files, only, replayed, utm_fusion};
 use crate::driver::{Fate, SCENARIO, record};
 use crate::stage::Stage;
 
@@ -120,4 +126,123 @@ fn an_operator_decides_and_the_service_obeys_says_so_and_records_it() {
     let text = fs::read_to_string(beside(&input, "decisions.jsonl")).unwrap();
     assert_eq!(parse_decisions(&text).unwrap().len(), 1, "{text}");
     assert!(fs::read(only(&dir, "output-", ".pcap")).unwrap() == replayed(&input));
+}
+
+/// A drone that flies west of the radar, straight and for as long as it is wanted: its plots four times a second, under one
+/// track number, and its transponder's reports once a second.
+fn fly_straight(stage: &Stage, stop: &AtomicBool) {
+    const PERIOD: Duration = Duration::from_millis(250);
+    let sender = stage.sender();
+    let SensorKind::Radar(radar) = &stage.config.sensors[0].kind else {
+        panic!("the first sensor is a radar")
+    };
+    let began = now();
+    for count in 0.. {
+        if stop.load(Ordering::Relaxed) {
+            return;
+        }
+        let time = now();
+        let time_of_day = TimeOfDay::from_count(time_of_day_count(time));
+        let range_m = 800.0 + 5.0 * time.seconds_since(began);
+        let source = |index: usize| {
+            let sensor = &stage.config.sensors[index];
+            DataSource { sac: sensor.sac, sic: sensor.sic }
+        };
+        let detection = TargetReport::new(DetectionType::Primary);
+        let plot = cat048::Record::builder(source(0), time_of_day, detection)
+            .polar_position(PolarPosition::new(range_m, 270.0))
+            .track_number(TrackNumber::new(NUMBER))
+            .special_purpose(Explicit::new(&[250]));
+        let mut octets = Vec::new();
+        encode_block(&[plot.build().unwrap()], &mut octets).unwrap();
+        sender.send_to(&octets, stage.to(0)).unwrap();
+        if count % 4 == 0 {
+            let longitude_deg =
+                radar.longitude_deg - range_m / (111_320.0 * radar.latitude_deg.to_radians().cos());
+            let place = cat129::Position::new(radar.latitude_deg, longitude_deg);
+            let report = cat129::Record::builder(source(1), *b"NO", time_of_day, place)
+                .serial_number(*b"STRAIGHT    ")
+                .altitude_amsl(cat129::Altitude::from_metres(radar.assumed_height_amsl_m));
+            octets.clear();
+            encode_block(&[report.build().unwrap()], &mut octets).unwrap();
+            sender.send_to(&octets, stage.to(1)).unwrap();
+        }
+        std::thread::sleep(PERIOD);
+    }
+}
+
+/// The track number of that drone.
+const NUMBER: u16 = 77;
+
+#[test]
+fn a_decision_outlives_a_restart_that_is_short_and_no_other() {
+    let scenario = "name = \"live\"\nduration_s = 20\n[drones]\nmultirotors = 1\nequipped = 1\n";
+    let stage = Stage::new(scenario, 22_600, |config, _| {
+        config.fusion.profile = Profile::Operational;
+        config.sensors.truncate(2);
+    });
+    let port = |service: &Running| -> u16 {
+        let log = service.log();
+        let address = log.split("running, http://").nth(1).unwrap().split('/').next().unwrap().to_owned();
+        address.split(':').nth(1).unwrap().parse().unwrap()
+    };
+    let held = |port: u16| ask(port, "GET", "/api/v1/correlations").1["correlations"].clone();
+    let until = |what: &str, is_so: &mut dyn FnMut() -> bool| {
+        let end = Instant::now() + Duration::from_secs(60);
+        while !is_so() {
+            assert!(Instant::now() < end, "not within 60 s: {what}");
+            std::thread::sleep(Duration::from_millis(200));
+        }
+    };
+    let stop = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        scope.spawn(|| fly_straight(&stage, &stop));
+        let ended = Ended(&stop);
+        let service = stage.run("first.log");
+        let first = port(&service);
+        let sensor = &stage.config.sensors[0].id;
+        let wish =
+            format!("/api/v1/correlations?sensor={sensor}&track={NUMBER}&uas=STRAIGHT&verdict=decorrelated");
+        until("the track is there", &mut || ask(first, "POST", &wish).0 == 200);
+        let decided = held(first);
+        assert_eq!(decided.as_array().unwrap().len(), 1, "{decided}");
+        let (code, log) = service.stop();
+        assert_eq!(code, Some(0), "{log}");
+
+        // At once: it holds again, as it was.
+        let service = stage.run("second.log");
+        let second = port(&service);
+        until("it holds again", &mut || held(second) == decided);
+        let (code, log) = service.stop();
+        assert_eq!(code, Some(0), "{log}");
+        let told = format!("{sensor} track {NUMBER} and transponder STRAIGHT: decorrelated: it holds again");
+        assert!(log.contains(&told), "{log}");
+
+        // Later than the radar keeps a number through a silence: that is said.
+        std::thread::sleep(Duration::from_secs(8));
+        let mut service = stage.run("third.log");
+        service.says("it ended with the restart");
+        assert_eq!(held(port(&service)).as_array().unwrap().len(), 0);
+        let (code, log) = service.stop();
+        assert_eq!(code, Some(0), "{log}");
+        drop(ended);
+    });
+    // Each recording replays to what was sent, with the decision that it began with.
+    let dir = stage.scratch.path("recordings");
+    let (inputs, outputs) = (files(&dir, "input-", ".pcap"), files(&dir, "output-", ".pcap"));
+    assert_eq!(inputs.len(), 3);
+    for (input, output) in inputs.iter().zip(&outputs) {
+        assert!(fs::read(output).unwrap() == replayed(input), "{}", input.display());
+    }
+    let begun = fs::read_to_string(beside(&inputs[1], "decisions.jsonl")).unwrap();
+    assert!(begun.contains("last_heard_ns"), "{begun}");
+}
+
+/// Ends the flight, also where the test fails.
+struct Ended<'a>(&'a AtomicBool);
+
+impl Drop for Ended<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
 }

@@ -69,6 +69,49 @@ fn the_demo_is_live() {
 }
 
 #[test]
+fn two_demos_do_not_hear_each_other() {
+    let scratch = Scratch::new();
+    let start = |seed: &str| {
+        let mut command = utm_fusion("demo");
+        command.args(["--http", "127.0.0.1:0", "--seed", seed]);
+        let mut running = Running::start(&mut command, scratch.path(seed));
+        let address = address(&mut running);
+        (running, address)
+    };
+    let demos = [start("1"), start("2")];
+    let lines = |address: SocketAddr| -> Vec<String> {
+        let sensors = json(address, "/api/v1/sensors");
+        let lines = sensors["features"].as_array().unwrap().iter();
+        lines
+            .map(|sensor| sensor["properties"]["lines"][0]["name"].as_str().unwrap_or("").to_owned())
+            .collect()
+    };
+    for (_, address) in &demos {
+        until("tracks", || !json(*address, "/api/v1/tracks")["features"].as_array().unwrap().is_empty());
+    }
+    let [first, second] = [lines(demos[0].1), lines(demos[1].1)];
+    assert!(
+        first.len() == 2 && first.iter().all(|line| !line.is_empty() && !second.contains(line)),
+        "{first:?}"
+    );
+    for (mut running, address) in demos {
+        let said = running.log();
+        assert!(said.contains("the fused picture goes to 239.192.129.2:"), "{said}");
+        let status = json(address, "/api/v1/status")["tally"].to_string();
+        assert!(!status.contains("other_sender"), "{status}");
+        for sensor in json(address, "/api/v1/sensors")["features"].as_array().unwrap() {
+            let properties = &sensor["properties"];
+            assert_eq!(properties["state"], "operational", "{properties}");
+            // What comes on the lines is what its own flight sends, once.
+            assert!(properties["rate_hz"].as_f64().unwrap() > 0.0 && properties["contested"].is_null());
+        }
+        running.signal("-INT");
+        let (code, log) = running.wait(Duration::from_secs(10));
+        assert_eq!(code, Some(0), "{log}");
+    }
+}
+
+#[test]
 fn a_recording_is_served_paused_and_taken_elsewhere() {
     let scratch = Scratch::new();
     let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/demo");

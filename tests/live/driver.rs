@@ -56,9 +56,19 @@ fn seconds(seconds: i64) -> SignedDuration {
     SignedDuration::from_secs(seconds)
 }
 
+/// Who sends everything.
+const FROM: SocketAddrV4 = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 40_000);
+
 /// A datagram as the engine's thread hands it on.
 fn reception(line: usize, received: Time, payload: Vec<u8>) -> Reception {
-    Reception { received: Some(received), input: line, kind: ReceptionKind::Datagram, origin: 0, payload }
+    Reception {
+        received: Some(received),
+        input: line,
+        from: Some(FROM.into()),
+        kind: ReceptionKind::Datagram,
+        origin: 0,
+        payload,
+    }
 }
 
 /// Arrivals, ticks and their order, as the engine's thread of the service would see them.
@@ -177,7 +187,7 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
             driver.tick(wall(steady), |one| made.push(one));
             hand_out(made, &driver);
         }
-        let from = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 40_000);
+        let from = FROM;
         let line = usize::from(datagram.flow.port != 8048);
         let received = driver.reception(wall(datagram.received));
         let payload = datagram.payload.clone();

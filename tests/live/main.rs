@@ -15,6 +15,7 @@ mod recorder;
 mod registration;
 mod reload;
 mod replayed;
+mod senders;
 mod sockets;
 mod stage;
 mod terminal;

@@ -195,7 +195,7 @@ fn a_silence_is_not_forgetting() {
     for datagram in &simulation.datagrams {
         let received = Some(datagram.received);
         let (kind, payload) = (ReceptionKind::Datagram, datagram.payload.clone());
-        driver.receive(&Reception { received, input: 0, kind, origin: 0, payload }, drop);
+        driver.receive(&Reception { received, input: 0, from: None, kind, origin: 0, payload }, drop);
     }
     let known = |driver: &Driver| {
         let engine = driver.pipeline().engine();

@@ -2,8 +2,8 @@
 
 use std::net::{Ipv4Addr, UdpSocket};
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -20,6 +20,8 @@ pub(crate) struct Stage {
     pub(crate) simulation: Simulation,
     pub(crate) config: Config,
     pub(crate) site: PathBuf,
+    /// What the flight is sent from: to the service another port would be another sender.
+    socket: OnceLock<UdpSocket>,
 }
 
 impl Stage {
@@ -33,7 +35,7 @@ impl Stage {
         let mut config = on_own_ports(&simulation.config, port, &scratch, Some(record));
         change(&mut config, &scratch);
         let site = scratch.file("site.toml", config.to_string());
-        Self { scratch, simulation, config, site }
+        Self { scratch, simulation, config, site, socket: OnceLock::new() }
     }
 
     pub(crate) fn run(&self, log: &str) -> Running {
@@ -60,7 +62,7 @@ impl Stage {
 
     /// Sends what the simulation holds from `from_s` to `until_s` of it, in real time.
     pub(crate) fn send(&self, from_s: f64, until_s: f64) {
-        let sender = self.sender();
+        let sender = self.socket.get_or_init(|| self.sender());
         let start = self.simulation.datagrams[0].received;
         for datagram in &self.simulation.datagrams {
             let at_s = datagram.received.seconds_since(start);

@@ -255,6 +255,7 @@ impl Flown {
         wanted.map(|datagram| Reception {
             received: Some(datagram.received),
             input: 0,
+            from: None,
             kind: ReceptionKind::Datagram,
             origin: 0,
             payload: datagram.payload.clone(),

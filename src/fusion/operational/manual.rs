@@ -2,6 +2,8 @@
 //!
 //! A decision is about a radar track for as long as the radar keeps it: a number that comes again is another track, of which
 //! nothing was decided. The transponder is meant by who it is, so that it may fall silent and come back.
+//!
+//! Over a restart it holds where the radar's number is heard again within its break, as if there had been no restart.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -66,6 +68,24 @@ pub struct Held {
     pub since: Slot,
 }
 
+/// A decision that is kept for the time after a restart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Kept {
+    /// What was decided, and since when it held.
+    pub held: Held,
+    /// The last plot of its radar track.
+    pub heard: Time,
+}
+
+/// What has become of a decision of before a restart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Resumed {
+    /// The radar track is heard again: it holds as before.
+    Holds(Held),
+    /// The radar's number was not heard again within its break: another aircraft may have it now.
+    Ended(Held),
+}
+
 /// Why something cannot be decided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Undecided {
@@ -126,13 +146,42 @@ impl Operational {
         since: Slot,
         settings: &Settings,
     ) -> Result<(), Undecided> {
-        let Decision { radar, transponder, verdict } = decision;
+        let Decision { radar, transponder, .. } = decision;
         let id = self.current(radar, settings).ok_or(Undecided::NoRadarTrack)?;
-        let pair = (id, transponder);
-        let held = &mut self.manual.0;
-        if !self.by_identity.contains_key(&transponder) && !held.contains_key(&pair) {
+        if !self.by_identity.contains_key(&transponder) && !self.manual.0.contains_key(&(id, transponder)) {
             return Err(Undecided::NoTransponder);
         }
+        self.hold(id, decision, since);
+        Ok(())
+    }
+
+    /// Lets a decision of before a restart hold again, where its radar track was heard again within the break of its number;
+    /// `None`: that is not known yet. `time` is the centre of the slot that is put out next.
+    pub(in crate::fusion) fn resume(
+        &mut self,
+        kept: Kept,
+        time: Time,
+        settings: &Settings,
+    ) -> Option<Resumed> {
+        let Kept { held: Held { decision, since }, heard } = kept;
+        let ended = Some(Resumed::Ended(kept.held));
+        let Some(radar) = settings.radar(decision.radar.sensor) else { return ended };
+        let until = Time::from_nanos(heard.nanos() + break_ns(radar));
+        let tracklet = self.current(decision.radar, settings).and_then(|id| self.tracklets.get(&id));
+        match tracklet.map(|tracklet| (tracklet.id, tracklet.first())) {
+            Some((id, first)) if first <= until => {
+                self.hold(id, decision, since);
+                Some(Resumed::Holds(kept.held))
+            }
+            None if time <= until => None,
+            Some(_) | None => ended,
+        }
+    }
+
+    fn hold(&mut self, id: TrackletId, decision: Decision, since: Slot) {
+        let Decision { radar, transponder, verdict } = decision;
+        let pair = (id, transponder);
+        let held = &mut self.manual.0;
         if verdict == Verdict::Correlated {
             // A radar track is one transponder, and a transponder one track of a radar.
             let tracklets = &self.tracklets;
@@ -153,7 +202,16 @@ impl Operational {
             _ if held.get(&pair).is_some_and(|before| before.0 == verdict) => {}
             _ => _ = held.insert(pair, (verdict, since)),
         }
-        Ok(())
+    }
+
+    /// What is in force, each with the last plot of its radar track.
+    pub(in crate::fusion) fn kept(&self) -> Vec<Kept> {
+        let kept = |(&(id, transponder), &(verdict, since)): (&(TrackletId, Identity), &(Verdict, Slot))| {
+            let tracklet = self.tracklets.get(&id)?;
+            let decision = Decision { radar: tracklet.key, transponder, verdict };
+            Some(Kept { held: Held { decision, since }, heard: tracklet.last() })
+        };
+        self.manual.0.iter().filter_map(kept).collect()
     }
 
     /// Without anything to compare a radar track stays what it is, which here was an operator's word alone.
@@ -167,11 +225,7 @@ impl Operational {
 
     /// What is in force, by radar track.
     pub(in crate::fusion) fn decisions(&self) -> Vec<Held> {
-        let held = |(&(id, transponder), &(verdict, since)): (&(TrackletId, Identity), &(Verdict, Slot))| {
-            let radar = self.tracklets.get(&id)?.key;
-            Some(Held { decision: Decision { radar, transponder, verdict }, since })
-        };
-        self.manual.0.iter().filter_map(held).collect()
+        self.kept().into_iter().map(|kept| kept.held).collect()
     }
 
     /// The transponders that something can be decided of.

@@ -31,7 +31,7 @@ use target::Target;
 use tracklet::{TargetId, Tracklet, TrackletId};
 
 pub use decide::{JOIN, PART};
-pub use manual::{Decision, Held, Undecided, Verdict};
+pub use manual::{Decision, Held, Kept, Resumed, Undecided, Verdict};
 pub use registering::{Registered, Step};
 pub use settings::{Mode, Radar, Settings, Transponder};
 

@@ -290,3 +290,68 @@ fn the_same_decisions_at_the_same_slots_give_the_same_points() {
     let late = between(&emissions, emissions[60].slot, 50);
     assert!(late.iter().all(|emission| parts(emission).contains(&(FIRST, Some(identity(1))))));
 }
+
+/// The service ends at one second of the flight and starts again at another; what has become of a decision of second 30, and
+/// the engine of after the restart.
+fn over_a_restart(ends: i64, starts: i64) -> (Vec<Resumed>, Engine, Vec<Emission>) {
+    let decided = decision(TRACKS[0], 1, Verdict::Correlated);
+    let mut before = Engine::new(settings(true));
+    let mut is_decided = false;
+    for (received, report) in reports(60) {
+        let second = received.nanos() / SECOND - START;
+        if second >= ends {
+            break;
+        }
+        before.advance(received).for_each(drop);
+        before.handle(report).unwrap();
+        if second >= 30 && !is_decided {
+            before.decide(decided).unwrap();
+            is_decided = true;
+        }
+    }
+    before.finish().for_each(drop);
+    let kept = before.kept();
+    assert_eq!((kept.len(), kept[0].held.decision), (1, decided));
+    assert!((START + ends) * SECOND - kept[0].heard.nanos() < 3 * SECOND, "{kept:?}");
+
+    let mut after = Engine::new(settings(true));
+    after.resume(kept.clone());
+    assert_eq!(after.kept(), kept, "a restart soon after would know it, too");
+    let mut emissions = Vec::new();
+    for (received, report) in reports(60) {
+        if received.nanos() / SECOND - START >= starts {
+            emissions.extend(after.advance(received));
+            // What was seen before the restart comes no more.
+            if report.time().nanos() >= (START + starts) * SECOND {
+                after.handle(report).unwrap();
+            }
+        }
+    }
+    emissions.extend(after.finish());
+    (after.resumed(), after, emissions)
+}
+
+#[test]
+fn a_decision_outlives_a_restart_where_the_radar_track_is_heard_in_time() {
+    let (resumed, engine, emissions) = over_a_restart(36, 38);
+    let [Resumed::Holds(held)] = resumed[..] else { panic!("{resumed:?}") };
+    assert_eq!((engine.decisions(), engine.missed()), (vec![held], 0));
+    assert_eq!(engine.kept()[0].held, held);
+    // From the first point of that track on, as it was decided.
+    let fused: Vec<_> = emissions.iter().filter(|emission| of_track(emission, TRACKS[0]).is_some()).collect();
+    assert!(fused.len() > 20, "{}", fused.len());
+    assert!(fused.iter().all(|emission| !parts(emission).contains(&(FIRST, Some(identity(0))))));
+    assert!(fused.iter().any(|emission| parts(emission).contains(&(FIRST, Some(identity(1))))));
+}
+
+#[test]
+fn a_restart_that_takes_longer_than_the_break_ends_it() {
+    let (resumed, engine, _) = over_a_restart(36, 44);
+    assert!(matches!(resumed[..], [Resumed::Ended(_)]), "{resumed:?}");
+    assert_eq!((engine.decisions(), engine.kept(), engine.missed()), (vec![], vec![], 1));
+    // In a profile without decisions at once.
+    let mut reference = Engine::new(settings(false));
+    let held = Held { decision: decision(TRACKS[0], 1, Verdict::Correlated), since: Slot(1) };
+    reference.resume(vec![Kept { held, heard: Time::default() }]);
+    assert_eq!(reference.resumed(), [Resumed::Ended(held)]);
+}

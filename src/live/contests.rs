@@ -1,0 +1,57 @@
+//! Two senders with one SAC/SIC, as a sensor's status tells of them. Sans-IO.
+
+use std::collections::BTreeMap;
+use std::net::SocketAddr;
+
+use super::health::{SensorState, SensorStatus};
+use crate::normalise::Identity;
+use crate::pipeline::Contest;
+
+/// Transponders that are named; the others are counted.
+const NAMED: usize = 3;
+
+/// A sender that is refused because another one speaks for its sensor.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Contested {
+    /// The sender that was heard first and counts.
+    pub counts: SocketAddr,
+    /// The sender that is refused.
+    pub refused: SocketAddr,
+    /// The transponders that both report; empty where they speak for a radar.
+    pub transponders: Vec<Identity>,
+}
+
+impl Contested {
+    /// What is wrong, for people.
+    fn reason(&self) -> String {
+        let Self { counts, refused, transponders } = self;
+        let serials: Vec<String> =
+            transponders.iter().take(NAMED).map(|one| one.serial().escape_ascii().to_string()).collect();
+        let of = match transponders.len() {
+            0 => String::new(),
+            1 => format!(" of transponder {}", serials[0]),
+            count @ 2..=NAMED => format!(" of {count} transponders ({})", serials.join(", ")),
+            count => format!(" of {count} transponders ({}, ...)", serials.join(", ")),
+        };
+        format!(
+            "two senders with its SAC/SIC say different things{of}: {counts} was heard first and counts, \
+             {refused} is refused while it speaks"
+        )
+    }
+}
+
+/// Notes on each sensor which of its senders are refused: it is degraded for as long as that lasts.
+pub(super) fn note_contests(sensors: &mut [SensorStatus], contests: &[Contest]) {
+    let mut by_senders: BTreeMap<_, Vec<Identity>> = BTreeMap::new();
+    for contest in contests {
+        let Contest { sensor, counts, refused, identity, .. } = *contest;
+        by_senders.entry((sensor, counts, refused)).or_default().extend(identity);
+    }
+    for ((sensor, counts, refused), transponders) in by_senders {
+        let Some(status) = sensors.get_mut(usize::from(sensor.0)) else { continue };
+        let contested = Contested { counts, refused, transponders };
+        status.state = status.state.max(SensorState::Degraded);
+        status.reasons.push(contested.reason());
+        status.contested.push(contested);
+    }
+}

@@ -1,0 +1,179 @@
+//! Two senders with one SAC/SIC: the first counts, the other is refused and named. Lines that bring the same complete each
+//! other.
+
+use std::fs;
+use std::io::{Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+use utm_fusion::live::now;
+use utm_fusion::publish::{PcapWriter, UdpFlow};
+use utm_fusion::simulate::Simulation;
+use utm_fusion::time::Time;
+
+use crate::common::{Running, Scratch, beside, flight, only, read, replayed, utm_fusion};
+use crate::stage::Stage;
+
+/// Every drone has a transponder that is never silent for long: those of another flight have the same serial numbers, and
+/// never get a turn.
+const SCENARIO: &str = "name = \"live\"\nduration_s = 24\n[drones]\nmultirotors = 2\nequipped = 2\n[birds]\ncount = 3\n\
+                        [transponder]\nperiod_s = [1.5, 2.0]\ndropped = 0.0\ngap_every_s = 0.0\n\
+                        starts_after_s = [0.0, 1.0]\nends_before_s = [0.0, 0.0]\n";
+
+/// When the second sender begins, seconds of the flight.
+const SECOND_S: f64 = 5.0;
+/// And when it ends.
+const SECOND_ENDS_S: f64 = 16.0;
+
+fn json(address: SocketAddr, path: &str) -> Value {
+    let mut socket = TcpStream::connect(address).unwrap();
+    socket.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+    write!(socket, "GET {path} HTTP/1.1\r\nHost: here\r\nConnection: close\r\n\r\n").unwrap();
+    let mut answer = String::new();
+    socket.read_to_string(&mut answer).unwrap();
+    serde_json::from_str(answer.split_once("\r\n\r\n").unwrap().1).unwrap()
+}
+
+fn address(running: &mut Running) -> SocketAddr {
+    running.says("running, http://");
+    running.log().split("running, http://").nth(1).unwrap().split('/').next().unwrap().parse().unwrap()
+}
+
+/// Sends another flight to the inputs of the stage, as a stray simulator would; from this address.
+fn stray(stage: &Stage, other: &Simulation) -> SocketAddr {
+    let sender = stage.sender();
+    let start = other.datagrams[0].received;
+    for datagram in &other.datagrams {
+        let at_s = datagram.received.seconds_since(start);
+        if !(SECOND_S..SECOND_ENDS_S).contains(&at_s) {
+            continue;
+        }
+        if let Ok(early) = Duration::try_from(datagram.received - now()) {
+            std::thread::sleep(early);
+        }
+        sender.send_to(&datagram.payload, stage.to(usize::from(datagram.payload[0] == 129))).unwrap();
+    }
+    sender.local_addr().unwrap()
+}
+
+/// The recording of one sender alone, with what stands beside it.
+fn of_one(input: &Path, port: u16, scratch: &Scratch) -> std::path::PathBuf {
+    let alone = scratch.path(input.file_name().unwrap().to_str().unwrap());
+    for extension in ["site.toml", "numbers.json", "registration.json"] {
+        fs::copy(beside(input, extension), beside(&alone, extension)).unwrap();
+    }
+    let mut pcap = PcapWriter::new(fs::File::create(&alone).unwrap()).unwrap();
+    for datagram in read(input).0 {
+        let endpoints = datagram.endpoints.unwrap();
+        if endpoints.source.port() == port {
+            let (SocketAddr::V4(from), SocketAddr::V4(to)) = (endpoints.source, endpoints.destination) else {
+                panic!("{endpoints:?}")
+            };
+            let flow = UdpFlow { from: *from.ip(), to: *to.ip(), port: to.port(), ttl: 1 };
+            pcap.write_from(port, flow, datagram.received.unwrap(), &datagram.payload).unwrap();
+        }
+    }
+    alone
+}
+
+#[test]
+fn of_two_senders_the_first_counts_and_both_are_named() {
+    let stage = Stage::new(SCENARIO, 22_700, |_, _| {});
+    let other = flight(SCENARIO, 2, Some(stage.start()));
+    let mut service = stage.run("run.log");
+    let api = address(&mut service);
+    let alerts = |holds: &dyn Fn(&Value) -> bool| -> Vec<String> {
+        let all = json(api, "/api/v1/alerts");
+        let of_sensors = all["alerts"].as_array().unwrap().iter().filter(|alert| alert["kind"] == "sensor");
+        let wanted = of_sensors.filter(|alert| holds(alert));
+        wanted.map(|alert| alert["text"].as_str().unwrap_or_default().to_owned()).collect()
+    };
+    let lasting = || alerts(&|alert| alert["until"].is_null());
+    let named = |text: &String| text.contains("was heard first and counts");
+    let (stray, told) = std::thread::scope(|scope| {
+        scope.spawn(|| stage.send(0.0, 24.0));
+        let stray = scope.spawn(|| stray(&stage, &other));
+        // 5 s after it began to speak at the latest, and some more where this machine is busy.
+        let began = stage.start() + jiff::SignedDuration::from_millis((SECOND_S * 1e3) as i64);
+        let mut told: Option<(Time, Vec<String>)> = None;
+        let until = Instant::now() + Duration::from_secs(40);
+        while told.is_none() && Instant::now() < until {
+            std::thread::sleep(Duration::from_millis(100));
+            let texts: Vec<String> = lasting().into_iter().filter(named).collect();
+            if texts.len() == 2 {
+                told = Some((now(), texts));
+            }
+        }
+        let (at, texts) = told.expect("nobody is told");
+        let after_s = at.seconds_since(began);
+        assert!(after_s < 10.0, "{after_s} s");
+        println!("told after {after_s:.1} s");
+        (stray.join().unwrap(), texts)
+    });
+    // Both are named, the radar's and the transponders'.
+    let first = told[0].split_whitespace().find(|word| word.starts_with("127.0.0.1:")).unwrap();
+    let first: SocketAddr = first.parse().unwrap();
+    assert!(
+        told.iter().all(|text| text.contains(&format!("127.0.0.1:{} is refused", stray.port()))),
+        "{told:?}"
+    );
+    // It has ended: so does the alert.
+    let until = Instant::now() + Duration::from_secs(20);
+    while lasting().iter().any(named) {
+        assert!(Instant::now() < until, "{:?}", lasting());
+        std::thread::sleep(Duration::from_millis(200));
+    }
+    let sensors = json(api, "/api/v1/sensors");
+    for sensor in sensors["features"].as_array().unwrap() {
+        assert!(sensor["properties"]["refused"]["other_sender"].as_u64().unwrap() > 3, "{sensor}");
+    }
+    let (code, log) = service.stop();
+    assert_eq!(code, Some(0), "{log}");
+    assert!(
+        (1..=3).contains(&log.matches("say different things (CAT").count()),
+        "told once a sensor:\n{log}"
+    );
+
+    // What was sent is what the recording replays to, and what the first sender alone gives.
+    let dir = stage.scratch.path("recordings");
+    let (input, sent) = (only(&dir, "input-", ".pcap"), fs::read(only(&dir, "output-", ".pcap")).unwrap());
+    let recorded = read(&input).0;
+    let of = |port| recorded.iter().filter(|one| one.endpoints.unwrap().source.port() == port).count();
+    assert!(of(stray.port()) > 20 && of(first.port()) > 20, "{} and {}", of(stray.port()), of(first.port()));
+    assert!(sent == replayed(&input), "the replay of both");
+    let scratch = Scratch::new();
+    assert!(sent == replayed(&of_one(&input, first.port(), &scratch)), "the first sender alone");
+}
+
+/// Two lines that each lose a tenth, as a capture; from two addresses, or from one.
+fn lines(simulation: &Simulation, scratch: &Scratch, two: bool) -> (String, Vec<u8>) {
+    let capture = scratch.path(if two { "two.pcap" } else { "one.pcap" });
+    let mut pcap = PcapWriter::new(fs::File::create(&capture).unwrap()).unwrap();
+    for datagram in &simulation.datagrams {
+        let port = if two { datagram.flow.port } else { 40_000 };
+        pcap.write_from(port, datagram.flow, datagram.received, &datagram.payload).unwrap();
+    }
+    pcap.flush().unwrap();
+    let (site, out) = (scratch.file("site.toml", simulation.config.to_string()), scratch.path("out.pcap"));
+    let mut replay = utm_fusion("replay");
+    let output = replay.arg(&capture).arg("--config").arg(site).arg("-o").arg(&out).output().unwrap();
+    (String::from_utf8(output.stdout).unwrap(), fs::read(out).unwrap())
+}
+
+#[test]
+fn redundant_lines_that_lose_datagrams_complete_each_other() {
+    let scenario = "name = \"lines\"\nduration_s = 60\n[drones]\nmultirotors = 3\nequipped = 2\n[birds]\ncount = 3\n\
+                    [network]\nsecond_line = true\nlost = 0.1\nreordered = 0.05\n";
+    let scratch = Scratch::new();
+    let simulation = flight(scenario, 3, None);
+    let (said_of_one, one) = lines(&simulation, &scratch, false);
+    let (said, two) = lines(&simulation, &scratch, true);
+    assert!(
+        said.contains("repeated datagrams (redundant lines)") && !said.contains("other_sender"),
+        "{said}"
+    );
+    assert_eq!(said, said_of_one);
+    assert!(one == two && !one.is_empty(), "{said}");
+}
