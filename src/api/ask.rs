@@ -26,8 +26,8 @@ pub struct Ask {
     pub id: String,
     /// Its headers.
     pub headers: HeaderMap,
-    /// Who asks; `None` where no socket is in between.
-    pub peer: Option<IpAddr>,
+    /// Who asks, as a trusted proxy says it; `None` where no socket is in between.
+    pub client: Option<IpAddr>,
     /// By which token.
     pub pass: Pass,
 }

@@ -32,6 +32,15 @@ pub fn text(ask: &Ask) -> Answer {
     );
     out.one("utm_fusion_tracks", "gauge", "Tracks in the latest slot", latest.map_or(0, |s| s.pieces.len()));
     out.one("utm_fusion_streams", "gauge", "Open event streams", state.seats().taken());
+    out.one("utm_fusion_http_connections", "gauge", "Open HTTP connections", state.door().open());
+    out.family(
+        "utm_fusion_http_connections_refused_total",
+        "counter",
+        "Connections closed at once: address, one address has too many; full, there are too many in all",
+    );
+    for (reason, count) in state.door().refused() {
+        out.sample("utm_fusion_http_connections_refused_total", &[("reason", reason.name())], count);
+    }
     out.family("utm_fusion_http_responses_total", "counter", "HTTP responses by status");
     for (status, count) in state.answered() {
         out.sample("utm_fusion_http_responses_total", &[("status", &status.to_string())], count);

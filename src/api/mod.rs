@@ -9,11 +9,14 @@
 
 mod ask;
 mod auth;
+mod client;
 mod correlations;
+mod door;
 mod endings;
 mod filter;
 mod guard;
 mod history;
+mod hosts;
 mod keeper;
 mod log;
 mod metrics;
@@ -53,6 +56,7 @@ use crate::live::{Hub, Player};
 use crate::store::Store;
 use crate::time::Time;
 use auth::Tickets;
+use door::Door;
 use keeper::Keeper;
 use log::Log;
 use rate::{Limiter, Who};
@@ -73,6 +77,8 @@ pub struct Options {
     pub streams_per_address: usize,
     /// Open connections; fewer where the system allows only few open files.
     pub connections: usize,
+    /// So many of them are for this machine alone: whoever looks after the service gets in.
+    pub reserved: usize,
     /// A connection that has not sent a request's headers by then is closed.
     pub header_timeout: Duration,
     /// Octets sent and not acknowledged for so long, or a reader that takes none, end the connection.
@@ -91,6 +97,7 @@ impl Default for Options {
             streams: 2_000,
             streams_per_address: 1_200,
             connections: 4_000,
+            reserved: 16,
             header_timeout: Duration::from_secs(10),
             stuck_timeout: Duration::from_secs(60),
             clock: crate::live::now,
@@ -126,6 +133,7 @@ struct Inner {
     log: Log,
     terms: Current<Terms>,
     tickets: Tickets,
+    door: Door,
     seats: Seats,
     limiter: Limiter,
     trails: Mutex<Trails>,
@@ -151,6 +159,7 @@ impl ApiState {
             terms: terms.into(),
             tickets: Tickets::default(),
             limiter: Limiter::default(),
+            door: Door::new(server::affordable(options.connections), options.reserved),
             seats: Seats::new(options.streams, options.streams_per_address),
             trails: Mutex::default(),
             policy: guard::policy(hub.config.http.tiles.as_ref()),
@@ -198,6 +207,10 @@ impl ApiState {
     /// Requests that were refused because of that.
     fn limited(&self) -> u64 {
         self.0.limiter.refused()
+    }
+
+    fn door(&self) -> &Door {
+        &self.0.door
     }
 
     fn seats(&self) -> &Seats {

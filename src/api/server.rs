@@ -2,7 +2,6 @@
 
 use std::io;
 use std::net::{IpAddr, SocketAddr};
-use std::sync::Arc;
 use std::time::Duration;
 
 use hyper::Request;
@@ -13,16 +12,20 @@ use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use socket2::SockRef;
 use tokio::net::{TcpListener, TcpSocket, TcpStream};
-use tokio::sync::Semaphore;
+use tokio::time::Instant;
 use tracing::{debug, info, warn};
 
 use super::ApiState;
+use super::client::is_trusted;
+use super::door::Refused;
 use super::guard::router;
 
 /// Files that the service opens besides its connections: lines, outputs, recordings, history.
 const OTHER_FILES: usize = 256;
 /// After a failed `accept`: usually there are no file descriptors left, and some will come back.
 const ACCEPT_AGAIN: Duration = Duration::from_millis(50);
+/// Connections that are closed at once are told of so often.
+const TELL_AGAIN: Duration = Duration::from_secs(60);
 /// Open connections are waited for so long when the service closes.
 const FAREWELL: Duration = Duration::from_secs(2);
 
@@ -47,9 +50,8 @@ pub fn listen(address: SocketAddr) -> io::Result<TcpListener> {
 
 /// Serves the API until [`ApiState::close`]; then open connections are brought to their end.
 pub async fn serve(listener: TcpListener, state: ApiState) {
-    let most = affordable(state.options().connections);
     let mut told = false;
-    let places = Arc::new(Semaphore::new(most));
+    let mut refusals = Refusals::default();
     let app = router(state.clone());
     loop {
         let accepted = tokio::select! {
@@ -59,9 +61,18 @@ pub async fn serve(listener: TcpListener, state: ApiState) {
         match accepted {
             Ok((stream, address)) => {
                 told = false;
-                // Beyond the cap there is no answer: one would cost what the cap saves.
-                let Ok(place) = places.clone().try_acquire_owned() else { continue };
-                let (app, state, peer) = (app.clone(), state.clone(), Peer(address.ip().to_canonical()));
+                let (terms, peer) = (state.terms(), address.ip().to_canonical());
+                // A proxy's connections are those of all its clients.
+                let cap = terms.connections.filter(|_| !is_trusted(peer, &terms.trusted_proxies));
+                let place = match state.door().enter(peer, cap) {
+                    Ok(place) => place,
+                    // There is no answer: one would cost what the cap saves.
+                    Err(refused) => {
+                        refusals.tell(refused, peer);
+                        continue;
+                    }
+                };
+                let (app, state, peer) = (app.clone(), state.clone(), Peer(peer));
                 tokio::spawn(async move {
                     if let Err(error) = connection(stream, app, peer, &state).await {
                         debug!("{address}: {error}");
@@ -78,13 +89,34 @@ pub async fn serve(listener: TcpListener, state: ApiState) {
         }
     }
     drop(listener);
-    let all = u32::try_from(most).unwrap_or(u32::MAX);
     // Who has not gone by then is cut off with the process.
-    let _ = tokio::time::timeout(FAREWELL, places.acquire_many(all)).await;
+    let _ = tokio::time::timeout(FAREWELL, state.door().emptied()).await;
+}
+
+/// What the log says of connections that are closed at once: the metrics count each, this is for whoever looks why.
+#[derive(Default)]
+struct Refusals(Option<Instant>);
+
+impl Refusals {
+    fn tell(&mut self, refused: Refused, peer: IpAddr) {
+        if self.0.is_some_and(|told| told.elapsed() < TELL_AGAIN) {
+            return;
+        }
+        self.0 = Some(Instant::now());
+        match refused {
+            Refused::Address => warn!(
+                "{peer} has as many HTTP connections as one address may have (http.connections_per_address); \
+                 further ones are closed at once. If it is a reverse proxy, name it in http.trusted_proxies"
+            ),
+            Refused::Full => warn!(
+                "as many HTTP connections are open as there may be; further ones, now from {peer}, are closed at once"
+            ),
+        }
+    }
 }
 
 /// So many connections that the files of the service itself can always be opened.
-fn affordable(connections: usize) -> usize {
+pub(super) fn affordable(connections: usize) -> usize {
     let limits =
         String::from_utf8(std::fs::read("/proc/self/limits").unwrap_or_default()).unwrap_or_default();
     let Some(files) = open_files(&limits).filter(|&files| files < connections + OTHER_FILES) else {

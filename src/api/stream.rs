@@ -37,7 +37,7 @@ pub fn open(ask: &Ask) -> Answer {
     if state.is_closing() {
         return Err(Problem::unavailable("the service stops", Vec::new()));
     }
-    let seat = state.seats().take(ask.peer).ok_or_else(|| {
+    let seat = state.seats().take(ask.client).ok_or_else(|| {
         Problem::new(StatusCode::TOO_MANY_REQUESTS, "too many streams are open, in all or from this address")
             .retry_after_s(5)
     })?;

@@ -1,9 +1,12 @@
-//! What may change while the service runs: who may ask, how often, from which pages; and the areas that are shown.
+//! What may change while the service runs: who may ask, how often, from which pages, under which names; and the areas
+//! that are shown.
+
+use std::num::NonZeroU32;
 
 use super::auth::Tokens;
 use super::{StartError, sites};
 use crate::areas::Areas;
-use crate::config::{Auth, Config, RateLimit};
+use crate::config::{Auth, Config, Network, RateLimit};
 
 /// The terms that requests are answered on.
 pub struct Terms {
@@ -11,6 +14,10 @@ pub struct Terms {
     pub(super) tokens: Option<Tokens>,
     pub(super) cors: Vec<String>,
     pub(super) limit: Option<RateLimit>,
+    /// Of one address; `None`: as many as there are.
+    pub(super) connections: Option<NonZeroU32>,
+    pub(super) hosts: Vec<String>,
+    pub(super) trusted_proxies: Vec<Network>,
     /// GeoJSON.
     pub(super) areas: Vec<u8>,
     pub(super) coverage: Vec<u8>,
@@ -30,6 +37,9 @@ impl Terms {
             tokens,
             cors: config.http.cors.clone(),
             limit: config.http.limit,
+            connections: config.http.connections_per_address,
+            hosts: config.http.hosts.clone(),
+            trusted_proxies: config.http.trusted_proxies.clone(),
             areas: sites::areas_json(areas),
             coverage: sites::coverage_json(&config.sensors, areas),
         })

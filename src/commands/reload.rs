@@ -50,6 +50,9 @@ impl Reload {
         config.areas = areas.configured().cloned().collect();
         config.http.cors.clone_from(&wanted.http.cors);
         config.http.limit = wanted.http.limit;
+        config.http.connections_per_address = wanted.http.connections_per_address;
+        config.http.hosts.clone_from(&wanted.http.hosts);
+        config.http.trusted_proxies.clone_from(&wanted.http.trusted_proxies);
         // The address stays, and others may reach it: then it is never opened to everybody.
         if wanted.http.auth != Auth::None || config.http.is_local() {
             config.http.auth = wanted.http.auth.clone();

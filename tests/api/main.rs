@@ -6,6 +6,7 @@ mod auth;
 mod common;
 mod correlations;
 mod documents;
+mod door;
 mod limits;
 mod operational;
 mod rate;
