@@ -99,6 +99,21 @@ pub fn with_type(content_type: &'static str, cache: &'static str, body: impl Int
     response
 }
 
+/// 304: what the client has is what there is.
+pub fn not_modified() -> Response {
+    let mut response = Response::new(Body::empty());
+    *response.status_mut() = StatusCode::NOT_MODIFIED;
+    response.headers_mut().insert(header::CACHE_CONTROL, HeaderValue::from_static("no-cache"));
+    response
+}
+
+/// Whether `If-None-Match` names the tag: weak comparison (RFC 9110, 8.8.3.2); our tags hold no comma.
+pub fn matches(tags: &str, tag: &HeaderValue) -> bool {
+    let opaque = |tag: &str| tag.trim().trim_start_matches("W/").to_owned();
+    let own = tag.to_str().map(opaque);
+    tags.split(',').any(|known| known.trim() == "*" || own.as_ref().is_ok_and(|own| opaque(known) == *own))
+}
+
 /// 200 with a value as JSON.
 pub fn json(content_type: &'static str, value: &impl Serialize) -> Answer {
     let octets = serde_json::to_vec(value).map_err(|error| {

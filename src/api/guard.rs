@@ -15,11 +15,11 @@ use super::ApiState;
 use super::ask::{Ask, parse_query};
 use super::auth::{self, Pass};
 use super::client::{Subscriber, client};
-use super::hosts;
 use super::problem::Problem;
 use super::rate::Who;
 use super::routes::{ROUTES, Route};
 use super::server::Peer;
+use super::{gzip, hosts};
 use crate::config::Tiles;
 
 /// Octets of a request's body; no route reads one.
@@ -100,6 +100,7 @@ async fn guard(State(state): State<ApiState>, mut request: Request, next: Next) 
         terms.cors.iter().any(known)
     });
     let origin = origin.cloned();
+    let takes_gzip = gzip::is_accepted(request.headers()) && request.method() != Method::HEAD;
     let preflight = request.method() == Method::OPTIONS
         && request.headers().contains_key(header::ACCESS_CONTROL_REQUEST_METHOD);
     let allowed = too_often(&state, &request)
@@ -129,6 +130,7 @@ async fn guard(State(state): State<ApiState>, mut request: Request, next: Next) 
         headers.insert(header::ACCESS_CONTROL_ALLOW_ORIGIN, origin);
         headers.insert(header::ACCESS_CONTROL_EXPOSE_HEADERS, HeaderValue::from_static("etag, retry-after"));
     }
+    response = gzip::answer(response, takes_gzip).await;
     secure(response.headers_mut(), state.policy());
     state.count_answer(response.status().as_u16());
     response

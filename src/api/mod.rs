@@ -15,6 +15,7 @@ mod door;
 mod endings;
 mod filter;
 mod guard;
+mod gzip;
 mod history;
 mod hosts;
 mod keeper;

@@ -7,7 +7,7 @@ use tokio::net::{TcpSocket, TcpStream};
 use utm_fusion::api::Options;
 use utm_fusion::config::{Config, RateLimit};
 
-use crate::common::{Reader, Site, receive, send};
+use crate::common::{Reader, Site, receive};
 
 /// A connection from an address of its own.
 async fn connect(from: u8, to: SocketAddr) -> TcpStream {
@@ -93,7 +93,7 @@ async fn a_trusted_proxy_is_not_capped_and_its_clients_are_told_apart() {
     let address = site.listen().await;
     assert_eq!(crowd(2, address, 100).await.0, 100);
 
-    let mut statuses = async |from: u8, headers: &str, count: usize| {
+    let statuses = async |from: u8, headers: &str, count: usize| {
         let mut statuses = Vec::new();
         let socket = connect(from, address).await;
         for _ in 0..count {

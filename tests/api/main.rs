@@ -7,6 +7,7 @@ mod common;
 mod correlations;
 mod documents;
 mod door;
+mod gzip;
 mod limits;
 mod operational;
 mod rate;
