@@ -5,8 +5,13 @@ use std::net::IpAddr;
 use std::num::NonZeroU32;
 
 use tokio::sync::watch;
+use tokio::time::{Duration, Instant};
+use tracing::{info, warn};
 
 use super::client::Subscriber;
+
+/// The log speaks of connections that are refused for a reason once in that time; the metrics count each.
+const TELL_AGAIN: Duration = Duration::from_secs(60);
 
 /// The open connections.
 #[derive(Clone, Debug)]
@@ -20,16 +25,24 @@ pub struct Door {
 struct Inside {
     open: usize,
     by: HashMap<Subscriber, u32>,
-    refused: BTreeMap<Refused, u64>,
+    refused: BTreeMap<Refused, Refusals>,
 }
 
-/// Why a connection is not let in.
+#[derive(Debug, Default)]
+struct Refusals {
+    count: u64,
+    told: Option<Instant>,
+}
+
+/// Why a connection comes to nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Refused {
     /// Its address has as many as one may have.
     Address,
     /// There are as many as there may be, but for the places that are reserved.
     Full,
+    /// No TLS handshake came about.
+    Tls,
 }
 
 impl Refused {
@@ -38,6 +51,22 @@ impl Refused {
         match self {
             Self::Address => "address",
             Self::Full => "full",
+            Self::Tls => "tls",
+        }
+    }
+
+    fn tell(self, peer: IpAddr) {
+        match self {
+            Self::Address => warn!(
+                "{peer} has as many HTTP connections as one address may have (http.connections_per_address); \
+                 further ones are closed at once. If it is a reverse proxy, name it in http.trusted_proxies"
+            ),
+            Self::Full => warn!(
+                "as many HTTP connections are open as there may be; further ones, now from {peer}, are closed at once"
+            ),
+            Self::Tls => info!(
+                "no TLS handshake with {peer}: it speaks plain HTTP, does not trust the certificate, or says nothing"
+            ),
         }
     }
 }
@@ -59,24 +88,37 @@ impl Door {
         let mut entered = Ok(());
         self.inside.send_if_modified(|inside| {
             let own = inside.by.get(&who).copied().unwrap_or(0);
-            entered = if cap.is_some_and(|cap| own >= cap.get()) {
-                Err(Refused::Address)
+            if cap.is_some_and(|cap| own >= cap.get()) {
+                entered = Err(Refused::Address);
             } else if inside.open >= most {
-                Err(Refused::Full)
+                entered = Err(Refused::Full);
             } else {
-                Ok(())
-            };
-            match entered {
-                Ok(()) => {
-                    inside.open += 1;
-                    inside.by.insert(who, own + 1);
-                }
-                Err(refused) => *inside.refused.entry(refused).or_default() += 1,
+                inside.open += 1;
+                inside.by.insert(who, own + 1);
             }
             // Nobody waits for more.
             false
         });
-        entered.map(|()| Place { door: self.clone(), who })
+        entered
+            .map(|()| Place { door: self.clone(), who })
+            .inspect_err(|&refused| self.refuse(refused, address))
+    }
+
+    /// Counts a connection that came to nothing, and tells of it once in a while.
+    pub fn refuse(&self, refused: Refused, peer: IpAddr) {
+        let mut is_news = false;
+        self.inside.send_if_modified(|inside| {
+            let refusals = inside.refused.entry(refused).or_default();
+            refusals.count += 1;
+            is_news = refusals.told.is_none_or(|told| told.elapsed() >= TELL_AGAIN);
+            if is_news {
+                refusals.told = Some(Instant::now());
+            }
+            false
+        });
+        if is_news {
+            refused.tell(peer);
+        }
     }
 
     /// How many are open.
@@ -84,11 +126,11 @@ impl Door {
         self.inside.borrow().open
     }
 
-    /// How many were not let in, by reason.
-    pub fn refused(&self) -> [(Refused, u64); 2] {
+    /// How many came to nothing, by reason.
+    pub fn refused(&self) -> [(Refused, u64); 3] {
         let inside = self.inside.borrow();
-        [Refused::Address, Refused::Full]
-            .map(|refused| (refused, inside.refused.get(&refused).copied().unwrap_or(0)))
+        [Refused::Address, Refused::Full, Refused::Tls]
+            .map(|refused| (refused, inside.refused.get(&refused).map_or(0, |refusals| refusals.count)))
     }
 
     /// Until none is open.

@@ -13,8 +13,8 @@ use flate2::{Compress, Compression, Crc, FlushCompress};
 
 use super::problem::Problem;
 
-/// Of 1 to 9: what follows takes more time than it saves octets; docs/API.md has the figures.
-const LEVEL: Compression = Compression::new(3);
+/// Of 1 to 9. 404 kB of a city's tracks become 61, 53, 46, 44, 43, 42 kB in 0.8, 1.4, 2.2, 2.3, 3.0, 6.8 ms.
+const LEVEL: Compression = Compression::new(4);
 /// Below this a packet is a packet.
 const SMALLEST: u64 = 1_024;
 /// Deflate, no name, no time, an unknown system.

@@ -37,9 +37,11 @@ mod shown;
 mod sites;
 mod stream;
 mod terms;
+mod tls;
 mod tracks;
 mod trails;
 mod uss;
+mod validity;
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -50,6 +52,7 @@ use std::time::Duration;
 use axum::http::HeaderValue;
 use tokio::sync::watch;
 use tokio::time::Instant;
+use tracing::warn;
 
 use crate::areas::{AreaError, Areas};
 use crate::current::Current;
@@ -122,6 +125,14 @@ pub enum StartError {
         /// What is wrong with it, and what to do.
         problem: String,
     },
+    /// The certificate or the key.
+    #[error("{}: {problem}", file.display())]
+    Tls {
+        /// The file of the one that cannot be used.
+        file: PathBuf,
+        /// What is wrong with it, and what to do.
+        problem: String,
+    },
 }
 
 /// What all requests share; cheap to clone.
@@ -151,9 +162,10 @@ impl ApiState {
     /// Reads what the configuration names, and begins to follow the hub; within a tokio runtime.
     ///
     /// # Errors
-    /// The file of an area or of the tokens cannot be used.
+    /// The file of an area, of the tokens, of the certificate or of its key cannot be used.
     pub fn start(hub: Hub, options: Options) -> Result<Self, StartError> {
         let terms = Terms::load(&hub.config, &Areas::load(&hub.config.areas)?)?;
+        terms.warnings((options.clock)()).iter().for_each(|warning| warn!("{warning}"));
         let (closing, closed) = watch::channel(false);
         let state = Self(Arc::new(Inner {
             log: Log::default(),

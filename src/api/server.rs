@@ -11,21 +11,20 @@ use hyper::service::{Service, service_fn};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use socket2::SockRef;
+use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpSocket, TcpStream};
-use tokio::time::Instant;
 use tracing::{debug, info, warn};
 
 use super::ApiState;
 use super::client::is_trusted;
 use super::door::Refused;
 use super::guard::router;
+use super::tls::Tls;
 
 /// Files that the service opens besides its connections: lines, outputs, recordings, history.
 const OTHER_FILES: usize = 256;
 /// After a failed `accept`: usually there are no file descriptors left, and some will come back.
 const ACCEPT_AGAIN: Duration = Duration::from_millis(50);
-/// Connections that are closed at once are told of so often.
-const TELL_AGAIN: Duration = Duration::from_secs(60);
 /// Open connections are waited for so long when the service closes.
 const FAREWELL: Duration = Duration::from_secs(2);
 
@@ -51,7 +50,6 @@ pub fn listen(address: SocketAddr) -> io::Result<TcpListener> {
 /// Serves the API until [`ApiState::close`]; then open connections are brought to their end.
 pub async fn serve(listener: TcpListener, state: ApiState) {
     let mut told = false;
-    let mut refusals = Refusals::default();
     let app = router(state.clone());
     loop {
         let accepted = tokio::select! {
@@ -64,17 +62,11 @@ pub async fn serve(listener: TcpListener, state: ApiState) {
                 let (terms, peer) = (state.terms(), address.ip().to_canonical());
                 // A proxy's connections are those of all its clients.
                 let cap = terms.connections.filter(|_| !is_trusted(peer, &terms.trusted_proxies));
-                let place = match state.door().enter(peer, cap) {
-                    Ok(place) => place,
-                    // There is no answer: one would cost what the cap saves.
-                    Err(refused) => {
-                        refusals.tell(refused, peer);
-                        continue;
-                    }
-                };
-                let (app, state, peer) = (app.clone(), state.clone(), Peer(peer));
+                // There is no answer for who is not let in: one would cost what the cap saves.
+                let Ok(place) = state.door().enter(peer, cap) else { continue };
+                let (app, state, tls) = (app.clone(), state.clone(), terms.tls.clone());
                 tokio::spawn(async move {
-                    if let Err(error) = connection(stream, app, peer, &state).await {
+                    if let Err(error) = attend(stream, tls, app, Peer(peer), &state).await {
                         debug!("{address}: {error}");
                     }
                     drop(place);
@@ -91,28 +83,6 @@ pub async fn serve(listener: TcpListener, state: ApiState) {
     drop(listener);
     // Who has not gone by then is cut off with the process.
     let _ = tokio::time::timeout(FAREWELL, state.door().emptied()).await;
-}
-
-/// What the log says of connections that are closed at once: the metrics count each, this is for whoever looks why.
-#[derive(Default)]
-struct Refusals(Option<Instant>);
-
-impl Refusals {
-    fn tell(&mut self, refused: Refused, peer: IpAddr) {
-        if self.0.is_some_and(|told| told.elapsed() < TELL_AGAIN) {
-            return;
-        }
-        self.0 = Some(Instant::now());
-        match refused {
-            Refused::Address => warn!(
-                "{peer} has as many HTTP connections as one address may have (http.connections_per_address); \
-                 further ones are closed at once. If it is a reverse proxy, name it in http.trusted_proxies"
-            ),
-            Refused::Full => warn!(
-                "as many HTTP connections are open as there may be; further ones, now from {peer}, are closed at once"
-            ),
-        }
-    }
 }
 
 /// So many connections that the files of the service itself can always be opened.
@@ -136,10 +106,35 @@ fn open_files(limits: &str) -> Option<usize> {
     line.split_whitespace().next()?.parse().ok()
 }
 
-async fn connection(stream: TcpStream, app: axum::Router, peer: Peer, state: &ApiState) -> io::Result<()> {
+/// A connection from its first octet to its last. With TLS that begins with a handshake, for which there is as much time
+/// as for a request's headers.
+async fn attend(
+    stream: TcpStream,
+    tls: Option<Tls>,
+    app: axum::Router,
+    peer: Peer,
+    state: &ApiState,
+) -> io::Result<()> {
     stream.set_nodelay(true)?;
     #[cfg(target_os = "linux")]
     SockRef::from(&stream).set_tcp_user_timeout(Some(state.options().stuck_timeout))?;
+    let Some(tls) = tls else { return connection(stream, app, peer, state).await };
+    // In a box: what it takes is not taken by those without.
+    Box::pin(async move {
+        let handshake = tokio::time::timeout(state.options().header_timeout, tls.acceptor().accept(stream));
+        let stream = handshake.await.unwrap_or_else(|late| Err(late.into()));
+        let stream = stream.inspect_err(|_| state.door().refuse(Refused::Tls, peer.0))?;
+        connection(stream, app, peer, state).await
+    })
+    .await
+}
+
+async fn connection(
+    stream: impl AsyncRead + AsyncWrite + Unpin + Send + 'static,
+    app: axum::Router,
+    peer: Peer,
+    state: &ApiState,
+) -> io::Result<()> {
     let app = TowerToHyperService::new(app);
     let service = service_fn(move |mut request: Request<Incoming>| {
         request.extensions_mut().insert(peer);

@@ -12,6 +12,8 @@ use super::reader::{Item, Section};
 pub struct Http {
     /// Address and port; port 0 takes a free one.
     pub listen: SocketAddr,
+    /// Certificate and key; `None`: plain HTTP.
+    pub tls: Option<TlsFiles>,
     /// Who may use it.
     pub auth: Auth,
     /// Origins whose pages may use it from a browser, beside its own.
@@ -33,6 +35,7 @@ impl Default for Http {
     fn default() -> Self {
         Self {
             listen: (Ipv4Addr::LOCALHOST, 8080).into(),
+            tls: None,
             auth: Auth::None,
             cors: Vec::new(),
             limit: Some(RateLimit::default()),
@@ -45,6 +48,11 @@ impl Default for Http {
 }
 
 impl Http {
+    /// `https` or `http`.
+    pub fn scheme(&self) -> &'static str {
+        if self.tls.is_some() { "https" } else { "http" }
+    }
+
     /// Whether only this machine can reach it.
     pub fn is_local(&self) -> bool {
         self.listen.ip().to_canonical().is_loopback()
@@ -86,6 +94,15 @@ impl Tiles {
     }
 }
 
+/// What the service proves itself with; absolute paths (in the file they are relative to the configuration).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TlsFiles {
+    /// Its certificate and those that issued it, PEM.
+    pub certificate: PathBuf,
+    /// Its private key, PEM.
+    pub key: PathBuf,
+}
+
 /// Who may use the HTTP service.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Auth {
@@ -111,6 +128,7 @@ pub(super) fn read_http(mut section: Section<'_>, config: &Path) -> Option<Http>
         listen
     });
     let auth = section.item("auth").map(|item| read_auth(item.section()?, config));
+    let tls = section.item("tls").map(|item| read_tls(item.section()?, config));
     let cors = read_list(section.item("cors"), read_origin);
     let limit = read_limit(&mut section);
     let connections = section.item("connections_per_address").map(|item| {
@@ -124,6 +142,7 @@ pub(super) fn read_http(mut section: Section<'_>, config: &Path) -> Option<Http>
     let http = Http {
         listen: listen?,
         auth: auth.unwrap_or(Some(usual.auth))?,
+        tls: tls.map_or(Some(None), |tls| tls.map(Some))?,
         cors: cors?,
         limit: limit?,
         connections_per_address: connections.unwrap_or(Some(usual.connections_per_address))?,
@@ -167,10 +186,7 @@ fn read_auth(mut section: Section<'_>, config: &Path) -> Option<Auth> {
     let auth = match mode {
         Some(true) => section
             .need("tokens_file", "tokens_file = …, the file of the tokens' hashes and scopes")
-            .and_then(|item| {
-                let written = config.parent().unwrap_or(Path::new("")).join(item.text()?);
-                Some(Auth::Tokens { tokens_file: path::absolute(&written).unwrap_or(written) })
-            }),
+            .and_then(|item| Some(Auth::Tokens { tokens_file: beside(config, &item)? })),
         Some(false) => {
             if let Some(item) = section.stray("tokens_file") {
                 item.refuse(
@@ -186,6 +202,22 @@ fn read_auth(mut section: Section<'_>, config: &Path) -> Option<Auth> {
     };
     section.finish();
     auth
+}
+
+fn read_tls(mut section: Section<'_>, config: &Path) -> Option<TlsFiles> {
+    let certificate =
+        section.need("certificate", "certificate = …, the file of the certificate and its issuers");
+    let certificate = certificate.and_then(|item| beside(config, &item));
+    let key = section.need("key", "key = …, the file of the certificate's private key");
+    let key = key.and_then(|item| beside(config, &item));
+    section.finish();
+    Some(TlsFiles { certificate: certificate?, key: key? })
+}
+
+/// A path that is relative to the configuration.
+fn beside(config: &Path, item: &Item<'_>) -> Option<PathBuf> {
+    let written = config.parent().unwrap_or(Path::new("")).join(item.text()?);
+    Some(path::absolute(&written).unwrap_or(written))
 }
 
 fn read_tiles(mut section: Section<'_>) -> Option<Tiles> {

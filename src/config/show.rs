@@ -6,7 +6,7 @@ use std::num::NonZeroU32;
 use jiff::SignedDuration;
 
 use super::Config;
-use super::http::{Auth, Http, RateLimit, Tiles};
+use super::http::{Auth, Http, RateLimit, Tiles, TlsFiles};
 use super::tree::quoted;
 use super::types::{
     Address, AreaKind, Classification, Fusion, Input, Output, Radar, Sensor, SensorKind, SerialSource, Sink,
@@ -146,6 +146,13 @@ fn http(f: &mut Formatter<'_>, http: &Http) -> fmt::Result {
             let file = quoted(&tokens_file.to_string_lossy());
             writeln!(f, "auth = {{ mode = \"tokens\", tokens_file = {file} }}")?;
         }
+    }
+    match &http.tls {
+        Some(TlsFiles { certificate, key }) => {
+            let [certificate, key] = [certificate, key].map(|file| quoted(&file.to_string_lossy()));
+            writeln!(f, "tls = {{ certificate = {certificate}, key = {key} }}")?;
+        }
+        None => writeln!(f, "# tls: none, plain HTTP")?,
     }
     let texts = |texts: &[String]| texts.iter().map(|text| quoted(text)).collect::<Vec<_>>().join(", ");
     writeln!(f, "cors = [{}]", texts(&http.cors))?;

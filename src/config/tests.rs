@@ -382,6 +382,7 @@ fn output_http_state_and_areas() {
             "30: http.connections_per_address = -1",
             "0 (no limit) to",
         ),
+        (listen, end("tls = { key = \"k\" }"), "30: http.tls.certificate", "missing"),
         (listen, end("hosts = [\"Fusion:80\"]"), "30: http.hosts[0] = \"Fusion:80\"", "a name in lower case"),
         (listen, end("hosts = [\"10.0.0.1\"]"), "30: http.hosts[0] = \"10.0.0.1\"", "accepted anyway"),
         (
@@ -443,7 +444,7 @@ fn output_http_state_and_areas() {
     assert_eq!(limit("requests_burst = 7"), Some(RateLimit { requests_per_s: 50, burst: 7 }));
     assert_eq!(limit("requests_per_s = 0"), None);
     assert_eq!(open.http.connections_per_address, std::num::NonZeroU32::new(64));
-    let door = "connections_per_address = 0\nhosts = [\"fusion.example\"]\ntrusted_proxies = [\"127.0.0.1\", \"10.0.0.0/8\"]";
+    let door = "connections_per_address = 0\ntls = { certificate = \"/c.pem\", key = \"/k.pem\" }\nhosts = [\"fusion.example\"]\ntrusted_proxies = [\"127.0.0.1\", \"10.0.0.0/8\"]";
     let door = parse(&BASE.replace(listen, &end(door))).unwrap();
     assert_eq!(
         (door.http.connections_per_address, &*door.http.hosts),

@@ -48,7 +48,6 @@ async fn whole_texts_are_gzip_where_the_client_takes_it() {
         "/api/v1/tracks",
         "/api/v1/tracks?source=fused,radar",
         "/api/v1/tracks?trail_s=5",
-        "/api/v1/sensors",
         "/data/aircraft.json",
         "/metrics",
         "/openapi.json",

@@ -16,4 +16,5 @@ mod replay;
 mod routes;
 mod schema;
 mod stream;
+mod tls;
 mod tracks;

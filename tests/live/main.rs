@@ -11,9 +11,11 @@ mod process;
 #[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "shared by several tests")]
 mod program;
+mod proxy;
 mod recorder;
 mod registration;
 mod reload;
 mod replayed;
 mod sockets;
 mod stage;
+mod tls;
