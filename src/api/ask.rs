@@ -26,8 +26,8 @@ pub struct Ask {
     pub id: String,
     /// Its headers.
     pub headers: HeaderMap,
-    /// Who asks; `None` where no socket is in between.
-    pub peer: Option<IpAddr>,
+    /// Who asks, as a trusted proxy says it; `None` where no socket is in between.
+    pub client: Option<IpAddr>,
     /// By which token.
     pub pass: Pass,
 }
@@ -97,6 +97,21 @@ pub fn with_type(content_type: &'static str, cache: &'static str, body: impl Int
     headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(content_type));
     headers.insert(header::CACHE_CONTROL, HeaderValue::from_static(cache));
     response
+}
+
+/// 304: what the client has is what there is.
+pub fn not_modified() -> Response {
+    let mut response = Response::new(Body::empty());
+    *response.status_mut() = StatusCode::NOT_MODIFIED;
+    response.headers_mut().insert(header::CACHE_CONTROL, HeaderValue::from_static("no-cache"));
+    response
+}
+
+/// Whether `If-None-Match` names the tag: weak comparison (RFC 9110, 8.8.3.2); our tags hold no comma.
+pub fn matches(tags: &str, tag: &HeaderValue) -> bool {
+    let opaque = |tag: &str| tag.trim().trim_start_matches("W/").to_owned();
+    let own = tag.to_str().map(opaque);
+    tags.split(',').any(|known| known.trim() == "*" || own.as_ref().is_ok_and(|own| opaque(known) == *own))
 }
 
 /// 200 with a value as JSON.

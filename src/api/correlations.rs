@@ -55,8 +55,9 @@ pub fn decide(ask: Ask) -> Later {
         };
         let held = answered.map_err(|denied| problem(&denied))?;
         let who = ask.state.terms().name_of(ask.pass).unwrap_or("somebody without a token").to_owned();
+        let from = ask.client.map_or_else(String::new, |client| format!(" from {client}"));
         info!(
-            "{} track {} and transponder {}: {}, by {who}",
+            "{} track {} and transponder {}: {}, by {who}{from}",
             ask.text("sensor").unwrap_or_default(),
             wish.radar.number,
             wish.serial.escape_debug(),

@@ -3,9 +3,9 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use axum::body::Bytes;
 use serde_json::json;
 
+use super::gzip::Payload;
 use super::shown::Piece;
 use crate::time::{SECOND, Time};
 
@@ -29,15 +29,20 @@ impl Endings {
         ids.sort();
         ids
     }
+
+    /// Whether the track has not ended since it was shown.
+    pub fn is_shown(&self, id: &str) -> bool {
+        self.0.contains_key(id)
+    }
 }
 
 /// The `ended` event.
-pub fn ended_event(id: &str, time: Time, ids: &[Arc<str>]) -> Bytes {
+pub fn ended_event(id: &str, time: Time, ids: &[Arc<str>]) -> Payload {
     let ids: Vec<&str> = ids.iter().map(|id| &**id).collect();
     event(id, "ended", &json!({ "time": time.to_string(), "ids": ids }))
 }
 
 /// An event of the stream, of one line of JSON.
-pub fn event(id: &str, name: &str, data: &serde_json::Value) -> Bytes {
+pub fn event(id: &str, name: &str, data: &serde_json::Value) -> Payload {
     format!("id: {id}\nevent: {name}\ndata: {data}\n\n").into()
 }

@@ -1,4 +1,4 @@
-//! Which tracks a reader wants: the same parameters for the picture and for the stream.
+//! Which tracks a reader wants, and how much of them: the same parameters for the picture and for the stream.
 
 use std::collections::HashSet;
 
@@ -27,6 +27,7 @@ pub struct Filter {
     alt_max: Option<f64>,
     ids: Option<HashSet<String>>,
     limit: Option<usize>,
+    competitors: bool,
 }
 
 impl Filter {
@@ -57,6 +58,8 @@ impl Filter {
         let sensors = list(ask, "sensor", known, names)?;
         let altitude = |name| ask.value(name, ALTITUDE, |alt: &f64| (-1_000.0..=100_000.0).contains(alt));
         let limit = ask.value("limit", "a whole number, 1 to 10000", |limit| (1..=MOST).contains(limit))?;
+        let extra = |name: &str| (name == "competitors").then_some(());
+        let include = list(ask, "include", extra, || "competitors, or nothing".to_owned())?;
         let id = |id: &str| (!id.is_empty()).then(|| id.to_owned());
         let ids = list(ask, "ids", id, || "ids of tracks, separated by commas".to_owned())?;
         Ok(Self {
@@ -67,10 +70,11 @@ impl Filter {
             alt_max: altitude("alt_max")?,
             ids: ids.map(|ids| ids.into_iter().collect()),
             limit,
+            competitors: include.is_some(),
         })
     }
 
-    /// Whether it lets everything through.
+    /// Whether it lets everything through, and nothing is added.
     pub fn is_all(&self) -> bool {
         *self == Self::default()
     }
@@ -86,6 +90,11 @@ impl Filter {
             && self.alt_min.is_none_or(|least| piece.alt_msl.is_some_and(|alt| alt >= least))
             && self.alt_max.is_none_or(|most| piece.alt_msl.is_some_and(|alt| alt <= most))
             && self.ids.as_ref().is_none_or(|ids| ids.contains(&*piece.id))
+    }
+
+    /// Whether competitors are told.
+    pub fn competitors(&self) -> bool {
+        self.competitors
     }
 
     /// Whether news of that sensor is wanted.

@@ -1,5 +1,7 @@
 //! What every request passes: limits, CORS, the token, the parameters' names; and what every response carries.
 
+use std::net::IpAddr;
+
 use axum::Router;
 use axum::body::Body;
 use axum::extract::rejection::RawPathParamsRejection;
@@ -12,16 +14,22 @@ use axum::routing::{MethodFilter, on};
 use super::ApiState;
 use super::ask::{Ask, parse_query};
 use super::auth::{self, Pass};
+use super::client::{Subscriber, client};
 use super::problem::Problem;
 use super::rate::Who;
 use super::routes::{ROUTES, Route};
 use super::server::Peer;
+use super::{gzip, hosts};
 use crate::config::Tiles;
 
 /// Octets of a request's body; no route reads one.
 const BODY: u64 = 64 * 1024;
 /// Octets of the path and its parameters.
 const URI: usize = 8 * 1024;
+
+/// Who asks: the other end of the connection, or whom a trusted proxy there names.
+#[derive(Clone, Copy, Debug)]
+struct Client(IpAddr);
 
 /// All routes over that state.
 pub fn router(state: ApiState) -> Router {
@@ -65,9 +73,9 @@ fn ask(
         Some(_) => parse_query(query)?,
         None => Vec::new(),
     };
-    let peer = request.extensions().get::<Peer>().map(|peer| peer.0);
+    let client = request.extensions().get::<Client>().map(|client| client.0);
     let headers = request.headers().clone();
-    let mut ask = Ask { state, query, id, headers, peer, pass: Pass::default() };
+    let mut ask = Ask { state, query, id, headers, client, pass: Pass::default() };
     ask.pass = auth::check(&ask, route)?;
     let known = route.parameters.unwrap_or(&[]);
     if let Some((name, _)) = ask.query.iter().find(|(name, _)| known.iter().all(|known| known.name != name)) {
@@ -81,18 +89,24 @@ fn ask(
     Ok(ask)
 }
 
-async fn guard(State(state): State<ApiState>, request: Request, next: Next) -> Response {
+async fn guard(State(state): State<ApiState>, mut request: Request, next: Next) -> Response {
     let terms = state.terms();
+    if let Some(&Peer(peer)) = request.extensions().get() {
+        let client = client(peer, request.headers(), &terms.trusted_proxies);
+        request.extensions_mut().insert(Client(client));
+    }
     let origin = request.headers().get(header::ORIGIN).filter(|origin| {
         let known = |known: &String| known.as_bytes() == origin.as_bytes();
         terms.cors.iter().any(known)
     });
     let origin = origin.cloned();
+    let takes_gzip = gzip::is_accepted(request.headers()) && request.method() != Method::HEAD;
     let preflight = request.method() == Method::OPTIONS
         && request.headers().contains_key(header::ACCESS_CONTROL_REQUEST_METHOD);
-    let mut response = if let Err(problem) = too_often(&state, &request) {
-        problem.into_response()
-    } else if let Some(problem) = too_much(&request) {
+    let allowed = too_often(&state, &request)
+        .and_then(|()| hosts::check(&request, &terms))
+        .and_then(|()| too_much(&request));
+    let mut response = if let Err(problem) = allowed {
         problem.into_response()
     } else if preflight && origin.is_some() {
         let mut response = Response::new(Body::empty());
@@ -116,6 +130,7 @@ async fn guard(State(state): State<ApiState>, request: Request, next: Next) -> R
         headers.insert(header::ACCESS_CONTROL_ALLOW_ORIGIN, origin);
         headers.insert(header::ACCESS_CONTROL_EXPOSE_HEADERS, HeaderValue::from_static("etag, retry-after"));
     }
+    response = gzip::answer(response, takes_gzip).await;
     secure(response.headers_mut(), state.policy());
     state.count_answer(response.status().as_u16());
     response
@@ -123,20 +138,21 @@ async fn guard(State(state): State<ApiState>, request: Request, next: Next) -> R
 
 fn too_often(state: &ApiState, request: &Request) -> Result<(), Problem> {
     let is_probe = ROUTES.iter().any(|route| !route.limited && route.path == request.uri().path());
-    match request.extensions().get::<Peer>() {
-        Some(peer) if !is_probe => state.limit(Who::of(peer.0)),
+    match request.extensions().get() {
+        Some(&Client(client)) if !is_probe => state.limit(Who::Address(Subscriber::at(client))),
         _ => Ok(()),
     }
 }
 
-fn too_much(request: &Request) -> Option<Problem> {
+fn too_much(request: &Request) -> Result<(), Problem> {
     if request.uri().path_and_query().is_some_and(|text| text.as_str().len() > URI) {
-        return Some(Problem::new(StatusCode::URI_TOO_LONG, format!("a path has at most {URI} octets")));
+        return Err(Problem::new(StatusCode::URI_TOO_LONG, format!("a path has at most {URI} octets")));
     }
-    let length = request.headers().get(header::CONTENT_LENGTH)?.to_str().ok()?;
-    let allowed = length.parse::<u64>().is_ok_and(|octets| octets <= BODY);
-    (!allowed)
-        .then(|| Problem::new(StatusCode::PAYLOAD_TOO_LARGE, format!("a body has at most {BODY} octets")))
+    let length = request.headers().get(header::CONTENT_LENGTH).and_then(|length| length.to_str().ok());
+    if length.is_none_or(|length| length.parse::<u64>().is_ok_and(|octets| octets <= BODY)) {
+        return Ok(());
+    }
+    Err(Problem::new(StatusCode::PAYLOAD_TOO_LARGE, format!("a body has at most {BODY} octets")))
 }
 
 /// What the page may load: nothing but from here, and pictures from the server of the tiles where there is one.

@@ -5,9 +5,9 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use axum::body::Bytes;
 use tokio::sync::watch;
 
+use super::gzip::Payload;
 use super::shown::Shown;
 
 /// Slots that are remembered: 16 s, as in the hub. What happened between them is remembered with them.
@@ -23,15 +23,15 @@ pub enum Event {
     /// A slot of an earlier time: a replay went back, and everybody begins anew.
     Back(Arc<Shown>),
     /// Tracks that ended, for readers of everything; others find their own out.
-    Ended(Bytes),
+    Ended(Payload),
     /// For everybody.
-    Told(Bytes),
+    Told(Payload),
     /// A sensor's state, by its index, for who wants to hear of that sensor.
-    Sensor(usize, Bytes),
+    Sensor(usize, Payload),
     /// Slots were lost on the way here: everybody begins anew.
     Lost,
     /// The last one: the service stops.
-    Closed(Bytes),
+    Closed(Payload),
 }
 
 /// The events of the last moments.

@@ -3,6 +3,7 @@
 use std::fmt::{Display, Write};
 
 use super::ask::{Answer, Ask, live};
+use super::tls::Tls;
 use crate::config::Config;
 use crate::fusion::operational::Verdict;
 use crate::live::{LineStatus, SensorState, Status, values};
@@ -32,6 +33,23 @@ pub fn text(ask: &Ask) -> Answer {
     );
     out.one("utm_fusion_tracks", "gauge", "Tracks in the latest slot", latest.map_or(0, |s| s.pieces.len()));
     out.one("utm_fusion_streams", "gauge", "Open event streams", state.seats().taken());
+    out.one("utm_fusion_http_connections", "gauge", "Open HTTP connections", state.door().open());
+    out.family(
+        "utm_fusion_http_connections_refused_total",
+        "counter",
+        "Connections closed at once: address, one address has too many; full, there are too many in all; tls, no handshake",
+    );
+    for (reason, count) in state.door().refused() {
+        out.sample("utm_fusion_http_connections_refused_total", &[("reason", reason.name())], count);
+    }
+    if let Some(expires) = state.terms().tls.as_ref().and_then(Tls::expires) {
+        out.one(
+            "utm_fusion_http_certificate_expires_seconds",
+            "gauge",
+            "When the TLS certificate expires, seconds since 1970",
+            expires.as_seconds(),
+        );
+    }
     out.family("utm_fusion_http_responses_total", "counter", "HTTP responses by status");
     for (status, count) in state.answered() {
         out.sample("utm_fusion_http_responses_total", &[("status", &status.to_string())], count);

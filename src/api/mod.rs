@@ -9,11 +9,15 @@
 
 mod ask;
 mod auth;
+mod client;
 mod correlations;
+mod door;
 mod endings;
 mod filter;
 mod guard;
+mod gzip;
 mod history;
+mod hosts;
 mod keeper;
 mod log;
 mod metrics;
@@ -33,9 +37,11 @@ mod shown;
 mod sites;
 mod stream;
 mod terms;
+mod tls;
 mod tracks;
 mod trails;
 mod uss;
+mod validity;
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -46,6 +52,7 @@ use std::time::Duration;
 use axum::http::HeaderValue;
 use tokio::sync::watch;
 use tokio::time::Instant;
+use tracing::warn;
 
 use crate::areas::{AreaError, Areas};
 use crate::current::Current;
@@ -53,6 +60,7 @@ use crate::live::{Hub, Player};
 use crate::store::Store;
 use crate::time::Time;
 use auth::Tickets;
+use door::Door;
 use keeper::Keeper;
 use log::Log;
 use rate::{Limiter, Who};
@@ -73,6 +81,8 @@ pub struct Options {
     pub streams_per_address: usize,
     /// Open connections; fewer where the system allows only few open files.
     pub connections: usize,
+    /// So many of them are for this machine alone: whoever looks after the service gets in.
+    pub reserved: usize,
     /// A connection that has not sent a request's headers by then is closed.
     pub header_timeout: Duration,
     /// Octets sent and not acknowledged for so long, or a reader that takes none, end the connection.
@@ -91,6 +101,7 @@ impl Default for Options {
             streams: 2_000,
             streams_per_address: 1_200,
             connections: 4_000,
+            reserved: 16,
             header_timeout: Duration::from_secs(10),
             stuck_timeout: Duration::from_secs(60),
             clock: crate::live::now,
@@ -114,6 +125,14 @@ pub enum StartError {
         /// What is wrong with it, and what to do.
         problem: String,
     },
+    /// The certificate or the key.
+    #[error("{}: {problem}", file.display())]
+    Tls {
+        /// The file of the one that cannot be used.
+        file: PathBuf,
+        /// What is wrong with it, and what to do.
+        problem: String,
+    },
 }
 
 /// What all requests share; cheap to clone.
@@ -126,6 +145,7 @@ struct Inner {
     log: Log,
     terms: Current<Terms>,
     tickets: Tickets,
+    door: Door,
     seats: Seats,
     limiter: Limiter,
     trails: Mutex<Trails>,
@@ -142,15 +162,17 @@ impl ApiState {
     /// Reads what the configuration names, and begins to follow the hub; within a tokio runtime.
     ///
     /// # Errors
-    /// The file of an area or of the tokens cannot be used.
+    /// The file of an area, of the tokens, of the certificate or of its key cannot be used.
     pub fn start(hub: Hub, options: Options) -> Result<Self, StartError> {
         let terms = Terms::load(&hub.config, &Areas::load(&hub.config.areas)?)?;
+        terms.warnings((options.clock)()).iter().for_each(|warning| warn!("{warning}"));
         let (closing, closed) = watch::channel(false);
         let state = Self(Arc::new(Inner {
             log: Log::default(),
             terms: terms.into(),
             tickets: Tickets::default(),
             limiter: Limiter::default(),
+            door: Door::new(server::affordable(options.connections), options.reserved),
             seats: Seats::new(options.streams, options.streams_per_address),
             trails: Mutex::default(),
             policy: guard::policy(hub.config.http.tiles.as_ref()),
@@ -198,6 +220,10 @@ impl ApiState {
     /// Requests that were refused because of that.
     fn limited(&self) -> u64 {
         self.0.limiter.refused()
+    }
+
+    fn door(&self) -> &Door {
+        &self.0.door
     }
 
     fn seats(&self) -> &Seats {

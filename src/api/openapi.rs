@@ -63,9 +63,10 @@ fn operation(route: &Route) -> Value {
         json!({ "description": route.summary, "content": { route.content_type: { "schema": schema } } }),
     );
     let guarded: &[u16] = if route.scope.is_some() { &[401, 403] } else { &[] };
-    let refusing: &[u16] = if route.parameters.is_some() { &[400] } else { &[] };
+    // Host and, of a POST, Origin and Content-Type are looked at for every route.
+    let sent: &[u16] = if route.post { &[400, 403, 413, 415, 421] } else { &[400, 421] };
     let limited: &[u16] = if route.limited { &[429] } else { &[] };
-    for &status in refusing.iter().chain(guarded).chain(route.problems).chain(limited) {
+    for &status in sent.iter().chain(guarded).chain(route.problems).chain(limited) {
         let text =
             StatusCode::from_u16(status).ok().and_then(|status| status.canonical_reason()).unwrap_or("");
         let mut response = json!({ "description": text });

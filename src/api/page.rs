@@ -1,10 +1,17 @@
 //! The page: the files of `page/`, which are part of the program.
 
+use std::collections::HashMap;
+use std::sync::LazyLock;
+
 use axum::Router;
+use axum::http::{HeaderMap, HeaderValue, header};
+use axum::response::Response;
 use axum::routing::get;
+use sha2::{Digest, Sha256};
 
 use super::ApiState;
-use super::ask::{Answer, Ask, with_type};
+use super::ask::{Answer, Ask, matches, not_modified, with_type};
+use super::gzip::{self, Payload};
 
 /// Every file beside `index.html`: its path, its type and what is in it.
 const FILES: &[(&str, &str, &str)] = &[
@@ -42,14 +49,53 @@ const FILES: &[(&str, &str, &str)] = &[
 
 const JAVASCRIPT: &str = "text/javascript; charset=utf-8";
 
+const INDEX: (&str, &str, &str) = ("/", "text/html; charset=utf-8", include_str!("page/index.html"));
+
+/// A file as it is served.
+struct File {
+    content_type: &'static str,
+    payload: Payload,
+    /// Which version of it that is, plain and compressed.
+    tags: [HeaderValue; 2],
+}
+
+/// Compressed when somebody first asks.
+static SERVED: LazyLock<HashMap<&str, File>> = LazyLock::new(|| {
+    let file = |&(path, content_type, text): &(&'static str, &'static str, &'static str)| {
+        let hash: String = Sha256::digest(text).iter().take(8).map(|octet| format!("{octet:02x}")).collect();
+        let tag = |tag| HeaderValue::try_from(tag).expect("hexadecimal digits in quotes");
+        let tags = [tag(format!("\"{hash}\"")), tag(format!("\"{hash}-gzip\""))];
+        (path, File { content_type, payload: Payload::from(text.as_bytes()), tags })
+    };
+    FILES.iter().chain([&INDEX]).map(file).collect()
+});
+
 /// `/`.
-pub fn index(_: &Ask) -> Answer {
-    Ok(with_type("text/html; charset=utf-8", "no-cache", include_str!("page/index.html")))
+pub fn index(ask: &Ask) -> Answer {
+    Ok(serve(INDEX.0, &ask.headers))
 }
 
 /// The other files; open to everybody, as the page is.
 pub fn files() -> Router<ApiState> {
-    FILES.iter().fold(Router::new(), |router, &(path, content_type, text)| {
-        router.route(path, get(async move || with_type(content_type, "no-cache", text)))
+    FILES.iter().fold(Router::new(), |router, &(path, ..)| {
+        router.route(path, get(async move |headers: HeaderMap| serve(path, &headers)))
     })
+}
+
+/// The file as the client takes it, or 304 where it has it.
+fn serve(path: &'static str, headers: &HeaderMap) -> Response {
+    let file = &SERVED[path];
+    let is_gzip = gzip::is_accepted(headers);
+    let known = headers.get(header::IF_NONE_MATCH).and_then(|tags| tags.to_str().ok());
+    let is_known = known.is_some_and(|known| file.tags.iter().any(|tag| matches(known, tag)));
+    let mut response = if is_known {
+        not_modified()
+    } else {
+        let body = if is_gzip { file.payload.gzip() } else { file.payload.plain() };
+        // To be kept, and compared before it is used again: a new version of the program has other files.
+        with_type(file.content_type, "no-cache", body)
+    };
+    gzip::label(response.headers_mut(), is_gzip && !is_known);
+    response.headers_mut().insert(header::ETAG, file.tags[usize::from(is_gzip)].clone());
+    response
 }

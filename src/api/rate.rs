@@ -4,12 +4,12 @@
 //! forgotten.
 
 use std::collections::HashMap;
-use std::net::{IpAddr, Ipv6Addr};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use axum::http::StatusCode;
 
+use super::client::Subscriber;
 use super::problem::Problem;
 use crate::config::RateLimit;
 use crate::time::{SECOND, Time};
@@ -20,20 +20,10 @@ const BUCKETS: usize = 16_384;
 /// Whose bucket.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Who {
-    /// An address, of IPv6 a network of 64 bits: that is what one subscriber has.
-    Address(IpAddr),
+    /// Who asks from an address.
+    Address(Subscriber),
     /// A token, by its hash.
     Token([u8; 32]),
-}
-
-impl Who {
-    /// Who asks from there.
-    pub fn of(address: IpAddr) -> Self {
-        Self::Address(match address {
-            IpAddr::V4(_) => address,
-            IpAddr::V6(v6) => Ipv6Addr::from_bits(v6.to_bits() >> 64 << 64).into(),
-        })
-    }
 }
 
 /// The limit that the requests pass.
@@ -117,7 +107,7 @@ mod tests {
     use super::*;
 
     fn address(number: u32) -> Who {
-        Who::of(Ipv4Addr::from(number).into())
+        Who::Address(Subscriber::at(Ipv4Addr::from(number).into()))
     }
 
     proptest! {
@@ -170,13 +160,5 @@ mod tests {
         assert_eq!((accepted, buckets.full_at.len()), (BUCKETS + 1, BUCKETS));
         assert!(buckets.take(address(crowd), limit, at(2)).is_ok());
         assert_eq!(buckets.full_at.len(), 1);
-    }
-
-    #[test]
-    fn a_subscriber_of_ipv6_is_one() {
-        let of = |text: &str| Who::of(text.parse().unwrap());
-        assert_eq!(of("2001:db8::1"), of("2001:db8::ffff:1"));
-        assert_ne!(of("2001:db8::1"), of("2001:db8:0:1::1"));
-        assert_ne!(of("192.0.2.1"), of("192.0.2.2"));
     }
 }

@@ -59,7 +59,7 @@ impl Parameter {
     }
 }
 
-const FILTER: [Parameter; 8] = [
+const FILTER: [Parameter; 9] = [
     parameter(
         "bbox",
         "string",
@@ -83,15 +83,16 @@ const FILTER: [Parameter; 8] = [
     parameter("limit", "integer", "tracks at most, 1 to 10000").within(1.0, 10_000.0),
     parameter("trail_s", "integer", "each track with where it was in the last so many seconds, 1 to 600")
         .within(1.0, 600.0),
+    parameter("include", "string", "competitors: who else could be each part of a track; default: left out"),
 ];
 
-const STREAM: [Parameter; 10] = {
-    let [a, b, c, d, e, f, g, h] = FILTER;
+const STREAM: [Parameter; 11] = {
+    let [a, b, c, d, e, f, g, h, i] = FILTER;
     let interval =
         parameter("interval_ms", "integer", "between two tracks events, 250 to 10000; default: each slot")
             .within(250.0, 10_000.0);
     let ticket = parameter("ticket", "string", "from POST /api/v1/stream-tickets, for browsers");
-    [a, b, c, d, e, f, g, h, interval, ticket]
+    [a, b, c, d, e, f, g, h, i, interval, ticket]
 };
 
 const VIEW: [Parameter; 2] = [
@@ -174,7 +175,7 @@ pub const ROUTES: &[Route] = &[
     },
     Route {
         path: "/api/v1/tracks/{id}",
-        summary: "One track with its contributors",
+        summary: "One track with its contributors and their competitors",
         content_type: GEO_JSON,
         problems: &[404],
         handler: tracks::one,

@@ -201,7 +201,7 @@ fn contributor() -> Value {
                 "type": "array",
                 "items": { "$ref": "#/components/schemas/Competitor" },
                 "maxItems": 3,
-                "description": "operational: who else could be it, the likeliest first: of a radar track transponders, of a transponder radar tracks",
+                "description": "operational, of a single track or with include=competitors: who else could be it, the likeliest first: of a radar track transponders, of a transponder radar tracks",
             },
         }),
     )

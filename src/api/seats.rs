@@ -4,10 +4,12 @@ use std::collections::HashMap;
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use super::client::Subscriber;
+
 /// The open streams.
 #[derive(Clone, Debug)]
 pub struct Seats {
-    taken: Arc<Mutex<HashMap<IpAddr, usize>>>,
+    taken: Arc<Mutex<HashMap<Subscriber, usize>>>,
     in_all: usize,
     per_address: usize,
 }
@@ -19,15 +21,15 @@ impl Seats {
     }
 
     /// One more; `None` where that is too many.
-    pub fn take(&self, peer: Option<IpAddr>) -> Option<Seat> {
-        let peer = peer.unwrap_or(Ipv4Addr::UNSPECIFIED.into());
+    pub fn take(&self, client: Option<IpAddr>) -> Option<Seat> {
+        let client = Subscriber::at(client.unwrap_or(Ipv4Addr::UNSPECIFIED.into()));
         let mut taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
-        let here = taken.get(&peer).copied().unwrap_or(0);
+        let here = taken.get(&client).copied().unwrap_or(0);
         if taken.values().sum::<usize>() >= self.in_all || here >= self.per_address {
             return None;
         }
-        taken.insert(peer, here + 1);
-        Some(Seat { seats: self.clone(), peer })
+        taken.insert(client, here + 1);
+        Some(Seat { seats: self.clone(), client })
     }
 
     /// How many are open.
@@ -40,16 +42,16 @@ impl Seats {
 #[derive(Debug)]
 pub struct Seat {
     seats: Seats,
-    peer: IpAddr,
+    client: Subscriber,
 }
 
 impl Drop for Seat {
     fn drop(&mut self) {
         let mut taken = self.seats.taken.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(count) = taken.get_mut(&self.peer) {
+        if let Some(count) = taken.get_mut(&self.client) {
             *count -= 1;
             if *count == 0 {
-                taken.remove(&self.peer);
+                taken.remove(&self.client);
             }
         }
     }

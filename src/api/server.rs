@@ -2,7 +2,6 @@
 
 use std::io;
 use std::net::{IpAddr, SocketAddr};
-use std::sync::Arc;
 use std::time::Duration;
 
 use hyper::Request;
@@ -12,12 +11,15 @@ use hyper::service::{Service, service_fn};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use socket2::SockRef;
+use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpSocket, TcpStream};
-use tokio::sync::Semaphore;
 use tracing::{debug, info, warn};
 
 use super::ApiState;
+use super::client::is_trusted;
+use super::door::Refused;
 use super::guard::router;
+use super::tls::Tls;
 
 /// Files that the service opens besides its connections: lines, outputs, recordings, history.
 const OTHER_FILES: usize = 256;
@@ -47,9 +49,7 @@ pub fn listen(address: SocketAddr) -> io::Result<TcpListener> {
 
 /// Serves the API until [`ApiState::close`]; then open connections are brought to their end.
 pub async fn serve(listener: TcpListener, state: ApiState) {
-    let most = affordable(state.options().connections);
     let mut told = false;
-    let places = Arc::new(Semaphore::new(most));
     let app = router(state.clone());
     loop {
         let accepted = tokio::select! {
@@ -59,11 +59,14 @@ pub async fn serve(listener: TcpListener, state: ApiState) {
         match accepted {
             Ok((stream, address)) => {
                 told = false;
-                // Beyond the cap there is no answer: one would cost what the cap saves.
-                let Ok(place) = places.clone().try_acquire_owned() else { continue };
-                let (app, state, peer) = (app.clone(), state.clone(), Peer(address.ip().to_canonical()));
+                let (terms, peer) = (state.terms(), address.ip().to_canonical());
+                // A proxy's connections are those of all its clients.
+                let cap = terms.connections.filter(|_| !is_trusted(peer, &terms.trusted_proxies));
+                // There is no answer for who is not let in: one would cost what the cap saves.
+                let Ok(place) = state.door().enter(peer, cap) else { continue };
+                let (app, state, tls) = (app.clone(), state.clone(), terms.tls.clone());
                 tokio::spawn(async move {
-                    if let Err(error) = connection(stream, app, peer, &state).await {
+                    if let Err(error) = attend(stream, tls, app, Peer(peer), &state).await {
                         debug!("{address}: {error}");
                     }
                     drop(place);
@@ -78,13 +81,12 @@ pub async fn serve(listener: TcpListener, state: ApiState) {
         }
     }
     drop(listener);
-    let all = u32::try_from(most).unwrap_or(u32::MAX);
     // Who has not gone by then is cut off with the process.
-    let _ = tokio::time::timeout(FAREWELL, places.acquire_many(all)).await;
+    let _ = tokio::time::timeout(FAREWELL, state.door().emptied()).await;
 }
 
 /// So many connections that the files of the service itself can always be opened.
-fn affordable(connections: usize) -> usize {
+pub(super) fn affordable(connections: usize) -> usize {
     let limits =
         String::from_utf8(std::fs::read("/proc/self/limits").unwrap_or_default()).unwrap_or_default();
     let Some(files) = open_files(&limits).filter(|&files| files < connections + OTHER_FILES) else {
@@ -104,10 +106,35 @@ fn open_files(limits: &str) -> Option<usize> {
     line.split_whitespace().next()?.parse().ok()
 }
 
-async fn connection(stream: TcpStream, app: axum::Router, peer: Peer, state: &ApiState) -> io::Result<()> {
+/// A connection from its first octet to its last. With TLS that begins with a handshake, for which there is as much time
+/// as for a request's headers.
+async fn attend(
+    stream: TcpStream,
+    tls: Option<Tls>,
+    app: axum::Router,
+    peer: Peer,
+    state: &ApiState,
+) -> io::Result<()> {
     stream.set_nodelay(true)?;
     #[cfg(target_os = "linux")]
     SockRef::from(&stream).set_tcp_user_timeout(Some(state.options().stuck_timeout))?;
+    let Some(tls) = tls else { return connection(stream, app, peer, state).await };
+    // In a box: what it takes is not taken by those without.
+    Box::pin(async move {
+        let handshake = tokio::time::timeout(state.options().header_timeout, tls.acceptor().accept(stream));
+        let stream = handshake.await.unwrap_or_else(|late| Err(late.into()));
+        let stream = stream.inspect_err(|_| state.door().refuse(Refused::Tls, peer.0))?;
+        connection(stream, app, peer, state).await
+    })
+    .await
+}
+
+async fn connection(
+    stream: impl AsyncRead + AsyncWrite + Unpin + Send + 'static,
+    app: axum::Router,
+    peer: Peer,
+    state: &ApiState,
+) -> io::Result<()> {
     let app = TowerToHyperService::new(app);
     let service = service_fn(move |mut request: Request<Incoming>| {
         request.extensions_mut().insert(peer);

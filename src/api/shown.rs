@@ -2,12 +2,13 @@
 
 use std::collections::HashMap;
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use axum::body::Bytes;
 use serde::Serialize;
 
 use super::filter::Filter;
+use super::gzip::Payload;
 use super::trails::Trail;
 use crate::config::Config;
 use crate::json::rounded;
@@ -23,8 +24,9 @@ pub struct Shown {
     /// Its tracks, in the order of the picture.
     pub pieces: Vec<Piece>,
     config: Arc<Config>,
-    collection: Bytes,
-    event: Bytes,
+    maker: Arc<PictureMaker>,
+    collection: Payload,
+    event: Payload,
 }
 
 /// A track's feature, and what filters ask of it.
@@ -46,8 +48,10 @@ pub struct Piece {
     transponder: Option<usize>,
     /// Whether it is another than in the slot before.
     pub is_new: bool,
-    /// The GeoJSON feature.
-    pub feature: Bytes,
+    /// The GeoJSON feature, without competitors.
+    feature: Bytes,
+    /// With them, where somebody has asked for them.
+    full: OnceLock<Bytes>,
 }
 
 impl Piece {
@@ -75,7 +79,7 @@ struct Point {
 #[derive(Serialize)]
 struct Properties<'a> {
     #[serde(flatten)]
-    track: TrackJson<'a>,
+    track: &'a TrackJson<'a>,
     age_s: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     trail: Option<&'a Trail>,
@@ -117,7 +121,7 @@ impl Shown {
                 out.push(b',');
             }
             let from = out.len();
-            write_feature(&mut out, frame, track, maker, None);
+            write_feature(&mut out, frame, &TrackJson::lean(track, maker), track.time, None);
             places.push(from..out.len());
         }
         out.extend_from_slice(b"]}");
@@ -137,10 +141,18 @@ impl Shown {
             transponder: track.point.source.transponder().map(|part| usize::from(part.sensor.0)),
             is_new: !known.has(track),
             feature: event.slice(place),
+            full: OnceLock::new(),
         };
         let pieces: Vec<Piece> = tracks.iter().zip(places).map(piece).collect();
         let collection = event.slice(start..end);
-        let mut shown = Self { frame: frame.clone(), pieces, config: config.clone(), event, collection };
+        let mut shown = Self {
+            frame: frame.clone(),
+            pieces,
+            config: config.clone(),
+            maker: maker.clone(),
+            event: event.into(),
+            collection: collection.into(),
+        };
         if shown.pieces.iter().any(|piece| !piece.is_new) {
             let changes = shown.changes(&Filter::default());
             shown.event = [event_head.as_bytes(), &changes, b"\n\n"].concat().into();
@@ -149,53 +161,78 @@ impl Shown {
     }
 
     /// The `tracks` event of what is new in it.
-    pub fn event(&self) -> Bytes {
+    pub fn event(&self) -> Payload {
         self.event.clone()
     }
 
     /// The feature collection of what a filter lets through.
-    pub fn filtered(&self, filter: &Filter) -> Bytes {
-        if filter.is_all() { self.collection.clone() } else { self.join(self.pieces.iter(), filter) }
+    pub fn filtered(&self, filter: &Filter) -> Payload {
+        if filter.is_all() { self.collection.clone() } else { self.join(self.all(), filter).into() }
+    }
+
+    /// Its pieces, each with the slot that it is of.
+    pub fn all(&self) -> impl Iterator<Item = (&Self, &Piece)> {
+        self.pieces.iter().map(move |piece| (self, piece))
+    }
+
+    /// The pieces that are new in it, each with the slot that it is of.
+    pub fn new_ones(&self) -> impl Iterator<Item = (&Self, &Piece)> {
+        self.all().filter(|(_, piece)| piece.is_new)
+    }
+
+    /// The GeoJSON feature of a piece of this slot, with competitors or without.
+    pub fn feature(&self, piece: &Piece, competitors: bool) -> Bytes {
+        let track = self.track(piece);
+        if !competitors || track.point.competitors.is_empty() {
+            return piece.feature.clone();
+        }
+        let full = piece.full.get_or_init(|| {
+            let mut out = Vec::with_capacity(2 * piece.feature.len());
+            write_feature(&mut out, &self.frame, &TrackJson::new(track, &self.maker), track.time, None);
+            out.into()
+        });
+        full.clone()
     }
 
     /// The feature collection of what a filter lets through and is new.
     pub fn changes(&self, filter: &Filter) -> Bytes {
-        self.join(self.pieces.iter().filter(|piece| piece.is_new), filter)
+        self.join(self.new_ones(), filter)
     }
 
     /// The feature collection of what a filter lets through, each track with its trail.
-    pub fn with_trails(
-        &self,
-        filter: &Filter,
-        maker: &PictureMaker,
-        trails: &HashMap<Arc<str>, Trail>,
-    ) -> Bytes {
-        self.write(self.pieces.iter(), filter, |out, piece| {
-            write_feature(out, &self.frame, self.track(piece), maker, trails.get(&piece.id));
-        })
+    pub fn with_trails(&self, filter: &Filter, trails: &HashMap<Arc<str>, Trail>) -> Payload {
+        let written = self.write(self.all(), filter, |out, _, piece| {
+            let track = self.track(piece);
+            let json = if filter.competitors() { TrackJson::new } else { TrackJson::lean };
+            write_feature(out, &self.frame, &json(track, &self.maker), track.time, trails.get(&piece.id));
+        });
+        written.into()
     }
 
-    /// The feature collection, with the head of this slot, of what a filter lets through of other pieces.
-    pub fn join<'a>(&self, pieces: impl Iterator<Item = &'a Piece>, filter: &Filter) -> Bytes {
-        self.write(pieces, filter, |out, piece| out.extend_from_slice(&piece.feature))
+    /// The feature collection, with the head of this slot, of what a filter lets through of pieces of any slots.
+    pub fn join<'a>(&self, pieces: impl Iterator<Item = (&'a Self, &'a Piece)>, filter: &Filter) -> Bytes {
+        self.write(pieces, filter, |out, shown, piece| {
+            out.extend_from_slice(&shown.feature(piece, filter.competitors()));
+        })
     }
 
     fn write<'a>(
         &self,
-        pieces: impl Iterator<Item = &'a Piece>,
+        pieces: impl Iterator<Item = (&'a Self, &'a Piece)>,
         filter: &Filter,
-        mut feature: impl FnMut(&mut Vec<u8>, &Piece),
+        mut feature: impl FnMut(&mut Vec<u8>, &Self, &Piece),
     ) -> Bytes {
-        let wanted: Vec<&Piece> = pieces.filter(|piece| filter.wants(piece)).collect();
+        let wanted: Vec<(&Self, &Piece)> = pieces.filter(|(_, piece)| filter.wants(piece)).collect();
         let returned = &wanted[..wanted.len().min(filter.limit())];
-        let mut out =
-            Vec::with_capacity(512 + returned.iter().map(|piece| piece.feature.len() + 1).sum::<usize>());
+        let mut out = Vec::with_capacity(
+            512 + returned.iter().map(|(_, piece)| piece.feature.len() + 1).sum::<usize>(),
+        );
         write_head(&mut out, Some(&self.frame), &self.config, wanted.len(), returned.len());
-        for (index, piece) in returned.iter().enumerate() {
+        for (index, (shown, piece)) in returned.iter().enumerate() {
             if index > 0 {
                 out.push(b',');
             }
-            feature(&mut out, piece);
+            feature(&mut out, shown, piece);
         }
         out.extend_from_slice(b"]}");
         out.into()
@@ -242,7 +279,7 @@ fn latency_s(frame: &Frame, config: &Config) -> f64 {
 }
 
 /// The picture before the first slot: nothing.
-pub fn nothing_yet(config: &Config) -> Bytes {
+pub fn nothing_yet(config: &Config) -> Payload {
     let mut out = Vec::new();
     write_head(&mut out, None, config, 0, 0);
     out.extend_from_slice(b"]}");
@@ -265,28 +302,14 @@ fn write_head(out: &mut Vec<u8>, frame: Option<&Frame>, config: &Config, matched
     out.extend_from_slice(b",\"features\":[");
 }
 
-fn write_feature(
-    out: &mut Vec<u8>,
-    frame: &Frame,
-    track: &Track,
-    maker: &PictureMaker,
-    trail: Option<&Trail>,
-) {
-    let id = maker.track_id(track);
-    let age_s = rounded(frame.published_at.seconds_since(track.time), 3);
-    let json = TrackJson::new(track, maker);
-    let mut coordinates = vec![json.lng(), json.lat()];
-    coordinates.extend(json.alt());
+/// `time` is the track's.
+fn write_feature(out: &mut Vec<u8>, frame: &Frame, track: &TrackJson<'_>, time: Time, trail: Option<&Trail>) {
+    let age_s = rounded(frame.published_at.seconds_since(time), 3);
+    let mut coordinates = vec![track.lng(), track.lat()];
+    coordinates.extend(track.alt());
     let geometry = Point { r#type: "Point", coordinates };
-    append(
-        out,
-        &Feature {
-            r#type: "Feature",
-            id: &id,
-            geometry,
-            properties: Properties { track: json, age_s, trail },
-        },
-    );
+    let properties = Properties { track, age_s, trail };
+    append(out, &Feature { r#type: "Feature", id: track.id(), geometry, properties });
 }
 
 /// Appends a value of which every part can be written.

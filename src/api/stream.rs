@@ -3,7 +3,7 @@
 //! A reader is a place in the log and nothing else: no task, no queue. Its next event is looked for when its connection
 //! can take it, so one that does not read costs the others nothing, and is told to begin anew when it comes back.
 
-use std::collections::{HashSet, VecDeque};
+use std::collections::{BTreeSet, HashSet, VecDeque};
 use std::convert::Infallible;
 use std::sync::Arc;
 
@@ -19,6 +19,7 @@ use super::ask::{Answer, Ask, with_type};
 use super::auth::Pass;
 use super::endings::{Endings, ended_event, event};
 use super::filter::Filter;
+use super::gzip::{self, GzipStream, Payload};
 use super::log::{Event, Next};
 use super::problem::Problem;
 use super::seats::Seat;
@@ -37,12 +38,14 @@ pub fn open(ask: &Ask) -> Answer {
     if state.is_closing() {
         return Err(Problem::unavailable("the service stops", Vec::new()));
     }
-    let seat = state.seats().take(ask.peer).ok_or_else(|| {
+    let seat = state.seats().take(ask.client).ok_or_else(|| {
         Problem::new(StatusCode::TOO_MANY_REQUESTS, "too many streams are open, in all or from this address")
             .retry_after_s(5)
     })?;
     let resume = ask.header("last-event-id").and_then(|id| state.number_of(id));
-    let reader = Reader::new(state, (filter, trail_s), interval_ms, resume, (ask.pass, seat));
+    let is_gzip = gzip::is_accepted(&ask.headers);
+    let gzip = is_gzip.then(GzipStream::default);
+    let reader = Reader::new(state, (filter, trail_s), interval_ms, resume, (ask.pass, seat), gzip);
     let events = stream::unfold(reader, async |mut reader| {
         let octets = reader.next().await?;
         Some((Ok::<_, Infallible>(octets), reader))
@@ -50,6 +53,7 @@ pub fn open(ask: &Ask) -> Answer {
     let mut response: Response = with_type("text/event-stream", "no-store", Body::from_stream(events));
     let unbuffered = (HeaderName::from_static("x-accel-buffering"), HeaderValue::from_static("no"));
     response.headers_mut().extend([unbuffered]);
+    gzip::label(response.headers_mut(), is_gzip);
     Ok(response)
 }
 
@@ -65,10 +69,13 @@ struct Reader {
     news: watch::Receiver<u64>,
     /// What was shown, where not everything is.
     endings: Endings,
-    /// Slots that wait for their interval to end, and the time of the last slot that was sent.
+    /// Slots that wait for their interval to end, what ended in them, and the time of the last slot that was sent.
     waiting: Vec<Arc<Shown>>,
+    ended: BTreeSet<Arc<str>>,
     sent: Option<Time>,
-    out: VecDeque<Bytes>,
+    out: VecDeque<Payload>,
+    /// What the client takes: gzip, or the plain octets.
+    gzip: Option<GzipStream>,
     closed: bool,
     /// Looked at again and again: a token may be withdrawn.
     pass: Pass,
@@ -83,14 +90,17 @@ impl Reader {
         interval_ms: Option<i64>,
         resume: Option<u64>,
         (pass, seat): (Pass, Seat),
+        gzip: Option<GzipStream>,
     ) -> Self {
         let mut reader = Self {
             news: state.log().watch(),
             place: 0,
             endings: Endings::default(),
             waiting: Vec::new(),
+            ended: BTreeSet::new(),
             sent: None,
             out: VecDeque::new(),
+            gzip,
             closed: false,
             interval_ns: interval_ms.map(|ms| ms * 1_000_000),
             state,
@@ -103,8 +113,12 @@ impl Reader {
             Some(place) => {
                 reader.place = place;
                 for shown in reader.state.log().slots_until(place) {
-                    reader.note(&shown);
                     reader.sent = Some(shown.time());
+                    let ended = reader.note(&shown);
+                    // The connection may have ended within an interval: better twice than never.
+                    if reader.interval_ns.is_some() {
+                        reader.hold(shown, ended);
+                    }
                 }
             }
             None => reader.begin(),
@@ -118,25 +132,29 @@ impl Reader {
         self.place = last;
         self.endings = Endings::default();
         self.waiting.clear();
+        self.ended.clear();
         if let Some(shown) = &latest {
             self.sent = Some(shown.time());
             self.note(shown);
         }
         let collection = picture(&self.state, latest.as_deref(), &self.filter, self.trail_s);
-        self.push("snapshot", &collection);
+        self.push("snapshot", &collection.plain());
     }
 
     /// The next octets; `None` at the end.
     async fn next(&mut self) -> Option<Bytes> {
         loop {
-            if let Some(octets) = self.out.pop_front() {
-                return Some(octets);
+            if let Some(payload) = self.out.pop_front() {
+                return Some(match &mut self.gzip {
+                    Some(gzip) => gzip.next(&payload),
+                    None => payload.plain(),
+                });
             }
             if self.closed {
-                return None;
+                return self.gzip.take().map(GzipStream::end);
             }
             if !self.state.terms().may_stream(self.pass) {
-                self.push("closed", &Bytes::from_static(b"{\"reason\":\"the token is no longer known\"}"));
+                self.push("closed", b"{\"reason\":\"the token is no longer known\"}");
                 self.closed = true;
                 continue;
             }
@@ -155,11 +173,7 @@ impl Reader {
     fn take(&mut self, event: Event) {
         match event {
             Event::Slot(shown) => self.slot(shown),
-            // Where not everything is shown, what ended is found out by itself.
-            Event::Ended(octets) if self.filter.is_all() => {
-                self.flush();
-                self.out.push_back(octets);
-            }
+            Event::Ended(octets) if self.is_plain() => self.out.push_back(octets),
             Event::Ended(_) => {}
             Event::Sensor(index, _) if !self.filter.wants_sensor(index) => {}
             Event::Told(octets) | Event::Sensor(_, octets) => self.out.push_back(octets),
@@ -173,39 +187,47 @@ impl Reader {
         }
     }
 
+    /// Whether it gets the events as they are made for everybody.
+    fn is_plain(&self) -> bool {
+        self.filter.is_all() && self.interval_ns.is_none()
+    }
+
     fn slot(&mut self, shown: Arc<Shown>) {
+        if self.is_plain() {
+            return self.out.push_back(shown.event());
+        }
         let time = shown.time();
         let ended = self.note(&shown);
-        match self.interval_ns {
-            None if self.filter.is_all() => self.out.push_back(shown.event()),
-            None => {
-                let collection = shown.changes(&self.filter);
-                self.push("tracks", &collection);
-            }
-            Some(interval_ns) => {
-                self.waiting.push(shown);
-                if self.sent.is_none_or(|sent| time.nanos() - sent.nanos() >= interval_ns) {
-                    self.flush();
-                }
-            }
-        }
-        if !ended.is_empty() {
+        self.hold(shown, ended);
+        let is_due = |sent: Time| time.nanos() - sent.nanos() >= self.interval_ns.unwrap_or(0);
+        if self.sent.is_none_or(is_due) {
             self.flush();
-            let id = self.state.event_id(self.place);
-            self.out.push_back(ended_event(&id, time, &ended));
         }
     }
 
-    /// Sends what waits: each track as it was last.
+    /// Keeps a slot until its interval ends.
+    fn hold(&mut self, shown: Arc<Shown>, ended: Vec<Arc<str>>) {
+        self.ended.extend(ended);
+        // What is there again has not ended.
+        self.ended.retain(|id| !self.endings.is_shown(id));
+        self.waiting.push(shown);
+    }
+
+    /// Sends what waits: each track that changed as it was last, then those that ended.
     fn flush(&mut self) {
         let Some(newest) = self.waiting.last().cloned() else { return };
         self.sent = Some(newest.time());
         let waiting = std::mem::take(&mut self.waiting);
         let mut told = HashSet::new();
-        let changes = waiting.iter().rev().flat_map(|shown| &shown.pieces).filter(|piece| piece.is_new);
-        let pieces = changes.filter(|piece| told.insert(&*piece.id));
-        let collection = newest.join(pieces, &self.filter);
+        let changes = waiting.iter().rev().flat_map(|shown| shown.new_ones());
+        let latest = changes.filter(|(_, piece)| told.insert(&*piece.id));
+        let collection = newest.join(latest, &self.filter);
         self.push("tracks", &collection);
+        let ended: Vec<_> = std::mem::take(&mut self.ended).into_iter().collect();
+        if !ended.is_empty() {
+            let id = self.state.event_id(self.place);
+            self.out.push_back(ended_event(&id, newest.time(), &ended));
+        }
     }
 
     fn resync(&mut self, reason: &str) {
@@ -214,15 +236,16 @@ impl Reader {
         self.begin();
     }
 
+    /// Where it does not get what is made for everybody, what ended is found out by itself.
     fn note(&mut self, shown: &Shown) -> Vec<Arc<str>> {
-        if self.filter.is_all() {
+        if self.is_plain() {
             return Vec::new();
         }
         let wanted = |piece: &&Piece| self.filter.wants(piece);
         self.endings.note(shown.time(), shown.pieces.iter().filter(wanted))
     }
 
-    fn push(&mut self, name: &str, data: &Bytes) {
+    fn push(&mut self, name: &str, data: &[u8]) {
         let head = format!("id: {}\nevent: {name}\ndata: ", self.state.event_id(self.place));
         let mut octets = Vec::with_capacity(head.len() + data.len() + 2);
         octets.extend_from_slice(head.as_bytes());

@@ -1,38 +1,70 @@
-//! What may change while the service runs: who may ask, how often, from which pages; and the areas that are shown.
+//! What may change while the service runs: who may ask, how often, from which pages, under which names; and the areas
+//! that are shown.
+
+use std::num::NonZeroU32;
 
 use super::auth::Tokens;
+use super::tls::Tls;
 use super::{StartError, sites};
 use crate::areas::Areas;
-use crate::config::{Auth, Config, RateLimit};
+use crate::config::{Auth, Config, Network, RateLimit};
+use crate::time::Time;
 
 /// The terms that requests are answered on.
 pub struct Terms {
+    /// `None`: plain HTTP.
+    pub(super) tls: Option<Tls>,
+    /// Whether tokens can be overheard: they travel between machines, and neither the service nor a proxy encrypts them.
+    overheard: bool,
     /// `None`: everybody may ask.
     pub(super) tokens: Option<Tokens>,
     pub(super) cors: Vec<String>,
     pub(super) limit: Option<RateLimit>,
+    /// Of one address; `None`: as many as there are.
+    pub(super) connections: Option<NonZeroU32>,
+    pub(super) hosts: Vec<String>,
+    pub(super) trusted_proxies: Vec<Network>,
     /// GeoJSON.
     pub(super) areas: Vec<u8>,
     pub(super) coverage: Vec<u8>,
 }
 
 impl Terms {
-    /// Those of a configuration, whose areas have been read; the tokens are read now.
+    /// Those of a configuration, whose areas have been read; tokens, certificate and key are read now.
     ///
     /// # Errors
-    /// The file of the tokens cannot be used.
+    /// The file of the tokens, of the certificate or of the key cannot be used.
     pub fn load(config: &Config, areas: &Areas) -> Result<Self, StartError> {
         let tokens = match &config.http.auth {
             Auth::None => None,
             Auth::Tokens { tokens_file } => Some(Tokens::load(tokens_file)?),
         };
+        let http = &config.http;
         Ok(Self {
+            tls: http.tls.as_ref().map(Tls::load).transpose()?,
+            overheard: tokens.is_some()
+                && !http.is_local()
+                && http.tls.is_none()
+                && http.trusted_proxies.is_empty(),
             tokens,
             cors: config.http.cors.clone(),
             limit: config.http.limit,
+            connections: config.http.connections_per_address,
+            hosts: config.http.hosts.clone(),
+            trusted_proxies: config.http.trusted_proxies.clone(),
             areas: sites::areas_json(areas),
             coverage: sites::coverage_json(&config.sensors, areas),
         })
+    }
+
+    /// What works, and should not stay as it is.
+    pub fn warnings(&self, now: Time) -> Vec<String> {
+        let overheard = self.overheard.then(|| {
+            "http.listen: tokens travel beyond this machine without TLS, and whoever hears them can use them; set \
+             http.tls, or listen on 127.0.0.1 behind a reverse proxy that encrypts"
+                .to_owned()
+        });
+        overheard.into_iter().chain(self.tls.as_ref().and_then(|tls| tls.warning(now))).collect()
     }
 
     /// How many tokens are accepted; `None`: none is asked for.

@@ -1,12 +1,11 @@
 //! `/api/v1/tracks`: the picture of the latest slot.
 
-use axum::body::{Body, Bytes};
-use axum::http::{HeaderValue, StatusCode, header};
-use axum::response::Response;
+use axum::http::{HeaderValue, header};
 
 use super::ApiState;
-use super::ask::{Answer, Ask, GEO_JSON, live, with_type};
+use super::ask::{Answer, Ask, GEO_JSON, live, matches, not_modified, with_type};
 use super::filter::Filter;
+use super::gzip::Payload;
 use super::problem::Problem;
 use super::shown::{Shown, nothing_yet};
 use super::trails::LONGEST_S;
@@ -18,21 +17,19 @@ pub fn all(ask: &Ask) -> Answer {
     let (_, latest) = ask.state.log().latest();
     let seq = latest.as_ref().map_or(0, |shown| shown.frame.seq);
     // Weak: what a proxy may have compressed is the same picture.
-    let tag = format!("W/\"{}\"", ask.state.event_id(seq));
+    let tag = HeaderValue::try_from(format!("W/\"{}\"", ask.state.event_id(seq)));
+    let tag = tag.expect("digits and dashes in quotes");
     let known = ask.header(header::IF_NONE_MATCH).is_some_and(|tags| matches(tags, &tag));
     let mut response = if known {
-        let mut unchanged = Response::new(Body::empty());
-        *unchanged.status_mut() = StatusCode::NOT_MODIFIED;
-        unchanged.headers_mut().insert(header::CACHE_CONTROL, HeaderValue::from_static("no-cache"));
-        unchanged
+        not_modified()
     } else {
-        let body = picture(&ask.state, latest.as_deref(), &filter, trail_s);
+        let payload = picture(&ask.state, latest.as_deref(), &filter, trail_s);
         // To be kept for the next comparison, and never to be used without one.
-        with_type(GEO_JSON, "no-cache", body)
+        let mut response = with_type(GEO_JSON, "no-cache", payload.plain());
+        response.extensions_mut().insert(payload);
+        response
     };
-    if let Ok(tag) = HeaderValue::try_from(tag) {
-        response.headers_mut().insert(header::ETAG, tag);
-    }
+    response.headers_mut().insert(header::ETAG, tag);
     Ok(response)
 }
 
@@ -42,28 +39,25 @@ pub fn trail_s(ask: &Ask) -> Result<Option<u32>, Problem> {
 }
 
 /// A slot's picture as it is asked for.
-pub fn picture(state: &ApiState, shown: Option<&Shown>, filter: &Filter, trail_s: Option<u32>) -> Bytes {
+pub fn picture(state: &ApiState, shown: Option<&Shown>, filter: &Filter, trail_s: Option<u32>) -> Payload {
     match (shown, trail_s) {
         (None, _) => nothing_yet(&state.hub().config),
         (Some(shown), None) => shown.filtered(filter),
         (Some(shown), Some(seconds)) => {
             let trails = state.trails().last(seconds, shown.time());
-            shown.with_trails(filter, &state.hub().maker, &trails)
+            shown.with_trails(filter, &trails)
         }
     }
 }
 
-/// One track.
+/// One track, with its competitors.
 pub fn one(ask: &Ask) -> Answer {
     let (_, latest) = ask.state.log().latest();
-    let piece = latest.as_ref().and_then(|shown| shown.pieces.iter().find(|piece| *piece.id == *ask.id));
-    piece
-        .map(|piece| live(GEO_JSON, piece.feature.clone()))
+    let feature = latest.as_ref().and_then(|shown| {
+        let piece = shown.pieces.iter().find(|piece| *piece.id == *ask.id)?;
+        Some(shown.feature(piece, true))
+    });
+    feature
+        .map(|feature| live(GEO_JSON, feature))
         .ok_or_else(|| Problem::not_found("no track of the latest slot has this id"))
-}
-
-/// Weak comparison (RFC 9110, 8.8.3.2); our tags hold no comma.
-fn matches(tags: &str, tag: &str) -> bool {
-    let opaque = |tag: &str| tag.trim().trim_start_matches("W/").to_owned();
-    tags.split(',').any(|known| known.trim() == "*" || opaque(known) == opaque(tag))
 }

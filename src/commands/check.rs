@@ -3,15 +3,18 @@
 use std::io::{self, Write};
 use std::path::PathBuf;
 
+use tracing::warn;
+
 use super::{CommandResult, Outcome, Usage};
 use crate::api::Terms;
 use crate::areas::Areas;
 use crate::config::{Address, Config};
 use crate::ingest::udp;
+use crate::live::now;
 use crate::normalise::Normaliser;
 use crate::publish::Sinks;
 
-/// Validates a configuration, its areas and its tokens, and prints the one in force, every default filled in.
+/// Validates a configuration, its areas, its tokens and its certificate, and prints the one in force, every default filled in.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
     /// The configuration.
@@ -33,7 +36,7 @@ pub fn run(args: &Args) -> CommandResult {
     };
     let config = Config::load(file)?;
     let areas = Areas::load(&config.areas)?;
-    Terms::load(&config, &areas)?;
+    Terms::load(&config, &areas)?.warnings(now()).iter().for_each(|warning| warn!("{warning}"));
     let undulation_m = Normaliser::new(&config, areas.masks()).undulation_m();
     let mut out = io::stdout().lock();
     if args.network {

@@ -10,6 +10,7 @@ use crate::api::{ApiState, Terms};
 use crate::areas::{AlertAreas, Areas};
 use crate::config::{Auth, Config, State, changes};
 use crate::current::Current;
+use crate::live::now;
 use crate::publish::Sinks;
 use crate::store::{Limits, Store};
 
@@ -50,6 +51,13 @@ impl Reload {
         config.areas = areas.configured().cloned().collect();
         config.http.cors.clone_from(&wanted.http.cors);
         config.http.limit = wanted.http.limit;
+        config.http.connections_per_address = wanted.http.connections_per_address;
+        config.http.hosts.clone_from(&wanted.http.hosts);
+        config.http.trusted_proxies.clone_from(&wanted.http.trusted_proxies);
+        // A listener speaks TLS or does not: only which certificate it shows can change.
+        if wanted.http.tls.is_some() == config.http.tls.is_some() {
+            config.http.tls.clone_from(&wanted.http.tls);
+        }
         // The address stays, and others may reach it: then it is never opened to everybody.
         if wanted.http.auth != Auth::None || config.http.is_local() {
             config.http.auth = wanted.http.auth.clone();
@@ -57,6 +65,7 @@ impl Reload {
         let terms = Terms::load(&config, &areas)?;
 
         // From here on nothing is refused.
+        terms.warnings(now()).iter().for_each(|warning| warn!("{warning}"));
         if let Some(tokens) = terms.tokens() {
             info!("{tokens} tokens are accepted");
         }

@@ -25,8 +25,8 @@ use crate::store::{Historian, Store};
 
 /// Runs the live service: listens to the sensors, sends the fused picture, serves it over HTTP.
 ///
-/// Ctrl-C or SIGTERM ends it within 5 s, a second one at once. SIGHUP reads the file anew: tokens, limits and CORS of the
-/// API, areas of kind alert and coverage, output.asterix and the limits of the history change at once; the log names every
+/// Ctrl-C or SIGTERM ends it within 5 s, a second one at once. SIGHUP reads the file anew: tokens, certificate, limits, names
+/// and CORS of the API, areas of kind alert and coverage, output.asterix and the limits of the history change at once; the log names every
 /// key that needs a restart, and of an invalid file nothing is taken.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
@@ -127,7 +127,7 @@ async fn serve(args: &Args, config: Arc<Config>, areas: Areas) -> CommandResult 
     let alerts = Alerts::new(alert_areas, started);
     let observer = tokio::spawn(observe(hub.clone(), alerts, history.and_then(historian)));
     let http = tokio::spawn(api::serve(listener, api.clone()));
-    info!("{}: running, http://{address}/; Ctrl-C ends it", config.site.name);
+    info!("{}: running, {}://{address}/; Ctrl-C ends it", config.site.name, config.http.scheme());
     let notifier = Notifier::from_env();
     notifier.tell("READY=1");
 

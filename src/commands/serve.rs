@@ -38,7 +38,7 @@ pub fn replay(args: &Args, config: Arc<Config>, masks: Masks, speed: f64) -> Com
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
     runtime.block_on(async {
         let listener = listen(&config)?;
-        let address = listener.local_addr()?;
+        let (scheme, address) = (config.http.scheme(), listener.local_addr()?);
         let maker = PictureMaker::new(&config, Pipeline::new(&config, masks.clone()).normaliser());
         let (writer, hub) = Hub::new(config.clone(), Arc::new(maker), now());
         let areas = AlertAreas::load(&config.areas)?;
@@ -48,7 +48,7 @@ pub fn replay(args: &Args, config: Arc<Config>, masks: Masks, speed: f64) -> Com
         // A recording has times of its own: its sensors are looked at from its start.
         tokio::spawn(observe(hub.clone(), Alerts::new(areas, Time::default()), None));
         let http = tokio::spawn(api::serve(listener, api.clone()));
-        info!("http://{address}/ shows the replay; Ctrl-C ends it");
+        info!("{scheme}://{address}/ shows the replay; Ctrl-C ends it");
         tokio::signal::ctrl_c().await?;
         api.close();
         http.await?;

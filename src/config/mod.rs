@@ -8,12 +8,14 @@
 //! and `[[areas]]` are set in the file only.
 //!
 //! On the way in: text → `tree` (values that know their line) → `overrides` → one reader per section (`site`,
-//! `sensors`, `fusion`, `output`), which asks for its keys and refuses the rest. The readers go through the tree rather
+//! `sensors`, `fusion`, `output`, `http`), which asks for its keys and refuses the rest. The readers go through the tree rather
 //! than through serde, which stops at the first fault.
 
 mod changes;
+mod cidr;
 pub(crate) mod error;
 mod fusion;
+mod http;
 mod network;
 mod output;
 mod overrides;
@@ -27,12 +29,14 @@ mod types;
 use std::path::Path;
 
 pub use changes::{Change, changes};
+pub use cidr::{Network, NotANetwork};
 pub use error::{ConfigError, ConfigErrors, Place};
 pub use reader::FILL_IN;
+pub use http::{Auth, Http, RateLimit, Tiles, TlsFiles};
 pub use types::{
-    Address, Area, AreaKind, Auth, Classification, Fusion, Http, Input, MAX_WINDOW_SLOTS, Motion, Output,
-    Profile, Radar, RadarAccuracy, RateLimit, Record, Registration, Sensor, SensorKind, SerialSource, Sink,
-    Site, State, Tiles, Transponder, TransponderAccuracy, UnknownMotion, UnknownProfile,
+    Address, Area, AreaKind, Classification, Fusion, Input, MAX_WINDOW_SLOTS, Motion, Output, Profile, Radar,
+    RadarAccuracy, Record, Registration, Sensor, SensorKind, SerialSource, Sink, Site, State, Transponder,
+    TransponderAccuracy, UnknownMotion, UnknownProfile,
 };
 
 use error::Faults;
@@ -106,7 +110,7 @@ impl Config {
         let fusion = fusion::read(top.section("fusion"));
         let areas = site::read_areas(&mut top, &ids, Path::new(name));
         let output = output::read_output(top.section("output"));
-        let http = output::read_http(top.section("http"), Path::new(name));
+        let http = http::read_http(top.section("http"), Path::new(name));
         let state = output::read_state(top.section("state"));
         top.finish();
 

@@ -1,14 +1,16 @@
 //! The effective configuration as TOML.
 
 use std::fmt::{self, Display, Formatter};
+use std::num::NonZeroU32;
 
 use jiff::SignedDuration;
 
 use super::Config;
+use super::http::{Auth, Http, RateLimit, Tiles, TlsFiles};
 use super::tree::quoted;
 use super::types::{
-    Address, AreaKind, Auth, Classification, Fusion, Input, Output, Radar, RateLimit, Sensor, SensorKind,
-    SerialSource, Sink, Site, Tiles, Transponder,
+    Address, AreaKind, Classification, Fusion, Input, Output, Radar, Sensor, SensorKind, SerialSource, Sink,
+    Site, Transponder,
 };
 
 /// TOML that reads back to the same value. What is absent and has no default is a comment that says what that means.
@@ -33,29 +35,7 @@ impl Display for Config {
             }
         }
         output(f, &self.output)?;
-        writeln!(f, "\n[http]\nlisten = \"{}\"", self.http.listen)?;
-        match &self.http.auth {
-            Auth::None => writeln!(f, "auth = {{ mode = \"none\" }}")?,
-            Auth::Tokens { tokens_file } => {
-                let file = quoted(&tokens_file.to_string_lossy());
-                writeln!(f, "auth = {{ mode = \"tokens\", tokens_file = {file} }}")?;
-            }
-        }
-        let cors: Vec<_> = self.http.cors.iter().map(|origin| quoted(origin)).collect();
-        writeln!(f, "cors = [{}]", cors.join(", "))?;
-        match self.http.limit {
-            Some(RateLimit { requests_per_s, burst }) => {
-                writeln!(f, "requests_per_s = {requests_per_s}\nrequests_burst = {burst}")?;
-            }
-            None => writeln!(f, "requests_per_s = 0")?,
-        }
-        match &self.http.tiles {
-            Some(Tiles { url, attribution }) => {
-                let (url, attribution) = (quoted(url), quoted(attribution));
-                writeln!(f, "tiles = {{ url = {url}, attribution = {attribution} }}")?;
-            }
-            None => writeln!(f, "# tiles: none, the page asks nobody but this service")?,
-        }
+        http(f, &self.http)?;
         let state = &self.state;
         writeln!(f, "\n[state]\ndir = {}", quoted(&state.dir.to_string_lossy()))?;
         writeln!(f, "history_hours = {:?}\nhistory_mib = {}", state.history_hours, state.history_mib)
@@ -156,6 +136,43 @@ fn output(f: &mut Formatter<'_>, output: &Output) -> fmt::Result {
     let Some(record) = &output.record else { return writeln!(f, "# record: nothing is recorded") };
     let dir = quoted(&record.dir.to_string_lossy());
     writeln!(f, "record = {{ dir = {dir}, rotate_mib = {}, keep = {} }}", record.rotate_mib, record.keep)
+}
+
+fn http(f: &mut Formatter<'_>, http: &Http) -> fmt::Result {
+    writeln!(f, "\n[http]\nlisten = \"{}\"", http.listen)?;
+    match &http.auth {
+        Auth::None => writeln!(f, "auth = {{ mode = \"none\" }}")?,
+        Auth::Tokens { tokens_file } => {
+            let file = quoted(&tokens_file.to_string_lossy());
+            writeln!(f, "auth = {{ mode = \"tokens\", tokens_file = {file} }}")?;
+        }
+    }
+    match &http.tls {
+        Some(TlsFiles { certificate, key }) => {
+            let [certificate, key] = [certificate, key].map(|file| quoted(&file.to_string_lossy()));
+            writeln!(f, "tls = {{ certificate = {certificate}, key = {key} }}")?;
+        }
+        None => writeln!(f, "# tls: none, plain HTTP")?,
+    }
+    let texts = |texts: &[String]| texts.iter().map(|text| quoted(text)).collect::<Vec<_>>().join(", ");
+    writeln!(f, "cors = [{}]", texts(&http.cors))?;
+    writeln!(f, "hosts = [{}]", texts(&http.hosts))?;
+    let proxies: Vec<String> = http.trusted_proxies.iter().map(ToString::to_string).collect();
+    writeln!(f, "trusted_proxies = [{}]", texts(&proxies))?;
+    writeln!(f, "connections_per_address = {}", http.connections_per_address.map_or(0, NonZeroU32::get))?;
+    match http.limit {
+        Some(RateLimit { requests_per_s, burst }) => {
+            writeln!(f, "requests_per_s = {requests_per_s}\nrequests_burst = {burst}")?;
+        }
+        None => writeln!(f, "requests_per_s = 0")?,
+    }
+    match &http.tiles {
+        Some(Tiles { url, attribution }) => {
+            let (url, attribution) = (quoted(url), quoted(attribution));
+            writeln!(f, "tiles = {{ url = {url}, attribution = {attribution} }}")
+        }
+        None => writeln!(f, "# tiles: none, the page asks nobody but this service"),
+    }
 }
 
 fn optional(f: &mut Formatter<'_>, key: &str, value: Option<f64>, absent: &str) -> fmt::Result {

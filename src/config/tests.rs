@@ -376,6 +376,27 @@ fn output_http_state_and_areas() {
             "there is no limit; remove this key",
         ),
         (listen, end("cors = [\"https://a/b\"]"), "30: http.cors[0] = \"https://a/b\"", "an origin is"),
+        (
+            listen,
+            end("connections_per_address = -1"),
+            "30: http.connections_per_address = -1",
+            "0 (no limit) to",
+        ),
+        (listen, end("tls = { key = \"k\" }"), "30: http.tls.certificate", "missing"),
+        (listen, end("hosts = [\"Fusion:80\"]"), "30: http.hosts[0] = \"Fusion:80\"", "a name in lower case"),
+        (listen, end("hosts = [\"10.0.0.1\"]"), "30: http.hosts[0] = \"10.0.0.1\"", "accepted anyway"),
+        (
+            listen,
+            end("trusted_proxies = [\"proxy\"]"),
+            "30: http.trusted_proxies[0] = \"proxy\"",
+            "names are not looked up",
+        ),
+        (
+            listen,
+            end("trusted_proxies = [\"10.1.0.0/8\"]"),
+            "30: http.trusted_proxies[0] = \"10.1.0.0/8\"",
+            "the network is \"10.0.0.0/8\"",
+        ),
         (listen, end("[state]\ndir = \"\""), "31: state.dir = \"\"", "blank"),
         (listen, end("[stat]\ndir = \"x\""), "30: stat", "did you mean state?"),
         (listen, end("[[areas]]\nkind = \"mask\""), "30: areas[0].file", "missing"),
@@ -422,6 +443,18 @@ fn output_http_state_and_areas() {
     assert_eq!(limit("requests_per_s = 3"), Some(RateLimit { requests_per_s: 3, burst: 12 }));
     assert_eq!(limit("requests_burst = 7"), Some(RateLimit { requests_per_s: 50, burst: 7 }));
     assert_eq!(limit("requests_per_s = 0"), None);
+    assert_eq!(open.http.connections_per_address, std::num::NonZeroU32::new(64));
+    let door = "connections_per_address = 0\ntls = { certificate = \"/c.pem\", key = \"/k.pem\" }\nhosts = [\"fusion.example\"]\ntrusted_proxies = [\"127.0.0.1\", \"10.0.0.0/8\"]";
+    let door = parse(&BASE.replace(listen, &end(door))).unwrap();
+    assert_eq!(
+        (door.http.connections_per_address, &*door.http.hosts),
+        (None, &["fusion.example".to_owned()][..])
+    );
+    assert_eq!(
+        door.http.trusted_proxies.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        ["127.0.0.1", "10.0.0.0/8"]
+    );
+    assert_eq!(parse(&door.to_string()).unwrap(), door);
     let tiles = "tiles = { url = \"https://t.example:8443/a/{z}/{x}/{y}.png\" }";
     let tiles = parse(&BASE.replace(listen, &format!("{listen}\n{tiles}"))).unwrap().http.tiles.unwrap();
     assert_eq!(tiles.origin(), "https://t.example:8443");

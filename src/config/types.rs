@@ -1,7 +1,7 @@
 //! What a configuration holds, with units. Every value here has passed the rules of its reader.
 
 use std::collections::BTreeMap;
-use std::net::{Ipv4Addr, SocketAddr};
+use std::net::Ipv4Addr;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -398,72 +398,6 @@ pub struct Record {
     pub rotate_mib: u32,
     /// The newest files that are kept.
     pub keep: u32,
-}
-
-/// `[http]`: the HTTP service.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Http {
-    /// Address and port; port 0 takes a free one.
-    pub listen: SocketAddr,
-    /// Who may use it.
-    pub auth: Auth,
-    /// Origins whose pages may use it from a browser, beside its own.
-    pub cors: Vec<String>,
-    /// How often one address, and one token, may ask; `None`: as often as it likes.
-    pub limit: Option<RateLimit>,
-    /// What lies under the map; `None`: the page asks nobody but this service.
-    pub tiles: Option<Tiles>,
-}
-
-impl Http {
-    /// Whether only this machine can reach it.
-    pub fn is_local(&self) -> bool {
-        self.listen.ip().to_canonical().is_loopback()
-    }
-}
-
-/// How often one may ask.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct RateLimit {
-    /// In the long run; at least 1.
-    pub requests_per_s: u32,
-    /// At once, by one who was silent; at least 1.
-    pub burst: u32,
-}
-
-/// Far beyond what the page and dashboards that poll come to.
-impl Default for RateLimit {
-    fn default() -> Self {
-        Self { requests_per_s: 50, burst: 200 }
-    }
-}
-
-/// Map tiles of a server of the user's choice.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Tiles {
-    /// `https://host/…` with `{z}`, `{x}`, `{y}`: Web Mercator.
-    pub url: String,
-    /// Whose they are; shown on the map.
-    pub attribution: String,
-}
-
-impl Tiles {
-    /// `https://host`: the one place beside the service that the page may load pictures from.
-    pub fn origin(&self) -> &str {
-        self.url.match_indices('/').nth(2).map_or(&*self.url, |(end, _)| &self.url[..end])
-    }
-}
-
-/// Who may use the HTTP service.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Auth {
-    /// Everybody; on a loopback address only.
-    None,
-    /// Holders of a bearer token.
-    Tokens {
-        /// Their names, hashes and scopes (TOML); an absolute path (in the file it is relative to the configuration).
-        tokens_file: PathBuf,
-    },
 }
 
 /// `[state]`: what outlives a restart.

@@ -163,6 +163,15 @@ enum Because {
 impl<'a> TrackJson<'a> {
     /// Of a track of `maker`'s.
     pub fn new(track: &Track, maker: &'a PictureMaker) -> Self {
+        Self::with(track, &track.point.competitors, maker)
+    }
+
+    /// Without who else could be its parts.
+    pub fn lean(track: &Track, maker: &'a PictureMaker) -> Self {
+        Self::with(track, &[], maker)
+    }
+
+    fn with(track: &Track, competitors: &[Competitor], maker: &'a PictureMaker) -> Self {
         let source = &track.point.source;
         let (motion, vertical) = (track.motion.as_ref(), track.vertical_motion());
         Self {
@@ -190,12 +199,17 @@ impl<'a> TrackJson<'a> {
             uas_id: source.transponder().map(UasId::new),
             first_seen: track.point.first_seen.to_string(),
             last_measurement: motion.and_then(|motion| motion.last_measurement).map(|time| time.to_string()),
-            contributors: contributors(source, &track.point.competitors, maker),
+            contributors: contributors(source, competitors, maker),
         }
     }
 }
 
 impl TrackJson<'_> {
+    /// The track's id.
+    pub fn id(&self) -> &str {
+        &self.id
+    }
+
     /// Longitude, degrees.
     pub fn lng(&self) -> f64 {
         self.lng

@@ -1,12 +1,12 @@
 //! The configuration of a service that listens to a scenario's sensors.
 
-use std::net::{Ipv4Addr, SocketAddr};
+use std::net::Ipv4Addr;
 
 use super::ground::Ground;
 use super::scenario::{Radar, Scenario, TRANSPONDER_ID, Transponder};
 use crate::config::{
-    self, Address, Auth, Classification, Config, Fusion, Http, Input, Output, RadarAccuracy, RateLimit,
-    Sensor, SensorKind, SerialSource, Sink, Site, State, TransponderAccuracy,
+    self, Address, Classification, Config, Fusion, Http, Input, Output, RadarAccuracy, Sensor, SensorKind,
+    SerialSource, Sink, Site, State, TransponderAccuracy,
 };
 
 /// What a site would know of its radars: the data sheet's accuracy, not the errors that are simulated.
@@ -44,13 +44,7 @@ pub fn site(scenario: &Scenario, ground: &Ground) -> Config {
             flush_on_stop: true,
             record: None,
         },
-        http: Http {
-            listen: SocketAddr::from((Ipv4Addr::LOCALHOST, 8080)),
-            auth: Auth::None,
-            cors: Vec::new(),
-            limit: Some(RateLimit::default()),
-            tiles: None,
-        },
+        http: Http::default(),
         state: State { dir: "state".into(), history_hours: 24.0, history_mib: 512 },
     }
 }

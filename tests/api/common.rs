@@ -208,7 +208,7 @@ pub(crate) struct Reader {
 impl Reader {
     pub(crate) async fn open(address: SocketAddr, path: &str, headers: &str) -> Self {
         let socket = TcpStream::connect(address).await.unwrap();
-        let request = format!("GET {path} HTTP/1.1\r\nHost: test\r\n{headers}\r\n");
+        let request = format!("GET {path} HTTP/1.1\r\nHost: localhost\r\n{headers}\r\n");
         send(&socket, request.as_bytes()).await;
         let mut reader = Self { socket, text: String::new(), head: String::new() };
         while !reader.text.contains("\r\n\r\n") {

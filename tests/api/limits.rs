@@ -67,7 +67,7 @@ async fn every_refusal_is_a_problem() {
 #[tokio::test]
 async fn three_hundred_half_open_clients_hinder_nobody_and_are_dropped() {
     let options = Options { header_timeout: Duration::from_secs(2), ..Options::default() };
-    let site = Site::with(options, |_| {});
+    let site = Site::with(options, |config| config.http.connections_per_address = None);
     let address = site.listen().await;
     let mut half_open = Vec::new();
     for _ in 0..300 {
@@ -89,7 +89,7 @@ async fn who_takes_nothing_of_its_answer_is_cut_off() {
     let site = Site::with(options, |_| {});
     let address = site.listen().await;
     let socket = TcpStream::connect(address).await.unwrap();
-    let request = b"GET /openapi.json HTTP/1.1\r\nHost: test\r\n\r\n";
+    let request = b"GET /openapi.json HTTP/1.1\r\nHost: localhost\r\n\r\n";
     let flood = async {
         // Until the other end hears no more, as it is not heard itself, and then until it ends.
         loop {

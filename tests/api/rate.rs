@@ -50,7 +50,7 @@ async fn who_asks_too_often_is_told_when_to_come_back() {
     let elsewhere = TcpSocket::new_v4().unwrap();
     elsewhere.bind((Ipv4Addr::new(127, 0, 0, 2), 0).into()).unwrap();
     let elsewhere = elsewhere.connect(address).await.unwrap();
-    send(&elsewhere, b"GET /api/v1/info HTTP/1.1\r\nHost: test\r\n\r\n").await;
+    send(&elsewhere, b"GET /api/v1/info HTTP/1.1\r\nHost: localhost\r\n\r\n").await;
     let mut octets = [0; 12];
     receive(&elsewhere, &mut octets).await;
     assert_eq!(&octets, b"HTTP/1.1 200");

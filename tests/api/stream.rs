@@ -183,6 +183,128 @@ async fn only_what_changed_is_told_again() {
     assert_eq!(all["features"][kept]["properties"]["age_s"], 6.625, "its age goes on");
 }
 
+/// A frame, and slots after it of which each lacks one more track.
+fn dwindling() -> (Frame, impl FnMut() -> (Frame, Option<String>)) {
+    let mut frame = flown().frames[flown().frames.len() / 2].clone();
+    // Enough of them that one may leave each slot.
+    let tracks = frame.picture.tracks.clone();
+    for copy in 1..8 {
+        frame.picture.tracks.extend(tracks.iter().cloned().map(|mut track| {
+            track.point.number += 1_000 * copy;
+            track
+        }));
+    }
+    let first = frame.clone();
+    let next = move || {
+        let gone = frame.picture.tracks.pop().map(|track| flown().maker.track_id(&track));
+        (next_slot(&mut frame), gone)
+    };
+    (first, next)
+}
+
+#[tokio::test]
+async fn an_interval_holds_also_where_tracks_end_in_every_slot() {
+    let site = Site::plain();
+    let (first, mut next) = dwindling();
+    let start = first.seq;
+    site.writer.publish(first);
+    site.shown(start).await;
+    let address = site.listen().await;
+    let mut reader = Reader::open(address, "/api/v1/stream?interval_ms=2000", "").await;
+    assert_eq!(reader.next().await.unwrap().name, "snapshot");
+    let (mut gone, mut seq) = (Vec::new(), 0);
+    for _ in 0..48 {
+        let (frame, left) = next();
+        seq = frame.seq;
+        gone.push(left.expect("there are enough of them"));
+        site.writer.publish(frame);
+    }
+    site.shown(seq).await;
+    site.state.close();
+    let (mut slots, mut ended) = (Vec::new(), Vec::new());
+    while let Some(event) = reader.next().await {
+        match &*event.name {
+            "tracks" => slots.push(event.data["seq"].as_u64().unwrap() - start),
+            "ended" => {
+                assert_eq!(slots.last().map(|slot| slot % 8), Some(0), "ended comes with the tracks");
+                ended.extend(
+                    event.data["ids"].as_array().unwrap().iter().map(|id| id.as_str().unwrap().to_owned()),
+                );
+            }
+            _ => {}
+        }
+    }
+    assert_eq!(slots, [8, 16, 24, 32, 40, 48]);
+    // Shown last in the slot before it left, and ended 2 s after that.
+    let mut owed: Vec<String> = gone[..41].to_vec();
+    owed.sort();
+    ended.sort();
+    assert_eq!(ended, owed);
+}
+
+#[tokio::test]
+async fn what_comes_back_within_an_interval_has_not_ended() {
+    let site = Site::plain();
+    let mut frame = flown().frames[flown().frames.len() / 2].clone();
+    let start = frame.seq;
+    site.writer.publish(frame.clone());
+    site.shown(start).await;
+    let address = site.listen().await;
+    let mut reader = Reader::open(address, "/api/v1/stream?interval_ms=5000", "").await;
+    assert_eq!(reader.next().await.unwrap().name, "snapshot");
+    let id = flown().maker.track_id(&frame.picture.tracks[0]);
+    for slot in 1..=20 {
+        let mut shown = next_slot(&mut frame);
+        if (2..=12).contains(&slot) {
+            shown.picture.tracks.remove(0);
+        }
+        site.writer.publish(shown);
+    }
+    site.shown(frame.seq).await;
+    site.state.close();
+    let tracks = reader.next().await.unwrap();
+    assert_eq!((tracks.name.as_str(), tracks.data["seq"].as_u64()), ("tracks", Some(start + 20)));
+    assert!(tracks.data["features"].as_array().unwrap().iter().any(|feature| feature["id"] == id.as_str()));
+    assert_eq!(reader.next().await.unwrap().name, "closed");
+}
+
+#[tokio::test]
+async fn a_connection_that_ends_within_an_interval_loses_nothing() {
+    let mut site = Site::plain();
+    site.publish(1).await;
+    let address = site.listen().await;
+    let path = "/api/v1/stream?interval_ms=2000";
+    let id = Reader::open(address, path, "").await.next().await.unwrap().id;
+    // A track changes in the next slot, and never again; the connection ends a slot later.
+    let mut frame = flown().frames[flown().frames.len() / 2].clone();
+    let mut still = frame.picture.tracks.clone();
+    let moved = next_slot(&mut frame).picture.tracks[3].clone();
+    still[3] = moved.clone();
+    let mut publish = |site: &Site| {
+        frame.picture.tracks = still.clone();
+        site.writer.publish(frame.clone());
+        let seq = frame.seq;
+        next_slot(&mut frame);
+        seq
+    };
+    publish(&site);
+    let seq = publish(&site);
+    site.shown(seq).await;
+    let (start, number) = id.split_once('-').unwrap();
+    let last = number.parse::<u64>().unwrap() + 2;
+    let mut resumed = Reader::open(address, path, &format!("Last-Event-ID: {start}-{last}\r\n")).await;
+    for _ in 0..8 {
+        publish(&site);
+    }
+    let event = resumed.next().await.unwrap();
+    assert_eq!(event.name, "tracks");
+    let id = flown().maker.track_id(&moved);
+    assert!(
+        event.data["features"].as_array().unwrap().iter().any(|feature| feature["id"] == id.as_str()),
+        "{event:?}"
+    );
+}
+
 #[tokio::test]
 async fn a_replay_that_goes_back_begins_anew_for_everybody() {
     let mut site = Site::plain();

@@ -85,7 +85,7 @@ fn two_thousand_bad_clients_hinder_nobody_and_are_gone_afterwards() {
         let drop_by_drop = scope.spawn(|| {
             let mut socket = connect(200, address);
             let start = Instant::now();
-            for octet in b"GET /api/v1/tracks HTTP/1.1\r\nHost: here\r\n\r\n" {
+            for octet in b"GET /api/v1/tracks HTTP/1.1\r\nHost: localhost\r\n\r\n" {
                 if socket.write_all(&[*octet]).is_err() {
                     return start.elapsed();
                 }
@@ -96,7 +96,7 @@ fn two_thousand_bad_clients_hinder_nobody_and_are_gone_afterwards() {
         // Who never reads what it asked for, a thousand times over.
         let mut deaf = connect(201, address);
         deaf.set_write_timeout(Some(Duration::from_millis(500))).unwrap();
-        let asked = b"GET /openapi.json HTTP/1.1\r\nHost: here\r\n\r\n".repeat(1_000_000);
+        let asked = b"GET /openapi.json HTTP/1.1\r\nHost: localhost\r\n\r\n".repeat(1_000_000);
         assert!(deaf.write_all(&asked).is_err(), "it is not heard for ever");
 
         let half_open: Vec<TcpStream> = (0..HALF_OPEN)
@@ -115,7 +115,7 @@ fn two_thousand_bad_clients_hinder_nobody_and_are_gone_afterwards() {
             |name: &str, octets: usize| format!("GET / HTTP/1.1\r\n{name}: {}\r\n\r\n", "x".repeat(octets));
         let many = format!("GET / HTTP/1.1\r\n{}\r\n", "a: b\r\n".repeat(50_000));
         let body =
-            |kind: &str| format!("POST /api/v1/stream-tickets HTTP/1.1\r\nHost: here\r\n{kind}\r\n\r\n");
+            |kind: &str| format!("POST /api/v1/stream-tickets HTTP/1.1\r\nHost: localhost\r\n{kind}\r\n\r\n");
         let chunks =
             body("Transfer-Encoding: chunked") + &format!("10000\r\n{}\r\n", "x".repeat(65_536)).repeat(100);
         for (octets, statuses) in [
@@ -136,7 +136,7 @@ fn two_thousand_bad_clients_hinder_nobody_and_are_gone_afterwards() {
             assert!(status == "closed" || statuses.contains(&status), "{text:?}: {answer:?}");
         }
         // A good request and garbage behind it: the one is answered, the other ends the connection.
-        let garbage = [b"GET /healthz HTTP/1.1\r\nHost: here\r\n\r\n".to_vec(), vec![7; 8192]].concat();
+        let garbage = [b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n".to_vec(), vec![7; 8192]].concat();
         assert!(answer_to(address, 203, &garbage).contains("200"));
 
         let closed =

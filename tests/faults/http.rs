@@ -20,7 +20,7 @@ pub(crate) fn address(running: &mut Running) -> SocketAddr {
 pub(crate) fn get(address: SocketAddr, path: &str) -> (u16, String) {
     let mut socket = TcpStream::connect(address).unwrap();
     socket.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
-    write!(socket, "GET {path} HTTP/1.1\r\nHost: here\r\nConnection: close\r\n\r\n").unwrap();
+    write!(socket, "GET {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").unwrap();
     let mut answer = String::new();
     socket.read_to_string(&mut answer).unwrap();
     let (head, body) = answer.split_once("\r\n\r\n").unwrap();
@@ -76,7 +76,7 @@ pub(crate) struct Stream(Arc<Mutex<Vec<(u64, Instant)>>>);
 impl Stream {
     pub(crate) fn open(address: SocketAddr) -> Self {
         let mut socket = TcpStream::connect(address).unwrap();
-        socket.write_all(b"GET /api/v1/stream HTTP/1.1\r\nHost: here\r\n\r\n").unwrap();
+        socket.write_all(b"GET /api/v1/stream HTTP/1.1\r\nHost: localhost\r\n\r\n").unwrap();
         let slots = Arc::new(Mutex::new(Vec::new()));
         let read = slots.clone();
         std::thread::spawn(move || {

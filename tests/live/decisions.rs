@@ -57,7 +57,9 @@ fn a_recording_with_decisions_replays_to_what_was_sent() {
 fn ask(port: u16, method: &str, path: &str) -> (u16, Value) {
     let mut socket = TcpStream::connect(("127.0.0.1", port)).unwrap();
     socket
-        .write_all(format!("{method} {path} HTTP/1.1\r\nHost: here\r\nConnection: close\r\n\r\n").as_bytes())
+        .write_all(
+            format!("{method} {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").as_bytes(),
+        )
         .unwrap();
     let mut answer = String::new();
     socket.read_to_string(&mut answer).unwrap();

@@ -23,7 +23,7 @@ fn ask(address: SocketAddr, method: &str, path: &str) -> (u16, String) {
     socket.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
     write!(
         socket,
-        "{method} {path} HTTP/1.1\r\nHost: here\r\nConnection: close\r\nContent-Length: 0\r\n\r\n"
+        "{method} {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nContent-Length: 0\r\n\r\n"
     )
     .unwrap();
     let mut answer = String::new();

@@ -11,6 +11,7 @@ mod process;
 #[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "shared by several tests")]
 mod program;
+mod proxy;
 mod recorder;
 mod registration;
 mod reload;
@@ -19,3 +20,4 @@ mod senders;
 mod sockets;
 mod stage;
 mod terminal;
+mod tls;

@@ -4,6 +4,7 @@ use std::fs;
 use std::io::{Read, Write};
 use std::net::Ipv4Addr;
 use std::net::TcpStream;
+use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -76,7 +77,9 @@ impl Stage {
     fn open(&self, path: &str, headers: &str) -> TcpStream {
         let mut socket = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
         socket.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
-        socket.write_all(format!("GET {path} HTTP/1.1\r\nHost: here\r\n{headers}\r\n").as_bytes()).unwrap();
+        socket
+            .write_all(format!("GET {path} HTTP/1.1\r\nHost: localhost\r\n{headers}\r\n").as_bytes())
+            .unwrap();
         socket
     }
 
@@ -145,6 +148,9 @@ fn what_can_change_does_and_the_rest_is_named() {
         (area(&stage.scratch, "field", AreaKind::Alert), area(&stage.scratch, "road", AreaKind::Mask));
     stage.config.areas = vec![alert, mask];
     stage.config.http.cors = vec!["https://map.example".to_owned()];
+    stage.config.http.hosts = vec!["fusion.example".to_owned()];
+    stage.config.http.trusted_proxies = vec!["10.0.0.0/8".parse().unwrap()];
+    stage.config.http.connections_per_address = NonZeroU32::new(9);
     stage.config.http.listen.set_port(1);
     stage.config.state.history_mib = 7;
     stage.config.output.asterix[0].port = port + 9;
@@ -154,6 +160,9 @@ fn what_can_change_does_and_the_rest_is_named() {
     let told = stage.reload();
     for line in [
         "in force now: http.cors = [\"https://map.example\"], was []",
+        "in force now: http.connections_per_address = 9, was 64",
+        "in force now: http.hosts = [\"fusion.example\"], was []",
+        "in force now: http.trusted_proxies = [\"10.0.0.0/8\"], was []",
         "in force now: output.asterix = ",
         "in force now: state.history_mib = 7, was 512",
         "in force now: areas of kind alert and coverage",
@@ -170,6 +179,7 @@ fn what_can_change_does_and_the_rest_is_named() {
     assert!(cors(&stage).contains("access-control-allow-origin: https://map.example"));
     let (_, areas) = stage.get("/api/v1/areas", "");
     assert!(areas.contains("\"name\":\"field\"") && !areas.contains("\"name\":\"road\""), "{areas}");
+    assert_eq!(stage.get("/api/v1/info", "").0, 200);
     assert!(hears_status(port + 9));
 
     // An output that cannot be opened leaves the old one, and what needs a restart is told again.

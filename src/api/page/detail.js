@@ -1,6 +1,6 @@
 // Everything known of the selected track, in words, and why it is fused or not.
 
-import { post } from "./api.js";
+import { get, post } from "./api.js";
 import { byId, element } from "./dom.js";
 import * as format from "./format.js";
 import { change, settings } from "./settings.js";
@@ -14,6 +14,7 @@ const STATE_WORDS = {
   coasting: "coasting: extrapolated from the last measurement",
 };
 const EVERY_MS = 500;
+const ASK_MS = 1000;
 
 const yes = (value) => (value == null ? null : value ? "yes" : "no");
 const known = (value, text) => (value == null || Number.isNaN(value) ? null : text(value));
@@ -112,7 +113,8 @@ function competitors(track, part, decide) {
   });
 }
 
-function contributors(track, info, decide) {
+/** `whole` is the track as it was asked for: the stream leaves competitors out. */
+function contributors(track, whole, info, decide) {
   const needed = info?.settings?.ratio_min;
   const list = element("ul", { class: "contributors" });
   for (const contributor of track.properties.contributors ?? []) {
@@ -136,7 +138,8 @@ function contributors(track, info, decide) {
       if (manual) item.append(button("Decide automatically", about, "automatic", decide), " ");
       item.append(button("Not one aircraft", about, "decorrelated", decide));
     }
-    item.append(...competitors(track, contributor, decide));
+    const isIt = (part) => part.kind === kind && part.sensor === sensor && part.track_number === contributor.track_number;
+    item.append(...competitors(track, whole?.properties.contributors?.find(isIt) ?? contributor, decide));
     list.append(item);
   }
   return list;
@@ -157,11 +160,16 @@ export class Detail {
   picture = null;
   info = null;
   last = null; // the track as last seen, kept in view when it ends
+  whole = null; // the selected track with its competitors
+  asked = { id: null, next: 0 }; // of which track, and when it may be asked again
   said = null; // what was answered to the last decision, and of which track
 
   constructor() {
     this.node = byId("detail");
-    setInterval(() => this.refresh(), EVERY_MS);
+    setInterval(() => {
+      this.ask();
+      this.refresh();
+    }, EVERY_MS);
   }
 
   refresh() {
@@ -184,6 +192,20 @@ export class Detail {
     this.node.replaceChildren(...this.content(selected, isGone));
     this.node.scrollTop = scrollTop;
     if (focused) byId(focused)?.focus();
+  }
+
+  /** Once a second, and at once for another track: who else could be its parts. */
+  async ask() {
+    const { selected } = settings;
+    if (!selected || this.info?.profile !== "operational") return;
+    if (this.asked.id === selected && performance.now() < this.asked.next) return;
+    this.asked = { id: selected, next: Infinity }; // not while it is asked
+    try {
+      this.whole = await get(`tracks/${encodeURIComponent(selected)}`);
+    } catch {
+      this.whole = null; // it has ended, or the service is away: the page says so elsewhere
+    }
+    if (this.asked.id === selected) this.asked.next = performance.now() + ASK_MS;
   }
 
   /** Says something of a radar track and a transponder, for whoever may. */
@@ -215,7 +237,7 @@ export class Detail {
       heading,
       isGone ? element("p", { class: "ended" }, `Ended; this is how it was at ${format.utc(track.time)} UTC`) : null,
       element("h3", {}, why[track.source] ?? "Contributors"),
-      contributors(track, this.info, mayDecide ? (about, verdict) => this.decide(about, verdict) : null),
+      contributors(track, this.whole?.id === track.id ? this.whole : null, this.info, mayDecide ? (about, verdict) => this.decide(about, verdict) : null),
       this.said?.id === selected ? element("p", { role: "status" }, this.said.text) : null,
       element("h3", {}, "Properties"),
       list,
