@@ -49,8 +49,8 @@ pub(super) fn verdict(evaluation: &Evaluation) -> String {
         return String::new();
     }
     format!(
-        "Mean distance from the true position, and share of the time with a position: fused, and from the one \
-         sensor alone over the same time.\n\n{table}"
+        "Mean distance from the true position, and share of the time with a position:\n\
+         fused, and from the one sensor alone over the same time.\n\n{table}"
     )
 }
 
