@@ -47,7 +47,7 @@ mod tests {
 
     #[test]
     fn two_sites_share_no_port_and_each_hears_its_own_sensors() {
-        let text = "name = \"ports\"\nduration_s = 5\n[drones]\nmultirotors = 1\nequipped = 1\n";
+        let text = "name = \"ports\"\nduration_s = 20\n[drones]\nmultirotors = 1\nequipped = 1\n";
         let scenario = Scenario::parse(text, "ports.toml").unwrap();
         let led = || {
             let mut simulation = simulate(&scenario, 1, None).unwrap();

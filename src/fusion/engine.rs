@@ -303,7 +303,7 @@ impl Engine {
         let Self { settings, rules, numbers, plan, .. } = self;
         if let Rules::Operational(operational, profile) = rules {
             plan.carry_out(slot, settings.window_slots, operational, profile);
-            plan.resume(settings.grid.centre(slot), operational, profile);
+            plan.resume((slot, settings.grid.centre(slot)), operational, profile);
         }
         let points = match rules {
             Rules::Reference(reference) => reference.emit(&window, settings, numbers),
@@ -340,10 +340,18 @@ impl Plan {
 }
 
 impl Plan {
-    /// Looks for the radar tracks of the decisions of before a restart.
-    fn resume(&mut self, time: Time, operational: &mut Operational, profile: &operational::Settings) {
+    /// Looks for the radar tracks of the decisions of before a restart; none counts earlier than it did then.
+    fn resume(
+        &mut self,
+        (slot, time): (Slot, Time),
+        operational: &mut Operational,
+        profile: &operational::Settings,
+    ) {
         let Self { kept, resumed, missed, .. } = self;
         kept.retain(|&kept| {
+            if kept.held.since > slot {
+                return true;
+            }
             let known = operational.resume(kept, time, profile);
             *missed += u64::from(matches!(known, Some(Resumed::Ended(_))));
             resumed.extend(known);
