@@ -39,7 +39,8 @@ use crate::simulate::Crowded;
 pub enum Outcome {
     /// All of it.
     Done,
-    /// The input had errors, and `--strict` asks to hear of it: exit code 4.
+    /// Octets of a raw file or a FINAL recording could not be read; or any input had errors, and `--strict` asks to hear of it:
+    /// exit code 4.
     InputErrors,
     /// An input could not be read to its end: exit code 1, already reported.
     InputUnreadable,

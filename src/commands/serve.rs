@@ -29,9 +29,9 @@ use crate::time::Time;
 /// # Errors
 /// An input cannot be opened, or the address is taken.
 pub fn replay(args: &Args, config: Arc<Config>, masks: Masks, speed: f64) -> CommandResult {
-    let (inputs, date, again) = (args.inputs.clone(), args.date, args.again);
+    let (inputs, again) = (args.inputs.clone(), args.again);
     let open: OpenCaptures = Arc::new(move || inputs.iter().map(|path| Capture::open(path)).collect());
-    open()?; // a wrong path is told at once
+    let date = args.day_of(&open()?); // a wrong path is told at once
     let (decided, unused) = super::replay::kept(args)?.decisions.plan(&config);
     unused.iter().for_each(|unused| warn!("{unused}"));
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
