@@ -8,7 +8,7 @@ use asterix::{Block, Fault, Record, blocks, cat034, cat048, cat065, cat129};
 
 use super::{CommandResult, Outcome, lost_frames};
 use crate::ingest::{Capture, Contents, Datagram, Gaps};
-use crate::json::{Place, SKIPPED, write_block, write_fault, write_record, write_skipped};
+use crate::json::{Place, SKIPPED, write_block, write_fault, write_record, write_skipped, write_trailer};
 
 /// Print captures as JSON, one record a line
 ///
@@ -20,6 +20,7 @@ use crate::json::{Place, SKIPPED, write_block, write_fault, write_record, write_
 /// What cannot be read: {"error":{"kind":…,"offset":…,"detail":…},"offset":…,"block":…,"cat":…,"hex":…}, and decoding
 /// goes on with the next block. Where octets of a raw file or a FINAL recording were lost, added or changed, the next block is
 /// looked for, and what is between is such a line of kind `skipped`, or several. A block of a category other than 34, 48, 65 and 129: its octets as `hex`, without `items`.
+/// Octets that a sender puts behind the blocks of each datagram: {"trailer":8,"offset":…,"block":…,"hex":…}.
 /// With several inputs each line names its file, as `input`.
 ///
 /// The exit code is 4 where octets of a raw file or a FINAL recording could not be read.
@@ -74,6 +75,9 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
             }
         }
         printer.count_frames(&capture);
+        for trailer in capture.trailers() {
+            let _ = writeln!(io::stderr(), "{}: {trailer}", capture.name());
+        }
         let unread = std::mem::take(&mut printer.unread);
         if !unread.is_empty() {
             damaged |= capture.format().is_asterix_only();
@@ -142,6 +146,11 @@ impl<W: Write> Printer<'_, W> {
                     self.fault(fault, place, &datagram.payload[fault.offset..], source)?;
                 }
             }
+        }
+        if !datagram.trailer.is_empty() && !self.args.errors_only && self.args.cat.is_none() {
+            let at = datagram.payload.len();
+            write_trailer(&mut self.line, &datagram.trailer, source.place(at, at));
+            self.print()?;
         }
         Ok(())
     }

@@ -58,7 +58,7 @@ pub type CommandResult = Result<Outcome, Box<dyn Error + Send + Sync>>;
 #[error("{0}")]
 pub struct Usage(pub String);
 
-/// The process's exit code: 0 done, 1 run-time failure, 2 wrong usage, 3 configuration invalid, 4 input had errors,
+/// The process's exit code: 0 done, 1 run-time failure, 2 wrong usage, 3 configuration invalid, 4 input not all read,
 /// 5 an evaluation threshold was missed.
 ///
 /// A closed pipe is no failure: whoever read has read enough.

@@ -17,7 +17,7 @@ use super::summary::registered;
 use super::{CommandResult, Outcome, Usage, progress};
 use crate::areas::Masks;
 use crate::config::{Config, Profile};
-use crate::ingest::{Capture, Merged, OpenError, Reception};
+use crate::ingest::{Capture, Format, Merged, OpenError, Reception, TrailerRules};
 use crate::picture::PictureMaker;
 use crate::pipeline::{Event, Output, Pipeline};
 use crate::publish::OutputFormat;
@@ -118,7 +118,8 @@ pub fn run(args: &Args) -> CommandResult {
         config.http.listen = args.http.unwrap_or(config.http.listen);
         return super::serve::replay(args, Arc::new(config), masks, speed);
     }
-    let captures = open(args)?;
+    let trailers = TrailerRules::of(&config);
+    let captures = open(args, &trailers)?;
     let day = args.day_of(&captures);
     let maker = PictureMaker::new(&config, Pipeline::new(&config, masks.clone()).normaliser());
     let mut stage = Stage::open(args, &config, maker)?;
@@ -147,7 +148,7 @@ pub fn run(args: &Args) -> CommandResult {
     while args.again && !stage.is_over() && !stage.summary.is_empty() {
         info!("the recording has come to its end and begins again");
         stage.begin_anew();
-        (outcome, pipeline, skipped) = pass(&mut stage, open(args)?)?;
+        (outcome, pipeline, skipped) = pass(&mut stage, open(args, &trailers)?)?;
     }
     let summary = std::mem::take(&mut stage.summary);
     let failed = stage.finish()?;
@@ -189,8 +190,9 @@ pub(super) fn kept(args: &Args) -> io::Result<Kept> {
     Ok(kept)
 }
 
-fn open(args: &Args) -> Result<Vec<Capture>, OpenError> {
-    args.inputs.iter().map(|path| Capture::open(path)).collect()
+pub(super) fn open(args: &Args, trailers: &TrailerRules) -> Result<Vec<Capture>, OpenError> {
+    let open = |path: &PathBuf| Ok(Capture::open(path)?.with_trailers(trailers.clone()));
+    args.inputs.iter().map(open).collect()
 }
 
 /// What makes no sense together.
@@ -277,6 +279,9 @@ impl Replay<'_, '_> {
         for capture in merged.captures().filter(|capture| capture.skipped().total() > 0) {
             info!("{}: frames without a whole UDP datagram: {}", capture.name(), capture.skipped());
         }
+        for capture in merged.captures() {
+            capture.trailers().for_each(|trailer| info!("{}: {trailer}", capture.name()));
+        }
         for capture in merged.captures().filter(|capture| !capture.gaps().is_empty()) {
             let (name, gaps) = (capture.name(), capture.gaps());
             warn!("{name}: {gaps} belong to no block and were skipped");
@@ -295,7 +300,7 @@ impl Replay<'_, '_> {
                 if event.is_warning() {
                     *warnings += 1;
                     let Some(capture) = merged.captures().nth(reception.input) else { return };
-                    *unread |= matches!(event, Event::Faulty { .. }) && capture.format().is_asterix_only();
+                    *unread |= matches!(event, Event::Faulty { .. }) && *capture.format() == Format::Raw;
                     let tell = || report(&event, reception, capture.name(), *warnings);
                     // Not into the line of the bar.
                     bar.as_ref().map_or_else(tell, |bar| bar.suspend(tell));

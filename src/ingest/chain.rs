@@ -24,18 +24,19 @@ const LARGE: usize = 0x0900;
 #[derive(Debug)]
 pub(super) struct Known {
     longest: [u16; 256],
+    is_empty: bool,
 }
 
 impl Default for Known {
     fn default() -> Self {
-        Self { longest: [0; 256] }
+        Self { longest: [0; 256], is_empty: true }
     }
 }
 
 impl Known {
     /// Whether no block has been learnt.
     pub(super) fn is_empty(&self) -> bool {
-        self.longest.iter().all(|&longest| longest == 0)
+        self.is_empty
     }
 
     /// Takes notice of a block that was believed; of its header, at least.
@@ -43,6 +44,7 @@ impl Known {
         if let (Some(&category), Some(length)) = (header.first(), block_length(header)) {
             let longest = &mut self.longest[usize::from(category)];
             *longest = (*longest).max(length as u16);
+            self.is_empty = false;
         }
     }
 

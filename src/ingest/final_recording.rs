@@ -88,8 +88,7 @@ impl Recording {
     }
 }
 
-/// The parts of the record that begins here: header, data, trailer. Where octets within the data belong to no block and
-/// others behind them do, these are parts of their own.
+/// The parts of the record that begins here: header, data, trailer. The data are what one datagram held, broken or not.
 fn sound_record(window: &mut Window) -> Result<VecDeque<Part>, Damage> {
     let octets = window.peek(HEADER)?;
     let Some(header) = octets.first_chunk::<HEADER>() else {
@@ -109,22 +108,16 @@ fn sound_record(window: &mut Window) -> Result<VecDeque<Part>, Damage> {
         return Err(Damage::Garbled { record: RECORD, fault });
     }
     let data = &octets[HEADER..length - TRAILER.len()];
-    let mut parts = vec![(Some(Contents::Blocks), data.len())];
-    if !is_filled(data) {
-        let [front, gap, rest] = take_apart(data);
-        if rest > 0 {
-            let blocks = Some(Contents::Blocks);
-            parts = vec![(blocks, front), (Some(Contents::Unframed), gap), (blocks, rest)];
-            parts.retain(|(_, length)| *length > 0);
-        }
-        if (1..length).any(|place| is_behind_trailer(window, place) && is_whole(window, place)) {
-            // A wrong length that leads to the end of a later record.
-            let fault = format!("of {length} octets holds others");
-            return Err(Damage::Garbled { record: RECORD, fault });
-        }
+    let parts = [(None, HEADER), (Some(Contents::Blocks), data.len()), (None, TRAILER.len())];
+    if !is_filled(data)
+        && (1..length).any(|place| is_behind_trailer(window, place) && is_whole(window, place))
+    {
+        // A wrong length that leads to the end of a later record.
+        let fault = format!("of {length} octets holds others");
+        return Err(Damage::Garbled { record: RECORD, fault });
     }
-    let framed = [(None, HEADER)].into_iter().chain(parts).chain([(None, TRAILER.len())]);
-    Ok(framed.map(|(contents, length)| Part { contents, length, since_midnight }).collect())
+    let part = |(contents, length)| Part { contents, length, since_midnight };
+    Ok(parts.into_iter().map(part).collect())
 }
 
 /// The parts of the octets up to the next record.

@@ -21,6 +21,7 @@ mod error;
 mod final_recording;
 mod gaps;
 mod gzip;
+mod held;
 mod link;
 mod merge;
 mod pcap;
@@ -28,6 +29,7 @@ mod pcapng;
 mod raw;
 mod recognise;
 mod skipped;
+mod trailer;
 pub mod udp;
 mod window;
 
@@ -40,6 +42,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::time::Time;
 use gzip::Gunzip;
+use held::Held;
 use recognise::Kind;
 use window::Window;
 
@@ -50,6 +53,8 @@ pub use link::{Endpoints, LinkType};
 pub use merge::{Merged, Reception, ReceptionKind};
 pub use pcap::Resolution;
 pub use skipped::{SkipReason, Skipped};
+pub(crate) use trailer::{Ending, Trailers};
+pub use trailer::{LONGEST_TRAILER, Trailer, TrailerRules};
 
 /// One UDP datagram of a capture, one record of a FINAL recording, or one data block of a raw file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -68,6 +73,8 @@ pub struct Datagram {
     pub payload: Vec<u8>,
     /// Whether the payload is to be read as blocks.
     pub contents: Contents,
+    /// Octets behind the payload that the sender puts behind the blocks of each datagram.
+    pub trailer: Vec<u8>,
 }
 
 /// What a payload is.
@@ -129,7 +136,11 @@ pub struct Capture {
     reader: Reader,
     skipped: Skipped,
     gaps: Gaps,
+    held: Held,
+    /// Nothing more is read.
     ended: bool,
+    /// The damage that ended it, until it is told.
+    damage: Option<ReadError>,
 }
 
 enum Reader {
@@ -202,7 +213,9 @@ impl Capture {
             reader,
             skipped: Skipped::default(),
             gaps: Gaps::default(),
+            held: Held::default(),
             ended: false,
+            damage: None,
         })
     }
 
@@ -232,6 +245,18 @@ impl Capture {
         self.packed.as_ref().map_or(self.window.position(), |count| count.load(Ordering::Relaxed))
     }
 
+    /// Takes what a configuration says of trailers; others are recognised. Before the first datagram.
+    #[must_use]
+    pub fn with_trailers(mut self, rules: TrailerRules) -> Self {
+        self.held = Held::new(rules);
+        self
+    }
+
+    /// The streams whose datagrams have had a trailer so far.
+    pub fn trailers(&self) -> impl Iterator<Item = Trailer> {
+        self.held.trailers.all()
+    }
+
     /// Octets handed out so far that belong to no block or record ([`Contents::Unframed`]).
     pub fn gaps(&self) -> &Gaps {
         &self.gaps
@@ -247,9 +272,24 @@ impl Iterator for Capture {
     type Item = Result<Datagram, ReadError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        if self.ended {
-            return None;
+        while !self.ended && !self.held.is_ready() {
+            self.read();
         }
+        match self.held.pop() {
+            Some(datagram) => {
+                if datagram.contents == Contents::Unframed {
+                    self.gaps.add(datagram.origin, datagram.payload.len());
+                }
+                Some(Ok(datagram))
+            }
+            None => self.damage.take().map(Err),
+        }
+    }
+}
+
+impl Capture {
+    /// Reads the next datagram, or to the end.
+    fn read(&mut self) {
         let next = match &mut self.reader {
             Reader::Raw(raw) => raw.next(&mut self.window),
             Reader::Pcap(pcap) => pcap.next(&mut self.window, &mut self.skipped),
@@ -257,22 +297,19 @@ impl Iterator for Capture {
             Reader::Final(recording) => recording.next(&mut self.window),
         };
         match next {
-            Ok(Some(datagram)) => {
-                if datagram.contents == Contents::Unframed {
-                    self.gaps.add(datagram.origin, datagram.payload.len());
-                }
-                Some(Ok(datagram))
-            }
-            Ok(None) => {
-                self.ended = true;
-                None
-            }
+            // There are no datagrams in a raw file.
+            Ok(Some(block)) if self.format == Format::Raw => self.held.pass(block),
+            Ok(Some(datagram)) => self.held.take(datagram),
+            Ok(None) => self.ended = true,
             Err(damage) => {
                 self.ended = true;
                 let unpacked = if self.is_compressed() { ", unpacked" } else { "" };
                 let name = format!("{}{unpacked}", self.name);
-                Some(Err(ReadError { name, offset: self.window.position(), damage }))
+                self.damage = Some(ReadError { name, offset: self.window.position(), damage });
             }
+        }
+        if self.ended {
+            self.held.release();
         }
     }
 }

@@ -114,6 +114,15 @@ pub fn write_skipped(out: &mut Vec<u8>, octets: &[u8], place: Place<'_>) {
     line.close();
 }
 
+/// Appends the line of the octets that a sender puts behind the blocks of each datagram.
+pub fn write_trailer(out: &mut Vec<u8>, octets: &[u8], place: Place<'_>) {
+    let mut line = Line(Object::open(out));
+    line.number("trailer", octets.len() as u64);
+    line.place(place, None);
+    line.hex("hex", octets);
+    line.close();
+}
+
 /// What octets that belong to no block are counted as, beside the names of [`asterix::FaultKind`].
 pub const SKIPPED: &str = "skipped";
 

@@ -106,7 +106,7 @@ impl Survey {
             return self.error(SKIPPED, None, None, datagram.origin, || detail.to_owned());
         }
         self.datagrams += 1;
-        self.octets += datagram.payload.len() as u64;
+        self.octets += (datagram.payload.len() + datagram.trailer.len()) as u64;
         if let Some(received) = datagram.received {
             self.dated = true;
             self.span.see(received, STEP_NS);
@@ -265,7 +265,7 @@ impl Survey {
 impl Stream {
     fn datagram(&mut self, datagram: &Datagram) {
         self.datagrams += 1;
-        self.octets += datagram.payload.len() as u64;
+        self.octets += (datagram.payload.len() + datagram.trailer.len()) as u64;
         if let Some(received) = datagram.received {
             let (first, last) = self.span.unwrap_or((received, received));
             self.span = Some((first.min(received), last.max(received)));

@@ -148,22 +148,6 @@ fn behind_damage_the_next_record_is_read() {
     assert_eq!(datagrams[2].contents, Contents::Blocks);
 }
 
-/// The blocks behind damage within a sound record's data are read, at the time of the record.
-#[test]
-fn within_the_data_of_a_record_the_blocks_behind_damage_are_read() {
-    let block = &[48, 0, 6, 0x80, 25, 200][..];
-    let mut data = block.repeat(4);
-    data[6..9].fill(0);
-    let octets = [final_record(NOON, block), final_record(NOON, &data), final_record(NOON, block)].concat();
-    let mut capture = open(&octets).unwrap();
-    let (datagrams, error) = read(&octets, &mut capture);
-    assert!(error.is_none());
-    assert_eq!(payloads(&datagrams), [block, block, &data[6..12], &block.repeat(2), block]);
-    assert_eq!(datagrams[2].contents, Contents::Unframed);
-    assert!(datagrams.iter().all(|datagram| datagram.since_midnight == datagrams[0].since_midnight));
-    assert_eq!(capture.gaps().to_string(), "6 octets in 1 place (at offset 32)");
-}
-
 #[test]
 fn a_recording_that_goes_on_with_something_longer_than_itself_is_cut() {
     let octets = [three_records(), BLOCKS.concat()].concat();

@@ -9,7 +9,7 @@ use serde::{Serialize, Serializer};
 use tracing::{error, warn};
 
 use super::{CommandResult, Outcome, lost_frames, progress};
-use crate::ingest::{Capture, Format, ReadError, Skipped};
+use crate::ingest::{Capture, Format, ReadError, Skipped, Trailer};
 use crate::survey::{Report, Survey};
 
 /// Say what is in captures: who sends what, how much, when, and is it healthy
@@ -44,6 +44,8 @@ struct Info {
     skipped: Skipped,
     /// Those of them that may have cost records.
     lost_frames: u64,
+    /// Streams whose datagrams have octets behind their blocks that are none.
+    trailers: Vec<Trailer>,
     #[serde(flatten)]
     report: Report,
     /// Why it could not be read to its end.
@@ -128,6 +130,7 @@ fn survey(mut capture: Capture) -> Info {
         size: capture.size().unwrap_or(capture.consumed()),
         lost_frames: lost_frames(&capture).map(|(_, times)| times).sum(),
         skipped: capture.skipped().clone(),
+        trailers: capture.trailers().collect(),
         report,
         damage: damage.map(|error| format!("at offset {}: {}", error.offset, error.damage)),
     }
