@@ -15,7 +15,7 @@ use utm_fusion::commands::{
 #[derive(Parser)]
 #[command(
     version,
-    after_help = "Exit codes: 0 done, 1 failure, 2 wrong usage, 3 configuration invalid, 4 input had errors and --strict, 5 an evaluation threshold was missed.\nThe variable RUST_LOG sets what is logged to standard error (default: info)."
+    after_help = "Exit codes: 0 done, 1 failure, 2 wrong usage, 3 configuration invalid, 4 the input could not all be read, 5 an evaluation threshold was missed.\nThe variable RUST_LOG sets what is logged to standard error (default: info)."
 )]
 struct Cli {
     #[command(subcommand)]

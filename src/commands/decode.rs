@@ -7,8 +7,8 @@ use std::path::PathBuf;
 use asterix::{Block, Fault, Record, blocks, cat034, cat048, cat065, cat129};
 
 use super::{CommandResult, Outcome, lost_frames};
-use crate::ingest::{Capture, Datagram};
-use crate::json::{Place, write_block, write_fault, write_record};
+use crate::ingest::{Capture, Contents, Datagram, Gaps};
+use crate::json::{Place, SKIPPED, write_block, write_fault, write_record, write_skipped, write_trailer};
 
 /// Print captures as JSON, one record a line
 ///
@@ -18,8 +18,13 @@ use crate::json::{Place, write_block, write_fault, write_record};
 /// hexadecimal, numbers round back to what was sent.
 ///
 /// What cannot be read: {"error":{"kind":…, "offset":…, "detail":…}, "offset":…, "block":…, "cat":…, "hex":…}, and decoding
-/// goes on with the next block. A block of a category other than 34, 48, 65 and 129: its octets as `hex`, without `items`.
+/// goes on with the next block. Where octets of a raw file or a FINAL recording were lost, added or changed, the next block is
+/// looked for, and what is between is such a line of kind `skipped`, or several. A block of a category other than 34, 48, 65
+/// and 129: its octets as `hex`, without `items`. Octets that a sender puts behind the blocks of each datagram:
+/// {"trailer":8, "offset":…, "block":…, "hex":…}.
 /// With several inputs each line names its file, as `input`.
+///
+/// The exit code is 4 where octets of a raw file or a FINAL recording could not be read.
 #[derive(clap::Args, Debug, Default)]
 pub struct Args {
     /// Capture files (raw ASTERIX, pcap, pcapng, FINAL; also gzip-compressed), or - for standard input; one after the other
@@ -34,7 +39,7 @@ pub struct Args {
     /// Print what cannot be read, not the records
     #[arg(long)]
     pub errors_only: bool,
-    /// End with exit code 4 if there was anything that cannot be read
+    /// End with exit code 4 if there was anything that cannot be read, also in a pcap or pcapng
     #[arg(long)]
     pub strict: bool,
     /// Add the octets of each record, as `hex`
@@ -57,8 +62,10 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
         line: Vec::new(),
         left: args.limit.unwrap_or(u64::MAX),
         errors: BTreeMap::new(),
+        unread: Gaps::default(),
     };
     let mut damage = None;
+    let mut damaged = false;
     for mut capture in captures {
         let input = several.then(|| capture.name().to_owned());
         while printer.left > 0 && damage.is_none() {
@@ -69,12 +76,21 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
             }
         }
         printer.count_frames(&capture);
+        for trailer in capture.trailers() {
+            let _ = writeln!(io::stderr(), "{}: {trailer}", capture.name());
+        }
+        let unread = std::mem::take(&mut printer.unread);
+        if !unread.is_empty() {
+            damaged |= capture.format().is_asterix_only();
+            // Without a standard error there is nobody to tell.
+            let _ = writeln!(io::stderr(), "{}: {unread} could not be read", capture.name());
+        }
     }
     printer.out.flush()?;
     printer.summarise();
     match damage {
         Some(error) => Err(error.into()),
-        None if args.strict && !printer.errors.is_empty() => Ok(Outcome::InputErrors),
+        None if damaged || args.strict && !printer.errors.is_empty() => Ok(Outcome::InputErrors),
         None => Ok(Outcome::Done),
     }
 }
@@ -88,6 +104,8 @@ struct Printer<'a, W: Write> {
     left: u64,
     /// What could not be read, by reason.
     errors: BTreeMap<String, u64>,
+    /// Octets of the input that could not be read.
+    unread: Gaps,
 }
 
 /// A datagram and the file it is from, where there are several.
@@ -108,6 +126,12 @@ impl<'a> Source<'a> {
 impl<W: Write> Printer<'_, W> {
     fn datagram(&mut self, datagram: &Datagram, input: Option<&str>) -> io::Result<()> {
         let source = Source { input, datagram };
+        if datagram.contents == Contents::Unframed {
+            let place = source.place(0, 0);
+            self.note(SKIPPED, place, &datagram.payload);
+            write_skipped(&mut self.line, &datagram.payload, place);
+            return self.print();
+        }
         for block in blocks(&datagram.payload) {
             match block {
                 Ok(block) if self.args.cat.is_some_and(|wanted| wanted != block.category) => {}
@@ -123,6 +147,11 @@ impl<W: Write> Printer<'_, W> {
                     self.fault(fault, place, &datagram.payload[fault.offset..], source)?;
                 }
             }
+        }
+        if !datagram.trailer.is_empty() && !self.args.errors_only && self.args.cat.is_none() {
+            let at = datagram.payload.len();
+            write_trailer(&mut self.line, &datagram.trailer, source.place(at, at));
+            self.print()?;
         }
         Ok(())
     }
@@ -162,9 +191,7 @@ impl<W: Write> Printer<'_, W> {
     }
 
     fn fault(&mut self, fault: Fault, place: Place<'_>, octets: &[u8], source: Source<'_>) -> io::Result<()> {
-        if self.left > 0 {
-            self.count(fault.kind.name().to_owned(), 1);
-        }
+        self.note(fault.kind.name(), place, octets);
         write_fault(&mut self.line, fault, octets, source.datagram.origin, place);
         self.print()
     }
@@ -177,6 +204,14 @@ impl<W: Write> Printer<'_, W> {
         }
         self.line.clear();
         Ok(())
+    }
+
+    /// Counts octets that cannot be read, if their line is still wanted.
+    fn note(&mut self, reason: &str, place: Place<'_>, octets: &[u8]) {
+        if self.left > 0 {
+            self.count(reason.to_owned(), 1);
+            self.unread.add(place.offset, octets.len());
+        }
     }
 
     fn count(&mut self, reason: String, times: u64) {

@@ -45,7 +45,8 @@ use crate::simulate::Crowded;
 pub enum Outcome {
     /// All of it.
     Done,
-    /// The input had errors, and `--strict` asks to hear of it: exit code 4.
+    /// Octets of a raw file or a FINAL recording could not be read; or any input had errors, and `--strict` asks to hear of it:
+    /// exit code 4.
     InputErrors,
     /// An input could not be read to its end: exit code 1, already reported.
     InputUnreadable,
@@ -63,7 +64,7 @@ pub type CommandResult = Result<Outcome, Box<dyn Error + Send + Sync>>;
 #[error("{0}")]
 pub struct Usage(pub String);
 
-/// The process's exit code: 0 done, 1 run-time failure, 2 wrong usage, 3 configuration invalid, 4 input had errors,
+/// The process's exit code: 0 done, 1 run-time failure, 2 wrong usage, 3 configuration invalid, 4 input not all read,
 /// 5 an evaluation threshold was missed.
 ///
 /// A closed pipe is no failure: whoever read has read enough.

@@ -19,7 +19,7 @@ use super::unmatched::unmatched;
 use super::{CommandResult, Outcome, Usage, progress};
 use crate::areas::Masks;
 use crate::config::{Config, Profile};
-use crate::ingest::{Capture, Merged, OpenError, Reception};
+use crate::ingest::{Capture, Format, Merged, OpenError, Reception, TrailerRules};
 use crate::picture::PictureMaker;
 use crate::pipeline::{Event, Output, Pipeline};
 use crate::publish::OutputFormat;
@@ -56,8 +56,9 @@ pub struct Args {
     #[arg(long, value_name = "T")]
     pub end: Option<Moment>,
     /// UTC day of the first record of each file that does not say its day (raw ASTERIX, FINAL).
-    #[arg(long, default_value = "1970-01-01", value_name = "YYYY-MM-DD", value_parser = day)]
-    pub date: Date,
+    /// Without it their times are dated from 1970-01-01 on, and a warning says so.
+    #[arg(long, value_name = "YYYY-MM-DD", value_parser = day)]
+    pub date: Option<Date>,
     /// Begins with the transponder numbers and the radars' registration that the service has kept in this directory (`[state]
     /// dir`), or that stand beside a recording: `input-<start>`, for its `.numbers.json` and `.registration.json`; then what was
     /// decided by hand (`.decisions.jsonl`, of each input) is decided again. It is only read.
@@ -82,6 +83,23 @@ pub struct Args {
     pub stats: bool,
 }
 
+impl Args {
+    /// The day on which files begin that do not say theirs; where none is given and one needs it, a warning is logged.
+    pub(super) fn day_of(&self, captures: &[Capture]) -> Date {
+        self.date.unwrap_or_else(|| {
+            for capture in captures.iter().filter(|capture| capture.format().is_asterix_only()) {
+                warn!(
+                    "{}: a {} does not say on which day it was made: its times are dated from {UNDATED} on; give the day \
+                     of its first record: --date YYYY-MM-DD",
+                    capture.name(),
+                    capture.format()
+                );
+            }
+            UNDATED
+        })
+    }
+}
+
 /// Runs the command; the summary goes to `stdout` unless the output does.
 pub fn run(args: &Args) -> CommandResult {
     check(args)?;
@@ -102,7 +120,9 @@ pub fn run(args: &Args) -> CommandResult {
         config.http.listen = args.http.unwrap_or(config.http.listen);
         return super::serve::replay(args, Arc::new(config), masks, speed);
     }
-    let captures = open(args)?;
+    let trailers = TrailerRules::of(&config);
+    let captures = open(args, &trailers)?;
+    let day = args.day_of(&captures);
     let maker = PictureMaker::new(&config, Pipeline::new(&config, masks.clone()).normaliser());
     let mut stage = Stage::open(args, &config, maker)?;
     let to_stdout = args.output.as_deref() == Some(Path::new("-"));
@@ -121,16 +141,17 @@ pub fn run(args: &Args) -> CommandResult {
         registrations.restore(&config, None, &mut pipeline).iter().for_each(|unused| warn!("{unused}"));
         pipeline.plan(plan.decided.clone());
         pipeline.resume(plan.kept.clone());
-        let mut replay = Replay { pipeline, stage, warnings: 0, bar: None };
-        let outcome = replay.run(captures, args.date)?;
-        Ok::<_, Box<dyn Error + Send + Sync>>((outcome, replay.pipeline))
+        let mut replay =
+            Replay { pipeline, stage, warnings: 0, bar: None, unread: false, skipped: String::new() };
+        let outcome = replay.run(captures, day)?;
+        Ok::<_, Box<dyn Error + Send + Sync>>((outcome, replay.pipeline, replay.skipped))
     };
-    let (mut outcome, mut pipeline) = pass(&mut stage, captures)?;
+    let (mut outcome, mut pipeline, mut skipped) = pass(&mut stage, captures)?;
     // A recording without a slot would go round without a pause.
     while args.again && !stage.is_over() && !stage.summary.is_empty() {
         info!("the recording has come to its end and begins again");
         stage.begin_anew();
-        (outcome, pipeline) = pass(&mut stage, open(args)?)?;
+        (outcome, pipeline, skipped) = pass(&mut stage, open(args, &trailers)?)?;
     }
     let summary = std::mem::take(&mut stage.summary);
     let failed = stage.finish()?;
@@ -140,6 +161,7 @@ pub fn run(args: &Args) -> CommandResult {
     }
 
     let mut text = summary.text(pipeline.tally(), &config)?;
+    text += &skipped;
     text += &registered(pipeline.engine(), &config);
     let unnumbered = pipeline.engine().unnumbered();
     if unnumbered > 0 {
@@ -174,8 +196,9 @@ pub(super) fn kept(args: &Args) -> io::Result<Kept> {
     Ok(kept)
 }
 
-fn open(args: &Args) -> Result<Vec<Capture>, OpenError> {
-    args.inputs.iter().map(|path| Capture::open(path)).collect()
+pub(super) fn open(args: &Args, trailers: &TrailerRules) -> Result<Vec<Capture>, OpenError> {
+    let open = |path: &PathBuf| Ok(Capture::open(path)?.with_trailers(trailers.clone()));
+    args.inputs.iter().map(open).collect()
 }
 
 /// What makes no sense together.
@@ -211,7 +234,14 @@ struct Replay<'a, 'b> {
     warnings: u32,
     /// On a terminal.
     bar: Option<ProgressBar>,
+    /// Whether octets of a file stayed unread in which there should be nothing else.
+    unread: bool,
+    /// Lines of the summary.
+    skipped: String,
 }
+
+/// The day of files that do not say theirs, where none is given: the first of the epoch.
+const UNDATED: Date = Date::constant(1970, 1, 1);
 
 /// Warnings that are printed one by one; the rest is only counted.
 const WARNINGS_SHOWN: u32 = 20;
@@ -255,19 +285,29 @@ impl Replay<'_, '_> {
         for capture in merged.captures().filter(|capture| capture.skipped().total() > 0) {
             info!("{}: frames without a whole UDP datagram: {}", capture.name(), capture.skipped());
         }
-        Ok(outcome)
+        for capture in merged.captures() {
+            capture.trailers().for_each(|trailer| info!("{}: {trailer}", capture.name()));
+        }
+        for capture in merged.captures().filter(|capture| !capture.gaps().is_empty()) {
+            let (name, gaps) = (capture.name(), capture.gaps());
+            warn!("{name}: {gaps} belong to no block and were skipped");
+            self.skipped += &format!("skipped    {gaps} of {name}, which belong to no block\n");
+            self.unread = true;
+        }
+        Ok(if self.unread && outcome == Outcome::Done { Outcome::InputErrors } else { outcome })
     }
 
     fn receive(&mut self, reception: &Reception, merged: &Merged) {
-        let Self { pipeline, stage, warnings, bar } = self;
+        let Self { pipeline, stage, warnings, bar, unread, .. } = self;
         pipeline.receive(reception, |output| match output {
             Output::Emission(emission) => stage.emit(emission),
             Output::Event(event) => {
                 stage.note(&event, reception.received);
                 if event.is_warning() {
                     *warnings += 1;
-                    let capture = merged.captures().nth(reception.input).map_or("", Capture::name);
-                    let tell = || report(&event, reception, capture, *warnings);
+                    let Some(capture) = merged.captures().nth(reception.input) else { return };
+                    *unread |= matches!(event, Event::Faulty { .. }) && *capture.format() == Format::Raw;
+                    let tell = || report(&event, reception, capture.name(), *warnings);
                     // Not into the line of the bar.
                     bar.as_ref().map_or_else(tell, |bar| bar.suspend(tell));
                 }

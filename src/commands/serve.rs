@@ -16,7 +16,7 @@ use super::{CommandResult, Outcome, Usage};
 use crate::api::{self, ApiState};
 use crate::areas::{AlertAreas, Masks};
 use crate::config::{Auth, Config};
-use crate::ingest::Capture;
+use crate::ingest::TrailerRules;
 use crate::ingest::udp::lines;
 use crate::live::{Alerts, Clock, Driver, Hub, OpenCaptures, Outlets, Player, Service, now, observe};
 use crate::picture::PictureMaker;
@@ -30,9 +30,10 @@ use crate::time::Time;
 /// # Errors
 /// An input cannot be opened, or the address is taken.
 pub fn replay(args: &Args, config: Arc<Config>, masks: Masks, speed: f64) -> CommandResult {
-    let (inputs, date, again) = (args.inputs.clone(), args.date, args.again);
-    let open: OpenCaptures = Arc::new(move || inputs.iter().map(|path| Capture::open(path)).collect());
-    open()?; // a wrong path is told at once
+    let (named, again) = (args.clone(), args.again);
+    let trailers = TrailerRules::of(&config);
+    let open: OpenCaptures = Arc::new(move || super::replay::open(&named, &trailers));
+    let date = args.day_of(&open()?); // a wrong path is told at once
     let plan = super::replay::kept(args)?.decisions.plan(&config);
     plan.unused.iter().for_each(|unused| warn!("{unused}"));
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;

@@ -4,6 +4,7 @@ use std::net::Ipv4Addr;
 
 use super::reader::{Item, Section};
 use super::types::{Address, Input, Sink};
+use crate::ingest::LONGEST_TRAILER;
 
 /// One entry of `inputs`.
 pub(super) fn read_input(mut section: Section<'_>) -> Option<Input> {
@@ -17,8 +18,11 @@ pub(super) fn read_input(mut section: Section<'_>) -> Option<Input> {
         }
         host.then_some(source)
     });
+    let trailer_octets = section.item("trailer_octets").and_then(|item| {
+        item.whole(0..=LONGEST_TRAILER as u8, "a trailer has at most 32 octets; 0: there is none")
+    });
     section.finish();
-    Some(Input { address: address?, port: port?, source })
+    Some(Input { address: address?, port: port?, source, trailer_octets })
 }
 
 /// One entry of `output.asterix`.

@@ -204,7 +204,8 @@ fn show_address(address: Address, port: u16) -> String {
 
 fn show_input(input: &Input) -> String {
     let source = input.source.map(|source| format!(", source = \"{source}\""));
-    show_address(input.address, input.port) + &source.unwrap_or_default()
+    let trailer = input.trailer_octets.map(|octets| format!(", trailer_octets = {octets}"));
+    show_address(input.address, input.port) + &source.unwrap_or_default() + &trailer.unwrap_or_default()
 }
 
 fn show_sink(sink: &Sink) -> String {

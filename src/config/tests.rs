@@ -227,6 +227,11 @@ fn lines_to_listen_on_and_to_send_to() {
         (r#"{ address = "127.0.0.1", port = 65536 }"#, ".port = 65536", "1 to 65535"),
         (r#"{ address = "127.0.0.1", port = 1, source = "239.0.0.1" }"#, ".source", "one host"),
         (r#"{ address = "127.0.0.1", port = 1, ttl = 1 }"#, ".ttl", "unknown"),
+        (
+            r#"{ address = "127.0.0.1", port = 1, trailer_octets = 33 }"#,
+            ".trailer_octets = 33",
+            "at most 32 octets",
+        ),
         (r#"5"#, " = 5", "expected a table"),
     ] {
         check(&[(input, new, &format!("14: sensors[0].inputs[0]{key}"), message)]);

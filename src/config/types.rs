@@ -153,6 +153,8 @@ pub struct Input {
     pub port: u16,
     /// Only datagrams from here count; a group is joined source-specifically.
     pub source: Option<Ipv4Addr>,
+    /// Octets that the sender puts behind the blocks of each datagram; `None`: recognised.
+    pub trailer_octets: Option<u8>,
 }
 
 /// A UDP destination.

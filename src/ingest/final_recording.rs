@@ -13,10 +13,19 @@
 //! and the reader of Croatia Control (<https://github.com/CroatiaControlLtd/asterix>, `asterixfinalsubformat.hxx`), which
 //! agree. Neither says from when days are counted, and where the octet is in use it may be anything; so it is not looked
 //! at, and the day is told by the user (see `clock.rs`). Neither says which time it is; it is taken for UTC.
+//!
+//! Behind damage the next record is looked for: it ends in the trailer, and stands behind one or holds whole blocks and
+//! nothing else. The blocks at the front and at the end of the damaged record's data are handed out without a time, the other
+//! octets up to the next record as [`Contents::Unframed`].
 
-use super::Datagram;
+use std::collections::VecDeque;
+
+use asterix::blocks;
+
+use super::chain::{MOST, first_place, is_filled, is_readable};
 use super::error::Damage;
 use super::window::Window;
+use super::{Contents, Datagram};
 use crate::time::{DAY, SECOND};
 
 /// Octets before the data.
@@ -30,13 +39,58 @@ const HUNDREDTH: i64 = SECOND / 100;
 
 const RECORD: &str = "FINAL record";
 
-/// The next record's data.
-pub(super) fn next(window: &mut Window) -> Result<Option<Datagram>, Damage> {
-    let position = window.position();
-    let octets = window.peek(HEADER)?;
-    if octets.is_empty() {
-        return Ok(None);
+/// Reads a FINAL recording.
+#[derive(Debug, Default)]
+pub(super) struct Recording {
+    /// What is left of a damaged record.
+    parts: VecDeque<Part>,
+}
+
+/// A part of a record.
+#[derive(Debug)]
+struct Part {
+    /// What it is; `None`: header or trailer of a sound record, which is not handed out.
+    contents: Option<Contents>,
+    /// Octets.
+    length: usize,
+    /// When the record says it was received.
+    since_midnight: Option<i64>,
+}
+
+impl Recording {
+    /// The next record's data, or a part of what is damaged.
+    pub(super) fn next(&mut self, window: &mut Window) -> Result<Option<Datagram>, Damage> {
+        loop {
+            if self.parts.is_empty() {
+                if window.peek(1)?.is_empty() {
+                    return Ok(None);
+                }
+                self.parts = match sound_record(window) {
+                    Ok(parts) => parts,
+                    Err(damage) => damaged_record(window, damage)?,
+                };
+            }
+            let Some(Part { contents, length, since_midnight }) = self.parts.pop_front() else { continue };
+            let origin = window.position();
+            let octets = &window.peek(length)?[..length];
+            let datagram = contents.map(|contents| Datagram {
+                origin,
+                payload: octets.to_vec(),
+                contents,
+                since_midnight,
+                ..Datagram::default()
+            });
+            window.consume(length);
+            if datagram.is_some() {
+                return Ok(datagram);
+            }
+        }
     }
+}
+
+/// The parts of the record that begins here: header, data, trailer. The data are what one datagram held, broken or not.
+fn sound_record(window: &mut Window) -> Result<VecDeque<Part>, Damage> {
+    let octets = window.peek(HEADER)?;
     let Some(header) = octets.first_chunk::<HEADER>() else {
         return Err(Damage::Cut { record: RECORD, present: octets.len(), needed: HEADER });
     };
@@ -53,10 +107,82 @@ pub(super) fn next(window: &mut Window) -> Result<Option<Datagram>, Damage> {
         let fault = format!("of {length} octets does not end in a5 a5 a5 a5");
         return Err(Damage::Garbled { record: RECORD, fault });
     }
-    let payload = octets[HEADER..length - TRAILER.len()].to_vec();
-    window.consume(length);
-    let origin = position + HEADER as u64;
-    Ok(Some(Datagram { received: None, since_midnight, endpoints: None, origin, payload }))
+    let data = &octets[HEADER..length - TRAILER.len()];
+    let parts = [(None, HEADER), (Some(Contents::Blocks), data.len()), (None, TRAILER.len())];
+    if !is_filled(data)
+        && (1..length).any(|place| is_behind_trailer(window, place) && is_whole(window, place))
+    {
+        // A wrong length that leads to the end of a later record.
+        let fault = format!("of {length} octets holds others");
+        return Err(Damage::Garbled { record: RECORD, fault });
+    }
+    let part = |(contents, length)| Part { contents, length, since_midnight };
+    Ok(parts.into_iter().map(part).collect())
+}
+
+/// The parts of the octets up to the next record.
+fn damaged_record(window: &mut Window, damage: Damage) -> Result<VecDeque<Part>, Damage> {
+    let next = find(window, 1);
+    if next.is_none() {
+        // Octets that could not be read are no end of the file.
+        window.failed()?;
+        if matches!(damage, Damage::Io(_) | Damage::Gzip(_) | Damage::Cut { .. }) {
+            return Err(damage);
+        }
+    }
+    let octets = window.peek(next.unwrap_or(MOST))?;
+    let octets = &octets[..next.unwrap_or(octets.len().min(MOST))];
+    let trailer = if ends_well(octets) { TRAILER.len() } else { 0 };
+    let data = octets.get(HEADER..octets.len() - trailer).unwrap_or(&[]);
+    let [front, gap, rest] = take_apart(data);
+    let (blocks, unframed) = (Contents::Blocks, Contents::Unframed);
+    let parts = if gap == data.len() {
+        vec![(unframed, octets.len())]
+    } else {
+        vec![(unframed, HEADER), (blocks, front), (unframed, gap), (blocks, rest), (unframed, trailer)]
+    };
+    let parts = parts.into_iter().filter(|(_, length)| *length > 0);
+    Ok(parts
+        .map(|(contents, length)| Part { contents: Some(contents), length, since_midnight: None })
+        .collect())
+}
+
+/// Octets of the blocks at the front of the data, of what belongs to no block, and of the blocks at the end.
+fn take_apart(data: &[u8]) -> [usize; 3] {
+    let front = if is_filled(data) { data.len() } else { readable_blocks(data) };
+    let rest = &data[front..];
+    let gap = (0..rest.len()).find(|&place| is_readable(&rest[place..])).unwrap_or(rest.len());
+    [front, gap, rest.len() - gap]
+}
+
+/// Octets of the blocks at the front of these whose records can all be read.
+fn readable_blocks(data: &[u8]) -> usize {
+    let whole = blocks(data).map_while(Result::ok);
+    whole.map(|block| block.octets).take_while(|octets| is_readable(octets)).map(<[u8]>::len).sum()
+}
+
+/// The first place from `from` on, and before [`MOST`], where a record begins.
+pub(super) fn find(window: &mut Window, from: usize) -> Option<usize> {
+    first_place(window, from, |window, place| {
+        (is_behind_trailer(window, place) && whole_record(window, place).is_some()) || is_whole(window, place)
+    })
+}
+
+fn is_behind_trailer(window: &mut Window, place: usize) -> bool {
+    window.glimpse(place).get(..place).is_some_and(|octets| octets.ends_with(&TRAILER))
+}
+
+/// Whether a record that holds whole blocks and nothing else is at `place`.
+fn is_whole(window: &mut Window, place: usize) -> bool {
+    whole_record(window, place).is_some_and(|record| is_filled(&record[HEADER..record.len() - TRAILER.len()]))
+}
+
+/// The record at `place`, if its time is one that a day has and its trailer is at its end.
+fn whole_record(window: &mut Window, place: usize) -> Option<&[u8]> {
+    let header = window.glimpse(place + HEADER).get(place..)?.first_chunk()?;
+    let (length, _) = (length(header), since_midnight(header)?);
+    let record = window.glimpse(place + length).get(place..place + length)?;
+    ends_well(record).then_some(record)
 }
 
 /// Octets of the record with this header.

@@ -7,7 +7,7 @@ use asterix::{Record, TimeOfDay, blocks, cat048, cat129};
 use jiff::civil::Date;
 
 use super::clock::{DayClock, RawClock};
-use super::{Capture, Datagram, ReadError};
+use super::{Capture, Contents, Datagram, ReadError};
 use crate::time::Time;
 
 /// What the pipeline is handed.
@@ -91,6 +91,10 @@ impl Input {
     fn fill(&mut self, index: usize) -> Result<(), ReadError> {
         while self.ahead.is_empty() {
             let Some(datagram) = self.capture.next().transpose()? else { break };
+            // The capture counts it.
+            if datagram.contents == Contents::Unframed {
+                continue;
+            }
             let on_its_day = datagram.since_midnight.and_then(|nanos| self.day_clock.tell(nanos));
             match datagram.received.or(on_its_day) {
                 Some(received) => {

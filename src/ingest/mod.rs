@@ -9,15 +9,19 @@
 //!
 //! Each may be gzip-compressed (`1f8b08`); offsets are then those of the unpacked data. The name of a file says nothing.
 //! Memory is bounded by one window over the file, whatever its size. What cannot be a datagram (ARP, TCP, fragments, …) is
-//! passed over and counted in [`Skipped`]; damage ends the capture with a [`ReadError`] that says where. Nothing here
-//! looks into a block: broken ASTERIX is for the decoder to report.
+//! passed over and counted in [`Skipped`]. Where octets of a raw file or a FINAL recording were lost, added or changed, the
+//! next block or record is looked for, and what is between is handed out as [`Contents::Unframed`] and counted in [`Gaps`];
+//! other damage ends the capture with a [`ReadError`] that says where. Broken blocks are for the decoder to report.
 //!
 //! A further format takes a file of its own, a line in `recognise.rs`, and a variant of [`Format`] and of `Reader`.
 
+mod chain;
 mod clock;
 mod error;
 mod final_recording;
+mod gaps;
 mod gzip;
+mod held;
 mod link;
 mod merge;
 mod pcap;
@@ -25,6 +29,7 @@ mod pcapng;
 mod raw;
 mod recognise;
 mod skipped;
+mod trailer;
 pub mod udp;
 mod window;
 
@@ -37,18 +42,22 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::time::Time;
 use gzip::Gunzip;
+use held::Held;
 use recognise::Kind;
 use window::Window;
 
 pub use error::{Damage, OpenError, ReadError};
+pub use gaps::Gaps;
 pub use gzip::GzipError;
 pub use link::{Endpoints, LinkType};
 pub use merge::{Merged, Reception, ReceptionKind};
 pub use pcap::Resolution;
 pub use skipped::{SkipReason, Skipped};
+pub(crate) use trailer::{Ending, Trailers};
+pub use trailer::{LONGEST_TRAILER, Trailer, TrailerRules};
 
 /// One UDP datagram of a capture, one record of a FINAL recording, or one data block of a raw file.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Datagram {
     /// When the capture says it arrived; `None` in a file without reception times.
     pub received: Option<Time>,
@@ -62,6 +71,21 @@ pub struct Datagram {
     /// What the sender put into the datagram, without link, IP and UDP headers and without padding: at most 65,535
     /// octets. In a raw file one block with its CAT and LEN; the last one may be what follows the last whole block.
     pub payload: Vec<u8>,
+    /// Whether the payload is to be read as blocks.
+    pub contents: Contents,
+    /// Octets behind the payload that the sender puts behind the blocks of each datagram.
+    pub trailer: Vec<u8>,
+}
+
+/// What a payload is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Contents {
+    /// Data blocks, one after the other.
+    #[default]
+    Blocks,
+    /// Octets of a raw file or a FINAL recording that belong to no block or record, because octets were lost, added or changed
+    /// there. A longer stretch comes in several parts.
+    Unframed,
 }
 
 /// What a capture turned out to be. `Display` is for people: `pcap (Ethernet, nanoseconds)`.
@@ -80,6 +104,14 @@ pub enum Format {
     Pcapng,
     /// FINAL recording.
     Final,
+}
+
+impl Format {
+    /// Whether the file says itself where each message begins and holds nothing but ASTERIX: what cannot be read of it is
+    /// damage. (In a capture of a network there may be anything.)
+    pub fn is_asterix_only(&self) -> bool {
+        matches!(self, Self::Raw | Self::Final)
+    }
 }
 
 impl fmt::Display for Format {
@@ -103,14 +135,19 @@ pub struct Capture {
     window: Window,
     reader: Reader,
     skipped: Skipped,
+    gaps: Gaps,
+    held: Held,
+    /// Nothing more is read.
     ended: bool,
+    /// The damage that ended it, until it is told.
+    damage: Option<ReadError>,
 }
 
 enum Reader {
-    Raw,
+    Raw(raw::Raw),
     Pcap(pcap::Pcap),
     Pcapng(pcapng::Pcapng),
-    Final,
+    Final(final_recording::Recording),
 }
 
 impl Capture {
@@ -155,19 +192,31 @@ impl Capture {
             packed = Some(count);
         }
         let (format, reader) = match kind {
-            Ok(Kind::Raw) => (Format::Raw, Reader::Raw),
+            Ok(Kind::Raw) => (Format::Raw, Reader::Raw(raw::Raw::default())),
             Ok(Kind::Pcap) => {
                 let pcap = pcap::Pcap::open(&name, &mut window)?;
                 (Format::Pcap { link: pcap.link(), resolution: pcap.resolution() }, Reader::Pcap(pcap))
             }
             Ok(Kind::Pcapng) => (Format::Pcapng, Reader::Pcapng(pcapng::Pcapng::default())),
-            Ok(Kind::Final) => (Format::Final, Reader::Final),
+            Ok(Kind::Final) => (Format::Final, Reader::Final(final_recording::Recording::default())),
             Ok(Kind::Gzip) => return Err(OpenError::GzipInGzip { name }),
             Ok(Kind::Empty) => return Err(OpenError::Empty { name }),
             Ok(Kind::Foreign { found, advice }) => return Err(OpenError::Foreign { name, found, advice }),
             Err(cause) => return Err(OpenError::Read { name, cause }),
         };
-        Ok(Self { name, size, format, packed, window, reader, skipped: Skipped::default(), ended: false })
+        Ok(Self {
+            name,
+            size,
+            format,
+            packed,
+            window,
+            reader,
+            skipped: Skipped::default(),
+            gaps: Gaps::default(),
+            held: Held::default(),
+            ended: false,
+            damage: None,
+        })
     }
 
     /// What messages call this capture: its path, or `standard input`.
@@ -196,6 +245,23 @@ impl Capture {
         self.packed.as_ref().map_or(self.window.position(), |count| count.load(Ordering::Relaxed))
     }
 
+    /// Takes what a configuration says of trailers; others are recognised. Before the first datagram.
+    #[must_use]
+    pub fn with_trailers(mut self, rules: TrailerRules) -> Self {
+        self.held = Held::new(rules);
+        self
+    }
+
+    /// The streams whose datagrams have had a trailer so far.
+    pub fn trailers(&self) -> impl Iterator<Item = Trailer> {
+        self.held.trailers.all()
+    }
+
+    /// Octets handed out so far that belong to no block or record ([`Contents::Unframed`]).
+    pub fn gaps(&self) -> &Gaps {
+        &self.gaps
+    }
+
     /// Frames passed over so far because they hold no whole UDP datagram.
     pub fn skipped(&self) -> &Skipped {
         &self.skipped
@@ -206,27 +272,44 @@ impl Iterator for Capture {
     type Item = Result<Datagram, ReadError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        if self.ended {
-            return None;
+        while !self.ended && !self.held.is_ready() {
+            self.read();
         }
+        match self.held.pop() {
+            Some(datagram) => {
+                if datagram.contents == Contents::Unframed {
+                    self.gaps.add(datagram.origin, datagram.payload.len());
+                }
+                Some(Ok(datagram))
+            }
+            None => self.damage.take().map(Err),
+        }
+    }
+}
+
+impl Capture {
+    /// Reads the next datagram, or to the end.
+    fn read(&mut self) {
         let next = match &mut self.reader {
-            Reader::Raw => raw::next(&mut self.window, &mut self.ended),
+            Reader::Raw(raw) => raw.next(&mut self.window),
             Reader::Pcap(pcap) => pcap.next(&mut self.window, &mut self.skipped),
             Reader::Pcapng(pcapng) => pcapng.next(&mut self.window, &mut self.skipped),
-            Reader::Final => final_recording::next(&mut self.window),
+            Reader::Final(recording) => recording.next(&mut self.window),
         };
         match next {
-            Ok(Some(datagram)) => Some(Ok(datagram)),
-            Ok(None) => {
-                self.ended = true;
-                None
-            }
+            // There are no datagrams in a raw file.
+            Ok(Some(block)) if self.format == Format::Raw => self.held.pass(block),
+            Ok(Some(datagram)) => self.held.take(datagram),
+            Ok(None) => self.ended = true,
             Err(damage) => {
                 self.ended = true;
                 let unpacked = if self.is_compressed() { ", unpacked" } else { "" };
                 let name = format!("{}{unpacked}", self.name);
-                Some(Err(ReadError { name, offset: self.window.position(), damage }))
+                self.damage = Some(ReadError { name, offset: self.window.position(), damage });
             }
+        }
+        if self.ended {
+            self.held.release();
         }
     }
 }

@@ -109,10 +109,10 @@ impl Pcap {
                     let datagram =
                         link::udp_payload(self.link, record.data).map(|(range, endpoints)| Datagram {
                             received: Some(self.time(record.ts_sec, record.ts_usec)),
-                            since_midnight: None,
                             endpoints: Some(endpoints),
                             origin: position + (RECORD_HEADER + range.start) as u64,
                             payload: record.data[range].to_vec(),
+                            ..Datagram::default()
                         });
                     window.consume(length);
                     match datagram {

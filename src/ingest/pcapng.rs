@@ -128,10 +128,10 @@ impl Pcapng {
         let (range, endpoints) = link::udp_payload(link, packet.frame)?;
         Ok(Datagram {
             received: packet.time.and_then(|units| interface.time(units)),
-            since_midnight: None,
             endpoints: Some(endpoints),
             origin: position + (packet.start + range.start) as u64,
             payload: packet.frame[range].to_vec(),
+            ..Datagram::default()
         })
     }
 

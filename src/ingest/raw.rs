@@ -1,8 +1,15 @@
 //! Raw ASTERIX: concatenated data blocks, each CAT (1 octet), LEN (2 octets, big-endian, counting these three), records.
+//!
+//! A block is handed out once the two headers behind it have been seen. Where these are like those before, as almost
+//! always, that is all. Otherwise either something new comes, or octets were lost, added or changed: the file is searched
+//! for the next place from which blocks follow each other (`chain.rs`). If LEN leads there, block by block, nothing is wrong,
+//! and what is new is learnt; if not, the octets up to that place belong to no block, and are handed out as such. So in a
+//! file that is sound every LEN is followed, whatever its categories.
 
-use super::Datagram;
+use super::chain::{Known, MOST, leads_to, whole_block};
 use super::error::Damage;
 use super::window::Window;
+use super::{Contents, Datagram};
 
 /// Octets of CAT and LEN.
 pub(super) const HEADER: usize = 3;
@@ -15,23 +22,93 @@ pub(super) fn block_length(octets: &[u8]) -> Option<usize> {
     }
 }
 
-/// The next block. Where no whole block begins (LEN below 3 or past the end, padding, a stray octet or two) what
-/// follows is handed out as it is, so that the decoder reports it with its offset, and `ended` is set: without a
-/// trustworthy LEN nobody knows where the next block begins.
-pub(super) fn next(window: &mut Window, ended: &mut bool) -> Result<Option<Datagram>, Damage> {
-    let origin = window.position();
-    let octets = window.peek(HEADER)?;
-    if octets.is_empty() {
-        return Ok(None);
+/// Reads a raw file.
+#[derive(Debug, Default)]
+pub(super) struct Raw {
+    known: Known,
+    /// Within octets that belong to no block, of which the end has not been found.
+    lost: bool,
+}
+
+impl Raw {
+    /// The next block, or at most [`MOST`] octets that belong to none. A last block that the file cuts is handed out as it is:
+    /// the decoder says what is wrong with it.
+    pub(super) fn next(&mut self, window: &mut Window) -> Result<Option<Datagram>, Damage> {
+        if window.peek(1)?.is_empty() {
+            return Ok(None);
+        }
+        let origin = window.position();
+        let (contents, length) = self.step(window)?;
+        let payload = window.peek(length)?[..length].to_vec();
+        window.consume(length);
+        Ok(Some(Datagram { origin, contents, payload, ..Datagram::default() }))
     }
-    let mut length = block_length(octets).unwrap_or(0);
-    if length < HEADER || window.peek(length)?.len() < length {
-        *ended = true;
-        // As much as a datagram can hold; behind damage in a large file there may be gigabytes.
-        let most = usize::from(u16::MAX);
-        length = window.peek(most)?.len().min(most);
+
+    /// What comes next, and how many octets of it.
+    fn step(&mut self, window: &mut Window) -> Result<(Contents, usize), Damage> {
+        if self.lost {
+            match self.known.find(window, 0) {
+                Some(0) => self.lost = false,
+                Some(next) => return Ok((Contents::Unframed, next)),
+                None => return self.rest(window),
+            }
+        }
+        let Some(length) = whole_block(window, 0) else {
+            return match self.known.find(window, 1) {
+                Some(next) => Ok((Contents::Unframed, next)),
+                None => self.rest(window),
+            };
+        };
+        if self.known.is_empty() {
+            let octets = window.glimpse(length + 1);
+            if octets.get(length) == octets.first() {
+                self.known.learn(octets);
+            }
+        }
+        if !self.goes_on(window) {
+            match self.known.find(window, 1) {
+                // The damage is behind this block, or in its records.
+                Some(next) if length < next && !leads_to(window, next) => {
+                    let believed = self.known.credible(window, 0).is_some();
+                    return Ok(if believed {
+                        (Contents::Blocks, length)
+                    } else {
+                        (Contents::Unframed, next)
+                    });
+                }
+                Some(next) if !leads_to(window, next) && !self.known.is_sound(window, length) => {
+                    return Ok((Contents::Unframed, next));
+                }
+                // Something new, and LEN leads to what is known; or nothing there says that LEN is wrong.
+                _ => {}
+            }
+        }
+        self.known.learn(window.glimpse(HEADER));
+        Ok((Contents::Blocks, length))
     }
-    let payload = window.peek(length)?[..length].to_vec();
-    window.consume(length);
-    Ok(Some(Datagram { received: None, since_midnight: None, endpoints: None, origin, payload }))
+
+    /// Whether the header here and the two behind it, or those up to the end of the file, are like those before.
+    fn goes_on(&self, window: &mut Window) -> bool {
+        let mut place = 0;
+        for _ in 0..3 {
+            match window.glimpse(place + HEADER).get(place..) {
+                Some([]) => return true,
+                Some(header) if self.known.is_familiar(header) => place += block_length(header).unwrap_or(0),
+                _ => return false,
+            }
+        }
+        true
+    }
+
+    /// Where no block begins within reach: the end of the file as it is, or octets that belong to no block.
+    fn rest(&mut self, window: &mut Window) -> Result<(Contents, usize), Damage> {
+        // Octets that could not be read are no end of the file.
+        window.failed()?;
+        let rest = window.peek(MOST + 1)?.len();
+        if rest <= MOST && !self.lost {
+            return Ok((Contents::Blocks, rest));
+        }
+        self.lost = true;
+        Ok((Contents::Unframed, rest.min(MOST)))
+    }
 }

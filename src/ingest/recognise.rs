@@ -2,7 +2,7 @@
 //!
 //! A FINAL recording is recognised by its first record: its time is one that a day has, its data begin with the header of
 //! a block that fits into them, and its trailer is at its end. If what follows is not such a record, or its beginning,
-//! it still is one unless it could be raw ASTERIX.
+//! it still is one unless it could be raw ASTERIX. Where only the beginning is damaged, what follows it tells.
 //!
 //! Nothing marks raw ASTERIX: any octet but 0 is a category, so almost anything could be a block. A file is taken for
 //! raw ASTERIX when
@@ -17,6 +17,7 @@
 
 use std::io;
 
+use super::chain;
 use super::raw::{self, HEADER};
 use super::window::Window;
 use super::{final_recording, gzip, pcapng};
@@ -125,12 +126,19 @@ fn by_content(window: &mut Window) -> Kind {
             return Kind::Final;
         }
     }
-    match objection_to_raw(window) {
-        None => Kind::Raw,
-        Some(objection) => {
-            let sample = window.glimpse(SAMPLE);
-            describe(&sample[..sample.len().min(SAMPLE)], &objection)
-        }
+    let Some(objection) = objection_to_raw(window) else { return Kind::Raw };
+    let sample = window.glimpse(SAMPLE);
+    let foreign = describe(&sample[..sample.len().min(SAMPLE)], &objection);
+    if is_text(&sample[..sample.len().min(SAMPLE)]) {
+        return foreign;
+    }
+    // Its first octets may be damaged.
+    if final_recording::find(window, 1).is_some_and(|place| final_record(window, place).is_some()) {
+        Kind::Final
+    } else if chain::is_near(window) {
+        Kind::Raw
+    } else {
+        foreign
     }
 }
 

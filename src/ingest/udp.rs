@@ -151,6 +151,15 @@ impl Line {
         Ok((socket.into(), buffer))
     }
 
+    /// Where the datagrams of this line go to, as a recording has it.
+    pub fn destination(&self) -> SocketAddr {
+        let address = match self.address {
+            Address::Multicast { group, .. } => group,
+            Address::Unicast(address) => address,
+        };
+        SocketAddr::V4(SocketAddrV4::new(address, self.port))
+    }
+
     fn join(&self, socket: &Socket) -> io::Result<()> {
         let Address::Multicast { group, interface } = self.address else { return Ok(()) };
         if self.sources.is_empty() {

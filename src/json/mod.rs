@@ -100,6 +100,32 @@ pub fn write_fault(out: &mut Vec<u8>, fault: Fault, octets: &[u8], origin: u64, 
     line.close();
 }
 
+/// Appends the line of octets that belong to no block ([`Contents::Unframed`](crate::ingest::Contents::Unframed)).
+pub fn write_skipped(out: &mut Vec<u8>, octets: &[u8], place: Place<'_>) {
+    let mut line = Line(Object::open(out));
+    line.0.key("error");
+    let mut error = Line(Object::open(line.0.out));
+    error.text("kind", SKIPPED);
+    error.number("offset", place.offset);
+    error.text("detail", &format!("{} octets belong to no block", octets.len()));
+    error.0.close();
+    line.place(place, None);
+    line.hex("hex", octets);
+    line.close();
+}
+
+/// Appends the line of the octets that a sender puts behind the blocks of each datagram.
+pub fn write_trailer(out: &mut Vec<u8>, octets: &[u8], place: Place<'_>) {
+    let mut line = Line(Object::open(out));
+    line.number("trailer", octets.len() as u64);
+    line.place(place, None);
+    line.hex("hex", octets);
+    line.close();
+}
+
+/// What octets that belong to no block are counted as, beside the names of [`asterix::FaultKind`].
+pub const SKIPPED: &str = "skipped";
+
 /// A line that is being printed.
 struct Line<'a>(Object<'a>);
 

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 use std::io;
+use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender};
@@ -22,7 +23,7 @@ use crate::config::Config;
 use crate::fusion::Given;
 use crate::fusion::operational::{Decision, Held, Resumed};
 use crate::ingest::udp::{self, Arrival, Line, LineCounters};
-use crate::ingest::{Reception, ReceptionKind};
+use crate::ingest::{Ending, Endpoints, Reception, ReceptionKind, TrailerRules, Trailers};
 use crate::normalise::SensorIndex;
 use crate::publish::{Cat129Encoder, Recorded, RecorderQueue, Sinks, pack, status_block};
 use crate::registration::Estimate;
@@ -84,10 +85,11 @@ impl Service {
         let engine = Engine {
             source: DataSource { sac: config.site.sac, sic: config.site.sic },
             encoder: Cat129Encoder::of(&config),
-            config,
             driver,
             outlets,
             lines,
+            trailers: Trailers::new(TrailerRules::of(&config)),
+            config,
             lateness_us: VecDeque::new(),
             failed_sends: 0,
             failed_told: 0,
@@ -135,6 +137,8 @@ struct Engine {
     driver: Driver,
     outlets: Outlets,
     lines: Vec<(Arc<Line>, Arc<LineCounters>)>,
+    /// What stands behind the blocks of datagrams.
+    trailers: Trailers,
     lateness_us: VecDeque<u32>,
     /// Sends that failed, and those of them that have been told.
     failed_sends: u64,
@@ -216,12 +220,28 @@ impl Engine {
             from: Some(arrival.from.into()),
             kind: ReceptionKind::Datagram,
             origin: 0,
-            payload: arrival.payload,
+            payload: self.without_trailer(arrival),
         };
         let mut made = Vec::new();
         let Self { driver, outlets, .. } = self;
         driver.receive_showing(&reception, |report| outlets.hub.inputs.note(report), |one| made.push(one));
         self.hand_out(made);
+    }
+
+    /// The blocks of a datagram.
+    fn without_trailer(&mut self, arrival: Arrival) -> Vec<u8> {
+        let mut payload = arrival.payload;
+        let endpoints = self.lines.get(arrival.line).map(|(line, _)| Endpoints {
+            source: SocketAddr::V4(arrival.from),
+            destination: line.destination(),
+        });
+        if let Ending::Trailer(octets) = self.trailers.see(endpoints, &payload) {
+            payload.truncate(payload.len() - octets);
+        }
+        for trailer in self.trailers.news() {
+            info!("{trailer}; trailer_octets = {} of this input would say so from the start", trailer.octets);
+        }
+        payload
     }
 
     fn tick(&mut self, at: Time) {

@@ -92,7 +92,7 @@ fn transponder_sensor(scenario: &Scenario, model: &Transponder) -> Sensor {
 
 /// The line or lines of a sensor.
 fn inputs(scenario: &Scenario, address: Ipv4Addr, port: u16) -> Vec<Input> {
-    let line = |port| Input { address: group(address), port, source: None };
+    let line = |port| Input { address: group(address), port, source: None, trailer_octets: None };
     let second = scenario.network.second_line.then(|| line(port + SECOND_LINE_PORTS));
     [Some(line(port)), second].into_iter().flatten().collect()
 }

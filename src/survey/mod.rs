@@ -15,10 +15,12 @@ mod report;
 mod source;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 use asterix::{Block, DataSource, Fault, Record, UapItem, blocks, cat034, cat048, cat065, cat129};
 
-use crate::ingest::{Datagram, Endpoints};
+use crate::ingest::{Contents, Datagram, Endpoints, Gaps};
+use crate::json::SKIPPED;
 use crate::pipeline::Duplicates;
 use crate::time::{SECOND, Time};
 use bounded::Bounded;
@@ -56,6 +58,7 @@ pub struct Survey {
     records_of_more_sources: u64,
     categories: BTreeMap<u8, Category>,
     errors: BTreeMap<(Option<u8>, &'static str), ErrorReport>,
+    unread: Gaps,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -89,15 +92,21 @@ impl Default for Survey {
             records_of_more_sources: 0,
             categories: BTreeMap::new(),
             errors: BTreeMap::new(),
+            unread: Gaps::default(),
         }
     }
 }
 
 impl Survey {
-    /// Counts a datagram, or a data block of a raw file.
+    /// Counts a datagram, a data block of a raw file, or octets that belong to no block.
     pub fn datagram(&mut self, datagram: &Datagram) {
+        if datagram.contents == Contents::Unframed {
+            self.unread.add(datagram.origin, datagram.payload.len());
+            let detail = "octets belong to no block";
+            return self.error(SKIPPED, None, None, datagram.origin, || detail.to_owned());
+        }
         self.datagrams += 1;
-        self.octets += datagram.payload.len() as u64;
+        self.octets += (datagram.payload.len() + datagram.trailer.len()) as u64;
         if let Some(received) = datagram.received {
             self.dated = true;
             self.span.see(received, STEP_NS);
@@ -113,7 +122,7 @@ impl Survey {
         for block in blocks(&datagram.payload) {
             match block {
                 Ok(block) => self.block(block, datagram),
-                Err(fault) => self.fault(fault, datagram),
+                Err(fault) => self.fault(fault, datagram, fault.offset..datagram.payload.len()),
             }
         }
     }
@@ -144,14 +153,17 @@ impl Survey {
         target: impl Fn(&R) -> Option<Target>,
     ) {
         let mut records = 0;
+        let end = block.offset + block.octets.len();
+        let mut next = end - block.contents().len();
         for located in block.records::<R>() {
             match located {
                 Ok(located) => {
                     records += 1;
+                    next = located.offset + located.length;
                     let glimpse = Glimpse::of(&located.record, target(&located.record));
                     self.record(block.category, &glimpse, located.length, datagram);
                 }
-                Err(fault) => self.fault(fault, datagram),
+                Err(fault) => self.fault(fault, datagram, next..end),
             }
         }
         let category = self.categories.entry(block.category).or_default();
@@ -171,16 +183,29 @@ impl Survey {
         }
     }
 
-    fn fault(&mut self, fault: Fault, datagram: &Datagram) {
+    /// Counts what cannot be read, and the octets of the datagram that stay unread for it.
+    fn fault(&mut self, fault: Fault, datagram: &Datagram, unread: Range<usize>) {
+        self.unread.add(datagram.origin + unread.start as u64, unread.len());
         let first_offset = datagram.origin + fault.offset as u64;
-        let kind = fault.kind.name();
-        let error = self.errors.entry((fault.category, kind)).or_insert_with(|| ErrorReport {
+        let detail = || fault.kind.to_string();
+        self.error(fault.kind.name(), fault.category, fault.item, first_offset, detail);
+    }
+
+    fn error(
+        &mut self,
+        kind: &'static str,
+        category: Option<u8>,
+        first_item: Option<&'static str>,
+        first_offset: u64,
+        detail: impl Fn() -> String,
+    ) {
+        let error = self.errors.entry((category, kind)).or_insert_with(|| ErrorReport {
             kind,
-            category: fault.category,
+            category,
             count: 0,
             first_offset,
-            first_item: fault.item,
-            detail: fault.kind.to_string(),
+            first_item,
+            detail: detail(),
         });
         error.count += 1;
     }
@@ -216,6 +241,7 @@ impl Survey {
                 })
                 .collect(),
             errors: self.errors.values().cloned().collect(),
+            unread: self.unread.clone(),
         }
     }
 
@@ -239,7 +265,7 @@ impl Survey {
 impl Stream {
     fn datagram(&mut self, datagram: &Datagram) {
         self.datagrams += 1;
-        self.octets += datagram.payload.len() as u64;
+        self.octets += (datagram.payload.len() + datagram.trailer.len()) as u64;
         if let Some(received) = datagram.received {
             let (first, last) = self.span.unwrap_or((received, received));
             self.span = Some((first.min(received), last.max(received)));

@@ -7,6 +7,7 @@ use serde::{Serialize, Serializer};
 
 use super::Endpoints;
 use super::presence::nanos_between;
+use crate::ingest::Gaps;
 use crate::time::{SECOND, Time};
 
 /// A whole capture.
@@ -33,6 +34,8 @@ pub struct Report {
     pub categories: Vec<CategoryReport>,
     /// What could not be read, by category and kind.
     pub errors: Vec<ErrorReport>,
+    /// The octets that could not be read for it.
+    pub unread: Gaps,
     /// Radars and transponder receivers as a site's configuration would have them.
     pub sensors: Vec<SensorHint>,
 }
@@ -236,7 +239,7 @@ pub struct CategoryReport {
 /// Things that could not be read, of one kind.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct ErrorReport {
-    /// [`asterix::FaultKind::name`].
+    /// [`asterix::FaultKind::name`], or `skipped`: octets that belong to no block.
     pub kind: &'static str,
     /// Category, where there was one.
     pub category: Option<u8>,

@@ -2,7 +2,7 @@
 
 use jiff::civil::date;
 use proptest::prelude::*;
-use utm_fusion::ingest::{Damage, Format, Merged, ReceptionKind};
+use utm_fusion::ingest::{Contents, Damage, Datagram, Format, Merged, ReceptionKind};
 
 use crate::writer::final_record;
 use crate::{BLOCKS, open, open_in_steps, payloads, read};
@@ -95,8 +95,9 @@ fn cut_at_every_length_it_gives_the_whole_records_and_says_where_it_was_cut() {
     }
 }
 
+/// Its data are read where they still begin with a block, and the other octets up to the next record handed out as they are.
 #[test]
-fn damage_ends_the_capture_and_says_where() {
+fn behind_damage_the_next_record_is_read() {
     let sound = three_records();
     let with = |place: usize, octet: u8| {
         let mut octets = sound.clone();
@@ -104,20 +105,59 @@ fn damage_ends_the_capture_and_says_where() {
         octets
     };
     let cases = [
-        (with(36, 0), 20, "a FINAL record of 17 octets does not end in a5 a5 a5 a5; the file is damaged"),
-        (with(21, 18), 20, "a FINAL record of 18 octets does not end"),
-        (with(21, 11), 20, "a FINAL record claims 11 octets; 12 is the least"),
-        (with(20, 1), 20, "the file ends in the middle of a FINAL record (41 of 273 octets)"),
-        ([sound.clone(), vec![0; 40]].concat(), 61, "a FINAL record claims 0 octets"),
-        ([sound.clone(), BLOCKS.concat()].concat(), 61, "(25 of 12288 octets)"),
+        // The trailer, and the length in three ways: too long by one, below the least, past the end.
+        (with(36, 0), 20..37),
+        (with(21, 18), 20..37),
+        (with(21, 11), 20..37),
+        (with(20, 1), 20..37),
+        // One octet lost, and one added.
+        ([&sound[..30], &sound[31..]].concat(), 20..36),
+        ([&sound[..30], &[7], &sound[30..]].concat(), 20..38),
+        ([sound.clone(), vec![0; 40]].concat(), 61..101),
     ];
-    for (octets, offset, words) in cases {
-        let (datagrams, error) = read(&octets, &mut open(&octets).unwrap());
-        assert_eq!(datagrams.len(), if offset == 20 { 1 } else { 3 });
-        let message = error.unwrap().to_string();
-        assert!(message.starts_with(&format!("test: at offset {offset}: ")), "{message}");
-        assert!(message.contains(words), "{message}");
+    for (octets, damaged) in cases {
+        let mut capture = open(&octets).unwrap();
+        let (datagrams, error) = read(&octets, &mut capture);
+        assert!(error.is_none(), "{error:?}");
+        let sound: Vec<_> =
+            datagrams.iter().filter(|datagram| datagram.since_midnight.is_some()).cloned().collect();
+        let expected = if damaged.start == 20 { vec![BLOCKS[0], BLOCKS[2]] } else { BLOCKS.to_vec() };
+        assert_eq!(payloads(&sound), expected);
+        let rest: Vec<u8> = datagrams
+            .iter()
+            .filter(|datagram| datagram.since_midnight.is_none())
+            .flat_map(|datagram| datagram.payload.clone())
+            .collect();
+        assert_eq!(rest, octets[damaged.clone()]);
+        let is_gap = |datagram: &&Datagram| datagram.contents == Contents::Unframed;
+        let gaps: usize = datagrams.iter().filter(is_gap).map(|datagram| datagram.payload.len()).sum();
+        assert_eq!(
+            (capture.gaps().octets, capture.gaps().first_offset),
+            (gaps as u64, Some(damaged.start as u64))
+        );
     }
+    // A record of which only the length is wrong.
+    let block = &[48, 0, 7, 0x80, 25, 200, 0xFF][..6];
+    let block = [&[48, 0, 6][..], &block[3..]].concat();
+    let mut octets =
+        [final_record(NOON, &block), final_record(NOON, &block), final_record(NOON, &block)].concat();
+    octets[19] = 77;
+    let (datagrams, error) = read(&octets, &mut open(&octets).unwrap());
+    assert!(error.is_none());
+    assert_eq!(payloads(&datagrams), [&block[..], &octets[18..26], &block, &[0xA5; 4], &block]);
+    assert_eq!(datagrams[2].contents, Contents::Blocks);
+}
+
+#[test]
+fn a_recording_that_goes_on_with_something_longer_than_itself_is_cut() {
+    let octets = [three_records(), BLOCKS.concat()].concat();
+    let (datagrams, error) = read(&octets, &mut open(&octets).unwrap());
+    assert_eq!(datagrams.len(), 3);
+    let message = error.unwrap().to_string();
+    assert!(
+        message.starts_with("test: at offset 61: ") && message.contains("(25 of 12288 octets)"),
+        "{message}"
+    );
 }
 
 #[test]

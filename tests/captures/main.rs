@@ -1,6 +1,7 @@
 //! Captures built in memory, and the recordings of the project, through the public reader.
 
 mod corpus;
+mod damage;
 mod finals;
 mod packed;
 mod pcapng_damage;

@@ -4,7 +4,7 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use proptest::prelude::*;
-use utm_fusion::ingest::{Capture, Format, OpenError};
+use utm_fusion::ingest::{Capture, Contents, Format, OpenError};
 
 use crate::{BLOCKS, open, open_in_steps, payloads, read};
 
@@ -24,15 +24,7 @@ fn each_block_is_a_datagram_without_a_time() {
 
 #[test]
 fn what_follows_the_last_whole_block_is_handed_out_as_it_is() {
-    let tails: [&[u8]; 7] = [
-        &[0],
-        &[48, 0],
-        &[0; 40],
-        &[48, 0, 2, 1, 1],
-        &[48, 0, 0],
-        &[48, 0, 9, 0xFF],
-        &[0, 0, 1, 48, 0, 4, 0],
-    ];
+    let tails: [&[u8]; 6] = [&[0], &[48, 0], &[0; 40], &[48, 0, 2, 1, 1], &[48, 0, 0], &[48, 0, 9, 0xFF]];
     for tail in tails {
         let octets = [BLOCKS[0], BLOCKS[1], tail].concat();
         let mut capture = open(&octets).unwrap();
@@ -46,16 +38,24 @@ fn what_follows_the_last_whole_block_is_handed_out_as_it_is() {
         let octets = [BLOCKS[0], tail].concat();
         assert_eq!(payloads(&read(&octets, &mut open(&octets).unwrap()).0), [BLOCKS[0], tail]);
     }
+    // Before a whole block that ends where the file ends, it is not the end.
+    let octets = [BLOCKS[0], BLOCKS[1], &[0, 0, 1], &[48, 0, 4, 0]].concat();
+    let (datagrams, _) = read(&octets, &mut open(&octets).unwrap());
+    assert_eq!(payloads(&datagrams), [BLOCKS[0], BLOCKS[1], &[0, 0, 1], &[48, 0, 4, 0]]);
+    assert_eq!(datagrams[2].contents, Contents::Unframed);
 }
 
 #[test]
-fn the_rest_behind_damage_is_bounded() {
+fn the_rest_behind_damage_comes_in_parts() {
     let octets = [BLOCKS[0], BLOCKS[1], &[48, 0, 1], &[7; 200_000]].concat();
     let mut capture = open(&octets).unwrap();
     let (datagrams, error) = read(&octets, &mut capture);
     assert!(error.is_none());
-    assert_eq!(datagrams[2].payload.len(), 65_535);
-    assert_eq!(capture.consumed(), 13 + 65_535);
+    assert_eq!(payloads(&datagrams).concat(), octets);
+    assert!(
+        datagrams[2..].iter().all(|rest| rest.contents == Contents::Unframed && rest.payload.len() <= 65_535)
+    );
+    assert_eq!(capture.gaps().to_string(), "200003 octets in 1 place (at offset 13)");
 }
 
 #[test]

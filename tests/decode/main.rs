@@ -9,6 +9,7 @@ mod options;
 mod recordings;
 #[path = "../shared/mod.rs"]
 mod shared;
+mod trailers;
 
 use std::fs;
 use std::path::PathBuf;

@@ -31,15 +31,20 @@ fn decode(name: &str, options: &[&str]) -> (Output, Vec<String>) {
 #[test]
 fn everything_and_a_summary() {
     let (output, lines) = decode("plain", &[]);
-    assert_eq!((output.status.code(), lines.len()), (Some(0), 6));
+    assert_eq!((output.status.code(), lines.len()), (Some(4), 6), "octets of a raw file could not be read");
     let summary = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(summary, "2 errors in the input: 1 block_too_short, 1 item_past_end\n");
+    let (unread, errors) = summary.split_once('\n').unwrap();
+    assert!(
+        unread.ends_with("-plain: 6 octets in 2 places (the first at offset 18) could not be read"),
+        "{unread}"
+    );
+    assert_eq!(errors, "2 errors in the input: 1 block_too_short, 1 item_past_end\n");
 }
 
 #[test]
 fn one_category() {
     let (output, lines) = decode("cat", &["--cat", "129"]);
-    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(output.status.code(), Some(4));
     // Where a block cannot be made out is told whatever its first octet says.
     assert_eq!(lines.len(), 2, "{lines:?}");
     assert!(lines[0].contains(r#""cat":129"#) && lines[1].contains("block_too_short"), "{lines:?}");
@@ -51,14 +56,16 @@ fn one_category() {
 fn a_limit() {
     for (limit, count) in [("0", 0), ("1", 1), ("4", 4), ("100", 6)] {
         let (output, lines) = decode(&format!("limit{limit}"), &["--limit", limit]);
-        assert_eq!((output.status.code(), lines.len()), (Some(0), count));
+        // The bad record is the fourth line.
+        let code = if count < 4 { 0 } else { 4 };
+        assert_eq!((output.status.code(), lines.len()), (Some(code), count));
     }
 }
 
 #[test]
 fn errors_only_and_strict() {
     let (output, lines) = decode("errors", &["--errors-only"]);
-    assert_eq!((output.status.code(), lines.len()), (Some(0), 2));
+    assert_eq!((output.status.code(), lines.len()), (Some(4), 2));
     assert!(lines.iter().all(|line| line.starts_with(r#"{"error":"#)), "{lines:?}");
     let (output, lines) = decode("strict", &["--strict"]);
     assert_eq!((output.status.code(), lines.len()), (Some(4), 6));
@@ -96,7 +103,51 @@ fn standard_input() {
         .unwrap();
     child.stdin.take().unwrap().write_all(&mixed()).unwrap();
     let output = child.wait_with_output().unwrap();
-    assert_eq!((output.status.code(), output.stdout.lines().count()), (Some(0), 6));
+    assert_eq!((output.status.code(), output.stdout.lines().count()), (Some(4), 6));
+}
+
+/// A capture of a network may hold anything; octets that cannot be read are told, and an error where that is asked for.
+#[test]
+fn a_bad_record_in_a_pcap() {
+    let (capture, _) = pcap(&[(0, &block(48, &["80 1907"])), (0, &block(48, &["40 0000"]))]);
+    let file = Temporary::new("bad", &capture);
+    let output = program().arg("decode").arg(&file.0).output().unwrap();
+    assert_eq!((output.status.code(), output.stdout.lines().count()), (Some(0), 2));
+    assert!(String::from_utf8(output.stderr).unwrap().contains(": 3 octets in 1 place (at offset "));
+    let output = program().arg("decode").arg(&file.0).arg("--strict").output().unwrap();
+    assert_eq!(output.status.code(), Some(4));
+}
+
+/// One octet that is lost costs its block: it is a line, and so is what is left of the block; all else is read.
+#[test]
+fn one_lost_octet_of_a_raw_file() {
+    let sound = block(48, &["f0 1907 000080 20 0100 0200"]).repeat(1000);
+    let mut octets = sound.clone();
+    octets.remove(600 * 14 + 7);
+    let file = Temporary::new("lost", &octets);
+    let output = program().arg("decode").arg(&file.0).output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!((output.status.code(), text.lines().count()), (Some(4), 1000));
+    let skipped = r#"{"error":{"kind":"skipped","offset":8400,"detail":"13 octets belong to no block"},"offset":8400,"block":8400,"hex":"30000ef0190700"#;
+    let lines: Vec<_> = text.lines().filter(|line| line.starts_with(skipped)).collect();
+    assert_eq!(lines.len(), 1, "{:?}", text.lines().nth(600));
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(told.contains("-lost: 13 octets in 1 place (at offset 8400) could not be read\n"), "{told}");
+    assert!(told.ends_with("1 error in the input: 1 skipped\n"), "{told}");
+
+    let output = program().arg("info").arg(&file.0).output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(4));
+    assert!(text.contains("\nunread     13 octets in 1 place (at offset 8400)\n"), "{text}");
+    let output = program().arg("info").arg("--json").arg(&file.0).output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains(r#""unread":{"octets":13,"places":1,"first_offset":8400}"#), "{text}");
+    // A sound file.
+    let file = Temporary::new("sound", &sound);
+    for command in ["decode", "info"] {
+        let output = program().arg(command).arg(&file.0).output().unwrap();
+        assert_eq!((output.status.code(), output.stderr), (Some(0), Vec::new()), "{command}");
+    }
 }
 
 #[test]

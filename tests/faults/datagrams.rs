@@ -36,7 +36,8 @@ fn each_odd_datagram_is_counted_by_what_is_wrong_with_it_and_changes_nothing() {
     let stage = Stage::new(&scenario(20), 23_700, |config, _| {
         quick(config);
         // The radar's lines take what one host sends, the transponders' takes all. Of a group the kernel sees to that.
-        let unicast = Input { address: Address::Unicast(FEEDER), port: unicast_port(), source: Some(FEEDER) };
+        let (address, port) = (Address::Unicast(FEEDER), unicast_port());
+        let unicast = Input { address, port, source: Some(FEEDER), trailer_octets: None };
         config.sensors[0].inputs[0].source = Some(FEEDER);
         config.sensors[0].inputs.push(unicast);
     });

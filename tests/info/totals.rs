@@ -17,7 +17,7 @@ fn survey(datagrams: impl IntoIterator<Item = Datagram>) -> Report {
 }
 
 fn datagram(payload: Vec<u8>) -> Datagram {
-    Datagram { received: None, since_midnight: None, endpoints: None, origin: 0, payload }
+    Datagram { payload, ..Datagram::default() }
 }
 
 /// Blocks of records, whole and not.

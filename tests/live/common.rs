@@ -96,7 +96,8 @@ pub(crate) fn on_own_ports(config: &Config, port: u16, scratch: &Scratch, record
     let mut config = config.clone();
     for (index, sensor) in config.sensors.iter_mut().enumerate() {
         let index = index as u16 + 1;
-        sensor.inputs = vec![Input { address: address(index as u8), port: port + index, source: None }];
+        let (address, port) = (address(index as u8), port + index);
+        sensor.inputs = vec![Input { address, port, source: None, trailer_octets: None }];
     }
     config.output.asterix = vec![Sink { address: address(99), port, ttl: 1 }];
     config.output.record = record;

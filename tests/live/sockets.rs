@@ -64,6 +64,37 @@ fn what_was_sent_what_was_recorded_and_what_is_replayed_are_the_same() {
     assert_eq!(numbers.len(), 2);
 }
 
+/// A radar that puts a counter and a time behind the blocks of each datagram: told once, recorded as it came, no fault.
+#[test]
+fn a_trailer_is_recognised_and_the_recording_replays_to_what_was_sent() {
+    let mut stage = Stage::new(SCENARIO, 21_300, |_, _| {});
+    let plots = stage.simulation.datagrams.iter_mut().filter(|datagram| datagram.payload[0] == 48);
+    for (count, datagram) in plots.enumerate() {
+        datagram.payload.extend((count as u64).to_be_bytes());
+    }
+    let service = stage.run("run.log");
+    stage.send(0.0, 12.0);
+    std::thread::sleep(Duration::from_secs(1));
+    let (code, log) = service.stop();
+    assert_eq!(code, Some(0), "{log}");
+    let told = "a trailer of 8 octets follows the blocks of each datagram from 127.0.0.1 to ";
+    assert_eq!(log.matches(told).count(), 1, "{log}");
+    assert!(log.contains("trailer_octets = 8 of this input"), "{log}");
+    // The first few, until it was recognised, once a second at most.
+    assert!(log.matches("LEN is below 3").count() <= 3, "{log}");
+
+    let directory = stage.scratch.path("recordings");
+    let input = only(&directory, "input-", ".pcap");
+    let (recorded, whole) = read(&input);
+    assert!(whole && recorded.len() > 20);
+    for datagram in recorded {
+        assert_eq!(datagram.trailer.len(), if datagram.payload[0] == 48 { 8 } else { 0 });
+    }
+    let output = only(&directory, "output-", ".pcap");
+    assert!(datagrams(&output).len() > 10);
+    assert!(fs::read(&output).unwrap() == replayed(&input));
+}
+
 #[test]
 fn a_kill_leaves_readable_files_which_the_next_start_completes() {
     let stage = Stage::new(SCENARIO, 21_100, |_, _| {});

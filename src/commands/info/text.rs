@@ -74,6 +74,12 @@ fn head(text: &mut String, info: &Info) -> fmt::Result {
         }
         None => writeln!(text, "times      none, neither of reception nor in the records")?,
     }
+    for trailer in info.trailers.iter().take(SHOWN) {
+        writeln!(text, "trailer    {trailer}: {}", counted(trailer.datagrams, "datagram"))?;
+    }
+    if !report.unread.is_empty() {
+        writeln!(text, "unread     {}", report.unread)?;
+    }
     if let Some(damage) = &info.damage {
         writeln!(text, "damage     {damage}")?;
     }

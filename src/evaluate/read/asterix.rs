@@ -11,7 +11,7 @@ use jiff::civil::Date;
 
 use super::{FileError, OutputFile};
 use crate::evaluate::{OutputPoint, Place, PointSource};
-use crate::ingest::{Capture, Datagram, OpenError};
+use crate::ingest::{Capture, Contents, Datagram, OpenError};
 use crate::normalise::nearest_day;
 use crate::time::Time;
 
@@ -67,6 +67,12 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn datagram(&mut self, datagram: &Datagram) -> Result<(), FileError> {
+        if datagram.contents == Contents::Unframed {
+            let (octets, offset) = (datagram.payload.len(), datagram.origin);
+            let what =
+                format!("at offset {offset}: {octets} octets belong to no block; is the file damaged?");
+            return Err(FileError::whole(self.name, what));
+        }
         let fault = |mut fault: asterix::Fault| {
             fault.offset += datagram.origin as usize;
             FileError::whole(self.name, format!("{fault}; is the file damaged?"))

@@ -1,0 +1,288 @@
+//! Octets that some senders put behind the blocks of each datagram: a counter and a time, a check sum.
+//!
+//! No standard knows them, so they are recognised: where [`ALIKE`] datagrams in a row from one sender to one receiver end in
+//! the same number of octets that are no block, each behind at least one that is, these are a trailer. It is taken off before
+//! blocks are looked for, whatever it looks like. `trailer_octets` of an input says it from the start.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::net::{IpAddr, SocketAddr};
+
+use asterix::blocks;
+
+use super::Endpoints;
+use super::chain::is_filled;
+use crate::config::{Address, Config};
+
+/// Octets of the longest trailer that is recognised, or may be configured.
+pub const LONGEST_TRAILER: usize = 32;
+
+/// Datagrams in a row that must end alike.
+const ALIKE: u8 = 4;
+
+/// Streams that are told apart; further ones have no trailer.
+const STREAMS: usize = 1024;
+
+/// Who sends, whatever the port, and where to; `None` of a recording that does not say.
+type Stream = Option<(IpAddr, SocketAddr)>;
+
+/// How a datagram ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Ending {
+    /// With a block, or with what cannot be read.
+    Block,
+    /// With octets that are a trailer if the next datagrams of its stream end alike; so many in a row do.
+    Undecided {
+        /// From 1 on.
+        alike: u8,
+    },
+    /// With a trailer of this many octets.
+    Trailer(usize),
+}
+
+/// What the configuration says of the trailers of its inputs.
+#[derive(Clone, Debug, Default)]
+pub struct TrailerRules(Vec<Rule>);
+
+#[derive(Clone, Copy, Debug)]
+struct Rule {
+    address: IpAddr,
+    port: u16,
+    source: Option<IpAddr>,
+    octets: usize,
+}
+
+impl TrailerRules {
+    /// Those of the inputs that have `trailer_octets`.
+    pub fn of(config: &Config) -> Self {
+        let inputs = config.sensors.iter().flat_map(|sensor| &sensor.inputs);
+        let rule = |input: &crate::config::Input| {
+            let address = match input.address {
+                Address::Multicast { group, .. } => group,
+                Address::Unicast(address) => address,
+            };
+            let source = input.source.map(IpAddr::V4);
+            let octets = usize::from(input.trailer_octets?);
+            Some(Rule { address: address.into(), port: input.port, source, octets })
+        };
+        Self(inputs.filter_map(rule).collect())
+    }
+
+    /// What is said of a stream: octets, 0 for none; `None` where nothing is said.
+    fn octets(&self, (source, destination): (IpAddr, SocketAddr)) -> Option<usize> {
+        let is_it = |rule: &&Rule| {
+            rule.port == destination.port()
+                && (rule.address == destination.ip() || rule.address.is_unspecified())
+                && rule.source.is_none_or(|wanted| wanted == source)
+        };
+        self.0.iter().find(is_it).map(|rule| rule.octets)
+    }
+}
+
+/// A stream whose datagrams have a trailer. `Display`: `a trailer of 8 octets follows the blocks of each datagram from
+/// 10.0.0.1 to 239.192.48.1:8048`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Trailer {
+    /// Who sends; `None` in a recording that does not say.
+    pub source: Option<IpAddr>,
+    /// Where to.
+    pub destination: Option<SocketAddr>,
+    /// How long it is.
+    pub octets: usize,
+    /// Datagrams that had it.
+    pub datagrams: u64,
+}
+
+impl fmt::Display for Trailer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let plural = if self.octets == 1 { "" } else { "s" };
+        write!(f, "a trailer of {} octet{plural} follows the blocks of each datagram", self.octets)?;
+        match self.source.zip(self.destination) {
+            Some((source, destination)) => write!(f, " from {source} to {destination}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Recognises trailers.
+#[derive(Debug, Default)]
+pub(crate) struct Trailers {
+    rules: TrailerRules,
+    streams: BTreeMap<Stream, Seen>,
+    /// Recognised, and not told.
+    news: Vec<Trailer>,
+}
+
+/// What was seen of a stream.
+#[derive(Clone, Copy, Debug, Default)]
+struct Seen {
+    octets: usize,
+    /// Datagrams in a row that ended with so many, at most [`ALIKE`].
+    alike: u8,
+    /// Those of which a trailer was taken.
+    datagrams: u64,
+    told: bool,
+}
+
+impl Trailers {
+    pub(crate) fn new(rules: TrailerRules) -> Self {
+        Self { rules, ..Self::default() }
+    }
+
+    /// How a datagram ends, the next of its stream.
+    pub(crate) fn see(&mut self, endpoints: Option<Endpoints>, payload: &[u8]) -> Ending {
+        let stream = stream(endpoints);
+        let ends_in = |octets: usize| {
+            payload.len().checked_sub(octets).is_some_and(|end| end > 0 && is_filled(&payload[..end]))
+        };
+        let ending = if let Some(octets) = stream.and_then(|stream| self.rules.octets(stream)) {
+            // Of what is broken anyhow, too.
+            let has_it = octets > 0 && payload.len() > octets && (ends_in(octets) || !is_filled(payload));
+            if has_it { Ending::Trailer(octets) } else { Ending::Block }
+        } else {
+            let known = self.streams.get(&stream).copied().unwrap_or_default();
+            if known.alike == ALIKE && ends_in(known.octets) {
+                Ending::Trailer(known.octets)
+            } else {
+                self.learn(stream, known, remainder(payload))
+            }
+        };
+        if let Ending::Trailer(octets) = ending {
+            self.count(stream, octets, 1);
+        }
+        ending
+    }
+
+    /// Counts further datagrams of a stream with its trailer.
+    pub(crate) fn count(&mut self, stream: Stream, octets: usize, datagrams: u64) {
+        if self.streams.len() >= STREAMS && !self.streams.contains_key(&stream) {
+            return;
+        }
+        let seen = self.streams.entry(stream).or_default();
+        seen.octets = octets;
+        seen.datagrams += datagrams;
+        if !std::mem::replace(&mut seen.told, true) {
+            let seen = *seen;
+            self.news.push(trailer(&stream, &seen));
+        }
+    }
+
+    fn learn(&mut self, stream: Stream, known: Seen, remainder: Remainder) -> Ending {
+        let (octets, alike) = match remainder {
+            Remainder::None if known.octets > 0 => (0, 0),
+            Remainder::None | Remainder::Broken => return Ending::Block,
+            Remainder::Short(octets) if octets == known.octets => (octets, (known.alike + 1).min(ALIKE)),
+            Remainder::Short(octets) => (octets, 1),
+        };
+        if self.streams.len() >= STREAMS && !self.streams.contains_key(&stream) {
+            return Ending::Block;
+        }
+        self.streams.insert(stream, Seen { octets, alike, ..known });
+        match alike {
+            0 => Ending::Block,
+            ALIKE => Ending::Trailer(octets),
+            _ => Ending::Undecided { alike },
+        }
+    }
+
+    /// What was recognised since it was last asked.
+    pub(crate) fn news(&mut self) -> Vec<Trailer> {
+        std::mem::take(&mut self.news)
+    }
+
+    /// The streams that have, or had, a trailer.
+    pub(crate) fn all(&self) -> impl Iterator<Item = Trailer> {
+        self.streams.iter().filter(|(_, seen)| seen.datagrams > 0).map(|(stream, seen)| trailer(stream, seen))
+    }
+}
+
+fn trailer(stream: &Stream, seen: &Seen) -> Trailer {
+    let (source, destination) = stream.unzip();
+    Trailer { source, destination, octets: seen.octets, datagrams: seen.datagrams }
+}
+
+/// The stream of a datagram.
+pub(super) fn stream(endpoints: Option<Endpoints>) -> Stream {
+    endpoints.map(|endpoints| (endpoints.source.ip(), endpoints.destination))
+}
+
+/// What stands behind the last whole block of a datagram.
+enum Remainder {
+    None,
+    /// At most [`LONGEST_TRAILER`] octets, behind at least one block.
+    Short(usize),
+    /// No block, more octets, or the beginning of a block of a category that the datagram holds: a cut one, as it seems.
+    Broken,
+}
+
+fn remainder(payload: &[u8]) -> Remainder {
+    let mut end = 0;
+    let mut categories = [false; 256];
+    for block in blocks(payload) {
+        match block {
+            Ok(block) => {
+                end = block.offset + block.octets.len();
+                categories[usize::from(block.category)] = true;
+            }
+            Err(_) => break,
+        }
+    }
+    match &payload[end..] {
+        [] => Remainder::None,
+        _ if end == 0 => Remainder::Broken,
+        [category, high, low, ..] if categories[usize::from(*category)] && (*high, *low) > (0, 2) => {
+            Remainder::Broken
+        }
+        rest if rest.len() > LONGEST_TRAILER => Remainder::Broken,
+        rest => Remainder::Short(rest.len()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BLOCK: [u8; 6] = [48, 0, 6, 0x80, 25, 200];
+
+    fn datagram(trailer: &[u8]) -> Vec<u8> {
+        [&BLOCK, trailer].concat()
+    }
+
+    fn endings(datagrams: &[Vec<u8>]) -> Vec<Ending> {
+        let mut trailers = Trailers::default();
+        datagrams.iter().map(|datagram| trailers.see(None, datagram)).collect()
+    }
+
+    #[test]
+    fn four_in_a_row_are_a_trailer_whatever_the_next_looks_like() {
+        let like_a_block = [48, 0, 8, 0x80, 25, 200, 0, 0];
+        let mut all: Vec<_> = (0..5).map(|count| datagram(&[0, 0, 0, count, 1, 2, 3, 4])).collect();
+        all.push(datagram(&like_a_block));
+        let trailer = Ending::Trailer(8);
+        let undecided = |alike| Ending::Undecided { alike };
+        assert_eq!(endings(&all), [undecided(1), undecided(2), undecided(3), trailer, trailer, trailer]);
+    }
+
+    #[test]
+    fn other_lengths_sound_datagrams_and_cut_blocks_are_none() {
+        let undecided = |alike| Ending::Undecided { alike };
+        let of = |lengths: &[usize]| {
+            let all: Vec<_> = lengths.iter().map(|&length| datagram(&vec![0; length])).collect();
+            endings(&all)
+        };
+        assert_eq!(of(&[8, 8, 8, 7, 8, 8, 8]), [1, 2, 3, 1, 1, 2, 3].map(undecided));
+        let sound = Ending::Block;
+        assert_eq!(of(&[8, 8, 8, 0, 8]), [undecided(1), undecided(2), undecided(3), sound, undecided(1)]);
+        assert_eq!(of(&[33; 6]), [Ending::Block; 6]);
+        let cut: Vec<_> = (0..6).map(|_| datagram(&[48, 0, 20, 0x80, 1])).collect();
+        assert_eq!(endings(&cut), [Ending::Block; 6]);
+        assert_eq!(endings(&vec![vec![0; 8]; 6]), [Ending::Block; 6], "no block at all");
+    }
+
+    #[test]
+    fn a_sender_that_stops_it_is_believed() {
+        let mut all: Vec<_> = (0..4).map(|_| datagram(&[0; 8])).collect();
+        all.extend([datagram(&[]), datagram(&BLOCK), datagram(&[0; 8])]);
+        assert_eq!(endings(&all)[4..], [Ending::Block, Ending::Block, Ending::Undecided { alike: 1 }]);
+    }
+}
