@@ -13,7 +13,8 @@ use super::endings::{Endings, ended_event, event};
 use super::log::Event;
 use super::shown::Shown;
 use super::{ApiState, sites};
-use crate::live::{Alert, AlertKind, Frame, SensorState, Severity, Status};
+use crate::json::rounded;
+use crate::live::{Alert, AlertKind, Frame, Lateness, SensorState, Severity, Status};
 use crate::time::Time;
 
 /// A heartbeat each second.
@@ -23,6 +24,8 @@ pub(super) struct Keeper {
     state: ApiState,
     frames: broadcast::Receiver<Arc<Frame>>,
     endings: Endings,
+    /// Whether readers know the picture as late.
+    told_late: bool,
     sensors: BTreeMap<String, SensorState>,
     /// What was told of each alert.
     alerts: BTreeMap<u64, (Severity, Option<Time>)>,
@@ -36,6 +39,7 @@ impl Keeper {
             state,
             frames,
             endings: Endings::default(),
+            told_late: false,
             sensors: BTreeMap::new(),
             alerts: BTreeMap::new(),
         };
@@ -76,7 +80,10 @@ impl Keeper {
                     let alerts = alerts.borrow_and_update().clone();
                     self.alert(&alerts);
                 }
-                _ = heartbeat.tick() => self.beat(),
+                _ = heartbeat.tick() => {
+                    self.state.hub().inputs.second_passed();
+                    self.beat();
+                }
             }
         }
         loop {
@@ -113,12 +120,16 @@ impl Keeper {
             let octets = ended_event(&self.next_id(), time, &ended);
             self.state.log().push(Event::Ended(octets));
         }
+        // Not even until the next second is a late picture taken for one of now.
+        let is_late = self.state.hub().lateness().is_some_and(|lateness| lateness.is_late());
+        if is_late != self.told_late {
+            self.beat();
+        }
     }
 
-    fn beat(&self) {
-        self.state.hub().inputs.second_passed();
+    fn beat(&mut self) {
         let (_, latest) = self.state.log().latest();
-        let data = match latest {
+        let mut data = match latest {
             Some(shown) => json!({
                 "time": shown.time().to_string(),
                 "seq": shown.frame.seq,
@@ -126,6 +137,11 @@ impl Keeper {
             }),
             None => json!({ "seq": 0 }),
         };
+        let late = self.state.hub().lateness().filter(Lateness::is_late);
+        if let Some(lateness) = late {
+            data["late_s"] = json!(rounded(lateness.late.as_secs_f64(), 1));
+        }
+        self.told_late = late.is_some();
         self.state.log().push(Event::Told(event(&self.next_id(), "heartbeat", &data)));
     }
 

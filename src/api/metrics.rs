@@ -6,7 +6,7 @@ use super::ask::{Answer, Ask, live};
 use super::tls::Tls;
 use crate::config::Config;
 use crate::fusion::operational::Verdict;
-use crate::live::{LineStatus, SensorState, Status, values};
+use crate::live::{Condition, Lateness, Level, LineStatus, SensorState, Status, values};
 use crate::normalise::SensorIndex;
 use crate::publish::RecorderCounts;
 
@@ -80,10 +80,11 @@ pub fn text(ask: &Ask) -> Answer {
         let count = held.iter().filter(|held| held.decision.verdict == verdict).count();
         out.sample("utm_fusion_decisions", &[("verdict", verdict.name())], count);
     }
+    out.condition(&state.condition(), hub.lateness());
+    if let Some(recorded) = hub.recorded() {
+        out.recording(recorded);
+    }
     if let Some(status) = hub.status() {
-        if let Some(recording) = status.recording {
-            out.recording(recording);
-        }
         out.tally(&status, &hub.config);
         out.sensors(&status);
     }
@@ -112,6 +113,23 @@ impl Metrics {
     fn one(&mut self, name: &str, kind: &str, help: &str, value: impl Display) {
         self.family(name, kind, help);
         self.sample(name, &[], value);
+    }
+
+    fn condition(&mut self, condition: &Condition, lateness: Option<Lateness>) {
+        let level = match condition.level() {
+            Level::NotReady => 0,
+            Level::Degraded => 1,
+            Level::Ok => 2,
+        };
+        self.one("utm_fusion_condition", "gauge", "0 not ready, 1 degraded, 2 ok", level);
+        if let Some(lateness) = lateness {
+            self.one(
+                "utm_fusion_picture_late_seconds",
+                "gauge",
+                "How much later than configured the picture is, the most in the last 3 s; above 1 it is not ready",
+                lateness.late.as_secs_f64(),
+            );
+        }
     }
 
     fn tally(&mut self, status: &Status, config: &Config) {
@@ -237,7 +255,7 @@ impl Metrics {
         for (metric, help, value) in [
             ("utm_fusion_recorded_total", "Datagrams recorded", written),
             ("utm_fusion_recorder_unwritten_total", "Datagrams not recorded: the disk failed", unwritten),
-            ("utm_fusion_recorder_lost_total", "Datagrams not recorded: the disk was too slow", lost),
+            ("utm_fusion_recorder_lost_total", "Datagrams not recorded: the recorder did not keep up", lost),
         ] {
             self.one(metric, "counter", help, value);
         }

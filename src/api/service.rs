@@ -7,13 +7,13 @@ use serde_json::{Map, Value, json};
 use super::ask::{Answer, Ask, JSON, json};
 use super::auth::Scope;
 use super::problem::Problem;
-use super::{replay, sites};
+use super::{ApiState, replay};
 use crate::config::Config;
 use crate::json::rounded;
-use crate::live::{Player, SensorState, Status};
+use crate::live::{Condition, Level, Player, Status};
 use crate::pipeline::Tally;
 
-/// Slots come four times a second; after this silence something is wrong.
+/// Of a replay that is playing slots come four times a second; after this silence something is wrong.
 const NO_SLOT: Duration = Duration::from_secs(5);
 
 /// Alive.
@@ -21,38 +21,28 @@ pub fn health(_: &Ask) -> Answer {
     json(JSON, &json!({ "status": "ok" }))
 }
 
-/// Lines are joined and slots are put out, or 503 with what is missing.
+/// Lines are joined and the picture is of now, or 503 with what is wrong.
 pub fn ready(ask: &Ask) -> Answer {
-    let mut reasons = slots_missing(ask);
-    match ask.state.hub().status() {
-        Some(status) => {
-            for line in status.sensors.iter().flat_map(|sensor| &sensor.lines).filter(|line| !line.joined) {
-                let reason = format!("line {} is not open", line.name);
-                if !reasons.contains(&reason) {
-                    reasons.push(reason);
-                }
-            }
-        }
-        None => reasons.push("the state of the lines is not known yet".to_owned()),
-    }
-    if reasons.is_empty() {
+    let condition = ask.state.condition();
+    if condition.level() < Level::NotReady {
         return json(JSON, &json!({ "status": "ready" }));
     }
+    let reasons = condition.reasons(Level::NotReady).into_iter().map(str::to_owned).collect();
     Err(Problem::unavailable("the service is not ready", reasons).retry_after_s(1))
 }
 
-fn slots_missing(ask: &Ask) -> Vec<String> {
-    let age = ask.state.slot_age();
-    // A replay that stands still, or goes slowly, is as it should be.
-    let longest = match ask.state.options().player.as_ref().map(Player::state) {
-        Some(state) if !state.playing && age.is_some() => return Vec::new(),
-        Some(state) => NO_SLOT.div_f64(state.speed.min(1.0)),
-        None => NO_SLOT,
-    };
-    match age {
-        None => vec!["no slot has been put out yet".to_owned()],
-        Some(age) if age > longest => vec![format!("no slot has been put out for {} s", age.as_secs())],
-        Some(_) => Vec::new(),
+impl ApiState {
+    /// The service's condition; a replay's pace is its player's.
+    pub(super) fn condition(&self) -> Condition {
+        let mut condition = self.hub().condition();
+        let player = self.options().player.as_ref().map(Player::state);
+        // One that stands still, or goes slowly, is as it should be.
+        if let Some((state, age)) = player.filter(|state| state.playing).zip(self.slot_age())
+            && age > NO_SLOT.div_f64(state.speed.min(1.0))
+        {
+            condition.add(Level::NotReady, format!("no slot has been shown for {} s", age.as_secs()));
+        }
+        condition
     }
 }
 
@@ -60,23 +50,23 @@ fn slots_missing(ask: &Ask) -> Vec<String> {
 pub fn status(ask: &Ask) -> Answer {
     let hub = ask.state.hub();
     let now = ask.state.now();
-    let mut reasons = slots_missing(ask);
-    let status = hub.status();
-    let troubled =
-        status.iter().flat_map(|status| &status.sensors).filter(|s| s.state != SensorState::Operational);
-    reasons
-        .extend(troubled.map(|s| format!("sensor {}: {}: {}", s.id, s.state.name(), s.reasons.join("; "))));
-    reasons.extend(sites::service_alerts(ask));
+    let condition = ask.state.condition();
+    let level = condition.level();
     let mut answer = json!({
         "time": now.to_string(),
-        "state": if reasons.is_empty() { "ok" } else { "degraded" },
-        "reasons": reasons,
+        // There is a picture or there is none: whether it can be used is what `ready` says.
+        "state": level.min(Level::Degraded).name(),
+        "ready": level < Level::NotReady,
+        "reasons": condition.reasons(Level::Degraded),
         "started": hub.started.to_string(),
         "uptime_s": rounded(now.seconds_since(hub.started).max(0.0), 3),
         "seq": ask.state.log().latest().1.map_or(0, |shown| shown.frame.seq),
         "streams": ask.state.seats().taken(),
     });
-    if let Some(status) = &status {
+    if let Some(lateness) = hub.lateness() {
+        answer["late_s"] = json!(rounded(lateness.late.as_secs_f64(), 3));
+    }
+    if let Some(status) = &hub.status() {
         describe(&mut answer, status, &hub.config);
     }
     json(JSON, &answer)

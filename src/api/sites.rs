@@ -6,10 +6,10 @@ use serde_json::{Value, json};
 
 use super::ask::{Answer, Ask, GEO_JSON, JSON, json, live};
 use super::keeper::alert_json;
-use crate::areas::Areas;
+use crate::areas::{Areas, NamedPolygon};
 use crate::config::{Area, AreaKind, Sensor, SensorKind};
 use crate::json::rounded;
-use crate::live::{Alert, AlertKind, Contested, LineStatus, RegistrationStatus, SensorStatus, values};
+use crate::live::{Alert, Contested, LineStatus, RegistrationStatus, SensorStatus, values};
 use crate::registration::Estimate;
 
 /// Corners of a circle.
@@ -177,7 +177,7 @@ pub(super) fn coverage_json(sensors: &[Sensor], areas: &Areas) -> Vec<u8> {
         let range_m = radar.and_then(|radar| radar.max_range_m);
         let is_its =
             |area: &Area| matches!(&area.kind, AreaKind::Coverage { sensor: id } if *id == sensor.id);
-        let its = areas.polygons().filter(|(area, _)| is_its(area)).flat_map(|(_, polygon)| polygon);
+        let its = areas.polygons().filter(|of| is_its(of.area)).flat_map(|of| of.polygon);
         let polygons: Vec<geo::Polygon> = its.collect();
         let (shape, geometry) = if polygons.is_empty() {
             (
@@ -257,17 +257,13 @@ pub fn areas(ask: &Ask) -> Answer {
 
 /// The areas as GeoJSON.
 pub(super) fn areas_json(areas: &Areas) -> Vec<u8> {
-    let feature = |(area, polygon): (&Area, geo::MultiPolygon)| {
+    let feature = |NamedPolygon { area, name, polygon }: NamedPolygon<'_>| {
         let (kind, sensor) = match &area.kind {
             AreaKind::Mask => ("mask", None),
             AreaKind::Coverage { sensor } => ("coverage", Some(sensor)),
             AreaKind::Alert => ("alert", None),
         };
-        let mut properties = json!({ "kind": kind });
-        // Of the path only the name: where files lie is nobody's business.
-        if let Some(name) = area.file.file_stem().and_then(|name| name.to_str()) {
-            properties["name"] = json!(name);
-        }
+        let mut properties = json!({ "kind": kind, "name": name });
         if let Some(sensor) = sensor {
             properties["sensor"] = json!(sensor);
         }
@@ -291,12 +287,6 @@ pub fn conflicts(ask: &Ask) -> Answer {
     let reason = "conflicts are not computed in any profile of this version: the empty list does not mean that there are none";
     let time = ask.state.now().to_string();
     json(JSON, &json!({ "time": time, "computed": false, "reason": reason, "conflicts": [] }))
-}
-
-/// What is wrong with the service itself.
-pub(super) fn service_alerts(ask: &Ask) -> Vec<String> {
-    let lasts = |alert: &&Alert| alert.kind == AlertKind::Service && alert.until.is_none();
-    ask.state.hub().alerts().iter().filter(lasts).map(|alert| alert.text.clone()).collect()
 }
 
 #[cfg(test)]

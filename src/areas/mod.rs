@@ -2,16 +2,43 @@
 
 mod zones;
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use geo::orient::{Direction, Orient};
-use geo::{BoundingRect, GeometryCollection, Intersects, MultiPolygon, Point, Rect};
-use geojson::GeoJson;
+use geo::{BoundingRect, Geometry, Intersects, MultiPolygon, Point, Rect};
+use geojson::{Feature, GeoJson};
 
 use crate::config::{Area, AreaKind};
 
-/// The polygons of a file, each in its bounds.
-type Polygons = Vec<(Rect, MultiPolygon)>;
+/// The polygons of a file.
+type Polygons = Vec<Shape>;
+
+/// A polygon of a file.
+#[derive(Clone, Debug, PartialEq)]
+struct Shape {
+    /// The property `name` of its feature, where that is a text.
+    name: Option<String>,
+    bounds: Rect,
+    polygon: MultiPolygon,
+}
+
+impl Shape {
+    fn contains(&self, place: &Point) -> bool {
+        self.bounds.intersects(place) && self.polygon.intersects(place)
+    }
+}
+
+/// A polygon with what it is part of.
+#[derive(Clone, Debug)]
+pub struct NamedPolygon<'a> {
+    /// As it is configured.
+    pub area: &'a Area,
+    /// What people call it: its feature's property `name`, or else the file's name without its ending.
+    pub name: String,
+    /// The outer ring counterclockwise, holes clockwise, as RFC 7946 has them.
+    pub polygon: MultiPolygon,
+}
 
 /// Where plots are dropped: roads, wind farms, fixed echoes.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -27,9 +54,9 @@ pub struct AreaError {
     pub problem: String,
 }
 
-/// Where a track raises an alert: each file is one area, named after it.
+/// Where a track raises an alert: polygons of one name are one area.
 #[derive(Clone, Debug, Default)]
-pub struct AlertAreas(Vec<(String, Polygons)>);
+pub struct AlertAreas(BTreeMap<String, Polygons>);
 
 /// All areas of a configuration, masks first, as their files were when they were read.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -54,18 +81,23 @@ impl Areas {
 
     /// Those of kind `alert`.
     pub fn alerts(&self) -> AlertAreas {
-        let named = |(area, polygons): &(Area, Polygons)| {
-            let stem = area.file.file_stem();
-            (stem.map_or_else(String::new, |stem| stem.to_string_lossy().into_owned()), polygons.clone())
-        };
-        AlertAreas(self.of_kind(&AreaKind::Alert).map(named).collect())
+        let mut areas = BTreeMap::<String, Polygons>::new();
+        for (area, shapes) in self.of_kind(&AreaKind::Alert) {
+            for shape in shapes {
+                areas.entry(name(area, shape)).or_default().push(shape.clone());
+            }
+        }
+        AlertAreas(areas)
     }
 
-    /// Each polygon with its area: outer rings counterclockwise, holes clockwise, as RFC 7946 has them.
-    pub fn polygons(&self) -> impl Iterator<Item = (&Area, MultiPolygon)> {
-        self.0.iter().flat_map(|(area, polygons)| {
-            polygons.iter().map(move |(_, polygon)| (area, polygon.orient(Direction::Default)))
-        })
+    /// Each polygon with its area and its name.
+    pub fn polygons(&self) -> impl Iterator<Item = NamedPolygon<'_>> {
+        let named = |area, shape: &Shape| NamedPolygon {
+            area,
+            name: name(area, shape),
+            polygon: shape.polygon.orient(Direction::Default),
+        };
+        self.0.iter().flat_map(move |(area, shapes)| shapes.iter().map(move |shape| named(area, shape)))
     }
 
     /// The areas as they are configured.
@@ -97,10 +129,9 @@ impl AlertAreas {
     /// The names of the areas that a place (degrees) is in.
     pub fn around(&self, longitude_deg: f64, latitude_deg: f64) -> impl Iterator<Item = &str> {
         let place = Point::new(longitude_deg, latitude_deg);
-        let is_in = move |(bounds, polygon): &(Rect, MultiPolygon)| {
-            bounds.intersects(&place) && polygon.intersects(&place)
-        };
-        self.0.iter().filter(move |(_, polygons)| polygons.iter().any(is_in)).map(|(name, _)| name.as_str())
+        let is_in =
+            move |(_, shapes): &(&String, &Polygons)| shapes.iter().any(|shape| shape.contains(&place));
+        self.0.iter().filter(is_in).map(|(name, _)| name.as_str())
     }
 }
 
@@ -121,8 +152,14 @@ impl Masks {
     /// Whether a place (degrees) is inside one of them or on its edge. Straight lines in longitude and latitude.
     pub fn contain(&self, longitude_deg: f64, latitude_deg: f64) -> bool {
         let place = Point::new(longitude_deg, latitude_deg);
-        self.0.iter().any(|(bounds, mask)| bounds.intersects(&place) && mask.intersects(&place))
+        self.0.iter().any(|mask| mask.contains(&place))
     }
+}
+
+/// Of the path only the file's name: where files lie is nobody's business.
+fn name(area: &Area, shape: &Shape) -> String {
+    let stem = || area.file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    shape.name.clone().unwrap_or_else(stem)
 }
 
 fn only(areas: &[Area], kind: &AreaKind) -> Vec<Area> {
@@ -148,24 +185,40 @@ fn polygons(text: &str) -> Result<Polygons, String> {
 
 fn plain_polygons(text: &str) -> Result<Polygons, String> {
     let json: GeoJson = text.parse().map_err(|cause| format!("is no GeoJSON: {cause}"))?;
-    let collection =
-        GeometryCollection::try_from(&json).map_err(|cause| format!("is no GeoJSON: {cause}"))?;
-    let mut polygons = Vec::new();
-    for geometry in collection {
-        let polygon: MultiPolygon = match geometry {
-            geo::Geometry::Polygon(polygon) => polygon.into(),
-            geo::Geometry::MultiPolygon(polygons) => polygons,
-            geo::Geometry::GeometryCollection(collection) if collection.is_empty() => continue,
-            _ => return Err("holds something that is no polygon".to_owned()),
-        };
-        let bounds = polygon.bounding_rect().ok_or("holds an empty polygon")?;
-        let (min, max) = (bounds.min(), bounds.max());
-        if min.x < -180.0 || max.x > 180.0 || min.y < -90.0 || max.y > 90.0 {
-            return Err("holds a position beyond ±180 degrees of longitude or ±90 of latitude".to_owned());
+    let features = match json {
+        GeoJson::FeatureCollection(collection) => collection.features,
+        GeoJson::Feature(feature) => vec![feature],
+        GeoJson::Geometry(geometry) => vec![geometry.into()],
+    };
+    let mut shapes = Vec::new();
+    for feature in features {
+        let name = feature.property("name").and_then(|name| name.as_str()).map(str::trim);
+        let name = name.filter(|name| !name.is_empty()).map(str::to_owned);
+        for polygon in polygons_of(feature)? {
+            let bounds = polygon.bounding_rect().ok_or("holds an empty polygon")?;
+            let (min, max) = (bounds.min(), bounds.max());
+            if min.x < -180.0 || max.x > 180.0 || min.y < -90.0 || max.y > 90.0 {
+                return Err("holds a position beyond ±180 degrees of longitude or ±90 of latitude".to_owned());
+            }
+            shapes.push(Shape { name: name.clone(), bounds, polygon });
         }
-        polygons.push((bounds, polygon));
     }
-    if polygons.is_empty() { Err("holds no polygon".to_owned()) } else { Ok(polygons) }
+    if shapes.is_empty() { Err("holds no polygon".to_owned()) } else { Ok(shapes) }
+}
+
+/// Those of a feature; a collection of polygons is several, a feature without a geometry none.
+fn polygons_of(feature: Feature) -> Result<Vec<MultiPolygon>, String> {
+    let Some(geometry) = feature.geometry else { return Ok(Vec::new()) };
+    let geometry = Geometry::try_from(geometry).map_err(|cause| format!("is no GeoJSON: {cause}"))?;
+    let one = |geometry| match geometry {
+        Geometry::Polygon(polygon) => Ok(polygon.into()),
+        Geometry::MultiPolygon(polygons) => Ok(polygons),
+        _ => Err("holds something that is no polygon".to_owned()),
+    };
+    match geometry {
+        Geometry::GeometryCollection(collection) => collection.into_iter().map(one).collect(),
+        geometry => Ok(vec![one(geometry)?]),
+    }
 }
 
 #[cfg(test)]
@@ -187,6 +240,35 @@ mod tests {
             assert_eq!(masks.contain(longitude_deg, latitude_deg), inside, "{longitude_deg} {latitude_deg}");
         }
         assert!(!Masks::default().contain(10.1, 50.1));
+    }
+
+    #[test]
+    fn an_area_is_called_what_its_feature_says_or_else_as_its_file() {
+        let feature = |properties: &str, west: u8| {
+            let east = west + 1;
+            let ring = format!("[[{west}, 50], [{east}, 50], [{east}, 51], [{west}, 50]]");
+            format!(
+                r#"{{"type": "Feature", "properties": {properties},
+                    "geometry": {{"type": "Polygon", "coordinates": [{ring}]}}}}"#
+            )
+        };
+        let named = [
+            feature(r#"{"name": "Runway 27"}"#, 10),
+            feature(r#"{"name": "Runway 27"}"#, 20),
+            feature(r#"{"name": " "}"#, 30),
+            feature("null", 40),
+        ];
+        let text = format!(r#"{{"type": "FeatureCollection", "features": [{}]}}"#, named.join(","));
+        let area = Area { kind: AreaKind::Alert, file: PathBuf::from("secret/field.geojson") };
+        let areas = Areas(vec![(area, polygons(&text).unwrap())]);
+        let names: Vec<String> = areas.polygons().map(|polygon| polygon.name).collect();
+        assert_eq!(names, ["Runway 27", "Runway 27", "field", "field"]);
+        let alerts = areas.alerts();
+        let around = |longitude_deg| alerts.around(longitude_deg, 50.1).collect::<Vec<_>>();
+        assert_eq!(
+            [10.5, 20.5, 30.5, 40.5].map(around),
+            [["Runway 27"], ["Runway 27"], ["field"], ["field"]]
+        );
     }
 
     #[test]

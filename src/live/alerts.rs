@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, VecDeque};
 use super::health::{SensorState, SensorStatus};
 use crate::areas::AlertAreas;
 use crate::current::Current;
-use crate::picture::{Picture, PictureMaker};
+use crate::picture::{Picture, PictureMaker, Track};
 use crate::time::{SECOND, Time};
 
 /// A track leaves an area when it was not seen inside for this long: it may flicker at the edge, or be missed. A replay
@@ -91,6 +91,30 @@ pub struct Trouble {
     pub text: String,
 }
 
+impl Trouble {
+    /// The clock was set back.
+    pub const CLOCK: &str = "clock";
+    /// The picture is late.
+    pub const PICTURE: &str = "picture";
+    /// Datagrams of sensors were lost.
+    pub const INPUT: &str = "input";
+    /// Datagrams could not be sent.
+    pub const OUTPUT: &str = "output";
+    /// Something is missing in the recording.
+    pub const RECORDER: &str = "recorder";
+}
+
+/// What has become of an alert.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// It is new.
+    Began,
+    /// It is worse than it was, or less bad.
+    Changed,
+    /// It is over.
+    Ended,
+}
+
 /// Keeps the alerts.
 #[derive(Debug, Default)]
 pub struct Alerts {
@@ -102,8 +126,8 @@ pub struct Alerts {
     lasting: BTreeMap<(AlertKind, String, String), (Alert, Time)>,
     /// The latest first.
     ended: VecDeque<Alert>,
-    /// The one that began, ended or got worse last.
-    latest: Option<Alert>,
+    /// What has changed and was not taken yet, in its order.
+    changes: Vec<(Change, Alert)>,
     /// The time of the last picture.
     pictured: Option<Time>,
 }
@@ -123,9 +147,9 @@ impl Alerts {
         lasting
     }
 
-    /// The one that changed last.
-    pub fn latest(&self) -> Option<&Alert> {
-        self.latest.as_ref()
+    /// Each change since the last call, in its order: none is missing where several begin at once.
+    pub fn take_changes(&mut self) -> Vec<(Change, Alert)> {
+        std::mem::take(&mut self.changes)
     }
 
     /// Looks at a slot's tracks; whether anything changed.
@@ -136,17 +160,17 @@ impl Alerts {
         if changed {
             self.lasting.clear();
             self.ended.clear();
-            self.latest = None;
+            self.changes.clear();
         }
         let mut inside = Vec::new();
         for track in &picture.tracks {
             let place = &track.position;
             for area in areas.around(place.longitude_deg(), place.latitude_deg()) {
-                inside.push((maker.track_id(track), area.to_owned(), track.source_name()));
+                inside.push((maker.track_id(track), area.to_owned(), track));
             }
         }
-        for (id, area, source) in inside {
-            let text = format!("{source} track {id} is inside {area}");
+        for (id, area, track) in inside {
+            let text = format!("{} is inside {area}", described(track, &id));
             changed |= self.hold(AlertKind::Area, id, area, Severity::Warning, text, now);
         }
         changed | self.end(AlertKind::Area, now, |_, held| now.nanos().abs_diff(held.nanos()) > LEFT_NS)
@@ -219,7 +243,7 @@ impl Alerts {
             let changed = alert.severity != severity;
             (alert.severity, alert.text, *held) = (severity, text, now);
             if changed {
-                self.latest = Some(alert.clone());
+                self.changes.push((Change::Changed, alert.clone()));
             }
             return changed;
         }
@@ -233,7 +257,7 @@ impl Alerts {
             subject: subject.clone(),
         };
         self.next_id += 1;
-        self.latest = Some(alert.clone());
+        self.changes.push((Change::Began, alert.clone()));
         self.lasting.insert((kind, subject, place), (alert, now));
         true
     }
@@ -249,13 +273,23 @@ impl Alerts {
         for key in &over {
             if let Some((alert, _)) = self.lasting.remove(key) {
                 let alert = Alert { until: Some(now), ..alert };
-                self.latest = Some(alert.clone());
+                self.changes.push((Change::Ended, alert.clone()));
                 self.ended.push_front(alert);
             }
         }
         self.ended.truncate(ENDED_KEPT);
         !over.is_empty()
     }
+}
+
+/// `fused track 60000 (U-60000), serial 1596F3A2`: what is on the screen, and what its owner can be asked about.
+fn described(track: &Track, id: &str) -> String {
+    let serial = track
+        .point
+        .source
+        .transponder()
+        .map(|part| format!(", serial {}", part.identity.serial().escape_ascii()));
+    format!("{} track {} ({id}){}", track.source_name(), track.point.number, serial.unwrap_or_default())
 }
 
 #[cfg(test)]
@@ -316,6 +350,29 @@ mod tests {
         assert!(alerts.note_sensors(&[sensor(SensorState::Outage, "silent")], at(6)));
         assert_eq!(alerts.all().iter().map(|alert| alert.id).collect::<Vec<_>>(), [2, 1]);
     }
+
+    #[test]
+    fn each_of_two_that_begin_or_end_at_once_is_a_change() {
+        let at = |second: i64| Time::from_nanos(second * SECOND);
+        let mut alerts = Alerts::new(AlertAreas::default(), at(-10));
+        let south = |state| SensorStatus { id: "south".to_owned(), ..sensor(state, "silent") };
+        let both = |state| [sensor(state, "silent"), south(state)];
+        let mut changes = |state, second| {
+            alerts.note_sensors(&both(state), at(second));
+            let changes = alerts.take_changes();
+            changes.into_iter().map(|(change, alert)| (change, alert.subject)).collect::<Vec<_>>()
+        };
+        for (state, second, change) in [
+            (SensorState::Degraded, 1, Change::Began),
+            (SensorState::Outage, 2, Change::Changed),
+            (SensorState::Operational, 3, Change::Ended),
+        ] {
+            let told = ["north", "south"].map(|id| (change, id.to_owned()));
+            assert_eq!(changes(state, second), told);
+            assert_eq!(changes(state, second), [], "told once");
+        }
+    }
+
     #[test]
     fn trouble_of_the_service_is_an_alert_for_as_long_as_it_lasts() {
         let at = |second: i64| Time::from_nanos(second * SECOND);
@@ -326,8 +383,9 @@ mod tests {
         assert!(!alerts.note_troubles([&full].into_iter(), at(3)));
         let [alert] = &alerts.all()[..] else { panic!("{:?}", alerts.all()) };
         assert_eq!((alert.kind.name(), alert.subject.as_str(), alert.since), ("service", "recorder", at(2)));
-        // Its end is the latest news also where the clock has stepped back.
+        // Its end is told also where the clock has stepped back.
         assert!(alerts.note_troubles(std::iter::empty(), at(-3600)));
-        assert_eq!(alerts.latest().unwrap().until, Some(at(-3600)));
+        let (change, over) = alerts.take_changes().pop().unwrap();
+        assert_eq!((change, over.until), (Change::Ended, Some(at(-3600))));
     }
 }

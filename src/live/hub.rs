@@ -1,17 +1,19 @@
 //! What readers see: each slot's picture as it is published, and the state of the service once a second.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
 
 use tokio::sync::{broadcast, watch};
 
 use super::alerts::{Alert, Trouble};
+use super::condition::{Condition, Facts, Lateness, Punctuality};
 use super::decisions::{Decider, Decisions, decisions};
 use super::health::{SensorStatus, Unknown};
 use super::inputs::Inputs;
 use crate::config::Config;
 use crate::picture::{Picture, PictureMaker};
 use crate::pipeline::Tally;
-use crate::publish::RecorderCounts;
+use crate::publish::{RecorderCounts, RecorderMeter};
 use crate::time::Time;
 
 /// Slots that a reader may be behind before it has to begin anew: 16 s.
@@ -45,9 +47,7 @@ pub struct Status {
     pub lateness_s: Option<[f64; 3]>,
     /// Datagrams that could not be sent since the start.
     pub failed_sends: u64,
-    /// What the recorder did, where there is one.
-    pub recording: Option<RecorderCounts>,
-    /// What is wrong with the service itself.
+    /// What the engine knows to be wrong with the service itself; [`Condition`] adds what it cannot know.
     pub troubles: Vec<Trouble>,
 }
 
@@ -68,6 +68,7 @@ pub struct Hub {
     latest: watch::Receiver<Option<Arc<Frame>>>,
     status: watch::Receiver<Option<Arc<Status>>>,
     alerts: watch::Sender<Arc<Vec<Alert>>>,
+    known: Arc<Known>,
 }
 
 /// The one writer's side.
@@ -80,6 +81,47 @@ pub struct HubWriter {
     frames: broadcast::Sender<Arc<Frame>>,
     latest: watch::Sender<Option<Arc<Frame>>>,
     status: watch::Sender<Option<Arc<Status>>>,
+    known: Arc<Known>,
+}
+
+/// What both sides know, so that the condition is the same whoever asks for it.
+#[derive(Debug)]
+struct Known {
+    /// What [`Punctuality`] counts time from.
+    origin: Instant,
+    punctuality: Mutex<Punctuality>,
+    recorder: OnceLock<RecorderMeter>,
+    history: watch::Sender<Option<Trouble>>,
+}
+
+impl Known {
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "whether slots still come is told by a clock that nobody sets"
+    )]
+    fn new(slot: Duration) -> Self {
+        Self {
+            origin: Instant::now(),
+            punctuality: Mutex::new(Punctuality::new(slot)),
+            recorder: OnceLock::new(),
+            history: watch::Sender::new(None),
+        }
+    }
+
+    fn lateness(&self) -> Option<Lateness> {
+        let at = self.origin.elapsed();
+        self.punctuality().look(at)
+    }
+
+    fn condition(&self, has_slot: bool, status: Option<&Status>) -> Condition {
+        let (lateness, history) = (self.lateness(), self.history.borrow());
+        Condition::of(&Facts { has_slot, lateness, status, history: history.as_ref() })
+    }
+
+    /// A panic elsewhere leaves nothing half done in here.
+    fn punctuality(&self) -> MutexGuard<'_, Punctuality> {
+        self.punctuality.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 impl Hub {
@@ -90,15 +132,17 @@ impl Hub {
         let (status_writer, status) = watch::channel(None);
         let inputs = Arc::<Inputs>::default();
         let (decisions, decider) = decisions();
+        let known = Arc::new(Known::new(config.fusion.slot.unsigned_abs()));
         let writer = HubWriter {
             inputs: inputs.clone(),
             decisions,
             frames: frames.clone(),
             latest: latest_writer,
             status: status_writer,
+            known: known.clone(),
         };
         let (alerts, _) = watch::channel(Arc::default());
-        (writer, Self { config, maker, started, inputs, decider, frames, latest, status, alerts })
+        (writer, Self { config, maker, started, inputs, decider, frames, latest, status, alerts, known })
     }
 
     /// The latest slot; `None` before the first.
@@ -114,6 +158,26 @@ impl Hub {
     /// The latest status; `None` in the first moments.
     pub fn status(&self) -> Option<Arc<Status>> {
         self.status.borrow().clone()
+    }
+
+    /// The service's condition now, also where the engine has stood still since it spoke last.
+    pub fn condition(&self) -> Condition {
+        self.known.condition(self.latest.borrow().is_some(), self.status().as_deref())
+    }
+
+    /// How late the live picture is; `None` before its first slot, and in a replay.
+    pub fn lateness(&self) -> Option<Lateness> {
+        self.known.lateness()
+    }
+
+    /// What the recorder has done by now; `None` where there is none.
+    pub fn recorded(&self) -> Option<RecorderCounts> {
+        self.known.recorder.get().map(RecorderMeter::counts)
+    }
+
+    /// For the one that keeps the history: what is wrong with it.
+    pub(super) fn set_history_trouble(&self, trouble: Option<Trouble>) {
+        self.known.history.send_replace(trouble);
     }
 
     /// What is wrong, or was lately: those that last first, then those that ended, the latest first.
@@ -138,6 +202,28 @@ impl Hub {
 }
 
 impl HubWriter {
+    /// Publishes a slot of the live service, and notes how late that is; `waited`: how many datagrams had waited for the
+    /// engine for long since the slot before. Never waits for readers.
+    pub fn publish_live(&self, frame: Frame, waited: usize) {
+        let late_ns = frame.published_at.nanos().saturating_sub(frame.due.nanos());
+        let late = Duration::from_nanos(u64::try_from(late_ns).unwrap_or(0));
+        // Whoever sees the slot knows how late it is.
+        let at = self.known.origin.elapsed();
+        self.known.punctuality().note(at, late, waited);
+        self.publish(frame);
+    }
+
+    /// The service's condition as of `status`, which need not have been told yet.
+    pub fn condition(&self, status: &Status) -> Condition {
+        self.known.condition(self.latest.borrow().is_some(), Some(status))
+    }
+
+    /// What the recorder does is read from there from now on, at the moment at which somebody asks.
+    pub fn set_recorder(&self, meter: RecorderMeter) {
+        // There is one recorder, and this is said once.
+        let _ = self.known.recorder.set(meter);
+    }
+
     /// Publishes a slot; never waits.
     pub fn publish(&self, frame: Frame) {
         let frame = Arc::new(frame);

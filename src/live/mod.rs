@@ -11,20 +11,23 @@
 mod alerts;
 mod clock;
 mod contests;
+mod condition;
 mod decisions;
 mod driver;
 mod health;
 mod hub;
 mod inputs;
 mod lines;
+mod losses;
 mod observer;
 mod player;
 mod quiet;
 mod registration;
 mod service;
 
-pub use alerts::{Alert, AlertKind, Alerts, Severity, Trouble};
+pub use alerts::{Alert, AlertKind, Alerts, Change, Severity, Trouble};
 pub use clock::{Clock, now};
+pub use condition::{Cause, Condition, Facts, Lateness, Level, Punctuality, Reason};
 pub use contests::Contested;
 pub use decisions::{AllHeld, Decider, Decisions, Denied, Wish};
 pub use driver::{Driver, Made};

@@ -342,7 +342,6 @@ impl Show {
             tally: driver.pipeline().tally().clone(),
             lateness_s: None,
             failed_sends: 0,
-            recording: None,
             troubles: Vec::new(),
         });
     }

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender};
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -14,10 +14,12 @@ use tracing::{info, warn};
 
 use super::alerts::{Severity, Trouble};
 use super::clock::Clock;
+use super::condition::Level;
 use super::driver::{Driver, Made};
-use super::health::{LineStatus, SensorState};
+use super::health::LineStatus;
 use super::hub::{Frame, HubWriter, Status};
 use super::lines::{Listening, Readers, listen};
+use super::losses::Losses;
 use super::quiet::Quiet;
 use crate::config::Config;
 use crate::fusion::Given;
@@ -25,6 +27,7 @@ use crate::fusion::operational::{Decision, Held, Resumed};
 use crate::ingest::udp::{self, Arrival, Line, LineCounters};
 use crate::ingest::{Ending, Endpoints, Reception, ReceptionKind, TrailerRules, Trailers};
 use crate::normalise::SensorIndex;
+use crate::pipeline::Event;
 use crate::publish::{Cat129Encoder, Recorded, RecorderQueue, Sinks, pack, status_block};
 use crate::registration::Estimate;
 use crate::state::{Registrations, decision_line, kept_lines, registration_text};
@@ -36,6 +39,8 @@ const LOOK_UP: Duration = Duration::from_millis(100);
 const STATUS_AHEAD: jiff::SignedDuration = jiff::SignedDuration::from_millis(1100);
 /// Its keeper and the recorder are told of the registration at most this often.
 const REGISTRATION: jiff::SignedDuration = jiff::SignedDuration::from_secs(10);
+/// A datagram that waited for the engine for longer than this has waited for long: as a rule none waits for a millisecond.
+const WAITED: jiff::SignedDuration = jiff::SignedDuration::from_millis(500);
 /// Lateness is told over this many slots: ten minutes of them.
 const LATENESS: usize = 2400;
 
@@ -82,28 +87,10 @@ impl Service {
     ) -> io::Result<Self> {
         let stop = Arc::new(AtomicBool::new(false));
         let Listening { arrivals, lines, readers } = listen(&config, &clock, runtime);
-        let engine = Engine {
-            source: DataSource { sac: config.site.sac, sic: config.site.sic },
-            encoder: Cat129Encoder::of(&config),
-            driver,
-            outlets,
-            lines,
-            trailers: Trailers::new(TrailerRules::of(&config)),
-            config,
-            lateness_us: VecDeque::new(),
-            failed_sends: 0,
-            failed_told: 0,
-            next_status: clock.now(),
-            clock,
-            quiet: Quiet::default(),
-            numbers_kept: 0,
-            numbers_recorded: 0,
-            registered: Vec::new(),
-            next_registration: Time::default(),
-            held: Vec::new(),
-            unrecorded: VecDeque::new(),
-            kept: "".into(),
-        };
+        if let Some(recorder) = &outlets.recorder {
+            outlets.hub.set_recorder(recorder.meter());
+        }
+        let engine = Engine::new(config, driver, outlets, lines, clock);
         let stopped = stop.clone();
         let engine = std::thread::Builder::new()
             .name("engine".to_owned())
@@ -129,6 +116,14 @@ impl Service {
     }
 }
 
+/// How far the engine has come with what was received.
+struct Handled {
+    /// Everything that was received by then has been handled.
+    until: Time,
+    /// Whether that is now.
+    is_all: bool,
+}
+
 /// The engine's thread.
 struct Engine {
     config: Arc<Config>,
@@ -143,6 +138,11 @@ struct Engine {
     /// Sends that failed, and those of them that have been told.
     failed_sends: u64,
     failed_told: u64,
+    /// Datagrams of sensors that the engine never saw, and datagrams that were not recorded.
+    input_losses: Losses,
+    recorder_losses: Losses,
+    /// Datagrams since the last slot that waited for long.
+    waited: usize,
     clock: Clock,
     next_status: Time,
     quiet: Quiet,
@@ -160,6 +160,40 @@ struct Engine {
 }
 
 impl Engine {
+    fn new(
+        config: Arc<Config>,
+        driver: Driver,
+        outlets: Outlets,
+        lines: Vec<(Arc<Line>, Arc<LineCounters>)>,
+        clock: Clock,
+    ) -> Self {
+        Self {
+            source: DataSource { sac: config.site.sac, sic: config.site.sic },
+            encoder: Cat129Encoder::of(&config),
+            trailers: Trailers::new(TrailerRules::of(&config)),
+            config,
+            driver,
+            outlets,
+            lines,
+            lateness_us: VecDeque::new(),
+            failed_sends: 0,
+            failed_told: 0,
+            input_losses: Losses::default(),
+            recorder_losses: Losses::default(),
+            waited: 0,
+            next_status: clock.now(),
+            clock,
+            quiet: Quiet::default(),
+            numbers_kept: 0,
+            numbers_recorded: 0,
+            registered: Vec::new(),
+            next_registration: Time::default(),
+            held: Vec::new(),
+            unrecorded: VecDeque::new(),
+            kept: "".into(),
+        }
+    }
+
     fn run(mut self, arrivals: &Receiver<Arrival>, stop: &AtomicBool) -> Driver {
         while !stop.load(Ordering::Relaxed) {
             let until_due = self.driver.deadline().map(|deadline| deadline - self.clock.now());
@@ -171,18 +205,18 @@ impl Engine {
                 Err(RecvTimeoutError::Disconnected) => break,
             }
             self.decide();
-            // What waits came before now: it is handled before the slots that are due by now.
             let at = self.clock.now();
-            if self.driver.deadline().is_some_and(|deadline| deadline <= at) {
-                while let Ok(arrival) = arrivals.try_recv() {
-                    self.receive(arrival);
-                }
-                self.tick(at);
-            }
+            let slot_is_due = self.driver.deadline().is_some_and(|deadline| deadline <= at);
             // Also where the clock has stepped back, of which the driver must be told.
-            if at >= self.next_status || self.next_status - at > STATUS_AHEAD {
-                self.tick(at);
-                self.tell(at);
+            let status_is_due = at >= self.next_status || self.next_status - at > STATUS_AHEAD;
+            if slot_is_due || status_is_due {
+                let handled = self.catch_up(arrivals);
+                if handled.is_all {
+                    self.tick(handled.until);
+                }
+                if status_is_due {
+                    self.tell(handled.until);
+                }
             }
         }
         while let Ok(arrival) = arrivals.try_recv() {
@@ -191,7 +225,7 @@ impl Engine {
         if self.config.output.flush_on_stop {
             let mut owed = Vec::new();
             self.driver.finish(|frame| owed.push(frame));
-            owed.into_iter().for_each(|frame| self.publish(frame));
+            owed.into_iter().for_each(|frame| self.publish_owed(frame));
             self.tell_numbers();
         }
         self.tell(self.clock.now());
@@ -206,7 +240,23 @@ impl Engine {
         self.driver
     }
 
+    /// Handles what waits, which came before the slots that are due by now. Where that is more than can be handled until the
+    /// engine looks up, it is not all: then the clock may publish no slot, because what belongs into it still waits.
+    fn catch_up(&mut self, arrivals: &Receiver<Arrival>) -> Handled {
+        let began = self.clock.now();
+        loop {
+            let now = self.clock.now();
+            let Ok(arrival) = arrivals.try_recv() else { return Handled { until: now, is_all: true } };
+            let until = arrival.received;
+            self.receive(arrival);
+            if now.nanos().abs_diff(began.nanos()) > LOOK_UP.as_nanos() as u64 {
+                return Handled { until, is_all: false };
+            }
+        }
+    }
+
     fn receive(&mut self, arrival: Arrival) {
+        self.waited += usize::from(self.clock.now() - arrival.received > WAITED);
         let received = self.driver.reception(arrival.received);
         self.record(|| Recorded::Input {
             received,
@@ -251,8 +301,12 @@ impl Engine {
     }
 
     fn hand_out(&mut self, made: Vec<Made>) {
+        // The slots before a fresh start are owed from before a pause, or a step of the clock: how late they are says
+        // nothing about the picture that follows.
+        let are_owed = made.iter().any(|made| matches!(made, Made::Event(Event::Restarted)));
         for made in made {
             match made {
+                Made::Slot(frame) if are_owed => self.publish_owed(frame),
                 Made::Slot(frame) => self.publish(frame),
                 Made::Event(event) if event.is_warning() => {
                     if self.quiet.may_tell(event.kind(), self.clock.now()) {
@@ -371,20 +425,32 @@ impl Engine {
         })
     }
 
-    /// Sends the slot, then shows it.
-    fn publish(&mut self, mut frame: Frame) {
+    /// Sends the slot, then shows it, and notes how late that is.
+    fn publish(&mut self, frame: Frame) {
+        let frame = self.send(frame);
+        let late_us = (frame.published_at.nanos() - frame.due.nanos()).max(0) / 1000;
+        if self.lateness_us.len() == LATENESS {
+            self.lateness_us.pop_front();
+        }
+        self.lateness_us.push_back(u32::try_from(late_us).unwrap_or(u32::MAX));
+        self.outlets.hub.publish_live(frame, std::mem::take(&mut self.waited));
+    }
+
+    /// The same for a slot whose time is nobody's fault.
+    fn publish_owed(&mut self, frame: Frame) {
+        let frame = self.send(frame);
+        self.outlets.hub.publish(frame);
+    }
+
+    /// Sends and records the slot, which is published now.
+    fn send(&mut self, mut frame: Frame) -> Frame {
         for payload in pack(&frame.picture, &self.encoder) {
             self.failed_sends += self.outlets.sinks.send(&payload);
             let due = frame.due;
             self.record(|| Recorded::Output { due, payload });
         }
         frame.published_at = self.clock.now();
-        let late_us = (frame.published_at.nanos() - frame.due.nanos()).max(0) / 1000;
-        if self.lateness_us.len() == LATENESS {
-            self.lateness_us.pop_front();
-        }
-        self.lateness_us.push_back(u32::try_from(late_us).unwrap_or(u32::MAX));
-        self.outlets.hub.publish(frame);
+        frame
     }
 
     fn record(&mut self, what: impl FnOnce() -> Recorded) {
@@ -393,8 +459,10 @@ impl Engine {
         }
     }
 
-    /// Once a second: how everything is, to readers and to the sinks.
-    fn tell(&mut self, at: Time) {
+    /// Once a second: how everything is, to readers and to the sinks. What was received is handled until `handled`: a
+    /// sensor whose reports still wait has not fallen silent.
+    fn tell(&mut self, handled: Time) {
+        let at = self.clock.now();
         self.next_status = Time::from_nanos((at.nanos() / SECOND + 1) * SECOND);
         for (kind, count) in self.quiet.suppressed(at) {
             warn!("{kind}: {count} more like this");
@@ -410,24 +478,24 @@ impl Engine {
             };
             self.lines.iter().enumerate().filter_map(of).collect()
         };
-        let sensors = self.driver.sensors(at, lines);
+        let sensors = self.driver.sensors(handled, lines);
         self.tell_registration(at);
         self.keep_decisions();
-        let degraded = sensors.iter().any(|sensor| sensor.state != SensorState::Operational);
-        if self.config.output.status {
-            self.failed_sends += self.outlets.sinks.send(&status_block(self.source, at, degraded));
-        }
-        let troubles = self.troubles(at);
-        self.outlets.hub.tell(Status {
+        let mut status = Status {
             at,
             sensors,
             unknown: self.driver.health().unknown(),
             tally: self.driver.pipeline().tally().clone(),
             lateness_s: percentiles(&self.lateness_us),
             failed_sends: self.failed_sends,
-            recording: self.outlets.recorder.as_ref().map(RecorderQueue::counts),
-            troubles,
-        });
+            troubles: self.troubles(at),
+        };
+        if self.config.output.status {
+            let degraded = self.outlets.hub.condition(&status).level() > Level::Ok;
+            self.failed_sends += self.outlets.sinks.send(&status_block(self.source, at, degraded));
+            status.failed_sends = self.failed_sends;
+        }
+        self.outlets.hub.tell(status);
     }
 
     /// What is wrong with the service itself, since it was told last.
@@ -438,16 +506,32 @@ impl Engine {
         if behind_ns > SECOND {
             let behind_s = behind_ns / SECOND;
             let text = format!(
-                "the clock of this machine was set back: nothing is put out for {behind_s} s, until it is caught up"
+                "the clock of this machine was set back: nothing is published for {behind_s} s, until it is caught up"
             );
-            find("clock", Severity::Critical, text);
+            find(Trouble::CLOCK, Severity::Critical, text);
+        }
+        let count = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
+        let lost = |(_, line): &(_, Arc<LineCounters>)| count(&line.queue_full) + count(&line.kernel_dropped);
+        if let Some(lost) = self.input_losses.going_on(self.lines.iter().map(lost).sum(), at) {
+            let text = format!("{lost} datagrams of sensors were lost before the engine could handle them");
+            find(Trouble::INPUT, Severity::Critical, text);
         }
         let failed = self.failed_sends - std::mem::replace(&mut self.failed_told, self.failed_sends);
         if failed > 0 {
-            find("output", Severity::Critical, format!("{failed} datagrams could not be sent in a second"));
+            find(
+                Trouble::OUTPUT,
+                Severity::Critical,
+                format!("{failed} datagrams could not be sent in a second"),
+            );
         }
-        if self.outlets.recorder.as_ref().is_some_and(|recorder| recorder.counts().failing) {
-            find("recorder", Severity::Warning, "nothing is recorded: the disk cannot be written".to_owned());
+        if let Some(counts) = self.outlets.recorder.as_ref().map(RecorderQueue::counts) {
+            let missing = self.recorder_losses.going_on(counts.lost + counts.unwritten, at);
+            let text = match missing {
+                _ if counts.failing => Some("nothing is recorded: the disk cannot be written".to_owned()),
+                Some(missing) => Some(format!("{missing} datagrams are missing in the recording")),
+                None => None,
+            };
+            text.into_iter().for_each(|text| find(Trouble::RECORDER, Severity::Warning, text));
         }
         troubles
     }
@@ -460,3 +544,6 @@ fn percentiles(microseconds: &VecDeque<u32>) -> Option<[f64; 3]> {
     let last = sorted.len().checked_sub(1)?;
     Some([0.5, 0.95, 0.99].map(|share| f64::from(sorted[(share * last as f64).round() as usize]) * 1e-6))
 }
+
+#[cfg(test)]
+mod tests;

@@ -13,6 +13,6 @@ pub use cat129::Cat129Encoder;
 pub use datagrams::{DATAGRAM_MAX, pack};
 pub use files::{OutputFormat, PictureWriter};
 pub use pcap::{PcapWriter, UdpFlow};
-pub use recorder::{Recorded, Recorder, RecorderCounts, RecorderQueue, record_into};
+pub use recorder::{Recorded, Recorder, RecorderCounts, RecorderMeter, RecorderQueue, record_into};
 pub use status::status_block;
 pub use udp::{Sinks, socket};

@@ -81,7 +81,6 @@ impl Flown {
             tally: driver.pipeline().tally().clone(),
             lateness_s: Some([0.001, 0.002, 0.003]),
             failed_sends: 0,
-            recording: None,
             troubles: Vec::new(),
         };
         let maker = driver.maker().clone();

@@ -158,7 +158,9 @@ fn two_thousand_bad_clients_hinder_nobody_and_are_gone_afterwards() {
     assert_eq!(json(address, "/api/v1/status")["streams"], 1);
     let (code, log) = service.stop();
     assert_eq!(code, Some(0), "{log}");
-    assert!(!log.contains("panicked") && !log.contains("ERROR"), "{log}");
+    // The flight is over: that its sensors have fallen silent is an alert, and the clients are no part in it.
+    let is_theirs = |line: &str| line.contains("ERROR") && !line.contains("outage");
+    assert!(!log.contains("panicked") && !log.lines().any(is_theirs), "{log}");
 }
 
 #[test]

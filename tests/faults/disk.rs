@@ -119,7 +119,7 @@ fn what_a_disk_that_hangs_lost_is_counted_and_its_place_is_marked() {
         let lost = || metric(address, "utm_fusion_recorder_lost_total", "");
         until("an overflow", Duration::from_secs(5), || lost() > 100.0);
         let reader = fs::OpenOptions::new().read(true).write(true).open(&lock).unwrap();
-        service.says("the disk is too slow");
+        service.says("the recorder did not keep up");
         drop(reader);
     });
     std::thread::sleep(Duration::from_secs(1));

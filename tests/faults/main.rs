@@ -14,6 +14,7 @@ mod disk;
 mod http;
 mod inside;
 mod interface;
+mod lateness;
 #[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "shared by several tests")]
 mod program;

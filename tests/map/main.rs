@@ -95,8 +95,29 @@ fn the_live_picture_says_how_far_it_is_behind() {
     browser.wait("document.querySelectorAll('#sensors [data-look=ok]').length === 2", SOON);
     browser.wait(&format!("{ROWS} > 0"), SOON + SOON);
     the_lines_of_a_sensor_are_a_table(&mut browser);
+    a_late_picture_is_not_live(&mut browser, &service);
     assert_eq!(browser.complaints(), Vec::<String>::new(), "errors in the console");
     assert!(browser.requests().iter().all(|asked| asked.starts_with(&service.url())));
+}
+
+/// The service stands still for some seconds, and then publishes what it owes: too late, and says so.
+fn a_late_picture_is_not_live(browser: &mut Browser, service: &Service) {
+    browser.run(
+        "window.seen = [];
+         new MutationObserver(() => {
+             const badge = document.getElementById('badge');
+             const fresh = !document.body.classList.contains('stale');
+             seen.push({ text: badge.textContent, fresh, colour: getComputedStyle(badge).backgroundColor });
+         }).observe(document.getElementById('badge'), { childList: true, characterData: true, subtree: true })",
+    );
+    service.freeze(true);
+    browser.wait(&format!("{BADGE}.startsWith('STALE')"), SOON);
+    service.freeze(false);
+    let late = "seen.filter(({ text }) => /^LATE \\d+(\\.\\d)? s$/.test(text))";
+    browser.wait(&format!("{late}.length > 0 && {late}.every(({{ fresh }}) => !fresh)"), SOON);
+    browser.wait(&format!("/^LIVE −6\\.[2-9]\\d s$/.test({BADGE})"), SOON);
+    let live = "seen.filter(({ text }) => text.startsWith('LIVE'))";
+    browser.wait(&format!("{late}[0].colour !== {live}[0].colour"), SOON);
 }
 
 #[test]

@@ -163,7 +163,7 @@ function start() {
       status.heard({});
       alerts.update(alert);
     },
-    heartbeat: (beat) => status.heard(beat),
+    heartbeat: (beat) => status.beat(beat),
     // A snapshot of the tracks follows: what was missed is in it.
     resync() {
       status.heard({});

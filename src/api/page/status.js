@@ -12,6 +12,7 @@ export class Status {
   pictureTime = NaN;
   latency = NaN;
   replay = null; // {speed, playing}
+  late = null; // seconds, while the service says that its picture is late
   retry = null;
   isBroken = false; // the stream has ended, and no new one has begun
 
@@ -41,6 +42,12 @@ export class Status {
     this.isBroken = false;
   }
 
+  /** Each second: also where no picture comes. */
+  beat(beat) {
+    this.late = beat.late_s ?? null;
+    this.heard(beat);
+  }
+
   get isReplay() {
     return this.info?.mode === "replay";
   }
@@ -62,7 +69,7 @@ export class Status {
     setText(badge, text);
     setAttribute(badge, "title", title);
     setText(byId("announcement"), `${state}: ${title}`); // said once, not at each second of the badge
-    document.body.classList.toggle("stale", state === "stale");
+    document.body.classList.toggle("stale", state === "stale" || state === "late"); // old positions must not look like new ones
     const [clock, beside, meaning] = this.times();
     setText(byId("utc"), `${format.utc(clock)} UTC`);
     setText(byId("picture-time"), beside);
@@ -90,6 +97,10 @@ export class Status {
       const { speed, playing } = this.replay ?? {};
       const how = playing === false ? " paused" : speed && speed !== 1 ? ` ×${speed}` : "";
       return ["replay", `REPLAY${how}`, "A recording, not the world now"];
+    }
+    if (this.late != null) {
+      const late = this.late < 10 ? this.late.toFixed(1) : this.late.toFixed(0);
+      return ["late", `LATE ${late} s`, "The service publishes later than it should: every track was somewhere else by now. The alerts say why."];
     }
     const behind = Number.isFinite(this.latency) ? ` −${this.latency.toFixed(2)} s` : "";
     return ["live", `LIVE${behind}`, "The picture is this far behind the world, so that late measurements still count"];

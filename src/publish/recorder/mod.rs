@@ -33,7 +33,7 @@ use crate::time::Time;
 use queue::Counters;
 use writer::Writer;
 
-pub use queue::{RecorderCounts, RecorderQueue};
+pub use queue::{RecorderCounts, RecorderMeter, RecorderQueue};
 
 /// Datagrams that may wait for the disk: some seconds of the busiest site.
 const QUEUE: usize = 16_384;
@@ -110,7 +110,7 @@ impl Recorder {
         let mut writer = Writer::new(config, record, numbers, with_output, counters.clone());
         let thread =
             std::thread::Builder::new().name("recorder".to_owned()).spawn(move || writer.run(&queue))?;
-        Ok((RecorderQueue::new(sender, counters.clone()), Self { thread, counters }))
+        Ok((RecorderQueue::new(sender, QUEUE, counters.clone()), Self { thread, counters }))
     }
 
     /// What it did so far.

@@ -1,7 +1,7 @@
 //! The way into the recorder. It never makes the engine wait; where something did not fit, the recorder is told.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::SyncSender;
 
 use super::Recorded;
@@ -12,13 +12,17 @@ use crate::time::Time;
 pub struct RecorderQueue {
     sender: SyncSender<Recorded>,
     counters: Arc<Counters>,
-    /// What did not fit, until then; the recorder is told as soon as something fits again.
+    /// What did not fit, until then; the recorder is told once there is room for more than a few datagrams.
     gap: Option<Time>,
+    /// How many may wait when it goes on after a gap. Each gap begins new files: going on as soon as a single one fits
+    /// would end them with the next, and a recorder that is busy beginning files falls behind ever more.
+    resume: usize,
 }
 
 impl RecorderQueue {
-    pub(super) fn new(sender: SyncSender<Recorded>, counters: Arc<Counters>) -> Self {
-        Self { sender, counters, gap: None }
+    /// `sender` has room for `capacity`.
+    pub(super) fn new(sender: SyncSender<Recorded>, capacity: usize, counters: Arc<Counters>) -> Self {
+        Self { sender, counters, gap: None, resume: capacity / 4 }
     }
 
     /// Hands it over where there is room. Where there is none it is lost, which is counted, and marked in the recording.
@@ -32,6 +36,7 @@ impl RecorderQueue {
             | Recorded::Held { .. } => None,
         };
         if let Some(until) = self.gap
+            && self.counters.waiting.load(Ordering::Relaxed) <= self.resume
             && self.has_room_for(Recorded::Gap { until })
         {
             self.gap = None;
@@ -45,17 +50,40 @@ impl RecorderQueue {
 
     /// Hands over what can as well come later; whether there was room.
     pub fn has_room_for(&self, recorded: Recorded) -> bool {
-        self.sender.try_send(recorded).is_ok()
+        // Counted before it is there, so that the other end never takes one that is not counted.
+        self.counters.waiting.fetch_add(1, Ordering::Relaxed);
+        let has_room = self.sender.try_send(recorded).is_ok();
+        if !has_room {
+            self.counters.taken();
+        }
+        has_room
     }
 
     /// Hands it over and waits for room, for whoever has time; whether the recorder still runs.
     pub fn wait(&self, recorded: Recorded) -> bool {
+        self.counters.waiting.fetch_add(1, Ordering::Relaxed);
         self.sender.send(recorded).is_ok()
     }
 
     /// What the recorder did so far.
     pub fn counts(&self) -> RecorderCounts {
         self.counters.now()
+    }
+
+    /// The same for others, at any time.
+    pub fn meter(&self) -> RecorderMeter {
+        RecorderMeter(self.counters.clone())
+    }
+}
+
+/// Reads what a recorder did.
+#[derive(Clone, Debug)]
+pub struct RecorderMeter(Arc<Counters>);
+
+impl RecorderMeter {
+    /// What it did by now.
+    pub fn counts(&self) -> RecorderCounts {
+        self.0.now()
     }
 }
 
@@ -66,7 +94,7 @@ pub struct RecorderCounts {
     pub written: u64,
     /// Datagrams lost because the disk failed.
     pub unwritten: u64,
-    /// Datagrams lost because the disk was too slow.
+    /// Datagrams lost because the recorder did not keep up.
     pub lost: u64,
     /// Whether the disk fails, and nothing is recorded.
     pub failing: bool,
@@ -78,9 +106,16 @@ pub(super) struct Counters {
     pub(super) unwritten: AtomicU64,
     pub(super) lost: AtomicU64,
     pub(super) failing: AtomicBool,
+    /// What waits in the queue.
+    waiting: AtomicUsize,
 }
 
 impl Counters {
+    /// One that waited in the queue does so no more.
+    pub(super) fn taken(&self) {
+        self.waiting.fetch_sub(1, Ordering::Relaxed);
+    }
+
     pub(super) fn now(&self) -> RecorderCounts {
         RecorderCounts {
             written: self.written.load(Ordering::Relaxed),
@@ -88,5 +123,57 @@ impl Counters {
             lost: self.lost.load(Ordering::Relaxed),
             failing: self.failing.load(Ordering::Relaxed),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::{Receiver, sync_channel};
+
+    use super::*;
+
+    const CAPACITY: usize = 64;
+
+    fn output(number: i64) -> Recorded {
+        Recorded::Output { due: Time::from_nanos(number), payload: Vec::new() }
+    }
+
+    /// As the recorder takes them; how many of these were gaps.
+    fn take(queue: &Receiver<Recorded>, counters: &Counters, count: usize) -> usize {
+        let taken = queue.try_iter().take(count).inspect(|_| counters.taken());
+        taken.filter(|recorded| matches!(recorded, Recorded::Gap { .. })).count()
+    }
+
+    #[test]
+    fn a_recorder_that_takes_half_of_what_comes_is_told_of_few_gaps_and_each_loss_is_counted() {
+        let (sender, receiver) = sync_channel(CAPACITY);
+        let counters = Arc::<Counters>::default();
+        let mut queue = RecorderQueue::new(sender, CAPACITY, counters.clone());
+        let mut gaps = 0;
+        for number in 0..10_000 {
+            queue.offer(output(number));
+            if number % 2 == 0 {
+                gaps += take(&receiver, &counters, 1);
+            }
+        }
+        let left = counters.waiting.load(Ordering::Relaxed);
+        gaps += take(&receiver, &counters, left);
+        // A gap each time that one fits would be thousands.
+        assert!((10..200).contains(&gaps), "{gaps}");
+        assert_eq!(counters.now().lost as usize, 10_000 - (5_000 + left - gaps));
+    }
+
+    #[test]
+    fn it_goes_on_by_itself_when_what_waited_has_been_taken() {
+        let (sender, receiver) = sync_channel(CAPACITY);
+        let counters = Arc::<Counters>::default();
+        let mut queue = RecorderQueue::new(sender, CAPACITY, counters.clone());
+        (0..100).for_each(|number| queue.offer(output(number)));
+        assert_eq!(counters.now().lost, 36);
+        assert_eq!(take(&receiver, &counters, CAPACITY), 0);
+        queue.offer(output(100));
+        assert_eq!(receiver.try_recv(), Ok(Recorded::Gap { until: Time::from_nanos(99) }));
+        assert_eq!(receiver.try_recv(), Ok(output(100)));
+        assert_eq!(counters.now().lost, 36);
     }
 }

@@ -120,7 +120,10 @@ impl Writer {
         let mut flushed = Instant::now();
         loop {
             match queue.recv_timeout(FLUSH) {
-                Ok(recorded) => self.take(recorded),
+                Ok(recorded) => {
+                    self.counters.taken();
+                    self.take(recorded);
+                }
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,
             }
@@ -176,6 +179,8 @@ impl Writer {
         };
         let counter = match written {
             Ok(true) => &self.counters.written,
+            // Sent after a gap and before anything was received again: it belongs to what the gap cost.
+            Ok(false) if !self.failing => &self.counters.lost,
             Ok(false) | Err(_) => &self.counters.unwritten,
         };
         counter.fetch_add(1, Ordering::Relaxed);
@@ -327,8 +332,8 @@ impl Writer {
         let lost = self.counters.lost.load(Ordering::Relaxed);
         if lost > self.lost_told {
             warn!(
-                "{}: the disk is too slow: {} datagrams not recorded, {lost} since the start; the next files say from \
-                 when on a replay equals what was sent",
+                "{}: the recorder did not keep up: {} datagrams not recorded, {lost} since the start; the next files \
+                 say from when on a replay equals what was sent",
                 self.directory.display(),
                 lost - self.lost_told
             );

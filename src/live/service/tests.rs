@@ -1,0 +1,74 @@
+//! The engine's thread with reports that wait for it, as after seconds in which more came than it could handle.
+
+use std::net::{Ipv4Addr, SocketAddrV4};
+use std::sync::mpsc::sync_channel;
+
+use jiff::SignedDuration;
+
+use super::*;
+use crate::areas::Masks;
+use crate::live::{Hub, Level, SensorState, now};
+use crate::simulate::{Scenario, simulate};
+
+/// A minute of a flight that waits whole, in the order in which it came; the last of it came this moment.
+const WAITS_S: i64 = 60;
+
+struct Waiting {
+    engine: Engine,
+    hub: Hub,
+    arrivals: Receiver<Arrival>,
+}
+
+fn waiting() -> Waiting {
+    let text = include_str!("../../../config/scenarios/crossing.toml")
+        .replace("duration_s = 300", "duration_s = 60");
+    let start = now() + SignedDuration::from_secs(-WAITS_S);
+    let flight = simulate(&Scenario::parse(&text, "crossing.toml").unwrap(), 1, Some(start)).unwrap();
+    let config = Arc::new(flight.config);
+    let driver = Driver::new(&config, Masks::default(), start, 1);
+    let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), start);
+    let sinks = Sinks::open(&[]).unwrap();
+    let outlets = Outlets { hub: writer, sinks, recorder: None, numbers: None, registration: None };
+    let (sender, arrivals) = sync_channel(flight.datagrams.len());
+    let from = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 4711);
+    for datagram in flight.datagrams.into_iter().filter(|datagram| datagram.received <= now()) {
+        let (received, payload) = (datagram.received, datagram.payload);
+        sender.try_send(Arrival { line: 0, received, from, payload }).unwrap();
+    }
+    Waiting { engine: Engine::new(config, driver, outlets, Vec::new(), Clock::default()), hub, arrivals }
+}
+
+#[test]
+fn an_engine_that_is_behind_says_that_it_is_overloaded_and_blames_nobody_else() {
+    let Waiting { mut engine, hub, arrivals } = waiting();
+    assert_eq!(hub.lateness(), None, "nothing has been published");
+    // Until half of it has been handled, however fast this machine is.
+    let half = now() + SignedDuration::from_secs(-WAITS_S / 2);
+    let mut until = Time::default();
+    while until < half {
+        let arrival = arrivals.try_recv().unwrap();
+        until = arrival.received;
+        engine.receive(arrival);
+    }
+    engine.tell(until);
+
+    let lateness = hub.lateness().unwrap();
+    assert!(lateness.is_late() && lateness.late.as_secs() >= 20, "{lateness:?}");
+    let condition = hub.condition();
+    assert_eq!(condition.level(), Level::NotReady);
+    let [picture] = condition.troubles() else { panic!("{condition:?}") };
+    assert_eq!((picture.about, picture.severity), (Trouble::PICTURE, Severity::Critical));
+    assert!(picture.text.starts_with("the engine is overloaded: the picture is "), "{}", picture.text);
+    // What waits is not silence of the sensors, nor did a clock step back.
+    let status = hub.status().unwrap();
+    assert!(status.sensors.iter().all(|sensor| sensor.state == SensorState::Operational), "{status:?}");
+    assert_eq!((status.troubles.len(), status.tally.clock_behind), (0, 0));
+
+    // The rest: everything is handled before a slot is put out by the clock, and nothing of it is refused as too old.
+    let handled = (0..10_000).map(|_| engine.catch_up(&arrivals)).find(|handled| handled.is_all).unwrap();
+    engine.tick(handled.until);
+    engine.tell(handled.until);
+    let status = hub.status().unwrap();
+    assert_eq!((status.tally.clock_behind, status.tally.restarts), (0, 0));
+    assert_eq!(status.tally.refused, std::collections::BTreeMap::new());
+}
