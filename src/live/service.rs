@@ -1,10 +1,10 @@
 //! The threads of the service: line tasks, the engine's own thread, and what it hands out.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -18,9 +18,9 @@ use super::health::{LineStatus, SensorState};
 use super::hub::{Frame, HubWriter, Status};
 use super::lines::{Listening, listen};
 use super::quiet::Quiet;
-use crate::config::Config;
-use crate::fusion::Given;
+use crate::config::{Config, Profile};
 use crate::fusion::operational::Held;
+use crate::fusion::{LARGEST_TRANSPONDER_NUMBER, NumberChange};
 use crate::ingest::udp::{self, Arrival, Line, LineCounters};
 use crate::ingest::{Reception, ReceptionKind};
 use crate::normalise::SensorIndex;
@@ -38,6 +38,8 @@ const REGISTRATION: jiff::SignedDuration = jiff::SignedDuration::from_secs(10);
 /// Lateness is told over this many slots: ten minutes of them.
 const LATENESS: usize = 2400;
 
+/// An alert tells of transponder numbers from this share in use on.
+const NUMBERS_LOW: f64 = 0.9;
 /// What the recorder could not be told yet of decisions; more than these are lost.
 const UNRECORDED: usize = 1024;
 
@@ -53,7 +55,7 @@ pub struct Outlets {
     /// The recorder, where there is one.
     pub recorder: Option<RecorderQueue>,
     /// Who keeps the transponder numbers across restarts.
-    pub numbers: Option<mpsc::Sender<Given>>,
+    pub numbers: Option<SyncSender<NumberChange>>,
     /// Who keeps the registration across restarts.
     pub registration: Option<SyncSender<Arc<str>>>,
 }
@@ -92,8 +94,8 @@ impl Service {
             next_status: clock.now(),
             clock,
             quiet: Quiet::default(),
-            numbers_kept: 0,
-            numbers_recorded: 0,
+            unkept: BTreeMap::new(),
+            unrecorded_numbers: BTreeMap::new(),
             registered: Vec::new(),
             next_registration: Time::default(),
             held: Vec::new(),
@@ -137,9 +139,9 @@ struct Engine {
     clock: Clock,
     next_status: Time,
     quiet: Quiet,
-    /// How many of the new transponder numbers their keeper, and the recorder, have been told.
-    numbers_kept: usize,
-    numbers_recorded: usize,
+    /// What their keeper, and the recorder, have not been told yet of transponder numbers: of each number the latest.
+    unkept: BTreeMap<u32, NumberChange>,
+    unrecorded_numbers: BTreeMap<u32, NumberChange>,
     /// What the registration's keeper and the recorder have been told of, and when they are told again.
     registered: Estimates,
     next_registration: Time,
@@ -179,14 +181,18 @@ impl Engine {
         }
         if self.config.output.flush_on_stop {
             let mut owed = Vec::new();
-            self.driver.finish(|frame| owed.push(frame));
-            owed.into_iter().for_each(|frame| self.publish(frame));
-            self.tell_numbers();
+            self.driver.finish(|made| owed.push(made));
+            self.hand_out(owed);
         }
         self.tell(self.clock.now());
+        // This time there is time to wait.
+        if let Some(keeper) = &self.outlets.numbers {
+            for change in std::mem::take(&mut self.unkept).into_values() {
+                let _ = keeper.send(change);
+            }
+        }
         let text = self.new_registration();
         if let Some((keeper, (_, text))) = self.outlets.registration.take().zip(text) {
-            // This time there is time to wait.
             let _ = keeper.send(text);
         }
         self.driver
@@ -223,6 +229,7 @@ impl Engine {
         for made in made {
             match made {
                 Made::Slot(frame) => self.publish(frame),
+                Made::Number(change) => self.note_number(change),
                 Made::Event(event) if event.is_warning() => {
                     if self.quiet.may_tell(event.kind(), self.clock.now()) {
                         warn!("{event}");
@@ -264,21 +271,37 @@ impl Engine {
         }
     }
 
-    /// Hands on the transponder numbers that were given; what does not fit the recorder's queue waits for the next time.
+    fn note_number(&mut self, change: NumberChange) {
+        let number = change.given().number;
+        if self.outlets.numbers.is_some() {
+            self.unkept.insert(number, change);
+        }
+        if self.outlets.recorder.is_some() {
+            self.unrecorded_numbers.insert(number, change);
+        }
+    }
+
+    /// Hands on what became of transponder numbers; what does not fit the queues waits for the next time.
     fn tell_numbers(&mut self) {
-        let new = self.driver.pipeline().engine().numbers().new_ones();
         if let Some(keeper) = &self.outlets.numbers {
-            // A keeper that has ended has said so.
-            for &(_, given) in &new[self.numbers_kept..] {
-                let _ = keeper.send(given);
+            while let Some((&number, &change)) = self.unkept.first_key_value() {
+                // A keeper that has ended has said so.
+                if let Err(TrySendError::Full(_)) = keeper.try_send(change) {
+                    break;
+                }
+                self.unkept.remove(&number);
             }
         }
-        self.numbers_kept = new.len();
         if let Some(recorder) = &self.outlets.recorder {
-            let told = new[self.numbers_recorded..]
-                .iter()
-                .take_while(|&&(slot, given)| recorder.has_room_for(Recorded::Numbered { slot, given }));
-            self.numbers_recorded += told.count();
+            while let Some((&number, &change)) = self.unrecorded_numbers.first_key_value() {
+                // Of one that went back nothing is to be done: a file begins with those of who flies.
+                if let NumberChange::Heard(given) = change
+                    && !recorder.has_room_for(Recorded::Numbered { given })
+                {
+                    break;
+                }
+                self.unrecorded_numbers.remove(&number);
+            }
         }
     }
 
@@ -358,6 +381,7 @@ impl Engine {
             sensors,
             unknown: self.driver.health().unknown(),
             tally: self.driver.pipeline().tally().clone(),
+            numbers_used: self.driver.pipeline().engine().numbers().used(),
             lateness_s: percentiles(&self.lateness_us),
             failed_sends: self.failed_sends,
             recording: self.outlets.recorder.as_ref().map(RecorderQueue::counts),
@@ -384,8 +408,23 @@ impl Engine {
         if self.outlets.recorder.as_ref().is_some_and(|recorder| recorder.counts().failing) {
             find("recorder", Severity::Warning, "nothing is recorded: the disk cannot be written".to_owned());
         }
+        let used = self.driver.pipeline().engine().numbers().used();
+        if let Some(text) = numbers_low(used, self.config.fusion.profile) {
+            find("numbers", Severity::Warning, text);
+        }
         troubles
     }
+}
+
+/// What is to be said where few transponder numbers are left.
+fn numbers_low(used: usize, profile: Profile) -> Option<String> {
+    let then = match profile {
+        Profile::Operational => "a new transponder takes that of the one heard longest ago",
+        Profile::Reference => "new transponders are left out",
+    };
+    (used as f64 >= NUMBERS_LOW * f64::from(LARGEST_TRANSPONDER_NUMBER)).then(|| {
+        format!("{used} of {LARGEST_TRANSPONDER_NUMBER} transponder numbers are in use; when all are, {then}")
+    })
 }
 
 /// Median, 95th and 99th percentile, seconds.
@@ -394,4 +433,21 @@ fn percentiles(microseconds: &VecDeque<u32>) -> Option<[f64; 3]> {
     sorted.sort_unstable();
     let last = sorted.len().checked_sub(1)?;
     Some([0.5, 0.95, 0.99].map(|share| f64::from(sorted[(share * last as f64).round() as usize]) * 1e-6))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_numbers_left_are_told_before_none_is() {
+        let told = |used, profile| numbers_low(used, profile);
+        assert_eq!(told(386_546, Profile::Operational), None);
+        let text = told(386_547, Profile::Operational).unwrap();
+        assert!(
+            text.starts_with("386547 of 429496 transponder numbers are in use; when all are, a new"),
+            "{text}"
+        );
+        assert!(told(429_496, Profile::Reference).unwrap().ends_with("new transponders are left out"));
+    }
 }
