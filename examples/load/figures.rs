@@ -42,6 +42,16 @@ impl Quantiles {
         let at = |share: f64| sorted.get((share * last as f64).ceil() as usize).copied().unwrap_or(f64::NAN);
         Self { count: sorted.len(), values: [0.5, 0.99, 0.999, 1.0].map(at) }
     }
+
+    /// The largest.
+    pub fn most_s(&self) -> f64 {
+        self.values[3]
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.count
+    }
 }
 
 impl fmt::Display for Quantiles {

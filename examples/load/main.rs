@@ -3,6 +3,7 @@
 //! ```sh
 //! cargo build --release && cargo run --release --example load -- city       # ten minutes of 500 drones and 500 birds
 //! cargo build --release && cargo run --release --example load -- streams    # a thousand readers of the event stream
+//! cargo build --release && cargo run --release --example load -- flood      # 6,000 invented identities a second
 //! ```
 //!
 //! The simulator and the service run as processes of their own, with recorder and history; everything stays on this
@@ -11,6 +12,9 @@
 #![expect(clippy::disallowed_methods, reason = "it measures how long things take")]
 
 mod figures;
+mod flood;
+#[path = "../../tests/shared/invented.rs"]
+mod invented;
 mod output;
 mod readers;
 mod stage;
@@ -50,6 +54,8 @@ enum Load {
     City,
     /// `crossing`; each reader sees every slot; one more opens the stream and never reads.
     Streams,
+    /// `crossing`, and beside it 60,000 identities, each heard once, within ten seconds; nobody reads.
+    Flood,
 }
 
 /// How long everything settles before it is measured.
@@ -64,6 +70,7 @@ fn main() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
     let (scenario, minutes, readers, polls) = match args.load {
         Load::City => ("city", 10.0, 20, 10),
         Load::Streams => ("crossing", 2.0, 1000, 0),
+        Load::Flood => return flooded(),
     };
     let measured = Duration::try_from_secs_f64(60.0 * args.minutes.unwrap_or(minutes))?;
     let readers = args.readers.unwrap_or(readers);
@@ -126,11 +133,37 @@ fn main() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
     Ok(if missed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
+/// The flood.
+fn flooded() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
+    let mut stage = Stage::set("crossing", flood::FLIGHT)?;
+    let output = Output::listen(stage.sink())?;
+    let stop = AtomicBool::new(false);
+    let (sent, lateness, most_memory, metrics) = thread::scope(|scope| {
+        let listening = scope.spawn(|| output.hear(&stop));
+        let flown = flood::flood(&stage);
+        let told = stage.metrics();
+        let most_memory = stage.most_memory();
+        stop.store(true, Ordering::Relaxed);
+        let lateness = listening.join().expect("no panic");
+        let (sent, begin, end) = flown?;
+        let lateness = Quantiles::of(lateness.between(begin, end));
+        Ok::<_, Box<dyn Error + Send + Sync>>((sent, lateness, most_memory?, told?))
+    })?;
+    stage.end()?;
+    let figures = flood::Figures::of(sent, lateness, most_memory, metrics, &stage.recordings())?;
+    println!("{figures}");
+    let missed = figures.missed();
+    for miss in &missed {
+        println!("MISSED: {miss}");
+    }
+    Ok(if missed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
 /// What a reader asks for: every slot, or its own part of the city once a second.
 fn wish(load: Load, index: usize, (latitude_deg, longitude_deg): (f64, f64)) -> Wish {
     let from = Ipv4Addr::new(127, 0, 1 + (index / 200) as u8, 1 + (index % 200) as u8);
     match load {
-        Load::Streams => Wish { from, query: String::new() },
+        Load::Streams | Load::Flood => Wish { from, query: String::new() },
         Load::City => {
             // Boxes of about 1.8 km by 2.3 km: five columns, four rows.
             let (column, row) = ((index % 5) as f64, (index / 5 % 4) as f64);

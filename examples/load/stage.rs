@@ -77,6 +77,36 @@ impl Stage {
         Ok(stage)
     }
 
+    /// The site.
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// Where the recordings are.
+    pub fn recordings(&self) -> PathBuf {
+        self.directory.join("recordings")
+    }
+
+    /// A report of one of the drones' transponders.
+    pub fn transponder_report(&self) -> Result<Vec<u8>> {
+        let octets = fs::read(self.directory.join("transponder.ast"))?;
+        let length = usize::from(u16::from_be_bytes([octets[1], octets[2]]));
+        Ok(octets[..length].to_vec())
+    }
+
+    /// The most that the service has held of the machine's memory, octets.
+    pub fn most_memory(&self) -> Result<u64> {
+        self.memory("VmHWM:")
+    }
+
+    fn memory(&self, key: &str) -> Result<u64> {
+        let process = Path::new("/proc").join(self.service.id().to_string());
+        let status = String::from_utf8(fs::read(process.join("status"))?)?;
+        let line = status.lines().find_map(|line| line.strip_prefix(key));
+        let kib = line.and_then(|line| line.trim().trim_end_matches("kB").trim().parse::<u64>().ok());
+        Ok(kib.map(|kib| kib * 1024).ok_or_else(|| format!("{key} is not told"))?)
+    }
+
     /// Where its API is.
     pub fn address(&self) -> SocketAddr {
         self.config.http.listen
@@ -104,20 +134,14 @@ impl Stage {
     /// What the service has taken up to now.
     pub fn service_use(&self) -> Result<Use> {
         let process = Path::new("/proc").join(self.service.id().to_string());
-        let status = String::from_utf8(fs::read(process.join("status"))?)?;
-        let octets = |key: &str| {
-            let line = status.lines().find_map(|line| line.strip_prefix(key));
-            let kib = line.and_then(|line| line.trim().trim_end_matches("kB").trim().parse::<u64>().ok());
-            kib.map(|kib| kib * 1024).ok_or_else(|| format!("{key} is not told"))
-        };
         // Fields 14 and 15, counted behind the name in brackets; in ticks of 10 ms.
         let stat = String::from_utf8(fs::read(process.join("stat"))?)?;
         let behind = stat.rsplit(')').next().unwrap_or_default();
         let ticks: u64 =
             behind.split_whitespace().skip(11).take(2).filter_map(|field| field.parse::<u64>().ok()).sum();
         Ok(Use {
-            resident: octets("VmRSS:")?,
-            anonymous: octets("RssAnon:")?,
+            resident: self.memory("VmRSS:")?,
+            anonymous: self.memory("RssAnon:")?,
             processor_s: ticks as f64 / 100.0,
             at: Instant::now(),
         })
@@ -125,6 +149,11 @@ impl Stage {
 
     /// Ends the service as an operator does; how long that took, seconds.
     pub fn stop(mut self) -> Result<f64> {
+        self.end()
+    }
+
+    /// As [`Stage::stop`]; its files stay until it is dropped.
+    pub fn end(&mut self) -> Result<f64> {
         let asked = Instant::now();
         succeed(Command::new("kill").arg("-TERM").arg(self.service.id().to_string()))?;
         while asked.elapsed() < STOP {

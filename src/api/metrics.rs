@@ -5,6 +5,7 @@ use std::fmt::{Display, Write};
 use super::ask::{Answer, Ask, live};
 use super::tls::Tls;
 use crate::config::Config;
+use crate::fusion::LARGEST_TRANSPONDER_NUMBER;
 use crate::fusion::operational::Verdict;
 use crate::live::{Condition, Lateness, Level, LineStatus, SensorState, Status, values};
 use crate::normalise::SensorIndex;
@@ -169,6 +170,19 @@ impl Metrics {
             let labels = [("sensor", sensor.map_or("", name)), ("reason", *reason)];
             self.sample("utm_fusion_records_refused_total", &labels, count);
         }
+        self.family(
+            "utm_fusion_new_identities_total",
+            "counter",
+            "Identities that a transponder receiver had not told of lately, by what became of them",
+        );
+        for ((sensor, fate), count) in &tally.newcomers {
+            let labels = [("sensor", name(*sensor)), ("fate", *fate)];
+            self.sample("utm_fusion_new_identities_total", &labels, count);
+        }
+        let used = status.numbers_used as u64;
+        let free = u64::from(LARGEST_TRANSPONDER_NUMBER).saturating_sub(used);
+        self.one("utm_fusion_transponder_numbers_used", "gauge", "Transponder numbers in use", used);
+        self.one("utm_fusion_transponder_numbers_free", "gauge", "Transponder numbers left", free);
         let unknown: u64 = tally.unknown_sources.values().sum();
         self.one(
             "utm_fusion_records_unknown_source_total",

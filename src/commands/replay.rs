@@ -1,5 +1,6 @@
 //! `replay`: captured files through the engine.
 
+use std::collections::BTreeSet;
 use std::error::Error;
 use std::io::{self, IsTerminal, Write};
 use std::net::SocketAddr;
@@ -23,7 +24,7 @@ use crate::ingest::{Capture, Format, Merged, OpenError, Reception, TrailerRules}
 use crate::picture::PictureMaker;
 use crate::pipeline::{Event, Output, Pipeline};
 use crate::publish::OutputFormat;
-use crate::state::{Kept, read_beside, read_kept};
+use crate::state::{Kept, read_beside, read_kept, read_numbers_beside};
 
 /// Replays captured files through the same engine as the live service.
 ///
@@ -134,6 +135,9 @@ pub fn run(args: &Args) -> CommandResult {
     let started = Instant::now();
     let pass = |stage: &mut Stage<'_>, captures| {
         let mut pipeline = Pipeline::new(&config, masks.clone());
+        if args.state.is_none() {
+            pipeline.keep_numbers_for_good();
+        }
         let refused = numbers.iter().filter(|&&given| !pipeline.remember(given)).count();
         if refused > 0 {
             warn!("{refused} numbers of --state contradict others and are given anew");
@@ -184,13 +188,21 @@ pub fn run(args: &Args) -> CommandResult {
     Ok(if failed > 0 && outcome == Outcome::Done { Outcome::Incomplete } else { outcome })
 }
 
-/// What `--state` names; of a recording in several files what was decided in each.
+/// What `--state` names; of a recording in several files also the numbers and the decisions of each.
 pub(super) fn kept(args: &Args) -> io::Result<Kept> {
     let Some(path) = &args.state else { return Ok(Kept::default()) };
     let mut kept = read_kept(path)?;
     if !path.is_dir() {
         for input in &args.inputs {
             kept.decisions.join(read_beside(input)?);
+            // A number that was somebody else's before is his who had it first.
+            let (numbers, identities): (BTreeSet<_>, BTreeSet<_>) =
+                kept.numbers.iter().map(|given| (given.number, given.identity)).unzip();
+            kept.numbers.extend(
+                read_numbers_beside(input)?.into_iter().filter(|given| {
+                    !numbers.contains(&given.number) && !identities.contains(&given.identity)
+                }),
+            );
         }
     }
     Ok(kept)

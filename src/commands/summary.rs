@@ -174,6 +174,21 @@ fn received(text: &mut String, tally: &Tally) -> fmt::Result {
             line(format!("records of no sensor: {reason}"), count)?;
         }
     }
+    let mut fates: BTreeMap<&str, u64> = BTreeMap::new();
+    for ((_, fate), &count) in &tally.newcomers {
+        *fates.entry(fate).or_default() += count;
+    }
+    for (fate, what) in [
+        ("heard_once", "heard once"),
+        ("inconsistent", "whose reports do not agree"),
+        ("rate_limited", "above max_new_per_s"),
+        ("crowded_out", "while too many others waited"),
+    ] {
+        let count = fates.get(fate).copied().unwrap_or(0);
+        if count > 0 {
+            writeln!(text, "dropped    {count} identities {what}")?;
+        }
+    }
     let mut note = |count: u64, what: &str| {
         if count > 0 { writeln!(text, "noted      {count} {what}") } else { Ok(()) }
     };

@@ -191,7 +191,10 @@ fn read_transponder(section: &mut Section<'_>) -> Transponder {
     let delay_s = section
         .item("delay_s")
         .and_then(|item| item.number("a delay is between 0 and 5 seconds", |v| (0.0..=5.0).contains(&v)));
-    Transponder { accuracy, delay_s }
+    let max_new_per_s = section.item("max_new_per_s").and_then(|item| {
+        item.whole(1..=100_000u32, "a rate of new transponders is a whole number a second, from 1 to 100000")
+    });
+    Transponder { accuracy, delay_s, max_new_per_s: max_new_per_s.unwrap_or(Transponder::MAX_NEW_PER_S) }
 }
 
 fn read_deviation(item: Option<Item<'_>>) -> Option<f64> {

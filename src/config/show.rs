@@ -67,8 +67,9 @@ fn sensor(f: &mut Formatter<'_>, sensor: &Sensor) -> fmt::Result {
         }
         SensorKind::Transponder(Transponder { accuracy: None, .. }) => writeln!(f, "# accuracy: not stated")?,
     }
-    if let SensorKind::Transponder(Transponder { delay_s, .. }) = &sensor.kind {
+    if let SensorKind::Transponder(Transponder { delay_s, max_new_per_s, .. }) = &sensor.kind {
         optional(f, "delay_s", *delay_s, "not known")?;
+        writeln!(f, "max_new_per_s = {max_new_per_s}")?;
     }
     list(f, "inputs", &sensor.inputs, show_input)
 }

@@ -133,6 +133,14 @@ pub struct Transponder {
     /// Reports are stamped so long after their position was measured, seconds; `None`: not known. Not used by the `reference`
     /// profile.
     pub delay_s: Option<f64>,
+    /// So many identities that were not known before are let in a second, in the long run; above 0. Not used by the
+    /// `reference` profile.
+    pub max_new_per_s: u32,
+}
+
+impl Transponder {
+    /// Where `max_new_per_s` is left out: with what gathers in 20 s, a city of 1,000 drones is let in at once.
+    pub const MAX_NEW_PER_S: u32 = 50;
 }
 
 /// Standard deviations of a transponder report.

@@ -2,7 +2,7 @@
 //!
 //! Sans-IO: no clock, no socket, no randomness. [`Engine::advance`] first, drained; then [`Engine::handle`].
 
-use super::numbering::{Given, Numbers};
+use super::numbering::{Given, Keeping, Numbers};
 use super::operational::{self, Decision, Held, Kept, Operational, Registered, Resumed, Undecided};
 use super::point::Emission;
 use super::reference::Reference;
@@ -68,11 +68,12 @@ impl Engine {
     /// An engine that knows nothing yet. The settings must fit the ring ([`Settings::fits_ring`]).
     pub fn new(settings: Settings) -> Self {
         assert!(settings.fits_ring(), "window and waiting reports do not fit the ring");
+        let keeping = if settings.operational.is_some() { Keeping::ADay } else { Keeping::ForGood };
         Self {
             clock: None,
             newest: None,
             rules: Rules::new(&settings),
-            numbers: Numbers::new(settings.transponder_numbers.clone()),
+            numbers: Numbers::new(settings.grid, keeping, settings.transponder_numbers.clone()),
             plan: Plan::default(),
             settings,
         }
@@ -168,7 +169,7 @@ impl Engine {
         self.numbers.unnumbered()
     }
 
-    /// The transponder numbers given so far.
+    /// The transponder numbers that somebody has.
     pub fn numbers(&self) -> &Numbers {
         &self.numbers
     }
@@ -188,6 +189,11 @@ impl Engine {
             Rules::Operational(operational, _) => operational.restore(sensor, state).map(|()| true),
             Rules::Reference(_) => Ok(false),
         }
+    }
+
+    /// Numbers are given for good, whatever the profile: for a replay that begins with none.
+    pub fn keep_numbers_for_good(&mut self) {
+        self.numbers.keep_for_good();
     }
 
     /// Takes over a number given in an earlier life; whether it did ([`Numbers::remember`]).
@@ -301,6 +307,7 @@ impl Engine {
         clock.next = slot.plus(1);
         let window = self.window(slot);
         let Self { settings, rules, numbers, plan, .. } = self;
+        numbers.turn(slot);
         if let Rules::Operational(operational, profile) = rules {
             plan.carry_out(slot, settings.window_slots, operational, profile);
             plan.resume((slot, settings.grid.centre(slot)), operational, profile);
@@ -308,12 +315,20 @@ impl Engine {
         let points = match rules {
             Rules::Reference(reference) => reference.emit(&window, settings, numbers),
             // Behind the last report of all nobody is extrapolated: a replay ends there, too.
-            Rules::Operational(..) if self.newest.is_none_or(|newest| slot > newest) => Vec::new(),
+            Rules::Operational(operational, profile) if self.newest.is_none_or(|newest| slot > newest) => {
+                operational.pass(settings.grid.centre(slot), profile);
+                Vec::new()
+            }
             Rules::Operational(operational, profile) => {
                 operational.emit(slot, settings.grid, profile, numbers)
             }
         };
-        Some(Emission { slot, time: self.settings.grid.centre(slot), points })
+        let newcomers = match rules {
+            Rules::Reference(_) => Vec::new(),
+            Rules::Operational(operational, _) => operational.take_newcomers(),
+        };
+        let numbers = numbers.take_changes();
+        Some(Emission { slot, time: settings.grid.centre(slot), points, numbers, newcomers })
     }
 }
 

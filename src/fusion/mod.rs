@@ -20,7 +20,9 @@ mod transponder;
 pub use association::Evidence;
 pub use engine::{Due, Engine, Refused};
 pub use interpolation::{Knot, evaluate};
-pub use numbering::{Given, LARGEST as LARGEST_TRANSPONDER_NUMBER, Numbered, Numbers};
+pub use numbering::{
+    Given, Keeping, LARGEST as LARGEST_TRANSPONDER_NUMBER, NOTED, NumberChange, Numbered, Numbers,
+};
 pub use point::{
     Association, Basis, Because, Competitor, Emission, Estimate, Point, RadarPart, Rival, Source,
     TransponderPart,

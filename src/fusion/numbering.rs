@@ -1,12 +1,16 @@
-//! Track numbers of transponders: given once, kept for good, with when that was.
+//! Track numbers of transponders: who has which, since when, and when it goes back.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::slots::Slot;
+use super::slots::{Slot, SlotGrid};
 use crate::normalise::Identity;
+use crate::time::{DAY, SECOND, Time};
 
 /// The largest number: fused tracks are number · 10000 + radar track, which must fit 32 bits.
 pub const LARGEST: u32 = 429_496;
+
+/// That a transponder still flies is noted this often: what outlives a restart is at most so old.
+pub const NOTED: i64 = 600 * SECOND;
 
 /// A transponder's number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,62 +21,168 @@ pub struct Numbered {
     pub since: Slot,
 }
 
-/// Who was given which number: what outlives a restart.
+/// Who has which number: what outlives a restart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Given {
     /// The number T, 1 to [`LARGEST`].
     pub number: u32,
     /// The transponder.
     pub identity: Identity,
+    /// When it had a point last, at most [`NOTED`] before its latest; `None`: not known, which counts as now.
+    pub heard: Option<Time>,
+}
+
+/// What became of a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NumberChange {
+    /// It was given, or its transponder has a point for the first time in [`NOTED`].
+    Heard(Given),
+    /// It is nobody's any more.
+    Returned(Given),
+}
+
+impl NumberChange {
+    /// The number that it is about, and who has, or had, it.
+    pub const fn given(&self) -> &Given {
+        match self {
+            Self::Heard(given) | Self::Returned(given) => given,
+        }
+    }
+}
+
+/// For how long a number is its transponder's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Keeping {
+    /// For good. When none is left, who comes next has none and is left out.
+    #[default]
+    ForGood,
+    /// Until a day after its last point. When none is left, who comes next gets that of the transponder that was heard
+    /// least recently.
+    ADay,
 }
 
 /// Who has which number.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Numbers {
+    grid: SlotGrid,
+    keeping: Keeping,
     configured: BTreeMap<Vec<u8>, u32>,
     reserved: BTreeSet<u32>,
-    given: BTreeMap<Identity, Numbered>,
-    /// Given before a restart, to identities that have not been seen again since.
-    remembered: BTreeMap<Identity, u32>,
+    held: BTreeMap<Identity, Held>,
+    /// The holders, by when they were heard; ties by number.
+    by_age: BTreeMap<(Time, u32), Identity>,
     taken: BTreeSet<u32>,
-    /// Given since the start, in the order in which they were.
-    new: Vec<(Slot, Given)>,
     /// No number below this is free for an identity without a claim.
     lowest: u32,
+    /// Taken over without a time, until the first slot.
+    undated: Vec<Identity>,
+    changes: Vec<NumberChange>,
     /// Points left out because no number was left.
     unnumbered: u64,
 }
 
+/// A number that somebody has.
+#[derive(Clone, Copy, Debug)]
+struct Held {
+    number: u32,
+    /// `None`: not since the start.
+    since: Option<Slot>,
+    heard: Time,
+}
+
 impl Numbers {
     /// None given yet; `configured`: trimmed serial number to number.
-    pub fn new(configured: BTreeMap<Vec<u8>, u32>) -> Self {
+    pub fn new(grid: SlotGrid, keeping: Keeping, configured: BTreeMap<Vec<u8>, u32>) -> Self {
         let reserved = configured.values().copied().collect();
-        Self { configured, reserved, lowest: 1, ..Self::default() }
+        Self {
+            grid,
+            keeping,
+            configured,
+            reserved,
+            held: BTreeMap::new(),
+            by_age: BTreeMap::new(),
+            taken: BTreeSet::new(),
+            lowest: 1,
+            undated: Vec::new(),
+            changes: Vec::new(),
+            unnumbered: 0,
+        }
     }
 
-    /// The number of an identity: the one it has; else its configured one if that is not taken; else its serial number
-    /// if that is a number that is free; else the lowest free one. `None` when all are used up.
-    ///
-    /// `slot`: the slot being emitted, in which the identity has a point.
+    /// From now on numbers are given for good: those that went back stay so.
+    pub fn keep_for_good(&mut self) {
+        self.keeping = Keeping::ForGood;
+    }
+
+    /// The number of an identity that has a point in the slot being emitted: the one it has; else its configured one if
+    /// that is not taken; else its serial number if that is a number that is free; else the lowest free one; else, with
+    /// [`Keeping::ADay`], that of the transponder that was heard least recently. `None` when all are used up.
     pub fn of(&mut self, identity: Identity, slot: Slot) -> Option<Numbered> {
-        if let Some(&numbered) = self.given.get(&identity) {
-            return Some(numbered);
-        }
-        if let Some(number) = self.remembered.remove(&identity) {
-            let numbered = Numbered { number, since: slot };
-            self.given.insert(identity, numbered);
-            return Some(numbered);
+        let now = self.grid.open(slot);
+        if let Some(held) = self.held.get_mut(&identity) {
+            let since = *held.since.get_or_insert(slot);
+            let number = held.number;
+            if now.nanos() - held.heard.nanos() >= NOTED {
+                self.by_age.remove(&(held.heard, number));
+                held.heard = now;
+                self.note(identity, number, now);
+            }
+            return Some(Numbered { number, since });
         }
         let configured = self.configured.get(identity.serial()).copied();
         let number = configured
             .filter(|number| !self.taken.contains(number))
             .or_else(|| decimal(identity.serial()).filter(|&number| self.is_free(number)))
-            .or_else(|| self.lowest_free())?;
+            .or_else(|| self.lowest_free())
+            .or_else(|| self.take_back())?;
         self.taken.insert(number);
-        let numbered = Numbered { number, since: slot };
-        self.given.insert(identity, numbered);
-        self.new.push((slot, Given { number, identity }));
-        Some(numbered)
+        self.held.insert(identity, Held { number, since: Some(slot), heard: now });
+        self.note(identity, number, now);
+        Some(Numbered { number, since: slot })
+    }
+
+    fn note(&mut self, identity: Identity, number: u32, heard: Time) {
+        self.by_age.insert((heard, number), identity);
+        self.changes.push(NumberChange::Heard(Given { number, identity, heard: Some(heard) }));
+    }
+
+    /// A slot begins to be emitted: with [`Keeping::ADay`] numbers go back whose transponder has had no point for a day.
+    pub fn turn(&mut self, slot: Slot) {
+        let now = self.grid.open(slot);
+        for identity in std::mem::take(&mut self.undated) {
+            if let Some(held) = self.held.get_mut(&identity).filter(|held| held.since.is_none()) {
+                self.by_age.remove(&(held.heard, held.number));
+                held.heard = now;
+                self.by_age.insert((now, held.number), identity);
+            }
+        }
+        // Its last point came up to so much later than the time that is known.
+        let before = Time::from_nanos(now.nanos() - DAY - NOTED);
+        while self.keeping == Keeping::ADay
+            && let Some((&(heard, number), _)) = self.by_age.first_key_value()
+            && heard <= before
+        {
+            self.give_back((heard, number));
+        }
+    }
+
+    fn give_back(&mut self, (heard, number): (Time, u32)) {
+        if let Some(identity) = self.by_age.remove(&(heard, number)) {
+            self.held.remove(&identity);
+            self.taken.remove(&number);
+            self.lowest = self.lowest.min(number);
+            self.changes.push(NumberChange::Returned(Given { number, identity, heard: Some(heard) }));
+        }
+    }
+
+    /// Makes a number free although its transponder may come again; a configured one stays.
+    fn take_back(&mut self) -> Option<u32> {
+        if self.keeping == Keeping::ForGood {
+            return None;
+        }
+        let &oldest = self.by_age.keys().find(|(_, number)| !self.reserved.contains(number))?;
+        self.give_back(oldest);
+        Some(oldest.1)
     }
 
     /// Takes over a number given before a restart: its identity has it again from the first slot emitted with a point of
@@ -81,19 +191,42 @@ impl Numbers {
     ///
     /// `false`, and nothing is changed: the number is not 1 to [`LARGEST`], or it or the identity is taken.
     pub fn remember(&mut self, given: Given) -> bool {
-        let Given { number, identity } = given;
-        let has_one = self.given.contains_key(&identity) || self.remembered.contains_key(&identity);
+        let Given { number, identity, heard } = given;
+        let has_one = self.held.contains_key(&identity);
         if !(1..=LARGEST).contains(&number) || has_one || !self.taken.insert(number) {
             return false;
         }
-        self.remembered.insert(identity, number);
+        if heard.is_none() {
+            self.undated.push(identity);
+        }
+        let heard = heard.unwrap_or_default();
+        self.held.insert(identity, Held { number, since: None, heard });
+        self.by_age.insert((heard, number), identity);
         true
     }
 
-    /// The numbers given since the start, in the order in which they were, each with the slot in which it was; those
-    /// remembered are not among them.
-    pub fn new_ones(&self) -> &[(Slot, Given)] {
-        &self.new
+    /// What has changed since this was asked last, in the order in which it did.
+    pub fn take_changes(&mut self) -> Vec<NumberChange> {
+        std::mem::take(&mut self.changes)
+    }
+
+    /// What has changed since [`Numbers::take_changes`].
+    pub(super) fn changes(&self) -> &[NumberChange] {
+        &self.changes
+    }
+
+    /// How many numbers are somebody's.
+    pub fn used(&self) -> usize {
+        self.taken.len()
+    }
+
+    /// Who has which number, by identity.
+    pub fn given(&self) -> impl Iterator<Item = Given> {
+        self.held.iter().map(|(&identity, held)| Given {
+            number: held.number,
+            identity,
+            heard: Some(held.heard),
+        })
     }
 
     /// A point is left out because no number was left.
@@ -131,6 +264,8 @@ fn decimal(serial: &[u8]) -> Option<u32> {
 mod tests {
     use super::*;
 
+    const GRID: SlotGrid = SlotGrid::new(SECOND / 4);
+
     fn identity(serial: &str, country: &[u8; 2]) -> Identity {
         let mut octets = [b' '; 12];
         octets[..serial.len()].copy_from_slice(serial.as_bytes());
@@ -140,7 +275,7 @@ mod tests {
     #[test]
     fn configured_then_the_serial_itself_then_the_lowest_free() {
         let configured = BTreeMap::from([(b"ALPHA".to_vec(), 2), (b"BRAVO".to_vec(), 7)]);
-        let mut numbers = Numbers::new(configured);
+        let mut numbers = Numbers::new(GRID, Keeping::ForGood, configured);
         let mut slot = 0;
         let mut of = |serial, country| {
             slot += 1;
@@ -162,8 +297,10 @@ mod tests {
 
     #[test]
     fn numbers_of_before_are_kept_and_bad_ones_refused() {
-        let mut numbers = Numbers::new(BTreeMap::from([(b"ALPHA".to_vec(), 2)]));
-        let given = |number, serial| Given { number, identity: identity(serial, b"NO") };
+        let configured = BTreeMap::from([(b"ALPHA".to_vec(), 2)]);
+        let mut numbers = Numbers::new(GRID, Keeping::ForGood, configured);
+        let heard = Some(GRID.open(Slot(0)));
+        let given = |number, serial| Given { number, identity: identity(serial, b"NO"), heard };
         assert!(numbers.remember(given(1, "X")));
         assert!(numbers.remember(given(2, "Y")), "although it is configured for another now");
         assert!(!numbers.remember(given(2, "Z")), "taken");
@@ -174,16 +311,97 @@ mod tests {
         assert_eq!(of("X", 6), Some(Numbered { number: 1, since: Slot(5) }));
         assert_eq!(of("ALPHA", 7), Some(Numbered { number: 3, since: Slot(7) }), "1 and 2 are taken");
         assert_eq!(of("Y", 8), Some(Numbered { number: 2, since: Slot(8) }));
-        assert_eq!(numbers.new_ones(), [(Slot(7), given(3, "ALPHA"))]);
+        let new = Given { heard: Some(GRID.open(Slot(7))), ..given(3, "ALPHA") };
+        assert_eq!(numbers.take_changes(), [NumberChange::Heard(new)]);
+        assert_eq!(numbers.take_changes(), []);
+    }
+
+    /// All numbers are taken, by transponders that were heard a second apart, the first one longest ago.
+    fn used_up(keeping: Keeping) -> Numbers {
+        let mut numbers = Numbers::new(GRID, keeping, BTreeMap::from([(b"ALPHA".to_vec(), 2)]));
+        for number in 1..=LARGEST {
+            let heard = Some(GRID.open(Slot(4 * i64::from(number))));
+            assert!(numbers.remember(Given {
+                number,
+                identity: identity(&format!("S{number}"), b"NO"),
+                heard
+            }));
+        }
+        numbers
+    }
+
+    /// Half a million seconds: everybody was heard, nobody a day ago.
+    const LATER: Slot = Slot(4 * (LARGEST as i64 + 60));
+
+    #[test]
+    fn numbers_for_good_end() {
+        let mut numbers = used_up(Keeping::ForGood);
+        numbers.turn(Slot(i64::MAX / 1_000_000_000));
+        assert_eq!(numbers.of(identity("A", b"NO"), LATER), None);
+        assert_eq!(numbers.of(identity("S7", b"NO"), LATER).unwrap().number, 7);
+        assert_eq!(numbers.used(), LARGEST as usize);
     }
 
     #[test]
-    fn numbers_end() {
-        let mut numbers = Numbers { lowest: LARGEST, ..Numbers::new(BTreeMap::new()) };
-        let mut of = |serial| numbers.of(identity(serial, b"NO"), Slot(0)).map(|numbered| numbered.number);
-        assert_eq!(of("A"), Some(LARGEST));
-        assert_eq!(of("B"), None);
-        assert_eq!(of("C"), None);
-        assert_eq!(of("A"), Some(LARGEST));
+    fn nobody_is_left_out_for_want_of_a_number() {
+        let mut numbers = used_up(Keeping::ADay);
+        // Who was heard least recently gives way, but for the number that is kept for ALPHA.
+        assert_eq!(numbers.of(identity("S1", b"NO"), LATER).unwrap().number, 1);
+        assert_eq!(numbers.of(identity("A", b"NO"), LATER).unwrap().number, 3);
+        assert_eq!(numbers.of(identity("B", b"NO"), LATER).unwrap().number, 4);
+        assert_eq!(numbers.of(identity("A", b"NO"), LATER).unwrap().number, 3);
+        // And comes again like anybody else.
+        assert_eq!(numbers.of(identity("S3", b"NO"), LATER).unwrap().number, 5);
+        let returned: Vec<u32> = numbers
+            .take_changes()
+            .iter()
+            .filter(|change| matches!(change, NumberChange::Returned(_)))
+            .map(|change| change.given().number)
+            .collect();
+        assert_eq!((returned, numbers.used(), numbers.unnumbered()), (vec![3, 4, 5], LARGEST as usize, 0));
+    }
+
+    #[test]
+    fn a_number_goes_back_a_day_after_its_aircraft_ended() {
+        let slots = |seconds: i64| Slot(4 * seconds);
+        let mut numbers = Numbers::new(GRID, Keeping::ADay, BTreeMap::new());
+        let fly = |numbers: &mut Numbers, serial, from: i64, to: i64| {
+            for second in from..=to {
+                numbers.turn(slots(second));
+                assert!(numbers.of(identity(serial, b"NO"), slots(second)).is_some());
+            }
+        };
+        // One flies for an hour, another for longer than a day.
+        fly(&mut numbers, "A", 0, 3600);
+        fly(&mut numbers, "B", 3600, 3600 + 86_000);
+        let told = numbers.take_changes();
+        assert_eq!(told.iter().filter(|change| change.given().number == 1).count(), 7, "every ten minutes");
+        fly(&mut numbers, "B", 3600 + 86_001, 3600 + 86_400 - 1);
+        assert_eq!(numbers.used(), 2, "less than a day");
+        fly(&mut numbers, "B", 3600 + 86_400, 3600 + 86_400 + 600);
+        assert_eq!(numbers.used(), 1, "a day, and what was not noted");
+        let changes = numbers.take_changes();
+        let a = changes.iter().find(|change| matches!(change, NumberChange::Returned(_))).unwrap().given();
+        assert_eq!((a.number, a.identity), (1, identity("A", b"NO")));
+        let now = slots(3600 + 86_400 + 601);
+        assert_eq!(numbers.of(identity("B", b"NO"), now).unwrap().number, 2);
+        assert_eq!(numbers.of(identity("C", b"NO"), now).unwrap(), Numbered { number: 1, since: now });
+
+        // A restart forgets nothing: what is kept goes back at the same time.
+        let kept: Vec<Given> = numbers.given().collect();
+        let mut again = Numbers::new(GRID, Keeping::ADay, BTreeMap::new());
+        assert!(kept.iter().all(|&given| again.remember(given)));
+        again.turn(now.plus(4 * 86_000));
+        assert_eq!(again.used(), 2);
+        again.turn(now.plus(4 * 87_000));
+        assert_eq!(again.used(), 0);
+        // Of an old file without times it is counted from the first slot on.
+        let mut old = Numbers::new(GRID, Keeping::ADay, BTreeMap::new());
+        assert!(kept.iter().all(|&given| old.remember(Given { heard: None, ..given })));
+        old.turn(now);
+        old.turn(now.plus(4 * 86_400));
+        assert_eq!(old.used(), 2);
+        old.turn(now.plus(4 * 87_000));
+        assert_eq!(old.used(), 0);
     }
 }

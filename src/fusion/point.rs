@@ -3,6 +3,8 @@
 use nalgebra::{Matrix2, Vector3};
 
 use super::association::Evidence;
+use super::numbering::NumberChange;
+use super::operational::Newcomers;
 use super::slots::Slot;
 use crate::normalise::{Enu, Identity, RadarTrackKey, SensorIndex, UasItems};
 use crate::time::Time;
@@ -16,6 +18,10 @@ pub struct Emission {
     pub time: Time,
     /// Fused, then radar, then transponder; each by track number, equal numbers by sensor.
     pub points: Vec<Point>,
+    /// What became of transponder numbers with this slot, in the order in which it did.
+    pub numbers: Vec<NumberChange>,
+    /// What became of new identities, a transponder receiver each that has some (`operational` profile).
+    pub newcomers: Vec<Newcomers>,
 }
 
 /// One output point.

@@ -24,8 +24,6 @@ struct Aircraft {
     pairs: Pairs,
     items: UasItems,
     sensor: SensorIndex,
-    /// Given with the first point in an emitted slot.
-    numbered: Option<Numbered>,
 }
 
 impl Reference {
@@ -64,8 +62,7 @@ impl Reference {
             if !aircraft.curve.present().contains(window.emitted) {
                 continue;
             }
-            aircraft.numbered = aircraft.numbered.or_else(|| numbers.of(identity, window.emitted));
-            match aircraft.numbered {
+            match numbers.of(identity, window.emitted) {
                 Some(numbered) => {
                     aircraft.put_out(identity, numbered, window, detections, settings, &mut points);
                 }
@@ -91,13 +88,7 @@ impl Reference {
 
 impl Aircraft {
     fn new(fix: &Fix) -> Self {
-        Self {
-            curve: Curve::new(),
-            pairs: Pairs::default(),
-            items: fix.items,
-            sensor: fix.sensor,
-            numbered: None,
-        }
+        Self { curve: Curve::new(), pairs: Pairs::default(), items: fix.items, sensor: fix.sensor }
     }
 
     fn handle(&mut self, fix: &Fix) {

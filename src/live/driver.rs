@@ -9,7 +9,7 @@ use super::registration::Registrar;
 use crate::areas::Masks;
 use crate::config::Config;
 use crate::fusion::operational::{Decision, Kept, Resumed, Undecided};
-use crate::fusion::{Given, Slot, SlotGrid};
+use crate::fusion::{Emission, Given, NumberChange, Slot, SlotGrid};
 use crate::ingest::Reception;
 use crate::normalise::Report;
 use crate::picture::{Picture, PictureMaker};
@@ -25,6 +25,8 @@ const AFTER_DEADLINE: SignedDuration = SignedDuration::from_micros(1);
 pub enum Made {
     /// A slot, not yet published: its `published_at` is its deadline.
     Slot(Frame),
+    /// What became of a transponder number with the slot before it.
+    Number(NumberChange),
     /// Something that happened to what was received.
     Event(Event),
 }
@@ -98,10 +100,7 @@ impl Driver {
             true
         };
         pipeline.receive_some(reception, every, |output| match output {
-            Output::Emission(emission) => {
-                let frame = frame(maker.picture(emission), *due_after, seq, emitted);
-                out(Made::Slot(frame));
-            }
+            Output::Emission(emission) => slot(emission, maker, *due_after, seq, emitted, &mut out),
             Output::Event(event) => {
                 if event == Event::DuplicateDatagram
                     && let Some(count) = duplicates.get_mut(line)
@@ -116,15 +115,14 @@ impl Driver {
 
     /// Tells the time: slots that are due are put out, one by one, also after a pause.
     pub fn tick(&mut self, now: Time, mut out: impl FnMut(Made)) {
-        let Self { pipeline, maker, due_after, emitted, seq, .. } = self;
+        let Self { pipeline, maker, health, due_after, emitted, seq, .. } = self;
         pipeline.tick(now, |output| match output {
-            Output::Emission(emission) => {
-                out(Made::Slot(frame(maker.picture(emission), *due_after, seq, emitted)));
-            }
+            Output::Emission(emission) => slot(emission, maker, *due_after, seq, emitted, &mut out),
             Output::Event(event) => {
                 if event == Event::Restarted {
                     *emitted = Some(now);
                 }
+                health.note(&event, now);
                 out(Made::Event(event));
             }
         });
@@ -186,9 +184,9 @@ impl Driver {
     }
 
     /// The end: what the window still holds is put out.
-    pub fn finish(&mut self, mut out: impl FnMut(Frame)) {
+    pub fn finish(&mut self, mut out: impl FnMut(Made)) {
         let Self { pipeline, maker, due_after, emitted, seq, .. } = self;
-        pipeline.finish(|emission| out(frame(maker.picture(emission), *due_after, seq, emitted)));
+        pipeline.finish(|emission| slot(emission, maker, *due_after, seq, emitted, &mut out));
     }
 
     /// The pipeline, to look at.
@@ -210,6 +208,20 @@ impl Driver {
     pub fn maker(&self) -> &PictureMaker {
         &self.maker
     }
+}
+
+/// Hands a slot out, and what became of transponder numbers with it.
+fn slot(
+    mut emission: Emission,
+    maker: &PictureMaker,
+    due_after: SignedDuration,
+    seq: &mut u64,
+    emitted: &mut Option<Time>,
+    out: &mut impl FnMut(Made),
+) {
+    let numbers = std::mem::take(&mut emission.numbers);
+    out(Made::Slot(frame(maker.picture(emission), due_after, seq, emitted)));
+    numbers.into_iter().for_each(|change| out(Made::Number(change)));
 }
 
 fn frame(picture: Picture, due_after: SignedDuration, seq: &mut u64, emitted: &mut Option<Time>) -> Frame {

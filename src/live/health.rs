@@ -157,6 +157,10 @@ struct Sensor {
     refused: BTreeMap<&'static str, u64>,
     service: Service,
     restarted: Option<Time>,
+    /// While there is a flood of new identities: the most that were heard in a second of it.
+    flood: Option<u32>,
+    /// So many new identities are let in a second.
+    max_new_per_s: u32,
 }
 
 impl Health {
@@ -177,6 +181,11 @@ impl Health {
             refused: BTreeMap::new(),
             service: Service::default(),
             restarted: None,
+            flood: None,
+            max_new_per_s: match &sensor.kind {
+                SensorKind::Radar(_) => 0,
+                SensorKind::Transponder(transponder) => transponder.max_new_per_s,
+            },
         };
         Self {
             sensors: config.sensors.iter().map(sensor).collect(),
@@ -214,6 +223,11 @@ impl Health {
                 }
             }
             Event::Service { sensor, service } => self.heard(sensor, now).serve(service, now),
+            Event::Newcomers(newcomers) => {
+                self.sensors[usize::from(newcomers.sensor.0)].flood = newcomers.flood;
+            }
+            // Who waited to be let in is forgotten.
+            Event::Restarted => self.sensors.iter_mut().for_each(|sensor| sensor.flood = None),
             _ => {}
         }
     }
@@ -306,6 +320,16 @@ impl Sensor {
             find(
                 SensorState::Degraded,
                 format!("nothing of it is used: its times are {wrong}, so one of the clocks is wrong"),
+            );
+        }
+        if let Some(most) = self.flood {
+            let max = self.max_new_per_s;
+            find(
+                SensorState::Degraded,
+                format!(
+                    "a flood of new identities, up to {most} a second: those that are heard once are not used, and of the \
+                     others at most {max} a second are let in (max_new_per_s)"
+                ),
             );
         }
         let clock_offset_s = self.delays_ns.iter().min().map(|&delay| delay as f64 * 1e-9);

@@ -43,6 +43,8 @@ pub struct Status {
     pub unknown: Vec<Unknown>,
     /// What happened since the start.
     pub tally: Tally,
+    /// Transponder numbers that somebody has.
+    pub numbers_used: usize,
     /// How late slots were published in the last minutes, seconds: median, 95th and 99th percentile.
     pub lateness_s: Option<[f64; 3]>,
     /// Datagrams that could not be sent since the start.

@@ -222,7 +222,11 @@ impl Show {
             self.decided.decided.extend(made);
         }
         let mut owed = Vec::new();
-        driver.finish(|frame| owed.push(frame));
+        driver.finish(|made| {
+            if let Made::Slot(frame) = made {
+                owed.push(frame);
+            }
+        });
         for frame in owed {
             match self.show(frame) {
                 Next::GoOn => {}
@@ -340,6 +344,7 @@ impl Show {
             sensors: driver.sensors(at, |_| Vec::new()),
             unknown: driver.health().unknown(),
             tally: driver.pipeline().tally().clone(),
+            numbers_used: driver.pipeline().engine().numbers().used(),
             lateness_s: None,
             failed_sends: 0,
             troubles: Vec::new(),

@@ -1,11 +1,11 @@
 //! The threads of the service: line tasks, the engine's own thread, and what it hands out.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -21,9 +21,9 @@ use super::hub::{Frame, HubWriter, Status};
 use super::lines::{Listening, Readers, listen};
 use super::losses::Losses;
 use super::quiet::Quiet;
-use crate::config::Config;
-use crate::fusion::Given;
+use crate::config::{Config, Profile};
 use crate::fusion::operational::{Decision, Held, Resumed};
+use crate::fusion::{LARGEST_TRANSPONDER_NUMBER, NumberChange};
 use crate::ingest::udp::{self, Arrival, Line, LineCounters};
 use crate::ingest::{Ending, Endpoints, Reception, ReceptionKind, TrailerRules, Trailers};
 use crate::normalise::SensorIndex;
@@ -44,6 +44,8 @@ const WAITED: jiff::SignedDuration = jiff::SignedDuration::from_millis(500);
 /// Lateness is told over this many slots: ten minutes of them.
 const LATENESS: usize = 2400;
 
+/// An alert tells of transponder numbers from this share in use on.
+const NUMBERS_LOW: f64 = 0.9;
 /// What the recorder could not be told yet of decisions; more than these are lost.
 const UNRECORDED: usize = 1024;
 
@@ -59,7 +61,7 @@ pub struct Outlets {
     /// The recorder, where there is one.
     pub recorder: Option<RecorderQueue>,
     /// Who keeps the transponder numbers across restarts.
-    pub numbers: Option<mpsc::Sender<Given>>,
+    pub numbers: Option<SyncSender<NumberChange>>,
     /// Who keeps the registration across restarts.
     pub registration: Option<SyncSender<Arc<str>>>,
     /// Who keeps what operators have decided across restarts.
@@ -146,9 +148,9 @@ struct Engine {
     clock: Clock,
     next_status: Time,
     quiet: Quiet,
-    /// How many of the new transponder numbers their keeper, and the recorder, have been told.
-    numbers_kept: usize,
-    numbers_recorded: usize,
+    /// What their keeper, and the recorder, have not been told yet of transponder numbers: of each number the latest.
+    unkept: BTreeMap<u32, NumberChange>,
+    unrecorded_numbers: BTreeMap<u32, NumberChange>,
     /// What the registration's keeper and the recorder have been told of, and when they are told again.
     registered: Estimates,
     next_registration: Time,
@@ -184,8 +186,8 @@ impl Engine {
             next_status: clock.now(),
             clock,
             quiet: Quiet::default(),
-            numbers_kept: 0,
-            numbers_recorded: 0,
+            unkept: BTreeMap::new(),
+            unrecorded_numbers: BTreeMap::new(),
             registered: Vec::new(),
             next_registration: Time::default(),
             held: Vec::new(),
@@ -224,14 +226,18 @@ impl Engine {
         }
         if self.config.output.flush_on_stop {
             let mut owed = Vec::new();
-            self.driver.finish(|frame| owed.push(frame));
-            owed.into_iter().for_each(|frame| self.publish_owed(frame));
-            self.tell_numbers();
+            self.driver.finish(|made| owed.push(made));
+            self.hand_out_as(owed, true);
         }
         self.tell(self.clock.now());
+        // This time there is time to wait.
+        if let Some(keeper) = &self.outlets.numbers {
+            for change in std::mem::take(&mut self.unkept).into_values() {
+                let _ = keeper.send(change);
+            }
+        }
         let text = self.new_registration();
         if let Some((keeper, (_, text))) = self.outlets.registration.take().zip(text) {
-            // This time there is time to wait.
             let _ = keeper.send(text);
         }
         if let (Some(keeper), Some(text)) = (self.outlets.decisions.take(), self.newly_kept()) {
@@ -304,10 +310,15 @@ impl Engine {
         // The slots before a fresh start are owed from before a pause, or a step of the clock: how late they are says
         // nothing about the picture that follows.
         let are_owed = made.iter().any(|made| matches!(made, Made::Event(Event::Restarted)));
+        self.hand_out_as(made, are_owed);
+    }
+
+    fn hand_out_as(&mut self, made: Vec<Made>, are_owed: bool) {
         for made in made {
             match made {
                 Made::Slot(frame) if are_owed => self.publish_owed(frame),
                 Made::Slot(frame) => self.publish(frame),
+                Made::Number(change) => self.note_number(change),
                 Made::Event(event) if event.is_warning() => {
                     if self.quiet.may_tell(event.kind(), self.clock.now()) {
                         warn!("{event}");
@@ -383,20 +394,37 @@ impl Engine {
     }
 
     /// Hands on the transponder numbers that were given; what does not fit the recorder's queue waits for the next time.
+    fn note_number(&mut self, change: NumberChange) {
+        let number = change.given().number;
+        if self.outlets.numbers.is_some() {
+            self.unkept.insert(number, change);
+        }
+        if self.outlets.recorder.is_some() {
+            self.unrecorded_numbers.insert(number, change);
+        }
+    }
+
+    /// Hands on what became of transponder numbers; what does not fit the queues waits for the next time.
     fn tell_numbers(&mut self) {
-        let new = self.driver.pipeline().engine().numbers().new_ones();
         if let Some(keeper) = &self.outlets.numbers {
-            // A keeper that has ended has said so.
-            for &(_, given) in &new[self.numbers_kept..] {
-                let _ = keeper.send(given);
+            while let Some((&number, &change)) = self.unkept.first_key_value() {
+                // A keeper that has ended has said so.
+                if let Err(TrySendError::Full(_)) = keeper.try_send(change) {
+                    break;
+                }
+                self.unkept.remove(&number);
             }
         }
-        self.numbers_kept = new.len();
         if let Some(recorder) = &self.outlets.recorder {
-            let told = new[self.numbers_recorded..]
-                .iter()
-                .take_while(|&&(slot, given)| recorder.has_room_for(Recorded::Numbered { slot, given }));
-            self.numbers_recorded += told.count();
+            while let Some((&number, &change)) = self.unrecorded_numbers.first_key_value() {
+                // Of one that went back nothing is to be done: a file begins with those of who flies.
+                if let NumberChange::Heard(given) = change
+                    && !recorder.has_room_for(Recorded::Numbered { given })
+                {
+                    break;
+                }
+                self.unrecorded_numbers.remove(&number);
+            }
         }
     }
 
@@ -486,6 +514,7 @@ impl Engine {
             sensors,
             unknown: self.driver.health().unknown(),
             tally: self.driver.pipeline().tally().clone(),
+            numbers_used: self.driver.pipeline().engine().numbers().used(),
             lateness_s: percentiles(&self.lateness_us),
             failed_sends: self.failed_sends,
             troubles: self.troubles(at),
@@ -533,8 +562,23 @@ impl Engine {
             };
             text.into_iter().for_each(|text| find(Trouble::RECORDER, Severity::Warning, text));
         }
+        let used = self.driver.pipeline().engine().numbers().used();
+        if let Some(text) = numbers_low(used, self.config.fusion.profile) {
+            find("numbers", Severity::Warning, text);
+        }
         troubles
     }
+}
+
+/// What is to be said where few transponder numbers are left.
+fn numbers_low(used: usize, profile: Profile) -> Option<String> {
+    let then = match profile {
+        Profile::Operational => "a new transponder takes that of the one heard longest ago",
+        Profile::Reference => "new transponders are left out",
+    };
+    (used as f64 >= NUMBERS_LOW * f64::from(LARGEST_TRANSPONDER_NUMBER)).then(|| {
+        format!("{used} of {LARGEST_TRANSPONDER_NUMBER} transponder numbers are in use; when all are, {then}")
+    })
 }
 
 /// Median, 95th and 99th percentile, seconds.

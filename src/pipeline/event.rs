@@ -6,6 +6,7 @@ use std::fmt;
 use asterix::{DataSource, Fault};
 
 use super::senders::Contest;
+use crate::fusion::operational::Newcomers;
 use crate::normalise::{Refusal, SensorIndex, Service};
 use crate::time::Time;
 
@@ -56,6 +57,8 @@ pub enum Event {
     },
     /// Two senders say different things under one SAC/SIC: told once, each refused record is a [`Event::Refused`].
     Contested(Contest),
+    /// What became of identities that a transponder receiver had not told of before, with a slot.
+    Newcomers(Newcomers),
     /// Nothing came for longer than the window: it was emptied and the engine started afresh.
     Restarted,
     /// The clock of reception stepped back by more than 1 s: the engine waits until it is caught up.
@@ -99,6 +102,9 @@ impl fmt::Display for Event {
                 write!(f, "a CAT{category:03} record was dropped: {}", refusal.name())
             }
             Self::Contested(contest) => contest.fmt(f),
+            Self::Newcomers(newcomers) => {
+                write!(f, "{} new identities, {} let in", newcomers.heard, newcomers.admitted)
+            }
             Self::Restarted => {
                 f.write_str("nothing came for longer than the window: started afresh with an empty one")
             }
@@ -134,6 +140,8 @@ pub struct Tally {
     pub refused: BTreeMap<(Option<SensorIndex>, &'static str), u64>,
     /// Records of no configured sensor, by category and source; these are not in `refused`.
     pub unknown_sources: BTreeMap<(u8, DataSource), u64>,
+    /// New identities by transponder receiver and fate ([`Newcomers::fates`]).
+    pub newcomers: BTreeMap<(SensorIndex, &'static str), u64>,
     /// Fresh starts after a silence longer than the window.
     pub restarts: u64,
     /// Times the clock of reception stepped back by more than 1 s.
@@ -160,18 +168,30 @@ impl Tally {
             Event::Refused { sensor, refusal, .. } => add(&mut self.refused, (sensor, refusal.name())),
             // What is refused for it is counted record by record.
             Event::Contested(_) => {}
+            Event::Newcomers(newcomers) => {
+                for (fate, count) in newcomers.fates().into_iter().filter(|&(_, count)| count > 0) {
+                    *self.newcomers.entry((newcomers.sensor, fate)).or_default() += u64::from(count);
+                }
+            }
             Event::Restarted => self.restarts += 1,
             Event::ClockBehind { .. } => self.clock_behind += 1,
         }
     }
 
-    /// Datagrams, blocks and records dropped for whatever reason.
+    /// Identities that were forgotten without having been let in; their reports were taken, and count as accepted.
+    pub fn newcomers_dropped(&self) -> u64 {
+        let is_dropped = |fate: &str| !matches!(fate, "heard" | "admitted");
+        self.newcomers.iter().map(|((_, fate), &count)| if is_dropped(fate) { count } else { 0 }).sum()
+    }
+
+    /// Datagrams, blocks and records dropped for whatever reason, and identities that were not let in.
     pub fn dropped(&self) -> u64 {
         self.duplicates
             + self.faults.values().sum::<u64>()
             + self.skipped.values().sum::<u64>()
             + self.refused.values().sum::<u64>()
             + self.unknown_sources.values().sum::<u64>()
+            + self.newcomers_dropped()
     }
 }
 

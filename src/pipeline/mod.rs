@@ -207,9 +207,18 @@ impl Pipeline {
         self.engine.resumed()
     }
 
+    /// Transponder numbers are given for good, whatever the profile: for a replay that begins with none.
+    pub fn keep_numbers_for_good(&mut self) {
+        self.engine.keep_numbers_for_good();
+    }
+
     /// The end of the input: hands out every slot up to the last that holds a report.
-    pub fn finish(&mut self, out: impl FnMut(Emission)) {
-        self.engine.finish().for_each(out);
+    pub fn finish(&mut self, mut out: impl FnMut(Emission)) {
+        let Self { engine, tally, .. } = self;
+        for emission in engine.finish() {
+            emission.newcomers.iter().for_each(|&newcomers| tally.count(&Event::Newcomers(newcomers)));
+            out(emission);
+        }
     }
 
     /// What happened so far.
@@ -251,8 +260,12 @@ impl Pipeline {
 /// Hands out what is due, and that the engine starts afresh after it.
 fn drain(due: Due<'_>, tally: &mut Tally, out: &mut impl FnMut(&mut Tally, Output)) {
     let restarts = due.restarts();
-    for emission in due {
+    for mut emission in due {
+        let newcomers = std::mem::take(&mut emission.newcomers);
         out(tally, Output::Emission(emission));
+        for newcomers in newcomers {
+            out(tally, Output::Event(Event::Newcomers(newcomers)));
+        }
     }
     if restarts {
         out(tally, Output::Event(Event::Restarted));

@@ -70,7 +70,14 @@ fn operational(config: &Config, normaliser: &Normaliser) -> operational::Setting
         let (horizontal_m, vertical_m) = transponder
             .accuracy
             .map_or(TRANSPONDER_ACCURACY, |accuracy| (accuracy.horizontal_m, accuracy.vertical_m));
-        Some(Transponder { horizontal_m, vertical_m, delay_s: transponder.delay_s, delay_deviation_s: 0.0 })
+        Some(Transponder {
+            horizontal_m,
+            vertical_m,
+            delay_s: transponder.delay_s,
+            delay_deviation_s: 0.0,
+            period_s: sensor.period_s.unwrap_or(0.0),
+            max_new_per_s: transponder.max_new_per_s,
+        })
     };
     operational::Settings {
         radars: config.sensors.iter().map(radar).collect(),

@@ -86,6 +86,7 @@ fn transponder_sensor(scenario: &Scenario, model: &Transponder) -> Sensor {
         kind: SensorKind::Transponder(config::Transponder {
             accuracy: Some(TRANSPONDER_ACCURACY),
             delay_s: None,
+            max_new_per_s: config::Transponder::MAX_NEW_PER_S,
         }),
     }
 }

@@ -1,21 +1,24 @@
 //! Keeps `numbers.json` up to date, on a thread of its own: the engine never waits for a disk.
 
+use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use tracing::{error, info, warn};
 
 use super::{NUMBERS, numbers_text, read_numbers, set_aside, write_atomically};
-use crate::fusion::Given;
+use crate::fusion::{Given, NumberChange};
 use crate::time::Time;
 
 /// The file is written at most this often.
 const PAUSE: Duration = Duration::from_secs(1);
 /// A file that could not be written is tried again after this time.
 const RETRY: Duration = Duration::from_secs(5);
+/// So many changes may wait for the disk; the engine keeps what does not fit.
+const QUEUE: usize = 4096;
 
 /// The running keeper; it ends when every sender of its numbers is gone.
 pub struct Keeper {
@@ -23,11 +26,12 @@ pub struct Keeper {
 }
 
 impl Keeper {
-    /// The numbers that `directory` holds. A file that cannot be used is told and set aside: the service starts with
-    /// none, rather than not at all.
+    /// The numbers that `directory` holds; those of a file without times count as heard now. A file that cannot be used is
+    /// told and set aside: the service starts with none, rather than not at all.
     pub fn load(directory: &Path, now: Time) -> Vec<Given> {
         match read_numbers(directory) {
-            Ok(numbers) => {
+            Ok(mut numbers) => {
+                numbers.iter_mut().for_each(|given| _ = given.heard.get_or_insert(now));
                 info!("{} transponder numbers of before, from {}", numbers.len(), directory.display());
                 numbers
             }
@@ -42,16 +46,16 @@ impl Keeper {
         }
     }
 
-    /// Starts the thread, which writes `numbers` and what is sent to it into `directory`. The queue is bounded by how many
-    /// numbers there are.
+    /// Starts the thread, which keeps `numbers`, with what becomes of them, in `directory`.
     ///
     /// # Errors
     /// No thread could be started.
-    pub fn start(directory: PathBuf, numbers: Vec<Given>) -> io::Result<(Sender<Given>, Self)> {
-        let (sender, given) = mpsc::channel();
+    pub fn start(directory: PathBuf, numbers: Vec<Given>) -> io::Result<(SyncSender<NumberChange>, Self)> {
+        let (sender, changes) = mpsc::sync_channel(QUEUE);
+        let numbers = numbers.into_iter().map(|given| (given.number, given)).collect();
         let thread = std::thread::Builder::new()
             .name("numbers".to_owned())
-            .spawn(move || keep(&directory, numbers, &given))?;
+            .spawn(move || keep(&directory, numbers, &changes))?;
         Ok((sender, Self { thread }))
     }
 
@@ -64,17 +68,17 @@ impl Keeper {
 }
 
 #[expect(clippy::disallowed_methods, reason = "a pause between two writes")]
-fn keep(directory: &Path, mut numbers: Vec<Given>, given: &Receiver<Given>) {
+fn keep(directory: &Path, mut numbers: BTreeMap<u32, Given>, changes: &Receiver<NumberChange>) {
     let mut failed = false;
     // Waits for the first of them, then a second for more.
-    while let Ok(first) = given.recv() {
-        numbers.push(first);
+    while let Ok(first) = changes.recv() {
+        apply(first, &mut numbers);
         let mut until = Instant::now() + PAUSE;
         let mut ended = false;
         loop {
-            match given.recv_timeout(until.saturating_duration_since(Instant::now())) {
+            match changes.recv_timeout(until.saturating_duration_since(Instant::now())) {
                 Ok(more) => {
-                    numbers.push(more);
+                    apply(more, &mut numbers);
                     continue;
                 }
                 Err(RecvTimeoutError::Disconnected) => ended = true,
@@ -105,7 +109,15 @@ fn keep(directory: &Path, mut numbers: Vec<Given>, given: &Receiver<Given>) {
     }
 }
 
-fn write(directory: &Path, numbers: &[Given]) -> io::Result<()> {
+fn apply(change: NumberChange, numbers: &mut BTreeMap<u32, Given>) {
+    match change {
+        NumberChange::Heard(given) => numbers.insert(given.number, given),
+        NumberChange::Returned(given) => numbers.remove(&given.number),
+    };
+}
+
+fn write(directory: &Path, numbers: &BTreeMap<u32, Given>) -> io::Result<()> {
     std::fs::create_dir_all(directory)?;
-    write_atomically(&directory.join(NUMBERS), &numbers_text(numbers))
+    let numbers: Vec<Given> = numbers.values().copied().collect();
+    write_atomically(&directory.join(NUMBERS), &numbers_text(&numbers))
 }

@@ -3,10 +3,11 @@
 //!
 //! ```json
 //! {"version":1,"numbers":[
-//! {"number":1,"serial":"1581F6GKB23C003","country":"NO"}
+//! {"number":1,"serial":"1581F6GKB23C003","country":"NO","heard":"2026-11-20T10:00:00.000Z"}
 //! ]}
 //! ```
 //!
+//! `heard`: when the transponder had a point last, at most ten minutes before its latest; files of earlier versions have none.
 //! Serial and country are trimmed; octets that are not printable ASCII, `\`, `'` and `"` are escaped as in Rust (`\x80`).
 //! The file of a recording (`<name>.numbers.json`) is the same.
 
@@ -37,10 +38,12 @@ pub use registration::{
     REGISTRATION, Registrations, parse_registration, read_registration, registration_text,
 };
 pub use registration_keeper::RegistrationKeeper;
-pub use sources::{Kept, read_beside, read_kept};
+pub use sources::{Kept, read_beside, read_kept, read_numbers_beside};
 
 /// The file's name in the directory of `[state]`.
 pub const NUMBERS: &str = "numbers.json";
+/// How such a file ends, behind the last line.
+pub const NUMBERS_END: &str = "\n]}\n";
 /// The only version so far.
 const VERSION: u32 = 1;
 
@@ -58,20 +61,25 @@ struct Entry {
     serial: String,
     #[serde(default, skip_serializing_if = "String::is_empty")]
     country: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    heard: Option<String>,
 }
 
 /// The text of a file with these numbers, one a line.
 pub fn numbers_text(numbers: &[Given]) -> String {
-    let line = |given: &Given| {
-        let entry = Entry {
-            number: given.number,
-            serial: given.identity.serial().escape_ascii().to_string(),
-            country: given.identity.country().escape_ascii().to_string(),
-        };
-        serde_json::to_string(&entry).expect("numbers and text are JSON")
+    let lines: Vec<String> = numbers.iter().map(number_line).collect();
+    format!("{{\"version\":{VERSION},\"numbers\":[\n{}{NUMBERS_END}", lines.join(",\n"))
+}
+
+/// A number's line of such a file, without what parts it from the next one.
+pub fn number_line(given: &Given) -> String {
+    let entry = Entry {
+        number: given.number,
+        serial: given.identity.serial().escape_ascii().to_string(),
+        country: given.identity.country().escape_ascii().to_string(),
+        heard: given.heard.map(|time| time.to_string()),
     };
-    let lines: Vec<String> = numbers.iter().map(line).collect();
-    format!("{{\"version\":{VERSION},\"numbers\":[\n{}\n]}}\n", lines.join(",\n"))
+    serde_json::to_string(&entry).expect("numbers and text are JSON")
 }
 
 /// The numbers that a file's text holds.
@@ -87,14 +95,19 @@ pub fn parse_numbers(text: &str) -> Result<Vec<Given>, String> {
 }
 
 fn given(entry: &Entry) -> Result<Given, String> {
-    let Entry { number, serial, country } = entry;
+    let Entry { number, serial, country, heard } = entry;
+    let heard = match heard.as_deref().map(str::parse::<jiff::Timestamp>) {
+        None => None,
+        Some(Ok(stamp)) => Some(Time::from_nanos(i64::try_from(stamp.as_nanosecond()).unwrap_or(i64::MAX))),
+        Some(Err(error)) => return Err(format!("number {number} of {serial:?}: \"heard\": {error}")),
+    };
     let identity = octets::<12>(serial).zip(octets::<2>(country)).and_then(|(serial, country)| {
         // NULs behind are no part of it.
         Identity::new(&serial, Some(&country))
     });
     match identity {
         Some(identity) if (1..=LARGEST_TRANSPONDER_NUMBER).contains(number) => {
-            Ok(Given { number: *number, identity })
+            Ok(Given { number: *number, identity, heard })
         }
         Some(_) => Err(format!("number {number} of {serial:?} is not 1 to {LARGEST_TRANSPONDER_NUMBER}")),
         None => Err(format!("serial {serial:?} with country {country:?} is no identity")),
@@ -180,6 +193,7 @@ mod tests {
         let given = |number, serial: &[u8; 12], country: &[u8; 2]| Given {
             number,
             identity: Identity::new(serial, Some(country)).unwrap(),
+            heard: (number == 7).then_some(Time::from_nanos(1_795_168_800_250_000_000)),
         };
         let numbers = [
             given(1, b"PLAIN\0\0\0\0\0\0\0", b"NO"),
@@ -205,6 +219,7 @@ mod tests {
             r#"{"number":1,"serial":"\\x4"}"#,
             r#"{"number":1,"serial":"å"}"#,
             r#"{"number":1,"serial":"A","colour":"red"}"#,
+            r#"{"number":1,"serial":"A","heard":"at ten"}"#,
         ] {
             assert!(entry(bad).is_err(), "{bad}");
         }

@@ -50,13 +50,30 @@ pub fn read_kept(path: &Path) -> io::Result<Kept> {
 /// # Errors
 /// It cannot be read, or not be understood; the error names it, and the line.
 pub fn read_beside(path: &Path) -> io::Result<Decisions> {
-    let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-    let ends = [NUMBERS, REGISTRATION, DECISIONS, "pcap", "pcap.part", "pcap.gz"];
-    let stem = ends.iter().find_map(|end| name.strip_suffix(end)?.strip_suffix('.')).unwrap_or(name);
-    match read_decisions(&path.with_file_name(format!("{stem}.{DECISIONS}"))) {
+    match read_decisions(&beside(path, DECISIONS)) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Decisions::default()),
         read => read,
     }
+}
+
+/// The transponder numbers that are in use in this file of a recording; none where there is no such file beside it. The name
+/// is as for [`read_beside`].
+///
+/// # Errors
+/// It cannot be read, or not be understood; the error names it.
+pub fn read_numbers_beside(path: &Path) -> io::Result<Vec<Given>> {
+    match read_numbers(&beside(path, NUMBERS)) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Vec::new()),
+        read => read,
+    }
+}
+
+/// The file of that end beside one of a recording's.
+fn beside(path: &Path, wanted: &str) -> PathBuf {
+    let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    let ends = [NUMBERS, REGISTRATION, DECISIONS, "pcap", "pcap.part", "pcap.gz"];
+    let stem = ends.iter().find_map(|end| name.strip_suffix(end)?.strip_suffix('.')).unwrap_or(name);
+    path.with_file_name(format!("{stem}.{wanted}"))
 }
 
 /// Where the numbers are, and where the registration would be.

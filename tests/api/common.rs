@@ -79,6 +79,7 @@ impl Flown {
             sensors: driver.sensors(at, |_| vec![line()]),
             unknown: driver.health().unknown(),
             tally: driver.pipeline().tally().clone(),
+            numbers_used: 2,
             lateness_s: Some([0.001, 0.002, 0.003]),
             failed_sends: 0,
             troubles: Vec::new(),

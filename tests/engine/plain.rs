@@ -4,8 +4,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use utm_fusion::fusion::{
-    Association, Because, Emission, Evidence, Knot, Numbered, Numbers, Point, RadarPart, Settings, Slot,
-    Source, TransponderPart, evaluate,
+    Association, Because, Emission, Evidence, Keeping, Knot, Numbered, Numbers, Point, RadarPart, Settings,
+    Slot, Source, TransponderPart, evaluate,
 };
 use utm_fusion::normalise::{Enu, Fix, Identity, Plot, RadarTrackKey, Report};
 use utm_fusion::time::Time;
@@ -26,7 +26,7 @@ pub fn run(settings: &Settings, arrivals: &[Arrival]) -> Vec<Emission> {
     let mut plain = Plain {
         settings,
         reports: Vec::new(),
-        numbers: Numbers::new(settings.transponder_numbers.clone()),
+        numbers: Numbers::new(settings.grid, Keeping::ForGood, settings.transponder_numbers.clone()),
         first_seen: BTreeMap::new(),
         next: i64::MIN,
         emissions: Vec::new(),
@@ -220,7 +220,14 @@ impl Plain<'_> {
         self.first_seen
             .retain(|track, _| detections.keys().any(|(other, s)| other == track && *s <= horizon));
         let points = points.into_iter().map(|(_, point)| point).collect();
-        self.emissions.push(Emission { slot: Slot(k), time: centre(k), points });
+        let numbers = self.numbers.take_changes();
+        self.emissions.push(Emission {
+            slot: Slot(k),
+            time: centre(k),
+            points,
+            numbers,
+            newcomers: Vec::new(),
+        });
     }
 }
 

@@ -15,9 +15,10 @@ use rand_chacha::ChaCha8Rng;
 use utm_fusion::areas::Masks;
 use utm_fusion::config::{Config, Profile, Record};
 use utm_fusion::fusion::operational::{Decision, Held, Verdict};
-use utm_fusion::fusion::{Given, Source};
+use utm_fusion::fusion::{Given, LARGEST_TRANSPONDER_NUMBER, NumberChange, Source};
 use utm_fusion::ingest::{Reception, ReceptionKind};
 use utm_fusion::live::{Driver, Made};
+use utm_fusion::normalise::Identity;
 use utm_fusion::pipeline::Event;
 use utm_fusion::publish::{Cat129Encoder, Recorded, Recorder, RecorderQueue, pack};
 use utm_fusion::simulate::Datagram;
@@ -97,7 +98,6 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
     let mut flown = Flown { slots: 0, alarms: 0, radar: Vec::new(), registrations, decisions: 0 };
     let shown = RefCell::new(Vec::new());
     let mut held = Vec::new();
-    let mut told = 0;
     let mut hand_out = |made: Vec<Made>, driver: &Driver| {
         for made in made {
             match made {
@@ -117,12 +117,12 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
                         assert!(recorder.wait(Recorded::Output { due: frame.due, payload }));
                     }
                 }
+                Made::Number(NumberChange::Heard(given)) => {
+                    assert!(recorder.wait(Recorded::Numbered { given }));
+                }
+                Made::Number(NumberChange::Returned(_)) => {}
                 Made::Event(event) => flown.alarms += u64::from(event.is_warning()),
             }
-        }
-        for &(slot, given) in &driver.pipeline().engine().numbers().new_ones()[told..] {
-            told += 1;
-            assert!(recorder.wait(Recorded::Numbered { slot, given }));
         }
         let now = driver.pipeline().engine().decisions();
         if now != held {
@@ -197,7 +197,7 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
         hand_out(made, &driver);
     }
     let mut owed = Vec::new();
-    driver.finish(|frame| owed.push(Made::Slot(frame)));
+    driver.finish(|made| owed.push(made));
     hand_out(owed, &driver);
     flown.decisions = decisions;
     flown.registrations = Registrations::of(config, driver.pipeline().engine());
@@ -452,28 +452,51 @@ fn numbers_of_before_are_used_again_and_recorded() {
     let first = Scratch::new();
     let fate = Fate { seed: 5, ..Fate::default() };
     record(SCENARIO, None, &fate, &first.path("r"), 256);
-    let numbers =
-        utm_fusion::state::read_numbers(&only(&first.path("r"), "input-", ".numbers.json")).unwrap();
-    assert_eq!(numbers.len(), 0, "none were given before the first slot of the first file");
+    let numbers = |directory: &Path| {
+        utm_fusion::state::read_numbers(&only(directory, "input-", ".numbers.json")).unwrap()
+    };
+    let given = numbers(&first.path("r"));
+    assert_eq!(given.len(), 2, "those of the transponders in the file");
 
     // Both drones had other numbers in an earlier life.
     let scratch = Scratch::new();
-    let simulation = flight(SCENARIO, 5, None);
-    let mut driver = Driver::new(&simulation.config, Masks::default(), simulation.datagrams[0].received, 2);
-    for datagram in &simulation.datagrams {
-        driver.receive(&reception(0, datagram.received, datagram.payload.clone()), drop);
-    }
-    let given = driver.pipeline().engine().numbers().new_ones();
-    assert_eq!(given.len(), 2);
-    let numbers = given.iter().map(|&(_, given)| Given { number: given.number + 70, ..given }).collect();
-    let fate = Fate { numbers, ..fate };
+    let before: Vec<Given> =
+        given.iter().map(|given| Given { number: given.number + 70, ..*given }).collect();
+    let fate = Fate { numbers: before.clone(), ..fate };
     let directory = scratch.path("r");
     record(SCENARIO, None, &fate, &directory, 256);
     let input = only(&directory, "input-", ".pcap");
     let output = fs::read(only(&directory, "output-", ".pcap")).unwrap();
     assert!(output == replayed(&input));
-    let before = fs::read(only(&first.path("r"), "output-", ".pcap")).unwrap();
-    assert!(output != before, "the numbers of before were not used");
+    let without = fs::read(only(&first.path("r"), "output-", ".pcap")).unwrap();
+    assert!(output != without, "the numbers of before were not used");
+    let recorded: BTreeSet<_> =
+        numbers(&directory).iter().map(|given| (given.number, given.identity)).collect();
+    assert_eq!(recorded, before.iter().map(|given| (given.number, given.identity)).collect());
+}
+
+/// All 429,496 numbers are somebody's: those who fly get theirs all the same, and the recording replays to what was sent.
+#[test]
+fn nobody_is_left_out_where_all_numbers_are_taken() {
+    let start = flight(SCENARIO, 5, None).datagrams[0].received;
+    let numbers: Vec<Given> = (1..=LARGEST_TRANSPONDER_NUMBER)
+        .map(|number| {
+            let mut serial = *b"TAKEN       ";
+            serial[5..11].copy_from_slice(format!("{number:06}").as_bytes());
+            let heard = Some(start + seconds(i64::from(number) - 80_000).min(seconds(-3600)));
+            Given { number, identity: Identity::new(&serial, None).unwrap(), heard }
+        })
+        .collect();
+    let fate = Fate { seed: 5, numbers, ..Fate::default() };
+    let scratch = Scratch::new();
+    let directory = scratch.path("recordings");
+    record(SCENARIO, None, &fate, &directory, 256);
+    let recorded = utm_fusion::state::read_numbers(&only(&directory, "input-", ".numbers.json")).unwrap();
+    let given: Vec<u32> = recorded.iter().map(|given| given.number).collect();
+    assert_eq!(given, [1, 2], "of those who were heard longest ago");
+    let output = fs::read(only(&directory, "output-", ".pcap")).unwrap();
+    let input = only(&directory, "input-", ".pcap");
+    assert!(output.len() > 1000 && output == replayed(&input));
 }
 
 #[test]

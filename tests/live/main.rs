@@ -7,6 +7,9 @@ mod common;
 mod decisions;
 mod demo;
 mod driver;
+mod flood;
+#[path = "../shared/invented.rs"]
+mod invented;
 mod process;
 #[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "shared by several tests")]

@@ -6,7 +6,10 @@ use std::time::{Duration, Instant};
 
 use jiff::SignedDuration;
 use utm_fusion::config::{Config, Record};
+use utm_fusion::fusion::Given;
+use utm_fusion::normalise::Identity;
 use utm_fusion::publish::{Recorded, Recorder, RecorderQueue};
+use utm_fusion::state::read_numbers;
 use utm_fusion::time::{SECOND, Time};
 
 use crate::common::{Scratch, datagrams, files, only, read};
@@ -86,6 +89,43 @@ fn a_later_file_begins_with_the_decisions_that_are_in_force() {
     let second = only(&dir, "input-", ".decisions.jsonl");
     assert_eq!(second, crate::common::beside(&inputs[0], "decisions.jsonl"));
     assert_eq!(read(&second), "two\nthree\n");
+}
+
+/// A site that has given very many numbers: a pair of files has those of who flies, each written once.
+#[test]
+fn numbers_cost_what_the_pair_needs_of_them() {
+    use std::os::unix::fs::MetadataExt;
+    let given = |number: u32, heard: Time| {
+        let mut serial = [b' '; 12];
+        serial[..6].copy_from_slice(format!("{number:06}").as_bytes());
+        Given { number, identity: Identity::new(&serial, None).unwrap(), heard: Some(heard) }
+    };
+    let scratch = Scratch::new();
+    let dir = scratch.path("recordings");
+    let record = Record { dir: dir.clone(), rotate_mib: 256, keep: 4 };
+    let mut before: Vec<Given> =
+        (1..=50_000).map(|number| given(number, START + SignedDuration::from_hours(-2))).collect();
+    before.push(given(60_000, START + SignedDuration::from_mins(-5)));
+    let (queue, recorder) = Recorder::start(&config(), &record, before, true).unwrap();
+    send(&queue, millis(0), vec![1, 2]);
+    let file = || files(&dir, "input-", ".numbers.json").pop();
+    let until = Instant::now() + Duration::from_secs(20);
+    while file().is_none() {
+        assert!(Instant::now() < until, "no file");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let node = || fs::metadata(file().unwrap()).unwrap().ino();
+    let at_first = node();
+    for number in (100_000..102_000).chain([60_000, 100_000]) {
+        assert!(queue.wait(Recorded::Numbered { given: given(number, START) }));
+    }
+    send(&queue, millis(1), vec![3]);
+    drop(queue);
+    recorder.join();
+    assert_eq!(node(), at_first, "the file was written anew");
+    let numbers = read_numbers(&file().unwrap()).unwrap();
+    let expected: Vec<u32> = std::iter::once(60_000).chain(100_000..102_000).collect();
+    assert_eq!(numbers.iter().map(|given| given.number).collect::<Vec<_>>(), expected);
 }
 
 #[test]

@@ -2,6 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 
+mod flood;
+#[path = "../shared/invented.rs"]
+mod invented;
+
 use utm_fusion::areas::Masks;
 use utm_fusion::config::{Config, Motion, Profile};
 use utm_fusion::evaluate::{

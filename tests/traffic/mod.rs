@@ -83,8 +83,14 @@ impl Traffic {
             registration: Mode::Apply,
             period_s: 0.25,
         };
-        let transponder =
-            Transponder { horizontal_m: 3.0, vertical_m: 5.0, delay_s: None, delay_deviation_s: 0.0 };
+        let transponder = Transponder {
+            horizontal_m: 3.0,
+            vertical_m: 5.0,
+            delay_s: None,
+            delay_deviation_s: 0.0,
+            period_s: 3.0,
+            max_new_per_s: 50,
+        };
         let profile = operational::Settings {
             radars: vec![Some(radar), None],
             transponders: vec![None, Some(transponder)],

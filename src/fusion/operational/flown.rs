@@ -27,8 +27,14 @@ pub(super) fn settings(is_operational: bool) -> crate::fusion::Settings {
         registration: Mode::Off,
         period_s: 0.5,
     };
-    let receiver =
-        Transponder { horizontal_m: 3.0, vertical_m: 5.0, delay_s: Some(0.0), delay_deviation_s: 0.0 };
+    let receiver = Transponder {
+        horizontal_m: 3.0,
+        vertical_m: 5.0,
+        delay_s: Some(0.0),
+        delay_deviation_s: 0.0,
+        period_s: 3.0,
+        max_new_per_s: 50,
+    };
     crate::fusion::Settings {
         grid: SlotGrid::new(SECOND / 4),
         latency_slots: 25,

@@ -6,6 +6,7 @@
 //!
 //! What is decided depends on the reports received by then and not on the order in which they came.
 
+mod admission;
 mod ahead;
 mod decide;
 mod existence;
@@ -27,9 +28,11 @@ use super::point::Point;
 use super::slots::{Slot, SlotGrid};
 use crate::normalise::{Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex};
 use crate::time::{SECOND, Time};
+use admission::{Admission, Admitted};
 use target::Target;
 use tracklet::{TargetId, Tracklet, TrackletId};
 
+pub use admission::Newcomers;
 pub use decide::{JOIN, PART};
 pub use manual::{Decision, Held, Kept, Resumed, Undecided, Verdict};
 pub use registering::{Registered, Step};
@@ -49,6 +52,8 @@ const SILENT_NS: i64 = 25 * SECOND;
 pub(super) struct Operational {
     plots: Vec<Plot>,
     fixes: Vec<Fix>,
+    /// Who may become a target by what a transponder says.
+    admission: Admission,
     tracklets: BTreeMap<TrackletId, Tracklet>,
     by_key: BTreeMap<RadarTrackKey, Vec<TrackletId>>,
     targets: BTreeMap<TargetId, Target>,
@@ -126,6 +131,7 @@ impl Operational {
             since: self.settled.unwrap_or(before),
         };
         let settings = &self.registered_settings(settings);
+        self.admission.turn(time, |sensor| settings.transponder(sensor).copied());
         self.sort_in(settings);
         self.forget(time);
         self.end_decisions(time, settings);
@@ -186,14 +192,29 @@ impl Operational {
             let Some(receiver) = settings.transponder(fix.sensor) else { continue };
             let delay_s = receiver.delay_s.unwrap_or(0.0);
             fix.time = Time::from_nanos(fix.time.nanos() - (delay_s * SECOND as f64).round() as i64);
-            let id = *self.by_identity.entry(fix.identity).or_insert_with(|| {
-                let id = TargetId(self.next_target);
-                self.next_target += 1;
-                self.targets.insert(id, Target::new(fix.time, settings));
-                id
-            });
-            self.targets.entry(id).and_modify(|target| target.hear(fix));
+            let known = self.by_identity.get(&fix.identity).and_then(|id| self.targets.get_mut(id));
+            if let Some(target) = known {
+                self.admission.note(fix.identity);
+                target.hear(fix);
+                continue;
+            }
+            let admitted = self.admission.offer(&fix, receiver, &mut self.next_target);
+            let Some(Admitted { target: id, waited }) = admitted else { continue };
+            let mut target = Target::new(fix.time, settings);
+            waited.into_iter().chain([fix]).for_each(|fix| target.hear(fix));
+            self.by_identity.insert(fix.identity, id);
+            self.targets.insert(id, target);
         }
+    }
+
+    /// A slot behind the last report of all passes.
+    pub(super) fn pass(&mut self, time: Time, settings: &Settings) {
+        self.admission.turn(time, |sensor| settings.transponder(sensor).copied());
+    }
+
+    /// What became of new identities in the slot that was put out.
+    pub(in crate::fusion) fn take_newcomers(&mut self) -> Vec<Newcomers> {
+        self.admission.take()
     }
 
     fn forget(&mut self, time: Time) {

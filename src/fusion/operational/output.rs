@@ -10,7 +10,7 @@ use super::target::{Target, plot_deviation_m};
 use super::tracklet::Tracklet;
 use super::{COAST_S, Moment, Operational};
 use crate::estimation::Estimate;
-use crate::fusion::numbering::Numbers;
+use crate::fusion::numbering::{NumberChange, Numbers};
 use crate::fusion::point::{self, Association, Basis, Because, Point, RadarPart, Source, TransponderPart};
 use crate::fusion::slots::SlotGrid;
 use crate::normalise::Plot;
@@ -35,8 +35,9 @@ impl Operational {
         numbers: &mut Numbers,
     ) -> Vec<Point> {
         let mut competitors = self.competitors(moment);
-        let Self { targets, tracklets, numbers_in_use, names, manual, .. } = self;
+        let Self { targets, tracklets, by_identity, numbers_in_use, names, manual, .. } = self;
         let mut points = Vec::new();
+        let mut forgotten = 0;
         for (&id, target) in targets {
             let tracklet = target.tracklet.and_then(|id| tracklets.get(&id));
             let plot = tracklet.and_then(|tracklet| now(tracklet, moment)).copied();
@@ -52,12 +53,21 @@ impl Operational {
                 continue;
             }
             if let Some(transponder) = &mut target.transponder {
-                transponder.numbered =
-                    transponder.numbered.or_else(|| numbers.of(transponder.identity, moment.slot));
+                transponder.numbered = numbers.of(transponder.identity, moment.slot);
                 if transponder.numbered.is_none() {
                     numbers.note_unnumbered();
                     continue;
                 }
+                // With its number goes what was made of it, but for who flies: that one's lasts as long as it does.
+                for change in &numbers.changes()[forgotten..] {
+                    if let NumberChange::Returned(given) = change
+                        && !by_identity.contains_key(&given.identity)
+                        && let Some((number, _)) = names.remove(&given.identity)
+                    {
+                        numbers_in_use.remove(&number);
+                    }
+                }
+                forgotten = numbers.changes().len();
             }
             let identity = target.transponder.as_ref().map(|transponder| transponder.identity);
             let score = tracklet.and_then(|tracklet| tracklet.score(id));

@@ -61,6 +61,10 @@ pub struct Transponder {
     pub delay_s: Option<f64>,
     /// And that is known to this, one standard deviation, seconds: 0 where it is configured.
     pub delay_deviation_s: f64,
+    /// Seconds between two reports of one transponder.
+    pub period_s: f64,
+    /// So many identities that were not known before are let in a second, in the long run; at least 1.
+    pub max_new_per_s: u32,
 }
 
 /// What is done about a radar's being set up wrongly.

@@ -3,10 +3,10 @@
 use std::cell::OnceCell;
 use std::f64::consts::{LN_2, SQRT_2};
 
-use super::EVER;
 use super::pairing::Evidence;
 use super::settings::{self, Radar, Settings};
 use super::tracklet::{TargetId, Tracklet, TrackletId};
+use super::{DAWN, EVER};
 use crate::estimation::{By, Estimate, Measurement, Owner, Seen, SlowError, Track};
 use crate::fusion::interpolation::{self, Knot};
 use crate::fusion::numbering::Numbered;
@@ -36,7 +36,7 @@ const SILENCE_S: f64 = 5.0;
 /// Transponders differ in how late their reports are stamped by this, one standard deviation, seconds.
 const DELAYS_S: f64 = 0.08;
 /// Reports of one transponder so near in time are one report, of which the last received counts, nanoseconds.
-const SAME_NS: i64 = 20_000_000;
+pub(super) const SAME_NS: i64 = 20_000_000;
 
 /// The part of a transponder's error that lasts, and so cannot be seen from report to report.
 #[derive(Clone, Copy, Debug, Default)]
@@ -220,8 +220,11 @@ impl Target {
         settings: &Settings,
     ) {
         let mut measurements: Vec<Measurement> = Vec::new();
+        // Of a target that was let in just now nothing is settled, however long its first report has waited.
+        let is_new = self.transponder.is_some() && self.filter.newest().is_none();
+        let settled = if is_new { DAWN } else { since };
         if let Some(transponder) = &self.transponder {
-            let from = transponder.fixes.partition_point(|fix| fix.time <= since);
+            let from = transponder.fixes.partition_point(|fix| fix.time <= settled);
             measurements.extend(transponder.fixes[from..].iter().filter_map(|fix| heard(fix, settings)));
         }
         if let Some(tracklet) = tracklet
@@ -238,7 +241,7 @@ impl Target {
         }
         // Stable: of one time, the transponder comes first.
         measurements.sort_by_key(|measurement| measurement.time);
-        self.filter.measure(since, &measurements);
+        self.filter.measure(settled, &measurements);
         self.newest = self.newest.max(self.filter.newest().map_or(self.newest, |newest| newest.time));
     }
 

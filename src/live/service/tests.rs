@@ -72,3 +72,15 @@ fn an_engine_that_is_behind_says_that_it_is_overloaded_and_blames_nobody_else() 
     assert_eq!((status.tally.clock_behind, status.tally.restarts), (0, 0));
     assert_eq!(status.tally.refused, std::collections::BTreeMap::new());
 }
+
+#[test]
+fn few_numbers_left_are_told_before_none_is() {
+    let told = |used, profile| numbers_low(used, profile);
+    assert_eq!(told(386_546, Profile::Operational), None);
+    let text = told(386_547, Profile::Operational).unwrap();
+    assert!(
+        text.starts_with("386547 of 429496 transponder numbers are in use; when all are, a new"),
+        "{text}"
+    );
+    assert!(told(429_496, Profile::Reference).unwrap().ends_with("new transponders are left out"));
+}

@@ -7,7 +7,7 @@
 //! | `input-<start>.pcap` | every datagram at the time at which the engine handled it, with its sender and its line's group and port |
 //! | `output-<start>.pcap` | what was sent, at its due time: what `replay -o output.pcap` writes |
 //! | `input-<start>.site.toml` | the configuration in force; its head says from which slot on the replay equals the output |
-//! | `input-<start>.numbers.json` | the transponder numbers to begin the replay with |
+//! | `input-<start>.numbers.json` | the numbers of the transponders that have points in the file, to begin the replay with; a line each, appended |
 //! | `input-<start>.registration.json` | how the radars were registered, to begin the replay with; that is at most 10 s old |
 //! | `input-<start>.decisions.jsonl` | what operators decided, with the slots from which it counts; only where they did |
 //!
@@ -28,7 +28,7 @@ use std::thread::JoinHandle;
 use tracing::error;
 
 use crate::config::{Config, Record};
-use crate::fusion::{Given, Slot};
+use crate::fusion::Given;
 use crate::time::Time;
 use queue::Counters;
 use writer::Writer;
@@ -52,10 +52,9 @@ pub enum Recorded {
         /// The datagram.
         payload: Vec<u8>,
     },
-    /// A transponder was given a number.
+    /// A transponder was given a number, or has a point for the first time in
+    /// [`NOTED`](crate::fusion::NOTED).
     Numbered {
-        /// In this slot.
-        slot: Slot,
         /// Which, and who.
         given: Given,
     },

@@ -1,5 +1,6 @@
 //! A stretch of the recording: an input file, an output file, and what a replay needs beside them.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::os::unix::fs::FileExt;
@@ -8,7 +9,7 @@ use std::path::{Path, PathBuf};
 use super::names::{self, Series};
 use crate::fusion::Given;
 use crate::publish::{PcapWriter, UdpFlow};
-use crate::state::{DECISIONS, numbers_text, write_atomically};
+use crate::state::{DECISIONS, NUMBERS_END, number_line, numbers_text, write_atomically};
 use crate::time::Time;
 
 /// Datagrams are gathered to about this many octets before they are written, less than a second of most sites.
@@ -100,6 +101,35 @@ impl PcapFile {
     }
 }
 
+/// The numbers of the transponders that have points in a segment: each is written once, at the end of the file.
+struct NumbersFile {
+    file: File,
+    /// Where the next line goes, over the end.
+    end: u64,
+    written: BTreeSet<u32>,
+}
+
+impl NumbersFile {
+    fn begin(path: &Path, numbers: &[Given]) -> io::Result<Self> {
+        let text = numbers_text(numbers);
+        write_atomically(path, &text)?;
+        let file = fs::OpenOptions::new().write(true).open(path)?;
+        let end = (text.len() - NUMBERS_END.len()) as u64;
+        Ok(Self { file, end, written: numbers.iter().map(|given| given.number).collect() })
+    }
+
+    /// A number that passes to somebody else stays the first one's: that takes all numbers, and a replay gives others.
+    fn add(&mut self, given: &Given) -> io::Result<()> {
+        let parted = if self.written.is_empty() { "" } else { ",\n" };
+        if self.written.insert(given.number) {
+            let line = format!("{parted}{}", number_line(given));
+            self.file.write_all_at(format!("{line}{NUMBERS_END}").as_bytes(), self.end)?;
+            self.end += line.len() as u64;
+        }
+        Ok(())
+    }
+}
+
 /// What is being written.
 pub(super) struct Segment {
     directory: PathBuf,
@@ -107,11 +137,9 @@ pub(super) struct Segment {
     stamp: String,
     /// The first reception.
     pub(super) began: Time,
-    /// The opening of the first slot whose replay from this file alone equals the output.
-    complete_from: Time,
     input: PcapFile,
     output: Option<PcapFile>,
-    numbers_path: PathBuf,
+    numbers: NumbersFile,
     decisions_path: PathBuf,
 }
 
@@ -125,7 +153,7 @@ pub(super) struct Beginning<'a> {
     pub(super) complete_from: Time,
     /// The effective configuration.
     pub(super) site: &'a str,
-    /// The numbers given so far.
+    /// The numbers of transponders that may fly.
     pub(super) numbers: &'a [Given],
     /// The text of the registration's file.
     pub(super) registration: &'a str,
@@ -145,8 +173,7 @@ impl Segment {
         let stamp = names::free_stamp(directory, beginning.began);
         let path =
             |series: Series, extension: &str| directory.join(format!("{}.{extension}", series.name(&stamp)));
-        let numbers_path = path(Series::Input, "numbers.json");
-        let begun = Self::begin_files(beginning, &stamp, &numbers_path, &path);
+        let begun = Self::begin_files(beginning, &stamp, &path);
         if begun.is_err() {
             // A disk that stays full must not gather what is left of every trial.
             names::remove(directory, &stamp);
@@ -157,7 +184,6 @@ impl Segment {
     fn begin_files(
         beginning: &Beginning<'_>,
         stamp: &str,
-        numbers_path: &Path,
         path: &dyn Fn(Series, &str) -> PathBuf,
     ) -> io::Result<Self> {
         let Beginning { directory, began, complete_from, site, numbers, registration, held, with_output } =
@@ -172,7 +198,7 @@ impl Segment {
                  # complete_from = {complete_from}\n\n{site}"
             ),
         )?;
-        write_atomically(numbers_path, &numbers_text(numbers))?;
+        let numbers = NumbersFile::begin(&path(Series::Input, "numbers.json"), numbers)?;
         write_atomically(&path(Series::Input, "registration.json"), registration)?;
         let decisions_path = path(Series::Input, DECISIONS);
         if !held.is_empty() {
@@ -184,10 +210,9 @@ impl Segment {
             directory: directory.to_owned(),
             stamp: stamp.to_owned(),
             began,
-            complete_from,
             input,
             output,
-            numbers_path: numbers_path.to_owned(),
+            numbers,
             decisions_path,
         })
     }
@@ -208,16 +233,13 @@ impl Segment {
         self.output.as_mut().map_or(Ok(()), |file| file.write(flow.port, flow, due, payload))
     }
 
-    /// Notes that a number was given in the slot that opened at `slot`. Until the replay is complete its engine, which has
-    /// not seen what came before the file, may give numbers in another order: they are told to it.
+    /// Notes a transponder's number: the engine of a replay, which has not seen what came before the file, would give
+    /// others.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub(super) fn numbered(&self, slot: Time, numbers: &[Given]) -> io::Result<()> {
-        if slot >= self.complete_from {
-            return Ok(());
-        }
-        write_atomically(&self.numbers_path, &numbers_text(numbers))
+    pub(super) fn numbered(&mut self, given: &Given) -> io::Result<()> {
+        self.numbers.add(given)
     }
 
     /// Notes a decision; its line ends itself.

@@ -1,5 +1,6 @@
 //! The recorder's thread: when files begin and end, and what to do where they cannot.
 
+use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io;
 use std::net::{Ipv4Addr, SocketAddrV4};
@@ -17,7 +18,7 @@ use super::names;
 use super::queue::Counters;
 use super::segment::{Beginning, Segment};
 use crate::config::{Address, Config, Record};
-use crate::fusion::{Given, SlotGrid};
+use crate::fusion::{Given, NOTED, SlotGrid};
 use crate::ingest::udp;
 use crate::publish::UdpFlow;
 use crate::publish::files::flow;
@@ -32,6 +33,8 @@ const RETRY: Duration = Duration::from_secs(5);
 const LONGEST: SignedDuration = SignedDuration::from_hours(1);
 /// Copies of a datagram are known for this long: what was handled before a file began is not handled again in it.
 const DUPLICATES: SignedDuration = SignedDuration::from_secs(2);
+/// Slots are put out at most this long after their reports were received.
+const FLYING: SignedDuration = SignedDuration::from_mins(1);
 /// A disk that failed is used again when it takes so many octets: less is full again in a moment.
 const TRIAL: usize = 1 << 20;
 /// Only one recorder writes into a directory: it holds a lock on this file.
@@ -60,7 +63,8 @@ pub(super) struct Writer {
     latency_slots: i64,
     window_slots: i64,
     max_future: SignedDuration,
-    numbers: Vec<Given>,
+    /// By number, those of transponders that may fly.
+    numbers: BTreeMap<u32, Given>,
     /// The text of its file.
     registration: Arc<str>,
     /// The lines of the decisions that are in force.
@@ -98,7 +102,7 @@ impl Writer {
             latency_slots: config.fusion.latency_slots.into(),
             window_slots: config.fusion.window_slots.into(),
             max_future: config.fusion.max_future,
-            numbers,
+            numbers: numbers.into_iter().map(|given| (given.number, given)).collect(),
             registration: registration_text(&Registrations::default()).into(),
             held: "".into(),
             latest: None,
@@ -150,13 +154,9 @@ impl Writer {
                 let written = self.segment.as_mut().map(|segment| segment.output(flow, due, &payload));
                 written.transpose().map(|written| written.is_some())
             }
-            Recorded::Numbered { slot, given } => {
-                self.numbers.push(given);
-                let told = self
-                    .segment
-                    .as_ref()
-                    .map(|segment| segment.numbered(self.grid.open(slot), &self.numbers));
-                if let Some(Err(error)) = told {
+            Recorded::Numbered { given } => {
+                self.numbers.insert(given.number, given);
+                if let Some(Err(error)) = self.segment.as_mut().map(|segment| segment.numbered(&given)) {
                     self.fail(&error);
                 }
                 return;
@@ -235,12 +235,16 @@ impl Writer {
                 self.grid.open(self.grid.of(whole).plus(1 + self.window_slots - self.latency_slots))
             }
         };
+        // Who has had no point for longer than it takes to be told of one again, is told of again.
+        let flies = now + SignedDuration::from_nanos(-NOTED) + -FLYING;
+        self.numbers.retain(|_, given| given.heard.is_none_or(|heard| heard >= flies));
+        let numbers: Vec<Given> = self.numbers.values().copied().collect();
         self.segment = Some(Segment::begin(&Beginning {
             directory: &self.directory,
             began: now,
             complete_from,
             site: &self.site,
-            numbers: &self.numbers,
+            numbers: &numbers,
             registration: &self.registration,
             held: &self.held,
             with_output: self.with_output,
