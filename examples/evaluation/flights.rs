@@ -1,6 +1,7 @@
 //! What is flown.
 
 use std::error::Error;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use utm_fusion::config::Motion;
@@ -31,6 +32,9 @@ pub enum Row {
     Scenario(&'static str),
     /// A scenario that was changed; see [`crate::held_out`].
     HeldOut(&'static str),
+    /// A scenario with errors of the radar that are so many percent of those its data sheet stands for; see
+    /// [`crate::sheet`].
+    Sheet(&'static str, u32),
     /// A long flight of a scenario, of which only the end is scored.
     Settled(&'static str),
     Clean(&'static str),
@@ -44,6 +48,7 @@ impl Row {
         match self {
             Self::Scenario(name)
             | Self::HeldOut(name)
+            | Self::Sheet(name, _)
             | Self::Settled(name)
             | Self::Clean(name)
             | Self::Degraded(name)
@@ -64,8 +69,8 @@ pub enum Source {
     Recorded { directory: PathBuf, version: &'static str, degraded_by: Option<u64> },
 }
 
-/// So many flights of a scenario.
-pub fn simulated(name: &'static str, seeds: u64) -> Result<Vec<Flight>, Failure> {
+/// The flights of a scenario with these seeds.
+pub fn simulated(name: &'static str, seeds: RangeInclusive<u64>) -> Result<Vec<Flight>, Failure> {
     Ok(of_scenario(&Row::Scenario(name), &scenario(name)?, seeds, 0.0))
 }
 
@@ -73,17 +78,22 @@ pub fn simulated(name: &'static str, seeds: u64) -> Result<Vec<Flight>, Failure>
 pub fn settled(seeds: u64) -> Result<Vec<Flight>, Failure> {
     let mut scenario = scenario("bias")?;
     scenario.duration_s = 2100.0;
-    Ok(of_scenario(&Row::Settled("bias"), &scenario, seeds, 1200.0))
+    Ok(of_scenario(&Row::Settled("bias"), &scenario, 1..=seeds, 1200.0))
 }
 
-/// So many flights of a row.
-pub fn of_scenario(row: &Row, scenario: &Scenario, seeds: u64, scored_from_s: f64) -> Vec<Flight> {
+/// The flights of a row with these seeds.
+pub fn of_scenario(
+    row: &Row,
+    scenario: &Scenario,
+    seeds: RangeInclusive<u64>,
+    scored_from_s: f64,
+) -> Vec<Flight> {
     let flight = |seed| Flight {
         row: row.clone(),
         source: Source::Simulated { scenario: Box::new(scenario.clone()), seed, scored_from_s },
         motion: Motion::default(),
     };
-    (1..=seeds).map(flight).collect()
+    seeds.map(flight).collect()
 }
 
 /// The scenario as it is shipped.

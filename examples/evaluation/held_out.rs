@@ -94,7 +94,7 @@ pub fn flights() -> Result<Vec<Flight>, Failure> {
         let mut scenario = flights::scenario(base)?;
         name.clone_into(&mut scenario.name);
         change(&mut scenario);
-        let mut flights = flights::of_scenario(&Row::HeldOut(name), &scenario, SEEDS, 0.0);
+        let mut flights = flights::of_scenario(&Row::HeldOut(name), &scenario, 1..=SEEDS, 0.0);
         let motion = if SINGER.contains(&name) { Motion::Singer } else { Motion::default() };
         flights.iter_mut().for_each(|flight| flight.motion = motion);
         all.extend(flights);

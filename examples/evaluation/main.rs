@@ -3,9 +3,11 @@
 //! ```sh
 //! cargo run --release --example evaluation
 //! cargo run --release --example evaluation -- --quick --seeds 6 --scenario crossing --scenario gaps
+//! cargo run --release --example evaluation -- --quick --seeds 6 --sheet three
 //! ```
 //!
-//! `--quick` writes nothing: it prints a line a scenario of the `operational` profile; with `--motion singer` by that model.
+//! `--quick` writes nothing: it prints a line a scenario of the `operational` profile; with `--motion singer` by that model;
+//! with `--sheet` a line a multiple of the data sheet's errors.
 //!
 //! The real flights are recordings that are not part of the project: `--recordings DIR` (or `UTM_FUSION_SHARED_DATA`)
 //! names the folder that holds `drone-trial/`. Without them their section is taken over from the file as it stands.
@@ -20,6 +22,7 @@ mod quick;
 mod registration;
 mod report;
 mod score;
+mod sheet;
 mod speed;
 mod summary;
 mod table;
@@ -48,6 +51,12 @@ struct Args {
     /// Only this scenario, with --quick; repeat for more.
     #[arg(long, requires = "quick", value_name = "NAME", value_parser = SCENARIOS)]
     scenario: Vec<String>,
+    /// Radars whose true errors are a multiple of their data sheet's, flown in this, with --quick; repeat for more.
+    #[arg(long, requires = "quick", value_name = "NAME", value_parser = sheet::BASES)]
+    sheet: Vec<String>,
+    /// The first seed, with --quick: what was tuned on some is judged on others.
+    #[arg(long, requires = "quick", default_value_t = 1)]
+    first_seed: u64,
     /// How aircraft are taken to move, with --quick: imm (default) or singer.
     #[arg(long, requires = "quick")]
     motion: Option<Motion>,
@@ -75,13 +84,16 @@ fn main() -> Result<(), Failure> {
 
 fn quick(args: &Args) -> Result<(), Failure> {
     let is_wanted = |name: &&str| match args.scenario.as_slice() {
-        [] => *name != CITY,
+        [] => *name != CITY && args.sheet.is_empty(),
         wanted => wanted.iter().any(|wanted| wanted == name),
     };
-    let seeds = args.seeds.unwrap_or(QUICK_SEEDS);
+    let seeds = args.first_seed..=args.first_seed + args.seeds.unwrap_or(QUICK_SEEDS) - 1;
     let mut flights = Vec::new();
     for name in SCENARIOS.into_iter().filter(is_wanted) {
-        flights.extend(flights::simulated(name, seeds)?);
+        flights.extend(flights::simulated(name, seeds.clone())?);
+    }
+    for base in sheet::BASES.into_iter().filter(|base| args.sheet.iter().any(|wanted| wanted == base)) {
+        flights.extend(sheet::flights(base, seeds.clone())?);
     }
     let motion = args.motion.unwrap_or_default();
     flights.iter_mut().for_each(|flight| flight.motion = motion);
@@ -92,12 +104,15 @@ fn quick(args: &Args) -> Result<(), Failure> {
 fn document(args: Args) -> Result<(), Failure> {
     let seeds = args.seeds.unwrap_or(SEEDS);
     // The largest first, so that two of them do not end it alone.
-    let mut flights = flights::simulated(CITY, args.city_seeds)?;
+    let mut flights = flights::simulated(CITY, 1..=args.city_seeds)?;
     flights.extend(flights::settled(SETTLED_SEEDS.min(seeds))?);
     for name in SCENARIOS.into_iter().filter(|&name| name != CITY) {
-        flights.extend(flights::simulated(name, seeds)?);
+        flights.extend(flights::simulated(name, 1..=seeds)?);
     }
     flights.extend(held_out::flights()?);
+    for base in sheet::BASES {
+        flights.extend(sheet::flights(base, 1..=sheet::SEEDS)?);
+    }
     let recordings =
         args.recordings.or_else(|| std::env::var_os("UTM_FUSION_SHARED_DATA").map(PathBuf::from));
     flights.extend(recordings.iter().flat_map(|folder| flights::recorded(folder)));

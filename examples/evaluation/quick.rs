@@ -3,6 +3,7 @@
 use crate::figures::*;
 use crate::flights::{Row, SCENARIOS};
 use crate::score::Scores;
+use crate::sheet;
 use crate::summary::{Mean, Seeds};
 
 /// Heads and widths of the columns behind the scenario's.
@@ -28,13 +29,14 @@ const COLUMNS: [(&str, usize); 15] = [
 pub fn table(scores: &[Scores]) -> String {
     let line = |name: &str, cells: Vec<String>| {
         let cells = cells.into_iter().zip(COLUMNS).map(|(cell, (_, width))| format!("  {cell:>width$}"));
-        format!("{name:<9}{}\n", cells.collect::<String>())
+        format!("{name:<14}{}\n", cells.collect::<String>())
     };
     let mut text = line("scenario", COLUMNS.map(|(head, _)| head.to_owned()).into());
-    for name in SCENARIOS {
-        let seeds = Seeds::of(scores, &Row::Scenario(name));
+    let scenarios = SCENARIOS.into_iter().map(|name| (name.to_owned(), Row::Scenario(name)));
+    for (name, row) in scenarios.chain(sheet::BASES.into_iter().flat_map(sheet::rows)) {
+        let seeds = Seeds::of(scores, &row);
         if !seeds.0.is_empty() {
-            text += &line(name, cells(&seeds));
+            text += &line(&name, cells(&seeds));
         }
     }
     text
