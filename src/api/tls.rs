@@ -48,8 +48,7 @@ impl Tls {
         // TLS 1.2 and 1.3, as rustls has them.
         let config = ServerConfig::builder_with_provider(Arc::new(ring::default_provider()))
             .with_safe_default_protocol_versions()
-            .map(|builder| builder.with_no_client_auth())
-            .and_then(|builder| builder.with_single_cert(chain, key));
+            .and_then(|builder| builder.with_no_client_auth().with_single_cert(chain, key));
         let mut config = match config {
             Ok(config) => config,
             Err(Error::InconsistentKeys(InconsistentKeys::KeyMismatch)) => {

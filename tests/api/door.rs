@@ -6,6 +6,7 @@ use std::time::Duration;
 use tokio::net::{TcpSocket, TcpStream};
 use utm_fusion::api::Options;
 use utm_fusion::config::{Config, RateLimit};
+use utm_fusion::time::{SECOND, Time};
 
 use crate::common::{Reader, Site, receive};
 
@@ -39,6 +40,11 @@ async fn crowd(from: u8, to: SocketAddr, count: usize) -> (usize, Vec<TcpStream>
     (inside, all)
 }
 
+/// Idle connections stay, however slow this machine is.
+fn patient() -> Options {
+    Options { header_timeout: Duration::from_secs(600), ..Options::default() }
+}
+
 fn trusting(networks: &[&str]) -> impl FnOnce(&mut Config) {
     let networks = networks.iter().map(|network| network.parse().unwrap()).collect();
     |config| config.http.trusted_proxies = networks
@@ -46,7 +52,7 @@ fn trusting(networks: &[&str]) -> impl FnOnce(&mut Config) {
 
 #[tokio::test]
 async fn one_address_has_so_many_connections_and_hinders_nobody_else() {
-    let site = Site::plain();
+    let site = Site::with(patient(), |_| {});
     let address = site.listen().await;
     let (inside, mut all) = crowd(2, address, 100).await;
     assert_eq!(inside, 64);
@@ -75,7 +81,7 @@ async fn one_address_has_so_many_connections_and_hinders_nobody_else() {
 
 #[tokio::test]
 async fn as_many_connections_as_there_may_be_and_not_one_more() {
-    let options = Options { connections: 20, ..Options::default() };
+    let options = Options { connections: 20, ..patient() };
     let site = Site::with(options, |config| config.http.connections_per_address = None);
     let address = site.listen().await;
     assert_eq!(crowd(2, address, 30).await.0, 20);
@@ -86,7 +92,9 @@ async fn as_many_connections_as_there_may_be_and_not_one_more() {
 #[tokio::test]
 async fn a_trusted_proxy_is_not_capped_and_its_clients_are_told_apart() {
     let limit = RateLimit { requests_per_s: 1, burst: 5 };
-    let site = Site::with(Options { streams_per_address: 1, ..Options::default() }, |config| {
+    // Time stands still: no bucket fills again.
+    let clock = || Time::from_nanos(1_000_000 * SECOND);
+    let site = Site::with(Options { streams_per_address: 1, clock, ..patient() }, |config| {
         config.http.limit = Some(limit);
         trusting(&["127.0.0.2"])(config);
     });

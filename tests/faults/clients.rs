@@ -191,3 +191,30 @@ fn where_few_files_may_be_open_connections_are_fewer_and_the_recorder_has_its_ow
     assert_eq!(code, Some(0), "{log}");
     assert!(!log.contains("could not be accepted"), "{log}");
 }
+
+#[test]
+fn one_host_that_opens_connections_without_end_shuts_nobody_out() {
+    let stage = Stage::new(&scenario(20), 24_600, |config, _| quick(config));
+    let mut service = stage.run("run.log");
+    let address = address(&mut service);
+    let before = taken(service.id());
+    let crowd: Vec<TcpStream> = (0..600)
+        .map(|_| {
+            let mut socket = connect(5, address);
+            // It may be closed already.
+            let _ = socket.write_all(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n");
+            socket
+        })
+        .collect();
+    for probe in 0..29 {
+        assert_eq!(get(address, "/healthz").0, 200, "{probe}");
+    }
+    let during = taken(service.id());
+    assert!(during.0 <= before.0 + 64 + 8, "files {} to {}", before.0, during.0);
+    // Who has been idle for 10 s makes room for a few more.
+    assert!(metric(address, "utm_fusion_http_connections_refused_total", "address") >= 300.0);
+    service.says("127.0.1.5 has as many HTTP connections as one address may have");
+    drop(crowd);
+    let (code, log) = service.stop();
+    assert_eq!(code, Some(0), "{log}");
+}
