@@ -31,8 +31,8 @@ use std::path::Path;
 pub use changes::{Change, changes};
 pub use cidr::{Network, NotANetwork};
 pub use error::{ConfigError, ConfigErrors, Place};
-pub use reader::FILL_IN;
 pub use http::{Auth, Http, RateLimit, Tiles, TlsFiles};
+pub use reader::FILL_IN;
 pub use types::{
     Address, Area, AreaKind, Classification, Fusion, Input, MAX_WINDOW_SLOTS, Motion, Output, Profile, Radar,
     RadarAccuracy, Record, Registration, Sensor, SensorKind, SerialSource, Sink, Site, State, Transponder,

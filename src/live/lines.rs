@@ -244,8 +244,12 @@ mod tests {
         for sensor in &mut config.sensors {
             // A free port, which the line then takes.
             let port = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap().local_addr().unwrap().port();
-            sensor.inputs =
-                vec![Input { address: Address::Unicast(Ipv4Addr::LOCALHOST), port, source: None }];
+            sensor.inputs = vec![Input {
+                address: Address::Unicast(Ipv4Addr::LOCALHOST),
+                port,
+                source: None,
+                trailer_octets: None,
+            }];
         }
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
         let Listening { arrivals, lines, readers } = listen(&config, &Clock::default(), runtime.handle());

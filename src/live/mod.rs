@@ -10,8 +10,8 @@
 
 mod alerts;
 mod clock;
-mod contests;
 mod condition;
+mod contests;
 mod decisions;
 mod driver;
 mod health;

@@ -20,7 +20,14 @@ fn flooded(simulation: &Simulation, per_s: u64, of: u64) -> Vec<Reception> {
     receptions.extend((0..10 * per_s).map(|number| {
         let received = Time::from_nanos(from + number as i64 * SECOND / per_s as i64);
         let payload = invented(&like.payload, number % of, received);
-        Reception { received: Some(received), input: 0, kind: ReceptionKind::Datagram, origin: 0, payload }
+        Reception {
+            received: Some(received),
+            input: 0,
+            from: None,
+            kind: ReceptionKind::Datagram,
+            origin: 0,
+            payload,
+        }
     }));
     receptions.sort_by_key(|reception| reception.received);
     receptions

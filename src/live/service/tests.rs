@@ -28,7 +28,8 @@ fn waiting() -> Waiting {
     let driver = Driver::new(&config, Masks::default(), start, 1);
     let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), start);
     let sinks = Sinks::open(&[]).unwrap();
-    let outlets = Outlets { hub: writer, sinks, recorder: None, numbers: None, registration: None };
+    let outlets =
+        Outlets { hub: writer, sinks, recorder: None, numbers: None, registration: None, decisions: None };
     let (sender, arrivals) = sync_channel(flight.datagrams.len());
     let from = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 4711);
     for datagram in flight.datagrams.into_iter().filter(|datagram| datagram.received <= now()) {
@@ -70,7 +71,7 @@ fn an_engine_that_is_behind_says_that_it_is_overloaded_and_blames_nobody_else() 
     engine.tell(handled.until);
     let status = hub.status().unwrap();
     assert_eq!((status.tally.clock_behind, status.tally.restarts), (0, 0));
-    assert_eq!(status.tally.refused, std::collections::BTreeMap::new());
+    assert_eq!(status.tally.refused, BTreeMap::new());
 }
 
 #[test]
