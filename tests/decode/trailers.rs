@@ -39,11 +39,8 @@ fn a_trailer_of_constant_length_is_told_once_and_kept() {
     let at = origins[1] + 9;
     let second = format!(r#"{{"trailer":8,"offset":{at},"block":{at},"hex":"00000001000f4240"}}"#);
     assert_eq!(text.lines().nth(5).unwrap(), second);
-    // All octets are there, also in the raw file that is made of it, of which all records are read again.
-    let raw = there_and_back(&file.0);
-    assert!(raw == datagrams.concat());
-    let (_, again) = run(&["decode"], &Temporary::new("raw", &raw));
-    assert_eq!(again.lines().filter(|line| line.contains(r#""items":"#)).count(), 2 * 50);
+    // All octets are there.
+    assert!(there_and_back(&file.0) == datagrams.concat());
 
     let (output, text) = run(&["info", "--strict"], &file);
     assert_eq!(output.status.code(), Some(0), "{text}");
