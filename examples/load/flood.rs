@@ -182,7 +182,7 @@ fn replayed(input: &Path, received: impl Iterator<Item = (Time, Vec<u8>)>) -> Re
     let mut sent = Vec::new();
     for (received, payload) in received {
         let (received, kind) = (Some(received), ReceptionKind::Datagram);
-        pipeline.receive(&Reception { received, input: 0, kind, origin: 0, payload }, |output| {
+        pipeline.receive(&Reception { received, input: 0, from: None, kind, origin: 0, payload }, |output| {
             if let Output::Emission(emission) = output {
                 sent.extend(pack(&maker.picture(emission), &encoder));
             }

@@ -43,7 +43,7 @@ fn count_degraded(stage: &Stage) -> (Arc<AtomicBool>, std::thread::JoinHandle<us
 /// The greatest `late_s` of the stream's heartbeats.
 fn latest_heartbeat(address: SocketAddr) -> Arc<Mutex<f64>> {
     let mut socket = TcpStream::connect(address).unwrap();
-    socket.write_all(b"GET /api/v1/stream HTTP/1.1\r\nHost: here\r\n\r\n").unwrap();
+    socket.write_all(b"GET /api/v1/stream HTTP/1.1\r\nHost: localhost\r\n\r\n").unwrap();
     let worst = Arc::new(Mutex::new(0.0_f64));
     let told = worst.clone();
     std::thread::spawn(move || {

@@ -27,7 +27,7 @@ fn metrics(service: &Running) -> String {
     let log = service.log();
     let address = log.split("http://").nth(1).unwrap().split('/').next().unwrap();
     let mut socket = TcpStream::connect(address).unwrap();
-    socket.write_all(b"GET /metrics HTTP/1.1\r\nHost: here\r\nConnection: close\r\n\r\n").unwrap();
+    socket.write_all(b"GET /metrics HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").unwrap();
     let mut answer = String::new();
     socket.read_to_string(&mut answer).unwrap();
     answer
@@ -104,6 +104,7 @@ fn invented_identities_cost_the_drones_nothing_and_are_told() {
         .map(|(received, payload)| Reception {
             received: Some(received),
             input: 0,
+            from: None,
             kind: ReceptionKind::Datagram,
             origin: 0,
             payload,
