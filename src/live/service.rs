@@ -1,11 +1,13 @@
 //! The threads of the service: line tasks, the engine's own thread, and what it hands out.
 
+mod keepers;
+
 use std::collections::{BTreeMap, VecDeque};
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -22,7 +24,7 @@ use super::lines::{Listening, Readers, listen};
 use super::losses::Losses;
 use super::quiet::Quiet;
 use crate::config::{Config, Profile};
-use crate::fusion::operational::{Decision, Held, Resumed};
+use crate::fusion::operational::Held;
 use crate::fusion::{LARGEST_TRANSPONDER_NUMBER, NumberChange};
 use crate::ingest::udp::{self, Arrival, Line, LineCounters};
 use crate::ingest::{Ending, Endpoints, Reception, ReceptionKind, TrailerRules, Trailers};
@@ -30,15 +32,13 @@ use crate::normalise::SensorIndex;
 use crate::pipeline::Event;
 use crate::publish::{Cat129Encoder, Recorded, RecorderQueue, Sinks, pack, status_block};
 use crate::registration::Estimate;
-use crate::state::{Registrations, decision_line, kept_lines, registration_text};
+use crate::state::decision_line;
 use crate::time::{SECOND, Time};
 
 /// The engine looks up at least this often, for a stop and for its status.
 const LOOK_UP: Duration = Duration::from_millis(100);
 /// The next status is at most a second ahead, unless the clock has stepped back.
 const STATUS_AHEAD: jiff::SignedDuration = jiff::SignedDuration::from_millis(1100);
-/// Its keeper and the recorder are told of the registration at most this often.
-const REGISTRATION: jiff::SignedDuration = jiff::SignedDuration::from_secs(10);
 /// A datagram that waited for the engine for longer than this has waited for long: as a rule none waits for a millisecond.
 const WAITED: jiff::SignedDuration = jiff::SignedDuration::from_millis(500);
 /// Lateness is told over this many slots: ten minutes of them.
@@ -46,8 +46,6 @@ const LATENESS: usize = 2400;
 
 /// An alert tells of transponder numbers from this share in use on.
 const NUMBERS_LOW: f64 = 0.9;
-/// What the recorder could not be told yet of decisions; more than these are lost.
-const UNRECORDED: usize = 1024;
 
 /// What is known of the radars' set-up.
 type Estimates = Vec<(SensorIndex, Estimate)>;
@@ -338,119 +336,6 @@ impl Engine {
             self.unrecorded.push_back(Recorded::Decided { line });
         }
         self.tell_decisions();
-    }
-
-    /// Hands on which decisions are in force, where that has changed, and says which of before a restart are.
-    fn tell_decisions(&mut self) {
-        for resumed in self.driver.resumed() {
-            match resumed {
-                Resumed::Holds(held) => {
-                    info!("{}: it holds again after the restart", self.describe(&held.decision));
-                }
-                Resumed::Ended(held) => warn!(
-                    "{}: it ended with the restart, since the radar did not see the track again in time",
-                    self.describe(&held.decision)
-                ),
-            }
-        }
-        let held = self.driver.pipeline().engine().decisions();
-        if held != self.held {
-            let line = |held: &Held| decision_line(held.since, &held.decision, &self.config);
-            let text: String = held.iter().map(line).collect();
-            self.unrecorded.push_back(Recorded::Held { text: text.into() });
-            self.outlets.hub.decisions.tell(held.clone());
-            self.held = held;
-        }
-        while let Some(next) = self.unrecorded.front() {
-            let has_room =
-                self.outlets.recorder.as_ref().is_none_or(|recorder| recorder.has_room_for(next.clone()));
-            if !has_room && self.unrecorded.len() <= UNRECORDED {
-                break;
-            }
-            self.unrecorded.pop_front();
-        }
-    }
-
-    /// A decision, for people.
-    fn describe(&self, decision: &Decision) -> String {
-        let Decision { radar, transponder, verdict } = decision;
-        let sensor = self.config.sensors.get(usize::from(radar.sensor.0)).map_or("", |sensor| &sensor.id);
-        let serial = transponder.serial().escape_ascii();
-        format!("{sensor} track {} and transponder {serial}: {}", radar.number, verdict.name())
-    }
-
-    /// Hands on what a restart would have to know of decisions; where there is no room for it, the next time.
-    fn keep_decisions(&mut self) {
-        let Some((keeper, text)) = self.outlets.decisions.as_ref().zip(self.newly_kept()) else { return };
-        if keeper.try_send(text.clone()).is_ok() {
-            self.kept = text;
-        }
-    }
-
-    /// That, where it is not what was handed on.
-    fn newly_kept(&self) -> Option<Arc<str>> {
-        let text = kept_lines(&self.driver.pipeline().engine().kept(), &self.config);
-        (*text != *self.kept).then(|| text.into())
-    }
-
-    /// Hands on the transponder numbers that were given; what does not fit the recorder's queue waits for the next time.
-    fn note_number(&mut self, change: NumberChange) {
-        let number = change.given().number;
-        if self.outlets.numbers.is_some() {
-            self.unkept.insert(number, change);
-        }
-        if self.outlets.recorder.is_some() {
-            self.unrecorded_numbers.insert(number, change);
-        }
-    }
-
-    /// Hands on what became of transponder numbers; what does not fit the queues waits for the next time.
-    fn tell_numbers(&mut self) {
-        if let Some(keeper) = &self.outlets.numbers {
-            while let Some((&number, &change)) = self.unkept.first_key_value() {
-                // A keeper that has ended has said so.
-                if let Err(TrySendError::Full(_)) = keeper.try_send(change) {
-                    break;
-                }
-                self.unkept.remove(&number);
-            }
-        }
-        if let Some(recorder) = &self.outlets.recorder {
-            while let Some((&number, &change)) = self.unrecorded_numbers.first_key_value() {
-                // Of one that went back nothing is to be done: a file begins with those of who flies.
-                if let NumberChange::Heard(given) = change
-                    && !recorder.has_room_for(Recorded::Numbered { given })
-                {
-                    break;
-                }
-                self.unrecorded_numbers.remove(&number);
-            }
-        }
-    }
-
-    /// Hands on the registration where it has changed; where there is no room for it, the next time.
-    fn tell_registration(&mut self, at: Time) {
-        let is_due = at >= self.next_registration || self.next_registration - at > REGISTRATION;
-        if !is_due {
-            return;
-        }
-        self.next_registration = at + REGISTRATION;
-        let Some((registered, text)) = self.new_registration() else { return };
-        let kept = self.outlets.registration.as_ref().is_none_or(|to| to.try_send(text.clone()).is_ok());
-        let recorder = self.outlets.recorder.as_ref();
-        if kept && recorder.is_none_or(|recorder| recorder.has_room_for(Recorded::Registered { text })) {
-            self.registered = registered;
-        }
-    }
-
-    /// The registration, and the text of its file, where it is not what was handed on.
-    fn new_registration(&self) -> Option<(Estimates, Arc<str>)> {
-        let engine = self.driver.pipeline().engine();
-        let now: Estimates = engine.registered().map(|(sensor, now)| (sensor, now.estimate)).collect();
-        (now != self.registered).then(|| {
-            let text = registration_text(&Registrations::of(&self.config, engine));
-            (now, text.into())
-        })
     }
 
     /// Sends the slot, then shows it, and notes how late that is.

@@ -12,11 +12,17 @@ pub fn recordings() -> Option<PathBuf> {
     folder.map(PathBuf::from)
 }
 
-/// The captures in a folder and below.
+/// Radio frames (Wi-Fi, Bluetooth) instead of UDP datagrams.
+const RADIO: &str = "remote-id-radio";
+
+/// The captures of UDP datagrams and of ASTERIX in a folder and below.
 pub fn captures(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
+        if path.ends_with(RADIO) {
+            continue;
+        }
         let is_capture =
             |end: &std::ffi::OsStr| ["pcap", "ast", "raw", "bin"].iter().any(|known| end == *known);
         if path.is_dir() {
