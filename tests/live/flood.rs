@@ -98,7 +98,7 @@ fn invented_identities_cost_the_drones_nothing_and_are_told() {
     let directory = stage.scratch.path("recordings");
     let input = only(&directory, "input-", ".pcap");
     assert!(fs::read(only(&directory, "output-", ".pcap")).unwrap() == replayed(&input));
-    let config = Config::load(&beside(&input, "site.toml")).unwrap();
+    let config = Config::load(beside(&input, "site.toml")).unwrap();
     let receptions: Vec<Reception> = datagrams(&input)
         .into_iter()
         .map(|(received, payload)| Reception {

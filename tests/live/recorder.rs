@@ -102,6 +102,7 @@ fn numbers_cost_what_the_pair_needs_of_them() {
     };
     let scratch = Scratch::new();
     let dir = scratch.path("recordings");
+    fs::create_dir(&dir).unwrap();
     let record = Record { dir: dir.clone(), rotate_mib: 256, keep: 4 };
     let mut before: Vec<Given> =
         (1..=50_000).map(|number| given(number, START + SignedDuration::from_hours(-2))).collect();

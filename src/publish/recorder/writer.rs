@@ -33,8 +33,6 @@ const RETRY: Duration = Duration::from_secs(5);
 const LONGEST: SignedDuration = SignedDuration::from_hours(1);
 /// Copies of a datagram are known for this long: what was handled before a file began is not handled again in it.
 const DUPLICATES: SignedDuration = SignedDuration::from_secs(2);
-/// Slots are put out at most this long after their reports were received.
-const FLYING: SignedDuration = SignedDuration::from_mins(1);
 /// A disk that failed is used again when it takes so many octets: less is full again in a moment.
 const TRIAL: usize = 1 << 20;
 /// Only one recorder writes into a directory: it holds a lock on this file.
@@ -235,8 +233,9 @@ impl Writer {
                 self.grid.open(self.grid.of(whole).plus(1 + self.window_slots - self.latency_slots))
             }
         };
-        // Who has had no point for longer than it takes to be told of one again, is told of again.
-        let flies = now + SignedDuration::from_nanos(-NOTED) + -FLYING;
+        // Who has had no point for longer than that is told of again with the next. Slots lag by less than a window.
+        let lag_ns = self.window_slots * self.grid.slot_ns();
+        let flies = Time::from_nanos(now.nanos() - NOTED - lag_ns);
         self.numbers.retain(|_, given| given.heard.is_none_or(|heard| heard >= flies));
         let numbers: Vec<Given> = self.numbers.values().copied().collect();
         self.segment = Some(Segment::begin(&Beginning {
