@@ -8,6 +8,7 @@ use crate::figures::*;
 use crate::flights::{RECORDINGS, Row, SCENARIOS};
 use crate::held_out::VARIANTS;
 use crate::score::Scores;
+use crate::sheet;
 use crate::summary::{Mean, Seeds, show};
 use crate::table::{Column, table};
 
@@ -35,6 +36,7 @@ impl<'a> Report<'a> {
             self.simulated(),
             self.meaning(),
             format!("{}\n{}", include_str!("words/held_out.md"), self.held_out()),
+            format!("{}\n{}", sheet_words(), self.sheet()),
             self.real(),
             include_str!("words/closing.md").to_owned(),
         ]
@@ -99,6 +101,21 @@ impl<'a> Report<'a> {
             (format!("`{}`", variant.name), Seeds::of(self.scores, &Row::HeldOut(variant.name)))
         });
         table("scenario", rows, &in_short())
+    }
+
+    fn sheet(&self) -> String {
+        let rows = sheet::BASES.into_iter().flat_map(sheet::rows);
+        let rows = rows.map(|(name, row)| (name, Seeds::of(self.scores, &row)));
+        let us = OPERATIONAL;
+        let columns = [
+            Column::of("recall", us.all, RECALL, 3),
+            Column::of("precision", us.all, PRECISION, 3),
+            Column::ratio("covered / transponder's", us.equipped, TRANSPONDER.equipped, COVERED),
+            Column::ratio("gaps / radar's", us.equipped, RADAR.equipped, GAP),
+            Column::of("identity changes", us.equipped, ID_CHANGES, 2),
+            Column::ratio("GOSPA / `reference`'s", us.all, REFERENCE.all, GOSPA),
+        ];
+        table("true errors", rows, &columns)
     }
 
     /// What the tables say, with their own numbers.
@@ -191,6 +208,10 @@ impl<'a> Report<'a> {
         let first = table("flight", rows, &often);
         format!("{}\n{}\n{first}\n{second}{}\n", REAL.0, include_str!("words/real.md"), REAL.1)
     }
+}
+
+fn sheet_words() -> String {
+    include_str!("words/sheet.md").replace("{seeds}", &sheet::SEEDS.to_string())
 }
 
 /// The tables of the simulated flights.

@@ -173,3 +173,31 @@ fn an_aircraft_has_one_number_at_a_time_and_no_two_have_the_same() {
         }
     }
 }
+
+#[test]
+fn drones_keep_their_transponders_however_good_or_bad_the_radar_is() {
+    // Three equipped drones, and a radar whose errors are a multiple of what its site configures.
+    let trio = |by: f64| {
+        let mut scenario = scenario("single");
+        scenario.name = "three".to_owned();
+        (scenario.drones.multirotors, scenario.drones.fixed_wings, scenario.drones.equipped) = (2, 1, 3);
+        scenario.birds.count = 0;
+        for radar in &mut scenario.radars {
+            (radar.bias_azimuth_deg, radar.bias_range_m, radar.bias_height_m) = (0.0, 0.0, 0.0);
+            let slow = [&mut radar.track_azimuth_deg, &mut radar.track_range_m, &mut radar.track_height_m];
+            let white = [&mut radar.plot_azimuth_deg, &mut radar.plot_range_m, &mut radar.plot_height_m];
+            slow.into_iter().chain(white).for_each(|error| *error *= by);
+        }
+        scenario
+    };
+    for by in [0.1, 0.5, 2.0] {
+        let scenario = trio(by);
+        let flown = |seed| scored(&simulate(&scenario, seed, None).unwrap(), Profile::Operational);
+        let flights: Vec<Evaluation> = (201..=205).map(flown).collect();
+        let recall = mean(&flights, |flight| flight.fused.all.recall);
+        assert!(recall >= 0.97, "{by} × the data sheet: recall {recall}");
+        let alone = |flight: &Evaluation| metres(flight.transponder.as_ref()?.equipped.epos_covered);
+        let error = mean(&flights, |flight| Some(covered(flight)? / alone(flight)?));
+        assert!(error <= 1.0, "{by} × the data sheet: {error} of the transponder's error");
+    }
+}
