@@ -10,7 +10,7 @@
 //! two, which is never expected more precisely than the data sheet's white noise. So an offset that stays near zero does
 //! not speak against one aircraft, however quiet the radar is.
 //!
-//! Source: autonomous multiple models, Y. Bar-Shalom, X. R. Li, T. Kirubarajan, *Estimation with Applications to Tracking and
+//! Source: the static multiple-model estimator, Y. Bar-Shalom, X. R. Li, T. Kirubarajan, *Estimation with Applications to Tracking and
 //! Navigation* (2001), section 11.6.2.
 
 /// The radar's true errors over those of its data sheet, and how probable that is beforehand. The largest is a compromise:
