@@ -272,10 +272,15 @@ impl Iterator for Capture {
     type Item = Result<Datagram, ReadError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        while !self.ended && !self.held.is_ready() {
-            self.read();
-        }
-        match self.held.pop() {
+        let next = loop {
+            if self.ended || self.held.is_ready() {
+                break self.held.pop();
+            }
+            if let Some(block) = self.read() {
+                break Some(block);
+            }
+        };
+        match next {
             Some(datagram) => {
                 if datagram.contents == Contents::Unframed {
                     self.gaps.add(datagram.origin, datagram.payload.len());
@@ -288,8 +293,9 @@ impl Iterator for Capture {
 }
 
 impl Capture {
-    /// Reads the next datagram, or to the end.
-    fn read(&mut self) {
+    /// Reads the next datagram, or to the end: a block of a raw file, where there are no datagrams, is given back; all else
+    /// is held.
+    fn read(&mut self) -> Option<Datagram> {
         let next = match &mut self.reader {
             Reader::Raw(raw) => raw.next(&mut self.window),
             Reader::Pcap(pcap) => pcap.next(&mut self.window, &mut self.skipped),
@@ -297,8 +303,7 @@ impl Capture {
             Reader::Final(recording) => recording.next(&mut self.window),
         };
         match next {
-            // There are no datagrams in a raw file.
-            Ok(Some(block)) if self.format == Format::Raw => self.held.pass(block),
+            Ok(Some(block)) if self.format == Format::Raw => return Some(block),
             Ok(Some(datagram)) => self.held.take(datagram),
             Ok(None) => self.ended = true,
             Err(damage) => {
@@ -311,6 +316,7 @@ impl Capture {
         if self.ended {
             self.held.release();
         }
+        None
     }
 }
 

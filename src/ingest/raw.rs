@@ -13,6 +13,8 @@ use super::{Contents, Datagram};
 
 /// Octets of CAT and LEN.
 pub(super) const HEADER: usize = 3;
+/// Headers in a row that are like those before: then nothing is wrong here.
+const CHAIN: usize = 3;
 
 /// LEN of the block that begins with these octets; `None` if fewer than three.
 pub(super) fn block_length(octets: &[u8]) -> Option<usize> {
@@ -28,6 +30,24 @@ pub(super) struct Raw {
     known: Known,
     /// Within octets that belong to no block, of which the end has not been found.
     lost: bool,
+    ahead: Ahead,
+}
+
+/// Headers from here on that are like those before: each is looked at once.
+#[derive(Clone, Copy, Debug, Default)]
+struct Ahead {
+    /// How many; at most [`CHAIN`].
+    headers: usize,
+    /// Octets to the header behind them.
+    octets: usize,
+}
+
+impl Ahead {
+    /// A block of `length` octets has been read.
+    fn pass(&mut self, length: usize) {
+        let headers = self.headers.saturating_sub(1);
+        *self = Self { headers, octets: if self.headers == 0 { 0 } else { self.octets - length } };
+    }
 }
 
 impl Raw {
@@ -41,6 +61,10 @@ impl Raw {
         let (contents, length) = self.step(window)?;
         let payload = window.peek(length)?[..length].to_vec();
         window.consume(length);
+        match contents {
+            Contents::Blocks => self.ahead.pass(length),
+            Contents::Unframed => self.ahead = Ahead::default(),
+        }
         Ok(Some(Datagram { origin, contents, payload, ..Datagram::default() }))
     }
 
@@ -53,6 +77,13 @@ impl Raw {
                 None => return self.rest(window),
             }
         }
+        let mut goes_on = self.goes_on(window);
+        if goes_on && self.ahead.headers > 0 {
+            // As almost always: this header is like those before, and the next one shows that the block is whole.
+            let header = window.glimpse(HEADER);
+            self.known.learn(header);
+            return Ok((Contents::Blocks, block_length(header).unwrap_or(0)));
+        }
         let Some(length) = whole_block(window, 0) else {
             return match self.known.find(window, 1) {
                 Some(next) => Ok((Contents::Unframed, next)),
@@ -63,9 +94,10 @@ impl Raw {
             let octets = window.glimpse(length + 1);
             if octets.get(length) == octets.first() {
                 self.known.learn(octets);
+                goes_on = self.goes_on(window);
             }
         }
-        if !self.goes_on(window) {
+        if !goes_on {
             match self.known.find(window, 1) {
                 // The damage is behind this block, or in its records.
                 Some(next) if length < next && !leads_to(window, next) => {
@@ -88,12 +120,15 @@ impl Raw {
     }
 
     /// Whether the header here and the two behind it, or those up to the end of the file, are like those before.
-    fn goes_on(&self, window: &mut Window) -> bool {
-        let mut place = 0;
-        for _ in 0..3 {
-            match window.glimpse(place + HEADER).get(place..) {
+    fn goes_on(&mut self, window: &mut Window) -> bool {
+        let Self { known, ahead, .. } = self;
+        while ahead.headers < CHAIN {
+            match window.glimpse(ahead.octets + HEADER).get(ahead.octets..) {
                 Some([]) => return true,
-                Some(header) if self.known.is_familiar(header) => place += block_length(header).unwrap_or(0),
+                Some(header) if known.is_familiar(header) => {
+                    ahead.octets += block_length(header).unwrap_or(0);
+                    ahead.headers += 1;
+                }
                 _ => return false,
             }
         }
