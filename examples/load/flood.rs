@@ -26,7 +26,7 @@ type Result<T> = std::result::Result<T, Box<dyn Error + Send + Sync>>;
 /// Invented identities a second, each heard once, and for how long.
 const A_SECOND: u64 = 6_000;
 const LASTS: Duration = Duration::from_secs(10);
-/// The drones fly for so long before it; and after it, until what it left has gone.
+/// The drones fly for this long before it; and after it, until what it left has gone.
 const BEFORE: Duration = Duration::from_secs(30);
 const AFTER: Duration = Duration::from_secs(40);
 /// No slot may be sent later than this, seconds.

@@ -92,7 +92,7 @@ impl Filter {
             && self.ids.as_ref().is_none_or(|ids| ids.contains(&*piece.id))
     }
 
-    /// Whether competitors are told.
+    /// Whether competitors are listed.
     pub fn competitors(&self) -> bool {
         self.competitors
     }

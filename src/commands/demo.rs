@@ -191,7 +191,7 @@ impl Show<'_> {
     }
 }
 
-/// A line of the table; how near the radar's and the transponder's places are is told as fully as there is room.
+/// A line of the table; how near the radar's and the transponder's places are is said as fully as there is room.
 fn row(track: &Track, now: Time, columns: usize) -> String {
     let source = &track.point.source;
     let serial =

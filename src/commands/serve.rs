@@ -33,7 +33,7 @@ pub fn replay(args: &Args, config: Arc<Config>, masks: Masks, speed: f64) -> Com
     let (named, again) = (args.clone(), args.again);
     let trailers = TrailerRules::of(&config);
     let open: OpenCaptures = Arc::new(move || super::replay::open(&named, &trailers));
-    let date = args.day_of(&open()?); // a wrong path is told at once
+    let date = args.day_of(&open()?); // a wrong path is an error at once
     let plan = super::replay::kept(args)?.decisions.plan(&config);
     plan.unused.iter().for_each(|unused| warn!("{unused}"));
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;

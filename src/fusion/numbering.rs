@@ -156,7 +156,7 @@ impl Numbers {
                 self.by_age.insert((now, held.number), identity);
             }
         }
-        // Its last point came up to so much later than the time that is known.
+        // Its last point came up to this much later than the time that is known.
         let before = Time::from_nanos(now.nanos() - DAY - NOTED);
         while self.keeping == Keeping::ADay
             && let Some((&(heard, number), _)) = self.by_age.first_key_value()

@@ -139,7 +139,7 @@ pub struct Capture {
     held: Held,
     /// Nothing more is read.
     ended: bool,
-    /// The damage that ended it, until it is told.
+    /// The damage that ended it, until it is reported.
     damage: Option<ReadError>,
 }
 

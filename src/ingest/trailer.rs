@@ -20,7 +20,7 @@ pub const LONGEST_TRAILER: usize = 32;
 /// Datagrams in a row that must end alike.
 const ALIKE: u8 = 4;
 
-/// Streams that are told apart; further ones have no trailer.
+/// Streams that are distinguished; further ones have no trailer.
 const STREAMS: usize = 1024;
 
 /// Who sends, whatever the port, and where to; `None` of a recording that does not say.

@@ -383,7 +383,7 @@ mod tests {
         assert!(!alerts.note_troubles([&full].into_iter(), at(3)));
         let [alert] = &alerts.all()[..] else { panic!("{:?}", alerts.all()) };
         assert_eq!((alert.kind.name(), alert.subject.as_str(), alert.since), ("service", "recorder", at(2)));
-        // Its end is told also where the clock has stepped back.
+        // Its end is reported also where the clock has stepped back.
         assert!(alerts.note_troubles(std::iter::empty(), at(-3600)));
         let (change, over) = alerts.take_changes().pop().unwrap();
         assert_eq!((change, over.until), (Change::Ended, Some(at(-3600))));

@@ -204,7 +204,7 @@ impl Condition {
         if !facts.has_slot {
             condition.add(Level::NotReady, "no slot has been published yet".to_owned());
         }
-        // A clock that was set back explains why nothing is published: one fault is told once.
+        // A clock that was set back explains why nothing is published: one fault is reported once.
         let waits_for_clock = troubles().any(|trouble| trouble.about == Trouble::CLOCK);
         if let Some(lateness) = facts.lateness.filter(|lateness| lateness.is_late() && !waits_for_clock) {
             let text = lateness.to_string();

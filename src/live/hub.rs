@@ -99,7 +99,7 @@ struct Known {
 impl Known {
     #[expect(
         clippy::disallowed_methods,
-        reason = "whether slots still come is told by a clock that nobody sets"
+        reason = "whether slots still come is measured by a clock that nobody sets"
     )]
     fn new(slot: Duration) -> Self {
         Self {

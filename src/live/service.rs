@@ -349,7 +349,7 @@ impl Engine {
         self.outlets.hub.publish_live(frame, std::mem::take(&mut self.waited));
     }
 
-    /// The same for a slot whose time is nobody's fault.
+    /// The same for a slot whose lateness says nothing about the service.
     fn publish_owed(&mut self, frame: Frame) {
         let frame = self.send(frame);
         self.outlets.hub.publish(frame);

@@ -32,7 +32,7 @@ const STEADY_NS: i64 = 2 * SECOND;
 const REMEMBERED_NS: i64 = 60 * SECOND;
 /// Addresses, and pairs of them, that are remembered at most: a flood of made-up ones must not fill the memory.
 const ADDRESSES: usize = 4096;
-/// Refused senders of one subject that are told apart.
+/// Refused senders of one subject that are distinguished.
 const RIVALS: usize = 8;
 
 /// What one sender speaks of at a time: a radar's plots, a radar's service messages, or one transponder. Receivers share
@@ -302,7 +302,7 @@ impl Senders {
         rival.told |= is_new;
         let owner = heard.owner;
         heard.rivals.push(rival);
-        // The same two senders may contest many transponders: that is told once.
+        // The same two senders may contest many transponders: that is reported once.
         let is_known = |(other, heard): (&Subject, &Heard)| {
             let is_told = |rival: &Rival| rival.told && rival.address == from && rule.lasts(rival, now);
             *other != subject

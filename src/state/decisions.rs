@@ -139,7 +139,7 @@ impl Decisions {
         self.0.sort_by_key(|decision| decision.0.slot);
     }
 
-    /// What an engine of that configuration is told, and the decisions that it cannot be told.
+    /// What an engine of that configuration is given, and the decisions that it cannot be given.
     pub fn plan(&self, config: &Config) -> DecisionPlan {
         let mut plan = DecisionPlan::default();
         for (line, transponder, verdict) in &self.0 {
@@ -168,7 +168,7 @@ impl Decisions {
     }
 }
 
-/// What an engine is told of decisions.
+/// What an engine is given of decisions.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct DecisionPlan {
     /// What was decided in the flight, each with the slot from which it counts ([`Engine::plan`](crate::fusion::Engine::plan)).

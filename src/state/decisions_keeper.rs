@@ -22,7 +22,7 @@ pub struct DecisionsKeeper {
 }
 
 impl DecisionsKeeper {
-    /// What `directory` holds. A file that cannot be used is told and set aside: the service starts with none, rather than
+    /// What `directory` holds. A file that cannot be used is reported and set aside: the service starts with none, rather than
     /// not at all.
     pub fn load(directory: &Path, now: Time) -> Decisions {
         match read_decisions(&directory.join(DECISIONS)) {

@@ -21,7 +21,7 @@ pub struct RegistrationKeeper {
 }
 
 impl RegistrationKeeper {
-    /// What `directory` holds. A file that cannot be used is told and set aside: the service starts with none, rather than
+    /// What `directory` holds. A file that cannot be used is reported and set aside: the service starts with none, rather than
     /// not at all.
     pub fn load(directory: &Path, now: Time) -> Registrations {
         match read_registration(&directory.join(REGISTRATION)) {

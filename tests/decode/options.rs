@@ -106,7 +106,7 @@ fn standard_input() {
     assert_eq!((output.status.code(), output.stdout.lines().count()), (Some(4), 6));
 }
 
-/// A capture of a network may hold anything; octets that cannot be read are told, and an error where that is asked for.
+/// A capture of a network may hold anything; octets that cannot be read are reported, and an error where that is asked for.
 #[test]
 fn a_bad_record_in_a_pcap() {
     let (capture, _) = pcap(&[(0, &block(48, &["80 1907"])), (0, &block(48, &["40 0000"]))]);

@@ -48,7 +48,7 @@ fn a_new_alert_is_seen_and_said_while_the_panel_is_closed() {
     assert_eq!(browser.complaints(), Vec::<String>::new(), "errors in the console");
 }
 
-/// What comes and goes each second is told once, unless it gets worse; what is over says so.
+/// What comes and goes each second is announced once, unless it gets worse; what is over says so.
 #[test]
 fn an_alert_that_flaps_is_told_once() {
     let Some(program) = installed() else { return };

@@ -97,7 +97,7 @@ fn a_capture_needs_no_date() {
     assert!(ran.code == 0 && !ran.stderr.contains("--date"), "{}", ran.stderr);
 }
 
-/// One octet that is lost costs what it stood in: what is skipped is told, counted in the summary, and seen by a script.
+/// One octet that is lost costs what it stood in: what is skipped is reported, counted in the summary, and seen by a script.
 #[test]
 fn behind_a_lost_octet_the_flight_goes_on() {
     let flight = demo();

@@ -76,7 +76,7 @@ fn by_reason<S: Serializer>(skipped: &Skipped, serializer: S) -> Result<S::Ok, S
 ///
 /// # Errors
 /// An input cannot be opened, or the file of `--config-out` is there already, which is found before anything is printed;
-/// or `out` or that file cannot be written to: a closed pipe comes back as its [`io::Error`]. Damage is told and logged,
+/// or `out` or that file cannot be written to: a closed pipe comes back as its [`io::Error`]. Damage is reported and logged,
 /// and the next input is read.
 pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     args.config_out.as_deref().map_or(Ok(()), site::check)?;

@@ -156,7 +156,7 @@ impl Operational {
     }
 
     /// Lets a decision of before a restart hold again, where its radar track was heard again within the break of its number;
-    /// `None`: that is not known yet. `time` is the centre of the slot that is put out next.
+    /// `None`: that is not known yet. `time` is the centre of the slot that is published next.
     pub(in crate::fusion) fn resume(
         &mut self,
         kept: Kept,

@@ -212,7 +212,7 @@ impl Operational {
         self.admission.turn(time, |sensor| settings.transponder(sensor).copied());
     }
 
-    /// What became of new identities in the slot that was put out.
+    /// What became of new identities in the slot that was published.
     pub(in crate::fusion) fn take_newcomers(&mut self) -> Vec<Newcomers> {
         self.admission.take()
     }

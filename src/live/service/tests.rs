@@ -65,7 +65,7 @@ fn an_engine_that_is_behind_says_that_it_is_overloaded_and_blames_nobody_else() 
     assert!(status.sensors.iter().all(|sensor| sensor.state == SensorState::Operational), "{status:?}");
     assert_eq!((status.troubles.len(), status.tally.clock_behind), (0, 0));
 
-    // The rest: everything is handled before a slot is put out by the clock, and nothing of it is refused as too old.
+    // The rest: everything is handled before the clock publishes a slot, and nothing of it is refused as too old.
     let handled = (0..10_000).map(|_| engine.catch_up(&arrivals)).find(|handled| handled.is_all).unwrap();
     engine.tick(handled.until);
     engine.tell(handled.until);

@@ -12,7 +12,7 @@ use crate::time::Time;
 pub struct RecorderQueue {
     sender: SyncSender<Recorded>,
     counters: Arc<Counters>,
-    /// What did not fit, until then; the recorder is told once there is room for more than a few datagrams.
+    /// What did not fit, until then; the recorder hears of it once there is room for more than a few datagrams.
     gap: Option<Time>,
     /// How many may wait when it goes on after a gap. Each gap begins new files: going on as soon as a single one fits
     /// would end them with the next, and a recorder that is busy beginning files falls behind ever more.

@@ -233,7 +233,7 @@ impl Writer {
                 self.grid.open(self.grid.of(whole).plus(1 + self.window_slots - self.latency_slots))
             }
         };
-        // Who has had no point for longer than that is told of again with the next. Slots lag by less than a window.
+        // Who has had no point for longer than that is announced again with the next. Slots lag by less than a window.
         let lag_ns = self.window_slots * self.grid.slot_ns();
         let flies = Time::from_nanos(now.nanos() - NOTED - lag_ns);
         self.numbers.retain(|_, given| given.heard.is_none_or(|heard| heard >= flies));
