@@ -23,13 +23,13 @@ const LARGE: usize = 0x0900;
 /// What the blocks of a file have been like so far: the LEN of the longest one of each category, 0 where there was none.
 #[derive(Debug)]
 pub(super) struct Known {
-    longest: [u16; 256],
+    longest: Box<[u16; 256]>,
     is_empty: bool,
 }
 
 impl Default for Known {
     fn default() -> Self {
-        Self { longest: [0; 256], is_empty: true }
+        Self { longest: Box::new([0; 256]), is_empty: true }
     }
 }
 

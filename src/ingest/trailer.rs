@@ -207,6 +207,7 @@ pub(super) fn stream(endpoints: Option<Endpoints>) -> Stream {
 }
 
 /// What stands behind the last whole block of a datagram.
+#[derive(Clone, Copy)]
 enum Remainder {
     None,
     /// At most [`LONGEST_TRAILER`] octets, behind at least one block.

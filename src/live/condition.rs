@@ -60,7 +60,7 @@ pub struct Lateness {
 pub enum Cause {
     /// Reports wait for the engine: more come than it can handle.
     Overload,
-    /// Nothing has been published for longer than [`LATE`].
+    /// Nothing has been published for longer than 1 s.
     Silence,
     /// Slots are published late, though hardly anything waits: something else held the process up.
     HeldUp,

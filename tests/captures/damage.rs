@@ -1,5 +1,7 @@
 //! Octets that are lost, added or zeroed in the middle of a file: what they do not touch is read.
 
+#![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
+
 use std::fs;
 use std::path::Path;
 

@@ -153,7 +153,7 @@ fn trailers_change_nothing() {
     };
     assert_eq!(faults(&flight.site(), &with), (1, 0));
     assert_eq!(faults(&flight.site(), &few), (0, 1), "too few to tell");
-    let site = fs::read_to_string(flight.site()).unwrap();
+    let site = String::from_utf8(fs::read(flight.site()).unwrap()).unwrap();
     let line = r#"inputs = [{ group = "239.192.70.48", port = 8048, interface = "127.0.0.1" }]"#;
     let here =
         r#"inputs = [{ group = "239.192.0.1", port = 8000, interface = "127.0.0.1", trailer_octets = "#;
