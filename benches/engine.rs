@@ -8,11 +8,12 @@ use std::time::{Duration, Instant};
 
 use asterix::{Record, TimeOfDay, cat048, cat129, encode_block};
 use criterion::{BatchSize, Criterion, Throughput, criterion_group};
+use fusion::{Engine, Settings};
+use fusion::{Frame, Report};
 use utm_fusion::areas::Masks;
 use utm_fusion::config::{Config, Profile};
-use utm_fusion::fusion::{Engine, Settings};
 use utm_fusion::ingest::{Reception, ReceptionKind};
-use utm_fusion::normalise::{Frame, Normaliser, Report, time_of_day_count};
+use utm_fusion::normalise::{Normaliser, time_of_day_count};
 use utm_fusion::pipeline::{Output, Pipeline};
 
 #[path = "../tests/traffic/mod.rs"]

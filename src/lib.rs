@@ -2,13 +2,10 @@
 
 pub mod api;
 pub mod areas;
-pub mod assignment;
 pub mod commands;
 pub mod config;
 pub mod current;
-pub mod estimation;
 pub mod evaluate;
-pub mod fusion;
 pub mod ingest;
 pub mod json;
 pub mod live;
@@ -16,9 +13,7 @@ pub mod normalise;
 pub mod picture;
 pub mod pipeline;
 pub mod publish;
-pub mod registration;
 pub mod simulate;
 pub mod state;
 pub mod store;
 pub mod survey;
-pub mod time;

@@ -2,10 +2,10 @@
 
 mod traffic;
 
+use fusion::time::SECOND;
+use fusion::{Engine, Settings};
 use peak_alloc::PeakAlloc;
 use traffic::{SLOT_NS, Traffic, feed};
-use utm_fusion::fusion::{Engine, Settings};
-use utm_fusion::time::SECOND;
 
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;

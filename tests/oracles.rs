@@ -6,12 +6,13 @@
 
 use std::str::FromStr;
 
+use fusion::time::Time;
+use fusion::{Ecef, Enu, Frame, Geodetic};
+use fusion::{Knot, evaluate};
 use nalgebra::Vector3;
 use utm_fusion::areas::Masks;
 use utm_fusion::config::{Config, SensorKind};
-use utm_fusion::fusion::{Knot, evaluate};
-use utm_fusion::normalise::{Ecef, Enu, Frame, Geodetic, Normaliser, RadarSite};
-use utm_fusion::time::Time;
+use utm_fusion::normalise::{Normaliser, RadarSite};
 
 const PCHIP: &str = include_str!("../testdata/oracle/pchip.csv");
 const GEODESY: &str = include_str!("../testdata/oracle/geodesy.csv");

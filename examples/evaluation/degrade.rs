@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use asterix::cat129::{self, Altitude, Position};
 use asterix::{Record, blocks, encode_block};
+use fusion::time::Time;
 use jiff::SignedDuration;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use utm_fusion::ingest::Reception;
-use utm_fusion::time::Time;
 
 /// Position noise per axis, one standard deviation, metres: nine tenths of it drift, as in `docs/SIMULATION.md`.
 const SLOW_M: f64 = 1.8;

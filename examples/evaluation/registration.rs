@@ -1,8 +1,8 @@
 //! How well a radar's registration is found: its bearing, as time goes on.
 
+use fusion::operational::Registered;
 use utm_fusion::areas::Masks;
 use utm_fusion::config::Profile;
-use utm_fusion::fusion::operational::Registered;
 use utm_fusion::pipeline::Pipeline;
 use utm_fusion::simulate::{Scenario, simulate};
 

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use fusion::time::Time;
 use utm_fusion::areas::Masks;
 use utm_fusion::config::{Config, Motion, Profile, SensorKind};
 use utm_fusion::evaluate::{
@@ -13,7 +14,6 @@ use utm_fusion::evaluate::{
 };
 use utm_fusion::ingest::{Capture, Merged, ReadError, Reception};
 use utm_fusion::simulate::{TRANSPONDER_ID, simulate};
-use utm_fusion::time::Time;
 
 use crate::degrade::degraded;
 use crate::flights::{Failure, Flight, Row, Source};

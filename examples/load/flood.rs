@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
 
+use fusion::time::Time;
 use utm_fusion::areas::Masks;
 use utm_fusion::config::{Address, Config, SensorKind};
 use utm_fusion::ingest::{Capture, Reception, ReceptionKind};
@@ -15,7 +16,6 @@ use utm_fusion::picture::PictureMaker;
 use utm_fusion::pipeline::{Output, Pipeline};
 use utm_fusion::publish::{Cat129Encoder, pack, socket};
 use utm_fusion::state::{NUMBERS, read_numbers_beside};
-use utm_fusion::time::Time;
 
 use crate::figures::Quantiles;
 use crate::invented::{invented, is_invented};

@@ -9,10 +9,10 @@ use std::time::Duration;
 
 use asterix::blocks;
 use asterix::cat129::Record;
+use fusion::time::{SECOND, Time};
 use socket2::{Domain, Protocol, Socket, Type};
 use utm_fusion::config::{Address, Sink};
 use utm_fusion::live::now;
-use utm_fusion::time::{SECOND, Time};
 
 /// A slot is due this long after its centre: 6.25 s after it opened.
 const AFTER_CENTRE: i64 = 6_125_000_000;

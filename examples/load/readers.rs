@@ -8,9 +8,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use fusion::time::Time;
 use socket2::{Domain, Socket, Type};
 use utm_fusion::live::now;
-use utm_fusion::time::Time;
 
 /// An answer, or the next line of a stream, comes within this time.
 const PATIENCE: Duration = Duration::from_secs(10);

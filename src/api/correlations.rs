@@ -11,11 +11,11 @@ use tracing::info;
 use super::ask::{Answer, Ask, JSON, json};
 use super::problem::Problem;
 use crate::config::{Profile, SensorKind};
-use crate::fusion::SlotGrid;
-use crate::fusion::operational::{Decision, Held, Undecided, Verdict};
 use crate::live::{Denied, Player, Wish};
-use crate::normalise::{RadarTrackKey, SensorIndex};
 use crate::picture::Who;
+use fusion::SlotGrid;
+use fusion::operational::{Decision, Held, Undecided, Verdict};
+use fusion::{RadarTrackKey, SensorIndex};
 
 /// The engine looks up several times a second; who does not hear of it by then is told so.
 const PATIENCE: Duration = Duration::from_secs(2);

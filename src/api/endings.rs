@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::gzip::Payload;
 use super::shown::Piece;
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
 
 /// A track that has not been shown for so long has ended, nanoseconds.
 const ENDED_NS: i64 = 2 * SECOND;

@@ -10,7 +10,7 @@ use super::ask::{Answer, Ask, GEO_JSON, json, live};
 use super::problem::Problem;
 use crate::json::rounded;
 use crate::store::{Kept, Store};
-use crate::time::Time;
+use fusion::time::Time;
 
 /// A trail goes back this far where it is not said how far.
 const TRAIL: SignedDuration = SignedDuration::from_mins(10);

@@ -15,7 +15,7 @@ use super::shown::Shown;
 use super::{ApiState, sites};
 use crate::json::rounded;
 use crate::live::{Alert, AlertKind, Frame, Lateness, SensorState, Severity, Status};
-use crate::time::Time;
+use fusion::time::Time;
 
 /// A heartbeat each second.
 const HEARTBEAT: Duration = Duration::from_secs(1);

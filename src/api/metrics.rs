@@ -5,11 +5,11 @@ use std::fmt::{Display, Write};
 use super::ask::{Answer, Ask, live};
 use super::tls::Tls;
 use crate::config::Config;
-use crate::fusion::LARGEST_TRANSPONDER_NUMBER;
-use crate::fusion::operational::Verdict;
 use crate::live::{Condition, Lateness, Level, LineStatus, SensorState, Status, values};
-use crate::normalise::SensorIndex;
 use crate::publish::RecorderCounts;
+use fusion::LARGEST_TRANSPONDER_NUMBER;
+use fusion::SensorIndex;
+use fusion::operational::Verdict;
 
 const TEXT: &str = "text/plain; version=0.0.4; charset=utf-8";
 

@@ -12,7 +12,7 @@ use axum::http::StatusCode;
 use super::client::Subscriber;
 use super::problem::Problem;
 use crate::config::RateLimit;
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
 
 /// Buckets that are kept apart; beyond that newcomers share one, so that a crowd costs no memory.
 const BUCKETS: usize = 16_384;

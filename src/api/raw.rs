@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::ask::{Answer, Ask, GEO_JSON, json};
 use crate::json::rounded;
-use crate::normalise::Report;
+use fusion::Report;
 
 /// The largest number that is asked for: JSON's numbers are exact to about here.
 const LARGEST: u64 = 9_000_000_000_000_000;

@@ -7,7 +7,7 @@ use super::ask::{Answer, Ask, JSON, json};
 use super::history::time;
 use super::problem::Problem;
 use crate::live::{Order, Player, PlayerState};
-use crate::time::{DAY, SECOND, Time};
+use fusion::time::{DAY, SECOND, Time};
 
 /// How many times faster than it happened.
 const SPEEDS: std::ops::RangeInclusive<f64> = 0.01..=1000.0;

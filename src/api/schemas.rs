@@ -3,8 +3,8 @@
 use serde_json::{Map, Value, json};
 
 use super::sites::REGISTERED;
-use crate::fusion::operational::Verdict;
 use crate::picture::{Class, HORIZONTAL, VERTICAL};
+use fusion::operational::Verdict;
 
 /// The schema of a route's answer, where there is one.
 pub(super) fn of(path: &str) -> Option<&'static str> {

@@ -89,7 +89,7 @@ fn describe(answer: &mut Value, status: &Status, config: &Config) {
 
 fn tally(tally: &Tally, config: &Config) -> Value {
     let name = |index: usize| config.sensors.get(index).map(|sensor| sensor.id.as_str());
-    let by_sensor = |counts: &std::collections::BTreeMap<crate::normalise::SensorIndex, u64>| -> Value {
+    let by_sensor = |counts: &std::collections::BTreeMap<fusion::SensorIndex, u64>| -> Value {
         counts
             .iter()
             .filter_map(|(sensor, count)| Some((name(sensor.0.into())?.to_owned(), json!(count))))

@@ -14,7 +14,7 @@ use crate::config::Config;
 use crate::json::rounded;
 use crate::live::{Frame, Hub};
 use crate::picture::{PictureMaker, Track, TrackJson};
-use crate::time::Time;
+use fusion::time::Time;
 
 /// A published slot with its JSON.
 #[derive(Clone, Debug)]

@@ -10,7 +10,7 @@ use crate::areas::{Areas, NamedPolygon};
 use crate::config::{Area, AreaKind, Sensor, SensorKind};
 use crate::json::rounded;
 use crate::live::{Alert, Contested, LineStatus, RegistrationStatus, SensorStatus, values};
-use crate::registration::Estimate;
+use fusion::registration::Estimate;
 
 /// Corners of a circle.
 const CORNERS: usize = 72;

@@ -25,7 +25,7 @@ use super::problem::Problem;
 use super::seats::Seat;
 use super::shown::{Piece, Shown};
 use super::tracks::{picture, trail_s};
-use crate::time::Time;
+use fusion::time::Time;
 
 const INTERVAL: &str = "a whole number of milliseconds, 250 to 10000";
 

@@ -8,7 +8,7 @@ use super::tls::Tls;
 use super::{StartError, sites};
 use crate::areas::Areas;
 use crate::config::{Auth, Config, Network, RateLimit};
-use crate::time::Time;
+use fusion::time::Time;
 
 /// The terms that requests are answered on.
 pub struct Terms {

@@ -14,7 +14,7 @@ use tokio_rustls::rustls::{Error, InconsistentKeys, ServerConfig};
 use super::StartError;
 use super::validity::Validity;
 use crate::config::TlsFiles;
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
 
 /// A certificate that expires within two weeks should have been renewed.
 const SOON_NS: i64 = 14 * 24 * 3600 * SECOND;

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::shown::Shown;
 use crate::json::rounded;
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
 
 /// A trail is no longer than this, seconds.
 pub const LONGEST_S: u32 = 600;

@@ -12,10 +12,10 @@ use super::ask::{Answer, Ask, JSON, json};
 use super::problem::Problem;
 use super::shown::{Piece, Shown};
 use super::trails::Trail;
-use crate::fusion::TransponderPart;
 use crate::json::rounded;
 use crate::picture::Track;
-use crate::time::Time;
+use fusion::TransponderPart;
+use fusion::time::Time;
 
 /// NetMaxNearRealTimeDataPeriod.
 const WINDOW_S: u32 = 60;

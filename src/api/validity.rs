@@ -2,7 +2,7 @@
 
 use jiff::Timestamp;
 
-use crate::time::Time;
+use fusion::time::Time;
 
 /// The dates of a certificate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,7 +12,7 @@ use crate::live::{Health, SensorState};
 use crate::picture::Picture;
 use crate::pipeline::Event;
 use crate::publish::{Cat129Encoder, Sinks, pack, status_block};
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
 
 /// The outputs, and the health of the sensors, which the CAT065 status tells. Every time is one of the recording.
 pub struct Broadcast {

@@ -16,12 +16,12 @@ use super::verdict::verdict;
 use super::{CommandResult, Outcome, serve};
 use crate::areas::Masks;
 use crate::evaluate::{self, Alone, Labels, Settings};
-use crate::fusion::{Association, Because, Emission, Source};
-use crate::normalise::Enu;
 use crate::picture::{Picture, PictureMaker, Track};
 use crate::pipeline::{Output, Pipeline, Tally};
 use crate::simulate::{Scenario, Simulation, TRANSPONDER_ID, simulate};
-use crate::time::Time;
+use fusion::Enu;
+use fusion::time::Time;
+use fusion::{Association, Because, Emission, Source};
 
 /// Shows the main job on a simulated flight: radar and transponders in, one air picture out.
 ///

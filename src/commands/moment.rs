@@ -6,7 +6,7 @@ use jiff::civil::Date;
 use jiff::{SignedDuration, Timestamp};
 
 use crate::normalise::nearest_day;
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
 
 /// `2026-11-20T10:00:00Z`, `10:00:00` or `+90s`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,7 +105,7 @@ mod tests {
 
     #[test]
     fn moments_as_people_write_them() {
-        let first = Time::from_nanos(20_000 * crate::time::DAY + 86_390 * SECOND);
+        let first = Time::from_nanos(20_000 * fusion::time::DAY + 86_390 * SECOND);
         let after = |text: &str| text.parse::<Moment>().unwrap().resolve(first).seconds_since(first);
         assert_eq!(after("+90s"), 90.0);
         assert_eq!((after("+1.5m"), after("+1m30s"), after("+6.25s")), (90.0, 90.0, 6.25));

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::moment::Speed;
-use crate::time::Time;
+use fusion::time::Time;
 
 /// Keeps to the pace of the flight.
 pub struct Pace {

@@ -16,7 +16,7 @@ use crate::ingest::udp::Arrival;
 use crate::live::{Clock, Listening, listen, now};
 use crate::publish::Recorded;
 use crate::publish::{Recorder, RecorderCounts, RecorderQueue, record_into};
-use crate::time::Time;
+use fusion::time::Time;
 
 /// Records what arrives on the inputs of a configuration into rotating pcap files, until Ctrl-C.
 ///

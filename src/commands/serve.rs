@@ -23,7 +23,7 @@ use crate::picture::PictureMaker;
 use crate::pipeline::Pipeline;
 use crate::publish::Sinks;
 use crate::simulate::{Scenario, Simulation, simulate};
-use crate::time::Time;
+use fusion::time::Time;
 
 /// Serves the replay until Ctrl-C.
 ///

@@ -11,7 +11,7 @@ use super::{CommandResult, Outcome};
 use crate::live::now;
 use crate::publish;
 use crate::simulate::{Scenario, Simulation, simulate, write};
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
 
 /// Simulates radars and transponders that fail as real ones do, and tells the truth beside them.
 ///

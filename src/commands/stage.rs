@@ -16,11 +16,11 @@ use super::replay::Args;
 use super::stop::Stop;
 use super::summary::Summary;
 use crate::config::Config;
-use crate::fusion::Emission;
 use crate::picture::{Picture, PictureMaker};
 use crate::pipeline::Event;
 use crate::publish::{OutputFormat, PictureWriter};
-use crate::time::Time;
+use fusion::Emission;
+use fusion::time::Time;
 
 /// What `-o` writes with.
 type Writer = PictureWriter<Box<dyn Write>>;

@@ -4,12 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::{self, Write as _};
 
 use crate::config::{Config, SensorKind};
-use crate::fusion::{Engine, Source};
 use crate::live::values;
-use crate::normalise::{Identity, RadarTrackKey, SensorIndex};
 use crate::picture::Picture;
 use crate::pipeline::Tally;
-use crate::time::Time;
+use fusion::time::Time;
+use fusion::{Engine, Source};
+use fusion::{Identity, RadarTrackKey, SensorIndex};
 
 /// Counts what came out. Grows with the number of aircraft and radar tracks, not with time.
 #[derive(Clone, Debug, Default)]
@@ -123,11 +123,11 @@ impl Summary {
 
 /// How each radar is registered at the end, a line each; what is not observable in brackets.
 pub fn registered(engine: &Engine, config: &Config) -> String {
-    let line = |(index, registered): (SensorIndex, &crate::fusion::operational::Registered)| {
+    let line = |(index, registered): (SensorIndex, &fusion::operational::Registered)| {
         let sensor = config.sensors.get(usize::from(index.0))?;
         let SensorKind::Radar(radar) = &sensor.kind else { return None };
         let estimate = &registered.estimate;
-        let value = |(name, unit, value): (&str, &str, crate::registration::Value)| {
+        let value = |(name, unit, value): (&str, &str, fusion::registration::Value)| {
             let digits = if unit == " m" { 1 } else { 2 };
             let text = format!("{name} {:+.digits$} ± {:.digits$}{unit}", value.value, value.deviation);
             if value.observable { text } else { format!("({text})") }

@@ -4,9 +4,9 @@ use super::{OutputPoint, Place, PointSource};
 use crate::areas::Masks;
 use crate::config::{Config, Profile};
 use crate::ingest::{ReadError, Reception};
-use crate::normalise::{Plot, Report};
 use crate::picture::PictureMaker;
 use crate::pipeline::{Output, Pipeline};
+use fusion::{Plot, Report};
 
 /// The points of each input alone.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -1,8 +1,8 @@
 //! Which slots count for which drone.
 
 use super::{TrueTrack, Truth};
-use crate::fusion::{Slot, SlotGrid};
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
+use fusion::{Slot, SlotGrid};
 
 /// The first 10 s of a drone's truth do not count: the window fills.
 const SKIPPED_FIRST_NS: i64 = 10 * SECOND;

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::{Range, RangeInclusive};
 
-use crate::time::Time;
+use fusion::time::Time;
 
 /// A row of `labels.csv`: what one plot or one transponder report was.
 #[derive(Clone, Debug, PartialEq, Eq)]

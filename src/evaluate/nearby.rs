@@ -1,7 +1,7 @@
 //! Which of many places are near one, without asking all.
 
 use super::{Place, Truth};
-use crate::time::Time;
+use fusion::time::Time;
 
 /// A degree along the meridian is at least this long, metres (110.57 km at the equator).
 const METRES_A_DEGREE: f64 = 110_000.0;
@@ -128,7 +128,7 @@ mod tests {
     fn a_drone_is_near_wherever_it_flies_between_the_times() {
         let at = |second: i64, latitude_deg: f64| {
             let place = Place { latitude_deg, longitude_deg: 8.0, altitude_amsl_m: None };
-            (Time::from_nanos(second * crate::time::SECOND), place)
+            (Time::from_nanos(second * fusion::time::SECOND), place)
         };
         // North by a degree and back again.
         let truth = Truth::new([("A".to_owned(), vec![at(0, 50.0), at(1, 51.0), at(2, 50.0)])]);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::Place;
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
 
 /// Two samples further apart than this bound a hole, nanoseconds: inside it nobody knows where the drone was.
 const HOLE_NS: i64 = 5 * SECOND;

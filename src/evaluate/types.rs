@@ -4,9 +4,9 @@ use serde::Serialize;
 
 use super::{Offset, Place};
 use crate::config::{Config, Radar, SensorKind};
-use crate::fusion::{Estimate, SlotGrid, Source};
 use crate::picture::{PictureMaker, Track};
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
+use fusion::{Estimate, SlotGrid, Source};
 
 /// What a point is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

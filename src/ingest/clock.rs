@@ -6,7 +6,7 @@ use asterix::TimeOfDay;
 use jiff::civil::Date;
 
 use crate::normalise::{nearest_day, on_day};
-use crate::time::{DAY, SECOND, Time};
+use fusion::time::{DAY, SECOND, Time};
 
 /// The reception times of a file that gives times of day without a day: the first is on the given day, each later one at
 /// most [`BACKWARDS_NS`] before the one in front of it. So a recording may pause for almost a day.

@@ -26,7 +26,7 @@ use super::chain::{MOST, first_place, is_filled, is_readable};
 use super::error::Damage;
 use super::window::Window;
 use super::{Contents, Datagram};
-use crate::time::{DAY, SECOND};
+use fusion::time::{DAY, SECOND};
 
 /// Octets before the data.
 pub(super) const HEADER: usize = 8;

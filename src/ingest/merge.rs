@@ -8,7 +8,7 @@ use jiff::civil::Date;
 
 use super::clock::{DayClock, RawClock};
 use super::{Capture, Contents, Datagram, ReadError};
-use crate::time::Time;
+use fusion::time::Time;
 
 /// What the pipeline is handed.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -40,7 +40,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use crate::time::Time;
+use fusion::time::Time;
 use gzip::Gunzip;
 use held::Held;
 use recognise::Kind;

@@ -13,7 +13,7 @@ use super::link::{self, LinkType};
 use super::skipped::Skipped;
 use super::window::Window;
 use super::{Datagram, OpenError};
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
 
 /// Octets of the file header.
 const FILE_HEADER: usize = 24;

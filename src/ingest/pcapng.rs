@@ -18,7 +18,7 @@ use super::error::Damage;
 use super::link::{self, LinkType};
 use super::skipped::{SkipReason, Skipped};
 use super::window::{CAPACITY, Window};
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
 
 /// Type of a section header, in either byte order.
 pub(super) const SECTION: [u8; 4] = *b"\x0A\x0D\x0D\x0A";

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 use socket2::{Domain, Protocol, Socket, Type};
 
 use crate::config::{Address, Config};
-use crate::time::Time;
+use fusion::time::Time;
 
 /// What the kernel keeps for a line until it is read, octets: two seconds of the busiest sensors.
 pub const RECEIVE_BUFFER: usize = 8 << 20;

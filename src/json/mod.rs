@@ -20,7 +20,7 @@ mod write;
 use asterix::{Fault, Fspec, Record, items};
 
 use crate::normalise::nearest_day;
-use crate::time::Time;
+use fusion::time::Time;
 use values::{write_hex, write_integer};
 use write::{Object, write_item};
 

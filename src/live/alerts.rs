@@ -7,7 +7,7 @@ use super::health::{SensorState, SensorStatus};
 use crate::areas::AlertAreas;
 use crate::current::Current;
 use crate::picture::{Picture, PictureMaker, Track};
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
 
 /// A track leaves an area when it was not seen inside for this long: it may flicker at the edge, or be missed. A replay
 /// that goes back leaves it too.
@@ -319,8 +319,7 @@ mod tests {
         let pipeline = crate::pipeline::Pipeline::new(&config, crate::areas::Masks::default());
         let maker = PictureMaker::new(&config, pipeline.normaliser());
         let at = |second: i64| Time::from_nanos(second * SECOND);
-        let picture =
-            |second| Picture { slot: crate::fusion::Slot(4 * second), time: at(second), tracks: vec![] };
+        let picture = |second| Picture { slot: fusion::Slot(4 * second), time: at(second), tracks: vec![] };
         let mut alerts = Alerts::new(AlertAreas::default(), at(-10));
         assert!(alerts.note_sensors(&[sensor(SensorState::Outage, "silent")], at(20)));
         assert!(!alerts.note_picture(&picture(20), &maker) && !alerts.note_picture(&picture(21), &maker));

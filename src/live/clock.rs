@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicI64, Ordering};
 
 use jiff::SignedDuration;
 
-use crate::time::Time;
+use fusion::time::Time;
 
 /// Now, by the wall clock: the only clock of the service.
 #[expect(clippy::disallowed_methods, reason = "the live service is told the time by this clock")]

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::net::SocketAddr;
 
 use super::health::{SensorState, SensorStatus};
-use crate::normalise::Identity;
 use crate::pipeline::Contest;
+use fusion::Identity;
 
 /// Transponders that are named; the others are counted.
 const NAMED: usize = 3;

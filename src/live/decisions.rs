@@ -6,9 +6,9 @@ use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
 use tokio::sync::{oneshot, watch};
 
 use super::driver::Driver;
-use crate::fusion::Slot;
-use crate::fusion::operational::{Decision, Held, Undecided, Verdict};
-use crate::normalise::{Identity, RadarTrackKey};
+use fusion::Slot;
+use fusion::operational::{Decision, Held, Undecided, Verdict};
+use fusion::{Identity, RadarTrackKey};
 
 /// Wishes that may wait for the engine.
 const QUEUE: usize = 64;

@@ -8,14 +8,14 @@ use super::hub::Frame;
 use super::registration::Registrar;
 use crate::areas::Masks;
 use crate::config::Config;
-use crate::fusion::operational::{Decision, Kept, Resumed, Undecided};
-use crate::fusion::{Emission, Given, NumberChange, Slot, SlotGrid};
 use crate::ingest::Reception;
-use crate::normalise::Report;
 use crate::picture::{Picture, PictureMaker};
 use crate::pipeline::{Event, Output, Pipeline};
 use crate::state::Registrations;
-use crate::time::Time;
+use fusion::Report;
+use fusion::operational::{Decision, Kept, Resumed, Undecided};
+use fusion::time::Time;
+use fusion::{Emission, Given, NumberChange, Slot, SlotGrid};
 
 /// An arrival that waited in the queue while its slot was emitted is handled this much after the slot's deadline.
 const AFTER_DEADLINE: SignedDuration = SignedDuration::from_micros(1);
@@ -129,7 +129,7 @@ impl Driver {
     }
 
     /// Starts with the transponder numbers given before a restart; drops those that cannot be taken over
-    /// ([`crate::fusion::Numbers::remember`]), and returns how many.
+    /// ([`fusion::Numbers::remember`]), and returns how many.
     pub fn remember(&mut self, numbers: &mut Vec<Given>) -> usize {
         let before = numbers.len();
         numbers.retain(|&given| self.pipeline.remember(given));

@@ -9,9 +9,10 @@ use super::contests::Contested;
 use super::registration::RegistrationStatus;
 use crate::config::{Config, SensorKind};
 use crate::ingest::udp::LineCounters;
-use crate::normalise::{Refusal, SensorIndex, Service};
+use crate::normalise::{Refusal, Service};
 use crate::pipeline::Event;
-use crate::time::{SECOND, Time};
+use fusion::SensorIndex;
+use fusion::time::{SECOND, Time};
 
 /// A sensor that says nothing for this long, and for [`SILENT_PERIODS`] of its periods, is out.
 const SILENT_NS: i64 = 5 * SECOND;

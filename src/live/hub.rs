@@ -14,7 +14,7 @@ use crate::config::Config;
 use crate::picture::{Picture, PictureMaker};
 use crate::pipeline::Tally;
 use crate::publish::{RecorderCounts, RecorderMeter};
-use crate::time::Time;
+use fusion::time::Time;
 
 /// Slots that a reader may be behind before it has to begin anew: 16 s.
 const KEPT: usize = 64;

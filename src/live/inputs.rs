@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use crate::normalise::Report;
+use fusion::Report;
 
 /// Reports that are kept: some seconds of the busiest site.
 const KEPT: usize = 20_000;
@@ -71,8 +71,8 @@ impl Inputs {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::normalise::{Enu, Plot, RadarTrackKey, SensorIndex};
-    use crate::time::Time;
+    use fusion::time::Time;
+    use fusion::{Enu, Plot, RadarTrackKey, SensorIndex};
 
     fn report(second: i64) -> Report {
         Report::Plot(Plot {

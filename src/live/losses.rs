@@ -1,6 +1,6 @@
 //! Losses that go on: a count that rises is something wrong now, one that stands is the past. Sans-IO.
 
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
 
 /// Losses with less than this between them are one stretch; it ends when nothing is lost for as long.
 const APART_NS: u64 = 5 * SECOND as u64;

@@ -10,7 +10,7 @@ use super::alerts::{Alert, Alerts, Change, Severity};
 use super::clock::now;
 use super::hub::{Hub, Status};
 use crate::store::Historian;
-use crate::time::Time;
+use fusion::time::Time;
 
 /// How often it is looked whether the engine still publishes: it cannot say itself that it stands still.
 const LOOK: Duration = Duration::from_millis(500);

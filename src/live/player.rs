@@ -15,7 +15,7 @@ use crate::areas::Masks;
 use crate::config::Config;
 use crate::ingest::{Capture, Merged, OpenError};
 use crate::state::DecisionPlan;
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
 
 /// What a reader may ask for.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
 
 /// When each kind of warning was told last, and how often it was kept back since.
 #[derive(Clone, Debug, Default)]

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use crate::config::{Config, Profile, Registration as Mode, SensorKind};
-use crate::fusion::Engine;
-use crate::fusion::operational::Step;
-use crate::registration::{Estimate, Value};
-use crate::time::{SECOND, Time};
+use fusion::Engine;
+use fusion::operational::Step;
+use fusion::registration::{Estimate, Value};
+use fusion::time::{SECOND, Time};
 
 /// A step is worth an alert for so long, nanoseconds.
 const STEP_NS: u64 = 3600 * SECOND as u64;

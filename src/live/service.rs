@@ -24,16 +24,16 @@ use super::lines::{Listening, Readers, listen};
 use super::losses::Losses;
 use super::quiet::Quiet;
 use crate::config::{Config, Profile};
-use crate::fusion::operational::Held;
-use crate::fusion::{LARGEST_TRANSPONDER_NUMBER, NumberChange};
 use crate::ingest::udp::{self, Arrival, Line, LineCounters};
 use crate::ingest::{Ending, Endpoints, Reception, ReceptionKind, TrailerRules, Trailers};
-use crate::normalise::SensorIndex;
 use crate::pipeline::Event;
 use crate::publish::{Cat129Encoder, Recorded, RecorderQueue, Sinks, pack, status_block};
-use crate::registration::Estimate;
 use crate::state::decision_line;
-use crate::time::{SECOND, Time};
+use fusion::SensorIndex;
+use fusion::operational::Held;
+use fusion::registration::Estimate;
+use fusion::time::{SECOND, Time};
+use fusion::{LARGEST_TRANSPONDER_NUMBER, NumberChange};
 
 /// The engine looks up at least this often, for a stop and for its status.
 const LOOK_UP: Duration = Duration::from_millis(100);

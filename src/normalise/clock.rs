@@ -2,7 +2,7 @@
 
 use asterix::TimeOfDay;
 
-use crate::time::{DAY, Time};
+use fusion::time::{DAY, Time};
 
 /// Nanoseconds of one count of an ASTERIX time of day, 1/128 s.
 pub(super) const NANOS_PER_COUNT: i64 = 7_812_500;
@@ -31,7 +31,7 @@ pub fn time_of_day_count(time: Time) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::time::SECOND;
+    use fusion::time::SECOND;
 
     const MIDNIGHT: i64 = 20_000 * DAY;
 

@@ -9,12 +9,13 @@ use asterix::{DataSource, TimeOfDay, cat034, cat129};
 use nalgebra::Vector2;
 
 use super::clock::nearest_day;
-use super::geodesy::{Enu, Frame, Geodetic};
 use super::polar::RadarSite;
-use super::report::{Fix, Identity, Plot, RadarTrackKey, SensorIndex, Service, UasItems};
+use super::service::Service;
 use crate::areas::Masks;
 use crate::config::{Classification, Config, Radar, SensorKind};
-use crate::time::Time;
+use fusion::time::Time;
+use fusion::{Enu, Frame, Geodetic};
+use fusion::{Fix, Identity, Plot, RadarTrackKey, SensorIndex, UasItems};
 
 /// Why a record gives no report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

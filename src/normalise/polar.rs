@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 
-use super::geodesy::{Enu, Frame, Geodetic};
+use fusion::{Enu, Frame, Geodetic};
 
 /// Where a radar stands and how it is turned.
 #[derive(Clone, Debug)]

@@ -5,9 +5,10 @@ mod motion;
 mod track_json;
 
 use crate::config::Config;
-use crate::fusion::{Basis, Emission, Estimate, Point, Slot, Source};
-use crate::normalise::{Enu, Frame, Geodetic, Normaliser, SensorIndex};
-use crate::time::Time;
+use crate::normalise::Normaliser;
+use fusion::time::Time;
+use fusion::{Basis, Emission, Estimate, Point, Slot, Source};
+use fusion::{Enu, Frame, Geodetic, SensorIndex};
 
 pub use accuracy::{Class, HORIZONTAL, SPEED, VERTICAL};
 pub use motion::Motion;

@@ -3,9 +3,9 @@
 use nalgebra::Vector3;
 
 use super::accuracy::{self, Class, HALF, HORIZONTAL, MOST, SPEED, VERTICAL};
-use crate::fusion::{Basis, Estimate};
-use crate::normalise::{Enu, Frame, Geodetic};
-use crate::time::Time;
+use fusion::time::Time;
+use fusion::{Basis, Estimate};
+use fusion::{Enu, Frame, Geodetic};
 
 /// Below this speed nothing has a direction, metres a second.
 const SLOWEST: f64 = 0.5;

@@ -3,10 +3,10 @@
 use serde::Serialize;
 
 use super::{PictureMaker, Track};
-use crate::fusion::operational::{JOIN, PART};
-use crate::fusion::{self, Competitor, RadarPart, Rival, Source, TransponderPart};
 use crate::json::rounded;
-use crate::normalise::Identity;
+use fusion::Identity;
+use fusion::operational::{JOIN, PART};
+use fusion::{self, Competitor, RadarPart, Rival, Source, TransponderPart};
 
 /// Metres, degrees, RFC 3339 UTC; what is unknown is left out.
 #[derive(Clone, Debug, Serialize)]

@@ -4,7 +4,7 @@ use std::collections::{HashMap, VecDeque};
 use std::net::SocketAddr;
 use std::sync::Arc;
 
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
 
 /// How long a datagram is remembered, nanoseconds.
 const MEMORY_NS: i64 = 2 * SECOND;

@@ -6,9 +6,10 @@ use std::fmt;
 use asterix::{DataSource, Fault};
 
 use super::senders::Contest;
-use crate::fusion::operational::Newcomers;
-use crate::normalise::{Refusal, SensorIndex, Service};
-use crate::time::Time;
+use crate::normalise::{Refusal, Service};
+use fusion::SensorIndex;
+use fusion::operational::Newcomers;
+use fusion::time::Time;
 
 /// Something that happened to what was received.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

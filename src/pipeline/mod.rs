@@ -11,13 +11,14 @@ use asterix::{Block, Record, blocks, cat034, cat048, cat129, profile};
 
 use crate::areas::Masks;
 use crate::config::Config;
-use crate::fusion::operational::{Decision, Kept, Resumed, Undecided};
-use crate::fusion::{self, Due, Emission, Engine, Given, Slot};
 use crate::ingest::{Reception, ReceptionKind};
-use crate::normalise::{Normaliser, Refusal, Refused, Report, SensorIndex};
-use crate::registration::{State, StateError};
-use crate::time::{SECOND, Time};
+use crate::normalise::{Normaliser, Refusal, Refused};
 pub(crate) use duplicates::Duplicates;
+use fusion::operational::{Decision, Kept, Resumed, Undecided};
+use fusion::registration::{State, StateError};
+use fusion::time::{SECOND, Time};
+use fusion::{self, Due, Emission, Engine, Given, Slot};
+use fusion::{Report, SensorIndex};
 
 pub use event::{Event, Tally};
 pub use senders::Contest;

@@ -14,8 +14,8 @@ use std::net::{IpAddr, SocketAddr};
 use asterix::{DataSource, Record, cat034, cat048};
 
 use crate::config::{Config, SensorKind};
-use crate::normalise::{Identity, SensorIndex};
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
+use fusion::{Identity, SensorIndex};
 
 /// A sender that is silent for this long, and for [`SILENT_PERIODS`] of the sensor's periods, speaks no longer.
 const SILENT_NS: i64 = 3 * SECOND;

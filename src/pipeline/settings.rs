@@ -1,10 +1,11 @@
 //! What the engine is told once, from the configuration.
 
 use crate::config::{Config, Motion, Profile, Registration, Sensor, SensorKind};
-use crate::estimation::{Dynamics, Models, RadarErrors, Singer};
-use crate::fusion::operational::{self, Mode, Radar, Transponder};
-use crate::fusion::{Gate, Settings, SlotGrid};
-use crate::normalise::{Geodetic, Normaliser};
+use crate::normalise::Normaliser;
+use fusion::Geodetic;
+use fusion::filter::{Dynamics, Models, RadarErrors, Singer};
+use fusion::operational::{self, Mode, Radar, Transponder};
+use fusion::{Gate, Settings, SlotGrid};
 
 /// Accuracy of a radar that is configured without one: metres, degrees, metres.
 const RADAR_ACCURACY: (f64, f64, f64) = (5.0, 1.0, 10.0);

@@ -7,9 +7,9 @@ use asterix::cat129::{
 use asterix::{DataSource, TimeOfDay, encode_block};
 
 use crate::config::{Config, SerialSource};
-use crate::fusion::Source;
 use crate::normalise::time_of_day_count;
 use crate::picture::Track;
+use fusion::Source;
 
 /// Encodes tracks: one record in one block each, as edition 1.2 of the category demands.
 #[derive(Clone, Copy, Debug)]

@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::{Cat129Encoder, PcapWriter, UdpFlow, csv, pack};
 use crate::config::{Address, Config, Sink};
 use crate::picture::{Picture, PictureMaker, Track, TrackJson};
-use crate::time::Time;
+use fusion::time::Time;
 
 /// What a file of output looks like.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]

@@ -5,7 +5,7 @@ use std::net::Ipv4Addr;
 
 use etherparse::PacketBuilder;
 
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
 
 /// From where to where a datagram goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use asterix::cat065::{self, MessageKind, MessageType, OperationalStatus, SystemS
 use asterix::{DataSource, TimeOfDay, encode_block};
 
 use crate::normalise::time_of_day_count;
-use crate::time::Time;
+use fusion::time::Time;
 
 /// A block with one system status; `degraded`: something is wrong.
 pub fn status_block(source: DataSource, time: Time, degraded: bool) -> Vec<u8> {

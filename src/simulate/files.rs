@@ -8,7 +8,7 @@ use super::{Flight, Simulation};
 use crate::config::SensorKind;
 use crate::evaluate::Label;
 use crate::publish::PcapWriter;
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
 
 /// Writes `radar.ast`, `transponder.ast`, `capture.pcap`, `truth.csv`, `labels.csv` and `site.toml` into `directory`,
 /// which is made where it does not exist. `about` stands at the head of `site.toml`, a comment a line.

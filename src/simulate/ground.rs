@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::scenario::{Place, Radar};
-use crate::normalise::{Frame, Geodetic};
+use fusion::{Frame, Geodetic};
 
 /// The ground: flat in height above mean sea level, round on Earth.
 #[derive(Clone, Debug)]
@@ -38,7 +38,7 @@ impl Ground {
     /// East and north of the origin and height above ground, metres, on Earth: the height is exact, and the place that
     /// of east and north in the tangent plane.
     pub fn geodetic(&self, position: &Vector3<f64>) -> Geodetic {
-        let flat = crate::normalise::Enu::new(position.x, position.y, 0.0);
+        let flat = fusion::Enu::new(position.x, position.y, 0.0);
         let place = self.frame.to_geodetic(flat);
         Geodetic { height_m: self.ground_amsl_m + self.undulation_m + position.z, ..place }
     }

@@ -38,7 +38,7 @@ use transponder::{Attack, Report};
 use crate::config::Config;
 use crate::evaluate::{Label, Truth};
 use crate::ingest::{Reception, ReceptionKind};
-use crate::time::Time;
+use fusion::time::Time;
 use wire::{Sent, after, stamped};
 
 /// A simulated flight: what really happened, what the sensors said of it, and what of that arrived.

@@ -11,7 +11,7 @@ use super::wire::{Sent, after};
 use crate::config::{Address, Config, Input};
 use crate::normalise::time_of_day_count;
 use crate::publish::UdpFlow;
-use crate::time::Time;
+use fusion::time::Time;
 
 /// A datagram as the service receives it.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -15,7 +15,7 @@ use super::streams::Stream;
 use super::transponder::Report;
 use crate::normalise::{nearest_day, time_of_day_count};
 use crate::publish::DATAGRAM_MAX;
-use crate::time::Time;
+use fusion::time::Time;
 
 /// What a sensor sends, and when it arrives where nothing happens to it on the way.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -18,10 +18,10 @@ use serde::{Deserialize, Serialize};
 
 use super::{octets, read};
 use crate::config::{Config, SensorKind};
-use crate::fusion::operational::{Decision, Held, Kept, Verdict};
-use crate::fusion::{Slot, SlotGrid};
-use crate::normalise::{Identity, RadarTrackKey, SensorIndex};
-use crate::time::Time;
+use fusion::operational::{Decision, Held, Kept, Verdict};
+use fusion::time::Time;
+use fusion::{Identity, RadarTrackKey, SensorIndex};
+use fusion::{Slot, SlotGrid};
 
 /// The end of the file's name.
 pub const DECISIONS: &str = "decisions.jsonl";
@@ -171,9 +171,9 @@ impl Decisions {
 /// What an engine is given of decisions.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct DecisionPlan {
-    /// What was decided in the flight, each with the slot from which it counts ([`Engine::plan`](crate::fusion::Engine::plan)).
+    /// What was decided in the flight, each with the slot from which it counts ([`Engine::plan`](fusion::Engine::plan)).
     pub decided: Vec<(Slot, Decision)>,
-    /// What held before a restart ([`Engine::resume`](crate::fusion::Engine::resume)).
+    /// What held before a restart ([`Engine::resume`](fusion::Engine::resume)).
     pub kept: Vec<Kept>,
     /// Decisions that it cannot be told, each with the reason.
     pub unused: Vec<String>,

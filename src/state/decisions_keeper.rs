@@ -10,7 +10,7 @@ use tracing::error;
 
 use super::text_keeper::TextKeeper;
 use super::{DECISIONS, Decisions, read_decisions, set_aside};
-use crate::time::Time;
+use fusion::time::Time;
 
 /// The file is written at most this often: while decisions are in force it changes all the time, by when their radar tracks
 /// were heard last, and after a crash that counts.

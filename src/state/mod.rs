@@ -25,9 +25,9 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::fusion::{Given, LARGEST_TRANSPONDER_NUMBER};
-use crate::normalise::Identity;
-use crate::time::Time;
+use fusion::Identity;
+use fusion::time::Time;
+use fusion::{Given, LARGEST_TRANSPONDER_NUMBER};
 
 pub use decisions::{
     DECISIONS, DecisionPlan, Decisions, decision_line, kept_lines, parse_decisions, read_decisions,

@@ -18,11 +18,11 @@ use serde_json::Value;
 
 use super::read;
 use crate::config::{Config, Radar, Registration as Mode, SensorKind};
-use crate::fusion::Engine;
-use crate::normalise::SensorIndex;
 use crate::pipeline::Pipeline;
-use crate::registration::{Registration, Settings, State};
-use crate::time::{SECOND, Time};
+use fusion::Engine;
+use fusion::SensorIndex;
+use fusion::registration::{Registration, Settings, State};
+use fusion::time::{SECOND, Time};
 
 /// The file's name in the directory of `[state]`.
 pub const REGISTRATION: &str = "registration.json";
@@ -92,7 +92,7 @@ impl Setup {
 impl Registrations {
     /// What the engine knows of the configured radars.
     pub fn of(config: &Config, engine: &Engine) -> Self {
-        let entry = |(index, registered): (SensorIndex, &crate::fusion::operational::Registered)| {
+        let entry = |(index, registered): (SensorIndex, &fusion::operational::Registered)| {
             let sensor = config.sensors.get(usize::from(index.0))?;
             let SensorKind::Radar(radar) = &sensor.kind else { return None };
             let state = serde_json::to_value(registered.to_state()).expect("numbers and text are JSON");

@@ -10,7 +10,7 @@ use tracing::error;
 
 use super::text_keeper::TextKeeper;
 use super::{REGISTRATION, Registrations, read_registration, set_aside};
-use crate::time::Time;
+use fusion::time::Time;
 
 /// The file is written at most this often; also one that could not be written is tried again after this time.
 const PAUSE: Duration = Duration::from_secs(300);

@@ -7,7 +7,7 @@ use super::{
     DECISIONS, Decisions, NUMBERS, REGISTRATION, Registrations, read_decisions, read_numbers,
     read_registration,
 };
-use crate::fusion::Given;
+use fusion::Given;
 
 /// What an earlier life knew.
 #[derive(Clone, Debug, Default)]

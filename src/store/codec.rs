@@ -1,7 +1,7 @@
 //! A track as octets: what a trail and a past picture show, and no more.
 
-use crate::fusion::Source;
 use crate::picture::{PictureMaker, Track};
+use fusion::Source;
 
 /// A track as it is kept.
 #[derive(Clone, Debug, PartialEq)]

@@ -11,7 +11,7 @@ use tracing::{error, info};
 use super::{Kept, Snapshot, Store};
 use crate::live::{Severity, Trouble};
 use crate::picture::{Picture, PictureMaker};
-use crate::time::SECOND;
+use fusion::time::SECOND;
 
 /// Pictures that may wait: a minute of them.
 const QUEUE: usize = 60;

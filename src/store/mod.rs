@@ -16,7 +16,7 @@ pub use codec::Kept;
 pub use historian::Historian;
 
 use crate::current::Current;
-use crate::time::Time;
+use fusion::time::Time;
 
 /// Pictures by time, nanoseconds since the epoch.
 const PICTURES: TableDefinition<'_, i64, &[u8]> = TableDefinition::new("pictures");

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::time::SECOND;
+use fusion::time::SECOND;
 
 fn scratch(name: &str) -> PathBuf {
     let path = std::env::temp_dir().join(format!("utm-fusion-store-{}-{name}.redb", std::process::id()));

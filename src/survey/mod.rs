@@ -22,8 +22,8 @@ use asterix::{Block, DataSource, Fault, Record, UapItem, blocks, cat034, cat048,
 use crate::ingest::{Contents, Datagram, Endpoints, Gaps};
 use crate::json::SKIPPED;
 use crate::pipeline::Duplicates;
-use crate::time::{SECOND, Time};
 use bounded::Bounded;
+use fusion::time::{SECOND, Time};
 use presence::{DOUBT_NS, Presence, nanos_between};
 use report::rate;
 use source::{Glimpse, Source, Target};

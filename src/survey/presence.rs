@@ -2,7 +2,7 @@
 
 use super::histogram::Histogram;
 use crate::normalise::{nearest_day, on_day};
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
 
 /// First and last time, and the silences between.
 #[derive(Clone, Debug, Default)]

@@ -8,7 +8,7 @@ use serde::{Serialize, Serializer};
 use super::Endpoints;
 use super::presence::nanos_between;
 use crate::ingest::Gaps;
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
 
 /// A whole capture.
 #[derive(Clone, Debug, Serialize)]

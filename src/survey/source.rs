@@ -10,8 +10,9 @@ use super::histogram::Histogram;
 use super::presence::{DOUBT_NS, Days, Presence, nanos_between};
 use super::report::{Delay, Followed, Interval, Items, Silences, SourceReport, Stamp, rate, seconds};
 use crate::ingest::{Datagram, Endpoints};
-use crate::normalise::{Identity, nearest_day};
-use crate::time::{SECOND, Time};
+use crate::normalise::nearest_day;
+use fusion::Identity;
+use fusion::time::{SECOND, Time};
 
 /// What a survey looks at in a record of any category.
 pub(super) struct Glimpse {

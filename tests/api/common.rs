@@ -8,6 +8,7 @@ use std::time::Duration;
 use axum::Router;
 use axum::body::{Body, to_bytes};
 use axum::http::{HeaderMap, Request, StatusCode};
+use fusion::time::Time;
 use serde_json::Value;
 use tokio::net::{TcpListener, TcpStream};
 use tower::ServiceExt;
@@ -18,7 +19,6 @@ use utm_fusion::ingest::{Reception, ReceptionKind};
 use utm_fusion::live::{Alerts, Driver, Frame, Hub, HubWriter, LineStatus, Made, Status, observe};
 use utm_fusion::picture::PictureMaker;
 use utm_fusion::simulate::{Flight, Scenario, simulate};
-use utm_fusion::time::Time;
 
 pub(crate) struct Flown {
     pub(crate) config: Config,

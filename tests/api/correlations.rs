@@ -8,11 +8,11 @@ use std::time::Duration;
 use axum::Router;
 use axum::body::{Body, to_bytes};
 use axum::http::{Request, StatusCode};
+use fusion::Source;
 use serde_json::{Value, json};
 use tower::ServiceExt;
 use utm_fusion::api::{ApiState, Options, router};
 use utm_fusion::config::{Auth, Config, Profile};
-use utm_fusion::fusion::Source;
 use utm_fusion::live::Hub;
 
 use crate::common::{Flown, Site};

@@ -3,10 +3,10 @@
 use std::net::{Ipv4Addr, SocketAddr};
 use std::time::Duration;
 
+use fusion::time::{SECOND, Time};
 use tokio::net::{TcpSocket, TcpStream};
 use utm_fusion::api::Options;
 use utm_fusion::config::{Config, RateLimit};
-use utm_fusion::time::{SECOND, Time};
 
 use crate::common::{Reader, Site, receive};
 

@@ -5,12 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use asterix::cat129::fusion_report::Flags;
 use asterix::cat129::{FusionReport, Record};
 use asterix::{DataSource, blocks};
+use fusion::Basis;
+use fusion::time::Time;
 use serde_json::Value;
 use utm_fusion::config::SerialSource;
-use utm_fusion::fusion::Basis;
 use utm_fusion::publish::Cat129Encoder;
 use utm_fusion::simulate::TruthSample;
-use utm_fusion::time::Time;
 
 use crate::common::{Reader, Site, estimated, flown};
 

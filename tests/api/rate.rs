@@ -4,10 +4,10 @@ use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::atomic::{AtomicI64, Ordering};
 
 use axum::http::{Request, StatusCode};
+use fusion::time::{SECOND, Time};
 use tokio::net::TcpSocket;
 use utm_fusion::api::Options;
 use utm_fusion::config::{Auth, RateLimit};
-use utm_fusion::time::{SECOND, Time};
 
 use crate::common::{Reader, Site, receive, send};
 

@@ -1,9 +1,9 @@
 //! How the radars are registered: what `/api/v1/sensors`, `/metrics` and the alerts say of it.
 
+use fusion::operational::Step;
 use jiff::SignedDuration;
 use serde_json::Value;
 use utm_fusion::config::Registration;
-use utm_fusion::fusion::operational::Step;
 use utm_fusion::live::{RegistrationStatus, Status};
 
 use crate::common::Site;

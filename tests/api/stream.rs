@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 
 use axum::body::Body;
 use axum::http::Request;
+use fusion::time::Time;
 use futures_util::StreamExt;
 use tower::ServiceExt;
 use utm_fusion::api::Options;
 use utm_fusion::live::{Frame, SensorState};
-use utm_fusion::time::Time;
 
 use crate::common::{Reader, Site, flown};
 

@@ -2,9 +2,9 @@
 
 use std::io;
 
+use fusion::time::Time;
 use proptest::prelude::*;
 use utm_fusion::ingest::{Capture, Damage, OpenError, SkipReason};
-use utm_fusion::time::Time;
 
 use crate::writer::{MAGICS, PcapWriter, UDP, WRAPPINGS, ethernet, ipv4, ipv6, udp};
 use crate::{BLOCKS, endpoints, open, open_in_steps, payloads, read};

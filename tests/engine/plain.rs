@@ -3,12 +3,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use utm_fusion::fusion::{
+use fusion::time::Time;
+use fusion::{
     Association, Because, Emission, Evidence, Keeping, Knot, Numbered, Numbers, Point, RadarPart, Settings,
     Slot, Source, TransponderPart, evaluate,
 };
-use utm_fusion::normalise::{Enu, Fix, Identity, Plot, RadarTrackKey, Report};
-use utm_fusion::time::Time;
+use fusion::{Enu, Fix, Identity, Plot, RadarTrackKey, Report};
 
 use crate::scenario::{Arrival, SLOT_NS};
 

@@ -1,11 +1,11 @@
 //! Random scenarios: a few aircraft and radar tracks near each other, reports late, ahead, doubled, out of order.
 
+use fusion::time::{SECOND, Time};
+use fusion::{Emission, Engine, Gate, Settings, SlotGrid};
+use fusion::{Enu, Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex, UasItems};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::Index;
-use utm_fusion::fusion::{Emission, Engine, Gate, Settings, SlotGrid};
-use utm_fusion::normalise::{Enu, Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex, UasItems};
-use utm_fusion::time::{SECOND, Time};
 
 /// One reception with its report.
 #[derive(Clone, Debug)]

@@ -7,9 +7,9 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use fusion::time::Time;
 use utm_fusion::evaluate::read::{self, Days};
 use utm_fusion::evaluate::{Alone, Covariance, Evaluation, Labels, Nees, OutputPoint, Settings, Truth};
-use utm_fusion::time::Time;
 
 use super::common::{START_S, Scratch, assert_near, centre_s, east, evaluate, north, ran};
 

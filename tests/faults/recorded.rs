@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use fusion::time::Time;
 use utm_fusion::config::Config;
-use utm_fusion::time::Time;
 
 use crate::common::{complete_from, files, read, replayed_datagrams};
 

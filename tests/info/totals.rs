@@ -3,10 +3,10 @@
 use std::net::SocketAddr;
 
 use asterix::{Record, blocks, cat048, cat129};
+use fusion::time::Time;
 use proptest::prelude::*;
 use utm_fusion::ingest::{Datagram, Endpoints};
 use utm_fusion::survey::{Report, SOURCES, STREAMS, Survey};
-use utm_fusion::time::Time;
 
 use super::{block, fix, plot};
 

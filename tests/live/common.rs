@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use fusion::time::Time;
 use socket2::{Domain, Protocol, Socket, Type};
 use utm_fusion::config::{Config, Record};
 use utm_fusion::ingest::{Capture, Datagram};
 use utm_fusion::simulate::{Scenario, Simulation, simulate};
-use utm_fusion::time::Time;
 
 pub(crate) use crate::program::{Scratch, utm_fusion};
 

@@ -8,22 +8,22 @@ use std::path::Path;
 
 use asterix::cat048::{self, TrackNumber};
 use asterix::{blocks, encode_block};
+use fusion::Identity;
+use fusion::operational::{Decision, Held, Verdict};
+use fusion::time::{SECOND, Time};
+use fusion::{Given, LARGEST_TRANSPONDER_NUMBER, NumberChange, Source};
 use jiff::SignedDuration;
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use utm_fusion::areas::Masks;
 use utm_fusion::config::{Config, Profile, Record};
-use utm_fusion::fusion::operational::{Decision, Held, Verdict};
-use utm_fusion::fusion::{Given, LARGEST_TRANSPONDER_NUMBER, NumberChange, Source};
 use utm_fusion::ingest::{Reception, ReceptionKind};
 use utm_fusion::live::{Driver, Made};
-use utm_fusion::normalise::Identity;
 use utm_fusion::pipeline::Event;
 use utm_fusion::publish::{Cat129Encoder, Recorded, Recorder, RecorderQueue, pack};
 use utm_fusion::simulate::Datagram;
 use utm_fusion::state::{Registrations, decision_line, registration_text};
-use utm_fusion::time::{SECOND, Time};
 
 use crate::common::{Scratch, complete_from, datagrams, files, flight, only, replayed, replayed_datagrams};
 

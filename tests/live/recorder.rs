@@ -4,13 +4,13 @@ use std::fs;
 use std::net::{Ipv4Addr, SocketAddrV4};
 use std::time::{Duration, Instant};
 
+use fusion::Given;
+use fusion::Identity;
+use fusion::time::{SECOND, Time};
 use jiff::SignedDuration;
 use utm_fusion::config::{Config, Record};
-use utm_fusion::fusion::Given;
-use utm_fusion::normalise::Identity;
 use utm_fusion::publish::{Recorded, Recorder, RecorderQueue};
 use utm_fusion::state::read_numbers;
-use utm_fusion::time::{SECOND, Time};
 
 use crate::common::{Scratch, datagrams, files, only, read};
 

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use fusion::time::Time;
 use jiff::SignedDuration;
 use serde_json::{Value, json};
 use utm_fusion::areas::Masks;
@@ -13,7 +14,6 @@ use utm_fusion::pipeline::{Event, Pipeline};
 use utm_fusion::publish::Recorder;
 use utm_fusion::simulate::Simulation;
 use utm_fusion::state::{Registrations, parse_registration, registration_text};
-use utm_fusion::time::Time;
 
 use crate::common::{Running, Scratch, beside, files, flight, on_own_ports, only, replayed, utm_fusion};
 use crate::driver::{Fate, Flown, fly};

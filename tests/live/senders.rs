@@ -7,11 +7,11 @@ use std::net::{SocketAddr, TcpStream};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use fusion::time::Time;
 use serde_json::Value;
 use utm_fusion::live::now;
 use utm_fusion::publish::{PcapWriter, UdpFlow};
 use utm_fusion::simulate::Simulation;
-use utm_fusion::time::Time;
 
 use crate::common::{Running, Scratch, beside, flight, only, read, replayed, utm_fusion};
 use crate::stage::Stage;

@@ -7,11 +7,11 @@ use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
+use fusion::time::{SECOND, Time};
 use utm_fusion::config::{Address, Config, Record};
 use utm_fusion::live::now;
 use utm_fusion::publish::socket;
 use utm_fusion::simulate::Simulation;
-use utm_fusion::time::{SECOND, Time};
 
 use crate::common::{Running, Scratch, flight, group, joined, on_own_ports, utm_fusion};
 

@@ -1,11 +1,11 @@
 //! Identities that are invented, thousands a second.
 
+use fusion::time::{SECOND, Time};
 use utm_fusion::areas::Masks;
 use utm_fusion::config::Profile;
 use utm_fusion::ingest::{Reception, ReceptionKind};
 use utm_fusion::pipeline::{Output, Pipeline};
 use utm_fusion::simulate::Simulation;
-use utm_fusion::time::{SECOND, Time};
 
 use crate::invented::invented;
 use crate::{flight, points, site};

@@ -6,6 +6,7 @@ mod flood;
 #[path = "../shared/invented.rs"]
 mod invented;
 
+use fusion::time::Time;
 use utm_fusion::areas::Masks;
 use utm_fusion::config::{Config, Motion, Profile};
 use utm_fusion::evaluate::{
@@ -13,7 +14,6 @@ use utm_fusion::evaluate::{
 };
 use utm_fusion::ingest::Reception;
 use utm_fusion::simulate::{Scenario, Simulation, TRANSPONDER_ID, simulate};
-use utm_fusion::time::Time;
 
 fn scenario(name: &str) -> Scenario {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("config/scenarios/{name}.toml"));

@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use asterix::{Block, Record, blocks, cat034, cat048, cat129, profile};
+use fusion::Emission;
+use fusion::time::Time;
 use utm_fusion::areas::Masks;
 use utm_fusion::config::Config;
-use utm_fusion::fusion::Emission;
 use utm_fusion::ingest::{Capture, Datagram, Merged, Reception};
 use utm_fusion::pipeline::{Event, Output, Pipeline, Tally};
 use utm_fusion::publish::{PcapWriter, UdpFlow};
-use utm_fusion::time::Time;
 
 pub(crate) use crate::program::{Scratch, utm_fusion};
 

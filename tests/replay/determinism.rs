@@ -5,9 +5,9 @@ use std::fs::{self, File};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use fusion::time::SECOND;
 use utm_fusion::ingest::Reception;
 use utm_fusion::normalise::nearest_day;
-use utm_fusion::time::SECOND;
 
 use super::common::{
     EXTENSIONS, Flight, SLOT_NS, Scratch, bundled, contents, datagrams, demo, fly, pcap, ran,

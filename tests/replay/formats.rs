@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use asterix::{DataSource, TimeOfDay, blocks, cat129, encode_block};
+use fusion::time::{SECOND, Time};
 use serde_json::{Map, Value};
-use utm_fusion::time::{SECOND, Time};
 
 use super::common::{SLOT_NS, Scratch, bundled, datagrams, demo, pcap, ran};
 

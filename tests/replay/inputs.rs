@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use asterix::blocks;
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use fusion::time::{SECOND, Time};
 use jiff::SignedDuration;
 use utm_fusion::ingest::Datagram;
-use utm_fusion::time::{SECOND, Time};
 
 use super::common::{Flight, Scratch, csv_lines, datagrams, demo, pcap, ran, utm_fusion};
 

@@ -2,7 +2,7 @@
 
 use asterix::cat129::Record;
 use asterix::{TimeOfDay, blocks, encode_block};
-use utm_fusion::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
 
 /// Their serials begin so; those of simulated drones do not.
 pub const PREFIX: &[u8] = b"FLOOD";

@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use asterix::{Record, blocks, cat048, cat129};
+use fusion::Geodetic;
+use fusion::time::Time;
 use nalgebra::Vector3;
 use utm_fusion::areas::Masks;
 use utm_fusion::ingest::{Reception, ReceptionKind};
-use utm_fusion::normalise::{Geodetic, Normaliser};
+use utm_fusion::normalise::Normaliser;
 use utm_fusion::simulate::{Scenario, Simulation, simulate};
-use utm_fusion::time::Time;
 
 pub(crate) use crate::program::{Scratch, utm_fusion};
 

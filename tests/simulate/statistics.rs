@@ -2,12 +2,12 @@
 
 use std::collections::BTreeSet;
 
+use fusion::time::Time;
+use fusion::{Emission, Source};
 use utm_fusion::areas::Masks;
 use utm_fusion::config::Profile;
-use utm_fusion::fusion::{Emission, Source};
 use utm_fusion::pipeline::{Event, Output, Pipeline};
 use utm_fusion::simulate::Scenario;
-use utm_fusion::time::Time;
 
 use crate::common::{Flown, between, fly, kept};
 

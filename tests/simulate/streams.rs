@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 use std::fs;
 
+use fusion::time::Time;
 use utm_fusion::simulate::{Datagram, Flight, Scenario, Span, simulate};
-use utm_fusion::time::Time;
 
 use crate::common::{Flown, Scratch, files, fly, kept_path, scenario};
 

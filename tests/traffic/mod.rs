@@ -3,11 +3,11 @@
 
 use std::f64::consts::TAU;
 
-use utm_fusion::estimation::{Dynamics, Models, RadarErrors};
-use utm_fusion::fusion::operational::{self, Mode, Radar, Transponder};
-use utm_fusion::fusion::{Engine, Gate, Settings, SlotGrid};
-use utm_fusion::normalise::{Enu, Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex, UasItems};
-use utm_fusion::time::{SECOND, Time};
+use fusion::filter::{Dynamics, Models, RadarErrors};
+use fusion::operational::{self, Mode, Radar, Transponder};
+use fusion::time::{SECOND, Time};
+use fusion::{Engine, Gate, Settings, SlotGrid};
+use fusion::{Enu, Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex, UasItems};
 
 /// Nanoseconds of a slot.
 pub const SLOT_NS: i64 = SECOND / 4;

@@ -18,7 +18,7 @@ use crate::evaluate::read::{self, Days, Kind};
 use crate::evaluate::{Evaluation, Label, Labels, OutputPoint, Truth};
 use crate::ingest::{Capture, Merged, OpenError};
 use crate::normalise::{nearest_day, time_of_day_count};
-use crate::time::Time;
+use fusion::time::Time;
 
 /// Octets that tell what a file is.
 const BEGINNING: u64 = 4096;

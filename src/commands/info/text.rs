@@ -6,7 +6,7 @@ use super::Info;
 use crate::commands::table::{Table, duration, grouped, short};
 use crate::ingest::Format;
 use crate::survey::{LineHint, Report, SensorHint, SourceReport, Span, Stamp};
-use crate::time::{DAY, SECOND};
+use fusion::time::{DAY, SECOND};
 
 /// Lines of a table that are printed, those with the highest counts; JSON has them all.
 const SHOWN: usize = 20;

@@ -4,11 +4,11 @@
 use std::collections::BTreeMap;
 
 use super::scene::Scene;
-use crate::assignment::{Candidate, assign};
 use crate::evaluate::judged::Judged;
 use crate::evaluate::nearby::Nearby;
 use crate::evaluate::{GospaParts, OutputPoint, Place, PointSource, Truth};
-use crate::fusion::{Slot, SlotGrid};
+use fusion::assignment::{Candidate, assign};
+use fusion::{Slot, SlotGrid};
 
 /// The cut-off c, metres.
 pub(in crate::evaluate) const CUT_OFF_M: f64 = 50.0;

@@ -3,7 +3,7 @@
 use super::super::{
     Drone, ErrorStatistics, Evaluation, Offset, Place, PointSource, Sample, Score, Scored, Seen,
 };
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
 
 const START: i64 = 1_781_999_970 * SECOND;
 pub(super) const RADAR: Place =

@@ -21,8 +21,8 @@ mod thin;
 pub use page::page;
 
 use super::{Evaluation, Place, PointSource, Sample};
-use crate::time::{SECOND, Time};
 use axis::decimal;
+use fusion::time::{SECOND, Time};
 use style::Style;
 
 /// One picture.

@@ -8,7 +8,7 @@ use super::style::{FALSE, Marker, Scale, Style};
 use super::svg::PathData;
 use super::thin::simplify;
 use super::{Clock, Figure, Stream, TruthLine, caption, counted, thinned};
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
 
 /// Between true points further apart in time nothing is drawn.
 const TRUTH_GAP: i64 = 5 * SECOND;

@@ -13,7 +13,7 @@ use super::{FileError, OutputFile};
 use crate::evaluate::{OutputPoint, Place, PointSource};
 use crate::ingest::{Capture, Contents, Datagram, OpenError};
 use crate::normalise::nearest_day;
-use crate::time::Time;
+use fusion::time::Time;
 
 /// On which day the first time of day of a file without days is; each later one is nearest to the one before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use jiff::Timestamp;
 
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
 
 /// A time as seconds UTC since 1970-01-01 in decimal, kept to the nanosecond, or in RFC 3339; `None`: neither, or
 /// outside the years 1678 to 2261.

@@ -7,7 +7,7 @@ use csv::{ErrorKind, Position, ReaderBuilder, StringRecord, Trim};
 
 use super::{FileError, Tracks, cells};
 use crate::evaluate::{Label, OutputPoint, Place, PointSource};
-use crate::time::Time;
+use fusion::time::Time;
 
 /// Heights that something which flies can have, metres.
 const HEIGHTS_M: (f64, f64) = (-1_000.0, 100_000.0);

@@ -4,7 +4,7 @@ use roxmltree::{Document, Node};
 
 use super::{FileError, Tracks, cells};
 use crate::evaluate::Place;
-use crate::time::Time;
+use fusion::time::Time;
 
 /// The tracks: `trkpt` with `lat`, `lon`, `time` and, where there is one, `ele` (metres above mean sea level). The id
 /// is the track's name, else `stem`; tracks with one id are one drone.

@@ -16,7 +16,7 @@ pub use self::error::FileError;
 pub use self::kind::{Kind, kind};
 
 use super::{Label, OutputPoint, Place};
-use crate::time::Time;
+use fusion::time::Time;
 
 /// The samples of drones, by id: what [`super::Truth::new`] takes.
 pub type Tracks = Vec<(String, Vec<(Time, Place)>)>;

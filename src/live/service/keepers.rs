@@ -7,11 +7,11 @@ use std::sync::mpsc::TrySendError;
 use tracing::{info, warn};
 
 use super::{Engine, Estimates};
-use crate::fusion::NumberChange;
-use crate::fusion::operational::{Decision, Held, Resumed};
 use crate::publish::Recorded;
 use crate::state::{Registrations, decision_line, kept_lines, registration_text};
-use crate::time::Time;
+use fusion::NumberChange;
+use fusion::operational::{Decision, Held, Resumed};
+use fusion::time::Time;
 
 /// The registration's keeper and the recorder hear of it at most this often.
 const REGISTRATION: jiff::SignedDuration = jiff::SignedDuration::from_secs(10);

@@ -28,8 +28,8 @@ use std::thread::JoinHandle;
 use tracing::error;
 
 use crate::config::{Config, Record};
-use crate::fusion::Given;
-use crate::time::Time;
+use fusion::Given;
+use fusion::time::Time;
 use queue::Counters;
 use writer::Writer;
 
@@ -53,7 +53,7 @@ pub enum Recorded {
         payload: Vec<u8>,
     },
     /// A transponder was given a number, or has a point for the first time in
-    /// [`NOTED`](crate::fusion::NOTED).
+    /// [`NOTED`](fusion::NOTED).
     Numbered {
         /// Which, and who.
         given: Given,

@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::state::DECISIONS;
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
 
 /// What a file has behind its name while it is written.
 pub(super) const PART: &str = ".part";

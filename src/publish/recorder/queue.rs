@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::SyncSender;
 
 use super::Recorded;
-use crate::time::Time;
+use fusion::time::Time;
 
 /// Where the engine hands what is to be recorded.
 #[derive(Debug)]

@@ -7,10 +7,10 @@ use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 
 use super::names::{self, Series};
-use crate::fusion::Given;
 use crate::publish::{PcapWriter, UdpFlow};
 use crate::state::{DECISIONS, NUMBERS_END, number_line, numbers_text, write_atomically};
-use crate::time::Time;
+use fusion::Given;
+use fusion::time::Time;
 
 /// Datagrams are gathered to about this many octets before they are written, less than a second of most sites.
 const GATHERED: usize = 1 << 16;
@@ -62,7 +62,7 @@ impl PcapFile {
 
     fn write(&mut self, sender: u16, flow: UdpFlow, time: Time, payload: &[u8]) -> io::Result<()> {
         // A time that the format cannot hold is the datagram's fault, not the disk's: the frame is left out.
-        if u32::try_from(time.nanos().div_euclid(crate::time::SECOND)).is_err() {
+        if u32::try_from(time.nanos().div_euclid(fusion::time::SECOND)).is_err() {
             return Ok(());
         }
         self.pcap.write_from(sender, flow, time, payload)?;

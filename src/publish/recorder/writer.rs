@@ -18,12 +18,12 @@ use super::names;
 use super::queue::Counters;
 use super::segment::{Beginning, Segment};
 use crate::config::{Address, Config, Record};
-use crate::fusion::{Given, NOTED, SlotGrid};
 use crate::ingest::udp;
 use crate::publish::UdpFlow;
 use crate::publish::files::flow;
 use crate::state::{Registrations, registration_text};
-use crate::time::Time;
+use fusion::time::Time;
+use fusion::{Given, NOTED, SlotGrid};
 
 /// What a kill may cost.
 const FLUSH: Duration = Duration::from_secs(1);

@@ -17,7 +17,7 @@ use crate::config::error::Faults;
 use crate::config::reader::{Item, Section, each};
 use crate::config::tree::{self, Table, quoted};
 use crate::config::{ConfigError, ConfigErrors, Place as ErrorPlace};
-use crate::time::Time;
+use fusion::time::Time;
 
 /// What flies, what sees it, and how that fails.
 #[derive(Clone, Debug, PartialEq)]

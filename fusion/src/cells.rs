@@ -1,0 +1,85 @@
+//! Where the detections of a slot are: squares on the ground, found row by row.
+
+use std::ops::Range;
+
+use crate::frames::Enu;
+
+/// Indices of positions by square. What is looked for lies in one small part of it, so that a slot with ten thousand
+/// detections costs little more than one with a hundred.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Cells {
+    /// Row by row from south to north, and from west to east: row, column and index.
+    squares: Vec<(i32, i32, u32)>,
+    /// The rows that hold something, with their part of `squares`.
+    rows: Vec<(i32, Range<usize>)>,
+}
+
+impl Cells {
+    /// Puts the positions into squares of `side_m`; each goes by its place in the iteration.
+    pub(super) fn fill(&mut self, positions: impl Iterator<Item = Enu>, side_m: f64) {
+        self.clear();
+        self.squares.extend((0..).zip(positions).map(|(index, position)| {
+            let (row, column) = square(position, side_m);
+            (row, column, index)
+        }));
+        self.squares.sort_unstable();
+        let mut start = 0;
+        for row in self.squares.chunk_by(|a, b| a.0 == b.0) {
+            self.rows.push((row[0].0, start..start + row.len()));
+            start += row.len();
+        }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.squares.clear();
+        self.rows.clear();
+    }
+
+    /// The indices in the square of `point` and the eight around it: all within `side_m` of it over ground, and others.
+    pub(super) fn around(&self, point: Enu, side_m: f64) -> impl Iterator<Item = usize> {
+        let (row, column) = square(point, side_m);
+        let south = self.rows.partition_point(|&(other, _)| other < row.saturating_sub(1));
+        self.rows[south..].iter().take_while(move |&&(other, _)| other <= row.saturating_add(1)).flat_map(
+            move |(_, part)| {
+                let squares = &self.squares[part.clone()];
+                let west = squares.partition_point(|&(_, other, _)| other < column.saturating_sub(1));
+                squares[west..]
+                    .iter()
+                    .take_while(move |&&(_, other, _)| other <= column.saturating_add(1))
+                    .map(|&(_, _, index)| index as usize)
+            },
+        )
+    }
+}
+
+/// Row and column. `as` saturates, and no position on Earth comes near the limits with squares of a metre or more.
+fn square(position: Enu, side_m: f64) -> (i32, i32) {
+    let index = |metres: f64| (metres / side_m).floor() as i32;
+    (index(position.north()), index(position.east()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn nothing_within_a_side_is_missed(
+            positions in prop::collection::vec((-900.0..900.0_f64, -900.0..900.0_f64), 0..80),
+            (east, north) in (-900.0..900.0_f64, -900.0..900.0_f64),
+        ) {
+            let positions: Vec<Enu> = positions.into_iter().map(|(e, n)| Enu::new(e, n, 0.0)).collect();
+            let point = Enu::new(east, north, 0.0);
+            let mut cells = Cells::default();
+            cells.fill(positions.iter().copied(), 300.0);
+            let found: Vec<usize> = cells.around(point, 300.0).collect();
+            for (index, position) in positions.iter().enumerate() {
+                let distance_m = (position.0 - point.0).norm();
+                prop_assert_eq!(found.iter().filter(|&&other| other == index).count() == 1, found.contains(&index));
+                prop_assert!(distance_m > 300.0 || found.contains(&index));
+                prop_assert!(distance_m < 850.0 || !found.contains(&index), "two squares away at most");
+            }
+        }
+    }
+}

@@ -1,0 +1,427 @@
+//! The engine: told the time and the reports, it yields every slot once. What is put out is the profile's to say.
+//!
+//! Sans-IO: no clock, no socket, no randomness. [`Engine::advance`] first, drained; then [`Engine::handle`].
+
+use crate::numbering::{Given, Keeping, Numbers};
+use crate::operational::{self, Decision, Held, Kept, Operational, Registered, Resumed, Undecided};
+use crate::point::Emission;
+use crate::reference::Reference;
+use crate::registration::{State, StateError};
+use crate::report::{Identity, Report, SensorIndex};
+use crate::settings::Settings;
+use crate::slots::{Slot, Window};
+use crate::time::Time;
+
+/// The one owner of the window.
+#[derive(Debug)]
+pub struct Engine {
+    settings: Settings,
+    clock: Option<Clock>,
+    /// The newest slot that holds a report since the window was last empty.
+    newest: Option<Slot>,
+    rules: Rules,
+    numbers: Numbers,
+    plan: Plan,
+}
+
+/// What was decided in a flight that is replayed.
+#[derive(Debug, Default)]
+struct Plan {
+    /// By slot, those of one slot in their order.
+    decisions: Vec<(Slot, Decision)>,
+    /// The first slot of the replay.
+    first: Option<Slot>,
+    /// Decisions on what never was there.
+    missed: u64,
+    /// Decisions of before a restart of which it is not known yet whether they hold, and what has become of the others.
+    kept: Vec<Kept>,
+    resumed: Vec<Resumed>,
+}
+
+/// What is put out for a slot is the profile's to say.
+#[derive(Debug)]
+enum Rules {
+    Reference(Reference),
+    Operational(Box<Operational>, operational::Settings),
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Clock {
+    /// The latest time told, by a reception or a tick.
+    now: Time,
+    /// The latest reception.
+    received: Time,
+    /// The slot to be emitted next.
+    next: Slot,
+}
+
+/// Why the engine did not take a report.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refused {
+    /// Its slot has already left the window.
+    Late,
+    /// Its slot is farther ahead of the window than reports may wait.
+    Future,
+}
+
+impl Engine {
+    /// An engine that knows nothing yet. The settings must fit the ring ([`Settings::fits_ring`]).
+    pub fn new(settings: Settings) -> Self {
+        assert!(settings.fits_ring(), "window and waiting reports do not fit the ring");
+        let keeping = if settings.operational.is_some() { Keeping::ADay } else { Keeping::ForGood };
+        Self {
+            clock: None,
+            newest: None,
+            rules: Rules::new(&settings),
+            numbers: Numbers::new(settings.grid, keeping, settings.transponder_numbers.clone()),
+            plan: Plan::default(),
+            settings,
+        }
+    }
+
+    /// Tells the time of a reception; yields the slots that are due before what was received may be handled.
+    ///
+    /// The first call starts the clock: slots due by then are never emitted. A step backward changes nothing. A step of
+    /// more than the window from one reception to the next emits what is owed and starts afresh with an empty window
+    /// (numbers and registrations stay), whatever was told in between: who only has the receptions comes to the same slots.
+    pub fn advance(&mut self, received: Time) -> Due<'_> {
+        let Some(clock) = &mut self.clock else {
+            self.start(received);
+            return Due { engine: self, last: None, restart: None };
+        };
+        if received.nanos() - clock.received.nanos() > self.settings.window_ns() {
+            return Due { last: self.newest, restart: Some(received), engine: self };
+        }
+        clock.received = clock.received.max(received);
+        self.until(received)
+    }
+
+    /// Tells the time where nothing is received; yields the slots that are due by then. Nothing before the first
+    /// reception. A step of more than the window forward from the latest time told starts afresh, as
+    /// [`Engine::advance`] does.
+    pub fn tick(&mut self, now: Time) -> Due<'_> {
+        let window_ns = self.settings.window_ns();
+        match self.clock {
+            None => Due { engine: self, last: None, restart: None },
+            Some(clock) if now.nanos() - clock.now.nanos() > window_ns => {
+                Due { last: self.newest, restart: Some(now), engine: self }
+            }
+            Some(_) => self.until(now),
+        }
+    }
+
+    fn until(&mut self, now: Time) -> Due<'_> {
+        let last = self.clock.as_mut().map(|clock| {
+            clock.now = clock.now.max(now);
+            self.settings.grid.of(clock.now).plus(-self.settings.latency_slots)
+        });
+        Due { engine: self, last, restart: None }
+    }
+
+    /// The end of the input: yields every slot up to the last that holds a report.
+    pub fn finish(&mut self) -> Due<'_> {
+        Due { last: self.newest, engine: self, restart: None }
+    }
+
+    /// Whether a report of this time would be taken in.
+    ///
+    /// # Panics
+    /// When no time was told before.
+    pub fn accepts(&self, time: Time) -> Result<(), Refused> {
+        let clock = self.clock.expect("advance() is told the reception before its reports are handled");
+        let slot = self.settings.grid.of(time);
+        let window = self.window(clock.next);
+        if slot < window.first {
+            return Err(Refused::Late);
+        }
+        if slot > window.last.plus(self.settings.waiting_slots()) {
+            return Err(Refused::Future);
+        }
+        Ok(())
+    }
+
+    /// Takes a report in.
+    ///
+    /// # Panics
+    /// When no time was told before.
+    pub fn handle(&mut self, report: Report) -> Result<(), Refused> {
+        self.accepts(report.time())?;
+        self.newest = self.newest.max(Some(self.settings.grid.of(report.time())));
+        match &mut self.rules {
+            Rules::Reference(reference) => reference.handle(report),
+            Rules::Operational(operational, _) => operational.handle(report),
+        }
+        Ok(())
+    }
+
+    /// How far a reception lies behind the engine's time, nanoseconds (0 when it does not).
+    pub fn behind_ns(&self, received: Time) -> i64 {
+        self.clock.map_or(0, |clock| (clock.now.nanos() - received.nanos()).max(0))
+    }
+
+    /// The next slot to be emitted, once the clock has started.
+    pub fn next_slot(&self) -> Option<Slot> {
+        self.clock.map(|clock| clock.next)
+    }
+
+    /// Points left out because all transponder numbers were used up.
+    pub fn unnumbered(&self) -> u64 {
+        self.numbers.unnumbered()
+    }
+
+    /// The transponder numbers that somebody has.
+    pub fn numbers(&self) -> &Numbers {
+        &self.numbers
+    }
+
+    /// What is known of each radar's registration; nothing in the `reference` profile.
+    pub fn registered(&self) -> impl Iterator<Item = (SensorIndex, &Registered)> {
+        self.operational().into_iter().flat_map(Operational::registered)
+    }
+
+    /// Takes over what was known of a radar's registration in an earlier life; whether it did. The `reference` profile knows
+    /// none.
+    ///
+    /// # Errors
+    /// The state is of another version, or its numbers are not what is written.
+    pub fn restore(&mut self, sensor: SensorIndex, state: &State) -> Result<bool, StateError> {
+        match &mut self.rules {
+            Rules::Operational(operational, _) => operational.restore(sensor, state).map(|()| true),
+            Rules::Reference(_) => Ok(false),
+        }
+    }
+
+    /// Numbers are given for good, whatever the profile: for a replay that begins with none.
+    pub fn keep_numbers_for_good(&mut self) {
+        self.numbers.keep_for_good();
+    }
+
+    /// Takes over a number given in an earlier life; whether it did ([`Numbers::remember`]).
+    pub fn remember(&mut self, given: Given) -> bool {
+        self.numbers.remember(given)
+    }
+
+    /// An operator's word; it counts from the next slot on, until the radar's track number ends.
+    ///
+    /// # Errors
+    /// The profile knows no decisions, or the radar track or the transponder is not there.
+    pub fn decide(&mut self, decision: Decision) -> Result<(), Undecided> {
+        match (&mut self.rules, self.clock) {
+            (Rules::Reference(_), _) => Err(Undecided::Reference),
+            (Rules::Operational(..), None) => Err(Undecided::NoRadarTrack),
+            (Rules::Operational(operational, profile), Some(clock)) => {
+                operational.decide(decision, clock.next, profile)
+            }
+        }
+    }
+
+    /// What was decided in a flight that is replayed, each with its slot: it counts from that slot on, as it did then. What
+    /// was decided before the replay begins counts as soon as the radar track is there, within a window's length.
+    pub fn plan(&mut self, mut decisions: Vec<(Slot, Decision)>) {
+        decisions.sort_by_key(|planned| planned.0);
+        self.plan.decisions = decisions;
+    }
+
+    /// Decisions of before a restart: each holds again as soon as its radar track is heard again, where that is within the
+    /// break of the radar's track numbers. Before the first reception.
+    pub fn resume(&mut self, kept: Vec<Kept>) {
+        self.plan.kept = kept;
+        if !self.knows_decisions() {
+            self.plan.end_kept();
+        }
+    }
+
+    /// What has become of the decisions of before a restart, each once.
+    pub fn resumed(&mut self) -> Vec<Resumed> {
+        std::mem::take(&mut self.plan.resumed)
+    }
+
+    /// The decisions that a restart would have to know: those in force, and those of the last restart that may still hold.
+    pub fn kept(&self) -> Vec<Kept> {
+        let in_force = self.operational().map_or_else(Vec::new, Operational::kept);
+        in_force.into_iter().chain(self.plan.kept.iter().copied()).collect()
+    }
+
+    /// Decisions of the plan that were about what was not there.
+    pub fn missed(&self) -> u64 {
+        self.plan.missed
+    }
+
+    /// The decisions that are in force, by radar track.
+    pub fn decisions(&self) -> Vec<Held> {
+        self.operational().map_or_else(Vec::new, Operational::decisions)
+    }
+
+    /// The transponders that something can be decided of; none in the `reference` profile.
+    pub fn transponders(&self) -> impl Iterator<Item = Identity> {
+        self.operational().into_iter().flat_map(Operational::transponders)
+    }
+
+    /// Whether the profile knows decisions.
+    pub fn knows_decisions(&self) -> bool {
+        self.operational().is_some()
+    }
+
+    fn operational(&self) -> Option<&Operational> {
+        match &self.rules {
+            Rules::Operational(operational, _) => Some(operational),
+            Rules::Reference(_) => None,
+        }
+    }
+
+    fn start(&mut self, received: Time) {
+        let next = self.settings.grid.of(received).plus(1 - self.settings.latency_slots);
+        self.plan.first.get_or_insert(next);
+        self.clock = Some(Clock { now: received, received, next });
+    }
+
+    fn restart(&mut self, received: Time) {
+        self.newest = None;
+        let before = std::mem::replace(&mut self.rules, Rules::new(&self.settings));
+        // A silence says nothing about how the radars are set up.
+        if let (Rules::Operational(now, _), Rules::Operational(before, _)) = (&mut self.rules, before) {
+            now.inherit(*before);
+        }
+        self.start(received);
+        // Decisions ended with what they were about.
+        let next = self.next_slot();
+        self.plan.decisions.retain(|planned| Some(planned.0) >= next);
+        self.plan.end_kept();
+    }
+
+    fn window(&self, emitted: Slot) -> Window {
+        let Settings { latency_slots, window_slots, suppress_slots, .. } = self.settings;
+        let last = emitted.plus(latency_slots - 1);
+        Window {
+            first: emitted.plus(latency_slots - window_slots),
+            emitted,
+            horizon: emitted.plus(suppress_slots).min(last),
+            last,
+        }
+    }
+
+    /// Emits the next slot.
+    fn emit(&mut self) -> Option<Emission> {
+        let clock = self.clock.as_mut()?;
+        let slot = clock.next;
+        clock.next = slot.plus(1);
+        let window = self.window(slot);
+        let Self { settings, rules, numbers, plan, .. } = self;
+        numbers.turn(slot);
+        if let Rules::Operational(operational, profile) = rules {
+            plan.carry_out(slot, settings.window_slots, operational, profile);
+            plan.resume((slot, settings.grid.centre(slot)), operational, profile);
+        }
+        let points = match rules {
+            Rules::Reference(reference) => reference.emit(&window, settings, numbers),
+            // Behind the last report of all nobody is extrapolated: a replay ends there, too.
+            Rules::Operational(operational, profile) if self.newest.is_none_or(|newest| slot > newest) => {
+                operational.pass(settings.grid.centre(slot), profile);
+                Vec::new()
+            }
+            Rules::Operational(operational, profile) => {
+                operational.emit(slot, settings.grid, profile, numbers)
+            }
+        };
+        let newcomers = match rules {
+            Rules::Reference(_) => Vec::new(),
+            Rules::Operational(operational, _) => operational.take_newcomers(),
+        };
+        let numbers = numbers.take_changes();
+        Some(Emission { slot, time: settings.grid.centre(slot), points, numbers, newcomers })
+    }
+}
+
+impl Plan {
+    /// What was decided for this slot, and what is still to be found.
+    fn carry_out(
+        &mut self,
+        slot: Slot,
+        window_slots: i64,
+        operational: &mut Operational,
+        profile: &operational::Settings,
+    ) {
+        let is_beginning = self.first.is_some_and(|first| slot < first.plus(window_slots));
+        let missed = &mut self.missed;
+        self.decisions.retain(|&(at, decision)| {
+            if at > slot {
+                return true;
+            }
+            let is_there = operational.decide(decision, at, profile).is_ok();
+            *missed += u64::from(!is_there && !is_beginning);
+            !is_there && is_beginning
+        });
+    }
+}
+
+impl Plan {
+    /// Looks for the radar tracks of the decisions of before a restart; none counts earlier than it did then.
+    fn resume(
+        &mut self,
+        (slot, time): (Slot, Time),
+        operational: &mut Operational,
+        profile: &operational::Settings,
+    ) {
+        let Self { kept, resumed, missed, .. } = self;
+        kept.retain(|&kept| {
+            if kept.held.since > slot {
+                return true;
+            }
+            let known = operational.resume(kept, time, profile);
+            *missed += u64::from(matches!(known, Some(Resumed::Ended(_))));
+            resumed.extend(known);
+            known.is_none()
+        });
+    }
+
+    /// The radar tracks of before are not heard again.
+    fn end_kept(&mut self) {
+        self.missed += self.kept.len() as u64;
+        self.resumed.extend(self.kept.drain(..).map(|kept| Resumed::Ended(kept.held)));
+    }
+}
+
+impl Rules {
+    fn new(settings: &Settings) -> Self {
+        match &settings.operational {
+            Some(profile) => Self::Operational(Box::default(), profile.clone()),
+            None => Self::Reference(Reference::new(settings)),
+        }
+    }
+}
+
+/// The slots that are due, in order. Those not taken are emitted, and lost, when it is dropped.
+#[derive(Debug)]
+#[must_use = "the due slots are the engine's output"]
+pub struct Due<'a> {
+    engine: &'a mut Engine,
+    last: Option<Slot>,
+    restart: Option<Time>,
+}
+
+impl Due<'_> {
+    /// Whether the engine starts afresh after these.
+    pub fn restarts(&self) -> bool {
+        self.restart.is_some()
+    }
+}
+
+impl Iterator for Due<'_> {
+    type Item = Emission;
+
+    fn next(&mut self) -> Option<Emission> {
+        if self.last.zip(self.engine.next_slot()).is_some_and(|(last, next)| next <= last) {
+            return self.engine.emit();
+        }
+        if let Some(received) = self.restart.take() {
+            self.engine.restart(received);
+        }
+        None
+    }
+}
+
+impl Drop for Due<'_> {
+    fn drop(&mut self) {
+        self.for_each(drop);
+    }
+}

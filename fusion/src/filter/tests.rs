@@ -1,0 +1,270 @@
+//! The recursive filter and smoother against the one-step solution of the same problem: all states at once, conditioned on
+//! all measurements, with dense matrices.
+
+use nalgebra::{DMatrix, DVector, SMatrix, Vector2};
+use proptest::prelude::*;
+
+use super::imm::Observation;
+use super::motion::{MODELS, Model, Models};
+use super::plane::{self, OverGround};
+use super::singer::Singer;
+use super::slow::{SlowChange, SlowError};
+use super::track::{By, Dynamics, Measurement, Owner, RadarErrors, Seen, Track};
+use crate::frames::Enu;
+use crate::time::Time;
+
+mod singer;
+
+const ERRORS: RadarErrors = RadarErrors {
+    slow_range_m: 5.0,
+    slow_azimuth: 0.02,
+    slow_height_m: 8.0,
+    fast_range_m: 2.0,
+    fast_azimuth: 0.003,
+    fast_height_m: 3.0,
+    correlation_s: 20.0,
+};
+
+/// With one model four times over there is nothing to mix: the filter is Kalman's.
+fn alike(model: Model) -> Models {
+    Models { each: [model; MODELS], ..Models::default() }
+}
+
+/// Both ways to move.
+fn dynamics() -> [Dynamics; 2] {
+    [Dynamics::Imm(Models::default()), Dynamics::Singer(Singer::default())]
+}
+
+/// What is known when these have been measured.
+fn tracked(measurements: &[Measurement], dynamics: &Dynamics) -> Track {
+    let mut track = Track::new(dynamics);
+    track.measure(Time::from_nanos(i64::MIN), measurements);
+    track
+}
+
+fn seconds(at: f64) -> Time {
+    Time::from_nanos((at * 1e9).round() as i64)
+}
+
+/// Measurements at rising times: of a transponder or, where `radar`, of one radar track.
+fn measurements(rows: &[(f64, f64, f64, bool)]) -> Vec<Measurement> {
+    let mut at = 0.0;
+    let measured = |&(later, east, north, radar): &(f64, f64, f64, bool)| {
+        at += later;
+        let position = Enu::new(1000.0 + 10.0 * at + east, 800.0 + north, 50.0);
+        let seen = Seen::from(Enu::new(0.0, 0.0, 0.0), position);
+        let owner = Owner { tracklet: 1, since: None };
+        let known = SlowError::of(&ERRORS);
+        let by = if radar {
+            By::Radar { owner, known, seen, errors: ERRORS }
+        } else {
+            By::Transponder { horizontal_m: 1.0, vertical_m: 2.0 }
+        };
+        // Of those of a transponder, some tell the velocity.
+        let velocity = (!radar && east > 0.0).then(|| (Vector2::new(10.0 + 0.5 * north, 0.2 * east), 0.4));
+        Measurement { time: seconds(at), position, height_measured: true, by, velocity, climb: None }
+    };
+    rows.iter().map(measured).collect()
+}
+
+/// Position at `time` by conditioning the joint Gaussian of all states, the first of them before anything was measured.
+fn at_once<const STATES: usize, const M: usize>(
+    measurements: &[Measurement],
+    time: Time,
+    models: &impl OverGround<STATES, M>,
+) -> (Vector2<f64>, SMatrix<f64, 2, 2>) {
+    let mut times: Vec<Time> = measurements.iter().map(|measurement| measurement.time).collect();
+    times.push(time);
+    times.sort_unstable();
+    times.dedup();
+    let first = &measurements[0];
+    let mut owned = matches!(first.by, By::Radar { .. });
+    let slow = owned.then(|| SlowError::of(&ERRORS));
+    let begin = models.first(first.position.0.xy(), slow.as_ref()).combined();
+    // Joint mean and covariance of the states, one after another.
+    let size = STATES * times.len();
+    let (mut mean, mut covariance) = (DVector::zeros(size), DMatrix::zeros(size, size));
+    mean.rows_mut(0, STATES).copy_from(&begin.mean);
+    covariance.view_mut((0, 0), (STATES, STATES)).copy_from(&begin.covariance);
+    for index in 1..times.len() {
+        let dt = times[index].seconds_since(times[index - 1]);
+        let radar_begins =
+            !owned && measurements.iter().any(|m| m.time == times[index] && matches!(m.by, By::Radar { .. }));
+        let change = match (radar_begins, owned) {
+            (true, _) => SlowChange::anew(SlowError::of(&ERRORS)),
+            (false, true) => SlowChange::after(&ERRORS, dt),
+            (false, false) => SlowChange::NONE,
+        };
+        owned |= radar_begins;
+        let motion = models.motions(dt, &change)[0];
+        let (before, here) = (STATES * (index - 1), STATES * index);
+        let next = motion.transition * mean.fixed_rows::<STATES>(before) + motion.shift;
+        mean.rows_mut(here, STATES).copy_from(&next);
+        let across = motion.transition * covariance.view((before, 0), (STATES, here));
+        covariance.view_mut((here, 0), (STATES, here)).copy_from(&across);
+        covariance.view_mut((0, here), (here, STATES)).copy_from(&across.transpose());
+        let own = across.columns(before, STATES) * motion.transition.transpose() + motion.noise;
+        covariance.view_mut((here, here), (STATES, STATES)).copy_from(&own);
+    }
+    let mut observe = |time: Time, observation: &Observation<STATES, 2>| {
+        let place = STATES * times.iter().position(|&known| known == time).unwrap();
+        let mut matrix = DMatrix::zeros(2, size);
+        matrix.view_mut((0, place), (2, STATES)).copy_from(&observation.matrix);
+        let noise = DMatrix::from_iterator(2, 2, observation.noise.iter().copied());
+        let innovation = DVector::from_iterator(2, observation.value.iter().copied()) - &matrix * &mean;
+        let spread = &matrix * &covariance * matrix.transpose() + noise;
+        let gain = &covariance * matrix.transpose() * spread.try_inverse().unwrap();
+        mean += &gain * innovation;
+        covariance -= &gain * &matrix * &covariance.clone();
+    };
+    for Measurement { time, position, by, velocity, .. } in measurements {
+        match by {
+            By::Transponder { horizontal_m, .. } => {
+                observe(*time, &plane::fix(position.0.xy(), *horizontal_m));
+            }
+            By::Radar { seen, errors, .. } => observe(*time, &plane::plot(position.0.xy(), seen, errors)),
+        }
+        if let Some((velocity, deviation)) = velocity {
+            observe(*time, &plane::velocity(*velocity, *deviation));
+        }
+    }
+    let place = STATES * times.iter().position(|&known| known == time).unwrap();
+    (mean.fixed_rows::<2>(place).into_owned(), covariance.fixed_view::<2, 2>(place, place).into_owned())
+}
+
+fn rows() -> impl Strategy<Value = Vec<(f64, f64, f64, bool)>> {
+    // So near to a straight flight that no measurement is an outlier.
+    prop::collection::vec((0.1..2.0, -1.5..1.5, -1.5..1.5, any::<bool>()), 3..12)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Before, between and after the measurements, with a radar's slow error and without.
+    #[test]
+    fn filter_and_smoother_are_the_one_step_solution(rows in rows(), share in 0.0..1.2_f64) {
+        let measurements = measurements(&rows);
+        let last = measurements.last().unwrap().time;
+        let time = seconds(0.1 + share * last.as_seconds());
+        let (one, singer) = (alike(Model::ConstantVelocity { noise: 2.0 }), Singer::default());
+        for (dynamics, expected) in [
+            (Dynamics::Imm(one), at_once(&measurements, time, &one)),
+            (Dynamics::Singer(singer), at_once(&measurements, time, &singer)),
+        ] {
+            let estimate = tracked(&measurements, &dynamics).at(time).unwrap();
+            let (place, covariance) = expected;
+            // What is assumed of the first speed the filter assumes with the first measurement, and not before.
+            let before = time < measurements[0].time;
+            let near_m = if before { 0.2 * covariance.norm().sqrt() } else { 1e-6 };
+            let off_m = (estimate.position.0.xy() - place).norm();
+            prop_assert!(off_m < near_m, "{} {place}", estimate.position.0);
+            let near = if before { 0.2 } else { 1e-6 };
+            let off = (estimate.horizontal - covariance).norm() / covariance.norm().max(1.0);
+            prop_assert!(off < near, "{} {covariance}", estimate.horizontal);
+        }
+    }
+
+    /// What comes late is as if it had come in time, to the bit.
+    #[test]
+    fn the_order_of_arrival_plays_no_part(rows in rows(), late in 1..3usize, at in 0.0..1.5_f64) {
+        let all = measurements(&rows);
+        let held_up = 1 + late % (all.len() - 1);
+        let without: Vec<Measurement> =
+            all.iter().enumerate().filter(|(index, _)| *index != held_up).map(|(_, m)| *m).collect();
+        let time = seconds(at * all.last().unwrap().time.as_seconds());
+        for dynamics in dynamics() {
+            let mut track = tracked(&without, &dynamics);
+            track.measure(all[0].time, &all[1..]);
+            prop_assert_eq!(track.at(time), tracked(&all, &dynamics).at(time));
+        }
+    }
+}
+
+/// On a circle of 60 m at 15 m/s, its centre at (0, 0, 50): a report every 2.5 s.
+const TURN: f64 = 0.25;
+
+fn on_the_circle(at: f64) -> Enu {
+    let (sin, cos) = (TURN * at).sin_cos();
+    Enu::new(60.0 * cos, 60.0 * sin, 50.0)
+}
+
+fn rate_on_the_circle(at: f64) -> Vector2<f64> {
+    let (sin, cos) = (TURN * at).sin_cos();
+    Vector2::new(-sin, cos) * (60.0 * TURN)
+}
+
+fn round(told: impl Fn(f64) -> Option<Vector2<f64>>) -> Vec<Measurement> {
+    let measured = |index| {
+        let at = 2.5 * f64::from(index);
+        let by = By::Transponder { horizontal_m: 0.5, vertical_m: 0.5 };
+        let velocity = told(at).map(|velocity| (velocity, 0.3));
+        let position = on_the_circle(at);
+        Measurement { time: seconds(at), position, height_measured: true, by, velocity, climb: None }
+    };
+    (0..12).map(measured).collect()
+}
+
+/// Mean error over ground from one time to another, metres.
+fn error(measurements: &[Measurement], dynamics: &Dynamics, from: f64, to: f64) -> f64 {
+    let track = tracked(measurements, dynamics);
+    let count = ((to - from) / 0.25) as u32;
+    let sum: f64 = (0..count)
+        .map(|slot| {
+            let at = from + 0.25 * f64::from(slot) + 0.125;
+            (track.at(seconds(at)).unwrap().position.0 - on_the_circle(at).0).xy().norm()
+        })
+        .sum();
+    sum / f64::from(count)
+}
+
+/// A drone that turns is followed better by models of which some turn, or accelerate, than by a straight one alone.
+#[test]
+fn a_turn_is_followed() {
+    let measurements = round(|_| None);
+    let straight = Dynamics::Imm(alike(Model::ConstantVelocity { noise: 0.05 }));
+    let straight = error(&measurements, &straight, 10.0, 25.0);
+    for dynamics in dynamics() {
+        let mixed = error(&measurements, &dynamics, 10.0, 25.0);
+        assert!(mixed < 0.5 * straight && mixed < 1.0, "{mixed} m, straight on {straight} m, {dynamics:?}");
+    }
+}
+
+/// Between the reports, and beyond the last.
+#[test]
+fn a_velocity_sharpens_a_turn() {
+    let (without, with) = (round(|_| None), round(|at| Some(rate_on_the_circle(at))));
+    for dynamics in dynamics() {
+        for (reports, from, to) in [(12, 10.0, 25.0), (2, 2.5, 5.0)] {
+            let [without, with] = [&without, &with].map(|all| error(&all[..reports], &dynamics, from, to));
+            assert!(with < 0.7 * without, "{with} m, without velocities {without} m, {from} s, {dynamics:?}");
+        }
+    }
+}
+
+/// The velocity is also known from the positions: one that is wrong by 107 m/s does little, and one that is no number nothing.
+#[test]
+fn a_velocity_that_cannot_be_is_given_little_weight() {
+    let once = |wrong| round(move |at| (at == 15.0).then_some(wrong));
+    let (without, wrong) = (round(|_| None), once(Vector2::new(90.0, -60.0)));
+    for dynamics in dynamics() {
+        let of = |measurements| error(measurements, &dynamics, 10.0, 25.0);
+        let (without_m, wrong_m) = (of(&without), of(&wrong));
+        assert!(wrong_m < without_m + 0.1, "{wrong_m} m, without {without_m} m, {dynamics:?}");
+        let none = of(&once(Vector2::new(f64::NAN, 1.0)));
+        assert_eq!(none.to_bits(), without_m.to_bits());
+    }
+}
+
+/// One that is seen first: its first velocity is known, and its climb is.
+#[test]
+fn a_target_that_tells_how_it_moves_is_known_from_its_first_report() {
+    let first = round(|at| Some(rate_on_the_circle(at)))[0];
+    for dynamics in dynamics() {
+        let estimate =
+            |climb| tracked(&[Measurement { climb, ..first }], &dynamics).at(seconds(1.0)).unwrap();
+        let climbing = estimate(Some((-3.0, 0.5)));
+        assert!((climbing.velocity - nalgebra::Vector3::new(0.0, 15.0, -3.0)).norm() < 1.5);
+        assert!((climbing.position.0.z - 47.0).abs() < 0.5, "{}", climbing.position.0.z);
+        assert_eq!(estimate(Some((f64::NAN, 0.5))), estimate(None));
+    }
+}

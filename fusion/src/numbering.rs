@@ -1,0 +1,407 @@
+//! Track numbers of transponders: who has which, since when, and when it goes back.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::report::Identity;
+use crate::slots::{Slot, SlotGrid};
+use crate::time::{DAY, SECOND, Time};
+
+/// The largest number: fused tracks are number · 10000 + radar track, which must fit 32 bits.
+pub const LARGEST: u32 = 429_496;
+
+/// That a transponder still flies is noted this often: what outlives a restart is at most so old.
+pub const NOTED: i64 = 600 * SECOND;
+
+/// A transponder's number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Numbered {
+    /// The number T.
+    pub number: u32,
+    /// The slot it was given in: the first emitted one with a point of the transponder.
+    pub since: Slot,
+}
+
+/// Who has which number: what outlives a restart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Given {
+    /// The number T, 1 to [`LARGEST`].
+    pub number: u32,
+    /// The transponder.
+    pub identity: Identity,
+    /// When it had a point last, at most [`NOTED`] before its latest; `None`: not known, which counts as now.
+    pub heard: Option<Time>,
+}
+
+/// What became of a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NumberChange {
+    /// It was given, or its transponder has a point for the first time in [`NOTED`].
+    Heard(Given),
+    /// It is nobody's any more.
+    Returned(Given),
+}
+
+impl NumberChange {
+    /// The number that it is about, and who has, or had, it.
+    pub const fn given(&self) -> &Given {
+        match self {
+            Self::Heard(given) | Self::Returned(given) => given,
+        }
+    }
+}
+
+/// For how long a number is its transponder's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Keeping {
+    /// For good. When none is left, who comes next has none and is left out.
+    #[default]
+    ForGood,
+    /// Until a day after its last point. When none is left, who comes next gets that of the transponder that was heard
+    /// least recently.
+    ADay,
+}
+
+/// Who has which number.
+#[derive(Clone, Debug)]
+pub struct Numbers {
+    grid: SlotGrid,
+    keeping: Keeping,
+    configured: BTreeMap<Vec<u8>, u32>,
+    reserved: BTreeSet<u32>,
+    held: BTreeMap<Identity, Held>,
+    /// The holders, by when they were heard; ties by number.
+    by_age: BTreeMap<(Time, u32), Identity>,
+    taken: BTreeSet<u32>,
+    /// No number below this is free for an identity without a claim.
+    lowest: u32,
+    /// Taken over without a time, until the first slot.
+    undated: Vec<Identity>,
+    changes: Vec<NumberChange>,
+    /// Points left out because no number was left.
+    unnumbered: u64,
+}
+
+/// A number that somebody has.
+#[derive(Clone, Copy, Debug)]
+struct Held {
+    number: u32,
+    /// `None`: not since the start.
+    since: Option<Slot>,
+    heard: Time,
+}
+
+impl Numbers {
+    /// None given yet; `configured`: trimmed serial number to number.
+    pub fn new(grid: SlotGrid, keeping: Keeping, configured: BTreeMap<Vec<u8>, u32>) -> Self {
+        let reserved = configured.values().copied().collect();
+        Self {
+            grid,
+            keeping,
+            configured,
+            reserved,
+            held: BTreeMap::new(),
+            by_age: BTreeMap::new(),
+            taken: BTreeSet::new(),
+            lowest: 1,
+            undated: Vec::new(),
+            changes: Vec::new(),
+            unnumbered: 0,
+        }
+    }
+
+    /// From now on numbers are given for good: those that went back stay so.
+    pub fn keep_for_good(&mut self) {
+        self.keeping = Keeping::ForGood;
+    }
+
+    /// The number of an identity that has a point in the slot being emitted: the one it has; else its configured one if
+    /// that is not taken; else its serial number if that is a number that is free; else the lowest free one; else, with
+    /// [`Keeping::ADay`], that of the transponder that was heard least recently. `None` when all are used up.
+    pub fn of(&mut self, identity: Identity, slot: Slot) -> Option<Numbered> {
+        let now = self.grid.open(slot);
+        if let Some(held) = self.held.get_mut(&identity) {
+            let since = *held.since.get_or_insert(slot);
+            let number = held.number;
+            if now.nanos() - held.heard.nanos() >= NOTED {
+                self.by_age.remove(&(held.heard, number));
+                held.heard = now;
+                self.note(identity, number, now);
+            }
+            return Some(Numbered { number, since });
+        }
+        let configured = self.configured.get(identity.serial()).copied();
+        let number = configured
+            .filter(|number| !self.taken.contains(number))
+            .or_else(|| decimal(identity.serial()).filter(|&number| self.is_free(number)))
+            .or_else(|| self.lowest_free())
+            .or_else(|| self.take_back())?;
+        self.taken.insert(number);
+        self.held.insert(identity, Held { number, since: Some(slot), heard: now });
+        self.note(identity, number, now);
+        Some(Numbered { number, since: slot })
+    }
+
+    fn note(&mut self, identity: Identity, number: u32, heard: Time) {
+        self.by_age.insert((heard, number), identity);
+        self.changes.push(NumberChange::Heard(Given { number, identity, heard: Some(heard) }));
+    }
+
+    /// A slot begins to be emitted: with [`Keeping::ADay`] numbers go back whose transponder has had no point for a day.
+    pub fn turn(&mut self, slot: Slot) {
+        let now = self.grid.open(slot);
+        for identity in std::mem::take(&mut self.undated) {
+            if let Some(held) = self.held.get_mut(&identity).filter(|held| held.since.is_none()) {
+                self.by_age.remove(&(held.heard, held.number));
+                held.heard = now;
+                self.by_age.insert((now, held.number), identity);
+            }
+        }
+        // Its last point came up to this much later than the time that is known.
+        let before = Time::from_nanos(now.nanos() - DAY - NOTED);
+        while self.keeping == Keeping::ADay
+            && let Some((&(heard, number), _)) = self.by_age.first_key_value()
+            && heard <= before
+        {
+            self.give_back((heard, number));
+        }
+    }
+
+    fn give_back(&mut self, (heard, number): (Time, u32)) {
+        if let Some(identity) = self.by_age.remove(&(heard, number)) {
+            self.held.remove(&identity);
+            self.taken.remove(&number);
+            self.lowest = self.lowest.min(number);
+            self.changes.push(NumberChange::Returned(Given { number, identity, heard: Some(heard) }));
+        }
+    }
+
+    /// Makes a number free although its transponder may come again; a configured one stays.
+    fn take_back(&mut self) -> Option<u32> {
+        if self.keeping == Keeping::ForGood {
+            return None;
+        }
+        let &oldest = self.by_age.keys().find(|(_, number)| !self.reserved.contains(number))?;
+        self.give_back(oldest);
+        Some(oldest.1)
+    }
+
+    /// Takes over a number given before a restart: its identity has it again from the first slot emitted with a point of
+    /// it, which is then its `since`. It stays even where the configuration has since given that number, or that serial,
+    /// to someone else.
+    ///
+    /// `false`, and nothing is changed: the number is not 1 to [`LARGEST`], or it or the identity is taken.
+    pub fn remember(&mut self, given: Given) -> bool {
+        let Given { number, identity, heard } = given;
+        let has_one = self.held.contains_key(&identity);
+        if !(1..=LARGEST).contains(&number) || has_one || !self.taken.insert(number) {
+            return false;
+        }
+        if heard.is_none() {
+            self.undated.push(identity);
+        }
+        let heard = heard.unwrap_or_default();
+        self.held.insert(identity, Held { number, since: None, heard });
+        self.by_age.insert((heard, number), identity);
+        true
+    }
+
+    /// What has changed since this was asked last, in the order in which it did.
+    pub fn take_changes(&mut self) -> Vec<NumberChange> {
+        std::mem::take(&mut self.changes)
+    }
+
+    /// What has changed since [`Numbers::take_changes`].
+    pub(super) fn changes(&self) -> &[NumberChange] {
+        &self.changes
+    }
+
+    /// How many numbers are somebody's.
+    pub fn used(&self) -> usize {
+        self.taken.len()
+    }
+
+    /// Who has which number, by identity.
+    pub fn given(&self) -> impl Iterator<Item = Given> {
+        self.held.iter().map(|(&identity, held)| Given {
+            number: held.number,
+            identity,
+            heard: Some(held.heard),
+        })
+    }
+
+    /// A point is left out because no number was left.
+    pub(super) fn note_unnumbered(&mut self) {
+        self.unnumbered += 1;
+    }
+
+    /// Points left out because no number was left.
+    pub fn unnumbered(&self) -> u64 {
+        self.unnumbered
+    }
+
+    fn is_free(&self, number: u32) -> bool {
+        !self.taken.contains(&number) && !self.reserved.contains(&number)
+    }
+
+    fn lowest_free(&mut self) -> Option<u32> {
+        while self.lowest <= LARGEST && !self.is_free(self.lowest) {
+            self.lowest += 1;
+        }
+        (self.lowest <= LARGEST).then_some(self.lowest)
+    }
+}
+
+/// A serial number that is a decimal integer from 1 to [`LARGEST`]; leading zeros are allowed.
+fn decimal(serial: &[u8]) -> Option<u32> {
+    if serial.is_empty() || !serial.iter().all(u8::is_ascii_digit) {
+        return None;
+    }
+    let number = serial.iter().fold(0_u64, |number, digit| number * 10 + u64::from(digit - b'0'));
+    u32::try_from(number).ok().filter(|number| (1..=LARGEST).contains(number))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GRID: SlotGrid = SlotGrid::new(SECOND / 4);
+
+    fn identity(serial: &str, country: &[u8; 2]) -> Identity {
+        let mut octets = [b' '; 12];
+        octets[..serial.len()].copy_from_slice(serial.as_bytes());
+        Identity::new(&octets, Some(country)).unwrap()
+    }
+
+    #[test]
+    fn configured_then_the_serial_itself_then_the_lowest_free() {
+        let configured = BTreeMap::from([(b"ALPHA".to_vec(), 2), (b"BRAVO".to_vec(), 7)]);
+        let mut numbers = Numbers::new(GRID, Keeping::ForGood, configured);
+        let mut slot = 0;
+        let mut of = |serial, country| {
+            slot += 1;
+            numbers.of(identity(serial, country), Slot(slot)).unwrap().number
+        };
+        assert_eq!(of("ALPHA", b"NO"), 2);
+        assert_eq!(of("X", b"NO"), 1);
+        assert_eq!(of("Y", b"NO"), 3, "2 is taken");
+        assert_eq!(of("ALPHA", b"SE"), 4, "its configured number is taken");
+        assert_eq!(of("0007", b"NO"), 5, "7 is configured for another");
+        assert_eq!(of("000429496", b"NO"), 429_496);
+        assert_eq!(of("429497", b"NO"), 6);
+        assert_eq!(of("Z", b"NO"), 8, "7 is kept for BRAVO");
+        assert_eq!(of("X", b"NO"), 1, "a number given stays");
+        assert_eq!(of("BRAVO", b"NO"), 7);
+        let alpha = numbers.of(identity("ALPHA", b"NO"), Slot(99));
+        assert_eq!(alpha, Some(Numbered { number: 2, since: Slot(1) }), "and so does its first slot");
+    }
+
+    #[test]
+    fn numbers_of_before_are_kept_and_bad_ones_refused() {
+        let configured = BTreeMap::from([(b"ALPHA".to_vec(), 2)]);
+        let mut numbers = Numbers::new(GRID, Keeping::ForGood, configured);
+        let heard = Some(GRID.open(Slot(0)));
+        let given = |number, serial| Given { number, identity: identity(serial, b"NO"), heard };
+        assert!(numbers.remember(given(1, "X")));
+        assert!(numbers.remember(given(2, "Y")), "although it is configured for another now");
+        assert!(!numbers.remember(given(2, "Z")), "taken");
+        assert!(!numbers.remember(given(3, "X")), "X has one");
+        assert!(!numbers.remember(given(0, "Z")) && !numbers.remember(given(LARGEST + 1, "Z")));
+        let mut of = |serial, slot| numbers.of(identity(serial, b"NO"), Slot(slot));
+        assert_eq!(of("X", 5), Some(Numbered { number: 1, since: Slot(5) }));
+        assert_eq!(of("X", 6), Some(Numbered { number: 1, since: Slot(5) }));
+        assert_eq!(of("ALPHA", 7), Some(Numbered { number: 3, since: Slot(7) }), "1 and 2 are taken");
+        assert_eq!(of("Y", 8), Some(Numbered { number: 2, since: Slot(8) }));
+        let new = Given { heard: Some(GRID.open(Slot(7))), ..given(3, "ALPHA") };
+        assert_eq!(numbers.take_changes(), [NumberChange::Heard(new)]);
+        assert_eq!(numbers.take_changes(), []);
+    }
+
+    /// All numbers are taken, by transponders that were heard a second apart, the first one longest ago.
+    fn used_up(keeping: Keeping) -> Numbers {
+        let mut numbers = Numbers::new(GRID, keeping, BTreeMap::from([(b"ALPHA".to_vec(), 2)]));
+        for number in 1..=LARGEST {
+            let heard = Some(GRID.open(Slot(4 * i64::from(number))));
+            assert!(numbers.remember(Given {
+                number,
+                identity: identity(&format!("S{number}"), b"NO"),
+                heard
+            }));
+        }
+        numbers
+    }
+
+    /// Half a million seconds: everybody was heard, nobody a day ago.
+    const LATER: Slot = Slot(4 * (LARGEST as i64 + 60));
+
+    #[test]
+    fn numbers_for_good_end() {
+        let mut numbers = used_up(Keeping::ForGood);
+        numbers.turn(Slot(i64::MAX / 1_000_000_000));
+        assert_eq!(numbers.of(identity("A", b"NO"), LATER), None);
+        assert_eq!(numbers.of(identity("S7", b"NO"), LATER).unwrap().number, 7);
+        assert_eq!(numbers.used(), LARGEST as usize);
+    }
+
+    #[test]
+    fn nobody_is_left_out_for_want_of_a_number() {
+        let mut numbers = used_up(Keeping::ADay);
+        // Who was heard least recently gives way, but for the number that is kept for ALPHA.
+        assert_eq!(numbers.of(identity("S1", b"NO"), LATER).unwrap().number, 1);
+        assert_eq!(numbers.of(identity("A", b"NO"), LATER).unwrap().number, 3);
+        assert_eq!(numbers.of(identity("B", b"NO"), LATER).unwrap().number, 4);
+        assert_eq!(numbers.of(identity("A", b"NO"), LATER).unwrap().number, 3);
+        // And comes again like anybody else.
+        assert_eq!(numbers.of(identity("S3", b"NO"), LATER).unwrap().number, 5);
+        let returned: Vec<u32> = numbers
+            .take_changes()
+            .iter()
+            .filter(|change| matches!(change, NumberChange::Returned(_)))
+            .map(|change| change.given().number)
+            .collect();
+        assert_eq!((returned, numbers.used(), numbers.unnumbered()), (vec![3, 4, 5], LARGEST as usize, 0));
+    }
+
+    #[test]
+    fn a_number_goes_back_a_day_after_its_aircraft_ended() {
+        let slots = |seconds: i64| Slot(4 * seconds);
+        let mut numbers = Numbers::new(GRID, Keeping::ADay, BTreeMap::new());
+        let fly = |numbers: &mut Numbers, serial, from: i64, to: i64| {
+            for second in from..=to {
+                numbers.turn(slots(second));
+                assert!(numbers.of(identity(serial, b"NO"), slots(second)).is_some());
+            }
+        };
+        // One flies for an hour, another for longer than a day.
+        fly(&mut numbers, "A", 0, 3600);
+        fly(&mut numbers, "B", 3600, 3600 + 86_000);
+        let told = numbers.take_changes();
+        assert_eq!(told.iter().filter(|change| change.given().number == 1).count(), 7, "every ten minutes");
+        fly(&mut numbers, "B", 3600 + 86_001, 3600 + 86_400 - 1);
+        assert_eq!(numbers.used(), 2, "less than a day");
+        fly(&mut numbers, "B", 3600 + 86_400, 3600 + 86_400 + 600);
+        assert_eq!(numbers.used(), 1, "a day, and what was not noted");
+        let changes = numbers.take_changes();
+        let a = changes.iter().find(|change| matches!(change, NumberChange::Returned(_))).unwrap().given();
+        assert_eq!((a.number, a.identity), (1, identity("A", b"NO")));
+        let now = slots(3600 + 86_400 + 601);
+        assert_eq!(numbers.of(identity("B", b"NO"), now).unwrap().number, 2);
+        assert_eq!(numbers.of(identity("C", b"NO"), now).unwrap(), Numbered { number: 1, since: now });
+
+        // A restart forgets nothing: what is kept goes back at the same time.
+        let kept: Vec<Given> = numbers.given().collect();
+        let mut again = Numbers::new(GRID, Keeping::ADay, BTreeMap::new());
+        assert!(kept.iter().all(|&given| again.remember(given)));
+        again.turn(now.plus(4 * 86_000));
+        assert_eq!(again.used(), 2);
+        again.turn(now.plus(4 * 87_000));
+        assert_eq!(again.used(), 0);
+        // Of an old file without times it is counted from the first slot on.
+        let mut old = Numbers::new(GRID, Keeping::ADay, BTreeMap::new());
+        assert!(kept.iter().all(|&given| old.remember(Given { heard: None, ..given })));
+        old.turn(now);
+        old.turn(now.plus(4 * 86_400));
+        assert_eq!(old.used(), 2);
+        old.turn(now.plus(4 * 87_000));
+        assert_eq!(old.used(), 0);
+    }
+}

@@ -1,0 +1,357 @@
+//! Two drones side by side, each with a transponder and a radar track, and an operator who says who is whom.
+
+use super::*;
+use crate::operational::JOIN;
+use crate::operational::flown::{APART_M, START, TRACKS, identity, radar, reports, settings};
+use crate::report::{Plot, Report, SensorIndex};
+use crate::time::SECOND;
+use crate::{Because, Emission, Engine, Point, Source};
+
+/// Flies what is kept of the flight with these decisions, each at its second; everything put out, and the decisions with the
+/// slots from which they count.
+fn fly(
+    keep: impl Fn(i64, &Report) -> bool,
+    decisions: &[(i64, Decision)],
+) -> (Engine, Vec<Emission>, Vec<(Slot, Decision)>) {
+    let mut engine = Engine::new(settings(true));
+    let (mut emissions, mut made) = (Vec::new(), Vec::new());
+    let mut waiting = decisions.iter();
+    let mut next = waiting.next();
+    for (received, report) in reports(60) {
+        let second = received.nanos() / SECOND - START;
+        while let Some((_, decision)) = next.filter(|(at, _)| *at <= second) {
+            engine.decide(*decision).unwrap();
+            made.push((engine.next_slot().unwrap(), *decision));
+            next = waiting.next();
+        }
+        emissions.extend(engine.advance(received));
+        if keep(second, &report) {
+            engine.handle(report).unwrap();
+        }
+    }
+    emissions.extend(engine.finish());
+    (engine, emissions, made)
+}
+
+fn decision(track: u16, which: usize, verdict: Verdict) -> Decision {
+    Decision { radar: radar(track), transponder: identity(which), verdict }
+}
+
+/// The points in which the radar track or the transponder takes part, as (track, transponder).
+fn parts(emission: &Emission) -> Vec<(Option<u16>, Option<Identity>)> {
+    let part = |point: &Point| {
+        let transponder = point.source.transponder().map(|part| part.identity);
+        (point.source.radar().map(|part| part.track.number), transponder)
+    };
+    emission.points.iter().map(part).collect()
+}
+
+/// Those from that slot on until that second of the flight.
+fn between(emissions: &[Emission], from: Slot, until: i64) -> &[Emission] {
+    let first = emissions.partition_point(|emission| emission.slot < from);
+    let last = emissions.partition_point(|emission| emission.time.nanos() < (START + until) * SECOND);
+    &emissions[first..last]
+}
+
+fn of_track(emission: &Emission, number: u16) -> Option<&Point> {
+    emission.points.iter().find(|point| point.source.radar().is_some_and(|part| part.track.number == number))
+}
+
+const EVERYTHING: fn(i64, &Report) -> bool = |_, _| true;
+const FIRST: Option<u16> = Some(TRACKS[0]);
+
+#[test]
+fn by_themselves_each_goes_with_its_own_and_the_other_is_told() {
+    let (_, emissions, _) = fly(EVERYTHING, &[]);
+    let late = between(&emissions, emissions[100].slot, 50);
+    assert!(late.len() > 60);
+    for emission in late {
+        assert_eq!(parts(emission), [0, 1].map(|which| (Some(TRACKS[which]), Some(identity(which)))));
+        for (which, point) in emission.points.iter().enumerate() {
+            let Source::Fused(_, _, pair) = &point.source else { panic!("{point:?}") };
+            let Because::Likelihood { score } = pair.because else { panic!("{pair:?}") };
+            assert!(score > JOIN);
+            for competitor in &point.competitors {
+                assert!(competitor.score < score && !competitor.decorrelated, "{competitor:?}");
+                match competitor.who {
+                    Rival::Radar(track) => assert_eq!(track, radar(TRACKS[1 - which])),
+                    Rival::Transponder { identity: other, .. } => assert_eq!(other, identity(1 - which)),
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_correlated_is_one_although_another_is_nearer() {
+    let (engine, emissions, made) = fly(EVERYTHING, &[(30, decision(TRACKS[0], 1, Verdict::Correlated))]);
+    let since = made[0].0;
+    let before = &emissions[emissions.partition_point(|emission| emission.slot < since) - 1];
+    assert_eq!(parts(before)[0], (FIRST, Some(identity(0))));
+    let decided = between(&emissions, since, 55);
+    assert_eq!(decided[0].slot, since, "from the next slot on");
+    assert!(decided.len() > 100);
+    for emission in decided {
+        let fused = of_track(emission, TRACKS[0]).unwrap();
+        let Source::Fused(_, transponder, pair) = &fused.source else { panic!("{fused:?}") };
+        assert_eq!(transponder.identity, identity(1));
+        assert!(pair.distance_m > APART_M);
+        assert!(matches!(pair.because, Because::Manual { .. }), "{pair:?}");
+        assert!(parts(emission).contains(&(None, Some(identity(0)))), "the other is alone: {emission:?}");
+        assert_eq!(of_track(emission, TRACKS[1]), None, "the second track has lost its transponder");
+    }
+    // Who it would have been, and who would have been it, is told.
+    let last = decided.last().unwrap();
+    let fused = of_track(last, TRACKS[0]).unwrap();
+    let who: Vec<Rival> = fused.competitors.iter().map(|competitor| competitor.who).collect();
+    let transponder = Rival::Transponder { sensor: SensorIndex(1), number: Some(1), identity: identity(0) };
+    assert!(
+        who.len() == 2 && who.contains(&Rival::Radar(radar(TRACKS[1]))) && who.contains(&transponder),
+        "{who:?}"
+    );
+    assert!(fused.competitors.iter().all(|competitor| competitor.score > JOIN), "{fused:?}");
+    assert!(fused.competitors.is_sorted_by(|a, b| a.score >= b.score), "{fused:?}");
+    let alone = last.points.iter().find(|point| point.source.radar().is_none()).unwrap();
+    assert_eq!(alone.competitors.len(), 1, "{alone:?}");
+    assert_eq!(alone.competitors[0].who, Rival::Radar(radar(TRACKS[0])));
+    let held = Held { decision: decision(TRACKS[0], 1, Verdict::Correlated), since };
+    assert_eq!(engine.decisions(), [held]);
+}
+
+#[test]
+fn what_the_radar_calls_a_bird_is_correlated_all_the_same() {
+    let (_, mut emissions, _) = fly(EVERYTHING, &[]);
+    assert_eq!(parts(emissions.last().unwrap()).len(), 2);
+    let mut engine = Engine::new(settings(true));
+    let birds = |report| match report {
+        Report::Plot(plot) => Report::Plot(Plot { uav_probability: Some(0.0), ..plot }),
+        fix => fix,
+    };
+    emissions.clear();
+    for (received, report) in reports(60) {
+        emissions.extend(engine.advance(received));
+        engine.handle(birds(report)).unwrap();
+        if received.nanos() == (START + 30) * SECOND + SECOND / 5 {
+            engine.decide(decision(TRACKS[0], 0, Verdict::Correlated)).unwrap();
+        }
+    }
+    let (since, until) = (engine.decisions()[0].since, START + 50);
+    for emission in emissions.iter().filter(|emission| emission.time.nanos() < until * SECOND) {
+        let is_fused = parts(emission).contains(&(FIRST, Some(identity(0))));
+        assert_eq!(is_fused, emission.slot >= since, "{emission:?}");
+    }
+}
+
+#[test]
+fn what_is_decorrelated_parts_at_once_and_stays_apart_until_it_is_left_to_the_evidence_again() {
+    let pair = |verdict| decision(TRACKS[0], 0, verdict);
+    let decisions = [(25, pair(Verdict::Decorrelated)), (45, pair(Verdict::Automatic))];
+    let (engine, emissions, made) = fly(EVERYTHING, &decisions);
+    let (apart, together) = (made[0].0, made[1].0);
+    for emission in between(&emissions, apart, 100).iter().take_while(|emission| emission.slot < together) {
+        let parts = parts(emission);
+        assert!(parts.contains(&(FIRST, None)) && parts.contains(&(None, Some(identity(0)))), "{parts:?}");
+        assert!(parts.contains(&(Some(TRACKS[1]), Some(identity(1)))), "the others go on: {parts:?}");
+        // Although all speaks for it.
+        let alone = of_track(emission, TRACKS[0]).unwrap();
+        let competitor = alone.competitors.first().unwrap();
+        assert!(competitor.score > JOIN && competitor.decorrelated, "{competitor:?}");
+        assert!(matches!(competitor.who, Rival::Transponder { identity: other, .. } if other == identity(0)));
+    }
+    let again = between(&emissions, together, 55);
+    assert!(again.len() > 20);
+    assert!(again.iter().all(|emission| parts(emission).contains(&(FIRST, Some(identity(0))))));
+    assert_eq!(engine.decisions(), []);
+}
+
+#[test]
+fn what_was_one_by_an_operators_word_alone_parts_when_he_takes_it_back() {
+    // The radar sees the one, and hears the other, which was never near.
+    let keep = |_, report: &Report| match report {
+        Report::Plot(plot) => plot.track.number == TRACKS[0],
+        Report::Fix(fix) => fix.identity == identity(1),
+    };
+    let pair = |verdict| decision(TRACKS[0], 1, verdict);
+    let (_, emissions, made) = fly(keep, &[(25, pair(Verdict::Correlated)), (40, pair(Verdict::Automatic))]);
+    for emission in between(&emissions, made[0].0, 53) {
+        let is_fused = parts(emission).contains(&(FIRST, Some(identity(1))));
+        assert_eq!(is_fused, emission.slot < made[1].0, "{emission:?}");
+    }
+    let last = &emissions[emissions.partition_point(|emission| emission.slot < made[1].0)];
+    assert!(parts(last).contains(&(FIRST, None)), "{last:?}");
+}
+
+#[test]
+fn a_decision_ends_with_the_track_number() {
+    // Longer than a break.
+    let keep = |second: i64, report: &Report| !matches!(report, Report::Plot(plot) if plot.track.number == TRACKS[0] && (26..33).contains(&second));
+    let decided = [(20, decision(TRACKS[0], 0, Verdict::Decorrelated))];
+    let (engine, emissions, made) = fly(keep, &decided);
+    let before = between(&emissions, made[0].0, 25);
+    assert!(before.iter().all(|emission| parts(emission).contains(&(FIRST, None))));
+    assert_eq!(engine.decisions(), []);
+    let after = between(&emissions, emissions[160].slot, 55);
+    assert!(after.len() > 40);
+    assert!(after.iter().all(|emission| parts(emission).contains(&(FIRST, Some(identity(0))))));
+
+    // Shorter than one: it is the same track.
+    let keep = |second: i64, report: &Report| !matches!(report, Report::Plot(plot) if plot.track.number == TRACKS[0] && (26..30).contains(&second));
+    let (engine, emissions, _) = fly(keep, &decided);
+    assert_eq!(engine.decisions().len(), 1);
+    let after = between(&emissions, emissions[160].slot, 55);
+    assert!(after.iter().all(|emission| parts(emission).contains(&(FIRST, None))));
+}
+
+#[test]
+fn one_radar_track_is_one_transponder_and_the_last_word_counts() {
+    use Verdict::{Automatic, Correlated, Decorrelated};
+    let held = |decisions: &[(u16, usize, Verdict)]| {
+        let decisions: Vec<_> =
+            decisions.iter().map(|&(track, which, v)| (30, decision(track, which, v))).collect();
+        let (engine, ..) = fly(EVERYTHING, &decisions);
+        let told = |held: &Held| {
+            let Decision { radar, transponder, verdict } = held.decision;
+            (radar.number, usize::from(transponder == identity(1)), verdict)
+        };
+        engine.decisions().iter().map(told).collect::<Vec<_>>()
+    };
+    assert_eq!(held(&[(7, 0, Correlated), (7, 1, Correlated)]), [(7, 1, Correlated)], "the same radar track");
+    assert_eq!(held(&[(7, 0, Correlated), (8, 0, Correlated)]), [(8, 0, Correlated)], "the same transponder");
+    let both = [(7, 1, Correlated), (8, 0, Correlated)];
+    assert_eq!(held(&both), both);
+    assert_eq!(held(&[(7, 0, Correlated), (7, 0, Decorrelated)]), [(7, 0, Decorrelated)]);
+    let apart = [(7, 0, Decorrelated), (7, 1, Decorrelated)];
+    assert_eq!(held(&apart), apart);
+    assert_eq!(held(&[(7, 0, Decorrelated), (8, 0, Automatic), (7, 0, Automatic)]), []);
+}
+
+#[test]
+fn what_is_not_there_is_refused() {
+    let pair = decision(TRACKS[0], 0, Verdict::Correlated);
+    let mut engine = Engine::new(settings(true));
+    assert_eq!(engine.decide(pair), Err(Undecided::NoRadarTrack), "nothing has come");
+    let (mut engine, ..) = fly(EVERYTHING, &[]);
+    assert_eq!(engine.decide(decision(9, 0, Verdict::Correlated)), Err(Undecided::NoRadarTrack));
+    let stranger = Identity::new(b"NOBODY      ", None).unwrap();
+    let unknown = Decision { transponder: stranger, ..pair };
+    assert_eq!(engine.decide(unknown), Err(Undecided::NoTransponder));
+    assert_eq!(engine.decide(pair), Ok(()));
+    // Silent for longer than a break, though its plots are still remembered.
+    let keep = |second: i64, report: &Report| {
+        second < 50 || !matches!(report, Report::Plot(plot) if plot.track.number == TRACKS[0])
+    };
+    let (mut engine, ..) = fly(keep, &[]);
+    assert_eq!(engine.decide(pair), Err(Undecided::NoRadarTrack));
+    assert_eq!(engine.decide(decision(TRACKS[1], 0, Verdict::Correlated)), Ok(()));
+
+    let mut reference = Engine::new(settings(false));
+    assert_eq!(reference.decide(pair), Err(Undecided::Reference));
+    assert!(!reference.knows_decisions() && engine.knows_decisions());
+}
+
+#[test]
+fn a_silence_of_all_ends_decisions() {
+    let (mut engine, ..) = fly(EVERYTHING, &[(30, decision(TRACKS[0], 0, Verdict::Decorrelated))]);
+    assert_eq!(engine.decisions().len(), 1);
+    engine.advance(Time::from_nanos((START + 200) * SECOND)).for_each(drop);
+    assert_eq!(engine.decisions(), []);
+}
+
+#[test]
+fn the_same_decisions_at_the_same_slots_give_the_same_points() {
+    let decisions = [
+        (20, decision(TRACKS[0], 1, Verdict::Correlated)),
+        (35, decision(TRACKS[0], 0, Verdict::Correlated)),
+        (35, decision(TRACKS[1], 1, Verdict::Decorrelated)),
+        (45, decision(TRACKS[1], 1, Verdict::Automatic)),
+    ];
+    let (live, expected, made) = fly(EVERYTHING, &decisions);
+    let replay = |plan: Vec<(Slot, Decision)>| {
+        let mut engine = Engine::new(settings(true));
+        engine.plan(plan);
+        let mut emissions = Vec::new();
+        for (received, report) in reports(60) {
+            emissions.extend(engine.advance(received));
+            engine.handle(report).unwrap();
+        }
+        emissions.extend(engine.finish());
+        (engine, emissions)
+    };
+    let (engine, emissions) = replay(made.clone());
+    assert!(emissions == expected);
+    assert_eq!((engine.decisions(), engine.missed()), (live.decisions(), 0));
+    assert!(replay(Vec::new()).1 != expected, "decisions change nothing");
+
+    // Of a time before the recording: as soon as the track is there. What never was there is counted.
+    let early = (Slot(made[0].0.0 - 10_000), made[0].1);
+    let (engine, emissions) = replay(vec![early, (early.0, decision(9, 0, Verdict::Correlated))]);
+    assert_eq!(engine.decisions(), [Held { decision: early.1, since: early.0 }]);
+    assert_eq!(engine.missed(), 1);
+    let late = between(&emissions, emissions[60].slot, 50);
+    assert!(late.iter().all(|emission| parts(emission).contains(&(FIRST, Some(identity(1))))));
+}
+
+/// The service ends at one second of the flight and starts again at another; what has become of a decision of second 30, and
+/// the engine of after the restart.
+fn over_a_restart(ends: i64, starts: i64) -> (Vec<Resumed>, Engine, Vec<Emission>) {
+    let decided = decision(TRACKS[0], 1, Verdict::Correlated);
+    let mut before = Engine::new(settings(true));
+    let mut is_decided = false;
+    for (received, report) in reports(60) {
+        let second = received.nanos() / SECOND - START;
+        if second >= ends {
+            break;
+        }
+        before.advance(received).for_each(drop);
+        before.handle(report).unwrap();
+        if second >= 30 && !is_decided {
+            before.decide(decided).unwrap();
+            is_decided = true;
+        }
+    }
+    before.finish().for_each(drop);
+    let kept = before.kept();
+    assert_eq!((kept.len(), kept[0].held.decision), (1, decided));
+    assert!((START + ends) * SECOND - kept[0].heard.nanos() < 3 * SECOND, "{kept:?}");
+
+    let mut after = Engine::new(settings(true));
+    after.resume(kept.clone());
+    assert_eq!(after.kept(), kept, "a restart soon after would know it, too");
+    let mut emissions = Vec::new();
+    for (received, report) in reports(60) {
+        if received.nanos() / SECOND - START >= starts {
+            emissions.extend(after.advance(received));
+            // What was seen before the restart comes no more.
+            if report.time().nanos() >= (START + starts) * SECOND {
+                after.handle(report).unwrap();
+            }
+        }
+    }
+    emissions.extend(after.finish());
+    (after.resumed(), after, emissions)
+}
+
+#[test]
+fn a_decision_outlives_a_restart_where_the_radar_track_is_heard_in_time() {
+    let (resumed, engine, emissions) = over_a_restart(36, 38);
+    let [Resumed::Holds(held)] = resumed[..] else { panic!("{resumed:?}") };
+    assert_eq!((engine.decisions(), engine.missed()), (vec![held], 0));
+    assert_eq!(engine.kept()[0].held, held);
+    // From the first point of that track on, as it was decided.
+    let fused: Vec<_> = emissions.iter().filter(|emission| of_track(emission, TRACKS[0]).is_some()).collect();
+    assert!(fused.len() > 20, "{}", fused.len());
+    assert!(fused.iter().all(|emission| !parts(emission).contains(&(FIRST, Some(identity(0))))));
+    assert!(fused.iter().any(|emission| parts(emission).contains(&(FIRST, Some(identity(1))))));
+}
+
+#[test]
+fn a_restart_that_takes_longer_than_the_break_ends_it() {
+    let (resumed, engine, _) = over_a_restart(36, 44);
+    assert!(matches!(resumed[..], [Resumed::Ended(_)]), "{resumed:?}");
+    assert_eq!((engine.decisions(), engine.kept(), engine.missed()), (vec![], vec![], 1));
+    // In a profile without decisions at once.
+    let mut reference = Engine::new(settings(false));
+    let held = Held { decision: decision(TRACKS[0], 1, Verdict::Correlated), since: Slot(1) };
+    reference.resume(vec![Kept { held, heard: Time::default() }]);
+    assert_eq!(reference.resumed(), [Resumed::Ended(held)]);
+}

@@ -1,0 +1,199 @@
+//! What is put out for a slot, whichever the profile.
+
+use nalgebra::{Matrix2, Vector3};
+
+use crate::frames::Enu;
+use crate::numbering::NumberChange;
+use crate::operational::Newcomers;
+use crate::reference::Evidence;
+use crate::report::{Identity, RadarTrackKey, SensorIndex, UasItems};
+use crate::slots::Slot;
+use crate::time::Time;
+
+/// Everything put out for one slot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Emission {
+    /// The slot.
+    pub slot: Slot,
+    /// Its centre, the time of applicability.
+    pub time: Time,
+    /// Fused, then radar, then transponder; each by track number, equal numbers by sensor.
+    pub points: Vec<Point>,
+    /// What became of transponder numbers with this slot, in the order in which it did.
+    pub numbers: Vec<NumberChange>,
+    /// What became of new identities, a transponder receiver each that has some (`operational` profile).
+    pub newcomers: Vec<Newcomers>,
+}
+
+/// One output point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// Track number: T · 10000 + R, R or T.
+    pub number: u32,
+    /// Position; its height is an assumed one where [`Source::height_measured`] is false.
+    pub position: Enu,
+    /// Centre of the first slot that was emitted with this radar track or, where it takes part, this transponder.
+    pub first_seen: Time,
+    /// What it is made of.
+    pub source: Source,
+    /// How it moves and how well that is known (`operational` profile).
+    pub estimate: Option<Estimate>,
+    /// Who else its radar track or its transponder could be, the likeliest first (`operational` profile).
+    pub competitors: Vec<Competitor>,
+}
+
+/// How a point's aircraft moves and how well its place is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// East, north, up, metres a second.
+    pub velocity: Vector3<f64>,
+    /// Covariance of the position, east and north, m².
+    pub horizontal: Matrix2<f64>,
+    /// Variance of the height, m².
+    pub vertical_m2: f64,
+    /// Covariance of the velocity over ground, east and north, m²/s².
+    pub velocity_spread: Matrix2<f64>,
+    /// What the place rests on.
+    pub basis: Basis,
+    /// The latest measurement, of whichever sensor, up to the point's time; `None`: it was measured only later.
+    pub last_measurement: Option<Time>,
+}
+
+/// What a place rests on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Basis {
+    /// A measurement within the slot.
+    Measured,
+    /// Measurements before and after it.
+    Interpolated,
+    /// Measurements before it alone, or after it alone.
+    Extrapolated,
+}
+
+/// What a point is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Source {
+    /// An associated pair; in the `operational` profile also while one of the two is silent.
+    Fused(RadarPart, TransponderPart, Association),
+    /// A radar track that no transponder explains.
+    Radar(RadarPart),
+    /// A transponder that no radar track confirms.
+    Transponder(TransponderPart),
+}
+
+/// The radar's part in a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RadarPart {
+    /// The radar track.
+    pub track: RadarTrackKey,
+    /// Time of the plot.
+    pub time: Time,
+    /// Whether the radar measured a height.
+    pub height_measured: bool,
+    /// Probability that it is a UAV; `None` unknown.
+    pub uav_probability: Option<f64>,
+}
+
+/// The transponder's part in a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TransponderPart {
+    /// Its number T.
+    pub number: u32,
+    /// Who it is.
+    pub identity: Identity,
+    /// The sensor that received it last.
+    pub sensor: SensorIndex,
+    /// Its latest report up to the slot's end (`operational` profile).
+    pub time: Option<Time>,
+    /// Its identifying items as last received.
+    pub items: UasItems,
+}
+
+/// Why a pair was fused.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Association {
+    /// Distance between the two, metres (horizontal where the radar measured no height).
+    pub distance_m: f64,
+    /// What spoke for it.
+    pub because: Because,
+}
+
+/// What spoke for an association.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Because {
+    /// They were near each other often enough (`reference` profile).
+    Ratio {
+        /// The distance within which they had to stay, metres.
+        gate_m: f64,
+        /// How often they did.
+        evidence: Evidence,
+    },
+    /// That they are one explains what was measured better than that they are not (`operational` profile).
+    Likelihood {
+        /// The logarithm, natural, of how much better.
+        score: f64,
+    },
+    /// An operator has said so (`operational` profile).
+    Manual {
+        /// What the measurements say, as for [`Because::Likelihood`]; `None` where the two were never near each other.
+        score: Option<f64>,
+    },
+}
+
+/// Who came near a point without being it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Competitor {
+    /// Who.
+    pub who: Rival,
+    /// The logarithm, natural, of how much better it explains the measurements that it is this point than that it is not.
+    pub score: f64,
+    /// An operator has said that it is not.
+    pub decorrelated: bool,
+}
+
+/// What could take a part of a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Rival {
+    /// A radar track that could be its transponder's.
+    Radar(RadarTrackKey),
+    /// A transponder that its radar track could be.
+    Transponder {
+        /// The sensor that received it last.
+        sensor: SensorIndex,
+        /// Its number, where it has one by now.
+        number: Option<u32>,
+        /// Who it is.
+        identity: Identity,
+    },
+}
+
+impl Source {
+    pub(super) fn rank(&self) -> u8 {
+        match self {
+            Self::Fused(..) => 0,
+            Self::Radar(_) => 1,
+            Self::Transponder(_) => 2,
+        }
+    }
+
+    /// Whether the point's height was measured: always, unless it is a radar's alone that measured none.
+    pub fn height_measured(&self) -> bool {
+        !matches!(self, Self::Radar(RadarPart { height_measured: false, .. }))
+    }
+
+    /// The radar's part, if it has one.
+    pub fn radar(&self) -> Option<&RadarPart> {
+        match self {
+            Self::Fused(radar, ..) | Self::Radar(radar) => Some(radar),
+            Self::Transponder(_) => None,
+        }
+    }
+
+    /// The transponder's part, if it has one.
+    pub fn transponder(&self) -> Option<&TransponderPart> {
+        match self {
+            Self::Fused(_, transponder, _) | Self::Transponder(transponder) => Some(transponder),
+            Self::Radar(_) => None,
+        }
+    }
+}

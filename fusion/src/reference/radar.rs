@@ -1,0 +1,197 @@
+//! The window's radar detections: by slot, by track, and by place.
+
+use crate::cells::Cells;
+use crate::frames::Enu;
+use crate::report::{Plot, RadarTrackKey};
+use crate::settings::Gate;
+use crate::slots::{RING, Slot, SlotGrid, SlotSet, Window, ring_place};
+use crate::time::Time;
+
+/// A plot and the distance within which a transponder agrees with it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Detection {
+    pub(super) plot: Plot,
+    pub(super) gate_m: f64,
+}
+
+impl Detection {
+    /// Distance to a transponder's point: horizontal where the radar measured no height.
+    pub(super) fn distance_m(&self, point: Enu) -> f64 {
+        let offset = self.plot.position.0 - point.0;
+        if self.plot.height_measured { offset.norm() } else { offset.xy().norm() }
+    }
+}
+
+/// A radar track's slots.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct TrackSlots {
+    /// Slots that hold a detection.
+    pub(super) present: SlotSet,
+    /// Slots whose detection is a UAV with probability above zero.
+    pub(super) uav: SlotSet,
+    /// The first slot that was emitted with a detection of it.
+    pub(super) first_seen: Option<Slot>,
+}
+
+/// Detections of the window and of the reports that wait ahead of it.
+#[derive(Debug)]
+pub(super) struct Detections {
+    grid: SlotGrid,
+    gate: Gate,
+    /// Side of a square cell: the widest gate, so that a detection within its gate is in the same or a neighbouring cell.
+    cell_m: f64,
+    slots: Box<[SlotDetections]>,
+    /// By sensor and track number; those that hold no detection are as new.
+    tracks: Vec<Vec<TrackSlots>>,
+    /// Slots that got plots since they were last settled.
+    unsettled: SlotSet,
+    /// Kept between slots only so that settling allocates nothing.
+    order: Vec<((RadarTrackKey, Time), usize)>,
+    sorted: Vec<Detection>,
+}
+
+#[derive(Clone, Debug, Default)]
+struct SlotDetections {
+    /// Settled: one detection a track, by track. Plots that came since stand behind, in order of reception.
+    detections: Vec<Detection>,
+    /// Of the settled ones.
+    cells: Cells,
+}
+
+impl Detections {
+    pub(super) fn new(grid: SlotGrid, gate: Gate) -> Self {
+        let cell_m = gate.widest_m().max(1.0);
+        let slots = vec![SlotDetections::default(); RING].into_boxed_slice();
+        Self {
+            grid,
+            gate,
+            cell_m,
+            slots,
+            tracks: Vec::new(),
+            unsettled: SlotSet::EMPTY,
+            order: Vec::new(),
+            sorted: Vec::new(),
+        }
+    }
+
+    /// A plot of a slot in the ring.
+    pub(super) fn insert(&mut self, plot: Plot) {
+        let slot = self.grid.of(plot.time);
+        let gate_m = self.gate.at(plot.slant_range_m);
+        self.slots[ring_place(slot)].detections.push(Detection { plot, gate_m });
+        self.unsettled.set(slot, true);
+    }
+
+    /// Takes out a slot that left the window, after [`Self::settle`]: a track that has no other slot is as new.
+    pub(super) fn remove(&mut self, slot: Slot) {
+        let left = &mut self.slots[ring_place(slot)];
+        for detection in left.detections.drain(..) {
+            let track = track_mut(&mut self.tracks, detection.plot.track);
+            track.present.set(slot, false);
+            track.uav.set(slot, false);
+            if track.present.is_empty() {
+                *track = TrackSlots::default();
+            }
+        }
+        left.cells.clear();
+        self.unsettled.set(slot, false);
+    }
+
+    /// Brings the evaluated slots in order; returns those whose detections changed.
+    pub(super) fn settle(&mut self, window: &Window) -> SlotSet {
+        let stale = self.unsettled.and(window.evaluated());
+        for slot in stale.slots_from(window.first) {
+            let SlotDetections { detections, cells } = &mut self.slots[ring_place(slot)];
+            // By track and time, what was received later behind: the last of a track is kept.
+            self.order.clear();
+            let keys = detections.iter().map(|detection| (detection.plot.track, detection.plot.time));
+            self.order.extend(keys.zip(0..));
+            self.order.sort_unstable();
+            self.sorted.clear();
+            for tracks in self.order.chunk_by(|a, b| a.0.0 == b.0.0) {
+                self.sorted.extend(tracks.last().map(|&(_, index)| detections[index]));
+            }
+            std::mem::swap(detections, &mut self.sorted);
+            for detection in detections.iter() {
+                let track = track_mut(&mut self.tracks, detection.plot.track);
+                track.present.set(slot, true);
+                track.uav.set(slot, detection.plot.uav_probability.is_some_and(|p| p > 0.0));
+            }
+            cells.fill(detections.iter().map(|detection| detection.plot.position), self.cell_m);
+        }
+        self.unsettled = self.unsettled.without(stale);
+        stale
+    }
+
+    /// One detection a track, by track, of a settled slot.
+    pub(super) fn of_slot(&self, slot: Slot) -> &[Detection] {
+        debug_assert!(!self.unsettled.contains(slot));
+        &self.slots[ring_place(slot)].detections
+    }
+
+    /// The detection of a track in a settled slot.
+    pub(super) fn detection(&self, track: RadarTrackKey, slot: Slot) -> Option<&Detection> {
+        let detections = self.of_slot(slot);
+        detections.binary_search_by_key(&track, |detection| detection.plot.track).ok().map(|i| &detections[i])
+    }
+
+    /// Detections of a settled slot within their gate of `point`.
+    pub(super) fn within_gate(&self, slot: Slot, point: Enu) -> impl Iterator<Item = &Detection> {
+        let SlotDetections { detections, cells } = &self.slots[ring_place(slot)];
+        cells
+            .around(point, self.cell_m)
+            .map(|index| &detections[index])
+            .filter(move |detection| detection.distance_m(point) <= detection.gate_m)
+    }
+
+    /// The slots of a track.
+    pub(super) fn track(&self, key: RadarTrackKey) -> TrackSlots {
+        let tracks = self.tracks.get(usize::from(key.sensor.0));
+        tracks.and_then(|tracks| tracks.get(usize::from(key.number))).copied().unwrap_or_default()
+    }
+
+    /// Notes that the detections of `slot` have now been emitted.
+    pub(super) fn mark_seen(&mut self, slot: Slot) {
+        for detection in &self.slots[ring_place(slot)].detections {
+            track_mut(&mut self.tracks, detection.plot.track).first_seen.get_or_insert(slot);
+        }
+    }
+}
+
+fn track_mut(tracks: &mut Vec<Vec<TrackSlots>>, key: RadarTrackKey) -> &mut TrackSlots {
+    fn grown<T: Default>(list: &mut Vec<T>, index: u16) -> &mut T {
+        let index = usize::from(index);
+        if index >= list.len() {
+            list.resize_with(index + 1, T::default);
+        }
+        &mut list[index]
+    }
+    grown(grown(tracks, key.sensor.0), key.number)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::SensorIndex;
+
+    #[test]
+    fn a_detection_on_its_gate_is_within() {
+        let grid = SlotGrid::new(250_000_000);
+        let window = Window { first: Slot(0), emitted: Slot(0), horizon: Slot(0), last: Slot(0) };
+        for (east, count) in [(60.0, 1), (60.0_f64.next_up(), 0), (-60.0, 1), (0.0, 1)] {
+            let gate = Gate::new(vec![(0.0, 60.0)]).unwrap();
+            let mut detections = Detections::new(grid, gate);
+            detections.insert(Plot {
+                track: RadarTrackKey { sensor: SensorIndex(0), number: 1 },
+                time: Time::default(),
+                position: Enu::new(east, 0.0, 0.0),
+                height_measured: true,
+                slant_range_m: 60.0,
+                uav_probability: None,
+                velocity: None,
+            });
+            detections.settle(&window);
+            assert_eq!(detections.within_gate(Slot(0), Enu::new(0.0, 0.0, 0.0)).count(), count, "{east}");
+        }
+    }
+}

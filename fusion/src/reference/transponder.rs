@@ -1,0 +1,112 @@
+//! One unmanned aircraft as its transponder tells it: the knots of the window and the curve through them.
+
+use crate::frames::Enu;
+use crate::interpolation::{self, Knot};
+use crate::report::Fix;
+use crate::slots::{RING, Slot, SlotGrid, SlotSet, Window, ring_place};
+use crate::time::Time;
+
+/// The curve of one identity over the window.
+#[derive(Clone, Debug)]
+pub(super) struct Curve {
+    /// By time. Those of slots ahead of the window wait at the end and are no knots yet.
+    knots: Vec<Knot>,
+    /// Times of knots that came, or changed, since the last emission or that wait ahead of the window.
+    fresh: Vec<Time>,
+    /// Slots that have a point.
+    present: SlotSet,
+    /// By place in the ring; empty until the first point, because a flood of invented identities sends one report each.
+    points: Vec<Enu>,
+}
+
+impl Curve {
+    pub(super) fn new() -> Self {
+        Self { knots: Vec::new(), fresh: Vec::new(), present: SlotSet::EMPTY, points: Vec::new() }
+    }
+
+    /// A report: of two with one time the last received counts.
+    pub(super) fn insert(&mut self, fix: &Fix) {
+        let knot = Knot { time: fix.time, position: fix.position.0 };
+        let index = self.knots.partition_point(|earlier| earlier.time < knot.time);
+        match self.knots.get_mut(index) {
+            Some(same) if same.time == knot.time => *same = knot,
+            _ => self.knots.insert(index, knot),
+        }
+        self.fresh.push(knot.time);
+    }
+
+    /// Whether nothing is left, neither knots nor reports that wait.
+    pub(super) fn is_empty(&self) -> bool {
+        self.knots.is_empty()
+    }
+
+    /// Slots that have a point.
+    pub(super) fn present(&self) -> SlotSet {
+        self.present
+    }
+
+    /// The point of a slot that has one.
+    pub(super) fn point(&self, slot: Slot) -> Enu {
+        debug_assert!(self.present.contains(slot));
+        self.points[ring_place(slot)]
+    }
+
+    /// Brings the curve to `window`; returns the slots whose point changed, appeared or vanished.
+    ///
+    /// A knot's slope depends on its neighbours, at an end on the next two knots. So a knot that comes or changes moves
+    /// the curve over the two pieces on either side of it, and a knot that leaves moves the piece after the new first one.
+    pub(super) fn update(&mut self, window: &Window, grid: SlotGrid, max_gap_ns: i64) -> SlotSet {
+        let evaluated = window.evaluated();
+        self.present = self.present.and(evaluated);
+        let leaving = self.knots.partition_point(|knot| grid.of(knot.time) < window.first);
+        self.knots.drain(..leaving);
+        let active = self.knots.partition_point(|knot| grid.of(knot.time) <= window.last);
+        let knots = &self.knots[..active];
+
+        let mut moved = SlotSet::only(window.horizon);
+        if leaving > 0 {
+            let until = knots.get(1).map_or(window.horizon, |knot| grid.of(knot.time));
+            moved = moved.or(SlotSet::span(window.first, until.min(window.horizon)));
+        }
+        self.fresh.retain(|&time| {
+            let index = knots.partition_point(|knot| knot.time < time);
+            if let Some(last) = active.checked_sub(1).filter(|&last| index <= last) {
+                let from = grid.of(knots[index.saturating_sub(2)].time);
+                let until = grid.of(knots[(index + 2).min(last)].time).min(window.horizon);
+                moved = moved.or(SlotSet::span(from, until));
+            }
+            index >= active
+        });
+
+        let mut changed = SlotSet::EMPTY;
+        for slot in moved.and(evaluated).slots_from(window.first) {
+            let point = evaluate(knots, grid.centre(slot), max_gap_ns);
+            match point {
+                Some(point) if !self.present.contains(slot) || self.points[ring_place(slot)] != point => {
+                    self.points.resize(RING, point);
+                    self.points[ring_place(slot)] = point;
+                    self.present.set(slot, true);
+                    changed.set(slot, true);
+                }
+                None if self.present.contains(slot) => {
+                    self.present.set(slot, false);
+                    changed.set(slot, true);
+                }
+                _ => {}
+            }
+        }
+        changed
+    }
+}
+
+/// The curve's point at `time`; nothing inside a gap longer than `max_gap_ns`.
+pub(super) fn evaluate(knots: &[Knot], time: Time, max_gap_ns: i64) -> Option<Enu> {
+    let after = knots.partition_point(|knot| knot.time < time);
+    if let (Some(before), Some(next)) = (after.checked_sub(1), knots.get(after))
+        && next.time != time
+        && next.time.nanos() - knots[before].time.nanos() > max_gap_ns
+    {
+        return None;
+    }
+    interpolation::evaluate(knots, time).map(Enu)
+}

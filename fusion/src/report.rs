@@ -1,0 +1,155 @@
+//! What the engine is told: plots of radars and fixes of transponders, in one frame and one time.
+
+use std::fmt;
+
+use nalgebra::Vector2;
+
+use crate::frames::Enu;
+use crate::time::Time;
+
+/// A sensor's place in the configuration's list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct SensorIndex(pub u16);
+
+/// A radar track: the radar and its track number (I048/161, 12 bits). Orders by sensor, then number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct RadarTrackKey {
+    /// The radar.
+    pub sensor: SensorIndex,
+    /// The radar's own track number, 0 to 4095.
+    pub number: u16,
+}
+
+/// One radar detection.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plot {
+    /// The track the radar counts it to.
+    pub track: RadarTrackKey,
+    /// Time of detection.
+    pub time: Time,
+    /// Position; where `height_measured` is false, at the height the configuration assumes.
+    pub position: Enu,
+    /// Whether the radar measured the height (I048/110).
+    pub height_measured: bool,
+    /// Slant range from its own radar, metres.
+    pub slant_range_m: f64,
+    /// Probability that it is a UAV, 0 to 1; `None` where the radar does not say.
+    pub uav_probability: Option<f64>,
+    /// Velocity over ground, east and north, metres a second (I048/200).
+    pub velocity: Option<Vector2<f64>>,
+}
+
+/// Who a transponder says it is: serial number and registration country, leading and trailing spaces and NULs trimmed.
+/// Orders by octets.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Identity {
+    // Trimmed, then filled with NULs behind, which keeps the order of the octets.
+    serial: [u8; 12],
+    country: [u8; 2],
+}
+
+impl Identity {
+    /// `None` where the serial number is blank.
+    pub fn new(serial: &[u8; 12], country: Option<&[u8; 2]>) -> Option<Self> {
+        let serial = trimmed(serial);
+        (serial[0] != 0).then(|| Self { serial, country: trimmed(country.unwrap_or(&[0; 2])) })
+    }
+
+    /// The trimmed serial number.
+    pub fn serial(&self) -> &[u8] {
+        let length = self.serial.iter().rposition(|&octet| octet != 0).map_or(0, |last| last + 1);
+        &self.serial[..length]
+    }
+
+    /// The trimmed registration country; empty where there is none.
+    pub fn country(&self) -> &[u8] {
+        let length = self.country.iter().rposition(|&octet| octet != 0).map_or(0, |last| last + 1);
+        &self.country[..length]
+    }
+}
+
+impl fmt::Debug for Identity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.serial().escape_ascii(), self.country.escape_ascii())
+    }
+}
+
+fn trimmed<const N: usize>(octets: &[u8; N]) -> [u8; N] {
+    let blank = |octet: &u8| matches!(octet, 0 | b' ');
+    let mut out = [0; N];
+    let start = octets.iter().position(|octet| !blank(octet)).unwrap_or(N);
+    let end = octets.iter().rposition(|octet| !blank(octet)).map_or(start, |last| last + 1);
+    out[..end - start].copy_from_slice(&octets[start..end]);
+    out
+}
+
+/// The identifying items of a CAT129 report as received, to be sent on unchanged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UasItems {
+    /// I129/020.
+    pub manufacturer: Option<[u8; 3]>,
+    /// I129/030.
+    pub model: Option<[u8; 3]>,
+    /// I129/040.
+    pub serial_number: [u8; 12],
+    /// I129/050.
+    pub registration_country: Option<[u8; 2]>,
+}
+
+/// One transponder report.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fix {
+    /// The receiving sensor.
+    pub sensor: SensorIndex,
+    /// Who sent it.
+    pub identity: Identity,
+    /// Its identifying items as received.
+    pub items: UasItems,
+    /// Time of the report.
+    pub time: Time,
+    /// Position.
+    pub position: Enu,
+    /// Accuracy of the position that it says, metres: the radius that holds half of its errors (I129/110).
+    pub accuracy_m: Option<f64>,
+    /// Velocity over ground, east and north, metres a second (I129/185).
+    pub velocity: Option<Vector2<f64>>,
+    /// Climb, metres a second (I129/220).
+    pub climb_m_s: Option<f64>,
+}
+
+/// Either.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Report {
+    /// From a radar.
+    Plot(Plot),
+    /// From a transponder.
+    Fix(Fix),
+}
+
+impl Report {
+    /// The report's own time.
+    pub fn time(&self) -> Time {
+        match self {
+            Self::Plot(plot) => plot.time,
+            Self::Fix(fix) => fix.time,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn identities_are_trimmed_and_leading_zeros_count() {
+        let identity = |serial: &[u8; 12], country| Identity::new(serial, country);
+        let plain = identity(b"A12\0\0\0\0\0\0\0\0\0", None).unwrap();
+        assert_eq!(identity(b"  A12 \0  \0  ", Some(b"  ")), Some(plain));
+        assert_eq!(plain.serial(), b"A12");
+        assert_ne!(identity(b"0A12        ", None), Some(plain));
+        assert_ne!(identity(b"A12         ", Some(b"NO")), Some(plain));
+        assert_eq!(identity(b" \0          ", Some(b"NO")), None);
+        let longer = identity(b"A12B        ", None).unwrap();
+        assert!(plain < longer && longer < identity(b"B           ", None).unwrap());
+    }
+}
