@@ -11,8 +11,8 @@ use criterion::{BatchSize, Criterion, Throughput, criterion_group};
 use fusion::{Engine, Settings};
 use fusion::{Frame, Report};
 use utm_fusion::areas::Masks;
+use utm_fusion::capture::{Reception, ReceptionKind};
 use utm_fusion::config::{Config, Profile};
-use utm_fusion::ingest::{Reception, ReceptionKind};
 use utm_fusion::normalise::{Normaliser, time_of_day_count};
 use utm_fusion::pipeline::{Output, Pipeline};
 

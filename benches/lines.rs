@@ -11,7 +11,7 @@ use std::path::Path;
 
 use asterix::{blocks, cat048};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use utm_fusion::ingest::{Capture, Datagram};
+use utm_fusion::capture::{Capture, Datagram};
 use utm_fusion::json::{Encoder, Place, write_record};
 
 /// The datagrams of the recording.

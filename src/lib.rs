@@ -2,18 +2,20 @@
 
 pub mod api;
 pub mod areas;
+pub mod capture;
 pub mod commands;
 pub mod config;
 pub mod current;
 pub mod evaluate;
-pub mod ingest;
+pub mod formats;
+pub mod history;
 pub mod json;
 pub mod live;
+pub mod net;
 pub mod normalise;
 pub mod picture;
 pub mod pipeline;
-pub mod publish;
+pub mod record;
 pub mod simulate;
 pub mod state;
-pub mod store;
 pub mod survey;

@@ -9,7 +9,7 @@ use std::io::{self, Read, Write};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use peak_alloc::PeakAlloc;
-use utm_fusion::ingest::Capture;
+use utm_fusion::capture::Capture;
 use writer::{PcapngWriter, WRAPPINGS, final_record};
 
 #[global_allocator]

@@ -9,7 +9,7 @@ use jiff::SignedDuration;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use utm_fusion::ingest::Reception;
+use utm_fusion::capture::Reception;
 
 /// Position noise per axis, one standard deviation, metres: nine tenths of it drift, as in `docs/SIMULATION.md`.
 const SLOW_M: f64 = 1.8;

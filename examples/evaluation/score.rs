@@ -7,12 +7,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fusion::time::Time;
 use utm_fusion::areas::Masks;
+use utm_fusion::capture::{Capture, Merged, ReadError, Reception};
 use utm_fusion::config::{Config, Motion, Profile, SensorKind};
 use utm_fusion::evaluate::{
     Alone, Drone, Evaluation, Label, Labels, Place, Score, Scored, Settings, TrueTrack, Truth, evaluate,
     output, read,
 };
-use utm_fusion::ingest::{Capture, Merged, ReadError, Reception};
 use utm_fusion::simulate::{TRANSPONDER_ID, simulate};
 
 use crate::degrade::degraded;

@@ -9,12 +9,13 @@ use std::time::Duration;
 
 use fusion::time::Time;
 use utm_fusion::areas::Masks;
+use utm_fusion::capture::{Capture, Reception, ReceptionKind};
 use utm_fusion::config::{Address, Config, SensorKind};
-use utm_fusion::ingest::{Capture, Reception, ReceptionKind};
+use utm_fusion::formats::{Cat129Encoder, pack};
 use utm_fusion::live::now;
+use utm_fusion::net::send::socket;
 use utm_fusion::picture::PictureMaker;
 use utm_fusion::pipeline::{Output, Pipeline};
-use utm_fusion::publish::{Cat129Encoder, pack, socket};
 use utm_fusion::state::{NUMBERS, read_numbers_beside};
 
 use crate::figures::Quantiles;

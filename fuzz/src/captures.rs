@@ -2,7 +2,7 @@
 
 use std::io::{self, Cursor, Read};
 
-use utm_fusion::ingest::{Capture, Datagram};
+use utm_fusion::capture::{Capture, Datagram};
 
 /// Gives a few octets at a time, as a pipe may.
 struct Trickle(Cursor<Vec<u8>>);

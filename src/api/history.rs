@@ -8,8 +8,8 @@ use serde_json::{Value, json};
 
 use super::ask::{Answer, Ask, GEO_JSON, json, live};
 use super::problem::Problem;
+use crate::history::{Kept, Store};
 use crate::json::rounded;
-use crate::store::{Kept, Store};
 use fusion::time::Time;
 
 /// A trail goes back this far where it is not said how far.

@@ -6,7 +6,7 @@ use super::ask::{Answer, Ask, live};
 use super::tls::Tls;
 use crate::config::Config;
 use crate::live::{Condition, Lateness, Level, LineStatus, SensorState, Status, values};
-use crate::publish::RecorderCounts;
+use crate::record::RecorderCounts;
 use fusion::LARGEST_TRANSPONDER_NUMBER;
 use fusion::SensorIndex;
 use fusion::operational::Verdict;

@@ -56,8 +56,8 @@ use tracing::warn;
 
 use crate::areas::{AreaError, Areas};
 use crate::current::Current;
+use crate::history::Store;
 use crate::live::{Hub, Player};
-use crate::store::Store;
 use auth::Tickets;
 use door::Door;
 use fusion::time::Time;

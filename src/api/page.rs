@@ -1,4 +1,4 @@
-//! The page: the files of `page/`, which are part of the program.
+//! The page: the files of `src/web`, which are part of the program.
 
 use std::collections::HashMap;
 use std::sync::LazyLock;
@@ -15,41 +15,41 @@ use super::gzip::{self, Payload};
 
 /// Every file beside `index.html`: its path, its type and what is in it.
 const FILES: &[(&str, &str, &str)] = &[
-    ("/alerts.js", JAVASCRIPT, include_str!("page/alerts.js")),
-    ("/api.js", JAVASCRIPT, include_str!("page/api.js")),
-    ("/app.js", JAVASCRIPT, include_str!("page/app.js")),
-    ("/detail.js", JAVASCRIPT, include_str!("page/detail.js")),
-    ("/dom.js", JAVASCRIPT, include_str!("page/dom.js")),
-    ("/failures.js", JAVASCRIPT, include_str!("page/failures.js")),
-    ("/format.js", JAVASCRIPT, include_str!("page/format.js")),
-    ("/furniture.js", JAVASCRIPT, include_str!("page/furniture.js")),
-    ("/geo.js", JAVASCRIPT, include_str!("page/geo.js")),
-    ("/ground.js", JAVASCRIPT, include_str!("page/ground.js")),
-    ("/icon.svg", "image/svg+xml", include_str!("page/icon.svg")),
-    ("/keyboard.js", JAVASCRIPT, include_str!("page/keyboard.js")),
-    ("/lines.js", JAVASCRIPT, include_str!("page/lines.js")),
-    ("/map.js", JAVASCRIPT, include_str!("page/map.js")),
-    ("/news.js", JAVASCRIPT, include_str!("page/news.js")),
-    ("/overlays.js", JAVASCRIPT, include_str!("page/overlays.js")),
-    ("/palette.js", JAVASCRIPT, include_str!("page/palette.js")),
-    ("/picture.js", JAVASCRIPT, include_str!("page/picture.js")),
-    ("/raw.js", JAVASCRIPT, include_str!("page/raw.js")),
-    ("/reads.js", JAVASCRIPT, include_str!("page/reads.js")),
-    ("/replay.js", JAVASCRIPT, include_str!("page/replay.js")),
-    ("/sensors.js", JAVASCRIPT, include_str!("page/sensors.js")),
-    ("/settings.js", JAVASCRIPT, include_str!("page/settings.js")),
-    ("/shapes.js", JAVASCRIPT, include_str!("page/shapes.js")),
-    ("/status.js", JAVASCRIPT, include_str!("page/status.js")),
-    ("/style.css", "text/css; charset=utf-8", include_str!("page/style.css")),
-    ("/symbols.js", JAVASCRIPT, include_str!("page/symbols.js")),
-    ("/table.js", JAVASCRIPT, include_str!("page/table.js")),
-    ("/tiles.js", JAVASCRIPT, include_str!("page/tiles.js")),
-    ("/view.js", JAVASCRIPT, include_str!("page/view.js")),
+    ("/alerts.js", JAVASCRIPT, include_str!("../web/alerts.js")),
+    ("/api.js", JAVASCRIPT, include_str!("../web/api.js")),
+    ("/app.js", JAVASCRIPT, include_str!("../web/app.js")),
+    ("/detail.js", JAVASCRIPT, include_str!("../web/detail.js")),
+    ("/dom.js", JAVASCRIPT, include_str!("../web/dom.js")),
+    ("/failures.js", JAVASCRIPT, include_str!("../web/failures.js")),
+    ("/format.js", JAVASCRIPT, include_str!("../web/format.js")),
+    ("/furniture.js", JAVASCRIPT, include_str!("../web/furniture.js")),
+    ("/geo.js", JAVASCRIPT, include_str!("../web/geo.js")),
+    ("/ground.js", JAVASCRIPT, include_str!("../web/ground.js")),
+    ("/icon.svg", "image/svg+xml", include_str!("../web/icon.svg")),
+    ("/keyboard.js", JAVASCRIPT, include_str!("../web/keyboard.js")),
+    ("/lines.js", JAVASCRIPT, include_str!("../web/lines.js")),
+    ("/map.js", JAVASCRIPT, include_str!("../web/map.js")),
+    ("/news.js", JAVASCRIPT, include_str!("../web/news.js")),
+    ("/overlays.js", JAVASCRIPT, include_str!("../web/overlays.js")),
+    ("/palette.js", JAVASCRIPT, include_str!("../web/palette.js")),
+    ("/picture.js", JAVASCRIPT, include_str!("../web/picture.js")),
+    ("/raw.js", JAVASCRIPT, include_str!("../web/raw.js")),
+    ("/reads.js", JAVASCRIPT, include_str!("../web/reads.js")),
+    ("/replay.js", JAVASCRIPT, include_str!("../web/replay.js")),
+    ("/sensors.js", JAVASCRIPT, include_str!("../web/sensors.js")),
+    ("/settings.js", JAVASCRIPT, include_str!("../web/settings.js")),
+    ("/shapes.js", JAVASCRIPT, include_str!("../web/shapes.js")),
+    ("/status.js", JAVASCRIPT, include_str!("../web/status.js")),
+    ("/style.css", "text/css; charset=utf-8", include_str!("../web/style.css")),
+    ("/symbols.js", JAVASCRIPT, include_str!("../web/symbols.js")),
+    ("/table.js", JAVASCRIPT, include_str!("../web/table.js")),
+    ("/tiles.js", JAVASCRIPT, include_str!("../web/tiles.js")),
+    ("/view.js", JAVASCRIPT, include_str!("../web/view.js")),
 ];
 
 const JAVASCRIPT: &str = "text/javascript; charset=utf-8";
 
-const INDEX: (&str, &str, &str) = ("/", "text/html; charset=utf-8", include_str!("page/index.html"));
+const INDEX: (&str, &str, &str) = ("/", "text/html; charset=utf-8", include_str!("../web/index.html"));
 
 /// A file as it is served.
 struct File {

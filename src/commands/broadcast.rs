@@ -8,10 +8,11 @@ use tracing::warn;
 
 use super::{Usage, open_sinks};
 use crate::config::Config;
+use crate::formats::{Cat129Encoder, pack, status_block};
 use crate::live::{Health, SensorState};
+use crate::net::send::Sinks;
 use crate::picture::Picture;
 use crate::pipeline::Event;
-use crate::publish::{Cat129Encoder, Sinks, pack, status_block};
 use fusion::time::{SECOND, Time};
 
 /// The outputs, and the health of the sensors, which the CAT065 status tells. Every time is one of the recording.

@@ -9,10 +9,10 @@ use super::{CommandResult, Outcome, Usage};
 use crate::api::Terms;
 use crate::areas::Areas;
 use crate::config::{Address, Config};
-use crate::ingest::udp;
 use crate::live::now;
+use crate::net::listen as udp;
+use crate::net::send::Sinks;
 use crate::normalise::Normaliser;
-use crate::publish::Sinks;
 
 /// Validates a configuration, its areas, its tokens and its certificate, and prints the one in force, every default filled in.
 #[derive(Clone, Debug, clap::Args)]

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use asterix::{Block, Fault, Record, blocks, cat034, cat048, cat065, cat129};
 
 use super::{CommandResult, Outcome, lost_frames};
-use crate::ingest::{Capture, Contents, Datagram, Gaps};
+use crate::capture::{Capture, Contents, Datagram, Gaps};
 use crate::json::{Place, SKIPPED, write_block, write_fault, write_record, write_skipped, write_trailer};
 
 /// Print captures as JSON, one record a line

@@ -35,9 +35,9 @@ use std::path::Path;
 
 use crate::api::StartError;
 use crate::areas::AreaError;
+use crate::capture::{Capture, SkipReason};
 use crate::config::{Config, ConfigError, ConfigErrors, Place};
-use crate::ingest::{Capture, SkipReason};
-use crate::publish::Sinks;
+use crate::net::send::Sinks;
 use crate::simulate::Crowded;
 
 /// How a command ended that did its work.

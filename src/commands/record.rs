@@ -12,10 +12,10 @@ use tracing::info;
 
 use super::moment::duration;
 use super::{CommandResult, Outcome, load_live};
-use crate::ingest::udp::Arrival;
 use crate::live::{Clock, Listening, listen, now};
-use crate::publish::Recorded;
-use crate::publish::{Recorder, RecorderCounts, RecorderQueue, record_into};
+use crate::net::listen::Arrival;
+use crate::record::Recorded;
+use crate::record::{Recorder, RecorderCounts, RecorderQueue, record_into};
 use fusion::time::Time;
 
 /// Records what arrives on the inputs of a configuration into rotating pcap files, until Ctrl-C.

@@ -10,9 +10,9 @@ use crate::api::{ApiState, Terms};
 use crate::areas::{AlertAreas, Areas};
 use crate::config::{Auth, Config, State, changes};
 use crate::current::Current;
+use crate::history::{Limits, Store};
 use crate::live::now;
-use crate::publish::Sinks;
-use crate::store::{Limits, Store};
+use crate::net::send::Sinks;
 
 /// What is in force, and who has to know of a change.
 pub struct Reload {

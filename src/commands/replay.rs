@@ -19,11 +19,11 @@ use super::summary::registered;
 use super::unmatched::unmatched;
 use super::{CommandResult, Outcome, Usage, progress};
 use crate::areas::Masks;
+use crate::capture::{Capture, Format, Merged, OpenError, Reception, TrailerRules};
 use crate::config::{Config, Profile};
-use crate::ingest::{Capture, Format, Merged, OpenError, Reception, TrailerRules};
+use crate::formats::OutputFormat;
 use crate::picture::PictureMaker;
 use crate::pipeline::{Event, Output, Pipeline};
-use crate::publish::OutputFormat;
 use crate::state::{Kept, read_beside, read_kept, read_numbers_beside};
 
 /// Replays captured files through the same engine as the live service.

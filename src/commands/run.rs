@@ -15,13 +15,13 @@ use crate::api::{self, ApiState};
 use crate::areas::Areas;
 use crate::config::Config;
 use crate::current::Current;
-use crate::ingest::udp;
+use crate::history::{Historian, Store};
 use crate::live::{Alerts, Clock, Driver, Hub, Outlets, Service, now, observe};
-use crate::publish::{Recorded, Recorder};
+use crate::net::listen as udp;
+use crate::record::{Recorded, Recorder};
 use crate::state::{
     DecisionsKeeper, Keeper, RegistrationKeeper, Registrations, kept_lines, registration_text,
 };
-use crate::store::{Historian, Store};
 
 /// Runs the live service: listens to the sensors, sends the fused picture, serves it over HTTP.
 ///

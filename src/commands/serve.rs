@@ -15,13 +15,13 @@ use super::simulate::{send, start};
 use super::{CommandResult, Outcome, Usage};
 use crate::api::{self, ApiState};
 use crate::areas::{AlertAreas, Masks};
+use crate::capture::TrailerRules;
 use crate::config::{Auth, Config};
-use crate::ingest::TrailerRules;
-use crate::ingest::udp::lines;
 use crate::live::{Alerts, Clock, Driver, Hub, OpenCaptures, Outlets, Player, Service, now, observe};
+use crate::net::listen::lines;
+use crate::net::send::Sinks;
 use crate::picture::PictureMaker;
 use crate::pipeline::Pipeline;
-use crate::publish::Sinks;
 use crate::simulate::{Scenario, Simulation, simulate};
 use fusion::time::Time;
 

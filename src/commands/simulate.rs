@@ -9,7 +9,7 @@ use tracing::info;
 
 use super::{CommandResult, Outcome};
 use crate::live::now;
-use crate::publish;
+use crate::net::send;
 use crate::simulate::{Scenario, Simulation, simulate, write};
 use fusion::time::{SECOND, Time};
 
@@ -66,7 +66,7 @@ pub(super) fn start(scenario: &Scenario) -> Time {
 pub(super) fn send(simulation: &Simulation) -> Result<(), Box<dyn Error + Send + Sync>> {
     let Some(last) = simulation.datagrams.last() else { return Ok(()) };
     // Its multicast stays on this machine.
-    let socket = publish::socket(Some(Ipv4Addr::LOCALHOST), 1)
+    let socket = send::socket(Some(Ipv4Addr::LOCALHOST), 1)
         .and_then(|socket| socket.set_nonblocking(false).map(|()| socket))
         .map_err(|error| format!("no UDP socket to send from: {error}"))?;
     info!("sending until {}; stop with Ctrl-C", last.received);

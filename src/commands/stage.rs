@@ -16,9 +16,9 @@ use super::replay::Args;
 use super::stop::Stop;
 use super::summary::Summary;
 use crate::config::Config;
+use crate::formats::{OutputFormat, PictureWriter};
 use crate::picture::{Picture, PictureMaker};
 use crate::pipeline::Event;
-use crate::publish::{OutputFormat, PictureWriter};
 use fusion::Emission;
 use fusion::time::Time;
 

@@ -4,7 +4,7 @@ use std::net::Ipv4Addr;
 
 use super::reader::{Item, Section};
 use super::types::{Address, Input, Sink};
-use crate::ingest::LONGEST_TRAILER;
+use crate::capture::LONGEST_TRAILER;
 
 /// One entry of `inputs`.
 pub(super) fn read_input(mut section: Section<'_>) -> Option<Input> {

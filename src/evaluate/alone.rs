@@ -2,8 +2,8 @@
 
 use super::{OutputPoint, Place, PointSource};
 use crate::areas::Masks;
+use crate::capture::{ReadError, Reception};
 use crate::config::{Config, Profile};
-use crate::ingest::{ReadError, Reception};
 use crate::picture::PictureMaker;
 use crate::pipeline::{Output, Pipeline};
 use fusion::{Plot, Report};

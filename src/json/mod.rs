@@ -100,7 +100,7 @@ pub fn write_fault(out: &mut Vec<u8>, fault: Fault, octets: &[u8], origin: u64, 
     line.close();
 }
 
-/// Appends the line of octets that belong to no block ([`Contents::Unframed`](crate::ingest::Contents::Unframed)).
+/// Appends the line of octets that belong to no block ([`Contents::Unframed`](crate::capture::Contents::Unframed)).
 pub fn write_skipped(out: &mut Vec<u8>, octets: &[u8], place: Place<'_>) {
     let mut line = Line(Object::open(out));
     line.0.key("error");

@@ -8,7 +8,7 @@ use asterix::DataSource;
 use super::contests::Contested;
 use super::registration::RegistrationStatus;
 use crate::config::{Config, SensorKind};
-use crate::ingest::udp::LineCounters;
+use crate::net::listen::LineCounters;
 use crate::normalise::{Refusal, Service};
 use crate::pipeline::Event;
 use fusion::SensorIndex;

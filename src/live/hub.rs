@@ -13,7 +13,7 @@ use super::inputs::Inputs;
 use crate::config::Config;
 use crate::picture::{Picture, PictureMaker};
 use crate::pipeline::Tally;
-use crate::publish::{RecorderCounts, RecorderMeter};
+use crate::record::{RecorderCounts, RecorderMeter};
 use fusion::time::Time;
 
 /// Slots that a reader may be behind before it has to begin anew: 16 s.

@@ -13,7 +13,7 @@ use tracing::{error, info, warn};
 
 use super::clock::Clock;
 use crate::config::Config;
-use crate::ingest::udp::{self, Arrival, Line, LineCounters};
+use crate::net::listen::{self as udp, Arrival, Line, LineCounters};
 
 /// Datagrams that may wait for the engine: some seconds of the busiest site.
 const QUEUE: usize = 8192;

@@ -9,7 +9,7 @@ use tracing::{error, info, warn};
 use super::alerts::{Alert, Alerts, Change, Severity};
 use super::clock::now;
 use super::hub::{Hub, Status};
-use crate::store::Historian;
+use crate::history::Historian;
 use fusion::time::Time;
 
 /// How often it is looked whether the engine still publishes: it cannot say itself that it stands still.

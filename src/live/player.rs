@@ -12,8 +12,8 @@ use tracing::{error, info, warn};
 use super::driver::{Driver, Made};
 use super::hub::{Frame, HubWriter, Status};
 use crate::areas::Masks;
+use crate::capture::{Capture, Merged, OpenError};
 use crate::config::Config;
-use crate::ingest::{Capture, Merged, OpenError};
 use crate::state::DecisionPlan;
 use fusion::time::{SECOND, Time};
 

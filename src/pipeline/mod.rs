@@ -10,8 +10,8 @@ use std::net::SocketAddr;
 use asterix::{Block, Record, blocks, cat034, cat048, cat129, profile};
 
 use crate::areas::Masks;
+use crate::capture::{Reception, ReceptionKind};
 use crate::config::Config;
-use crate::ingest::{Reception, ReceptionKind};
 use crate::normalise::{Normaliser, Refusal, Refused};
 pub(crate) use duplicates::Duplicates;
 use fusion::operational::{Decision, Kept, Resumed, Undecided};

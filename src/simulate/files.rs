@@ -7,7 +7,7 @@ use std::path::Path;
 use super::{Flight, Simulation};
 use crate::config::SensorKind;
 use crate::evaluate::Label;
-use crate::publish::PcapWriter;
+use crate::formats::PcapWriter;
 use fusion::time::{SECOND, Time};
 
 /// Writes `radar.ast`, `transponder.ast`, `capture.pcap`, `truth.csv`, `labels.csv` and `site.toml` into `directory`,

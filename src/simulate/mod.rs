@@ -35,9 +35,9 @@ use radar::{Detection, OTHERS, Target};
 use streams::{Entity, Stream, Streams};
 use transponder::{Attack, Report};
 
+use crate::capture::{Reception, ReceptionKind};
 use crate::config::Config;
 use crate::evaluate::{Label, Truth};
-use crate::ingest::{Reception, ReceptionKind};
 use fusion::time::Time;
 use wire::{Sent, after, stamped};
 

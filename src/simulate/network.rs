@@ -9,8 +9,8 @@ use super::scenario::{Network, Span};
 use super::streams::Stream;
 use super::wire::{Sent, after};
 use crate::config::{Address, Config, Input};
+use crate::formats::UdpFlow;
 use crate::normalise::time_of_day_count;
-use crate::publish::UdpFlow;
 use fusion::time::Time;
 
 /// A datagram as the service receives it.

@@ -13,8 +13,8 @@ use super::radar::Detection;
 use super::scenario::{Radar, Transponder};
 use super::streams::Stream;
 use super::transponder::Report;
+use crate::formats::DATAGRAM_MAX;
 use crate::normalise::{nearest_day, time_of_day_count};
-use crate::publish::DATAGRAM_MAX;
 use fusion::time::Time;
 
 /// What a sensor sends, and when it arrives where nothing happens to it on the way.

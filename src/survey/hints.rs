@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::net::IpAddr;
 
 use super::report::{LineHint, SensorHint, SourceReport};
-use crate::ingest::Endpoints;
+use crate::capture::Endpoints;
 
 /// A sensor sends at least a twentieth of what the busiest one of its category sends; others are strays.
 const STRAY: u64 = 20;

@@ -19,7 +19,7 @@ use std::ops::Range;
 
 use asterix::{Block, DataSource, Fault, Record, UapItem, blocks, cat034, cat048, cat065, cat129};
 
-use crate::ingest::{Contents, Datagram, Endpoints, Gaps};
+use crate::capture::{Contents, Datagram, Endpoints, Gaps};
 use crate::json::SKIPPED;
 use crate::pipeline::Duplicates;
 use bounded::Bounded;

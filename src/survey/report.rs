@@ -7,7 +7,7 @@ use serde::{Serialize, Serializer};
 
 use super::Endpoints;
 use super::presence::nanos_between;
-use crate::ingest::Gaps;
+use crate::capture::Gaps;
 use fusion::time::{SECOND, Time};
 
 /// A whole capture.

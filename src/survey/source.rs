@@ -9,7 +9,7 @@ use super::bounded::Bounded;
 use super::histogram::Histogram;
 use super::presence::{DOUBT_NS, Days, Presence, nanos_between};
 use super::report::{Delay, Followed, Interval, Items, Silences, SourceReport, Stamp, rate, seconds};
-use crate::ingest::{Datagram, Endpoints};
+use crate::capture::{Datagram, Endpoints};
 use crate::normalise::nearest_day;
 use fusion::Identity;
 use fusion::time::{SECOND, Time};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use jiff::SignedDuration;
 use utm_fusion::api::Options;
-use utm_fusion::store::{Historian, Limits, Store};
+use utm_fusion::history::{Historian, Limits, Store};
 
 use crate::common::{Site, flown};
 

@@ -9,7 +9,7 @@ use fusion::Basis;
 use fusion::time::Time;
 use serde_json::Value;
 use utm_fusion::config::SerialSource;
-use utm_fusion::publish::Cat129Encoder;
+use utm_fusion::formats::Cat129Encoder;
 use utm_fusion::simulate::TruthSample;
 
 use crate::common::{Reader, Site, estimated, flown};

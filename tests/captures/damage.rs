@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use asterix::{blocks, profile};
-use utm_fusion::ingest::{Capture, Contents, Datagram};
+use utm_fusion::capture::{Capture, Contents, Datagram};
 
 use crate::writer::final_record;
 use crate::{open, open_in_steps, read};

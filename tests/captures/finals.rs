@@ -2,7 +2,7 @@
 
 use jiff::civil::date;
 use proptest::prelude::*;
-use utm_fusion::ingest::{Contents, Damage, Datagram, Format, Merged, ReceptionKind};
+use utm_fusion::capture::{Contents, Damage, Datagram, Format, Merged, ReceptionKind};
 
 use crate::writer::final_record;
 use crate::{BLOCKS, open, open_in_steps, payloads, read};

@@ -13,7 +13,7 @@ mod writer;
 
 use std::io::{self, Read};
 
-use utm_fusion::ingest::{Capture, Datagram, Endpoints, OpenError, ReadError};
+use utm_fusion::capture::{Capture, Datagram, Endpoints, OpenError, ReadError};
 
 /// Two CAT048-like blocks and one CAT129-like: the reader looks at no more than CAT and LEN.
 const BLOCKS: [&[u8]; 3] =

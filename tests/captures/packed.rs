@@ -5,7 +5,7 @@ use std::io::{self, Read, Write};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use proptest::prelude::*;
-use utm_fusion::ingest::{Capture, Damage, Datagram, GzipError, OpenError};
+use utm_fusion::capture::{Capture, Damage, Datagram, GzipError, OpenError};
 
 use crate::writer::{PcapWriter, PcapngWriter, WRAPPINGS, final_record};
 use crate::{BLOCKS, open, open_in_steps, payloads, read};

@@ -1,7 +1,7 @@
 //! pcapng that is cut or damaged.
 
 use proptest::prelude::*;
-use utm_fusion::ingest::Damage;
+use utm_fusion::capture::Damage;
 
 use crate::writer::{PcapngWriter, WRAPPINGS};
 use crate::{BLOCKS, open, open_in_steps, payloads, read};

@@ -1,7 +1,7 @@
 //! pcapng.
 
 use fusion::time::Time;
-use utm_fusion::ingest::{Datagram, Format, Merged, ReceptionKind, SkipReason};
+use utm_fusion::capture::{Datagram, Format, Merged, ReceptionKind, SkipReason};
 
 use crate::writer::{PcapngWriter, WRAPPINGS};
 use crate::{BLOCKS, endpoints, open, payloads, read};

@@ -4,7 +4,7 @@ use std::io;
 
 use fusion::time::Time;
 use proptest::prelude::*;
-use utm_fusion::ingest::{Capture, Damage, OpenError, SkipReason};
+use utm_fusion::capture::{Capture, Damage, OpenError, SkipReason};
 
 use crate::writer::{MAGICS, PcapWriter, UDP, WRAPPINGS, ethernet, ipv4, ipv6, udp};
 use crate::{BLOCKS, endpoints, open, open_in_steps, payloads, read};

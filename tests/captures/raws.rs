@@ -4,7 +4,7 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use proptest::prelude::*;
-use utm_fusion::ingest::{Capture, Contents, Format, OpenError};
+use utm_fusion::capture::{Capture, Contents, Format, OpenError};
 
 use crate::{BLOCKS, open, open_in_steps, payloads, read};
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use utm_fusion::ingest::{Capture, Datagram};
+use utm_fusion::capture::{Capture, Datagram};
 
 fn recording(name: &str) -> Option<PathBuf> {
     let folder = std::env::var_os("UTM_FUSION_SHARED_DATA");

@@ -7,8 +7,8 @@ use std::path::Path;
 
 use flate2::read::GzDecoder;
 use serde_json::Value;
+use utm_fusion::capture::Capture;
 use utm_fusion::commands::decode;
-use utm_fusion::ingest::Capture;
 
 use super::lossless::there_and_back;
 use super::shared::{captures, recordings};

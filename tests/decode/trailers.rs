@@ -4,7 +4,7 @@ use std::fs;
 use std::process::{Command, Output};
 
 use serde_json::Value;
-use utm_fusion::ingest::Capture;
+use utm_fusion::capture::Capture;
 
 use super::lossless::there_and_back;
 use super::{Temporary, block, pcap};

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use asterix::cat129;
 use asterix::{Record, blocks, encode_block};
 use serde_json::Value;
-use utm_fusion::ingest::Capture;
+use utm_fusion::capture::Capture;
 
 use super::common::{Scratch, evaluate, number, ran, utm_fusion};
 

@@ -9,9 +9,10 @@ use jiff::SignedDuration;
 use tokio::runtime::Runtime;
 use utm_fusion::api::{ApiState, Options, serve};
 use utm_fusion::areas::{AlertAreas, Masks};
-use utm_fusion::ingest::udp;
 use utm_fusion::live::{Alerts, Clock, Driver, Hub, Outlets, Service, now, observe};
-use utm_fusion::publish::{Recorder, Sinks};
+use utm_fusion::net::listen as udp;
+use utm_fusion::net::send::Sinks;
+use utm_fusion::record::Recorder;
 
 use crate::common::read;
 use crate::http::{get, json, lights, metric, troubled, until};

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use asterix::{DataSource, blocks, cat048, encode_block};
 use utm_fusion::config::{Address, Input};
-use utm_fusion::publish::{PcapWriter, UdpFlow};
+use utm_fusion::formats::{PcapWriter, UdpFlow};
 
 use crate::common::{beside, group, joined, read, replayed};
 use crate::http::{address, json, metric};

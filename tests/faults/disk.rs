@@ -11,7 +11,7 @@ use fusion::time::Time;
 use jiff::SignedDuration;
 use utm_fusion::config::{Config, Record};
 use utm_fusion::live::now;
-use utm_fusion::publish::{Recorded, Recorder};
+use utm_fusion::record::{Recorded, Recorder};
 
 use crate::common::{Scratch, files, read};
 use crate::http::{Stream, address, get, metric, troubled, until};

@@ -70,7 +70,7 @@ fn send_for(stage: &Stage, seconds: f64) {
             std::thread::sleep(early);
         }
         if sender.is_none() {
-            sender = utm_fusion::publish::socket(Some(HERE), 1).ok();
+            sender = utm_fusion::net::send::socket(Some(HERE), 1).ok();
         }
         let to = stage.to(usize::from(datagram.payload[0] == 129));
         if sender.as_ref().is_none_or(|socket| socket.send_to(&datagram.payload, to).is_err()) {

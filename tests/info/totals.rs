@@ -5,7 +5,7 @@ use std::net::SocketAddr;
 use asterix::{Record, blocks, cat048, cat129};
 use fusion::time::Time;
 use proptest::prelude::*;
-use utm_fusion::ingest::{Datagram, Endpoints};
+use utm_fusion::capture::{Datagram, Endpoints};
 use utm_fusion::survey::{Report, SOURCES, STREAMS, Survey};
 
 use super::{block, fix, plot};

@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 
 use fusion::time::Time;
 use socket2::{Domain, Protocol, Socket, Type};
+use utm_fusion::capture::{Capture, Datagram};
 use utm_fusion::config::{Config, Record};
-use utm_fusion::ingest::{Capture, Datagram};
 use utm_fusion::simulate::{Scenario, Simulation, simulate};
 
 pub(crate) use crate::program::{Scratch, utm_fusion};

@@ -17,11 +17,12 @@ use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use utm_fusion::areas::Masks;
+use utm_fusion::capture::{Reception, ReceptionKind};
 use utm_fusion::config::{Config, Profile, Record};
-use utm_fusion::ingest::{Reception, ReceptionKind};
+use utm_fusion::formats::{Cat129Encoder, pack};
 use utm_fusion::live::{Driver, Made};
 use utm_fusion::pipeline::Event;
-use utm_fusion::publish::{Cat129Encoder, Recorded, Recorder, RecorderQueue, pack};
+use utm_fusion::record::{Recorded, Recorder, RecorderQueue};
 use utm_fusion::simulate::Datagram;
 use utm_fusion::state::{Registrations, decision_line, registration_text};
 

@@ -7,9 +7,9 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use utm_fusion::areas::Masks;
+use utm_fusion::capture::{Reception, ReceptionKind};
 use utm_fusion::config::{Config, SensorKind};
 use utm_fusion::evaluate::{OutputPoint, output};
-use utm_fusion::ingest::{Reception, ReceptionKind};
 use utm_fusion::live::now;
 
 use crate::common::{Running, beside, datagrams, only, replayed};

@@ -9,7 +9,7 @@ use fusion::Identity;
 use fusion::time::{SECOND, Time};
 use jiff::SignedDuration;
 use utm_fusion::config::{Config, Record};
-use utm_fusion::publish::{Recorded, Recorder, RecorderQueue};
+use utm_fusion::record::{Recorded, Recorder, RecorderQueue};
 use utm_fusion::state::read_numbers;
 
 use crate::common::{Scratch, datagrams, files, only, read};

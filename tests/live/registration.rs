@@ -7,11 +7,11 @@ use fusion::time::Time;
 use jiff::SignedDuration;
 use serde_json::{Value, json};
 use utm_fusion::areas::Masks;
+use utm_fusion::capture::{Reception, ReceptionKind};
 use utm_fusion::config::{Config, Profile, Record, SensorKind};
-use utm_fusion::ingest::{Reception, ReceptionKind};
 use utm_fusion::live::{Driver, Made};
 use utm_fusion::pipeline::{Event, Pipeline};
-use utm_fusion::publish::Recorder;
+use utm_fusion::record::Recorder;
 use utm_fusion::simulate::Simulation;
 use utm_fusion::state::{Registrations, parse_registration, registration_text};
 

@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 
 use fusion::time::Time;
 use serde_json::Value;
+use utm_fusion::formats::{PcapWriter, UdpFlow};
 use utm_fusion::live::now;
-use utm_fusion::publish::{PcapWriter, UdpFlow};
 use utm_fusion::simulate::Simulation;
 
 use crate::common::{Running, Scratch, beside, flight, only, read, replayed, utm_fusion};

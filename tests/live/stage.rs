@@ -10,7 +10,7 @@ use std::time::Duration;
 use fusion::time::{SECOND, Time};
 use utm_fusion::config::{Address, Config, Record};
 use utm_fusion::live::now;
-use utm_fusion::publish::socket;
+use utm_fusion::net::send::socket;
 use utm_fusion::simulate::Simulation;
 
 use crate::common::{Running, Scratch, flight, group, joined, on_own_ports, utm_fusion};

@@ -2,8 +2,8 @@
 
 use fusion::time::{SECOND, Time};
 use utm_fusion::areas::Masks;
+use utm_fusion::capture::{Reception, ReceptionKind};
 use utm_fusion::config::Profile;
-use utm_fusion::ingest::{Reception, ReceptionKind};
 use utm_fusion::pipeline::{Output, Pipeline};
 use utm_fusion::simulate::Simulation;
 

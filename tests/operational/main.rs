@@ -8,11 +8,11 @@ mod invented;
 
 use fusion::time::Time;
 use utm_fusion::areas::Masks;
+use utm_fusion::capture::Reception;
 use utm_fusion::config::{Config, Motion, Profile};
 use utm_fusion::evaluate::{
     Alone, ErrorStatistics, Evaluation, Labels, OutputPoint, Settings, evaluate, output,
 };
-use utm_fusion::ingest::Reception;
 use utm_fusion::simulate::{Scenario, Simulation, TRANSPONDER_ID, simulate};
 
 fn scenario(name: &str) -> Scenario {

@@ -9,10 +9,10 @@ use asterix::{Block, Record, blocks, cat034, cat048, cat129, profile};
 use fusion::Emission;
 use fusion::time::Time;
 use utm_fusion::areas::Masks;
+use utm_fusion::capture::{Capture, Datagram, Merged, Reception};
 use utm_fusion::config::Config;
-use utm_fusion::ingest::{Capture, Datagram, Merged, Reception};
+use utm_fusion::formats::{PcapWriter, UdpFlow};
 use utm_fusion::pipeline::{Event, Output, Pipeline, Tally};
-use utm_fusion::publish::{PcapWriter, UdpFlow};
 
 pub(crate) use crate::program::{Scratch, utm_fusion};
 

@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use fusion::time::SECOND;
-use utm_fusion::ingest::Reception;
+use utm_fusion::capture::Reception;
 use utm_fusion::normalise::nearest_day;
 
 use super::common::{

@@ -5,8 +5,8 @@ use std::sync::LazyLock;
 
 use proptest::prelude::*;
 use proptest::sample::Index;
+use utm_fusion::capture::Reception;
 use utm_fusion::config::Config;
-use utm_fusion::ingest::Reception;
 use utm_fusion::pipeline::Event;
 
 use super::common::{Flown, contents, demo, fly};

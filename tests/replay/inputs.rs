@@ -9,7 +9,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use fusion::time::{SECOND, Time};
 use jiff::SignedDuration;
-use utm_fusion::ingest::Datagram;
+use utm_fusion::capture::Datagram;
 
 use super::common::{Flight, Scratch, csv_lines, datagrams, demo, pcap, ran, utm_fusion};
 

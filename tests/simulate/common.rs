@@ -9,7 +9,7 @@ use fusion::Geodetic;
 use fusion::time::Time;
 use nalgebra::Vector3;
 use utm_fusion::areas::Masks;
-use utm_fusion::ingest::{Reception, ReceptionKind};
+use utm_fusion::capture::{Reception, ReceptionKind};
 use utm_fusion::normalise::Normaliser;
 use utm_fusion::simulate::{Scenario, Simulation, simulate};
 

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use asterix::{Record, blocks, cat048, cat129};
-use utm_fusion::ingest::Capture;
+use utm_fusion::capture::Capture;
 
 use crate::common::{Scratch, between, files, kept_path, ran, utm_fusion};
 

@@ -6,7 +6,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use socket2::{Domain, Protocol, Socket, Type};
-use utm_fusion::ingest::Capture;
+use utm_fusion::capture::Capture;
 
 use crate::common::{Scratch, between, ran, utm_fusion};
 

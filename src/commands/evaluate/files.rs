@@ -11,12 +11,12 @@ use jiff::tz::TimeZone;
 use tracing::{info, warn};
 
 use super::Args;
+use crate::capture::{Capture, Merged, OpenError};
 use crate::commands::Usage;
 use crate::config::{Config, SensorKind};
 use crate::evaluate::plot::{self, TruthLine};
 use crate::evaluate::read::{self, Days, Kind};
 use crate::evaluate::{Evaluation, Label, Labels, OutputPoint, Truth};
-use crate::ingest::{Capture, Merged, OpenError};
 use crate::normalise::{nearest_day, time_of_day_count};
 use fusion::time::Time;
 

@@ -10,7 +10,7 @@ use serde::{Serialize, Serializer};
 use tracing::{error, warn};
 
 use super::{CommandResult, Outcome, lost_frames, progress};
-use crate::ingest::{Capture, Format, ReadError, Skipped, Trailer};
+use crate::capture::{Capture, Format, ReadError, Skipped, Trailer};
 use crate::survey::{Report, Survey};
 
 /// Say what is in captures: who sends what, how much, when, and is it healthy

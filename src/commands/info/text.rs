@@ -3,8 +3,8 @@
 use std::fmt::{self, Display, Write as _};
 
 use super::Info;
+use crate::capture::Format;
 use crate::commands::table::{Table, duration, grouped, short};
-use crate::ingest::Format;
 use crate::survey::{LineHint, Report, SensorHint, SourceReport, Span, Stamp};
 use fusion::time::{DAY, SECOND};
 

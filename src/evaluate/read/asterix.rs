@@ -10,8 +10,8 @@ use jiff::SignedDuration;
 use jiff::civil::Date;
 
 use super::{FileError, OutputFile};
+use crate::capture::{Capture, Contents, Datagram, OpenError};
 use crate::evaluate::{OutputPoint, Place, PointSource};
-use crate::ingest::{Capture, Contents, Datagram, OpenError};
 use crate::normalise::nearest_day;
 use fusion::time::Time;
 

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::ingest::{OpenError, ReadError};
+use crate::capture::{OpenError, ReadError};
 
 /// What is wrong with a file, where, and what to do.
 #[derive(Debug, Error)]

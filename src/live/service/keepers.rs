@@ -7,7 +7,7 @@ use std::sync::mpsc::TrySendError;
 use tracing::{info, warn};
 
 use super::{Engine, Estimates};
-use crate::publish::Recorded;
+use crate::record::Recorded;
 use crate::state::{Registrations, decision_line, kept_lines, registration_text};
 use fusion::NumberChange;
 use fusion::operational::{Decision, Held, Resumed};

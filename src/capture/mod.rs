@@ -30,7 +30,6 @@ mod raw;
 mod recognise;
 mod skipped;
 mod trailer;
-pub mod udp;
 mod window;
 
 use std::fmt;

@@ -125,7 +125,8 @@ impl<W: Write> PictureWriter<W> {
     }
 }
 
-pub(super) fn flow(sink: Option<&Sink>) -> UdpFlow {
+/// From where to where datagrams of a sink go; without one, as the documentation shows it.
+pub fn flow(sink: Option<&Sink>) -> UdpFlow {
     let Some(sink) = sink else { return DEFAULT_FLOW };
     let (from, to) = match sink.address {
         Address::Multicast { group, interface } => (interface, group),

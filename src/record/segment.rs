@@ -7,7 +7,7 @@ use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 
 use super::names::{self, Series};
-use crate::publish::{PcapWriter, UdpFlow};
+use crate::formats::{PcapWriter, UdpFlow};
 use crate::state::{DECISIONS, NUMBERS_END, number_line, numbers_text, write_atomically};
 use fusion::Given;
 use fusion::time::Time;

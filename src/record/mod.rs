@@ -45,7 +45,7 @@ pub enum Recorded {
     Input {
         /// When it handled it.
         received: Time,
-        /// The line it came on, an index of [`lines`](crate::ingest::udp::lines).
+        /// The line it came on, an index of [`lines`](crate::net::listen::lines).
         line: usize,
         /// Who sent it.
         from: SocketAddrV4,

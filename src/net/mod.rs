@@ -1,0 +1,4 @@
+//! UDP in and out.
+
+pub mod listen;
+pub mod send;
