@@ -3,7 +3,10 @@
 //! Sans-IO: no clock, no socket, no randomness. [`Engine::advance`] first, drained; then [`Engine::handle`].
 
 use crate::numbering::{Given, Keeping, Numbers};
-use crate::operational::{self, Decision, Held, Kept, Operational, Registered, Resumed, Undecided};
+use crate::operational::{
+    self, Correlation, HeldCorrelation, NotCorrelated, Operational, Registered, ResumedCorrelation,
+    SavedCorrelation,
+};
 use crate::point::Emission;
 use crate::reference::Reference;
 use crate::registration::{State, StateError};
@@ -28,14 +31,14 @@ pub struct Engine {
 #[derive(Debug, Default)]
 struct Plan {
     /// By slot, those of one slot in their order.
-    decisions: Vec<(Slot, Decision)>,
+    correlations: Vec<(Slot, Correlation)>,
     /// The first slot of the replay.
     first: Option<Slot>,
-    /// Decisions on what never was there.
+    /// Correlations on what never was there.
     missed: u64,
-    /// Decisions of before a restart of which it is not known yet whether they hold, and what has become of the others.
-    kept: Vec<Kept>,
-    resumed: Vec<Resumed>,
+    /// Correlations of before a restart of which it is not known yet whether they hold, and what has become of the others.
+    kept: Vec<SavedCorrelation>,
+    resumed: Vec<ResumedCorrelation>,
 }
 
 /// What is put out for a slot is the profile's to say.
@@ -205,51 +208,51 @@ impl Engine {
     ///
     /// # Errors
     /// The profile knows no decisions, or the radar track or the transponder is not there.
-    pub fn decide(&mut self, decision: Decision) -> Result<(), Undecided> {
+    pub fn correlate(&mut self, correlation: Correlation) -> Result<(), NotCorrelated> {
         match (&mut self.rules, self.clock) {
-            (Rules::Reference(_), _) => Err(Undecided::Reference),
-            (Rules::Operational(..), None) => Err(Undecided::NoRadarTrack),
+            (Rules::Reference(_), _) => Err(NotCorrelated::Reference),
+            (Rules::Operational(..), None) => Err(NotCorrelated::NoRadarTrack),
             (Rules::Operational(operational, profile), Some(clock)) => {
-                operational.decide(decision, clock.next, profile)
+                operational.correlate(correlation, clock.next, profile)
             }
         }
     }
 
     /// What was decided in a flight that is replayed, each with its slot: it counts from that slot on, as it did then. What
     /// was decided before the replay begins counts as soon as the radar track is there, within a window's length.
-    pub fn plan(&mut self, mut decisions: Vec<(Slot, Decision)>) {
-        decisions.sort_by_key(|planned| planned.0);
-        self.plan.decisions = decisions;
+    pub fn plan(&mut self, mut correlations: Vec<(Slot, Correlation)>) {
+        correlations.sort_by_key(|planned| planned.0);
+        self.plan.correlations = correlations;
     }
 
-    /// Decisions of before a restart: each holds again as soon as its radar track is heard again, where that is within the
+    /// Correlations of before a restart: each holds again as soon as its radar track is heard again, where that is within the
     /// break of the radar's track numbers. Before the first reception.
-    pub fn resume(&mut self, kept: Vec<Kept>) {
+    pub fn resume(&mut self, kept: Vec<SavedCorrelation>) {
         self.plan.kept = kept;
-        if !self.knows_decisions() {
+        if !self.knows_correlations() {
             self.plan.end_kept();
         }
     }
 
     /// What has become of the decisions of before a restart, each once.
-    pub fn resumed(&mut self) -> Vec<Resumed> {
+    pub fn resumed(&mut self) -> Vec<ResumedCorrelation> {
         std::mem::take(&mut self.plan.resumed)
     }
 
     /// The decisions that a restart would have to know: those in force, and those of the last restart that may still hold.
-    pub fn kept(&self) -> Vec<Kept> {
+    pub fn kept(&self) -> Vec<SavedCorrelation> {
         let in_force = self.operational().map_or_else(Vec::new, Operational::kept);
         in_force.into_iter().chain(self.plan.kept.iter().copied()).collect()
     }
 
-    /// Decisions of the plan that were about what was not there.
+    /// Correlations of the plan that were about what was not there.
     pub fn missed(&self) -> u64 {
         self.plan.missed
     }
 
     /// The decisions that are in force, by radar track.
-    pub fn decisions(&self) -> Vec<Held> {
-        self.operational().map_or_else(Vec::new, Operational::decisions)
+    pub fn correlations(&self) -> Vec<HeldCorrelation> {
+        self.operational().map_or_else(Vec::new, Operational::correlations)
     }
 
     /// The transponders that something can be decided of; none in the `reference` profile.
@@ -258,7 +261,7 @@ impl Engine {
     }
 
     /// Whether the profile knows decisions.
-    pub fn knows_decisions(&self) -> bool {
+    pub fn knows_correlations(&self) -> bool {
         self.operational().is_some()
     }
 
@@ -283,9 +286,9 @@ impl Engine {
             now.inherit(*before);
         }
         self.start(received);
-        // Decisions ended with what they were about.
+        // Correlations ended with what they were about.
         let next = self.next_slot();
-        self.plan.decisions.retain(|planned| Some(planned.0) >= next);
+        self.plan.correlations.retain(|planned| Some(planned.0) >= next);
         self.plan.end_kept();
     }
 
@@ -343,11 +346,11 @@ impl Plan {
     ) {
         let is_beginning = self.first.is_some_and(|first| slot < first.plus(window_slots));
         let missed = &mut self.missed;
-        self.decisions.retain(|&(at, decision)| {
+        self.correlations.retain(|&(at, correlation)| {
             if at > slot {
                 return true;
             }
-            let is_there = operational.decide(decision, at, profile).is_ok();
+            let is_there = operational.correlate(correlation, at, profile).is_ok();
             *missed += u64::from(!is_there && !is_beginning);
             !is_there && is_beginning
         });
@@ -368,7 +371,7 @@ impl Plan {
                 return true;
             }
             let known = operational.resume(kept, time, profile);
-            *missed += u64::from(matches!(known, Some(Resumed::Ended(_))));
+            *missed += u64::from(matches!(known, Some(ResumedCorrelation::Ended(_))));
             resumed.extend(known);
             known.is_none()
         });
@@ -377,7 +380,7 @@ impl Plan {
     /// The radar tracks of before are not heard again.
     fn end_kept(&mut self) {
         self.missed += self.kept.len() as u64;
-        self.resumed.extend(self.kept.drain(..).map(|kept| Resumed::Ended(kept.held)));
+        self.resumed.extend(self.kept.drain(..).map(|kept| ResumedCorrelation::Ended(kept.held)));
     }
 }
 

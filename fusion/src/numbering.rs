@@ -68,7 +68,7 @@ pub struct Numbers {
     keeping: Keeping,
     configured: BTreeMap<Vec<u8>, u32>,
     reserved: BTreeSet<u32>,
-    held: BTreeMap<Identity, Held>,
+    held: BTreeMap<Identity, HeldCorrelation>,
     /// The holders, by when they were heard; ties by number.
     by_age: BTreeMap<(Time, u32), Identity>,
     taken: BTreeSet<u32>,
@@ -83,7 +83,7 @@ pub struct Numbers {
 
 /// A number that somebody has.
 #[derive(Clone, Copy, Debug)]
-struct Held {
+struct HeldCorrelation {
     number: u32,
     /// `None`: not since the start.
     since: Option<Slot>,
@@ -136,7 +136,7 @@ impl Numbers {
             .or_else(|| self.lowest_free())
             .or_else(|| self.take_back())?;
         self.taken.insert(number);
-        self.held.insert(identity, Held { number, since: Some(slot), heard: now });
+        self.held.insert(identity, HeldCorrelation { number, since: Some(slot), heard: now });
         self.note(identity, number, now);
         Some(Numbered { number, since: slot })
     }
@@ -200,7 +200,7 @@ impl Numbers {
             self.undated.push(identity);
         }
         let heard = heard.unwrap_or_default();
-        self.held.insert(identity, Held { number, since: None, heard });
+        self.held.insert(identity, HeldCorrelation { number, since: None, heard });
         self.by_age.insert((heard, number), identity);
         true
     }

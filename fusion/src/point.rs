@@ -52,7 +52,7 @@ pub struct Estimate {
     /// Variance of the height, m².
     pub vertical_m2: f64,
     /// Covariance of the velocity over ground, east and north, m²/s².
-    pub velocity_spread: Matrix2<f64>,
+    pub velocity_covariance: Matrix2<f64>,
     /// What the place rests on.
     pub basis: Basis,
     /// The latest measurement, of whichever sensor, up to the point's time; `None`: it was measured only later.

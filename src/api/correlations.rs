@@ -14,7 +14,7 @@ use crate::config::{Profile, SensorKind};
 use crate::live::{Denied, Player, Wish};
 use crate::picture::Who;
 use fusion::SlotGrid;
-use fusion::operational::{Decision, Held, Undecided, Verdict};
+use fusion::operational::{Correlation, HeldCorrelation, NotCorrelated, Verdict};
 use fusion::{RadarTrackKey, SensorIndex};
 
 /// The engine looks up several times a second; who does not hear of it by then is told so.
@@ -26,11 +26,11 @@ pub(super) type Later = Pin<Box<dyn Future<Output = Answer> + Send>>;
 /// What is in force.
 #[derive(Serialize)]
 struct Correlations<'a> {
-    correlations: Vec<Correlation<'a>>,
+    correlations: Vec<CorrelationJson<'a>>,
 }
 
 #[derive(Serialize)]
-struct Correlation<'a> {
+struct CorrelationJson<'a> {
     sensor: &'a str,
     track_number: u16,
     uas_id: Who,
@@ -44,7 +44,7 @@ pub fn all(ask: &Ask) -> Answer {
 }
 
 /// Decides.
-pub fn decide(ask: Ask) -> Later {
+pub fn correlate(ask: Ask) -> Later {
     Box::pin(async move {
         let wish = wish(&ask)?;
         refuse(&ask)?;
@@ -97,7 +97,7 @@ fn wish(ask: &Ask) -> Result<Wish, Problem> {
 fn refuse(ask: &Ask) -> Result<(), Problem> {
     let conflict = |detail: &str| Err(Problem::new(StatusCode::CONFLICT, detail));
     if ask.state.hub().config.fusion.profile == Profile::Reference {
-        return Err(problem(&Denied::Undecided(Undecided::Reference)));
+        return Err(problem(&Denied::NotCorrelated(NotCorrelated::Reference)));
     }
     match ask.state.options().player.as_ref().map(Player::state) {
         Some(state) if !state.playing => conflict("a replay that stands still decides nothing: let it go on"),
@@ -107,8 +107,10 @@ fn refuse(ask: &Ask) -> Result<(), Problem> {
 
 fn problem(denied: &Denied) -> Problem {
     let status = match denied {
-        Denied::Undecided(Undecided::NoRadarTrack | Undecided::NoTransponder) => StatusCode::NOT_FOUND,
-        Denied::Undecided(Undecided::Reference) | Denied::Ambiguous(_) => StatusCode::CONFLICT,
+        Denied::NotCorrelated(NotCorrelated::NoRadarTrack | NotCorrelated::NoTransponder) => {
+            StatusCode::NOT_FOUND
+        }
+        Denied::NotCorrelated(NotCorrelated::Reference) | Denied::Ambiguous(_) => StatusCode::CONFLICT,
         Denied::Busy | Denied::Gone => {
             return Problem::unavailable(denied.to_string(), Vec::new()).retry_after_s(1);
         }
@@ -116,12 +118,12 @@ fn problem(denied: &Denied) -> Problem {
     Problem::new(status, denied.to_string())
 }
 
-fn shown(ask: &Ask, held: &[Held]) -> Answer {
+fn shown(ask: &Ask, held: &[HeldCorrelation]) -> Answer {
     let hub = ask.state.hub();
     let grid = SlotGrid::new(hub.config.fusion.slot.as_nanos() as i64);
-    let correlation = |&Held { decision, since }: &Held| {
-        let Decision { radar, transponder, verdict } = decision;
-        Correlation {
+    let correlation = |&HeldCorrelation { correlation, since }: &HeldCorrelation| {
+        let Correlation { radar, transponder, verdict } = correlation;
+        CorrelationJson {
             sensor: hub.maker.sensor(radar.sensor),
             track_number: radar.number,
             uas_id: Who::new(transponder),

@@ -78,7 +78,7 @@ pub fn text(ask: &Ask) -> Answer {
     let held = hub.decider.held();
     out.family("utm_fusion_decisions", "gauge", "Decisions of operators that are in force");
     for verdict in [Verdict::Correlated, Verdict::Decorrelated] {
-        let count = held.iter().filter(|held| held.decision.verdict == verdict).count();
+        let count = held.iter().filter(|held| held.correlation.verdict == verdict).count();
         out.sample("utm_fusion_decisions", &[("verdict", verdict.name())], count);
     }
     out.condition(&state.condition(), hub.lateness());

@@ -210,7 +210,7 @@ pub const ROUTES: &[Route] = &[
         summary: "A radar track and a transponder are one aircraft, or are not, until its track number ends",
         parameters: Some(&PAIR),
         problems: &[404, 409, 413, 503],
-        later: Some(correlations::decide),
+        later: Some(correlations::correlate),
         ..CONTROL
     },
     Route { path: "/api/v1/replay/play", summary: "The replay goes on", ..CONTROL },

@@ -24,7 +24,7 @@ use crate::config::{Config, Profile};
 use crate::formats::OutputFormat;
 use crate::picture::PictureMaker;
 use crate::pipeline::{Event, Output, Pipeline};
-use crate::state::{Kept, read_beside, read_kept, read_numbers_beside};
+use crate::state::{SavedState, read_beside, read_kept, read_numbers_beside};
 
 /// Replays captured files through the same engine as the live service.
 ///
@@ -127,8 +127,8 @@ pub fn run(args: &Args) -> CommandResult {
     let maker = PictureMaker::new(&config, Pipeline::new(&config, masks.clone()).normaliser());
     let mut stage = Stage::open(args, &config, maker)?;
     let to_stdout = args.output.as_deref() == Some(Path::new("-"));
-    let Kept { numbers, registrations, decisions } = kept(args)?;
-    let plan = decisions.plan(&config);
+    let SavedState { numbers, registrations, correlations } = kept(args)?;
+    let plan = correlations.plan(&config);
     plan.unused.iter().for_each(|unused| warn!("{unused}"));
 
     #[expect(clippy::disallowed_methods, reason = "how long it took")]
@@ -143,7 +143,7 @@ pub fn run(args: &Args) -> CommandResult {
             warn!("{refused} numbers of --state contradict others and are given anew");
         }
         registrations.restore(&config, None, &mut pipeline).iter().for_each(|unused| warn!("{unused}"));
-        pipeline.plan(plan.decided.clone());
+        pipeline.plan(plan.correlated.clone());
         pipeline.resume(plan.kept.clone());
         let mut replay =
             Replay { pipeline, stage, warnings: 0, bar: None, unread: false, skipped: String::new() };
@@ -189,12 +189,12 @@ pub fn run(args: &Args) -> CommandResult {
 }
 
 /// What `--state` names; of a recording in several files also the numbers and the decisions of each.
-pub(super) fn kept(args: &Args) -> io::Result<Kept> {
-    let Some(path) = &args.state else { return Ok(Kept::default()) };
+pub(super) fn kept(args: &Args) -> io::Result<SavedState> {
+    let Some(path) = &args.state else { return Ok(SavedState::default()) };
     let mut kept = read_kept(path)?;
     if !path.is_dir() {
         for input in &args.inputs {
-            kept.decisions.join(read_beside(input)?);
+            kept.correlations.join(read_beside(input)?);
             // A number that was somebody else's before is his who had it first.
             let (numbers, identities): (BTreeSet<_>, BTreeSet<_>) =
                 kept.numbers.iter().map(|given| (given.number, given.identity)).unzip();

@@ -88,17 +88,17 @@ async fn serve(args: &Args, config: Arc<Config>, areas: Areas) -> CommandResult 
             plan.kept.len()
         );
     }
-    let decided = kept_lines(&plan.kept, &config);
+    let correlated = kept_lines(&plan.kept, &config);
     driver.resume(plan.kept);
     let (kept, keeper) = Keeper::start(config.state.dir.clone(), numbers.clone())?;
     let (registration, registration_keeper) = RegistrationKeeper::start(config.state.dir.clone())?;
-    let (decisions, decisions_keeper) = DecisionsKeeper::start(config.state.dir.clone())?;
+    let (correlations, correlations_keeper) = DecisionsKeeper::start(config.state.dir.clone())?;
     let record = config.output.record.as_ref();
     let record = record.map(|record| Recorder::start(&config, record, numbers, true)).transpose()?;
     let (recorded, recorder) = record.unzip();
     if let Some(recorded) = &recorded {
         recorded.wait(Recorded::Registered { text: registration_text(&registrations).into() });
-        recorded.wait(Recorded::Held { text: decided.into() });
+        recorded.wait(Recorded::Correlations { text: correlated.into() });
     }
     let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), started);
     let history = history(&config);
@@ -120,7 +120,7 @@ async fn serve(args: &Args, config: Arc<Config>, areas: Areas) -> CommandResult 
         recorder: recorded,
         numbers: Some(kept),
         registration: Some(registration),
-        decisions: Some(decisions),
+        correlations: Some(correlations),
     };
     let handle = tokio::runtime::Handle::current();
     let service = Service::start(config.clone(), driver, outlets, Clock::default(), &handle)?;
@@ -140,7 +140,7 @@ async fn serve(args: &Args, config: Arc<Config>, areas: Areas) -> CommandResult 
         // The engine is gone, and with it what fed these.
         keeper.join();
         registration_keeper.join();
-        decisions_keeper.join();
+        correlations_keeper.join();
         recorder.map(Recorder::join);
         driver
     });

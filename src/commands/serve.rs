@@ -34,7 +34,7 @@ pub fn replay(args: &Args, config: Arc<Config>, masks: Masks, speed: f64) -> Com
     let trailers = TrailerRules::of(&config);
     let open: OpenCaptures = Arc::new(move || super::replay::open(&named, &trailers));
     let date = args.day_of(&open()?); // a wrong path is an error at once
-    let plan = super::replay::kept(args)?.decisions.plan(&config);
+    let plan = super::replay::kept(args)?.correlations.plan(&config);
     plan.unused.iter().for_each(|unused| warn!("{unused}"));
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
     runtime.block_on(async {
@@ -89,7 +89,7 @@ pub fn demo(
             recorder: None,
             numbers: None,
             registration: None,
-            decisions: None,
+            correlations: None,
         };
         let handle = tokio::runtime::Handle::current();
         let service = Service::start(config.clone(), driver, outlets, Clock::default(), &handle)?;

@@ -13,7 +13,7 @@ use crate::picture::{Picture, PictureMaker};
 use crate::pipeline::{Event, Output, Pipeline};
 use crate::state::Registrations;
 use fusion::Report;
-use fusion::operational::{Decision, Kept, Resumed, Undecided};
+use fusion::operational::{Correlation, NotCorrelated, ResumedCorrelation, SavedCorrelation};
 use fusion::time::Time;
 use fusion::{Emission, Given, NumberChange, Slot, SlotGrid};
 
@@ -146,29 +146,29 @@ impl Driver {
     ///
     /// # Errors
     /// The profile knows no decisions, or the radar track or the transponder is not there.
-    pub fn decide(&mut self, decision: Decision) -> Result<Slot, Undecided> {
-        self.pipeline.decide(decision)?;
+    pub fn correlate(&mut self, correlation: Correlation) -> Result<Slot, NotCorrelated> {
+        self.pipeline.correlate(correlation)?;
         // Before the first slot nothing is there.
-        self.pipeline.engine().next_slot().ok_or(Undecided::NoRadarTrack)
+        self.pipeline.engine().next_slot().ok_or(NotCorrelated::NoRadarTrack)
     }
 
     /// Whether its profile knows decisions.
-    pub fn knows_decisions(&self) -> bool {
-        self.pipeline.engine().knows_decisions()
+    pub fn knows_correlations(&self) -> bool {
+        self.pipeline.engine().knows_correlations()
     }
 
     /// What was decided in a flight that is replayed, each with its slot.
-    pub fn plan(&mut self, decisions: Vec<(Slot, Decision)>) {
-        self.pipeline.plan(decisions);
+    pub fn plan(&mut self, correlations: Vec<(Slot, Correlation)>) {
+        self.pipeline.plan(correlations);
     }
 
-    /// Decisions of before a restart: each holds again where its radar track is heard again in time.
-    pub fn resume(&mut self, kept: Vec<Kept>) {
+    /// Correlations of before a restart: each holds again where its radar track is heard again in time.
+    pub fn resume(&mut self, kept: Vec<SavedCorrelation>) {
         self.pipeline.resume(kept);
     }
 
     /// What has become of them, each once.
-    pub fn resumed(&mut self) -> Vec<Resumed> {
+    pub fn resumed(&mut self) -> Vec<ResumedCorrelation> {
         self.pipeline.resumed()
     }
 

@@ -7,7 +7,7 @@ use tokio::sync::{broadcast, watch};
 
 use super::alerts::{Alert, Trouble};
 use super::condition::{Condition, Facts, Lateness, Punctuality};
-use super::decisions::{Decider, Decisions, decisions};
+use super::correlations::{Correlations, Correlator, correlations};
 use super::health::{SensorStatus, Unknown};
 use super::inputs::Inputs;
 use crate::config::Config;
@@ -65,7 +65,7 @@ pub struct Hub {
     /// What the sensors said lately.
     pub inputs: Arc<Inputs>,
     /// Decides which radar track is which transponder.
-    pub decider: Decider,
+    pub decider: Correlator,
     frames: broadcast::Sender<Arc<Frame>>,
     latest: watch::Receiver<Option<Arc<Frame>>>,
     status: watch::Receiver<Option<Arc<Status>>>,
@@ -79,7 +79,7 @@ pub struct HubWriter {
     /// Where the reports go that somebody wants to see.
     pub inputs: Arc<Inputs>,
     /// What operators decide.
-    pub decisions: Decisions,
+    pub correlations: Correlations,
     frames: broadcast::Sender<Arc<Frame>>,
     latest: watch::Sender<Option<Arc<Frame>>>,
     status: watch::Sender<Option<Arc<Status>>>,
@@ -133,11 +133,11 @@ impl Hub {
         let (latest_writer, latest) = watch::channel(None);
         let (status_writer, status) = watch::channel(None);
         let inputs = Arc::<Inputs>::default();
-        let (decisions, decider) = decisions();
+        let (correlations, decider) = correlations();
         let known = Arc::new(Known::new(config.fusion.slot.unsigned_abs()));
         let writer = HubWriter {
             inputs: inputs.clone(),
-            decisions,
+            correlations,
             frames: frames.clone(),
             latest: latest_writer,
             status: status_writer,

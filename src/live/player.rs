@@ -14,7 +14,7 @@ use super::hub::{Frame, HubWriter, Status};
 use crate::areas::Masks;
 use crate::capture::{Capture, Merged, OpenError};
 use crate::config::Config;
-use crate::state::DecisionPlan;
+use crate::state::CorrelationPlan;
 use fusion::time::{SECOND, Time};
 
 /// What a reader may ask for.
@@ -59,7 +59,7 @@ pub struct Player {
 
 impl Player {
     /// Starts a replay on a thread of its own; it begins at once, at that speed, and again at the end where that is `true`.
-    /// `decided`: what was decided by hand in the flight; what is decided while it is replayed is added to it.
+    /// `correlated`: what was decided by hand in the flight; what is decided while it is replayed is added to it.
     /// Another thread looks how long the recording is.
     ///
     /// # Errors
@@ -71,7 +71,7 @@ impl Player {
         masks: Masks,
         hub: HubWriter,
         (speed, again): (f64, bool),
-        decided: DecisionPlan,
+        correlated: CorrelationPlan,
     ) -> io::Result<(Self, JoinHandle<()>)> {
         let (orders, ordered) = mpsc::channel();
         let begin = PlayerState { playing: true, speed, time: None, first: None, last: None, ended: false };
@@ -89,7 +89,7 @@ impl Player {
             state,
             orders: ordered,
             again,
-            decided,
+            correlated,
             anchor: None,
             from: None,
             passed_over: None,
@@ -143,7 +143,7 @@ struct Show {
     /// Whether it begins again at the end.
     again: bool,
     /// What is decided by hand, with the slots from which it counts: whoever goes back sees it come again.
-    decided: DecisionPlan,
+    correlated: CorrelationPlan,
     /// A slot's time, and when it was shown: what follows keeps its distance to it.
     anchor: Option<(Time, Instant)>,
     /// Slots before this time are passed over.
@@ -175,8 +175,8 @@ impl Show {
         // The sensors' rates and silences count from the recording's start, not from today.
         let started = merged.peek().and_then(|first| first.as_ref().ok()?.received).unwrap_or_default();
         let mut driver = Driver::new(&self.config, self.masks.clone(), started, 0);
-        driver.plan(self.decided.decided.clone());
-        driver.resume(self.decided.kept.clone());
+        driver.plan(self.correlated.correlated.clone());
+        driver.resume(self.correlated.kept.clone());
         self.anchor = None;
         let shown_before = self.shown;
         self.state.send_modify(|state| state.ended = false);
@@ -216,10 +216,10 @@ impl Show {
                 }
             }
             if is_new {
-                self.hub.decisions.tell(driver.pipeline().engine().decisions());
+                self.hub.correlations.tell(driver.pipeline().engine().correlations());
             }
-            let made = self.hub.decisions.obey(&mut driver);
-            self.decided.decided.extend(made);
+            let made = self.hub.correlations.obey(&mut driver);
+            self.correlated.correlated.extend(made);
         }
         let mut owed = Vec::new();
         driver.finish(|made| {
@@ -376,7 +376,7 @@ mod tests {
             Masks::default(),
             writer,
             (speed, again),
-            DecisionPlan::default(),
+            CorrelationPlan::default(),
         )
         .unwrap();
         (player, hub, thread)

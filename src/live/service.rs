@@ -30,9 +30,9 @@ use crate::net::listen::{self as udp, Arrival, Line, LineCounters};
 use crate::net::send::Sinks;
 use crate::pipeline::Event;
 use crate::record::{Recorded, RecorderQueue};
-use crate::state::decision_line;
+use crate::state::correlation_line;
 use fusion::SensorIndex;
-use fusion::operational::Held;
+use fusion::operational::HeldCorrelation;
 use fusion::registration::Estimate;
 use fusion::time::{SECOND, Time};
 use fusion::{LARGEST_TRANSPONDER_NUMBER, NumberChange};
@@ -65,7 +65,7 @@ pub struct Outlets {
     /// Who keeps the registration across restarts.
     pub registration: Option<SyncSender<Arc<str>>>,
     /// Who keeps what operators have decided across restarts.
-    pub decisions: Option<SyncSender<Arc<str>>>,
+    pub correlations: Option<SyncSender<Arc<str>>>,
 }
 
 /// The running service.
@@ -155,7 +155,7 @@ struct Engine {
     registered: Estimates,
     next_registration: Time,
     /// The decisions in force that the recorder has been told, and what waits for room in its queue.
-    held: Vec<Held>,
+    held: Vec<HeldCorrelation>,
     unrecorded: VecDeque<Recorded>,
     /// The text of decisions that their keeper has been told.
     kept: Arc<str>,
@@ -206,7 +206,7 @@ impl Engine {
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,
             }
-            self.decide();
+            self.correlate();
             let at = self.clock.now();
             let slot_is_due = self.driver.deadline().is_some_and(|deadline| deadline <= at);
             // Also where the clock has stepped back, of which the driver must be told.
@@ -240,7 +240,7 @@ impl Engine {
         if let Some((keeper, (_, text))) = self.outlets.registration.take().zip(text) {
             let _ = keeper.send(text);
         }
-        if let (Some(keeper), Some(text)) = (self.outlets.decisions.take(), self.newly_kept()) {
+        if let (Some(keeper), Some(text)) = (self.outlets.correlations.take(), self.newly_kept()) {
             let _ = keeper.send(text);
         }
         self.driver
@@ -332,9 +332,9 @@ impl Engine {
     }
 
     /// Does what operators ask for.
-    fn decide(&mut self) {
-        for (slot, decision) in self.outlets.hub.decisions.obey(&mut self.driver) {
-            let line = decision_line(slot, &decision, &self.config).into();
+    fn correlate(&mut self) {
+        for (slot, correlation) in self.outlets.hub.correlations.obey(&mut self.driver) {
+            let line = correlation_line(slot, &correlation, &self.config).into();
             self.unrecorded.push_back(Recorded::Decided { line });
         }
         self.tell_decisions();

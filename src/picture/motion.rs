@@ -44,7 +44,7 @@ impl Motion {
         let ahead = frame.to_ecef(Enu(place.0 + estimate.velocity));
         let velocity = Frame::at(position).from_ecef(ahead).0;
         let speed = velocity.xy().norm();
-        let speed_accuracy = accuracy::radius(&estimate.velocity_spread, MOST);
+        let speed_accuracy = accuracy::radius(&estimate.velocity_covariance, MOST);
         // Where the circle of what it may be about holds standstill, any direction is possible.
         let is_known = speed >= SLOWEST && speed > speed_accuracy;
         let deviation_v_m = estimate.vertical_m2.max(0.0).sqrt();

@@ -14,7 +14,7 @@ use crate::capture::{Reception, ReceptionKind};
 use crate::config::Config;
 use crate::normalise::{Normaliser, Refusal, Refused};
 pub(crate) use duplicates::Duplicates;
-use fusion::operational::{Decision, Kept, Resumed, Undecided};
+use fusion::operational::{Correlation, NotCorrelated, ResumedCorrelation, SavedCorrelation};
 use fusion::registration::{State, StateError};
 use fusion::time::{SECOND, Time};
 use fusion::{self, Due, Emission, Engine, Given, Slot};
@@ -185,26 +185,26 @@ impl Pipeline {
         self.engine.restore(sensor, state)
     }
 
-    /// An operator's word, from the next slot on ([`Engine::decide`]).
+    /// An operator's word, from the next slot on ([`Engine::correlate`]).
     ///
     /// # Errors
     /// The profile knows no decisions, or the radar track or the transponder is not there.
-    pub fn decide(&mut self, decision: Decision) -> Result<(), Undecided> {
-        self.engine.decide(decision)
+    pub fn correlate(&mut self, correlation: Correlation) -> Result<(), NotCorrelated> {
+        self.engine.correlate(correlation)
     }
 
     /// What was decided in a flight that is replayed, each with its slot ([`Engine::plan`]).
-    pub fn plan(&mut self, decisions: Vec<(Slot, Decision)>) {
-        self.engine.plan(decisions);
+    pub fn plan(&mut self, correlations: Vec<(Slot, Correlation)>) {
+        self.engine.plan(correlations);
     }
 
-    /// Decisions of before a restart ([`Engine::resume`]).
-    pub fn resume(&mut self, kept: Vec<Kept>) {
+    /// Correlations of before a restart ([`Engine::resume`]).
+    pub fn resume(&mut self, kept: Vec<SavedCorrelation>) {
         self.engine.resume(kept);
     }
 
     /// What has become of them, each once.
-    pub fn resumed(&mut self) -> Vec<Resumed> {
+    pub fn resumed(&mut self) -> Vec<ResumedCorrelation> {
         self.engine.resumed()
     }
 

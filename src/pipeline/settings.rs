@@ -75,7 +75,7 @@ fn operational(config: &Config, normaliser: &Normaliser) -> operational::Setting
             horizontal_m,
             vertical_m,
             delay_s: transponder.delay_s,
-            delay_deviation_s: 0.0,
+            delay_sigma_s: 0.0,
             period_s: sensor.period_s.unwrap_or(0.0),
             max_new_per_s: transponder.max_new_per_s,
         })

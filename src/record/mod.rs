@@ -69,7 +69,7 @@ pub enum Recorded {
         line: Arc<str>,
     },
     /// The decisions that are in force have changed: a further file begins with these.
-    Held {
+    Correlations {
         /// Their lines.
         text: Arc<str>,
     },

@@ -3,14 +3,14 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::state::DECISIONS;
+use crate::state::CORRELATIONS;
 use fusion::time::{SECOND, Time};
 
 /// What a file has behind its name while it is written.
 pub(super) const PART: &str = ".part";
 
 /// What may stand beside a file.
-const BESIDE: [&str; 4] = ["site.toml", "numbers.json", "registration.json", DECISIONS];
+const BESIDE: [&str; 4] = ["site.toml", "numbers.json", "registration.json", CORRELATIONS];
 
 /// What is recorded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

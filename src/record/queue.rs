@@ -33,7 +33,7 @@ impl RecorderQueue {
             Recorded::Numbered { .. }
             | Recorded::Registered { .. }
             | Recorded::Decided { .. }
-            | Recorded::Held { .. } => None,
+            | Recorded::Correlations { .. } => None,
         };
         if let Some(until) = self.gap
             && self.counters.waiting.load(Ordering::Relaxed) <= self.resume

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use super::names::{self, Series};
 use crate::formats::{PcapWriter, UdpFlow};
-use crate::state::{DECISIONS, NUMBERS_END, number_line, numbers_text, write_atomically};
+use crate::state::{CORRELATIONS, NUMBERS_END, number_line, numbers_text, write_atomically};
 use fusion::Given;
 use fusion::time::Time;
 
@@ -200,7 +200,7 @@ impl Segment {
         )?;
         let numbers = NumbersFile::begin(&path(Series::Input, "numbers.json"), numbers)?;
         write_atomically(&path(Series::Input, "registration.json"), registration)?;
-        let decisions_path = path(Series::Input, DECISIONS);
+        let decisions_path = path(Series::Input, CORRELATIONS);
         if !held.is_empty() {
             write_atomically(&decisions_path, held)?;
         }

@@ -169,7 +169,7 @@ impl Writer {
                 }
                 return;
             }
-            Recorded::Held { text } => {
+            Recorded::Correlations { text } => {
                 self.held = text;
                 return;
             }

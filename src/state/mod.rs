@@ -1,5 +1,5 @@
 //! What outlives a restart: `numbers.json`, the transponder numbers given so far, and `registration.json`, how each radar is
-//! set up wrongly ([`Registrations`]), and `decisions.jsonl`, what operators have decided ([`Decisions`]).
+//! set up wrongly ([`Registrations`]), and `decisions.jsonl`, what operators have decided ([`Correlations`]).
 //!
 //! ```json
 //! {"version":1,"numbers":[
@@ -11,8 +11,8 @@
 //! Serial and country are trimmed; octets that are not printable ASCII, `\`, `'` and `"` are escaped as in Rust (`\x80`).
 //! The file of a recording (`<name>.numbers.json`) is the same.
 
-mod decisions;
-mod decisions_keeper;
+mod correlations;
+mod correlations_keeper;
 mod keeper;
 mod registration;
 mod registration_keeper;
@@ -29,16 +29,17 @@ use fusion::Identity;
 use fusion::time::Time;
 use fusion::{Given, LARGEST_TRANSPONDER_NUMBER};
 
-pub use decisions::{
-    DECISIONS, DecisionPlan, Decisions, decision_line, kept_lines, parse_decisions, read_decisions,
+pub use correlations::{
+    CORRELATIONS, CorrelationPlan, Correlations, correlation_line, kept_lines, parse_decisions,
+    read_correlations,
 };
-pub use decisions_keeper::DecisionsKeeper;
+pub use correlations_keeper::DecisionsKeeper;
 pub use keeper::Keeper;
 pub use registration::{
     REGISTRATION, Registrations, parse_registration, read_registration, registration_text,
 };
 pub use registration_keeper::RegistrationKeeper;
-pub use sources::{Kept, read_beside, read_kept, read_numbers_beside};
+pub use sources::{SavedState, read_beside, read_kept, read_numbers_beside};
 
 /// The file's name in the directory of `[state]`.
 pub const NUMBERS: &str = "numbers.json";

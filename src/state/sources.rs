@@ -4,20 +4,20 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::{
-    DECISIONS, Decisions, NUMBERS, REGISTRATION, Registrations, read_decisions, read_numbers,
+    CORRELATIONS, Correlations, NUMBERS, REGISTRATION, Registrations, read_correlations, read_numbers,
     read_registration,
 };
 use fusion::Given;
 
 /// What an earlier life knew.
 #[derive(Clone, Debug, Default)]
-pub struct Kept {
+pub struct SavedState {
     /// The transponder numbers given.
     pub numbers: Vec<Given>,
     /// How the radars are set up wrongly.
     pub registrations: Registrations,
     /// What operators decided while the recording was made.
-    pub decisions: Decisions,
+    pub correlations: Correlations,
 }
 
 /// Reads what is kept at a path: a directory with `numbers.json` and `registration.json`, one of these two files, in a
@@ -26,7 +26,7 @@ pub struct Kept {
 ///
 /// # Errors
 /// Neither exists, or one cannot be read or not be understood; the error names it.
-pub fn read_kept(path: &Path) -> io::Result<Kept> {
+pub fn read_kept(path: &Path) -> io::Result<SavedState> {
     let (numbers, registration) = files(path);
     let numbers = read_numbers(&numbers);
     let registrations = match registration {
@@ -40,8 +40,8 @@ pub fn read_kept(path: &Path) -> io::Result<Kept> {
         (Err(error), Some(_)) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
         (numbers, _) => numbers?,
     };
-    let decisions = if path.is_dir() { Decisions::default() } else { read_beside(path)? };
-    Ok(Kept { numbers, registrations: registrations.unwrap_or_default(), decisions })
+    let correlations = if path.is_dir() { Correlations::default() } else { read_beside(path)? };
+    Ok(SavedState { numbers, registrations: registrations.unwrap_or_default(), correlations })
 }
 
 /// What operators decided while this file of a recording was made; nothing where there is no such file beside it. The name
@@ -49,9 +49,9 @@ pub fn read_kept(path: &Path) -> io::Result<Kept> {
 ///
 /// # Errors
 /// It cannot be read, or not be understood; the error names it, and the line.
-pub fn read_beside(path: &Path) -> io::Result<Decisions> {
-    match read_decisions(&beside(path, DECISIONS)) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Decisions::default()),
+pub fn read_beside(path: &Path) -> io::Result<Correlations> {
+    match read_correlations(&beside(path, CORRELATIONS)) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Correlations::default()),
         read => read,
     }
 }
@@ -71,7 +71,7 @@ pub fn read_numbers_beside(path: &Path) -> io::Result<Vec<Given>> {
 /// The file of that end beside one of a recording's.
 fn beside(path: &Path, wanted: &str) -> PathBuf {
     let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-    let ends = [NUMBERS, REGISTRATION, DECISIONS, "pcap", "pcap.part", "pcap.gz"];
+    let ends = [NUMBERS, REGISTRATION, CORRELATIONS, "pcap", "pcap.part", "pcap.gz"];
     let stem = ends.iter().find_map(|end| name.strip_suffix(end)?.strip_suffix('.')).unwrap_or(name);
     path.with_file_name(format!("{stem}.{wanted}"))
 }

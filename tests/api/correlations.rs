@@ -52,7 +52,7 @@ impl Desk {
         let stopped = stop.clone();
         let engine = std::thread::spawn(move || {
             while !stopped.load(Ordering::Relaxed) {
-                writer.decisions.obey(&mut driver);
+                writer.correlations.obey(&mut driver);
                 std::thread::sleep(Duration::from_millis(2));
             }
         });

@@ -249,8 +249,8 @@ fn what_goes_out_as_cat129_says_the_same() {
         let velocity = record.horizontal_velocity.unwrap();
         assert!((velocity.east_m_s() - motion.velocity.x).abs() <= 0.005_001);
         assert!((velocity.north_m_s() - motion.velocity.y).abs() <= 0.005_001);
-        let deviation_m = (estimate.horizontal.trace() / 2.0).sqrt();
-        assert!((report.horizontal_deviation.metres().unwrap() - deviation_m).abs() <= 0.050_001);
+        let sigma_m = (estimate.horizontal.trace() / 2.0).sqrt();
+        assert!((report.horizontal_deviation.metres().unwrap() - sigma_m).abs() <= 0.050_001);
         match track.altitude_amsl_m {
             Some(_) => {
                 let up = record.vertical_velocity.unwrap().up_m_s();

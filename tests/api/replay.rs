@@ -16,7 +16,7 @@ use utm_fusion::config::{Config, Profile};
 use utm_fusion::live::{Hub, OpenCaptures, Player, now};
 use utm_fusion::picture::PictureMaker;
 use utm_fusion::pipeline::Pipeline;
-use utm_fusion::state::DecisionPlan;
+use utm_fusion::state::CorrelationPlan;
 
 use crate::common::Reader;
 
@@ -50,7 +50,7 @@ impl Show {
             Masks::default(),
             writer,
             (speed, false),
-            DecisionPlan::default(),
+            CorrelationPlan::default(),
         )
         .unwrap();
         let state = ApiState::start(hub, Options { player: Some(player), ..Options::default() }).unwrap();

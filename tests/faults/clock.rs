@@ -50,7 +50,7 @@ impl Live {
             recorder: Some(queue),
             numbers: None,
             registration: None,
-            decisions: None,
+            correlations: None,
         };
         let clock = Clock::default();
         let service = Service::start(config, driver, outlets, clock.clone(), runtime.handle()).unwrap();

@@ -9,7 +9,7 @@ use std::path::Path;
 use asterix::cat048::{self, TrackNumber};
 use asterix::{blocks, encode_block};
 use fusion::Identity;
-use fusion::operational::{Decision, Held, Verdict};
+use fusion::operational::{Correlation, HeldCorrelation, Verdict};
 use fusion::time::{SECOND, Time};
 use fusion::{Given, LARGEST_TRANSPONDER_NUMBER, NumberChange, Source};
 use jiff::SignedDuration;
@@ -24,7 +24,7 @@ use utm_fusion::live::{Driver, Made};
 use utm_fusion::pipeline::Event;
 use utm_fusion::record::{Recorded, Recorder, RecorderQueue};
 use utm_fusion::simulate::Datagram;
-use utm_fusion::state::{Registrations, decision_line, registration_text};
+use utm_fusion::state::{Registrations, correlation_line, registration_text};
 
 use crate::common::{Scratch, complete_from, datagrams, files, flight, only, replayed, replayed_datagrams};
 
@@ -82,7 +82,7 @@ pub(crate) struct Flown {
     /// What is known of the radars at the end.
     pub(crate) registrations: Registrations,
     /// How many decisions were made.
-    pub(crate) decisions: usize,
+    pub(crate) correlations: usize,
 }
 
 pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder: &RecorderQueue) -> Flown {
@@ -96,7 +96,7 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
     let text = registration_text(&fate.registrations).into();
     assert!(recorder.wait(Recorded::Registered { text }));
     let registrations = Registrations::default();
-    let mut flown = Flown { slots: 0, alarms: 0, radar: Vec::new(), registrations, decisions: 0 };
+    let mut flown = Flown { slots: 0, alarms: 0, radar: Vec::new(), registrations, correlations: 0 };
     let shown = RefCell::new(Vec::new());
     let mut held = Vec::new();
     let mut hand_out = |made: Vec<Made>, driver: &Driver| {
@@ -125,16 +125,16 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
                 Made::Event(event) => flown.alarms += u64::from(event.is_warning()),
             }
         }
-        let now = driver.pipeline().engine().decisions();
+        let now = driver.pipeline().engine().correlations();
         if now != held {
-            let line = |held: &Held| decision_line(held.since, &held.decision, config);
+            let line = |held: &HeldCorrelation| correlation_line(held.since, &held.correlation, config);
             let text = now.iter().map(line).collect::<String>().into();
-            assert!(recorder.wait(Recorded::Held { text }));
+            assert!(recorder.wait(Recorded::Correlations { text }));
             held = now;
         }
     };
     let mut wishes = fate.decide_s.iter().enumerate().peekable();
-    let mut decisions = 0;
+    let mut correlations = 0;
     // The steady time, and the wall clock's.
     let wall = |steady: Time| match fate.step_s {
         Some((at, by)) if steady >= start + seconds(at) => steady + seconds(by),
@@ -174,13 +174,13 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
         }
         steady = steady.max(taken);
         while let Some((index, _)) = wishes.next_if(|(_, at)| steady >= start + seconds(**at)) {
-            let decision = wish(index, &shown.borrow(), &driver.pipeline().engine().decisions());
-            if let Some(decision) = decision
-                && let Ok(slot) = driver.decide(decision)
+            let correlation = wish(index, &shown.borrow(), &driver.pipeline().engine().correlations());
+            if let Some(correlation) = correlation
+                && let Ok(slot) = driver.correlate(correlation)
             {
-                let line = decision_line(slot, &decision, config).into();
+                let line = correlation_line(slot, &correlation, config).into();
                 assert!(recorder.wait(Recorded::Decided { line }));
-                decisions += 1;
+                correlations += 1;
             }
         }
         if random.random_bool(0.1) {
@@ -200,13 +200,13 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
     let mut owed = Vec::new();
     driver.finish(|made| owed.push(made));
     hand_out(owed, &driver);
-    flown.decisions = decisions;
+    flown.correlations = correlations;
     flown.registrations = Registrations::of(config, driver.pipeline().engine());
     flown
 }
 
 /// What an operator says who sees these tracks: first that two are not one, then that two are, then nothing any more.
-fn wish(index: usize, shown: &[Source], held: &[Held]) -> Option<Decision> {
+fn wish(index: usize, shown: &[Source], held: &[HeldCorrelation]) -> Option<Correlation> {
     let transponder = |source: &Source| source.transponder().map(|part| part.identity);
     let fused = shown.iter().find(|source| matches!(source, Source::Fused(..)));
     match index % 3 {
@@ -218,12 +218,12 @@ fn wish(index: usize, shown: &[Source], held: &[Held]) -> Option<Decision> {
                 .map(|radar| (radar, shown.iter().rev().find_map(transponder), Verdict::Correlated))
         }
         _ => {
-            let Held { decision, .. } = held.first()?;
-            return Some(Decision { verdict: Verdict::Automatic, ..*decision });
+            let HeldCorrelation { correlation, .. } = held.first()?;
+            return Some(Correlation { verdict: Verdict::Automatic, ..*correlation });
         }
     }
     .and_then(|(source, transponder, verdict)| {
-        Some(Decision { radar: source.radar()?.track, transponder: transponder?, verdict })
+        Some(Correlation { radar: source.radar()?.track, transponder: transponder?, verdict })
     })
 }
 

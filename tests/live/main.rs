@@ -4,7 +4,7 @@
 #![expect(clippy::disallowed_methods, reason = "files that the service wrote, and the real time")]
 
 mod common;
-mod decisions;
+mod correlations;
 mod demo;
 mod driver;
 mod flood;

@@ -69,17 +69,17 @@ fn a_later_file_begins_with_the_decisions_that_are_in_force() {
     let dir = scratch.path("recordings");
     let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 2 };
     let (queue, recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
-    let decided = |line: &str| assert!(queue.wait(Recorded::Decided { line: line.into() }));
+    let correlated = |line: &str| assert!(queue.wait(Recorded::Decided { line: line.into() }));
     let hours = SignedDuration::from_hours;
     send(&queue, hours(0), vec![1]);
-    decided("one\n");
-    decided("two\n");
-    assert!(queue.wait(Recorded::Held { text: "two\n".into() }));
+    correlated("one\n");
+    correlated("two\n");
+    assert!(queue.wait(Recorded::Correlations { text: "two\n".into() }));
     send(&queue, hours(2), vec![2]);
-    decided("three\n");
+    correlated("three\n");
     let read = |file: &std::path::Path| fs::read_to_string(file).unwrap();
     // Nothing is in force any more.
-    assert!(queue.wait(Recorded::Held { text: "".into() }));
+    assert!(queue.wait(Recorded::Correlations { text: "".into() }));
     send(&queue, hours(4), vec![3]);
     drop(queue);
     assert_eq!(recorder.join().unwritten, 0);

@@ -87,7 +87,7 @@ impl Traffic {
             horizontal_m: 3.0,
             vertical_m: 5.0,
             delay_s: None,
-            delay_deviation_s: 0.0,
+            delay_sigma_s: 0.0,
             period_s: 3.0,
             max_new_per_s: 50,
         };

@@ -4,10 +4,10 @@
 
 use nalgebra::Vector2;
 
+use super::bias::{Bias, SlowChange};
 use super::height::{self, AboveGround};
 use super::imm::{Back, Bridge, Gaussian, Mixture};
 use super::plane::{self, OverGround};
-use super::slow::{SlowChange, SlowError};
 use super::track::{By, Estimate, Measurement, Owner, RadarErrors};
 use crate::time::Time;
 
@@ -125,7 +125,7 @@ impl<const P: usize, const M: usize, const H: usize> Node<P, M, H> {
             By::Transponder { .. } => None,
             By::Radar { owner, errors, .. } => Some((*owner, *errors)),
         };
-        let slow = owner.as_ref().map(|(_, errors)| SlowError::of(errors));
+        let slow = owner.as_ref().map(|(_, errors)| Bias::of(errors));
         let plane = OverGround::first(models, measurement.position.0.xy(), slow.as_ref());
         Self {
             owner,
@@ -226,12 +226,12 @@ impl<const P: usize, const M: usize, const H: usize> Node<P, M, H> {
     fn observe(&mut self, predicted: &Gaussian<P>) {
         let Measurement { position, height_measured, by, .. } = &self.measurement;
         let place = position.0.xy();
-        let (mut over_ground, (deviation_m, slow)) = match by {
+        let (mut over_ground, (sigma_m, slow)) = match by {
             By::Transponder { horizontal_m, vertical_m } => {
                 (plane::fix(place, *horizontal_m), (*vertical_m, false))
             }
             By::Radar { seen, errors, .. } => {
-                (plane::plot(place, seen, errors), (errors.fast_height_m, true))
+                (plane::plot(place, seen, errors), (errors.noise_height_m, true))
             }
         };
         let distance = predicted.distance(&over_ground);
@@ -240,7 +240,7 @@ impl<const P: usize, const M: usize, const H: usize> Node<P, M, H> {
         }
         self.plane.observe(&over_ground);
         if *height_measured {
-            self.height.observe(&height::height(position.0.z, deviation_m, slow));
+            self.height.observe(&height::height(position.0.z, sigma_m, slow));
         }
     }
 

@@ -3,10 +3,10 @@
 
 use nalgebra::{SMatrix, SVector, matrix, vector};
 
+use super::bias::{Bias, SlowChange};
 use super::imm::{Gaussian, Linear, Observation};
 use super::motion::Models;
 use super::singer::Singer;
-use super::slow::{SlowChange, SlowError};
 
 /// Height (metres), climb (metres a second), and the radar's slow error (metres).
 pub(super) const STATES: usize = 3;
@@ -28,14 +28,14 @@ const NOISE: f64 = 1.0;
 /// How a target climbs and sinks: a model of a state of `D` numbers.
 pub(super) trait AboveGround<const D: usize> {
     /// A target at about this height, before that is measured; `is_measured`: it will be. And the radar's slow error.
-    fn first(&self, height_m: f64, is_measured: bool, slow: Option<&SlowError>) -> Gaussian<D>;
+    fn first(&self, height_m: f64, is_measured: bool, slow: Option<&Bias>) -> Gaussian<D>;
 
     /// The motion over `dt` seconds, and what becomes of the slow error.
     fn motion(&self, dt: f64, slow: &SlowChange) -> Linear<D>;
 }
 
 impl AboveGround<STATES> for Models {
-    fn first(&self, height_m: f64, is_measured: bool, slow: Option<&SlowError>) -> Gaussian<STATES> {
+    fn first(&self, height_m: f64, is_measured: bool, slow: Option<&Bias>) -> Gaussian<STATES> {
         level(height_m, is_measured, slow)
     }
 
@@ -50,7 +50,7 @@ impl AboveGround<STATES> for Models {
 }
 
 impl AboveGround<STATES_SINGER> for Singer {
-    fn first(&self, height_m: f64, is_measured: bool, slow: Option<&SlowError>) -> Gaussian<STATES_SINGER> {
+    fn first(&self, height_m: f64, is_measured: bool, slow: Option<&Bias>) -> Gaussian<STATES_SINGER> {
         let mut first = level(height_m, is_measured, slow);
         first.covariance[(ACCELERATION, ACCELERATION)] = self.vertical * self.vertical;
         first
@@ -67,9 +67,9 @@ impl AboveGround<STATES_SINGER> for Singer {
 }
 
 /// What is known first of each state but the acceleration.
-fn level<const D: usize>(height_m: f64, is_measured: bool, slow: Option<&SlowError>) -> Gaussian<D> {
+fn level<const D: usize>(height_m: f64, is_measured: bool, slow: Option<&Bias>) -> Gaussian<D> {
     let deviation = if is_measured { ANYWHERE_M } else { UNKNOWN_M };
-    let slow = slow.copied().unwrap_or(SlowError::NONE);
+    let slow = slow.copied().unwrap_or(Bias::NONE);
     let mut mean = SVector::<f64, D>::zeros();
     let mut covariance = SMatrix::<f64, D, D>::zeros();
     mean[0] = height_m;
@@ -80,14 +80,14 @@ fn level<const D: usize>(height_m: f64, is_measured: bool, slow: Option<&SlowErr
 }
 
 /// A height with that deviation; `radar`: its slow error is in it.
-pub(super) fn height<const D: usize>(height_m: f64, deviation_m: f64, radar: bool) -> Observation<D, 1> {
+pub(super) fn height<const D: usize>(height_m: f64, sigma_m: f64, radar: bool) -> Observation<D, 1> {
     let mut matrix = SMatrix::<f64, 1, D>::zeros();
     matrix[0] = 1.0;
     matrix[SLOW] = if radar { 1.0 } else { 0.0 };
     Observation {
         value: SVector::<f64, 1>::new(height_m),
         matrix,
-        noise: SMatrix::<f64, 1, 1>::new(deviation_m * deviation_m),
+        noise: SMatrix::<f64, 1, 1>::new(sigma_m * sigma_m),
     }
 }
 

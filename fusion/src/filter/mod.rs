@@ -14,18 +14,18 @@
 //! sections 6.3 (nearly constant velocity), 8.2 (Singer), 11.6 (interacting multiple models), 11.7 (coordinated turns),
 //! 8.6 (fixed-interval smoothing); M. Rousseau, L. Ratton, T. Fournet, *Multiple sensor tracking in a sense & avoid context*.
 
+mod bias;
 mod filter;
 mod height;
 mod imm;
 mod motion;
 mod plane;
 mod singer;
-mod slow;
 #[cfg(test)]
 mod tests;
 mod track;
 
+pub use bias::Bias;
 pub use motion::{Model, Models, Motion};
 pub use singer::Singer;
-pub use slow::SlowError;
 pub use track::{By, Dynamics, Estimate, Measurement, Owner, RadarErrors, Seen, Track};

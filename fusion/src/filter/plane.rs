@@ -3,10 +3,10 @@
 
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 
+use super::bias::{Bias, SlowChange};
 use super::imm::{Gaussian, Linear, Mixture, Observation};
 use super::motion::{MODELS, Models};
 use super::singer::Singer;
-use super::slow::{SlowChange, SlowError};
 use super::track::{RadarErrors, Seen};
 
 /// East, north (metres), their rates (metres a second), and the radar's slow error in range (metres) and azimuth (radians).
@@ -30,7 +30,7 @@ const FIRST_WEIGHTS: [f64; MODELS] = [0.6, 0.3, 0.05, 0.05];
 /// How a target moves over ground: `M` models of a state of `D` numbers.
 pub(super) trait OverGround<const D: usize, const M: usize> {
     /// A target somewhere about there, before anything is measured, and the radar's slow error.
-    fn first(&self, place: Vector2<f64>, slow: Option<&SlowError>) -> Mixture<D, M>;
+    fn first(&self, place: Vector2<f64>, slow: Option<&Bias>) -> Mixture<D, M>;
 
     /// Each model's motion over `dt` seconds, and what becomes of the slow error.
     fn motions(&self, dt: f64, slow: &SlowChange) -> [Linear<D>; M];
@@ -40,7 +40,7 @@ pub(super) trait OverGround<const D: usize, const M: usize> {
 }
 
 impl OverGround<STATES, MODELS> for Models {
-    fn first(&self, place: Vector2<f64>, slow: Option<&SlowError>) -> Mixture<STATES, MODELS> {
+    fn first(&self, place: Vector2<f64>, slow: Option<&Bias>) -> Mixture<STATES, MODELS> {
         Mixture { weights: FIRST_WEIGHTS, parts: [resting(place, slow); MODELS] }
     }
 
@@ -60,7 +60,7 @@ impl OverGround<STATES, MODELS> for Models {
 }
 
 impl OverGround<STATES_SINGER, 1> for Singer {
-    fn first(&self, place: Vector2<f64>, slow: Option<&SlowError>) -> Mixture<STATES_SINGER, 1> {
+    fn first(&self, place: Vector2<f64>, slow: Option<&Bias>) -> Mixture<STATES_SINGER, 1> {
         let mut part = resting(place, slow);
         for acceleration in [EAST_ACCELERATION, NORTH_ACCELERATION] {
             part.covariance[(acceleration, acceleration)] = self.horizontal * self.horizontal;
@@ -82,11 +82,11 @@ impl OverGround<STATES_SINGER, 1> for Singer {
 }
 
 /// What is known first of each state but the acceleration.
-fn resting<const D: usize>(place: Vector2<f64>, slow: Option<&SlowError>) -> Gaussian<D> {
+fn resting<const D: usize>(place: Vector2<f64>, slow: Option<&Bias>) -> Gaussian<D> {
     let mut covariance = SMatrix::<f64, D, D>::zeros();
     covariance.fixed_view_mut::<2, 2>(0, 0).fill_diagonal(ANYWHERE_M * ANYWHERE_M);
     covariance.fixed_view_mut::<2, 2>(EAST_RATE, EAST_RATE).fill_diagonal(FIRST_SPEED * FIRST_SPEED);
-    let slow = slow.copied().unwrap_or(SlowError::NONE);
+    let slow = slow.copied().unwrap_or(Bias::NONE);
     covariance[(RANGE, RANGE)] = slow.range_m.1;
     covariance[(AZIMUTH, AZIMUTH)] = slow.azimuth.1;
     let mut mean = SVector::<f64, D>::zeros();
@@ -116,11 +116,11 @@ pub(super) fn spread<const D: usize>(state: &mut Gaussian<D>, by: &Matrix2<f64>)
 }
 
 /// A transponder's position.
-pub(super) fn fix<const D: usize>(place: Vector2<f64>, deviation_m: f64) -> Observation<D, 2> {
+pub(super) fn fix<const D: usize>(place: Vector2<f64>, sigma_m: f64) -> Observation<D, 2> {
     let mut matrix = SMatrix::<f64, 2, D>::zeros();
     matrix[(0, 0)] = 1.0;
     matrix[(1, 1)] = 1.0;
-    Observation { value: place, matrix, noise: Matrix2::identity() * deviation_m * deviation_m }
+    Observation { value: place, matrix, noise: Matrix2::identity() * sigma_m * sigma_m }
 }
 
 /// A velocity over ground, whoever tells it.
@@ -142,5 +142,5 @@ pub(super) fn plot<const D: usize>(
     matrix[(1, 1)] = 1.0;
     matrix.fixed_view_mut::<2, 1>(0, RANGE).copy_from(&seen.outward);
     matrix.fixed_view_mut::<2, 1>(0, AZIMUTH).copy_from(&(seen.clockwise * seen.range_m));
-    Observation { value: place, matrix, noise: seen.spread(errors.fast_range_m, errors.fast_azimuth) }
+    Observation { value: place, matrix, noise: seen.spread(errors.noise_range_m, errors.noise_azimuth) }
 }

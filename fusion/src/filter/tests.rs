@@ -4,11 +4,11 @@
 use nalgebra::{DMatrix, DVector, SMatrix, Vector2};
 use proptest::prelude::*;
 
+use super::bias::{Bias, SlowChange};
 use super::imm::Observation;
 use super::motion::{MODELS, Model, Models};
 use super::plane::{self, OverGround};
 use super::singer::Singer;
-use super::slow::{SlowChange, SlowError};
 use super::track::{By, Dynamics, Measurement, Owner, RadarErrors, Seen, Track};
 use crate::frames::Enu;
 use crate::time::Time;
@@ -16,12 +16,12 @@ use crate::time::Time;
 mod singer;
 
 const ERRORS: RadarErrors = RadarErrors {
-    slow_range_m: 5.0,
-    slow_azimuth: 0.02,
-    slow_height_m: 8.0,
-    fast_range_m: 2.0,
-    fast_azimuth: 0.003,
-    fast_height_m: 3.0,
+    bias_range_m: 5.0,
+    bias_azimuth: 0.02,
+    bias_height_m: 8.0,
+    noise_range_m: 2.0,
+    noise_azimuth: 0.003,
+    noise_height_m: 3.0,
     correlation_s: 20.0,
 };
 
@@ -54,7 +54,7 @@ fn measurements(rows: &[(f64, f64, f64, bool)]) -> Vec<Measurement> {
         let position = Enu::new(1000.0 + 10.0 * at + east, 800.0 + north, 50.0);
         let seen = Seen::from(Enu::new(0.0, 0.0, 0.0), position);
         let owner = Owner { tracklet: 1, since: None };
-        let known = SlowError::of(&ERRORS);
+        let known = Bias::of(&ERRORS);
         let by = if radar {
             By::Radar { owner, known, seen, errors: ERRORS }
         } else {
@@ -79,7 +79,7 @@ fn at_once<const STATES: usize, const M: usize>(
     times.dedup();
     let first = &measurements[0];
     let mut owned = matches!(first.by, By::Radar { .. });
-    let slow = owned.then(|| SlowError::of(&ERRORS));
+    let slow = owned.then(|| Bias::of(&ERRORS));
     let begin = models.first(first.position.0.xy(), slow.as_ref()).combined();
     // Joint mean and covariance of the states, one after another.
     let size = STATES * times.len();
@@ -91,7 +91,7 @@ fn at_once<const STATES: usize, const M: usize>(
         let radar_begins =
             !owned && measurements.iter().any(|m| m.time == times[index] && matches!(m.by, By::Radar { .. }));
         let change = match (radar_begins, owned) {
-            (true, _) => SlowChange::anew(SlowError::of(&ERRORS)),
+            (true, _) => SlowChange::anew(Bias::of(&ERRORS)),
             (false, true) => SlowChange::after(&ERRORS, dt),
             (false, false) => SlowChange::NONE,
         };

@@ -2,11 +2,11 @@
 
 use nalgebra::{Matrix2, Vector2, Vector3};
 
+use super::bias::Bias;
 use super::filter::Filter;
 use super::imm::Gaussian;
 use super::motion::{MODELS, Models};
 use super::singer::Singer;
-use super::slow::SlowError;
 use super::{height, plane};
 use crate::frames::Enu;
 use crate::time::Time;
@@ -16,17 +16,17 @@ use crate::time::Time;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RadarErrors {
     /// Slow error of the range, metres.
-    pub slow_range_m: f64,
+    pub bias_range_m: f64,
     /// Slow error of the azimuth, radians.
-    pub slow_azimuth: f64,
+    pub bias_azimuth: f64,
     /// Slow error of the height, metres.
-    pub slow_height_m: f64,
+    pub bias_height_m: f64,
     /// Error of a plot's range, metres.
-    pub fast_range_m: f64,
+    pub noise_range_m: f64,
     /// Error of a plot's azimuth, radians.
-    pub fast_azimuth: f64,
+    pub noise_azimuth: f64,
     /// Error of a plot's height, metres.
-    pub fast_height_m: f64,
+    pub noise_height_m: f64,
     /// The slow errors are forgotten to 1/e in this time, seconds.
     pub correlation_s: f64,
 }
@@ -39,12 +39,12 @@ impl RadarErrors {
     pub fn of_data_sheet(range_m: f64, azimuth_deg: f64, height_m: f64) -> Self {
         let azimuth = azimuth_deg.to_radians();
         Self {
-            slow_range_m: 0.9 * range_m,
-            slow_azimuth: 1.3 * azimuth,
-            slow_height_m: 0.9 * height_m,
-            fast_range_m: 0.4 * range_m,
-            fast_azimuth: 0.2 * azimuth,
-            fast_height_m: 0.3 * height_m,
+            bias_range_m: 0.9 * range_m,
+            bias_azimuth: 1.3 * azimuth,
+            bias_height_m: 0.9 * height_m,
+            noise_range_m: 0.4 * range_m,
+            noise_azimuth: 0.2 * azimuth,
+            noise_height_m: 0.3 * height_m,
             correlation_s: 20.0,
         }
     }
@@ -111,7 +111,7 @@ pub enum By {
         /// Another one has another slow error.
         owner: Owner,
         /// What is known of that before.
-        known: SlowError,
+        known: Bias,
         /// How the radar sees the place.
         seen: Seen,
         /// Its errors.
@@ -140,7 +140,7 @@ pub struct Estimate {
     /// Variance of the height, m².
     pub vertical: f64,
     /// Covariance of the velocity over ground, east and north, m²/s².
-    pub velocity_spread: Matrix2<f64>,
+    pub velocity_covariance: Matrix2<f64>,
     /// How long ago the last measurement was, seconds; `None`: nothing was measured earlier, it is extrapolated backward.
     pub since_s: Option<f64>,
     /// How long it is to the next one, seconds; `None`: nothing was measured later, it is extrapolated.
@@ -161,14 +161,14 @@ impl Estimate {
             velocity: Vector3::new(plane.mean[2], plane.mean[3], height.mean[1]),
             horizontal: plane.covariance.fixed_view::<2, 2>(0, 0) + jumped * jumped.transpose(),
             vertical: height.covariance[(0, 0)],
-            velocity_spread: plane.covariance.fixed_view::<2, 2>(2, 2).into_owned(),
+            velocity_covariance: plane.covariance.fixed_view::<2, 2>(2, 2).into_owned(),
             since_s,
             until_s,
         }
     }
 
     /// Standard deviation over ground, metres: of each axis in the mean.
-    pub fn deviation_m(&self) -> f64 {
+    pub fn sigma_m(&self) -> f64 {
         (self.horizontal.trace() / 2.0).max(0.0).sqrt()
     }
 }

@@ -3,10 +3,10 @@
 //! What is put out is six seconds old, so a radar track that begins some seconds later is known by now. Its plots tell where
 //! its aircraft is in this slot, as those of one that has just ended do.
 
-use super::decide::{CLASS_MOST, LOST_M, PART, column_of, found_again};
-use super::manual::Decided;
+use super::association::{CLASS_MOST, LOST_M, PART, column_of, found_again};
+use super::correlation::Decided;
 use super::settings::{Radar, Settings};
-use super::target::{Target, plot_deviation_m};
+use super::target::{Target, plot_sigma_m};
 use super::tracklet::{TargetId, Tracklet, TrackletId};
 use super::{FASTEST, Moment, OFF_M, Operational};
 use crate::assignment::{Candidate, assign};
@@ -30,7 +30,7 @@ impl Operational {
     pub(super) fn find_ahead(
         &mut self,
         (sensor, radar): (SensorIndex, &Radar),
-        decided: &Decided,
+        correlated: &Decided,
         moment: &Moment,
         settings: &Settings,
     ) {
@@ -48,7 +48,7 @@ impl Operational {
                 continue;
             }
             let mut row = Vec::new();
-            for (id, score) in self.claims(tracklet, radar, decided, moment) {
+            for (id, score) in self.claims(tracklet, radar, correlated, moment) {
                 if !self.is_lost(id, moment, settings) {
                     row.clear();
                     break;
@@ -79,7 +79,7 @@ impl Operational {
         &'a self,
         tracklet: &'a Tracklet,
         radar: &'a Radar,
-        decided: &'a Decided,
+        correlated: &'a Decided,
         moment: &Moment,
     ) -> impl Iterator<Item = (TargetId, f64)> + 'a {
         let log_odds = tracklet.existence().log_odds();
@@ -88,9 +88,8 @@ impl Operational {
             .into_iter()
             .flat_map(|first| self.near_at(first, radar).into_iter().map(move |id| (first, id)));
         near.filter_map(move |(first, id)| {
-            let there =
-                self.targets[&id].estimate(first.time).filter(|there| there.deviation_m() < LOST_M)?;
-            let found = decided.leaves(tracklet, id).then(|| found_again(first, &there, radar))??;
+            let there = self.targets[&id].estimate(first.time).filter(|there| there.sigma_m() < LOST_M)?;
+            let found = correlated.leaves(tracklet, id).then(|| found_again(first, &there, radar))??;
             let score = tracklet.score(id).unwrap_or(0.0) + found + log_odds.min(CLASS_MOST);
             (score > COULD_BE).then_some((id, score))
         })
@@ -98,7 +97,7 @@ impl Operational {
 
     /// The targets that could be where a plot is: by where they were measured last, the nearest first.
     fn near_at(&self, plot: &Plot, radar: &Radar) -> Vec<TargetId> {
-        let off_m = OFF_M + 4.0 * plot_deviation_m(radar, plot.position);
+        let off_m = OFF_M + 4.0 * plot_sigma_m(radar, plot.position);
         let near = |(&id, target): (&TargetId, &Target)| {
             let newest = target.filter.newest()?;
             let flown_m = FASTEST * plot.time.seconds_since(newest.time).abs();

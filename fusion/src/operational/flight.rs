@@ -73,7 +73,7 @@ impl Flight {
         let range_m = Seen::from(radar.position, plot.position).range_m;
         // Not what is left of a wrong set-up: that does not drift.
         let errors = &radar.track_errors;
-        let noise = errors.fast_range_m.powi(2) + STEP_M * STEP_M / 12.0;
+        let noise = errors.noise_range_m.powi(2) + STEP_M * STEP_M / 12.0;
         let Some(state) = &mut self.state else {
             let first = |manner: &Manner| Filter {
                 mean: vector![range_m, 0.0, 0.0],
@@ -92,7 +92,7 @@ impl Flight {
         };
         let dt = plot.time.seconds_since(state.time);
         state.time = plot.time;
-        let drift = 2.0 * errors.slow_range_m.powi(2) / errors.correlation_s * dt;
+        let drift = 2.0 * errors.bias_range_m.powi(2) / errors.correlation_s * dt;
         let mut logs = [0.0; 3];
         for ((filter, manner), log) in state.filters.iter_mut().zip(&MANNERS).zip(&mut logs) {
             filter.predict(dt, manner, drift);

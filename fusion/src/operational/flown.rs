@@ -32,7 +32,7 @@ pub(super) fn settings(is_operational: bool) -> crate::Settings {
         horizontal_m: 3.0,
         vertical_m: 5.0,
         delay_s: Some(0.0),
-        delay_deviation_s: 0.0,
+        delay_sigma_s: 0.0,
         period_s: 3.0,
         max_new_per_s: 50,
     };
@@ -82,7 +82,7 @@ pub(super) fn reports(seconds: i64) -> Vec<(Time, Report)> {
     let mut normal = || (0..12).map(|_| random.random_range(0.0..1.0_f64)).sum::<f64>() - 6.0;
     let errors = radar_errors();
     let kept = (-0.5 / errors.correlation_s).exp();
-    let across_m = 1500.0 * errors.slow_azimuth;
+    let across_m = 1500.0 * errors.bias_azimuth;
     let mut slow = [[0.0; 3]; 2];
     for half in 0..2 * seconds {
         let time = Time::from_nanos(START * SECOND + half * SECOND / 2);
@@ -90,7 +90,7 @@ pub(super) fn reports(seconds: i64) -> Vec<(Time, Report)> {
         for (which, number) in TRACKS.into_iter().enumerate() {
             let at = |error: [f64; 3]| Enu(place(which, time).0 + Vector3::from(error));
             for (error, size) in
-                slow[which].iter_mut().zip([across_m, errors.slow_range_m, errors.slow_height_m])
+                slow[which].iter_mut().zip([across_m, errors.bias_range_m, errors.bias_height_m])
             {
                 *error = *error * kept + normal() * size * (1.0 - kept * kept).sqrt();
             }

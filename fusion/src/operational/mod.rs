@@ -8,12 +8,12 @@
 
 mod admission;
 mod ahead;
-mod decide;
+mod association;
+mod correlation;
 mod existence;
 mod flight;
 #[cfg(test)]
 mod flown;
-mod manual;
 mod output;
 mod pairing;
 mod registering;
@@ -33,8 +33,10 @@ use target::Target;
 use tracklet::{TargetId, Tracklet, TrackletId};
 
 pub use admission::Newcomers;
-pub use decide::{JOIN, PART};
-pub use manual::{Decision, Held, Kept, Resumed, Undecided, Verdict};
+pub use association::{JOIN, PART};
+pub use correlation::{
+    Correlation, HeldCorrelation, NotCorrelated, ResumedCorrelation, SavedCorrelation, Verdict,
+};
 pub use registering::{Registered, Step};
 pub use settings::{Mode, Radar, Settings, Transponder};
 
@@ -68,7 +70,7 @@ pub(super) struct Operational {
     /// How each radar is set up.
     registered: BTreeMap<SensorIndex, Registered>,
     /// What an operator has decided.
-    manual: manual::Manual,
+    manual: correlation::Manual,
 }
 
 /// The slot that is put out.
@@ -134,7 +136,7 @@ impl Operational {
         self.admission.turn(time, |sensor| settings.transponder(sensor).copied());
         self.sort_in(settings);
         self.forget(time);
-        self.end_decisions(time, settings);
+        self.end_correlations(time, settings);
         self.compare(&moment, settings);
         self.assign(&moment, settings);
         self.register(&moment, settings);
@@ -160,7 +162,7 @@ impl Operational {
             let sensor = plot.track.sensor;
             let Some(radar) = settings.radar(sensor) else { continue };
             let raw = plot.position;
-            let plot = self.registered.get(&sensor).map_or(plot, |radar_is| radar_is.put_right(plot, radar));
+            let plot = self.registered.get(&sensor).map_or(plot, |radar_is| radar_is.correct(plot, radar));
             let break_ns = break_ns(radar);
             let ids = self.by_key.entry(plot.track).or_default();
             let belongs = |id: &&TrackletId| {

@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 
 use nalgebra::Matrix2;
 
-use super::manual::Verdict;
+use super::correlation::Verdict;
 use super::settings::{Radar, Settings};
-use super::target::{Target, plot_deviation_m};
+use super::target::{Target, plot_sigma_m};
 use super::tracklet::Tracklet;
 use super::{COAST_S, Moment, Operational};
 use crate::filter::Estimate;
@@ -109,7 +109,7 @@ fn now<'a>(tracklet: &'a Tracklet, moment: &Moment) -> Option<&'a Plot> {
 
 /// How far a plot of the radar that sees that place best may be off, metres: of each axis in the mean.
 fn seen_to_m(estimate: &Estimate, settings: &Settings) -> f64 {
-    let of = |(_, radar): (_, &Radar)| plot_deviation_m(radar, estimate.position);
+    let of = |(_, radar): (_, &Radar)| plot_sigma_m(radar, estimate.position);
     settings.radars().map(of).fold(f64::INFINITY, f64::min)
 }
 
@@ -124,7 +124,7 @@ fn is_known(target: &Target, estimate: &Estimate, settings: &Settings) -> bool {
         (since_s, until_s) => since_s.or(until_s).unwrap_or(0.0),
     };
     let is_lost = target.transponder.is_none() && coasts_s > COAST_S;
-    estimate.deviation_m() <= limit_m && !is_lost
+    estimate.sigma_m() <= limit_m && !is_lost
 }
 
 /// Who takes part now; where nobody does, who did last. `because`: why the radar track is this target.
@@ -177,7 +177,7 @@ fn shown(
         vertical_m2: estimate.vertical
             + lasting.vertical_m2
             + estimate.velocity.z * estimate.velocity.z * lasting.time_s2,
-        velocity_spread: estimate.velocity_spread,
+        velocity_covariance: estimate.velocity_covariance,
         basis: match (estimate.since_s, estimate.until_s) {
             _ if is_measured => Basis::Measured,
             (Some(_), Some(_)) => Basis::Interpolated,

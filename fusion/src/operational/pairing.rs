@@ -11,7 +11,7 @@ use axis::{Apart, Axis, Errors};
 
 use super::settings::{Radar, Settings};
 use super::target::{Lasting, Target};
-use crate::filter::{RadarErrors, Seen, SlowError};
+use crate::filter::{Bias, RadarErrors, Seen};
 use crate::report::Plot;
 use crate::time::Time;
 
@@ -49,13 +49,13 @@ impl Offset {
         curve_m: f64,
         lasting: &Lasting,
     ) -> Self {
-        let of = |slow_m, white_m, lasting_m2| Errors { slow_m, white_m, curve_m, lasting_m2 };
+        let of = |bias_m, white_m, lasting_m2| Errors { bias_m, white_m, curve_m, lasting_m2 };
         Self {
             metres,
             errors: [
-                of(errors.slow_range_m, errors.fast_range_m, lasting.horizontal_m2),
-                of(range_m * errors.slow_azimuth, range_m * errors.fast_azimuth, lasting.horizontal_m2),
-                of(errors.slow_height_m, errors.fast_height_m, lasting.vertical_m2),
+                of(errors.bias_range_m, errors.noise_range_m, lasting.horizontal_m2),
+                of(range_m * errors.bias_azimuth, range_m * errors.noise_azimuth, lasting.horizontal_m2),
+                of(errors.bias_height_m, errors.noise_height_m, lasting.vertical_m2),
             ],
             correlation_s: errors.correlation_s,
         }
@@ -88,18 +88,18 @@ impl Evidence {
     }
 
     /// The slow error as known now, for a plot at this distance over ground, `dt` seconds later; `None`: nothing is known.
-    pub(super) fn slow_error(&self, range_m: f64, dt: f64, errors: &RadarErrors) -> Option<SlowError> {
+    pub(super) fn bias(&self, range_m: f64, dt: f64, errors: &RadarErrors) -> Option<Bias> {
         let axes = self.expected?;
         let kept = (-dt / errors.correlation_s).exp();
         let later = |axis: usize, slow: f64, scale: f64| {
-            let (mean, variance) = axes[axis].slow_error();
+            let (mean, variance) = axes[axis].bias();
             let slow = slow * slow * (1.0 - kept * kept);
             (mean * kept * scale, variance * kept * kept * scale * scale + slow)
         };
-        Some(SlowError {
-            range_m: later(0, errors.slow_range_m, 1.0),
-            azimuth: later(1, errors.slow_azimuth, 1.0 / range_m),
-            height_m: later(2, errors.slow_height_m, 1.0),
+        Some(Bias {
+            range_m: later(0, errors.bias_range_m, 1.0),
+            azimuth: later(1, errors.bias_azimuth, 1.0 / range_m),
+            height_m: later(2, errors.bias_height_m, 1.0),
         })
     }
 
@@ -123,7 +123,7 @@ impl Evidence {
                 Some(seen.clockwise.dot(&apart.xy())),
                 plot.height_measured.then_some(apart.z),
             ];
-            let offset = Offset::new(metres, seen.range_m, &radar.errors, curve.deviation_m, &lasting);
+            let offset = Offset::new(metres, seen.range_m, &radar.errors, curve.sigma_m, &lasting);
             let dt = before.map_or(radar.period_s, |before| plot.time.seconds_since(before).abs());
             before = Some(plot.time);
             self.add(&offset, plot.time, dt);

@@ -59,7 +59,7 @@ impl Registered {
     }
 
     /// A plot as it would be if the radar were set up rightly, as far as that is known and is to be applied.
-    pub(super) fn put_right(&self, mut plot: Plot, radar: &Radar) -> Plot {
+    pub(super) fn correct(&self, mut plot: Plot, radar: &Radar) -> Plot {
         if radar.registration == Mode::Apply {
             let seen = plot.position.0 - radar.position.0;
             let right = match plot.height_measured {
@@ -92,9 +92,9 @@ impl Registered {
             Mode::Off | Mode::Propose => SET_UP,
         };
         RadarErrors {
-            slow_range_m: in_steps(radar.track_errors.slow_range_m.hypot(range_m)),
-            slow_azimuth: in_steps(radar.track_errors.slow_azimuth.hypot(azimuth)),
-            slow_height_m: in_steps(radar.track_errors.slow_height_m.hypot(height_m)),
+            bias_range_m: in_steps(radar.track_errors.bias_range_m.hypot(range_m)),
+            bias_azimuth: in_steps(radar.track_errors.bias_azimuth.hypot(azimuth)),
+            bias_height_m: in_steps(radar.track_errors.bias_height_m.hypot(height_m)),
             ..radar.track_errors
         }
     }
@@ -148,7 +148,7 @@ impl Operational {
         let learnt_s = (vector / information).max(0.0);
         for receiver in now.transponders.iter_mut().flatten().filter(|receiver| receiver.delay_s.is_none()) {
             receiver.delay_s = Some(learnt_s);
-            receiver.delay_deviation_s = information.powf(-0.5);
+            receiver.delay_sigma_s = information.powf(-0.5);
         }
         now
     }
@@ -195,6 +195,6 @@ fn residual(seen: &Seen, target: &Target, radar: &Radar, settings: &Settings) ->
         target: here.position.0 - radar.position.0,
         velocity: (after.position.0 - before.position.0) / (2.0 * ASIDE_S),
         height_measured: seen.plot.height_measured,
-        deviation_m: here.deviation_m.hypot(receiver.horizontal_m),
+        sigma_m: here.sigma_m.hypot(receiver.horizontal_m),
     })
 }

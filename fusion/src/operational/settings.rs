@@ -61,7 +61,7 @@ pub struct Transponder {
     /// radars' registration.
     pub delay_s: Option<f64>,
     /// And that is known to this, one standard deviation, seconds: 0 where it is configured.
-    pub delay_deviation_s: f64,
+    pub delay_sigma_s: f64,
     /// Seconds between two reports of one transponder.
     pub period_s: f64,
     /// So many identities that were not known before are let in a second, in the long run; at least 1.

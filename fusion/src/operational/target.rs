@@ -7,7 +7,7 @@ use super::pairing::Evidence;
 use super::settings::{self, Radar, Settings};
 use super::tracklet::{TargetId, Tracklet, TrackletId};
 use super::{DAWN, EVER};
-use crate::filter::{By, Estimate, Measurement, Owner, Seen, SlowError, Track};
+use crate::filter::{Bias, By, Estimate, Measurement, Owner, Seen, Track};
 use crate::frames::Enu;
 use crate::interpolation::{self, Knot};
 use crate::numbering::Numbered;
@@ -84,7 +84,7 @@ pub(super) struct Transponder {
 pub(super) struct OnCurve {
     pub(super) position: Enu,
     /// How far it may be off, metres.
-    pub(super) deviation_m: f64,
+    pub(super) sigma_m: f64,
 }
 
 impl Transponder {
@@ -137,7 +137,7 @@ impl Transponder {
             between_m = 0.5 * BETWEEN * time.seconds_since(before.time) * next.time.seconds_since(time);
         }
         let position = Enu(interpolation::evaluate(&self.knots, time)?);
-        Some(OnCurve { position, deviation_m: between_m.hypot(accuracy_m * FRESH) })
+        Some(OnCurve { position, sigma_m: between_m.hypot(accuracy_m * FRESH) })
     }
 
     /// Its part in a point of a slot that ends at `end`.
@@ -180,7 +180,7 @@ impl Target {
             height_measured: plot.height_measured,
             uav_probability: plot.uav_probability,
         };
-        self.radar = Some((part, plot_deviation_m(radar, plot.position)));
+        self.radar = Some((part, plot_sigma_m(radar, plot.position)));
     }
 
     /// Forgets reports before `time`, but for the last; when it was heard of last.
@@ -197,7 +197,7 @@ impl Target {
         let Some(receiver) = settings.transponder(transponder.sensor) else { return Lasting::default() };
         let stated_m = transponder.fixes.last().and_then(|fix| fix.accuracy_m);
         let share = 1.0 - FRESH * FRESH;
-        let delay_s = DELAYS_S.hypot(receiver.delay_deviation_s);
+        let delay_s = DELAYS_S.hypot(receiver.delay_sigma_s);
         Lasting {
             horizontal_m2: axis_m(stated_m, receiver).powi(2) * share,
             vertical_m2: receiver.vertical_m.powi(2) * share,
@@ -265,9 +265,9 @@ impl Target {
 }
 
 /// How far a radar's plots of a place are off for a while, metres: of each axis in the mean.
-pub(super) fn plot_deviation_m(radar: &Radar, place: Enu) -> f64 {
+pub(super) fn plot_sigma_m(radar: &Radar, place: Enu) -> f64 {
     let spread =
-        Seen::from(radar.position, place).spread(radar.errors.slow_range_m, radar.errors.slow_azimuth);
+        Seen::from(radar.position, place).spread(radar.errors.bias_range_m, radar.errors.bias_azimuth);
     (spread.trace() / 2.0).sqrt()
 }
 
@@ -302,7 +302,7 @@ fn seen(
 ) -> Measurement {
     let seen = Seen::from(radar.position, plot.position);
     let known = evidence.zip(last).and_then(|(evidence, last)| {
-        evidence.slow_error(seen.range_m, plot.time.seconds_since(last), &radar.errors)
+        evidence.bias(seen.range_m, plot.time.seconds_since(last), &radar.errors)
     });
     Measurement {
         time: plot.time,
@@ -310,7 +310,7 @@ fn seen(
         height_measured: plot.height_measured,
         by: By::Radar {
             owner: Owner { tracklet: tracklet.0, since: last },
-            known: known.unwrap_or(SlowError::of(&radar.errors)),
+            known: known.unwrap_or(Bias::of(&radar.errors)),
             seen,
             errors: radar.errors,
         },

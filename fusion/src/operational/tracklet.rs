@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use super::existence::Existence;
 use super::pairing::Evidence;
 use super::settings::{Radar, Settings};
-use super::target::{Target, plot_deviation_m};
+use super::target::{Target, plot_sigma_m};
 use super::{DAWN, EVER, FASTEST, OFF_M};
 use crate::frames::Enu;
 use crate::registration::Along;
@@ -82,7 +82,7 @@ impl Tracklet {
     pub(super) fn reaches(&self, plot: &Plot, radar: &Radar) -> bool {
         self.nearest(plot.time).is_some_and(|near| {
             let flown_m = FASTEST * near.time.seconds_since(plot.time).abs();
-            let off_m = OFF_M + 8.0 * plot_deviation_m(radar, near.position);
+            let off_m = OFF_M + 8.0 * plot_sigma_m(radar, near.position);
             (near.position.0 - plot.position.0).xy().norm() <= flown_m + off_m
         })
     }

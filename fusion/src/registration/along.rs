@@ -26,7 +26,7 @@ pub struct Residual {
     /// Whether the radar measured the height; if not, the plot's is an assumed one, and tells nothing.
     pub height_measured: bool,
     /// Standard deviation of `target`, each axis, metres.
-    pub deviation_m: f64,
+    pub sigma_m: f64,
 }
 
 /// What is known of p: inverse covariance, and that times the mean.
@@ -57,7 +57,7 @@ pub struct Along {
     since: Option<Time>,
 }
 
-/// A satellite receiver's error is forgotten to 1/e in this time, seconds: it lasts for a minute. So all of `deviation_m` counts
+/// A satellite receiver's error is forgotten to 1/e in this time, seconds: it lasts for a minute. So all of `sigma_m` counts
 /// as an error that lasts, which is on the safe side where part of it is new with each report.
 const REFERENCE_S: f64 = 60.0;
 /// An innovation beyond so many deviations is given less weight (Huber).
@@ -72,8 +72,8 @@ const STEEP: f64 = 2.0;
 #[derive(Clone, Debug)]
 struct Axis {
     own: usize,
-    slow_deviation: f64,
-    fast_deviation: f64,
+    bias_sigma: f64,
+    noise_sigma: f64,
     mean: Vector4<f64>,
     sensitivity: Matrix4x6<f64>,
     covariance: Matrix4<f64>,
@@ -117,8 +117,8 @@ impl Sample {
 impl Along {
     /// A radar track of which nothing is known yet, of a radar that errs so when it is set up rightly.
     pub fn new(errors: &RadarErrors) -> Self {
-        let slow = [errors.slow_azimuth, errors.slow_range_m, errors.slow_height_m];
-        let fast = [errors.fast_azimuth, errors.fast_range_m, errors.fast_height_m];
+        let slow = [errors.bias_azimuth, errors.bias_range_m, errors.bias_height_m];
+        let fast = [errors.noise_azimuth, errors.noise_range_m, errors.noise_height_m];
         Self {
             correlation_s: errors.correlation_s,
             axes: std::array::from_fn(|axis| Axis::new(OWN[axis], slow[axis], fast[axis])),
@@ -130,11 +130,11 @@ impl Along {
 
     /// One plot more. One that is no later than the newest, too near, too steep, or no number, is left out.
     pub fn add(&mut self, residual: &Residual) {
-        let Residual { time, plot, target, velocity, height_measured, deviation_m } = residual;
+        let Residual { time, plot, target, velocity, height_measured, sigma_m } = residual;
         let (ground_m, range_m) = (target.xy().norm(), target.norm());
         let numbers = [plot, target, velocity].iter().all(|vector| vector.iter().all(|x| x.is_finite()));
         if !numbers
-            || !deviation_m.is_finite()
+            || !sigma_m.is_finite()
             || (self.begun.is_some() && *time <= self.newest)
             || ground_m.min(plot.xy().norm()) < NEAR_M
             || target.z.abs() > STEEP * ground_m
@@ -155,10 +155,10 @@ impl Along {
         let [azimuth, range, height] = rows(target, velocity, turned);
         let [azimuths, ranges, heights] = &mut self.axes;
         let clockwise = Vector3::new(target.y, -target.x, 0.0) / (ground_m * ground_m);
-        azimuths.measure(turned, &azimuth, &(clockwise * *deviation_m));
-        ranges.measure(plot.norm() - range_m, &range, &(target / range_m * *deviation_m));
+        azimuths.measure(turned, &azimuth, &(clockwise * *sigma_m));
+        ranges.measure(plot.norm() - range_m, &range, &(target / range_m * *sigma_m));
         if *height_measured {
-            heights.measure(plot.z - target.z, &height, &(Vector3::z() * *deviation_m));
+            heights.measure(plot.z - target.z, &height, &(Vector3::z() * *sigma_m));
         }
     }
 
@@ -177,14 +177,14 @@ impl Along {
 }
 
 impl Axis {
-    fn new(own: usize, slow_deviation: f64, fast_deviation: f64) -> Self {
+    fn new(own: usize, bias_sigma: f64, noise_sigma: f64) -> Self {
         Self {
             own,
-            slow_deviation,
-            fast_deviation,
+            bias_sigma,
+            noise_sigma,
             mean: Vector4::zeros(),
             sensitivity: Matrix4x6::zeros(),
-            covariance: stationary(slow_deviation),
+            covariance: stationary(bias_sigma),
             offset: None,
             information: Information::none(),
         }
@@ -197,7 +197,7 @@ impl Axis {
         self.mean = both * self.mean;
         self.sensitivity = both * self.sensitivity;
         self.covariance = both * self.covariance * both;
-        self.covariance += stationary(self.slow_deviation) * (Matrix4::identity() - both * both);
+        self.covariance += stationary(self.bias_sigma) * (Matrix4::identity() - both * both);
     }
 
     /// An offset, how it changes with p, and with the reference's errors (in their deviations).
@@ -206,7 +206,7 @@ impl Axis {
         let innovation = offset - (seen * self.mean)[0];
         let row_new: RowVector6<f64> = row.transpose() - seen * self.sensitivity;
         let across = self.covariance * seen.transpose();
-        let mut variance = (seen * across)[0] + self.fast_deviation * self.fast_deviation;
+        let mut variance = (seen * across)[0] + self.noise_sigma * self.noise_sigma;
 
         // An outlier is one that the track as a whole cannot explain, however the radar is set up.
         let (known, sum) = self.offset.unwrap_or_else(|| {
@@ -231,8 +231,8 @@ impl Axis {
 }
 
 /// Variances of the errors that last, when nothing is known of them.
-fn stationary(slow_deviation: f64) -> Matrix4<f64> {
-    Matrix4::from_diagonal(&Vector4::new(slow_deviation * slow_deviation, 1.0, 1.0, 1.0))
+fn stationary(bias_sigma: f64) -> Matrix4<f64> {
+    Matrix4::from_diagonal(&Vector4::new(bias_sigma * bias_sigma, 1.0, 1.0, 1.0))
 }
 
 /// How azimuth, range and height of a target at this place change with p, where the radar sees it turned by so much.

@@ -8,9 +8,9 @@ use tracing::{info, warn};
 
 use super::{Engine, Estimates};
 use crate::record::Recorded;
-use crate::state::{Registrations, decision_line, kept_lines, registration_text};
+use crate::state::{Registrations, correlation_line, kept_lines, registration_text};
 use fusion::NumberChange;
-use fusion::operational::{Decision, Held, Resumed};
+use fusion::operational::{Correlation, HeldCorrelation, ResumedCorrelation};
 use fusion::time::Time;
 
 /// The registration's keeper and the recorder hear of it at most this often.
@@ -23,21 +23,21 @@ impl Engine {
     pub(super) fn tell_decisions(&mut self) {
         for resumed in self.driver.resumed() {
             match resumed {
-                Resumed::Holds(held) => {
-                    info!("{}: it holds again after the restart", self.describe(&held.decision));
+                ResumedCorrelation::Holds(held) => {
+                    info!("{}: it holds again after the restart", self.describe(&held.correlation));
                 }
-                Resumed::Ended(held) => warn!(
+                ResumedCorrelation::Ended(held) => warn!(
                     "{}: it ended with the restart, since the radar did not see the track again in time",
-                    self.describe(&held.decision)
+                    self.describe(&held.correlation)
                 ),
             }
         }
-        let held = self.driver.pipeline().engine().decisions();
+        let held = self.driver.pipeline().engine().correlations();
         if held != self.held {
-            let line = |held: &Held| decision_line(held.since, &held.decision, &self.config);
+            let line = |held: &HeldCorrelation| correlation_line(held.since, &held.correlation, &self.config);
             let text: String = held.iter().map(line).collect();
-            self.unrecorded.push_back(Recorded::Held { text: text.into() });
-            self.outlets.hub.decisions.tell(held.clone());
+            self.unrecorded.push_back(Recorded::Correlations { text: text.into() });
+            self.outlets.hub.correlations.tell(held.clone());
             self.held = held;
         }
         while let Some(next) = self.unrecorded.front() {
@@ -51,8 +51,8 @@ impl Engine {
     }
 
     /// A decision, for people.
-    fn describe(&self, decision: &Decision) -> String {
-        let Decision { radar, transponder, verdict } = decision;
+    fn describe(&self, correlation: &Correlation) -> String {
+        let Correlation { radar, transponder, verdict } = correlation;
         let sensor = self.config.sensors.get(usize::from(radar.sensor.0)).map_or("", |sensor| &sensor.id);
         let serial = transponder.serial().escape_ascii();
         format!("{sensor} track {} and transponder {serial}: {}", radar.number, verdict.name())
@@ -60,7 +60,7 @@ impl Engine {
 
     /// Hands on what a restart would have to know of decisions; where there is no room for it, the next time.
     pub(super) fn keep_decisions(&mut self) {
-        let Some((keeper, text)) = self.outlets.decisions.as_ref().zip(self.newly_kept()) else { return };
+        let Some((keeper, text)) = self.outlets.correlations.as_ref().zip(self.newly_kept()) else { return };
         if keeper.try_send(text.clone()).is_ok() {
             self.kept = text;
         }

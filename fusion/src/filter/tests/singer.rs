@@ -82,7 +82,7 @@ impl Errors {
         self.count += 1.0;
         self.nees[0] += normalised(apart.xy(), &estimate.horizontal);
         self.nees[1] += apart.z * apart.z / estimate.vertical;
-        self.nees[2] += normalised((estimate.velocity - velocity).xy(), &estimate.velocity_spread);
+        self.nees[2] += normalised((estimate.velocity - velocity).xy(), &estimate.velocity_covariance);
         self.squared_m2 += apart.xy().norm_squared();
         self.told_m2 += estimate.horizontal.trace();
     }

@@ -10,7 +10,7 @@ fn receiver(max_new_per_s: u32) -> Transponder {
         horizontal_m: 3.0,
         vertical_m: 5.0,
         delay_s: Some(0.0),
-        delay_deviation_s: 0.0,
+        delay_sigma_s: 0.0,
         period_s: 3.0,
         max_new_per_s,
     }

@@ -38,7 +38,7 @@ pub(super) struct Apart {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Errors {
     /// The radar's slow error, metres.
-    pub(super) slow_m: f64,
+    pub(super) bias_m: f64,
     /// The radar's error that is new with each plot, metres.
     pub(super) white_m: f64,
     /// What is new with each plot because the transponder's curve is interpolated, metres.
@@ -50,7 +50,7 @@ pub(super) struct Errors {
 impl Errors {
     /// Variance of what lasts of the offset of one aircraft, m².
     fn lasting(&self, scale: f64) -> f64 {
-        (scale * self.slow_m).powi(2) + self.lasting_m2
+        (scale * self.bias_m).powi(2) + self.lasting_m2
     }
 
     /// Variance of what is new with each plot, m².
@@ -139,7 +139,7 @@ impl Axis {
     }
 
     /// Mean and variance of the slow error if both are one aircraft, metres and m².
-    pub(super) fn slow_error(&self) -> (f64, f64) {
+    pub(super) fn bias(&self) -> (f64, f64) {
         let mean: f64 = self.one.iter().map(|one| one.weight * one.filter.mean).sum();
         let variance = |one: &Weighted| one.filter.variance + (one.filter.mean - mean).powi(2);
         (mean, self.one.iter().map(|one| one.weight * variance(one)).sum())

@@ -1,7 +1,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::super::decide::{JOIN, PART};
+use super::super::association::{JOIN, PART};
 use super::*;
 use crate::time::SECOND;
 
@@ -45,13 +45,13 @@ impl Watch {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut normal = move || (0..12).map(|_| random.random_range(0.0..1.0_f64)).sum::<f64>() - 6.0;
         let errors = sheet();
-        let slow_m = [errors.slow_range_m, self.range_m * errors.slow_azimuth, errors.slow_height_m];
-        let white_m = [errors.fast_range_m, self.range_m * errors.fast_azimuth, errors.fast_height_m];
+        let bias_m = [errors.bias_range_m, self.range_m * errors.bias_azimuth, errors.bias_height_m];
+        let white_m = [errors.noise_range_m, self.range_m * errors.noise_azimuth, errors.noise_height_m];
         let kept = (-self.period_s / errors.correlation_s).exp();
-        let mut slow = slow_m.map(|metres| scale * metres * normal());
+        let mut slow = bias_m.map(|metres| scale * metres * normal());
         self.evidence(60.0, |_| {
             std::array::from_fn(|axis| {
-                let change = (1.0 - kept * kept).sqrt() * scale * slow_m[axis];
+                let change = (1.0 - kept * kept).sqrt() * scale * bias_m[axis];
                 slow[axis] = kept * slow[axis] + change * normal();
                 slow[axis] + scale * white_m[axis] * normal()
             })

@@ -26,8 +26,8 @@ fn measured(plots: &[Residual], axis: usize) -> Vec<(f64, f64, DVector<f64>, Vec
 }
 
 fn at_once(plots: &[Residual], axis: usize) -> (DMatrix<f64>, DVector<f64>) {
-    let slow = [ERRORS.slow_azimuth, ERRORS.slow_range_m, ERRORS.slow_height_m][axis];
-    let fast = [ERRORS.fast_azimuth, ERRORS.fast_range_m, ERRORS.fast_height_m][axis];
+    let slow = [ERRORS.bias_azimuth, ERRORS.bias_range_m, ERRORS.bias_height_m][axis];
+    let fast = [ERRORS.noise_azimuth, ERRORS.noise_range_m, ERRORS.noise_height_m][axis];
     let measured = measured(plots, axis);
     let covariance = DMatrix::from_fn(measured.len(), measured.len(), |i, j| {
         let ((a, .., here), (b, .., there)) = (&measured[i], &measured[j]);
@@ -89,13 +89,13 @@ fn information_grows_with_duration_and_hardly_with_plots() {
                 target: place,
                 velocity: Vector3::zeros(),
                 height_measured: true,
-                deviation_m: 0.0,
+                sigma_m: 0.0,
             };
             along.add(&residual);
             at += dt;
         }
         let (_, deviation) = along.take().unwrap().azimuth().unwrap();
-        (ERRORS.slow_azimuth / deviation).powi(2)
+        (ERRORS.bias_azimuth / deviation).powi(2)
     };
     // 1 + D / 2T
     for (duration_s, expected) in [(20.0, 1.5), (60.0, 2.5), (200.0, 6.0)] {
@@ -167,7 +167,7 @@ fn what_cannot_be_compared_is_left_out() {
     let later = Residual { time: seconds(5000.0), ..last };
     along.add(&last);
     along.add(&Residual { plot: Vector3::new(f64::NAN, 0.0, 0.0), ..later });
-    along.add(&Residual { deviation_m: f64::INFINITY, ..later });
+    along.add(&Residual { sigma_m: f64::INFINITY, ..later });
     along.add(&Residual { target: Vector3::new(20.0, 20.0, 50.0), ..later });
     along.add(&Residual { target: Vector3::new(150.0, 0.0, 400.0), ..later });
     assert_eq!(along.take(), all);

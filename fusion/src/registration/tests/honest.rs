@@ -77,7 +77,7 @@ fn tilts_and_height_need_heights_and_more_than_one_place() {
                 target: place,
                 velocity: Vector3::zeros(),
                 height_measured: true,
-                deviation_m: REFERENCE_M,
+                sigma_m: REFERENCE_M,
             });
         }
         registration.take(&along.take().unwrap());

@@ -18,12 +18,12 @@ use crate::filter::RadarErrors;
 use crate::time::Time;
 
 const ERRORS: RadarErrors = RadarErrors {
-    slow_range_m: 5.0,
-    slow_azimuth: 1.0_f64.to_radians(),
-    slow_height_m: 8.0,
-    fast_range_m: 2.0,
-    fast_azimuth: 0.2_f64.to_radians(),
-    fast_height_m: 3.0,
+    bias_range_m: 5.0,
+    bias_azimuth: 1.0_f64.to_radians(),
+    bias_height_m: 8.0,
+    noise_range_m: 2.0,
+    noise_azimuth: 0.2_f64.to_radians(),
+    noise_height_m: 3.0,
     correlation_s: 20.0,
 };
 /// Of where the transponders say they are, metres.
@@ -109,8 +109,8 @@ impl World {
             Lasting::new(world, world.scale * deviation, ERRORS.correlation_s)
         };
         let mut errors =
-            [ERRORS.slow_azimuth, ERRORS.slow_range_m, ERRORS.slow_height_m].map(|d| slow(d, self));
-        let fast = [ERRORS.fast_azimuth, ERRORS.fast_range_m, ERRORS.fast_height_m];
+            [ERRORS.bias_azimuth, ERRORS.bias_range_m, ERRORS.bias_height_m].map(|d| slow(d, self));
+        let fast = [ERRORS.noise_azimuth, ERRORS.noise_range_m, ERRORS.noise_height_m];
         let mut reference = [REFERENCE_M; 3].map(|deviation| Lasting::new(self, deviation, 60.0));
         let begun_s = self.now_s;
         self.now_s += 5.0;
@@ -127,7 +127,7 @@ impl World {
                 target: said,
                 velocity,
                 height_measured: self.heights,
-                deviation_m: REFERENCE_M,
+                sigma_m: REFERENCE_M,
             });
             if self.random.random::<f64>() < dt / 15.0 {
                 turning = self.between(-0.2, 0.2);

@@ -61,7 +61,7 @@ impl Operational {
 
     /// Decides which radar track is which target, each radar by itself, each target once.
     pub(super) fn assign(&mut self, moment: &Moment, settings: &Settings) {
-        let decided = self.decided();
+        let correlated = self.correlated();
         for (sensor, radar) in settings.radars() {
             let lasting_ns = ((3.0 * radar.period_s * SECOND as f64) as i64)
                 .max(moment.end.nanos() - moment.begin.nanos());
@@ -77,7 +77,7 @@ impl Operational {
             for tracklet in self.tracklets.values().filter(lasts) {
                 let mut row = Vec::new();
                 for (target, score, found) in self.scores(tracklet, &lost, radar, moment, settings) {
-                    if !decided.leaves(tracklet, target) {
+                    if !correlated.leaves(tracklet, target) {
                         continue;
                     }
                     let (least, bonus) = match found {
@@ -95,9 +95,9 @@ impl Operational {
             }
             let chosen = assign(&candidates, columns.len(), 0.0);
             for (id, column) in rows.into_iter().zip(chosen) {
-                self.join(id, decided.target(id).or(column.map(|column| columns[column])));
+                self.join(id, correlated.target(id).or(column.map(|column| columns[column])));
             }
-            self.find_ahead((sensor, radar), &decided, moment, settings);
+            self.find_ahead((sensor, radar), &correlated, moment, settings);
         }
     }
 
@@ -150,7 +150,7 @@ impl Operational {
     fn lost(&self, moment: &Moment, settings: &Settings) -> Vec<(TargetId, Estimate)> {
         let lost = self.targets.iter().filter(|(id, _)| self.is_lost(**id, moment, settings));
         lost.filter_map(|(&id, target)| Some((id, target.estimate(moment.time)?)))
-            .filter(|(_, estimate)| estimate.deviation_m() < LOST_M)
+            .filter(|(_, estimate)| estimate.sigma_m() < LOST_M)
             .collect()
     }
 
@@ -194,19 +194,19 @@ impl Operational {
 
     /// Radar tracks that are no known target become one as soon as they are likely to be drones.
     pub(super) fn begin(&mut self, moment: &Moment, settings: &Settings) {
-        let decided = self.decided();
+        let correlated = self.correlated();
         let long_ago = |likely: Time| moment.time.nanos() - likely.nanos() >= HOLD_NS;
         let is_nobodys = |tracklet: &Tracklet| {
             tracklet.pairs.iter().all(|&(id, evidence)| {
-                decided.are_apart(tracklet.id, id)
+                correlated.are_apart(tracklet.id, id)
                     || (evidence.score < 0.0 && evidence.likely.is_none_or(long_ago))
             })
         };
         let is_unclaimed = |tracklet: &Tracklet| {
-            decided.target(tracklet.id).is_none()
+            correlated.target(tracklet.id).is_none()
                 && settings
                     .radar(tracklet.key.sensor)
-                    .is_some_and(|radar| self.claims(tracklet, radar, &decided, moment).next().is_none())
+                    .is_some_and(|radar| self.claims(tracklet, radar, &correlated, moment).next().is_none())
         };
         let begins = |tracklet: &&Tracklet| {
             let is_drone = tracklet.existence().log_odds() >= existence::CONFIRMED;
@@ -251,7 +251,7 @@ fn near<'a>(
 ) -> impl Iterator<Item = TargetId> + 'a {
     let away_s = plot.time.seconds_since(time).abs();
     let seen = Seen::from(radar.position, plot.position);
-    let spread_m = (seen.range_m * radar.errors.slow_azimuth).hypot(radar.errors.slow_range_m);
+    let spread_m = (seen.range_m * radar.errors.bias_azimuth).hypot(radar.errors.bias_range_m);
     // The drone's and the plot's own errors, what it flies meanwhile, and four deviations of the radar's.
     let gate_m = 60.0 + 40.0 * away_s + 4.0 * spread_m;
     let place = plot.position;
@@ -269,14 +269,14 @@ pub(super) fn found_again(plot: &Plot, estimate: &Estimate, radar: &Radar) -> Op
     let seen = Seen::from(radar.position, plot.position);
     let spread = estimate.horizontal
         + seen.spread(
-            errors.slow_range_m.hypot(errors.fast_range_m),
-            errors.slow_azimuth.hypot(errors.fast_azimuth),
+            errors.bias_range_m.hypot(errors.noise_range_m),
+            errors.bias_azimuth.hypot(errors.noise_azimuth),
         );
     let apart = plot.position.0 - estimate.position.0;
     let mut distance = (apart.xy().transpose() * spread.try_inverse()? * apart.xy()).x;
     let mut score = -0.5 * spread.determinant().ln() + 2.0 * APART_M.0.ln();
     if plot.height_measured {
-        let spread = estimate.vertical + errors.slow_height_m.powi(2) + errors.fast_height_m.powi(2);
+        let spread = estimate.vertical + errors.bias_height_m.powi(2) + errors.noise_height_m.powi(2);
         distance += apart.z * apart.z / spread;
         score += -0.5 * spread.ln() + APART_M.1.ln();
     }

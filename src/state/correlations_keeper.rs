@@ -9,7 +9,7 @@ use std::time::Duration;
 use tracing::error;
 
 use super::text_keeper::TextKeeper;
-use super::{DECISIONS, Decisions, read_decisions, set_aside};
+use super::{CORRELATIONS, Correlations, read_correlations, set_aside};
 use fusion::time::Time;
 
 /// The file is written at most this often: while decisions are in force it changes all the time, by when their radar tracks
@@ -24,12 +24,12 @@ pub struct DecisionsKeeper {
 impl DecisionsKeeper {
     /// What `directory` holds. A file that cannot be used is reported and set aside: the service starts with none, rather than
     /// not at all.
-    pub fn load(directory: &Path, now: Time) -> Decisions {
-        match read_decisions(&directory.join(DECISIONS)) {
-            Ok(decisions) => decisions,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Decisions::default(),
+    pub fn load(directory: &Path, now: Time) -> Correlations {
+        match read_correlations(&directory.join(CORRELATIONS)) {
+            Ok(correlations) => correlations,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Correlations::default(),
             Err(error) => {
-                match set_aside(directory, DECISIONS, now) {
+                match set_aside(directory, CORRELATIONS, now) {
                     Ok(aside) => {
                         error!("{error}; it is now {}, and no decision of before holds", aside.display());
                     }
@@ -37,7 +37,7 @@ impl DecisionsKeeper {
                         error!("{error}; it cannot be set aside ({rename}); no decision of before holds");
                     }
                 }
-                Decisions::default()
+                Correlations::default()
             }
         }
     }
@@ -47,7 +47,7 @@ impl DecisionsKeeper {
     /// # Errors
     /// No thread could be started.
     pub fn start(directory: PathBuf) -> io::Result<(SyncSender<Arc<str>>, Self)> {
-        let (sender, keeper) = TextKeeper::start(directory, DECISIONS, "decisions", PAUSE)?;
+        let (sender, keeper) = TextKeeper::start(directory, CORRELATIONS, "decisions", PAUSE)?;
         Ok((sender, Self { keeper }))
     }
 

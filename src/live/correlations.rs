@@ -7,7 +7,7 @@ use tokio::sync::{oneshot, watch};
 
 use super::driver::Driver;
 use fusion::Slot;
-use fusion::operational::{Decision, Held, Undecided, Verdict};
+use fusion::operational::{Correlation, HeldCorrelation, NotCorrelated, Verdict};
 use fusion::{Identity, RadarTrackKey};
 
 /// Wishes that may wait for the engine.
@@ -31,7 +31,7 @@ pub struct Wish {
 pub enum Denied {
     /// The engine says no.
     #[error(transparent)]
-    Undecided(#[from] Undecided),
+    NotCorrelated(#[from] NotCorrelated),
     /// Several transponders have that serial number.
     #[error("several transponders have this serial number; their registration countries: {}", .0.join(", "))]
     Ambiguous(Vec<String>),
@@ -44,40 +44,40 @@ pub enum Denied {
 }
 
 /// What is in force.
-pub type AllHeld = Arc<Vec<Held>>;
+pub type AllCorrelations = Arc<Vec<HeldCorrelation>>;
 
 struct Asked {
     wish: Wish,
-    answer: oneshot::Sender<Result<AllHeld, Denied>>,
+    answer: oneshot::Sender<Result<AllCorrelations, Denied>>,
 }
 
 /// The operators' side; cheap to clone.
 #[derive(Clone, Debug)]
-pub struct Decider {
+pub struct Correlator {
     asked: SyncSender<Asked>,
-    held: watch::Receiver<AllHeld>,
+    held: watch::Receiver<AllCorrelations>,
 }
 
 /// The engine's side.
 #[derive(Debug)]
-pub struct Decisions {
+pub struct Correlations {
     asked: Receiver<Asked>,
-    held: watch::Sender<AllHeld>,
+    held: watch::Sender<AllCorrelations>,
 }
 
 /// Both sides.
-pub(super) fn decisions() -> (Decisions, Decider) {
+pub(super) fn correlations() -> (Correlations, Correlator) {
     let (sender, asked) = mpsc::sync_channel(QUEUE);
-    let (held, watched) = watch::channel(AllHeld::default());
-    (Decisions { asked, held }, Decider { asked: sender, held: watched })
+    let (held, watched) = watch::channel(AllCorrelations::default());
+    (Correlations { asked, held }, Correlator { asked: sender, held: watched })
 }
 
-impl Decider {
+impl Correlator {
     /// Asks the engine, which looks up several times a second; what is in force then comes back.
     ///
     /// # Errors
     /// Too many wait, or nobody is there.
-    pub fn ask(&self, wish: Wish) -> Result<oneshot::Receiver<Result<AllHeld, Denied>>, Denied> {
+    pub fn ask(&self, wish: Wish) -> Result<oneshot::Receiver<Result<AllCorrelations, Denied>>, Denied> {
         let (answer, answered) = oneshot::channel();
         match self.asked.try_send(Asked { wish, answer }) {
             Ok(()) => Ok(answered),
@@ -87,24 +87,24 @@ impl Decider {
     }
 
     /// What is in force, as of the latest slot or decision.
-    pub fn held(&self) -> AllHeld {
+    pub fn held(&self) -> AllCorrelations {
         self.held.borrow().clone()
     }
 }
 
-impl Decisions {
+impl Correlations {
     /// Does what was asked for; what was decided, each with the first slot that is put out by it.
-    pub fn obey(&self, driver: &mut Driver) -> Vec<(Slot, Decision)> {
+    pub fn obey(&self, driver: &mut Driver) -> Vec<(Slot, Correlation)> {
         let mut made = Vec::new();
         while let Ok(Asked { wish, answer }) = self.asked.try_recv() {
             // Who waits no longer has been told that nothing was decided.
             if answer.is_closed() {
                 continue;
             }
-            let decided = decide(&wish, driver);
-            let answered = decided.map(|decided| {
-                made.push(decided);
-                self.tell(driver.pipeline().engine().decisions());
+            let correlated = correlate(&wish, driver);
+            let answered = correlated.map(|correlated| {
+                made.push(correlated);
+                self.tell(driver.pipeline().engine().correlations());
                 self.held.borrow().clone()
             });
             // Who has asked may have gone this very moment.
@@ -114,7 +114,7 @@ impl Decisions {
     }
 
     /// Tells what is in force; whether it has changed.
-    pub fn tell(&self, held: Vec<Held>) -> bool {
+    pub fn tell(&self, held: Vec<HeldCorrelation>) -> bool {
         self.held.send_if_modified(|known| {
             let is_new = **known != held;
             if is_new {
@@ -131,22 +131,22 @@ impl std::fmt::Debug for Asked {
     }
 }
 
-fn decide(wish: &Wish, driver: &mut Driver) -> Result<(Slot, Decision), Denied> {
+fn correlate(wish: &Wish, driver: &mut Driver) -> Result<(Slot, Correlation), Denied> {
     let engine = driver.pipeline().engine();
     // What something was decided of may have fallen silent since.
-    let decided = engine.decisions().into_iter().map(|held| held.decision.transponder);
+    let correlated = engine.correlations().into_iter().map(|held| held.correlation.transponder);
     let mut found: Vec<Identity> =
-        engine.transponders().chain(decided).filter(|identity| wish.means(*identity)).collect();
+        engine.transponders().chain(correlated).filter(|identity| wish.means(*identity)).collect();
     found.sort_unstable();
     found.dedup();
     let transponder = match found[..] {
         [transponder] => transponder,
-        [] if driver.knows_decisions() => return Err(Undecided::NoTransponder.into()),
-        [] => return Err(Undecided::Reference.into()),
+        [] if driver.knows_correlations() => return Err(NotCorrelated::NoTransponder.into()),
+        [] => return Err(NotCorrelated::Reference.into()),
         _ => return Err(Denied::Ambiguous(found.iter().map(country).collect())),
     };
-    let decision = Decision { radar: wish.radar, transponder, verdict: wish.verdict };
-    Ok((driver.decide(decision)?, decision))
+    let correlation = Correlation { radar: wish.radar, transponder, verdict: wish.verdict };
+    Ok((driver.correlate(correlation)?, correlation))
 }
 
 fn country(identity: &Identity) -> String {

@@ -50,7 +50,7 @@ impl Verdict {
 
 /// An operator's word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Decision {
+pub struct Correlation {
     /// The radar track as it is now.
     pub radar: RadarTrackKey,
     /// The transponder.
@@ -61,34 +61,34 @@ pub struct Decision {
 
 /// A decision that is in force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Held {
+pub struct HeldCorrelation {
     /// What was decided; never [`Verdict::Automatic`].
-    pub decision: Decision,
+    pub correlation: Correlation,
     /// The first slot that was put out by it.
     pub since: Slot,
 }
 
 /// A decision that is kept for the time after a restart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Kept {
+pub struct SavedCorrelation {
     /// What was decided, and since when it held.
-    pub held: Held,
+    pub held: HeldCorrelation,
     /// The last plot of its radar track.
     pub heard: Time,
 }
 
 /// What has become of a decision of before a restart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Resumed {
+pub enum ResumedCorrelation {
     /// The radar track is heard again: it holds as before.
-    Holds(Held),
+    Holds(HeldCorrelation),
     /// The radar's number was not heard again within its break: another aircraft may have it now.
-    Ended(Held),
+    Ended(HeldCorrelation),
 }
 
 /// Why something cannot be decided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Undecided {
+pub enum NotCorrelated {
     /// There is nothing to decide on in this profile.
     #[error("the reference profile decides by itself; manual correlation needs the operational profile")]
     Reference,
@@ -140,41 +140,46 @@ impl Decided {
 
 impl Operational {
     /// Takes a decision over from the slot `since` on, which is the next one or, of a flight that is replayed, was.
-    pub(crate) fn decide(
+    pub(crate) fn correlate(
         &mut self,
-        decision: Decision,
+        correlation: Correlation,
         since: Slot,
         settings: &Settings,
-    ) -> Result<(), Undecided> {
-        let Decision { radar, transponder, .. } = decision;
-        let id = self.current(radar, settings).ok_or(Undecided::NoRadarTrack)?;
+    ) -> Result<(), NotCorrelated> {
+        let Correlation { radar, transponder, .. } = correlation;
+        let id = self.current(radar, settings).ok_or(NotCorrelated::NoRadarTrack)?;
         if !self.by_identity.contains_key(&transponder) && !self.manual.0.contains_key(&(id, transponder)) {
-            return Err(Undecided::NoTransponder);
+            return Err(NotCorrelated::NoTransponder);
         }
-        self.hold(id, decision, since);
+        self.hold(id, correlation, since);
         Ok(())
     }
 
     /// Lets a decision of before a restart hold again, where its radar track was heard again within the break of its number;
     /// `None`: that is not known yet. `time` is the centre of the slot that is published next.
-    pub(crate) fn resume(&mut self, kept: Kept, time: Time, settings: &Settings) -> Option<Resumed> {
-        let Kept { held: Held { decision, since }, heard } = kept;
-        let ended = Some(Resumed::Ended(kept.held));
-        let Some(radar) = settings.radar(decision.radar.sensor) else { return ended };
+    pub(crate) fn resume(
+        &mut self,
+        kept: SavedCorrelation,
+        time: Time,
+        settings: &Settings,
+    ) -> Option<ResumedCorrelation> {
+        let SavedCorrelation { held: HeldCorrelation { correlation, since }, heard } = kept;
+        let ended = Some(ResumedCorrelation::Ended(kept.held));
+        let Some(radar) = settings.radar(correlation.radar.sensor) else { return ended };
         let until = Time::from_nanos(heard.nanos() + break_ns(radar));
-        let tracklet = self.current(decision.radar, settings).and_then(|id| self.tracklets.get(&id));
+        let tracklet = self.current(correlation.radar, settings).and_then(|id| self.tracklets.get(&id));
         match tracklet.map(|tracklet| (tracklet.id, tracklet.first())) {
             Some((id, first)) if first <= until => {
-                self.hold(id, decision, since);
-                Some(Resumed::Holds(kept.held))
+                self.hold(id, correlation, since);
+                Some(ResumedCorrelation::Holds(kept.held))
             }
             None if time <= until => None,
             Some(_) | None => ended,
         }
     }
 
-    fn hold(&mut self, id: TrackletId, decision: Decision, since: Slot) {
-        let Decision { radar, transponder, verdict } = decision;
+    fn hold(&mut self, id: TrackletId, correlation: Correlation, since: Slot) {
+        let Correlation { radar, transponder, verdict } = correlation;
         let pair = (id, transponder);
         let held = &mut self.manual.0;
         if verdict == Verdict::Correlated {
@@ -200,11 +205,11 @@ impl Operational {
     }
 
     /// What is in force, each with the last plot of its radar track.
-    pub(crate) fn kept(&self) -> Vec<Kept> {
+    pub(crate) fn kept(&self) -> Vec<SavedCorrelation> {
         let kept = |(&(id, transponder), &(verdict, since)): (&(TrackletId, Identity), &(Verdict, Slot))| {
             let tracklet = self.tracklets.get(&id)?;
-            let decision = Decision { radar: tracklet.key, transponder, verdict };
-            Some(Kept { held: Held { decision, since }, heard: tracklet.last() })
+            let correlation = Correlation { radar: tracklet.key, transponder, verdict };
+            Some(SavedCorrelation { held: HeldCorrelation { correlation, since }, heard: tracklet.last() })
         };
         self.manual.0.iter().filter_map(kept).collect()
     }
@@ -219,7 +224,7 @@ impl Operational {
     }
 
     /// What is in force, by radar track.
-    pub(crate) fn decisions(&self) -> Vec<Held> {
+    pub(crate) fn correlations(&self) -> Vec<HeldCorrelation> {
         self.kept().into_iter().map(|kept| kept.held).collect()
     }
 
@@ -241,8 +246,8 @@ impl Operational {
             .map(|tracklet| tracklet.id)
     }
 
-    /// Decisions end with the radar track that they are about.
-    pub(super) fn end_decisions(&mut self, time: Time, settings: &Settings) {
+    /// Correlations end with the radar track that they are about.
+    pub(super) fn end_correlations(&mut self, time: Time, settings: &Settings) {
         let Self { manual, tracklets, .. } = self;
         manual.0.retain(|(id, _), _| {
             tracklets.get(id).is_some_and(|tracklet| !has_ended(tracklet, time, settings))
@@ -250,19 +255,19 @@ impl Operational {
     }
 
     /// What is in force now.
-    pub(super) fn decided(&self) -> Decided {
-        let mut decided = Decided::default();
+    pub(super) fn correlated(&self) -> Decided {
+        let mut correlated = Decided::default();
         for (&(id, identity), &(verdict, _)) in &self.manual.0 {
             let Some(&target) = self.by_identity.get(&identity) else { continue };
             let Some(tracklet) = self.tracklets.get(&id) else { continue };
             if verdict == Verdict::Correlated {
-                decided.correlated.insert(id, target);
-                decided.bound.insert((tracklet.key.sensor.0, target));
+                correlated.correlated.insert(id, target);
+                correlated.bound.insert((tracklet.key.sensor.0, target));
             } else {
-                decided.apart.insert((id, target));
+                correlated.apart.insert((id, target));
             }
         }
-        decided
+        correlated
     }
 
     /// Who else came near, by target: the transponders that its radar track could be and the radar tracks that its transponder

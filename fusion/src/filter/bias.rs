@@ -4,7 +4,7 @@ use super::track::RadarErrors;
 
 /// What is known of it: mean and variance of each part.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SlowError {
+pub struct Bias {
     /// Metres.
     pub range_m: (f64, f64),
     /// Radians.
@@ -17,10 +17,10 @@ pub struct SlowError {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SlowChange {
     pub(super) kept: f64,
-    pub(super) added: SlowError,
+    pub(super) added: Bias,
 }
 
-impl SlowError {
+impl Bias {
     /// Where there is no radar: nothing, with a spread that keeps the arithmetic sound.
     pub(super) const NONE: Self = Self { range_m: (0.0, 1.0), azimuth: (0.0, 1e-6), height_m: (0.0, 1.0) };
 
@@ -28,9 +28,9 @@ impl SlowError {
     pub fn of(errors: &RadarErrors) -> Self {
         let unknown = |deviation: f64| (0.0, deviation * deviation);
         Self {
-            range_m: unknown(errors.slow_range_m),
-            azimuth: unknown(errors.slow_azimuth),
-            height_m: unknown(errors.slow_height_m),
+            range_m: unknown(errors.bias_range_m),
+            azimuth: unknown(errors.bias_azimuth),
+            height_m: unknown(errors.bias_height_m),
         }
     }
 
@@ -42,19 +42,17 @@ impl SlowError {
 
 impl SlowChange {
     /// No radar, or none for which something is estimated.
-    pub(super) const NONE: Self = Self {
-        kept: 1.0,
-        added: SlowError { range_m: (0.0, 0.0), azimuth: (0.0, 0.0), height_m: (0.0, 0.0) },
-    };
+    pub(super) const NONE: Self =
+        Self { kept: 1.0, added: Bias { range_m: (0.0, 0.0), azimuth: (0.0, 0.0), height_m: (0.0, 0.0) } };
 
     /// `dt` seconds later of the same radar track.
     pub(super) fn after(errors: &RadarErrors, dt: f64) -> Self {
         let kept = (-dt / errors.correlation_s).exp();
-        Self { kept, added: SlowError::of(errors).scaled(1.0 - kept * kept) }
+        Self { kept, added: Bias::of(errors).scaled(1.0 - kept * kept) }
     }
 
     /// Another radar track, of which this is known.
-    pub(super) const fn anew(known: SlowError) -> Self {
+    pub(super) const fn anew(known: Bias) -> Self {
         Self { kept: 0.0, added: known }
     }
 }

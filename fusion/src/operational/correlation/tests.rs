@@ -11,17 +11,17 @@ use crate::{Because, Emission, Engine, Point, Source};
 /// slots from which they count.
 fn fly(
     keep: impl Fn(i64, &Report) -> bool,
-    decisions: &[(i64, Decision)],
-) -> (Engine, Vec<Emission>, Vec<(Slot, Decision)>) {
+    correlations: &[(i64, Correlation)],
+) -> (Engine, Vec<Emission>, Vec<(Slot, Correlation)>) {
     let mut engine = Engine::new(settings(true));
     let (mut emissions, mut made) = (Vec::new(), Vec::new());
-    let mut waiting = decisions.iter();
+    let mut waiting = correlations.iter();
     let mut next = waiting.next();
     for (received, report) in reports(60) {
         let second = received.nanos() / SECOND - START;
-        while let Some((_, decision)) = next.filter(|(at, _)| *at <= second) {
-            engine.decide(*decision).unwrap();
-            made.push((engine.next_slot().unwrap(), *decision));
+        while let Some((_, correlation)) = next.filter(|(at, _)| *at <= second) {
+            engine.correlate(*correlation).unwrap();
+            made.push((engine.next_slot().unwrap(), *correlation));
             next = waiting.next();
         }
         emissions.extend(engine.advance(received));
@@ -33,8 +33,8 @@ fn fly(
     (engine, emissions, made)
 }
 
-fn decision(track: u16, which: usize, verdict: Verdict) -> Decision {
-    Decision { radar: radar(track), transponder: identity(which), verdict }
+fn correlation(track: u16, which: usize, verdict: Verdict) -> Correlation {
+    Correlation { radar: radar(track), transponder: identity(which), verdict }
 }
 
 /// The points in which the radar track or the transponder takes part, as (track, transponder).
@@ -84,14 +84,14 @@ fn by_themselves_each_goes_with_its_own_and_the_other_is_told() {
 
 #[test]
 fn what_is_correlated_is_one_although_another_is_nearer() {
-    let (engine, emissions, made) = fly(EVERYTHING, &[(30, decision(TRACKS[0], 1, Verdict::Correlated))]);
+    let (engine, emissions, made) = fly(EVERYTHING, &[(30, correlation(TRACKS[0], 1, Verdict::Correlated))]);
     let since = made[0].0;
     let before = &emissions[emissions.partition_point(|emission| emission.slot < since) - 1];
     assert_eq!(parts(before)[0], (FIRST, Some(identity(0))));
-    let decided = between(&emissions, since, 55);
-    assert_eq!(decided[0].slot, since, "from the next slot on");
-    assert!(decided.len() > 100);
-    for emission in decided {
+    let correlated = between(&emissions, since, 55);
+    assert_eq!(correlated[0].slot, since, "from the next slot on");
+    assert!(correlated.len() > 100);
+    for emission in correlated {
         let fused = of_track(emission, TRACKS[0]).unwrap();
         let Source::Fused(_, transponder, pair) = &fused.source else { panic!("{fused:?}") };
         assert_eq!(transponder.identity, identity(1));
@@ -101,7 +101,7 @@ fn what_is_correlated_is_one_although_another_is_nearer() {
         assert_eq!(of_track(emission, TRACKS[1]), None, "the second track has lost its transponder");
     }
     // Who it would have been, and who would have been it, is told.
-    let last = decided.last().unwrap();
+    let last = correlated.last().unwrap();
     let fused = of_track(last, TRACKS[0]).unwrap();
     let who: Vec<Rival> = fused.competitors.iter().map(|competitor| competitor.who).collect();
     let transponder = Rival::Transponder { sensor: SensorIndex(1), number: Some(1), identity: identity(0) };
@@ -114,8 +114,8 @@ fn what_is_correlated_is_one_although_another_is_nearer() {
     let alone = last.points.iter().find(|point| point.source.radar().is_none()).unwrap();
     assert_eq!(alone.competitors.len(), 1, "{alone:?}");
     assert_eq!(alone.competitors[0].who, Rival::Radar(radar(TRACKS[0])));
-    let held = Held { decision: decision(TRACKS[0], 1, Verdict::Correlated), since };
-    assert_eq!(engine.decisions(), [held]);
+    let held = HeldCorrelation { correlation: correlation(TRACKS[0], 1, Verdict::Correlated), since };
+    assert_eq!(engine.correlations(), [held]);
 }
 
 #[test]
@@ -132,10 +132,10 @@ fn what_the_radar_calls_a_bird_is_correlated_all_the_same() {
         emissions.extend(engine.advance(received));
         engine.handle(birds(report)).unwrap();
         if received.nanos() == (START + 30) * SECOND + SECOND / 5 {
-            engine.decide(decision(TRACKS[0], 0, Verdict::Correlated)).unwrap();
+            engine.correlate(correlation(TRACKS[0], 0, Verdict::Correlated)).unwrap();
         }
     }
-    let (since, until) = (engine.decisions()[0].since, START + 50);
+    let (since, until) = (engine.correlations()[0].since, START + 50);
     for emission in emissions.iter().filter(|emission| emission.time.nanos() < until * SECOND) {
         let is_fused = parts(emission).contains(&(FIRST, Some(identity(0))));
         assert_eq!(is_fused, emission.slot >= since, "{emission:?}");
@@ -144,9 +144,9 @@ fn what_the_radar_calls_a_bird_is_correlated_all_the_same() {
 
 #[test]
 fn what_is_decorrelated_parts_at_once_and_stays_apart_until_it_is_left_to_the_evidence_again() {
-    let pair = |verdict| decision(TRACKS[0], 0, verdict);
-    let decisions = [(25, pair(Verdict::Decorrelated)), (45, pair(Verdict::Automatic))];
-    let (engine, emissions, made) = fly(EVERYTHING, &decisions);
+    let pair = |verdict| correlation(TRACKS[0], 0, verdict);
+    let correlations = [(25, pair(Verdict::Decorrelated)), (45, pair(Verdict::Automatic))];
+    let (engine, emissions, made) = fly(EVERYTHING, &correlations);
     let (apart, together) = (made[0].0, made[1].0);
     for emission in between(&emissions, apart, 100).iter().take_while(|emission| emission.slot < together) {
         let parts = parts(emission);
@@ -161,7 +161,7 @@ fn what_is_decorrelated_parts_at_once_and_stays_apart_until_it_is_left_to_the_ev
     let again = between(&emissions, together, 55);
     assert!(again.len() > 20);
     assert!(again.iter().all(|emission| parts(emission).contains(&(FIRST, Some(identity(0))))));
-    assert_eq!(engine.decisions(), []);
+    assert_eq!(engine.correlations(), []);
 }
 
 #[test]
@@ -171,7 +171,7 @@ fn what_was_one_by_an_operators_word_alone_parts_when_he_takes_it_back() {
         Report::Plot(plot) => plot.track.number == TRACKS[0],
         Report::Fix(fix) => fix.identity == identity(1),
     };
-    let pair = |verdict| decision(TRACKS[0], 1, verdict);
+    let pair = |verdict| correlation(TRACKS[0], 1, verdict);
     let (_, emissions, made) = fly(keep, &[(25, pair(Verdict::Correlated)), (40, pair(Verdict::Automatic))]);
     for emission in between(&emissions, made[0].0, 53) {
         let is_fused = parts(emission).contains(&(FIRST, Some(identity(1))));
@@ -185,19 +185,19 @@ fn what_was_one_by_an_operators_word_alone_parts_when_he_takes_it_back() {
 fn a_decision_ends_with_the_track_number() {
     // Longer than a break.
     let keep = |second: i64, report: &Report| !matches!(report, Report::Plot(plot) if plot.track.number == TRACKS[0] && (26..33).contains(&second));
-    let decided = [(20, decision(TRACKS[0], 0, Verdict::Decorrelated))];
-    let (engine, emissions, made) = fly(keep, &decided);
+    let correlated = [(20, correlation(TRACKS[0], 0, Verdict::Decorrelated))];
+    let (engine, emissions, made) = fly(keep, &correlated);
     let before = between(&emissions, made[0].0, 25);
     assert!(before.iter().all(|emission| parts(emission).contains(&(FIRST, None))));
-    assert_eq!(engine.decisions(), []);
+    assert_eq!(engine.correlations(), []);
     let after = between(&emissions, emissions[160].slot, 55);
     assert!(after.len() > 40);
     assert!(after.iter().all(|emission| parts(emission).contains(&(FIRST, Some(identity(0))))));
 
     // Shorter than one: it is the same track.
     let keep = |second: i64, report: &Report| !matches!(report, Report::Plot(plot) if plot.track.number == TRACKS[0] && (26..30).contains(&second));
-    let (engine, emissions, _) = fly(keep, &decided);
-    assert_eq!(engine.decisions().len(), 1);
+    let (engine, emissions, _) = fly(keep, &correlated);
+    assert_eq!(engine.correlations().len(), 1);
     let after = between(&emissions, emissions[160].slot, 55);
     assert!(after.iter().all(|emission| parts(emission).contains(&(FIRST, None))));
 }
@@ -205,15 +205,15 @@ fn a_decision_ends_with_the_track_number() {
 #[test]
 fn one_radar_track_is_one_transponder_and_the_last_word_counts() {
     use Verdict::{Automatic, Correlated, Decorrelated};
-    let held = |decisions: &[(u16, usize, Verdict)]| {
-        let decisions: Vec<_> =
-            decisions.iter().map(|&(track, which, v)| (30, decision(track, which, v))).collect();
-        let (engine, ..) = fly(EVERYTHING, &decisions);
-        let told = |held: &Held| {
-            let Decision { radar, transponder, verdict } = held.decision;
+    let held = |correlations: &[(u16, usize, Verdict)]| {
+        let correlations: Vec<_> =
+            correlations.iter().map(|&(track, which, v)| (30, correlation(track, which, v))).collect();
+        let (engine, ..) = fly(EVERYTHING, &correlations);
+        let told = |held: &HeldCorrelation| {
+            let Correlation { radar, transponder, verdict } = held.correlation;
             (radar.number, usize::from(transponder == identity(1)), verdict)
         };
-        engine.decisions().iter().map(told).collect::<Vec<_>>()
+        engine.correlations().iter().map(told).collect::<Vec<_>>()
     };
     assert_eq!(held(&[(7, 0, Correlated), (7, 1, Correlated)]), [(7, 1, Correlated)], "the same radar track");
     assert_eq!(held(&[(7, 0, Correlated), (8, 0, Correlated)]), [(8, 0, Correlated)], "the same transponder");
@@ -227,46 +227,46 @@ fn one_radar_track_is_one_transponder_and_the_last_word_counts() {
 
 #[test]
 fn what_is_not_there_is_refused() {
-    let pair = decision(TRACKS[0], 0, Verdict::Correlated);
+    let pair = correlation(TRACKS[0], 0, Verdict::Correlated);
     let mut engine = Engine::new(settings(true));
-    assert_eq!(engine.decide(pair), Err(Undecided::NoRadarTrack), "nothing has come");
+    assert_eq!(engine.correlate(pair), Err(NotCorrelated::NoRadarTrack), "nothing has come");
     let (mut engine, ..) = fly(EVERYTHING, &[]);
-    assert_eq!(engine.decide(decision(9, 0, Verdict::Correlated)), Err(Undecided::NoRadarTrack));
+    assert_eq!(engine.correlate(correlation(9, 0, Verdict::Correlated)), Err(NotCorrelated::NoRadarTrack));
     let stranger = Identity::new(b"NOBODY      ", None).unwrap();
-    let unknown = Decision { transponder: stranger, ..pair };
-    assert_eq!(engine.decide(unknown), Err(Undecided::NoTransponder));
-    assert_eq!(engine.decide(pair), Ok(()));
+    let unknown = Correlation { transponder: stranger, ..pair };
+    assert_eq!(engine.correlate(unknown), Err(NotCorrelated::NoTransponder));
+    assert_eq!(engine.correlate(pair), Ok(()));
     // Silent for longer than a break, though its plots are still remembered.
     let keep = |second: i64, report: &Report| {
         second < 50 || !matches!(report, Report::Plot(plot) if plot.track.number == TRACKS[0])
     };
     let (mut engine, ..) = fly(keep, &[]);
-    assert_eq!(engine.decide(pair), Err(Undecided::NoRadarTrack));
-    assert_eq!(engine.decide(decision(TRACKS[1], 0, Verdict::Correlated)), Ok(()));
+    assert_eq!(engine.correlate(pair), Err(NotCorrelated::NoRadarTrack));
+    assert_eq!(engine.correlate(correlation(TRACKS[1], 0, Verdict::Correlated)), Ok(()));
 
     let mut reference = Engine::new(settings(false));
-    assert_eq!(reference.decide(pair), Err(Undecided::Reference));
-    assert!(!reference.knows_decisions() && engine.knows_decisions());
+    assert_eq!(reference.correlate(pair), Err(NotCorrelated::Reference));
+    assert!(!reference.knows_correlations() && engine.knows_correlations());
 }
 
 #[test]
 fn a_silence_of_all_ends_decisions() {
-    let (mut engine, ..) = fly(EVERYTHING, &[(30, decision(TRACKS[0], 0, Verdict::Decorrelated))]);
-    assert_eq!(engine.decisions().len(), 1);
+    let (mut engine, ..) = fly(EVERYTHING, &[(30, correlation(TRACKS[0], 0, Verdict::Decorrelated))]);
+    assert_eq!(engine.correlations().len(), 1);
     engine.advance(Time::from_nanos((START + 200) * SECOND)).for_each(drop);
-    assert_eq!(engine.decisions(), []);
+    assert_eq!(engine.correlations(), []);
 }
 
 #[test]
 fn the_same_decisions_at_the_same_slots_give_the_same_points() {
-    let decisions = [
-        (20, decision(TRACKS[0], 1, Verdict::Correlated)),
-        (35, decision(TRACKS[0], 0, Verdict::Correlated)),
-        (35, decision(TRACKS[1], 1, Verdict::Decorrelated)),
-        (45, decision(TRACKS[1], 1, Verdict::Automatic)),
+    let correlations = [
+        (20, correlation(TRACKS[0], 1, Verdict::Correlated)),
+        (35, correlation(TRACKS[0], 0, Verdict::Correlated)),
+        (35, correlation(TRACKS[1], 1, Verdict::Decorrelated)),
+        (45, correlation(TRACKS[1], 1, Verdict::Automatic)),
     ];
-    let (live, expected, made) = fly(EVERYTHING, &decisions);
-    let replay = |plan: Vec<(Slot, Decision)>| {
+    let (live, expected, made) = fly(EVERYTHING, &correlations);
+    let replay = |plan: Vec<(Slot, Correlation)>| {
         let mut engine = Engine::new(settings(true));
         engine.plan(plan);
         let mut emissions = Vec::new();
@@ -279,13 +279,13 @@ fn the_same_decisions_at_the_same_slots_give_the_same_points() {
     };
     let (engine, emissions) = replay(made.clone());
     assert!(emissions == expected);
-    assert_eq!((engine.decisions(), engine.missed()), (live.decisions(), 0));
+    assert_eq!((engine.correlations(), engine.missed()), (live.correlations(), 0));
     assert!(replay(Vec::new()).1 != expected, "decisions change nothing");
 
     // Of a time before the recording: as soon as the track is there. What never was there is counted.
     let early = (Slot(made[0].0.0 - 10_000), made[0].1);
-    let (engine, emissions) = replay(vec![early, (early.0, decision(9, 0, Verdict::Correlated))]);
-    assert_eq!(engine.decisions(), [Held { decision: early.1, since: early.0 }]);
+    let (engine, emissions) = replay(vec![early, (early.0, correlation(9, 0, Verdict::Correlated))]);
+    assert_eq!(engine.correlations(), [HeldCorrelation { correlation: early.1, since: early.0 }]);
     assert_eq!(engine.missed(), 1);
     let late = between(&emissions, emissions[60].slot, 50);
     assert!(late.iter().all(|emission| parts(emission).contains(&(FIRST, Some(identity(1))))));
@@ -293,8 +293,8 @@ fn the_same_decisions_at_the_same_slots_give_the_same_points() {
 
 /// The service ends at one second of the flight and starts again at another; what has become of a decision of second 30, and
 /// the engine of after the restart.
-fn over_a_restart(ends: i64, starts: i64) -> (Vec<Resumed>, Engine, Vec<Emission>) {
-    let decided = decision(TRACKS[0], 1, Verdict::Correlated);
+fn over_a_restart(ends: i64, starts: i64) -> (Vec<ResumedCorrelation>, Engine, Vec<Emission>) {
+    let correlated = correlation(TRACKS[0], 1, Verdict::Correlated);
     let mut before = Engine::new(settings(true));
     let mut is_decided = false;
     for (received, report) in reports(60) {
@@ -305,13 +305,13 @@ fn over_a_restart(ends: i64, starts: i64) -> (Vec<Resumed>, Engine, Vec<Emission
         before.advance(received).for_each(drop);
         before.handle(report).unwrap();
         if second >= 30 && !is_decided {
-            before.decide(decided).unwrap();
+            before.correlate(correlated).unwrap();
             is_decided = true;
         }
     }
     before.finish().for_each(drop);
     let kept = before.kept();
-    assert_eq!((kept.len(), kept[0].held.decision), (1, decided));
+    assert_eq!((kept.len(), kept[0].held.correlation), (1, correlated));
     assert!((START + ends) * SECOND - kept[0].heard.nanos() < 3 * SECOND, "{kept:?}");
 
     let mut after = Engine::new(settings(true));
@@ -334,8 +334,8 @@ fn over_a_restart(ends: i64, starts: i64) -> (Vec<Resumed>, Engine, Vec<Emission
 #[test]
 fn a_decision_outlives_a_restart_where_the_radar_track_is_heard_in_time() {
     let (resumed, engine, emissions) = over_a_restart(36, 38);
-    let [Resumed::Holds(held)] = resumed[..] else { panic!("{resumed:?}") };
-    assert_eq!((engine.decisions(), engine.missed()), (vec![held], 0));
+    let [ResumedCorrelation::Holds(held)] = resumed[..] else { panic!("{resumed:?}") };
+    assert_eq!((engine.correlations(), engine.missed()), (vec![held], 0));
     assert_eq!(engine.kept()[0].held, held);
     // From the first point of that track on, as it was decided.
     let fused: Vec<_> = emissions.iter().filter(|emission| of_track(emission, TRACKS[0]).is_some()).collect();
@@ -347,11 +347,12 @@ fn a_decision_outlives_a_restart_where_the_radar_track_is_heard_in_time() {
 #[test]
 fn a_restart_that_takes_longer_than_the_break_ends_it() {
     let (resumed, engine, _) = over_a_restart(36, 44);
-    assert!(matches!(resumed[..], [Resumed::Ended(_)]), "{resumed:?}");
-    assert_eq!((engine.decisions(), engine.kept(), engine.missed()), (vec![], vec![], 1));
+    assert!(matches!(resumed[..], [ResumedCorrelation::Ended(_)]), "{resumed:?}");
+    assert_eq!((engine.correlations(), engine.kept(), engine.missed()), (vec![], vec![], 1));
     // In a profile without decisions at once.
     let mut reference = Engine::new(settings(false));
-    let held = Held { decision: decision(TRACKS[0], 1, Verdict::Correlated), since: Slot(1) };
-    reference.resume(vec![Kept { held, heard: Time::default() }]);
-    assert_eq!(reference.resumed(), [Resumed::Ended(held)]);
+    let held =
+        HeldCorrelation { correlation: correlation(TRACKS[0], 1, Verdict::Correlated), since: Slot(1) };
+    reference.resume(vec![SavedCorrelation { held, heard: Time::default() }]);
+    assert_eq!(reference.resumed(), [ResumedCorrelation::Ended(held)]);
 }

@@ -18,13 +18,13 @@ use serde::{Deserialize, Serialize};
 
 use super::{octets, read};
 use crate::config::{Config, SensorKind};
-use fusion::operational::{Decision, Held, Kept, Verdict};
+use fusion::operational::{Correlation, HeldCorrelation, SavedCorrelation, Verdict};
 use fusion::time::Time;
 use fusion::{Identity, RadarTrackKey, SensorIndex};
 use fusion::{Slot, SlotGrid};
 
 /// The end of the file's name.
-pub const DECISIONS: &str = "decisions.jsonl";
+pub const CORRELATIONS: &str = "decisions.jsonl";
 /// The largest track number of a radar (I048/161).
 const LARGEST: u16 = 4095;
 
@@ -47,21 +47,23 @@ struct Line {
 
 /// What was decided in a flight, in the order of the slots.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Decisions(Vec<(Line, Identity, Verdict)>);
+pub struct Correlations(Vec<(Line, Identity, Verdict)>);
 
 /// The line of a decision that counts from that slot on, with its end.
-pub fn decision_line(slot: Slot, decision: &Decision, config: &Config) -> String {
-    text_of(slot, decision, None, config)
+pub fn correlation_line(slot: Slot, correlation: &Correlation, config: &Config) -> String {
+    text_of(slot, correlation, None, config)
 }
 
 /// The lines of decisions that are kept for the time after a restart.
-pub fn kept_lines(kept: &[Kept], config: &Config) -> String {
-    let line = |&Kept { held, heard }: &Kept| text_of(held.since, &held.decision, Some(heard), config);
+pub fn kept_lines(kept: &[SavedCorrelation], config: &Config) -> String {
+    let line = |&SavedCorrelation { held, heard }: &SavedCorrelation| {
+        text_of(held.since, &held.correlation, Some(heard), config)
+    };
     kept.iter().map(line).collect()
 }
 
-fn text_of(slot: Slot, decision: &Decision, heard: Option<Time>, config: &Config) -> String {
-    let Decision { radar, transponder, verdict } = decision;
+fn text_of(slot: Slot, correlation: &Correlation, heard: Option<Time>, config: &Config) -> String {
+    let Correlation { radar, transponder, verdict } = correlation;
     let grid = SlotGrid::new(config.fusion.slot.as_nanos() as i64);
     let sensor = config.sensors.get(usize::from(radar.sensor.0));
     let line = Line {
@@ -81,13 +83,13 @@ fn text_of(slot: Slot, decision: &Decision, heard: Option<Time>, config: &Config
 ///
 /// # Errors
 /// The first line that is no decision, and what is wrong with it, for people.
-pub fn parse_decisions(text: &str) -> Result<Decisions, String> {
-    let decision =
+pub fn parse_decisions(text: &str) -> Result<Correlations, String> {
+    let correlation =
         |(index, line): (usize, &str)| parsed(line).map_err(|error| format!("line {}: {error}", index + 1));
     let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
-    let mut decisions = Decisions(lines.map(decision).collect::<Result<_, _>>()?);
-    decisions.sort();
-    Ok(decisions)
+    let mut correlations = Correlations(lines.map(correlation).collect::<Result<_, _>>()?);
+    correlations.sort();
+    Ok(correlations)
 }
 
 fn parsed(line: &str) -> Result<(Line, Identity, Verdict), String> {
@@ -109,11 +111,11 @@ fn parsed(line: &str) -> Result<(Line, Identity, Verdict), String> {
 ///
 /// # Errors
 /// It cannot be read (also where it does not exist), or not be understood; the error names it, and the line.
-pub fn read_decisions(path: &Path) -> io::Result<Decisions> {
+pub fn read_correlations(path: &Path) -> io::Result<Correlations> {
     read(path, parse_decisions)
 }
 
-impl Decisions {
+impl Correlations {
     /// How many there are.
     pub fn len(&self) -> usize {
         self.0.len()
@@ -126,9 +128,9 @@ impl Decisions {
 
     /// With those of another file of the same flight, which may begin with what is known already.
     pub fn join(&mut self, other: Self) {
-        for decision in other.0 {
-            if !self.0.contains(&decision) {
-                self.0.push(decision);
+        for correlation in other.0 {
+            if !self.0.contains(&correlation) {
+                self.0.push(correlation);
             }
         }
         self.sort();
@@ -136,12 +138,12 @@ impl Decisions {
 
     /// Stable: those of one slot stay in their order.
     fn sort(&mut self) {
-        self.0.sort_by_key(|decision| decision.0.slot);
+        self.0.sort_by_key(|correlation| correlation.0.slot);
     }
 
     /// What an engine of that configuration is given, and the decisions that it cannot be given.
-    pub fn plan(&self, config: &Config) -> DecisionPlan {
-        let mut plan = DecisionPlan::default();
+    pub fn plan(&self, config: &Config) -> CorrelationPlan {
+        let mut plan = CorrelationPlan::default();
         for (line, transponder, verdict) in &self.0 {
             let is_radar = |sensor: &crate::config::Sensor| {
                 sensor.id == line.sensor && matches!(sensor.kind, SensorKind::Radar(_))
@@ -155,13 +157,13 @@ impl Decisions {
             };
             let radar = RadarTrackKey { sensor: SensorIndex(index as u16), number: line.track_number };
             let (since, verdict) = (Slot(line.slot), *verdict);
-            let decision = Decision { radar, transponder: *transponder, verdict };
+            let correlation = Correlation { radar, transponder: *transponder, verdict };
             match line.last_heard_ns {
                 Some(nanos) => {
-                    let held = Held { decision, since };
-                    plan.kept.push(Kept { held, heard: Time::from_nanos(nanos) });
+                    let held = HeldCorrelation { correlation, since };
+                    plan.kept.push(SavedCorrelation { held, heard: Time::from_nanos(nanos) });
                 }
-                None => plan.decided.push((since, decision)),
+                None => plan.correlated.push((since, correlation)),
             }
         }
         plan
@@ -170,12 +172,12 @@ impl Decisions {
 
 /// What an engine is given of decisions.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct DecisionPlan {
+pub struct CorrelationPlan {
     /// What was decided in the flight, each with the slot from which it counts ([`Engine::plan`](fusion::Engine::plan)).
-    pub decided: Vec<(Slot, Decision)>,
+    pub correlated: Vec<(Slot, Correlation)>,
     /// What held before a restart ([`Engine::resume`](fusion::Engine::resume)).
-    pub kept: Vec<Kept>,
-    /// Decisions that it cannot be told, each with the reason.
+    pub kept: Vec<SavedCorrelation>,
+    /// Correlations that it cannot be told, each with the reason.
     pub unused: Vec<String>,
 }
 
@@ -196,33 +198,35 @@ mod tests {
     #[test]
     fn decisions_come_back_in_the_order_of_their_slots() {
         let config = config();
-        let decision = |number, serial: &[u8; 12], verdict| Decision {
+        let correlation = |number, serial: &[u8; 12], verdict| Correlation {
             radar: RadarTrackKey { sensor: radar(&config), number },
             transponder: Identity::new(serial, Some(b"NO")).unwrap(),
             verdict,
         };
-        let decisions = [
-            (Slot(12), decision(4095, b"a\"b\\c'd\n\x00\x80\xff ", Verdict::Decorrelated)),
-            (Slot(7), decision(0, b"PLAIN       ", Verdict::Correlated)),
-            (Slot(7), decision(0, b"PLAIN       ", Verdict::Automatic)),
+        let correlations = [
+            (Slot(12), correlation(4095, b"a\"b\\c'd\n\x00\x80\xff ", Verdict::Decorrelated)),
+            (Slot(7), correlation(0, b"PLAIN       ", Verdict::Correlated)),
+            (Slot(7), correlation(0, b"PLAIN       ", Verdict::Automatic)),
         ];
-        let text: String =
-            decisions.iter().map(|(slot, decision)| decision_line(*slot, decision, &config)).collect();
+        let text: String = correlations
+            .iter()
+            .map(|(slot, correlation)| correlation_line(*slot, correlation, &config))
+            .collect();
         let mut read = parse_decisions(&text).unwrap();
         let plan = read.plan(&config);
-        assert_eq!(plan.decided, [decisions[1], decisions[2], decisions[0]]);
+        assert_eq!(plan.correlated, [correlations[1], correlations[2], correlations[0]]);
         assert!(plan.unused.is_empty() && plan.kept.is_empty());
-        let held = Held { decision: decisions[0].1, since: Slot(12) };
-        let kept = Kept { held, heard: Time::from_nanos(1_795_000_000_123_456_789) };
+        let held = HeldCorrelation { correlation: correlations[0].1, since: Slot(12) };
+        let kept = SavedCorrelation { held, heard: Time::from_nanos(1_795_000_000_123_456_789) };
         let again = parse_decisions(&kept_lines(&[kept], &config)).unwrap().plan(&config);
-        assert_eq!((again.kept, again.decided), (vec![kept], vec![]));
+        assert_eq!((again.kept, again.correlated), (vec![kept], vec![]));
         read.join(parse_decisions(&text).unwrap());
         assert_eq!(read.len(), 3, "what is known already");
 
         let other = text.replace("\"sensor\":\"", "\"sensor\":\"no-");
-        let DecisionPlan { decided, unused, .. } = parse_decisions(&other).unwrap().plan(&config);
+        let CorrelationPlan { correlated, unused, .. } = parse_decisions(&other).unwrap().plan(&config);
         assert!(
-            decided.is_empty() && unused.len() == 3 && unused[0].contains("there is no radar no-"),
+            correlated.is_empty() && unused.len() == 3 && unused[0].contains("there is no radar no-"),
             "{unused:?}"
         );
     }

@@ -25,12 +25,12 @@ fn a_recording_with_decisions_replays_to_what_was_sent() {
     let dir = scratch.path("recordings");
     let fate = Fate { seed: 7, queue_ms: 300, tick_ms: 400, decide_s: vec![25, 35, 45], ..Fate::default() };
     let flown = record(SCENARIO, None, &fate, &dir, 256);
-    assert!(flown.decisions >= 2, "{} decisions", flown.decisions);
+    assert!(flown.correlations >= 2, "{} decisions", flown.correlations);
     let input = only(&dir, "input-", ".pcap");
     let sent = fs::read(only(&dir, "output-", ".pcap")).unwrap();
     let file = beside(&input, "decisions.jsonl");
     let text = fs::read_to_string(&file).unwrap();
-    assert_eq!(parse_decisions(&text).unwrap().len(), flown.decisions, "{text}");
+    assert_eq!(parse_decisions(&text).unwrap().len(), flown.correlations, "{text}");
     assert!(sent == replayed(&input), "with {text}");
 
     // Whatever else names them.
@@ -46,7 +46,7 @@ fn a_recording_with_decisions_replays_to_what_was_sent() {
     // What is damaged is told with its file and line.
     fs::write(&file, format!("{text}{}", &text[..20])).unwrap();
     let (code, said) = replay(&input.with_extension("")).unwrap_err();
-    let line = flown.decisions + 1;
+    let line = flown.correlations + 1;
     assert_eq!(code, Some(1), "{said}");
     assert!(said.contains(&format!("{}: line {line}: EOF", file.display())), "{said}");
     fs::remove_file(&file).unwrap();
@@ -83,12 +83,12 @@ fn an_operator_decides_and_the_service_obeys_says_so_and_records_it() {
             properties["contributors"].as_array()?.iter().find(|part| part["kind"] == "radar")?.clone();
         Some((radar, properties["uas_id"]["serial_number"].as_str()?.to_owned()))
     };
-    let mut decided = None;
+    let mut correlated = None;
     let mut at_s = 0.0;
     while at_s < 30.0 {
         stage.send(at_s, at_s + 1.0);
         at_s += 1.0;
-        if decided.is_none() && at_s > 16.0 {
+        if correlated.is_none() && at_s > 16.0 {
             let Some((radar, serial)) = fused() else { continue };
             let sensor = radar["sensor"].as_str().unwrap();
             let pair = format!("sensor={sensor}&track={}&uas={serial}", radar["track_number"]);
@@ -102,10 +102,10 @@ fn an_operator_decides_and_the_service_obeys_says_so_and_records_it() {
                 (&"decorrelated".into(), &radar["track_number"])
             );
             assert_eq!(held["uas_id"]["serial_number"], serial.as_str());
-            decided = Some((pair, serial, radar));
+            correlated = Some((pair, serial, radar));
         }
     }
-    let (pair, serial, radar) = decided.expect("nothing was fused");
+    let (pair, serial, radar) = correlated.expect("nothing was fused");
     let picture = ask(port, "GET", "/api/v1/tracks").1;
     let together = picture["features"].as_array().unwrap().iter().any(|feature| {
         let properties = &feature["properties"];
@@ -206,15 +206,15 @@ fn a_decision_outlives_a_restart_that_is_short_and_no_other() {
         let wish =
             format!("/api/v1/correlations?sensor={sensor}&track={NUMBER}&uas=STRAIGHT&verdict=decorrelated");
         until("the track is there", &mut || ask(first, "POST", &wish).0 == 200);
-        let decided = held(first);
-        assert_eq!(decided.as_array().unwrap().len(), 1, "{decided}");
+        let correlated = held(first);
+        assert_eq!(correlated.as_array().unwrap().len(), 1, "{correlated}");
         let (code, log) = service.stop();
         assert_eq!(code, Some(0), "{log}");
 
         // At once: it holds again, as it was.
         let service = stage.run("second.log");
         let second = port(&service);
-        until("it holds again", &mut || held(second) == decided);
+        until("it holds again", &mut || held(second) == correlated);
         let (code, log) = service.stop();
         assert_eq!(code, Some(0), "{log}");
         let told = format!("{sensor} track {NUMBER} and transponder STRAIGHT: decorrelated: it holds again");
