@@ -14,7 +14,7 @@ use super::shown::{Piece, Shown};
 use super::trails::Trail;
 use crate::json::rounded;
 use crate::picture::Track;
-use fusion::TransponderPart;
+use fusion::point::TransponderPart;
 use fusion::time::Time;
 
 /// NetMaxNearRealTimeDataPeriod.
