@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::{PictureMaker, Track};
 use crate::json::rounded;
 use fusion::Identity;
-use fusion::operational::{JOIN, PART};
+use fusion::operational::{ASSOCIATE_LLR, DISSOCIATE_LLR};
 use fusion::{self, Competitor, RadarPart, Rival, Source, TransponderPart};
 
 /// Metres, degrees, RFC 3339 UTC; what is unknown is left out.
@@ -130,7 +130,7 @@ struct Threshold {
     part: f64,
 }
 
-const THRESHOLD: Threshold = Threshold { join: JOIN, part: PART };
+const THRESHOLD: Threshold = Threshold { join: ASSOCIATE_LLR, part: DISSOCIATE_LLR };
 
 #[derive(Clone, Copy, Debug, Serialize)]
 struct Association {
