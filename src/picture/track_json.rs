@@ -5,9 +5,9 @@ use serde::Serialize;
 use super::{PictureMaker, Track};
 use crate::json::rounded;
 use fusion::Identity;
-use fusion::operational::{JOIN, PART};
-use fusion::point::{Competitor, RadarPart, Rival, TransponderPart};
 use fusion::Source;
+use fusion::operational::{ASSOCIATE_LLR, DISSOCIATE_LLR};
+use fusion::point::{Competitor, RadarPart, Rival, TransponderPart};
 
 /// Metres, degrees, RFC 3339 UTC; what is unknown is left out.
 #[derive(Clone, Debug, Serialize)]
@@ -131,7 +131,7 @@ struct Threshold {
     part: f64,
 }
 
-const THRESHOLD: Threshold = Threshold { join: JOIN, part: PART };
+const THRESHOLD: Threshold = Threshold { join: ASSOCIATE_LLR, part: DISSOCIATE_LLR };
 
 #[derive(Clone, Copy, Debug, Serialize)]
 struct Association {

@@ -1,5 +1,5 @@
-use super::super::flown::{START, TRACKS, identity, place, reports, settings};
-use crate::operational::COAST_S;
+use crate::operational::tuning::COAST_MAX_S;
+use crate::operational::two_drones::{START, TRACKS, identity, place, reports, settings};
 use crate::point::{Basis, Estimate};
 use crate::report::{Identity, Report};
 use crate::time::{SECOND, Time};
@@ -56,7 +56,7 @@ fn a_drone_that_only_a_radar_sees_is_put_out_from_shortly_before_its_first_plot_
         .flat_map(|emission| emission.points.iter().map(move |point| (emission, point)))
         .collect();
     let first = second(points[0].0.time);
-    assert!((20.0 - COAST_S..20.5 - COAST_S).contains(&first), "{first}");
+    assert!((20.0 - COAST_MAX_S..20.5 - COAST_MAX_S).contains(&first), "{first}");
     let early = points.iter().take_while(|(emission, _)| second(emission.time) < 19.75);
     assert!(early.clone().count() >= 6);
     let mut before = f64::INFINITY;

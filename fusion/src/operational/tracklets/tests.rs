@@ -2,7 +2,7 @@ use std::collections::BTreeSet;
 
 use nalgebra::Vector3;
 
-use super::super::flown::{START, TRACKS, place, reports, settings};
+use crate::operational::two_drones::{START, TRACKS, place, reports, settings};
 use crate::report::Report;
 use crate::time::{SECOND, Time};
 use crate::{Emission, Engine, Point};
