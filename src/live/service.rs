@@ -470,10 +470,10 @@ fn numbers_low(used: usize, profile: Profile) -> Option<String> {
 
 /// Median, 95th and 99th percentile, seconds.
 fn percentiles(microseconds: &VecDeque<u32>) -> Option<[f64; 3]> {
-    let mut sorted: Vec<u32> = microseconds.iter().copied().collect();
-    sorted.sort_unstable();
-    let last = sorted.len().checked_sub(1)?;
-    Some([0.5, 0.95, 0.99].map(|share| f64::from(sorted[(share * last as f64).round() as usize]) * 1e-6))
+    let mut sorted: Vec<f64> = microseconds.iter().map(|&late_us| f64::from(late_us) * 1e-6).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let at = |share| crate::statistics::quantile(&sorted, share);
+    Some([at(0.5)?, at(0.95)?, at(0.99)?])
 }
 
 #[cfg(test)]
