@@ -16,7 +16,7 @@ use super::verdict::verdict;
 use super::{CommandResult, Outcome, serve};
 use crate::areas::Masks;
 use crate::evaluate::{self, Alone, Labels, Settings};
-use crate::picture::{Picture, PictureMaker, Track};
+use crate::picture::{Picture, PictureMaker, PictureTrack};
 use crate::pipeline::{Output, Pipeline, Tally};
 use crate::simulate::{Scenario, Simulation, TRANSPONDER_ID, simulate};
 use fusion::Enu;
@@ -115,7 +115,7 @@ struct Show<'a> {
     pace: Pace,
     summary: Summary,
     /// By source and number: the tracks of the last moments.
-    shown: BTreeMap<(u8, u32), Track>,
+    shown: BTreeMap<(u8, u32), PictureTrack>,
     next_print: Option<f64>,
     /// In a terminal.
     painting: Option<Painting>,
@@ -192,7 +192,7 @@ impl Show<'_> {
 }
 
 /// A line of the table; how near the radar's and the transponder's places are is said as fully as there is room.
-fn row(track: &Track, now: Time, columns: usize) -> String {
+fn row(track: &PictureTrack, now: Time, columns: usize) -> String {
     let source = &track.point.source;
     let serial =
         source.transponder().map_or("-".to_owned(), |part| part.identity.serial().escape_ascii().to_string());

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::{Offset, Place};
 use crate::config::{Config, Radar, SensorKind};
-use crate::picture::{PictureMaker, Track};
+use crate::picture::{PictureMaker, PictureTrack};
 use fusion::time::{SECOND, Time};
 use fusion::{Estimate, SlotGrid, Source};
 
@@ -100,7 +100,7 @@ impl Default for Settings {
 
 impl OutputPoint {
     /// Of a track of `maker`'s.
-    pub fn of_track(track: &Track, maker: &PictureMaker) -> Self {
+    pub fn of_track(track: &PictureTrack, maker: &PictureMaker) -> Self {
         let source = &track.point.source;
         Self {
             time: track.time,
