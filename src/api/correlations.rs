@@ -13,8 +13,8 @@ use super::route::Later;
 use crate::config::{Profile, SensorKind};
 use crate::live::{Denied, Player, Wish};
 use crate::picture::{Rfc3339, TransponderId};
-use fusion::SlotGrid;
 use fusion::operational::{Correlation, HeldCorrelation, NotCorrelated, Verdict};
+use fusion::slots::SlotGrid;
 use fusion::{RadarTrackKey, SensorIndex};
 
 /// The engine looks up several times a second; who does not hear of it by then is told so.
@@ -121,7 +121,7 @@ fn problem(denied: &Denied) -> Problem {
 
 fn correlations(ask: &Ask, held: &[HeldCorrelation]) -> Correlations {
     let hub = ask.state.hub();
-    let grid = SlotGrid::new(hub.config.fusion.slot.as_nanos() as i64);
+    let grid = SlotGrid::new(hub.config.fusion.slot);
     let correlation = |&HeldCorrelation { correlation, since }: &HeldCorrelation| {
         let Correlation { radar, transponder, verdict } = correlation;
         CorrelationJson {

@@ -8,9 +8,10 @@ use super::ask::{Answer, Ask, live};
 use super::tls::Tls;
 use crate::config::Config;
 use crate::live::{Level, LineStatus, RegistrationStatus, SensorState, SensorStatus, Status, values};
+use fusion::SensorIndex;
+use fusion::numbering::LARGEST_TRANSPONDER_NUMBER;
 use fusion::operational::Verdict;
-use fusion::registration::Estimate;
-use fusion::{LARGEST_TRANSPONDER_NUMBER, SensorIndex};
+use fusion::registration::Misalignment;
 
 pub const TEXT: &str = "text/plain; version=0.0.4; charset=utf-8";
 
@@ -181,12 +182,7 @@ impl Metrics {
 
     /// Angles in degrees, as an operator has them in the configuration.
     fn registrations(&mut self, sensors: &[SensorStatus]) {
-        let known = |sensor| -> Option<(&String, &RegistrationStatus, &Estimate)> {
-            let SensorStatus { id, registration, .. } = sensor;
-            let registration = registration.as_ref()?;
-            Some((id, registration, registration.estimate.as_ref()?))
-        };
-        let known: Vec<_> = sensors.iter().filter_map(known).collect();
+        let known: Vec<_> = sensors.iter().filter_map(registered).collect();
         if known.is_empty() {
             return;
         }
@@ -242,4 +238,10 @@ impl Metrics {
             self.by(name, help, "line", lines.iter().map(|line| (&line.name, count(line))));
         }
     }
+}
+
+/// A sensor whose registration is estimated: its id, and what is known.
+fn registered(sensor: &SensorStatus) -> Option<(&String, &RegistrationStatus, &Misalignment)> {
+    let registration = sensor.registration.as_ref()?;
+    Some((&sensor.id, registration, registration.estimate.as_ref()?))
 }

@@ -15,7 +15,7 @@ use crate::live::{
     Alert, AlertKind, Contested, LineStatus, RegistrationStatus, SensorStatus, Unknown, values,
 };
 use crate::picture::{Rfc3339, serial_text};
-use fusion::registration::{Estimate, Value};
+use fusion::registration::{BiasValue, Misalignment};
 
 /// GeoJSON, RFC 7946.
 #[derive(Serialize, JsonSchema)]
@@ -203,9 +203,9 @@ struct RegistrationValue {
     observable: bool,
 }
 
-impl From<&Estimate> for RegistrationValues {
-    fn from(estimate: &Estimate) -> Self {
-        let value = |Value { value, deviation, observable }: Value| RegistrationValue {
+impl From<&Misalignment> for RegistrationValues {
+    fn from(estimate: &Misalignment) -> Self {
+        let value = |BiasValue { value, deviation, observable }: BiasValue| RegistrationValue {
             value: rounded(value, 4),
             deviation: rounded(deviation, 4),
             observable,

@@ -86,9 +86,10 @@ impl Tokens {
             return Err("holds no token: nobody could use the service".to_owned());
         }
         let token = |(name, entry): (String, Entry)| {
-            let hash = unhex(&entry.sha256).ok_or_else(|| {
-                format!("{name}: sha256 is not 64 hexadecimal digits, as sha256sum prints them")
-            })?;
+            let hash =
+                crate::hex::octets(&entry.sha256).and_then(|hash| hash.try_into().ok()).ok_or_else(|| {
+                    format!("{name}: sha256 is not 64 hexadecimal digits, as sha256sum prints them")
+                })?;
             Ok(Token { name, hash, scopes: entry.scopes })
         };
         entries.into_iter().map(token).collect::<Result<_, String>>().map(Self)
@@ -121,13 +122,6 @@ pub fn hash(secret: &str) -> Hash {
     Sha256::digest(secret.as_bytes()).into()
 }
 
-fn unhex(text: &str) -> Option<Hash> {
-    let digits: Option<Vec<u8>> =
-        text.chars().map(|c| c.to_digit(16).and_then(|d| u8::try_from(d).ok())).collect();
-    let octets: Vec<u8> = digits?.chunks_exact(2).map(|pair| pair[0] << 4 | pair[1]).collect();
-    (text.len() == 64).then(|| octets.try_into().ok())?
-}
-
 /// Tickets that were given out and not yet used, oldest first. Only their hashes are kept, as of tokens.
 #[derive(Debug, Default)]
 pub struct Tickets(Mutex<VecDeque<Ticket>>);
@@ -149,7 +143,7 @@ impl Tickets {
         let mut octets = [0; 24];
         getrandom::fill(&mut octets)
             .map_err(|error| Problem::unavailable(format!("there is no randomness: {error}"), Vec::new()))?;
-        let ticket: String = octets.iter().map(|octet| format!("{octet:02x}")).collect();
+        let ticket = crate::hex::text(&octets);
         let mut tickets = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         forget(&mut tickets);
         if tickets.len() >= TICKETS {

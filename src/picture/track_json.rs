@@ -5,9 +5,9 @@ use serde::Serialize;
 
 use super::{HORIZONTAL, PictureMaker, PictureTrack, Rfc3339, VERTICAL};
 use crate::json::rounded;
-use fusion::Identity;
 use fusion::operational::{JOIN, PART};
-use fusion::{Because, Competitor, RadarPart, Rival, Source, TransponderPart};
+use fusion::point::{Because, Competitor, RadarPart, Rival, TransponderPart};
+use fusion::{Identity, Source};
 
 /// A track. What is unknown is left out; in the reference profile that includes motion and accuracy.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
@@ -298,16 +298,16 @@ fn contributors<'a>(
             let mut transponder = transponder(transponder_part, None);
             radar.distance_m = Some(rounded(pair.distance_m, 3));
             match pair.because {
-                Because::Ratio { gate_m, evidence } => {
+                Because::Ratio { threshold_m, ratio } => {
                     let share = |weight: f64| {
                         Some(rounded(weight / (maker.weights.radar + maker.weights.transponder), 4))
                     };
                     radar.weight = share(maker.weights.radar);
                     transponder.weight = share(maker.weights.transponder);
-                    radar.threshold_m = Some(rounded(gate_m, 3));
-                    radar.ratio = Some(rounded(evidence.ratio(), 4));
-                    radar.within = Some(evidence.within);
-                    radar.co_present = Some(evidence.co_present);
+                    radar.threshold_m = Some(rounded(threshold_m, 3));
+                    radar.ratio = Some(rounded(ratio.value(), 4));
+                    radar.within = Some(ratio.within);
+                    radar.co_present = Some(ratio.co_present);
                 }
                 Because::Likelihood { score } => {
                     radar.log_likelihood_ratio = Some(rounded(score, 2));
