@@ -9,7 +9,7 @@ use crate::time::{DAY, SECOND, Time};
 /// The largest number: fused tracks are number · 10000 + radar track, which must fit 32 bits.
 pub const LARGEST_TRANSPONDER_NUMBER: u32 = 429_496;
 
-/// That a transponder still flies is noted this often: what outlives a restart is at most so old.
+/// Interval, nanoseconds, at which a number's `heard` is brought up to date: what outlives a restart is at most this old.
 pub const NOTED: i64 = 600 * SECOND;
 
 /// A transponder's number.
@@ -32,12 +32,12 @@ pub struct Given {
     pub heard: Option<Time>,
 }
 
-/// What became of a number.
+/// A change of a number's holder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NumberChange {
     /// It was given, or its transponder has a point for the first time in [`NOTED`].
     Heard(Given),
-    /// It is nobody's any more.
+    /// It is free again.
     Returned(Given),
 }
 
@@ -50,7 +50,7 @@ impl NumberChange {
     }
 }
 
-/// For how long a number is its transponder's.
+/// How long a transponder keeps its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Keeping {
     /// For good. When none is left, who comes next has none and is left out.

@@ -1,4 +1,4 @@
-//! What is put out for a slot, whichever the profile.
+//! What is published for a slot, whichever the profile.
 
 use nalgebra::{Matrix2, Vector3};
 
@@ -8,7 +8,7 @@ use crate::report::{Identity, RadarTrackKey, SensorIndex, UasItems};
 use crate::slots::Slot;
 use crate::time::Time;
 
-/// Everything put out for one slot.
+/// Everything published for one slot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Emission {
     /// The slot.
@@ -40,7 +40,7 @@ pub struct Point {
     pub competitors: Vec<Competitor>,
 }
 
-/// How a point's aircraft moves and how well its place is known.
+/// Velocity and covariance of a point's aircraft, in the site's axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// East, north, up, metres a second.
@@ -51,13 +51,13 @@ pub struct Estimate {
     pub vertical_m2: f64,
     /// Covariance of the velocity over ground, east and north, m²/s².
     pub velocity_covariance: Matrix2<f64>,
-    /// What the place rests on.
+    /// What the position rests on.
     pub basis: Basis,
     /// The latest measurement, of whichever sensor, up to the point's time; `None`: it was measured only later.
     pub last_measurement: Option<Time>,
 }
 
-/// What a place rests on.
+/// What a position rests on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Basis {
     /// A measurement within the slot.
@@ -112,23 +112,23 @@ pub struct TransponderPart {
 pub struct Association {
     /// Distance between the two, metres (horizontal where the radar measured no height).
     pub distance_m: f64,
-    /// What spoke for it.
+    /// What it rests on.
     pub because: Because,
 }
 
-/// What spoke for an association.
+/// What an association rests on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Because {
-    /// They were near each other often enough (`reference` profile).
+    /// Distance threshold and ratio (`reference` profile).
     Ratio {
-        /// The distance within which they had to stay, metres.
+        /// The threshold D(ρ), metres.
         threshold_m: f64,
-        /// How often they did.
+        /// The slots within it.
         ratio: SlotRatio,
     },
-    /// That they are one explains what was measured better than that they are not (`operational` profile).
+    /// Likelihood ratio of "one aircraft" to "two" (`operational` profile).
     Likelihood {
-        /// The logarithm, natural, of how much better.
+        /// Its natural logarithm.
         score: f64,
     },
     /// An operator has said so (`operational` profile).
@@ -154,12 +154,12 @@ impl SlotRatio {
     }
 }
 
-/// Who came near a point without being it.
+/// A sensor track that came near a point without being part of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Competitor {
     /// Who.
     pub who: Rival,
-    /// The logarithm, natural, of how much better it explains the measurements that it is this point than that it is not.
+    /// Natural logarithm of the likelihood ratio for its being part of the point.
     pub score: f64,
     /// An operator has said that it is not.
     pub decorrelated: bool,

@@ -4,31 +4,31 @@ use nalgebra::{Matrix2, Vector2};
 
 use crate::frames::Enu;
 
-/// How wrong a radar is, one standard deviation each: an error that lasts for a while (registration included, where that is
-/// not known), and one that is new with every plot.
+/// A radar's errors, standard deviations: a bias that lasts for a while (misalignment included, where it is not known), and
+/// white noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RadarErrors {
-    /// Slow error of the range, metres.
+    /// Bias of the range, metres.
     pub bias_range_m: f64,
-    /// Slow error of the azimuth, radians.
+    /// Bias of the azimuth, radians.
     pub bias_azimuth: f64,
-    /// Slow error of the height, metres.
+    /// Bias of the height, metres.
     pub bias_height_m: f64,
-    /// Error of a plot's range, metres.
+    /// Noise of the range, metres.
     pub noise_range_m: f64,
-    /// Error of a plot's azimuth, radians.
+    /// Noise of the azimuth, radians.
     pub noise_azimuth: f64,
-    /// Error of a plot's height, metres.
+    /// Noise of the height, metres.
     pub noise_height_m: f64,
-    /// The slow errors are forgotten to 1/e in this time, seconds.
+    /// The biases' correlation time (to 1/e), seconds.
     pub correlation_s: f64,
 }
 
 impl RadarErrors {
-    /// Of a radar whose data sheet tells its accuracy, one standard deviation each, as metres, degrees, metres.
+    /// From the accuracy in a radar's data sheet, standard deviations in metres, degrees, metres.
     ///
-    /// A data sheet does not tell how much of that lasts: assumed are a slow error that is as large (in azimuth 1.3 times: turns
-    /// make it larger), and a fast one that is a fraction of it.
+    /// A data sheet does not tell how much of an error lasts: assumed are a bias about as large as the accuracy (in azimuth 1.3
+    /// times, because turns enlarge it), and noise of a fraction of it.
     pub fn of_data_sheet(range_m: f64, azimuth_deg: f64, height_m: f64) -> Self {
         let azimuth = azimuth_deg.to_radians();
         Self {
@@ -43,7 +43,7 @@ impl RadarErrors {
     }
 }
 
-/// How a radar sees a place.
+/// A position as a radar sees it over ground: distance, and the axes along and across the line of sight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineOfSight {
     /// Distance over ground, metres.
@@ -55,7 +55,7 @@ pub struct LineOfSight {
 }
 
 impl LineOfSight {
-    /// A place as the radar at `radar` sees it.
+    /// From the radar at `radar` to `place`.
     pub fn from(radar: Enu, place: Enu) -> Self {
         let away = (place.0 - radar.0).xy();
         let range_m = away.norm().max(1.0);
@@ -63,7 +63,7 @@ impl LineOfSight {
         Self { range_m, outward, clockwise: Vector2::new(outward.y, -outward.x) }
     }
 
-    /// Covariance over ground of these deviations, metres and radians.
+    /// Covariance over ground of errors with these standard deviations in range, metres, and azimuth, radians.
     pub fn spread(&self, range_m: f64, azimuth: f64) -> Matrix2<f64> {
         let across = self.range_m * azimuth;
         self.outward * self.outward.transpose() * (range_m * range_m)

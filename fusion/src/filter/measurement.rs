@@ -8,7 +8,7 @@ use super::imm::Gaussian;
 use crate::frames::Enu;
 use crate::time::Time;
 
-/// Something that was measured.
+/// One measurement of a target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measurement {
     /// When.
@@ -17,10 +17,9 @@ pub struct Measurement {
     pub position: Enu,
     /// Whether the height was measured.
     pub height_measured: bool,
-    /// Velocity over ground at that time, east and north, and the standard deviation of each; metres a second. One that is
-    /// no number is not used.
+    /// Velocity over ground, east and north, and the standard deviation of each, m/s. Not finite: not used.
     pub velocity: Option<(Vector2<f64>, f64)>,
-    /// Rate of climb, and its standard deviation; metres a second. The same.
+    /// Rate of climb and its standard deviation, m/s. Not finite: not used.
     pub climb: Option<(f64, f64)>,
     /// By what.
     pub by: By,
@@ -29,7 +28,7 @@ pub struct Measurement {
 /// What measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum By {
-    /// A transponder; deviations of its position over ground and in height from report to report, metres.
+    /// A transponder, with the standard deviations of its reports, metres.
     Transponder {
         /// Over ground, each axis.
         horizontal_m: f64,
@@ -38,18 +37,18 @@ pub enum By {
     },
     /// A track of a radar.
     Radar {
-        /// Another one has another slow error.
+        /// Whose bias it carries.
         owner: Owner,
-        /// What is known of that before.
+        /// Prior of that bias.
         known: Bias,
-        /// How the radar sees the place.
+        /// The radar's line of sight.
         seen: LineOfSight,
         /// Its errors.
         errors: RadarErrors,
     },
 }
 
-/// Whose slow error: a radar track, since when it has been the source of the position.
+/// Whose bias: a radar track, and since when it has been the source of the position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Owner {
     /// Tells radar tracks apart.
@@ -58,7 +57,7 @@ pub struct Owner {
     pub since: Option<Time>,
 }
 
-/// Where a target is, and how it moves.
+/// State of a target: position, velocity, covariance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StateEstimate {
     /// Position.
@@ -71,9 +70,9 @@ pub struct StateEstimate {
     pub vertical: f64,
     /// Covariance of the velocity over ground, east and north, m²/s².
     pub velocity_covariance: Matrix2<f64>,
-    /// How long ago the last measurement was, seconds; `None`: nothing was measured earlier, it is extrapolated backward.
+    /// Time since the last measurement, seconds; `None`: there was none, it is extrapolated backward.
     pub since_s: Option<f64>,
-    /// How long it is to the next one, seconds; `None`: nothing was measured later, it is extrapolated.
+    /// Time to the next measurement, seconds; `None`: there is none, it is extrapolated.
     pub until_s: Option<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! What is taken away from a plot.
+//! The correction of a plot.
 
 use nalgebra::{Matrix6, UnitQuaternion, Vector2, Vector3, Vector6};
 
@@ -8,10 +8,10 @@ use super::parameters::AXES;
 use super::qmethod::rotation_vector;
 use crate::frames::{AtRadar, Enu};
 
-/// What is applied to plots: the negative of what is estimated, as far as that is observable.
+/// The negative of the estimated misalignment, as far as that is observable.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Correction {
-    /// Not even the rounding of a rotation by nothing.
+    /// Nothing is observable: plots stay as they are, to the bit.
     nothing: bool,
     back: UnitQuaternion<f64>,
     range_m: f64,
@@ -19,7 +19,7 @@ pub struct Correction {
     left: Matrix6<f64>,
 }
 
-/// What is left of a wrong set-up at some place, one standard deviation each; time, which needs a velocity, not included.
+/// Misalignment left at some place, standard deviations; without time, which needs a velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Remaining {
     /// Slant range, metres.
@@ -31,7 +31,7 @@ pub struct Remaining {
 }
 
 impl Correction {
-    /// What is observable is taken away; time is not, which is the transponders'.
+    /// By what is observable; not by time, which is the transponders'.
     pub fn of(estimate: &Misalignment) -> Self {
         let Misalignment { bearing, tilt_east, tilt_north, range_m, height_m, .. } = estimate;
         let taken = [bearing, tilt_east, tilt_north, range_m, height_m]
@@ -67,7 +67,7 @@ impl Correction {
         at(turned.xy(), range_m, height_m).into()
     }
 
-    /// What is left at a plot's place.
+    /// What is left at a place.
     pub fn remaining(&self, plot: Enu<AtRadar>) -> Remaining {
         let rows: [_; AXES] = rows(&plot.0, &Vector3::zeros(), 0.0);
         let [azimuth, range_m, height_m] = rows.map(|row| row.dot(&(self.left * row)).max(0.0).sqrt());

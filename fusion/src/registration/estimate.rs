@@ -13,34 +13,32 @@ pub struct BiasValue {
     pub value: f64,
     /// Its standard deviation, in the same unit.
     pub deviation: f64,
-    /// Whether the radar's tracks tell it well enough to be of use. Only such a value is taken away from plots.
+    /// Whether the radar's tracks tell it well enough to be of use. Plots are corrected by such values only.
     pub observable: bool,
 }
 
-/// How a radar is set up wrongly.
+/// A radar's misalignment, as estimated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Misalignment {
-    /// Azimuths are so much too large, radians clockwise: the negative of what `bearing_correction_deg` lacks.
+    /// Bias of the azimuth, radians clockwise: the negative of what `bearing_correction_deg` lacks.
     pub bearing: BiasValue,
-    /// Turned about the axis to the east, radians, right-handed: what lies north is seen too high. Zero where it is not
-    /// observable.
+    /// Tilt about the east axis, radians, right-handed: what lies north is seen too high. Zero where it is not observable.
     pub tilt_east: BiasValue,
-    /// Turned about the axis to the north, radians, right-handed: what lies east is seen too low. Zero where it is not
-    /// observable.
+    /// Tilt about the north axis, radians, right-handed: what lies east is seen too low. Zero where it is not observable.
     pub tilt_north: BiasValue,
-    /// Slant ranges are so much too large, metres.
+    /// Bias of the slant range, metres.
     pub range_m: BiasValue,
-    /// Heights are so much too large, metres.
+    /// Bias of the height, metres.
     pub height_m: BiasValue,
     /// Plots lie ahead of their targets by velocity times this, seconds: the transponders' reports are stamped so much late,
     /// or the radar's so much early.
     pub time_s: BiasValue,
-    /// How many radar tracks that rests upon, the older ones in part.
+    /// Number of radar tracks it rests on, the older ones in part.
     pub samples: f64,
     /// Wahba's loss of the azimuths, two times, a track: 1 where tracks lie about their mean as far as the deviations given for
     /// the radar promise. `None` below eight tracks.
     pub residual: Option<f64>,
-    /// Second moments of what is left when what is observable is taken away.
+    /// Second moments of what is left once plots are corrected by what is observable.
     pub(super) left: Matrix6<f64>,
 }
 
@@ -50,8 +48,8 @@ const TRACKS: f64 = 8.0;
 const DOUBTFUL: f64 = 4.0;
 
 impl Misalignment {
-    /// Whether the tracks lie further apart than this radar's errors, as they were given, allow: something else than a wrong
-    /// set-up goes on, or the errors are larger.
+    /// Whether the tracks lie further apart than the configured errors of the radar allow: there is more than a misalignment,
+    /// or the errors are larger.
     pub fn doubtful(&self) -> bool {
         self.residual.is_some_and(|residual| residual > DOUBTFUL)
     }

@@ -1,4 +1,4 @@
-//! A radar's tracks as they come: which are kept, which rejected, and whether the radar was moved.
+//! A radar's tracks in order of arrival: kept or rejected, and steps of the misalignment.
 
 use std::collections::VecDeque;
 
@@ -20,14 +20,14 @@ const MEMORY_S: f64 = 7200.0;
 pub enum Taken {
     /// It is part of the estimate.
     Kept,
-    /// Its track lies too far from what the others tell, and plays no part as long as it does.
+    /// Its track is an outlier, and plays no part as long as it is one.
     Rejected,
-    /// The latest tracks tell something else than those before: the radar was moved, or something happened to its clock or its
-    /// transponders. The estimate begins anew with them.
+    /// The latest tracks contradict those before: the radar was moved, or its clock or its transponders changed. The estimate
+    /// begins anew with them.
     Step {
-        /// What was estimated without them.
+        /// The estimate without them.
         before: Misalignment,
-        /// What they tell alone.
+        /// The estimate from them alone.
         after: Misalignment,
     },
 }
@@ -42,7 +42,7 @@ pub(super) struct Latest {
     pub(super) spread: Scatter,
 }
 
-/// How one radar is set up wrongly, as its tracks tell.
+/// One radar's misalignment, learnt from its tracks.
 #[derive(Clone, Debug)]
 pub struct Registration {
     pub(super) now: Time,
@@ -66,7 +66,7 @@ const CLIPPED: f64 = 3.0;
 const STEP: f64 = 5.0;
 
 impl Registration {
-    /// Of a radar of which nothing is known.
+    /// Of a radar about which nothing is known.
     pub fn new() -> Self {
         Self { now: Time::from_nanos(i64::MIN), settled: Sums::none(), latest: VecDeque::new() }
     }
@@ -93,7 +93,7 @@ impl Registration {
         step.unwrap_or(taken)
     }
 
-    /// How the radar is set up wrongly, as far as is known.
+    /// The misalignment, as far as it is known.
     pub fn estimate(&self) -> Misalignment {
         let mut sums = self.settled.clone();
         for track in self.latest.iter().filter(|track| track.kept) {
