@@ -2,15 +2,20 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use jiff::SignedDuration;
+
 use crate::report::Identity;
 use crate::slots::{Slot, SlotGrid};
-use crate::time::{DAY, SECOND, Time};
+use crate::time::Time;
 
 /// The largest number: fused tracks are number · 10000 + radar track, which must fit 32 bits.
 pub const LARGEST_TRANSPONDER_NUMBER: u32 = 429_496;
 
-/// Interval, nanoseconds, at which a number's `heard` is brought up to date: what outlives a restart is at most this old.
-pub const NOTED: i64 = 600 * SECOND;
+/// Interval at which a number's `heard` is brought up to date: what outlives a restart is at most this old.
+pub const NOTED: SignedDuration = SignedDuration::from_secs(600);
+
+/// A number goes back this long after its transponder's last point.
+const KEPT: SignedDuration = SignedDuration::from_hours(24);
 
 /// A transponder's number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,7 +127,7 @@ impl Numbers {
         if let Some(held) = self.held.get_mut(&identity) {
             let since = *held.since.get_or_insert(slot);
             let number = held.number;
-            if now.nanos() - held.heard.nanos() >= NOTED {
+            if now - held.heard >= NOTED {
                 self.by_age.remove(&(held.heard, number));
                 held.heard = now;
                 self.note(identity, number, now);
@@ -157,7 +162,7 @@ impl Numbers {
             }
         }
         // Its last point came up to this much later than the time that is known.
-        let before = Time::from_nanos(now.nanos() - DAY - NOTED);
+        let before = now - KEPT - NOTED;
         while self.keeping == Keeping::ADay
             && let Some((&(heard, number), _)) = self.by_age.first_key_value()
             && heard <= before
@@ -264,7 +269,7 @@ fn decimal(serial: &[u8]) -> Option<u32> {
 mod tests {
     use super::*;
 
-    const GRID: SlotGrid = SlotGrid::new(jiff::SignedDuration::from_millis(250));
+    const GRID: SlotGrid = SlotGrid::new(SignedDuration::from_millis(250));
 
     fn identity(serial: &str, country: &[u8; 2]) -> Identity {
         let mut octets = [b' '; 12];

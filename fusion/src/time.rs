@@ -9,6 +9,15 @@ use std::ops::{Add, Sub};
 use jiff::{SignedDuration, Timestamp, civil::Date, tz::TimeZone};
 
 /// An instant: UTC, whole nanoseconds since 1970-01-01T00:00:00Z, leap seconds not counted. Years 1678 to 2262.
+///
+/// ```
+/// use jiff::SignedDuration;
+/// use utm_fusion_engine::Time;
+///
+/// let noon = Time::midnight(jiff::civil::date(2026, 11, 22)).unwrap() + SignedDuration::from_hours(12);
+/// assert_eq!(noon.to_string(), "2026-11-22T12:00:00.000Z");
+/// assert_eq!(noon - (noon - SignedDuration::from_secs(3)), SignedDuration::from_secs(3));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct Time(i64);
 
@@ -55,6 +64,14 @@ impl Add<SignedDuration> for Time {
 
     fn add(self, span: SignedDuration) -> Self {
         Self(self.0.saturating_add(span.as_nanos().clamp(i64::MIN.into(), i64::MAX.into()) as i64))
+    }
+}
+
+impl Sub<SignedDuration> for Time {
+    type Output = Self;
+
+    fn sub(self, span: SignedDuration) -> Self {
+        Self(self.0.saturating_sub(span.as_nanos().clamp(i64::MIN.into(), i64::MAX.into()) as i64))
     }
 }
 

@@ -6,6 +6,7 @@ use asterix::cat048::{self, DetectionType};
 use asterix::cat129::{GnssAccuracy, VerticalVelocity};
 use asterix::{DataSource, TimeOfDay, cat034, cat129};
 
+use jiff::SignedDuration;
 use nalgebra::Vector2;
 
 use super::clock::nearest_day;
@@ -90,7 +91,7 @@ pub type Refused = (Option<SensorIndex>, Refusal);
 pub struct Normaliser {
     frame: TangentPlane,
     undulation_m: f64,
-    max_future_ns: i64,
+    max_future: SignedDuration,
     masks: Masks,
     radars: BTreeMap<DataSource, RadarSensor>,
     transponders: BTreeMap<DataSource, SensorIndex>,
@@ -153,7 +154,7 @@ impl Normaliser {
         Self {
             frame: frame.expect("a configuration has a radar"),
             undulation_m,
-            max_future_ns: config.fusion.max_future.as_nanos() as i64,
+            max_future: config.fusion.max_future,
             masks,
             radars,
             transponders,
@@ -247,8 +248,7 @@ impl Normaliser {
     /// The report's time: on the day nearest to its reception, and not too far ahead of it.
     fn time(&self, time_of_day: TimeOfDay, received: Time) -> Result<Time, Refusal> {
         let time = nearest_day(time_of_day.count(), received).ok_or(Refusal::TimeOutOfRange)?;
-        let ahead_ns = time.nanos() - received.nanos();
-        if ahead_ns > self.max_future_ns { Err(Refusal::Future) } else { Ok(time) }
+        if time - received > self.max_future { Err(Refusal::Future) } else { Ok(time) }
     }
 }
 
@@ -273,8 +273,11 @@ impl RadarSensor {
         let measured = record.height_3d.map(|height| height.height_m() + site.undulation_m);
         let height_m = measured.unwrap_or(self.assumed_height_m);
         let local = self.site.position(slant_range_m, polar.azimuth_deg().to_radians(), height_m);
-        let position =
-            if self.is_origin { local.0.into() } else { site.frame.from_ecef(self.site.frame().to_ecef(local)) };
+        let position = if self.is_origin {
+            local.0.into()
+        } else {
+            site.frame.from_ecef(self.site.frame().to_ecef(local))
+        };
         if site.is_masked(position) {
             return Err(Refusal::Masked);
         }

@@ -236,7 +236,7 @@ impl Writer {
         };
         // Who has had no point for longer than that is announced again with the next. Slots lag by less than a window.
         let lag_ns = self.window_slots * self.grid.slot().as_nanos() as i64;
-        let flies = Time::from_nanos(now.nanos() - NOTED - lag_ns);
+        let flies = Time::from_nanos(now.nanos() - lag_ns) - NOTED;
         self.numbers.retain(|_, given| given.heard.is_none_or(|heard| heard >= flies));
         let numbers: Vec<Given> = self.numbers.values().copied().collect();
         self.segment = Some(Segment::begin(&Beginning {

@@ -2,15 +2,31 @@
 
 use super::errors::RadarErrors;
 
-/// What is known of it: mean and variance of each part.
+/// Mean and variance of each of its parts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bias {
-    /// Metres.
-    pub range_m: (f64, f64),
-    /// Radians.
-    pub azimuth: (f64, f64),
-    /// Metres.
-    pub height_m: (f64, f64),
+    /// Metres and m².
+    pub range_m: Moments,
+    /// Radians and their square.
+    pub azimuth: Moments,
+    /// Metres and m².
+    pub height_m: Moments,
+}
+
+/// Mean and variance, in a unit and its square.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moments {
+    /// The mean.
+    pub mean: f64,
+    /// The variance.
+    pub variance: f64,
+}
+
+impl Moments {
+    /// Of zero mean.
+    const fn centred(variance: f64) -> Self {
+        Self { mean: 0.0, variance }
+    }
 }
 
 /// What becomes of it: x' = kept · x + added.
@@ -22,11 +38,15 @@ pub(super) struct SlowChange {
 
 impl Bias {
     /// Where there is no radar: nothing, with a spread that keeps the arithmetic sound.
-    pub(super) const NONE: Self = Self { range_m: (0.0, 1.0), azimuth: (0.0, 1e-6), height_m: (0.0, 1.0) };
+    pub(super) const NONE: Self = Self {
+        range_m: Moments::centred(1.0),
+        azimuth: Moments::centred(1e-6),
+        height_m: Moments::centred(1.0),
+    };
 
     /// Of a radar track of which nothing is known.
     pub fn of(errors: &RadarErrors) -> Self {
-        let unknown = |deviation: f64| (0.0, deviation * deviation);
+        let unknown = |sigma: f64| Moments::centred(sigma * sigma);
         Self {
             range_m: unknown(errors.bias_range_m),
             azimuth: unknown(errors.bias_azimuth),
@@ -35,15 +55,17 @@ impl Bias {
     }
 
     fn scaled(&self, by: f64) -> Self {
-        let scaled = |(_, variance): (f64, f64)| (0.0, variance * by);
+        let scaled = |part: Moments| Moments::centred(part.variance * by);
         Self { range_m: scaled(self.range_m), azimuth: scaled(self.azimuth), height_m: scaled(self.height_m) }
     }
 }
 
+const NOTHING: Moments = Moments::centred(0.0);
+
 impl SlowChange {
     /// No radar, or none for which something is estimated.
     pub(super) const NONE: Self =
-        Self { kept: 1.0, added: Bias { range_m: (0.0, 0.0), azimuth: (0.0, 0.0), height_m: (0.0, 0.0) } };
+        Self { kept: 1.0, added: Bias { range_m: NOTHING, azimuth: NOTHING, height_m: NOTHING } };
 
     /// `dt` seconds later of the same radar track.
     pub(super) fn after(errors: &RadarErrors, dt: f64) -> Self {

@@ -3,7 +3,7 @@
 
 use nalgebra::{SMatrix, SVector, matrix, vector};
 
-use super::bias::{Bias, SlowChange};
+use super::bias::{Bias, Moments, SlowChange};
 use super::imm::{Gaussian, Linear, Observation};
 use super::motion::Models;
 use super::singer::Singer;
@@ -43,8 +43,8 @@ impl AboveGround<STATES> for Models {
         let (p, c, v) = (NOISE * dt.powi(3) / 3.0, NOISE * dt * dt / 2.0, NOISE * dt);
         Linear {
             transition: matrix![1.0, dt, 0.0; 0.0, 1.0, 0.0; 0.0, 0.0, slow.kept],
-            shift: vector![0.0, 0.0, slow.added.height_m.0],
-            noise: matrix![p, c, 0.0; c, v, 0.0; 0.0, 0.0, slow.added.height_m.1],
+            shift: vector![0.0, 0.0, slow.added.height_m.mean],
+            noise: matrix![p, c, 0.0; c, v, 0.0; 0.0, 0.0, slow.added.height_m.variance],
         }
     }
 }
@@ -61,7 +61,8 @@ impl AboveGround<STATES_SINGER> for Singer {
             Linear { transition: SMatrix::zeros(), shift: SVector::zeros(), noise: SMatrix::zeros() };
         self.over(dt, self.vertical).put_into(&mut moved, [0, CLIMB, ACCELERATION]);
         moved.transition[(SLOW, SLOW)] = slow.kept;
-        (moved.shift[SLOW], moved.noise[(SLOW, SLOW)]) = slow.added.height_m;
+        let Moments { mean, variance } = slow.added.height_m;
+        (moved.shift[SLOW], moved.noise[(SLOW, SLOW)]) = (mean, variance);
         moved
     }
 }
@@ -75,7 +76,7 @@ fn level<const D: usize>(height_m: f64, is_measured: bool, slow: Option<&Bias>) 
     mean[0] = height_m;
     covariance[(0, 0)] = deviation * deviation;
     covariance[(CLIMB, CLIMB)] = FIRST_CLIMB * FIRST_CLIMB;
-    (mean[SLOW], covariance[(SLOW, SLOW)]) = slow.height_m;
+    (mean[SLOW], covariance[(SLOW, SLOW)]) = (slow.height_m.mean, slow.height_m.variance);
     Gaussian { mean, covariance }
 }
 

@@ -27,7 +27,7 @@ mod target;
 #[cfg(test)]
 mod tests;
 
-pub use bias::Bias;
+pub use bias::{Bias, Moments};
 pub use errors::{LineOfSight, RadarErrors};
 pub use measurement::{By, Measurement, Owner, StateEstimate};
 pub use motion::{Model, Models};

@@ -3,7 +3,7 @@
 
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 
-use super::bias::{Bias, SlowChange};
+use super::bias::{Bias, Moments, SlowChange};
 use super::errors::{LineOfSight, RadarErrors};
 use super::imm::{Gaussian, Linear, Mixture, Observation};
 use super::motion::{MODELS, Models};
@@ -87,12 +87,12 @@ fn resting<const D: usize>(place: Vector2<f64>, slow: Option<&Bias>) -> Gaussian
     covariance.fixed_view_mut::<2, 2>(0, 0).fill_diagonal(ANYWHERE_M * ANYWHERE_M);
     covariance.fixed_view_mut::<2, 2>(EAST_RATE, EAST_RATE).fill_diagonal(FIRST_SPEED * FIRST_SPEED);
     let slow = slow.copied().unwrap_or(Bias::NONE);
-    covariance[(RANGE, RANGE)] = slow.range_m.1;
-    covariance[(AZIMUTH, AZIMUTH)] = slow.azimuth.1;
+    covariance[(RANGE, RANGE)] = slow.range_m.variance;
+    covariance[(AZIMUTH, AZIMUTH)] = slow.azimuth.variance;
     let mut mean = SVector::<f64, D>::zeros();
     mean.fixed_rows_mut::<2>(0).copy_from(&place);
-    mean[RANGE] = slow.range_m.0;
-    mean[AZIMUTH] = slow.azimuth.0;
+    mean[RANGE] = slow.range_m.mean;
+    mean[AZIMUTH] = slow.azimuth.mean;
     Gaussian { mean, covariance }
 }
 
@@ -101,7 +101,7 @@ fn unmoved<const D: usize>(slow: &SlowChange) -> Linear<D> {
     let mut transition = SMatrix::<f64, D, D>::zeros();
     let mut noise = SMatrix::<f64, D, D>::zeros();
     let mut shift = SVector::<f64, D>::zeros();
-    for (index, (mean, variance)) in [(RANGE, slow.added.range_m), (AZIMUTH, slow.added.azimuth)] {
+    for (index, Moments { mean, variance }) in [(RANGE, slow.added.range_m), (AZIMUTH, slow.added.azimuth)] {
         transition[(index, index)] = slow.kept;
         shift[index] = mean;
         noise[(index, index)] = variance;

@@ -14,7 +14,7 @@ use super::tuning::{
     BIAS_PENALTY_MAX_LLR, PAIR_LIKELY_LLR, PAIR_LLR_MAX, PLOT_LLR_MAX, SEPARATION_IN_HEIGHT,
     SEPARATION_OVER_GROUND, Separation,
 };
-use crate::filter::{Bias, LineOfSight, RadarErrors};
+use crate::filter::{Bias, LineOfSight, Moments, RadarErrors};
 use crate::report::Plot;
 use crate::time::Time;
 
@@ -81,7 +81,7 @@ impl PairLikelihood {
         let later = |axis: usize, sigma: f64, scale: f64| {
             let (mean, variance) = axes[axis].bias();
             let fresh = sigma * sigma * (1.0 - kept * kept);
-            (mean * kept * scale, variance * kept * kept * scale * scale + fresh)
+            Moments { mean: mean * kept * scale, variance: variance * kept * kept * scale * scale + fresh }
         };
         Some(Bias {
             range_m: later(0, errors.bias_range_m, 1.0),

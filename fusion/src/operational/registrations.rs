@@ -155,9 +155,9 @@ impl Registrations {
                 .or_insert_with(|| Registered::new(Registration::new()));
             radar.errors = registered.errors(radar);
             if radar.registration == RegistrationMode::Apply {
-                let told = registered.estimate.told_of_time();
-                information += told.0;
-                vector += told.1;
+                let told = registered.estimate.time_information();
+                information += told.inverse_variance;
+                vector += told.weighted_mean;
             }
         }
         // What radars tell of time is the transponders' delay: radars have clocks to go by, a transponder's time is that of

@@ -42,6 +42,15 @@ pub struct Misalignment {
     pub(super) left: Matrix6<f64>,
 }
 
+/// Information about the time bias.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TimeInformation {
+    /// 1/s².
+    pub(crate) inverse_variance: f64,
+    /// The mean times the inverse variance, 1/s.
+    pub(crate) weighted_mean: f64,
+}
+
 /// A residual needs so many tracks.
 const TRACKS: f64 = 8.0;
 /// Above this, tracks lie twice as far apart as promised.
@@ -54,11 +63,13 @@ impl Misalignment {
         self.residual.is_some_and(|residual| residual > DOUBTFUL)
     }
 
-    /// What the tracks tell of time, without what was assumed before: the inverse of its variance (1/s²), and that times its
-    /// mean (1/s).
-    pub fn told_of_time(&self) -> (f64, f64) {
+    /// What the tracks tell of time, without the prior.
+    pub(crate) fn time_information(&self) -> TimeInformation {
         let BiasValue { value, deviation, .. } = self.time_s;
-        ((deviation.powi(-2) - PRIOR[TIME].powi(-2)).max(0.0), value * deviation.powi(-2))
+        TimeInformation {
+            inverse_variance: (deviation.powi(-2) - PRIOR[TIME].powi(-2)).max(0.0),
+            weighted_mean: value * deviation.powi(-2),
+        }
     }
 
     pub(super) fn of(sums: &Sums) -> Self {
