@@ -90,9 +90,10 @@ impl Tokens {
             return Err("holds no token: nobody could use the service".to_owned());
         }
         let token = |(name, entry): (String, Entry)| {
-            let hash = unhex(&entry.sha256).ok_or_else(|| {
-                format!("{name}: sha256 is not 64 hexadecimal digits, as sha256sum prints them")
-            })?;
+            let hash =
+                crate::hex::octets(&entry.sha256).and_then(|hash| Hash::try_from(hash).ok()).ok_or_else(
+                    || format!("{name}: sha256 is not 64 hexadecimal digits, as sha256sum prints them"),
+                )?;
             Ok(Token { name, hash, scopes: entry.scopes })
         };
         entries.into_iter().map(token).collect::<Result<_, String>>().map(Self)
@@ -120,13 +121,6 @@ fn hash(secret: &str) -> Hash {
 /// In a time that does not tell where they differ.
 fn same(a: &Hash, b: &Hash) -> bool {
     std::hint::black_box(a.iter().zip(b).fold(0, |difference, (a, b)| difference | (a ^ b))) == 0
-}
-
-fn unhex(text: &str) -> Option<Hash> {
-    let digits: Option<Vec<u8>> =
-        text.chars().map(|c| c.to_digit(16).and_then(|d| u8::try_from(d).ok())).collect();
-    let octets: Vec<u8> = digits?.chunks_exact(2).map(|pair| pair[0] << 4 | pair[1]).collect();
-    (text.len() == 64).then(|| octets.try_into().ok())?
 }
 
 /// By what the request may be answered.
@@ -201,7 +195,7 @@ impl Tickets {
         let mut octets = [0; 24];
         getrandom::fill(&mut octets)
             .map_err(|error| Problem::unavailable(format!("there is no randomness: {error}"), Vec::new()))?;
-        let ticket: String = octets.iter().map(|octet| format!("{octet:02x}")).collect();
+        let ticket = crate::hex::text(&octets);
         let mut tickets = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         forget(&mut tickets);
         if tickets.len() >= TICKETS {

@@ -13,8 +13,8 @@ use super::problem::Problem;
 use crate::config::{Profile, SensorKind};
 use crate::live::{Denied, Player, Wish};
 use crate::picture::Who;
-use fusion::SlotGrid;
 use fusion::operational::{Correlation, HeldCorrelation, NotCorrelated, Verdict};
+use fusion::slots::SlotGrid;
 use fusion::{RadarTrackKey, SensorIndex};
 
 /// The engine looks up several times a second; who does not hear of it by then is told so.
@@ -120,7 +120,7 @@ fn problem(denied: &Denied) -> Problem {
 
 fn shown(ask: &Ask, held: &[HeldCorrelation]) -> Answer {
     let hub = ask.state.hub();
-    let grid = SlotGrid::new(hub.config.fusion.slot.as_nanos() as i64);
+    let grid = SlotGrid::new(hub.config.fusion.slot);
     let correlation = |&HeldCorrelation { correlation, since }: &HeldCorrelation| {
         let Correlation { radar, transponder, verdict } = correlation;
         CorrelationJson {

@@ -10,6 +10,7 @@ use super::ask::{Answer, Ask, GEO_JSON, json, live};
 use super::problem::Problem;
 use crate::history::{Kept, Store};
 use crate::json::rounded;
+use crate::xml;
 use fusion::time::Time;
 
 /// A trail goes back this far where it is not said how far.
@@ -150,7 +151,7 @@ fn geojson(id: &str, places: &[(Time, Kept)], undulation_m: f64) -> String {
 fn gpx(id: &str, places: &[(Time, Kept)], _: f64) -> String {
     let mut text = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<gpx version=\"1.1\" creator=\"utm-fusion\" xmlns=\"http://www.topografix.com/GPX/1/1\">\n<trk><name>{}</name><trkseg>\n",
-        escaped(id)
+        xml::escape(id)
     );
     for (time, place) in places {
         let ele = place.altitude_amsl_m.map_or(String::new(), |metres| format!("<ele>{metres:.2}</ele>"));
@@ -166,7 +167,7 @@ fn gpx(id: &str, places: &[(Time, Kept)], _: f64) -> String {
 fn kml(id: &str, places: &[(Time, Kept)], _: f64) -> String {
     let mut text = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<kml xmlns=\"http://www.opengis.net/kml/2.2\" xmlns:gx=\"http://www.google.com/kml/ext/2.2\">\n<Placemark><name>{}</name>",
-        escaped(id)
+        xml::escape(id)
     );
     let is_high = |(_, place): &(Time, Kept)| place.altitude_amsl_m.is_some();
     let parts: Vec<String> =
@@ -208,8 +209,4 @@ fn csv(_: &str, places: &[(Time, Kept)], _: f64) -> String {
         let _ = writeln!(text, "{time},{source},{number},{latitude_deg:.7},{longitude_deg:.7},{altitude}");
     }
     text
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }

@@ -7,8 +7,8 @@ use super::tls::Tls;
 use crate::config::Config;
 use crate::live::{Condition, Lateness, Level, LineStatus, SensorState, Status, values};
 use crate::record::RecorderCounts;
-use fusion::LARGEST_TRANSPONDER_NUMBER;
 use fusion::SensorIndex;
+use fusion::numbering::LARGEST_TRANSPONDER_NUMBER;
 use fusion::operational::Verdict;
 
 const TEXT: &str = "text/plain; version=0.0.4; charset=utf-8";

@@ -10,7 +10,7 @@ use crate::areas::{Areas, NamedPolygon};
 use crate::config::{Area, AreaKind, Sensor, SensorKind};
 use crate::json::rounded;
 use crate::live::{Alert, Contested, LineStatus, RegistrationStatus, SensorStatus, values};
-use fusion::registration::Estimate;
+use fusion::registration::Misalignment;
 
 /// Corners of a circle.
 const CORNERS: usize = 72;
@@ -134,7 +134,7 @@ fn registration_json(registration: &RegistrationStatus) -> Value {
         json["alarm"] = json!(alarm);
     }
     if let Some(step) = &registration.step {
-        let values = |estimate: &Estimate| {
+        let values = |estimate: &Misalignment| {
             let mut json = json!({});
             add_values(&mut json, estimate);
             json
@@ -152,7 +152,7 @@ fn registration_json(registration: &RegistrationStatus) -> Value {
 pub(super) const REGISTERED: [&str; 6] =
     ["bearing_deg", "tilt_east_deg", "tilt_north_deg", "range_m", "height_m", "time_s"];
 
-fn add_values(json: &mut Value, estimate: &Estimate) {
+fn add_values(json: &mut Value, estimate: &Misalignment) {
     for (name, (.., value)) in REGISTERED.into_iter().zip(values(estimate)) {
         json[name] = json!({
             "value": rounded(value.value, 4),

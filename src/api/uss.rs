@@ -6,6 +6,7 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use axum::http::StatusCode;
+use geo::{Distance, Haversine, Point};
 use serde_json::{Value, json};
 
 use super::ask::{Answer, Ask, JSON, json};
@@ -14,14 +15,13 @@ use super::shown::{Piece, Shown};
 use super::trails::Trail;
 use crate::json::rounded;
 use crate::picture::Track;
-use fusion::TransponderPart;
+use fusion::point::TransponderPart;
 use fusion::time::Time;
 
 /// NetMaxNearRealTimeDataPeriod.
 const WINDOW_S: u32 = 60;
 /// NetMaxDisplayAreaDiagonal.
 const DIAGONAL_M: f64 = 7_000.0;
-const EARTH_M: f64 = 6_371_008.8;
 const VIEW: &str = "four numbers lat1,lng1,lat2,lng2 in degrees: two corners";
 /// Values for "unknown" of the standard's `track`, `speed`, `vertical_speed` and `alt`.
 const UNKNOWN: (f64, f64, f64, f64) = (361.0, 255.0, 63.0, -1000.0);
@@ -39,7 +39,7 @@ pub fn flights(ask: &Ask) -> Answer {
     }
     let recent_s =
         ask.value("recent_positions_duration", "seconds, 0 to 60", |s: &f64| (0.0..=60.0).contains(s))?;
-    if distance_m([lat1, lng1], [lat2, lng2]) > DIAGONAL_M {
+    if Haversine.distance(Point::new(lng1, lat1), Point::new(lng2, lat2)) > DIAGONAL_M {
         let detail = "the view is larger than 7 km from corner to corner, which F3411-22a does not allow";
         return Err(Problem::new(StatusCode::PAYLOAD_TOO_LARGE, detail));
     }
@@ -149,11 +149,4 @@ pub fn details(ask: &Ask) -> Answer {
         .ok_or_else(|| Problem::not_found("no flight of the last seconds has this id"))?;
     let serial = part.identity.serial().escape_ascii().to_string();
     json(JSON, &json!({ "details": { "id": ask.id, "uas_id": { "serial_number": serial } } }))
-}
-
-/// On the sphere.
-fn distance_m([lat1, lng1]: [f64; 2], [lat2, lng2]: [f64; 2]) -> f64 {
-    let half = |degrees: f64| (degrees.to_radians() / 2.0).sin().powi(2);
-    let a = half(lat2 - lat1) + lat1.to_radians().cos() * lat2.to_radians().cos() * half(lng2 - lng1);
-    2.0 * EARTH_M * a.clamp(0.0, 1.0).sqrt().asin()
 }

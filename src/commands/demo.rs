@@ -20,8 +20,9 @@ use crate::picture::{Picture, PictureMaker, Track};
 use crate::pipeline::{Output, Pipeline, Tally};
 use crate::simulate::{Scenario, Simulation, TRANSPONDER_ID, simulate};
 use fusion::Enu;
+use fusion::point::{Association, Because};
 use fusion::time::Time;
-use fusion::{Association, Because, Emission, Source};
+use fusion::{Emission, Source};
 
 /// Shows the main job on a simulated flight: radar and transponders in, one air picture out.
 ///
@@ -202,10 +203,10 @@ fn row(track: &Track, now: Time, columns: usize) -> String {
     let (apart, more) = match source {
         Source::Fused(_, _, Association { distance_m, because }) => {
             let why = match because {
-                Because::Ratio { gate_m, evidence } => format!(
-                    " of {gate_m:.0} m, {:.0} % of {} slots",
-                    100.0 * evidence.ratio(),
-                    evidence.co_present
+                Because::Ratio { threshold_m, ratio } => format!(
+                    " of {threshold_m:.0} m, {:.0} % of {} slots",
+                    100.0 * ratio.value(),
+                    ratio.co_present
                 ),
                 Because::Likelihood { score } => format!(", log-likelihood ratio {score:.0}"),
                 Because::Manual { .. } => ", decided by hand".to_owned(),

@@ -319,7 +319,8 @@ mod tests {
         let pipeline = crate::pipeline::Pipeline::new(&config, crate::areas::Masks::default());
         let maker = PictureMaker::new(&config, pipeline.normaliser());
         let at = |second: i64| Time::from_nanos(second * SECOND);
-        let picture = |second| Picture { slot: fusion::Slot(4 * second), time: at(second), tracks: vec![] };
+        let picture =
+            |second| Picture { slot: fusion::slots::Slot(4 * second), time: at(second), tracks: vec![] };
         let mut alerts = Alerts::new(AlertAreas::default(), at(-10));
         assert!(alerts.note_sensors(&[sensor(SensorState::Outage, "silent")], at(20)));
         assert!(!alerts.note_picture(&picture(20), &maker) && !alerts.note_picture(&picture(21), &maker));

@@ -6,9 +6,11 @@ mod track_json;
 
 use crate::config::Config;
 use crate::normalise::Normaliser;
+use fusion::frames::{Geodetic, TangentPlane};
+use fusion::point::{Basis, Estimate};
+use fusion::slots::Slot;
 use fusion::time::Time;
-use fusion::{Basis, Emission, Estimate, Point, Slot, Source};
-use fusion::{Enu, Frame, Geodetic, SensorIndex};
+use fusion::{Emission, Enu, Point, SensorIndex, Source};
 
 pub use accuracy::{Class, HORIZONTAL, SPEED, VERTICAL};
 pub use motion::Motion;
@@ -87,7 +89,7 @@ impl Track {
 /// Makes pictures: knows the site's frame, its geoid, and the names of its sensors.
 #[derive(Clone, Debug)]
 pub struct PictureMaker {
-    frame: Frame,
+    frame: TangentPlane,
     undulation_m: f64,
     sensors: Vec<String>,
     weights: Weights,

@@ -5,8 +5,9 @@ use serde::Serialize;
 use super::{PictureMaker, Track};
 use crate::json::rounded;
 use fusion::Identity;
+use fusion::Source;
 use fusion::operational::{ASSOCIATE_LLR, DISSOCIATE_LLR};
-use fusion::{self, Competitor, RadarPart, Rival, Source, TransponderPart};
+use fusion::point::{Competitor, RadarPart, Rival, TransponderPart};
 
 /// Metres, degrees, RFC 3339 UTC; what is unknown is left out.
 #[derive(Clone, Debug, Serialize)]
@@ -265,23 +266,23 @@ fn contributors<'a>(
     match source {
         Source::Fused(radar_part, transponder_part, pair) => {
             let (because, weights) = match pair.because {
-                fusion::Because::Ratio { gate_m, evidence } => {
+                fusion::point::Because::Ratio { threshold_m, ratio } => {
                     let because = Because::Ratio {
-                        threshold_m: rounded(gate_m, 3),
-                        ratio: rounded(evidence.ratio(), 4),
-                        within: evidence.within,
-                        co_present: evidence.co_present,
+                        threshold_m: rounded(threshold_m, 3),
+                        ratio: rounded(ratio.value(), 4),
+                        within: ratio.within,
+                        co_present: ratio.co_present,
                     };
                     let super::Weights { radar, transponder } = maker.weights;
                     let share = |weight: f64| Some(rounded(weight / (radar + transponder), 4));
                     (because, [share(radar), share(transponder)])
                 }
                 // Nothing is weighted by a fixed number.
-                fusion::Because::Likelihood { score } => {
+                fusion::point::Because::Likelihood { score } => {
                     let log_likelihood_ratio = rounded(score, 2);
                     (Because::Likelihood { log_likelihood_ratio, threshold: THRESHOLD }, [None; 2])
                 }
-                fusion::Because::Manual { score } => {
+                fusion::point::Because::Manual { score } => {
                     let log_likelihood_ratio = score.map(|score| rounded(score, 2));
                     let because =
                         Because::Manual { manual: true, log_likelihood_ratio, threshold: THRESHOLD };

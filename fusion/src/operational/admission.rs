@@ -18,56 +18,9 @@ use super::tuning::{
     ADMISSION_GATE_M, ADMISSION_SPEED_MAX_M_S, ADMISSION_WAIT, ADMISSION_WAIT_PERIODS, FLOOD_LASTS,
     PERMITS_ACCUMULATE_S, SAME_REPORT, WAITING_MAX, WAITING_REPORTS_MAX,
 };
+use crate::point::Newcomers;
 use crate::report::{Fix, Identity, SensorIndex};
 use crate::time::{SECOND, Time};
-
-/// Fates of the new identities of a transponder receiver in a slot: how many of each.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Newcomers {
-    /// The receiver.
-    pub sensor: SensorIndex,
-    /// Heard for the first time, or for the first time after a long silence.
-    pub heard: u32,
-    /// Admitted, with their second report.
-    pub admitted: u32,
-    /// Forgotten: there was no second report.
-    pub heard_once: u32,
-    /// Forgotten: no two of their reports agree.
-    pub inconsistent: u32,
-    /// Forgotten: they could have been admitted, but for the limit `max_new_per_s`.
-    pub rate_limited: u32,
-    /// Forgotten before their time: too many waited.
-    pub crowded_out: u32,
-    /// During a flood of new identities: the most heard in one second of it.
-    pub flood: Option<u32>,
-}
-
-impl Newcomers {
-    fn none(sensor: SensorIndex, flood: Option<u32>) -> Self {
-        Self {
-            sensor,
-            heard: 0,
-            admitted: 0,
-            heard_once: 0,
-            inconsistent: 0,
-            rate_limited: 0,
-            crowded_out: 0,
-            flood,
-        }
-    }
-
-    /// The fates, each with its name on the interfaces and its count.
-    pub const fn fates(&self) -> [(&'static str, u32); 6] {
-        [
-            ("heard", self.heard),
-            ("admitted", self.admitted),
-            ("heard_once", self.heard_once),
-            ("inconsistent", self.inconsistent),
-            ("rate_limited", self.rate_limited),
-            ("crowded_out", self.crowded_out),
-        ]
-    }
-}
 
 /// Who waits, and who was admitted.
 #[derive(Debug, Default)]

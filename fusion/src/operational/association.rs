@@ -20,7 +20,7 @@ use super::tuning::{
     REACQUIRE_AHEAD_LLR, REACQUIRE_LLR, TRACK_LASTS_PERIODS,
 };
 use crate::assignment::{Candidate, assign};
-use crate::filter::Estimate;
+use crate::filter::StateEstimate;
 use crate::report::SensorIndex;
 
 /// Which target each of these tracklets is from now on, in the order in which that takes effect.
@@ -90,7 +90,7 @@ impl RadarTracks<'_> {
     }
 
     /// The targets that a track could be.
-    fn scores(&self, tracklet: &Tracklet, unseen: &[(TargetId, Estimate)]) -> Vec<Score> {
+    fn scores(&self, tracklet: &Tracklet, unseen: &[(TargetId, StateEstimate)]) -> Vec<Score> {
         let Cycle { centre, settings, .. } = *self.cycle;
         let existence = tracklet.existence();
         if existence.is_vetoed() {
@@ -132,7 +132,7 @@ impl RadarTracks<'_> {
     }
 
     /// Targets that no sensor sees now, where they must be.
-    fn unseen(&self) -> Vec<(TargetId, Estimate)> {
+    fn unseen(&self) -> Vec<(TargetId, StateEstimate)> {
         let unseen = self.targets.iter().filter(|target| target.is_unseen(self.tracklets, self.cycle));
         unseen
             .filter_map(|target| Some((target.id(), reacquisition::expected(target, self.cycle.centre)?)))

@@ -8,7 +8,7 @@ use super::settings::Radar;
 use super::targets::{Target, Targets};
 use super::tracklets::Tracklets;
 use super::tuning::{COMPARE_WITHIN_S, DRONE_SPEED_MAX_M_S, GATE_M, GATE_SIGMAS};
-use crate::filter::Seen;
+use crate::filter::LineOfSight;
 use crate::frames::Enu;
 use crate::report::Plot;
 use crate::time::Time;
@@ -40,7 +40,7 @@ fn near<'a>(
     radar: &Radar,
 ) -> impl Iterator<Item = TargetId> + 'a {
     let away_s = plot.time.seconds_since(time).abs();
-    let seen = Seen::from(radar.position, plot.position);
+    let seen = LineOfSight::from(radar.position, plot.position);
     let bias_m = (seen.range_m * radar.errors.bias_azimuth).hypot(radar.errors.bias_range_m);
     let gate_m = GATE_M + DRONE_SPEED_MAX_M_S * away_s + GATE_SIGMAS * bias_m;
     let place = plot.position;

@@ -14,7 +14,7 @@ use super::tuning::{
     BIAS_PENALTY_MAX_LLR, PAIR_LIKELY_LLR, PAIR_LLR_MAX, PLOT_LLR_MAX, SEPARATION_IN_HEIGHT,
     SEPARATION_OVER_GROUND, Separation,
 };
-use crate::filter::{Bias, RadarErrors, Seen};
+use crate::filter::{Bias, LineOfSight, RadarErrors};
 use crate::report::Plot;
 use crate::time::Time;
 
@@ -103,7 +103,7 @@ impl PairLikelihood {
         let bias = transponder.bias(settings).unwrap_or_default();
         for plot in plots {
             let Some(curve) = transponder.on_curve(plot.time, settings) else { continue };
-            let seen = Seen::from(radar.position, plot.position);
+            let seen = LineOfSight::from(radar.position, plot.position);
             let apart = plot.position.0 - curve.position.0;
             let metres = [
                 Some(seen.outward.dot(&apart.xy())),

@@ -27,8 +27,8 @@ mod transponder;
 mod tuning;
 
 use crate::numbering::Numbers;
-use crate::point::Point;
-use crate::registration::{State, StateError};
+use crate::point::{Newcomers, Point};
+use crate::registration::{RegistrationState, RegistrationStateError};
 use crate::report::{Fix, Identity, Plot, Report, SensorIndex};
 use crate::slots::{Slot, SlotGrid};
 use crate::time::{SECOND, Time};
@@ -39,12 +39,11 @@ use registrations::Registrations;
 use targets::Targets;
 use tracklets::Tracklets;
 
-pub use admission::Newcomers;
 pub use correlation::{
     Correlation, HeldCorrelation, NotCorrelated, ResumedCorrelation, SavedCorrelation, Verdict,
 };
 pub use registrations::{Registered, Step};
-pub use settings::{Mode, Radar, Settings, Transponder};
+pub(crate) use settings::Settings;
 pub use tuning::{ASSOCIATE_LLR, DISSOCIATE_LLR};
 
 /// What the profile knows, and the reports since the last slot.
@@ -155,7 +154,11 @@ impl Operational {
     }
 
     /// Takes over a radar's registration of before a restart.
-    pub(crate) fn restore(&mut self, sensor: SensorIndex, state: &State) -> Result<(), StateError> {
+    pub(crate) fn restore(
+        &mut self,
+        sensor: SensorIndex,
+        state: &RegistrationState,
+    ) -> Result<(), RegistrationStateError> {
         self.registrations.restore(sensor, state)
     }
 

@@ -11,7 +11,7 @@ use super::tracklets::{Tracklet, Tracklets};
 use super::tuning::{
     COAST_MAX_S, RADAR_ONLY_PLOT_SHARE, RADAR_ONLY_SIGMA_M, SILENT_PLOT_SHARE, SILENT_SIGMA_MAX_M,
 };
-use crate::filter::Estimate;
+use crate::filter::StateEstimate;
 use crate::numbering::Numbers;
 use crate::point::{self, Association, Basis, Because, Point, Source};
 use crate::report::Plot;
@@ -69,14 +69,14 @@ pub(super) fn publish(
 }
 
 /// Sigma of a plot of the radar that sees that place best, metres.
-fn plot_sigma_m(estimate: &Estimate, settings: &Settings) -> f64 {
+fn plot_sigma_m(estimate: &StateEstimate, settings: &Settings) -> f64 {
     let sigma_m = |(_, radar): (_, &Radar)| radar.plot_sigma_m(estimate.position);
     settings.radars().map(sigma_m).fold(f64::INFINITY, f64::min)
 }
 
 /// Whether a target that no transponder tells of now is known well enough: by its sigma and, without a transponder, by how
 /// long it coasts.
-fn is_known(target: &Target, estimate: &Estimate, settings: &Settings) -> bool {
+fn is_known(target: &Target, estimate: &StateEstimate, settings: &Settings) -> bool {
     let limit_m = match (target.transponder(), target.radar()) {
         (Some(_), _) => SILENT_SIGMA_MAX_M.min(SILENT_PLOT_SHARE * plot_sigma_m(estimate, settings)),
         (None, Some((_, plot_m))) => RADAR_ONLY_PLOT_SHARE * plot_m + RADAR_ONLY_SIGMA_M,
@@ -105,7 +105,7 @@ fn source(
     target: &Target,
     plot: Option<&Plot>,
     because: Because,
-    estimate: &Estimate,
+    estimate: &StateEstimate,
     cycle: &Cycle,
 ) -> Option<Source> {
     let radar = target.radar().map(|(part, _)| part);
@@ -122,7 +122,12 @@ fn source(
 }
 
 /// How it moves, and what its place rests on. `seen`: the last plot of its radar track up to the slot's end.
-fn estimated(target: &Target, estimate: &Estimate, seen: Option<Time>, cycle: &Cycle) -> point::Estimate {
+fn estimated(
+    target: &Target,
+    estimate: &StateEstimate,
+    seen: Option<Time>,
+    cycle: &Cycle,
+) -> point::Estimate {
     let half_s = cycle.end.seconds_since(cycle.begin) / 2.0;
     let filtered = estimate
         .since_s

@@ -9,19 +9,19 @@ use super::tuning::{
     CLASS_LLR_MAX, DRONE_SPEED_MAX_M_S, GATE_M, GATE_SIGMAS, PLAUSIBLE_LLR, REACQUIRE_GATE,
     REACQUIRE_SIGMA_MAX_M, SEPARATION_IN_HEIGHT, SEPARATION_OVER_GROUND,
 };
-use crate::filter::{Estimate, Seen};
+use crate::filter::{LineOfSight, StateEstimate};
 use crate::report::Plot;
 use crate::time::Time;
 
 /// Where a target is, as far as that is known well enough to look for it there.
-pub(super) fn expected(target: &Target, time: Time) -> Option<Estimate> {
+pub(super) fn expected(target: &Target, time: Time) -> Option<StateEstimate> {
     target.estimate(time).filter(|estimate| estimate.sigma_m() < REACQUIRE_SIGMA_MAX_M)
 }
 
 /// LLR of a plot's being of a target that is expected there, against its being of another one; `None` outside the gate.
-pub(super) fn llr(plot: &Plot, expected: &Estimate, radar: &Radar) -> Option<f64> {
+pub(super) fn llr(plot: &Plot, expected: &StateEstimate, radar: &Radar) -> Option<f64> {
     let errors = &radar.errors;
-    let seen = Seen::from(radar.position, plot.position);
+    let seen = LineOfSight::from(radar.position, plot.position);
     let covariance = expected.horizontal
         + seen.spread(
             errors.bias_range_m.hypot(errors.noise_range_m),

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::cycle::Cycle;
 use super::ids::{TargetId, TrackletId};
-use super::settings::{Mode, Radar, Settings};
+use super::settings::{Radar, Settings};
 use super::targets::Targets;
 use super::tracklets::{CorrectedPlot, Tracklets};
 use super::transponder::Transponder;
@@ -17,9 +17,11 @@ use super::tuning::{
 use crate::filter::RadarErrors;
 use crate::frames::Enu;
 use crate::registration::{
-    self, Along, Correction, Estimate, Registration, Residual, State, StateError, Taken,
+    Correction, Misalignment, Registration, RegistrationState, RegistrationStateError, Residual, Taken,
+    TrackComparison,
 };
 use crate::report::{Plot, SensorIndex};
+use crate::settings::RegistrationMode;
 use crate::time::{SECOND, Time};
 
 /// One radar's registration.
@@ -28,7 +30,7 @@ pub struct Registered {
     registration: Registration,
     correction: Correction,
     /// What the tracks tell so far.
-    pub estimate: Estimate,
+    pub estimate: Misalignment,
     /// The latest step.
     pub step: Option<Step>,
 }
@@ -39,9 +41,9 @@ pub struct Step {
     /// When it was detected.
     pub time: Time,
     /// The estimate before.
-    pub before: Estimate,
+    pub before: Misalignment,
     /// The estimate from the latest tracks.
-    pub after: Estimate,
+    pub after: Misalignment,
 }
 
 impl Registered {
@@ -51,12 +53,12 @@ impl Registered {
     }
 
     /// All that outlives a restart.
-    pub fn to_state(&self) -> State {
+    pub fn to_state(&self) -> RegistrationState {
         self.registration.to_state()
     }
 
     /// Takes in what a segment of a radar track told.
-    fn take(&mut self, along: &mut Along) {
+    fn take(&mut self, along: &mut TrackComparison) {
         let Some(sample) = along.take() else { return };
         if let Taken::Step { before, after } = self.registration.take(&sample) {
             self.step = Some(Step { time: sample.time(), before, after });
@@ -69,8 +71,8 @@ impl Registered {
     fn errors(&self, radar: &Radar) -> RadarErrors {
         let left = self.correction.remaining(Vector3::new(0.0, REMAINING_AT_NORTH_M, REMAINING_AT_UP_M));
         let with = |bias: f64, left: f64, most: f64| match radar.registration {
-            Mode::Apply => in_steps(bias.hypot(left.min(most))),
-            Mode::Off | Mode::Propose => in_steps(bias.hypot(most)),
+            RegistrationMode::Apply => in_steps(bias.hypot(left.min(most))),
+            RegistrationMode::Off | RegistrationMode::Propose => in_steps(bias.hypot(most)),
         };
         let errors = &radar.track_errors;
         RadarErrors {
@@ -92,7 +94,7 @@ fn in_steps(sigma: f64) -> f64 {
 struct Segment {
     sensor: SensorIndex,
     target: TargetId,
-    along: Along,
+    along: TrackComparison,
 }
 
 /// The registrations of all radars.
@@ -109,8 +111,12 @@ impl Registrations {
     }
 
     /// Takes over a radar's registration of before a restart.
-    pub(super) fn restore(&mut self, sensor: SensorIndex, state: &State) -> Result<(), StateError> {
-        let registration = Registration::from_state(&registration::Settings::default(), state)?;
+    pub(super) fn restore(
+        &mut self,
+        sensor: SensorIndex,
+        state: &RegistrationState,
+    ) -> Result<(), RegistrationStateError> {
+        let registration = Registration::from_state(state)?;
         self.radars.insert(sensor, Registered::new(registration));
         Ok(())
     }
@@ -122,7 +128,7 @@ impl Registrations {
 
     /// A plot as an aligned radar would have it, as far as that is known and is to be applied.
     pub(super) fn correct(&self, mut plot: Plot, radar: &Radar) -> Plot {
-        if radar.registration == Mode::Apply
+        if radar.registration == RegistrationMode::Apply
             && let Some(Registered { correction, .. }) = self.radars.get(&plot.track.sensor)
         {
             let seen = plot.position.0 - radar.position.0;
@@ -141,15 +147,16 @@ impl Registrations {
         let (mean_s, sigma_s) = DELAY_PRIOR_S;
         let (mut information, mut vector) = (sigma_s.powi(-2), mean_s * sigma_s.powi(-2));
         for (index, radar) in now.radars.iter_mut().enumerate() {
-            let Some(radar) = radar.as_mut().filter(|radar| radar.registration != Mode::Off) else {
+            let Some(radar) = radar.as_mut().filter(|radar| radar.registration != RegistrationMode::Off)
+            else {
                 continue;
             };
             let registered = self
                 .radars
                 .entry(SensorIndex(index as u16))
-                .or_insert_with(|| Registered::new(Registration::new(&registration::Settings::default())));
+                .or_insert_with(|| Registered::new(Registration::new()));
             radar.errors = registered.errors(radar);
-            if radar.registration == Mode::Apply {
+            if radar.registration == RegistrationMode::Apply {
                 let told = registered.estimate.told_of_time();
                 information += told.0;
                 vector += told.1;
@@ -192,7 +199,7 @@ impl Registrations {
             let plots = tracklet.corrected_between(cycle.previous, cycle.centre);
             for residual in plots.filter_map(|plot| residual(plot, transponder, radar, cycle.settings)) {
                 // The radar's own errors: what is left of its misalignment is what is asked for.
-                let new = || Segment { sensor, target, along: Along::new(&radar.track_errors) };
+                let new = || Segment { sensor, target, along: TrackComparison::new(&radar.track_errors) };
                 segment.get_or_insert_with(new).along.add(&residual);
             }
             if let Some(mut segment) = segment {

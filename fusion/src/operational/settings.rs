@@ -1,11 +1,12 @@
-//! Settings of the `operational` profile: the sensors, and how drones move.
+//! What the `operational` profile is told once, and what registration adds to it.
 
 use jiff::SignedDuration;
 
 use super::tuning;
-use crate::filter::{Dynamics, RadarErrors, Seen};
+use crate::filter::{Dynamics, LineOfSight, RadarErrors};
 use crate::frames::Enu;
 use crate::report::SensorIndex;
+use crate::settings::{self, OperationalRules, RegistrationMode, Sensor};
 use crate::time::SECOND;
 
 /// The sensors as their data sheets have them, and how drones move.
@@ -22,6 +23,24 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// From the sensors and the profile's rules.
+    pub(crate) fn new(sensors: &[Sensor], rules: &OperationalRules) -> Self {
+        let radar = |sensor: &Sensor| match sensor {
+            Sensor::Radar(radar) => Some(Radar::from(radar)),
+            Sensor::Receiver(_) => None,
+        };
+        let transponder = |sensor: &Sensor| match sensor {
+            Sensor::Radar(_) => None,
+            Sensor::Receiver(receiver) => Some(Transponder::from(receiver)),
+        };
+        Self {
+            radars: sensors.iter().map(radar).collect(),
+            transponders: sensors.iter().map(transponder).collect(),
+            max_gap_ns: rules.max_gap.as_nanos() as i64,
+            motion: rules.dynamics,
+        }
+    }
+
     /// The radar of that index.
     pub(super) fn radar(&self, sensor: SensorIndex) -> Option<&Radar> {
         self.radars.get(usize::from(sensor.0))?.as_ref()
@@ -49,7 +68,7 @@ pub struct Radar {
     /// Errors of the radar as it is aligned now; not read from the settings but set by the registration.
     pub errors: RadarErrors,
     /// What is done about misalignment.
-    pub registration: Mode,
+    pub registration: RegistrationMode,
     /// Time between two detections of one target, seconds.
     pub period_s: f64,
 }
@@ -62,8 +81,8 @@ impl Radar {
 
     /// Sigma of a place as its plots have it, from their bias alone: mean of the axes over ground, metres.
     pub(super) fn plot_sigma_m(&self, place: Enu) -> f64 {
-        let covariance =
-            Seen::from(self.position, place).spread(self.errors.bias_range_m, self.errors.bias_azimuth);
+        let covariance = LineOfSight::from(self.position, place)
+            .spread(self.errors.bias_range_m, self.errors.bias_azimuth);
         (covariance.trace() / 2.0).sqrt()
     }
 }
@@ -85,15 +104,18 @@ pub struct Transponder {
     pub max_new_per_s: u32,
 }
 
-/// What is done about a radar's misalignment.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mode {
-    /// Nothing.
-    Off,
-    /// It is estimated; plots stay as they are.
-    Propose,
-    /// It is estimated, and plots are corrected.
-    Apply,
+impl From<&settings::Radar> for Radar {
+    fn from(radar: &settings::Radar) -> Self {
+        let settings::Radar { position, errors, registration, period_s } = *radar;
+        Self { position, track_errors: errors, errors, registration, period_s }
+    }
+}
+
+impl From<&settings::Receiver> for Transponder {
+    fn from(receiver: &settings::Receiver) -> Self {
+        let settings::Receiver { horizontal_m, vertical_m, delay_s, period_s, max_new_per_s } = *receiver;
+        Self { horizontal_m, vertical_m, delay_s, delay_sigma_s: 0.0, period_s, max_new_per_s }
+    }
 }
 
 /// So many periods.

@@ -14,7 +14,7 @@ use super::tuning::{
     FRESH_SHARE, RADAR_VELOCITY_CORRELATION_S, RADAR_VELOCITY_M_S, TARGET_SILENT_MAX, TRANSPONDER_CLIMB_M_S,
     TRANSPONDER_SILENT_S, TRANSPONDER_VELOCITY_M_S,
 };
-use crate::filter::{Bias, By, Estimate, Measurement, Owner, Seen, Track};
+use crate::filter::{Bias, By, LineOfSight, Measurement, Owner, StateEstimate, TargetFilter};
 use crate::numbering::{NumberChange, Numbers};
 use crate::point::{RadarPart, Source};
 use crate::report::{Fix, Identity, Plot};
@@ -30,7 +30,7 @@ pub(super) struct Target {
     tracklet: Option<TrackletId>,
     /// The latest part of a radar in it, and the sigma of its plot, metres.
     radar: Option<(RadarPart, f64)>,
-    filter: Track,
+    filter: TargetFilter,
     number: Option<TrackNumber>,
     /// Time of the newest measurement.
     newest: Time,
@@ -38,7 +38,7 @@ pub(super) struct Target {
 
 impl Target {
     fn new(id: TargetId, newest: Time, settings: &Settings) -> Self {
-        let filter = Track::new(&settings.motion);
+        let filter = TargetFilter::new(&settings.motion);
         Self { id, transponder: None, tracklet: None, radar: None, filter, number: None, newest }
     }
 
@@ -86,7 +86,7 @@ impl Target {
     }
 
     /// Where it is.
-    pub(super) fn estimate(&self, time: Time) -> Option<Estimate> {
+    pub(super) fn estimate(&self, time: Time) -> Option<StateEstimate> {
         self.filter.at(time)
     }
 
@@ -328,7 +328,7 @@ fn measured_by_radar(
     last: Option<Time>,
     pair: Option<PairLikelihood>,
 ) -> Measurement {
-    let seen = Seen::from(radar.position, plot.position);
+    let seen = LineOfSight::from(radar.position, plot.position);
     let known = pair
         .zip(last)
         .and_then(|(pair, last)| pair.bias(seen.range_m, plot.time.seconds_since(last), &radar.errors));

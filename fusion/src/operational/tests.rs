@@ -10,12 +10,13 @@ use super::cycle::EARLIEST;
 use super::ids::{TargetId, TrackletId};
 use super::likelihood::PairLikelihood;
 use super::*;
-use crate::Rival;
 use crate::frames::Enu;
 use crate::numbering::Keeping;
+use crate::point::Rival;
 use crate::report::{RadarTrackKey, UasItems};
+use crate::settings::OperationalRules;
 
-const GRID: SlotGrid = SlotGrid::new(SECOND / 4);
+const GRID: SlotGrid = SlotGrid::new(jiff::SignedDuration::from_millis(250));
 /// The slot of most cases has its centre here, seconds.
 const NOW_S: f64 = 100.125;
 
@@ -43,9 +44,9 @@ fn identity(which: usize) -> Identity {
 
 impl Case {
     fn new() -> Self {
-        let mut settings = two_drones::profile();
-        settings.radars = vec![settings.radars[0], None, settings.radars[0]];
-        settings.transponders.push(None);
+        let mut sensors = two_drones::settings(true).sensors;
+        sensors.push(sensors[0].clone());
+        let settings = Settings::new(&sensors, &OperationalRules::default());
         let numbers = Numbers::new(GRID, Keeping::ADay, std::collections::BTreeMap::new());
         Self { air: Operational::default(), settings, numbers }
     }

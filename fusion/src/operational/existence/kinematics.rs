@@ -7,7 +7,7 @@
 
 use nalgebra::{Matrix3, Vector3, matrix, vector};
 
-use crate::filter::Seen;
+use crate::filter::LineOfSight;
 use crate::operational::settings::Radar;
 use crate::operational::tuning::{
     BIRD_MOTION, DRONE_MOTIONS, MODEL_PROBABILITY_MIN, MOTION_CHANGE_S, MOTION_LOG_ODDS_MAX,
@@ -44,7 +44,7 @@ struct Filter {
 impl Kinematics {
     /// Takes a plot in.
     pub(super) fn add(&mut self, plot: &Plot, radar: &Radar) {
-        let range_m = Seen::from(radar.position, plot.position).range_m;
+        let range_m = LineOfSight::from(radar.position, plot.position).range_m;
         // Without what is left of a misalignment: that does not drift.
         let errors = &radar.track_errors;
         let noise = errors.noise_range_m.powi(2) + RANGE_STEP_M * RANGE_STEP_M / 12.0;

@@ -1,7 +1,7 @@
 //! What is published, and under which number.
 
 use super::*;
-use crate::{Basis, Because, Competitor, Source};
+use crate::point::{Basis, Because, Competitor, Source};
 
 /// Radar track 7 with plots from one second to the other, published from second 90 on.
 fn radar_only(from_s: f64, to_s: f64) -> Vec<(f64, Vec<Point>)> {
