@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, VecDeque};
 use super::health::{SensorState, SensorStatus};
 use crate::areas::AlertAreas;
 use crate::current::Current;
-use crate::picture::{Picture, PictureMaker, Track};
+use crate::picture::{Picture, PictureMaker, PictureTrack};
 use fusion::time::{SECOND, Time};
 
 /// A track leaves an area when it was not seen inside for this long: it may flicker at the edge, or be missed. A replay
@@ -283,7 +283,7 @@ impl Alerts {
 }
 
 /// `fused track 60000 (U-60000), serial 1596F3A2`: what is on the screen, and what its owner can be asked about.
-fn described(track: &Track, id: &str) -> String {
+fn described(track: &PictureTrack, id: &str) -> String {
     let serial = track
         .point
         .source

@@ -2,8 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::Vector3;
-
 use super::cycle::Cycle;
 use super::ids::{TargetId, TrackletId};
 use super::settings::{Radar, Settings};
@@ -69,7 +67,7 @@ impl Registered {
 
     /// The radar's errors, with what is left of its misalignment.
     fn errors(&self, radar: &Radar) -> RadarErrors {
-        let left = self.correction.remaining(Vector3::new(0.0, REMAINING_AT_NORTH_M, REMAINING_AT_UP_M));
+        let left = self.correction.remaining(Enu::new(0.0, REMAINING_AT_NORTH_M, REMAINING_AT_UP_M));
         let with = |bias: f64, left: f64, most: f64| match radar.registration {
             RegistrationMode::Apply => in_steps(bias.hypot(left.min(most))),
             RegistrationMode::Off | RegistrationMode::Propose => in_steps(bias.hypot(most)),
@@ -131,12 +129,12 @@ impl Registrations {
         if radar.registration == RegistrationMode::Apply
             && let Some(Registered { correction, .. }) = self.radars.get(&plot.track.sensor)
         {
-            let seen = plot.position.0 - radar.position.0;
+            let seen = radar.frame.from_site(plot.position);
             let corrected = match plot.height_measured {
                 true => correction.apply(seen),
                 false => correction.apply_without_height(seen),
             };
-            plot.position = Enu(radar.position.0 + corrected);
+            plot.position = radar.frame.to_site(corrected);
         }
         plot
     }
@@ -229,9 +227,10 @@ fn residual(
     let (here, before, after) = (at(0.0)?, at(-VELOCITY_HALF_BASE_S)?, at(VELOCITY_HALF_BASE_S)?);
     Some(Residual {
         time: plot.time,
-        plot: raw.0 - radar.position.0,
-        target: here.position.0 - radar.position.0,
-        velocity: (after.position.0 - before.position.0) / (2.0 * VELOCITY_HALF_BASE_S),
+        plot: radar.frame.from_site(*raw),
+        target: radar.frame.from_site(here.position),
+        velocity: radar.frame.vector_from_site(after.position.0 - before.position.0)
+            / (2.0 * VELOCITY_HALF_BASE_S),
         height_measured: plot.height_measured,
         sigma_m: here.sigma_m.hypot(receiver.horizontal_m),
     })

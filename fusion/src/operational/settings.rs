@@ -4,7 +4,7 @@ use jiff::SignedDuration;
 
 use super::tuning;
 use crate::filter::{Dynamics, LineOfSight, RadarErrors};
-use crate::frames::Enu;
+use crate::frames::{Enu, RadarFrame};
 use crate::report::SensorIndex;
 use crate::settings::{self, OperationalRules, RegistrationMode, Sensor};
 use crate::time::SECOND;
@@ -63,6 +63,8 @@ impl Settings {
 pub struct Radar {
     /// Position.
     pub position: Enu,
+    /// Its own axes.
+    pub frame: RadarFrame,
     /// Errors of an aligned radar.
     pub track_errors: RadarErrors,
     /// Errors of the radar as it is aligned now; not read from the settings but set by the registration.
@@ -106,8 +108,8 @@ pub struct Transponder {
 
 impl From<&settings::Radar> for Radar {
     fn from(radar: &settings::Radar) -> Self {
-        let settings::Radar { position, errors, registration, period_s } = *radar;
-        Self { position, track_errors: errors, errors, registration, period_s }
+        let settings::Radar { frame, errors, registration, period_s } = *radar;
+        Self { position: frame.origin(), frame, track_errors: errors, errors, registration, period_s }
     }
 }
 

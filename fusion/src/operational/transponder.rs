@@ -109,7 +109,7 @@ impl Transponder {
             between_m =
                 0.5 * BETWEEN_REPORTS_M_S2 * time.seconds_since(before.time) * next.time.seconds_since(time);
         }
-        let position = Enu(interpolation::evaluate(&self.knots, time)?);
+        let position = Enu::from(interpolation::evaluate(&self.knots, time)?);
         Some(OnCurve { position, sigma_m: between_m.hypot(accuracy_m * FRESH_SHARE) })
     }
 

@@ -62,7 +62,7 @@ pub(in crate::operational) fn reports(seconds: i64) -> Vec<(Time, Report)> {
         let time = Time::from_nanos(START * SECOND + half * SECOND / 2);
         let received = Time::from_nanos(time.nanos() + SECOND / 5);
         for (which, number) in TRACKS.into_iter().enumerate() {
-            let at = |error: [f64; 3]| Enu(place(which, time).0 + Vector3::from(error));
+            let at = |error: [f64; 3]| Enu::from(place(which, time).0 + Vector3::from(error));
             for (error, size) in
                 slow[which].iter_mut().zip([across_m, errors.bias_range_m, errors.bias_height_m])
             {

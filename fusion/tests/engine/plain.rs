@@ -3,12 +3,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use fusion::interpolation::{Knot, evaluate};
-use fusion::numbering::{Keeping, Numbered, Numbers};
-use fusion::point::{Association, Because, RadarPart, SlotRatio, TransponderPart};
-use fusion::slots::Slot;
-use fusion::time::Time;
-use fusion::{Emission, Enu, Fix, Identity, Plot, Point, Profile, RadarTrackKey, Report, Settings, Source};
+use utm_fusion_engine::interpolation::{Knot, evaluate};
+use utm_fusion_engine::numbering::{Keeping, Numbered, Numbers};
+use utm_fusion_engine::point::{Association, Because, RadarPart, SlotRatio, TransponderPart};
+use utm_fusion_engine::slots::Slot;
+use utm_fusion_engine::time::Time;
+use utm_fusion_engine::{
+    Emission, Enu, Fix, Identity, Plot, Point, Profile, RadarTrackKey, Report, Settings, Source,
+};
 
 use crate::scenario::{Arrival, PERIODS_S, SLOT_NS};
 
@@ -110,7 +112,7 @@ impl Plain<'_> {
             let curve = window
                 .clone()
                 .filter(|&s| !in_long_gap(centre(s)))
-                .filter_map(|s| evaluate(&knots, centre(s)).map(|point| (s, Enu(point))));
+                .filter_map(|s| evaluate(&knots, centre(s)).map(|point| (s, Enu::from(point))));
             curves.insert(identity, curve.collect());
         }
         let distance = |plot: &Plot, point: &Enu| {
@@ -162,7 +164,7 @@ impl Plain<'_> {
                     0,
                     Point {
                         number: number * 10_000 + u32::from(track.number),
-                        position: Enu(position),
+                        position: position.into(),
                         first_seen: centre(since.0),
                         source: Source::Fused(radar_part(plot), transponder, association),
                         estimate: None,

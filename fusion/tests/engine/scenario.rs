@@ -1,15 +1,15 @@
 //! Random scenarios: a few aircraft and radar tracks near each other, reports late, ahead, doubled, out of order.
 
-use fusion::report::UasItems;
-use fusion::settings::{Radar, ReferenceRules, Sensor};
-use fusion::time::{SECOND, Time};
-use fusion::{
-    Emission, Engine, Enu, Fix, Identity, Plot, Profile, RadarTrackKey, Report, SensorIndex, Settings,
-};
 use jiff::SignedDuration;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::Index;
+use utm_fusion_engine::report::UasItems;
+use utm_fusion_engine::settings::{Radar, ReferenceRules, Sensor};
+use utm_fusion_engine::time::{SECOND, Time};
+use utm_fusion_engine::{
+    Emission, Engine, Enu, Fix, Identity, Plot, Profile, RadarTrackKey, Report, SensorIndex, Settings,
+};
 
 /// One reception with its report.
 #[derive(Clone, Debug)]

@@ -34,8 +34,8 @@ proptest! {
 /// The property tests above would say nothing if the random scenarios never fused anything.
 #[test]
 fn random_scenarios_reach_every_kind_of_output() {
-    use fusion::Source;
     use proptest::strategy::ValueTree;
+    use utm_fusion_engine::Source;
     let mut runner = proptest::test_runner::TestRunner::deterministic();
     let (mut fused, mut radar, mut transponder, mut restarts) = (0, 0, 0, 0);
     for _ in 0..100 {
