@@ -4,11 +4,10 @@ use std::collections::BTreeMap;
 
 use jiff::SignedDuration;
 
-use super::kinds::{Kind, Name, Number, Seconds, Whole};
-use super::names::names;
+use super::kinds::{Kind, named, number, seconds, whole};
+use super::names::{names, written_by_name};
 use super::reader::{Item, Section};
 use super::table::{ByHand, Entry, section};
-use super::tree::quoted;
 
 /// Slots of the window and of `max_future` together: the engine keeps sets of slots in 128-bit words, and needs room
 /// for the slot that leaves the window and for one that a waiting report has just begun.
@@ -20,60 +19,62 @@ const MAX_TRANSPONDER_NUMBER: u32 = 429_496;
 /// Octets of I129/040.
 const SERIAL_OCTETS: usize = 12;
 
-/// Values of a weight.
-const WEIGHT: Number = Number("a weight is at least 0", |v| v >= 0.0);
+fn weight() -> Kind<f64> {
+    number("a weight is at least 0", |v| v >= 0.0)
+}
 
 section! {
     /// The engine. Together `window_s` and `max_future_s` are at most 126 slots.
     Fusion {
         /// Rules that the engine follows (docs/OPERATIONAL.md).
-        profile: Profile = Profile::Operational, Name;
+        profile: Profile = Profile::Operational, named();
         /// Model of the motion of aircraft (docs/OPERATIONAL.md). Not used by the `reference` profile.
-        motion: Motion = Motion::Imm, Name;
+        motion: Motion = Motion::Imm, named();
         /// Length of a slot, seconds.
-        slot as "slot_s": SignedDuration = SignedDuration::from_millis(250), Seconds(
+        slot as "slot_s": SignedDuration = SignedDuration::from_millis(250), seconds(
             "a slot is a whole number of milliseconds, 0.001 to 60 seconds",
             |s| s > 0.0 && s <= 60.0 && (s * 1e9).round() % 1e6 == 0.0,
         );
         /// Time from the opening of a slot to its publication, seconds; at least one slot, and shorter than `window_s`.
-        latency_slots as "latency_s": u32 = 25, Slots;
+        latency_slots as "latency_s": u32 = 25, whole_slots();
         /// Length of the window, the newest slot included, seconds.
-        window_slots as "window_s": u32 = 100, Slots;
+        window_slots as "window_s": u32 = 100, whole_slots();
         /// Longest time that a report may be ahead of its reception, seconds; one further ahead is dropped.
-        max_future as "max_future_s": SignedDuration = SignedDuration::from_secs(1), Seconds(
+        max_future as "max_future_s": SignedDuration = SignedDuration::from_secs(1), seconds(
             "max_future_s is at least 0, and at most latency_s",
             |s| s >= 0.0,
         );
         /// Longest gap between two reports of a transponder that is interpolated, seconds.
-        max_gap as "max_gap_s": SignedDuration = SignedDuration::from_secs(25), Seconds(
+        max_gap as "max_gap_s": SignedDuration = SignedDuration::from_secs(25), seconds(
             "the longest gap is above 0 and at most 86400 seconds",
             |s| s > 0.0,
         );
         /// Association distance over slant range: linear between the rows, constant beyond the ends.
-        threshold_m: Vec<(f64, f64)> = vec![(0.0, 60.0), (333.33, 60.0), (4333.33, 300.0)], Threshold;
+        threshold_m: Vec<(f64, f64)> = vec![(0.0, 60.0), (333.33, 60.0), (4333.33, 300.0)], threshold();
         /// Share of a pair's common slots within the association distance from which on the pair is associated.
-        ratio_min: f64 = 0.9, Number("the ratio is above 0 and at most 1", |v| v > 0.0 && v <= 1.0);
+        ratio_min: f64 = 0.9, number("the ratio is above 0 and at most 1", |v| v > 0.0 && v <= 1.0);
         /// Common slots that a pair needs; at most the slots of `window_s`.
-        min_samples: u32 = 4, Whole("min_samples is a whole number, at least 1", 1..=u32::MAX);
+        min_samples: u32 = 4, whole("min_samples is a whole number, at least 1", 1..=u32::MAX);
         /// Weight of the radar's position in the fused position, the weighted mean.
-        weight_radar: f64 = 1.0, WEIGHT;
+        weight_radar: f64 = 1.0, weight();
         /// Weight of the transponder's position in the fused position. One of the weights is above 0.
-        weight_transponder: f64 = 10.0, WEIGHT;
+        weight_transponder: f64 = 10.0, weight();
         /// Time as a likely UAV after which a radar track alone is published, seconds.
-        radar_only_min_s: f64 = 8.0, Number(
+        radar_only_min_s: f64 = 8.0, number(
             "a time is between 0 and 86400 seconds",
             |s| (0.0..=86_400.0).contains(&s),
         );
         /// Time before and after an association in which the transponder alone is held back, seconds; at most `window_s`.
-        suppress_slots as "suppress_s": u32 = 16, Slots;
+        suppress_slots as "suppress_s": u32 = 16, whole_slots();
         /// Transponder number of each serial (I129/040, trimmed). Other serials get free numbers.
-        transponder_numbers: BTreeMap<String, u32> = BTreeMap::new(), Numbers;
+        transponder_numbers: BTreeMap<String, u32> = BTreeMap::new(), numbers();
     } by hand {}
 }
 
 names! {
     /// Which rules the engine follows.
-    pub Profile, "profile" {
+    #[derive(Copy, Eq)]
+    Profile, "profile" {
         /// Better estimation from the same inputs (docs/OPERATIONAL.md).
         Operational = "operational",
         /// The published algorithm and nothing else.
@@ -83,13 +84,16 @@ names! {
 
 names! {
     /// How the `operational` profile models the motion of aircraft.
-    pub Motion, "model of motion" {
+    #[derive(Copy, Eq)]
+    Motion, "model of motion" {
         /// Interacting multiple models: straight flight and turns.
         Imm = "imm",
         /// An acceleration that lasts for a while (R. A. Singer, 1970).
         Singer = "singer",
     }
 }
+
+written_by_name!(Profile, Motion);
 
 impl Fusion {
     /// Time from the opening of a slot to its publication.
@@ -200,28 +204,16 @@ impl ByHand for Fusion {
     }
 }
 
-/// A time of whole slots. The kind checks only that it is a time; the section knows the slot.
-struct Slots;
-
-impl Kind<u32> for Slots {
-    fn read(&self, item: &Item<'_>) -> Option<u32> {
+/// A time of whole slots; how many they are is told where the slot is known.
+fn whole_slots() -> Kind<u32> {
+    Kind::new("a whole number of slots, between 0 and 86400 seconds", |item| {
         item.seconds("this is between 0 and 86400 seconds", |_| true)?;
         None
-    }
-
-    fn show(&self, value: &u32) -> Option<String> {
-        Some(value.to_string())
-    }
-
-    fn values(&self) -> String {
-        "a whole number of slots, between 0 and 86400 seconds".to_owned()
-    }
+    })
 }
 
-struct Threshold;
-
-impl Kind<Vec<(f64, f64)>> for Threshold {
-    fn read(&self, item: &Item<'_>) -> Option<Vec<(f64, f64)>> {
+fn threshold() -> Kind<Vec<(f64, f64)>> {
+    Kind::new("a list of rows [slant range in metres, distance in metres], the slant ranges rising", |item| {
         let rows = item.list()?;
         if rows.is_empty() {
             item.refuse("the table has no row; add one, such as [[0, 60]], or leave the key out");
@@ -241,23 +233,12 @@ impl Kind<Vec<(f64, f64)>> for Threshold {
             table.push((range_m, distance_m));
         }
         Some(table)
-    }
-
-    fn show(&self, value: &Vec<(f64, f64)>) -> Option<String> {
-        let rows: Vec<_> =
-            value.iter().map(|(range_m, distance_m)| format!("[{range_m:?}, {distance_m:?}]")).collect();
-        Some(format!("[{}]", rows.join(", ")))
-    }
-
-    fn values(&self) -> String {
-        "a list of rows [slant range in metres, distance in metres], the slant ranges rising".to_owned()
-    }
+    })
 }
 
-struct Numbers;
-
-impl Kind<BTreeMap<String, u32>> for Numbers {
-    fn read(&self, item: &Item<'_>) -> Option<BTreeMap<String, u32>> {
+fn numbers() -> Kind<BTreeMap<String, u32>> {
+    let rule = format!("a transponder number is a whole number from 1 to {MAX_TRANSPONDER_NUMBER}");
+    Kind::new(format!("a table; {rule}"), move |item| {
         let mut numbers: BTreeMap<String, u32> = BTreeMap::new();
         for (written, item) in item.section()?.all() {
             // As the serials of reports are trimmed.
@@ -267,7 +248,6 @@ impl Kind<BTreeMap<String, u32>> for Numbers {
             } else if serial.len() > SERIAL_OCTETS {
                 item.refuse(format!("a serial has at most {SERIAL_OCTETS} octets (I129/040); shorten it"));
             }
-            let rule = format!("a transponder number is a whole number from 1 to {MAX_TRANSPONDER_NUMBER}");
             let Some(number) = item.whole(1..=MAX_TRANSPONDER_NUMBER, &rule) else { continue };
             if let Some((other, _)) = numbers.iter().find(|(_, other)| **other == number) {
                 item.refuse(format!("{other} has this number already; give each serial its own"));
@@ -277,15 +257,5 @@ impl Kind<BTreeMap<String, u32>> for Numbers {
             }
         }
         Some(numbers)
-    }
-
-    fn show(&self, value: &BTreeMap<String, u32>) -> Option<String> {
-        let numbers: Vec<_> =
-            value.iter().map(|(serial, number)| format!("{} = {number}", quoted(serial))).collect();
-        Some(format!("{{ {} }}", numbers.join(", ")))
-    }
-
-    fn values(&self) -> String {
-        format!("a table; a transponder number is a whole number from 1 to {MAX_TRANSPONDER_NUMBER}")
-    }
+    })
 }

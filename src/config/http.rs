@@ -5,9 +5,9 @@ use std::num::NonZeroU32;
 use std::path::PathBuf;
 
 use super::cidr::Network;
-use super::kinds::{Beside, Inline, Kind, Limit, List, Name, Parsed, TEXT, Text, Whole};
+use super::kinds::{Kind, Toml, any_text, beside, inline, limit, list, named, parsed, text, whole};
 use super::names::names;
-use super::reader::{Item, Section};
+use super::reader::Section;
 use super::table::{ByHand, Entry, Row, absent, depends, need, section};
 
 section! {
@@ -15,50 +15,50 @@ section! {
     #[derive(Eq)]
     Http {
         /// Address and port to listen on; port 0 takes a free one. Without authentication it is a loopback address.
-        listen: SocketAddr = SocketAddr::from((Ipv4Addr::LOCALHOST, 8080)), Parsed {
-            values: LISTEN,
-            read: |text| text.parse().map_err(|_| LISTEN.to_owned()),
-        };
+        listen: SocketAddr = SocketAddr::from((Ipv4Addr::LOCALHOST, 8080)), parsed(
+            "an address and a port, such as \"127.0.0.1:8080\"",
+            |text| text.parse().map_err(|_| {
+                "expected an address and a port, such as \"127.0.0.1:8080\"; names are not looked up"
+            }),
+        );
         /// Who may use the service. SIGHUP never opens it to everybody where more than this machine reaches it.
-        auth: Auth = Auth::None, Authentication, reloaded;
+        auth: Auth = Auth::None, authentication(), reloaded;
         /// Certificate and key of the service. SIGHUP changes and re-reads the files, but TLS is begun or ended by a restart only.
-        tls: Option<TlsFiles> = absent("none, plain HTTP"), Inline, reloaded;
+        tls: Option<TlsFiles> = absent("none, plain HTTP"), inline::<TlsFiles>(), reloaded;
         /// Origins whose pages may use the service from a browser, beside its own.
-        cors: Vec<String> = Vec::new(), List(Text(
+        cors: Vec<String> = Vec::new(), list(text(
             "an origin is https://host or http://host, in lower case, with :port where it is no usual one",
             is_origin,
         )), reloaded;
         /// Names under which the service is reached, beside addresses and `localhost`.
-        hosts: Vec<String> = Vec::new(), List(Text(
+        hosts: Vec<String> = Vec::new(), list(text(
             "a host is a name in lower case, such as \"fusion.example\", without scheme and port; addresses and localhost are \
              accepted anyway",
             is_host,
         )), reloaded;
         /// Reverse proxies, whose `X-Forwarded-For` is believed.
-        trusted_proxies: Vec<Network> = Vec::new(), List(Parsed {
-            values: "an address such as \"127.0.0.1\" or a network such as \"10.0.0.0/8\"",
-            read: |text| text.parse().map_err(|error: super::NotANetwork| error.to_string()),
-        }), reloaded;
+        trusted_proxies: Vec<Network> = Vec::new(), list(parsed(
+            "an address such as \"127.0.0.1\" or a network such as \"10.0.0.0/8\"",
+            |text| text.parse::<Network>(),
+        )), reloaded;
         /// Connections that one address may have open. The default suits the map in ten tabs over HTTP/1.1.
-        connections_per_address: Option<NonZeroU32> = NonZeroU32::new(64), Limit(
+        connections_per_address: Option<NonZeroU32> = NonZeroU32::new(64), limit(
             "connections of one address are a whole number, 0 (no limit) to 1000000",
         ), reloaded;
         /// Long-run limit of the requests of one address, and of one token, per second.
-        requests_per_s: Option<NonZeroU32> = NonZeroU32::new(REQUESTS_PER_S), Limit(
+        requests_per_s: Option<NonZeroU32> = NonZeroU32::new(REQUESTS_PER_S), limit(
             "requests a second of one address are a whole number, 0 (no limit) to 1000000",
         ), reloaded;
         /// Requests that may come at once, after a pause.
-        requests_burst: u32 = depends("four times `requests_per_s`", BURST_S * REQUESTS_PER_S), Whole(
+        requests_burst: u32 = depends("four times `requests_per_s`", BURST_S * REQUESTS_PER_S), whole(
             "requests at once are a whole number, 1 to 1000000",
             1..=1_000_000,
         ), reloaded;
         /// Map tiles (Web Mercator) of a server of the user's choice.
-        tiles: Option<Tiles> = absent("none, the page asks nobody but this service"), Inline;
+        tiles: Option<Tiles> = absent("none, the page asks nobody but this service"), inline::<Tiles>();
     } by hand {}
 }
 
-/// Values of `listen`.
-const LISTEN: &str = "expected an address and a port, such as \"127.0.0.1:8080\"; names are not looked up";
 /// Far beyond what the page and dashboards that poll come to.
 const REQUESTS_PER_S: u32 = 50;
 /// The default burst is what the rate allows in this time, seconds.
@@ -120,12 +120,12 @@ section! {
     #[derive(Eq)]
     Tiles {
         /// Address of a tile, with `{z}`, `{x}` and `{y}`.
-        url: String = need("url = \"https://host/{z}/{x}/{y}.png\""), Text(
+        url: String = need("url = \"https://host/{z}/{x}/{y}.png\""), text(
             "tiles are at https://host/… or http://host/…, with {z}, {x} and {y} in the path",
             |url| ["/{z}", "{x}", "{y}"].iter().all(|part| url.contains(part)) && is_origin(origin_of(url)),
         );
         /// Whose they are; shown on the map.
-        attribution: String = String::new(), TEXT;
+        attribution: String = String::new(), any_text();
     }
 }
 
@@ -141,77 +141,61 @@ section! {
     #[derive(Eq)]
     TlsFiles {
         /// Certificate of the service and of those that issued it, PEM.
-        certificate: PathBuf = need("certificate = …, the file of the certificate and its issuers"), Beside, reloaded;
+        certificate: PathBuf = need("certificate = …, the file of the certificate and its issuers"), beside();
         /// Private key of the service, PEM.
-        key: PathBuf = need("key = …, the file of the certificate's private key"), Beside, reloaded;
+        key: PathBuf = need("key = …, the file of the certificate's private key"), beside();
     }
-}
-
-/// Who may use the HTTP service.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Auth {
-    /// Everybody; on a loopback address only.
-    None,
-    /// Holders of a bearer token.
-    Tokens {
-        /// Their names, hashes and scopes (TOML); an absolute path (in the file it is relative to the configuration).
-        tokens_file: PathBuf,
-    },
 }
 
 names! {
-    Mode, "mode" {
+    /// Who may use the HTTP service.
+    #[derive(Eq)]
+    Auth, "mode" {
         /// Everybody; on a loopback address only.
         None = "none",
         /// Holders of a bearer token.
-        Tokens = "tokens",
+        Tokens {
+            /// Their names, hashes and scopes (TOML); an absolute path (in the file it is relative to the configuration).
+            tokens_file: PathBuf
+        } = "tokens",
     }
 }
 
-struct Authentication;
-
-impl Kind<Auth> for Authentication {
-    fn read(&self, item: &Item<'_>) -> Option<Auth> {
+fn authentication() -> Kind<Auth> {
+    Kind::new("a table of the keys below", |item| {
         let mut section = item.section()?;
         let mode = section.need("mode", "mode = \"none\" or mode = \"tokens\"");
-        let auth = match mode.and_then(|item| Name.read(&item))? {
-            Mode::Tokens => section
-                .need("tokens_file", "tokens_file = …, the file of the tokens' hashes and scopes")
-                .and_then(|item| Some(Auth::Tokens { tokens_file: Beside.read(&item)? })),
-            Mode::None => {
-                if let Some(item) = section.stray("tokens_file") {
-                    item.refuse(
-                        "without mode = \"tokens\" nobody reads this file; remove the key or change the mode",
-                    );
-                }
-                Some(Auth::None)
-            }
-        };
+        let mut auth = mode.and_then(|item| (named().read)(&item))?;
+        if let Auth::Tokens { tokens_file } = &mut auth {
+            let item =
+                section.need("tokens_file", "tokens_file = …, the file of the tokens' hashes and scopes");
+            *tokens_file = item.and_then(|item| (beside().read)(&item)).unwrap_or_default();
+        } else if let Some(item) = section.stray("tokens_file") {
+            item.refuse(
+                "without mode = \"tokens\" nobody reads this file; remove the key or change the mode",
+            );
+        }
         section.finish();
-        auth
+        Some(auth)
+    })
+}
+
+impl Toml for Auth {
+    fn toml(&self) -> Option<String> {
+        let file = match self {
+            Self::None => String::new(),
+            Self::Tokens { tokens_file } => format!(", tokens_file = {}", tokens_file.toml()?),
+        };
+        Some(format!("{{ mode = \"{}\"{file} }}", self.name()))
     }
 
-    fn show(&self, value: &Auth) -> Option<String> {
-        Some(match value {
-            Auth::None => "{ mode = \"none\" }".to_owned(),
-            Auth::Tokens { tokens_file } => {
-                format!("{{ mode = \"tokens\", tokens_file = {} }}", Beside.show(tokens_file)?)
-            }
-        })
-    }
-
-    fn values(&self) -> String {
-        "a table of the keys below".to_owned()
-    }
-
-    fn keys(&self) -> Vec<Row> {
+    fn keys() -> Vec<Row> {
         let about = "File of the bearer tokens: `name = { sha256 = \"64 hexadecimal digits\", scopes = [\"read\", \"stream\"] }`; \
-                     needed with `mode = \"tokens\"`.";
-        let rows = [
-            Row::by_hand("mode", None, &Kind::<Mode>::values(&Name), "Who may use the service."),
-            Row::by_hand("tokens_file", None, &Kind::<PathBuf>::values(&Beside), about),
-        ];
-        rows.map(|row| Row { reloaded: true, ..row }).into()
+                     with `mode = \"tokens\"`.";
+        vec![
+            Row::by_hand("mode", None, &named::<Self>().values, "Who may use the service."),
+            Row::by_hand("tokens_file", None, &beside().values, about),
+        ]
     }
 }
 

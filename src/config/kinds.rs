@@ -1,5 +1,6 @@
-//! Kinds of values: how each is read, checked, shown and explained.
+//! Kinds of values: which are valid, and how they are read and shown.
 
+use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::num::NonZeroU32;
@@ -14,160 +15,63 @@ use super::reader::{Item, Section};
 use super::table::{Row, Table};
 use super::tree::quoted;
 
-/// A kind of values `T` of a key.
-pub(crate) trait Kind<T> {
-    /// The value; finds fault with one that is not valid.
-    fn read(&self, item: &Item<'_>) -> Option<T>;
-
-    /// The value as TOML, where there is one.
-    fn show(&self, value: &T) -> Option<String>;
-
+/// A kind of values of a key.
+pub(crate) struct Kind<T> {
     /// Which values are valid.
-    fn values(&self) -> String;
+    pub(crate) values: String,
+    /// Reads a value; finds fault with one that is not valid.
+    pub(crate) read: Box<dyn Fn(&Item<'_>) -> Option<T>>,
+}
 
-    /// The keys of a value that is a table.
-    fn keys(&self) -> Vec<Row> {
-        Vec::new()
+impl<T> Kind<T> {
+    pub(crate) fn new(values: impl Into<String>, read: impl Fn(&Item<'_>) -> Option<T> + 'static) -> Self {
+        Self { values: values.into(), read: Box::new(read) }
     }
 }
 
-/// A key that may be absent.
-impl<T, K: Kind<T>> Kind<Option<T>> for K {
-    fn read(&self, item: &Item<'_>) -> Option<Option<T>> {
-        Kind::<T>::read(self, item).map(Some)
-    }
-
-    fn show(&self, value: &Option<T>) -> Option<String> {
-        value.as_ref().and_then(|value| Kind::<T>::show(self, value))
-    }
-
-    fn values(&self) -> String {
-        Kind::<T>::values(self)
-    }
-
-    fn keys(&self) -> Vec<Row> {
-        Kind::<T>::keys(self)
+/// Of a key that may be absent.
+impl<T: 'static> From<Kind<T>> for Kind<Option<T>> {
+    fn from(kind: Kind<T>) -> Self {
+        Self::new(kind.values, move |item| (kind.read)(item).map(Some))
     }
 }
 
 /// A finite number that is valid; the rule says which are.
-pub(crate) struct Number(pub(crate) &'static str, pub(crate) fn(f64) -> bool);
-
-impl Kind<f64> for Number {
-    fn read(&self, item: &Item<'_>) -> Option<f64> {
-        item.number(self.0, self.1)
-    }
-
-    fn show(&self, value: &f64) -> Option<String> {
-        Some(format!("{value:?}"))
-    }
-
-    fn values(&self) -> String {
-        self.0.to_owned()
-    }
+pub(crate) fn number(rule: &'static str, valid: fn(f64) -> bool) -> Kind<f64> {
+    Kind::new(rule, move |item| item.number(rule, valid))
 }
-
-/// A type whose values are shown as they are displayed.
-pub(crate) trait Plain: Display {}
-impl Plain for u8 {}
-impl Plain for u16 {}
-impl Plain for u32 {}
-impl Plain for SocketAddr {}
-impl Plain for Network {}
 
 /// A whole number in a range; the rule says which.
-pub(crate) struct Whole<T>(pub(crate) &'static str, pub(crate) RangeInclusive<T>);
-
-impl<T: Plain + TryFrom<i64> + PartialOrd + Copy> Kind<T> for Whole<T> {
-    fn read(&self, item: &Item<'_>) -> Option<T> {
-        item.whole(self.1.clone(), self.0)
-    }
-
-    fn show(&self, value: &T) -> Option<String> {
-        Some(value.to_string())
-    }
-
-    fn values(&self) -> String {
-        self.0.to_owned()
-    }
+pub(crate) fn whole<T>(rule: &'static str, range: RangeInclusive<T>) -> Kind<T>
+where
+    T: TryFrom<i64> + PartialOrd + Copy + 'static,
+{
+    Kind::new(rule, move |item| item.whole(range.clone(), rule))
 }
 
-/// A count whose 0 means no limit.
-pub(crate) struct Limit(pub(crate) &'static str);
-
-/// The highest [`Limit`].
-const MAX_LIMIT: u32 = 1_000_000;
-
-impl Kind<Option<NonZeroU32>> for Limit {
-    fn read(&self, item: &Item<'_>) -> Option<Option<NonZeroU32>> {
-        item.whole(0..=MAX_LIMIT, self.0).map(NonZeroU32::new)
-    }
-
-    fn show(&self, value: &Option<NonZeroU32>) -> Option<String> {
-        Some(value.map_or(0, NonZeroU32::get).to_string())
-    }
-
-    fn values(&self) -> String {
-        self.0.to_owned()
-    }
+/// A count up to a million whose 0 means no limit.
+pub(crate) fn limit(rule: &'static str) -> Kind<Option<NonZeroU32>> {
+    Kind::new(rule, move |item| item.whole(0..=1_000_000, rule).map(NonZeroU32::new))
 }
 
 /// A duration in seconds.
-pub(crate) struct Seconds(pub(crate) &'static str, pub(crate) fn(f64) -> bool);
-
-impl Kind<SignedDuration> for Seconds {
-    fn read(&self, item: &Item<'_>) -> Option<SignedDuration> {
-        item.seconds(self.0, self.1)
-    }
-
-    fn show(&self, value: &SignedDuration) -> Option<String> {
-        Some(format!("{:?}", value.as_secs_f64()))
-    }
-
-    fn values(&self) -> String {
-        self.0.to_owned()
-    }
+pub(crate) fn seconds(rule: &'static str, valid: fn(f64) -> bool) -> Kind<SignedDuration> {
+    Kind::new(rule, move |item| item.seconds(rule, valid))
 }
 
 /// True or false.
-pub(crate) struct Flag;
-
-impl Kind<bool> for Flag {
-    fn read(&self, item: &Item<'_>) -> Option<bool> {
-        item.flag()
-    }
-
-    fn show(&self, value: &bool) -> Option<String> {
-        Some(value.to_string())
-    }
-
-    fn values(&self) -> String {
-        "`true` or `false`".to_owned()
-    }
+pub(crate) fn flag() -> Kind<bool> {
+    Kind::new("`true` or `false`", |item| item.flag())
 }
 
 /// Text that is valid; the rule says which is.
-pub(crate) struct Text(pub(crate) &'static str, pub(crate) fn(&str) -> bool);
+pub(crate) fn text(rule: &'static str, valid: fn(&str) -> bool) -> Kind<String> {
+    parsed(rule, move |text| if valid(text) { Ok(text.to_owned()) } else { Err(rule) })
+}
 
 /// Any text that is not blank.
-pub(crate) const TEXT: Text = Text("text that is not blank", |_| true);
-
-impl Kind<String> for Text {
-    fn read(&self, item: &Item<'_>) -> Option<String> {
-        let text = item.text()?;
-        if !(self.1)(text) {
-            item.refuse(self.0);
-        }
-        Some(text.to_owned())
-    }
-
-    fn show(&self, value: &String) -> Option<String> {
-        Some(quoted(value))
-    }
-
-    fn values(&self) -> String {
-        self.0.to_owned()
-    }
+pub(crate) fn any_text() -> Kind<String> {
+    text("text that is not blank", |_| true)
 }
 
 /// Whether `text` is made of letters, digits, `_` and `-`.
@@ -175,175 +79,130 @@ pub(crate) fn is_plain(text: &str) -> bool {
     text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
 }
 
+/// Text that `read` understands; its error says what is wrong with any other.
+pub(crate) fn parsed<T, E: Display>(values: &str, read: impl Fn(&str) -> Result<T, E> + 'static) -> Kind<T> {
+    Kind::new(values, move |item| read(item.text()?).map_err(|error| item.refuse(error)).ok())
+}
+
+/// The address of a host or group that is valid; the rule says which is.
+pub(crate) fn ipv4(rule: &'static str, valid: fn(Ipv4Addr) -> bool) -> Kind<Ipv4Addr> {
+    Kind::new(rule, move |item| {
+        let address = item.ipv4()?;
+        if !valid(address) {
+            item.refuse(rule);
+        }
+        Some(address)
+    })
+}
+
 /// A path that is relative to the working directory.
-pub(crate) struct Directory;
-
-impl Kind<PathBuf> for Directory {
-    fn read(&self, item: &Item<'_>) -> Option<PathBuf> {
-        Some(item.text()?.into())
-    }
-
-    fn show(&self, value: &PathBuf) -> Option<String> {
-        Some(quoted(&value.to_string_lossy()))
-    }
-
-    fn values(&self) -> String {
-        "a path, relative to the working directory".to_owned()
-    }
+pub(crate) fn directory() -> Kind<PathBuf> {
+    Kind::new("a path, relative to the working directory", |item| Some(item.text()?.into()))
 }
 
 /// A path that is relative to the configuration; what is read is absolute.
-pub(crate) struct Beside;
-
-impl Kind<PathBuf> for Beside {
-    fn read(&self, item: &Item<'_>) -> Option<PathBuf> {
+pub(crate) fn beside() -> Kind<PathBuf> {
+    Kind::new("a path, relative to the configuration file", |item| {
         let written = Path::new(item.file()).parent().unwrap_or(Path::new("")).join(item.text()?);
         Some(path::absolute(&written).unwrap_or(written))
-    }
-
-    fn show(&self, value: &PathBuf) -> Option<String> {
-        Directory.show(value)
-    }
-
-    fn values(&self) -> String {
-        "a path, relative to the configuration file".to_owned()
-    }
+    })
 }
 
 /// One of the names of an enumeration.
-pub(crate) struct Name;
-
-impl<T: Named> Kind<T> for Name {
-    fn read(&self, item: &Item<'_>) -> Option<T> {
-        T::named(item.text()?).map_err(|error| item.refuse(error)).ok()
-    }
-
-    fn show(&self, value: &T) -> Option<String> {
-        Some(quoted(value.text()))
-    }
-
-    fn values(&self) -> String {
-        let names =
-            T::ALL.iter().map(|(name, _, about)| format!("`\"{name}\"`:{}", about.trim_end_matches('.')));
-        names.collect::<Vec<_>>().join("; ")
-    }
+pub(crate) fn named<T: Named>() -> Kind<T> {
+    let names = T::NAMES.iter().map(|(name, about)| format!("`\"{name}\"`:{}", about.trim_end_matches('.')));
+    parsed(&names.collect::<Vec<_>>().join("; "), T::named)
 }
 
-/// The address of a host or group.
-pub(crate) struct Ipv4(pub(crate) &'static str, pub(crate) fn(Ipv4Addr) -> bool);
-
-impl Kind<Ipv4Addr> for Ipv4 {
-    fn read(&self, item: &Item<'_>) -> Option<Ipv4Addr> {
-        let address = item.ipv4()?;
-        if !(self.1)(address) {
-            item.refuse(self.0);
-        }
-        Some(address)
-    }
-
-    fn show(&self, value: &Ipv4Addr) -> Option<String> {
-        Some(quoted(&value.to_string()))
-    }
-
-    fn values(&self) -> String {
-        self.0.to_owned()
-    }
+/// A list of values.
+pub(crate) fn list<T: 'static>(kind: Kind<T>) -> Kind<Vec<T>> {
+    let values = format!("a list; {}", kind.values);
+    Kind::new(values, move |item| Some(item.list()?.iter().filter_map(&*kind.read).collect()))
 }
 
-/// Text that `read` understands; `values` says which, and is also what is wrong with any other.
-pub(crate) struct Parsed<T> {
-    pub(crate) values: &'static str,
-    pub(crate) read: fn(&str) -> Result<T, String>,
+/// A table.
+pub(crate) fn inline<T: Table>() -> Kind<T> {
+    Kind::new("a table of the keys below", |item| item.section().map(T::read))
 }
 
-impl<T: Plain> Kind<T> for Parsed<T> {
-    fn read(&self, item: &Item<'_>) -> Option<T> {
-        (self.read)(item.text()?).map_err(|error| item.refuse(error)).ok()
-    }
-
-    fn show(&self, value: &T) -> Option<String> {
-        Some(quoted(&value.to_string()))
-    }
-
-    fn values(&self) -> String {
-        self.values.to_owned()
-    }
-}
-
-/// A list on one line.
-pub(crate) struct List<K>(pub(crate) K);
-
-impl<T, K: Kind<T>> Kind<Vec<T>> for List<K> {
-    fn read(&self, item: &Item<'_>) -> Option<Vec<T>> {
-        Some(item.list()?.iter().filter_map(|entry| self.0.read(entry)).collect())
-    }
-
-    fn show(&self, value: &Vec<T>) -> Option<String> {
-        let entries: Vec<_> = value.iter().filter_map(|entry| self.0.show(entry)).collect();
-        Some(format!("[{}]", entries.join(", ")))
-    }
-
-    fn values(&self) -> String {
-        format!("a list; {}", self.0.values())
-    }
-}
-
-/// A table on one line.
-pub(crate) struct Inline;
-
-impl<T: Table> Kind<T> for Inline {
-    fn read(&self, item: &Item<'_>) -> Option<T> {
-        item.section().map(T::read)
-    }
-
-    fn show(&self, value: &T) -> Option<String> {
-        Some(value.inline())
-    }
-
-    fn values(&self) -> String {
-        "a table of the keys below".to_owned()
-    }
-
-    fn keys(&self) -> Vec<Row> {
-        T::rows()
-    }
-}
-
-/// A list of tables, each on a line.
-pub(crate) struct Tables;
-
-impl<T: Table> Kind<Vec<T>> for Tables {
-    fn read(&self, item: &Item<'_>) -> Option<Vec<T>> {
-        Some(tables(Some(item.clone()), |_, _| {}))
-    }
-
-    fn show(&self, value: &Vec<T>) -> Option<String> {
-        if value.is_empty() {
-            return Some("[]".to_owned());
-        }
-        let lines = value.iter().map(|table| format!("    {},\n", table.inline()));
-        Some(format!("[\n{}]", lines.collect::<String>()))
-    }
-
-    fn values(&self) -> String {
-        "a list of tables of the keys below".to_owned()
-    }
-
-    fn keys(&self) -> Vec<Row> {
-        T::rows()
-    }
+/// A list of tables.
+pub(crate) fn tables<T: Table>() -> Kind<Vec<T>> {
+    let read = |item: &Item<'_>| Some(checked_tables(Some(item.clone()), |_, _| {}));
+    Kind::new("a list of tables of the keys below", read)
 }
 
 /// Every table of a list, each looked at by `check` before its unknown keys are refused. An absent list is empty.
-pub(crate) fn tables<T: Table>(list: Option<Item<'_>>, mut check: impl FnMut(&T, &Section<'_>)) -> Vec<T> {
+pub(crate) fn checked_tables<T: Table>(
+    list: Option<Item<'_>>,
+    mut check: impl FnMut(&T, &Section<'_>),
+) -> Vec<T> {
     let sections = list.and_then(|list| list.list()).unwrap_or_default().into_iter();
-    sections
-        .filter_map(|item| {
-            let mut section = item.section()?;
-            let table = T::read_keys(&mut section);
-            check(&table, &section);
-            section.finish();
-            Some(table)
+    let read = |item: Item<'_>| {
+        let mut section = item.section()?;
+        let table = T::read_keys(&mut section);
+        check(&table, &section);
+        section.finish();
+        Some(table)
+    };
+    sections.filter_map(read).collect()
+}
+
+/// A value that a key has.
+pub(crate) trait Toml {
+    /// The keys of a table.
+    fn keys() -> Vec<Row> {
+        Vec::new()
+    }
+
+    /// The value as TOML, where there is one.
+    fn toml(&self) -> Option<String>;
+}
+
+macro_rules! toml {
+    ($value:ident => $toml:expr; $($type:ty),*) => {
+        $(impl Toml for $type {
+            fn toml(&self) -> Option<String> {
+                let $value = self;
+                Some($toml)
+            }
+        })*
+    };
+}
+toml!(value => value.to_string(); u8, u16, u32, bool);
+toml!(value => format!("{value:?}"); f64);
+toml!(value => quoted(&value.to_string()); String, Ipv4Addr, SocketAddr, Network);
+toml!(value => quoted(&value.to_string_lossy()); PathBuf);
+toml!(value => format!("{:?}", value.as_secs_f64()); SignedDuration);
+toml!(value => format!("[{:?}, {:?}]", value.0, value.1); (f64, f64));
+toml!(value => value.map_or(0, NonZeroU32::get).to_string(); Option<NonZeroU32>);
+toml!(value => {
+    let numbers = value.iter().map(|(name, number)| format!("{} = {number}", quoted(name)));
+    format!("{{ {} }}", numbers.collect::<Vec<_>>().join(", "))
+}; BTreeMap<String, u32>);
+
+impl<T: Toml> Toml for Option<T> {
+    fn keys() -> Vec<Row> {
+        T::keys()
+    }
+
+    fn toml(&self) -> Option<String> {
+        self.as_ref().and_then(T::toml)
+    }
+}
+
+/// On one line; a table has a line of its own.
+impl<T: Toml> Toml for Vec<T> {
+    fn keys() -> Vec<Row> {
+        T::keys()
+    }
+
+    fn toml(&self) -> Option<String> {
+        let entries: Vec<_> = self.iter().filter_map(T::toml).collect();
+        let is_table = !entries.is_empty() && !T::keys().is_empty();
+        Some(if is_table {
+            format!("[\n    {},\n]", entries.join(",\n    "))
+        } else {
+            format!("[{}]", entries.join(", "))
         })
-        .collect()
+    }
 }

@@ -128,7 +128,8 @@ impl Config {
         let sensors = sensors::read(&mut top, &site, &faults);
         let fusion = Fusion::read(top.section("fusion"));
         let ids: Vec<&str> = sensors.iter().map(|sensor| &*sensor.id).collect();
-        let areas = kinds::tables(top.item("areas"), |area: &Area, section| area.check(section, &ids));
+        let areas =
+            kinds::checked_tables(top.item("areas"), |area: &Area, section| area.check(section, &ids));
         let output = Output::read(top.section("output"));
         let http = Http::read(top.section("http"));
         let state = Persistence::read(top.section("state"));

@@ -2,31 +2,28 @@
 
 use std::net::Ipv4Addr;
 
-use super::kinds::{Ipv4, Kind, Whole};
+use super::kinds::{Kind, ipv4, whole};
 use super::reader::Section;
 use super::table::{ByHand, Entry, Row, absent, depends, need, section};
 use super::tree::quoted;
 use crate::capture::LONGEST_TRAILER;
-
-/// Values of a UDP port.
-const PORT: Whole<u16> = Whole("a UDP port is a whole number from 1 to 65535", 1..=65535);
 
 section! {
     /// A UDP line to listen on.
     #[derive(Copy, Eq, Hash)]
     Input {
         /// UDP port.
-        port: u16 = need("the UDP port, such as port = 8048"), PORT;
+        port: u16 = need("the UDP port, such as port = 8048"), whole("a UDP port is a whole number from 1 to 65535", 1..=65535);
         /// The only host whose datagrams count, one sender whatever its ports; a group is joined source-specifically. Without
         /// it, of contradicting senders the one heard first counts (docs/OPERATIONS.md, Two senders).
-        source: Option<Ipv4Addr> = absent("any host"), Ipv4(
+        source: Option<Ipv4Addr> = absent("any host"), ipv4(
             "the source is the address of one host; a group belongs into group",
             |source| !source.is_multicast() && !source.is_broadcast() && !source.is_unspecified(),
         );
         /// Octets that the sender appends to the blocks of each datagram; used in a replay of such datagrams as well.
         trailer_octets: Option<u8> =
             absent("recognised where four datagrams in a row end in the same number of octets that are no block"),
-            Whole("a trailer has at most 32 octets; 0: there is none", 0..=LONGEST_TRAILER as u8);
+            whole("a trailer has at most 32 octets; 0: there is none", 0..=LONGEST_TRAILER as u8);
     } by hand {
         /// The group to join, or the local address to bind (`0.0.0.0`: all).
         address: Address = Address::Unicast(Ipv4Addr::UNSPECIFIED);
@@ -38,9 +35,9 @@ section! {
     #[derive(Copy, Eq, Hash)]
     Sink {
         /// UDP port.
-        port: u16 = need("the UDP port, such as port = 8048"), PORT;
+        port: u16 = need("the UDP port, such as port = 8048"), whole("a UDP port is a whole number from 1 to 65535", 1..=65535);
         /// Time to live, hops.
-        ttl: u8 = depends("1 for a group, 64 for an address", 64), Whole("a time to live is 0 to 255 hops", 0..=255);
+        ttl: u8 = depends("1 for a group, 64 for an address", 64), whole("a time to live is 0 to 255 hops", 0..=255);
     } by hand {
         /// The group or host to send to.
         address: Address = Address::Unicast(Ipv4Addr::UNSPECIFIED);
@@ -110,21 +107,22 @@ impl ByHand for Sink {
     }
 }
 
-/// Values of `group`.
-const GROUP: Ipv4 =
-    Ipv4("a multicast group is 224.0.0.0 to 239.255.255.255; for unicast write address", |group| {
+fn a_group() -> Kind<Ipv4Addr> {
+    ipv4("a multicast group is 224.0.0.0 to 239.255.255.255; for unicast write address", |group| {
         group.is_multicast()
-    });
-/// Values of `interface`.
-const INTERFACE: Ipv4 =
-    Ipv4("the interface is named by this machine's own address on it, such as \"127.0.0.1\"", |interface| {
-        !interface.is_multicast() && !interface.is_broadcast()
-    });
-/// Values of `address`.
-const HOST: Ipv4 = Ipv4(
-    "the address is that of one host, not of a broadcast; for a multicast group write group instead",
-    |host| !host.is_multicast() && !host.is_broadcast(),
-);
+    })
+}
+
+fn an_interface() -> Kind<Ipv4Addr> {
+    let rule = "the interface is named by this machine's own address on it, such as \"127.0.0.1\"";
+    ipv4(rule, |interface| !interface.is_multicast() && !interface.is_broadcast())
+}
+
+fn a_host() -> Kind<Ipv4Addr> {
+    let rule =
+        "the address is that of one host, not of a broadcast; for a multicast group write group instead";
+    ipv4(rule, |host| !host.is_multicast() && !host.is_broadcast())
+}
 
 impl Address {
     /// `group` with `interface`, or `address`.
@@ -133,15 +131,16 @@ impl Address {
         let interface = section.item("interface");
         match (group, address) {
             (Some(group), None) => {
-                let interface = interface.map_or(Some(Ipv4Addr::UNSPECIFIED), |item| INTERFACE.read(&item));
-                let group = GROUP.read(&group);
+                let interface =
+                    interface.map_or(Some(Ipv4Addr::UNSPECIFIED), |item| (an_interface().read)(&item));
+                let group = (a_group().read)(&group);
                 group.zip(interface).map(|(group, interface)| Self::Multicast { group, interface })
             }
             (None, Some(address)) => {
                 if let Some(interface) = interface {
                     interface.refuse("an interface goes with a group; remove it, the address says where");
                 }
-                HOST.read(&address).map(Self::Unicast)
+                (a_host().read)(&address).map(Self::Unicast)
             }
             (Some(_), Some(address)) => {
                 address.refuse(
@@ -173,9 +172,9 @@ impl Address {
         let instead = "none; `group` or `address` is needed";
         let interface = "This machine's own address on the network of the group; `0.0.0.0` leaves it to the routing table.";
         let address = [
-            Row::by_hand("group", Some(instead), GROUP.0, "Multicast group."),
-            Row::by_hand("interface", Some("`\"0.0.0.0\"`"), INTERFACE.0, interface),
-            Row::by_hand("address", Some(instead), HOST.0, address),
+            Row::by_hand("group", Some(instead), &a_group().values, "Multicast group."),
+            Row::by_hand("interface", Some("`\"0.0.0.0\"`"), &an_interface().values, interface),
+            Row::by_hand("address", Some(instead), &a_host().values, address),
         ];
         rows.splice(0..0, address);
     }

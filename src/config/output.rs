@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use super::kinds::{Directory, Flag, Inline, Name, Number, Tables, Whole};
-use super::names::names;
+use super::kinds::{directory, flag, inline, named, number, tables, whole};
+use super::names::{names, written_by_name};
 use super::network::Sink;
 use super::table::{absent, need, section};
 
@@ -12,38 +12,40 @@ section! {
     #[derive(Eq)]
     Output {
         /// Destinations of the fused CAT129. One that cannot be opened at SIGHUP leaves those before.
-        asterix: Vec<Sink> = Vec::new(), Tables, reloaded;
+        asterix: Vec<Sink> = Vec::new(), tables(), reloaded;
         /// What I129/040 of a record with a transponder holds.
-        serial: SerialSource = SerialSource::Uas, Name;
+        serial: SerialSource = SerialSource::Uas, named();
         /// Whether a CAT065 service status is sent to the destinations each second, so that silence is a failure.
-        status: bool = true, Flag;
+        status: bool = true, flag();
         /// Whether the slots that the window still holds are published when the service stops.
-        flush_on_stop: bool = true, Flag;
+        flush_on_stop: bool = true, flag();
         /// Recording of what arrives, into rotating capture files.
-        record: Option<Record> = absent("nothing is recorded"), Inline;
+        record: Option<Record> = absent("nothing is recorded"), inline::<Record>();
     }
 }
 
 names! {
     /// What I129/040 of a fused or transponder-only record holds.
-    pub SerialSource, "source of serials" {
+    #[derive(Copy, Eq)]
+    SerialSource, "source of serials" {
         /// The serial of the aircraft itself.
         Uas = "uas",
         /// The track number, for readers that know only this item.
         TrackNumber = "track-number",
     }
 }
+written_by_name!(SerialSource);
 
 section! {
     /// Recording into rotating capture files.
     #[derive(Eq)]
     Record {
         /// Directory of the recordings.
-        dir: PathBuf = need("dir = …, the directory of the recordings"), Directory;
+        dir: PathBuf = need("dir = …, the directory of the recordings"), directory();
         /// Size at which a new file starts, MiB.
-        rotate_mib: u32 = 256, Whole("a file grows to a whole number of MiB, 1 to 1048576", 1..=1_048_576);
+        rotate_mib: u32 = 256, whole("a file grows to a whole number of MiB, 1 to 1048576", 1..=1_048_576);
         /// How many files are kept, the newest ones.
-        keep: u32 = 16, Whole("the files kept are a whole number, 1 to 1000000", 1..=1_000_000);
+        keep: u32 = 16, whole("the files kept are a whole number, 1 to 1000000", 1..=1_000_000);
     }
 }
 
@@ -52,13 +54,13 @@ section! {
     /// of the history can be changed by SIGHUP, but a history is begun or ended by a restart only.
     Persistence {
         /// Directory of the kept files.
-        dir: PathBuf = PathBuf::from("state"), Directory;
+        dir: PathBuf = PathBuf::from("state"), directory();
         /// Length of the history (trails, and one past picture per second), hours; 0 for none.
-        history_hours: f64 = 24.0, Number(
+        history_hours: f64 = 24.0, number(
             "the history goes back 0 (none) to 8784 hours",
             |hours| (0.0..=8784.0).contains(&hours),
         ), reloaded;
         /// Approximate limit of the history on disk, MiB.
-        history_mib: u32 = 512, Whole("the history takes a whole number of MiB, 1 to 1048576", 1..=1_048_576), reloaded;
+        history_mib: u32 = 512, whole("the history takes a whole number of MiB, 1 to 1048576", 1..=1_048_576), reloaded;
     }
 }

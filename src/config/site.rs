@@ -2,28 +2,33 @@
 
 use std::path::PathBuf;
 
-use super::kinds::{Beside, Kind, Name, Number, TEXT, Whole};
-use super::names::names;
-use super::reader::{Item, Section};
+use super::kinds::{Kind, any_text, beside, named, number, whole};
+use super::names::{names, written_by_name};
+use super::reader::Section;
 use super::table::{ByHand, Entry, Row, absent, need, section};
 use super::tree::quoted;
 
-/// Values of a system area code.
-pub(super) const SAC: Whole<u8> = Whole("a SAC is a whole number from 0 to 255", 0..=255);
-/// Values of a system identification code.
-pub(super) const SIC: Whole<u8> = Whole("a SIC is a whole number from 0 to 255", 0..=255);
+/// A system area code.
+pub(super) fn area_code() -> Kind<u8> {
+    whole("a SAC is a whole number from 0 to 255", 0..=255)
+}
+
+/// A system identification code.
+pub(super) fn identification_code() -> Kind<u8> {
+    whole("a SIC is a whole number from 0 to 255", 0..=255)
+}
 
 section! {
     /// The service itself.
     Site {
         /// Name of the service, shown on its interfaces.
-        name: String = need("name = …, how the interfaces call this service"), TEXT;
+        name: String = need("name = …, how the interfaces call this service"), any_text();
         /// System area code of what the service sends (I129/010). No sensor may have both this SAC and this SIC.
-        sac: u8 = need("sac = …, the system area code (SAC) of what the service sends"), SAC;
+        sac: u8 = need("sac = …, the system area code (SAC) of what the service sends"), area_code();
         /// System identification code of what the service sends (I129/010).
-        sic: u8 = need("sic = …, the system identification code (SIC) of what the service sends"), SIC;
+        sic: u8 = need("sic = …, the system identification code (SIC) of what the service sends"), identification_code();
         /// Height of the geoid above the WGS-84 ellipsoid, metres.
-        geoid_undulation_m: Option<f64> = absent("EGM96 at the first radar"), Number(
+        geoid_undulation_m: Option<f64> = absent("EGM96 at the first radar"), number(
             "a geoid undulation is between -120 and 100 metres; leave the key out for EGM96",
             |v| (-120.0..=100.0).contains(&v),
         );
@@ -37,60 +42,33 @@ section! {
     #[derive(Eq)]
     Area {
         /// What the polygons are for.
-        kind: AreaKind = need("kind = \"mask\", \"coverage\" or \"alert\""), KindOfArea, reloaded;
+        kind: AreaKind = need("kind = \"mask\", \"coverage\" or \"alert\""), named(), reloaded;
         /// The file of polygons. A feature's property `name` is the name of an area, or else the file's name.
-        file: PathBuf = need("file = …, a GeoJSON file of polygons"), Beside, reloaded;
+        file: PathBuf = need("file = …, a GeoJSON file of polygons"), beside(), reloaded;
     } by hand {}
 }
 
-/// What the polygons of an area are for.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum AreaKind {
-    /// Plots inside are dropped.
-    #[default]
-    Mask,
-    /// Where a sensor sees.
-    Coverage {
-        /// The id of that sensor.
-        sensor: String,
-    },
-    /// Tracks inside raise an alert.
-    Alert,
-}
-
 names! {
-    AreaName, "kind of area" {
+    /// What the polygons of an area are for.
+    #[derive(Eq)]
+    AreaKind, "kind of area" {
         /// Plots inside are dropped.
         Mask = "mask",
         /// Where a sensor sees, shown instead of the circle of `max_range_m`.
-        Coverage = "coverage",
+        Coverage {
+            /// The id of that sensor.
+            sensor: String
+        } = "coverage",
         /// Tracks inside raise an alert.
         Alert = "alert",
     }
 }
+written_by_name!(AreaKind);
 
-struct KindOfArea;
-
-impl Kind<AreaKind> for KindOfArea {
-    fn read(&self, item: &Item<'_>) -> Option<AreaKind> {
-        Some(match Name.read(item)? {
-            AreaName::Mask => AreaKind::Mask,
-            AreaName::Coverage => AreaKind::Coverage { sensor: String::new() },
-            AreaName::Alert => AreaKind::Alert,
-        })
-    }
-
-    fn show(&self, kind: &AreaKind) -> Option<String> {
-        let name = match kind {
-            AreaKind::Mask => AreaName::Mask,
-            AreaKind::Coverage { .. } => AreaName::Coverage,
-            AreaKind::Alert => AreaName::Alert,
-        };
-        Name.show(&name)
-    }
-
-    fn values(&self) -> String {
-        Kind::<AreaName>::values(&Name)
+/// A blank.
+impl Default for AreaKind {
+    fn default() -> Self {
+        Self::Mask
     }
 }
 

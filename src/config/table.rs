@@ -1,11 +1,12 @@
 //! The table of keys: `section!` states each key once, and from it follow the field of its type, its default, how it is
 //! read, checked and shown, whether SIGHUP reloads it, and its row of the reference page.
 
+use super::kinds::{Kind, Toml};
 use super::reader::Section;
 
 /// A table whose keys are known, as `section!` defines it. Its `Default` is that of an empty table, blank where a key has
 /// no default.
-pub(crate) trait Table: ByHand + Default {
+pub(crate) trait Table: ByHand + Default + 'static {
     /// What the table is.
     const ABOUT: &'static str;
 
@@ -119,13 +120,13 @@ pub(crate) const fn depends<T>(words: &'static str, value: T) -> Fallback<T> {
 }
 
 /// A key of a table, as its row states it.
-pub(crate) struct Column<T, K> {
+pub(crate) struct Column<T> {
     pub(crate) name: &'static str,
-    pub(crate) kind: K,
+    pub(crate) kind: Kind<T>,
     pub(crate) fallback: Fallback<T>,
 }
 
-impl<T, K: super::kinds::Kind<T>> Column<T, K> {
+impl<T: Toml> Column<T> {
     /// The default, or a blank.
     pub(crate) fn blank(self) -> T {
         self.fallback.value
@@ -137,19 +138,19 @@ impl<T, K: super::kinds::Kind<T>> Column<T, K> {
             Some(add) => section.need(self.name, add),
             None => section.item(self.name),
         };
-        if let Some(read) = item.and_then(|item| self.kind.read(&item)) {
+        if let Some(read) = item.and_then(|item| (self.kind.read)(&item)) {
             *value = read;
         }
     }
 
     /// The key as it is shown.
     pub(crate) fn entry(&self, value: &T) -> Entry {
-        let value = self.kind.show(value).ok_or(self.fallback.words.unwrap_or_default());
+        let value = value.toml().ok_or(self.fallback.words.unwrap_or_default());
         Entry { key: self.name, value }
     }
 
     /// The key on the reference page, where `usual` is its default as it is shown.
-    pub(crate) fn row(&self, about: &'static str, usual: &[Entry], reloaded: bool) -> Row {
+    pub(crate) fn row(self, about: &'static str, usual: &[Entry], reloaded: bool) -> Row {
         let usual =
             usual.iter().find(|entry| entry.key == self.name).and_then(|entry| entry.value.as_ref().ok());
         let default = match (self.fallback.needed, self.fallback.words) {
@@ -157,8 +158,7 @@ impl<T, K: super::kinds::Kind<T>> Column<T, K> {
             (None, Some(words)) => Some(words.to_owned()),
             (None, None) => usual.map(|value| format!("`{value}`")),
         };
-        let (values, keys) = (self.kind.values(), self.kind.keys());
-        Row { key: self.name, about, values, default, reloaded, keys }
+        Row { key: self.name, about, values: self.kind.values, default, reloaded, keys: T::keys() }
     }
 }
 
@@ -179,10 +179,12 @@ macro_rules! section {
         }
 
         const _: () = {
+            use $crate::config::kinds::{Kind, Toml};
             use $crate::config::table::{ByHand, Column, Entry, Fallback, Row, Table, section};
 
-            $(fn $field() -> Column<$type, impl $crate::config::kinds::Kind<$type>> {
-                Column { name: section!(@key $field $($key)?), kind: $kind, fallback: Fallback::from($default) }
+            $(fn $field() -> Column<$type> {
+                let (kind, fallback) = (Kind::from($kind), Fallback::from($default));
+                Column { name: section!(@key $field $($key)?), kind, fallback }
             })*
 
             /// Of an empty table; blank where a key has no default.
@@ -218,6 +220,16 @@ macro_rules! section {
 
                 fn reload(&mut self, _wanted: &Self) {
                     $($(section!(@take $reloaded self.$field, _wanted.$field);)?)*
+                }
+            }
+
+            impl Toml for $name {
+                fn keys() -> Vec<Row> {
+                    Self::rows()
+                }
+
+                fn toml(&self) -> Option<String> {
+                    Some(self.inline())
                 }
             }
 

@@ -2,9 +2,8 @@
 
 use std::ops::RangeInclusive;
 
-use crate::config::kinds::{Kind, Text, is_plain};
-use crate::config::names::names;
-use crate::config::reader::Item;
+use crate::config::kinds::{Kind, Toml, is_plain, text};
+use crate::config::names::{names, written_by_name};
 use crate::config::table::Table;
 
 /// Evenly distributed between two ends, the lower first; in a file `[low, high]`.
@@ -25,7 +24,8 @@ impl Span {
 
 names! {
     /// How drones choose their way.
-    pub Pattern, "pattern" {
+    #[derive(Copy, Eq)]
+    Pattern, "pattern" {
         /// Anywhere in the airspace.
         Free = "free",
         /// There and back through its middle.
@@ -33,62 +33,53 @@ names! {
     }
 }
 
+written_by_name!(Pattern);
+
 fn rule(limits: &RangeInclusive<f64>) -> String {
     format!("this is between {} and {}", limits.start(), limits.end())
 }
 
-impl Kind<f64> for RangeInclusive<f64> {
-    fn read(&self, item: &Item<'_>) -> Option<f64> {
-        item.number(&rule(self), |value| self.contains(&value))
-    }
-
-    fn show(&self, value: &f64) -> Option<String> {
-        Some(format!("{value:?}"))
-    }
-
-    fn values(&self) -> String {
-        rule(self)
+impl From<RangeInclusive<f64>> for Kind<f64> {
+    fn from(limits: RangeInclusive<f64>) -> Self {
+        let rule = rule(&limits);
+        Self::new(rule.clone(), move |item| item.number(&rule, |value| limits.contains(&value)))
     }
 }
 
-impl Kind<u32> for RangeInclusive<f64> {
-    fn read(&self, item: &Item<'_>) -> Option<u32> {
-        let range = *self.start() as u32..=*self.end() as u32;
-        item.whole(range, &Kind::<u32>::values(self))
-    }
-
-    fn show(&self, value: &u32) -> Option<String> {
-        Some(value.to_string())
-    }
-
-    fn values(&self) -> String {
-        format!("{}, a whole number", rule(self))
+impl From<RangeInclusive<f64>> for Kind<u32> {
+    fn from(limits: RangeInclusive<f64>) -> Self {
+        let rule = format!("{}, a whole number", rule(&limits));
+        let limits = *limits.start() as u32..=*limits.end() as u32;
+        Self::new(rule.clone(), move |item| item.whole(limits.clone(), &rule))
     }
 }
 
-impl Kind<Span> for RangeInclusive<f64> {
-    fn read(&self, item: &Item<'_>) -> Option<Span> {
-        let ends: Option<Vec<f64>> = item.list()?.iter().map(|end| Kind::<f64>::read(self, end)).collect();
-        match ends?[..] {
-            [low, high] if low <= high => Some(Span { low, high }),
-            _ => {
-                item.refuse("two numbers are expected, the lower first: [low, high]");
-                None
+impl From<RangeInclusive<f64>> for Kind<Span> {
+    fn from(limits: RangeInclusive<f64>) -> Self {
+        let end = Kind::<f64>::from(limits);
+        Self::new(format!("[low, high]; {}", end.values), move |item| {
+            let ends: Option<Vec<f64>> = item.list()?.iter().map(&*end.read).collect();
+            match ends?[..] {
+                [low, high] if low <= high => Some(Span { low, high }),
+                _ => {
+                    item.refuse("two numbers are expected, the lower first: [low, high]");
+                    None
+                }
             }
-        }
-    }
-
-    fn show(&self, value: &Span) -> Option<String> {
-        Some(format!("[{:?}, {:?}]", value.low, value.high))
-    }
-
-    fn values(&self) -> String {
-        format!("{}, [low, high]", rule(self))
+        })
     }
 }
 
-/// A name.
-pub(super) const NAME: Text = Text("use only letters A-Z a-z, digits, _ and -", is_plain);
+impl Toml for Span {
+    fn toml(&self) -> Option<String> {
+        Some(format!("[{:?}, {:?}]", self.low, self.high))
+    }
+}
+
+pub(super) fn plain_name() -> Kind<String> {
+    text("use only letters A-Z a-z, digits, _ and -", is_plain)
+}
+
 /// A share or probability.
 pub(super) const SHARE: RangeInclusive<f64> = 0.0..=1.0;
 /// A number of things.

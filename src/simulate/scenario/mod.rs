@@ -14,7 +14,7 @@ pub use sections::{
 
 use crate::config::ConfigErrors;
 use crate::config::error::{Faults, read_file};
-use crate::config::kinds::{Inline, Kind, Number, Tables};
+use crate::config::kinds::{Kind, Toml, inline, number, parsed, tables};
 use crate::config::reader::{Item, Section};
 use crate::config::table::{ByHand, Table, need, section};
 use crate::config::tree::{self, quoted};
@@ -24,36 +24,36 @@ section! {
     /// What flies, what sees it, and how that fails.
     Scenario {
         /// part of every stream of chance: another name flies otherwise
-        name: String = need("name = …, of letters, digits, _ and -"), keys::NAME;
+        name: String = need("name = …, of letters, digits, _ and -"), keys::plain_name();
         /// UTC
-        start: Time = default_start(), Start;
+        start: Time = default_start(), start_time();
         /// how long it lasts, seconds
-        duration_s: f64 = 300.0, Number(
+        duration_s: f64 = 300.0, number(
             // At most half a day: which day a time of day belongs to is then plain all the way. At least what leaves something
             // between the margins of an evaluation.
             "a scenario lasts 20 to 43200 seconds",
             |s| (20.0..=43_200.0).contains(&s),
         );
         /// The place.
-        place: Place = Place::default(), Inline;
+        place: Place = Place::default(), inline();
         /// Where drones fly.
-        airspace: Airspace = Airspace::default(), Inline;
+        airspace: Airspace = Airspace::default(), inline();
         /// The drones.
-        drones: Drones = Drones::default(), Inline;
+        drones: Drones = Drones::default(), inline();
         /// How multirotors fly.
-        multirotor: Multirotor = Multirotor::default(), Inline;
+        multirotor: Multirotor = Multirotor::default(), inline();
         /// How fixed wings fly.
-        fixed_wing: FixedWing = FixedWing::default(), Inline;
+        fixed_wing: FixedWing = FixedWing::default(), inline();
         /// Birds.
-        birds: Birds = Birds::default(), Inline;
+        birds: Birds = Birds::default(), inline();
         /// What else moves, or does not.
-        clutter: Clutter = Clutter::default(), Inline;
+        clutter: Clutter = Clutter::default(), inline();
         /// The radars; one with every default where the file names none.
-        radars: Vec<Radar> = Vec::new(), Tables;
+        radars: Vec<Radar> = Vec::new(), tables();
         /// The transponders and their receiver.
-        transponder: Transponder = Transponder::default(), Inline;
+        transponder: Transponder = Transponder::default(), inline();
         /// The network.
-        network: Network = Network::default(), Inline;
+        network: Network = Network::default(), inline();
     } by hand {}
 }
 
@@ -163,24 +163,14 @@ fn default_start() -> Time {
     time_of(START).expect("the default start is a time")
 }
 
-/// Values of `start`.
-struct Start;
+fn start_time() -> Kind<Time> {
+    const RULE: &str = "write it in quotes as \"2026-03-14T09:00:00Z\", years 1970 to 2105";
+    parsed(RULE, |text| time_of(text).ok_or(RULE))
+}
 
-impl Kind<Time> for Start {
-    fn read(&self, item: &Item<'_>) -> Option<Time> {
-        let time = item.text().and_then(time_of);
-        if time.is_none() {
-            item.refuse(Kind::<Time>::values(self));
-        }
-        time
-    }
-
-    fn show(&self, value: &Time) -> Option<String> {
-        Some(quoted(&rfc3339(*value)))
-    }
-
-    fn values(&self) -> String {
-        "write it in quotes as \"2026-03-14T09:00:00Z\", years 1970 to 2105".to_owned()
+impl Toml for Time {
+    fn toml(&self) -> Option<String> {
+        Some(quoted(&rfc3339(*self)))
     }
 }
 
