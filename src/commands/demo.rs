@@ -15,13 +15,14 @@ use super::summary::Summary;
 use super::verdict::verdict;
 use super::{CommandResult, Outcome, serve};
 use crate::areas::Masks;
-use crate::evaluate::{self, Alone, Labels, Settings};
-use crate::picture::{Picture, PictureMaker, Track};
+use crate::evaluate::{self, InputsAlone, Labels, Scoring};
+use crate::picture::{Picture, PictureMaker, PictureTrack};
 use crate::pipeline::{Output, Pipeline, Tally};
 use crate::simulate::{Scenario, Simulation, TRANSPONDER_ID, simulate};
 use fusion::Enu;
+use fusion::point::{Association, Because};
 use fusion::time::Time;
-use fusion::{Association, Because, Emission, Source};
+use fusion::{Emission, Source};
 
 /// Shows the main job on a simulated flight: radar and transponders in, one air picture out.
 ///
@@ -101,9 +102,9 @@ fn score(simulation: &Simulation) -> Result<String, Box<dyn Error + Send + Sync>
     let Simulation { config, labels, .. } = simulation;
     let receptions = || simulation.receptions().map(Ok);
     let points = evaluate::output(receptions(), config, Masks::default())?;
-    let alone = Alone::of(receptions(), config, Masks::default())?;
+    let alone = InputsAlone::of(receptions(), config, Masks::default())?;
     let labels = Labels::with_receivers(labels.clone(), &[TRANSPONDER_ID.to_owned()].into());
-    let settings = Settings::of(config);
+    let settings = Scoring::of(config);
     Ok(verdict(&evaluate::evaluate(&simulation.truth(), Some(&labels), &points, Some(&alone), &settings)))
 }
 
@@ -115,7 +116,7 @@ struct Show<'a> {
     pace: Pace,
     summary: Summary,
     /// By source and number: the tracks of the last moments.
-    shown: BTreeMap<(u8, u32), Track>,
+    shown: BTreeMap<(u8, u32), PictureTrack>,
     next_print: Option<f64>,
     /// In a terminal.
     painting: Option<Painting>,
@@ -192,7 +193,7 @@ impl Show<'_> {
 }
 
 /// A line of the table; how near the radar's and the transponder's places are is said as fully as there is room.
-fn row(track: &Track, now: Time, columns: usize) -> String {
+fn row(track: &PictureTrack, now: Time, columns: usize) -> String {
     let source = &track.point.source;
     let serial =
         source.transponder().map_or("-".to_owned(), |part| part.identity.serial().escape_ascii().to_string());
@@ -202,10 +203,10 @@ fn row(track: &Track, now: Time, columns: usize) -> String {
     let (apart, more) = match source {
         Source::Fused(_, _, Association { distance_m, because }) => {
             let why = match because {
-                Because::Ratio { gate_m, evidence } => format!(
-                    " of {gate_m:.0} m, {:.0} % of {} slots",
-                    100.0 * evidence.ratio(),
-                    evidence.co_present
+                Because::Ratio { threshold_m, ratio } => format!(
+                    " of {threshold_m:.0} m, {:.0} % of {} slots",
+                    100.0 * ratio.value(),
+                    ratio.co_present
                 ),
                 Because::Likelihood { score } => format!(", log-likelihood ratio {score:.0}"),
                 Because::Manual { .. } => ", decided by hand".to_owned(),
