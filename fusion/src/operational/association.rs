@@ -197,6 +197,3 @@ impl Problem {
         self.rows.into_iter().zip(chosen).map(|(id, column)| (id, column.map(target))).collect()
     }
 }
-
-#[cfg(test)]
-mod ahead_tests;

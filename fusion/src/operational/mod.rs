@@ -19,12 +19,12 @@ mod reacquisition;
 mod registrations;
 mod settings;
 mod targets;
+#[cfg(test)]
+mod tests;
 mod track_numbers;
 mod tracklets;
 mod transponder;
 mod tuning;
-#[cfg(test)]
-mod two_drones;
 
 use crate::numbering::Numbers;
 use crate::point::{Newcomers, Point};

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::operational::ASSOCIATE_LLR;
-use crate::operational::two_drones::{APART_M, START, TRACKS, identity, radar, reports, settings};
+use crate::operational::tests::two_drones::{APART_M, START, TRACKS, identity, radar, reports, settings};
 use crate::point::{Because, Rival};
 use crate::report::{Plot, Report, SensorIndex};
 use crate::time::SECOND;

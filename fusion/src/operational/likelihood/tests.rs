@@ -131,3 +131,12 @@ fn a_track_that_walks_off_is_let_go() {
         assert!(total(&at(37.0)) <= DISSOCIATE_LLR, "{:?}", at(37.0));
     }
 }
+
+impl PairLikelihood {
+    /// One that was compared, and whose sum is this.
+    pub(in crate::operational) fn with_llr(llr: f64, last_likely: Option<Time>) -> Self {
+        let errors = Errors { bias_m: 1.0, white_m: 1.0, curve_m: 1.0, transponder_m2: 1.0 };
+        let expected = Some(SEPARATIONS.map(|separation| Axis::new(&errors, &separation)));
+        Self { llr, last_likely, bias_penalty: 0.0, expected }
+    }
+}

@@ -2,7 +2,9 @@ use std::collections::BTreeSet;
 
 use nalgebra::Vector3;
 
-use crate::operational::two_drones::{START, TRACKS, place, reports, settings};
+use super::{PairLikelihood, TargetId, Tracklet};
+
+use crate::operational::tests::two_drones::{START, TRACKS, place, reports, settings};
 use crate::report::Report;
 use crate::time::{SECOND, Time};
 use crate::{Emission, Engine, Point};
@@ -37,4 +39,13 @@ fn a_number_that_goes_to_another_drone_at_once_is_another_track() {
     }
     assert_eq!((first.len(), second.len()), (1, 1));
     assert_ne!(first, second);
+}
+
+impl Tracklet {
+    /// As if it had been compared with this target.
+    pub(in crate::operational) fn set_pair(&mut self, target: TargetId, pair: PairLikelihood) {
+        self.pairs.retain(|known| known.0 != target);
+        self.pairs.push((target, pair));
+        self.pairs.sort_by_key(|pair| pair.0);
+    }
 }

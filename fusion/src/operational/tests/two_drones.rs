@@ -12,13 +12,13 @@ use crate::settings::{
 };
 use crate::time::{SECOND, Time};
 
-pub(super) const START: i64 = 1_700_000_000;
+pub(in crate::operational) const START: i64 = 1_700_000_000;
 /// The two are so far apart, metres.
-pub(super) const APART_M: f64 = 150.0;
+pub(in crate::operational) const APART_M: f64 = 150.0;
 /// Radar tracks of the first and of the second.
-pub(super) const TRACKS: [u16; 2] = [7, 8];
+pub(in crate::operational) const TRACKS: [u16; 2] = [7, 8];
 
-pub(super) fn settings(is_operational: bool) -> Settings {
+pub(in crate::operational) fn settings(is_operational: bool) -> Settings {
     let radar = Radar {
         errors: radar_errors(),
         registration: RegistrationMode::Off,
@@ -34,23 +34,23 @@ pub(super) fn settings(is_operational: bool) -> Settings {
     Settings { sensors, profile, ..Settings::default() }
 }
 
-pub(super) fn identity(which: usize) -> Identity {
+pub(in crate::operational) fn identity(which: usize) -> Identity {
     let serial = [*b"FIRST       ", *b"SECOND      "][which];
     Identity::new(&serial, None).unwrap()
 }
 
-pub(super) fn radar(number: u16) -> RadarTrackKey {
+pub(in crate::operational) fn radar(number: u16) -> RadarTrackKey {
     RadarTrackKey { sensor: SensorIndex(0), number }
 }
 
 /// Where they are.
-pub(super) fn place(which: usize, time: Time) -> Enu {
+pub(in crate::operational) fn place(which: usize, time: Time) -> Enu {
     let seconds = time.seconds_since(Time::from_nanos(START * SECOND));
     Enu::new(12.0 * seconds - 300.0, 1500.0 + (APART_M + seconds) * which as f64, 100.0)
 }
 
 /// What comes in a flight, with the second at which it is received.
-pub(super) fn reports(seconds: i64) -> Vec<(Time, Report)> {
+pub(in crate::operational) fn reports(seconds: i64) -> Vec<(Time, Report)> {
     let mut reports = Vec::new();
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let mut normal = || (0..12).map(|_| random.random_range(0.0..1.0_f64)).sum::<f64>() - 6.0;

@@ -1,5 +1,5 @@
+use crate::operational::tests::two_drones::{START, TRACKS, identity, place, reports, settings};
 use crate::operational::tuning::COAST_MAX_S;
-use crate::operational::two_drones::{START, TRACKS, identity, place, reports, settings};
 use crate::point::{Basis, Estimate};
 use crate::report::{Identity, Report};
 use crate::time::{SECOND, Time};
