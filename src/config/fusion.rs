@@ -40,15 +40,11 @@ section! {
         /// Length of the window, the newest slot included, seconds.
         window_slots as "window_s": u32 = 100, whole_slots();
         /// Longest time that a report may be ahead of its reception, seconds; one further ahead is dropped.
-        max_future as "max_future_s": SignedDuration = SignedDuration::from_secs(1), seconds(
-            "max_future_s is at least 0, and at most latency_s",
-            |s| s >= 0.0,
-        );
+        max_future as "max_future_s": SignedDuration = SignedDuration::from_secs(1),
+            seconds("max_future_s is at least 0, and at most latency_s", |s| s >= 0.0);
         /// Longest gap between two reports of a transponder that is interpolated, seconds.
-        max_gap as "max_gap_s": SignedDuration = SignedDuration::from_secs(25), seconds(
-            "the longest gap is above 0 and at most 86400 seconds",
-            |s| s > 0.0,
-        );
+        max_gap as "max_gap_s": SignedDuration = SignedDuration::from_secs(25),
+            seconds("the longest gap is above 0 and at most 86400 seconds", |s| s > 0.0);
         /// Association distance over slant range: linear between the rows, constant beyond the ends.
         threshold_m: Vec<(f64, f64)> = vec![(0.0, 60.0), (333.33, 60.0), (4333.33, 300.0)], threshold();
         /// Share of a pair's common slots within the association distance from which on the pair is associated.
@@ -60,10 +56,8 @@ section! {
         /// Weight of the transponder's position in the fused position. One of the weights is above 0.
         weight_transponder: f64 = 10.0, weight();
         /// Time as a likely UAV after which a radar track alone is published, seconds.
-        radar_only_min_s: f64 = 8.0, number(
-            "a time is between 0 and 86400 seconds",
-            |s| (0.0..=86_400.0).contains(&s),
-        );
+        radar_only_min_s: f64 = 8.0,
+            number("a time is between 0 and 86400 seconds", |s| (0.0..=86_400.0).contains(&s));
         /// Time before and after an association in which the transponder alone is held back, seconds; at most `window_s`.
         suppress_slots as "suppress_s": u32 = 16, whole_slots();
         /// Transponder number of each serial (I129/040, trimmed). Other serials get free numbers.

@@ -50,10 +50,8 @@ section! {
             "requests a second of one address are a whole number, 0 (no limit) to 1000000",
         ), reloaded;
         /// Requests that may come at once, after a pause.
-        requests_burst: u32 = depends("four times `requests_per_s`", BURST_S * REQUESTS_PER_S), whole(
-            "requests at once are a whole number, 1 to 1000000",
-            1..=1_000_000,
-        ), reloaded;
+        requests_burst: u32 = depends("four times `requests_per_s`", BURST_S * REQUESTS_PER_S),
+            whole("requests at once are a whole number, 1 to 1000000", 1..=1_000_000), reloaded;
         /// Map tiles (Web Mercator) of a server of the user's choice.
         tiles: Option<Tiles> = absent("none, the page asks nobody but this service"), inline::<Tiles>();
     } by hand {}

@@ -2,9 +2,9 @@
 
 use std::net::Ipv4Addr;
 
-use super::kinds::{Kind, ipv4, whole};
+use super::kinds::{ipv4, whole};
 use super::reader::Section;
-use super::table::{ByHand, Entry, Row, absent, depends, need, section};
+use super::table::{ByHand, Entry, Row, Table, absent, depends, need, section};
 use super::tree::quoted;
 use crate::capture::LONGEST_TRAILER;
 
@@ -70,7 +70,7 @@ impl Sink {
 
 impl ByHand for Input {
     fn more(&mut self, section: &mut Section<'_>) {
-        self.address = Address::read(section).unwrap_or(self.address);
+        self.address.read(section);
     }
 
     fn arrange(&self, entries: &mut Vec<Entry>) {
@@ -78,20 +78,19 @@ impl ByHand for Input {
     }
 
     fn explain(rows: &mut Vec<Row>) {
-        Address::explain(rows, "Local unicast address to listen on, `0.0.0.0` for all; instead of `group`.");
+        rows.splice(0..0, AddressKeys::rows());
     }
 }
 
 impl ByHand for Sink {
     fn more(&mut self, section: &mut Section<'_>) {
-        let address = Address::read(section);
-        if address == Some(Address::Unicast(Ipv4Addr::UNSPECIFIED)) {
+        self.address.read(section);
+        if self.address == Address::Unicast(Ipv4Addr::UNSPECIFIED) {
             section.contradict(
                 &["address"],
                 "nothing can be sent to 0.0.0.0; write the address of the receiver",
             );
         }
-        self.address = address.unwrap_or(self.address);
         if section.written("ttl").is_none() {
             // A group stays in its network unless somebody says otherwise; a host may be anywhere.
             self.ttl = if matches!(self.address, Address::Multicast { .. }) { 1 } else { 64 };
@@ -103,57 +102,50 @@ impl ByHand for Sink {
     }
 
     fn explain(rows: &mut Vec<Row>) {
-        Address::explain(rows, "Unicast address to send to; instead of `group`.");
+        rows.splice(0..0, AddressKeys::rows());
     }
 }
 
-fn a_group() -> Kind<Ipv4Addr> {
-    ipv4("a multicast group is 224.0.0.0 to 239.255.255.255; for unicast write address", |group| {
-        group.is_multicast()
-    })
-}
-
-fn an_interface() -> Kind<Ipv4Addr> {
-    let rule = "the interface is named by this machine's own address on it, such as \"127.0.0.1\"";
-    ipv4(rule, |interface| !interface.is_multicast() && !interface.is_broadcast())
-}
-
-fn a_host() -> Kind<Ipv4Addr> {
-    let rule =
-        "the address is that of one host, not of a broadcast; for a multicast group write group instead";
-    ipv4(rule, |host| !host.is_multicast() && !host.is_broadcast())
+section! {
+    /// Where a line listens or sends: `group` and `interface`, or `address`.
+    AddressKeys {
+        /// Multicast group.
+        group: Option<Ipv4Addr> = absent("none; `group` or `address` is needed"),
+            ipv4("a multicast group is 224.0.0.0 to 239.255.255.255; for unicast write address", |v| v.is_multicast());
+        /// This machine's own address on the network of the group; `0.0.0.0` leaves it to the routing table.
+        interface: Ipv4Addr = Ipv4Addr::UNSPECIFIED, ipv4(
+            "the interface is named by this machine's own address on it, such as \"127.0.0.1\"",
+            |interface| !interface.is_multicast() && !interface.is_broadcast(),
+        );
+        /// Unicast address instead of `group`: of this machine to listen on (`0.0.0.0` for all), of the receiver to send to.
+        address: Option<Ipv4Addr> = absent("none; `group` or `address` is needed"), ipv4(
+            "the address is that of one host, not of a broadcast; for a multicast group write group instead",
+            |host| !host.is_multicast() && !host.is_broadcast(),
+        );
+    }
 }
 
 impl Address {
-    /// `group` with `interface`, or `address`.
-    fn read(section: &mut Section<'_>) -> Option<Self> {
-        let (group, address) = (section.item("group"), section.item("address"));
-        let interface = section.item("interface");
-        match (group, address) {
-            (Some(group), None) => {
-                let interface =
-                    interface.map_or(Some(Ipv4Addr::UNSPECIFIED), |item| (an_interface().read)(&item));
-                let group = (a_group().read)(&group);
-                group.zip(interface).map(|(group, interface)| Self::Multicast { group, interface })
+    /// Reads the keys into `self`.
+    fn read(&mut self, section: &mut Section<'_>) {
+        let keys = AddressKeys::read_keys(section);
+        let given = ["group", "address", "interface"].map(|name| section.written(name));
+        match given {
+            [Some(_), Some(address), _] => address.refuse(
+                "group and address exclude each other; keep group for multicast, address for unicast",
+            ),
+            [None, Some(_), Some(interface)] => {
+                interface.refuse("an interface goes with a group; remove it, the address says where");
             }
-            (None, Some(address)) => {
-                if let Some(interface) = interface {
-                    interface.refuse("an interface goes with a group; remove it, the address says where");
-                }
-                (a_host().read)(&address).map(Self::Unicast)
-            }
-            (Some(_), Some(address)) => {
-                address.refuse(
-                    "group and address exclude each other; keep group for multicast, address for unicast",
-                );
-                None
-            }
-            (None, None) => {
-                section.refuse(
-                    "group or address is missing; add group = \"239.…\" for multicast, or address = \"…\"",
-                );
-                None
-            }
+            [None, None, _] => section.refuse(
+                "group or address is missing; add group = \"239.…\" for multicast, or address = \"…\"",
+            ),
+            _ => {}
+        }
+        if let Some(group) = keys.group {
+            *self = Self::Multicast { group, interface: keys.interface };
+        } else if let Some(address) = keys.address {
+            *self = Self::Unicast(address);
         }
     }
 
@@ -166,16 +158,5 @@ impl Address {
             }
             Self::Unicast(address) => entries.insert(0, Entry::new("address", quoted(&address.to_string()))),
         }
-    }
-
-    fn explain(rows: &mut Vec<Row>, address: &'static str) {
-        let instead = "none; `group` or `address` is needed";
-        let interface = "This machine's own address on the network of the group; `0.0.0.0` leaves it to the routing table.";
-        let address = [
-            Row::by_hand("group", Some(instead), &a_group().values, "Multicast group."),
-            Row::by_hand("interface", Some("`\"0.0.0.0\"`"), &an_interface().values, interface),
-            Row::by_hand("address", Some(instead), &a_host().values, address),
-        ];
-        rows.splice(0..0, address);
     }
 }

@@ -56,10 +56,8 @@ section! {
         /// Directory of the kept files.
         dir: PathBuf = PathBuf::from("state"), directory();
         /// Length of the history (trails, and one past picture per second), hours; 0 for none.
-        history_hours: f64 = 24.0, number(
-            "the history goes back 0 (none) to 8784 hours",
-            |hours| (0.0..=8784.0).contains(&hours),
-        ), reloaded;
+        history_hours: f64 = 24.0,
+            number("the history goes back 0 (none) to 8784 hours", |hours| (0.0..=8784.0).contains(&hours)), reloaded;
         /// Approximate limit of the history on disk, MiB.
         history_mib: u32 = 512, whole("the history takes a whole number of MiB, 1 to 1048576", 1..=1_048_576), reloaded;
     }

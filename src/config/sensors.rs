@@ -13,10 +13,8 @@ section! {
     /// At least one sensor is a radar; the first radar is the origin of the local frame.
     Sensor {
         /// Name of the sensor, unique among the sensors; part of track ids.
-        id: String = need("a name for the sensor, such as id = \"north\""), text(
-            "an id becomes part of track ids; use only letters A-Z a-z, digits, _ and -",
-            is_plain,
-        );
+        id: String = need("a name for the sensor, such as id = \"north\""),
+            text("an id becomes part of track ids; use only letters A-Z a-z, digits, _ and -", is_plain);
         /// What the sensor is. Each kind has keys of its own, below.
         kind: SensorKind = need("kind = \"radar\" (CAT048) or kind = \"transponder\" (CAT129)"), named();
         /// System area code of its records.
@@ -24,10 +22,8 @@ section! {
         /// System identification code of its records.
         sic: u8 = need("sic = …, the system identification code (SIC) of its records"), identification_code();
         /// Time between two reports of one target, seconds.
-        period_s: Option<f64> = absent("not stated, 0.25 is assumed"), number(
-            "a period is above 0 and at most 3600 seconds",
-            |s| s > 0.0 && s <= 3600.0,
-        );
+        period_s: Option<f64> = absent("not stated, 0.25 is assumed"),
+            number("a period is above 0 and at most 3600 seconds", |s| s > 0.0 && s <= 3600.0);
         /// UDP lines to listen on; several are redundant, and copies of a report are handled once. A replay needs none.
         inputs: Vec<Input> = Vec::new(), tables();
     } by hand {}
@@ -55,15 +51,11 @@ section! {
     /// The keys of a sensor with `kind = "radar"`.
     Radar {
         /// WGS-84 latitude of the antenna, degrees, north positive.
-        latitude_deg: f64 = need("latitude_deg = …, where the radar stands (WGS-84, north positive)"), number(
-            "a latitude is between -90 and 90 degrees; south is negative",
-            |v| v.abs() <= 90.0,
-        );
+        latitude_deg: f64 = need("latitude_deg = …, where the radar stands (WGS-84, north positive)"),
+            number("a latitude is between -90 and 90 degrees; south is negative", |v| v.abs() <= 90.0);
         /// WGS-84 longitude of the antenna, degrees, east positive.
-        longitude_deg: f64 = need("longitude_deg = …, where the radar stands (WGS-84, east positive)"), number(
-            "a longitude is between -180 and 180 degrees; west is negative",
-            |v| v.abs() <= 180.0,
-        );
+        longitude_deg: f64 = need("longitude_deg = …, where the radar stands (WGS-84, east positive)"),
+            number("a longitude is between -180 and 180 degrees; west is negative", |v| v.abs() <= 180.0);
         /// Height of the antenna above mean sea level, metres.
         height_amsl_m: f64 =
             need("height_amsl_m = …, the antenna's height above mean sea level in metres"),
@@ -72,15 +64,11 @@ section! {
                 |v| (-500.0..=9000.0).contains(&v),
             );
         /// Added to every azimuth, degrees clockwise.
-        bearing_correction_deg: f64 = 0.0, number(
-            "a bearing correction is between -180 and 180 degrees, clockwise positive",
-            |v| v.abs() <= 180.0,
-        );
+        bearing_correction_deg: f64 = 0.0,
+            number("a bearing correction is between -180 and 180 degrees, clockwise positive", |v| v.abs() <= 180.0);
         /// Instrumented range, metres. Not used by the `reference` profile.
-        max_range_m: Option<f64> = absent("no limit"), number(
-            "a range is above 0 metres; leave the key out for no limit",
-            |v| v > 0.0,
-        );
+        max_range_m: Option<f64> = absent("no limit"),
+            number("a range is above 0 metres; leave the key out for no limit", |v| v > 0.0);
         /// Height above mean sea level, metres, at which a plot without I048/110 is placed.
         assumed_height_amsl_m: f64 = depends("that of the antenna, `height_amsl_m`", 0.0), number(
             "an assumed height is between -500 and 20000 metres above mean sea level",
@@ -133,16 +121,12 @@ section! {
         accuracy: Option<TransponderAccuracy> = absent("not stated"), inline::<TransponderAccuracy>();
         /// Delay from the measurement of a position to the time stamp of its report, seconds. State it only where it is known.
         /// Not used by the `reference` profile.
-        delay_s: Option<f64> = absent("not known"), number(
-            "a delay is between 0 and 5 seconds",
-            |v| (0.0..=5.0).contains(&v),
-        );
+        delay_s: Option<f64> = absent("not known"),
+            number("a delay is between 0 and 5 seconds", |v| (0.0..=5.0).contains(&v));
         /// Long-run limit of previously unknown identities admitted, per second; the allowance of 20 s may be used at once, so
         /// that the default admits a city of 1000 drones. Not used by the `reference` profile.
-        max_new_per_s: u32 = 50, whole(
-            "a rate of new transponders is a whole number a second, from 1 to 100000",
-            1..=100_000,
-        );
+        max_new_per_s: u32 = 50,
+            whole("a rate of new transponders is a whole number a second, from 1 to 100000", 1..=100_000);
     }
 }
 

@@ -59,11 +59,11 @@ section! {
 section! {
     /// How multirotors fly.
     Multirotor {
-        /// cruise, metres a second, per drone
+        /// cruise, metres per second, per drone
         speed_m_s: Span = Span::new(8.0, 16.0), 1.0..=60.0;
-        /// to speed up, slow down and turn, metres a second squared, per drone
+        /// to speed up, slow down and turn, metres per second squared, per drone
         acceleration_m_s2: Span = Span::new(2.0, 4.0), 0.5..=30.0;
-        /// climb and descent at most, metres a second
+        /// climb and descent at most, metres per second
         climb_m_s: f64 = 3.0, 0.1..=30.0;
         /// share of waypoints at which they hover
         hover_share: f64 = 0.5, SHARE;
@@ -75,11 +75,11 @@ section! {
 section! {
     /// How fixed wings fly.
     FixedWing {
-        /// speed, metres a second, per drone
+        /// speed, metres per second, per drone
         speed_m_s: Span = Span::new(17.0, 29.0), 5.0..=100.0;
         /// steepest bank, degrees
         bank_deg: f64 = 35.0, 5.0..=80.0;
-        /// climb and descent at most, metres a second
+        /// climb and descent at most, metres per second
         climb_m_s: f64 = 3.0, 0.1..=30.0;
         /// share of waypoints at which they loiter
         loiter_share: f64 = 0.25, SHARE;
@@ -99,7 +99,7 @@ section! {
         flock_size: u32 = 12, 1.0..=500.0;
         /// how far the birds of a flock spread, one standard deviation per axis, metres
         flock_spread_m: f64 = 15.0, METRES;
-        /// speed, metres a second, per bird
+        /// speed, metres per second, per bird
         speed_m_s: Span = Span::new(6.0, 16.0), 0.5..=40.0;
         /// height above ground, metres
         height_agl_m: Span = Span::new(10.0, 150.0), 0.0..=5000.0;
@@ -119,7 +119,7 @@ section! {
     Clutter {
         /// vehicles on straight roads
         vehicles: u32 = 0, COUNT;
-        /// their speed, metres a second
+        /// their speed, metres per second
         vehicle_speed_m_s: Span = Span::new(8.0, 25.0), 0.5..=60.0;
         /// places on the ground that the radar sees now and then
         points: u32 = 0, COUNT;
@@ -153,49 +153,49 @@ section! {
         heights: bool = true, flag();
         /// whether it reports velocities (I048/200)
         velocities: bool = false, flag();
-        /// whether it sends service messages (CAT034), one a turn, at most one a second
+        /// whether it sends service messages (CAT034), one per turn, at most one per second
         service_messages: bool = true, flag();
-        /// registration: its azimuths are so much too large, degrees
+        /// misalignment: constant bias of its azimuths, degrees
         bias_azimuth_deg: f64 = 0.4, -180.0..=180.0;
-        /// registration: its ranges are so much too large, metres
+        /// misalignment: constant bias of its ranges, metres
         bias_range_m: f64 = 4.0, -1000.0..=1000.0;
-        /// registration: its heights are so much too large, metres
+        /// misalignment: constant bias of its heights, metres
         bias_height_m: f64 = 2.0, -1000.0..=1000.0;
-        /// slow error of a track's azimuth, one standard deviation, degrees (Gauss-Markov)
+        /// bias of a track's azimuth, one standard deviation, degrees (Gauss-Markov)
         track_azimuth_deg: f64 = 1.25, 0.0..=45.0;
-        /// slow error of a track's range, metres
+        /// bias of a track's range, metres
         track_range_m: f64 = 4.0, METRES;
-        /// slow error of a track's height, metres
+        /// bias of a track's height, metres
         track_height_m: f64 = 8.0, METRES;
-        /// time constant of the slow errors, seconds
+        /// time constant of the biases, seconds
         track_time_s: f64 = 20.0, 0.1..=1e6;
-        /// the slow azimuth error is so many times larger in turns
+        /// factor of the azimuth bias in turns
         turn_factor: f64 = 1.7, 0.0..=20.0;
-        /// error of a plot's azimuth, one standard deviation, degrees (white)
+        /// white noise of a plot's azimuth, one standard deviation, degrees
         plot_azimuth_deg: f64 = 0.18, 0.0..=45.0;
-        /// error of a plot's range, metres
+        /// white noise of a plot's range, metres
         plot_range_m: f64 = 2.0, METRES;
-        /// error of a plot's height, metres
+        /// white noise of a plot's height, metres
         plot_height_m: f64 = 2.5, METRES;
-        /// error of a plot's velocity per axis, metres a second
+        /// white noise of a plot's velocity per axis, metres per second
         plot_velocity_m_s: f64 = 1.0, 0.0..=100.0;
-        /// a target is seen for so long, seconds, mean (exponential)
+        /// mean time for which a target is seen, seconds (exponential)
         seen_s: f64 = 18.0, 0.1..=1e9;
-        /// and then not seen for so long, seconds, mean (exponential)
+        /// mean time for which it is then not seen, seconds (exponential)
         unseen_s: f64 = 20.0, 0.0..=1e6;
-        /// in hover seen so many times shorter
+        /// factor by which that is shorter in hover
         hover_factor: f64 = 2.0, 0.1..=100.0;
         /// probability of detection while seen
         detection: f64 = 0.95, SHARE;
-        /// a track is reported from this detection on
+        /// detections that confirm a track, which is then reported
         confirmed_by: u32 = 3, 1.0..=100.0;
-        /// a track ends after so long without detection, seconds
+        /// time without detection after which a track is dropped, seconds
         drop_after_s: f64 = 2.5, SECONDS;
-        /// a track walks off its target once in so many seconds, mean; 0: never
+        /// mean time between two seductions of a track away from its target, seconds; 0: never
         seduction_every_s: f64 = 70.0, SECONDS;
-        /// how fast it walks off, metres a second
+        /// speed of a seduced track, metres per second
         seduction_m_s: Span = Span::new(5.0, 14.0), 0.0..=100.0;
-        /// for how long, seconds; then the track ends
+        /// duration of a seduction, seconds; then the track ends
         seduction_s: Span = Span::new(4.0, 10.0), SECONDS;
         /// drones closer than this may have their track numbers swapped, metres
         swap_distance_m: f64 = 45.0, METRES;
@@ -233,39 +233,39 @@ section! {
         jitter: f64 = 0.1, SHARE;
         /// share of reports that get lost
         dropped: f64 = 0.05, SHARE;
-        /// a gap begins once in so many seconds, mean; 0: never
+        /// mean time between two gaps, seconds; 0: never
         gap_every_s: f64 = 90.0, SECONDS;
         /// how long a gap lasts, seconds
         gap_s: Span = Span::new(6.0, 20.0), SECONDS;
-        /// the first report comes so long after take-off, seconds
+        /// time from take-off to the first report, seconds
         starts_after_s: Span = Span::new(0.0, 6.0), SECONDS;
-        /// the last report comes so long before the end, seconds
+        /// time from the last report to the end, seconds
         ends_before_s: Span = Span::new(0.0, 6.0), SECONDS;
-        /// slow error of the position, one standard deviation per axis, metres (Gauss-Markov)
+        /// bias of the position, one standard deviation per axis, metres (Gauss-Markov)
         gnss_horizontal_m: f64 = 1.8, METRES;
-        /// slow error of the height, metres
+        /// bias of the height, metres
         gnss_vertical_m: f64 = 2.5, METRES;
-        /// time constant of the slow errors, seconds
+        /// time constant of the biases, seconds
         gnss_time_s: f64 = 60.0, 0.1..=1e6;
-        /// error of a report per axis, metres (white)
+        /// white noise of a report per axis, metres
         gnss_white_m: f64 = 0.5, METRES;
-        /// the position jumps away once in so many seconds, mean; 0: never
+        /// mean time between two GNSS jumps, seconds; 0: never
         jump_every_s: f64 = 0.0, SECONDS;
-        /// how far it jumps, metres
+        /// distance of a jump, metres
         jump_m: Span = Span::new(20.0, 60.0), METRES;
-        /// for how long, seconds
+        /// duration of a jump, seconds
         jump_s: Span = Span::new(5.0, 20.0), SECONDS;
-        /// spoofing begins so long after take-off, seconds
+        /// time from take-off to the beginning of spoofing, seconds
         spoof_after_s: Span = Span::new(60.0, 120.0), SECONDS;
-        /// how far the spoofed position drifts away, metres
+        /// distance to which the spoofed position drifts, metres
         spoof_drift_m: f64 = 100.0, METRES;
-        /// in how long, seconds; then it stays so far away
+        /// duration of the drift, seconds; then the distance stays
         spoof_drift_s: f64 = 60.0, 1.0..=1e6;
-        /// jamming begins so long after take-off, seconds
+        /// time from take-off to the beginning of jamming, seconds
         jam_after_s: Span = Span::new(60.0, 120.0), SECONDS;
         /// how long a jammed transponder is silent, seconds
         jam_s: Span = Span::new(60.0, 120.0), SECONDS;
-        /// reports are stamped so long after their position was measured, seconds, fixed per drone
+        /// time from the measurement of a position to its time stamp, seconds, fixed per drone
         stamped_late_s: Span = Span::new(0.0, 0.25), 0.0..=10.0;
         /// from a report's stamp to its arrival, seconds
         latency_s: Span = Span::new(0.3, 1.5), SECONDS;
@@ -295,9 +295,9 @@ section! {
         second_line: bool = false, flag();
         /// how far the second line is behind, seconds
         second_line_behind_s: Span = Span::new(0.0, 0.05), SECONDS;
-        /// datagrams of sources that no sensor has (SAC 99, SIC 98), a second
+        /// datagrams of sources that no sensor has (SAC 99, SIC 98), per second
         foreign_source_per_s: f64 = 0.0, 0.0..=1000.0;
-        /// datagrams of other categories, a second
+        /// datagrams of other categories, per second
         foreign_category_per_s: f64 = 0.0, 0.0..=1000.0;
     }
 }
