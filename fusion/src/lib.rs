@@ -20,7 +20,7 @@ mod settings;
 mod slots;
 pub mod time;
 
-pub use engine::{Due, Engine, Refused};
+pub use engine::{Due, Engine, Offer, Refused};
 pub use frames::{Ecef, Enu, Frame, Geodetic};
 pub use interpolation::{Knot, evaluate};
 pub use numbering::{

@@ -78,17 +78,11 @@ pub fn run(args: &Args) -> CommandResult {
     };
     // A slot is shown with what had come in when it was emitted.
     for reception in simulation.receptions() {
-        let mut due = Vec::new();
-        pipeline.receive(&reception, |output| {
-            if let Output::Emission(emission) = output {
-                due.push(emission);
-            }
-        });
-        due.into_iter().try_for_each(|emission| show.slot(emission, pipeline.tally()))?;
+        pipeline.receive(&reception);
+        show.slots(&mut pipeline)?;
     }
-    let mut owed = Vec::new();
-    pipeline.finish(|emission| owed.push(emission));
-    owed.into_iter().try_for_each(|emission| show.slot(emission, pipeline.tally()))?;
+    pipeline.finish();
+    show.slots(&mut pipeline)?;
 
     let end = format!("\n{}\n{}", show.summary.text(pipeline.tally(), config)?, score(&simulation)?);
     let columns = Size::of_stdout().map_or(usize::MAX, |size| size.columns);
@@ -122,6 +116,15 @@ struct Show<'a> {
 }
 
 impl Show<'_> {
+    fn slots(&mut self, pipeline: &mut Pipeline) -> io::Result<()> {
+        while let Some(output) = pipeline.poll() {
+            if let Output::Emission(emission) = output {
+                self.slot(emission, pipeline.tally())?;
+            }
+        }
+        Ok(())
+    }
+
     fn slot(&mut self, emission: Emission, tally: &Tally) -> io::Result<()> {
         let picture = self.maker.picture(emission);
         self.summary.count(&picture);

@@ -136,15 +136,16 @@ pub fn run(args: &Args) -> CommandResult {
     let pass = |stage: &mut Stage<'_>, captures| {
         let mut pipeline = Pipeline::new(&config, masks.clone());
         if args.state.is_none() {
-            pipeline.keep_numbers_for_good();
+            pipeline.engine_mut().keep_numbers_for_good();
         }
-        let refused = numbers.iter().filter(|&&given| !pipeline.remember(given)).count();
+        let engine = pipeline.engine_mut();
+        let refused = numbers.iter().filter(|&&given| !engine.remember(given)).count();
         if refused > 0 {
             warn!("{refused} numbers of --state contradict others and are given anew");
         }
-        registrations.restore(&config, None, &mut pipeline).iter().for_each(|unused| warn!("{unused}"));
-        pipeline.plan(plan.correlated.clone());
-        pipeline.resume(plan.kept.clone());
+        registrations.restore(&config, None, engine).iter().for_each(|unused| warn!("{unused}"));
+        engine.plan(plan.correlated.clone());
+        engine.resume(plan.kept.clone());
         let mut replay =
             Replay { pipeline, stage, warnings: 0, bar: None, unread: false, skipped: String::new() };
         let outcome = replay.run(captures, day)?;
@@ -290,7 +291,8 @@ impl Replay<'_, '_> {
             }
         }
         let Self { pipeline, stage, bar, .. } = self;
-        pipeline.finish(|emission| stage.emit(emission));
+        pipeline.finish();
+        pipeline.emissions().for_each(|emission| stage.emit(emission));
         if let Some(bar) = bar {
             bar.finish_and_clear();
         }
@@ -311,20 +313,25 @@ impl Replay<'_, '_> {
 
     fn receive(&mut self, reception: &Reception, merged: &Merged) {
         let Self { pipeline, stage, warnings, bar, unread, .. } = self;
-        pipeline.receive(reception, |output| match output {
-            Output::Emission(emission) => stage.emit(emission),
-            Output::Event(event) => {
-                stage.note(&event, reception.received);
-                if event.is_warning() {
-                    *warnings += 1;
-                    let Some(capture) = merged.captures().nth(reception.input) else { return };
-                    *unread |= matches!(event, Event::Faulty { .. }) && *capture.format() == Format::Raw;
-                    let tell = || report(&event, reception, capture.name(), *warnings);
-                    // Not into the line of the bar.
-                    bar.as_ref().map_or_else(tell, |bar| bar.suspend(tell));
+        pipeline.receive(reception);
+        while let Some(output) = pipeline.poll() {
+            let event = match output {
+                Output::Emission(emission) => {
+                    stage.emit(emission);
+                    continue;
                 }
+                Output::Event(event) => event,
+            };
+            stage.note(&event, reception.received);
+            if event.is_warning() {
+                *warnings += 1;
+                let Some(capture) = merged.captures().nth(reception.input) else { continue };
+                *unread |= matches!(event, Event::Faulty { .. }) && *capture.format() == Format::Raw;
+                let tell = || report(&event, reception, capture.name(), *warnings);
+                // Not into the line of the bar.
+                bar.as_ref().map_or_else(tell, |bar| bar.suspend(tell));
             }
-        });
+        }
     }
 }
 

@@ -75,7 +75,7 @@ async fn serve(args: &Args, config: Arc<Config>, areas: Areas) -> CommandResult 
         warn!("{refused} transponder numbers of before contradict others and are given anew");
     }
     let kept = RegistrationKeeper::load(&config.state.dir, started);
-    driver.restore(&kept, &config, started).iter().for_each(|unused| warn!("{unused}"));
+    kept.restore(&config, Some(started), driver.engine_mut()).iter().for_each(|unused| warn!("{unused}"));
     let registrations = Registrations::of(&config, driver.pipeline().engine());
     if !registrations.is_empty() {
         info!("the registration of {} radars goes on", registrations.len());
@@ -89,7 +89,7 @@ async fn serve(args: &Args, config: Arc<Config>, areas: Areas) -> CommandResult 
         );
     }
     let correlated = kept_lines(&plan.kept, &config);
-    driver.resume(plan.kept);
+    driver.engine_mut().resume(plan.kept);
     let (kept, keeper) = Keeper::start(config.state.dir.clone(), numbers.clone())?;
     let (registration, registration_keeper) = RegistrationKeeper::start(config.state.dir.clone())?;
     let (correlations, correlations_keeper) = DecisionsKeeper::start(config.state.dir.clone())?;

@@ -141,7 +141,7 @@ fn correlate(wish: &Wish, driver: &mut Driver) -> Result<(Slot, Correlation), De
     found.dedup();
     let transponder = match found[..] {
         [transponder] => transponder,
-        [] if driver.knows_correlations() => return Err(NotCorrelated::NoTransponder.into()),
+        [] if engine.knows_correlations() => return Err(NotCorrelated::NoTransponder.into()),
         [] => return Err(NotCorrelated::Reference.into()),
         _ => return Err(Denied::Ambiguous(found.iter().map(country).collect())),
     };

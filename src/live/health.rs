@@ -199,7 +199,7 @@ impl Health {
     /// Notes what became of a record received at `now`.
     pub fn note(&mut self, event: &Event, now: Time) {
         match *event {
-            Event::Accepted { sensor, time } => {
+            Event::Accepted { sensor, report } => {
                 let sensor = self.heard(sensor, now);
                 sensor.accepted += 1;
                 (sensor.taken, sensor.untimely) = (Some(now), None);
@@ -207,7 +207,7 @@ impl Health {
                 if sensor.delays_ns.len() == DELAYS {
                     sensor.delays_ns.pop_front();
                 }
-                sensor.delays_ns.push_back(now.nanos() - time.nanos());
+                sensor.delays_ns.push_back(now.nanos() - report.time().nanos());
                 sensor.forget(now);
             }
             Event::Refused { category, refusal: Refusal::UnknownSource(source), .. }

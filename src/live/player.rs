@@ -14,6 +14,7 @@ use super::hub::{Frame, HubWriter, Status};
 use crate::areas::Masks;
 use crate::capture::{Capture, Merged, OpenError};
 use crate::config::Config;
+use crate::pipeline::Event;
 use crate::state::CorrelationPlan;
 use fusion::time::{SECOND, Time};
 
@@ -175,8 +176,8 @@ impl Show {
         // The sensors' rates and silences count from the recording's start, not from today.
         let started = merged.peek().and_then(|first| first.as_ref().ok()?.received).unwrap_or_default();
         let mut driver = Driver::new(&self.config, self.masks.clone(), started, 0);
-        driver.plan(self.correlated.correlated.clone());
-        driver.resume(self.correlated.kept.clone());
+        driver.engine_mut().plan(self.correlated.correlated.clone());
+        driver.engine_mut().resume(self.correlated.kept.clone());
         self.anchor = None;
         let shown_before = self.shown;
         self.state.send_modify(|state| state.ended = false);
@@ -201,18 +202,19 @@ impl Show {
                     self.tell(&mut driver, received);
                 }
             }
-            let mut slots = Vec::new();
-            let keep = |made| {
-                if let Made::Slot(frame) = made {
-                    slots.push(frame);
-                }
-            };
-            driver.receive_showing(&reception, |report| self.hub.inputs.note(report), keep);
-            let is_new = !slots.is_empty();
-            for frame in slots {
-                match self.show(frame) {
-                    Next::GoOn => {}
-                    other => return Ok(other),
+            driver.receive(&reception);
+            let mut is_new = false;
+            while let Some(made) = driver.poll() {
+                match made {
+                    Made::Slot(frame) => {
+                        is_new = true;
+                        match self.show(frame) {
+                            Next::GoOn => {}
+                            other => return Ok(other),
+                        }
+                    }
+                    Made::Event(Event::Accepted { report, .. }) => self.hub.inputs.note(&report),
+                    Made::Event(_) | Made::Number(_) => {}
                 }
             }
             if is_new {
@@ -221,13 +223,9 @@ impl Show {
             let made = self.hub.correlations.obey(&mut driver);
             self.correlated.correlated.extend(made);
         }
-        let mut owed = Vec::new();
-        driver.finish(|made| {
-            if let Made::Slot(frame) = made {
-                owed.push(frame);
-            }
-        });
-        for frame in owed {
+        driver.finish();
+        while let Some(made) = driver.poll() {
+            let Made::Slot(frame) = made else { continue };
             match self.show(frame) {
                 Next::GoOn => {}
                 other => return Ok(other),

@@ -225,9 +225,8 @@ impl Engine {
             self.receive(arrival);
         }
         if self.config.output.flush_on_stop {
-            let mut owed = Vec::new();
-            self.driver.finish(|made| owed.push(made));
-            self.hand_out_as(owed, true);
+            self.driver.finish();
+            self.hand_out(true);
         }
         self.tell(self.clock.now());
         // This time there is time to wait.
@@ -278,10 +277,8 @@ impl Engine {
             origin: 0,
             payload: self.without_trailer(arrival),
         };
-        let mut made = Vec::new();
-        let Self { driver, outlets, .. } = self;
-        driver.receive_showing(&reception, |report| outlets.hub.inputs.note(report), |one| made.push(one));
-        self.hand_out(made);
+        self.driver.receive(&reception);
+        self.hand_out(self.driver.starts_afresh());
     }
 
     /// The blocks of a datagram.
@@ -301,20 +298,14 @@ impl Engine {
     }
 
     fn tick(&mut self, at: Time) {
-        let mut made = Vec::new();
-        self.driver.tick(at, |one| made.push(one));
-        self.hand_out(made);
+        self.driver.tick(at);
+        self.hand_out(self.driver.starts_afresh());
     }
 
-    fn hand_out(&mut self, made: Vec<Made>) {
-        // The slots before a fresh start are owed from before a pause, or a step of the clock: how late they are says
-        // nothing about the picture that follows.
-        let are_owed = made.iter().any(|made| matches!(made, Made::Event(Event::Restarted)));
-        self.hand_out_as(made, are_owed);
-    }
-
-    fn hand_out_as(&mut self, made: Vec<Made>, are_owed: bool) {
-        for made in made {
+    /// Hands out what the driver has made. Slots before a fresh start are owed from before a pause, or a step of the clock:
+    /// how late they are says nothing about the picture that follows.
+    fn hand_out(&mut self, are_owed: bool) {
+        while let Some(made) = self.driver.poll() {
             match made {
                 Made::Slot(frame) if are_owed => self.publish_owed(frame),
                 Made::Slot(frame) => self.publish(frame),
@@ -324,6 +315,7 @@ impl Engine {
                         warn!("{event}");
                     }
                 }
+                Made::Event(Event::Accepted { report, .. }) => self.outlets.hub.inputs.note(&report),
                 Made::Event(_) => {}
             }
         }

@@ -7,12 +7,11 @@ use asterix::{DataSource, Fault};
 
 use super::senders::Contest;
 use crate::normalise::{Refusal, Service};
-use fusion::SensorIndex;
 use fusion::operational::Newcomers;
-use fusion::time::Time;
+use fusion::{Report, SensorIndex};
 
 /// Something that happened to what was received.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
     /// A datagram, or a record of a file without reception times, of this many octets came.
     Received {
@@ -37,8 +36,8 @@ pub enum Event {
     Accepted {
         /// From this sensor.
         sensor: SensorIndex,
-        /// The time that it says.
-        time: Time,
+        /// What the engine was given.
+        report: Report,
     },
     /// A radar spoke of itself (CAT034).
     Service {

@@ -18,7 +18,6 @@ use serde_json::Value;
 
 use super::read;
 use crate::config::{Config, Radar, Registration as Mode, SensorKind};
-use crate::pipeline::Pipeline;
 use fusion::Engine;
 use fusion::SensorIndex;
 use fusion::registration::{Registration, Settings, State};
@@ -113,10 +112,10 @@ impl Registrations {
 
     /// Gives the engine what fits its radars; of each radar for which it does not, why. What is later than `now`, where that
     /// is told, was written while the clock was wrong: nothing that comes would count beside it.
-    pub fn restore(&self, config: &Config, now: Option<Time>, pipeline: &mut Pipeline) -> Vec<String> {
+    pub fn restore(&self, config: &Config, now: Option<Time>, engine: &mut Engine) -> Vec<String> {
         let mut unused = Vec::new();
         for (id, entry) in &self.0 {
-            let used = entry.restore(id, config, now, pipeline);
+            let used = entry.restore(id, config, now, engine);
             unused.extend(used.err().map(|why| format!("registration of {id} begins anew: {why}")));
         }
         unused
@@ -129,7 +128,7 @@ impl Entry {
         id: &str,
         config: &Config,
         now: Option<Time>,
-        pipeline: &mut Pipeline,
+        engine: &mut Engine,
     ) -> Result<(), String> {
         let found = config.sensors.iter().enumerate().find(|(_, sensor)| sensor.id == id);
         let (index, sensor) = found.ok_or("there is no such sensor any more")?;
@@ -156,7 +155,7 @@ impl Entry {
             return Err("nothing follows from its numbers".to_owned());
         }
         // The reference profile has no use for it, which is not worth a word.
-        pipeline.restore(SensorIndex(index as u16), &state).map(drop).map_err(|error| error.to_string())
+        engine.restore(SensorIndex(index as u16), &state).map(drop).map_err(|error| error.to_string())
     }
 }
 

@@ -55,13 +55,16 @@ impl Flown {
         let start = flight.datagrams[0].received;
         let mut driver = Driver::new(&flight.config, Masks::default(), start, 1);
         let mut frames = Vec::new();
-        let mut keep = |made| {
-            if let Made::Slot(frame) = made {
-                frames.push(frame);
+        let mut keep = |driver: &mut Driver| {
+            while let Some(made) = driver.poll() {
+                if let Made::Slot(frame) = made {
+                    frames.push(frame);
+                }
             }
         };
         for datagram in &flight.datagrams {
-            driver.tick(datagram.received, &mut keep);
+            driver.tick(datagram.received);
+            keep(&mut driver);
             let reception = Reception {
                 received: Some(driver.reception(datagram.received)),
                 input: 0,
@@ -70,7 +73,8 @@ impl Flown {
                 origin: 0,
                 payload: datagram.payload.clone(),
             };
-            driver.receive(&reception, &mut keep);
+            driver.receive(&reception);
+            keep(&mut driver);
         }
         let at = flight.datagrams.last().unwrap().received;
         let line = || LineStatus { name: "a line".to_owned(), joined: true, ..LineStatus::default() };

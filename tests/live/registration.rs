@@ -178,7 +178,7 @@ fn no_file_keeps_a_service_from_starting() {
         *hostile.pointer_mut(&format!("/radars/{id}/state{place}")).unwrap() = value;
         let registrations = parse_registration(&hostile.to_string()).unwrap();
         let mut hurt = Pipeline::new(&config, Masks::default());
-        let unused = registrations.restore(&config, Some(utm_fusion::live::now()), &mut hurt);
+        let unused = registrations.restore(&config, Some(utm_fusion::live::now()), hurt.engine_mut());
         assert!(unused.len() == 1 && unused[0].contains(why), "{place}: {why}: {unused:?}");
         assert!(Registrations::of(&config, hurt.engine()).is_empty());
     }
@@ -195,7 +195,7 @@ fn a_silence_is_not_forgetting() {
     for datagram in &simulation.datagrams {
         let received = Some(datagram.received);
         let (kind, payload) = (ReceptionKind::Datagram, datagram.payload.clone());
-        driver.receive(&Reception { received, input: 0, from: None, kind, origin: 0, payload }, drop);
+        driver.receive(&Reception { received, input: 0, from: None, kind, origin: 0, payload });
     }
     let known = |driver: &Driver| {
         let engine = driver.pipeline().engine();
@@ -204,10 +204,10 @@ fn a_silence_is_not_forgetting() {
     let before = known(&driver);
     assert!(before[0].samples > 8.0, "{before:?}");
     let end = simulation.datagrams.last().unwrap().received;
-    let mut restarts = 0;
-    driver.tick(end + SignedDuration::from_hours(1), |made| {
-        restarts += u64::from(matches!(made, Made::Event(Event::Restarted)));
-    });
+    driver.tick(end + SignedDuration::from_hours(1));
+    let restarts = std::iter::from_fn(|| driver.poll())
+        .filter(|made| matches!(made, Made::Event(Event::Restarted)))
+        .count();
     assert_eq!(restarts, 1);
     assert!(known(&driver)[0].samples >= before[0].samples);
 }

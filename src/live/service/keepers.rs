@@ -21,7 +21,7 @@ const UNRECORDED: usize = 1024;
 impl Engine {
     /// Hands on which decisions are in force, where that has changed, and says which of before a restart are.
     pub(super) fn tell_decisions(&mut self) {
-        for resumed in self.driver.resumed() {
+        for resumed in self.driver.engine_mut().resumed() {
             match resumed {
                 ResumedCorrelation::Holds(held) => {
                     info!("{}: it holds again after the restart", self.describe(&held.correlation));
