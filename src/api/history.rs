@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::ask::{Answer, Ask, GEO_JSON, json, live};
 use super::problem::Problem;
-use crate::history::{Kept, Store};
+use crate::history::{SavedTrack, Store};
 use crate::json::rounded;
 use fusion::time::Time;
 
@@ -24,7 +24,7 @@ pub fn trail(ask: &Ask) -> Answer {
     let until = time(ask, "until")?.unwrap_or_else(|| ask.state.now());
     let since = time(ask, "since")?.unwrap_or(until + -TRAIL);
     let format = ask.text("format").unwrap_or("geojson");
-    let write: fn(&str, &[(Time, Kept)], f64) -> String = match format {
+    let write: fn(&str, &[(Time, SavedTrack)], f64) -> String = match format {
         "geojson" => geojson,
         "gpx" => gpx,
         "kml" => kml,
@@ -56,7 +56,7 @@ pub fn snapshot(ask: &Ask) -> Answer {
         return Err(Problem::not_found(format!("the history has no picture of that time; {kept}")));
     };
     let undulation_m = ask.state.hub().maker.geoid_undulation_m();
-    let feature = |track: &Kept| {
+    let feature = |track: &SavedTrack| {
         json!({
             "type": "Feature",
             "id": track.id,
@@ -95,13 +95,13 @@ pub(super) fn time(ask: &Ask, name: &str) -> Result<Option<Time>, Problem> {
 }
 
 /// Longitude, latitude, and the ellipsoidal height where one was measured.
-fn position(track: &Kept, undulation_m: f64) -> Vec<f64> {
+fn position(track: &SavedTrack, undulation_m: f64) -> Vec<f64> {
     let mut position = vec![rounded(track.longitude_deg, 7), rounded(track.latitude_deg, 7)];
     position.extend(track.altitude_amsl_m.map(|metres| rounded(metres + undulation_m, 2)));
     position
 }
 
-fn properties(track: &Kept, time: Time) -> Value {
+fn properties(track: &SavedTrack, time: Time) -> Value {
     let mut properties = json!({
         "id": track.id,
         "source": track.source,
@@ -117,7 +117,7 @@ fn properties(track: &Kept, time: Time) -> Value {
 }
 
 /// A line (a point where there is only one place) with the time and source of each place.
-fn geojson(id: &str, places: &[(Time, Kept)], undulation_m: f64) -> String {
+fn geojson(id: &str, places: &[(Time, SavedTrack)], undulation_m: f64) -> String {
     // A line's positions are all of one dimension: without a height everywhere there is none.
     let all_high = places.iter().all(|(_, place)| place.altitude_amsl_m.is_some());
     let positions: Vec<Vec<f64>> = places
@@ -147,7 +147,7 @@ fn geojson(id: &str, places: &[(Time, Kept)], undulation_m: f64) -> String {
 }
 
 /// GPX 1.1; its elevations are above mean sea level.
-fn gpx(id: &str, places: &[(Time, Kept)], _: f64) -> String {
+fn gpx(id: &str, places: &[(Time, SavedTrack)], _: f64) -> String {
     let mut text = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<gpx version=\"1.1\" creator=\"utm-fusion\" xmlns=\"http://www.topografix.com/GPX/1/1\">\n<trk><name>{}</name><trkseg>\n",
         escaped(id)
@@ -163,12 +163,12 @@ fn gpx(id: &str, places: &[(Time, Kept)], _: f64) -> String {
 
 /// KML 2.3 with a track; its heights are above mean sea level. A track is either in the air or on the ground, so a trail
 /// of which only parts have a height is several: those without lie on the ground, and no line joins the two.
-fn kml(id: &str, places: &[(Time, Kept)], _: f64) -> String {
+fn kml(id: &str, places: &[(Time, SavedTrack)], _: f64) -> String {
     let mut text = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<kml xmlns=\"http://www.opengis.net/kml/2.2\" xmlns:gx=\"http://www.google.com/kml/ext/2.2\">\n<Placemark><name>{}</name>",
         escaped(id)
     );
-    let is_high = |(_, place): &(Time, Kept)| place.altitude_amsl_m.is_some();
+    let is_high = |(_, place): &(Time, SavedTrack)| place.altitude_amsl_m.is_some();
     let parts: Vec<String> =
         places.chunk_by(|one, next| is_high(one) == is_high(next)).map(kml_track).collect();
     match &parts[..] {
@@ -185,7 +185,7 @@ fn kml(id: &str, places: &[(Time, Kept)], _: f64) -> String {
 }
 
 /// Places of which all have a height or none has.
-fn kml_track(places: &[(Time, Kept)]) -> String {
+fn kml_track(places: &[(Time, SavedTrack)]) -> String {
     let is_high = places.iter().all(|(_, place)| place.altitude_amsl_m.is_some());
     let mode = if is_high { "absolute" } else { "clampToGround" };
     let mut text = format!("<gx:Track><altitudeMode>{mode}</altitudeMode>\n");
@@ -200,11 +200,11 @@ fn kml_track(places: &[(Time, Kept)]) -> String {
     text + "</gx:Track>"
 }
 
-fn csv(_: &str, places: &[(Time, Kept)], _: f64) -> String {
+fn csv(_: &str, places: &[(Time, SavedTrack)], _: f64) -> String {
     let mut text = String::from("time,source,track_number,lat,lon,alt_msl\n");
     for (time, place) in places {
         let altitude = place.altitude_amsl_m.map_or(String::new(), |metres| format!("{metres:.2}"));
-        let Kept { source, number, latitude_deg, longitude_deg, .. } = place;
+        let SavedTrack { source, number, latitude_deg, longitude_deg, .. } = place;
         let _ = writeln!(text, "{time},{source},{number},{latitude_deg:.7},{longitude_deg:.7},{altitude}");
     }
     text

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::ask::{Answer, Ask, JSON, json};
 use super::shown::Piece;
 use crate::json::rounded;
-use crate::live::Frame;
+use crate::live::PublishedPicture;
 use crate::picture::Track;
 
 const FEET_PER_METRE: f64 = 1.0 / 0.3048;
@@ -38,7 +38,7 @@ pub fn aircraft(ask: &Ask) -> Answer {
 
 /// Nothing here is ADS-B: a radar's track is what readsb calls a track file; the rest is `other`, and nothing claims an
 /// ICAO address. There is no barometric height, and none is made up.
-fn entry(piece: &Piece, track: &Track, frame: &Frame, hex: u32) -> Value {
+fn entry(piece: &Piece, track: &Track, frame: &PublishedPicture, hex: u32) -> Value {
     let age_s = rounded(frame.published_at.seconds_since(frame.picture.time), 1);
     let mut entry = json!({
         "hex": format!("~{hex:06x}"),

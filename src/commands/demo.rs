@@ -1,7 +1,8 @@
 //! `demo`: a simulated flight through the engine, with a live table in the terminal.
 
+mod http;
+
 use std::collections::BTreeMap;
-use std::error::Error;
 use std::io::{self, Write};
 use std::net::SocketAddr;
 
@@ -13,7 +14,8 @@ use super::pace::Pace;
 use super::screen::{Painting, Size, broken};
 use super::summary::Summary;
 use super::verdict::verdict;
-use super::{CommandResult, Outcome, serve};
+use super::{CommandResult, Outcome};
+use crate::app::Failure;
 use crate::areas::Masks;
 use crate::evaluate::{self, Alone, Labels, Settings};
 use crate::picture::{Picture, PictureMaker, Track};
@@ -57,7 +59,7 @@ const PRINT_EVERY_S: f64 = 60.0;
 pub fn run(args: &Args) -> CommandResult {
     let scenario = Scenario::parse(SCENARIO, "config/scenarios/crossing.toml")?;
     if let Some(listen) = args.http {
-        return serve::demo(scenario, args.seed, listen, args.duration);
+        return http::serve(scenario, args.seed, listen, args.duration);
     }
     let simulation = simulate(&scenario, args.seed, None)?;
     let config = &simulation.config;
@@ -91,7 +93,7 @@ pub fn run(args: &Args) -> CommandResult {
 }
 
 /// What the output and each input alone are worth, since the truth of a simulated flight is known.
-fn score(simulation: &Simulation) -> Result<String, Box<dyn Error + Send + Sync>> {
+fn score(simulation: &Simulation) -> Result<String, Failure> {
     let Simulation { config, labels, .. } = simulation;
     let receptions = || simulation.receptions().map(Ok);
     let points = evaluate::output(receptions(), config, Masks::default())?;

@@ -3,12 +3,11 @@
 use std::error::Error;
 use std::path::PathBuf;
 
-use jiff::SignedDuration;
 use tracing::{error, info, warn};
 
 use crate::api::{ApiState, Terms};
 use crate::areas::{AlertAreas, Areas};
-use crate::config::{Auth, Config, State, changes};
+use crate::config::{Auth, Config, changes};
 use crate::current::Current;
 use crate::history::{Limits, Store};
 use crate::live::now;
@@ -78,7 +77,7 @@ impl Reload {
                 error!("output.asterix stays as it was: {error}; put it right and send SIGHUP again");
             }
         }
-        if let (Some(history), Some(limits)) = (&self.history, limits(&wanted.state)) {
+        if let (Some(history), Some(limits)) = (&self.history, Limits::of(&wanted.state)) {
             history.limit(limits);
             config.state.history_hours = wanted.state.history_hours;
             config.state.history_mib = wanted.state.history_mib;
@@ -101,12 +100,4 @@ impl Reload {
         (self.config, self.areas) = (config, areas);
         Ok(())
     }
-}
-
-/// How much history is kept; `None`: none.
-pub fn limits(state: &State) -> Option<Limits> {
-    (state.history_hours > 0.0).then(|| Limits {
-        age: SignedDuration::from_secs((state.history_hours * 3600.0) as i64),
-        octets: u64::from(state.history_mib) << 20,
-    })
 }

@@ -6,7 +6,7 @@ use jiff::SignedDuration;
 
 use super::contests::note_contests;
 use super::health::{Health, LineStatus, SensorStatus};
-use super::hub::Frame;
+use super::published::PublishedPicture;
 use super::registration::Registrar;
 use crate::areas::Masks;
 use crate::capture::Reception;
@@ -20,12 +20,12 @@ use fusion::{Engine, Given, NumberChange, Slot, SlotGrid};
 /// An arrival that waited in the queue while its slot was emitted is handled this much after the slot's deadline.
 const AFTER_DEADLINE: SignedDuration = SignedDuration::from_micros(1);
 
-/// What the driver makes, in the order in which it happened.
+/// Output of the driver.
 #[derive(Debug)]
 pub enum Made {
     /// A slot, not yet published: its `published_at` is its deadline.
-    Slot(Frame),
-    /// What became of a transponder number with the slot before it.
+    Slot(PublishedPicture),
+    /// A change of a transponder number, which came with the slot before it.
     Number(NumberChange),
     /// Something that happened to what was received.
     Event(Event),
@@ -42,8 +42,7 @@ pub struct Driver {
     latency: SignedDuration,
     /// From a slot's centre to its deadline.
     due_after: SignedDuration,
-    /// The deadline of the slot that was emitted last, or where the clock ran on by more than the window after that, the
-    /// time of the fresh start: nothing is handled at a time before.
+    /// The deadline of the latest slot, or the time of a fresh start after it: nothing is handled at an earlier time.
     emitted: Option<Time>,
     seq: u64,
     /// Copies by line.
@@ -53,7 +52,7 @@ pub struct Driver {
 }
 
 impl Driver {
-    /// For a site; `started` is now, and `lines` how many lines there are.
+    /// The driver of a site with that number of lines; `started` is now.
     pub fn new(config: &Config, masks: Masks, started: Time, lines: usize) -> Self {
         let pipeline = Pipeline::new(config, masks);
         Self {
@@ -123,7 +122,12 @@ impl Driver {
                     let due = picture.time + self.due_after;
                     self.emitted = Some(due);
                     self.seq += 1;
-                    self.made.push_back(Made::Slot(Frame { seq: self.seq, due, published_at: due, picture }));
+                    self.made.push_back(Made::Slot(PublishedPicture {
+                        seq: self.seq,
+                        due,
+                        published_at: due,
+                        picture,
+                    }));
                     self.made.extend(numbers.into_iter().map(Made::Number));
                 }
                 Output::Event(event) => {
@@ -141,7 +145,7 @@ impl Driver {
         }
     }
 
-    /// Starts with the transponder numbers given before a restart; drops those that cannot be taken over
+    /// Restores the transponder numbers given before a restart; drops those that contradict others
     /// ([`fusion::Numbers::remember`]), and returns how many.
     pub fn remember(&mut self, numbers: &mut Vec<Given>) -> usize {
         let before = numbers.len();
@@ -176,7 +180,7 @@ impl Driver {
         sensors
     }
 
-    /// The pipeline, to look at.
+    /// The pipeline.
     pub fn pipeline(&self) -> &Pipeline {
         &self.pipeline
     }
@@ -186,12 +190,12 @@ impl Driver {
         &self.health
     }
 
-    /// Copies that a line brought of what another had brought before.
+    /// Datagrams of a line that were copies of another line's.
     pub fn duplicates(&self, line: usize) -> u64 {
         self.duplicates.get(line).copied().unwrap_or(0)
     }
 
-    /// Makes JSON of tracks.
+    /// The maker of pictures.
     pub fn maker(&self) -> &PictureMaker {
         &self.maker
     }

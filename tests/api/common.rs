@@ -16,14 +16,14 @@ use utm_fusion::api::{ApiState, Options, router, serve};
 use utm_fusion::areas::{AlertAreas, Masks};
 use utm_fusion::capture::{Reception, ReceptionKind};
 use utm_fusion::config::{Config, Profile};
-use utm_fusion::live::{Alerts, Driver, Frame, Hub, HubWriter, LineStatus, Made, Status, observe};
+use utm_fusion::live::{Alerts, Driver, Hub, HubWriter, LineStatus, Made, PublishedPicture, Status, observe};
 use utm_fusion::picture::PictureMaker;
 use utm_fusion::simulate::{Flight, Scenario, simulate};
 
 pub(crate) struct Flown {
     pub(crate) config: Config,
     pub(crate) maker: PictureMaker,
-    pub(crate) frames: Vec<Frame>,
+    pub(crate) frames: Vec<PublishedPicture>,
     pub(crate) status: Status,
     /// What really happened.
     pub(crate) truth: Vec<Flight>,

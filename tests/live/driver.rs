@@ -94,7 +94,7 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
     let unused = fate.registrations.restore(config, Some(start), driver.engine_mut());
     assert!(unused.is_empty(), "{unused:?}");
     let text = registration_text(&fate.registrations).into();
-    assert!(recorder.wait(Recorded::Registered { text }));
+    assert!(recorder.wait(Recorded::Registered(text)));
     let registrations = Registrations::default();
     let mut flown = Flown { slots: 0, alarms: 0, radar: Vec::new(), registrations, correlations: 0 };
     let shown = RefCell::new(Vec::new());
@@ -119,7 +119,7 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
                     }
                 }
                 Made::Number(NumberChange::Heard(given)) => {
-                    assert!(recorder.wait(Recorded::Numbered { given }));
+                    assert!(recorder.wait(Recorded::Numbered(given)));
                 }
                 Made::Number(NumberChange::Returned(_)) => {}
                 Made::Event(event) => flown.alarms += u64::from(event.is_warning()),
@@ -129,7 +129,7 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
         if now != held {
             let line = |held: &HeldCorrelation| correlation_line(held.since, &held.correlation, config);
             let text = now.iter().map(line).collect::<String>().into();
-            assert!(recorder.wait(Recorded::Correlations { text }));
+            assert!(recorder.wait(Recorded::Correlations(text)));
             held = now;
         }
     };
@@ -178,7 +178,7 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
                 && let Ok(slot) = driver.correlate(correlation)
             {
                 let line = correlation_line(slot, &correlation, config).into();
-                assert!(recorder.wait(Recorded::Decided { line }));
+                assert!(recorder.wait(Recorded::Decided(line)));
                 correlations += 1;
             }
         }

@@ -66,7 +66,7 @@ fn transponders(scenario: &Scenario, seeds: u64) -> Pool {
                     Output::Emission(emission) => emissions.push(emission),
                     // Where a single transponder is silent for longer than the window, the engine starts afresh.
                     Output::Event(event) => {
-                        assert!(!event.is_warning() || matches!(event, Event::Restarted), "{event}");
+                        assert!(!event.is_warning() || matches!(event, Event::Restarted), "{event:?}");
                     }
                 }
             }
