@@ -9,9 +9,9 @@ use axum::response::Response;
 use axum::routing::get;
 use sha2::{Digest, Sha256};
 
-use super::ApiState;
 use super::ask::{Answer, Ask, matches, not_modified, with_type};
 use super::gzip::{self, Payload};
+use super::state::ApiState;
 
 /// Every file beside `index.html`: its path, its type and what is in it.
 const FILES: &[(&str, &str, &str)] = &[
@@ -62,7 +62,7 @@ struct File {
 /// Compressed when somebody first asks.
 static SERVED: LazyLock<HashMap<&str, File>> = LazyLock::new(|| {
     let file = |&(path, content_type, text): &(&'static str, &'static str, &'static str)| {
-        let hash: String = Sha256::digest(text).iter().take(8).map(|octet| format!("{octet:02x}")).collect();
+        let hash = crate::hex::text(&Sha256::digest(text)[..8]);
         let tag = |tag| HeaderValue::try_from(tag).expect("hexadecimal digits in quotes");
         let tags = [tag(format!("\"{hash}\"")), tag(format!("\"{hash}-gzip\""))];
         (path, File { content_type, payload: Payload::from(text.as_bytes()), tags })

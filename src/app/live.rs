@@ -22,7 +22,7 @@ use crate::state::{
     CorrelationPlan, Keeper, Registrations, StateFile, kept_lines, read_correlations, read_numbers,
     read_registration, registration_text,
 };
-use fusion::Given;
+use fusion::numbering::Given;
 use fusion::time::Time;
 
 /// A live service that is being put together. It keeps nothing unless it is told to.

@@ -21,6 +21,7 @@ use super::chain;
 use super::raw::{self, HEADER};
 use super::window::Window;
 use super::{final_recording, gzip, pcapng};
+use crate::hex;
 
 /// What a file turned out to be.
 #[derive(Debug, PartialEq, Eq)]
@@ -227,5 +228,5 @@ fn describe(sample: &[u8], objection: &str) -> Kind {
 }
 
 fn hexadecimal(octets: &[u8]) -> String {
-    octets.iter().map(|octet| format!("{octet:02x}")).collect::<Vec<_>>().join(" ")
+    octets.chunks(1).map(hex::text).collect::<Vec<_>>().join(" ")
 }

@@ -3,7 +3,7 @@
 use super::counted::Counted;
 use super::owner::{Kind, Owner, Owners};
 use super::{Labels, Offset, OutputPoint, Place, Sample, Seen, Settings, Truth};
-use fusion::{Slot, SlotGrid};
+use fusion::slots::{Slot, SlotGrid};
 
 /// A point that counts.
 #[derive(Clone, Debug)]

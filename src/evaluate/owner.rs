@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use super::nearby::Nearby;
 use super::{Labels, OutputPoint, Told, Truth};
+use fusion::slots::{Slot, SlotGrid};
 use fusion::time::{SECOND, Time};
-use fusion::{Slot, SlotGrid};
 
 /// Without labels a point belongs to the nearest drone at most this far away, metres.
 const REACH_M: f64 = 150.0;

@@ -1,6 +1,6 @@
 //! Places on Earth and how far apart two of them are: what every metric is made of.
 
-use fusion::Geodetic;
+use fusion::frames::Geodetic;
 
 /// Latitude, longitude and, where it is known, height above mean sea level.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! Saved tracks as octets: what a trail and a past picture show, and no more.
 
-use crate::picture::{PictureMaker, Track};
+use crate::picture::{PictureMaker, PictureTrack};
 use fusion::Source;
 
 /// A track of the past.
@@ -28,7 +28,7 @@ const PLACE: usize = 17;
 
 impl SavedTrack {
     /// Of a track of `maker`.
-    pub fn of(track: &Track, maker: &PictureMaker) -> Self {
+    pub fn of(track: &PictureTrack, maker: &PictureMaker) -> Self {
         let source = match track.point.source {
             Source::Fused(..) => SOURCES[0],
             Source::Radar(_) => SOURCES[1],

@@ -4,7 +4,6 @@ use asterix::{Chain, Contents, Field, Kind, Layout, Subfield, octets_of};
 use serde_json::{Map, Value};
 
 use super::characters;
-use super::values::read_hex;
 
 /// What is wrong with the value of an item, in words that begin where a path to it ends: `rho_m: …`.
 pub(super) type Trouble = String;
@@ -231,7 +230,7 @@ fn whole(value: &Value) -> Option<u64> {
 
 /// The octets of a hexadecimal text.
 pub(super) fn octets(value: &Value) -> Result<Vec<u8>, Trouble> {
-    let octets = value.as_str().and_then(read_hex);
+    let octets = value.as_str().and_then(crate::hex::octets);
     octets.ok_or_else(|| "must be a text of hexadecimal octets".to_owned())
 }
 

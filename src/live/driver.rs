@@ -13,9 +13,11 @@ use crate::capture::Reception;
 use crate::config::Config;
 use crate::picture::PictureMaker;
 use crate::pipeline::{Event, Output, Pipeline};
+use fusion::Engine;
+use fusion::numbering::{Given, NumberChange};
 use fusion::operational::{Correlation, NotCorrelated};
+use fusion::slots::{Slot, SlotGrid};
 use fusion::time::Time;
-use fusion::{Engine, Given, NumberChange, Slot, SlotGrid};
 
 /// An arrival that waited in the queue while its slot was emitted is handled this much after the slot's deadline.
 const AFTER_DEADLINE: SignedDuration = SignedDuration::from_micros(1);
@@ -59,7 +61,7 @@ impl Driver {
             maker: PictureMaker::new(config, pipeline.normaliser()),
             health: Health::new(config, started),
             registrar: Registrar::new(config),
-            grid: SlotGrid::new(config.fusion.slot.as_nanos() as i64),
+            grid: SlotGrid::new(config.fusion.slot),
             latency: config.fusion.latency(),
             due_after: config.fusion.latency() - config.fusion.slot / 2,
             pipeline,
@@ -146,7 +148,7 @@ impl Driver {
     }
 
     /// Restores the transponder numbers given before a restart; drops those that contradict others
-    /// ([`fusion::Numbers::remember`]), and returns how many.
+    /// ([`fusion::numbering::Numbers::remember`]), and returns how many.
     pub fn remember(&mut self, numbers: &mut Vec<Given>) -> usize {
         let before = numbers.len();
         numbers.retain(|&given| self.pipeline.engine_mut().remember(given));

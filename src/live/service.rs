@@ -32,10 +32,10 @@ use crate::pipeline::Event;
 use crate::record::{Recorded, RecorderQueue};
 use crate::state::correlation_line;
 use fusion::SensorIndex;
+use fusion::numbering::{LARGEST_TRANSPONDER_NUMBER, NumberChange};
 use fusion::operational::HeldCorrelation;
-use fusion::registration::Estimate;
+use fusion::registration::Misalignment;
 use fusion::time::{SECOND, Time};
-use fusion::{LARGEST_TRANSPONDER_NUMBER, NumberChange};
 
 /// Longest time between two looks at whether to stop or to publish a status.
 const LOOK_UP: Duration = Duration::from_millis(100);
@@ -50,7 +50,7 @@ const LATENESS: usize = 2400;
 const NUMBERS_LOW: f64 = 0.9;
 
 /// The radars' registrations.
-type Estimates = Vec<(SensorIndex, Estimate)>;
+type Estimates = Vec<(SensorIndex, Misalignment)>;
 
 /// Where the engine's thread hands its results.
 pub struct Outlets {
@@ -461,10 +461,10 @@ fn numbers_low(used: usize, profile: Profile) -> Option<String> {
 
 /// Median, 95th and 99th percentile, seconds.
 fn percentiles(microseconds: &VecDeque<u32>) -> Option<[f64; 3]> {
-    let mut sorted: Vec<u32> = microseconds.iter().copied().collect();
-    sorted.sort_unstable();
-    let last = sorted.len().checked_sub(1)?;
-    Some([0.5, 0.95, 0.99].map(|share| f64::from(sorted[(share * last as f64).round() as usize]) * 1e-6))
+    let mut sorted: Vec<f64> = microseconds.iter().map(|&late_us| f64::from(late_us) * 1e-6).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let at = |share| crate::statistics::quantile(&sorted, share);
+    Some([at(0.5)?, at(0.95)?, at(0.99)?])
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use tracing::warn;
 
 use super::senders::Contest;
 use crate::normalise::{Refusal, Service};
-use fusion::operational::Newcomers;
+use fusion::point::Newcomers;
 use fusion::{Report, SensorIndex};
 
 /// Something that happened to what was received.

@@ -85,7 +85,7 @@ impl Pipeline {
         Self {
             duplicates: Duplicates::default(),
             senders: Senders::new(config),
-            engine: Engine::new(settings(config, &normaliser)),
+            engine: Engine::new(settings(config, &normaliser)).expect("the configuration was checked"),
             withholds_plots: false,
             normaliser,
             journal: Journal::default(),

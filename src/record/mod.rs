@@ -28,7 +28,7 @@ use std::thread::JoinHandle;
 use tracing::{error, error_span};
 
 use crate::config::{Config, Record};
-use fusion::Given;
+use fusion::numbering::Given;
 use queue::Counters;
 use writer::Writer;
 

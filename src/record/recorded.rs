@@ -3,7 +3,7 @@
 use std::net::SocketAddrV4;
 use std::sync::Arc;
 
-use fusion::Given;
+use fusion::numbering::Given;
 use fusion::time::Time;
 
 /// An item for the recorder, which may lag or lose it, but never makes the engine wait.
@@ -20,7 +20,7 @@ pub enum Recorded {
         /// The datagram.
         payload: Vec<u8>,
     },
-    /// A transponder was given a number, or has its first point after a break of [`NOTED`](fusion::NOTED).
+    /// A transponder was given a number, or has its first point after a break of [`NOTED`](fusion::numbering::NOTED).
     Numbered(Given),
     /// The text of the registration's file, at the start and whenever it has changed.
     Registered(Arc<str>),

@@ -11,8 +11,8 @@ use std::time::{Duration, Instant};
 use tracing::{error, info, warn};
 
 use super::{CORRELATIONS, NUMBERS, REGISTRATION, numbers_text, set_aside, write_atomically};
+use fusion::numbering::{Given, NumberChange};
 use fusion::time::Time;
-use fusion::{Given, NumberChange};
 
 /// A file of the directory of `[state]`.
 #[derive(Clone, Copy, Debug)]

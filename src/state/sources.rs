@@ -7,7 +7,7 @@ use super::{
     CORRELATIONS, Correlations, NUMBERS, REGISTRATION, Registrations, read_correlations, read_numbers,
     read_registration,
 };
-use fusion::Given;
+use fusion::numbering::Given;
 
 /// The state of an earlier run.
 #[derive(Clone, Debug, Default)]

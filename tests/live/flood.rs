@@ -7,13 +7,13 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use utm_fusion::areas::Masks;
-use utm_fusion::capture::{Reception, ReceptionKind};
+use utm_fusion::capture::Reception;
 use utm_fusion::config::{Config, SensorKind};
 use utm_fusion::evaluate::{OutputPoint, output};
 use utm_fusion::live::now;
 
 use crate::common::{Running, beside, datagrams, only, replayed};
-use crate::invented::{PREFIX, invented, is_invented};
+use crate::invented::{PREFIX, admit, invented, is_invented, received};
 use crate::stage::Stage;
 
 const SCENARIO: &str =
@@ -45,13 +45,7 @@ fn points(config: &Config, received: impl Iterator<Item = Reception>) -> Vec<Out
 
 #[test]
 fn invented_identities_cost_the_drones_nothing_and_are_told() {
-    let stage = Stage::new(SCENARIO, 21_700, |config, _| {
-        for sensor in &mut config.sensors {
-            if let SensorKind::Transponder(transponder) = &mut sensor.kind {
-                transponder.max_new_per_s = 20;
-            }
-        }
-    });
+    let stage = Stage::new(SCENARIO, 21_700, |config, _| admit(config, 20));
     let (stop, listener) = stage.listen();
     let mut service = stage.run("run.log");
     let transponder = stage.config.sensors.iter().position(|s| matches!(s.kind, SensorKind::Transponder(_)));
@@ -99,17 +93,8 @@ fn invented_identities_cost_the_drones_nothing_and_are_told() {
     let input = only(&directory, "input-", ".pcap");
     assert!(fs::read(only(&directory, "output-", ".pcap")).unwrap() == replayed(&input));
     let config = Config::load(beside(&input, "site.toml")).unwrap();
-    let receptions: Vec<Reception> = datagrams(&input)
-        .into_iter()
-        .map(|(received, payload)| Reception {
-            received: Some(received),
-            input: 0,
-            from: None,
-            kind: ReceptionKind::Datagram,
-            origin: 0,
-            payload,
-        })
-        .collect();
+    let receptions: Vec<Reception> =
+        datagrams(&input).into_iter().map(|(at, payload)| received(at, payload)).collect();
     assert_eq!(
         receptions.iter().filter(|reception| is_invented(&reception.payload)).count() as u64,
         INVENTED

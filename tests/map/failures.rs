@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::browser::Browser;
 use super::service::{self, Service};
-use super::{BADGE, ROWS, SOON, fresh_folder, installed};
+use super::{BADGE, ROWS, SOON, fresh_folder, installed, paused};
 
 /// What is asked for each ten seconds takes its time.
 const LATER: Duration = SOON.saturating_mul(2);
@@ -23,13 +23,7 @@ const COLOURS: &str = "(() => { const canvas = document.getElementById('canvas')
 
 #[test]
 fn what_fails_is_named_and_the_rest_goes_on() {
-    let Some(program) = installed() else { return };
-    let folder = fresh_folder("map-failures");
-    service::fly(&folder, None);
-    let service = Service::replay(&folder, 0);
-    service.order("pause");
-    service.seek("09:01:20");
-    let mut browser = Browser::start(&program, &folder.join("profile"));
+    let Some((_, service, mut browser)) = paused("map-failures", "reference") else { return };
 
     // The sensors alone: the tracks are drawn and counted, the sensors are not.
     browser.fail(&[("/api/v1/sensors", 500, "{}")]);

@@ -1,8 +1,6 @@
 //! What a screen reader says of a button has the words in it that are on the button: whoever steers by voice says those.
 
-use super::browser::Browser;
-use super::service::{self, Service};
-use super::{FUSED_ROW, ROWS, SOON, fresh_folder, installed};
+use super::{FUSED_ROW, ROWS, SOON, paused};
 
 /// The buttons in sight, or of the dialog that is open, whose names lack a word that they show, or that have no name.
 const MISNAMED: &str = "(() => { \
@@ -20,13 +18,7 @@ const MISNAMED: &str = "(() => { \
 
 #[test]
 fn every_button_is_named_by_the_words_it_shows() {
-    let Some(program) = installed() else { return };
-    let folder = fresh_folder("map-names");
-    service::fly(&folder, None);
-    let service = Service::replay_in("operational", &folder, 0);
-    service.order("pause");
-    service.seek("09:01:20");
-    let mut browser = Browser::start(&program, &folder.join("profile"));
+    let Some((_, service, mut browser)) = paused("map-names", "operational") else { return };
     browser.open(&service.url());
     browser.wait(&format!("{ROWS} > 2"), SOON);
     assert_eq!(browser.text("document.getElementById('layers-button').computedName"), "Layers");

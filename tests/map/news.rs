@@ -2,20 +2,14 @@
 
 use super::browser::Browser;
 use super::service::{self, Service};
-use super::{ROWS, SOON, fresh_folder, installed};
+use super::{ROWS, SOON, fresh_folder, installed, paused};
 
 const TOAST: &str = "document.getElementById('toast')";
 const SAID: &str = "document.getElementById('alert-announcement').textContent";
 
 #[test]
 fn a_new_alert_is_seen_and_said_while_the_panel_is_closed() {
-    let Some(program) = installed() else { return };
-    let folder = fresh_folder("map-news");
-    service::fly(&folder, None);
-    let service = Service::replay(&folder, 0);
-    service.order("pause");
-    service.seek("09:01:20");
-    let mut browser = Browser::start(&program, &folder.join("profile"));
+    let Some((_, service, mut browser)) = paused("map-news", "reference") else { return };
     browser.open(&service.url());
     browser.wait(&format!("{ROWS} > 2"), SOON);
     browser.wait("/^[(]\\d+[)] /.test(document.title)", SOON);

@@ -2,9 +2,7 @@
 
 use std::fs;
 
-use super::browser::Browser;
-use super::service::{self, Service};
-use super::{DRAWN, ROWS, SOON, fresh_folder, installed};
+use super::{DRAWN, ROWS, SOON, paused};
 
 /// Puts a track where the button at the left is in the middle of, and tells of each text that is drawn whether a button,
 /// a note or the legend lies over it.
@@ -38,13 +36,7 @@ const LABELS: &str = "(async () => { \
 
 #[test]
 fn a_phone_shows_the_map_and_every_label_on_it() {
-    let Some(program) = installed() else { return };
-    let folder = fresh_folder("map-phone");
-    service::fly(&folder, None);
-    let service = Service::replay(&folder, 0);
-    service.order("pause");
-    service.seek("09:01:20");
-    let mut browser = Browser::start(&program, &folder.join("profile"));
+    let Some((folder, service, mut browser)) = paused("map-phone", "reference") else { return };
     for (width, height) in [(390, 844), (360, 640)] {
         browser.resize(width, height, true);
         browser.open(&service.url());

@@ -2,12 +2,12 @@
 
 use fusion::time::{SECOND, Time};
 use utm_fusion::areas::Masks;
-use utm_fusion::capture::{Reception, ReceptionKind};
+use utm_fusion::capture::Reception;
 use utm_fusion::config::Profile;
 use utm_fusion::pipeline::Pipeline;
 use utm_fusion::simulate::Simulation;
 
-use crate::invented::invented;
+use crate::invented::{admit, invented, received};
 use crate::{flight, points, site};
 
 /// Of the first minute, with `per_s` invented reports a second from the 20th to the 30th, of `of` identities.
@@ -18,16 +18,9 @@ fn flooded(simulation: &Simulation, per_s: u64, of: u64) -> Vec<Reception> {
     receptions.retain(|reception| reception.received.unwrap().seconds_since(start) < 60.0);
     let from = start.nanos() + 20 * SECOND;
     receptions.extend((0..10 * per_s).map(|number| {
-        let received = Time::from_nanos(from + number as i64 * SECOND / per_s as i64);
-        let payload = invented(&like.payload, number % of, received);
-        Reception {
-            received: Some(received),
-            input: 0,
-            from: None,
-            kind: ReceptionKind::Datagram,
-            origin: 0,
-            payload,
-        }
+        let at = Time::from_nanos(from + number as i64 * SECOND / per_s as i64);
+        let payload = invented(&like.payload, number % of, at);
+        received(at, payload)
     }));
     receptions.sort_by_key(|reception| reception.received);
     receptions
@@ -64,11 +57,7 @@ fn identities_heard_once_change_nothing_of_what_is_put_out() {
 fn what_is_decided_of_identities_does_not_depend_on_the_order_between_two_deadlines() {
     let simulation = flight("crossing", 1);
     let mut config = site(&simulation, Profile::Operational);
-    for sensor in &mut config.sensors {
-        if let utm_fusion::config::SensorKind::Transponder(transponder) = &mut sensor.kind {
-            transponder.max_new_per_s = 3;
-        }
-    }
+    admit(&mut config, 3);
     // Each is heard every second or two: more than may be let in.
     let mut receptions = flooded(&simulation, 150, 300);
     const SLOT_NS: i64 = SECOND / 4;

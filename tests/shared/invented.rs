@@ -3,6 +3,8 @@
 use asterix::cat129::Record;
 use asterix::{TimeOfDay, blocks, encode_block};
 use fusion::time::{SECOND, Time};
+use utm_fusion::capture::{Reception, ReceptionKind};
+use utm_fusion::config::{Config, SensorKind};
 
 /// Their serials begin so; those of simulated drones do not.
 pub const PREFIX: &[u8] = b"FLOOD";
@@ -24,4 +26,25 @@ pub fn invented(like: &[u8], number: u64, time: Time) -> Vec<u8> {
 /// Whether a datagram is such a report.
 pub fn is_invented(payload: &[u8]) -> bool {
     payload.first() == Some(&129) && payload.windows(PREFIX.len()).any(|octets| octets == PREFIX)
+}
+
+/// A datagram as a capture hands it to the pipeline.
+pub fn received(received: Time, payload: Vec<u8>) -> Reception {
+    Reception {
+        received: Some(received),
+        input: 0,
+        from: None,
+        kind: ReceptionKind::Datagram,
+        origin: 0,
+        payload,
+    }
+}
+
+/// Every transponder receiver admits this many new identities per second, in the long run.
+pub fn admit(config: &mut Config, max_new_per_s: u32) {
+    for sensor in &mut config.sensors {
+        if let SensorKind::Transponder(transponder) = &mut sensor.kind {
+            transponder.max_new_per_s = max_new_per_s;
+        }
+    }
 }

@@ -14,7 +14,7 @@ use crate::commands::address::listen_address;
 use crate::commands::moment::{Moment, Speed, day};
 use crate::formats::OutputFormat;
 use crate::state::{SavedState, read_beside, read_kept, read_numbers_beside};
-use fusion::Given;
+use fusion::numbering::Given;
 
 /// The day of files that do not say theirs, where none is given: the first of the epoch.
 const UNDATED: Date = Date::constant(1970, 1, 1);

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::ratio;
 use super::scene::Scene;
 use crate::evaluate::judged::Judged;
-use fusion::Slot;
+use fusion::slots::Slot;
 
 /// Fused points whose radar track and transponder are one drone / all fused points; those of a seduced track do not
 /// count, nor those of which the labels do not tell.

@@ -8,7 +8,7 @@ use crate::evaluate::judged::Judged;
 use crate::evaluate::nearby::Nearby;
 use crate::evaluate::{GospaParts, OutputPoint, Place, PointSource, Truth};
 use fusion::assignment::{Candidate, assign};
-use fusion::{Slot, SlotGrid};
+use fusion::slots::{Slot, SlotGrid};
 
 /// The cut-off c, metres.
 pub(in crate::evaluate) const CUT_OFF_M: f64 = 50.0;

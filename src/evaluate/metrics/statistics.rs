@@ -1,6 +1,7 @@
 //! Mean and spread of position errors.
 
 use crate::evaluate::ErrorStatistics;
+use crate::statistics::quantile;
 
 /// Of these errors, metres, in any order; `None` of none.
 ///
@@ -20,16 +21,9 @@ pub(in crate::evaluate) fn statistics(errors_m: impl Iterator<Item = f64>) -> Op
         count: count as u64,
         mean_m,
         sem_m: (variance / count as f64).sqrt(),
-        p50_m: percentile(&errors_m, 0.5),
-        p95_m: percentile(&errors_m, 0.95),
+        p50_m: quantile(&errors_m, 0.5)?,
+        p95_m: quantile(&errors_m, 0.95)?,
     })
-}
-
-fn percentile(sorted: &[f64], share: f64) -> f64 {
-    let place = share * (sorted.len() - 1) as f64;
-    let below = place.floor() as usize;
-    let above = (below + 1).min(sorted.len() - 1);
-    sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
 }
 
 #[cfg(test)]

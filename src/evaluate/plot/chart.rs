@@ -5,8 +5,9 @@ use std::fmt::Write;
 use super::Figure;
 use super::axis::Axis;
 use super::style::{Marker, Scale, Style};
-use super::svg::{PathData, coordinate, escape};
+use super::svg::{PathData, coordinate};
 use super::thin::thin;
+use crate::xml::escape;
 
 /// Pixels a character of 11 px takes in the common sans-serif fonts, amply; nobody measures text here.
 const CHARACTER: f64 = 5.8;

@@ -10,6 +10,7 @@ use super::axis::{Axis, decimal, drawable, round_step};
 use super::chart::Chart;
 use super::style::Scale;
 use super::{Clock, Figure, Stream, caption, counted, thinned};
+use crate::statistics::quantile;
 
 const SIZE: (f64, f64) = (600.0, 300.0);
 const ERROR: &str =
@@ -97,9 +98,8 @@ fn points_over(streams: &[Stream<'_>], x: impl Fn(&Sample) -> Option<f64>) -> Ve
 
 /// An axis for all errors but the least of each stream, which are down to luck.
 fn error_axis(sorted: &[Vec<f64>]) -> Axis {
-    let filled = || sorted.iter().filter(|errors| !errors.is_empty());
-    let low = filled().map(|errors| quantile(errors, 0.005)).min_by(f64::total_cmp);
-    let high = filled().map(|errors| quantile(errors, 1.0)).max_by(f64::total_cmp);
+    let low = sorted.iter().filter_map(|errors| quantile(errors, 0.005)).min_by(f64::total_cmp);
+    let high = sorted.iter().filter_map(|errors| quantile(errors, 1.0)).max_by(f64::total_cmp);
     let (low, high) = low.zip(high).unwrap_or((1.0, 100.0));
     Axis::logarithmic("Position error (m)", low, high)
 }
@@ -172,7 +172,8 @@ fn medians(points: &[(f64, f64)], bin: f64) -> Vec<Vec<(f64, f64)>> {
             continue;
         }
         errors.sort_unstable_by(f64::total_cmp);
-        let point = (sum / errors.len() as f64, quantile(&errors, 0.5));
+        let Some(median) = quantile(&errors, 0.5) else { continue };
+        let point = (sum / errors.len() as f64, median);
         match lines.last_mut() {
             Some(line) if previous == Some(number - 1) => line.push(point),
             _ => lines.push(vec![point]),
@@ -180,13 +181,6 @@ fn medians(points: &[(f64, f64)], bin: f64) -> Vec<Vec<(f64, f64)>> {
         previous = Some(number);
     }
     lines
-}
-
-/// Between the two nearest of sorted values.
-fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let place = share * (sorted.len() - 1) as f64;
-    let (low, high) = (sorted[place.floor() as usize], sorted[place.ceil() as usize]);
-    low + place.fract() * (high - low)
 }
 
 /// What share of each stream has at most an error.
@@ -200,10 +194,10 @@ pub(super) fn distribution(streams: &[Stream<'_>]) -> Figure {
     let filled = || streams.iter().zip(&sorted).filter(|(_, errors)| !errors.is_empty());
     for (stream, errors) in filled().rev() {
         let corners = CORNERS.min(errors.len() - 1).max(1);
-        let at = |share: f64| (quantile(errors, share), 100.0 * share);
-        let curve = (0..=corners).map(|corner| at(corner as f64 / corners as f64)).collect();
+        let at = |share: f64| Some((quantile(errors, share)?, 100.0 * share));
+        let curve = (0..=corners).filter_map(|corner| at(corner as f64 / corners as f64)).collect();
         chart.lines(&stream.style, &[curve], false);
-        let marks = [0.5, 0.95].map(|share| chart.place(at(share)));
+        let marks: Vec<_> = [0.5, 0.95].into_iter().filter_map(at).map(|mark| chart.place(mark)).collect();
         chart.markers(stream.style.marker, Scale::Large, stream.style.line_colour, &marks);
     }
     for (stream, _) in filled() {

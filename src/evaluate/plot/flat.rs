@@ -3,6 +3,7 @@
 use super::super::{Place, Sample};
 use super::axis::drawable;
 use super::{Stream, TruthLine};
+use crate::statistics::quantile;
 
 /// Metres east and north of an origin.
 pub(super) struct Flat {
@@ -59,8 +60,8 @@ fn middle(points: impl Iterator<Item = (f64, f64)>, of: fn(&mut [f64]) -> f64) -
 }
 
 fn median(values: &mut [f64]) -> f64 {
-    let half = values.len() / 2;
-    *values.select_nth_unstable_by(half, f64::total_cmp).1
+    values.sort_unstable_by(f64::total_cmp);
+    quantile(values, 0.5).unwrap_or_default()
 }
 
 fn half_way(values: &mut [f64]) -> f64 {

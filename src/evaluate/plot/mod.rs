@@ -8,8 +8,6 @@ mod axis;
 mod chart;
 mod errors;
 mod flat;
-#[cfg(test)]
-mod flight;
 mod page;
 mod space;
 mod style;

@@ -5,8 +5,8 @@ use std::fmt::Write;
 
 use super::super::{ErrorStatistics, Evaluation, Score, Scored};
 use super::axis::decimal;
-use super::svg::escape;
 use super::{Figure, counted, moment};
+use crate::xml::escape;
 
 const STYLE: &str = include_str!("page.css");
 /// Stands for what cannot be told.

@@ -1,30 +1,9 @@
-//! The little of SVG that figures need: text that cannot break out, numbers that are short, path data.
+//! The little of SVG that figures need: numbers that are short, path data.
 
 use std::fmt::Write;
 
 /// The largest coordinate written, pixels: far outside every figure.
 const COORDINATE_MAX: f64 = 1e5;
-
-/// `text` as the content of an element or of a quoted attribute, in XML and in HTML.
-///
-/// Characters that XML 1.0 does not know, not even escaped, become U+FFFD.
-pub(super) fn escape(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for character in text.chars() {
-        match character {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            '\'' => escaped.push_str("&#39;"),
-            '\t' | '\n' | '\r' => escaped.push(' '),
-            '\u{fffe}' | '\u{ffff}' => escaped.push(char::REPLACEMENT_CHARACTER),
-            control if control.is_control() => escaped.push(char::REPLACEMENT_CHARACTER),
-            other => escaped.push(other),
-        }
-    }
-    escaped
-}
 
 /// A coordinate to a tenth of a pixel, without what says nothing: `12.3`, `12`, `-.5`.
 pub(super) fn coordinate(pixels: f64) -> String {
@@ -89,14 +68,6 @@ impl PathData {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn text_cannot_break_out() {
-        assert_eq!(
-            escape("<a b=\"c\">&'\u{0}\u{1b}\n"),
-            "&lt;a b=&quot;c&quot;&gt;&amp;&#39;\u{fffd}\u{fffd} "
-        );
-    }
 
     #[test]
     fn coordinates_are_short_and_finite() {

@@ -3,9 +3,11 @@
 use roxmltree::{Document, Node, ParsingOptions};
 
 use super::super::{Score, Scored};
-use super::flight::{FLIGHT, Flight, RADAR, Truth};
 use super::thin::POINTS_MAX;
 use super::*;
+use flight::{FLIGHT, Flight, RADAR, Truth};
+
+mod flight;
 
 fn drawn(evaluation: &Evaluation, truth: &Truth) -> Vec<Figure> {
     let lines: Vec<_> = truth.iter().map(|(id, points)| TruthLine { id, points }).collect();

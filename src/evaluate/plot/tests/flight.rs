@@ -1,6 +1,6 @@
 //! Flights made for the tests: drones on ellipses, seen with noise.
 
-use super::super::{
+use crate::evaluate::{
     Drone, ErrorStatistics, Evaluation, Offset, Place, PointSource, Sample, Score, Scored, Seen,
 };
 use fusion::time::{SECOND, Time};
@@ -73,21 +73,18 @@ impl Flight {
                 let (east, north, height) = true_metres(drone, slot as f64 / 4.0);
                 let source = source(slot);
                 let deviation = if source == PointSource::Radar { 18.0 } else { deviation };
-                let mut error = Offset {
-                    east_m: noise.bell(deviation),
-                    north_m: noise.bell(deviation),
-                    up_m: Some(noise.bell(deviation / 3.0)),
-                };
+                let [mut east_m, north_m, up_m] =
+                    [deviation, deviation, deviation / 3.0].map(|deviation| noise.bell(deviation));
                 if self.outlier_every > 0 && source == PointSource::Radar && slot % self.outlier_every == 7 {
-                    error.east_m += 4000.0;
+                    east_m += 4000.0;
                 }
                 samples.push(Sample {
                     time: Time::from_nanos(START + slot as i64 * SECOND / 4),
-                    place: at(east + error.east_m, north + error.north_m, height + error.up_m.unwrap()),
+                    place: at(east + east_m, north + north_m, height + up_m),
                     source,
                     number: drone as u32,
                     drone: Some(drone),
-                    error: Some(error),
+                    error: Some(Offset { east_m, north_m, up_m: Some(up_m) }),
                     seen: Some(Seen {
                         range_m: east.hypot(north),
                         azimuth_deg: east.atan2(north).to_degrees().rem_euclid(360.0),
