@@ -15,7 +15,7 @@ use redb::{Database, ReadTransaction, ReadableDatabase, ReadableTable, TableDefi
 pub use codec::SavedTrack;
 pub use historian::Historian;
 
-use crate::config::State;
+use crate::config::Persistence;
 use crate::current::Current;
 use fusion::time::Time;
 
@@ -44,7 +44,7 @@ pub struct Limits {
 
 impl Limits {
     /// Those of a configuration; `None`: no history is kept.
-    pub fn of(state: &State) -> Option<Self> {
+    pub fn of(state: &Persistence) -> Option<Self> {
         (state.history_hours > 0.0).then(|| Self {
             age: SignedDuration::from_secs((state.history_hours * 3600.0) as i64),
             octets: u64::from(state.history_mib) << 20,
