@@ -15,7 +15,7 @@ use utm_fusion::areas::Masks;
 use utm_fusion::capture::{Reception, ReceptionKind};
 use utm_fusion::config::{Config, Profile};
 use utm_fusion::normalise::{Normaliser, time_of_day_count};
-use utm_fusion::pipeline::{Output, Pipeline};
+use utm_fusion::pipeline::Pipeline;
 
 #[path = "../tests/traffic/mod.rs"]
 mod traffic;
@@ -61,11 +61,8 @@ fn end_to_end(criterion: &mut Criterion) {
         let mut pipeline = Pipeline::new(config, Masks::default());
         let mut points = 0;
         for datagram in &datagrams {
-            pipeline.receive(datagram, |output| {
-                if let Output::Emission(emission) = output {
-                    points += emission.points.len();
-                }
-            });
+            pipeline.receive(datagram);
+            points += pipeline.emissions().map(|emission| emission.points.len()).sum::<usize>();
         }
         points
     };

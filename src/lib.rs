@@ -1,6 +1,7 @@
 //! One air picture of drone traffic: radar plots (ASTERIX CAT048) and transponder reports (CAT129) in, fused CAT129 out.
 
 pub mod api;
+pub mod app;
 pub mod areas;
 pub mod capture;
 pub mod commands;

@@ -63,7 +63,7 @@ fn of_flight(
     let mut told = marks_s.map(|_| None);
     for reception in simulation.receptions() {
         let Some(received) = reception.received else { continue };
-        pipeline.receive(&reception, drop);
+        pipeline.receive(&reception);
         for (told, mark_s) in told.iter_mut().zip(marks_s) {
             if told.is_none() && received.seconds_since(scenario.start) >= mark_s {
                 let of = |(_, registered): (_, &Registered)| {

@@ -15,7 +15,7 @@ use utm_fusion::formats::{Cat129Encoder, pack};
 use utm_fusion::live::now;
 use utm_fusion::net::send::socket;
 use utm_fusion::picture::PictureMaker;
-use utm_fusion::pipeline::{Output, Pipeline};
+use utm_fusion::pipeline::Pipeline;
 use utm_fusion::state::{NUMBERS, read_numbers_beside};
 
 use crate::figures::Quantiles;
@@ -176,20 +176,18 @@ fn replayed(input: &Path, received: impl Iterator<Item = (Time, Vec<u8>)>) -> Re
     let config = Config::load(Path::new(&format!("{name}.site.toml")))?;
     let mut pipeline = Pipeline::new(&config, Masks::default());
     for given in read_numbers_beside(input).map_err(|error| format!("{NUMBERS}: {error}"))? {
-        pipeline.remember(given);
+        pipeline.engine_mut().remember(given);
     }
     let maker = PictureMaker::new(&config, pipeline.normaliser());
     let encoder = Cat129Encoder::of(&config);
     let mut sent = Vec::new();
     for (received, payload) in received {
         let (received, kind) = (Some(received), ReceptionKind::Datagram);
-        pipeline.receive(&Reception { received, input: 0, from: None, kind, origin: 0, payload }, |output| {
-            if let Output::Emission(emission) = output {
-                sent.extend(pack(&maker.picture(emission), &encoder));
-            }
-        });
+        pipeline.receive(&Reception { received, input: 0, from: None, kind, origin: 0, payload });
+        sent.extend(pipeline.emissions().flat_map(|emission| pack(&maker.picture(emission), &encoder)));
     }
-    pipeline.finish(|emission| sent.extend(pack(&maker.picture(emission), &encoder)));
+    pipeline.finish();
+    sent.extend(pipeline.emissions().flat_map(|emission| pack(&maker.picture(emission), &encoder)));
     Ok(sent)
 }
 

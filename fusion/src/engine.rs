@@ -136,13 +136,16 @@ impl Engine {
         Due { last: self.newest, engine: self, restart: None }
     }
 
-    /// Whether a report of this time would be taken in.
+    /// Looks at a report: where it is in time, [`Offer::take`] takes it in. An offer that is dropped changes nothing.
+    ///
+    /// # Errors
+    /// Its time is outside the window and the slots that may wait behind it.
     ///
     /// # Panics
     /// When no time was told before.
-    pub fn accepts(&self, time: Time) -> Result<(), Refused> {
+    pub fn offer(&mut self, report: Report) -> Result<Offer<'_>, Refused> {
         let clock = self.clock.expect("advance() is told the reception before its reports are handled");
-        let slot = self.settings.grid.of(time);
+        let slot = self.settings.grid.of(report.time());
         let window = self.window(clock.next);
         if slot < window.first {
             return Err(Refused::Late);
@@ -150,21 +153,18 @@ impl Engine {
         if slot > window.last.plus(self.settings.waiting_slots()) {
             return Err(Refused::Future);
         }
-        Ok(())
+        Ok(Offer { engine: self, slot, report })
     }
 
     /// Takes a report in.
     ///
+    /// # Errors
+    /// As [`Engine::offer`].
+    ///
     /// # Panics
     /// When no time was told before.
     pub fn handle(&mut self, report: Report) -> Result<(), Refused> {
-        self.accepts(report.time())?;
-        self.newest = self.newest.max(Some(self.settings.grid.of(report.time())));
-        match &mut self.rules {
-            Rules::Reference(reference) => reference.handle(report),
-            Rules::Operational(operational, _) => operational.handle(report),
-        }
-        Ok(())
+        self.offer(report).map(Offer::take)
     }
 
     /// How far a reception lies behind the engine's time; zero where it does not.
@@ -409,6 +409,26 @@ impl Rules {
             Profile::Operational(rules) => {
                 Self::Operational(Box::default(), operational::Settings::new(&settings.sensors, rules))
             }
+        }
+    }
+}
+
+/// A report that is in time, and not taken in yet.
+#[derive(Debug)]
+pub struct Offer<'a> {
+    engine: &'a mut Engine,
+    slot: Slot,
+    report: Report,
+}
+
+impl Offer<'_> {
+    /// Takes it in.
+    pub fn take(self) {
+        let Self { engine, slot, report } = self;
+        engine.newest = engine.newest.max(Some(slot));
+        match &mut engine.rules {
+            Rules::Reference(reference) => reference.handle(report),
+            Rules::Operational(operational, _) => operational.handle(report),
         }
     }
 }

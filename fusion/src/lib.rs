@@ -39,7 +39,7 @@ pub mod settings;
 pub mod slots;
 pub mod time;
 
-pub use engine::{Due, Engine, Refused};
+pub use engine::{Due, Engine, Offer, Refused};
 pub use frames::Enu;
 pub use point::{Emission, Point, Source};
 pub use report::{Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex};

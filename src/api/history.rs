@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::ask::{Answer, Ask, GEO_JSON, json, live};
 use super::geometry::{CollectionType, Feature, Geometry, Point, Position};
 use super::problem::Problem;
-use crate::history::{Kept, Store};
+use crate::history::{SavedTrack, Store};
 use crate::json::rounded;
 use crate::picture::Rfc3339;
 use crate::xml;
@@ -28,7 +28,7 @@ pub fn trail(ask: &Ask) -> Answer {
     let until = ask.query.time("until")?.unwrap_or_else(|| ask.state.now());
     let since = ask.query.time("since")?.unwrap_or(until + -TRAIL);
     let format = ask.query.text("format").unwrap_or("geojson");
-    type Write = fn(&str, &[(Time, Kept)]) -> String;
+    type Write = fn(&str, &[(Time, SavedTrack)]) -> String;
     let written: Option<(&'static str, Write)> = match format {
         "geojson" => None,
         "gpx" => Some(("application/gpx+xml", gpx)),
@@ -87,7 +87,7 @@ pub fn snapshot(ask: &Ask) -> Result<Snapshot, Problem> {
         return Err(Problem::not_found(format!("the history has no picture of that time; {kept}")));
     };
     let undulation_m = ask.state.hub().maker.geoid_undulation_m();
-    let feature = |track: &Kept| {
+    let feature = |track: &SavedTrack| {
         let (lng, lat, height_m) = position(track, undulation_m);
         let properties = PastProperties {
             id: track.id.clone(),
@@ -119,12 +119,12 @@ fn failed(error: &redb::Error) -> Problem {
     Problem::new(StatusCode::SERVICE_UNAVAILABLE, format!("the history cannot be read: {error}"))
 }
 
-fn alt_msl(track: &Kept) -> Option<f64> {
+fn alt_msl(track: &SavedTrack) -> Option<f64> {
     track.altitude_amsl_m.map(|metres| rounded(metres, 2))
 }
 
 /// Longitude, latitude, and the ellipsoidal height where one was measured.
-fn position(track: &Kept, undulation_m: f64) -> (f64, f64, Option<f64>) {
+fn position(track: &SavedTrack, undulation_m: f64) -> (f64, f64, Option<f64>) {
     let height_m = track.altitude_amsl_m.map(|metres| rounded(metres + undulation_m, 2));
     (rounded(track.longitude_deg, 7), rounded(track.latitude_deg, 7), height_m)
 }
@@ -143,10 +143,10 @@ pub struct TrailProperties<'a> {
     alt_msl: Vec<Option<f64>>,
 }
 
-fn geojson<'a>(id: &'a str, places: &[(Time, Kept)], undulation_m: f64) -> Trail<'a> {
+fn geojson<'a>(id: &'a str, places: &[(Time, SavedTrack)], undulation_m: f64) -> Trail<'a> {
     // A line's positions are all of one dimension: without a height everywhere there is none.
     let all_high = places.iter().all(|(_, place)| place.altitude_amsl_m.is_some());
-    let position = |(_, place): &(Time, Kept)| {
+    let position = |(_, place): &(Time, SavedTrack)| {
         let (lng, lat, height_m) = position(place, undulation_m);
         Position::new(lng, lat, height_m.filter(|_| all_high))
     };
@@ -165,7 +165,7 @@ fn geojson<'a>(id: &'a str, places: &[(Time, Kept)], undulation_m: f64) -> Trail
 }
 
 /// GPX 1.1; its elevations are above mean sea level.
-fn gpx(id: &str, places: &[(Time, Kept)]) -> String {
+fn gpx(id: &str, places: &[(Time, SavedTrack)]) -> String {
     let mut text = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<gpx version=\"1.1\" creator=\"utm-fusion\" xmlns=\"http://www.topografix.com/GPX/1/1\">\n<trk><name>{}</name><trkseg>\n",
         xml::escape(id)
@@ -181,12 +181,12 @@ fn gpx(id: &str, places: &[(Time, Kept)]) -> String {
 
 /// KML 2.3 with a track; its heights are above mean sea level. A track is either in the air or on the ground, so a trail
 /// of which only parts have a height is several: those without lie on the ground, and no line joins the two.
-fn kml(id: &str, places: &[(Time, Kept)]) -> String {
+fn kml(id: &str, places: &[(Time, SavedTrack)]) -> String {
     let mut text = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<kml xmlns=\"http://www.opengis.net/kml/2.2\" xmlns:gx=\"http://www.google.com/kml/ext/2.2\">\n<Placemark><name>{}</name>",
         xml::escape(id)
     );
-    let is_high = |(_, place): &(Time, Kept)| place.altitude_amsl_m.is_some();
+    let is_high = |(_, place): &(Time, SavedTrack)| place.altitude_amsl_m.is_some();
     let parts: Vec<String> =
         places.chunk_by(|one, next| is_high(one) == is_high(next)).map(kml_track).collect();
     match &parts[..] {
@@ -203,7 +203,7 @@ fn kml(id: &str, places: &[(Time, Kept)]) -> String {
 }
 
 /// Places of which all have a height or none has.
-fn kml_track(places: &[(Time, Kept)]) -> String {
+fn kml_track(places: &[(Time, SavedTrack)]) -> String {
     let is_high = places.iter().all(|(_, place)| place.altitude_amsl_m.is_some());
     let mode = if is_high { "absolute" } else { "clampToGround" };
     let mut text = format!("<gx:Track><altitudeMode>{mode}</altitudeMode>\n");
@@ -218,11 +218,11 @@ fn kml_track(places: &[(Time, Kept)]) -> String {
     text + "</gx:Track>"
 }
 
-fn csv(_: &str, places: &[(Time, Kept)]) -> String {
+fn csv(_: &str, places: &[(Time, SavedTrack)]) -> String {
     let mut text = String::from("time,source,track_number,lat,lon,alt_msl\n");
     for (time, place) in places {
         let altitude = place.altitude_amsl_m.map_or(String::new(), |metres| format!("{metres:.2}"));
-        let Kept { source, number, latitude_deg, longitude_deg, .. } = place;
+        let SavedTrack { source, number, latitude_deg, longitude_deg, .. } = place;
         let _ = writeln!(text, "{time},{source},{number},{latitude_deg:.7},{longitude_deg:.7},{altitude}");
     }
     text

@@ -15,7 +15,7 @@ use super::shown::Shown;
 use super::sites::{AlertJson, SensorProperties};
 use super::state::ApiState;
 use crate::json::rounded;
-use crate::live::{Alert, Frame, Lateness, SensorState, Severity, Status};
+use crate::live::{Alert, Lateness, PublishedPicture, SensorState, Severity, Status};
 use crate::picture::Rfc3339;
 use fusion::time::Time;
 
@@ -24,7 +24,7 @@ const HEARTBEAT: Duration = Duration::from_secs(1);
 
 pub(super) struct Keeper {
     state: ApiState,
-    frames: broadcast::Receiver<Arc<Frame>>,
+    frames: broadcast::Receiver<Arc<PublishedPicture>>,
     endings: Endings,
     /// Whether readers know the picture as late.
     told_late: bool,
@@ -48,7 +48,7 @@ struct Heartbeat {
 impl Keeper {
     pub(super) fn new(state: ApiState) -> Self {
         // Subscribed before the latest one is looked at: none is missed in between, at most one comes twice.
-        let frames = state.hub().frames();
+        let frames = state.hub().pictures();
         let mut keeper = Self {
             state,
             frames,
@@ -114,7 +114,7 @@ impl Keeper {
         self.state.event_id(self.state.log().next_number())
     }
 
-    fn show(&mut self, frame: &Arc<Frame>) {
+    fn show(&mut self, frame: &Arc<PublishedPicture>) {
         let (log, hub) = (self.state.log(), self.state.hub());
         let (_, before) = log.latest();
         if before.as_ref().is_some_and(|before| before.frame.seq >= frame.seq) {

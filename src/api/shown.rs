@@ -15,7 +15,7 @@ use super::piece::Piece;
 use super::trails::Trail;
 use crate::config::Config;
 use crate::json::rounded;
-use crate::live::{Frame, Hub};
+use crate::live::{Hub, PublishedPicture};
 use crate::picture::{PictureMaker, PictureTrack, Rfc3339, TrackJson};
 use fusion::time::Time;
 
@@ -23,7 +23,7 @@ use fusion::time::Time;
 #[derive(Clone, Debug)]
 pub struct Shown {
     /// As the engine put it out.
-    pub frame: Arc<Frame>,
+    pub frame: Arc<PublishedPicture>,
     /// Its tracks, in the order of the picture.
     pub pieces: Vec<Piece>,
     config: Arc<Config>,
@@ -72,7 +72,7 @@ pub struct TrackProperties<'a> {
 
 impl Shown {
     /// Writes the JSON of a slot, and its event, which begins with these lines, with what is new since the slot before.
-    pub fn new(frame: &Arc<Frame>, hub: &Hub, before: Option<&Self>, event_head: &str) -> Self {
+    pub fn new(frame: &Arc<PublishedPicture>, hub: &Hub, before: Option<&Self>, event_head: &str) -> Self {
         let (maker, config) = (&hub.maker, &hub.config);
         // A place that is no number has no place on a map; the engine gives none, and none is passed on.
         let placed = |(_, track): &(usize, &PictureTrack)| {
@@ -242,7 +242,7 @@ impl<'a> Known<'a> {
 }
 
 /// On time it is the one that the configuration says.
-fn latency_s(frame: &Frame, config: &Config) -> f64 {
+fn latency_s(frame: &PublishedPicture, config: &Config) -> f64 {
     let opened = frame.picture.time + -(config.fusion.slot / 2);
     rounded(frame.published_at.seconds_since(opened), 3)
 }
@@ -255,7 +255,13 @@ pub fn nothing_yet(config: &Config) -> Payload {
     out.into()
 }
 
-fn write_head(out: &mut Vec<u8>, frame: Option<&Frame>, config: &Config, matched: usize, returned: usize) {
+fn write_head(
+    out: &mut Vec<u8>,
+    frame: Option<&PublishedPicture>,
+    config: &Config,
+    matched: usize,
+    returned: usize,
+) {
     let head = Tracks {
         r#type: CollectionType::default(),
         time: frame.map(|frame| frame.picture.time.into()),
@@ -273,7 +279,13 @@ fn write_head(out: &mut Vec<u8>, frame: Option<&Frame>, config: &Config, matched
 }
 
 /// `time` is the track's.
-fn write_feature(out: &mut Vec<u8>, frame: &Frame, track: &TrackJson<'_>, time: Time, trail: Option<&Trail>) {
+fn write_feature(
+    out: &mut Vec<u8>,
+    frame: &PublishedPicture,
+    track: &TrackJson<'_>,
+    time: Time,
+    trail: Option<&Trail>,
+) {
     let age_s = rounded(frame.published_at.seconds_since(time), 3);
     let geometry = Point::new(track.lng(), track.lat(), track.alt());
     append(out, &TrackFeature::new(track.id(), geometry, TrackProperties { track, age_s, trail }));

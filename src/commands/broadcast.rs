@@ -1,12 +1,10 @@
 //! `replay --udp`: what the service would send.
 
-use std::error::Error;
-
-use asterix::DataSource;
 use jiff::SignedDuration;
 use tracing::warn;
 
-use super::{Usage, open_sinks};
+use super::Usage;
+use crate::app::{Failure, open_sinks};
 use crate::config::Config;
 use crate::formats::{Cat129Encoder, pack, status_block};
 use crate::live::{Health, SensorState};
@@ -19,7 +17,6 @@ use fusion::time::{SECOND, Time};
 pub struct Broadcast {
     sinks: Sinks,
     encoder: Cat129Encoder,
-    source: DataSource,
     /// Where a status is sent.
     health: Option<Health>,
     /// From a slot's centre until it is sent.
@@ -33,7 +30,7 @@ impl Broadcast {
     ///
     /// # Errors
     /// It names none, or one cannot be opened.
-    pub fn open(config: &Config) -> Result<Self, Box<dyn Error + Send + Sync>> {
+    pub fn open(config: &Config) -> Result<Self, Failure> {
         if config.output.asterix.is_empty() {
             return Err(
                 Usage("--udp: the configuration names no output.asterix to send to".to_owned()).into()
@@ -42,7 +39,6 @@ impl Broadcast {
         Ok(Self {
             sinks: open_sinks(config)?,
             encoder: Cat129Encoder::of(config),
-            source: DataSource { sac: config.site.sac, sic: config.site.sic },
             health: None,
             due_after: config.fusion.latency() - config.fusion.slot / 2,
             next_status: None,
@@ -74,13 +70,13 @@ impl Broadcast {
             self.next_status = Some(Time::from_nanos(at.nanos() + SECOND));
             let sensors = health.sensors(due, |_| Vec::new());
             let degraded = sensors.iter().any(|sensor| sensor.state != SensorState::Operational);
-            self.failed += self.sinks.send(&status_block(self.source, at, degraded));
+            self.failed += self.sinks.send(&status_block(self.encoder.source, at, degraded));
         }
         for payload in pack(picture, &self.encoder) {
             self.failed += self.sinks.send(&payload);
         }
         if before == 0 && self.failed > 0 {
-            warn!("a datagram could not be sent; more like this are only counted");
+            warn!("a datagram could not be sent: more are only counted");
         }
     }
 

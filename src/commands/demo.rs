@@ -1,7 +1,8 @@
 //! `demo`: a simulated flight through the engine, with a live table in the terminal.
 
+mod http;
+
 use std::collections::BTreeMap;
-use std::error::Error;
 use std::io::{self, Write};
 use std::net::SocketAddr;
 
@@ -13,7 +14,8 @@ use super::pace::Pace;
 use super::screen::{Painting, Size, broken};
 use super::summary::Summary;
 use super::verdict::verdict;
-use super::{CommandResult, Outcome, serve};
+use super::{CommandResult, Outcome};
+use crate::app::Failure;
 use crate::areas::Masks;
 use crate::evaluate::{self, InputsAlone, Labels, Scoring};
 use crate::picture::{Picture, PictureMaker, PictureTrack};
@@ -58,7 +60,7 @@ const PRINT_EVERY_S: f64 = 60.0;
 pub fn run(args: &Args) -> CommandResult {
     let scenario = Scenario::parse(SCENARIO, "config/scenarios/crossing.toml")?;
     if let Some(listen) = args.http {
-        return serve::demo(scenario, args.seed, listen, args.duration);
+        return http::serve(scenario, args.seed, listen, args.duration);
     }
     let simulation = simulate(&scenario, args.seed, None)?;
     let config = &simulation.config;
@@ -79,17 +81,11 @@ pub fn run(args: &Args) -> CommandResult {
     };
     // A slot is shown with what had come in when it was emitted.
     for reception in simulation.receptions() {
-        let mut due = Vec::new();
-        pipeline.receive(&reception, |output| {
-            if let Output::Emission(emission) = output {
-                due.push(emission);
-            }
-        });
-        due.into_iter().try_for_each(|emission| show.slot(emission, pipeline.tally()))?;
+        pipeline.receive(&reception);
+        show.slots(&mut pipeline)?;
     }
-    let mut owed = Vec::new();
-    pipeline.finish(|emission| owed.push(emission));
-    owed.into_iter().try_for_each(|emission| show.slot(emission, pipeline.tally()))?;
+    pipeline.finish();
+    show.slots(&mut pipeline)?;
 
     let end = format!("\n{}\n{}", show.summary.text(pipeline.tally(), config)?, score(&simulation)?);
     let columns = Size::of_stdout().map_or(usize::MAX, |size| size.columns);
@@ -98,7 +94,7 @@ pub fn run(args: &Args) -> CommandResult {
 }
 
 /// What the output and each input alone are worth, since the truth of a simulated flight is known.
-fn score(simulation: &Simulation) -> Result<String, Box<dyn Error + Send + Sync>> {
+fn score(simulation: &Simulation) -> Result<String, Failure> {
     let Simulation { config, labels, .. } = simulation;
     let receptions = || simulation.receptions().map(Ok);
     let points = evaluate::output(receptions(), config, Masks::default())?;
@@ -123,6 +119,15 @@ struct Show<'a> {
 }
 
 impl Show<'_> {
+    fn slots(&mut self, pipeline: &mut Pipeline) -> io::Result<()> {
+        while let Some(output) = pipeline.poll() {
+            if let Output::Emission(emission) = output {
+                self.slot(emission, pipeline.tally())?;
+            }
+        }
+        Ok(())
+    }
+
     fn slot(&mut self, emission: Emission, tally: &Tally) -> io::Result<()> {
         let picture = self.maker.picture(emission);
         self.summary.count(&picture);

@@ -19,10 +19,8 @@ mod reload;
 pub mod replay;
 pub mod run;
 mod screen;
-pub mod serve;
 pub mod simulate;
 mod stage;
-mod stop;
 pub mod summary;
 mod table;
 pub mod tip;
@@ -37,7 +35,6 @@ use crate::api::StartError;
 use crate::areas::AreaError;
 use crate::capture::{Capture, SkipReason};
 use crate::config::{Config, ConfigError, ConfigErrors, Place};
-use crate::net::send::Sinks;
 use crate::simulate::Crowded;
 
 /// How a command ended that did its work.
@@ -104,10 +101,10 @@ fn load_live(file: &Path) -> Result<Config, ConfigErrors> {
     }))
 }
 
-/// The outputs of a configuration.
-fn open_sinks(config: &Config) -> Result<Sinks, String> {
-    let more = "utm-fusion check --network says what to do";
-    Sinks::open(&config.output.asterix).map_err(|error| format!("{error} (output.asterix); {more}"))
+/// Why an API is not served at the address of `--http`.
+fn needs_tokens(config: &Config) -> Usage {
+    let listen = config.http.listen;
+    Usage(format!("{listen}: without tokens (http.auth) only a loopback address is served"))
 }
 
 /// The frames that may have held records and could not be read, by reason.

@@ -15,7 +15,7 @@ pub enum Moment {
     At(Time),
     /// That UTC time of day, on the day nearest to the first reception; counts of 1/128 s.
     TimeOfDay(u32),
-    /// So long after the first reception.
+    /// This long after the first reception.
     After(SignedDuration),
 }
 
@@ -78,12 +78,12 @@ pub fn day(text: &str) -> Result<Date, String> {
     }
 }
 
-/// `max`, or how many times faster than it happened.
+/// `max`, or a multiple of real time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Speed {
-    /// As fast as it goes.
+    /// As fast as possible.
     Max,
-    /// So many seconds of the recording in one second.
+    /// This many seconds of the recording per second.
     Times(f64),
 }
 

@@ -19,7 +19,7 @@ impl Notifier {
         match open(&name) {
             Ok(opened) => Self(Some(opened)),
             Err(error) => {
-                warn!("NOTIFY_SOCKET {}: {error}; systemd is not notified", name.display());
+                warn!(NOTIFY_SOCKET = %name.display(), %error, "systemd is not notified");
                 Self(None)
             }
         }

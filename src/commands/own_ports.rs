@@ -9,10 +9,10 @@ use crate::simulate::Simulation;
 
 /// Ports in place of the usual ones, held for as long as this lives.
 #[derive(Debug)]
-pub struct OwnPorts(BTreeMap<u16, HeldCorrelation>);
+pub struct OwnPorts(BTreeMap<u16, HeldPort>);
 
 #[derive(Debug)]
-struct HeldCorrelation {
+struct HeldPort {
     port: u16,
     /// On the host's own address, where no multicast arrives: it only keeps the port from everybody else.
     _socket: UdpSocket,
@@ -29,7 +29,7 @@ impl OwnPorts {
         for usual in inputs.chain(config.output.asterix.iter().map(|sink| sink.port)) {
             #[expect(clippy::disallowed_methods, reason = "a port is held, nothing is sent or received")]
             let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0))?;
-            held.insert(usual, HeldCorrelation { port: socket.local_addr()?.port(), _socket: socket });
+            held.insert(usual, HeldPort { port: socket.local_addr()?.port(), _socket: socket });
         }
         Ok(Self(held))
     }

@@ -1,17 +1,16 @@
 //! `record`: what arrives, into files, without an engine.
 
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::Duration;
 
 use jiff::SignedDuration;
-use tokio::signal::unix::{Signal, SignalKind, signal};
 use tracing::info;
 
 use super::moment::duration;
 use super::{CommandResult, Outcome, load_live};
+use crate::app::{Stop, runtime};
 use crate::live::{Clock, Listening, listen, now};
 use crate::net::listen::Arrival;
 use crate::record::Recorded;
@@ -53,43 +52,23 @@ pub fn run(args: &Args) -> CommandResult {
     record.dir.clone_from(&args.dir);
     let (queue, recorder) = Recorder::start(&config, &record, Vec::new(), false)?;
 
-    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
-    let stop = Arc::new(AtomicBool::new(false));
-    let signals = {
-        let _inside = runtime.enter();
-        (signal(SignalKind::interrupt())?, signal(SignalKind::terminate())?)
-    };
-    runtime.spawn(stop_at(signals, stop.clone()));
+    let (runtime, stop) = (runtime(1)?, Stop::listen()?);
     let listening = listen(&config, &Clock::default(), runtime.handle());
-    info!("recording into {}; Ctrl-C ends it", args.dir.display());
+    info!(directory = %args.dir.display(), "recording; Ctrl-C ends it");
     hand_on(&listening, queue, &stop, args.duration);
 
     // The queue is gone: the recorder writes what waits, and ends.
     let recorder = recorder.join();
     let unrecorded = recorder.unwritten + recorder.lost;
-    info!("stopped: {} datagrams recorded, {unrecorded} lost", recorder.written);
+    info!(recorded = recorder.written, lost = unrecorded, "stopped");
     Ok(if unrecorded > 0 { Outcome::Incomplete } else { Outcome::Done })
 }
 
-/// Until SIGINT or SIGTERM.
-async fn stop_at((mut interrupt, mut terminate): (Signal, Signal), stop: Arc<AtomicBool>) {
-    tokio::select! {
-        _ = interrupt.recv() => {}
-        _ = terminate.recv() => {}
-    }
-    stop.store(true, Ordering::Relaxed);
-}
-
-fn hand_on(
-    listening: &Listening,
-    mut queue: RecorderQueue,
-    stop: &AtomicBool,
-    duration: Option<SignedDuration>,
-) {
+fn hand_on(listening: &Listening, mut queue: RecorderQueue, stop: &Stop, duration: Option<SignedDuration>) {
     let began = now();
     let mut told = began;
     let is_over = |at: Time| duration.is_some_and(|duration| at - began >= duration);
-    while !stop.load(Ordering::Relaxed) && !is_over(now()) {
+    while !stop.comes_within(Duration::ZERO) && !is_over(now()) {
         match listening.arrivals.recv_timeout(LOOK_UP) {
             Ok(arrival) => queue.offer(recorded(arrival)),
             Err(RecvTimeoutError::Timeout) => {}
@@ -98,7 +77,7 @@ fn hand_on(
         let at = now();
         if at - told >= STATISTICS {
             told = at;
-            tell(listening, queue.counts());
+            log_counts(listening, queue.counts());
         }
     }
     // What has arrived by now; the channel is closed behind it.
@@ -113,15 +92,12 @@ fn recorded(arrival: Arrival) -> Recorded {
     Recorded::Input { received, line, from, payload }
 }
 
-/// `239.192.48.1:8048 on 127.0.0.1: 1,234 received; …; 2,345 recorded, 0 lost`
-fn tell(listening: &Listening, counts: RecorderCounts) {
-    let lines: Vec<String> = listening
-        .lines
-        .iter()
-        .map(|(line, counters)| {
-            let state = if counters.joined.load(Ordering::Relaxed) { "" } else { " (not open)" };
-            format!("{}{state}: {} received", line.name(), counters.received.load(Ordering::Relaxed))
-        })
-        .collect();
-    info!("{}; {} recorded, {} lost", lines.join("; "), counts.written, counts.unwritten + counts.lost);
+/// How each input does, and the recorder.
+fn log_counts(listening: &Listening, counts: RecorderCounts) {
+    for (line, counters) in &listening.lines {
+        let (open, received) = (&counters.joined, &counters.received);
+        let (open, received) = (open.load(Ordering::Relaxed), received.load(Ordering::Relaxed));
+        info!(input = line.name(), open, received, "input");
+    }
+    info!(recorded = counts.written, lost = counts.unwritten + counts.lost, "recorder");
 }

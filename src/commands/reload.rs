@@ -3,12 +3,11 @@
 use std::error::Error;
 use std::path::PathBuf;
 
-use jiff::SignedDuration;
 use tracing::{error, info, warn};
 
 use crate::api::{ApiState, Terms};
 use crate::areas::{AlertAreas, Areas};
-use crate::config::{Auth, Config, Persistence, changes};
+use crate::config::{Auth, Config, changes};
 use crate::current::Current;
 use crate::history::{Limits, Store};
 use crate::live::now;
@@ -72,7 +71,7 @@ impl Reload {
             error!("output.asterix stays as it was: {error}; correct it and send SIGHUP again");
             config.output.asterix.clone_from(&self.config.output.asterix);
         }
-        match (&self.history, limits(&wanted.state)) {
+        match (&self.history, Limits::of(&wanted.state)) {
             (Some(history), Some(limits)) => history.limit(limits),
             // A history is begun or ended by a restart only.
             _ => config.state.clone_from(&self.config.state),
@@ -95,12 +94,4 @@ impl Reload {
         (self.config, self.areas) = (config, areas);
         Ok(())
     }
-}
-
-/// How much history is kept; `None`: none.
-pub fn limits(state: &Persistence) -> Option<Limits> {
-    (state.history_hours > 0.0).then(|| Limits {
-        age: SignedDuration::from_secs((state.history_hours * 3600.0) as i64),
-        octets: u64::from(state.history_mib) << 20,
-    })
 }

@@ -1,6 +1,5 @@
 //! What happens to the pictures of a replay: they are waited for, counted, written, sent.
 
-use std::error::Error;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -12,9 +11,9 @@ use super::Usage;
 use super::broadcast::Broadcast;
 use super::moment::{Moment, Speed};
 use super::pace::Pace;
-use super::replay::Args;
-use super::stop::Stop;
+use super::replay::args::Args;
 use super::summary::Summary;
+use crate::app::{Failure, Stop};
 use crate::config::Config;
 use crate::formats::{OutputFormat, PictureWriter};
 use crate::picture::{Picture, PictureMaker};
@@ -45,11 +44,7 @@ pub(super) struct Stage<'a> {
 }
 
 impl<'a> Stage<'a> {
-    pub(super) fn open(
-        args: &'a Args,
-        config: &'a Config,
-        maker: PictureMaker,
-    ) -> Result<Self, Box<dyn Error + Send + Sync>> {
+    pub(super) fn open(args: &'a Args, config: &'a Config, maker: PictureMaker) -> Result<Self, Failure> {
         let usual = if args.udp { Speed::Times(1.0) } else { Speed::Max };
         Ok(Self {
             args,
@@ -162,7 +157,7 @@ fn unwritten(args: &Args, error: &io::Error) -> io::Error {
 }
 
 /// Opens what `-o` names.
-fn open_output(args: &Args, config: &Config) -> Result<Option<Writer>, Box<dyn Error + Send + Sync>> {
+fn open_output(args: &Args, config: &Config) -> Result<Option<Writer>, Failure> {
     let Some(path) = &args.output else {
         return match args.output_format {
             Some(_) => {

@@ -1,4 +1,4 @@
-//! What a replay tells at its end.
+//! The summary of a replay.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::{self, Write as _};
@@ -11,7 +11,7 @@ use fusion::time::Time;
 use fusion::{Engine, Source};
 use fusion::{Identity, RadarTrackKey, SensorIndex};
 
-/// Counts what came out. Grows with the number of aircraft and radar tracks, not with time.
+/// Counts of the output. Grows with the number of aircraft and radar tracks, not with time.
 #[derive(Clone, Debug, Default)]
 pub struct Summary {
     slots: u64,
@@ -63,7 +63,7 @@ impl Summary {
         }
     }
 
-    /// Points put out from one source: `fused`, `radar` or `transponder`.
+    /// Points published from one source: `fused`, `radar` or `transponder`.
     pub fn points(&self, source: &str) -> u64 {
         self.points.get(source).copied().unwrap_or(0)
     }
@@ -87,11 +87,11 @@ impl Summary {
             }
             writeln!(text)?;
         }
-        self.put_out(&mut text)?;
+        self.output(&mut text)?;
         Ok(text)
     }
 
-    fn put_out(&self, text: &mut String) -> fmt::Result {
+    fn output(&self, text: &mut String) -> fmt::Result {
         match self.span {
             Some((first, last)) => writeln!(
                 text,
@@ -121,7 +121,7 @@ impl Summary {
     }
 }
 
-/// How each radar is registered at the end, a line each; what is not observable in brackets.
+/// The registration of each radar at the end, one per line; values that are not observable in brackets.
 pub fn registered(engine: &Engine, config: &Config) -> String {
     let line = |(index, registered): (SensorIndex, &fusion::operational::Registered)| {
         let sensor = config.sensors.get(usize::from(index.0))?;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::replay::Args;
+use super::replay::args::Args;
 use super::table::grouped;
 use crate::config::{Config, SensorKind};
 use crate::pipeline::Tally;

@@ -6,7 +6,7 @@ use crate::areas::Masks;
 use crate::capture::{ReadError, Reception};
 use crate::config::{Config, Profile};
 use crate::picture::PictureMaker;
-use crate::pipeline::{Output, Pipeline};
+use crate::pipeline::{Event, Output, Pipeline};
 use fusion::{Plot, Report};
 
 /// The points of each input alone.
@@ -30,18 +30,16 @@ pub fn output(
     let mut pipeline = Pipeline::new(config, masks);
     let maker = PictureMaker::new(config, pipeline.normaliser());
     let mut points = Vec::new();
-    let mut put_out = |emission| {
+    let mut publish = |emission| {
         let tracks = maker.picture(emission).tracks;
         points.extend(tracks.iter().map(|track| OutputPoint::of_track(track, &maker)));
     };
     for reception in receptions {
-        pipeline.receive(&reception?, |output| {
-            if let Output::Emission(emission) = output {
-                put_out(emission);
-            }
-        });
+        pipeline.receive(&reception?);
+        pipeline.emissions().for_each(&mut publish);
     }
-    pipeline.finish(put_out);
+    pipeline.finish();
+    pipeline.emissions().for_each(publish);
     Ok(points)
 }
 
@@ -58,24 +56,21 @@ impl InputsAlone {
     ) -> Result<Self, ReadError> {
         let mut config = config.clone();
         config.fusion.profile = Profile::Reference;
-        let mut pipeline = Pipeline::new(&config, masks);
+        let mut pipeline = Pipeline::new(&config, masks).without_plots();
         let maker = PictureMaker::new(&config, pipeline.normaliser());
         let (mut plots, mut emissions) = (Vec::new(), Vec::new());
         for reception in receptions {
-            let is_fix = |report: &Report| match report {
-                Report::Plot(plot) => {
-                    plots.push(*plot);
-                    false
+            pipeline.receive(&reception?);
+            while let Some(output) = pipeline.poll() {
+                match output {
+                    Output::Emission(emission) => emissions.push(emission),
+                    Output::Event(Event::Accepted { report: Report::Plot(plot), .. }) => plots.push(plot),
+                    Output::Event(_) => {}
                 }
-                Report::Fix(_) => true,
-            };
-            pipeline.receive_some(&reception?, is_fix, |output| {
-                if let Output::Emission(emission) = output {
-                    emissions.push(emission);
-                }
-            });
+            }
         }
-        pipeline.finish(|emission| emissions.push(emission));
+        pipeline.finish();
+        emissions.extend(pipeline.emissions());
         let normaliser = pipeline.normaliser();
         let radar = |plot: &Plot| {
             let position = normaliser.frame().to_geodetic(plot.position);

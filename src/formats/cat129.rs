@@ -1,4 +1,4 @@
-//! A track as the CAT129 record that goes out (`docs/CAT129.md`).
+//! A track as a CAT129 record (`docs/CAT129.md`).
 
 use asterix::cat129::fusion_report::{Deviation, Flags, Source as ReportSource, UavProbability};
 use asterix::cat129::{
@@ -11,17 +11,17 @@ use crate::normalise::time_of_day_count;
 use crate::picture::PictureTrack;
 use fusion::Source;
 
-/// Encodes tracks: one record in one block each, as edition 1.2 of the category demands.
+/// Encodes tracks: one record per block, as edition 1.2 of the category demands.
 #[derive(Clone, Copy, Debug)]
 pub struct Cat129Encoder {
     /// The service's own SAC/SIC (I129/010).
     pub source: DataSource,
-    /// What I129/040 holds.
+    /// Source of I129/040.
     pub serial: SerialSource,
 }
 
 impl Cat129Encoder {
-    /// As the configuration has it.
+    /// The encoder of a configuration.
     pub fn of(config: &Config) -> Self {
         let source = DataSource { sac: config.site.sac, sic: config.site.sic };
         Self { source, serial: config.output.serial }

@@ -9,7 +9,7 @@ pub(super) fn header(out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "time,id,source,track_number,radar_track,transponder,lat,lon,alt_msl,flags")
 }
 
-/// Writes a line a track: seconds UTC since the epoch, degrees, metres above mean sea level; what is unknown is empty.
+/// Writes a line per track: seconds UTC since the epoch, degrees, metres above mean sea level; unknown values are empty.
 pub(super) fn picture(out: &mut impl Write, picture: &Picture, maker: &PictureMaker) -> io::Result<()> {
     picture.tracks.iter().try_for_each(|track| line(out, track, maker))
 }

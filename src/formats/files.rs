@@ -4,7 +4,6 @@ use std::io::{self, Write};
 use std::net::Ipv4Addr;
 use std::path::Path;
 
-use asterix::DataSource;
 use serde::Serialize;
 
 use super::{Cat129Encoder, PcapWriter, UdpFlow, csv, pack};
@@ -12,16 +11,16 @@ use crate::config::{Address, Config, Sink};
 use crate::picture::{Picture, PictureMaker, PictureTrack, TrackJson};
 use fusion::time::Time;
 
-/// What a file of output looks like.
+/// Format of an output file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum OutputFormat {
     /// CAT129 data blocks, one after another.
     Asterix,
     /// CAT129 datagrams as the service would send them, with the times at which it would.
     Pcap,
-    /// One JSON object a line and track.
+    /// One JSON object per line and track.
     Ndjson,
-    /// One GeoJSON feature collection (RFC 7946), a point a track and slot.
+    /// One GeoJSON feature collection (RFC 7946), a point per track and slot.
     Geojson,
     /// Comma-separated values.
     Csv,
@@ -61,7 +60,7 @@ const DEFAULT_FLOW: UdpFlow =
     UdpFlow { from: Ipv4Addr::LOCALHOST, to: Ipv4Addr::new(239, 192, 129, 2), port: 8130, ttl: 1 };
 
 impl<W: Write> PictureWriter<W> {
-    /// Writes what the format has in front.
+    /// Writes the format's header.
     pub fn new(format: OutputFormat, mut out: W, config: &Config) -> io::Result<Self> {
         let form = match format {
             OutputFormat::Asterix => Form::Asterix { out, block: Vec::new() },
@@ -78,8 +77,7 @@ impl<W: Write> PictureWriter<W> {
                 Form::Csv(out)
             }
         };
-        let source = DataSource { sac: config.site.sac, sic: config.site.sic };
-        let encoder = Cat129Encoder { source, serial: config.output.serial };
+        let encoder = Cat129Encoder::of(config);
         // A slot is sent this long after its centre.
         let latency = config.fusion.latency() - config.fusion.slot / 2;
         Ok(Self { form, encoder, latency })
@@ -112,7 +110,7 @@ impl<W: Write> PictureWriter<W> {
         }
     }
 
-    /// Writes what the format has behind, and everything buffered.
+    /// Writes the format's end, and everything buffered.
     pub fn finish(self) -> io::Result<()> {
         match self.form {
             Form::Asterix { mut out, .. } | Form::Ndjson(mut out) | Form::Csv(mut out) => out.flush(),
@@ -125,7 +123,7 @@ impl<W: Write> PictureWriter<W> {
     }
 }
 
-/// From where to where datagrams of a sink go; without one, as the documentation shows it.
+/// The flow of a sink's datagrams; without one, that of the documentation.
 pub fn flow(sink: Option<&Sink>) -> UdpFlow {
     let Some(sink) = sink else { return DEFAULT_FLOW };
     let (from, to) = match sink.address {

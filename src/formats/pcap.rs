@@ -7,7 +7,7 @@ use etherparse::PacketBuilder;
 
 use fusion::time::{SECOND, Time};
 
-/// From where to where a datagram goes.
+/// Sender and receiver of a datagram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct UdpFlow {
     /// Sender; the source port is the destination's.

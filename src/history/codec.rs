@@ -1,11 +1,11 @@
-//! A track as octets: what a trail and a past picture show, and no more.
+//! Saved tracks as octets: what a trail and a past picture show, and no more.
 
 use crate::picture::{PictureMaker, PictureTrack};
 use fusion::Source;
 
-/// A track as it is kept.
+/// A track of the past.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Kept {
+pub struct SavedTrack {
     /// Its id.
     pub id: String,
     /// `fused`, `radar` or `transponder`.
@@ -26,8 +26,8 @@ const NO_HEIGHT: i32 = i32::MIN;
 /// Octets of a place.
 const PLACE: usize = 17;
 
-impl Kept {
-    /// Of a track of `maker`'s.
+impl SavedTrack {
+    /// Of a track of `maker`.
     pub fn of(track: &PictureTrack, maker: &PictureMaker) -> Self {
         let source = match track.point.source {
             Source::Fused(..) => SOURCES[0],
@@ -46,7 +46,7 @@ impl Kept {
 }
 
 /// Source, number, latitude, longitude, height.
-pub(super) fn place(track: &Kept) -> [u8; PLACE] {
+pub(super) fn place(track: &SavedTrack) -> [u8; PLACE] {
     let mut octets = [0; PLACE];
     octets[0] = SOURCES.iter().position(|&source| source == track.source).unwrap_or(0) as u8;
     octets[1..5].copy_from_slice(&track.number.to_le_bytes());
@@ -59,10 +59,10 @@ pub(super) fn place(track: &Kept) -> [u8; PLACE] {
 }
 
 /// The inverse; `None` for octets of something else.
-pub(super) fn kept(id: &str, place: &[u8]) -> Option<Kept> {
+pub(super) fn track(id: &str, place: &[u8]) -> Option<SavedTrack> {
     let word = |at: usize| Some(i32::from_le_bytes(place.get(at..at + 4)?.try_into().ok()?));
     let height = word(13)?;
-    Some(Kept {
+    Some(SavedTrack {
         id: id.to_owned(),
         source: SOURCES.get(usize::from(*place.first()?)).copied()?,
         number: word(1)? as u32,
@@ -73,7 +73,7 @@ pub(super) fn kept(id: &str, place: &[u8]) -> Option<Kept> {
 }
 
 /// Of each track: the length of its id, the id, the place.
-pub(super) fn picture(tracks: &[Kept]) -> Vec<u8> {
+pub(super) fn picture(tracks: &[SavedTrack]) -> Vec<u8> {
     let mut octets = Vec::with_capacity(tracks.len() * (PLACE + 16));
     for track in tracks {
         let id = &track.id.as_bytes()[..track.id.len().min(255)];
@@ -85,12 +85,12 @@ pub(super) fn picture(tracks: &[Kept]) -> Vec<u8> {
 }
 
 /// The inverse; `None` where the octets end early.
-pub(super) fn tracks(mut octets: &[u8]) -> Option<Vec<Kept>> {
+pub(super) fn tracks(mut octets: &[u8]) -> Option<Vec<SavedTrack>> {
     let mut tracks = Vec::new();
     while let Some((&length, rest)) = octets.split_first() {
         let (id, rest) = rest.split_at_checked(usize::from(length))?;
         let (place, rest) = rest.split_at_checked(PLACE)?;
-        tracks.push(kept(str::from_utf8(id).ok()?, place)?);
+        tracks.push(track(str::from_utf8(id).ok()?, place)?);
         octets = rest;
     }
     Some(tracks)

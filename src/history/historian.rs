@@ -1,4 +1,4 @@
-//! The one writer of the history: a thread behind a bounded queue, so that a slow disk costs history and nothing else.
+//! The writer of the history: a thread behind a bounded queue, so that a slow disk costs history and nothing else.
 
 use std::io;
 use std::sync::atomic::Ordering;
@@ -8,17 +8,17 @@ use std::time::{Duration, Instant};
 
 use tracing::{error, info};
 
-use super::{Kept, Snapshot, Store};
-use crate::live::{Severity, Trouble};
+use super::{SavedTrack, Snapshot, Store};
+use crate::live::{Archive, Severity, Trouble};
 use crate::picture::{Picture, PictureMaker};
 use fusion::time::SECOND;
 
 /// Pictures that may wait: a minute of them.
 const QUEUE: usize = 60;
-/// Pictures of one transaction: a power failure costs this many seconds.
+/// Pictures per transaction: a power failure costs this many seconds.
 const BATCH: usize = 5;
 
-/// A file that failed is tried again after this time: all of it is read for that.
+/// Pause before a file that failed is tried again, which reads all of it.
 const RETRY: Duration = Duration::from_secs(10);
 
 /// Keeps a picture a second.
@@ -43,27 +43,27 @@ impl Historian {
             std::thread::Builder::new().name("history".to_owned()).spawn(move || keeper.run(&pictures))?;
         Ok(Self { queue: Some(queue), store, writer: Some(writer), second: i64::MIN })
     }
+}
 
-    /// Keeps the picture, if it is the first of its second; never waits.
-    pub fn note(&mut self, picture: &Picture, maker: &PictureMaker) {
+impl Archive for Historian {
+    /// Keeps the picture, if it is the first of its second.
+    fn note(&mut self, picture: &Picture, maker: &PictureMaker) {
         let second = picture.time.nanos().div_euclid(SECOND);
         if std::mem::replace(&mut self.second, second) == second {
             return;
         }
-        let tracks = picture.tracks.iter().map(|track| Kept::of(track, maker)).collect();
+        let tracks = picture.tracks.iter().map(|track| SavedTrack::of(track, maker)).collect();
         let snapshot = Snapshot { time: picture.time, tracks };
         if self.queue.as_ref().is_none_or(|queue| queue.try_send(snapshot).is_err()) {
             self.store.0.counters.lost.fetch_add(1, Ordering::Relaxed);
         }
     }
 
-    /// What is wrong with it.
-    pub fn trouble(&self) -> Option<Trouble> {
-        let text = || "no history is kept: the disk cannot be written".to_owned();
+    fn trouble(&self) -> Option<Trouble> {
         self.store.is_failing().then(|| Trouble {
             about: "history",
             severity: Severity::Warning,
-            text: text(),
+            text: "no history is kept: the disk cannot be written".to_owned(),
         })
     }
 }
@@ -81,7 +81,7 @@ impl Drop for Historian {
 /// The writer's thread.
 struct Keeper {
     store: Store,
-    /// Where the file failed, when it is tried again.
+    /// When a file that failed is tried again.
     retry: Option<Instant>,
 }
 
@@ -119,15 +119,13 @@ impl Keeper {
             Ok(()) => {
                 self.retry = None;
                 if failing.swap(false, Ordering::Relaxed) {
-                    info!("the history is written again; {} pictures are missing", self.store.lost());
+                    info!(missing = self.store.lost(), "the history is written again");
                 }
             }
             Err(error) => {
                 if !failing.swap(true, Ordering::Relaxed) {
-                    error!(
-                        "the history cannot be written: {error}; tried again every {} s, the service goes on",
-                        RETRY.as_secs()
-                    );
+                    let retry_s = RETRY.as_secs();
+                    error!(error, retry_s, "the history cannot be written: tried again, the service goes on");
                 }
                 // For its readers.
                 let _ = self.store.reopen();

@@ -1,4 +1,4 @@
-//! History: what was in the picture once a second, in an embedded database that is bounded by age and by size.
+//! History: a picture per second, in an embedded database that is bounded by age and by size.
 //!
 //! One writer, on a thread of its own behind a bounded queue ([`Historian`]); readers at any time ([`Store`]).
 
@@ -12,9 +12,10 @@ use std::sync::{Arc, PoisonError, RwLock, TryLockError};
 use jiff::SignedDuration;
 use redb::{Database, ReadTransaction, ReadableDatabase, ReadableTable, TableDefinition};
 
-pub use codec::Kept;
+pub use codec::SavedTrack;
 pub use historian::Historian;
 
+use crate::config::Persistence;
 use crate::current::Current;
 use fusion::time::Time;
 
@@ -25,9 +26,9 @@ const TRAILS: TableDefinition<'_, (&str, i64), &[u8]> = TableDefinition::new("tr
 /// Octets of both, under 0.
 const SIZES: TableDefinition<'_, u8, u64> = TableDefinition::new("sizes");
 
-/// What a place in a trail costs besides its octets: its key's time, and the database's own bookkeeping.
+/// Cost of a place in a trail besides its octets: its key's time, and the database's own bookkeeping.
 const OVERHEAD: u64 = 24;
-/// What the database may hold in memory, octets; by default it takes up to a gigabyte.
+/// Cache of the database, octets; by default it takes up to a gigabyte.
 const CACHE: usize = 16 << 20;
 /// Pictures removed in one transaction.
 const BATCH: usize = 256;
@@ -39,6 +40,16 @@ pub struct Limits {
     pub age: SignedDuration,
     /// The oldest are removed while there is more than this, octets.
     pub octets: u64,
+}
+
+impl Limits {
+    /// Those of a configuration; `None`: no history is kept.
+    pub fn of(state: &Persistence) -> Option<Self> {
+        (state.history_hours > 0.0).then(|| Self {
+            age: SignedDuration::from_secs((state.history_hours * 3600.0) as i64),
+            octets: u64::from(state.history_mib) << 20,
+        })
+    }
 }
 
 /// The history; cheap to clone.
@@ -60,7 +71,7 @@ struct Counters {
     failing: AtomicBool,
 }
 
-/// What went wrong with the history; it never disturbs the service.
+/// Why the history cannot be opened; it never disturbs the service.
 #[derive(Debug, thiserror::Error)]
 #[error("{path}: {source}")]
 pub struct StoreError {
@@ -68,27 +79,27 @@ pub struct StoreError {
     source: redb::Error,
 }
 
-/// A picture as it was kept.
+/// A saved picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Snapshot {
     /// Its time of applicability.
     pub time: Time,
-    /// What was in it.
-    pub tracks: Vec<Kept>,
+    /// Its tracks.
+    pub tracks: Vec<SavedTrack>,
 }
 
 impl Store {
     /// Opens the file, or makes it.
     ///
     /// # Errors
-    /// It cannot be made, is in use by another process, or is no such file.
+    /// It cannot be made, is in use by another process, or is no history.
     pub fn open(path: &Path, limits: Limits) -> Result<Self, StoreError> {
         let store = Self::closed(path, limits);
         store.reopen()?;
         Ok(store)
     }
 
-    /// One that is to be opened by [`Store::reopen`].
+    /// A store that is to be opened by [`Store::reopen`].
     pub fn closed(path: &Path, limits: Limits) -> Self {
         Self(Arc::new(Inner {
             path: path.to_owned(),
@@ -124,7 +135,7 @@ impl Store {
         Ok(())
     }
 
-    /// Other limits from now on; what is beyond them goes with what is kept next.
+    /// Sets other limits; what is beyond them is removed with the next write.
     pub fn limit(&self, limits: Limits) {
         self.0.limits.replace(limits);
     }
@@ -152,7 +163,7 @@ impl Store {
         what(database.as_ref().ok_or(redb::Error::DatabaseClosed)?.begin_read()?)
     }
 
-    /// Keeps pictures, and forgets what is too old or too much. All or nothing.
+    /// Saves pictures, all or none, and removes what is too old or too much.
     ///
     /// # Errors
     /// The disk is full, for example: nothing of these is kept then.
@@ -223,14 +234,14 @@ impl Store {
         since: Time,
         until: Time,
         limit: usize,
-    ) -> Result<Vec<(Time, Kept)>, redb::Error> {
+    ) -> Result<Vec<(Time, SavedTrack)>, redb::Error> {
         self.read(|reading| {
             let table = reading.open_table(TRAILS)?;
             let mut places = Vec::new();
             for entry in table.range((id, since.nanos())..=(id, until.nanos()))?.rev().take(limit) {
                 let (key, place) = entry?;
-                let kept = codec::kept(id, place.value());
-                places.extend(kept.map(|kept| (Time::from_nanos(key.value().1), kept)));
+                let track = codec::track(id, place.value());
+                places.extend(track.map(|track| (Time::from_nanos(key.value().1), track)));
             }
             places.reverse();
             Ok(places)
@@ -259,7 +270,7 @@ impl Store {
     }
 }
 
-fn cost(tracks: &[Kept], whole: usize) -> u64 {
+fn cost(tracks: &[SavedTrack], whole: usize) -> u64 {
     let places: u64 =
         tracks.iter().map(|track| (codec::place(track).len() + track.id.len()) as u64 + OVERHEAD).sum();
     places + whole as u64 + OVERHEAD

@@ -11,8 +11,8 @@ fn scratch(name: &str) -> PathBuf {
     path
 }
 
-fn track(id: &str, second: i64) -> Kept {
-    Kept {
+fn track(id: &str, second: i64) -> SavedTrack {
+    SavedTrack {
         id: id.to_owned(),
         source: "radar",
         number: 7,
@@ -100,7 +100,7 @@ proptest! {
         tracks in prop::collection::vec(("[A-Za-z0-9.-]{1,40}", 0_usize..3, any::<u32>(), -90.0..90.0, -180.0..180.0,
             prop::option::of(-400.0..9000.0_f64)), 0..20)
     ) {
-        let kept: Vec<Kept> = tracks.into_iter().map(|(id, source, number, latitude_deg, longitude_deg, altitude)| Kept {
+        let kept: Vec<SavedTrack> = tracks.into_iter().map(|(id, source, number, latitude_deg, longitude_deg, altitude)| SavedTrack {
             id, source: ["fused", "radar", "transponder"][source], number, latitude_deg, longitude_deg,
             altitude_amsl_m: altitude,
         }).collect();

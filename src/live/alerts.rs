@@ -1,7 +1,7 @@
 //! What an operator should look at: sensors that are not operational, tracks inside alert areas, and what is wrong with the
 //! service itself. Sans-IO.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use super::health::{SensorState, SensorStatus};
 use crate::areas::AlertAreas;
@@ -9,12 +9,12 @@ use crate::current::Current;
 use crate::picture::{Picture, PictureMaker, PictureTrack};
 use fusion::time::{SECOND, Time};
 
-/// A track leaves an area when it was not seen inside for this long: it may flicker at the edge, or be missed. A replay
-/// that goes back leaves it too.
+/// A track has left an area when it was not seen inside for this long, nanoseconds: it may flicker at the edge, or be
+/// missed by the radar.
 const LEFT_NS: u64 = 3 * SECOND as u64;
-/// So long after the start a sensor may take until it is heard first.
+/// Time from the start until a sensor is to be heard, nanoseconds.
 const SETTLE_NS: i64 = 5 * SECOND;
-/// Alerts that ended and are still shown.
+/// Most ended alerts that are still shown.
 const ENDED_KEPT: usize = 100;
 
 /// What an alert is about.
@@ -26,7 +26,7 @@ pub enum AlertKind {
     Area,
     /// Something is wrong with the service itself.
     Service,
-    /// A radar seems to be set up otherwise than before.
+    /// The alignment of a radar seems to have changed.
     Registration,
 }
 
@@ -64,7 +64,7 @@ impl Severity {
 /// One alert.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Alert {
-    /// Names it for as long as the service runs.
+    /// Unique while the service runs.
     pub id: u64,
     /// What it is about.
     pub kind: AlertKind,
@@ -119,21 +119,21 @@ pub enum Change {
 #[derive(Debug, Default)]
 pub struct Alerts {
     areas: Current<AlertAreas>,
-    /// Sensors are not looked at before, but for rival senders.
+    /// Before this time sensors are not looked at, but for rival senders.
     settled: Time,
     next_id: u64,
-    /// Those that last, by what they are about; with the last time that they held.
+    /// Those that last, by kind, subject and area; with the last time that they held.
     lasting: BTreeMap<(AlertKind, String, String), (Alert, Time)>,
     /// The latest first.
     ended: VecDeque<Alert>,
-    /// What has changed and was not taken yet, in its order.
+    /// Changes that were not taken yet, in their order.
     changes: Vec<(Change, Alert)>,
     /// The time of the last picture.
     pictured: Option<Time>,
 }
 
 impl Alerts {
-    /// None yet; tracks inside `areas` raise one. `started` is now.
+    /// No alerts yet; a track inside one of `areas` raises one. `started` is now.
     pub fn new(areas: impl Into<Current<AlertAreas>>, started: Time) -> Self {
         let settled = Time::from_nanos(started.nanos() + SETTLE_NS);
         Self { areas: areas.into(), settled, next_id: 1, ..Self::default() }
@@ -147,7 +147,7 @@ impl Alerts {
         lasting
     }
 
-    /// Each change since the last call, in its order: none is missing where several begin at once.
+    /// The changes since the last call, in their order; several at once are one each.
     pub fn take_changes(&mut self) -> Vec<(Change, Alert)> {
         std::mem::take(&mut self.changes)
     }
@@ -156,129 +156,112 @@ impl Alerts {
     pub fn note_picture(&mut self, picture: &Picture, maker: &PictureMaker) -> bool {
         let (now, areas) = (picture.time, self.areas.get());
         // A replay went back: what was wrong later is not wrong yet.
-        let mut changed = self.pictured.replace(now).is_some_and(|before| now < before);
-        if changed {
+        let went_back = self.pictured.replace(now).is_some_and(|before| now < before);
+        if went_back {
             self.lasting.clear();
             self.ended.clear();
             self.changes.clear();
         }
-        let mut inside = Vec::new();
+        let mut found = Vec::new();
         for track in &picture.tracks {
             let place = &track.position;
             for area in areas.around(place.longitude_deg(), place.latitude_deg()) {
-                inside.push((maker.track_id(track), area.to_owned(), track));
+                let id = maker.track_id(track);
+                let text = format!("{} is inside {area}", described(track, &id));
+                let (area, severity) = (area.to_owned(), Severity::Warning);
+                found.push(Found { area, ..Found::new(&id, severity, text) });
             }
         }
-        for (id, area, track) in inside {
-            let text = format!("{} is inside {area}", described(track, &id));
-            changed |= self.hold(AlertKind::Area, id, area, Severity::Warning, text, now);
-        }
-        changed | self.end(AlertKind::Area, now, |_, held| now.nanos().abs_diff(held.nanos()) > LEFT_NS)
+        let has_left = |_: &str, held: Time| now.nanos().abs_diff(held.nanos()) > LEFT_NS;
+        went_back | self.hold(AlertKind::Area, found, now, has_left)
     }
 
     /// Looks at the sensors; whether anything changed.
     pub fn note_sensors(&mut self, sensors: &[SensorStatus], now: Time) -> bool {
         let is_settled = now >= self.settled;
+        let is_wrong = |sensor: &SensorStatus| sensor.state != SensorState::Operational;
         // What two senders say needs no time to settle.
-        let is_looked_at = |sensor: &&SensorStatus| is_settled || !sensor.contested.is_empty();
-        let mut changed = false;
-        let wrong = sensors.iter().filter(|sensor| sensor.state != SensorState::Operational);
-        for sensor in wrong.filter(is_looked_at) {
-            let severity =
-                if sensor.state == SensorState::Outage { Severity::Critical } else { Severity::Warning };
+        let found = sensors.iter().filter(|one| is_wrong(one) && (is_settled || !one.contested.is_empty()));
+        let found = found.map(|sensor| {
+            let is_out = sensor.state == SensorState::Outage;
+            let severity = if is_out { Severity::Critical } else { Severity::Warning };
             let text = format!("{} {}: {}", sensor.id, sensor.state.name(), sensor.reasons.join("; "));
-            changed |= self.hold(AlertKind::Sensor, sensor.id.clone(), String::new(), severity, text, now);
-        }
-        let is_operational = |subject: &str| {
-            sensors.iter().all(|sensor| sensor.id != subject || sensor.state == SensorState::Operational)
-        };
-        changed | self.end(AlertKind::Sensor, now, |subject, _| is_operational(subject))
+            Found::new(&sensor.id, severity, text)
+        });
+        let works = |subject: &str, _| !sensors.iter().any(|sensor| sensor.id == subject && is_wrong(sensor));
+        self.hold(AlertKind::Sensor, found.collect(), now, works)
     }
 
-    /// Looks at how the radars are set up; whether anything changed.
+    /// Looks at the radars' alignment; whether anything changed.
     pub fn note_registration(&mut self, sensors: &[SensorStatus], now: Time) -> bool {
-        let mut changed = false;
-        let mut held = Vec::new();
-        for sensor in sensors {
-            let registration = sensor.registration.as_ref();
-            if let Some(alarm) = registration.and_then(|registration| registration.alarm.as_ref()) {
-                held.push(sensor.id.as_str());
-                let text = format!("{}: {alarm}", sensor.id);
-                let (kind, severity) = (AlertKind::Registration, Severity::Warning);
-                changed |= self.hold(kind, sensor.id.clone(), String::new(), severity, text, now);
-            }
-        }
-        changed | self.end(AlertKind::Registration, now, |subject, _| !held.contains(&subject))
+        let found = sensors.iter().filter_map(|sensor| {
+            let alarm = sensor.registration.as_ref()?.alarm.as_ref()?;
+            Some(Found::new(&sensor.id, Severity::Warning, format!("{}: {alarm}", sensor.id)))
+        });
+        self.hold(AlertKind::Registration, found.collect(), now, |_, _| true)
     }
 
     /// Looks at what is wrong with the service; whether anything changed.
     pub fn note_troubles<'a>(&mut self, troubles: impl Iterator<Item = &'a Trouble>, now: Time) -> bool {
-        let mut changed = false;
-        let mut held = Vec::new();
-        for Trouble { about, severity, text } in troubles {
-            held.push(*about);
-            changed |= self.hold(
-                AlertKind::Service,
-                (*about).to_owned(),
-                String::new(),
-                *severity,
-                text.clone(),
-                now,
-            );
-        }
-        changed | self.end(AlertKind::Service, now, |subject, _| !held.contains(&subject))
+        let found = troubles.map(|trouble| Found::new(trouble.about, trouble.severity, trouble.text.clone()));
+        self.hold(AlertKind::Service, found.collect(), now, |_, _| true)
     }
 
-    /// Begins an alert, or says that it still holds; whether it is new, or got better or worse.
+    /// Begins the alerts that are new, notes those that last, and ends those that were not found and are over by their
+    /// subject and the last time that they held; whether one began, ended, or got better or worse.
     fn hold(
         &mut self,
         kind: AlertKind,
-        subject: String,
-        place: String,
-        severity: Severity,
-        text: String,
+        found: Vec<Found>,
         now: Time,
+        is_over: impl Fn(&str, Time) -> bool,
     ) -> bool {
-        if let Some((alert, held)) = self.lasting.get_mut(&(kind, subject.clone(), place.clone())) {
-            let changed = alert.severity != severity;
-            (alert.severity, alert.text, *held) = (severity, text, now);
-            if changed {
-                self.changes.push((Change::Changed, alert.clone()));
+        let before = self.changes.len();
+        let mut current = BTreeSet::new();
+        for Found { subject, area, severity, text } in found {
+            let key = (kind, subject, area);
+            current.insert(key.clone());
+            if let Some((alert, held)) = self.lasting.get_mut(&key) {
+                let changed = alert.severity != severity;
+                (alert.severity, alert.text, *held) = (severity, text, now);
+                if changed {
+                    self.changes.push((Change::Changed, alert.clone()));
+                }
+                continue;
             }
-            return changed;
+            let (id, subject) = (self.next_id, key.1.clone());
+            let alert = Alert { id, kind, severity, since: now, until: None, text, subject };
+            self.next_id += 1;
+            self.changes.push((Change::Began, alert.clone()));
+            self.lasting.insert(key, (alert, now));
         }
-        let alert = Alert {
-            id: self.next_id,
-            kind,
-            severity,
-            since: now,
-            until: None,
-            text,
-            subject: subject.clone(),
-        };
-        self.next_id += 1;
-        self.changes.push((Change::Began, alert.clone()));
-        self.lasting.insert((kind, subject, place), (alert, now));
-        true
-    }
-
-    /// Ends the alerts of a kind that no longer hold.
-    fn end(&mut self, kind: AlertKind, now: Time, is_over: impl Fn(&str, Time) -> bool) -> bool {
-        let over: Vec<_> = self
-            .lasting
-            .iter()
-            .filter(|((of, subject, _), (_, held))| *of == kind && is_over(subject, *held))
-            .map(|(key, _)| key.clone())
-            .collect();
-        for key in &over {
-            if let Some((alert, _)) = self.lasting.remove(key) {
-                let alert = Alert { until: Some(now), ..alert };
-                self.changes.push((Change::Ended, alert.clone()));
-                self.ended.push_front(alert);
+        let Self { lasting, changes, ended, .. } = self;
+        lasting.retain(|key, (alert, held)| {
+            let lasts = key.0 != kind || current.contains(key) || !is_over(&key.1, *held);
+            if !lasts {
+                let alert = Alert { until: Some(now), ..alert.clone() };
+                changes.push((Change::Ended, alert.clone()));
+                ended.push_front(alert);
             }
-        }
+            lasts
+        });
         self.ended.truncate(ENDED_KEPT);
-        !over.is_empty()
+        self.changes.len() > before
+    }
+}
+
+/// What an alert is raised for.
+struct Found {
+    subject: String,
+    /// The alert area; empty where it is about none.
+    area: String,
+    severity: Severity,
+    text: String,
+}
+
+impl Found {
+    fn new(subject: &str, severity: Severity, text: String) -> Self {
+        Self { subject: subject.to_owned(), area: String::new(), severity, text }
     }
 }
 

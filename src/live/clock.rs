@@ -13,8 +13,7 @@ pub fn now() -> Time {
     Time::from_nanos(i64::try_from(jiff::Timestamp::now().as_nanosecond()).unwrap_or(i64::MAX))
 }
 
-/// The wall clock as the service's threads read it. It can be stepped, as an operator or a time server steps a machine's:
-/// tests do.
+/// The wall clock as the service's threads read it. Tests step it, as an operator or a time server would.
 #[derive(Clone, Debug, Default)]
 pub struct Clock(Arc<AtomicI64>);
 
@@ -24,7 +23,7 @@ impl Clock {
         now() + SignedDuration::from_nanos(self.0.load(Ordering::Relaxed))
     }
 
-    /// Steps it by that much, for everyone who has it.
+    /// Steps it, for all its clones.
     pub fn step(&self, by: SignedDuration) {
         let by_ns = i64::try_from(by.as_nanos()).unwrap_or(i64::MAX);
         self.0.fetch_add(by_ns, Ordering::Relaxed);

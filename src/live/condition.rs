@@ -1,8 +1,8 @@
-//! The service's condition: the one answer to whether its picture can be relied on. Sans-IO.
+//! The service's condition: whether its picture can be relied on. Sans-IO.
 //!
 //! [`Punctuality`] measures how late the picture is, and [`Condition`] adds everything else that is known to be wrong.
-//! `/readyz`, `/api/v1/status`, `/metrics`, the alerts, the log, the map's badge and CAT065 all ask it, so that none of them
-//! says that all is well while another does not.
+//! `/readyz`, `/api/v1/status`, `/metrics`, the alerts, the log, the map's badge and CAT065 all ask it, so that none
+//! contradicts another.
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -10,16 +10,16 @@ use std::time::Duration;
 
 use super::alerts::{Severity, Trouble};
 use super::health::SensorState;
-use super::hub::Status;
+use super::published::Status;
 
 /// A picture later than configured by more than this is late.
 const LATE: Duration = Duration::from_secs(1);
-/// It is on time again once it was later than this in none of the last seconds.
+/// It is on time again once no slot of the last seconds ([`REMEMBERED`]) was later than this.
 const ON_TIME: Duration = Duration::from_millis(500);
-/// How many seconds: what comes and goes faster is one lateness.
+/// Time over which lateness is judged: what comes and goes faster is one lateness.
 const REMEMBERED: Duration = Duration::from_secs(3);
-/// An engine for which so many datagrams waited for long is overloaded. A few may have been on their way when the whole
-/// process was paused.
+/// Delayed datagrams from which the engine counts as overloaded; a few may have been on their way when the whole process
+/// was paused.
 const BACKLOG: usize = 10;
 /// Slots published within this time count as one, the latest of them: it bounds what is remembered.
 const MERGED: Duration = Duration::from_millis(100);
@@ -29,7 +29,7 @@ const MERGED: Duration = Duration::from_millis(100);
 /// Its times (`at`) are of a monotonic clock, counted from any origin: a step of the wall clock does not confuse it.
 #[derive(Clone, Debug)]
 pub struct Punctuality {
-    /// How often a slot is due.
+    /// Time between two slots.
     slot: Duration,
     /// What was published in the last seconds, at least the latest slot; the oldest first.
     recent: VecDeque<Published>,
@@ -51,11 +51,11 @@ pub struct Lateness {
     pub late: Duration,
     /// The most since it became late; `None` while it counts as on time.
     pub worst: Option<Duration>,
-    /// What is known of the cause.
+    /// Why.
     pub cause: Cause,
 }
 
-/// What is known of why a picture is late.
+/// Why a picture is late, as far as is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
     /// Reports wait for the engine: more come than it can handle.
@@ -72,8 +72,8 @@ impl Punctuality {
         Self { slot, recent: VecDeque::new(), worst: None }
     }
 
-    /// A slot was published at `at`, later than it was due by `late`; `waited`: how many datagrams had waited
-    /// for the engine for long since the slot before.
+    /// Notes a slot that was published at `at`, `late` after it was due, with the number of delayed datagrams since the slot
+    /// before.
     pub fn note(&mut self, at: Duration, late: Duration, waited: usize) {
         match self.recent.back_mut().filter(|last| at.saturating_sub(last.at) < MERGED) {
             Some(last) => {
@@ -144,7 +144,7 @@ impl fmt::Display for Seconds {
     }
 }
 
-/// How well the service does what it is there for.
+/// Level of service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
     /// Nothing is known to be wrong.
@@ -169,13 +169,13 @@ impl Level {
 /// Something that is wrong.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reason {
-    /// How well the service does for it; never [`Level::Ok`].
+    /// The level that it leaves; never [`Level::Ok`].
     pub level: Level,
     /// What is wrong, in words.
     pub text: String,
 }
 
-/// What the condition follows from.
+/// What the condition is derived from.
 #[derive(Clone, Copy, Debug)]
 pub struct Facts<'a> {
     /// Whether a slot has been published.
@@ -184,8 +184,8 @@ pub struct Facts<'a> {
     pub lateness: Option<Lateness>,
     /// What the engine told last; `None` in the first moments.
     pub status: Option<&'a Status>,
-    /// What is wrong with the history, which the engine does not know.
-    pub history: Option<&'a Trouble>,
+    /// What is wrong with the archive, which the engine does not know.
+    pub archive: Option<&'a Trouble>,
 }
 
 /// Everything that is wrong now.
@@ -196,11 +196,11 @@ pub struct Condition {
 }
 
 impl Condition {
-    /// What follows from `facts`.
+    /// The condition that `facts` make.
     pub fn of(facts: &Facts<'_>) -> Self {
         let mut condition = Self::default();
         let sensors = || facts.status.iter().flat_map(|status| &status.sensors);
-        let troubles = || facts.status.iter().flat_map(|status| &status.troubles).chain(facts.history);
+        let troubles = || facts.status.iter().flat_map(|status| &status.troubles).chain(facts.archive);
         if !facts.has_slot {
             condition.add(Level::NotReady, "no slot has been published yet".to_owned());
         }
@@ -231,7 +231,7 @@ impl Condition {
         condition
     }
 
-    /// Adds something that is wrong; what is known already is not told twice.
+    /// Adds something that is wrong, once.
     pub fn add(&mut self, level: Level, text: String) {
         if !self.reasons.iter().any(|reason| reason.text == text) {
             self.reasons.push(Reason { level, text });
@@ -326,7 +326,7 @@ mod tests {
             text: "the clock was set back".to_owned(),
         };
         let late = Some(Lateness { late: ms(9_000), worst: Some(ms(9_000)), cause: Cause::Silence });
-        let facts = Facts { has_slot: true, lateness: late, status: None, history: Some(&clock) };
+        let facts = Facts { has_slot: true, lateness: late, status: None, archive: Some(&clock) };
         let condition = Condition::of(&facts);
         assert_eq!(condition.level(), Level::NotReady);
         assert_eq!(condition.troubles(), [clock]);

@@ -1,4 +1,4 @@
-//! Two senders with one SAC/SIC, as a sensor's status tells of them. Sans-IO.
+//! Two senders with one SAC/SIC, in a sensor's status. Sans-IO.
 
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
@@ -7,7 +7,7 @@ use super::health::{SensorState, SensorStatus};
 use crate::pipeline::Contest;
 use fusion::Identity;
 
-/// Transponders that are named; the others are counted.
+/// Most transponders that are named; the others are counted.
 const NAMED: usize = 3;
 
 /// A sender that is refused because another one speaks for its sensor.
@@ -22,7 +22,7 @@ pub struct Contested {
 }
 
 impl Contested {
-    /// What is wrong, for people.
+    /// The reason in the sensor's status.
     fn reason(&self) -> String {
         let Self { counts, refused, transponders } = self;
         let serials: Vec<String> =
@@ -40,7 +40,7 @@ impl Contested {
     }
 }
 
-/// Notes on each sensor which of its senders are refused: it is degraded for as long as that lasts.
+/// Adds the refused senders of each sensor, which is degraded while they last.
 pub(super) fn note_contests(sensors: &mut [SensorStatus], contests: &[Contest]) {
     let mut by_senders: BTreeMap<_, Vec<Identity>> = BTreeMap::new();
     for contest in contests {

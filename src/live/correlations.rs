@@ -10,10 +10,10 @@ use fusion::operational::{Correlation, HeldCorrelation, NotCorrelated, Verdict};
 use fusion::slots::Slot;
 use fusion::{Identity, RadarTrackKey};
 
-/// Wishes that may wait for the engine.
+/// Most requests that may wait for the engine.
 const QUEUE: usize = 64;
 
-/// What an operator asks for.
+/// A decision that an operator asks for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Wish {
     /// The radar track as it is now.
@@ -22,14 +22,14 @@ pub struct Wish {
     pub serial: String,
     /// Its registration country, as it is shown; needed where several have that serial number.
     pub country: Option<String>,
-    /// What is said of them.
+    /// The decision.
     pub verdict: Verdict,
 }
 
-/// Why a wish is not fulfilled.
+/// Why a decision is not made.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Denied {
-    /// The engine says no.
+    /// The engine refuses it.
     #[error(transparent)]
     NotCorrelated(#[from] NotCorrelated),
     /// Several transponders have that serial number.
@@ -38,12 +38,12 @@ pub enum Denied {
     /// Too many wait.
     #[error("too many decisions wait for the engine")]
     Busy,
-    /// Nobody is there to decide.
+    /// The engine has ended.
     #[error("the engine does not answer")]
     Gone,
 }
 
-/// What is in force.
+/// The decisions in force.
 pub type AllCorrelations = Arc<Vec<HeldCorrelation>>;
 
 struct Asked {
@@ -73,10 +73,10 @@ pub(super) fn correlations() -> (Correlations, Correlator) {
 }
 
 impl Correlator {
-    /// Asks the engine, which looks up several times a second; what is in force then comes back.
+    /// Asks the engine, which looks several times a second; the answer holds the decisions then in force.
     ///
     /// # Errors
-    /// Too many wait, or nobody is there.
+    /// Too many wait, or the engine has ended.
     pub fn ask(&self, wish: Wish) -> Result<oneshot::Receiver<Result<AllCorrelations, Denied>>, Denied> {
         let (answer, answered) = oneshot::channel();
         match self.asked.try_send(Asked { wish, answer }) {
@@ -86,18 +86,18 @@ impl Correlator {
         }
     }
 
-    /// What is in force, as of the latest slot or decision.
+    /// The decisions in force, as of the latest slot or decision.
     pub fn held(&self) -> AllCorrelations {
         self.held.borrow().clone()
     }
 }
 
 impl Correlations {
-    /// Does what was asked for; what was decided, each with the first slot that is put out by it.
+    /// Carries out what was asked for; returns the decisions, each with the first slot that is published by it.
     pub fn obey(&self, driver: &mut Driver) -> Vec<(Slot, Correlation)> {
         let mut made = Vec::new();
         while let Ok(Asked { wish, answer }) = self.asked.try_recv() {
-            // Who waits no longer has been told that nothing was decided.
+            // A caller that gave up has been told that nothing was decided.
             if answer.is_closed() {
                 continue;
             }
@@ -107,13 +107,13 @@ impl Correlations {
                 self.tell(driver.pipeline().engine().correlations());
                 self.held.borrow().clone()
             });
-            // Who has asked may have gone this very moment.
+            // The caller may have gone this very moment.
             let _ = answer.send(answered);
         }
         made
     }
 
-    /// Tells what is in force; whether it has changed.
+    /// Publishes the decisions in force; whether they have changed.
     pub fn tell(&self, held: Vec<HeldCorrelation>) -> bool {
         self.held.send_if_modified(|known| {
             let is_new = **known != held;
@@ -133,7 +133,7 @@ impl std::fmt::Debug for Asked {
 
 fn correlate(wish: &Wish, driver: &mut Driver) -> Result<(Slot, Correlation), Denied> {
     let engine = driver.pipeline().engine();
-    // What something was decided of may have fallen silent since.
+    // A transponder with a decision may have fallen silent since.
     let correlated = engine.correlations().into_iter().map(|held| held.correlation.transponder);
     let mut found: Vec<Identity> =
         engine.transponders().chain(correlated).filter(|identity| wish.means(*identity)).collect();
@@ -141,7 +141,7 @@ fn correlate(wish: &Wish, driver: &mut Driver) -> Result<(Slot, Correlation), De
     found.dedup();
     let transponder = match found[..] {
         [transponder] => transponder,
-        [] if driver.knows_correlations() => return Err(NotCorrelated::NoTransponder.into()),
+        [] if engine.knows_correlations() => return Err(NotCorrelated::NoTransponder.into()),
         [] => return Err(NotCorrelated::Reference.into()),
         _ => return Err(Denied::Ambiguous(found.iter().map(country).collect())),
     };

@@ -1,33 +1,33 @@
 //! The pipeline with its clock: arrivals and ticks in, slots out. Sans-IO, so that a test can own the time.
 
+use std::collections::VecDeque;
+
 use jiff::SignedDuration;
 
 use super::contests::note_contests;
 use super::health::{Health, LineStatus, SensorStatus};
-use super::hub::Frame;
+use super::published::PublishedPicture;
 use super::registration::Registrar;
 use crate::areas::Masks;
 use crate::capture::Reception;
 use crate::config::Config;
-use crate::picture::{Picture, PictureMaker};
+use crate::picture::PictureMaker;
 use crate::pipeline::{Event, Output, Pipeline};
-use crate::state::Registrations;
-use fusion::Emission;
-use fusion::Report;
+use fusion::Engine;
 use fusion::numbering::{Given, NumberChange};
-use fusion::operational::{Correlation, NotCorrelated, ResumedCorrelation, SavedCorrelation};
+use fusion::operational::{Correlation, NotCorrelated};
 use fusion::slots::{Slot, SlotGrid};
 use fusion::time::Time;
 
 /// An arrival that waited in the queue while its slot was emitted is handled this much after the slot's deadline.
 const AFTER_DEADLINE: SignedDuration = SignedDuration::from_micros(1);
 
-/// What the driver makes, in the order in which it happened.
+/// Output of the driver.
 #[derive(Debug)]
 pub enum Made {
     /// A slot, not yet published: its `published_at` is its deadline.
-    Slot(Frame),
-    /// What became of a transponder number with the slot before it.
+    Slot(PublishedPicture),
+    /// A change of a transponder number, which came with the slot before it.
     Number(NumberChange),
     /// Something that happened to what was received.
     Event(Event),
@@ -44,16 +44,17 @@ pub struct Driver {
     latency: SignedDuration,
     /// From a slot's centre to its deadline.
     due_after: SignedDuration,
-    /// The deadline of the slot that was emitted last, or where the clock ran on by more than the window after that, the
-    /// time of the fresh start: nothing is handled at a time before.
+    /// The deadline of the latest slot, or the time of a fresh start after it: nothing is handled at an earlier time.
     emitted: Option<Time>,
     seq: u64,
     /// Copies by line.
     duplicates: Vec<u64>,
+    /// What the latest input made; the buffer is reused.
+    made: VecDeque<Made>,
 }
 
 impl Driver {
-    /// For a site; `started` is now, and `lines` how many lines there are.
+    /// The driver of a site with that number of lines; `started` is now.
     pub fn new(config: &Config, masks: Masks, started: Time, lines: usize) -> Self {
         let pipeline = Pipeline::new(config, masks);
         Self {
@@ -67,6 +68,7 @@ impl Driver {
             emitted: None,
             seq: 0,
             duplicates: vec![0; lines],
+            made: VecDeque::new(),
         }
     }
 
@@ -82,96 +84,91 @@ impl Driver {
     }
 
     /// Handles what was received; its time is the one that [`Driver::reception`] gave for it.
-    pub fn receive(&mut self, reception: &Reception, out: impl FnMut(Made)) {
-        self.receive_showing(reception, |_| {}, out);
-    }
-
-    /// As [`Driver::receive`], and shows each report that the engine takes.
-    pub fn receive_showing(
-        &mut self,
-        reception: &Reception,
-        mut show: impl FnMut(&Report),
-        mut out: impl FnMut(Made),
-    ) {
-        let line = reception.input;
+    pub fn receive(&mut self, reception: &Reception) {
+        self.pipeline.receive(reception);
         // Without a time of reception nothing is accepted, and the health has nothing to note.
-        let received = reception.received.unwrap_or_default();
-        let Self { pipeline, maker, health, due_after, emitted, seq, duplicates, .. } = self;
-        let every = |report: &Report| {
-            show(report);
-            true
-        };
-        pipeline.receive_some(reception, every, |output| match output {
-            Output::Emission(emission) => slot(emission, maker, *due_after, seq, emitted, &mut out),
-            Output::Event(event) => {
-                if event == Event::DuplicateDatagram
-                    && let Some(count) = duplicates.get_mut(line)
-                {
-                    *count += 1;
-                }
-                health.note(&event, received);
-                out(Made::Event(event));
-            }
-        });
+        self.gather(reception.received.unwrap_or_default(), Some(reception.input));
     }
 
-    /// Tells the time: slots that are due are put out, one by one, also after a pause.
-    pub fn tick(&mut self, now: Time, mut out: impl FnMut(Made)) {
-        let Self { pipeline, maker, health, due_after, emitted, seq, .. } = self;
-        pipeline.tick(now, |output| match output {
-            Output::Emission(emission) => slot(emission, maker, *due_after, seq, emitted, &mut out),
-            Output::Event(event) => {
-                if event == Event::Restarted {
-                    *emitted = Some(now);
-                }
-                health.note(&event, now);
-                out(Made::Event(event));
-            }
-        });
+    /// Tells the time: slots that are due are made, one by one, also after a pause.
+    pub fn tick(&mut self, now: Time) {
+        self.pipeline.tick(now);
+        self.gather(now, None);
     }
 
-    /// Starts with the transponder numbers given before a restart; drops those that cannot be taken over
+    /// The end: makes what the window still holds.
+    pub fn finish(&mut self) {
+        self.pipeline.finish();
+        self.gather(Time::default(), None);
+    }
+
+    /// The next of what the latest input made, in the order in which it happened. What nobody took is gone with the next
+    /// input.
+    pub fn poll(&mut self) -> Option<Made> {
+        self.made.pop_front()
+    }
+
+    /// Whether the engine starts afresh after the slots that wait here.
+    pub fn starts_afresh(&self) -> bool {
+        self.made.iter().any(|made| matches!(made, Made::Event(Event::Restarted)))
+    }
+
+    /// Takes the pipeline's outputs of an input at `at`, which came on `line` where it was received.
+    fn gather(&mut self, at: Time, line: Option<usize>) {
+        self.made.clear();
+        while let Some(output) = self.pipeline.poll() {
+            match output {
+                Output::Emission(mut emission) => {
+                    let numbers = std::mem::take(&mut emission.numbers);
+                    let picture = self.maker.picture(emission);
+                    let due = picture.time + self.due_after;
+                    self.emitted = Some(due);
+                    self.seq += 1;
+                    self.made.push_back(Made::Slot(PublishedPicture {
+                        seq: self.seq,
+                        due,
+                        published_at: due,
+                        picture,
+                    }));
+                    self.made.extend(numbers.into_iter().map(Made::Number));
+                }
+                Output::Event(event) => {
+                    match (event, line) {
+                        (Event::DuplicateDatagram, Some(line)) => {
+                            self.duplicates.get_mut(line).into_iter().for_each(|count| *count += 1);
+                        }
+                        (Event::Restarted, None) => self.emitted = Some(at),
+                        _ => {}
+                    }
+                    self.health.note(&event, at);
+                    self.made.push_back(Made::Event(event));
+                }
+            }
+        }
+    }
+
+    /// Restores the transponder numbers given before a restart; drops those that contradict others
     /// ([`fusion::numbering::Numbers::remember`]), and returns how many.
     pub fn remember(&mut self, numbers: &mut Vec<Given>) -> usize {
         let before = numbers.len();
-        numbers.retain(|&given| self.pipeline.remember(given));
+        numbers.retain(|&given| self.pipeline.engine_mut().remember(given));
         before - numbers.len()
     }
 
-    /// Starts with what was known of the radars' registration before a restart, at `now`; what cannot be taken over is told
-    /// ([`Registrations::restore`]).
-    pub fn restore(&mut self, kept: &Registrations, config: &Config, now: Time) -> Vec<String> {
-        kept.restore(config, Some(now), &mut self.pipeline)
-    }
-
-    /// An operator's word; the first slot that is put out by it.
+    /// An operator's decision; the first slot that is published by it.
     ///
     /// # Errors
     /// The profile knows no decisions, or the radar track or the transponder is not there.
     pub fn correlate(&mut self, correlation: Correlation) -> Result<Slot, NotCorrelated> {
-        self.pipeline.correlate(correlation)?;
+        let engine = self.pipeline.engine_mut();
+        engine.correlate(correlation)?;
         // Before the first slot nothing is there.
-        self.pipeline.engine().next_slot().ok_or(NotCorrelated::NoRadarTrack)
+        engine.next_slot().ok_or(NotCorrelated::NoRadarTrack)
     }
 
-    /// Whether its profile knows decisions.
-    pub fn knows_correlations(&self) -> bool {
-        self.pipeline.engine().knows_correlations()
-    }
-
-    /// What was decided in a flight that is replayed, each with its slot.
-    pub fn plan(&mut self, correlations: Vec<(Slot, Correlation)>) {
-        self.pipeline.plan(correlations);
-    }
-
-    /// Correlations of before a restart: each holds again where its radar track is heard again in time.
-    pub fn resume(&mut self, kept: Vec<SavedCorrelation>) {
-        self.pipeline.resume(kept);
-    }
-
-    /// What has become of them, each once.
-    pub fn resumed(&mut self) -> Vec<ResumedCorrelation> {
-        self.pipeline.resumed()
+    /// The engine, for what it takes over from an earlier run ([`Pipeline::engine_mut`]).
+    pub fn engine_mut(&mut self) -> &mut Engine {
+        self.pipeline.engine_mut()
     }
 
     /// The sensors at `now`, with the lines that belong to each.
@@ -185,13 +182,7 @@ impl Driver {
         sensors
     }
 
-    /// The end: what the window still holds is put out.
-    pub fn finish(&mut self, mut out: impl FnMut(Made)) {
-        let Self { pipeline, maker, due_after, emitted, seq, .. } = self;
-        pipeline.finish(|emission| slot(emission, maker, *due_after, seq, emitted, &mut out));
-    }
-
-    /// The pipeline, to look at.
+    /// The pipeline.
     pub fn pipeline(&self) -> &Pipeline {
         &self.pipeline
     }
@@ -201,34 +192,13 @@ impl Driver {
         &self.health
     }
 
-    /// Copies that a line brought of what another had brought before.
+    /// Datagrams of a line that were copies of another line's.
     pub fn duplicates(&self, line: usize) -> u64 {
         self.duplicates.get(line).copied().unwrap_or(0)
     }
 
-    /// Makes JSON of tracks.
+    /// The maker of pictures.
     pub fn maker(&self) -> &PictureMaker {
         &self.maker
     }
-}
-
-/// Hands a slot out, and what became of transponder numbers with it.
-fn slot(
-    mut emission: Emission,
-    maker: &PictureMaker,
-    due_after: SignedDuration,
-    seq: &mut u64,
-    emitted: &mut Option<Time>,
-    out: &mut impl FnMut(Made),
-) {
-    let numbers = std::mem::take(&mut emission.numbers);
-    out(Made::Slot(frame(maker.picture(emission), due_after, seq, emitted)));
-    numbers.into_iter().for_each(|change| out(Made::Number(change)));
-}
-
-fn frame(picture: Picture, due_after: SignedDuration, seq: &mut u64, emitted: &mut Option<Time>) -> Frame {
-    let due = picture.time + due_after;
-    *emitted = Some(due);
-    *seq += 1;
-    Frame { seq: *seq, due, published_at: due, picture }
 }

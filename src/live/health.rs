@@ -1,4 +1,4 @@
-//! How each sensor is: when it was last heard, how often, how right its clock is, and what is wrong with it. Sans-IO.
+//! The state of each sensor: when it was last heard, its rate, its clock's offset, and what is wrong with it. Sans-IO.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -14,24 +14,25 @@ use crate::pipeline::Event;
 use fusion::SensorIndex;
 use fusion::time::{SECOND, Time};
 
-/// A sensor that says nothing for this long, and for [`SILENT_PERIODS`] of its periods, is out.
+/// A sensor that is silent for this long, nanoseconds, and for [`SILENT_PERIODS`] of its periods, has an outage.
 const SILENT_NS: i64 = 5 * SECOND;
 const SILENT_PERIODS: f64 = 3.0;
-/// Rates are told over this time, nanoseconds.
+/// Time over which a rate is taken, nanoseconds.
 const RATE_NS: i64 = 10 * SECOND;
-/// Reports that a rate is told from at most: more do not come in that time, unless the clock stands.
+/// Most reports that a rate is taken from; more come in that time only where the clock stands still.
 const RECENT: usize = 1 << 17;
-/// Delays that the clock offset is told from: the least of them, since latency only adds.
+/// Latest delays that the clock offset is taken from, as their minimum: latency only adds.
 const DELAYS: usize = 256;
-/// A clock is wrong when even the fastest report seems to come from the future or this late, seconds.
+/// Offset of a clock that is right, seconds: even the fastest report of a wrong one is early or late.
 const CLOCK_EARLY_S: f64 = -0.2;
 const CLOCK_LATE_S: f64 = 5.0;
-/// A radar stands elsewhere when it says so by more than this, metres (I034/120 is within 2.4 m and a metre of height).
+/// A radar is displaced when it reports a position farther than this from the configured one, metres (I034/120 resolves
+/// 2.4 m, and a metre of height).
 const DISPLACED_M: u32 = 30;
-/// Sources that are told apart.
+/// Most unknown sources that are distinguished.
 const UNKNOWN_KEPT: usize = 64;
 
-/// What a sensor is good for.
+/// State of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum SensorState {
     /// It works.
@@ -53,34 +54,34 @@ impl SensorState {
     }
 }
 
-/// A sensor as it is.
+/// Status of a sensor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensorStatus {
     /// Its id.
     pub id: String,
-    /// What it is good for.
+    /// Its state.
     pub state: SensorState,
     /// Why, where it is not operational.
     pub reasons: Vec<String>,
     /// The reception of its last record of any kind.
     pub last_seen: Option<Time>,
-    /// Reports taken since the start.
+    /// Reports accepted since the start.
     pub accepted: u64,
-    /// Reports a second, over the last 10 s.
+    /// Reports per second, over the last 10 s.
     pub rate_hz: f64,
-    /// From the time that its reports say to their reception, seconds: the least of the last ones.
+    /// Offset of its clock, seconds: the least delay of its latest reports, from their own time to their reception.
     pub clock_offset_s: Option<f64>,
-    /// Records that were not taken, by reason.
+    /// Refused records, by reason.
     pub refused: BTreeMap<&'static str, u64>,
     /// Senders that are refused because another one speaks for it.
     pub contested: Vec<Contested>,
-    /// How it is registered: a radar in the operational profile.
+    /// Its registration, where it is a radar in the operational profile.
     pub registration: Option<RegistrationStatus>,
     /// Its lines.
     pub lines: Vec<LineStatus>,
 }
 
-/// A line as it is.
+/// Status of a line.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LineStatus {
     /// Group or address, port and interface.
@@ -89,7 +90,7 @@ pub struct LineStatus {
     pub joined: bool,
     /// Datagrams since the start.
     pub received: u64,
-    /// Of these, copies of one that another line had brought.
+    /// Of these, copies of another line's.
     pub duplicates: u64,
     /// Datagrams from a source that is not configured.
     pub foreign: u64,
@@ -117,7 +118,7 @@ pub struct Unknown {
 }
 
 impl LineStatus {
-    /// As its counters are now.
+    /// The status that follows from its counters.
     pub fn of(name: String, counters: &LineCounters, duplicates: u64) -> Self {
         let count = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
         let last = counters.last_received.load(Ordering::Relaxed);
@@ -149,7 +150,7 @@ struct Sensor {
     period_s: f64,
     last_seen: Option<Time>,
     accepted: u64,
-    /// The reception of the last report that was taken, and why its time made one be refused since.
+    /// Reception of the latest accepted report, and why a later one was refused for its time.
     taken: Option<Time>,
     untimely: Option<Refusal>,
     /// Receptions of the last reports.
@@ -158,9 +159,9 @@ struct Sensor {
     refused: BTreeMap<&'static str, u64>,
     service: Service,
     restarted: Option<Time>,
-    /// While there is a flood of new identities: the most that were heard in a second of it.
+    /// Peak of a flood of new identities, per second, while it lasts.
     flood: Option<u32>,
-    /// So many new identities are let in a second.
+    /// Most new identities admitted, per second.
     max_new_per_s: u32,
 }
 
@@ -199,7 +200,7 @@ impl Health {
     /// Notes what became of a record received at `now`.
     pub fn note(&mut self, event: &Event, now: Time) {
         match *event {
-            Event::Accepted { sensor, time } => {
+            Event::Accepted { sensor, report } => {
                 let sensor = self.heard(sensor, now);
                 sensor.accepted += 1;
                 (sensor.taken, sensor.untimely) = (Some(now), None);
@@ -207,7 +208,7 @@ impl Health {
                 if sensor.delays_ns.len() == DELAYS {
                     sensor.delays_ns.pop_front();
                 }
-                sensor.delays_ns.push_back(now.nanos() - time.nanos());
+                sensor.delays_ns.push_back(now.nanos() - report.time().nanos());
                 sensor.forget(now);
             }
             Event::Refused { category, refusal: Refusal::UnknownSource(source), .. }
@@ -239,13 +240,13 @@ impl Health {
         sensor
     }
 
-    /// The sensors at `now`, with the lines that belong to each; of their registration and of rival senders nothing is known here.
+    /// The sensors at `now`, each with its lines; their registration and rival senders are noted elsewhere.
     pub fn sensors(&self, now: Time, lines: impl Fn(usize) -> Vec<LineStatus>) -> Vec<SensorStatus> {
         let of = |(index, sensor): (usize, &Sensor)| sensor.status(now, self.started, lines(index));
         self.sensors.iter().enumerate().map(of).collect()
     }
 
-    /// Who else is heard.
+    /// The sources that are heard and not configured.
     pub fn unknown(&self) -> Vec<Unknown> {
         let one = |(&(category, source), &(records, last_seen)): (&(u8, DataSource), &(u64, Time))| Unknown {
             category,
@@ -259,7 +260,7 @@ impl Health {
 }
 
 impl Sensor {
-    /// A message that does not say something leaves what an earlier one said.
+    /// An absent item keeps its earlier value.
     fn serve(&mut self, said: Service, now: Time) {
         let Service { nogo, reset, time_invalid, displaced_m, .. } = said;
         if reset == Some(true) && self.service.reset != Some(true) {

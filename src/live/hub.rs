@@ -8,50 +8,15 @@ use tokio::sync::{broadcast, watch};
 use super::alerts::{Alert, Trouble};
 use super::condition::{Condition, Facts, Lateness, Punctuality};
 use super::correlations::{Correlations, Correlator, correlations};
-use super::health::{SensorStatus, Unknown};
 use super::inputs::Inputs;
+use super::published::{PublishedPicture, Status};
 use crate::config::Config;
-use crate::picture::{Picture, PictureMaker};
-use crate::pipeline::Tally;
+use crate::picture::PictureMaker;
 use crate::record::{RecorderCounts, RecorderMeter};
 use fusion::time::Time;
 
 /// Slots that a reader may be behind before it has to begin anew: 16 s.
 const KEPT: usize = 64;
-
-/// A published slot.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Frame {
-    /// Counts the slots of this run of the service, from 1.
-    pub seq: u64,
-    /// When the slot was due.
-    pub due: Time,
-    /// When it was published.
-    pub published_at: Time,
-    /// What is in it.
-    pub picture: Picture,
-}
-
-/// How the service is; published once a second.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Status {
-    /// When.
-    pub at: Time,
-    /// In the order of the configuration.
-    pub sensors: Vec<SensorStatus>,
-    /// Sources that no sensor is.
-    pub unknown: Vec<Unknown>,
-    /// What happened since the start.
-    pub tally: Tally,
-    /// Transponder numbers that somebody has.
-    pub numbers_used: usize,
-    /// How late slots were published in the last minutes, seconds: median, 95th and 99th percentile.
-    pub lateness_s: Option<[f64; 3]>,
-    /// Datagrams that could not be sent since the start.
-    pub failed_sends: u64,
-    /// What the engine knows to be wrong with the service itself; [`Condition`] adds what it cannot know.
-    pub troubles: Vec<Trouble>,
-}
 
 /// The readers' side; cheap to clone.
 #[derive(Clone, Debug)]
@@ -62,12 +27,12 @@ pub struct Hub {
     pub maker: Arc<PictureMaker>,
     /// When the service started; part of the ids of events.
     pub started: Time,
-    /// What the sensors said lately.
+    /// The latest reports of the sensors.
     pub inputs: Arc<Inputs>,
-    /// Decides which radar track is which transponder.
+    /// Takes operators' decisions.
     pub decider: Correlator,
-    frames: broadcast::Sender<Arc<Frame>>,
-    latest: watch::Receiver<Option<Arc<Frame>>>,
+    frames: broadcast::Sender<Arc<PublishedPicture>>,
+    latest: watch::Receiver<Option<Arc<PublishedPicture>>>,
     status: watch::Receiver<Option<Arc<Status>>>,
     alerts: watch::Sender<Arc<Vec<Alert>>>,
     known: Arc<Known>,
@@ -76,24 +41,24 @@ pub struct Hub {
 /// The one writer's side.
 #[derive(Debug)]
 pub struct HubWriter {
-    /// Where the reports go that somebody wants to see.
+    /// Keeps the latest reports for readers.
     pub inputs: Arc<Inputs>,
-    /// What operators decide.
+    /// Operators' decisions.
     pub correlations: Correlations,
-    frames: broadcast::Sender<Arc<Frame>>,
-    latest: watch::Sender<Option<Arc<Frame>>>,
+    frames: broadcast::Sender<Arc<PublishedPicture>>,
+    latest: watch::Sender<Option<Arc<PublishedPicture>>>,
     status: watch::Sender<Option<Arc<Status>>>,
     known: Arc<Known>,
 }
 
-/// What both sides know, so that the condition is the same whoever asks for it.
+/// Shared by both sides, so that the condition is the same for everybody.
 #[derive(Debug)]
 struct Known {
     /// What [`Punctuality`] counts time from.
     origin: Instant,
     punctuality: Mutex<Punctuality>,
     recorder: OnceLock<RecorderMeter>,
-    history: watch::Sender<Option<Trouble>>,
+    archive: watch::Sender<Option<Trouble>>,
 }
 
 impl Known {
@@ -106,7 +71,7 @@ impl Known {
             origin: Instant::now(),
             punctuality: Mutex::new(Punctuality::new(slot)),
             recorder: OnceLock::new(),
-            history: watch::Sender::new(None),
+            archive: watch::Sender::new(None),
         }
     }
 
@@ -116,8 +81,8 @@ impl Known {
     }
 
     fn condition(&self, has_slot: bool, status: Option<&Status>) -> Condition {
-        let (lateness, history) = (self.lateness(), self.history.borrow());
-        Condition::of(&Facts { has_slot, lateness, status, history: history.as_ref() })
+        let (lateness, archive) = (self.lateness(), self.archive.borrow());
+        Condition::of(&Facts { has_slot, lateness, status, archive: archive.as_ref() })
     }
 
     /// A panic elsewhere leaves nothing half done in here.
@@ -148,12 +113,12 @@ impl Hub {
     }
 
     /// The latest slot; `None` before the first.
-    pub fn latest(&self) -> Option<Arc<Frame>> {
+    pub fn latest(&self) -> Option<Arc<PublishedPicture>> {
         self.latest.borrow().clone()
     }
 
-    /// Every slot from now on; who is more than 64 slots behind is told so.
-    pub fn frames(&self) -> broadcast::Receiver<Arc<Frame>> {
+    /// Every slot from now on; a reader more than 64 slots behind is told so.
+    pub fn pictures(&self) -> broadcast::Receiver<Arc<PublishedPicture>> {
         self.frames.subscribe()
     }
 
@@ -172,32 +137,32 @@ impl Hub {
         self.known.lateness()
     }
 
-    /// What the recorder has done by now; `None` where there is none.
+    /// What the recorder has done so far; `None` where there is none.
     pub fn recorded(&self) -> Option<RecorderCounts> {
         self.known.recorder.get().map(RecorderMeter::counts)
     }
 
-    /// For the one that keeps the history: what is wrong with it.
-    pub(super) fn set_history_trouble(&self, trouble: Option<Trouble>) {
-        self.known.history.send_replace(trouble);
+    /// For the observer: what is wrong with the archive.
+    pub(super) fn set_archive_trouble(&self, trouble: Option<Trouble>) {
+        self.known.archive.send_replace(trouble);
     }
 
-    /// What is wrong, or was lately: those that last first, then those that ended, the latest first.
+    /// The alerts: those that last, then those that ended, the latest first.
     pub fn alerts(&self) -> Arc<Vec<Alert>> {
         self.alerts.borrow().clone()
     }
 
-    /// Told whenever an alert begins, ends or gets worse.
+    /// Changes whenever an alert begins, ends or gets worse.
     pub fn alert_changes(&self) -> watch::Receiver<Arc<Vec<Alert>>> {
         self.alerts.subscribe()
     }
 
-    /// For the one that watches.
+    /// For the observer.
     pub(super) fn set_alerts(&self, alerts: Vec<Alert>) {
         self.alerts.send_replace(Arc::new(alerts));
     }
 
-    /// Told of each new status.
+    /// Changes with each new status.
     pub fn statuses(&self) -> watch::Receiver<Option<Arc<Status>>> {
         self.status.clone()
     }
@@ -206,7 +171,7 @@ impl Hub {
 impl HubWriter {
     /// Publishes a slot of the live service, and notes how late that is; `waited`: how many datagrams had waited for the
     /// engine for long since the slot before. Never waits for readers.
-    pub fn publish_live(&self, frame: Frame, waited: usize) {
+    pub fn publish_live(&self, frame: PublishedPicture, waited: usize) {
         let late_ns = frame.published_at.nanos().saturating_sub(frame.due.nanos());
         let late = Duration::from_nanos(u64::try_from(late_ns).unwrap_or(0));
         // Whoever sees the slot knows how late it is.
@@ -220,14 +185,14 @@ impl HubWriter {
         self.known.condition(self.latest.borrow().is_some(), Some(status))
     }
 
-    /// What the recorder does is read from there from now on, at the moment at which somebody asks.
+    /// Shows readers the recorder's counts from now on.
     pub fn set_recorder(&self, meter: RecorderMeter) {
         // There is one recorder, and this is said once.
         let _ = self.known.recorder.set(meter);
     }
 
     /// Publishes a slot; never waits.
-    pub fn publish(&self, frame: Frame) {
+    pub fn publish(&self, frame: PublishedPicture) {
         let frame = Arc::new(frame);
         self.latest.send_replace(Some(frame.clone()));
         // Nobody may be listening.

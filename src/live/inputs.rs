@@ -1,5 +1,5 @@
-//! What the sensors said lately, for whoever wants to see it beside what was made of it. Where nobody asks, nothing is
-//! kept, and the engine's thread looks at one number a report.
+//! The latest reports of the sensors, for readers that show them beside the picture. Where nobody asks, nothing is kept,
+//! and the engine's thread looks at one number per report.
 
 use std::collections::VecDeque;
 use std::sync::Mutex;
@@ -7,15 +7,15 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use fusion::Report;
 
-/// Reports that are kept: some seconds of the busiest site.
+/// Most reports kept: some seconds of the busiest site.
 const KEPT: usize = 20_000;
-/// Who asks again within this time has missed nothing that is still kept, seconds.
+/// Reports are kept for this long after somebody asked, seconds.
 const FORGET_S: u32 = 10;
 
 /// The last reports that the engine took, each with its number.
 #[derive(Debug)]
 pub struct Inputs {
-    /// Since somebody asked, up to [`FORGET_S`]: then nothing is kept.
+    /// Seconds since somebody asked, up to [`FORGET_S`]: then nothing is kept.
     unasked_s: AtomicU32,
     memory: Mutex<Memory>,
 }
@@ -34,7 +34,7 @@ impl Default for Inputs {
 }
 
 impl Inputs {
-    /// Keeps a report, if somebody looks. Never waits: where a reader is at it just now, the report is not shown.
+    /// Keeps a report, if somebody asks for them. Never waits: while a reader holds the lock, the report is left out.
     pub fn note(&self, report: &Report) {
         if self.unasked_s.load(Ordering::Relaxed) >= FORGET_S {
             return;
@@ -57,7 +57,7 @@ impl Inputs {
         (memory.reports.range(old..).copied().collect(), memory.last)
     }
 
-    /// To be told once a second: whether anybody still asks.
+    /// To be called once a second, so that nothing is kept when nobody asks any more.
     pub fn second_passed(&self) {
         let unasked_s = self.unasked_s.load(Ordering::Relaxed);
         if unasked_s < FORGET_S {

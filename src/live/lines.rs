@@ -9,7 +9,7 @@ use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
 use std::time::{Duration, Instant};
 
 use tokio::sync::watch;
-use tracing::{error, info, warn};
+use tracing::{Instrument, Span, error, error_span, info, warn};
 
 use super::clock::Clock;
 use crate::config::Config;
@@ -21,17 +21,16 @@ const QUEUE: usize = 8192;
 const REOPEN: Duration = Duration::from_secs(2);
 /// A line on which nothing comes for this long is joined anew: its interface may have gone and come back.
 const REJOIN: Duration = Duration::from_secs(10);
-/// How often it is looked whether anything came.
+/// Time between two looks at whether anything came.
 const LISTEN: Duration = Duration::from_secs(1);
 
-/// What waits in the kernel when a line is stopped is read for this long at most: a sender that never pauses does not keep
-/// the service from ending.
+/// Longest time for which a stopped line is still read: a sender that never pauses must not keep the service from ending.
 const DRAIN: Duration = Duration::from_secs(1);
-/// And this many datagrams at most, which is more than [`udp::RECEIVE_BUFFER`] holds.
+/// Most datagrams that are read then, more than [`udp::RECEIVE_BUFFER`] holds.
 const DRAIN_DATAGRAMS: usize = 1 << 16;
-/// Where the engine's queue is full while a line is drained, it is tried again after this time.
+/// Pause before the next try where the engine's queue is full while a line is drained.
 const DRAIN_PAUSE: Duration = Duration::from_millis(1);
-/// The readers have ended by this time after they were asked to, unless the machine stands still.
+/// Time in which the readers end after they were asked to, unless the machine stands still.
 const ENDED: Duration = Duration::from_secs(2);
 
 /// The lines of a configuration, being read.
@@ -66,7 +65,7 @@ impl Readers {
         let until = Instant::now() + ENDED;
         while self.tasks.iter().any(|task| !task.is_finished()) {
             if Instant::now() >= until {
-                warn!("a line did not end in time; what has arrived on it may not have been read");
+                warn!("an input did not end in time: what has arrived on it may not have been read");
                 self.tasks.iter().for_each(tokio::task::JoinHandle::abort);
                 return;
             }
@@ -92,7 +91,9 @@ pub(crate) fn listen(config: &Config, clock: &Clock, runtime: &tokio::runtime::H
                 clock: clock.clone(),
                 stopped: stopped.clone(),
             };
-            runtime.spawn(reader.keep_reading(sender.clone()))
+            // Enabled at every level: without it a warning does not say which input it is about.
+            let span = error_span!("input", name = line.name());
+            runtime.spawn(reader.keep_reading(sender.clone()).instrument(span))
         })
         .collect();
     Listening { arrivals, lines, readers: Readers { stop, tasks } }
@@ -137,7 +138,7 @@ impl Reader {
             match opened {
                 Ok((socket, buffer)) => {
                     if std::mem::take(&mut failing) || !joined_anew {
-                        info!("listening to {}, receive buffer {} KiB", line.name(), buffer / 1024);
+                        info!(receive_buffer_kib = buffer / 1024, "listening");
                     }
                     match self.read_until_silent(&socket, hand_on).await {
                         Ended::Silent => {
@@ -147,13 +148,15 @@ impl Reader {
                         Ended::Failed(error) => {
                             counters.joined.store(false, Ordering::Relaxed);
                             joined_anew = false;
-                            error!("{}: {error}; it is opened again", line.name());
+                            error!(%error, "input failed: opened again");
                         }
                         Ended::Stopped => {
                             // The runtime may not have heard yet of what waits; the socket itself knows.
-                            let drain = socket.into_std().map(|socket| {
-                                tokio::task::spawn_blocking(move || self.drain(&socket, &sender))
-                            });
+                            let span = Span::current();
+                            let drain = move |socket| span.in_scope(|| self.drain(&socket, &sender));
+                            let drain = socket
+                                .into_std()
+                                .map(|socket| tokio::task::spawn_blocking(move || drain(socket)));
                             if let Ok(drain) = drain {
                                 let _ = drain.await;
                             }
@@ -162,8 +165,7 @@ impl Reader {
                     }
                 }
                 Err(error) if !std::mem::replace(&mut failing, true) => {
-                    let every_s = REOPEN.as_secs();
-                    error!("{} cannot be opened: {error}; it is tried again every {every_s} s", line.name());
+                    error!(%error, retry_s = REOPEN.as_secs(), "input cannot be opened: tried again");
                 }
                 Err(_) => {}
             }
@@ -220,9 +222,9 @@ impl Reader {
         match udp::drain(socket, *index, line, counters, || clock.now(), hand_on, goes_on) {
             Ok(true) => {}
             Ok(false) => {
-                warn!("{}: it was stopped while more came than could be read; the rest is lost", line.name());
+                warn!("input was stopped while more came than could be read: the rest is lost");
             }
-            Err(error) => warn!("{}: {error}; what waited on it is lost", line.name()),
+            Err(error) => warn!(%error, "input failed: what waited on it is lost"),
         }
     }
 }

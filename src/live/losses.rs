@@ -15,7 +15,7 @@ pub(super) struct Losses {
 }
 
 impl Losses {
-    /// How much was lost in the stretch that goes on at `at`, where the count is `total`; `None` where none goes on.
+    /// Losses of the stretch that goes on at `at`, where the count is `total`; `None` where none goes on.
     pub(super) fn going_on(&mut self, total: u64, at: Time) -> Option<u64> {
         let before = std::mem::replace(&mut self.total, total);
         if total > before {

@@ -1,12 +1,12 @@
-//! The live service: the same engine, told the time by the clock.
+//! The live service: the engine, driven by the clock.
 //!
 //! ```text
 //! line tasks ──► bounded queue ──► Driver (one thread, one owner) ──► sinks (UDP)      never waited for
-//!                                                                └──► Hub: frames, status ──► readers (HTTP, history)
+//!                                                                └──► Hub: pictures, status ──► readers (HTTP, archive)
 //! ```
 //!
-//! [`Driver`] is sans-IO: it is handed arrivals and ticks, and hands out what is to be recorded, sent and shown. The
-//! recording of what it handled, replayed, gives the same octets.
+//! [`Driver`] is sans-IO: arrivals and ticks in, what is to be recorded, sent and shown out. The recording of what it
+//! handled, replayed, gives the same octets.
 
 mod alerts;
 mod clock;
@@ -21,6 +21,7 @@ mod lines;
 mod losses;
 mod observer;
 mod player;
+mod published;
 mod quiet;
 mod registration;
 mod service;
@@ -33,10 +34,11 @@ pub use correlations::{AllCorrelations, Correlations, Correlator, Denied, Wish};
 pub use driver::{Driver, Made};
 pub(crate) use health::Health;
 pub use health::{LineStatus, SensorState, SensorStatus, Unknown};
-pub use hub::{Frame, Hub, HubWriter, Status};
+pub use hub::{Hub, HubWriter};
 pub use inputs::Inputs;
 pub(crate) use lines::{Listening, listen};
 pub use observer::observe;
 pub use player::{OpenCaptures, Order, Player, PlayerState};
+pub use published::{Archive, PublishedPicture, Status};
 pub use registration::{RegistrationStatus, values};
-pub use service::{Outlets, Service};
+pub use service::{KeeperQueues, Outlets, Service};

@@ -1,4 +1,4 @@
-//! The first reader: watches each slot for alerts, tells the log of them, and hands the slots to the history.
+//! The first reader: looks at each slot for alerts, logs them, and hands the slots to the archive.
 
 use std::time::Duration;
 
@@ -8,16 +8,16 @@ use tracing::{error, info, warn};
 
 use super::alerts::{Alert, Alerts, Change, Severity};
 use super::clock::now;
-use super::hub::{Hub, Status};
-use crate::history::Historian;
+use super::hub::Hub;
+use super::published::{Archive, Status};
 use fusion::time::Time;
 
-/// How often it is looked whether the engine still publishes: it cannot say itself that it stands still.
+/// Time between two looks at whether the engine still publishes: it cannot say itself that it stands still.
 const LOOK: Duration = Duration::from_millis(500);
 
 /// Watches until the engine has ended.
-pub async fn observe(hub: Hub, mut alerts: Alerts, mut historian: Option<Historian>) {
-    let mut frames = hub.frames();
+pub async fn observe(hub: Hub, mut alerts: Alerts, mut archive: Option<Box<dyn Archive>>) {
+    let mut frames = hub.pictures();
     let mut statuses = hub.statuses();
     let mut look = tokio::time::interval(LOOK);
     look.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -25,13 +25,13 @@ pub async fn observe(hub: Hub, mut alerts: Alerts, mut historian: Option<Histori
         let changed = tokio::select! {
             frame = frames.recv() => match frame {
                 Ok(frame) => {
-                    if let Some(historian) = &mut historian {
-                        historian.note(&frame.picture, &hub.maker);
+                    if let Some(archive) = &mut archive {
+                        archive.note(&frame.picture, &hub.maker);
                     }
                     alerts.note_picture(&frame.picture, &hub.maker)
                 }
                 Err(RecvError::Lagged(slots)) => {
-                    warn!("the history and the alerts miss {slots} slots: these were published faster than read");
+                    warn!(slots, "alerts and history miss slots, which were published faster than read");
                     false
                 }
                 Err(RecvError::Closed) => break,
@@ -40,7 +40,7 @@ pub async fn observe(hub: Hub, mut alerts: Alerts, mut historian: Option<Histori
                 if status.is_err() {
                     break;
                 }
-                hub.set_history_trouble(historian.as_ref().and_then(Historian::trouble));
+                hub.set_archive_trouble(archive.as_ref().and_then(|archive| archive.trouble()));
                 let status = statuses.borrow_and_update().clone();
                 status.is_some_and(|status| {
                     note_status(&mut alerts, &status) | note_condition(&mut alerts, &hub, status.at)
@@ -50,7 +50,7 @@ pub async fn observe(hub: Hub, mut alerts: Alerts, mut historian: Option<Histori
             _ = look.tick(), if hub.lateness().is_some() => note_condition(&mut alerts, &hub, now()),
         };
         if changed {
-            alerts.take_changes().iter().for_each(tell);
+            alerts.take_changes().iter().for_each(log);
             hub.set_alerts(alerts.all());
         }
     }
@@ -65,16 +65,17 @@ fn note_condition(alerts: &mut Alerts, hub: &Hub, at: Time) -> bool {
 }
 
 /// Each alert is a line of the log where it begins, changes and ends.
-fn tell((change, alert): &(Change, Alert)) {
-    let Alert { severity, text, since, until, .. } = alert;
+fn log((change, alert): &(Change, Alert)) {
+    let Alert { id, kind, severity, text, since, until, .. } = alert;
+    let kind = kind.name();
     match (change, severity) {
-        (Change::Began, Severity::Critical) => error!("alert began: {text}"),
-        (Change::Began, Severity::Warning) => warn!("alert began: {text}"),
-        (Change::Changed, Severity::Critical) => error!("alert is critical now: {text}"),
-        (Change::Changed, Severity::Warning) => warn!("alert is a warning now: {text}"),
+        (Change::Began, Severity::Critical) => error!(text, kind, id, "alert began"),
+        (Change::Began, Severity::Warning) => warn!(text, kind, id, "alert began"),
+        (Change::Changed, Severity::Critical) => error!(text, kind, id, "alert is critical now"),
+        (Change::Changed, Severity::Warning) => warn!(text, kind, id, "alert is a warning now"),
         (Change::Ended, _) => {
-            let lasted_s = until.map_or(0.0, |until| until.seconds_since(*since).max(0.0));
-            info!("alert ended after {lasted_s:.0} s: {text}");
+            let lasted_s = until.map_or(0.0, |until| until.seconds_since(*since).max(0.0).round());
+            info!(text, kind, id, lasted_s, "alert ended");
         }
     }
 }

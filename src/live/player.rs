@@ -10,14 +10,16 @@ use tokio::sync::watch;
 use tracing::{error, info, warn};
 
 use super::driver::{Driver, Made};
-use super::hub::{Frame, HubWriter, Status};
+use super::hub::HubWriter;
+use super::published::{PublishedPicture, Status};
 use crate::areas::Masks;
 use crate::capture::{Capture, Merged, OpenError};
 use crate::config::Config;
+use crate::pipeline::Event;
 use crate::state::CorrelationPlan;
 use fusion::time::{SECOND, Time};
 
-/// What a reader may ask for.
+/// An order of a reader.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Order {
     /// Go on.
@@ -26,16 +28,16 @@ pub enum Order {
     Pause,
     /// Go to this time of the recording.
     Seek(Time),
-    /// So many times faster than it happened; above 0.
+    /// This speed, as a multiple of real time; above 0.
     Speed(f64),
 }
 
-/// How the replay is.
+/// State of a replay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlayerState {
     /// Whether it goes on.
     pub playing: bool,
-    /// How many times faster than it happened.
+    /// Speed, as a multiple of real time.
     pub speed: f64,
     /// The slot shown last.
     pub time: Option<Time>,
@@ -58,9 +60,8 @@ pub struct Player {
 }
 
 impl Player {
-    /// Starts a replay on a thread of its own; it begins at once, at that speed, and again at the end where that is `true`.
-    /// `correlated`: what was decided by hand in the flight; what is decided while it is replayed is added to it.
-    /// Another thread looks how long the recording is.
+    /// Starts a replay on a thread of its own, at this speed, once or `again` and again. `correlated` are the decisions of
+    /// the flight; those made during the replay are added. Another thread reads how long the recording is.
     ///
     /// # Errors
     /// No thread could be started.
@@ -100,24 +101,24 @@ impl Player {
         Ok((Self { orders, state: watched }, thread))
     }
 
-    /// Asks for something; it is done at the next slot.
+    /// Gives an order; it is carried out at the next slot.
     pub fn order(&self, order: Order) {
         // A replay that failed has said why.
         let _ = self.orders.send(order);
     }
 
-    /// How the replay is.
+    /// The state now.
     pub fn state(&self) -> PlayerState {
         *self.state.borrow()
     }
 
-    /// Told whenever that changes.
+    /// The state, whenever it changes.
     pub fn states(&self) -> watch::Receiver<PlayerState> {
         self.state.clone()
     }
 }
 
-/// First and last reception: reads a recording to its end. The replay itself says what is wrong with a file.
+/// First and last reception, from reading the recording to its end. The replay itself reports what is wrong with a file.
 fn span(open: &OpenCaptures, date: jiff::civil::Date) -> Option<(Time, Time)> {
     let mut receptions = Merged::new(open().ok()?, date).flatten().filter_map(|reception| reception.received);
     let first = receptions.next()?;
@@ -142,14 +143,14 @@ struct Show {
     orders: Receiver<Order>,
     /// Whether it begins again at the end.
     again: bool,
-    /// What is decided by hand, with the slots from which it counts: whoever goes back sees it come again.
+    /// Operators' decisions, with the slots from which they count: going back shows them again.
     correlated: CorrelationPlan,
-    /// A slot's time, and when it was shown: what follows keeps its distance to it.
+    /// A slot's time, and when it was shown: later slots keep their distance to it.
     anchor: Option<(Time, Instant)>,
     /// Slots before this time are passed over.
     from: Option<Time>,
     /// The last of them: shown where the recording ends before that time.
-    passed_over: Option<Frame>,
+    passed_over: Option<PublishedPicture>,
     /// Slots shown so far. Readers count on a number that only rises, also when the recording begins anew.
     shown: u64,
 }
@@ -161,7 +162,7 @@ impl Show {
                 Ok(Next::Again) => {}
                 Ok(_) => return,
                 Err(error) => {
-                    error!("the replay has ended: {error}");
+                    error!(%error, "the replay has ended");
                     self.state.send_modify(|state| (state.playing, state.ended) = (false, true));
                     return;
                 }
@@ -175,8 +176,8 @@ impl Show {
         // The sensors' rates and silences count from the recording's start, not from today.
         let started = merged.peek().and_then(|first| first.as_ref().ok()?.received).unwrap_or_default();
         let mut driver = Driver::new(&self.config, self.masks.clone(), started, 0);
-        driver.plan(self.correlated.correlated.clone());
-        driver.resume(self.correlated.kept.clone());
+        driver.engine_mut().plan(self.correlated.correlated.clone());
+        driver.engine_mut().resume(self.correlated.kept.clone());
         self.anchor = None;
         let shown_before = self.shown;
         self.state.send_modify(|state| state.ended = false);
@@ -186,7 +187,7 @@ impl Show {
                 Ok(reception) => reception,
                 // What was read before is still there to be seen.
                 Err(damage) => {
-                    warn!("{damage}");
+                    warn!(%damage, "an input cannot be read on");
                     continue;
                 }
             };
@@ -201,54 +202,33 @@ impl Show {
                     self.tell(&mut driver, received);
                 }
             }
-            let mut slots = Vec::new();
-            let keep = |made| {
-                if let Made::Slot(frame) = made {
-                    slots.push(frame);
-                }
-            };
-            driver.receive_showing(&reception, |report| self.hub.inputs.note(report), keep);
-            let is_new = !slots.is_empty();
-            for frame in slots {
-                match self.show(frame) {
-                    Next::GoOn => {}
-                    other => return Ok(other),
-                }
-            }
-            if is_new {
-                self.hub.correlations.tell(driver.pipeline().engine().correlations());
+            driver.receive(&reception);
+            match self.show_all(&mut driver) {
+                Next::GoOn => {}
+                other => return Ok(other),
             }
             let made = self.hub.correlations.obey(&mut driver);
             self.correlated.correlated.extend(made);
         }
-        let mut owed = Vec::new();
-        driver.finish(|made| {
-            if let Made::Slot(frame) = made {
-                owed.push(frame);
-            }
-        });
-        for frame in owed {
-            match self.show(frame) {
-                Next::GoOn => {}
-                other => return Ok(other),
-            }
+        driver.finish();
+        match self.show_all(&mut driver) {
+            Next::GoOn => {}
+            other => return Ok(other),
         }
-        if let (Some(_), Some(frame)) = (self.from.take(), self.passed_over.take()) {
-            self.publish(frame);
+        if let (Some(_), Some(picture)) = (self.from.take(), self.passed_over.take()) {
+            self.publish(picture);
         }
         // A recording without a slot would go round without a pause.
         if self.again && self.shown > shown_before {
             self.from = None;
             let slot = self.config.fusion.slot.unsigned_abs();
             let speed = self.state.borrow().speed;
-            return Ok(match self.orders.recv_timeout(slot.div_f64(speed)) {
-                Ok(order) => {
-                    self.obey(order, None);
-                    Next::Again
-                }
-                Err(RecvTimeoutError::Timeout) => Next::Again,
-                Err(RecvTimeoutError::Disconnected) => Next::End,
-            });
+            match self.orders.recv_timeout(slot.div_f64(speed)) {
+                Ok(order) => _ = self.obey(order, None),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return Ok(Next::End),
+            }
+            return Ok(Next::Again);
         }
         info!("the recording has come to its end");
         self.state.send_modify(|state| (state.playing, state.ended) = (false, true));
@@ -269,12 +249,34 @@ impl Show {
         }
     }
 
-    /// Shows a slot at its time, unless it is passed over; orders are heard meanwhile.
-    fn show(&mut self, frame: Frame) -> Next {
-        let time = frame.picture.time;
+    /// Shows the slots that the driver has made, and the decisions then in force.
+    fn show_all(&mut self, driver: &mut Driver) -> Next {
+        let mut is_new = false;
+        while let Some(made) = driver.poll() {
+            match made {
+                Made::Slot(picture) => {
+                    is_new = true;
+                    match self.show(picture) {
+                        Next::GoOn => {}
+                        other => return other,
+                    }
+                }
+                Made::Event(Event::Accepted { report, .. }) => self.hub.inputs.note(&report),
+                Made::Event(_) | Made::Number(_) => {}
+            }
+        }
+        if is_new {
+            self.hub.correlations.tell(driver.pipeline().engine().correlations());
+        }
+        Next::GoOn
+    }
+
+    /// Shows a slot at its time, unless it is passed over; carries out orders meanwhile.
+    fn show(&mut self, picture: PublishedPicture) -> Next {
+        let time = picture.picture.time;
         loop {
             if self.from.is_some_and(|from| time < from) {
-                self.passed_over = Some(frame);
+                self.passed_over = Some(picture);
                 return Next::GoOn;
             }
             // What was asked for is shown at once, also while paused.
@@ -299,20 +301,20 @@ impl Show {
                 Err(RecvTimeoutError::Disconnected) => return Next::End,
             }
         }
-        self.publish(frame);
+        self.publish(picture);
         Next::GoOn
     }
 
     /// As if it had been published when it was due: every time in a replay is one of the recording.
-    fn publish(&mut self, mut frame: Frame) {
+    fn publish(&mut self, mut picture: PublishedPicture) {
         self.passed_over = None;
         self.shown += 1;
-        frame.seq = self.shown;
-        self.state.send_modify(|state| state.time = Some(frame.picture.time));
-        self.hub.publish(frame);
+        picture.seq = self.shown;
+        self.state.send_modify(|state| state.time = Some(picture.picture.time));
+        self.hub.publish(picture);
     }
 
-    /// How long it is until a slot is to be shown.
+    /// Time until a slot is to be shown.
     fn until(&mut self, time: Time, speed: f64) -> Duration {
         #[expect(clippy::disallowed_methods, reason = "the pace of a replay")]
         let clock = Instant::now();
@@ -321,7 +323,7 @@ impl Show {
         due.saturating_duration_since(clock)
     }
 
-    /// Does what is asked; `time`: the slot that is about to be shown.
+    /// Carries out an order; `time` is that of the slot about to be shown.
     fn obey(&mut self, order: Order, time: Option<Time>) -> Next {
         self.anchor = None;
         match order {
@@ -419,7 +421,7 @@ mod tests {
     #[test]
     fn it_begins_again_and_goes_on_counting() {
         let (player, hub, thread) = started(1e6, true);
-        let slots = || hub.latest().map_or(0, |frame| frame.seq);
+        let slots = || hub.latest().map_or(0, |picture| picture.seq);
         // 75 s have some 300 slots.
         wait(|| slots() > 1000);
         assert!(!player.state().ended && player.state().last.is_some());

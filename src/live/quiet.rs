@@ -1,15 +1,15 @@
-//! One warning a second and kind: a flood of bad datagrams must not become a flood of log lines.
+//! One warning per second and kind: a flood of bad datagrams must not become a flood of log lines.
 
 use std::collections::BTreeMap;
 
 use fusion::time::{SECOND, Time};
 
-/// When each kind of warning was told last, and how often it was kept back since.
+/// When each kind of warning was logged last, and how often it was suppressed since.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Quiet(BTreeMap<&'static str, (Time, u64)>);
 
 impl Quiet {
-    /// Whether a warning of this kind may be told at `now`; it is counted where not.
+    /// Whether a warning of this kind may be logged at `now`; it is counted where not.
     pub(super) fn may_tell(&mut self, kind: &'static str, now: Time) -> bool {
         let Some((told, kept_back)) = self.0.get_mut(kind) else {
             self.0.insert(kind, (now, 0));
@@ -25,7 +25,7 @@ impl Quiet {
         may
     }
 
-    /// The kinds that were kept back for a second, each with how often; they count from 0 again.
+    /// The kinds that were suppressed for a second, each with how often; they count from 0 again.
     pub(super) fn suppressed(&mut self, now: Time) -> Vec<(&'static str, u64)> {
         let due = |(&kind, (told, kept_back)): (&&'static str, &mut (Time, u64))| {
             if *kept_back == 0 || now.nanos().abs_diff(told.nanos()) < SECOND as u64 {

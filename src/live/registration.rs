@@ -1,4 +1,4 @@
-//! How each radar is registered, as the interfaces tell it.
+//! The radars' registration, for the interfaces.
 
 use std::collections::BTreeMap;
 
@@ -8,33 +8,33 @@ use fusion::operational::Step;
 use fusion::registration::{BiasValue, Misalignment};
 use fusion::time::{SECOND, Time};
 
-/// A step is worth an alert for so long, nanoseconds.
+/// Time for which a step is worth an alert, nanoseconds.
 const STEP_NS: u64 = 3600 * SECOND as u64;
 
 /// A radar's registration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RegistrationStatus {
-    /// What is done about it.
+    /// What is done with it.
     pub mode: Mode,
-    /// What its tracks tell; `None` where it is off, and before the first slot.
+    /// The estimate from its tracks; `None` where it is off, and before the first slot.
     pub estimate: Option<Misalignment>,
     /// The latest step since the start.
     pub step: Option<Step>,
     /// Steps since the start.
     pub steps: u64,
-    /// What an operator should look at: a step, until it is an hour old.
+    /// The text of the alert about a step, until it is an hour old.
     pub alarm: Option<String>,
 }
 
 impl RegistrationStatus {
-    /// Whether plots are put right by any of it.
+    /// Whether plots are corrected by any of it.
     pub fn is_applied(&self) -> bool {
         let is_observable =
             |estimate: &Misalignment| values(estimate).iter().any(|(.., value)| value.observable);
         self.mode == Mode::Apply && self.estimate.as_ref().is_some_and(is_observable)
     }
 
-    /// What an operator should know of it without being alarmed.
+    /// A remark that is not worth an alert.
     pub fn hint(&self) -> Option<String> {
         let estimate = self.estimate.as_ref().filter(|estimate| estimate.doubtful())?;
         Some(format!(
@@ -44,7 +44,7 @@ impl RegistrationStatus {
         ))
     }
 
-    /// What an operator should look at after a step, in words, until it is an hour old.
+    /// The text of the alert about a step; `None` where it is more than an hour old.
     pub fn alarm(step: &Step, now: Time) -> Option<String> {
         if now.nanos().abs_diff(step.time.nanos()) > STEP_NS {
             return None;
@@ -66,10 +66,10 @@ impl RegistrationStatus {
     }
 }
 
-/// What a step is looked for in.
+/// The values in which a step is looked for.
 const STEPPING: [&str; 3] = ["bearing", "range", "height"];
 
-/// The values by name, with their units: angles in degrees.
+/// The values with their names and units, angles in degrees.
 pub fn values(estimate: &Misalignment) -> [(&'static str, &'static str, BiasValue); 6] {
     let degrees = |value: BiasValue| BiasValue {
         value: value.value.to_degrees(),
@@ -89,9 +89,9 @@ pub fn values(estimate: &Misalignment) -> [(&'static str, &'static str, BiasValu
 /// Follows the radars' registrations.
 #[derive(Debug)]
 pub(super) struct Registrar {
-    /// By sensor, in the operational profile: of radars.
+    /// By sensor; `None` for all but radars in the operational profile.
     modes: Vec<Option<Mode>>,
-    /// The latest step of each, and how many there were.
+    /// The latest step of each radar, and their number.
     steps: BTreeMap<usize, (Time, u64)>,
 }
 

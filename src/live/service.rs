@@ -11,7 +11,6 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use asterix::DataSource;
 use tracing::{info, warn};
 
 use super::alerts::{Severity, Trouble};
@@ -19,9 +18,10 @@ use super::clock::Clock;
 use super::condition::Level;
 use super::driver::{Driver, Made};
 use super::health::LineStatus;
-use super::hub::{Frame, HubWriter, Status};
+use super::hub::HubWriter;
 use super::lines::{Listening, Readers, listen};
 use super::losses::Losses;
+use super::published::{PublishedPicture, Status};
 use super::quiet::Quiet;
 use crate::capture::{Ending, Endpoints, Reception, ReceptionKind, TrailerRules, Trailers};
 use crate::config::{Config, Profile};
@@ -37,22 +37,22 @@ use fusion::operational::HeldCorrelation;
 use fusion::registration::Misalignment;
 use fusion::time::{SECOND, Time};
 
-/// The engine looks up at least this often, for a stop and for its status.
+/// Longest time between two looks at whether to stop or to publish a status.
 const LOOK_UP: Duration = Duration::from_millis(100);
 /// The next status is at most a second ahead, unless the clock has stepped back.
 const STATUS_AHEAD: jiff::SignedDuration = jiff::SignedDuration::from_millis(1100);
-/// A datagram that waited for the engine for longer than this has waited for long: as a rule none waits for a millisecond.
+/// A datagram that waited longer than this for the engine counts as delayed: as a rule none waits for a millisecond.
 const WAITED: jiff::SignedDuration = jiff::SignedDuration::from_millis(500);
-/// Lateness is told over this many slots: ten minutes of them.
+/// Slots over which lateness is taken: ten minutes.
 const LATENESS: usize = 2400;
 
-/// An alert tells of transponder numbers from this share in use on.
+/// Share of the transponder numbers in use from which an alert is raised.
 const NUMBERS_LOW: f64 = 0.9;
 
-/// What is known of the radars' set-up.
+/// The radars' registrations.
 type Estimates = Vec<(SensorIndex, Misalignment)>;
 
-/// Where the engine's thread hands things.
+/// Where the engine's thread hands its results.
 pub struct Outlets {
     /// Readers of the picture.
     pub hub: HubWriter,
@@ -60,12 +60,18 @@ pub struct Outlets {
     pub sinks: Sinks,
     /// The recorder, where there is one.
     pub recorder: Option<RecorderQueue>,
-    /// Who keeps the transponder numbers across restarts.
-    pub numbers: Option<SyncSender<NumberChange>>,
-    /// Who keeps the registration across restarts.
-    pub registration: Option<SyncSender<Arc<str>>>,
-    /// Who keeps what operators have decided across restarts.
-    pub correlations: Option<SyncSender<Arc<str>>>,
+    /// Those who keep the state across restarts, where it is kept.
+    pub keepers: Option<KeeperQueues>,
+}
+
+/// The queues of those who keep the state across restarts.
+pub struct KeeperQueues {
+    /// Of the transponder numbers.
+    pub numbers: SyncSender<NumberChange>,
+    /// Of the registration: the text of its file.
+    pub registration: SyncSender<Arc<str>>,
+    /// Of the operators' decisions: the text of its file.
+    pub decisions: SyncSender<Arc<str>>,
 }
 
 /// The running service.
@@ -105,8 +111,8 @@ impl Service {
         self.engine.is_finished()
     }
 
-    /// Stops the inputs, each when what has arrived on it by now is read, lets the engine handle that and put out what it
-    /// owes, and gives it back. Not on a thread of the runtime.
+    /// Stops the inputs, each when what has arrived on it by now is read, lets the engine handle that and publish what it
+    /// owes, and returns it. Not on a thread of the runtime.
     ///
     /// # Errors
     /// The engine's thread panicked.
@@ -129,7 +135,6 @@ struct Handled {
 /// The engine's thread.
 struct Engine {
     config: Arc<Config>,
-    source: DataSource,
     encoder: Cat129Encoder,
     driver: Driver,
     outlets: Outlets,
@@ -143,21 +148,21 @@ struct Engine {
     /// Datagrams of sensors that the engine never saw, and datagrams that were not recorded.
     input_losses: Losses,
     recorder_losses: Losses,
-    /// Datagrams since the last slot that waited for long.
+    /// Delayed datagrams since the last slot.
     waited: usize,
     clock: Clock,
     next_status: Time,
     quiet: Quiet,
-    /// What their keeper, and the recorder, have not been told yet of transponder numbers: of each number the latest.
+    /// Changes of transponder numbers that their keeper, and the recorder, have not got yet: the latest of each number.
     unkept: BTreeMap<u32, NumberChange>,
     unrecorded_numbers: BTreeMap<u32, NumberChange>,
-    /// What the registration's keeper and the recorder have been told of, and when they are told again.
+    /// The registrations that their keeper and the recorder have, and when they get the next.
     registered: Estimates,
     next_registration: Time,
-    /// The decisions in force that the recorder has been told, and what waits for room in its queue.
+    /// The decisions in force that the recorder has, and what waits for room in its queue.
     held: Vec<HeldCorrelation>,
     unrecorded: VecDeque<Recorded>,
-    /// The text of decisions that their keeper has been told.
+    /// The text that the decisions' keeper has.
     kept: Arc<str>,
 }
 
@@ -170,7 +175,6 @@ impl Engine {
         clock: Clock,
     ) -> Self {
         Self {
-            source: DataSource { sac: config.site.sac, sic: config.site.sic },
             encoder: Cat129Encoder::of(&config),
             trailers: Trailers::new(TrailerRules::of(&config)),
             config,
@@ -225,23 +229,17 @@ impl Engine {
             self.receive(arrival);
         }
         if self.config.output.flush_on_stop {
-            let mut owed = Vec::new();
-            self.driver.finish(|made| owed.push(made));
-            self.hand_out_as(owed, true);
+            self.driver.finish();
+            self.hand_out(true);
         }
         self.tell(self.clock.now());
         // This time there is time to wait.
-        if let Some(keeper) = &self.outlets.numbers {
-            for change in std::mem::take(&mut self.unkept).into_values() {
-                let _ = keeper.send(change);
-            }
-        }
-        let text = self.new_registration();
-        if let Some((keeper, (_, text))) = self.outlets.registration.take().zip(text) {
-            let _ = keeper.send(text);
-        }
-        if let (Some(keeper), Some(text)) = (self.outlets.correlations.take(), self.newly_kept()) {
-            let _ = keeper.send(text);
+        if let Some(keepers) = self.outlets.keepers.take() {
+            std::mem::take(&mut self.unkept)
+                .into_values()
+                .for_each(|change| _ = keepers.numbers.send(change));
+            self.new_registration().into_iter().for_each(|(_, text)| _ = keepers.registration.send(text));
+            self.new_decisions().into_iter().for_each(|text| _ = keepers.decisions.send(text));
         }
         self.driver
     }
@@ -278,10 +276,8 @@ impl Engine {
             origin: 0,
             payload: self.without_trailer(arrival),
         };
-        let mut made = Vec::new();
-        let Self { driver, outlets, .. } = self;
-        driver.receive_showing(&reception, |report| outlets.hub.inputs.note(report), |one| made.push(one));
-        self.hand_out(made);
+        self.driver.receive(&reception);
+        self.hand_out(self.driver.starts_afresh());
     }
 
     /// The blocks of a datagram.
@@ -289,41 +285,36 @@ impl Engine {
         let mut payload = arrival.payload;
         let endpoints = self.lines.get(arrival.line).map(|(line, _)| Endpoints {
             source: SocketAddr::V4(arrival.from),
-            destination: line.destination(),
+            destination: line.destination().into(),
         });
         if let Ending::Trailer(octets) = self.trailers.see(endpoints, &payload) {
             payload.truncate(payload.len() - octets);
         }
         for trailer in self.trailers.news() {
-            info!("{trailer}; trailer_octets = {} of this input would say so from the start", trailer.octets);
+            info!(trailer_octets = trailer.octets, %trailer, "datagrams have a trailer: set trailer_octets of the input");
         }
         payload
     }
 
     fn tick(&mut self, at: Time) {
-        let mut made = Vec::new();
-        self.driver.tick(at, |one| made.push(one));
-        self.hand_out(made);
+        self.driver.tick(at);
+        self.hand_out(self.driver.starts_afresh());
     }
 
-    fn hand_out(&mut self, made: Vec<Made>) {
-        // The slots before a fresh start are owed from before a pause, or a step of the clock: how late they are says
-        // nothing about the picture that follows.
-        let are_owed = made.iter().any(|made| matches!(made, Made::Event(Event::Restarted)));
-        self.hand_out_as(made, are_owed);
-    }
-
-    fn hand_out_as(&mut self, made: Vec<Made>, are_owed: bool) {
-        for made in made {
+    /// Hands out what the driver has made. Slots before a fresh start are owed from before a pause, or a step of the clock:
+    /// how late they are says nothing about the picture that follows.
+    fn hand_out(&mut self, are_owed: bool) {
+        while let Some(made) = self.driver.poll() {
             match made {
                 Made::Slot(frame) if are_owed => self.publish_owed(frame),
                 Made::Slot(frame) => self.publish(frame),
                 Made::Number(change) => self.note_number(change),
                 Made::Event(event) if event.is_warning() => {
                     if self.quiet.may_tell(event.kind(), self.clock.now()) {
-                        warn!("{event}");
+                        event.log();
                     }
                 }
+                Made::Event(Event::Accepted { report, .. }) => self.outlets.hub.inputs.note(&report),
                 Made::Event(_) => {}
             }
         }
@@ -331,17 +322,17 @@ impl Engine {
         self.tell_decisions();
     }
 
-    /// Does what operators ask for.
+    /// Carries out operators' decisions.
     fn correlate(&mut self) {
         for (slot, correlation) in self.outlets.hub.correlations.obey(&mut self.driver) {
             let line = correlation_line(slot, &correlation, &self.config).into();
-            self.unrecorded.push_back(Recorded::Decided { line });
+            self.unrecorded.push_back(Recorded::Decided(line));
         }
         self.tell_decisions();
     }
 
     /// Sends the slot, then shows it, and notes how late that is.
-    fn publish(&mut self, frame: Frame) {
+    fn publish(&mut self, frame: PublishedPicture) {
         let frame = self.send(frame);
         let late_us = (frame.published_at.nanos() - frame.due.nanos()).max(0) / 1000;
         if self.lateness_us.len() == LATENESS {
@@ -352,13 +343,13 @@ impl Engine {
     }
 
     /// The same for a slot whose lateness says nothing about the service.
-    fn publish_owed(&mut self, frame: Frame) {
+    fn publish_owed(&mut self, frame: PublishedPicture) {
         let frame = self.send(frame);
         self.outlets.hub.publish(frame);
     }
 
     /// Sends and records the slot, which is published now.
-    fn send(&mut self, mut frame: Frame) -> Frame {
+    fn send(&mut self, mut frame: PublishedPicture) -> PublishedPicture {
         for payload in pack(&frame.picture, &self.encoder) {
             self.failed_sends += self.outlets.sinks.send(&payload);
             let due = frame.due;
@@ -374,13 +365,13 @@ impl Engine {
         }
     }
 
-    /// Once a second: how everything is, to readers and to the sinks. What was received is handled until `handled`: a
+    /// Publishes the status, once a second, to readers and to the sinks. What was received is handled until `handled`: a
     /// sensor whose reports still wait has not fallen silent.
     fn tell(&mut self, handled: Time) {
         let at = self.clock.now();
         self.next_status = Time::from_nanos((at.nanos() / SECOND + 1) * SECOND);
         for (kind, count) in self.quiet.suppressed(at) {
-            warn!("{kind}: {count} more like this");
+            warn!(kind, count, "more warnings of this kind");
         }
         let table = udp::kernel_table();
         self.lines.iter().for_each(|(_, counters)| counters.note_kernel_drops(&table));
@@ -408,7 +399,7 @@ impl Engine {
         };
         if self.config.output.status {
             let degraded = self.outlets.hub.condition(&status).level() > Level::Ok;
-            self.failed_sends += self.outlets.sinks.send(&status_block(self.source, at, degraded));
+            self.failed_sends += self.outlets.sinks.send(&status_block(self.encoder.source, at, degraded));
             status.failed_sends = self.failed_sends;
         }
         self.outlets.hub.tell(status);
@@ -457,7 +448,7 @@ impl Engine {
     }
 }
 
-/// What is to be said where few transponder numbers are left.
+/// The text of the alert where few transponder numbers are left.
 fn numbers_low(used: usize, profile: Profile) -> Option<String> {
     let then = match profile {
         Profile::Operational => "a new transponder takes that of the one heard longest ago",

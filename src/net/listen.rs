@@ -10,25 +10,25 @@ use socket2::{Domain, Protocol, Socket, Type};
 use crate::config::{Address, Config};
 use fusion::time::Time;
 
-/// What the kernel keeps for a line until it is read, octets: two seconds of the busiest sensors.
+/// Receive buffer of a line in the kernel, octets: two seconds of the busiest sensors.
 pub const RECEIVE_BUFFER: usize = 8 << 20;
 /// Room for the largest datagram, octets.
 const DATAGRAM_MAX: usize = 1 << 16;
 
-/// A socket to be opened, and the sensors that are heard on it.
+/// A socket, and the sensors that are heard on it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Line {
     /// The group to join, or the local address to bind.
     pub address: Address,
     /// UDP port.
     pub port: u16,
-    /// Only datagrams from here count; empty: from anywhere.
+    /// The only senders whose datagrams count; empty: all.
     pub sources: Vec<Ipv4Addr>,
     /// Indices of the configuration's sensors.
     pub sensors: Vec<usize>,
 }
 
-/// What came on a line.
+/// A datagram that came on a line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Arrival {
     /// Index of the line.
@@ -41,7 +41,7 @@ pub struct Arrival {
     pub payload: Vec<u8>,
 }
 
-/// What a line has counted; written by the line's task, read by anyone.
+/// The counters of a line; written by its task, read by anyone.
 #[derive(Debug, Default)]
 pub struct LineCounters {
     /// Datagrams handed on.
@@ -67,7 +67,7 @@ impl LineCounters {
         counter.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Counts on from here for a socket that was just opened.
+    /// Notes a socket that was just opened.
     pub fn opened(&self, socket: &UdpSocket) {
         self.socket.store(inode(socket).unwrap_or(0), Ordering::Relaxed);
         self.dropped_there.store(0, Ordering::Relaxed);
@@ -109,7 +109,7 @@ pub fn lines(config: &Config) -> Vec<Line> {
             let same = |line: &&mut Line| line.address == input.address && line.port == input.port;
             match lines.iter_mut().find(same) {
                 Some(line) => {
-                    // Who does not name a source hears all.
+                    // An input without a source hears all.
                     match input.source {
                         Some(source) if !line.sources.is_empty() => line.sources.push(source),
                         _ => line.sources.clear(),
@@ -140,24 +140,20 @@ impl Line {
         // Several processes may listen to one group.
         socket.set_reuse_address(true)?;
         socket.set_recv_buffer_size(RECEIVE_BUFFER)?;
-        let bound = match self.address {
-            Address::Multicast { group, .. } => group,
-            Address::Unicast(address) => address,
-        };
-        socket.bind(&SocketAddrV4::new(bound, self.port).into())?;
+        socket.bind(&self.destination().into())?;
         self.join(&socket)?;
         // Linux tells twice what it was asked for, for its own book-keeping.
         let buffer = socket.recv_buffer_size()? / if cfg!(target_os = "linux") { 2 } else { 1 };
         Ok((socket.into(), buffer))
     }
 
-    /// Where the datagrams of this line go to, as a recording has it.
-    pub fn destination(&self) -> SocketAddr {
+    /// The destination of the line's datagrams.
+    pub fn destination(&self) -> SocketAddrV4 {
         let address = match self.address {
             Address::Multicast { group, .. } => group,
             Address::Unicast(address) => address,
         };
-        SocketAddr::V4(SocketAddrV4::new(address, self.port))
+        SocketAddrV4::new(address, self.port)
     }
 
     fn join(&self, socket: &Socket) -> io::Result<()> {
@@ -204,8 +200,8 @@ pub async fn read(
     }
 }
 
-/// Reads what waits in the kernel for a line that is about to be closed, for as long as `goes_on` says so; `hand_on` is as in
-/// [`read`]. Whether all of it was read.
+/// Reads what waits in the kernel for a line that is about to be closed, while `goes_on`; `hand_on` is as in [`read`].
+/// Whether all of it was read.
 ///
 /// # Errors
 /// The socket failed.

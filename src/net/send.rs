@@ -9,8 +9,7 @@ use socket2::{Domain, Protocol, Socket, Type};
 use crate::config::{Address, Sink};
 use crate::current::Current;
 
-/// A socket for each destination; clones send to the same ones. Sending never waits: what cannot be sent at once is an
-/// error.
+/// A socket for each destination, shared by clones. Sending never waits: what cannot be sent at once is an error.
 #[derive(Clone, Debug)]
 pub struct Sinks(Current<Vec<Opened>>);
 
@@ -39,7 +38,7 @@ impl Sinks {
         Ok(())
     }
 
-    /// Sends a datagram to all; how many of them failed.
+    /// Sends a datagram to all; returns how many of these failed.
     pub fn send(&self, datagram: &[u8]) -> u64 {
         self.0.get().iter().filter(|opened| opened.send(datagram).is_err()).count() as u64
     }

@@ -6,15 +6,15 @@ use std::sync::Arc;
 
 use fusion::time::{SECOND, Time};
 
-/// How long a datagram is remembered, nanoseconds.
+/// Time for which a datagram is remembered, nanoseconds.
 const MEMORY_NS: i64 = 2 * SECOND;
 
-/// Octets that are remembered at most: more do not come in 2 s, unless the clock of reception waits to be caught up.
+/// Most octets that are remembered: more come in 2 s only where the clock of reception waits to be caught up.
 const MEMORY_OCTETS: usize = 64 << 20;
-/// What remembering a datagram takes besides its octets, about.
+/// Cost of remembering a datagram besides its octets, about.
 const OVERHEAD: usize = 96;
 
-/// The datagrams of the last 2 s, octet by octet: no hash stands for them, so none is lost by collision.
+/// The datagrams of the last 2 s, octet by octet, not as hashes: none is lost by a collision.
 #[derive(Debug, Default)]
 pub(crate) struct Duplicates {
     known: HashMap<Arc<[u8]>, Earlier>,
@@ -26,7 +26,7 @@ pub(crate) struct Duplicates {
 /// An earlier copy of a datagram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Earlier {
-    /// Who sent it, where that is known.
+    /// Its sender, where that is known.
     pub(super) from: Option<SocketAddr>,
     /// Whether it was handled; otherwise all of it was refused, and a copy from somebody else may count.
     pub(super) handled: bool,

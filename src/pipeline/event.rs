@@ -1,18 +1,17 @@
-//! What happens on the way in: one type is both the log line and the counter.
+//! Events on the way in: one type is both the log line and the counter.
 
 use std::collections::BTreeMap;
-use std::fmt;
 
 use asterix::{DataSource, Fault};
+use tracing::warn;
 
 use super::senders::Contest;
 use crate::normalise::{Refusal, Service};
-use fusion::SensorIndex;
 use fusion::point::Newcomers;
-use fusion::time::Time;
+use fusion::{Report, SensorIndex};
 
 /// Something that happened to what was received.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
     /// A datagram, or a record of a file without reception times, of this many octets came.
     Received {
@@ -37,10 +36,10 @@ pub enum Event {
     Accepted {
         /// From this sensor.
         sensor: SensorIndex,
-        /// The time that it says.
-        time: Time,
+        /// What the engine was given.
+        report: Report,
     },
-    /// A radar spoke of itself (CAT034).
+    /// A service message of a radar (CAT034).
     Service {
         /// The radar.
         sensor: SensorIndex,
@@ -56,11 +55,11 @@ pub enum Event {
         /// Why.
         refusal: Refusal,
     },
-    /// Two senders say different things under one SAC/SIC: told once, each refused record is a [`Event::Refused`].
+    /// Two senders say different things under one SAC/SIC: noted once, each refused record is a [`Event::Refused`].
     Contested(Contest),
-    /// What became of identities that a transponder receiver had not told of before, with a slot.
+    /// Fates of a transponder receiver's new identities, with a slot.
     Newcomers(Newcomers),
-    /// Nothing came for longer than the window: it was emptied and the engine started afresh.
+    /// Nothing came for longer than the window: the engine started afresh with an empty one.
     Restarted,
     /// The clock of reception stepped back by more than 1 s: the engine waits until it is caught up.
     ClockBehind {
@@ -72,12 +71,10 @@ pub enum Event {
 impl Event {
     /// Whether an operator should hear of it.
     pub fn is_warning(&self) -> bool {
-        matches!(self, Self::Faulty { .. } | Self::Contested(_) | Self::Restarted | Self::ClockBehind { .. })
+        self.kind() != "other"
     }
-}
 
-impl Event {
-    /// What kind of warning it is, for people: warnings of one kind may stand for one another.
+    /// The kind of a warning, for people: warnings of one kind may stand for one another.
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Faulty { fault } => fault.kind.name(),
@@ -87,45 +84,45 @@ impl Event {
             _ => "other",
         }
     }
-}
 
-impl fmt::Display for Event {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    /// Writes a warning to the log; what is no warning is only counted.
+    pub fn log(&self) {
         match self {
-            Self::Received { octets } => write!(f, "{octets} octets received"),
-            Self::DuplicateDatagram => f.write_str("a datagram that came twice was handled once"),
-            Self::Faulty { fault } => fault.fmt(f),
-            Self::SkippedBlock { category } => write!(f, "a block of category {category} was skipped"),
-            Self::SeveralRecords => f.write_str("a CAT129 block holds more than one record"),
-            Self::Accepted { .. } => f.write_str("a report was accepted"),
-            Self::Service { .. } => f.write_str("a radar spoke of itself"),
-            Self::Refused { category, refusal, .. } => {
-                write!(f, "a CAT{category:03} record was dropped: {}", refusal.name())
+            Self::Faulty { fault: Fault { category, item, offset, kind } } => {
+                warn!(octet = offset, category, item, reason = kind.name(), detail = %kind, "unreadable ASTERIX");
             }
-            Self::Contested(contest) => contest.fmt(f),
-            Self::Newcomers(newcomers) => {
-                write!(f, "{} new identities, {} let in", newcomers.heard, newcomers.admitted)
+            Self::Contested(contest) => {
+                let Contest { source: DataSource { sac, sic }, category, counts, refused, identity, .. } =
+                    contest;
+                let transponder = identity.map(|identity| identity.serial().escape_ascii().to_string());
+                warn!(
+                    sac, sic, category, transponder, first = %counts, %refused,
+                    "two senders say different things under one SAC/SIC: the one heard first counts"
+                );
             }
             Self::Restarted => {
-                f.write_str("nothing came for longer than the window: started afresh with an empty one")
+                warn!("nothing came for longer than the window: started afresh with an empty one")
             }
-            Self::ClockBehind { behind_ns } => write!(
-                f,
-                "the clock of reception stepped back by {:.1} s: nothing is emitted until it is caught up",
-                *behind_ns as f64 * 1e-9
-            ),
+            Self::ClockBehind { behind_ns } => {
+                let behind_s = *behind_ns as f64 * 1e-9;
+                warn!(
+                    behind_s,
+                    "the clock of reception stepped back: nothing is published until it is caught up"
+                );
+            }
+            _ => {}
         }
     }
 }
 
-/// How often what happened. Everything dropped is in here by reason.
+/// Counts of events. Everything dropped is in here by reason.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Datagrams (or records of files without reception times).
     pub received: u64,
     /// Their octets.
     pub octets: u64,
-    /// Datagrams that came twice.
+    /// Repeated datagrams.
     pub duplicates: u64,
     /// Unreadable blocks and records, by category and reason.
     pub faults: BTreeMap<(Option<u8>, &'static str), u64>,
@@ -179,13 +176,13 @@ impl Tally {
         }
     }
 
-    /// Identities that were forgotten without having been let in; their reports were taken, and count as accepted.
+    /// Identities that were dropped without having been admitted; their reports count as accepted.
     pub fn newcomers_dropped(&self) -> u64 {
         let is_dropped = |fate: &str| !matches!(fate, "heard" | "admitted");
         self.newcomers.iter().map(|((_, fate), &count)| if is_dropped(fate) { count } else { 0 }).sum()
     }
 
-    /// Datagrams, blocks and records dropped for whatever reason, and identities that were not let in.
+    /// Datagrams, blocks and records dropped for whatever reason, and identities that were not admitted.
     pub fn dropped(&self) -> u64 {
         self.duplicates
             + self.faults.values().sum::<u64>()

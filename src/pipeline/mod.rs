@@ -5,6 +5,7 @@ mod event;
 mod senders;
 mod settings;
 
+use std::collections::VecDeque;
 use std::net::SocketAddr;
 
 use asterix::{Block, Record, blocks, cat034, cat048, cat129, profile};
@@ -14,13 +15,8 @@ use crate::capture::{Reception, ReceptionKind};
 use crate::config::Config;
 use crate::normalise::{Normaliser, Refusal, Refused};
 pub(crate) use duplicates::Duplicates;
-use fusion::numbering::Given;
-use fusion::operational::{Correlation, NotCorrelated, ResumedCorrelation, SavedCorrelation};
-use fusion::registration::{RegistrationState, RegistrationStateError};
-use fusion::slots::Slot;
 use fusion::time::{SECOND, Time};
-use fusion::{Due, Emission, Engine};
-use fusion::{Report, SensorIndex};
+use fusion::{Due, Emission, Engine, Report};
 
 pub use event::{Event, Tally};
 pub use senders::Contest;
@@ -28,26 +24,58 @@ use senders::{Judged, Senders, Subject};
 use settings::settings;
 
 /// A datagram's way through decoder, normalisation and engine.
+///
+/// Each input ([`Pipeline::receive`], [`Pipeline::tick`], [`Pipeline::finish`]) does its work at once; its outputs are taken
+/// by [`Pipeline::poll`] in the order in which they happened. Those that nobody took are gone with the next input.
 #[derive(Debug)]
 pub struct Pipeline {
     duplicates: Duplicates,
     senders: Senders,
     normaliser: Normaliser,
     engine: Engine,
-    tally: Tally,
+    /// Plots are judged and counted, and not given to the engine.
+    withholds_plots: bool,
+    journal: Journal,
     /// The latest reception.
     now: Time,
-    /// Whether the clock of reception is being waited for: one alarm a step.
+    /// Whether the clock of reception is behind: one alarm per step.
     clock_behind: bool,
 }
 
-/// What comes out while a reception is handled.
+/// What an input brought about.
 #[derive(Debug)]
 pub enum Output {
-    /// A slot that was due before the reception.
+    /// A slot that was due.
     Emission(Emission),
-    /// What happened to it; already counted in the [`Tally`].
+    /// What happened to the input; already counted in the [`Tally`].
     Event(Event),
+}
+
+/// The outputs of the latest input, at most its due slots and an event or two per record; the buffer is reused.
+#[derive(Debug, Default)]
+struct Journal {
+    tally: Tally,
+    outputs: VecDeque<Output>,
+}
+
+impl Journal {
+    fn note(&mut self, event: Event) {
+        self.tally.count(&event);
+        self.outputs.push_back(Output::Event(event));
+    }
+
+    /// The slots that are due, and whether the engine starts afresh after them.
+    fn emit(&mut self, due: Due<'_>) {
+        let restarts = due.restarts();
+        for mut emission in due {
+            let newcomers = std::mem::take(&mut emission.newcomers);
+            self.outputs.push_back(Output::Emission(emission));
+            newcomers.into_iter().for_each(|newcomers| self.note(Event::Newcomers(newcomers)));
+        }
+        if restarts {
+            self.note(Event::Restarted);
+        }
+    }
 }
 
 impl Pipeline {
@@ -58,85 +86,73 @@ impl Pipeline {
             duplicates: Duplicates::default(),
             senders: Senders::new(config),
             engine: Engine::new(settings(config, &normaliser)).expect("the configuration was checked"),
+            withholds_plots: false,
             normaliser,
-            tally: Tally::default(),
+            journal: Journal::default(),
             now: Time::from_nanos(i64::MIN),
             clock_behind: false,
         }
     }
 
-    /// Takes in what was received; hands out the slots due before it, then what happened to it.
-    pub fn receive(&mut self, reception: &Reception, out: impl FnMut(Output)) {
-        self.receive_some(reception, |_| true, out);
+    /// The same where the engine is given no plots; they count as accepted all the same.
+    pub fn without_plots(self) -> Self {
+        Self { withholds_plots: true, ..self }
     }
 
-    /// As [`Pipeline::receive`], but shows each report that the engine would accept to `hands_on`: the engine gets those
-    /// for which it is `true`. All count as accepted.
-    pub fn receive_some(
-        &mut self,
-        reception: &Reception,
-        mut hands_on: impl FnMut(&Report) -> bool,
-        mut out: impl FnMut(Output),
-    ) {
-        let mut out = |tally: &mut Tally, output: Output| {
-            if let Output::Event(event) = &output {
-                tally.count(event);
-            }
-            out(output);
-        };
-        let Reception { payload, from, .. } = reception;
-        out(&mut self.tally, Output::Event(Event::Received { octets: payload.len() }));
-        if let Some(received) = reception.received {
-            self.advance(received, &mut out);
+    /// Takes in what was received: outputs are the slots due before it, then what happened to it.
+    pub fn receive(&mut self, reception: &Reception) {
+        let Reception { payload, from, received, .. } = reception;
+        self.journal.outputs.clear();
+        self.journal.note(Event::Received { octets: payload.len() });
+        if let Some(received) = *received {
+            self.note_step(received);
+            self.now = self.now.max(received);
+            self.journal.emit(self.engine.advance(received));
             if self.is_repeated(reception) {
-                return out(&mut self.tally, Output::Event(Event::DuplicateDatagram));
+                return self.journal.note(Event::DuplicateDatagram);
             }
         }
-        let Self { normaliser, engine, senders, tally, now, .. } = self;
-        let mut intake = Intake {
-            engine,
-            senders,
-            from: *from,
-            now: *now,
-            hands_on: &mut hands_on,
-            taken: 0,
-            refused: 0,
-            contests: Vec::new(),
-        };
+        // In front of the first record that has a time there is nothing to handle, only to count.
+        let timed = received.ok_or((None, Refusal::NoTime));
+        let mut sender = Sender { address: *from, ..Sender::default() };
         for block in blocks(payload) {
-            let mut event = |event| out(tally, Output::Event(event));
-            let Some(received) = reception.received else {
-                // Nothing here has a time, nor anything before it: there is nothing to handle, only to count.
-                untimed(block, &mut event);
-                continue;
-            };
             match block {
                 Ok(block) if block.category == cat048::Record::CATEGORY => {
-                    let plot = |record: &_| normaliser.plot(record, received).map(Report::Plot);
-                    records(block, plot, &mut intake, &mut event);
+                    self.each(block, |pipeline, record| {
+                        let report = pipeline.normaliser.plot(record, timed?);
+                        pipeline.take(block.category, report.map(Report::Plot), &mut sender)
+                    });
                 }
                 Ok(block) if block.category == cat129::Record::CATEGORY => {
-                    let fix = |record: &_| normaliser.fix(record, received).map(Report::Fix);
-                    let count = records(block, fix, &mut intake, &mut event);
-                    if count > 1 {
-                        event(Event::SeveralRecords);
+                    let count = self.each(block, |pipeline, record| {
+                        let report = pipeline.normaliser.fix(record, timed?);
+                        pipeline.take(block.category, report.map(Report::Fix), &mut sender)
+                    });
+                    if count > 1 && timed.is_ok() {
+                        self.journal.note(Event::SeveralRecords);
                     }
                 }
                 Ok(block) if block.category == cat034::Record::CATEGORY => {
-                    services(block, normaliser, &mut intake, &mut event);
+                    self.each::<cat034::Record>(block, |pipeline, record| {
+                        timed?;
+                        let (sensor, service) = pipeline.normaliser.service(record)?;
+                        let subject = Subject { sensor, category: block.category, identity: None };
+                        sender.judge(subject, &mut pipeline.senders, pipeline.now)?;
+                        Ok(Event::Service { sensor, service })
+                    });
                 }
-                Ok(block) => event(unused(block)),
-                Err(fault) => event(Event::Faulty { fault }),
+                Ok(block) => self.journal.note(unused(block)),
+                Err(fault) => self.journal.note(Event::Faulty { fault }),
             }
-            intake.contests.drain(..).for_each(|contest| event(Event::Contested(contest)));
+            sender.contests.drain(..).for_each(|contest| self.journal.note(Event::Contested(contest)));
         }
-        if intake.refused > 0 && intake.taken == 0 {
+        if sender.was_refused && !sender.was_taken {
             // From a sender that counts, the same datagram is still to be handled.
             self.duplicates.was_refused(payload);
         }
     }
 
-    /// Whether the datagram has been handled. Who else brought it is a line of the same sensor.
+    /// Whether the datagram has been handled. Another sender that brings it is a line of the same sensor.
     fn is_repeated(&mut self, reception: &Reception) -> bool {
         let Reception { payload, from, kind, .. } = reception;
         if *kind != ReceptionKind::Datagram {
@@ -155,82 +171,96 @@ impl Pipeline {
         earlier.handled
     }
 
-    /// Tells the time where nothing is received: hands out the slots that are due by then. Before the first reception
+    /// Notes what becomes of each record of a block; returns how many were whole.
+    fn each<R: Record>(
+        &mut self,
+        block: Block<'_>,
+        mut take: impl FnMut(&mut Self, &R) -> Result<Event, Refused>,
+    ) -> usize {
+        let category = block.category;
+        let mut count = 0;
+        for located in block.records::<R>() {
+            let event = match located {
+                Ok(located) => {
+                    count += 1;
+                    let refused = |(sensor, refusal)| Event::Refused { category, sensor, refusal };
+                    take(self, &located.record).unwrap_or_else(refused)
+                }
+                Err(fault) => Event::Faulty { fault },
+            };
+            self.journal.note(event);
+        }
+        count
+    }
+
+    /// Gives a report of this category to the engine, unless somebody refuses it.
+    fn take(
+        &mut self,
+        category: u8,
+        report: Result<Report, Refused>,
+        sender: &mut Sender,
+    ) -> Result<Event, Refused> {
+        let Self { engine, senders, now, withholds_plots, .. } = self;
+        let report = report.inspect_err(|(sensor, _)| {
+            if let Some(sensor) = *sensor {
+                sender.still_speaks(Subject { sensor, category, identity: None }, senders, *now);
+            }
+        })?;
+        let (sensor, identity) = match &report {
+            Report::Plot(plot) => (plot.track.sensor, None),
+            Report::Fix(fix) => (fix.sensor, Some(fix.identity)),
+        };
+        let subject = Subject { sensor, category, identity };
+        let offer = engine.offer(report).map_err(|refused| {
+            sender.still_speaks(subject, senders, *now);
+            (Some(sensor), refusal(refused))
+        })?;
+        sender.judge(subject, senders, *now)?;
+        if !(*withholds_plots && matches!(report, Report::Plot(_))) {
+            offer.take();
+        }
+        Ok(Event::Accepted { sensor, report })
+    }
+
+    /// Tells the time where nothing is received: outputs are the slots that are due by then. Before the first reception
     /// there are none.
     ///
     /// Nothing that is received later is handled otherwise for it, but for a step of the clock by more than the window:
     /// the receptions alone, replayed, give the same slots.
-    pub fn tick(&mut self, now: Time, mut out: impl FnMut(Output)) {
-        if self.engine.next_slot().is_none() {
-            return;
+    pub fn tick(&mut self, now: Time) {
+        self.journal.outputs.clear();
+        if self.engine.next_slot().is_some() {
+            self.note_step(now);
+            self.journal.emit(self.engine.tick(now));
         }
-        let mut out = |tally: &mut Tally, output: Output| {
-            if let Output::Event(event) = &output {
-                tally.count(event);
-            }
-            out(output);
-        };
-        self.note_step(now, &mut out);
-        drain(self.engine.tick(now), &mut self.tally, &mut out);
     }
 
-    /// Takes over a transponder number given before a restart; whether it did. Before the first reception.
-    pub fn remember(&mut self, given: Given) -> bool {
-        self.engine.remember(given)
-    }
-
-    /// Takes over what was known of a radar's registration before a restart; whether it did ([`Engine::restore`]).
-    ///
-    /// # Errors
-    /// The state is of another version, or its numbers are not what is written.
-    pub fn restore(
-        &mut self,
-        sensor: SensorIndex,
-        state: &RegistrationState,
-    ) -> Result<bool, RegistrationStateError> {
-        self.engine.restore(sensor, state)
-    }
-
-    /// An operator's word, from the next slot on ([`Engine::correlate`]).
-    ///
-    /// # Errors
-    /// The profile knows no decisions, or the radar track or the transponder is not there.
-    pub fn correlate(&mut self, correlation: Correlation) -> Result<(), NotCorrelated> {
-        self.engine.correlate(correlation)
-    }
-
-    /// What was decided in a flight that is replayed, each with its slot ([`Engine::plan`]).
-    pub fn plan(&mut self, correlations: Vec<(Slot, Correlation)>) {
-        self.engine.plan(correlations);
-    }
-
-    /// Correlations of before a restart ([`Engine::resume`]).
-    pub fn resume(&mut self, kept: Vec<SavedCorrelation>) {
-        self.engine.resume(kept);
-    }
-
-    /// What has become of them, each once.
-    pub fn resumed(&mut self) -> Vec<ResumedCorrelation> {
-        self.engine.resumed()
-    }
-
-    /// Transponder numbers are given for good, whatever the profile: for a replay that begins with none.
-    pub fn keep_numbers_for_good(&mut self) {
-        self.engine.keep_numbers_for_good();
-    }
-
-    /// The end of the input: hands out every slot up to the last that holds a report.
-    pub fn finish(&mut self, mut out: impl FnMut(Emission)) {
-        let Self { engine, tally, .. } = self;
-        for emission in engine.finish() {
+    /// The end of the input: outputs are all slots up to the last that holds a report.
+    pub fn finish(&mut self) {
+        let Journal { tally, outputs } = &mut self.journal;
+        outputs.clear();
+        for emission in self.engine.finish() {
             emission.newcomers.iter().for_each(|&newcomers| tally.count(&Event::Newcomers(newcomers)));
-            out(emission);
+            outputs.push_back(Output::Emission(emission));
         }
+    }
+
+    /// The next output of the latest input.
+    pub fn poll(&mut self) -> Option<Output> {
+        self.journal.outputs.pop_front()
+    }
+
+    /// The slots among the outputs of the latest input; its events are passed over.
+    pub fn emissions(&mut self) -> impl Iterator<Item = Emission> {
+        self.journal.outputs.drain(..).filter_map(|output| match output {
+            Output::Emission(emission) => Some(emission),
+            Output::Event(_) => None,
+        })
     }
 
     /// What happened so far.
     pub fn tally(&self) -> &Tally {
-        &self.tally
+        &self.journal.tally
     }
 
     /// The senders that contradict one another at `now`.
@@ -248,99 +278,54 @@ impl Pipeline {
         &self.engine
     }
 
-    fn advance(&mut self, received: Time, out: &mut impl FnMut(&mut Tally, Output)) {
-        self.note_step(received, out);
-        self.now = self.now.max(received);
-        drain(self.engine.advance(received), &mut self.tally, out);
+    /// The engine, for what it takes over from an earlier run, and for operators' decisions. Time and reports reach it
+    /// through the pipeline alone.
+    pub fn engine_mut(&mut self) -> &mut Engine {
+        &mut self.engine
     }
 
     /// One alarm where the clock has stepped back.
-    fn note_step(&mut self, now: Time, out: &mut impl FnMut(&mut Tally, Output)) {
+    fn note_step(&mut self, now: Time) {
         let behind_ns = self.engine.behind(now).as_nanos() as i64;
         if behind_ns > SECOND && !self.clock_behind {
-            out(&mut self.tally, Output::Event(Event::ClockBehind { behind_ns }));
+            self.journal.note(Event::ClockBehind { behind_ns });
         }
         self.clock_behind = behind_ns > SECOND || (self.clock_behind && behind_ns > 0);
     }
 }
 
-/// Hands out what is due, and that the engine starts afresh after it.
-fn drain(due: Due<'_>, tally: &mut Tally, out: &mut impl FnMut(&mut Tally, Output)) {
-    let restarts = due.restarts();
-    for mut emission in due {
-        let newcomers = std::mem::take(&mut emission.newcomers);
-        out(tally, Output::Emission(emission));
-        for newcomers in newcomers {
-            out(tally, Output::Event(Event::Newcomers(newcomers)));
-        }
-    }
-    if restarts {
-        out(tally, Output::Event(Event::Restarted));
-    }
-}
-
-/// Where the records of a datagram go, and what becomes of them.
-struct Intake<'a, H> {
-    engine: &'a mut Engine,
-    senders: &'a mut Senders,
-    /// Who sent it; without an address nobody is judged.
-    from: Option<SocketAddr>,
-    now: Time,
-    hands_on: H,
-    /// Records that were taken, and that were refused because another sender speaks for their sensor.
-    taken: u32,
-    refused: u32,
+/// The sender of a datagram, and what became of its records.
+#[derive(Debug, Default)]
+struct Sender {
+    /// Without an address nobody is judged.
+    address: Option<SocketAddr>,
+    /// Whether a record was taken.
+    was_taken: bool,
+    /// Whether one was refused because another sender speaks for its sensor.
+    was_refused: bool,
     /// Contests that are to be told.
     contests: Vec<Contest>,
 }
 
-/// A report that the engine takes.
-struct Accepted {
-    sensor: SensorIndex,
-    time: Time,
-}
-
-impl<H: FnMut(&Report) -> bool> Intake<'_, H> {
-    /// Hands on a report of this category, unless somebody refuses it.
-    fn take(&mut self, category: u8, report: Result<Report, Refused>) -> Result<Accepted, Refused> {
-        let report = report.inspect_err(|(sensor, _)| {
-            if let Some(sensor) = *sensor {
-                self.note_spoken(Subject { sensor, category, identity: None });
-            }
-        })?;
-        let (sensor, identity) = match &report {
-            Report::Plot(plot) => (plot.track.sensor, None),
-            Report::Fix(fix) => (fix.sensor, Some(fix.identity)),
-        };
-        let (time, subject) = (report.time(), Subject { sensor, category, identity });
-        let accepted = self.engine.accepts(time).map_err(|refused| (Some(sensor), refusal(refused)));
-        accepted.inspect_err(|_| self.note_spoken(subject))?;
-        self.judge(subject)?;
-        if (self.hands_on)(&report) {
-            self.engine.handle(report).map_err(|refused| (Some(sensor), refusal(refused)))?;
-        }
-        Ok(Accepted { sensor, time })
-    }
-
-    /// Whether the sender of the datagram speaks for this sensor.
-    fn judge(&mut self, subject: Subject) -> Result<(), Refused> {
-        let judged = self.from.map_or(Judged::Counts, |from| self.senders.judge(subject, from, self.now));
-        match judged {
+impl Sender {
+    /// Whether it speaks for this sensor.
+    fn judge(&mut self, subject: Subject, senders: &mut Senders, now: Time) -> Result<(), Refused> {
+        match self.address.map_or(Judged::Counts, |from| senders.judge(subject, from, now)) {
             Judged::Counts => {
-                self.taken += 1;
+                self.was_taken = true;
                 Ok(())
             }
             Judged::Refused(contest) => {
-                self.refused += 1;
+                self.was_refused = true;
                 self.contests.extend(contest);
                 Err((Some(subject.sensor), Refusal::OtherSender))
             }
         }
     }
 
-    fn note_spoken(&mut self, subject: Subject) {
-        if let Some(from) = self.from {
-            self.senders.still_speaks(subject, from, self.now);
+    fn still_speaks(&self, subject: Subject, senders: &mut Senders, now: Time) {
+        if let Some(from) = self.address {
+            senders.still_speaks(subject, from, now);
         }
     }
 }
@@ -356,70 +341,6 @@ fn refusal(refused: fusion::Refused) -> Refusal {
 fn holds_reports(payload: &[u8]) -> bool {
     let reports = [cat048::Record::CATEGORY, cat129::Record::CATEGORY];
     blocks(payload).flatten().any(|block| reports.contains(&block.category))
-}
-
-/// Hands the reports of a block's records on; returns how many records were whole.
-fn records<R: Record>(
-    block: Block<'_>,
-    report: impl Fn(&R) -> Result<Report, Refused>,
-    intake: &mut Intake<'_, impl FnMut(&Report) -> bool>,
-    event: &mut impl FnMut(Event),
-) -> usize {
-    let category = block.category;
-    let mut count = 0;
-    for located in block.records::<R>() {
-        let record = match located {
-            Ok(located) => located.record,
-            Err(fault) => {
-                event(Event::Faulty { fault });
-                break;
-            }
-        };
-        count += 1;
-        event(match intake.take(category, report(&record)) {
-            Ok(Accepted { sensor, time }) => Event::Accepted { sensor, time },
-            Err((sensor, refusal)) => Event::Refused { category, sensor, refusal },
-        });
-    }
-    count
-}
-
-/// Hands on what the radars say of themselves.
-fn services(
-    block: Block<'_>,
-    normaliser: &Normaliser,
-    intake: &mut Intake<'_, impl FnMut(&Report) -> bool>,
-    event: &mut impl FnMut(Event),
-) {
-    let category = block.category;
-    for located in block.records::<cat034::Record>() {
-        let record = match located {
-            Ok(located) => located.record,
-            Err(fault) => return event(Event::Faulty { fault }),
-        };
-        let said = normaliser.service(&record).and_then(|(sensor, service)| {
-            intake.judge(Subject { sensor, category, identity: None })?;
-            Ok(Event::Service { sensor, service })
-        });
-        event(said.unwrap_or_else(|(sensor, refusal)| Event::Refused { category, sensor, refusal }));
-    }
-}
-
-/// Counts a block in front of the first record that has a time.
-fn untimed(block: Result<Block<'_>, asterix::Fault>, event: &mut impl FnMut(Event)) {
-    fn each<R: Record>(block: Block<'_>, event: &mut impl FnMut(Event)) {
-        let refused = Event::Refused { category: block.category, sensor: None, refusal: Refusal::NoTime };
-        for located in block.records::<R>() {
-            event(located.map_or_else(|fault| Event::Faulty { fault }, |_| refused));
-        }
-    }
-    match block {
-        Ok(block) if block.category == cat048::Record::CATEGORY => each::<cat048::Record>(block, event),
-        Ok(block) if block.category == cat129::Record::CATEGORY => each::<cat129::Record>(block, event),
-        Ok(block) if block.category == cat034::Record::CATEGORY => each::<cat034::Record>(block, event),
-        Ok(block) => event(unused(block)),
-        Err(fault) => event(Event::Faulty { fault }),
-    }
 }
 
 /// A block that nothing is taken from. Of a category whose profile is known it must still be well formed.

@@ -1,5 +1,5 @@
-//! Who speaks for a sensor. Of two senders that say different things under one SAC/SIC, the one heard first counts for as
-//! long as it speaks; what the other says is refused. Sans-IO.
+//! Which sender speaks for a sensor. Of two that say different things under one SAC/SIC, the one heard first counts while it
+//! speaks; the other is refused. Sans-IO.
 //!
 //! A sender is an address with its port, since two programs on one machine differ in nothing else. But
 //! * a port that is younger than 2 s stands for its host: some senders take a new port for each datagram;
@@ -8,7 +8,6 @@
 //! Redundant lines are two senders that bring the same datagrams; they complete each other ([`Senders::bring_the_same`]).
 
 use std::collections::BTreeMap;
-use std::fmt;
 use std::net::{IpAddr, SocketAddr};
 
 use asterix::{DataSource, Record, cat034, cat048};
@@ -17,7 +16,7 @@ use crate::config::{Config, SensorKind};
 use fusion::time::{SECOND, Time};
 use fusion::{Identity, SensorIndex};
 
-/// A sender that is silent for this long, and for [`SILENT_PERIODS`] of the sensor's periods, speaks no longer.
+/// A sender that is silent for this long, nanoseconds, and for [`SILENT_PERIODS`] of the sensor's periods, speaks no longer.
 const SILENT_NS: i64 = 3 * SECOND;
 const SILENT_PERIODS: f64 = 3.0;
 /// Two senders of a radar contradict each other when both have spoken for this long since the second one was first refused,
@@ -30,9 +29,9 @@ const OVER_NS: i64 = 5 * SECOND;
 const STEADY_NS: i64 = 2 * SECOND;
 /// Addresses, and that two of them bring the same, are remembered for this long, nanoseconds.
 const REMEMBERED_NS: i64 = 60 * SECOND;
-/// Addresses, and pairs of them, that are remembered at most: a flood of made-up ones must not fill the memory.
+/// Most addresses, and pairs of them, that are remembered: a flood of made-up ones must not fill the memory.
 const ADDRESSES: usize = 4096;
-/// Refused senders of one subject that are distinguished.
+/// Most refused senders of one subject that are distinguished.
 const RIVALS: usize = 8;
 
 /// What one sender speaks of at a time: a radar's plots, a radar's service messages, or one transponder. Receivers share
@@ -62,18 +61,7 @@ pub struct Contest {
     pub identity: Option<Identity>,
 }
 
-impl fmt::Display for Contest {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { source: DataSource { sac, sic }, category, counts, refused, identity, .. } = self;
-        write!(f, "two senders with SAC {sac} SIC {sic} say different things (CAT{category:03}")?;
-        if let Some(identity) = identity {
-            write!(f, ", transponder {}", identity.serial().escape_ascii())?;
-        }
-        write!(f, "): {counts} was heard first and counts, {refused} is refused while it speaks")
-    }
-}
-
-/// What becomes of what a sender says.
+/// The verdict on a sender.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Judged {
     /// It counts.
@@ -82,7 +70,7 @@ pub(super) enum Judged {
     Refused(Option<Contest>),
 }
 
-/// What is known of a sensor.
+/// The rule for a sensor.
 #[derive(Clone, Debug)]
 struct Rule {
     source: DataSource,
@@ -91,7 +79,7 @@ struct Rule {
     vouched: Vec<IpAddr>,
 }
 
-/// Who has spoken of a subject.
+/// The senders that have spoken of a subject.
 #[derive(Clone, Debug)]
 struct Heard {
     owner: SocketAddr,
@@ -182,7 +170,7 @@ impl Same {
     }
 }
 
-/// Judges who speaks for which sensor.
+/// Judges which sender speaks for which sensor.
 #[derive(Debug)]
 pub(super) struct Senders {
     rules: Vec<Rule>,
@@ -193,7 +181,7 @@ pub(super) struct Senders {
 }
 
 impl Senders {
-    /// Nobody heard yet.
+    /// No sender heard yet.
     pub(super) fn new(config: &Config) -> Self {
         let rule = |sensor: &crate::config::Sensor| {
             let usual_s = match sensor.kind {

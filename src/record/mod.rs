@@ -7,7 +7,7 @@
 //! | `input-<start>.pcap` | every datagram at the time at which the engine handled it, with its sender and its line's group and port |
 //! | `output-<start>.pcap` | what was sent, at its due time: what `replay -o output.pcap` writes |
 //! | `input-<start>.site.toml` | the configuration in force; its head says from which slot on the replay equals the output |
-//! | `input-<start>.numbers.json` | the numbers of the transponders that have points in the file, to begin the replay with; a line each, appended |
+//! | `input-<start>.numbers.json` | the numbers of the transponders that have points in the file, to begin the replay with; appended, one per line |
 //! | `input-<start>.registration.json` | how the radars were registered, to begin the replay with; that is at most 10 s old |
 //! | `input-<start>.decisions.jsonl` | what operators decided, with the slots from which it counts; only where they did |
 //!
@@ -15,77 +15,28 @@
 
 mod names;
 mod queue;
+mod recorded;
 mod segment;
 mod writer;
 
 use std::io;
-use std::net::SocketAddrV4;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::mpsc;
 use std::thread::JoinHandle;
 
-use tracing::error;
+use tracing::{error, error_span};
 
 use crate::config::{Config, Record};
 use fusion::numbering::Given;
-use fusion::time::Time;
 use queue::Counters;
 use writer::Writer;
 
 pub use queue::{RecorderCounts, RecorderMeter, RecorderQueue};
+pub use recorded::Recorded;
 
 /// Datagrams that may wait for the disk: some seconds of the busiest site.
 const QUEUE: usize = 16_384;
-
-/// What is to be recorded; handed to the recorder, which may lag or lose it, but never makes the engine wait.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Recorded {
-    /// A datagram as the engine handled it.
-    Input {
-        /// When it handled it.
-        received: Time,
-        /// The line it came on, an index of [`lines`](crate::net::listen::lines).
-        line: usize,
-        /// Who sent it.
-        from: SocketAddrV4,
-        /// The datagram.
-        payload: Vec<u8>,
-    },
-    /// A transponder was given a number, or has a point for the first time in
-    /// [`NOTED`](fusion::numbering::NOTED).
-    Numbered {
-        /// Which, and who.
-        given: Given,
-    },
-    /// The radars' registration: as it was at the start, and has changed.
-    Registered {
-        /// Its file's text.
-        text: Arc<str>,
-    },
-    /// An operator has decided something.
-    Decided {
-        /// Its line of the file.
-        line: Arc<str>,
-    },
-    /// The decisions that are in force have changed: a further file begins with these.
-    Correlations {
-        /// Their lines.
-        text: Arc<str>,
-    },
-    /// A datagram that was sent.
-    Output {
-        /// When it was due.
-        due: Time,
-        /// The datagram.
-        payload: Vec<u8>,
-    },
-    /// Here something is missing: it did not fit the queue. What follows is recorded into files of its own.
-    Gap {
-        /// The latest time of what is missing.
-        until: Time,
-    },
-}
 
 /// The running recorder; it ends when its queue is gone.
 pub struct Recorder {
@@ -94,10 +45,10 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Starts the thread; `numbers` are those given before the start. With `with_output` there are both series.
+    /// Starts the thread; `numbers` are those given before the start. `with_output` records both series.
     ///
     /// # Errors
-    /// No thread could be started. That the directory cannot be written is no error: it is told, and tried again.
+    /// No thread could be started. A directory that cannot be written is no error: it is logged, and tried again.
     pub fn start(
         config: &Config,
         record: &Record,
@@ -107,12 +58,14 @@ impl Recorder {
         let (sender, queue) = mpsc::sync_channel(QUEUE);
         let counters = Arc::<Counters>::default();
         let mut writer = Writer::new(config, record, numbers, with_output, counters.clone());
-        let thread =
-            std::thread::Builder::new().name("recorder".to_owned()).spawn(move || writer.run(&queue))?;
+        let span = error_span!("recorder", directory = %record.dir.display());
+        let thread = std::thread::Builder::new()
+            .name("recorder".to_owned())
+            .spawn(move || span.in_scope(|| writer.run(&queue)))?;
         Ok((RecorderQueue::new(sender, QUEUE, counters.clone()), Self { thread, counters }))
     }
 
-    /// What it did so far.
+    /// The counts so far.
     pub fn counts(&self) -> RecorderCounts {
         self.counters.now()
     }
@@ -121,7 +74,7 @@ impl Recorder {
     pub fn join(self) -> RecorderCounts {
         let Self { thread, counters } = self;
         if thread.join().is_err() {
-            error!("the recorder's thread panicked; this is a bug");
+            error!("the recorder's thread panicked: this is a bug");
         }
         counters.now()
     }

@@ -97,9 +97,6 @@ pub(super) fn remove(directory: &Path, stamp: &str) {
 }
 
 /// Gives the files that an interrupted recorder left their names; how many there were.
-///
-/// # Errors
-/// The directory cannot be read, or a file not be renamed.
 pub(super) fn complete_leftovers(directory: &Path) -> io::Result<usize> {
     let mut count = 0;
     for series in [Series::Input, Series::Output] {
@@ -114,9 +111,6 @@ pub(super) fn complete_leftovers(directory: &Path) -> io::Result<usize> {
 
 /// Removes the oldest files of both series until `keep` of each are left, the one being written counted, with what stands
 /// beside them. Other files are left alone.
-///
-/// # Errors
-/// The directory cannot be read, or a file not be removed.
 pub(super) fn remove_oldest(directory: &Path, keep: usize) -> io::Result<()> {
     for series in [Series::Input, Series::Output] {
         let mut all = names(directory, series, ".pcap")?;

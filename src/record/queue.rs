@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::SyncSender;
 
-use super::Recorded;
+use super::recorded::Recorded;
 use fusion::time::Time;
 
 /// Where the engine hands what is to be recorded.
@@ -12,10 +12,10 @@ use fusion::time::Time;
 pub struct RecorderQueue {
     sender: SyncSender<Recorded>,
     counters: Arc<Counters>,
-    /// What did not fit, until then; the recorder hears of it once there is room for more than a few datagrams.
+    /// The latest time of what did not fit; the recorder hears of it once there is room for more than a few datagrams.
     gap: Option<Time>,
-    /// How many may wait when it goes on after a gap. Each gap begins new files: going on as soon as a single one fits
-    /// would end them with the next, and a recorder that is busy beginning files falls behind ever more.
+    /// Most items that may wait when it goes on after a gap. Each gap begins new files: going on as soon as a single item
+    /// fits would end them with the next, and a recorder that is busy beginning files falls behind ever more.
     resume: usize,
 }
 
@@ -25,19 +25,19 @@ impl RecorderQueue {
         Self { sender, counters, gap: None, resume: capacity / 4 }
     }
 
-    /// Hands it over where there is room. Where there is none it is lost, which is counted, and marked in the recording.
+    /// Hands an item over. Where there is no room it is lost, which is counted, and marked in the recording.
     pub fn offer(&mut self, recorded: Recorded) {
         let time = match recorded {
             Recorded::Input { received: time, .. } | Recorded::Output { due: time, .. } => Some(time),
-            Recorded::Gap { until } => Some(until),
-            Recorded::Numbered { .. }
-            | Recorded::Registered { .. }
-            | Recorded::Decided { .. }
-            | Recorded::Correlations { .. } => None,
+            Recorded::Gap(until) => Some(until),
+            Recorded::Numbered(_)
+            | Recorded::Registered(_)
+            | Recorded::Decided(_)
+            | Recorded::Correlations(_) => None,
         };
         if let Some(until) = self.gap
             && self.counters.waiting.load(Ordering::Relaxed) <= self.resume
-            && self.has_room_for(Recorded::Gap { until })
+            && self.has_room_for(Recorded::Gap(until))
         {
             self.gap = None;
         }
@@ -48,7 +48,7 @@ impl RecorderQueue {
         }
     }
 
-    /// Hands over what can as well come later; whether there was room.
+    /// Hands over an item that may as well come later; whether there was room.
     pub fn has_room_for(&self, recorded: Recorded) -> bool {
         // Counted before it is there, so that the other end never takes one that is not counted.
         self.counters.waiting.fetch_add(1, Ordering::Relaxed);
@@ -59,7 +59,7 @@ impl RecorderQueue {
         has_room
     }
 
-    /// Hands it over and waits for room, for whoever has time; whether the recorder still runs.
+    /// Hands an item over and waits for room; whether the recorder still runs.
     pub fn wait(&self, recorded: Recorded) -> bool {
         self.counters.waiting.fetch_add(1, Ordering::Relaxed);
         self.sender.send(recorded).is_ok()
@@ -70,7 +70,7 @@ impl RecorderQueue {
         self.counters.now()
     }
 
-    /// The same for others, at any time.
+    /// A reader of the same counts.
     pub fn meter(&self) -> RecorderMeter {
         RecorderMeter(self.counters.clone())
     }
@@ -111,7 +111,7 @@ pub(super) struct Counters {
 }
 
 impl Counters {
-    /// One that waited in the queue does so no more.
+    /// Notes that an item was taken from the queue.
     pub(super) fn taken(&self) {
         self.waiting.fetch_sub(1, Ordering::Relaxed);
     }
@@ -141,7 +141,7 @@ mod tests {
     /// As the recorder takes them; how many of these were gaps.
     fn take(queue: &Receiver<Recorded>, counters: &Counters, count: usize) -> usize {
         let taken = queue.try_iter().take(count).inspect(|_| counters.taken());
-        taken.filter(|recorded| matches!(recorded, Recorded::Gap { .. })).count()
+        taken.filter(|recorded| matches!(recorded, Recorded::Gap(_))).count()
     }
 
     #[test]
@@ -172,7 +172,7 @@ mod tests {
         assert_eq!(counters.now().lost, 36);
         assert_eq!(take(&receiver, &counters, CAPACITY), 0);
         queue.offer(output(100));
-        assert_eq!(receiver.try_recv(), Ok(Recorded::Gap { until: Time::from_nanos(99) }));
+        assert_eq!(receiver.try_recv(), Ok(Recorded::Gap(Time::from_nanos(99))));
         assert_eq!(receiver.try_recv(), Ok(output(100)));
         assert_eq!(counters.now().lost, 36);
     }

@@ -15,7 +15,7 @@ use fusion::time::Time;
 /// Datagrams are gathered to about this many octets before they are written, less than a second of most sites.
 const GATHERED: usize = 1 << 16;
 
-/// A file whose datagrams reach it whole: between two writes it ends with one.
+/// A file that datagrams reach whole: between two writes it ends with one.
 struct Gathered {
     file: File,
     waiting: Vec<u8>,
@@ -130,7 +130,7 @@ impl NumbersFile {
     }
 }
 
-/// What is being written.
+/// The files being written.
 pub(super) struct Segment {
     directory: PathBuf,
     /// What the names of its files have in common.
@@ -143,7 +143,7 @@ pub(super) struct Segment {
     decisions_path: PathBuf,
 }
 
-/// What a segment begins with.
+/// The beginning of a segment.
 pub(super) struct Beginning<'a> {
     /// Where.
     pub(super) directory: &'a Path,
@@ -165,9 +165,6 @@ pub(super) struct Beginning<'a> {
 
 impl Segment {
     /// Begins its files.
-    ///
-    /// # Errors
-    /// One cannot be written.
     pub(super) fn begin(beginning: &Beginning<'_>) -> io::Result<Self> {
         let directory = beginning.directory;
         let stamp = names::free_stamp(directory, beginning.began);
@@ -218,34 +215,22 @@ impl Segment {
     }
 
     /// Records what was received.
-    ///
-    /// # Errors
-    /// It cannot be written.
     pub(super) fn input(&mut self, sender: u16, flow: UdpFlow, at: Time, payload: &[u8]) -> io::Result<()> {
         self.input.write(sender, flow, at, payload)
     }
 
     /// Records what was sent.
-    ///
-    /// # Errors
-    /// It cannot be written.
     pub(super) fn output(&mut self, flow: UdpFlow, due: Time, payload: &[u8]) -> io::Result<()> {
         self.output.as_mut().map_or(Ok(()), |file| file.write(flow.port, flow, due, payload))
     }
 
     /// Notes a transponder's number: the engine of a replay, which has not seen what came before the file, would give
     /// others.
-    ///
-    /// # Errors
-    /// The file cannot be written.
     pub(super) fn numbered(&mut self, given: &Given) -> io::Result<()> {
         self.numbers.add(given)
     }
 
     /// Notes a decision; its line ends itself.
-    ///
-    /// # Errors
-    /// The file cannot be written.
     pub(super) fn decided(&self, line: &str) -> io::Result<()> {
         let mut file = fs::OpenOptions::new().create(true).append(true).open(&self.decisions_path)?;
         file.write_all(line.as_bytes())
@@ -256,19 +241,13 @@ impl Segment {
         self.input.size().max(self.output.as_mut().map_or(0, PcapFile::size))
     }
 
-    /// Hands everything to the system: it survives the end of the process, though not of the machine.
-    ///
-    /// # Errors
-    /// It cannot be written, or the files were removed.
+    /// Hands everything to the system: it outlives the process, though not the machine.
     pub(super) fn flush(&mut self) -> io::Result<()> {
         self.input.flush()?;
         self.output.as_mut().map_or(Ok(()), PcapFile::flush)
     }
 
     /// Makes its files durable and gives them their names.
-    ///
-    /// # Errors
-    /// One cannot be written or renamed; the other one is done all the same.
     pub(super) fn finish(self) -> io::Result<()> {
         let output = self.output.map_or(Ok(()), PcapFile::finish);
         self.input.finish().and(output)

@@ -13,39 +13,30 @@ use std::time::{Duration, Instant};
 use jiff::SignedDuration;
 use tracing::{error, info, warn};
 
-use super::Recorded;
 use super::names;
 use super::queue::Counters;
+use super::recorded::Recorded;
 use super::segment::{Beginning, Segment};
-use crate::config::{Address, Config, Record};
-use crate::formats::UdpFlow;
-use crate::formats::flow;
+use crate::config::{Config, Record};
+use crate::formats::{UdpFlow, flow};
 use crate::net::listen as udp;
 use crate::state::{Registrations, registration_text};
 use fusion::numbering::{Given, NOTED};
 use fusion::slots::SlotGrid;
 use fusion::time::Time;
 
-/// What a kill may cost.
+/// Longest time that a kill may cost.
 const FLUSH: Duration = Duration::from_secs(1);
-/// A disk that failed is tried again after this time.
+/// Pause before a disk that failed is tried again.
 const RETRY: Duration = Duration::from_secs(5);
-/// A new file begins after this time: an operator asks for "what happened at ten", and a file opens in seconds.
+/// Longest time of a file: an operator asks for "what happened at ten", and a file opens in seconds.
 const LONGEST: SignedDuration = SignedDuration::from_hours(1);
-/// Copies of a datagram are known for this long: what was handled before a file began is not handled again in it.
+/// Time for which copies of a datagram are known: what was handled before a file began is not handled again in it.
 const DUPLICATES: SignedDuration = SignedDuration::from_secs(2);
-/// A disk that failed is used again when it takes so many octets: less is full again in a moment.
+/// A disk that failed is used again when it takes this many octets: less is full again in a moment.
 const TRIAL: usize = 1 << 20;
 /// Only one recorder writes into a directory: it holds a lock on this file.
 const LOCK: &str = ".recorder.lock";
-
-fn destination(line: &udp::Line) -> (Ipv4Addr, u16) {
-    let to = match line.address {
-        Address::Multicast { group, .. } => group,
-        Address::Unicast(address) => address,
-    };
-    (to, line.port)
-}
 
 /// The recorder's thread.
 pub(super) struct Writer {
@@ -56,7 +47,7 @@ pub(super) struct Writer {
     with_output: bool,
     site: String,
     /// Where the datagrams of each line went.
-    lines: Vec<(Ipv4Addr, u16)>,
+    lines: Vec<SocketAddrV4>,
     output: UdpFlow,
     grid: SlotGrid,
     latency_slots: i64,
@@ -95,7 +86,7 @@ impl Writer {
             keep: record.keep as usize,
             with_output,
             site: config.to_string(),
-            lines: udp::lines(config).iter().map(destination).collect(),
+            lines: udp::lines(config).iter().map(udp::Line::destination).collect(),
             output: flow(config.output.asterix.first()),
             grid,
             latency_slots: config.fusion.latency_slots.into(),
@@ -142,58 +133,54 @@ impl Writer {
     }
 
     fn take(&mut self, recorded: Recorded) {
-        let written = match recorded {
-            Recorded::Input { received, line, from, payload } => {
-                let written = self.input(received, line, from, &payload);
-                self.latest = self.latest.max(Some(received));
-                written
-            }
-            Recorded::Output { due, payload } => {
-                let flow = self.output;
-                let written = self.segment.as_mut().map(|segment| segment.output(flow, due, &payload));
-                written.transpose().map(|written| written.is_some())
-            }
-            Recorded::Numbered { given } => {
-                self.numbers.insert(given.number, given);
-                if let Some(Err(error)) = self.segment.as_mut().map(|segment| segment.numbered(&given)) {
-                    self.fail(&error);
-                }
-                return;
-            }
-            Recorded::Registered { text } => {
-                self.registration = text;
-                return;
-            }
-            Recorded::Decided { line } => {
-                if let Some(Err(error)) = self.segment.as_ref().map(|segment| segment.decided(&line)) {
-                    self.fail(&error);
-                }
-                return;
-            }
-            Recorded::Correlations { text } => {
-                self.held = text;
-                return;
-            }
-            Recorded::Gap { until } => return self.skip(until),
-        };
-        let counter = match written {
-            Ok(true) => &self.counters.written,
-            // Sent after a gap and before anything was received again: it belongs to what the gap cost.
-            Ok(false) if !self.failing => &self.counters.lost,
-            Ok(false) | Err(_) => &self.counters.unwritten,
-        };
-        counter.fetch_add(1, Ordering::Relaxed);
+        let is_datagram = matches!(recorded, Recorded::Input { .. } | Recorded::Output { .. });
+        let written = self.write(recorded);
+        if is_datagram {
+            let counter = match written {
+                Ok(true) => &self.counters.written,
+                // Sent after a gap and before anything was received again: it belongs to what the gap cost.
+                Ok(false) if !self.failing => &self.counters.lost,
+                Ok(false) | Err(_) => &self.counters.unwritten,
+            };
+            counter.fetch_add(1, Ordering::Relaxed);
+        }
         if let Err(error) = written {
             self.fail(&error);
         }
     }
 
-    /// Something is missing until then: a new segment says from where on a replay is exact again.
-    fn skip(&mut self, until: Time) {
-        self.latest = self.latest.max(Some(until));
-        if let Err(error) = self.end() {
-            self.fail(&error);
-        }
+    /// Whether there was a segment to write it to.
+    fn write(&mut self, recorded: Recorded) -> io::Result<bool> {
+        let segment = self.segment.as_mut();
+        let written = match recorded {
+            Recorded::Input { received, line, from, payload } => {
+                let written = self.input(received, line, from, &payload);
+                self.latest = self.latest.max(Some(received));
+                return written;
+            }
+            Recorded::Output { due, payload } => {
+                segment.map(|segment| segment.output(self.output, due, &payload))
+            }
+            Recorded::Numbered(given) => {
+                self.numbers.insert(given.number, given);
+                segment.map(|segment| segment.numbered(&given))
+            }
+            Recorded::Decided(line) => segment.map(|segment| segment.decided(&line)),
+            Recorded::Registered(text) => {
+                self.registration = text;
+                None
+            }
+            Recorded::Correlations(text) => {
+                self.held = text;
+                None
+            }
+            // A new segment says from where on a replay is exact again.
+            Recorded::Gap(until) => {
+                self.latest = self.latest.max(Some(until));
+                Some(self.end())
+            }
+        };
+        written.transpose().map(|written| written.is_some())
     }
 
     /// Ends the segment. Where it cannot be written it is still there: its end by [`Writer::fail`] counts what is lost.
@@ -204,7 +191,7 @@ impl Writer {
         self.segment.take().map_or(Ok(()), Segment::finish)
     }
 
-    /// Whether it was written; not while a failed disk is let alone.
+    /// Whether it was written; not while a failed disk is left alone.
     fn input(&mut self, at: Time, line: usize, from: SocketAddrV4, payload: &[u8]) -> io::Result<bool> {
         let now = self.latest.max(Some(at)).unwrap_or(at);
         let rotate = self.rotate;
@@ -212,13 +199,13 @@ impl Writer {
         if self.segment.as_mut().is_none_or(is_full) {
             self.begin(now)?;
         }
-        let (to, port) = self.lines.get(line).copied().unwrap_or((Ipv4Addr::UNSPECIFIED, 0));
-        let flow = UdpFlow { from: *from.ip(), to, port, ttl: 1 };
+        let to = self.lines.get(line).copied().unwrap_or(SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, 0));
+        let flow = UdpFlow { from: *from.ip(), to: *to.ip(), port: to.port(), ttl: 1 };
         let written = self.segment.as_mut().map(|segment| segment.input(from.port(), flow, at, payload));
         written.transpose().map(|written| written.is_some())
     }
 
-    /// Ends the segment, and begins one at `now`, the latest reception. Does nothing while a failed disk is let alone.
+    /// Ends the segment, and begins one at `now`, the latest reception. Does nothing while a failed disk is left alone.
     fn begin(&mut self, now: Time) -> io::Result<()> {
         self.end()?;
         if !self.may_try() {
@@ -258,17 +245,17 @@ impl Writer {
 
     fn remove_oldest(&self) {
         if let Err(error) = names::remove_oldest(&self.directory, self.keep) {
-            error!("{}: an old recording cannot be removed: {error}", self.directory.display());
+            error!(%error, "an old recording cannot be removed");
         }
     }
 
-    /// Whether the disk works, or has been let alone for long enough.
+    /// Whether the disk works, or has been left alone for long enough.
     #[expect(clippy::disallowed_methods, reason = "a failed disk is tried again by the clock of the machine")]
     fn may_try(&self) -> bool {
         self.retry.is_none_or(|retry| Instant::now() >= retry)
     }
 
-    /// Takes the directory: it is there, it is this recorder's alone, and what an earlier one left has its name.
+    /// Takes the directory for this recorder alone, and gives the files that an earlier one left their names.
     fn open(&mut self) -> io::Result<()> {
         let path = self.directory.join(LOCK);
         if self.lock.is_some() && path.exists() {
@@ -290,7 +277,7 @@ impl Writer {
         }
         let count = names::complete_leftovers(&self.directory)?;
         if count > 0 {
-            info!("{}: {count} recordings were cut short by the end of a process", self.directory.display());
+            info!(recordings = count, "recordings were cut short by the end of a process");
         }
         Ok(())
     }
@@ -325,27 +312,20 @@ impl Writer {
         self.failing = false;
         self.counters.failing.store(false, Ordering::Relaxed);
         let unwritten = self.counters.unwritten.load(Ordering::Relaxed);
-        warn!(
-            "{}: recording again; {unwritten} datagrams were not recorded so far",
-            self.directory.display()
-        );
+        warn!(unwritten, "recording again");
         self.remove_oldest();
     }
 
     fn tell_lost(&mut self) {
         let lost = self.counters.lost.load(Ordering::Relaxed);
         if lost > self.lost_told {
-            warn!(
-                "{}: the recorder did not keep up: {} datagrams not recorded, {lost} since the start; the next files \
-                 say from when on a replay equals what was sent",
-                self.directory.display(),
-                lost - self.lost_told
-            );
+            // The next files say from when on a replay equals what was sent.
+            warn!(lost = lost - self.lost_told, since_start = lost, "the recorder did not keep up");
             self.lost_told = lost;
         }
     }
 
-    /// Lets the disk alone for a while. Said once, and again when it works.
+    /// Leaves the disk alone for a while; logged once, and again when it works.
     #[expect(clippy::disallowed_methods, reason = "a failed disk is tried again by the clock of the machine")]
     fn fail(&mut self, error: &io::Error) {
         let waited = self.segment.take().map_or(0, Segment::abandon);
@@ -355,11 +335,7 @@ impl Writer {
         self.lock = None;
         self.retry = Some(Instant::now() + RETRY);
         if !std::mem::replace(&mut self.failing, true) {
-            error!(
-                "{}: cannot be recorded into: {error}; tried again every {} s, the service goes on",
-                self.directory.display(),
-                RETRY.as_secs()
-            );
+            error!(%error, retry_s = RETRY.as_secs(), "cannot be recorded: tried again, the service goes on");
         }
     }
 }

@@ -1,12 +1,12 @@
-//! `<name>.decisions.jsonl` beside a recording: what operators decided while it was made, a line a decision.
+//! `<name>.decisions.jsonl` beside a recording: operators' decisions while it was made, one per line.
 //!
 //! ```json
 //! {"slot":7180675221,"time":"2026-11-20T10:05:05.125Z","sensor":"north","track_number":134,"serial":"1581F6GKB23C003","country":"NO","verdict":"correlated"}
 //! ```
 //!
 //! In `[state] dir` `decisions.jsonl` holds what was in force when the service ended, each with `last_heard_ns`: the last
-//! plot of its radar track, nanoseconds since 1970. After a restart it holds again where the radar's number is heard again within its break; so such lines are
-//! at the beginning of the recording, too.
+//! plot of its radar track, nanoseconds since 1970. After a restart it holds again where the radar's number is heard again
+//! within its break; so such lines are at the beginning of the recording, too.
 //!
 //! `slot` counts the slots since 1970, in the length of the configuration; `time`, its centre, is for people. Serial and
 //! country are written as in `numbers.json`. A file that is not a recording's first begins with what was in force.
@@ -15,6 +15,7 @@ use std::io;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use tracing::warn;
 
 use super::{octets, read};
 use crate::config::{Config, SensorKind};
@@ -45,16 +46,16 @@ struct Line {
     last_heard_ns: Option<i64>,
 }
 
-/// What was decided in a flight, in the order of the slots.
+/// The decisions of a flight, in the order of their slots.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Correlations(Vec<(Line, Identity, Verdict)>);
 
-/// The line of a decision that counts from that slot on, with its end.
+/// The line of a decision that counts from that slot on, with its line feed.
 pub fn correlation_line(slot: Slot, correlation: &Correlation, config: &Config) -> String {
     text_of(slot, correlation, None, config)
 }
 
-/// The lines of decisions that are kept for the time after a restart.
+/// The lines of decisions that are saved for a restart.
 pub fn kept_lines(kept: &[SavedCorrelation], config: &Config) -> String {
     let line = |&SavedCorrelation { held, heard }: &SavedCorrelation| {
         text_of(held.since, &held.correlation, Some(heard), config)
@@ -79,7 +80,7 @@ fn text_of(slot: Slot, correlation: &Correlation, heard: Option<Time>, config: &
     serde_json::to_string(&line).expect("numbers and text are JSON") + "\n"
 }
 
-/// What a file's text holds.
+/// The decisions in a file's text.
 ///
 /// # Errors
 /// The first line that is no decision, and what is wrong with it, for people.
@@ -116,7 +117,7 @@ pub fn read_correlations(path: &Path) -> io::Result<Correlations> {
 }
 
 impl Correlations {
-    /// How many there are.
+    /// Number of decisions.
     pub fn len(&self) -> usize {
         self.0.len()
     }
@@ -126,7 +127,7 @@ impl Correlations {
         self.0.is_empty()
     }
 
-    /// With those of another file of the same flight, which may begin with what is known already.
+    /// Adds those of another file of the same flight, which may begin with known ones.
     pub fn join(&mut self, other: Self) {
         for correlation in other.0 {
             if !self.0.contains(&correlation) {
@@ -141,7 +142,7 @@ impl Correlations {
         self.0.sort_by_key(|correlation| correlation.0.slot);
     }
 
-    /// What an engine of that configuration is given, and the decisions that it cannot be given.
+    /// What an engine of that configuration is given; decisions that it cannot be given are logged.
     pub fn plan(&self, config: &Config) -> CorrelationPlan {
         let mut plan = CorrelationPlan::default();
         for (line, transponder, verdict) in &self.0 {
@@ -149,10 +150,12 @@ impl Correlations {
                 sensor.id == line.sensor && matches!(sensor.kind, SensorKind::Radar(_))
             };
             let Some(index) = config.sensors.iter().position(is_radar) else {
-                plan.unused.push(format!(
-                    "the decision of {} is not used: there is no radar {}",
-                    line.time, line.sensor
-                ));
+                warn!(
+                    decided = line.time,
+                    radar = line.sensor,
+                    "decision is not used: there is no such radar"
+                );
+                plan.unused += 1;
                 continue;
             };
             let radar = RadarTrackKey { sensor: SensorIndex(index as u16), number: line.track_number };
@@ -170,15 +173,15 @@ impl Correlations {
     }
 }
 
-/// What an engine is given of decisions.
+/// The decisions for an engine.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CorrelationPlan {
-    /// What was decided in the flight, each with the slot from which it counts ([`Engine::plan`](fusion::Engine::plan)).
+    /// Decisions of the flight, each with the slot from which it counts ([`Engine::plan`](fusion::Engine::plan)).
     pub correlated: Vec<(Slot, Correlation)>,
-    /// What held before a restart ([`Engine::resume`](fusion::Engine::resume)).
+    /// Decisions in force before a restart ([`Engine::resume`](fusion::Engine::resume)).
     pub kept: Vec<SavedCorrelation>,
-    /// Correlations that it cannot be told, each with the reason.
-    pub unused: Vec<String>,
+    /// Decisions about radars that are not configured.
+    pub unused: usize,
 }
 
 #[cfg(test)]
@@ -215,7 +218,7 @@ mod tests {
         let mut read = parse_decisions(&text).unwrap();
         let plan = read.plan(&config);
         assert_eq!(plan.correlated, [correlations[1], correlations[2], correlations[0]]);
-        assert!(plan.unused.is_empty() && plan.kept.is_empty());
+        assert!(plan.unused == 0 && plan.kept.is_empty());
         let held = HeldCorrelation { correlation: correlations[0].1, since: Slot(12) };
         let kept = SavedCorrelation { held, heard: Time::from_nanos(1_795_000_000_123_456_789) };
         let again = parse_decisions(&kept_lines(&[kept], &config)).unwrap().plan(&config);
@@ -225,10 +228,7 @@ mod tests {
 
         let other = text.replace("\"sensor\":\"", "\"sensor\":\"no-");
         let CorrelationPlan { correlated, unused, .. } = parse_decisions(&other).unwrap().plan(&config);
-        assert!(
-            correlated.is_empty() && unused.len() == 3 && unused[0].contains("there is no radar no-"),
-            "{unused:?}"
-        );
+        assert!(correlated.is_empty() && unused == 3);
     }
 
     #[test]

@@ -1,123 +1,194 @@
-//! Keeps `numbers.json` up to date, on a thread of its own: the engine never waits for a disk.
+//! Keeps the files of the state up to date, each on a thread of its own: the engine never waits for a disk.
 
 use std::collections::BTreeMap;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use tracing::{error, info, warn};
 
-use super::{NUMBERS, numbers_text, read_numbers, set_aside, write_atomically};
+use super::{CORRELATIONS, NUMBERS, REGISTRATION, numbers_text, set_aside, write_atomically};
 use fusion::numbering::{Given, NumberChange};
 use fusion::time::Time;
 
-/// The file is written at most this often.
-const PAUSE: Duration = Duration::from_secs(1);
-/// A file that could not be written is tried again after this time.
-const RETRY: Duration = Duration::from_secs(5);
-/// So many changes may wait for the disk; the engine keeps what does not fit.
-const QUEUE: usize = 4096;
-
-/// The running keeper; it ends when every sender of its numbers is gone.
-pub struct Keeper {
-    thread: JoinHandle<()>,
+/// A file of the directory of `[state]`.
+#[derive(Clone, Copy, Debug)]
+pub struct StateFile {
+    name: &'static str,
+    /// What it holds, for people.
+    contents: &'static str,
+    /// Shortest time between two writes.
+    pause: Duration,
+    /// Time after which a write that failed is tried again.
+    retry: Duration,
+    /// Changes that may wait for the disk.
+    queue: usize,
 }
 
-impl Keeper {
-    /// The numbers that `directory` holds; those of a file without times count as heard now. A file that cannot be used is
-    /// told and set aside: the service starts with none, rather than not at all.
-    pub fn load(directory: &Path, now: Time) -> Vec<Given> {
-        match read_numbers(directory) {
-            Ok(mut numbers) => {
-                numbers.iter_mut().for_each(|given| _ = given.heard.get_or_insert(now));
-                info!("{} transponder numbers of before, from {}", numbers.len(), directory.display());
-                numbers
+impl StateFile {
+    /// The transponder numbers; the engine keeps the changes that do not fit the queue.
+    pub const NUMBERS: Self = Self {
+        name: NUMBERS,
+        contents: "transponder numbers",
+        pause: Duration::from_secs(1),
+        retry: Duration::from_secs(5),
+        queue: 4096,
+    };
+    /// The radars' registration.
+    pub const REGISTRATION: Self = Self {
+        name: REGISTRATION,
+        contents: "registration",
+        pause: Duration::from_secs(300),
+        retry: Duration::from_secs(300),
+        queue: 1,
+    };
+    /// Operators' decisions: while one is in force the file changes all the time, by when its radar track was heard last.
+    pub const DECISIONS: Self = Self {
+        name: CORRELATIONS,
+        contents: "decisions",
+        pause: Duration::from_secs(1),
+        retry: Duration::from_secs(1),
+        queue: 1,
+    };
+
+    /// What the file in `directory` holds; nothing where there is none. A file that cannot be used is logged and set aside:
+    /// the service starts without, rather than not at all.
+    pub fn load<T: Default>(
+        &self,
+        directory: &Path,
+        now: Time,
+        read: impl FnOnce(&Path) -> io::Result<T>,
+    ) -> T {
+        let error = match read(&directory.join(self.name)) {
+            Ok(contents) => return contents,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return T::default(),
+            Err(error) => error,
+        };
+        let contents = self.contents;
+        match set_aside(directory, self.name, now) {
+            Ok(aside) => {
+                error!(contents, %error, aside = %aside.display(), "state file cannot be used: set aside, begun anew");
             }
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
-            Err(error) => {
-                match set_aside(directory, NUMBERS, now) {
-                    Ok(aside) => error!("{error}; it is now {}, and numbers begin anew", aside.display()),
-                    Err(rename) => error!("{error}; it cannot be set aside ({rename}); numbers begin anew"),
-                }
-                Vec::new()
+            Err(rename) => {
+                error!(contents, %error, %rename, "state file can neither be used nor set aside: begun anew");
             }
         }
+        T::default()
     }
 
-    /// Starts the thread, which keeps `numbers`, with what becomes of them, in `directory`.
+    /// Starts the thread that keeps `contents`, with what is sent, in this file of `directory`.
     ///
     /// # Errors
     /// No thread could be started.
-    pub fn start(directory: PathBuf, numbers: Vec<Given>) -> io::Result<(SyncSender<NumberChange>, Self)> {
-        let (sender, changes) = mpsc::sync_channel(QUEUE);
-        let numbers = numbers.into_iter().map(|given| (given.number, given)).collect();
+    pub fn keep<C: StateContents>(
+        self,
+        directory: &Path,
+        contents: C,
+    ) -> io::Result<(SyncSender<C::Change>, Keeper)> {
+        let (sender, changes) = mpsc::sync_channel(self.queue);
+        let directory = directory.to_owned();
         let thread = std::thread::Builder::new()
-            .name("numbers".to_owned())
-            .spawn(move || keep(&directory, numbers, &changes))?;
-        Ok((sender, Self { thread }))
+            .name(self.contents.to_owned())
+            .spawn(move || self.follow(&directory, contents, &changes))?;
+        Ok((sender, Keeper(thread)))
     }
 
-    /// Waits until the last numbers are written; every sender must be gone.
-    pub fn join(self) {
-        if self.thread.join().is_err() {
-            error!("the thread that keeps the transponder numbers panicked; this is a bug");
-        }
-    }
-}
-
-#[expect(clippy::disallowed_methods, reason = "a pause between two writes")]
-fn keep(directory: &Path, mut numbers: BTreeMap<u32, Given>, changes: &Receiver<NumberChange>) {
-    let mut failed = false;
-    // Waits for the first of them, then a second for more.
-    while let Ok(first) = changes.recv() {
-        apply(first, &mut numbers);
-        let mut until = Instant::now() + PAUSE;
-        let mut ended = false;
-        loop {
-            match changes.recv_timeout(until.saturating_duration_since(Instant::now())) {
-                Ok(more) => {
-                    apply(more, &mut numbers);
-                    continue;
-                }
-                Err(RecvTimeoutError::Disconnected) => ended = true,
-                Err(RecvTimeoutError::Timeout) => {}
-            }
-            match write(directory, &numbers) {
-                Ok(()) => {
-                    if std::mem::take(&mut failed) {
-                        info!("{}: transponder numbers are kept again", directory.display());
+    #[expect(clippy::disallowed_methods, reason = "a pause between two writes")]
+    fn follow<C: StateContents>(&self, directory: &Path, mut kept: C, changes: &Receiver<C::Change>) {
+        let Self { name, contents, pause, retry, .. } = *self;
+        let mut failed = false;
+        // Waits for the first change, then for more during a pause.
+        while let Ok(first) = changes.recv() {
+            kept.apply(first);
+            let mut until = Instant::now() + pause;
+            loop {
+                let ended = match changes.recv_timeout(until.saturating_duration_since(Instant::now())) {
+                    Ok(more) => {
+                        kept.apply(more);
+                        continue;
                     }
-                    break;
+                    Err(error) => error == RecvTimeoutError::Disconnected,
+                };
+                let file = directory.join(name);
+                let written =
+                    std::fs::create_dir_all(directory).and_then(|()| write_atomically(&file, &kept.text()));
+                match written {
+                    Ok(()) => {
+                        if std::mem::take(&mut failed) {
+                            info!(contents, file = %file.display(), "state is written again");
+                        }
+                        break;
+                    }
+                    Err(error) => {
+                        if !std::mem::replace(&mut failed, true) {
+                            let (file, retry_s) = (file.display(), retry.as_secs());
+                            warn!(contents, %file, %error, retry_s, "state cannot be written: tried again");
+                        }
+                    }
                 }
-                Err(error) if !failed => {
-                    failed = true;
-                    let seconds = RETRY.as_secs();
-                    warn!(
-                        "{}: transponder numbers cannot be kept: {error}; tried again every {seconds} s",
-                        directory.display()
-                    );
+                if ended {
+                    return;
                 }
-                Err(_) => {}
+                until = Instant::now() + retry;
             }
-            if ended {
-                return;
-            }
-            until = Instant::now() + RETRY;
         }
     }
 }
 
-fn apply(change: NumberChange, numbers: &mut BTreeMap<u32, Given>) {
-    match change {
-        NumberChange::Heard(given) => numbers.insert(given.number, given),
-        NumberChange::Returned(given) => numbers.remove(&given.number),
-    };
+/// What a file of the state holds.
+pub trait StateContents: Send + 'static {
+    /// What is sent of it.
+    type Change: Send;
+
+    /// Takes in a change.
+    fn apply(&mut self, change: Self::Change);
+
+    /// The text of the file.
+    fn text(&self) -> Arc<str>;
 }
 
-fn write(directory: &Path, numbers: &BTreeMap<u32, Given>) -> io::Result<()> {
-    std::fs::create_dir_all(directory)?;
-    let numbers: Vec<Given> = numbers.values().copied().collect();
-    write_atomically(&directory.join(NUMBERS), &numbers_text(&numbers))
+/// The numbers given, by number.
+impl StateContents for BTreeMap<u32, Given> {
+    type Change = NumberChange;
+
+    fn apply(&mut self, change: NumberChange) {
+        match change {
+            NumberChange::Heard(given) => self.insert(given.number, given),
+            NumberChange::Returned(given) => self.remove(&given.number),
+        };
+    }
+
+    fn text(&self) -> Arc<str> {
+        numbers_text(&self.values().copied().collect::<Vec<_>>()).into()
+    }
+}
+
+/// The text itself.
+impl StateContents for Arc<str> {
+    type Change = Self;
+
+    fn apply(&mut self, text: Self) {
+        *self = text;
+    }
+
+    fn text(&self) -> Self {
+        self.clone()
+    }
+}
+
+/// A running keeper; it ends when every sender of its changes is gone.
+#[derive(Debug)]
+pub struct Keeper(JoinHandle<()>);
+
+impl Keeper {
+    /// Waits until the last change is written.
+    pub fn join(self) {
+        let thread = self.0.thread().name().unwrap_or_default().to_owned();
+        if self.0.join().is_err() {
+            error!(thread, "thread panicked: this is a bug");
+        }
+    }
 }

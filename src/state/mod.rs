@@ -1,5 +1,5 @@
-//! What outlives a restart: `numbers.json`, the transponder numbers given so far, and `registration.json`, how each radar is
-//! set up wrongly ([`Registrations`]), and `decisions.jsonl`, what operators have decided ([`Correlations`]).
+//! What outlives a restart: `numbers.json`, the transponder numbers given so far; `registration.json`, the misalignment of
+//! each radar ([`Registrations`]); and `decisions.jsonl`, the operators' decisions ([`Correlations`]).
 //!
 //! ```json
 //! {"version":1,"numbers":[
@@ -7,17 +7,13 @@
 //! ]}
 //! ```
 //!
-//! `heard`: when the transponder had a point last, at most ten minutes before its latest; files of earlier versions have none.
-//! Serial and country are trimmed; octets that are not printable ASCII, `\`, `'` and `"` are escaped as in Rust (`\x80`).
+//! `heard`: the transponder's latest point, or one at most ten minutes before it; files of earlier versions have none. Serial and country are trimmed; octets that are not printable ASCII, `\`, `'` and `"` are escaped as in Rust (`\x80`).
 //! The file of a recording (`<name>.numbers.json`) is the same.
 
 mod correlations;
-mod correlations_keeper;
 mod keeper;
 mod registration;
-mod registration_keeper;
 mod sources;
-mod text_keeper;
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -33,17 +29,15 @@ pub use correlations::{
     CORRELATIONS, CorrelationPlan, Correlations, correlation_line, kept_lines, parse_decisions,
     read_correlations,
 };
-pub use correlations_keeper::DecisionsKeeper;
-pub use keeper::Keeper;
+pub use keeper::{Keeper, StateContents, StateFile};
 pub use registration::{
     REGISTRATION, Registrations, parse_registration, read_registration, registration_text,
 };
-pub use registration_keeper::RegistrationKeeper;
 pub use sources::{SavedState, read_beside, read_kept, read_numbers_beside};
 
 /// The file's name in the directory of `[state]`.
 pub const NUMBERS: &str = "numbers.json";
-/// How such a file ends, behind the last line.
+/// The end of such a file, behind the last line.
 pub const NUMBERS_END: &str = "\n]}\n";
 /// The only version so far.
 const VERSION: u32 = 1;
@@ -66,13 +60,13 @@ struct Entry {
     heard: Option<String>,
 }
 
-/// The text of a file with these numbers, one a line.
+/// The text of a file with these numbers, one per line.
 pub fn numbers_text(numbers: &[Given]) -> String {
     let lines: Vec<String> = numbers.iter().map(number_line).collect();
     format!("{{\"version\":{VERSION},\"numbers\":[\n{}{NUMBERS_END}", lines.join(",\n"))
 }
 
-/// A number's line of such a file, without what parts it from the next one.
+/// A number's line of such a file, without the separator behind it.
 pub fn number_line(given: &Given) -> String {
     let entry = Entry {
         number: given.number,
@@ -160,10 +154,7 @@ fn read<T>(path: &Path, parse: impl FnOnce(&str) -> Result<T, String>) -> io::Re
 }
 
 /// Moves a file of the directory that cannot be used out of the way, as `<name>.broken-<time>`; where it is then.
-///
-/// # Errors
-/// It cannot be renamed.
-pub fn set_aside(directory: &Path, name: &str, now: Time) -> io::Result<PathBuf> {
+pub(crate) fn set_aside(directory: &Path, name: &str, now: Time) -> io::Result<PathBuf> {
     let time: String = now.to_string().chars().filter(|c| !matches!(c, '-' | ':')).collect();
     let aside = directory.join(format!("{name}.broken-{time}"));
     fs::rename(directory.join(name), &aside)?;

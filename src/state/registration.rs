@@ -1,5 +1,5 @@
-//! `registration.json`: how each radar is set up wrongly, as far as its tracks have told, with what the configuration said
-//! of the radar while they did.
+//! `registration.json`: the misalignment of each radar as its tracks have shown it, with the radar's configuration at the
+//! time.
 //!
 //! ```json
 //! {"version":1,"radars":{
@@ -15,10 +15,10 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use tracing::warn;
 
 use super::read;
 use crate::config::{Config, Radar, Registration as Mode, SensorKind};
-use crate::pipeline::Pipeline;
 use fusion::Engine;
 use fusion::SensorIndex;
 use fusion::registration::{Registration, RegistrationState};
@@ -30,14 +30,14 @@ pub const REGISTRATION: &str = "registration.json";
 const VERSION: u32 = 1;
 /// Positions and corrections that differ by less are the same, degrees and metres: text is not exact to the last bit.
 const SAME: f64 = 1e-9;
-/// Nothing that is written is larger; what follows from larger numbers may be none.
+/// Largest number that is written; what follows from larger ones may be no number.
 const LARGEST: f64 = 1e30;
-/// No more tracks than these are written one by one.
+/// Most tracks that are written one by one.
 const TRACKS: usize = 32;
-/// A clock may have been so much ahead.
+/// Most that the clock may have been ahead, nanoseconds.
 const AHEAD_NS: i64 = 60 * SECOND;
 
-/// What is known of each radar, by the sensor's id.
+/// The registration of each radar, by the sensor's id.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Registrations(BTreeMap<String, Entry>);
 
@@ -52,7 +52,7 @@ struct Contents {
 struct Entry {
     #[serde(flatten)]
     setup: Setup,
-    /// Looked at when it is taken over: one radar's may be wrong and another's right.
+    /// Checked when it is restored: one radar's may be wrong and another's right.
     state: Value,
 }
 
@@ -101,7 +101,7 @@ impl Registrations {
         Self(engine.registered().filter_map(entry).collect())
     }
 
-    /// Of how many radars something is known.
+    /// The number of radars of which something is known.
     pub fn len(&self) -> usize {
         self.0.len()
     }
@@ -111,13 +111,16 @@ impl Registrations {
         self.0.is_empty()
     }
 
-    /// Gives the engine what fits its radars; of each radar for which it does not, why. What is later than `now`, where that
-    /// is told, was written while the clock was wrong: nothing that comes would count beside it.
-    pub fn restore(&self, config: &Config, now: Option<Time>, pipeline: &mut Pipeline) -> Vec<String> {
+    /// Gives the engine what fits its radars. Each radar whose registration does not is logged and returned, with the
+    /// reason. What is later than `now`, where that is given, was written while the clock was wrong: nothing that comes
+    /// would count beside it.
+    pub fn restore(&self, config: &Config, now: Option<Time>, engine: &mut Engine) -> Vec<String> {
         let mut unused = Vec::new();
         for (id, entry) in &self.0 {
-            let used = entry.restore(id, config, now, pipeline);
-            unused.extend(used.err().map(|why| format!("registration of {id} begins anew: {why}")));
+            if let Err(reason) = entry.restore(id, config, now, engine) {
+                warn!(radar = %id, reason, "registration of a radar begins anew");
+                unused.push(reason);
+            }
         }
         unused
     }
@@ -129,7 +132,7 @@ impl Entry {
         id: &str,
         config: &Config,
         now: Option<Time>,
-        pipeline: &mut Pipeline,
+        engine: &mut Engine,
     ) -> Result<(), String> {
         let found = config.sensors.iter().enumerate().find(|(_, sensor)| sensor.id == id);
         let (index, sensor) = found.ok_or("there is no such sensor any more")?;
@@ -156,7 +159,7 @@ impl Entry {
             return Err("nothing follows from its numbers".to_owned());
         }
         // The reference profile has no use for it, which is not worth a word.
-        pipeline.restore(SensorIndex(index as u16), &state).map(drop).map_err(|error| error.to_string())
+        engine.restore(SensorIndex(index as u16), &state).map(drop).map_err(|error| error.to_string())
     }
 }
 
@@ -194,7 +197,7 @@ fn is_any(value: &Value, so: &dyn Fn(&str) -> bool) -> bool {
     }
 }
 
-/// The text of a file with these, one radar a line.
+/// The text of a file with these, one radar per line.
 pub fn registration_text(registrations: &Registrations) -> String {
     let line = |(id, entry): (&String, &Entry)| {
         let entry = serde_json::to_string(entry).expect("numbers and text are JSON");

@@ -9,14 +9,14 @@ use super::{
 };
 use fusion::numbering::Given;
 
-/// What an earlier life knew.
+/// The state of an earlier run.
 #[derive(Clone, Debug, Default)]
 pub struct SavedState {
     /// The transponder numbers given.
     pub numbers: Vec<Given>,
-    /// How the radars are set up wrongly.
+    /// The radars' registration.
     pub registrations: Registrations,
-    /// What operators decided while the recording was made.
+    /// Operators' decisions while the recording was made.
     pub correlations: Correlations,
 }
 

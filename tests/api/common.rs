@@ -16,14 +16,14 @@ use utm_fusion::api::{ApiState, Options, router, serve};
 use utm_fusion::areas::{AlertAreas, Masks};
 use utm_fusion::capture::{Reception, ReceptionKind};
 use utm_fusion::config::{Config, Profile};
-use utm_fusion::live::{Alerts, Driver, Frame, Hub, HubWriter, LineStatus, Made, Status, observe};
+use utm_fusion::live::{Alerts, Driver, Hub, HubWriter, LineStatus, Made, PublishedPicture, Status, observe};
 use utm_fusion::picture::PictureMaker;
 use utm_fusion::simulate::{Flight, Scenario, simulate};
 
 pub(crate) struct Flown {
     pub(crate) config: Config,
     pub(crate) maker: PictureMaker,
-    pub(crate) frames: Vec<Frame>,
+    pub(crate) frames: Vec<PublishedPicture>,
     pub(crate) status: Status,
     /// What really happened.
     pub(crate) truth: Vec<Flight>,
@@ -55,13 +55,16 @@ impl Flown {
         let start = flight.datagrams[0].received;
         let mut driver = Driver::new(&flight.config, Masks::default(), start, 1);
         let mut frames = Vec::new();
-        let mut keep = |made| {
-            if let Made::Slot(frame) = made {
-                frames.push(frame);
+        let mut keep = |driver: &mut Driver| {
+            while let Some(made) = driver.poll() {
+                if let Made::Slot(frame) = made {
+                    frames.push(frame);
+                }
             }
         };
         for datagram in &flight.datagrams {
-            driver.tick(datagram.received, &mut keep);
+            driver.tick(datagram.received);
+            keep(&mut driver);
             let reception = Reception {
                 received: Some(driver.reception(datagram.received)),
                 input: 0,
@@ -70,7 +73,8 @@ impl Flown {
                 origin: 0,
                 payload: datagram.payload.clone(),
             };
-            driver.receive(&reception, &mut keep);
+            driver.receive(&reception);
+            keep(&mut driver);
         }
         let at = flight.datagrams.last().unwrap().received;
         let line = || LineStatus { name: "a line".to_owned(), joined: true, ..LineStatus::default() };

@@ -179,14 +179,14 @@ async fn each_event_of_a_compressed_stream_arrives_at_once_and_the_file_is_whole
 #[tokio::test]
 async fn competitors_are_told_to_whoever_asks() {
     let mut site = Site::operational();
-    let rival = |frame: &&utm_fusion::live::Frame| {
+    let rival = |frame: &&utm_fusion::live::PublishedPicture| {
         frame.picture.tracks.iter().any(|track| !track.point.competitors.is_empty())
     };
     let frame =
         estimated().frames.iter().rfind(rival).expect("two come near each other in this flight").clone();
     site.publish(1).await;
     let seq = frame.seq + 1_000;
-    site.writer.publish(utm_fusion::live::Frame { seq, ..frame.clone() });
+    site.writer.publish(utm_fusion::live::PublishedPicture { seq, ..frame.clone() });
     site.shown(seq).await;
     let whole = site.get("/api/v1/tracks?include=competitors").await.json();
     let lean = site.get("/api/v1/tracks").await.json();

@@ -5,6 +5,7 @@ use std::path::Path;
 use jiff::SignedDuration;
 use utm_fusion::api::Options;
 use utm_fusion::history::{Historian, Limits, Store};
+use utm_fusion::live::Archive;
 
 use crate::common::{Site, flown};
 
@@ -21,7 +22,7 @@ fn history(name: &str) -> (Store, String) {
     let limits = Limits { age: SignedDuration::from_hours(1_000_000), octets: 1 << 24 };
     let store = Store::open(&file, limits).unwrap();
     let mut historian = Historian::start(store.clone()).unwrap();
-    let is_seen = |frame: &&utm_fusion::live::Frame| !frame.picture.tracks.is_empty();
+    let is_seen = |frame: &&utm_fusion::live::PublishedPicture| !frame.picture.tracks.is_empty();
     let first = flown().frames.iter().rfind(is_seen).unwrap();
     let mut picture = first.picture.clone();
     picture.tracks.truncate(1);

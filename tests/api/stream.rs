@@ -8,7 +8,7 @@ use fusion::time::Time;
 use futures_util::StreamExt;
 use tower::ServiceExt;
 use utm_fusion::api::Options;
-use utm_fusion::live::{Frame, SensorState};
+use utm_fusion::live::{PublishedPicture, SensorState};
 
 use crate::common::{Reader, Site, flown};
 
@@ -129,7 +129,7 @@ async fn who_does_not_read_costs_others_nothing_and_begins_anew() {
 }
 
 /// The same tracks a slot later, each with its new time.
-fn next_slot(frame: &mut Frame) -> Frame {
+fn next_slot(frame: &mut PublishedPicture) -> PublishedPicture {
     let later = |time: &mut Time| *time = *time + jiff::SignedDuration::from_millis(250);
     frame.seq += 1;
     later(&mut frame.due);
@@ -184,7 +184,7 @@ async fn only_what_changed_is_told_again() {
 }
 
 /// A frame, and slots after it of which each lacks one more track.
-fn dwindling() -> (Frame, impl FnMut() -> (Frame, Option<String>)) {
+fn dwindling() -> (PublishedPicture, impl FnMut() -> (PublishedPicture, Option<String>)) {
     let mut frame = flown().frames[flown().frames.len() / 2].clone();
     // Enough of them that one may leave each slot.
     let tracks = frame.picture.tracks.clone();
@@ -317,7 +317,8 @@ async fn a_replay_that_goes_back_begins_anew_for_everybody() {
         readers.push(reader);
     }
     let frames = &flown().frames;
-    let earlier = Frame { seq: frames.last().unwrap().seq + 1, ..frames[frames.len() / 3].clone() };
+    let earlier =
+        PublishedPicture { seq: frames.last().unwrap().seq + 1, ..frames[frames.len() / 3].clone() };
     site.writer.publish(earlier.clone());
     for reader in &mut readers {
         assert_eq!(reader.next().await.unwrap().name, "resync");

@@ -44,14 +44,7 @@ impl Live {
         let (queue, recorder) = Recorder::start(&config, record, Vec::new(), true).unwrap();
         let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), now());
         let sinks = Sinks::open(&config.output.asterix).unwrap();
-        let outlets = Outlets {
-            hub: writer,
-            sinks,
-            recorder: Some(queue),
-            numbers: None,
-            registration: None,
-            correlations: None,
-        };
+        let outlets = Outlets { hub: writer, sinks, recorder: Some(queue), keepers: None };
         let clock = Clock::default();
         let service = Service::start(config, driver, outlets, clock.clone(), runtime.handle()).unwrap();
         runtime.spawn(observe(hub.clone(), Alerts::new(AlertAreas::default(), now()), None));

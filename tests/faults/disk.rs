@@ -60,7 +60,7 @@ fn a_full_disk_stops_no_slot_and_is_recorded_onto_again_when_there_is_space() {
 
     fill(&disk.join("filler"));
     stage.send(6.5, 11.0);
-    service.says("cannot be recorded into");
+    service.says("cannot be recorded");
     service.says("the history cannot be written");
     until("alerts", Duration::from_secs(10), || troubled(address) == ["history", "recorder"]);
     assert_eq!(metric(address, "utm_fusion_recorder_failing", ""), 1.0);
@@ -83,7 +83,7 @@ fn a_full_disk_stops_no_slot_and_is_recorded_onto_again_when_there_is_space() {
     assert_eq!(get(address, &format!("/api/v1/snapshot?time={}", at(24))).0, 200);
     let (code, log) = service.stop();
     assert_eq!(code, Some(0), "{log}");
-    for once in ["cannot be recorded into", "the history cannot be written"] {
+    for once in ["cannot be recorded", "the history cannot be written"] {
         assert_eq!(log.matches(once).count(), 1, "{log}");
     }
     stop.store(true, Ordering::Relaxed);

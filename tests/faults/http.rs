@@ -11,9 +11,9 @@ use crate::common::Running;
 
 /// Where the program says that it serves.
 pub(crate) fn address(running: &mut Running) -> SocketAddr {
-    running.says("running, http://");
+    running.says("url=http://");
     let log = running.log();
-    log.split("running, http://").nth(1).unwrap().split('/').next().unwrap().parse().unwrap()
+    log.split("url=http://").nth(1).unwrap().split('/').next().unwrap().parse().unwrap()
 }
 
 /// Status and body.

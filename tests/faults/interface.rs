@@ -121,7 +121,7 @@ fn an_interface_that_is_gone_for_long_is_an_outage_and_is_heard_again_when_it_is
     let (code, log) = service.stop();
     assert_eq!(code, Some(0), "{log}");
     assert_eq!(log.matches("cannot be opened").count(), 2, "once a line:\n{log}");
-    assert_eq!(log.matches("listening to").count(), 4, "at first, and again:\n{log}");
+    assert_eq!(log.matches("listening receive_buffer").count(), 4, "at first, and again:\n{log}");
 }
 
 #[test]

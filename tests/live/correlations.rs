@@ -73,7 +73,7 @@ fn an_operator_decides_and_the_service_obeys_says_so_and_records_it() {
     let stage = Stage::new(scenario, 22_500, |config, _| config.fusion.profile = Profile::Operational);
     let service = stage.run("run.log");
     let port = service.log();
-    let port = port.split("running, http://").nth(1).unwrap().split(['/', ':']).nth(1).unwrap();
+    let port = port.split("url=http://").nth(1).unwrap().split(['/', ':']).nth(1).unwrap();
     let port: u16 = port.parse().unwrap();
     // The first fused track, as its radar's part, and its transponder's serial number.
     let fused = || {
@@ -185,7 +185,7 @@ fn a_decision_outlives_a_restart_that_is_short_and_no_other() {
     });
     let port = |service: &Running| -> u16 {
         let log = service.log();
-        let address = log.split("running, http://").nth(1).unwrap().split('/').next().unwrap().to_owned();
+        let address = log.split("url=http://").nth(1).unwrap().split('/').next().unwrap().to_owned();
         address.split(':').nth(1).unwrap().parse().unwrap()
     };
     let held = |port: u16| ask(port, "GET", "/api/v1/correlations").1["correlations"].clone();
@@ -217,13 +217,15 @@ fn a_decision_outlives_a_restart_that_is_short_and_no_other() {
         until("it holds again", &mut || held(second) == correlated);
         let (code, log) = service.stop();
         assert_eq!(code, Some(0), "{log}");
-        let told = format!("{sensor} track {NUMBER} and transponder STRAIGHT: decorrelated: it holds again");
+        let told = format!(
+            "{sensor}\" track={NUMBER} transponder=\"STRAIGHT\" verdict=\"decorrelated\"}}: decision holds again"
+        );
         assert!(log.contains(&told), "{log}");
 
         // Later than the radar keeps a number through a silence: that is said.
         std::thread::sleep(Duration::from_secs(8));
         let mut service = stage.run("third.log");
-        service.says("it ended with the restart");
+        service.says("decision ended with the restart");
         assert_eq!(held(port(&service)).as_array().unwrap().len(), 0);
         let (code, log) = service.stop();
         assert_eq!(code, Some(0), "{log}");

@@ -96,7 +96,7 @@ fn two_demos_do_not_hear_each_other() {
     );
     for (mut running, address) in demos {
         let said = running.log();
-        assert!(said.contains("the fused picture goes to 239.192.129.2:"), "{said}");
+        assert!(said.contains("fused picture is sent to=\"239.192.129.2:"), "{said}");
         let status = json(address, "/api/v1/status")["tally"].to_string();
         assert!(!status.contains("other_sender"), "{status}");
         for sensor in json(address, "/api/v1/sensors")["features"].as_array().unwrap() {

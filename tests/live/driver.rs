@@ -92,16 +92,16 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
     let start = arrivals[0].received;
     let mut driver = Driver::new(config, Masks::default(), start, 2);
     assert_eq!(driver.remember(&mut fate.numbers.clone()), 0);
-    let unused = driver.restore(&fate.registrations, config, start);
+    let unused = fate.registrations.restore(config, Some(start), driver.engine_mut());
     assert!(unused.is_empty(), "{unused:?}");
     let text = registration_text(&fate.registrations).into();
-    assert!(recorder.wait(Recorded::Registered { text }));
+    assert!(recorder.wait(Recorded::Registered(text)));
     let registrations = Registrations::default();
     let mut flown = Flown { slots: 0, alarms: 0, radar: Vec::new(), registrations, correlations: 0 };
     let shown = RefCell::new(Vec::new());
     let mut held = Vec::new();
-    let mut hand_out = |made: Vec<Made>, driver: &Driver| {
-        for made in made {
+    let mut hand_out = |driver: &mut Driver| {
+        while let Some(made) = driver.poll() {
             match made {
                 Made::Slot(frame) => {
                     flown.slots += 1;
@@ -120,7 +120,7 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
                     }
                 }
                 Made::Number(NumberChange::Heard(given)) => {
-                    assert!(recorder.wait(Recorded::Numbered { given }));
+                    assert!(recorder.wait(Recorded::Numbered(given)));
                 }
                 Made::Number(NumberChange::Returned(_)) => {}
                 Made::Event(event) => flown.alarms += u64::from(event.is_warning()),
@@ -130,7 +130,7 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
         if now != held {
             let line = |held: &HeldCorrelation| correlation_line(held.since, &held.correlation, config);
             let text = now.iter().map(line).collect::<String>().into();
-            assert!(recorder.wait(Recorded::Correlations { text }));
+            assert!(recorder.wait(Recorded::Correlations(text)));
             held = now;
         }
     };
@@ -165,9 +165,8 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
                 break;
             }
             steady = at;
-            let mut made = Vec::new();
-            driver.tick(wall(at), |one| made.push(one));
-            hand_out(made, &driver);
+            driver.tick(wall(at));
+            hand_out(&mut driver);
             // A deadline that a step of the clock has moved away comes no nearer by itself.
             if early < SignedDuration::ZERO && driver.deadline() == Some(deadline) {
                 break;
@@ -180,27 +179,24 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
                 && let Ok(slot) = driver.correlate(correlation)
             {
                 let line = correlation_line(slot, &correlation, config).into();
-                assert!(recorder.wait(Recorded::Decided { line }));
+                assert!(recorder.wait(Recorded::Decided(line)));
                 correlations += 1;
             }
         }
         if random.random_bool(0.1) {
-            let mut made = Vec::new();
-            driver.tick(wall(steady), |one| made.push(one));
-            hand_out(made, &driver);
+            driver.tick(wall(steady));
+            hand_out(&mut driver);
         }
         let from = FROM;
         let line = usize::from(datagram.flow.port != 8048);
         let received = driver.reception(wall(datagram.received));
         let payload = datagram.payload.clone();
         assert!(recorder.wait(Recorded::Input { received, line, from, payload: payload.clone() }));
-        let mut made = Vec::new();
-        driver.receive(&reception(line, received, payload), |one| made.push(one));
-        hand_out(made, &driver);
+        driver.receive(&reception(line, received, payload));
+        hand_out(&mut driver);
     }
-    let mut owed = Vec::new();
-    driver.finish(|made| owed.push(made));
-    hand_out(owed, &driver);
+    driver.finish();
+    hand_out(&mut driver);
     flown.correlations = correlations;
     flown.registrations = Registrations::of(config, driver.pipeline().engine());
     flown
@@ -431,16 +427,18 @@ fn own_output_that_comes_back_is_counted_and_not_taken_in() {
     for datagram in &simulation.datagrams {
         let received = datagram.received;
         let mut sent = Vec::new();
-        driver.receive(&reception(0, received, datagram.payload.clone()), |made| {
+        driver.receive(&reception(0, received, datagram.payload.clone()));
+        while let Some(made) = driver.poll() {
             if let Made::Slot(frame) = made {
                 sent.extend(pack(&frame.picture, &encoder));
             }
-        });
+        }
         for payload in sent {
             echoed += blocks(&payload).count() as u64;
-            driver.receive(&reception(1, received, payload), |made| {
+            driver.receive(&reception(1, received, payload));
+            while let Some(made) = driver.poll() {
                 accepted += u64::from(matches!(made, Made::Event(Event::Accepted { .. })));
-            });
+            }
         }
     }
     assert_eq!(accepted, 0);
@@ -510,10 +508,10 @@ fn a_tick_shortens_no_memory() {
     let second = datagram.received.nanos() / SECOND * SECOND;
     let at = |seconds: f64| Time::from_nanos(second + (seconds * 1e9) as i64);
     let mut driver = Driver::new(&simulation.config, Masks::default(), at(0.0), 1);
-    driver.receive(&reception(0, at(0.1), datagram.payload.clone()), drop);
-    driver.tick(at(2.2), drop);
+    driver.receive(&reception(0, at(0.1), datagram.payload.clone()));
+    driver.tick(at(2.2));
     let received = driver.reception(at(2.05));
     assert_eq!(received, at(2.05), "no deadline has passed since");
-    driver.receive(&reception(0, received, datagram.payload.clone()), drop);
+    driver.receive(&reception(0, received, datagram.payload.clone()));
     assert_eq!(driver.pipeline().tally().duplicates, 1);
 }

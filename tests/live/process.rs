@@ -65,7 +65,7 @@ fn a_broken_file_of_numbers_is_set_aside() {
     assert!(service.is_running());
     let (code, log) = service.stop();
     assert_eq!(code, Some(0), "{log}");
-    assert!(log.contains("numbers begin anew"), "{log}");
+    assert!(log.contains("begun anew contents=\"transponder numbers\""), "{log}");
     assert_eq!(files(&scratch.path("state"), "numbers.json.broken-2", "Z").len(), 1);
     assert!(!scratch.path("state/numbers.json").exists());
 }
@@ -104,7 +104,7 @@ fn record_ends_after_its_duration() {
     );
     let (code, log) = record.wait(Duration::from_secs(5));
     assert_eq!(code, Some(0), "{log}");
-    assert!(now().seconds_since(began) >= 1.0 && log.contains("0 datagrams recorded, 0 lost"), "{log}");
+    assert!(now().seconds_since(began) >= 1.0 && log.contains("stopped recorded=0 lost=0"), "{log}");
 }
 
 #[test]

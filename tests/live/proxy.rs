@@ -77,9 +77,9 @@ fn the_recipe_passes_on_streams_at_once_and_says_who_asks() {
     config.http.limit = Some(RateLimit { requests_per_s: 1, burst: 20 });
     let site = scratch.file("site.toml", config.to_string());
     let mut service = Running::start(utm_fusion("run").arg("--config").arg(&site), scratch.path("run.log"));
-    service.says("running, http://127.0.0.1:");
+    service.says("url=http://127.0.0.1:");
     let log = service.log();
-    let own = log.split("running, http://127.0.0.1:").nth(1).unwrap().split('/').next().unwrap();
+    let own = log.split("url=http://127.0.0.1:").nth(1).unwrap().split('/').next().unwrap();
 
     let issued = Issued::new();
     scratch.file("certificate.pem", &issued.certificate);

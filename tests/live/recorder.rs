@@ -69,17 +69,17 @@ fn a_later_file_begins_with_the_decisions_that_are_in_force() {
     let dir = scratch.path("recordings");
     let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 2 };
     let (queue, recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
-    let correlated = |line: &str| assert!(queue.wait(Recorded::Decided { line: line.into() }));
+    let correlated = |line: &str| assert!(queue.wait(Recorded::Decided(line.into())));
     let hours = SignedDuration::from_hours;
     send(&queue, hours(0), vec![1]);
     correlated("one\n");
     correlated("two\n");
-    assert!(queue.wait(Recorded::Correlations { text: "two\n".into() }));
+    assert!(queue.wait(Recorded::Correlations("two\n".into())));
     send(&queue, hours(2), vec![2]);
     correlated("three\n");
     let read = |file: &std::path::Path| fs::read_to_string(file).unwrap();
     // Nothing is in force any more.
-    assert!(queue.wait(Recorded::Correlations { text: "".into() }));
+    assert!(queue.wait(Recorded::Correlations("".into())));
     send(&queue, hours(4), vec![3]);
     drop(queue);
     assert_eq!(recorder.join().unwritten, 0);
@@ -118,7 +118,7 @@ fn numbers_cost_what_the_pair_needs_of_them() {
     let node = || fs::metadata(file().unwrap()).unwrap().ino();
     let at_first = node();
     for number in (100_000..102_000).chain([60_000, 100_000]) {
-        assert!(queue.wait(Recorded::Numbered { given: given(number, START) }));
+        assert!(queue.wait(Recorded::Numbered(given(number, START))));
     }
     send(&queue, millis(1), vec![3]);
     drop(queue);

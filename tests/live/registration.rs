@@ -119,17 +119,20 @@ fn a_service_goes_on_with_a_registration_unless_it_is_not_this_radars() {
     };
 
     let (log, after) = run(&config, 22_400, &text);
-    assert!(log.contains("the registration of 1 radars goes on"), "{log}");
+    assert!(log.contains("registration goes on radars=1"), "{log}");
     assert!(kept(&after) == registrations);
 
     radar(&mut config).bearing_correction_deg = -1.5;
     let (log, _) = run(&config, 22_410, &text);
-    assert!(log.contains("begins anew: bearing_correction_deg was 4 and is -1.5"), "{log}");
+    assert!(
+        log.contains("begins anew radar=radar reason=\"bearing_correction_deg was 4 and is -1.5"),
+        "{log}"
+    );
     assert!(!log.contains("goes on"), "{log}");
     radar(&mut config).bearing_correction_deg = TURNED_DEG;
     radar(&mut config).latitude_deg += 1e-4;
     let (log, _) = run(&config, 22_420, &text);
-    assert!(log.contains("begins anew: latitude_deg was "), "{log}");
+    assert!(log.contains("reason=\"latitude_deg was "), "{log}");
 }
 
 #[test]
@@ -145,7 +148,7 @@ fn no_file_keeps_a_service_from_starting() {
         (&text.replacen("\"version\":1", "\"version\":7", 1), "its version is 7, and only 1 is known"),
     ] {
         let (log, after) = run(&config, 22_430, file);
-        assert!(log.contains(why) && log.contains("registration begins anew"), "{why}: {log}");
+        assert!(log.contains(why) && log.contains("begun anew contents=\"registration\""), "{why}: {log}");
         assert_eq!(files(&after.path("state"), "registration.json.broken-2", "Z").len(), 1);
     }
     // The file is what it should be, and what it says of the radar is not.
@@ -178,12 +181,12 @@ fn no_file_keeps_a_service_from_starting() {
         *hostile.pointer_mut(&format!("/radars/{id}/state{place}")).unwrap() = value;
         let registrations = parse_registration(&hostile.to_string()).unwrap();
         let mut hurt = Pipeline::new(&config, Masks::default());
-        let unused = registrations.restore(&config, Some(utm_fusion::live::now()), &mut hurt);
+        let unused = registrations.restore(&config, Some(utm_fusion::live::now()), hurt.engine_mut());
         assert!(unused.len() == 1 && unused[0].contains(why), "{place}: {why}: {unused:?}");
         assert!(Registrations::of(&config, hurt.engine()).is_empty());
     }
     let (log, after) = run(&config, 22_440, &text.replacen("\"settled\":{", "\"settled\":{\"x\":1,", 1));
-    assert!(log.contains(&format!("registration of {id} begins anew: unknown field")), "{log}");
+    assert!(log.contains(&format!("begins anew radar={id} reason=\"unknown field")), "{log}");
     assert!(files(&after.path("state"), "registration.json.broken", "").is_empty());
 }
 
@@ -195,7 +198,7 @@ fn a_silence_is_not_forgetting() {
     for datagram in &simulation.datagrams {
         let received = Some(datagram.received);
         let (kind, payload) = (ReceptionKind::Datagram, datagram.payload.clone());
-        driver.receive(&Reception { received, input: 0, from: None, kind, origin: 0, payload }, drop);
+        driver.receive(&Reception { received, input: 0, from: None, kind, origin: 0, payload });
     }
     let known = |driver: &Driver| {
         let engine = driver.pipeline().engine();
@@ -204,10 +207,10 @@ fn a_silence_is_not_forgetting() {
     let before = known(&driver);
     assert!(before[0].samples > 8.0, "{before:?}");
     let end = simulation.datagrams.last().unwrap().received;
-    let mut restarts = 0;
-    driver.tick(end + SignedDuration::from_hours(1), |made| {
-        restarts += u64::from(matches!(made, Made::Event(Event::Restarted)));
-    });
+    driver.tick(end + SignedDuration::from_hours(1));
+    let restarts = std::iter::from_fn(|| driver.poll())
+        .filter(|made| matches!(made, Made::Event(Event::Restarted)))
+        .count();
     assert_eq!(restarts, 1);
     assert!(known(&driver)[0].samples >= before[0].samples);
 }

@@ -37,9 +37,9 @@ impl Stage {
         let site = scratch.file("site.toml", config.to_string());
         let mut service =
             Running::start(utm_fusion("run").arg("--config").arg(&site), scratch.path("run.log"));
-        service.says("running, http://");
+        service.says("url=http://");
         let log = service.log();
-        let port = log.split("running, http://").nth(1).unwrap().split(['/', ':']).nth(1).unwrap();
+        let port = log.split("url=http://").nth(1).unwrap().split(['/', ':']).nth(1).unwrap();
         let port = port.parse().unwrap();
         Self { scratch, config, site, service, port, reloads: 0 }
     }

@@ -37,8 +37,8 @@ fn json(address: SocketAddr, path: &str) -> Value {
 }
 
 fn address(running: &mut Running) -> SocketAddr {
-    running.says("running, http://");
-    running.log().split("running, http://").nth(1).unwrap().split('/').next().unwrap().parse().unwrap()
+    running.says("url=http://");
+    running.log().split("url=http://").nth(1).unwrap().split('/').next().unwrap().parse().unwrap()
 }
 
 /// Sends another flight to the inputs of the stage, as a stray simulator would; from this address.
@@ -132,7 +132,7 @@ fn of_two_senders_the_first_counts_and_both_are_named() {
     let (code, log) = service.stop();
     assert_eq!(code, Some(0), "{log}");
     assert!(
-        (1..=3).contains(&log.matches("say different things (CAT").count()),
+        (1..=3).contains(&log.matches("say different things under one SAC/SIC").count()),
         "told once a sensor:\n{log}"
     );
 

@@ -43,7 +43,7 @@ impl Stage {
             Running::start(utm_fusion("run").arg("--config").arg(&self.site), self.scratch.path(log));
         running.says("running");
         for _ in &self.config.sensors {
-            running.says("listening to");
+            running.says("listening receive_buffer");
         }
         running
     }

@@ -142,9 +142,9 @@ fn tls_from_the_first_octet_on_and_a_renewed_certificate_from_sighup_on() {
         utm_fusion("run").arg("--config").arg(scratch.path("site.toml")),
         scratch.path("run.log"),
     );
-    service.says("running, https://127.0.0.1:");
+    service.says("url=https://127.0.0.1:");
     let log = service.log();
-    let port = log.split("running, https://127.0.0.1:").nth(1).unwrap().split('/').next().unwrap();
+    let port = log.split("url=https://127.0.0.1:").nth(1).unwrap().split('/').next().unwrap();
     let port: u16 = port.parse().unwrap();
 
     // Who says nothing hinders nobody.

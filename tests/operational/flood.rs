@@ -4,7 +4,7 @@ use fusion::time::{SECOND, Time};
 use utm_fusion::areas::Masks;
 use utm_fusion::capture::Reception;
 use utm_fusion::config::Profile;
-use utm_fusion::pipeline::{Output, Pipeline};
+use utm_fusion::pipeline::Pipeline;
 use utm_fusion::simulate::Simulation;
 
 use crate::invented::{admit, invented, received};
@@ -41,11 +41,8 @@ fn identities_heard_once_change_nothing_of_what_is_put_out() {
     let mut pipeline = Pipeline::new(&config, Masks::default());
     let mut most = 0;
     for reception in &receptions {
-        pipeline.receive(reception, |output| {
-            if let Output::Emission(emission) = output {
-                most = most.max(emission.points.len());
-            }
-        });
+        pipeline.receive(reception);
+        most = pipeline.emissions().map(|emission| emission.points.len()).fold(most, usize::max);
     }
     assert!(most < 30, "{most} aircraft in a slot");
     assert!(pipeline.engine().numbers().used() <= 8, "numbers were given");
@@ -72,7 +69,7 @@ fn what_is_decided_of_identities_does_not_depend_on_the_order_between_two_deadli
     receptions.chunk_by_mut(|a, b| a.received == b.received).for_each(<[Reception]>::reverse);
     assert_eq!(points(receptions.iter().cloned(), &config), forward);
     let mut pipeline = Pipeline::new(&config, Masks::default());
-    receptions.iter().for_each(|reception| pipeline.receive(reception, drop));
+    receptions.iter().for_each(|reception| pipeline.receive(reception));
     let numbers = pipeline.engine().numbers().used();
     // 8 drones, 60 permits that had gathered, and 3 a second while it lasted.
     assert!((60..=60 + 8 + 3 * 45).contains(&numbers), "{numbers}");

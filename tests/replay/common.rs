@@ -164,13 +164,17 @@ pub(crate) fn fly(config: &Config, receptions: &[Reception]) -> Flown {
     let (mut emissions, mut events) = (Vec::new(), Vec::new());
     for reception in receptions {
         let mut happened = Vec::new();
-        pipeline.receive(reception, |output| match output {
-            Output::Emission(emission) => emissions.push(emission),
-            Output::Event(event) => happened.push(event),
-        });
+        pipeline.receive(reception);
+        while let Some(output) = pipeline.poll() {
+            match output {
+                Output::Emission(emission) => emissions.push(emission),
+                Output::Event(event) => happened.push(event),
+            }
+        }
         events.push(happened);
     }
-    pipeline.finish(|emission| emissions.push(emission));
+    pipeline.finish();
+    emissions.extend(pipeline.emissions());
     Flown { emissions, events, tally: pipeline.tally().clone() }
 }
 

@@ -44,7 +44,7 @@ fn files_without_reception_times_fly_on_the_day_that_is_given() {
         let file = scratch.path("out.csv");
         let ran = ran(flight.replay(&[&radar, &transponder]).args(date).arg("-o").arg(&file));
         assert_eq!(ran.code, 0, "{}", ran.stderr);
-        assert!(ran.stderr.contains("radar.ast: raw ASTERIX"), "{}", ran.stderr);
+        assert!(ran.stderr.contains("radar.ast\" format=raw ASTERIX"), "{}", ran.stderr);
         // Who does not say the day is told what it is taken for, of each file, and how to say it.
         let told: Vec<_> = ran.stderr.lines().filter(|line| line.contains("--date YYYY-MM-DD")).collect();
         assert_eq!(told.len(), if date.is_empty() { 2 } else { 0 }, "{}", ran.stderr);
@@ -85,7 +85,7 @@ fn a_recording_flies_from_the_day_that_is_given() {
     let file = scratch.path("out.csv");
     let ran = ran(flight.replay(&[&recording]).args(["--date", "2026-06-20"]).arg("-o").arg(&file));
     assert_eq!(ran.code, 0, "{}", ran.stderr);
-    assert!(ran.stderr.contains("capture.final: FINAL recording"), "{}", ran.stderr);
+    assert!(ran.stderr.contains("capture.final\" format=FINAL recording"), "{}", ran.stderr);
     assert!(csv_lines(fs::read(&file).unwrap()) == flight.csv());
 }
 
@@ -114,7 +114,10 @@ fn behind_a_lost_octet_the_flight_goes_on() {
     assert_eq!(ran.code, 4, "{}", ran.stderr);
     let gap = format!("{} octets in 1 place (at offset {at})", length - 1);
     assert!(
-        ran.stderr.contains(&format!("damaged.ast: {gap} belong to no block and were skipped")),
+        ran.stderr.contains(&format!(
+            "that belong to no block were skipped capture=\"{}\" octets={gap}",
+            damaged.display()
+        )),
         "{}",
         ran.stderr
     );
@@ -174,7 +177,7 @@ fn a_compressed_capture_gives_the_same() {
     assert!(csv_lines(flight.output(&[&packed], "csv")) == flight.csv());
     let ran = ran(&mut flight.replay(&[&packed]));
     assert!(
-        ran.stderr.contains("capture.pcap.gz: pcap (Ethernet, microseconds), gzip-compressed"),
+        ran.stderr.contains("capture.pcap.gz\" format=pcap (Ethernet, microseconds) gzip=true"),
         "{}",
         ran.stderr
     );
@@ -195,8 +198,12 @@ fn what_is_whole_of_a_cut_raw_file_is_used_and_the_rest_is_located() {
         let out = scratch.path("out.csv");
         let ran = ran(flight.replay(&[&cut, &transponder]).arg("-o").arg(&out));
         assert!(fs::read(&out).unwrap() == wanted, "{kept} octets of it");
-        let place = format!("at octet {}: the block runs past the end of the datagram", block.offset);
-        assert!(ran.stderr.contains("cut.ast: ") && ran.stderr.contains(&place), "{place}\n{}", ran.stderr);
+        let place = format!("cut.ast\"}}: unreadable ASTERIX octet={} ", block.offset);
+        assert!(
+            ran.stderr.contains("the block runs past the end of the datagram") && ran.stderr.contains(&place),
+            "{place}\n{}",
+            ran.stderr
+        );
         assert!(ran.text().contains("block_past_end"), "{}", ran.text());
         assert_eq!(ran.code, 4, "octets of a raw file could not be read");
     }

@@ -317,13 +317,11 @@ fn standard_output_is_data_and_standard_error_plain_text() {
     assert!(!ran.text().contains("took"), "the same input gives the same summary");
 }
 
-/// `NAME: TIME: CAT048 item 040 at octet 5439: …`: category, item and octet.
+/// `… octet=5439 category=48 item="040" …`: category, item and octet.
 fn place(warning: &str) -> (u8, Option<&str>, usize) {
-    let (what, octet) = warning.split_once(" at octet ").unwrap();
-    let octet = octet.split_once(':').unwrap().0.parse().unwrap();
-    let (_, what) = what.rsplit_once(": CAT").unwrap();
-    let (category, item) = what.split_once(" item ").map_or((what, None), |(cat, item)| (cat, Some(item)));
-    (category.parse().unwrap(), item, octet)
+    let field = |name: &str| warning.split(' ').find_map(|word| word.strip_prefix(name)?.strip_prefix('='));
+    let octet = field("octet").unwrap().parse().unwrap();
+    (field("category").unwrap().parse().unwrap(), field("item"), octet)
 }
 
 #[test]
@@ -333,12 +331,12 @@ fn a_warning_names_the_octet_of_the_file() {
         let payloads = datagrams(&flight.capture());
         let ran = ran(&mut flight.replay(&[&flight.capture()]));
         let mut seen = 0;
-        for warning in ran.stderr.lines().filter(|line| line.contains(" at octet ")) {
-            assert!(warning.contains(&format!("{}: ", flight.capture().display())), "{warning}");
+        for warning in ran.stderr.lines().filter(|line| line.contains("unreadable ASTERIX")) {
+            assert!(warning.contains(&format!("capture=\"{}\"", flight.capture().display())), "{warning}");
             let (category, item, octet) = place(warning);
             let datagram = payloads.iter().rfind(|datagram| datagram.origin as usize <= octet).unwrap();
             let end = datagram.origin as usize + datagram.payload.len();
-            assert!(warning.contains(&format!("{}: CAT", datagram.received.unwrap())), "{warning}");
+            assert!(warning.contains(&format!("received={}}}: ", datagram.received.unwrap())), "{warning}");
             assert!(octet < end, "{warning}: behind the datagram that holds it");
             let length = || usize::from(u16::from_be_bytes([file[octet + 1], file[octet + 2]]));
             let in_a_block = || {
@@ -349,7 +347,7 @@ fn a_warning_names_the_octet_of_the_file() {
                         && (block.offset + 3..block.offset + block.octets.len()).contains(&at)
                 })
             };
-            let holds = match (item, warning.rsplit_once(": ").unwrap().1) {
+            let holds = match (item, warning.split_once("detail=").unwrap().1) {
                 (None, "the block's LEN is below 3, the size of its own header") => {
                     file[octet] == category && length() < 3
                 }

@@ -60,15 +60,19 @@ fn transponders(scenario: &Scenario, seeds: u64) -> Pool {
         let mut pipeline = Pipeline::new(&config, Masks::default());
         let mut emissions: Vec<Emission> = Vec::new();
         for reception in flown.receptions(129) {
-            pipeline.receive(&reception, |output| match output {
-                Output::Emission(emission) => emissions.push(emission),
-                // Where a single transponder is silent for longer than the window, the engine starts afresh.
-                Output::Event(event) => {
-                    assert!(!event.is_warning() || matches!(event, Event::Restarted), "{event}");
+            pipeline.receive(&reception);
+            while let Some(output) = pipeline.poll() {
+                match output {
+                    Output::Emission(emission) => emissions.push(emission),
+                    // Where a single transponder is silent for longer than the window, the engine starts afresh.
+                    Output::Event(event) => {
+                        assert!(!event.is_warning() || matches!(event, Event::Restarted), "{event:?}");
+                    }
                 }
-            });
+            }
         }
-        pipeline.finish(|emission| emissions.push(emission));
+        pipeline.finish();
+        emissions.extend(pipeline.emissions());
         let equipped = flown.simulation.flights.iter().filter(|flight| flight.equipped).count();
         pool.slots += equipped * (scenario.duration_s * 4.0) as usize;
         for emission in emissions {

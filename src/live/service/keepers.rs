@@ -1,10 +1,10 @@
-//! What the engine's thread hands to those who keep it over a restart, and to the recorder: decisions of operators,
-//! transponder numbers, registration. Nothing here waits: what does not fit a queue is handed on the next time.
+//! State that the engine's thread hands to its keepers and to the recorder: decisions, transponder numbers, registration.
+//! Nothing here waits: what does not fit a queue is handed on the next time.
 
 use std::sync::Arc;
 use std::sync::mpsc::TrySendError;
 
-use tracing::{info, warn};
+use tracing::{error_span, info, warn};
 
 use super::{Engine, Estimates};
 use crate::record::Recorded;
@@ -13,30 +13,32 @@ use fusion::numbering::NumberChange;
 use fusion::operational::{Correlation, HeldCorrelation, ResumedCorrelation};
 use fusion::time::Time;
 
-/// The registration's keeper and the recorder hear of it at most this often.
+/// Shortest time between two hand-overs of the registration.
 const REGISTRATION: jiff::SignedDuration = jiff::SignedDuration::from_secs(10);
-/// What the recorder could not be given yet of decisions; more than these are lost.
+/// Most items about decisions that wait for the recorder; more are lost.
 const UNRECORDED: usize = 1024;
 
 impl Engine {
-    /// Hands on which decisions are in force, where that has changed, and says which of before a restart are.
+    /// Hands on which decisions are in force, where that has changed, and logs what became of those of before a restart.
     pub(super) fn tell_decisions(&mut self) {
-        for resumed in self.driver.resumed() {
-            match resumed {
-                ResumedCorrelation::Holds(held) => {
-                    info!("{}: it holds again after the restart", self.describe(&held.correlation));
+        for resumed in self.driver.engine_mut().resumed() {
+            let (ResumedCorrelation::Holds(held) | ResumedCorrelation::Ended(held)) = resumed;
+            let Correlation { radar, transponder, verdict } = held.correlation;
+            let sensor = self.config.sensors.get(usize::from(radar.sensor.0)).map_or("", |sensor| &sensor.id);
+            let transponder = transponder.serial().escape_ascii().to_string();
+            let (track, verdict) = (radar.number, verdict.name());
+            error_span!("decision", sensor, track, transponder, verdict).in_scope(|| match resumed {
+                ResumedCorrelation::Holds(_) => info!("decision holds again after the restart"),
+                ResumedCorrelation::Ended(_) => {
+                    warn!("decision ended with the restart: the radar did not see the track again in time");
                 }
-                ResumedCorrelation::Ended(held) => warn!(
-                    "{}: it ended with the restart, since the radar did not see the track again in time",
-                    self.describe(&held.correlation)
-                ),
-            }
+            });
         }
         let held = self.driver.pipeline().engine().correlations();
         if held != self.held {
             let line = |held: &HeldCorrelation| correlation_line(held.since, &held.correlation, &self.config);
             let text: String = held.iter().map(line).collect();
-            self.unrecorded.push_back(Recorded::Correlations { text: text.into() });
+            self.unrecorded.push_back(Recorded::Correlations(text.into()));
             self.outlets.hub.correlations.tell(held.clone());
             self.held = held;
         }
@@ -50,32 +52,24 @@ impl Engine {
         }
     }
 
-    /// A decision, for people.
-    fn describe(&self, correlation: &Correlation) -> String {
-        let Correlation { radar, transponder, verdict } = correlation;
-        let sensor = self.config.sensors.get(usize::from(radar.sensor.0)).map_or("", |sensor| &sensor.id);
-        let serial = transponder.serial().escape_ascii();
-        format!("{sensor} track {} and transponder {serial}: {}", radar.number, verdict.name())
-    }
-
-    /// Hands on what a restart would have to know of decisions; where there is no room for it, the next time.
+    /// Hands the decisions to their keeper; where there is no room, the next time.
     pub(super) fn keep_decisions(&mut self) {
-        let Some((keeper, text)) = self.outlets.correlations.as_ref().zip(self.newly_kept()) else { return };
-        if keeper.try_send(text.clone()).is_ok() {
+        let Some((keepers, text)) = self.outlets.keepers.as_ref().zip(self.new_decisions()) else { return };
+        if keepers.decisions.try_send(text.clone()).is_ok() {
             self.kept = text;
         }
     }
 
-    /// That, where it is not what was handed on.
-    pub(super) fn newly_kept(&self) -> Option<Arc<str>> {
+    /// The text of the decisions' file, where it has changed.
+    pub(super) fn new_decisions(&self) -> Option<Arc<str>> {
         let text = kept_lines(&self.driver.pipeline().engine().kept(), &self.config);
         (*text != *self.kept).then(|| text.into())
     }
 
-    /// A transponder number was used, or went back: its keeper and the recorder have to know.
+    /// Notes a transponder number that was used or went back, for its keeper and the recorder.
     pub(super) fn note_number(&mut self, change: NumberChange) {
         let number = change.given().number;
-        if self.outlets.numbers.is_some() {
+        if self.outlets.keepers.is_some() {
             self.unkept.insert(number, change);
         }
         if self.outlets.recorder.is_some() {
@@ -83,12 +77,12 @@ impl Engine {
         }
     }
 
-    /// Hands on what became of transponder numbers; what does not fit the queues waits for the next time.
+    /// Hands on the changes of transponder numbers; what does not fit the queues waits for the next time.
     pub(super) fn tell_numbers(&mut self) {
-        if let Some(keeper) = &self.outlets.numbers {
+        if let Some(keepers) = &self.outlets.keepers {
             while let Some((&number, &change)) = self.unkept.first_key_value() {
                 // A keeper that has ended has said so.
-                if let Err(TrySendError::Full(_)) = keeper.try_send(change) {
+                if let Err(TrySendError::Full(_)) = keepers.numbers.try_send(change) {
                     break;
                 }
                 self.unkept.remove(&number);
@@ -96,9 +90,9 @@ impl Engine {
         }
         if let Some(recorder) = &self.outlets.recorder {
             while let Some((&number, &change)) = self.unrecorded_numbers.first_key_value() {
-                // Of one that went back nothing is to be done: a file begins with those of who flies.
+                // One that went back is no matter of the recording: a file begins with those in flight.
                 if let NumberChange::Heard(given) = change
-                    && !recorder.has_room_for(Recorded::Numbered { given })
+                    && !recorder.has_room_for(Recorded::Numbered(given))
                 {
                     break;
                 }
@@ -115,9 +109,10 @@ impl Engine {
         }
         self.next_registration = at + REGISTRATION;
         let Some((registered, text)) = self.new_registration() else { return };
-        let kept = self.outlets.registration.as_ref().is_none_or(|to| to.try_send(text.clone()).is_ok());
+        let keepers = self.outlets.keepers.as_ref();
+        let kept = keepers.is_none_or(|keepers| keepers.registration.try_send(text.clone()).is_ok());
         let recorder = self.outlets.recorder.as_ref();
-        if kept && recorder.is_none_or(|recorder| recorder.has_room_for(Recorded::Registered { text })) {
+        if kept && recorder.is_none_or(|recorder| recorder.has_room_for(Recorded::Registered(text))) {
             self.registered = registered;
         }
     }

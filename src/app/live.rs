@@ -1,0 +1,205 @@
+//! The live service, room by room.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::sync::Arc;
+
+use tokio::net::TcpListener;
+use tracing::{error, info, warn};
+
+use super::{Failure, Served, Signals, open_sinks};
+use crate::api;
+use crate::areas::{AlertAreas, Areas};
+use crate::config::Config;
+use crate::current::Current;
+use crate::history::{Historian, Limits, Store};
+use crate::live::{Alerts, Archive, Clock, Driver, Hub, KeeperQueues, Outlets, Service, now};
+use crate::net::listen::lines;
+use crate::net::send::Sinks;
+use crate::pipeline::Tally;
+use crate::record::{Recorded, Recorder, RecorderQueue};
+use crate::state::{
+    CorrelationPlan, Keeper, Registrations, StateFile, kept_lines, read_correlations, read_numbers,
+    read_registration, registration_text,
+};
+use fusion::numbering::Given;
+use fusion::time::Time;
+
+/// A live service that is being put together. It keeps nothing unless it is told to.
+pub struct LiveBuilder {
+    config: Arc<Config>,
+    areas: Areas,
+    listener: TcpListener,
+    started: Time,
+    driver: Driver,
+    /// Transponder numbers of before.
+    numbers: Vec<Given>,
+    /// The rest of what was before, as the recording begins with it.
+    before: Vec<Recorded>,
+    keepers: Option<(KeeperQueues, [Keeper; 3])>,
+    recorder: Option<(RecorderQueue, Recorder)>,
+    history: Option<Store>,
+}
+
+/// The running service.
+pub struct Live {
+    /// Its readers.
+    pub served: Served,
+    /// Its outputs.
+    pub sinks: Sinks,
+    /// Where a track raises an alert.
+    pub alert_areas: Current<AlertAreas>,
+    /// Its history, where one is kept.
+    pub history: Option<Store>,
+    service: Service,
+    keepers: Vec<Keeper>,
+    recorder: Option<Recorder>,
+}
+
+impl LiveBuilder {
+    /// Of a site whose API listens already: an address that is taken is told before anything is sent.
+    pub fn new(config: Arc<Config>, areas: Areas, listener: TcpListener) -> Self {
+        let started = now();
+        Self {
+            driver: Driver::new(&config, areas.masks(), started, lines(&config).len()),
+            config,
+            areas,
+            listener,
+            started,
+            numbers: Vec::new(),
+            before: Vec::new(),
+            keepers: None,
+            recorder: None,
+            history: None,
+        }
+    }
+
+    /// Goes on with what the state directory holds, and keeps it up to date.
+    ///
+    /// # Errors
+    /// No thread could be started.
+    pub fn keep_state(mut self) -> io::Result<Self> {
+        let Self { config, driver, started, .. } = &mut self;
+        let (directory, now) = (&config.state.dir, *started);
+        let mut numbers = StateFile::NUMBERS.load(directory, now, read_numbers);
+        // A file of an earlier version has no times.
+        numbers.iter_mut().for_each(|given| _ = given.heard.get_or_insert(now));
+        let loaded = numbers.len();
+        let refused = driver.remember(&mut numbers);
+        if loaded > 0 {
+            info!(numbers = loaded, directory = %directory.display(), "transponder numbers loaded");
+        }
+        if refused > 0 {
+            warn!(numbers = refused, "transponder numbers contradict others and are given anew");
+        }
+        let registrations = StateFile::REGISTRATION.load(directory, now, read_registration);
+        registrations.restore(config, Some(now), driver.engine_mut());
+        let registrations = Registrations::of(config, driver.pipeline().engine());
+        if !registrations.is_empty() {
+            info!(radars = registrations.len(), "registration goes on");
+        }
+        let decisions = StateFile::DECISIONS.load(directory, now, read_correlations);
+        let CorrelationPlan { kept, .. } = decisions.plan(config);
+        if !kept.is_empty() {
+            info!(decisions = kept.len(), "decisions hold again where their radar tracks are heard in time");
+        }
+        let decisions = kept_lines(&kept, config).into();
+        driver.engine_mut().resume(kept);
+
+        let by_number: BTreeMap<_, _> = numbers.iter().map(|&given| (given.number, given)).collect();
+        let nothing = Arc::<str>::from("");
+        let (of_numbers, numbers_keeper) = StateFile::NUMBERS.keep(directory, by_number)?;
+        let (registration, registration_keeper) = StateFile::REGISTRATION.keep(directory, nothing.clone())?;
+        let (of_decisions, decisions_keeper) = StateFile::DECISIONS.keep(directory, nothing)?;
+        let queues = KeeperQueues { numbers: of_numbers, registration, decisions: of_decisions };
+        self.keepers = Some((queues, [numbers_keeper, registration_keeper, decisions_keeper]));
+        self.numbers = numbers;
+        self.before = vec![
+            Recorded::Registered(registration_text(&registrations).into()),
+            Recorded::Correlations(decisions),
+        ];
+        Ok(self)
+    }
+
+    /// Records, where the configuration asks for it; what was before is known by then.
+    ///
+    /// # Errors
+    /// No thread could be started.
+    pub fn record(mut self) -> io::Result<Self> {
+        if let Some(record) = &self.config.output.record {
+            let numbers = std::mem::take(&mut self.numbers);
+            let (queue, recorder) = Recorder::start(&self.config, record, numbers, true)?;
+            self.before.drain(..).for_each(|before| _ = queue.wait(before));
+            self.recorder = Some((queue, recorder));
+        }
+        Ok(self)
+    }
+
+    /// Keeps the history, where the configuration asks for it; where it cannot be opened the service runs all the same.
+    pub fn keep_history(mut self) -> Self {
+        let state = &self.config.state;
+        self.history = Limits::of(state).map(|limits| {
+            let store = Store::closed(&state.dir.join("history.redb"), limits);
+            if let Err(error) = store.reopen() {
+                error!(%error, "no history is kept: tried again, the service goes on");
+            }
+            store
+        });
+        self
+    }
+
+    /// Opens the outputs and the inputs, and starts; within a runtime.
+    ///
+    /// # Errors
+    /// An output, or what the configuration of the API names, cannot be used; or no thread could be started.
+    pub fn start(self) -> Result<Live, Failure> {
+        let Self { config, areas, listener, started, driver, keepers, recorder, history, .. } = self;
+        let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), started);
+        let alert_areas = Current::from(areas.alerts());
+        let alerts = Alerts::new(alert_areas.clone(), started);
+        let historian = history.clone().and_then(|store| {
+            Historian::start(store).map_err(|error| error!(%error, "no history is kept")).ok()
+        });
+        let archive = historian.map(|historian| Box::new(historian) as Box<dyn Archive>);
+        let options = api::Options { history: history.clone(), ..Default::default() };
+        let served = Served::start(listener, hub, options, alerts, archive)?;
+        let sinks = open_sinks(&config)?;
+        let (keeper_queues, keepers) = keepers.unzip();
+        let (recorder_queue, recorder) = recorder.unzip();
+        let outlets =
+            Outlets { hub: writer, sinks: sinks.clone(), recorder: recorder_queue, keepers: keeper_queues };
+        let runtime = tokio::runtime::Handle::current();
+        let service = Service::start(config, driver, outlets, Clock::default(), &runtime)?;
+        let keepers = keepers.into_iter().flatten().collect();
+        Ok(Live { served, sinks, alert_areas, history, service, keepers, recorder })
+    }
+}
+
+impl Live {
+    /// Whether the engine's thread has ended, which it does by itself only when it panics.
+    pub fn has_ended(&self) -> bool {
+        self.service.has_ended()
+    }
+
+    /// Stops the inputs, publishes what is owed, writes what waits, and ends the API; what was counted.
+    ///
+    /// # Errors
+    /// A thread panicked, or a further signal came: it does not wait for what is owed.
+    pub async fn stop(self, signals: &mut Signals) -> Result<Tally, Failure> {
+        let Self { mut served, service, keepers, recorder, .. } = self;
+        let stopped = tokio::task::spawn_blocking(move || {
+            let driver = service.stop();
+            // The engine is gone, and with it what fed these.
+            keepers.into_iter().for_each(Keeper::join);
+            recorder.map(Recorder::join);
+            driver
+        });
+        let driver = tokio::select! {
+            driver = stopped => driver??,
+            () = signals.stop() => return Err("stopped at once; what the window held was not published".into()),
+        };
+        served.settle().await;
+        served.close().await?;
+        Ok(driver.pipeline().tally().clone())
+    }
+}

@@ -1,0 +1,74 @@
+//! `demo --http`: a simulated flight through the live service on this machine, with its map.
+
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use jiff::SignedDuration;
+use tracing::{error, info};
+
+use crate::app::{LiveBuilder, Signals, listen_locally, runtime};
+use crate::areas::Areas;
+use crate::commands::own_ports::OwnPorts;
+use crate::commands::simulate::{send, start};
+use crate::commands::{CommandResult, Outcome, needs_tokens};
+use crate::simulate::{Scenario, Simulation, simulate};
+
+/// Sends the scenario to a live service and serves what it makes of it; one flight after another, until Ctrl-C, or for
+/// `duration`.
+///
+/// # Errors
+/// The address is taken, or there is no multicast on the loopback interface.
+pub fn serve(
+    scenario: Scenario,
+    seed: u64,
+    http: SocketAddr,
+    duration: Option<SignedDuration>,
+) -> CommandResult {
+    let mut first = simulate(&scenario, seed, Some(start(&scenario)))?;
+    let ports =
+        OwnPorts::instead_of(&first.config).map_err(|error| format!("no UDP port is free: {error}"))?;
+    ports.lead(&mut first);
+    let mut config = first.config.clone();
+    config.http.listen = http;
+    let config = Arc::new(config);
+    runtime(2)?.block_on(async {
+        let mut signals = Signals::listen()?;
+        let listener = listen_locally(&config)?.ok_or_else(|| needs_tokens(&config))?;
+        let live = LiveBuilder::new(config.clone(), Areas::default(), listener).start()?;
+        // It sleeps most of its time, and ends with the process.
+        std::thread::spawn(move || fly(&scenario, seed, first, &ports));
+        for sink in &config.output.asterix {
+            info!(to = sink.name(), "fused picture is sent");
+        }
+        info!(url = %live.served.url, "ten drones and birds, live; Ctrl-C ends it");
+        let over = async {
+            match duration.map(Duration::try_from) {
+                Some(Ok(duration)) => tokio::time::sleep(duration).await,
+                _ => std::future::pending().await,
+            }
+        };
+        tokio::select! {
+            () = signals.stop() => {}
+            () = over => {}
+        }
+        live.stop(&mut signals).await?;
+        Ok(Outcome::Done)
+    })
+}
+
+/// Sends flight after flight.
+fn fly(scenario: &Scenario, mut seed: u64, first: Simulation, ports: &OwnPorts) {
+    let mut next = Ok(first);
+    loop {
+        let sent = next.map_err(Into::into).and_then(|simulation| send(&simulation));
+        if let Err(error) = sent {
+            return error!(%error, "the flight has ended");
+        }
+        seed += 1;
+        next = simulate(scenario, seed, Some(start(scenario))).map(|mut simulation| {
+            ports.lead(&mut simulation);
+            simulation
+        });
+    }
+}

@@ -1,0 +1,44 @@
+//! `replay --serve`: a recording on the map.
+
+use std::sync::Arc;
+
+use tracing::info;
+
+use super::args::Args;
+use crate::api;
+use crate::app::{Served, Signals, listen_locally, runtime};
+use crate::areas::{AlertAreas, Masks};
+use crate::capture::TrailerRules;
+use crate::commands::{CommandResult, Outcome, needs_tokens};
+use crate::config::Config;
+use crate::live::{Alerts, Hub, OpenCaptures, Player, now};
+use crate::picture::PictureMaker;
+use crate::pipeline::Pipeline;
+use fusion::time::Time;
+
+/// Serves the replay until Ctrl-C.
+///
+/// # Errors
+/// An input cannot be opened, or the address is taken.
+pub fn serve(args: &Args, config: Arc<Config>, masks: Masks, speed: f64) -> CommandResult {
+    let (named, again) = (args.clone(), args.again);
+    let trailers = TrailerRules::of(&config);
+    let open: OpenCaptures = Arc::new(move || named.open(&trailers));
+    let date = args.day_of(&open()?); // a wrong path is an error at once
+    let plan = args.saved_state()?.correlations.plan(&config);
+    runtime(2)?.block_on(async {
+        let mut signals = Signals::listen()?;
+        let listener = listen_locally(&config)?.ok_or_else(|| needs_tokens(&config))?;
+        let maker = PictureMaker::new(&config, Pipeline::new(&config, masks.clone()).normaliser());
+        let (writer, hub) = Hub::new(config.clone(), Arc::new(maker), now());
+        let areas = AlertAreas::load(&config.areas)?;
+        let (player, _) = Player::start(open, date, config, masks, writer, (speed, again), plan)?;
+        let options = api::Options { player: Some(player), ..Default::default() };
+        // A recording has times of its own: its sensors are looked at from its start.
+        let served = Served::start(listener, hub, options, Alerts::new(areas, Time::default()), None)?;
+        info!(url = %served.url, "the replay is shown; Ctrl-C ends it");
+        signals.stop().await;
+        served.close().await?;
+        Ok(Outcome::Done)
+    })
+}

@@ -1,0 +1,50 @@
+//! What readers are given: each slot's picture, and once a second how the service is.
+
+use super::alerts::Trouble;
+use super::health::{SensorStatus, Unknown};
+use crate::picture::{Picture, PictureMaker};
+use crate::pipeline::Tally;
+use fusion::time::Time;
+
+/// A slot's picture as it was published.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PublishedPicture {
+    /// Counts the slots of this run of the service, from 1.
+    pub seq: u64,
+    /// When the slot was due.
+    pub due: Time,
+    /// When it was published.
+    pub published_at: Time,
+    /// The picture itself.
+    pub picture: Picture,
+}
+
+/// How the service is; published once a second.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Status {
+    /// When.
+    pub at: Time,
+    /// In the order of the configuration.
+    pub sensors: Vec<SensorStatus>,
+    /// Sources that are heard and not configured.
+    pub unknown: Vec<Unknown>,
+    /// What happened since the start.
+    pub tally: Tally,
+    /// Transponder numbers in use.
+    pub numbers_used: usize,
+    /// Lateness of the slots of the last minutes, seconds: median, 95th and 99th percentile.
+    pub lateness_s: Option<[f64; 3]>,
+    /// Datagrams that could not be sent since the start.
+    pub failed_sends: u64,
+    /// What the engine knows to be wrong with the service itself; [`Condition`](super::Condition) adds what it cannot know.
+    pub troubles: Vec<Trouble>,
+}
+
+/// Where pictures go that are to be seen again later.
+pub trait Archive: Send {
+    /// Takes a picture; never waits.
+    fn note(&mut self, picture: &Picture, maker: &PictureMaker);
+
+    /// What is wrong with it.
+    fn trouble(&self) -> Option<Trouble>;
+}
