@@ -126,7 +126,7 @@ struct Skipped {
 
 /// Health with reasons, latency, counters.
 pub fn status(ask: &Ask) -> Result<ServiceStatus, Problem> {
-    let hub = ask.state.hub();
+    let hub = &ask.state.hub;
     let now = ask.state.now();
     let condition = ask.state.condition();
     let level = condition.level();
@@ -138,8 +138,8 @@ pub fn status(ask: &Ask) -> Result<ServiceStatus, Problem> {
         reasons: condition.reasons(Level::Degraded).into_iter().map(str::to_owned).collect(),
         started: hub.started.into(),
         uptime_s: rounded(now.seconds_since(hub.started).max(0.0), 3),
-        seq: ask.state.log().latest().1.map_or(0, |shown| shown.frame.seq),
-        streams: ask.state.seats().taken(),
+        seq: ask.state.log.latest().1.map_or(0, |shown| shown.frame.seq),
+        streams: ask.state.seats.taken(),
         late_s: hub.lateness().map(|lateness| rounded(lateness.late.as_secs_f64(), 3)),
         counted: hub.status().as_ref().map(|status| Counted::new(status, &hub.config)),
     })
@@ -252,9 +252,9 @@ struct Tiles {
 
 /// Version, site and settings.
 pub fn info(ask: &Ask) -> Result<Info, Problem> {
-    let hub = ask.state.hub();
+    let hub = &ask.state.hub;
     let (config, fusion) = (&hub.config, &hub.config.fusion);
-    let replay = replay::state(ask.state.options().player.as_ref());
+    let replay = replay::state(ask.state.options.player.as_ref());
     let tiles = config.http.tiles.as_ref();
     Ok(Info {
         name: "utm-fusion",
