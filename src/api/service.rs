@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use serde_json::{Map, Value};
 
 use super::ask::Ask;
 use super::problem::Problem;
@@ -87,10 +88,12 @@ struct Tally {
     received: u64,
     octets: u64,
     duplicates: u64,
-    /// Reports, by sensor.
-    accepted: BTreeMap<String, u64>,
+    /// Reports, by sensor, in the order of the configuration.
+    #[schemars(with = "BTreeMap<String, u64>")]
+    accepted: Map<String, Value>,
     /// Service messages, by sensor.
-    service: BTreeMap<String, u64>,
+    #[schemars(with = "BTreeMap<String, u64>")]
+    service: Map<String, Value>,
     faults: Vec<Fault>,
     refused: Vec<Refused>,
     skipped: Vec<Skipped>,
@@ -167,7 +170,7 @@ impl Tally {
         let name =
             |sensor: SensorIndex| config.sensors.get(usize::from(sensor.0)).map(|sensor| sensor.id.clone());
         let by_sensor = |counts: &BTreeMap<SensorIndex, u64>| {
-            counts.iter().filter_map(|(&sensor, &count)| Some((name(sensor)?, count))).collect()
+            counts.iter().filter_map(|(&sensor, &count)| Some((name(sensor)?, count.into()))).collect()
         };
         let fault = |(&(category, reason), &count)| Fault { category, reason, count };
         let refused = |(&(sensor, reason), &count): (&(Option<SensorIndex>, _), _)| Refused {
