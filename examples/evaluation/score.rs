@@ -10,7 +10,7 @@ use utm_fusion::areas::Masks;
 use utm_fusion::capture::{Capture, Merged, ReadError, Reception};
 use utm_fusion::config::{Config, Motion, Profile, SensorKind};
 use utm_fusion::evaluate::{
-    Alone, Drone, Evaluation, Label, Labels, Place, Score, Scored, Settings, TrueTrack, Truth, evaluate,
+    Drone, Evaluation, InputsAlone, Label, Labels, Place, Score, Scored, Scoring, TrueTrack, Truth, evaluate,
     output, read,
 };
 use utm_fusion::simulate::{TRANSPONDER_ID, simulate};
@@ -160,10 +160,10 @@ impl Known<'_> {
         row: &Row,
         receptions: impl Fn() -> I,
     ) -> Result<Scores, Failure> {
-        let alone = Alone::of(receptions(), self.config, Masks::default())?;
+        let alone = InputsAlone::of(receptions(), self.config, Masks::default())?;
         let under = |config: &Config| -> Result<Evaluation, Failure> {
             let points = output(receptions(), config, Masks::default())?;
-            Ok(evaluate(self.truth, Some(self.labels), &points, Some(&alone), &Settings::of(config)))
+            Ok(evaluate(self.truth, Some(self.labels), &points, Some(&alone), &Scoring::of(config)))
         };
         let profile = |profile| {
             let mut config = self.config.clone();

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::net::SocketAddr;
 
-use asterix::{Record, TimeOfDay, blocks, cat048, cat129};
+use asterix::{Block, Record, TimeOfDay, blocks, cat048, cat129};
 use jiff::civil::Date;
 
 use super::clock::{DayClock, RawClock};
@@ -90,7 +90,7 @@ impl Input {
     /// Reads until there is something to hand out, or the end.
     fn fill(&mut self, index: usize) -> Result<(), ReadError> {
         while self.ahead.is_empty() {
-            let Some(datagram) = self.capture.next().transpose()? else { break };
+            let Some(mut datagram) = self.capture.next().transpose()? else { break };
             // The capture counts it.
             if datagram.contents == Contents::Unframed {
                 continue;
@@ -99,14 +99,8 @@ impl Input {
             match datagram.received.or(on_its_day) {
                 Some(received) => {
                     self.clock.set(received);
-                    self.ahead.push_back(Reception {
-                        received: Some(received),
-                        input: index,
-                        from: datagram.endpoints.map(|endpoints| endpoints.source),
-                        kind: ReceptionKind::Datagram,
-                        origin: datagram.origin,
-                        payload: datagram.payload,
-                    });
+                    let payload = std::mem::take(&mut datagram.payload);
+                    self.push(ReceptionKind::Datagram, &datagram, index, 0, payload);
                 }
                 None => self.split(&datagram, index),
             }
@@ -119,26 +113,28 @@ impl Input {
         for block in blocks(&datagram.payload) {
             match block {
                 Ok(block) if block.category == cat048::Record::CATEGORY => {
-                    self.split_block(datagram, index, block, |record: &cat048::Record| record.time_of_day);
+                    self.split_block::<cat048::Record>(datagram, index, block);
                 }
                 Ok(block) if block.category == cat129::Record::CATEGORY => {
-                    self.split_block(datagram, index, block, |record: &cat129::Record| record.time_of_day);
+                    self.split_block::<cat129::Record>(datagram, index, block);
                 }
-                Ok(block) => self.push(datagram, index, block.offset, block.octets.to_vec()),
+                Ok(block) => {
+                    self.push(ReceptionKind::Record, datagram, index, block.offset, block.octets.to_vec())
+                }
                 Err(fault) => {
-                    self.push(datagram, index, fault.offset, datagram.payload[fault.offset..].to_vec());
+                    self.push(
+                        ReceptionKind::Record,
+                        datagram,
+                        index,
+                        fault.offset,
+                        datagram.payload[fault.offset..].to_vec(),
+                    );
                 }
             }
         }
     }
 
-    fn split_block<R: Record>(
-        &mut self,
-        datagram: &Datagram,
-        index: usize,
-        block: asterix::Block<'_>,
-        time_of_day: impl Fn(&R) -> Option<TimeOfDay>,
-    ) {
+    fn split_block<R: Record>(&mut self, datagram: &Datagram, index: usize, block: Block<'_>) {
         // A record in a block of its own begins 3 octets after that block: so offsets stay those of the file.
         let mut reframed = |clock_at: Option<TimeOfDay>, offset: usize, octets: &[u8]| {
             self.clock.tell(clock_at);
@@ -146,7 +142,7 @@ impl Input {
             let mut payload = vec![block.category];
             payload.extend_from_slice(&length.to_be_bytes());
             payload.extend_from_slice(octets);
-            self.push(datagram, index, offset - 3, payload);
+            self.push(ReceptionKind::Record, datagram, index, offset - 3, payload);
         };
         let end = block.offset + block.octets.len();
         let mut next = block.offset + 3;
@@ -154,11 +150,8 @@ impl Input {
             match located {
                 Ok(located) => {
                     next = located.offset + located.length;
-                    reframed(
-                        time_of_day(&located.record),
-                        located.offset,
-                        &datagram.payload[located.offset..next],
-                    );
+                    let octets = &datagram.payload[located.offset..next];
+                    reframed(located.record.time_of_day(), located.offset, octets);
                 }
                 // What is bad goes on as it is: the pipeline says what is wrong with it, and counts it.
                 Err(_) => reframed(None, next, &datagram.payload[next..end]),
@@ -166,12 +159,19 @@ impl Input {
         }
     }
 
-    fn push(&mut self, datagram: &Datagram, index: usize, offset: usize, payload: Vec<u8>) {
+    fn push(
+        &mut self,
+        kind: ReceptionKind,
+        datagram: &Datagram,
+        index: usize,
+        offset: usize,
+        payload: Vec<u8>,
+    ) {
         self.ahead.push_back(Reception {
             received: self.clock.running(),
             input: index,
             from: datagram.endpoints.map(|endpoints| endpoints.source),
-            kind: ReceptionKind::Record,
+            kind,
             origin: datagram.origin + offset as u64,
             payload,
         });

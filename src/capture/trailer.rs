@@ -108,14 +108,14 @@ impl fmt::Display for Trailer {
 #[derive(Debug, Default)]
 pub(crate) struct Trailers {
     rules: TrailerRules,
-    streams: BTreeMap<Stream, Seen>,
+    streams: BTreeMap<Stream, StreamEnding>,
     /// Recognised, and not told.
     news: Vec<Trailer>,
 }
 
 /// What was seen of a stream.
 #[derive(Clone, Copy, Debug, Default)]
-struct Seen {
+struct StreamEnding {
     octets: usize,
     /// Datagrams in a row that ended with so many, at most [`ALIKE`].
     alike: u8,
@@ -167,7 +167,7 @@ impl Trailers {
         }
     }
 
-    fn learn(&mut self, stream: Stream, known: Seen, remainder: Remainder) -> Ending {
+    fn learn(&mut self, stream: Stream, known: StreamEnding, remainder: Remainder) -> Ending {
         let (octets, alike) = match remainder {
             Remainder::None if known.octets > 0 => (0, 0),
             Remainder::None | Remainder::Broken => return Ending::Block,
@@ -177,7 +177,7 @@ impl Trailers {
         if self.streams.len() >= STREAMS && !self.streams.contains_key(&stream) {
             return Ending::Block;
         }
-        self.streams.insert(stream, Seen { octets, alike, ..known });
+        self.streams.insert(stream, StreamEnding { octets, alike, ..known });
         match alike {
             0 => Ending::Block,
             ALIKE => Ending::Trailer(octets),
@@ -196,7 +196,7 @@ impl Trailers {
     }
 }
 
-fn trailer(stream: &Stream, seen: &Seen) -> Trailer {
+fn trailer(stream: &Stream, seen: &StreamEnding) -> Trailer {
     let (source, destination) = stream.unzip();
     Trailer { source, destination, octets: seen.octets, datagrams: seen.datagrams }
 }

@@ -15,7 +15,7 @@ use super::summary::Summary;
 use super::verdict::verdict;
 use super::{CommandResult, Outcome, serve};
 use crate::areas::Masks;
-use crate::evaluate::{self, Alone, Labels, Settings};
+use crate::evaluate::{self, InputsAlone, Labels, Scoring};
 use crate::picture::{Picture, PictureMaker, PictureTrack};
 use crate::pipeline::{Output, Pipeline, Tally};
 use crate::simulate::{Scenario, Simulation, TRANSPONDER_ID, simulate};
@@ -102,9 +102,9 @@ fn score(simulation: &Simulation) -> Result<String, Box<dyn Error + Send + Sync>
     let Simulation { config, labels, .. } = simulation;
     let receptions = || simulation.receptions().map(Ok);
     let points = evaluate::output(receptions(), config, Masks::default())?;
-    let alone = Alone::of(receptions(), config, Masks::default())?;
+    let alone = InputsAlone::of(receptions(), config, Masks::default())?;
     let labels = Labels::with_receivers(labels.clone(), &[TRANSPONDER_ID.to_owned()].into());
-    let settings = Settings::of(config);
+    let settings = Scoring::of(config);
     Ok(verdict(&evaluate::evaluate(&simulation.truth(), Some(&labels), &points, Some(&alone), &settings)))
 }
 

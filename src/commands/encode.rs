@@ -44,31 +44,25 @@ const LONGEST_LINE: u64 = 16 << 20;
 /// # Errors
 /// A file cannot be opened, read or written.
 pub fn run(args: &Args) -> CommandResult {
-    let name = args.input.display().to_string();
+    let refused = |path: &Path, what| {
+        let name = path.display().to_string();
+        move |cause| FileError { name, what, cause }
+    };
     let input: Box<dyn Read> = if args.input == Path::new("-") {
         Box::new(io::stdin().lock())
     } else {
         #[expect(clippy::disallowed_methods, reason = "the lines are read here")]
-        let file = std::fs::File::open(&args.input).map_err(|cause| FileError {
-            name: name.clone(),
-            what: "opened",
-            cause,
-        })?;
+        let file = std::fs::File::open(&args.input).map_err(refused(&args.input, "opened"))?;
         Box::new(file)
     };
     let output: Box<dyn Write> = if args.output == Path::new("-") {
         Box::new(io::stdout().lock())
     } else {
-        let name = args.output.display().to_string();
         #[expect(clippy::disallowed_methods, reason = "the blocks are written here")]
-        let file = std::fs::File::create(&args.output).map_err(|cause| FileError {
-            name,
-            what: "created",
-            cause,
-        })?;
+        let file = std::fs::File::create(&args.output).map_err(refused(&args.output, "created"))?;
         Box::new(file)
     };
-    encode(&name, BufReader::new(input), BufWriter::new(output))
+    encode(&args.input.display().to_string(), BufReader::new(input), BufWriter::new(output))
 }
 
 /// Encodes line by line.

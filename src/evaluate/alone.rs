@@ -1,6 +1,7 @@
 //! What is scored of a capture: the output, and each input alone as its yardsticks.
 
-use super::{OutputPoint, Place, PointSource};
+use super::place::Place;
+use super::types::{OutputPoint, PointSource};
 use crate::areas::Masks;
 use crate::capture::{ReadError, Reception};
 use crate::config::{Config, Profile};
@@ -10,7 +11,7 @@ use fusion::{Plot, Report};
 
 /// The points of each input alone.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Alone {
+pub struct InputsAlone {
     /// Every plot that the engine takes, at its own time, by the number of its radar track.
     pub radar: Vec<OutputPoint>,
     /// Every transponder's interpolated position in every slot that has one, at the lag in use.
@@ -44,7 +45,7 @@ pub fn output(
     Ok(points)
 }
 
-impl Alone {
+impl InputsAlone {
     /// Of a capture: it takes the same way as for the output, but the engine is handed no plots, so that what it puts
     /// out are the transponders as the `reference` profile interpolates them.
     ///

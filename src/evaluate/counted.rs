@@ -1,6 +1,6 @@
 //! Which slots count for which drone.
 
-use super::{TrueTrack, Truth};
+use super::truth::{TrueTrack, Truth};
 use fusion::slots::{Slot, SlotGrid};
 use fusion::time::{SECOND, Time};
 

@@ -1,8 +1,11 @@
 //! Each point with what became of it: whose it is, how far off, and whether it counts.
 
 use super::counted::Counted;
-use super::owner::{Kind, Owner, Owners};
-use super::{Labels, Offset, OutputPoint, Place, Sample, Seen, Settings, Truth};
+use super::labels::Labels;
+use super::owner::{Owner, Owners, PointKind};
+use super::place::{Offset, Place};
+use super::truth::Truth;
+use super::types::{OutputPoint, PolarPlace, Sample, Scoring};
 use fusion::slots::{Slot, SlotGrid};
 
 /// A point that counts.
@@ -32,7 +35,11 @@ pub(super) struct Reference<'a> {
 }
 
 /// The points that count, in the order given.
-pub(super) fn judge<'a>(points: &'a [OutputPoint], kind: Kind, reference: Reference<'_>) -> Vec<Judged<'a>> {
+pub(super) fn judge<'a>(
+    points: &'a [OutputPoint],
+    kind: PointKind,
+    reference: Reference<'_>,
+) -> Vec<Judged<'a>> {
     let Reference { truth, labels, grid, .. } = reference;
     let mut owners = Owners::new(truth, labels, grid, kind);
     // Slot by slot, which is how owners are found fast; then back into the order given.
@@ -78,7 +85,7 @@ fn judge_one<'a>(
 
 impl Judged<'_> {
     /// As it is handed out.
-    pub(super) fn sample(&self, settings: &Settings) -> Sample {
+    pub(super) fn sample(&self, settings: &Scoring) -> Sample {
         Sample {
             time: self.point.time,
             place: self.point.place,
@@ -86,12 +93,15 @@ impl Judged<'_> {
             number: self.point.number,
             drone: self.drone,
             error: self.error,
-            seen: settings.site.zip(self.truth).map(|(site, truth)| Seen::from(&truth.offset_from(&site))),
+            seen: settings
+                .site
+                .zip(self.truth)
+                .map(|(site, truth)| PolarPlace::from(&truth.offset_from(&site))),
         }
     }
 }
 
-impl From<&Offset> for Seen {
+impl From<&Offset> for PolarPlace {
     fn from(offset: &Offset) -> Self {
         let azimuth_deg = offset.east_m.atan2(offset.north_m).to_degrees().rem_euclid(360.0);
         Self { range_m: offset.horizontal_m(), azimuth_deg }

@@ -22,7 +22,7 @@ pub struct Label {
 
 /// What labels tell about a contributor of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Told<'a> {
+pub struct Attribution<'a> {
     /// The drone; `None`: it was none.
     pub id: Option<&'a str>,
     /// Whether the radar's track was seduced there.
@@ -73,7 +73,12 @@ impl Labels {
 
     /// What the radar track with this number was in `span`, by its latest plot there. Where the radar is not known, all
     /// that have a plot of this number must agree. `None`: not told.
-    pub fn radar_track(&self, number: u16, sensor: Option<&str>, span: &Range<Time>) -> Option<Told<'_>> {
+    pub fn radar_track(
+        &self,
+        number: u16,
+        sensor: Option<&str>,
+        span: &Range<Time>,
+    ) -> Option<Attribution<'_>> {
         self.agreed(number, sensor, |places| {
             let until = places.partition_point(|&place| self.rows[place].time < span.end);
             let latest = &self.rows[places[until.checked_sub(1)?]];
@@ -89,7 +94,7 @@ impl Labels {
         sensor: Option<&str>,
         time: Time,
         span: &RangeInclusive<Time>,
-    ) -> Option<Told<'_>> {
+    ) -> Option<Attribution<'_>> {
         self.agreed(number, sensor, |places| {
             let after = places.partition_point(|&place| self.rows[place].time < time);
             let row = |&place: &usize| Some(&self.rows[place]).filter(|row| span.contains(&row.time));
@@ -107,14 +112,14 @@ impl Labels {
         number: u16,
         sensor: Option<&str>,
         choose: impl Fn(&[usize]) -> Option<&'a Label>,
-    ) -> Option<Told<'a>> {
+    ) -> Option<Attribution<'a>> {
         let mut told = None;
         for (name, places) in self.radar.get(&number.into())? {
             if sensor.is_some_and(|sensor| sensor != name) {
                 continue;
             }
             let Some(row) = choose(places) else { continue };
-            let this = Told { id: row.id.as_deref(), seduced: row.seduced };
+            let this = Attribution { id: row.id.as_deref(), seduced: row.seduced };
             if told.is_some_and(|told| told != this) {
                 return None;
             }
@@ -124,10 +129,10 @@ impl Labels {
     }
 
     /// Who carries the transponder with this number; `None`: not told, or receivers contradict each other.
-    pub fn transponder(&self, number: u32) -> Option<Told<'_>> {
+    pub fn transponder(&self, number: u32) -> Option<Attribution<'_>> {
         let ids = self.transponders.get(&number)?;
         match (ids.first(), ids.len()) {
-            (Some(id), 1) => Some(Told { id: id.as_deref(), seduced: false }),
+            (Some(id), 1) => Some(Attribution { id: id.as_deref(), seduced: false }),
             _ => None,
         }
     }
@@ -165,8 +170,8 @@ mod tests {
         Time::from_nanos(from)..Time::from_nanos(until)
     }
 
-    fn told(id: Option<&str>, seduced: bool) -> Option<Told<'_>> {
-        Some(Told { id, seduced })
+    fn told(id: Option<&str>, seduced: bool) -> Option<Attribution<'_>> {
+        Some(Attribution { id, seduced })
     }
 
     #[test]

@@ -17,21 +17,21 @@ mod score;
 mod truth;
 mod types;
 
-pub use alone::{Alone, output};
-pub use labels::{Label, Labels, Told};
+pub use alone::{InputsAlone, output};
+pub use labels::{Attribution, Label, Labels};
 pub use metrics::gospa::{Gospa, Near, gospa};
 pub use metrics::nees::honest_band;
 pub use place::{Offset, Place};
 pub use truth::{TrueTrack, Truth};
 pub use types::{
-    Covariance, Drone, ErrorStatistics, Evaluation, GospaParts, Nees, OutputPoint, PointSource, Sample,
-    Score, Scored, Seen, Settings,
+    Covariance, Drone, ErrorStatistics, Evaluation, GospaParts, Nees, OutputPoint, PointSource, PolarPlace,
+    Sample, Score, Scored, Scoring,
 };
 
 use counted::Counted;
 use judged::{Judged, Reference, judge};
 use metrics::scene::Inputs;
-use owner::Kind;
+use owner::PointKind;
 
 /// Scores `output` and, where given, each input alone, against the truth.
 ///
@@ -40,15 +40,18 @@ pub fn evaluate(
     truth: &Truth,
     labels: Option<&Labels>,
     output: &[OutputPoint],
-    alone: Option<&Alone>,
-    settings: &Settings,
+    alone: Option<&InputsAlone>,
+    settings: &Scoring,
 ) -> Evaluation {
     let grid = settings.grid;
     let counted = Counted::new(truth, grid);
     let reference = Reference { truth, labels, counted: &counted, grid };
-    let fused = judge(output, Kind::Output, reference);
+    let fused = judge(output, PointKind::Output, reference);
     let alone = alone.map(|alone| {
-        (judge(&alone.radar, Kind::Plots, reference), judge(&alone.transponder, Kind::Output, reference))
+        (
+            judge(&alone.radar, PointKind::Plots, reference),
+            judge(&alone.transponder, PointKind::Output, reference),
+        )
     });
     let drones = drones(truth, labels, alone.as_ref().map(|alone| alone.1.as_slice()));
     let inputs = alone.as_ref().map(|(radar, transponder)| Inputs {

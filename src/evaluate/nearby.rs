@@ -1,6 +1,7 @@
 //! Which of many places are near one, without asking all.
 
-use super::{Place, Truth};
+use super::place::Place;
+use super::truth::Truth;
 use fusion::time::Time;
 
 /// A degree along the meridian is at least this long, metres (110.57 km at the equator).

@@ -2,8 +2,10 @@
 
 use std::ops::Range;
 
+use super::labels::{Attribution, Labels};
 use super::nearby::Nearby;
-use super::{Labels, OutputPoint, Told, Truth};
+use super::truth::Truth;
+use super::types::OutputPoint;
 use fusion::slots::{Slot, SlotGrid};
 use fusion::time::{SECOND, Time};
 
@@ -42,7 +44,7 @@ pub(super) struct Finding {
 
 /// Which points are asked about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum PointKind {
     /// Points of a slot: in one, the latest plot of a radar track takes part.
     Output,
     /// Plots, each with a label of its own.
@@ -54,13 +56,13 @@ pub(super) struct Owners<'a> {
     truth: &'a Truth,
     labels: Option<&'a Labels>,
     grid: SlotGrid,
-    kind: Kind,
+    kind: PointKind,
     /// The drones of the slot last asked about.
     nearby: Option<(Slot, Nearby)>,
 }
 
 impl<'a> Owners<'a> {
-    pub(super) fn new(truth: &'a Truth, labels: Option<&'a Labels>, grid: SlotGrid, kind: Kind) -> Self {
+    pub(super) fn new(truth: &'a Truth, labels: Option<&'a Labels>, grid: SlotGrid, kind: PointKind) -> Self {
         Self { truth, labels, grid, kind, nearby: None }
     }
 
@@ -88,16 +90,16 @@ impl<'a> Owners<'a> {
     }
 
     /// The first contributor that is a drone; nobody where all are told to be none; `None` where labels do not tell.
-    fn told(&self, contributors: [Option<Option<Told<'_>>>; 2]) -> Option<Owner> {
+    fn told(&self, contributors: [Option<Option<Attribution<'_>>>; 2]) -> Option<Owner> {
         let mut contributors = contributors.into_iter().flatten().peekable();
         contributors.peek()?;
         let mut all_told = true;
         for contributor in contributors {
             match contributor {
-                Some(Told { id: Some(id), .. }) => {
+                Some(Attribution { id: Some(id), .. }) => {
                     return Some(self.truth.index_of(id).map_or(Owner::Untold, Owner::Drone));
                 }
-                Some(Told { id: None, .. }) => {}
+                Some(Attribution { id: None, .. }) => {}
                 None => all_told = false,
             }
         }
@@ -108,8 +110,8 @@ impl<'a> Owners<'a> {
         let slot = self.grid.of(point.time);
         let open = self.grid.open(slot);
         match self.kind {
-            Kind::Output => open..self.grid.open(slot.plus(1)),
-            Kind::Plots => open..Time::from_nanos(point.time.nanos() + HALF_COUNT_NS),
+            PointKind::Output => open..self.grid.open(slot.plus(1)),
+            PointKind::Plots => open..Time::from_nanos(point.time.nanos() + HALF_COUNT_NS),
         }
     }
 

@@ -3,7 +3,7 @@
 use super::judged::{Judged, Reference};
 use super::metrics::scene::{Inputs, Scene};
 use super::metrics::{association, false_tracks, gospa, identity, nees, statistics::statistics, update};
-use super::{Drone, Score, Scored, Settings};
+use super::types::{Drone, Score, Scored, Scoring};
 
 /// The scores of a stream's points that count. `pairs`: whether any of them may be a radar track and a transponder.
 pub(super) fn scored(
@@ -11,7 +11,7 @@ pub(super) fn scored(
     drones: &[Drone],
     reference: Reference<'_>,
     inputs: Option<&Inputs>,
-    settings: &Settings,
+    settings: &Scoring,
     pairs: bool,
 ) -> Scored {
     let scene = Scene::new(judged, drones.len(), reference.counted, inputs);

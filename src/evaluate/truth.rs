@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::Place;
+use super::place::Place;
 use fusion::time::{SECOND, Time};
 
 /// Two samples further apart than this bound a hole, nanoseconds: inside it nobody knows where the drone was.

@@ -1,8 +1,8 @@
 //! What is scored, and what scoring it gives.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-use super::{Offset, Place};
+use super::place::{Offset, Place};
 use crate::config::{Config, Radar, SensorKind};
 use crate::picture::{PictureMaker, PictureTrack};
 use fusion::Source;
@@ -11,7 +11,8 @@ use fusion::slots::SlotGrid;
 use fusion::time::Time;
 
 /// What a point is made of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum PointSource {
     /// Radar and transponder.
     Fused,
@@ -70,14 +71,14 @@ impl From<&Estimate> for Covariance {
 
 /// What points are scored by, besides the truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
+pub struct Scoring {
     /// The slots.
     pub grid: SlotGrid,
     /// The first radar; `None`: not known, and then no point is seen from it.
     pub site: Option<Place>,
 }
 
-impl Settings {
+impl Scoring {
     /// Those of a site.
     pub fn of(config: &Config) -> Self {
         let radar = config.sensors.iter().find_map(|sensor| match &sensor.kind {
@@ -94,7 +95,7 @@ impl Settings {
 }
 
 /// Slots of 0.25 s, and no site.
-impl Default for Settings {
+impl Default for Scoring {
     fn default() -> Self {
         Self { grid: SlotGrid::default(), site: None }
     }
@@ -141,12 +142,12 @@ pub struct Sample {
     /// From the drone's true place to the point.
     pub error: Option<Offset>,
     /// The drone's true place as the first radar sees it; `None` where no site is known.
-    pub seen: Option<Seen>,
+    pub seen: Option<PolarPlace>,
 }
 
 /// A place as a radar sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Seen {
+pub struct PolarPlace {
     /// Distance over ground, metres.
     pub range_m: f64,
     /// Clockwise from north, degrees, 0 to 360.

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::scenario::{Place, Radar};
-use fusion::frames::{Geodetic, TangentPlane};
+use fusion::frames::{AtRadar, Geodetic, TangentPlane};
 
 /// The ground: flat in height above mean sea level, round on Earth.
 #[derive(Clone, Debug)]
@@ -16,7 +16,7 @@ pub struct Ground {
 /// A radar's own tangent plane.
 #[derive(Clone, Debug)]
 pub struct Antenna {
-    frame: TangentPlane,
+    frame: TangentPlane<AtRadar>,
     /// Where it stands.
     pub position: Geodetic,
     /// The same height above mean sea level, metres.

@@ -33,7 +33,7 @@ use ground::Ground;
 use motion::{Path, RATE_HZ};
 use radar::{Detection, OTHERS, Target};
 use streams::{Entity, Stream, Streams};
-use transponder::{Attack, Report};
+use transponder::{Attack, TransponderReport};
 
 use crate::capture::{Reception, ReceptionKind};
 use crate::config::Config;
@@ -141,7 +141,7 @@ pub fn simulate(scenario: &Scenario, seed: u64, start: Option<Time>) -> Result<S
         let detections = radar::detections(radar, index, &targets, &ground, scenario.duration_s, &streams);
         labels.extend(detections.iter().map(|detection| plot_label(radar, detection, &targets, start)));
         let antenna = ground.antenna(radar);
-        let mut stream = streams.of(Entity::Line(index));
+        let mut stream = streams.of(Entity::Line, index);
         sent.extend(wire::radar_datagrams(
             radar,
             index,
@@ -154,7 +154,7 @@ pub fn simulate(scenario: &Scenario, seed: u64, start: Option<Time>) -> Result<S
     let receiver = scenario.radars.len();
     for (drone, path) in paths.iter().enumerate() {
         let Some(attack) = roles[drone] else { continue };
-        let stream = streams.of(Entity::Transponder(motion::number(&scenario.drones, drone)));
+        let stream = streams.of(Entity::Transponder, motion::number(&scenario.drones, drone));
         let model = &scenario.transponder;
         for report in transponder::reports(model, drone, path, attack, scenario.duration_s, stream) {
             labels.push(report_label(&report, start));
@@ -164,7 +164,7 @@ pub fn simulate(scenario: &Scenario, seed: u64, start: Option<Time>) -> Result<S
     // Stable, as the datagrams are: sensors in the order of the configuration.
     labels.sort_by_key(|label| label.time);
     sent.sort_by_key(|datagram| datagram.arrives);
-    let mut stream = streams.of(Entity::Network);
+    let mut stream = streams.of(Entity::Network, 0);
     let datagrams =
         network::arrivals(&scenario.network, &config, &sent, (start, scenario.duration_s), &mut stream);
     let flights = paths
@@ -192,7 +192,7 @@ fn targets(scenario: &Scenario, drones: &[Path], steps: usize, streams: &Streams
     let mut other = |paths: Vec<Path>, probability: &dyn Fn(&mut Stream) -> f64| {
         for path in paths {
             let number = OTHERS + targets.len() - drones.len();
-            let uav_probability = probability(&mut streams.of(Entity::Character(number)));
+            let uav_probability = probability(&mut streams.of(Entity::Character, number));
             targets.push(Target { number, path, drone: None, uav_probability });
         }
     };
@@ -214,7 +214,7 @@ fn targets(scenario: &Scenario, drones: &[Path], steps: usize, streams: &Streams
 /// Which drones carry a transponder, and what is done to it: drawn by lot, so that multirotors and fixed wings, equipped
 /// or not, come in all mixtures.
 fn roles(drones: &Drones, count: usize, streams: &Streams) -> Vec<Option<Attack>> {
-    let lot = |drone| streams.of(Entity::Role(motion::number(drones, drone))).within(Span::new(0.0, 1.0));
+    let lot = |drone| streams.of(Entity::Role, motion::number(drones, drone)).within(Span::new(0.0, 1.0));
     let mut lots: Vec<(f64, usize)> = (0..count).map(|drone| (lot(drone), drone)).collect();
     lots.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut roles = vec![None; count];
@@ -239,7 +239,7 @@ fn plot_label(radar: &Radar, detection: &Detection, targets: &[Target], start: T
     }
 }
 
-fn report_label(report: &Report, start: Time) -> Label {
+fn report_label(report: &TransponderReport, start: Time) -> Label {
     Label {
         time: stamped(after(start, report.stamped_s)),
         sensor: TRANSPONDER_ID.to_owned(),
@@ -254,7 +254,7 @@ fn drone_id(drone: usize) -> String {
 }
 
 fn flight(drone: usize, equipped: bool, path: &Path, ground: &Ground, start: Time) -> Flight {
-    let sample = |(step, state): (usize, &motion::State)| {
+    let sample = |(step, state): (usize, &motion::Kinematics)| {
         let place = ground.geodetic(&state.position);
         let velocity = state.velocity;
         TruthSample {

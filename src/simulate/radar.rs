@@ -9,7 +9,7 @@ use super::ground::Ground;
 use super::motion::Path;
 use super::scenario::Radar;
 use super::sight::{Look, Sight};
-use super::streams::{Entity, Stream, Streams};
+use super::streams::{Entity, Stream, Streams, sight};
 
 /// What a radar reports of a target at one time, errors included.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,14 +60,12 @@ pub fn detections(
     streams: &Streams,
 ) -> Vec<Detection> {
     let antenna = ground.antenna(radar);
-    let mut own = streams.of(Entity::Radar(index));
+    let mut own = streams.of(Entity::Radar, index);
     let mut numbers = Numbers::new(radar);
     let mut encounters = Encounters::default();
     let mut sights: Vec<Sight> = targets
         .iter()
-        .map(|target| {
-            Sight::new(radar, target, streams.of(Entity::Sight { radar: index, target: target.number }))
-        })
+        .map(|target| Sight::new(radar, target, streams.of(Entity::Sight, sight(index, target.number))))
         .collect();
     let mut found = Vec::new();
     for turn in 0..(duration_s / radar.period_s) as usize {

@@ -19,13 +19,13 @@ pub struct Sight {
     looked_s: f64,
     /// Mean UAV probability of the target to this radar.
     uav_probability: f64,
-    track: Option<Track>,
+    track: Option<RadarTrack>,
     /// The number of a track that has ended.
     ended: Option<u16>,
 }
 
 #[derive(Clone, Debug)]
-struct Track {
+struct RadarTrack {
     number: u16,
     detected_s: f64,
     detections: u32,
@@ -151,13 +151,13 @@ impl Sight {
         }
     }
 
-    fn begin(&mut self, radar: &Radar, time_s: f64, number: u16) -> Track {
+    fn begin(&mut self, radar: &Radar, time_s: f64, number: u16) -> RadarTrack {
         let stream = &mut self.stream;
         let mut slow = |deviation| GaussMarkov::new(deviation, radar.track_time_s, time_s, stream);
         let (azimuth, range, height) =
             (slow(radar.track_azimuth_deg), slow(radar.track_range_m), slow(radar.track_height_m));
         let every_s = if radar.seduction_every_s > 0.0 { radar.seduction_every_s } else { f64::INFINITY };
-        Track {
+        RadarTrack {
             number,
             detected_s: time_s,
             detections: 0,
@@ -177,7 +177,7 @@ impl Sight {
     }
 }
 
-impl Track {
+impl RadarTrack {
     fn measure(&mut self, look: &Look<'_>, stream: &mut Stream) -> Detection {
         let Look { radar, antenna, ground, target, time_s } = *look;
         let true_state = target.path.at(time_s);

@@ -6,38 +6,38 @@ use rand_distr::{Distribution, Exp1, StandardNormal};
 
 use super::scenario::Span;
 
-/// Who draws.
+/// Who draws; the numbers are part of every seed. Multirotors and fixed wings are counted apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Entity {
-    /// The flight of a drone, by its number: multirotors and fixed wings are counted apart.
-    Drone(usize),
-    /// The flight of a bird alone.
-    Bird(usize),
+    /// The flight of a drone.
+    Drone = 0,
+    /// The flight of a single bird.
+    Bird = 1,
     /// The flight of a flock.
-    Flock(usize),
+    Flock = 2,
     /// The way of a vehicle.
-    Vehicle(usize),
+    Vehicle = 3,
     /// The place of clutter.
-    Clutter(usize),
-    /// What a drone carries, by the drone's number.
-    Role(usize),
-    /// The transponder of a drone, by the drone's number.
-    Transponder(usize),
-    /// What a radar, by its number, makes of a target, by its number among all of them.
-    Sight {
-        /// The radar.
-        radar: usize,
-        /// The target.
-        target: usize,
-    },
-    /// A radar's processing, by its number.
-    Radar(usize),
-    /// A radar's line to the service, by its number.
-    Line(usize),
-    /// How a radar classifies what is no drone, by its number among all targets.
-    Character(usize),
+    Clutter = 4,
+    /// How radars classify a target that is no drone.
+    Character = 5,
+    /// The transponder of a drone.
+    Transponder = 6,
+    /// What one radar makes of one target, by [`sight`].
+    Sight = 7,
+    /// A radar's processing.
+    Radar = 8,
+    /// A radar's line to the service.
+    Line = 9,
+    /// What a drone carries.
+    Role = 10,
     /// The network.
-    Network,
+    Network = 11,
+}
+
+/// The number of the stream of radar number `radar` on target number `target`.
+pub fn sight(radar: usize, target: usize) -> usize {
+    radar << 32 | target
 }
 
 /// Makes the streams of a scenario and seed.
@@ -53,24 +53,12 @@ impl Streams {
         Self { seed, scenario: fnv1a(scenario.as_bytes()) }
     }
 
-    /// The entity's stream, from its beginning.
-    pub fn of(&self, entity: Entity) -> Stream {
-        let (kind, index) = match entity {
-            Entity::Drone(index) => (0, index as u64),
-            Entity::Bird(index) => (1, index as u64),
-            Entity::Flock(index) => (2, index as u64),
-            Entity::Vehicle(index) => (3, index as u64),
-            Entity::Clutter(index) => (4, index as u64),
-            Entity::Character(index) => (5, index as u64),
-            Entity::Transponder(index) => (6, index as u64),
-            Entity::Sight { radar, target } => (7, ((radar as u64) << 32) | target as u64),
-            Entity::Radar(index) => (8, index as u64),
-            Entity::Line(index) => (9, index as u64),
-            Entity::Role(index) => (10, index as u64),
-            Entity::Network => (11, 0),
-        };
+    /// The stream of the entity with this number, from its beginning.
+    pub fn of(&self, entity: Entity, number: usize) -> Stream {
         let mut key = [0; 32];
-        for (part, word) in key.chunks_exact_mut(8).zip([self.seed, self.scenario, kind, index]) {
+        for (part, word) in
+            key.chunks_exact_mut(8).zip([self.seed, self.scenario, entity as u64, number as u64])
+        {
             part.copy_from_slice(&word.to_le_bytes());
         }
         Stream(ChaCha8Rng::from_seed(key))

@@ -8,7 +8,7 @@ use super::streams::{GaussMarkov, Stream};
 
 /// One report, errors included.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Report {
+pub struct TransponderReport {
     /// The drone.
     pub drone: usize,
     /// When its position was measured, seconds after take-off.
@@ -44,7 +44,7 @@ pub fn reports(
     attack: Attack,
     duration_s: f64,
     mut stream: Stream,
-) -> Vec<Report> {
+) -> Vec<TransponderReport> {
     let stream = &mut stream;
     let period_s = stream.within(model.period_s);
     let late_s = stream.within(model.stamped_late_s);
@@ -85,7 +85,7 @@ pub fn reports(
         let held_s = if stream.chance(model.held_up) { stream.within(model.held_up_s) } else { 0.0 };
         let arrives_s = stamped_s + stream.within(model.latency_s) + held_s;
         if !silent {
-            reports.push(Report {
+            reports.push(TransponderReport {
                 drone,
                 measured_s: time_s,
                 stamped_s,

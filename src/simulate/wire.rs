@@ -12,7 +12,7 @@ use super::ground::{Antenna, Ground};
 use super::radar::Detection;
 use super::scenario::{Radar, Transponder};
 use super::streams::Stream;
-use super::transponder::Report;
+use super::transponder::TransponderReport;
 use crate::formats::DATAGRAM_MAX;
 use crate::normalise::{nearest_day, time_of_day_count};
 use fusion::time::Time;
@@ -173,7 +173,7 @@ pub fn transponder_datagram(
     model: &Transponder,
     sensor: usize,
     ground: &Ground,
-    report: &Report,
+    report: &TransponderReport,
     start: Time,
 ) -> Option<Sent> {
     let source = DataSource { sac: model.sac as u8, sic: model.sic as u8 };

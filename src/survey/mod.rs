@@ -1,4 +1,4 @@
-//! A survey of a capture: who sends what, how much, when, and how well. No I/O, no clock: datagrams in, [`Report`] out.
+//! A survey of a capture: who sends what, how much, when, and how well. No I/O, no clock: datagrams in, [`SurveyReport`] out.
 //!
 //! Memory does not grow with the length of the capture. Streams, sources and what a source follows are bounded maps, whose
 //! overflow is counted; medians come from bins that are 3 % of their value wide.
@@ -29,8 +29,8 @@ use report::rate;
 use source::{Glimpse, Source, Target};
 
 pub use report::{
-    CategoryReport, Delay, ErrorReport, Followed, Interval, Items, LineHint, Report, SensorHint, Silences,
-    SourceReport, Span, Stamp, StreamReport,
+    CategoryReport, Delay, ErrorReport, Followed, Interval, Items, LineHint, SensorHint, Silences,
+    SourceReport, Span, Stamp, StreamReport, SurveyReport,
 };
 
 /// Streams that are told apart.
@@ -43,7 +43,7 @@ pub const SOURCES: usize = 256;
 const STEP_NS: i64 = SECOND;
 
 /// Counts datagrams.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Survey {
     datagrams: u64,
     octets: u64,
@@ -52,9 +52,9 @@ pub struct Survey {
     /// Of reception, or of the times of day that are believed.
     span: Presence,
     dated: bool,
-    streams: Bounded<Endpoints, Stream>,
+    streams: Bounded<Endpoints, Stream, STREAMS>,
     datagrams_of_more_streams: u64,
-    sources: Bounded<(u8, Option<DataSource>), Source>,
+    sources: Bounded<(u8, Option<DataSource>), Source, SOURCES>,
     records_of_more_sources: u64,
     categories: BTreeMap<u8, Category>,
     errors: BTreeMap<(Option<u8>, &'static str), ErrorReport>,
@@ -75,26 +75,6 @@ struct Category {
     octets: u64,
     records: Option<u64>,
     uap: &'static [UapItem],
-}
-
-impl Default for Survey {
-    fn default() -> Self {
-        Self {
-            datagrams: 0,
-            octets: 0,
-            recent: Duplicates::default(),
-            copies: 0,
-            span: Presence::default(),
-            dated: false,
-            streams: Bounded::new(STREAMS),
-            datagrams_of_more_streams: 0,
-            sources: Bounded::new(SOURCES),
-            records_of_more_sources: 0,
-            categories: BTreeMap::new(),
-            errors: BTreeMap::new(),
-            unread: Gaps::default(),
-        }
-    }
 }
 
 impl Survey {
@@ -211,7 +191,7 @@ impl Survey {
     }
 
     /// What was found so far.
-    pub fn report(&self) -> Report {
+    pub fn report(&self) -> SurveyReport {
         let dated = self.dated;
         let all_records = self.categories.values().filter_map(|category| category.records).sum();
         let source = |(&(category, source), counts): (&(u8, Option<DataSource>), &Source)| {
@@ -219,7 +199,7 @@ impl Survey {
             counts.report(category, source, uap, dated, all_records)
         };
         let sources: Vec<_> = self.sources.iter().map(source).collect();
-        Report {
+        SurveyReport {
             datagrams: self.datagrams,
             octets: self.octets,
             copies: self.copies,

@@ -12,7 +12,7 @@ use fusion::time::{SECOND, Time};
 
 /// A whole capture.
 #[derive(Clone, Debug, Serialize)]
-pub struct Report {
+pub struct SurveyReport {
     /// UDP datagrams, or data blocks of a file without reception times.
     pub datagrams: u64,
     /// What they carry: octets without link, IP and UDP headers.
@@ -40,7 +40,7 @@ pub struct Report {
     pub sensors: Vec<SensorHint>,
 }
 
-impl Report {
+impl SurveyReport {
     /// How many times something could not be read.
     pub fn error_count(&self) -> u64 {
         self.errors.iter().map(|error| error.count).sum()

@@ -58,12 +58,12 @@ const GAP_INTERVALS: i64 = 5;
 const GAP_NS: i64 = SECOND;
 
 /// Counts of one source. Its size is bounded: see [`TARGETS`] and [`Histogram`].
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Source {
     records: u64,
     octets: u64,
     /// By field reference number, from 1.
-    items: [u64; 7 * Fspec::MAX_OCTETS],
+    items: Vec<u64>,
     /// By reception; by time of day in files without.
     presence: Presence,
     days: Days,
@@ -71,28 +71,10 @@ pub(super) struct Source {
     without_time: u64,
     out_of_range: u64,
     /// When each was last reported.
-    targets: Bounded<Target, Option<Time>>,
+    targets: Bounded<Target, Option<Time>, TARGETS>,
     /// Between two reports of one target.
     intervals: Histogram,
     lines: BTreeSet<Endpoints>,
-}
-
-impl Default for Source {
-    fn default() -> Self {
-        Self {
-            records: 0,
-            octets: 0,
-            items: [0; 7 * Fspec::MAX_OCTETS],
-            presence: Presence::default(),
-            days: Days::default(),
-            delay: Histogram::default(),
-            without_time: 0,
-            out_of_range: 0,
-            targets: Bounded::new(TARGETS),
-            intervals: Histogram::default(),
-            lines: BTreeSet::new(),
-        }
-    }
 }
 
 impl Source {
@@ -107,6 +89,7 @@ impl Source {
     ) -> [Option<Time>; 2] {
         self.records += 1;
         self.octets += octets as u64;
+        self.items.resize(7 * Fspec::MAX_OCTETS, 0);
         for (frn, count) in (1..).zip(&mut self.items) {
             *count += u64::from(glimpse.fspec.has(frn));
         }

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use fusion::time::Time;
 use utm_fusion::evaluate::read::{self, Days};
-use utm_fusion::evaluate::{Alone, Covariance, Evaluation, Labels, Nees, OutputPoint, Settings, Truth};
+use utm_fusion::evaluate::{Covariance, Evaluation, InputsAlone, Labels, Nees, OutputPoint, Scoring, Truth};
 
 use super::common::{START_S, Scratch, assert_near, centre_s, east, evaluate, north, ran};
 
@@ -268,14 +268,14 @@ fn with_inputs_and(change: impl FnOnce(&mut [OutputPoint])) -> Evaluation {
     let radar: Vec<Point> = [(40, 11), (41, 11), (42, 11), (44, 12), (50, 13), (48, 99)]
         .map(|(slot, number)| (slot, "radar", number, "", "", 0.0, 20.0, "0"))
         .into();
-    let mut alone = Alone { radar: points(&radar), transponder: points(&transponder) };
+    let mut alone = InputsAlone { radar: points(&radar), transponder: points(&transponder) };
     for plot in &mut alone.radar {
         plot.radar_track = u16::try_from(plot.number).ok();
     }
     let truth = Truth::new(read::truth("truth.csv", "", truth(&whole_flight()).as_bytes()).unwrap());
     let rows = read::labels("labels.csv", labels().as_bytes()).unwrap();
     let labels = Labels::with_receivers(rows, &BTreeSet::from(["squitter".to_owned()]));
-    let settings = Settings { site: truth.tracks()[0].at(truth.span().unwrap().0), ..Settings::default() };
+    let settings = Scoring { site: truth.tracks()[0].at(truth.span().unwrap().0), ..Scoring::default() };
     let mut output = points(&POINTS);
     change(&mut output);
     utm_fusion::evaluate::evaluate(&truth, Some(&labels), &output, Some(&alone), &settings)

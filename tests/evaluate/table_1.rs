@@ -5,7 +5,7 @@ use std::path::Path;
 
 use utm_fusion::areas::Masks;
 use utm_fusion::config::Profile;
-use utm_fusion::evaluate::{Alone, Labels, Score, Settings, evaluate, output};
+use utm_fusion::evaluate::{InputsAlone, Labels, Score, Scoring, evaluate, output};
 use utm_fusion::simulate::{Scenario, TRANSPONDER_ID, simulate};
 
 const SEEDS: u64 = 30;
@@ -22,9 +22,9 @@ fn fusion_turns_sixty_metres_into_ten() {
         let config = &config;
         let receptions = || simulation.receptions().map(Ok);
         let points = output(receptions(), config, Masks::default()).unwrap();
-        let alone = Alone::of(receptions(), config, Masks::default()).unwrap();
+        let alone = InputsAlone::of(receptions(), config, Masks::default()).unwrap();
         let labels = Labels::with_receivers(simulation.labels.clone(), &[TRANSPONDER_ID.to_owned()].into());
-        let told = evaluate(&simulation.truth(), Some(&labels), &points, Some(&alone), &Settings::of(config));
+        let told = evaluate(&simulation.truth(), Some(&labels), &points, Some(&alone), &Scoring::of(config));
         scores.push([told.fused.equipped, told.radar.unwrap().equipped]);
     }
     let mean = |stream: usize, figure: fn(&Score) -> Option<f64>| {

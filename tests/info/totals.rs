@@ -6,11 +6,11 @@ use asterix::{Record, blocks, cat048, cat129};
 use fusion::time::Time;
 use proptest::prelude::*;
 use utm_fusion::capture::{Datagram, Endpoints};
-use utm_fusion::survey::{Report, SOURCES, STREAMS, Survey};
+use utm_fusion::survey::{SOURCES, STREAMS, Survey, SurveyReport};
 
 use super::{block, fix, plot};
 
-fn survey(datagrams: impl IntoIterator<Item = Datagram>) -> Report {
+fn survey(datagrams: impl IntoIterator<Item = Datagram>) -> SurveyReport {
     let mut survey = Survey::default();
     datagrams.into_iter().for_each(|datagram| survey.datagram(&datagram));
     survey.report()

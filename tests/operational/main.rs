@@ -11,7 +11,7 @@ use utm_fusion::areas::Masks;
 use utm_fusion::capture::Reception;
 use utm_fusion::config::{Config, Motion, Profile};
 use utm_fusion::evaluate::{
-    Alone, ErrorStatistics, Evaluation, Labels, OutputPoint, Settings, evaluate, output,
+    ErrorStatistics, Evaluation, InputsAlone, Labels, OutputPoint, Scoring, evaluate, output,
 };
 use utm_fusion::simulate::{Scenario, Simulation, TRANSPONDER_ID, simulate};
 
@@ -40,9 +40,9 @@ fn scored(simulation: &Simulation, profile: Profile) -> Evaluation {
 
 fn scored_as(simulation: &Simulation, config: &Config) -> Evaluation {
     let labels = Labels::with_receivers(simulation.labels.clone(), &[TRANSPONDER_ID.to_owned()].into());
-    let alone = Alone::of(simulation.receptions().map(Ok), config, Masks::default()).unwrap();
+    let alone = InputsAlone::of(simulation.receptions().map(Ok), config, Masks::default()).unwrap();
     let points = points(simulation.receptions(), config);
-    evaluate(&simulation.truth(), Some(&labels), &points, Some(&alone), &Settings::of(config))
+    evaluate(&simulation.truth(), Some(&labels), &points, Some(&alone), &Scoring::of(config))
 }
 
 /// Over some flights: the mean of a figure of each.

@@ -15,7 +15,7 @@ use crate::capture::{Capture, Merged, OpenError};
 use crate::commands::Usage;
 use crate::config::{Config, SensorKind};
 use crate::evaluate::plot::{self, TruthLine};
-use crate::evaluate::read::{self, Days, Kind};
+use crate::evaluate::read::{self, Days, FileKind};
 use crate::evaluate::{Evaluation, Label, Labels, OutputPoint, Truth};
 use crate::normalise::{nearest_day, time_of_day_count};
 use fusion::time::Time;
@@ -38,11 +38,11 @@ pub(super) fn refuse_exchanged(args: &Args) -> Result<(), Usage> {
         read::kind(&beginning)
     };
     let [truth] = &args.truth[..] else { return Ok(()) };
-    if kind_of(&args.output) == Some(Kind::Truth) && kind_of(truth) != Some(Kind::Truth) {
+    if kind_of(&args.output) == Some(FileKind::Truth) && kind_of(truth) != Some(FileKind::Truth) {
         let (truth, output) = (truth.display(), args.output.display());
         return Err(Usage(format!(
             "{output} is {}, and {truth} is not: they are exchanged. Write: utm-fusion evaluate {truth} --truth {output}",
-            Kind::Truth
+            FileKind::Truth
         )));
     }
     Ok(())

@@ -15,7 +15,7 @@ use super::moment::day;
 use super::{CommandResult, Outcome};
 use crate::areas::Masks;
 use crate::config::Config;
-use crate::evaluate::{Alone, Evaluation, Labels, OutputPoint, Settings, Truth, evaluate};
+use crate::evaluate::{Evaluation, InputsAlone, Labels, OutputPoint, Scoring, Truth, evaluate};
 
 pub use require::Requirement;
 
@@ -64,7 +64,7 @@ struct Inputs {
     truth: Truth,
     labels: Option<Labels>,
     output: Vec<OutputPoint>,
-    alone: Option<Alone>,
+    alone: Option<InputsAlone>,
 }
 
 /// What was scored and how it came out.
@@ -83,7 +83,7 @@ struct Scores<'a> {
 /// A file cannot be read, a line of it cannot be understood, or `out` cannot be written to.
 pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     let inputs = read(args)?;
-    let settings = inputs.config.as_ref().map_or_else(Settings::default, Settings::of);
+    let settings = inputs.config.as_ref().map_or_else(Scoring::default, Scoring::of);
     let labels = inputs.labels.as_ref();
     let evaluation = evaluate(&inputs.truth, labels, &inputs.output, inputs.alone.as_ref(), &settings);
     if let Some(directory) = &args.plot {
@@ -142,7 +142,7 @@ fn read(args: &Args) -> Result<Inputs, Box<dyn std::error::Error + Send + Sync>>
     let alone = match &config {
         Some(config) if !args.capture.is_empty() => {
             let receptions = files::receptions(&args.capture, args.date, &truth)?;
-            Some(Alone::of(receptions, config, Masks::load(&config.areas)?)?)
+            Some(InputsAlone::of(receptions, config, Masks::load(&config.areas)?)?)
         }
         _ => None,
     };

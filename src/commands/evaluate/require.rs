@@ -7,7 +7,7 @@ use super::Args;
 use crate::evaluate::{ErrorStatistics, Evaluation, Score};
 
 /// `[radar.|transponder.][equipped.|unequipped.]METRIC OP NUMBER`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Requirement {
     /// As it was written.
     text: String,
@@ -33,21 +33,6 @@ enum Group {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Metric {
-    Pu,
-    Epos,
-    Eposh,
-    Eposv,
-    EposCovered,
-    EposGap,
-    Precision,
-    Recall,
-    IdChanges,
-    FalseTrack,
-    Gospa,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Comparison {
     AtLeast,
     AtMost,
@@ -55,20 +40,26 @@ enum Comparison {
     Below,
 }
 
-/// Names as they are written.
-const METRICS: [(&str, Metric); 11] = [
-    ("pu", Metric::Pu),
-    ("epos", Metric::Epos),
-    ("eposh", Metric::Eposh),
-    ("eposv", Metric::Eposv),
-    ("epos_covered", Metric::EposCovered),
-    ("epos_gap", Metric::EposGap),
-    ("precision", Metric::Precision),
-    ("recall", Metric::Recall),
-    ("id_changes", Metric::IdChanges),
-    ("false_track", Metric::FalseTrack),
-    ("gospa", Metric::Gospa),
+/// A metric by the name it is written with, and its value in a score.
+type Metric = (&'static str, fn(&Score) -> Option<f64>);
+
+const METRICS: [Metric; 11] = [
+    ("pu", |score| score.pu_percent),
+    ("epos", |score| mean(score.epos)),
+    ("eposh", |score| mean(score.eposh)),
+    ("eposv", |score| mean(score.eposv)),
+    ("epos_covered", |score| mean(score.epos_covered)),
+    ("epos_gap", |score| mean(score.epos_gap)),
+    ("precision", |score| score.precision),
+    ("recall", |score| score.recall),
+    ("id_changes", |score| score.id_changes),
+    ("false_track", |score| score.false_track_s),
+    ("gospa", |score| score.gospa_m),
 ];
+
+fn mean(statistics: Option<ErrorStatistics>) -> Option<f64> {
+    statistics.map(|statistics| statistics.mean_m)
+}
 
 /// The longer ones first: `>=` begins with `>`.
 const COMPARISONS: [(&str, Comparison); 4] = [
@@ -93,10 +84,12 @@ impl FromStr for Requirement {
             prefix(name.trim(), [("radar.", Stream::Radar), ("transponder.", Stream::Transponder)]);
         let (group, name) =
             prefix(name, [("equipped.", Group::Equipped), ("unequipped.", Group::Unequipped)]);
-        let metric = METRICS.iter().find(|(known, _)| *known == name).map(|(_, metric)| *metric);
-        let metric = metric.ok_or_else(|| grammar(&format!("{name:?} is no metric")))?;
+        let metric = *METRICS
+            .iter()
+            .find(|(known, _)| *known == name)
+            .ok_or_else(|| grammar(&format!("{name:?} is no metric")))?;
         let group = group.unwrap_or(Group::All);
-        if matches!(metric, Metric::FalseTrack | Metric::Gospa) && group != Group::All {
+        if matches!(name, "false_track" | "gospa") && group != Group::All {
             return Err(format!("{name} is of all drones together; leave out equipped. or unequipped."));
         }
         let stream = stream.unwrap_or(Stream::Fused);
@@ -139,7 +132,7 @@ impl Requirement {
             Group::Equipped => &scored.equipped,
             Group::Unequipped => &scored.unequipped,
         };
-        self.metric.of(score).ok_or_else(|| self.missing(args).to_owned())
+        (self.metric.1)(score).ok_or_else(|| self.missing(args).to_owned())
     }
 
     /// Whether the bound is kept to.
@@ -155,14 +148,10 @@ impl Requirement {
     /// Why there is no value.
     fn missing(&self, args: &Args) -> &'static str {
         let (has_labels, has_capture) = (args.labels.is_some(), !args.capture.is_empty());
-        match self.metric {
-            Metric::Precision | Metric::Recall if self.stream != Stream::Fused => {
-                "an input alone associates nothing"
-            }
-            Metric::Precision | Metric::Recall if !has_labels => "it needs --labels",
-            Metric::Recall | Metric::EposCovered | Metric::EposGap if !has_capture => {
-                "it needs --capture and --config"
-            }
+        match self.metric.0 {
+            "precision" | "recall" if self.stream != Stream::Fused => "an input alone associates nothing",
+            "precision" | "recall" if !has_labels => "it needs --labels",
+            "recall" | "epos_covered" | "epos_gap" if !has_capture => "it needs --capture and --config",
             _ if self.group != Group::All && !has_labels && !has_capture => {
                 "it needs --labels or --capture to tell which drones carry a transponder"
             }
@@ -177,25 +166,6 @@ impl fmt::Display for Requirement {
     }
 }
 
-impl Metric {
-    fn of(self, score: &Score) -> Option<f64> {
-        let mean = |statistics: Option<ErrorStatistics>| statistics.map(|statistics| statistics.mean_m);
-        match self {
-            Self::Pu => score.pu_percent,
-            Self::Epos => mean(score.epos),
-            Self::Eposh => mean(score.eposh),
-            Self::Eposv => mean(score.eposv),
-            Self::EposCovered => mean(score.epos_covered),
-            Self::EposGap => mean(score.epos_gap),
-            Self::Precision => score.precision,
-            Self::Recall => score.recall,
-            Self::IdChanges => score.id_changes,
-            Self::FalseTrack => score.false_track_s,
-            Self::Gospa => score.gospa_m,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -204,11 +174,11 @@ mod tests {
     fn conditions_as_people_write_them() {
         let told = |text: &str| text.parse::<Requirement>().unwrap();
         let plain = told("pu>=90");
-        assert_eq!((plain.stream, plain.group, plain.metric), (Stream::Fused, Group::All, Metric::Pu));
+        assert_eq!((plain.stream, plain.group, plain.metric.0), (Stream::Fused, Group::All, "pu"));
         assert_eq!((plain.comparison, plain.bound), (Comparison::AtLeast, 90.0));
         let long = told(" radar.unequipped.epos_gap < 12.5 ");
         assert_eq!((long.stream, long.group), (Stream::Radar, Group::Unequipped));
-        assert_eq!((long.metric, long.comparison, long.bound), (Metric::EposGap, Comparison::Below, 12.5));
+        assert_eq!((long.metric.0, long.comparison, long.bound), ("epos_gap", Comparison::Below, 12.5));
         assert!(plain.is_met_by(90.0) && !told("pu>90").is_met_by(90.0) && told("pu<=90").is_met_by(90.0));
     }
 

@@ -11,7 +11,7 @@ use tracing::{error, warn};
 
 use super::{CommandResult, Outcome, lost_frames, progress};
 use crate::capture::{Capture, Format, ReadError, Skipped, Trailer};
-use crate::survey::{Report, Survey};
+use crate::survey::{Survey, SurveyReport};
 
 /// Say what is in captures: who sends what, how much, when, and is it healthy
 ///
@@ -51,7 +51,7 @@ struct Info {
     /// Streams whose datagrams have octets behind their blocks that are none.
     trailers: Vec<Trailer>,
     #[serde(flatten)]
-    report: Report,
+    report: SurveyReport,
     /// Why it could not be read to its end.
     damage: Option<String>,
 }

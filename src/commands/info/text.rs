@@ -5,7 +5,7 @@ use std::fmt::{self, Display, Write as _};
 use super::Info;
 use crate::capture::Format;
 use crate::commands::table::{Table, duration, grouped, short};
-use crate::survey::{LineHint, Report, SensorHint, SourceReport, Span, Stamp};
+use crate::survey::{LineHint, SensorHint, SourceReport, Span, Stamp, SurveyReport};
 use fusion::time::{DAY, SECOND};
 
 /// Lines of a table that are printed, those with the highest counts; JSON has them all.
@@ -86,7 +86,7 @@ fn head(text: &mut String, info: &Info) -> fmt::Result {
     Ok(())
 }
 
-fn streams(text: &mut String, report: &Report) -> fmt::Result {
+fn streams(text: &mut String, report: &SurveyReport) -> fmt::Result {
     let mut table = Table::new("lrrrl", &["stream", "datagrams", "octets", "/s", "categories"]);
     for stream in most(&report.streams, |stream| stream.datagrams) {
         table.row([
@@ -102,7 +102,7 @@ fn streams(text: &mut String, report: &Report) -> fmt::Result {
     overflow(text, report.datagrams_of_more_streams, "datagram", "streams")
 }
 
-fn sources(text: &mut String, report: &Report, long: bool) -> fmt::Result {
+fn sources(text: &mut String, report: &SurveyReport, long: bool) -> fmt::Result {
     let names = ["cat SAC/SIC", "records", "share", "/s", "first", "last", "reports of"];
     let mut table = Table::new("lrrrrrl", &names);
     for source in most(&report.sources, |source| source.records) {
@@ -126,7 +126,7 @@ fn sources(text: &mut String, report: &Report, long: bool) -> fmt::Result {
 }
 
 /// How steadily and how late the sources report.
-fn timing(text: &mut String, report: &Report, long: bool) -> fmt::Result {
+fn timing(text: &mut String, report: &SurveyReport, long: bool) -> fmt::Result {
     let dated = report.sources.iter().any(|source| source.delay.is_some());
     let names =
         ["cat SAC/SIC", "interval", "gaps", "longest silence", "time of day", "delay: min", "median", "p99"];
@@ -166,7 +166,7 @@ fn times_of_day(source: &SourceReport) -> String {
     if text.is_empty() { "all good".to_owned() } else { text }
 }
 
-fn items(text: &mut String, report: &Report) -> fmt::Result {
+fn items(text: &mut String, report: &SurveyReport) -> fmt::Result {
     if report.sources.is_empty() {
         return Ok(());
     }
@@ -199,7 +199,7 @@ fn wrapped(text: &mut String, label: &str, parts: &[String]) -> fmt::Result {
     writeln!(text, "{}", line.trim_end())
 }
 
-fn categories(text: &mut String, report: &Report) -> fmt::Result {
+fn categories(text: &mut String, report: &SurveyReport) -> fmt::Result {
     let mut table = Table::new("lrrrl", &["category", "blocks", "records", "octets", ""]);
     for category in &report.categories {
         table.row([

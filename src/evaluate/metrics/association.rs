@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::ratio;
 use super::scene::Scene;
+use super::statistics::ratio;
 use crate::evaluate::judged::Judged;
 use fusion::slots::Slot;
 

@@ -6,7 +6,9 @@ use std::collections::BTreeMap;
 use super::scene::Scene;
 use crate::evaluate::judged::Judged;
 use crate::evaluate::nearby::Nearby;
-use crate::evaluate::{GospaParts, OutputPoint, Place, PointSource, Truth};
+use crate::evaluate::place::Place;
+use crate::evaluate::truth::Truth;
+use crate::evaluate::types::{GospaParts, OutputPoint, PointSource};
 use fusion::assignment::{Candidate, assign};
 use fusion::slots::{Slot, SlotGrid};
 
@@ -118,8 +120,8 @@ fn near(truths: &[Place], points: &[&OutputPoint]) -> Vec<Near> {
 
 /// The points of each slot that is looked at; of several of one track in a slot (plots of a fast radar) the latest.
 fn points_by_slot<'a>(scene: &Scene<'a>) -> BTreeMap<Slot, Vec<&'a OutputPoint>> {
-    type Track<'a> = (PointSource, u32, Option<&'a str>);
-    let mut latest: BTreeMap<Slot, BTreeMap<Track<'a>, &'a OutputPoint>> = BTreeMap::new();
+    type TrackKey<'a> = (PointSource, u32, Option<&'a str>);
+    let mut latest: BTreeMap<Slot, BTreeMap<TrackKey<'a>, &'a OutputPoint>> = BTreeMap::new();
     let all = scene.drones.iter().flatten().chain(&scene.nobody);
     for &Judged { point, slot, .. } in all.filter(|judged| judged.slot.0 % EVERY_SLOTS == 0) {
         let track = (point.source, point.number, point.sensor.as_deref());

@@ -8,8 +8,3 @@ pub(super) mod nees;
 pub(super) mod scene;
 pub(super) mod statistics;
 pub(super) mod update;
-
-/// `numerator / denominator`, where there is something to divide by.
-fn ratio(numerator: u64, denominator: u64) -> Option<f64> {
-    (denominator > 0).then(|| numerator as f64 / denominator as f64)
-}

@@ -2,7 +2,8 @@
 //! *Estimation with Applications to Tracking and Navigation*, 2001, section 5.4.
 
 use crate::evaluate::judged::Judged;
-use crate::evaluate::{Covariance, Nees, Offset};
+use crate::evaluate::place::Offset;
+use crate::evaluate::types::{Covariance, Nees};
 
 /// Mean over the points that tell their covariance; `None` of none. One that is not positive definite is none.
 pub(in crate::evaluate) fn mean<'a>(points: impl Iterator<Item = &'a Judged<'a>>) -> Option<Nees> {

@@ -1,6 +1,6 @@
 //! Mean and spread of position errors.
 
-use crate::evaluate::ErrorStatistics;
+use crate::evaluate::types::ErrorStatistics;
 use crate::statistics::quantile;
 
 /// Of these errors, metres, in any order; `None` of none.
@@ -24,6 +24,11 @@ pub(in crate::evaluate) fn statistics(errors_m: impl Iterator<Item = f64>) -> Op
         p50_m: quantile(&errors_m, 0.5)?,
         p95_m: quantile(&errors_m, 0.95)?,
     })
+}
+
+/// `numerator / denominator`, where there is something to divide by.
+pub(super) fn ratio(numerator: u64, denominator: u64) -> Option<f64> {
+    (denominator > 0).then(|| numerator as f64 / denominator as f64)
 }
 
 #[cfg(test)]

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::ratio;
 use super::scene::Scene;
+use super::statistics::ratio;
 
 /// Percent of the slots that count for these drones in which the drone has at least one point (paper section 4, there
 /// over a reference of 4 Hz).

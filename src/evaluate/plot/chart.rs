@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use super::Figure;
 use super::axis::Axis;
+use super::figure::Figure;
 use super::style::{Marker, Scale, Style};
 use super::svg::{PathData, coordinate};
 use super::thin::thin;

@@ -5,11 +5,11 @@
 
 use std::collections::BTreeMap;
 
-use super::super::{Sample, Seen};
+use super::super::types::{PolarPlace, Sample};
 use super::axis::{Axis, decimal, drawable, round_step};
 use super::chart::Chart;
+use super::figure::{Clock, Figure, Stream, caption, counted, thinned};
 use super::style::Scale;
-use super::{Clock, Figure, Stream, caption, counted, thinned};
 use crate::statistics::quantile;
 
 const SIZE: (f64, f64) = (600.0, 300.0);
@@ -54,7 +54,7 @@ pub(super) fn over_time(streams: &[Stream<'_>], clock: Clock) -> Figure {
 
 /// Error over the distance from the radar, as the paper's Figure 12.
 pub(super) fn over_range(streams: &[Stream<'_>]) -> Figure {
-    let points = points_over(streams, |sample| sample.seen.map(|Seen { range_m, .. }| range_m));
+    let points = points_over(streams, |sample| sample.seen.map(|PolarPlace { range_m, .. }| range_m));
     let (nearest, farthest) = ends(&points).unwrap_or((0.0, 1000.0));
     // The radar itself is shown where that costs little room.
     let nearest = if nearest < 0.3 * farthest { 0.0 } else { nearest };
@@ -72,7 +72,7 @@ pub(super) fn over_range(streams: &[Stream<'_>]) -> Figure {
 
 /// Error over the direction from the radar, as the paper's Figure 13.
 pub(super) fn over_azimuth(streams: &[Stream<'_>]) -> Figure {
-    let points = points_over(streams, |sample| sample.seen.map(|Seen { azimuth_deg, .. }| azimuth_deg));
+    let points = points_over(streams, |sample| sample.seen.map(|PolarPlace { azimuth_deg, .. }| azimuth_deg));
     let over = Over {
         name: "error-over-azimuth",
         title: "Position error over azimuth",

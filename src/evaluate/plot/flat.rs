@@ -1,8 +1,9 @@
 //! A flat Earth of some kilometres, about the radar where one is known.
 
-use super::super::{Place, Sample};
+use super::super::place::Place;
+use super::super::types::Sample;
 use super::axis::drawable;
-use super::{Stream, TruthLine};
+use super::figure::{Stream, TruthLine};
 use crate::statistics::quantile;
 
 /// Metres east and north of an origin.

@@ -3,9 +3,9 @@
 
 use std::fmt::Write;
 
-use super::super::{ErrorStatistics, Evaluation, Score, Scored};
+use super::super::types::{ErrorStatistics, Evaluation, Score, Scored};
 use super::axis::decimal;
-use super::{Figure, counted, moment};
+use super::figure::{Figure, counted, moment};
 use crate::xml::escape;
 
 const STYLE: &str = include_str!("page.css");

@@ -1,13 +1,14 @@
 //! Where the output was: seen from above (the paper's Figure 9), and its height over time (Figure 10).
 
-use super::super::{Place, PointSource, Sample};
+use super::super::place::Place;
+use super::super::types::{PointSource, Sample};
 use super::axis::{Axis, drawable, round_step, span};
 use super::chart::Chart;
+use super::figure::{Clock, Figure, Stream, TruthLine, caption, counted, thinned};
 use super::flat::Flat;
 use super::style::{FALSE, Marker, Scale, Style};
 use super::svg::PathData;
 use super::thin::simplify;
-use super::{Clock, Figure, Stream, TruthLine, caption, counted, thinned};
 use fusion::time::{SECOND, Time};
 
 /// Between true points further apart in time nothing is drawn.

@@ -1,7 +1,7 @@
-//! What a stream looks like. Told apart three times: by colour (dark blue, dusky red and amber differ in lightness too,
+//! What a stream looks like. Attribution apart three times: by colour (dark blue, dusky red and amber differ in lightness too,
 //! so they stay apart in grey and for the colour-blind), by marker, and by dash.
 
-use super::super::PointSource;
+use super::super::types::PointSource;
 
 /// How one kind of point is drawn.
 #[derive(Clone, Copy, Debug)]

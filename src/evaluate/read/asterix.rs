@@ -9,9 +9,11 @@ use asterix::{Record as _, blocks};
 use jiff::SignedDuration;
 use jiff::civil::Date;
 
-use super::{FileError, OutputFile};
+use super::error::FileError;
+use super::parsed::OutputFile;
 use crate::capture::{Capture, Contents, Datagram, OpenError};
-use crate::evaluate::{OutputPoint, Place, PointSource};
+use crate::evaluate::place::Place;
+use crate::evaluate::types::{OutputPoint, PointSource};
 use crate::normalise::nearest_day;
 use fusion::time::Time;
 

@@ -5,8 +5,12 @@ use std::str::FromStr;
 
 use csv::{ErrorKind, Position, ReaderBuilder, StringRecord, Trim};
 
-use super::{FileError, Tracks, cells};
-use crate::evaluate::{Label, OutputPoint, Place, PointSource};
+use super::cells;
+use super::error::FileError;
+use super::parsed::Tracks;
+use crate::evaluate::labels::Label;
+use crate::evaluate::place::Place;
+use crate::evaluate::types::{OutputPoint, PointSource};
 use fusion::time::Time;
 
 /// Heights that something which flies can have, metres.

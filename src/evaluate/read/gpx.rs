@@ -2,8 +2,10 @@
 
 use roxmltree::{Document, Node};
 
-use super::{FileError, Tracks, cells};
-use crate::evaluate::Place;
+use super::cells;
+use super::error::FileError;
+use super::parsed::Tracks;
+use crate::evaluate::place::Place;
 use fusion::time::Time;
 
 /// The tracks: `trkpt` with `lat`, `lon`, `time` and, where there is one, `ele` (metres above mean sea level). The id

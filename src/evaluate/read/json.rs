@@ -2,28 +2,22 @@
 
 use serde::Deserialize;
 
-use super::{FileError, cells};
-use crate::evaluate::{OutputPoint, Place, PointSource};
+use super::cells;
+use super::error::FileError;
+use crate::evaluate::place::Place;
+use crate::evaluate::types::{OutputPoint, PointSource};
 
 /// The fields of a track that are scored (`src/picture/track_json.rs`).
 #[derive(Deserialize)]
-struct Track {
+struct TrackRow {
     time: String,
-    source: Source,
+    source: PointSource,
     track_number: u32,
     lat: f64,
     lng: f64,
     alt_msl: Option<f64>,
     #[serde(default)]
     contributors: Vec<Contributor>,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum Source {
-    Fused,
-    Radar,
-    Transponder,
 }
 
 #[derive(Deserialize)]
@@ -40,7 +34,7 @@ struct FeatureCollection {
 
 #[derive(Deserialize)]
 struct Feature {
-    properties: Track,
+    properties: TrackRow,
 }
 
 /// One object a line, or one feature collection.
@@ -60,13 +54,13 @@ pub(super) fn output(name: &str, text: &str) -> Result<Vec<OutputPoint>, FileErr
     let lines = text.lines().zip(1_u64..).filter(|(line, _)| !line.trim().is_empty());
     lines
         .map(|(line, number)| {
-            let track: Track = serde_json::from_str(line).map_err(|cause| error(number, &cause))?;
+            let track: TrackRow = serde_json::from_str(line).map_err(|cause| error(number, &cause))?;
             point(name, number, track)
         })
         .collect()
 }
 
-fn point(name: &str, line: u64, track: Track) -> Result<OutputPoint, FileError> {
+fn point(name: &str, line: u64, track: TrackRow) -> Result<OutputPoint, FileError> {
     let time = cells::time(&track.time)
         .ok_or_else(|| FileError::at(name, line, format!("time: {:?} is no time in RFC 3339", track.time)))?;
     if !(-90.0..=90.0).contains(&track.lat) || !(-180.0..=180.0).contains(&track.lng) {
@@ -76,11 +70,7 @@ fn point(name: &str, line: u64, track: Track) -> Result<OutputPoint, FileError> 
     let mut point = OutputPoint {
         time,
         place: Place { latitude_deg: track.lat, longitude_deg: track.lng, altitude_amsl_m: track.alt_msl },
-        source: match track.source {
-            Source::Fused => PointSource::Fused,
-            Source::Radar => PointSource::Radar,
-            Source::Transponder => PointSource::Transponder,
-        },
+        source: track.source,
         number: track.track_number,
         radar_track: None,
         sensor: None,

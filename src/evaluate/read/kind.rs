@@ -4,7 +4,7 @@ use std::fmt;
 
 /// What `evaluate` reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum FileKind {
     /// Where drones really were.
     Truth,
     /// Whose each plot and transponder is.
@@ -13,7 +13,7 @@ pub enum Kind {
     Output,
 }
 
-impl Kind {
+impl FileKind {
     /// Where it belongs on the command line.
     pub(super) fn place(self) -> &'static str {
         match self {
@@ -24,7 +24,7 @@ impl Kind {
     }
 }
 
-impl fmt::Display for Kind {
+impl fmt::Display for FileKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Truth => "a truth (where the drones really were)",
@@ -44,15 +44,15 @@ pub(super) fn is_text(octets: &[u8]) -> bool {
 }
 
 /// What a file with this beginning is; `None` where that is not evident. Binary data may be anything.
-pub fn kind(octets: &[u8]) -> Option<Kind> {
+pub fn kind(octets: &[u8]) -> Option<FileKind> {
     if !is_text(octets) {
         return None;
     }
     let text = String::from_utf8_lossy(octets);
     let text = text.trim_start_matches('\u{feff}').trim_start();
     match text.chars().next()? {
-        '{' => return Some(Kind::Output),
-        '<' => return Some(Kind::Truth),
+        '{' => return Some(FileKind::Output),
+        '<' => return Some(FileKind::Truth),
         _ => {}
     }
     let columns: Vec<&str> =
@@ -61,11 +61,11 @@ pub fn kind(octets: &[u8]) -> Option<Kind> {
     if has(&["time", "lat", "lon", "source", "track_number"])
         || has(&["time", "lat", "lon", "kind", "number"])
     {
-        Some(Kind::Output)
+        Some(FileKind::Output)
     } else if has(&["time", "id", "lat", "lon", "alt_msl"]) {
-        Some(Kind::Truth)
+        Some(FileKind::Truth)
     } else if has(&["time", "sensor", "number", "id"]) {
-        Some(Kind::Labels)
+        Some(FileKind::Labels)
     } else {
         None
     }

@@ -9,28 +9,15 @@ mod error;
 mod gpx;
 mod json;
 mod kind;
+mod parsed;
 
 pub use self::asterix::Days;
 pub use self::cells::time;
 pub use self::error::FileError;
-pub use self::kind::{Kind, kind};
+pub use self::kind::{FileKind, kind};
+pub use self::parsed::{OutputFile, Tracks};
 
-use super::{Label, OutputPoint, Place};
-use fusion::time::Time;
-
-/// The samples of drones, by id: what [`super::Truth::new`] takes.
-pub type Tracks = Vec<(String, Vec<(Time, Place)>)>;
-
-/// The points of a file, and what was remarkable about it.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct OutputFile {
-    /// The points, in the order of the file.
-    pub points: Vec<OutputPoint>,
-    /// Those of CAT129 records that do not say what they are made of: they count as fused, with no known contributor.
-    pub unknown_sources: u64,
-    /// CAT129 records passed over because others of the file do say it: reports of transponders, not output.
-    pub inputs: u64,
-}
+use super::labels::Label;
 
 /// A truth: CSV with `time,id,lat,lon,alt_msl`, or GPX. `name` appears in messages; `stem` is the id of a GPX track
 /// without a name.
@@ -38,7 +25,7 @@ pub struct OutputFile {
 /// # Errors
 /// The file is neither, or a line of it cannot be read.
 pub fn truth(name: &str, stem: &str, octets: &[u8]) -> Result<Tracks, FileError> {
-    refuse_unless(Kind::Truth, name, octets)?;
+    refuse_unless(FileKind::Truth, name, octets)?;
     let text = text(name, octets)?;
     if text.trim_start().starts_with('<') { gpx::truth(name, stem, text) } else { csv::truth(name, text) }
 }
@@ -49,7 +36,7 @@ pub fn truth(name: &str, stem: &str, octets: &[u8]) -> Result<Tracks, FileError>
 /// # Errors
 /// The file is none of these, or a line or record of it cannot be read.
 pub fn output(name: &str, octets: Vec<u8>, days: Days) -> Result<OutputFile, FileError> {
-    refuse_unless(Kind::Output, name, &octets)?;
+    refuse_unless(FileKind::Output, name, &octets)?;
     if !kind::is_text(&octets) {
         return asterix::output(name, octets, days);
     }
@@ -64,12 +51,12 @@ pub fn output(name: &str, octets: Vec<u8>, days: Days) -> Result<OutputFile, Fil
 /// # Errors
 /// A column is missing, or a line cannot be read.
 pub fn labels(name: &str, octets: &[u8]) -> Result<Vec<Label>, FileError> {
-    refuse_unless(Kind::Labels, name, octets)?;
+    refuse_unless(FileKind::Labels, name, octets)?;
     csv::labels(name, text(name, octets)?)
 }
 
 /// Refuses a file that is evidently of another kind than it is taken for.
-fn refuse_unless(wanted: Kind, name: &str, octets: &[u8]) -> Result<(), FileError> {
+fn refuse_unless(wanted: FileKind, name: &str, octets: &[u8]) -> Result<(), FileError> {
     match kind(octets) {
         Some(found) if found != wanted => {
             Err(FileError::whole(name, format!("this is {found}, not {wanted}; {}", found.place())))

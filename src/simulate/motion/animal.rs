@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::{Path, STEP_S, State, towards, turn};
+use super::{Kinematics, Path, STEP_S, towards, turn};
 use crate::simulate::scenario::{Airspace, Birds, Clutter, Span};
 use crate::simulate::streams::{Entity, GaussMarkov, Stream, Streams};
 
@@ -16,10 +16,10 @@ const FLOCK_TIME_S: f64 = 8.0;
 /// The paths of all birds: those alone, then flock by flock.
 pub fn birds(model: &Birds, airspace: &Airspace, steps: usize, streams: &Streams) -> Vec<Path> {
     let mut paths: Vec<Path> = (0..model.count as usize)
-        .map(|index| bird(model, airspace, steps, &mut streams.of(Entity::Bird(index))))
+        .map(|index| bird(model, airspace, steps, &mut streams.of(Entity::Bird, index)))
         .collect();
     for flock in 0..model.flocks as usize {
-        let mut stream = streams.of(Entity::Flock(flock));
+        let mut stream = streams.of(Entity::Flock, flock);
         let leader = bird(model, airspace, steps, &mut stream);
         paths.extend((0..model.flock_size).map(|_| follower(model, &leader, &mut stream)));
     }
@@ -29,13 +29,13 @@ pub fn birds(model: &Birds, airspace: &Airspace, steps: usize, streams: &Streams
 /// The paths of vehicles, then of the points on the ground.
 pub fn clutter(model: &Clutter, airspace: &Airspace, steps: usize, streams: &Streams) -> Vec<Path> {
     let vehicle = |index| {
-        let mut stream = streams.of(Entity::Vehicle(index));
+        let mut stream = streams.of(Entity::Vehicle, index);
         let start = anywhere(airspace, Span::new(1.5, 1.5), &mut stream);
         let speed = stream.within(model.vehicle_speed_m_s);
         wander(airspace, steps, start, speed, STEERING, &mut stream)
     };
     let point = |index| {
-        let mut stream = streams.of(Entity::Clutter(index));
+        let mut stream = streams.of(Entity::Clutter, index);
         Path::standing(anywhere(airspace, Span::new(0.0, 15.0), &mut stream))
     };
     (0..model.vehicles as usize).map(vehicle).chain((0..model.points as usize).map(point)).collect()
@@ -72,7 +72,7 @@ fn wander(
     let mut rate = GaussMarkov::new(deviation, time_s, 0.0, stream);
     let samples = (0..steps).map(|step| {
         let velocity = (towards(heading) * speed).push(0.0);
-        let state = State { position, velocity };
+        let state = Kinematics { position, velocity };
         position += velocity * STEP_S;
         heading += rate.at(step as f64 * STEP_S, stream) * STEP_S;
         let home = middle(airspace) - position.xy();
@@ -100,7 +100,7 @@ fn follower(model: &Birds, leader: &Path, stream: &mut Stream) -> Path {
         let mut position = state.position + place(step);
         position.z = position.z.max(2.0);
         let drift = if step > 0 { (place(step) - place(step - 1)) / STEP_S } else { Vector3::zeros() };
-        State { position, velocity: state.velocity + drift }
+        Kinematics { position, velocity: state.velocity + drift }
     });
     Path(samples.collect())
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Path, STEP_S, State, towards, turn};
+use super::{Kinematics, Path, STEP_S, towards, turn};
 use crate::simulate::scenario::FixedWing;
 use crate::simulate::streams::Stream;
 
@@ -34,7 +34,7 @@ pub(super) fn fly(
     let mut samples = Vec::with_capacity(steps);
     for step in 0..steps {
         let velocity = (towards(heading) * speed).push(climb);
-        samples.push(State { position, velocity });
+        samples.push(Kinematics { position, velocity });
         if loiter_until.is_some_and(|until| step >= until) {
             loiter_until = None;
             target = next(stream);

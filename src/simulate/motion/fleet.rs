@@ -39,7 +39,7 @@ pub fn fleet(scenario: &Scenario, steps: usize, streams: &Streams) -> Result<Vec
     let mut sky = Sky::new(separation);
     let mut paths = Vec::with_capacity(count);
     for drone in 0..count {
-        let mut stream = streams.of(Entity::Drone(number(&scenario.drones, drone)));
+        let mut stream = streams.of(Entity::Drone, number(&scenario.drones, drone));
         let path = (0..TRIES)
             .map(|_| fly(scenario, drone, steps, &mut stream))
             .find(|path| separation == 0.0 || sky.is_clear(path))

@@ -18,7 +18,7 @@ const STEP_S: f64 = 1.0 / RATE_HZ as f64;
 
 /// Where something is, and how it moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct State {
+pub struct Kinematics {
     /// East, north, and height above ground, metres.
     pub position: Vector3<f64>,
     /// Its derivative, metres a second.
@@ -27,27 +27,30 @@ pub struct State {
 
 /// A flight from take-off (0 s) to the end: a sample each 0.1 s.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Path(Vec<State>);
+pub struct Path(Vec<Kinematics>);
 
 impl Path {
     /// A path that stays where it is.
     fn standing(position: Vector3<f64>) -> Self {
-        Self(vec![State { position, velocity: Vector3::zeros() }])
+        Self(vec![Kinematics { position, velocity: Vector3::zeros() }])
     }
 
     /// The samples; sample n is at n / [`RATE_HZ`] seconds. A single one stands for the whole time.
-    pub fn samples(&self) -> &[State] {
+    pub fn samples(&self) -> &[Kinematics] {
         &self.0
     }
 
     /// Where it is `t_s` seconds after take-off: linear between samples; the ends stand still.
-    pub fn at(&self, t_s: f64) -> State {
+    pub fn at(&self, t_s: f64) -> Kinematics {
         let place = (t_s / STEP_S).clamp(0.0, (self.0.len() - 1) as f64);
         let before = place as usize;
         let after = (before + 1).min(self.0.len() - 1);
         let part = place - before as f64;
         let (a, b) = (&self.0[before], &self.0[after]);
-        State { position: a.position.lerp(&b.position, part), velocity: a.velocity.lerp(&b.velocity, part) }
+        Kinematics {
+            position: a.position.lerp(&b.position, part),
+            velocity: a.velocity.lerp(&b.velocity, part),
+        }
     }
 
     /// Whether it turns at `t_s`: by more than 4 degrees in a second, at more than 2 m/s.

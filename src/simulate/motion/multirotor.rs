@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Path, STEP_S, State};
+use super::{Kinematics, Path, STEP_S};
 use crate::simulate::scenario::Multirotor;
 use crate::simulate::streams::Stream;
 
@@ -18,7 +18,7 @@ pub(super) fn fly(
     let acceleration = stream.within(model.acceleration_m_s2);
     // A corner flown at cruise is about as wide as the circle that this acceleration allows.
     let corner_m = cruise * cruise / acceleration;
-    let mut state = State { position: start, velocity: Vector3::zeros() };
+    let mut state = Kinematics { position: start, velocity: Vector3::zeros() };
     let mut samples = Vec::with_capacity(steps);
     let mut target = next(stream);
     let mut stops = stream.chance(model.hover_share);
@@ -51,7 +51,8 @@ pub(super) fn fly(
         };
         let change = (wanted - state.velocity).cap_magnitude(acceleration * STEP_S);
         let velocity = state.velocity + change;
-        state = State { position: state.position + (state.velocity + velocity) * (0.5 * STEP_S), velocity };
+        state =
+            Kinematics { position: state.position + (state.velocity + velocity) * (0.5 * STEP_S), velocity };
     }
     Path(samples)
 }

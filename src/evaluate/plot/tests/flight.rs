@@ -1,7 +1,8 @@
 //! Flights made for the tests: drones on ellipses, seen with noise.
 
-use crate::evaluate::{
-    Drone, ErrorStatistics, Evaluation, Offset, Place, PointSource, Sample, Score, Scored, Seen,
+use crate::evaluate::place::{Offset, Place};
+use crate::evaluate::types::{
+    Drone, ErrorStatistics, Evaluation, PointSource, PolarPlace, Sample, Score, Scored,
 };
 use fusion::time::{SECOND, Time};
 
@@ -85,7 +86,7 @@ impl Flight {
                     number: drone as u32,
                     drone: Some(drone),
                     error: Some(Offset { east_m, north_m, up_m: Some(up_m) }),
-                    seen: Some(Seen {
+                    seen: Some(PolarPlace {
                         range_m: east.hypot(north),
                         azimuth_deg: east.atan2(north).to_degrees().rem_euclid(360.0),
                     }),

@@ -5,6 +5,8 @@ use roxmltree::{Document, Node, ParsingOptions};
 use super::super::{Score, Scored};
 use super::thin::POINTS_MAX;
 use super::*;
+use fusion::time::Time;
+
 use flight::{FLIGHT, Flight, RADAR, Truth};
 
 mod flight;
