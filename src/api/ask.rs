@@ -26,9 +26,9 @@ pub struct Ask {
     pub id: String,
     /// Its headers.
     pub headers: HeaderMap,
-    /// Who asks, as a trusted proxy says it; `None` where no socket is in between.
+    /// The client, as a trusted proxy names it; `None` where there is no socket.
     pub client: Option<IpAddr>,
-    /// By which token.
+    /// The token of the request.
     pub pass: Pass,
 }
 

@@ -1,4 +1,4 @@
-//! Who may do what: the token or the ticket of a request.
+//! Authorisation: the token or the ticket of a request.
 
 use axum::http::{StatusCode, header};
 use schemars::JsonSchema;
@@ -10,7 +10,7 @@ use super::rate::Who;
 use super::route::Route;
 use super::tokens::{Pass, Scope, TICKET, hash};
 
-/// By what the request may be answered.
+/// The pass of a request that may be answered.
 pub fn check(ask: &Ask, route: &Route) -> Result<Pass, Problem> {
     let terms = ask.state.terms();
     let (Some(tokens), Some(scope)) = (&terms.tokens, route.scope) else { return Ok(Pass(None)) };
@@ -18,7 +18,7 @@ pub fn check(ask: &Ask, route: &Route) -> Result<Pass, Problem> {
         && !route.post
         && let Some(ticket) = ask.query.text("ticket")
     {
-        let pass = ask.state.tickets().redeem(ticket).filter(|&pass| terms.may_stream(pass));
+        let pass = ask.state.tickets.redeem(ticket).filter(|&pass| terms.may_stream(pass));
         let detail = "this ticket has been used, is too old, or never was one";
         return pass.ok_or_else(|| Problem::new(StatusCode::UNAUTHORIZED, detail));
     }
@@ -49,5 +49,5 @@ pub struct Ticket {
 
 /// `POST /api/v1/stream-tickets`.
 pub fn open_ticket(ask: &Ask) -> Result<Ticket, Problem> {
-    Ok(Ticket { ticket: ask.state.tickets().issue(ask.pass)?, expires_in_s: TICKET.as_secs() })
+    Ok(Ticket { ticket: ask.state.tickets.issue(ask.pass)?, expires_in_s: TICKET.as_secs() })
 }

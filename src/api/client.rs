@@ -1,4 +1,4 @@
-//! Who asks: the other end of the connection or, behind a trusted reverse proxy, whom the proxy names.
+//! The client of a request: the peer of the connection or, behind a trusted reverse proxy, the address that it names.
 
 use std::net::{IpAddr, Ipv6Addr, SocketAddr};
 
@@ -10,13 +10,13 @@ use crate::config::Network;
 #[derive(Clone, Copy, Debug)]
 pub struct Peer(pub IpAddr);
 
-/// Whose connections, streams and requests are counted together: an IPv4 address, or an IPv6 network of 64 bits, which
+/// The unit that connections, streams and requests are counted by: an IPv4 address, or an IPv6 network of 64 bits, which
 /// is what one subscriber has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Subscriber(IpAddr);
 
 impl Subscriber {
-    /// Of an address.
+    /// The subscriber at an address.
     pub fn at(address: IpAddr) -> Self {
         Self(match address.to_canonical() {
             IpAddr::V6(v6) => Ipv6Addr::from_bits(v6.to_bits() >> 64 << 64).into(),
@@ -51,7 +51,7 @@ pub fn is_trusted(address: IpAddr, trusted: &[Network]) -> bool {
 fn walk(peer: IpAddr, hops: &[Option<IpAddr>], trusted: &[Network]) -> IpAddr {
     let mut client = peer;
     for hop in hops.iter().rev() {
-        // Who is behind a hop that is not named cannot be told.
+        // Beyond a hop that is not named nothing is known.
         let Some(hop) = *hop else { break };
         client = hop;
         if !is_trusted(hop, trusted) {

@@ -1,4 +1,4 @@
-//! `/api/v1/correlations`: which radar track is which transponder, as an operator says.
+//! `/api/v1/correlations`: the correlations that operators have decided.
 
 use std::time::Duration;
 
@@ -17,7 +17,7 @@ use fusion::operational::{Correlation, HeldCorrelation, NotCorrelated, Verdict};
 use fusion::slots::SlotGrid;
 use fusion::{RadarTrackKey, SensorIndex};
 
-/// The engine looks up several times a second; who does not hear of it by then is told so.
+/// The engine takes decisions several times per second; without an answer by then the request fails.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// Decisions of operators that are in force.
@@ -41,7 +41,7 @@ struct CorrelationJson {
 
 /// What is in force.
 pub fn all(ask: &Ask) -> Result<Correlations, Problem> {
-    Ok(correlations(ask, &ask.state.hub().decider.held()))
+    Ok(correlations(ask, &ask.state.hub.decider.held()))
 }
 
 /// Decides.
@@ -49,7 +49,7 @@ pub fn correlate(ask: Ask) -> Later<Correlations> {
     Box::pin(async move {
         let wish = wish(&ask)?;
         refuse(&ask)?;
-        let answer = ask.state.hub().decider.ask(wish.clone()).map_err(|denied| problem(&denied))?;
+        let answer = ask.state.hub.decider.ask(wish.clone()).map_err(|denied| problem(&denied))?;
         let answered = match tokio::time::timeout(PATIENCE, answer).await {
             Ok(Ok(answered)) => answered,
             Ok(Err(_)) | Err(_) => Err(Denied::Gone),
@@ -68,13 +68,13 @@ pub fn correlate(ask: Ask) -> Later<Correlations> {
     })
 }
 
-/// What is asked for.
+/// The decision in a request.
 fn wish(ask: &Ask) -> Result<Wish, Problem> {
     let needed = |name: &str, rule: &str| {
         ask.query.text(name).filter(|text| !text.is_empty()).ok_or_else(|| Problem::parameter(name, rule))
     };
     let id = needed("sensor", "the id of a radar has to be given")?;
-    let config = &ask.state.hub().config;
+    let config = &ask.state.hub.config;
     let is_it =
         |sensor: &crate::config::Sensor| sensor.id == id && matches!(sensor.kind, SensorKind::Radar(_));
     let index = config.sensors.iter().position(is_it);
@@ -94,13 +94,13 @@ fn wish(ask: &Ask) -> Result<Wish, Problem> {
     })
 }
 
-/// Where nothing can be decided.
+/// Fails where nothing can be decided.
 fn refuse(ask: &Ask) -> Result<(), Problem> {
     let conflict = |detail: &str| Err(Problem::new(StatusCode::CONFLICT, detail));
-    if ask.state.hub().config.fusion.profile == Profile::Reference {
+    if ask.state.hub.config.fusion.profile == Profile::Reference {
         return Err(problem(&Denied::NotCorrelated(NotCorrelated::Reference)));
     }
-    match ask.state.options().player.as_ref().map(Player::state) {
+    match ask.state.options.player.as_ref().map(Player::state) {
         Some(state) if !state.playing => conflict("a replay that stands still decides nothing: let it go on"),
         _ => Ok(()),
     }
@@ -120,7 +120,7 @@ fn problem(denied: &Denied) -> Problem {
 }
 
 fn correlations(ask: &Ask, held: &[HeldCorrelation]) -> Correlations {
-    let hub = ask.state.hub();
+    let hub = &ask.state.hub;
     let grid = SlotGrid::new(hub.config.fusion.slot);
     let correlation = |&HeldCorrelation { correlation, since }: &HeldCorrelation| {
         let Correlation { radar, transponder, verdict } = correlation;

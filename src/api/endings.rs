@@ -1,4 +1,4 @@
-//! Which tracks ended: a reader that is shown slots is owed a word on those that no longer come.
+//! Which tracks ended: readers of the stream are told.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use super::piece::Piece;
 use crate::picture::Rfc3339;
 use fusion::time::{SECOND, Time};
 
-/// A track that has not been shown for so long has ended, nanoseconds.
+/// A track has ended when it has not been shown for this duration, ns.
 const ENDED_NS: i64 = 2 * SECOND;
 
 /// When each track was shown last.

@@ -7,12 +7,12 @@ use super::problem::Problem;
 use super::query::Query;
 use crate::config::Sensor;
 
-/// Of a `bbox`.
+/// Rule of `bbox`.
 const BBOX: &str = "four numbers lon_min,lat_min,lon_max,lat_max in degrees, ±180 and ±90; lat_min is not above \
                     lat_max; lon_min above lon_max spans the antimeridian";
-/// Of `alt_min` and `alt_max`.
+/// Rule of `alt_min` and `alt_max`.
 const ALTITUDE: &str = "a height above mean sea level in metres, -1000 to 100000";
-/// Tracks in one answer at most.
+/// Most tracks in one answer.
 const MOST: usize = 10_000;
 
 /// A choice among tracks; the default is all of them.

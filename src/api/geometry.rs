@@ -85,7 +85,7 @@ pub struct Feature<'a, G, P> {
 }
 
 impl<'a, G, P> Feature<'a, G, P> {
-    /// Of this id.
+    /// A feature with an id.
     pub fn new(id: impl Into<Cow<'a, str>>, geometry: G, properties: P) -> Self {
         Self { r#type: FeatureType::Feature, id: id.into(), geometry, properties }
     }
@@ -101,7 +101,7 @@ pub struct Unnamed<G, P> {
 }
 
 impl<G, P> Unnamed<G, P> {
-    /// Of these.
+    /// A feature without an id.
     pub fn new(geometry: G, properties: P) -> Self {
         Self { r#type: FeatureType::Feature, geometry, properties }
     }

@@ -28,7 +28,7 @@ const BODY: u64 = 64 * 1024;
 /// Octets of the path and its parameters.
 const URI: usize = 8 * 1024;
 
-/// Who asks: the other end of the connection, or whom a trusted proxy there names.
+/// The address of the client, as [`client`] finds it.
 #[derive(Clone, Copy, Debug)]
 struct Client(IpAddr);
 

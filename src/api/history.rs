@@ -1,4 +1,4 @@
-//! Where tracks were, and what the picture was: from the history, a picture a second.
+//! Past trails and pictures, from the history: one picture per second.
 
 use std::fmt::Write as _;
 
@@ -16,11 +16,11 @@ use crate::picture::Rfc3339;
 use crate::xml;
 use fusion::time::Time;
 
-/// A trail goes back this far where it is not said how far.
+/// Default duration of a trail.
 const TRAIL: SignedDuration = SignedDuration::from_mins(10);
-/// Places of a trail: a day of them.
+/// Most positions of a trail: a day of them.
 const PLACES: usize = 86_400;
-/// A snapshot is the latest picture at most this much before the time asked for: one a second is kept.
+/// Greatest age of a snapshot at the time asked for: one picture per second is kept.
 const WITHIN: SignedDuration = SignedDuration::from_secs(2);
 
 /// `/api/v1/tracks/{id}/trail`.
@@ -42,7 +42,7 @@ pub fn trail(ask: &Ask) -> Answer {
     }
     match written {
         Some((content_type, write)) => Ok(live(content_type, write(&ask.id, &places))),
-        None => json(GEO_JSON, &geojson(&ask.id, &places, ask.state.hub().maker.geoid_undulation_m())),
+        None => json(GEO_JSON, &geojson(&ask.id, &places, ask.state.hub.maker.geoid_undulation_m())),
     }
 }
 
@@ -86,7 +86,7 @@ pub fn snapshot(ask: &Ask) -> Result<Snapshot, Problem> {
             kept.map_or("it is empty".to_owned(), |(first, last)| format!("it goes from {first} to {last}"));
         return Err(Problem::not_found(format!("the history has no picture of that time; {kept}")));
     };
-    let undulation_m = ask.state.hub().maker.geoid_undulation_m();
+    let undulation_m = ask.state.hub.maker.geoid_undulation_m();
     let feature = |track: &SavedTrack| {
         let (lng, lat, height_m) = position(track, undulation_m);
         let properties = PastProperties {
@@ -103,7 +103,7 @@ pub fn snapshot(ask: &Ask) -> Result<Snapshot, Problem> {
     Ok(Snapshot {
         r#type: CollectionType::default(),
         time: snapshot.time.into(),
-        site: ask.state.hub().config.site.name.clone(),
+        site: ask.state.hub.config.site.name.clone(),
         matched: snapshot.tracks.len(),
         returned: snapshot.tracks.len(),
         features: snapshot.tracks.iter().map(feature).collect(),
@@ -112,7 +112,7 @@ pub fn snapshot(ask: &Ask) -> Result<Snapshot, Problem> {
 
 fn store(ask: &Ask) -> Result<&Store, Problem> {
     let none = || Problem::not_found("no history is kept; state.history_hours sets how long it is");
-    ask.state.options().history.as_ref().ok_or_else(none)
+    ask.state.options.history.as_ref().ok_or_else(none)
 }
 
 fn failed(error: &redb::Error) -> Problem {

@@ -29,7 +29,7 @@ pub(super) struct Keeper {
     /// Whether readers know the picture as late.
     told_late: bool,
     sensors: BTreeMap<String, SensorState>,
-    /// What was told of each alert.
+    /// Severity and end of each alert as published.
     alerts: BTreeMap<u64, (Severity, Option<Time>)>,
 }
 
@@ -48,7 +48,7 @@ struct Heartbeat {
 impl Keeper {
     pub(super) fn new(state: ApiState) -> Self {
         // Subscribed before the latest one is looked at: none is missed in between, at most one comes twice.
-        let frames = state.hub().pictures();
+        let frames = state.hub.pictures();
         let mut keeper = Self {
             state,
             frames,
@@ -57,17 +57,17 @@ impl Keeper {
             sensors: BTreeMap::new(),
             alerts: BTreeMap::new(),
         };
-        if let Some(frame) = keeper.state.hub().latest() {
+        if let Some(frame) = keeper.state.hub.latest() {
             keeper.show(&frame);
         }
         keeper
     }
 
-    /// Until the service is told to close: then what has been published is shown, and the streams end.
+    /// Runs until the service closes; then shows what has been published, and ends the streams.
     pub(super) async fn run(mut self) {
-        let mut statuses = self.state.hub().statuses();
-        let mut alerts = self.state.hub().alert_changes();
-        if let Some(status) = self.state.hub().status() {
+        let mut statuses = self.state.hub.statuses();
+        let mut alerts = self.state.hub.alert_changes();
+        if let Some(status) = self.state.hub.status() {
             self.tell(&status);
         }
         let mut heartbeat = tokio::time::interval_at(Instant::now() + HEARTBEAT, HEARTBEAT);
@@ -78,7 +78,7 @@ impl Keeper {
                 () = self.state.closed() => break,
                 frame = self.frames.recv() => match frame {
                     Ok(frame) => self.show(&frame),
-                    Err(RecvError::Lagged(_)) => self.state.log().push(Event::Lost),
+                    Err(RecvError::Lagged(_)) => self.state.log.push(Event::Lost),
                     Err(RecvError::Closed) => break,
                 },
                 changed = statuses.changed(), if told => {
@@ -94,7 +94,7 @@ impl Keeper {
                     self.alert(&alerts);
                 }
                 _ = heartbeat.tick() => {
-                    self.state.hub().inputs.second_passed();
+                    self.state.hub.inputs.second_passed();
                     self.beat();
                 }
             }
@@ -102,20 +102,20 @@ impl Keeper {
         loop {
             match self.frames.try_recv() {
                 Ok(frame) => self.show(&frame),
-                Err(TryRecvError::Lagged(_)) => self.state.log().push(Event::Lost),
+                Err(TryRecvError::Lagged(_)) => self.state.log.push(Event::Lost),
                 Err(TryRecvError::Empty | TryRecvError::Closed) => break,
             }
         }
         let octets = reason_event(&self.next_id(), "closed", "the service stops");
-        self.state.log().push(Event::Closed(octets));
+        self.state.log.push(Event::Closed(octets));
     }
 
     fn next_id(&self) -> String {
-        self.state.event_id(self.state.log().next_number())
+        self.state.event_id(self.state.log.next_number())
     }
 
     fn show(&mut self, frame: &Arc<PublishedPicture>) {
-        let (log, hub) = (self.state.log(), self.state.hub());
+        let (log, hub) = (&self.state.log, &self.state.hub);
         let (_, before) = log.latest();
         if before.as_ref().is_some_and(|before| before.frame.seq >= frame.seq) {
             return;
@@ -127,21 +127,21 @@ impl Keeper {
         self.state.note_slot();
         self.state.trails().note(time, &shown.pieces);
         let is_back = before.is_some_and(|before| time < before.time());
-        self.state.log().push(if is_back { Event::Back(shown) } else { Event::Slot(shown) });
+        self.state.log.push(if is_back { Event::Back(shown) } else { Event::Slot(shown) });
         if !ended.is_empty() {
             let octets = ended_event(&self.next_id(), time, &ended);
-            self.state.log().push(Event::Ended(octets));
+            self.state.log.push(Event::Ended(octets));
         }
         // Not even until the next second is a late picture taken for one of now.
-        let is_late = self.state.hub().lateness().is_some_and(|lateness| lateness.is_late());
+        let is_late = self.state.hub.lateness().is_some_and(|lateness| lateness.is_late());
         if is_late != self.told_late {
             self.beat();
         }
     }
 
     fn beat(&mut self) {
-        let (_, latest) = self.state.log().latest();
-        let late = self.state.hub().lateness().filter(Lateness::is_late);
+        let (_, latest) = self.state.log.latest();
+        let late = self.state.hub.lateness().filter(Lateness::is_late);
         let data = Heartbeat {
             time: latest.as_ref().map(|shown| shown.time().into()),
             seq: latest.as_ref().map_or(0, |shown| shown.frame.seq),
@@ -149,7 +149,7 @@ impl Keeper {
             late_s: late.map(|lateness| rounded(lateness.late.as_secs_f64(), 1)),
         };
         self.told_late = late.is_some();
-        self.state.log().push(Event::Told(event(&self.next_id(), "heartbeat", &data)));
+        self.state.log.push(Event::Told(event(&self.next_id(), "heartbeat", &data)));
     }
 
     /// Sensors whose state changed.
@@ -160,10 +160,10 @@ impl Keeper {
             if before == Some(sensor.state) || before.is_none() && sensor.state == SensorState::Operational {
                 continue;
             }
-            if let Some(configured) = self.state.hub().config.sensors.get(index) {
+            if let Some(configured) = self.state.hub.config.sensors.get(index) {
                 let properties = SensorProperties::new(configured, Some(sensor));
                 let octets = event(&self.next_id(), "sensor", &properties);
-                self.state.log().push(Event::Sensor(index, octets));
+                self.state.log.push(Event::Sensor(index, octets));
             }
         }
     }
@@ -175,7 +175,7 @@ impl Keeper {
             let told = (alert.severity, alert.until);
             if self.alerts.get(&alert.id) != Some(&told) {
                 let octets = event(&self.next_id(), "alert", &AlertJson::from(alert));
-                self.state.log().push(Event::Told(octets));
+                self.state.log.push(Event::Told(octets));
             }
             known.insert(alert.id, told);
         }

@@ -1,6 +1,6 @@
 //! The memory of the stream: the last events with their octets, which every reader walks at its own pace.
 //!
-//! One writer, any number of readers; nobody waits for anybody. Who falls behind the memory is told so and begins anew.
+//! One writer, any number of readers; nobody waits for anybody. A reader that falls behind is told so and starts again.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -26,7 +26,7 @@ pub enum Event {
     Ended(Payload),
     /// For everybody.
     Told(Payload),
-    /// A sensor's state, by its index, for who wants to hear of that sensor.
+    /// A sensor's state, by its index, for readers that want that sensor.
     Sensor(usize, Payload),
     /// Slots were lost on the way here: everybody begins anew.
     Lost,
@@ -73,7 +73,7 @@ impl Log {
         self.memory().last + 1
     }
 
-    /// Appends an event and wakes who waits.
+    /// Appends an event and wakes the readers that wait.
     pub fn push(&self, event: Event) {
         let mut memory = self.memory();
         if let Event::Slot(shown) | Event::Back(shown) = &event {

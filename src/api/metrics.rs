@@ -18,21 +18,21 @@ pub const TEXT: &str = "text/plain; version=0.0.4; charset=utf-8";
 /// All numbers.
 pub fn text(ask: &Ask) -> Answer {
     let state = &ask.state;
-    let hub = state.hub();
-    let latest = state.log().latest().1;
+    let hub = &state.hub;
+    let latest = state.log.latest().1;
     let mut out = Metrics::default();
     out.family("info", "The running version");
     out.sample("info", &[("version", env!("CARGO_PKG_VERSION")), ("site", &hub.config.site.name)], 1);
     out.one("start_time_seconds", "When the service started", hub.started.as_seconds());
     out.one("slots_published_total", "Slots published", latest.as_ref().map_or(0, |shown| shown.frame.seq));
     out.one("tracks", "Tracks in the latest slot", latest.map_or(0, |shown| shown.pieces.len()));
-    out.one("streams", "Open event streams", state.seats().taken());
-    out.one("http_connections", "Open HTTP connections", state.door().open());
+    out.one("streams", "Open event streams", state.seats.taken());
+    out.one("http_connections", "Open HTTP connections", state.door.open());
     out.by(
         "http_connections_refused_total",
         "Connections closed at once: address, one address has too many; full, there are too many in all; tls, no handshake",
         "reason",
-        state.door().refused().map(|(reason, count)| (reason.name(), count)),
+        state.door.refused().map(|(reason, count)| (reason.name(), count)),
     );
     if let Some(expires) = state.terms().tls.as_ref().and_then(Tls::expires) {
         let help = "When the TLS certificate expires, seconds since 1970";
@@ -41,7 +41,7 @@ pub fn text(ask: &Ask) -> Answer {
     out.by("http_responses_total", "HTTP responses by status", "status", state.answered());
     let help = "Requests refused with 429 because an address or a token asked too often";
     out.one("http_requests_limited_total", help, state.limited());
-    if let Some(history) = &state.options().history {
+    if let Some(history) = &state.options.history {
         out.one("history_failing", "Whether the history cannot be written", u8::from(history.is_failing()));
         out.one("history_lost_total", "Pictures missing in the history", history.lost());
     }

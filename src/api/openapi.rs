@@ -49,23 +49,31 @@ fn exact(schema: &mut Schema) {
     let Some(object) = schema.as_object_mut().filter(|object| object.contains_key("properties")) else {
         return;
     };
-    if !object.contains_key("oneOf") {
-        object.insert("additionalProperties".to_owned(), json!(false));
+    match object.get_mut("oneOf") {
+        // Each describes only some of the properties.
+        Some(Value::Array(variants)) => {
+            variants.iter_mut().filter_map(Value::as_object_mut).for_each(|variant| {
+                variant.remove("additionalProperties");
+            });
+        }
+        _ => drop(object.insert("additionalProperties".to_owned(), json!(false))),
     }
     let required = object.get("required").cloned().unwrap_or_default();
     let is_required = |name: &str| required.as_array().is_some_and(|all| all.iter().any(|one| one == name));
     let Some(Value::Object(properties)) = object.get_mut("properties") else { return };
-    for (_, property) in properties.iter_mut().filter(|(name, _)| !is_required(name)) {
-        if let Some(Value::Array(kinds)) = property.get_mut("type") {
-            kinds.retain(|kind| kind != "null");
+    let optional = properties.iter_mut().filter(|(name, _)| !is_required(name));
+    for property in optional.filter_map(|(_, property)| property.as_object_mut()) {
+        if let Some(Value::Array(kinds)) = property.get("type") {
             property["type"] = kinds.first().cloned().unwrap_or_default();
         }
-        if let Some(Value::Array(kinds)) = property.get("anyOf") {
-            let kind = kinds.first().cloned().unwrap_or_default();
-            let object = property.as_object_mut();
-            object.map(|object| {
-                (object.remove("anyOf"), object.extend(kind.as_object().cloned().unwrap_or_default()))
-            });
+        if let Some(Value::Array(mut kinds)) = property.remove("anyOf") {
+            property.extend(
+                kinds
+                    .first_mut()
+                    .map(Value::take)
+                    .and_then(|kind| kind.as_object().cloned())
+                    .unwrap_or_default(),
+            );
         }
     }
 }

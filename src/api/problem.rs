@@ -25,7 +25,7 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// Of this status, told to a person.
+    /// With a status, and a detail for people.
     pub fn new(status: StatusCode, detail: impl Into<String>) -> Self {
         Self { status, detail: detail.into(), parameter: None, reasons: Vec::new(), retry_after_s: None }
     }

@@ -12,7 +12,7 @@ use fusion::time::Time;
 pub struct Query(Vec<(String, String)>);
 
 impl Query {
-    /// Of the text behind the `?`.
+    /// Reads the text behind the `?`.
     ///
     /// # Errors
     /// 400 for a parameter that comes twice.

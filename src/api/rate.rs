@@ -17,10 +17,10 @@ use fusion::time::{SECOND, Time};
 /// Buckets that are kept apart; beyond that newcomers share one, so that a crowd costs no memory.
 const BUCKETS: usize = 16_384;
 
-/// Whose bucket.
+/// The owner of a bucket.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Who {
-    /// Who asks from an address.
+    /// A subscriber.
     Address(Subscriber),
     /// A token, by its hash.
     Token([u8; 32]),
@@ -68,7 +68,7 @@ impl Buckets {
     /// Takes a request out; where there is none, how long until there is, nanoseconds.
     fn take(&mut self, who: Who, limit: RateLimit, now: Time) -> Result<(), i64> {
         let now = now.nanos();
-        // Rounded up, so that it is never more than that a second.
+        // Rounded up, so that the rate is never exceeded.
         let rate = i64::from(limit.requests_per_s);
         let each = (SECOND + rate - 1) / rate;
         let empty = now.saturating_add(each.saturating_mul(limit.burst.into()));
@@ -84,7 +84,7 @@ impl Buckets {
 
     fn bucket(&mut self, who: Who, now: i64) -> &mut i64 {
         if self.full_at.len() >= BUCKETS && !self.full_at.contains_key(&who) {
-            // At most once a second: a crowd must not cost a look at all of them each time.
+            // At most once per second: a crowd must not cost a full sweep per request.
             if now.abs_diff(self.swept) >= SECOND as u64 {
                 self.swept = now;
                 self.full_at.retain(|_, full_at| *full_at > now);

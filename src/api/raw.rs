@@ -50,7 +50,7 @@ enum Origin {
 pub fn all(ask: &Ask) -> Result<Raw, Problem> {
     let rule = "a whole number: last of the answer before";
     let after = ask.query.value("after", rule, |after| *after <= LARGEST)?;
-    let hub = ask.state.hub();
+    let hub = &ask.state.hub;
     let (reports, last) = hub.inputs.after(after.unwrap_or(0));
     let features = reports.iter().map(|report| feature(&hub.maker, report)).collect();
     Ok(Raw { r#type: CollectionType::default(), last, features })

@@ -63,8 +63,8 @@ struct Aircraft {
 
 /// `/data/aircraft.json`.
 pub fn aircraft(ask: &Ask) -> Result<Picture, Problem> {
-    let (_, latest) = ask.state.log().latest();
-    let messages = ask.state.hub().status().map_or(0, |status| status.tally.received);
+    let (_, latest) = ask.state.log.latest();
+    let messages = ask.state.hub.status().map_or(0, |status| status.tally.received);
     let Some(shown) = latest else {
         return Ok(Picture { now: ask.state.now().as_seconds(), messages, aircraft: Vec::new() });
     };
@@ -127,7 +127,7 @@ pub struct Receiver {
 
 /// `/data/receiver.json`.
 pub fn receiver(ask: &Ask) -> Result<Receiver, Problem> {
-    let config = &ask.state.hub().config;
+    let config = &ask.state.hub.config;
     let radar = config.radars().next().map(|(_, radar)| radar);
     Ok(Receiver {
         version: concat!("utm-fusion ", env!("CARGO_PKG_VERSION")),

@@ -43,7 +43,7 @@ pub fn pause(ask: &Ask) -> Result<Replay, Problem> {
 
 /// Go to a time, or to the only moment of the recording with that time of day.
 pub fn seek(ask: &Ask) -> Result<Replay, Problem> {
-    let state = ask.state.options().player.as_ref().map(Player::state);
+    let state = ask.state.options.player.as_ref().map(Player::state);
     // Jiff would find a time of day in a text with a day and an offset, too.
     let is_clock =
         |text: &&str| text.contains(':') && text.chars().all(|c| c.is_ascii_digit() || ":.".contains(c));
@@ -102,14 +102,14 @@ pub fn state(player: Option<&Player>) -> Option<Replay> {
 }
 
 fn order(ask: &Ask, order: Order) -> Result<Replay, Problem> {
-    let Some(player) = &ask.state.options().player else {
+    let Some(player) = &ask.state.options.player else {
         return Err(Problem::new(
             StatusCode::CONFLICT,
             "this is the live service: only a replay can be steered",
         ));
     };
     let mut state = player.state();
-    // The order is done at the next slot: what it will be is told.
+    // The order takes effect at the next slot: the answer is the state after it.
     match order {
         Order::Play => state.playing = true,
         Order::Pause => state.playing = false,

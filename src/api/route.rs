@@ -60,7 +60,7 @@ impl Route {
         Self { problems, ..self }
     }
 
-    /// For everybody, or for who has this scope.
+    /// Open to everybody (`None`), or to tokens with this scope.
     pub(super) fn needs(self, scope: Option<Scope>) -> Self {
         Self { scope, ..self }
     }

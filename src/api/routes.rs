@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 use super::ask::{Answer, Ask, GEO_JSON, JSON};
 use super::auth::open_ticket;
@@ -247,7 +247,8 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
             .probe()
             .or(&[503]),
         Route::get("/metrics", "Prometheus text", Reply::octets::<String>(metrics::TEXT, metrics::text)),
-        Route::get("/openapi.json", "This document", Reply::octets::<Value>(JSON, document)).needs(None),
+        Route::get("/openapi.json", "This document", Reply::octets::<Map<String, Value>>(JSON, document))
+            .needs(None),
         Route::get("/", "The page", Reply::octets::<String>("text/html; charset=utf-8", page::index))
             .any_query()
             .needs(None),

@@ -15,7 +15,7 @@ pub struct Seats {
 }
 
 impl Seats {
-    /// So many at most.
+    /// With these limits.
     pub fn new(in_all: usize, per_address: usize) -> Self {
         Self { taken: Arc::default(), in_all, per_address }
     }

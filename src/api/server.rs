@@ -25,7 +25,7 @@ use super::tls::Tls;
 const OTHER_FILES: usize = 256;
 /// After a failed `accept`: usually there are no file descriptors left, and some will come back.
 const ACCEPT_AGAIN: Duration = Duration::from_millis(50);
-/// Open connections are waited for so long when the service closes.
+/// How long open connections are waited for when the service closes.
 const FAREWELL: Duration = Duration::from_secs(2);
 
 /// Connections that may wait to be accepted: after a restart all readers come back at once.
@@ -58,8 +58,8 @@ pub async fn serve(listener: TcpListener, state: ApiState) {
                 let (terms, peer) = (state.terms(), address.ip().to_canonical());
                 // A proxy's connections are those of all its clients.
                 let cap = terms.connections.filter(|_| !is_trusted(peer, &terms.trusted_proxies));
-                // There is no answer for who is not let in: one would cost what the cap saves.
-                let Ok(place) = state.door().enter(peer, cap) else { continue };
+                // A refused connection gets no answer: one would cost what the cap saves.
+                let Ok(place) = state.door.enter(peer, cap) else { continue };
                 let (app, state, tls) = (app.clone(), state.clone(), terms.tls.clone());
                 tokio::spawn(async move {
                     if let Err(error) = attend(stream, tls, app, Peer(peer), &state).await {
@@ -77,11 +77,11 @@ pub async fn serve(listener: TcpListener, state: ApiState) {
         }
     }
     drop(listener);
-    // Who has not gone by then is cut off with the process.
-    let _ = tokio::time::timeout(FAREWELL, state.door().emptied()).await;
+    // Connections that are still open by then end with the process.
+    let _ = tokio::time::timeout(FAREWELL, state.door.emptied()).await;
 }
 
-/// So many connections that the files of the service itself can always be opened.
+/// The number of connections that leaves room for the files of the service itself.
 pub(super) fn affordable(connections: usize) -> usize {
     let limits =
         String::from_utf8(std::fs::read("/proc/self/limits").unwrap_or_default()).unwrap_or_default();
@@ -113,13 +113,13 @@ async fn attend(
 ) -> io::Result<()> {
     stream.set_nodelay(true)?;
     #[cfg(target_os = "linux")]
-    SockRef::from(&stream).set_tcp_user_timeout(Some(state.options().stuck_timeout))?;
+    SockRef::from(&stream).set_tcp_user_timeout(Some(state.options.stuck_timeout))?;
     let Some(tls) = tls else { return connection(stream, app, peer, state).await };
     // In a box: what it takes is not taken by those without.
     Box::pin(async move {
-        let handshake = tokio::time::timeout(state.options().header_timeout, tls.acceptor().accept(stream));
+        let handshake = tokio::time::timeout(state.options.header_timeout, tls.acceptor().accept(stream));
         let stream = handshake.await.unwrap_or_else(|late| Err(late.into()));
-        let stream = stream.inspect_err(|_| state.door().refuse(Refused::Tls, peer.0))?;
+        let stream = stream.inspect_err(|_| state.door.refuse(Refused::Tls, peer.0))?;
         connection(stream, app, peer, state).await
     })
     .await
@@ -138,7 +138,7 @@ async fn connection(
     });
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
-        .header_read_timeout(state.options().header_timeout)
+        .header_read_timeout(state.options.header_timeout)
         .max_buf_size(64 * 1024)
         .serve_connection(TokioIo::new(stream), service);
     tokio::pin!(connection);

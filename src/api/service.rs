@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use serde_json::{Map, Value};
 
 use super::ask::Ask;
 use super::problem::Problem;
@@ -87,10 +88,12 @@ struct Tally {
     received: u64,
     octets: u64,
     duplicates: u64,
-    /// Reports, by sensor.
-    accepted: BTreeMap<String, u64>,
+    /// Reports, by sensor, in the order of the configuration.
+    #[schemars(with = "BTreeMap<String, u64>")]
+    accepted: Map<String, Value>,
     /// Service messages, by sensor.
-    service: BTreeMap<String, u64>,
+    #[schemars(with = "BTreeMap<String, u64>")]
+    service: Map<String, Value>,
     faults: Vec<Fault>,
     refused: Vec<Refused>,
     skipped: Vec<Skipped>,
@@ -126,7 +129,7 @@ struct Skipped {
 
 /// Health with reasons, latency, counters.
 pub fn status(ask: &Ask) -> Result<ServiceStatus, Problem> {
-    let hub = ask.state.hub();
+    let hub = &ask.state.hub;
     let now = ask.state.now();
     let condition = ask.state.condition();
     let level = condition.level();
@@ -138,8 +141,8 @@ pub fn status(ask: &Ask) -> Result<ServiceStatus, Problem> {
         reasons: condition.reasons(Level::Degraded).into_iter().map(str::to_owned).collect(),
         started: hub.started.into(),
         uptime_s: rounded(now.seconds_since(hub.started).max(0.0), 3),
-        seq: ask.state.log().latest().1.map_or(0, |shown| shown.frame.seq),
-        streams: ask.state.seats().taken(),
+        seq: ask.state.log.latest().1.map_or(0, |shown| shown.frame.seq),
+        streams: ask.state.seats.taken(),
         late_s: hub.lateness().map(|lateness| rounded(lateness.late.as_secs_f64(), 3)),
         counted: hub.status().as_ref().map(|status| Counted::new(status, &hub.config)),
     })
@@ -167,7 +170,7 @@ impl Tally {
         let name =
             |sensor: SensorIndex| config.sensors.get(usize::from(sensor.0)).map(|sensor| sensor.id.clone());
         let by_sensor = |counts: &BTreeMap<SensorIndex, u64>| {
-            counts.iter().filter_map(|(&sensor, &count)| Some((name(sensor)?, count))).collect()
+            counts.iter().filter_map(|(&sensor, &count)| Some((name(sensor)?, count.into()))).collect()
         };
         let fault = |(&(category, reason), &count)| Fault { category, reason, count };
         let refused = |(&(sensor, reason), &count): (&(Option<SensorIndex>, _), _)| Refused {
@@ -252,9 +255,9 @@ struct Tiles {
 
 /// Version, site and settings.
 pub fn info(ask: &Ask) -> Result<Info, Problem> {
-    let hub = ask.state.hub();
+    let hub = &ask.state.hub;
     let (config, fusion) = (&hub.config, &hub.config.fusion);
-    let replay = replay::state(ask.state.options().player.as_ref());
+    let replay = replay::state(ask.state.options.player.as_ref());
     let tiles = config.http.tiles.as_ref();
     Ok(Info {
         name: "utm-fusion",

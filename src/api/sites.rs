@@ -238,7 +238,7 @@ impl From<&RegistrationStatus> for Registration {
 }
 
 impl SensorProperties {
-    /// Of a sensor, and its status where there is one.
+    /// The properties of a sensor, with its status where there is one.
     pub fn new(sensor: &Sensor, status: Option<&SensorStatus>) -> Self {
         let known = |status: &SensorStatus| Known {
             sac: sensor.sac,
@@ -260,7 +260,7 @@ impl SensorProperties {
 
 /// `/api/v1/sensors`.
 pub fn sensors(ask: &Ask) -> Result<Sensors, Problem> {
-    let hub = ask.state.hub();
+    let hub = &ask.state.hub;
     let status = hub.status();
     let feature = |(index, sensor): (usize, &Sensor)| {
         let geometry = match &sensor.kind {
@@ -349,7 +349,7 @@ pub struct Alerts {
 
 /// `/api/v1/alerts`.
 pub fn alerts(ask: &Ask) -> Result<Alerts, Problem> {
-    let all = ask.state.hub().alerts();
+    let all = ask.state.hub.alerts();
     let (ended, lasting): (Vec<_>, Vec<_>) = all.iter().partition(|alert| alert.until.is_some());
     let json = |alerts: Vec<&Alert>| alerts.into_iter().map(AlertJson::from).collect();
     Ok(Alerts { time: ask.state.now().into(), alerts: json(lasting), ended: json(ended) })

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::ops::Deref;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -23,10 +24,10 @@ use crate::history::Store;
 use crate::live::{Condition, Hub, Level, Player};
 use fusion::time::Time;
 
-/// Of a replay that plays, slots come four times a second; a longer silence is a fault.
+/// While a replay plays, slots come four times per second; a longer silence is a fault.
 const NO_SLOT: Duration = Duration::from_secs(5);
 
-/// Where the service says no. The defaults let a load test from one address through.
+/// Limits, clock and sources. The defaults admit a load test from one address.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// Open streams.
@@ -35,11 +36,11 @@ pub struct Options {
     pub streams_per_address: usize,
     /// Open connections; fewer where the system allows only few open files.
     pub connections: usize,
-    /// So many of them are for this machine alone: whoever looks after the service gets in.
+    /// Of these, connections reserved for this machine, so that an operator always gets in.
     pub reserved: usize,
     /// A connection that has not sent a request's headers by then is closed.
     pub header_timeout: Duration,
-    /// Octets sent and not acknowledged for so long, or a reader that takes none, end the connection.
+    /// A connection whose peer acknowledges nothing for this duration is closed.
     pub stuck_timeout: Duration,
     /// Tells the time.
     pub clock: fn() -> Time,
@@ -69,14 +70,15 @@ impl Default for Options {
 #[derive(Clone)]
 pub struct ApiState(Arc<Inner>);
 
-struct Inner {
-    hub: Hub,
-    options: Options,
-    log: Log,
+/// What requests share; the rest of it has methods.
+pub struct Inner {
+    pub(super) hub: Hub,
+    pub(super) options: Options,
+    pub(super) log: Log,
     terms: Current<Terms>,
-    tickets: Tickets,
-    door: Door,
-    seats: Seats,
+    pub(super) tickets: Tickets,
+    pub(super) door: Door,
+    pub(super) seats: Seats,
     limiter: Limiter,
     trails: Mutex<Trails>,
     /// What the page may load.
@@ -88,8 +90,16 @@ struct Inner {
     closing: watch::Sender<bool>,
 }
 
+impl Deref for ApiState {
+    type Target = Inner;
+
+    fn deref(&self) -> &Inner {
+        &self.0
+    }
+}
+
 impl ApiState {
-    /// Of this hub; `terms` say who may ask, `connections` how many may be open.
+    /// The state of a hub; `connections`: how many may be open.
     pub(super) fn new(hub: Hub, options: Options, terms: Terms, connections: usize) -> Self {
         Self(Arc::new(Inner {
             log: Log::default(),
@@ -108,70 +118,50 @@ impl ApiState {
         }))
     }
 
-    /// Other terms from now on; a stream whose token is no longer known ends within a second.
+    /// Replaces the terms; a stream whose token is no longer known ends within a second.
     pub fn set_terms(&self, terms: Terms) {
-        self.0.terms.replace(terms);
+        self.terms.replace(terms);
     }
 
     /// Shows what is published by now, ends the streams with an event, and the connections after their answers.
     pub fn close(&self) {
-        self.0.closing.send_replace(true);
-    }
-
-    pub(super) fn hub(&self) -> &Hub {
-        &self.0.hub
-    }
-
-    pub(super) fn options(&self) -> &Options {
-        &self.0.options
-    }
-
-    pub(super) fn log(&self) -> &Log {
-        &self.0.log
+        self.closing.send_replace(true);
     }
 
     pub(super) fn terms(&self) -> Arc<Terms> {
-        self.0.terms.get()
+        self.terms.get()
     }
 
     /// A request of that address or token, unless it asks too often.
     pub(super) fn limit(&self, who: Who) -> Result<(), Problem> {
-        self.0.limiter.take(who, self.terms().limit, self.now())
+        self.limiter.take(who, self.terms().limit, self.now())
     }
 
     /// Requests that were refused because of that.
     pub(super) fn limited(&self) -> u64 {
-        self.0.limiter.refused()
-    }
-
-    pub(super) fn door(&self) -> &Door {
-        &self.0.door
-    }
-
-    pub(super) fn seats(&self) -> &Seats {
-        &self.0.seats
+        self.limiter.refused()
     }
 
     pub(super) fn policy(&self) -> HeaderValue {
-        self.0.policy.clone()
+        self.policy.clone()
     }
 
     pub(super) fn trails(&self) -> MutexGuard<'_, Trails> {
-        self.0.trails.lock().unwrap_or_else(PoisonError::into_inner)
+        self.trails.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     pub(super) fn now(&self) -> Time {
-        (self.0.options.clock)()
+        (self.options.clock)()
     }
 
     pub(super) fn is_closing(&self) -> bool {
-        *self.0.closing.borrow()
+        *self.closing.borrow()
     }
 
     /// Until [`ApiState::close`].
     pub(super) async fn closed(&self) {
         // The sender lives as long as this does.
-        let _ = self.0.closing.subscribe().wait_for(|closing| *closing).await;
+        let _ = self.closing.subscribe().wait_for(|closing| *closing).await;
     }
 
     /// `<start>-<number>`: an event's id tells the runs of the service apart.
@@ -187,22 +177,22 @@ impl ApiState {
 
     /// When the service started, milliseconds since the epoch.
     fn start_ms(&self) -> i64 {
-        self.hub().started.nanos().div_euclid(1_000_000).max(0)
+        self.hub.started.nanos().div_euclid(1_000_000).max(0)
     }
 
     pub(super) fn note_slot(&self) {
-        *self.0.slot_came.lock().unwrap_or_else(PoisonError::into_inner) = Some(Instant::now());
+        *self.slot_came.lock().unwrap_or_else(PoisonError::into_inner) = Some(Instant::now());
     }
 
     /// How long ago the last slot came.
     pub(super) fn slot_age(&self) -> Option<Duration> {
-        self.0.slot_came.lock().unwrap_or_else(PoisonError::into_inner).map(|came| came.elapsed())
+        self.slot_came.lock().unwrap_or_else(PoisonError::into_inner).map(|came| came.elapsed())
     }
 
     /// The service's condition; a replay's pace is its player's.
     pub(super) fn condition(&self) -> Condition {
-        let mut condition = self.hub().condition();
-        let player = self.options().player.as_ref().map(Player::state);
+        let mut condition = self.hub.condition();
+        let player = self.options.player.as_ref().map(Player::state);
         // One that stands still, or goes slowly, is as it should be.
         if let Some((state, age)) = player.filter(|state| state.playing).zip(self.slot_age())
             && age > NO_SLOT.div_f64(state.speed.min(1.0))
@@ -217,16 +207,12 @@ impl ApiState {
         self.terms().tokens.is_some()
     }
 
-    pub(super) fn tickets(&self) -> &Tickets {
-        &self.0.tickets
-    }
-
     pub(super) fn count_answer(&self, status: u16) {
-        *self.0.answered.lock().unwrap_or_else(PoisonError::into_inner).entry(status).or_default() += 1;
+        *self.answered.lock().unwrap_or_else(PoisonError::into_inner).entry(status).or_default() += 1;
     }
 
     pub(super) fn answered(&self) -> BTreeMap<u16, u64> {
-        self.0.answered.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.answered.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 
@@ -239,6 +225,6 @@ fn policy(tiles: Option<&Tiles>) -> HeaderValue {
 
 impl fmt::Debug for ApiState {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("ApiState").field("streams", &self.seats().taken()).finish_non_exhaustive()
+        f.debug_struct("ApiState").field("streams", &self.seats.taken()).finish_non_exhaustive()
     }
 }

@@ -1,7 +1,7 @@
 //! `GET /api/v1/stream`: Server-Sent Events.
 //!
 //! A reader is a place in the log and nothing else: no task, no queue. Its next event is looked for when its connection
-//! can take it, so one that does not read costs the others nothing, and is told to begin anew when it comes back.
+//! can take it, so one that does not read costs the others nothing, and is told to start again when it comes back.
 
 use std::collections::{BTreeSet, HashSet, VecDeque};
 use std::convert::Infallible;
@@ -38,7 +38,7 @@ pub fn open(ask: &Ask) -> Answer {
     if state.is_closing() {
         return Err(Problem::unavailable("the service stops", Vec::new()));
     }
-    let seat = state.seats().take(ask.client).ok_or_else(|| {
+    let seat = state.seats.take(ask.client).ok_or_else(|| {
         Problem::new(StatusCode::TOO_MANY_REQUESTS, "too many streams are open, in all or from this address")
             .retry_after_s(5)
     })?;
@@ -93,7 +93,7 @@ impl Reader {
         gzip: Option<GzipStream>,
     ) -> Self {
         let mut reader = Self {
-            news: state.log().watch(),
+            news: state.log.watch(),
             place: 0,
             endings: Endings::default(),
             waiting: Vec::new(),
@@ -109,10 +109,10 @@ impl Reader {
             trail_s,
             _seat: seat,
         };
-        match resume.filter(|&place| !matches!(reader.state.log().after(place), Next::Forgotten)) {
+        match resume.filter(|&place| !matches!(reader.state.log.after(place), Next::Forgotten)) {
             Some(place) => {
                 reader.place = place;
-                for shown in reader.state.log().slots_until(place) {
+                for shown in reader.state.log.slots_until(place) {
                     reader.sent = Some(shown.time());
                     let ended = reader.note(&shown);
                     // The connection may have ended within an interval: better twice than never.
@@ -128,7 +128,7 @@ impl Reader {
 
     /// Everything as it is now.
     fn begin(&mut self) {
-        let (last, latest) = self.state.log().latest();
+        let (last, latest) = self.state.log.latest();
         self.place = last;
         self.endings = Endings::default();
         self.waiting.clear();
@@ -159,7 +159,7 @@ impl Reader {
                 continue;
             }
             self.news.borrow_and_update();
-            match self.state.log().after(self.place) {
+            match self.state.log.after(self.place) {
                 Next::Event(event) => {
                     self.place += 1;
                     self.take(event);
@@ -231,7 +231,7 @@ impl Reader {
     }
 
     fn resync(&mut self, reason: &str) {
-        let id = self.state.event_id(self.state.log().latest().0);
+        let id = self.state.event_id(self.state.log.latest().0);
         self.out.push_back(reason_event(&id, "resync", reason));
         self.begin();
     }

@@ -65,7 +65,7 @@ impl Terms {
         })
     }
 
-    /// What works, and should not stay as it is.
+    /// What works, and should be changed.
     pub fn warnings(&self, now: Time) -> Vec<String> {
         let overheard = self.overheard.then(|| {
             "http.listen: tokens travel beyond this machine without TLS, and whoever hears them can use them; set \
@@ -80,12 +80,12 @@ impl Terms {
         self.tokens.as_ref().map(Tokens::count)
     }
 
-    /// Whether who came in by this may have a stream: also while it is open.
+    /// Whether this pass may have a stream: also asked while it is open.
     pub(super) fn may_stream(&self, pass: Pass) -> bool {
         self.may(pass, Scope::Stream)
     }
 
-    /// Whether who came in by this may do that.
+    /// Whether this pass has the scope.
     pub(super) fn may(&self, pass: Pass, scope: Scope) -> bool {
         self.tokens.as_ref().is_none_or(|tokens| {
             let scopes = pass.0.and_then(|token| tokens.scopes(&token));
@@ -93,7 +93,7 @@ impl Terms {
         })
     }
 
-    /// Whose token that is; `None` where none was asked for.
+    /// The name of the token; `None` where none was asked for.
     pub(super) fn name_of(&self, pass: Pass) -> Option<&str> {
         self.tokens.as_ref()?.name(&pass.0?)
     }

@@ -49,13 +49,13 @@ pub type Hash = [u8; 32];
 pub struct Tokens(Vec<Token>);
 
 struct Token {
-    /// Whose it is, as the file says.
+    /// Its name in the file.
     name: String,
     hash: Hash,
     scopes: Vec<Scope>,
 }
 
-/// By which token somebody came in; `None`: none was asked for.
+/// The token of a request; `None`: none was asked for.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Pass(pub Option<Hash>);
 
@@ -67,7 +67,7 @@ struct Entry {
 }
 
 impl Tokens {
-    /// Reads the file: `name = { sha256 = "…", scopes = ["read", "stream"] }`, a line a token.
+    /// Reads the file: `name = { sha256 = "…", scopes = ["read", "stream"] }`, a line per token.
     pub fn load(file: &Path) -> Result<Self, StartError> {
         let refuse = |problem: String| StartError::Tokens { file: file.to_owned(), problem };
         #[expect(clippy::disallowed_methods, reason = "the one place that reads tokens")]
@@ -105,7 +105,7 @@ impl Tokens {
         self.find(token).map(|token| &token.scopes[..])
     }
 
-    /// Whose token that is, as the file says.
+    /// The name of a token in the file.
     pub fn name(&self, token: &Hash) -> Option<&str> {
         self.find(token).map(|token| token.name.as_str())
     }
@@ -117,7 +117,7 @@ impl Tokens {
     }
 }
 
-/// Of a token or a ticket.
+/// The hash of a token or a ticket.
 pub fn hash(secret: &str) -> Hash {
     Sha256::digest(secret.as_bytes()).into()
 }
@@ -130,12 +130,12 @@ pub struct Tickets(Mutex<VecDeque<Ticket>>);
 struct Ticket {
     issued: Instant,
     hash: Hash,
-    /// Whose it is: it opens no more than that.
+    /// The token that it was issued to: it opens no more than that.
     pass: Pass,
 }
 
 impl Tickets {
-    /// A new ticket for who came in by this token.
+    /// A new ticket for the holder of this pass.
     ///
     /// # Errors
     /// There is no randomness, or too many tickets wait to be used.

@@ -14,7 +14,7 @@ use super::trails::LONGEST_S;
 pub fn all(ask: &Ask) -> Answer {
     let filter = filter(ask)?;
     let trail_s = trail_s(ask)?;
-    let (_, latest) = ask.state.log().latest();
+    let (_, latest) = ask.state.log.latest();
     let seq = latest.as_ref().map_or(0, |shown| shown.frame.seq);
     // Weak: what a proxy may have compressed is the same picture.
     let tag = HeaderValue::try_from(format!("W/\"{}\"", ask.state.event_id(seq)));
@@ -35,7 +35,7 @@ pub fn all(ask: &Ask) -> Answer {
 
 /// Which tracks are asked for.
 pub fn filter(ask: &Ask) -> Result<Filter, Problem> {
-    Filter::of(&ask.query, &ask.state.hub().config.sensors)
+    Filter::of(&ask.query, &ask.state.hub.config.sensors)
 }
 
 /// How long the trails are to be, seconds.
@@ -43,10 +43,10 @@ pub fn trail_s(ask: &Ask) -> Result<Option<u32>, Problem> {
     ask.query.value("trail_s", "a whole number of seconds, 1 to 600", |s| (1..=LONGEST_S).contains(s))
 }
 
-/// A slot's picture as it is asked for.
+/// The picture of a slot, filtered, with trails where asked for.
 pub fn picture(state: &ApiState, shown: Option<&Shown>, filter: &Filter, trail_s: Option<u32>) -> Payload {
     match (shown, trail_s) {
-        (None, _) => nothing_yet(&state.hub().config),
+        (None, _) => nothing_yet(&state.hub.config),
         (Some(shown), None) => shown.filtered(filter),
         (Some(shown), Some(seconds)) => {
             let trails = state.trails().last(seconds, shown.time());
@@ -57,7 +57,7 @@ pub fn picture(state: &ApiState, shown: Option<&Shown>, filter: &Filter, trail_s
 
 /// One track, with its competitors.
 pub fn one(ask: &Ask) -> Answer {
-    let (_, latest) = ask.state.log().latest();
+    let (_, latest) = ask.state.log.latest();
     let feature = latest.as_ref().and_then(|shown| {
         let piece = shown.pieces.iter().find(|piece| *piece.id == *ask.id)?;
         Some(shown.feature(piece, true))

@@ -1,4 +1,4 @@
-//! Where the tracks of the last minutes were, a place a second: for readers that open the picture now.
+//! Trails of the last minutes, one position per second: for readers that open the picture now.
 
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::Arc;
@@ -23,7 +23,7 @@ const PLACES: usize = 100_000;
 pub struct Trails {
     seconds: VecDeque<Second>,
     places: usize,
-    /// One name a track: those of the slots, of which each has its own, would lie scattered over all the memory.
+    /// One name per track: those of the slots, of which each has its own, would lie scattered over all the memory.
     names: HashSet<Arc<str>>,
 }
 
@@ -92,7 +92,7 @@ impl Trails {
         self.names.retain(|name| Arc::strong_count(name) > 1);
     }
 
-    /// The trail of each track over so many seconds before `now`.
+    /// The trail of each track over the last `seconds` before `now`.
     pub fn last(&self, seconds: u32, now: Time) -> HashMap<Arc<str>, Trail> {
         let since = now.nanos() - i64::from(seconds) * SECOND;
         let mut trails: HashMap<Arc<str>, Trail> = HashMap::new();

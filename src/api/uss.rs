@@ -27,7 +27,7 @@ const VIEW: &str = "four numbers lat1,lng1,lat2,lng2 in degrees: two corners";
 /// Values for "unknown" of the standard's `track`, `speed`, `vertical_speed` and `alt`.
 const UNKNOWN: (f64, f64, f64, f64) = (361.0, 255.0, 63.0, -1000.0);
 
-/// Its greatest `speed` and `vertical_speed`, metres a second, which stand for all above.
+/// Its greatest `speed` and `vertical_speed`, metres per second, which stand for all above.
 const FASTEST: f64 = 254.25;
 const STEEPEST: f64 = 62.0;
 
@@ -132,7 +132,7 @@ pub fn flights(ask: &Ask) -> Result<Flights, Problem> {
         return Ok(Flights { timestamp: Timestamp::new(ask.state.now()), flights: Vec::new() });
     };
     // A track's time is its slot's centre; the standard has whole tenths.
-    let accuracy_s = (ask.state.hub().config.fusion.slot.as_secs_f64() * 5.0).ceil() / 10.0;
+    let accuracy_s = (ask.state.hub.config.fusion.slot.as_secs_f64() * 5.0).ceil() / 10.0;
     let trails = ask.state.trails().last(WINDOW_S, latest.time());
     let mut told = HashSet::new();
     let mut flights = Vec::new();
@@ -141,7 +141,7 @@ pub fn flights(ask: &Ask) -> Result<Flights, Problem> {
         if !told.insert(part.identity) {
             continue;
         }
-        // Who has left the view counts for the window as well.
+        // A flight that has left the view counts within the window as well.
         let recent = trails.get(&piece.id).into_iter().flat_map(Trail::places);
         let recent: Vec<_> = recent.filter(|&(_, lng, lat, _)| inside(lng, lat)).collect();
         if recent.is_empty() && !inside(piece.lng, piece.lat) {
@@ -149,7 +149,7 @@ pub fn flights(ask: &Ask) -> Result<Flights, Problem> {
         }
         let mut flight = flight(piece, track, accuracy_s);
         if let Some(recent_s) = recent_s.filter(|&recent_s| recent_s > 0.0) {
-            // A place a second.
+            // One position per second.
             let first = recent.len().saturating_sub(recent_s.ceil() as usize);
             flight.recent_positions = Some(recent[first..].iter().map(recent_position).collect());
         }
@@ -160,7 +160,7 @@ pub fn flights(ask: &Ask) -> Result<Flights, Problem> {
 
 /// The slots that are remembered, the latest first: a track that misses one has not ended.
 fn recent_slots(ask: &Ask) -> Vec<Arc<Shown>> {
-    let log = ask.state.log();
+    let log = &ask.state.log;
     let mut slots = log.slots_until(log.latest().0);
     slots.reverse();
     slots
@@ -171,7 +171,7 @@ fn recent_position(&(at, lng, lat, height_m): &(&str, f64, f64, Option<f64>)) ->
     RecentPosition { time: Timestamp::new(at), position }
 }
 
-/// The tracks that say who they are.
+/// The tracks with a transponder.
 fn identified(shown: &Shown) -> impl Iterator<Item = (&Piece, &PictureTrack, &TransponderPart)> {
     let known = |piece| {
         let track = shown.track(piece);

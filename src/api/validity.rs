@@ -1,4 +1,4 @@
-//! From when until when a certificate is good: the one thing that is read of it here (RFC 5280, 4.1.2.5).
+//! The validity of a certificate: all that is read of it here (RFC 5280, 4.1.2.5).
 
 use jiff::Timestamp;
 
@@ -21,7 +21,7 @@ const SEQUENCE: u8 = 0x30;
 const VERSION: u8 = 0xa0;
 
 impl Validity {
-    /// Of a certificate in DER; `None` where it is not built as one.
+    /// Reads a certificate in DER; `None` where it is malformed.
     pub fn of(certificate: &[u8]) -> Option<Self> {
         let (certificate, _) = element(certificate, SEQUENCE)?;
         let (signed, _) = element(certificate, SEQUENCE)?;

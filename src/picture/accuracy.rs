@@ -1,4 +1,4 @@
-//! How well something over ground is known: the circle that holds a share of its error, and the classes of the standards.
+//! Accuracy over ground: the circle that holds a share of the error, and the classes of the standards.
 
 use nalgebra::{Matrix2, Vector2};
 
@@ -24,7 +24,7 @@ const STEPS: usize = 4;
 /// The radius about the mean that holds this share of a normal error with this covariance; in the unit whose square the
 /// covariance has.
 ///
-/// With the deviations a and b along the axes of the ellipse, r holds 1 - the mean of exp(-r² / 2s²) over all directions t,
+/// With standard deviations a and b along the axes of the ellipse, r holds 1 - the mean of exp(-r² / 2s²) over all directions t,
 /// s² = a² cos² t + b² sin² t (the normal distribution in polar coordinates of the ellipse): solved for r by Newton's method.
 pub fn radius(covariance: &Matrix2<f64>, share: Share) -> f64 {
     let axes = covariance.symmetric_eigenvalues();
@@ -33,7 +33,7 @@ pub fn radius(covariance: &Matrix2<f64>, share: Share) -> f64 {
     if !(greatest > 0.0 && greatest.is_finite()) {
         return 0.0;
     }
-    // Of the greater axis' deviation, so that all numbers are about 1.
+    // In units of the greater axis' standard deviation, so that all numbers are about 1.
     let flatness = least / greatest;
     let variances: [f64; DIRECTIONS] = std::array::from_fn(|index| {
         let direction = (index as f64 + 0.5) * std::f64::consts::FRAC_PI_2 / DIRECTIONS as f64;
@@ -95,7 +95,7 @@ pub const VERTICAL: [Class; 7] = [
     class(f64::INFINITY, "VA150mPlus", 0),
 ];
 
-/// SpeedAccuracy: metres a second; NACv.
+/// SpeedAccuracy: metres per second; NACv.
 pub const SPEED: [Class; 5] = [
     class(0.3, "SA03mps", 4),
     class(1.0, "SA1mps", 3),
@@ -104,7 +104,7 @@ pub const SPEED: [Class; 5] = [
     class(f64::INFINITY, "SA10mpsPlus", 0),
 ];
 
-/// The class of what is known to this, 95 % of the errors.
+/// The class of a 95 % accuracy.
 pub fn class_of<const N: usize>(classes: &'static [Class; N], accuracy: f64) -> Class {
     classes.iter().find(|class| accuracy < class.below).copied().unwrap_or(classes[N - 1])
 }

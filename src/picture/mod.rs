@@ -1,4 +1,4 @@
-//! What everybody outside reads: tracks with WGS-84 positions, made once a slot from the engine's emission.
+//! The published picture: tracks with WGS-84 positions, made once per slot from the engine's emission.
 
 mod accuracy;
 mod motion;
@@ -18,8 +18,8 @@ pub use motion::Motion;
 pub use rfc3339::Rfc3339;
 pub use track_json::{TrackJson, TransponderId, serial_text};
 
-/// A height that was measured some time before is shown while it is known to this, one standard deviation, metres; one that
-/// never was is known to 60 m at best (`estimation`).
+/// Standard deviation up to which an estimated height is published, metres; a height that was never measured has 60 m at
+/// best (`fusion::operational`).
 const HEIGHT_KNOWN_M: f64 = 30.0;
 
 /// Everything of one slot.
@@ -33,10 +33,10 @@ pub struct Picture {
     pub tracks: Vec<PictureTrack>,
 }
 
-/// One output point with its place on Earth.
+/// One point of the engine's output with its position on Earth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PictureTrack {
-    /// What the engine put out.
+    /// As the engine emitted it.
     pub point: Point,
     /// Time of applicability.
     pub time: Time,
@@ -44,12 +44,12 @@ pub struct PictureTrack {
     pub position: Geodetic,
     /// Height above mean sea level, metres; `None` where none was measured.
     pub altitude_amsl_m: Option<f64>,
-    /// How it moves and how well that is known; `None` in the `reference` profile.
+    /// Velocity and accuracy; `None` in the `reference` profile.
     pub motion: Option<Motion>,
 }
 
 impl PictureTrack {
-    /// Whether the place lies between two measurements. In the `reference` profile: whether there is a transponder, whose
+    /// Whether the position lies between two measurements. In the `reference` profile: whether there is a transponder, whose
     /// part always does.
     pub fn is_interpolated(&self) -> bool {
         match &self.motion {
@@ -58,7 +58,7 @@ impl PictureTrack {
         }
     }
 
-    /// Whether the place lies after the last measurement or before the first: never in the `reference` profile.
+    /// Whether the position lies after the last measurement or before the first: never in the `reference` profile.
     pub fn is_extrapolated(&self) -> bool {
         self.motion.is_some_and(|motion| motion.basis == Basis::Extrapolated)
     }
@@ -68,7 +68,7 @@ impl PictureTrack {
         self.is_extrapolated() && self.motion.is_some_and(|motion| motion.last_measurement.is_some())
     }
 
-    /// How it moves, where its height is known: of one that nobody measured nothing is told.
+    /// Motion with a vertical part: `None` where the height is not known.
     pub fn vertical_motion(&self) -> Option<&Motion> {
         self.motion.as_ref().filter(|_| self.altitude_amsl_m.is_some())
     }

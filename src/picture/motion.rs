@@ -1,4 +1,4 @@
-//! How a track moves and how well that is known, as the interfaces tell it: only of a track with an estimate.
+//! Velocity and accuracy of a track, as published: only for a track with an estimate.
 
 use nalgebra::Vector3;
 
@@ -8,38 +8,38 @@ use fusion::frames::{Geodetic, TangentPlane};
 use fusion::point::{Basis, Estimate};
 use fusion::time::Time;
 
-/// Below this speed nothing has a direction, metres a second.
+/// Lowest speed with a direction, metres per second.
 const SLOWEST: f64 = 0.5;
-/// What is within so many standard deviations in 95 % of all cases.
+/// Standard deviations of a normal error that hold 95 %.
 const MOST_OF_A_LINE: f64 = 1.96;
 
-/// How a track moves, and how well that and its place are known.
+/// Velocity of a track, and the accuracy of velocity and position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
-    /// East, north and up at the track's place, metres a second.
+    /// East, north and up at the track's position, metres per second.
     pub velocity: Vector3<f64>,
-    /// The direction over ground, degrees true, 0 to 360; `None` where it could be any.
+    /// Direction over ground, degrees true, 0 to 360; `None` where it could be any.
     pub track_deg: Option<f64>,
-    /// Radius about the place that holds half of the horizontal errors, metres.
+    /// Radius that holds half of the horizontal errors, metres.
     pub half_h_m: f64,
     /// The same for 95 % of them.
     pub accuracy_h_m: f64,
     /// Half of the height that holds 95 % of the vertical errors, metres.
     pub accuracy_v_m: f64,
-    /// 95 % of the errors of the velocity over ground are smaller, metres a second.
+    /// Bound of 95 % of the errors of the velocity over ground, metres per second.
     pub speed_accuracy: f64,
-    /// Standard deviation of the place over ground, of each axis in the mean, metres.
+    /// Horizontal standard deviation per axis (root mean square of both), metres.
     pub deviation_h_m: f64,
     /// Standard deviation of the height, metres.
     pub deviation_v_m: f64,
-    /// What the place rests on.
+    /// What the position is based on.
     pub basis: Basis,
-    /// The latest measurement up to the track's time; `None`: it was measured only later.
+    /// The latest measurement up to the track's time; `None` before the first one.
     pub last_measurement: Option<Time>,
 }
 
 impl Motion {
-    /// Of an estimate at a place of `frame`, which is `position` on Earth.
+    /// The motion of an estimate at `place` in `frame`, which is `position` on Earth.
     pub(super) fn new(estimate: &Estimate, place: Enu, position: Geodetic, frame: &TangentPlane) -> Self {
         // North and up are not those of the site's origin: where it will be in a second, seen from where it is.
         let ahead = frame.to_ecef(Enu::from(place.0 + estimate.velocity));
@@ -63,12 +63,12 @@ impl Motion {
         }
     }
 
-    /// Speed over ground, metres a second.
+    /// Speed over ground, metres per second.
     pub fn speed(&self) -> f64 {
         self.velocity.xy().norm()
     }
 
-    /// Metres a second, up.
+    /// Vertical speed, metres per second, up.
     pub fn climb(&self) -> f64 {
         self.velocity.z
     }

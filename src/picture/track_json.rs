@@ -66,7 +66,7 @@ pub struct TrackJson<'a> {
     interpolated: bool,
     /// The position lies after the last measurement or before the first.
     extrapolated: bool,
-    /// That it is a drone, according to the radar.
+    /// Probability that it is a drone, according to the radar.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0, max = 1))]
     uav_probability: Option<f64>,
@@ -80,7 +80,7 @@ pub struct TrackJson<'a> {
     contributors: Vec<Contributor<'a>>,
 }
 
-/// Who a transponder says that it is.
+/// Identity as the transponder reports it.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 struct UasId {
     serial_number: String,
@@ -172,7 +172,7 @@ pub struct TransponderId {
 }
 
 impl TransponderId {
-    /// Of an identity.
+    /// The published form of an identity.
     pub fn new(identity: Identity) -> Self {
         Self { serial_number: serial_text(identity), registration_country: text(identity.country()) }
     }
@@ -188,7 +188,7 @@ struct Threshold {
 }
 
 impl<'a> TrackJson<'a> {
-    /// Of a track of `maker`'s, with competitors.
+    /// A track with its competitors; `maker` made the picture.
     pub fn new(track: &PictureTrack, maker: &'a PictureMaker) -> Self {
         Self::with(track, &track.point.competitors, maker)
     }
