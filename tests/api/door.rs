@@ -1,12 +1,13 @@
 //! Who is let in: connections of an address, clients behind a proxy, names and pages.
 
 use std::net::{Ipv4Addr, SocketAddr};
+use std::num::NonZeroU32;
 use std::time::Duration;
 
 use fusion::time::{SECOND, Time};
 use tokio::net::{TcpSocket, TcpStream};
 use utm_fusion::api::Options;
-use utm_fusion::config::{Config, RateLimit};
+use utm_fusion::config::Config;
 
 use crate::common::{Reader, Site, receive};
 
@@ -91,11 +92,10 @@ async fn as_many_connections_as_there_may_be_and_not_one_more() {
 
 #[tokio::test]
 async fn a_trusted_proxy_is_not_capped_and_its_clients_are_told_apart() {
-    let limit = RateLimit { requests_per_s: 1, burst: 5 };
     // Time stands still: no bucket fills again.
     let clock = || Time::from_nanos(1_000_000 * SECOND);
     let site = Site::with(Options { streams_per_address: 1, clock, ..patient() }, |config| {
-        config.http.limit = Some(limit);
+        (config.http.requests_per_s, config.http.requests_burst) = (NonZeroU32::new(1), 5);
         trusting(&["127.0.0.2"])(config);
     });
     let address = site.listen().await;

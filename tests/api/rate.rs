@@ -1,17 +1,20 @@
 //! How often one may ask.
 
 use std::net::{Ipv4Addr, SocketAddr};
+use std::num::NonZeroU32;
 use std::sync::atomic::{AtomicI64, Ordering};
 
 use axum::http::{Request, StatusCode};
 use fusion::time::{SECOND, Time};
 use tokio::net::TcpSocket;
 use utm_fusion::api::Options;
-use utm_fusion::config::{Auth, RateLimit};
+use utm_fusion::config::{Auth, Config};
 
 use crate::common::{Reader, Site, receive, send};
 
-const LIMIT: RateLimit = RateLimit { requests_per_s: 10, burst: 5 };
+fn limited(config: &mut Config) {
+    (config.http.requests_per_s, config.http.requests_burst) = (NonZeroU32::new(10), 5);
+}
 
 async fn status(address: SocketAddr, path: &str) -> String {
     let reader = Reader::open(address, path, "Connection: close\r\n").await;
@@ -32,7 +35,7 @@ async fn who_asks_too_often_is_told_when_to_come_back() {
     static NOW: AtomicI64 = AtomicI64::new(1_000_000 * SECOND);
     let clock = || Time::from_nanos(NOW.load(Ordering::Relaxed));
     let wait = |ns: i64| NOW.fetch_add(ns, Ordering::Relaxed);
-    let site = Site::with(Options { clock, ..Options::default() }, |config| config.http.limit = Some(LIMIT));
+    let site = Site::with(Options { clock, ..Options::default() }, limited);
     let address = site.listen().await;
     assert_eq!(accepted(address, 8).await, 5, "the burst");
     wait(SECOND / 5);
@@ -71,7 +74,7 @@ async fn a_token_is_limited_wherever_it_is_used() {
                 b = { sha256 = \"f44e64e75f3948e9f73f8dfa94721c4ce8cbb4f265c4790c702b2d41cfbf2753\", scopes = [\"read\"] }\n";
     std::fs::write(&file, text).unwrap();
     let site = Site::with(Options { clock, ..Options::default() }, |config| {
-        config.http.limit = Some(LIMIT);
+        limited(config);
         config.http.auth = Auth::Tokens { tokens_file: file };
     });
     // Without a socket in between there is no address.
@@ -91,7 +94,7 @@ async fn a_token_is_limited_wherever_it_is_used() {
 
 #[tokio::test]
 async fn there_may_be_no_limit_and_the_usual_one_lets_a_dashboard_through() {
-    let unlimited = Site::with(Options::default(), |config| config.http.limit = None);
+    let unlimited = Site::with(Options::default(), |config| config.http.requests_per_s = None);
     let address = unlimited.listen().await;
     assert_eq!(accepted(address, 300).await, 300);
     // The page with all its files, and what it then asks for, in several tabs at once.

@@ -232,7 +232,7 @@ pub(crate) fn record(
     directory: &Path,
     rotate_mib: u32,
 ) -> Flown {
-    let profile = Profile::default();
+    let profile = Profile::Operational;
     record_as(profile, scenario, start, fate, directory, rotate_mib)
 }
 

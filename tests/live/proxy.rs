@@ -1,10 +1,9 @@
 //! The recipe for a reverse proxy, `docker/nginx.conf`, as it stands: with nginx, where that is installed.
 
 use std::net::TcpListener;
+use std::num::NonZeroU32;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
-
-use utm_fusion::config::RateLimit;
 
 use crate::common::{Running, Scratch, flight, on_own_ports, utm_fusion};
 use crate::tls::{Issued, NAME};
@@ -74,7 +73,7 @@ fn the_recipe_passes_on_streams_at_once_and_says_who_asks() {
     let mut config = on_own_ports(&flight(scenario, 1, None).config, 24_400, &scratch, None);
     config.http.hosts = vec![NAME.to_owned()];
     config.http.trusted_proxies = vec!["127.0.0.1".parse().unwrap()];
-    config.http.limit = Some(RateLimit { requests_per_s: 1, burst: 20 });
+    (config.http.requests_per_s, config.http.requests_burst) = (NonZeroU32::new(1), 20);
     let site = scratch.file("site.toml", config.to_string());
     let mut service = Running::start(utm_fusion("run").arg("--config").arg(&site), scratch.path("run.log"));
     service.says("url=http://127.0.0.1:");
