@@ -47,7 +47,7 @@ struct Timestamp {
 }
 
 impl Timestamp {
-    fn new(value: impl ToString) -> Self {
+    fn new(value: &impl ToString) -> Self {
         Self { value: value.to_string(), format: "RFC3339" }
     }
 }
@@ -129,7 +129,7 @@ pub fn flights(ask: &Ask) -> Result<Flights, Problem> {
     };
     let slots = recent_slots(ask);
     let Some(latest) = slots.first() else {
-        return Ok(Flights { timestamp: Timestamp::new(ask.state.now()), flights: Vec::new() });
+        return Ok(Flights { timestamp: Timestamp::new(&ask.state.now()), flights: Vec::new() });
     };
     // A track's time is its slot's centre; the standard has whole tenths.
     let accuracy_s = (ask.state.hub.config.fusion.slot.as_secs_f64() * 5.0).ceil() / 10.0;
@@ -155,7 +155,7 @@ pub fn flights(ask: &Ask) -> Result<Flights, Problem> {
         }
         flights.push(flight);
     }
-    Ok(Flights { timestamp: Timestamp::new(latest.frame.published_at), flights })
+    Ok(Flights { timestamp: Timestamp::new(&latest.frame.published_at), flights })
 }
 
 /// The slots that are remembered, the latest first: a track that misses one has not ended.
@@ -168,7 +168,7 @@ fn recent_slots(ask: &Ask) -> Vec<Arc<Shown>> {
 
 fn recent_position(&(at, lng, lat, height_m): &(&str, f64, f64, Option<f64>)) -> RecentPosition {
     let position = PastPosition { lat, lng, alt: height_m.unwrap_or(UNKNOWN.3) };
-    RecentPosition { time: Timestamp::new(at), position }
+    RecentPosition { time: Timestamp::new(&at), position }
 }
 
 /// The tracks with a transponder.
@@ -189,7 +189,7 @@ fn flight(piece: &Piece, track: &PictureTrack, accuracy_s: f64) -> Flight {
         aircraft_type: "NotDeclared",
         simulated: false,
         current_state: AircraftState {
-            timestamp: Timestamp::new(track.time),
+            timestamp: Timestamp::new(&track.time),
             timestamp_accuracy: accuracy_s,
             operational_status: "Undeclared",
             position: FlightPosition {
