@@ -8,8 +8,9 @@ use std::time::{Duration, Instant};
 
 use asterix::{Record, TimeOfDay, cat048, cat129, encode_block};
 use criterion::{BatchSize, Criterion, Throughput, criterion_group};
+use fusion::Report;
+use fusion::frames::TangentPlane;
 use fusion::{Engine, Settings};
-use fusion::{Frame, Report};
 use utm_fusion::areas::Masks;
 use utm_fusion::capture::{Reception, ReceptionKind};
 use utm_fusion::config::{Config, Profile};
@@ -28,7 +29,7 @@ fn dense(criterion: &mut Criterion) {
     let slots: Vec<Vec<Report>> =
         (0..seconds(FLIGHT_S)).map(|slot| Traffic::DENSE.reports(slot).collect()).collect();
     let fly = |settings: Settings| {
-        let mut engine = Engine::new(settings);
+        let mut engine = Engine::new(settings).expect("the settings are right");
         (0..)
             .zip(&slots)
             .map(|(slot, reports)| feed(&mut engine, slot, reports.iter().copied()))
@@ -85,7 +86,7 @@ fn growth(criterion: &mut Criterion) {
     let mut measured = Vec::new();
     for targets in [100, 1_000, 10_000] {
         let traffic = Traffic { targets, drones: targets / 10, radars: 3 };
-        let mut engine = Engine::new(traffic.reference());
+        let mut engine = Engine::new(traffic.reference()).expect("the settings are right");
         let warm = seconds(40);
         for slot in 0..warm {
             feed(&mut engine, slot, traffic.reports(slot));
@@ -134,7 +135,7 @@ fn seconds(count: i64) -> i64 {
 }
 
 /// One datagram for the radar's plots of a slot, one for each transponder report.
-fn receptions(slot: i64, frame: &Frame) -> Vec<Reception> {
+fn receptions(slot: i64, frame: &TangentPlane) -> Vec<Reception> {
     let mut plots = Vec::new();
     let mut payloads = Vec::new();
     for report in Traffic::DENSE.reports(slot) {

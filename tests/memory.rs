@@ -20,7 +20,7 @@ struct Taken {
 /// What an engine takes after two minutes of flight, and after `minutes`.
 fn fly(settings: Settings, minutes: i64) -> [Taken; 2] {
     let before = MEMORY.current_usage();
-    let mut engine = Engine::new(settings);
+    let mut engine = Engine::new(settings).expect("the settings are right");
     // The traffic repeats itself every two minutes; only the errors of the radar differ.
     [(0, 2), (2, minutes)].map(|(from, to)| {
         MEMORY.reset_peak_usage();

@@ -6,9 +6,10 @@
 
 use std::str::FromStr;
 
+use fusion::Enu;
+use fusion::frames::{Ecef, Geodetic, TangentPlane};
+use fusion::interpolation::{Knot, evaluate};
 use fusion::time::Time;
-use fusion::{Ecef, Enu, Frame, Geodetic};
-use fusion::{Knot, evaluate};
 use nalgebra::Vector3;
 use utm_fusion::areas::Masks;
 use utm_fusion::config::{Config, SensorKind};
@@ -95,7 +96,7 @@ fn geodesy_is_projs() {
     let (mut ecef, mut enu, mut back) = (Largest::default(), Largest::default(), Largest::default());
     for row in rows(GEODESY) {
         let [lat0, lon0, h0, lat, lon, h, x, y, z, e, n, u] = numbers(&row).map(Option::unwrap);
-        let frame = Frame::at(Geodetic::from_degrees(lat0, lon0, h0));
+        let frame = TangentPlane::at(Geodetic::from_degrees(lat0, lon0, h0));
         let target = Geodetic::from_degrees(lat, lon, h);
         let expected = Vector3::new(x, y, z);
         ecef.add((target.to_ecef().0 - expected).norm());

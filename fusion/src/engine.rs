@@ -1,4 +1,4 @@
-//! The engine: told the time and the reports, it yields every slot once. What is put out is the profile's to say.
+//! The engine: told the time and the reports, it yields every slot once. What is published is the profile's to say.
 //!
 //! Sans-IO: no clock, no socket, no randomness. [`Engine::advance`] first, drained; then [`Engine::handle`].
 
@@ -9,9 +9,9 @@ use crate::operational::{
 };
 use crate::point::Emission;
 use crate::reference::Reference;
-use crate::registration::{State, StateError};
+use crate::registration::{RegistrationState, RegistrationStateError};
 use crate::report::{Identity, Report, SensorIndex};
-use crate::settings::Settings;
+use crate::settings::{Profile, Settings, SettingsError};
 use crate::slots::{Slot, Window};
 use crate::time::Time;
 
@@ -41,7 +41,7 @@ struct Plan {
     resumed: Vec<ResumedCorrelation>,
 }
 
-/// What is put out for a slot is the profile's to say.
+/// What is published for a slot is the profile's to say.
 #[derive(Debug)]
 enum Rules {
     Reference(Reference),
@@ -68,18 +68,24 @@ pub enum Refused {
 }
 
 impl Engine {
-    /// An engine that knows nothing yet. The settings must fit the ring ([`Settings::fits_ring`]).
-    pub fn new(settings: Settings) -> Self {
-        assert!(settings.fits_ring(), "window and waiting reports do not fit the ring");
-        let keeping = if settings.operational.is_some() { Keeping::ADay } else { Keeping::ForGood };
-        Self {
+    /// An engine that knows nothing yet.
+    ///
+    /// # Errors
+    /// A setting is outside its range.
+    pub fn new(settings: Settings) -> Result<Self, SettingsError> {
+        settings.check()?;
+        let keeping = match settings.profile {
+            Profile::Reference(_) => Keeping::ForGood,
+            Profile::Operational(_) => Keeping::ADay,
+        };
+        Ok(Self {
             clock: None,
             newest: None,
             rules: Rules::new(&settings),
             numbers: Numbers::new(settings.grid, keeping, settings.transponder_numbers.clone()),
             plan: Plan::default(),
             settings,
-        }
+        })
     }
 
     /// Tells the time of a reception; yields the slots that are due before what was received may be handled.
@@ -92,7 +98,7 @@ impl Engine {
             self.start(received);
             return Due { engine: self, last: None, restart: None };
         };
-        if received.nanos() - clock.received.nanos() > self.settings.window_ns() {
+        if received - clock.received > self.settings.window() {
             return Due { last: self.newest, restart: Some(received), engine: self };
         }
         clock.received = clock.received.max(received);
@@ -103,10 +109,10 @@ impl Engine {
     /// reception. A step of more than the window forward from the latest time told starts afresh, as
     /// [`Engine::advance`] does.
     pub fn tick(&mut self, now: Time) -> Due<'_> {
-        let window_ns = self.settings.window_ns();
+        let window = self.settings.window();
         match self.clock {
             None => Due { engine: self, last: None, restart: None },
-            Some(clock) if now.nanos() - clock.now.nanos() > window_ns => {
+            Some(clock) if now - clock.now > window => {
                 Due { last: self.newest, restart: Some(now), engine: self }
             }
             Some(_) => self.until(now),
@@ -187,7 +193,11 @@ impl Engine {
     ///
     /// # Errors
     /// The state is of another version, or its numbers are not what is written.
-    pub fn restore(&mut self, sensor: SensorIndex, state: &State) -> Result<bool, StateError> {
+    pub fn restore(
+        &mut self,
+        sensor: SensorIndex,
+        state: &RegistrationState,
+    ) -> Result<bool, RegistrationStateError> {
         match &mut self.rules {
             Rules::Operational(operational, _) => operational.restore(sensor, state).map(|()| true),
             Rules::Reference(_) => Ok(false),
@@ -293,12 +303,16 @@ impl Engine {
     }
 
     fn window(&self, emitted: Slot) -> Window {
-        let Settings { latency_slots, window_slots, suppress_slots, .. } = self.settings;
+        let Settings { latency_slots, window_slots, .. } = self.settings;
+        let ahead = match &self.settings.profile {
+            Profile::Reference(rules) => rules.suppress_slots,
+            Profile::Operational(_) => 0,
+        };
         let last = emitted.plus(latency_slots - 1);
         Window {
             first: emitted.plus(latency_slots - window_slots),
             emitted,
-            horizon: emitted.plus(suppress_slots).min(last),
+            horizon: emitted.plus(ahead).min(last),
             last,
         }
     }
@@ -316,7 +330,7 @@ impl Engine {
             plan.resume((slot, settings.grid.centre(slot)), operational, profile);
         }
         let points = match rules {
-            Rules::Reference(reference) => reference.emit(&window, settings, numbers),
+            Rules::Reference(reference) => reference.emit(&window, numbers),
             // Behind the last report of all nobody is extrapolated: a replay ends there, too.
             Rules::Operational(operational, profile) if self.newest.is_none_or(|newest| slot > newest) => {
                 operational.pass(settings.grid.centre(slot), profile);
@@ -386,9 +400,11 @@ impl Plan {
 
 impl Rules {
     fn new(settings: &Settings) -> Self {
-        match &settings.operational {
-            Some(profile) => Self::Operational(Box::default(), profile.clone()),
-            None => Self::Reference(Reference::new(settings)),
+        match &settings.profile {
+            Profile::Reference(rules) => Self::Reference(Reference::new(settings, rules)),
+            Profile::Operational(rules) => {
+                Self::Operational(Box::default(), operational::Settings::new(&settings.sensors, rules))
+            }
         }
     }
 }

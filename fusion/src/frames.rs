@@ -120,14 +120,14 @@ impl Enu {
 
 /// A tangent plane: its origin, and the way to and from Earth-centred positions.
 #[derive(Clone, Debug)]
-pub struct Frame {
+pub struct TangentPlane {
     origin: Geodetic,
     origin_ecef: Vector3<f64>,
     /// Turns Earth-centred differences into east, north, up.
     to_enu: Rotation3<f64>,
 }
 
-impl Frame {
+impl TangentPlane {
     /// East-north-up at `origin`.
     pub fn at(origin: Geodetic) -> Self {
         let (sin_lat, cos_lat) = origin.latitude.sin_cos();

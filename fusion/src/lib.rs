@@ -1,36 +1,29 @@
-//! The engine: slots and window, and the rules of two profiles.
+//! Fuses the reports of radars and transponders of drones into one air picture.
 //!
-//! `reference`: interpolation, association, fusion, numbers. Source: Cisek, Brekke, Jahangir, Johansen, *Track-to-track data fusion for Unmanned Traffic Management System*;
-//! what the paper leaves open is settled in `docs/ALGORITHM.md`. Everything is as if recomputed from the window at every
-//! slot; what is kept between slots only saves work (`tests/engine` holds the two against each other). `operational` is in work (`docs/OPERATIONAL.md`).
+//! Sans-IO: no clock, no socket, no file, no random number. The [`Engine`] is told the time and the reports, and yields every
+//! slot once, with its points; the same input gives the same output, to the byte. Two profiles: `reference` follows Cisek,
+//! Brekke, Jahangir, Johansen, *Track-to-track data fusion for Unmanned Traffic Management System*; `operational` estimates
+//! one target per aircraft.
 
 pub mod assignment;
 mod cells;
 mod engine;
-pub mod filter;
-mod frames;
-mod interpolation;
-mod numbering;
+mod filter;
+pub mod frames;
+pub mod interpolation;
+pub mod numbering;
 pub mod operational;
-mod point;
+pub mod point;
 mod reference;
 pub mod registration;
-mod report;
-mod settings;
-mod slots;
+pub mod report;
+pub mod settings;
+pub mod slots;
 pub mod time;
 
 pub use engine::{Due, Engine, Refused};
-pub use frames::{Ecef, Enu, Frame, Geodetic};
-pub use interpolation::{Knot, evaluate};
-pub use numbering::{
-    Given, Keeping, LARGEST as LARGEST_TRANSPONDER_NUMBER, NOTED, NumberChange, Numbered, Numbers,
-};
-pub use point::{
-    Association, Basis, Because, Competitor, Emission, Estimate, Point, RadarPart, Rival, Source,
-    TransponderPart,
-};
-pub use reference::Evidence;
-pub use report::{Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex, UasItems};
-pub use settings::{Gate, Settings};
-pub use slots::{RING, Slot, SlotGrid};
+pub use frames::Enu;
+pub use point::{Emission, Point, Source};
+pub use report::{Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex};
+pub use settings::{Profile, Settings};
+pub use time::Time;

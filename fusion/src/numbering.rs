@@ -7,7 +7,7 @@ use crate::slots::{Slot, SlotGrid};
 use crate::time::{DAY, SECOND, Time};
 
 /// The largest number: fused tracks are number · 10000 + radar track, which must fit 32 bits.
-pub const LARGEST: u32 = 429_496;
+pub const LARGEST_TRANSPONDER_NUMBER: u32 = 429_496;
 
 /// That a transponder still flies is noted this often: what outlives a restart is at most so old.
 pub const NOTED: i64 = 600 * SECOND;
@@ -24,7 +24,7 @@ pub struct Numbered {
 /// Who has which number: what outlives a restart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Given {
-    /// The number T, 1 to [`LARGEST`].
+    /// The number T, 1 to [`LARGEST_TRANSPONDER_NUMBER`].
     pub number: u32,
     /// The transponder.
     pub identity: Identity,
@@ -68,7 +68,7 @@ pub struct Numbers {
     keeping: Keeping,
     configured: BTreeMap<Vec<u8>, u32>,
     reserved: BTreeSet<u32>,
-    held: BTreeMap<Identity, HeldCorrelation>,
+    held: BTreeMap<Identity, HeldNumber>,
     /// The holders, by when they were heard; ties by number.
     by_age: BTreeMap<(Time, u32), Identity>,
     taken: BTreeSet<u32>,
@@ -83,7 +83,7 @@ pub struct Numbers {
 
 /// A number that somebody has.
 #[derive(Clone, Copy, Debug)]
-struct HeldCorrelation {
+struct HeldNumber {
     number: u32,
     /// `None`: not since the start.
     since: Option<Slot>,
@@ -136,7 +136,7 @@ impl Numbers {
             .or_else(|| self.lowest_free())
             .or_else(|| self.take_back())?;
         self.taken.insert(number);
-        self.held.insert(identity, HeldCorrelation { number, since: Some(slot), heard: now });
+        self.held.insert(identity, HeldNumber { number, since: Some(slot), heard: now });
         self.note(identity, number, now);
         Some(Numbered { number, since: slot })
     }
@@ -189,18 +189,18 @@ impl Numbers {
     /// it, which is then its `since`. It stays even where the configuration has since given that number, or that serial,
     /// to someone else.
     ///
-    /// `false`, and nothing is changed: the number is not 1 to [`LARGEST`], or it or the identity is taken.
+    /// `false`, and nothing is changed: the number is not 1 to [`LARGEST_TRANSPONDER_NUMBER`], or it or the identity is taken.
     pub fn remember(&mut self, given: Given) -> bool {
         let Given { number, identity, heard } = given;
         let has_one = self.held.contains_key(&identity);
-        if !(1..=LARGEST).contains(&number) || has_one || !self.taken.insert(number) {
+        if !(1..=LARGEST_TRANSPONDER_NUMBER).contains(&number) || has_one || !self.taken.insert(number) {
             return false;
         }
         if heard.is_none() {
             self.undated.push(identity);
         }
         let heard = heard.unwrap_or_default();
-        self.held.insert(identity, HeldCorrelation { number, since: None, heard });
+        self.held.insert(identity, HeldNumber { number, since: None, heard });
         self.by_age.insert((heard, number), identity);
         true
     }
@@ -244,27 +244,27 @@ impl Numbers {
     }
 
     fn lowest_free(&mut self) -> Option<u32> {
-        while self.lowest <= LARGEST && !self.is_free(self.lowest) {
+        while self.lowest <= LARGEST_TRANSPONDER_NUMBER && !self.is_free(self.lowest) {
             self.lowest += 1;
         }
-        (self.lowest <= LARGEST).then_some(self.lowest)
+        (self.lowest <= LARGEST_TRANSPONDER_NUMBER).then_some(self.lowest)
     }
 }
 
-/// A serial number that is a decimal integer from 1 to [`LARGEST`]; leading zeros are allowed.
+/// A serial number that is a decimal integer from 1 to [`LARGEST_TRANSPONDER_NUMBER`]; leading zeros are allowed.
 fn decimal(serial: &[u8]) -> Option<u32> {
     if serial.is_empty() || !serial.iter().all(u8::is_ascii_digit) {
         return None;
     }
     let number = serial.iter().fold(0_u64, |number, digit| number * 10 + u64::from(digit - b'0'));
-    u32::try_from(number).ok().filter(|number| (1..=LARGEST).contains(number))
+    u32::try_from(number).ok().filter(|number| (1..=LARGEST_TRANSPONDER_NUMBER).contains(number))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const GRID: SlotGrid = SlotGrid::new(SECOND / 4);
+    const GRID: SlotGrid = SlotGrid::new(jiff::SignedDuration::from_millis(250));
 
     fn identity(serial: &str, country: &[u8; 2]) -> Identity {
         let mut octets = [b' '; 12];
@@ -305,7 +305,9 @@ mod tests {
         assert!(numbers.remember(given(2, "Y")), "although it is configured for another now");
         assert!(!numbers.remember(given(2, "Z")), "taken");
         assert!(!numbers.remember(given(3, "X")), "X has one");
-        assert!(!numbers.remember(given(0, "Z")) && !numbers.remember(given(LARGEST + 1, "Z")));
+        assert!(
+            !numbers.remember(given(0, "Z")) && !numbers.remember(given(LARGEST_TRANSPONDER_NUMBER + 1, "Z"))
+        );
         let mut of = |serial, slot| numbers.of(identity(serial, b"NO"), Slot(slot));
         assert_eq!(of("X", 5), Some(Numbered { number: 1, since: Slot(5) }));
         assert_eq!(of("X", 6), Some(Numbered { number: 1, since: Slot(5) }));
@@ -319,7 +321,7 @@ mod tests {
     /// All numbers are taken, by transponders that were heard a second apart, the first one longest ago.
     fn used_up(keeping: Keeping) -> Numbers {
         let mut numbers = Numbers::new(GRID, keeping, BTreeMap::from([(b"ALPHA".to_vec(), 2)]));
-        for number in 1..=LARGEST {
+        for number in 1..=LARGEST_TRANSPONDER_NUMBER {
             let heard = Some(GRID.open(Slot(4 * i64::from(number))));
             assert!(numbers.remember(Given {
                 number,
@@ -331,7 +333,7 @@ mod tests {
     }
 
     /// Half a million seconds: everybody was heard, nobody a day ago.
-    const LATER: Slot = Slot(4 * (LARGEST as i64 + 60));
+    const LATER: Slot = Slot(4 * (LARGEST_TRANSPONDER_NUMBER as i64 + 60));
 
     #[test]
     fn numbers_for_good_end() {
@@ -339,7 +341,7 @@ mod tests {
         numbers.turn(Slot(i64::MAX / 1_000_000_000));
         assert_eq!(numbers.of(identity("A", b"NO"), LATER), None);
         assert_eq!(numbers.of(identity("S7", b"NO"), LATER).unwrap().number, 7);
-        assert_eq!(numbers.used(), LARGEST as usize);
+        assert_eq!(numbers.used(), LARGEST_TRANSPONDER_NUMBER as usize);
     }
 
     #[test]
@@ -358,7 +360,10 @@ mod tests {
             .filter(|change| matches!(change, NumberChange::Returned(_)))
             .map(|change| change.given().number)
             .collect();
-        assert_eq!((returned, numbers.used(), numbers.unnumbered()), (vec![3, 4, 5], LARGEST as usize, 0));
+        assert_eq!(
+            (returned, numbers.used(), numbers.unnumbered()),
+            (vec![3, 4, 5], LARGEST_TRANSPONDER_NUMBER as usize, 0)
+        );
     }
 
     #[test]

@@ -4,8 +4,6 @@ use nalgebra::{Matrix2, Vector3};
 
 use crate::frames::Enu;
 use crate::numbering::NumberChange;
-use crate::operational::Newcomers;
-use crate::reference::Evidence;
 use crate::report::{Identity, RadarTrackKey, SensorIndex, UasItems};
 use crate::slots::Slot;
 use crate::time::Time;
@@ -124,9 +122,9 @@ pub enum Because {
     /// They were near each other often enough (`reference` profile).
     Ratio {
         /// The distance within which they had to stay, metres.
-        gate_m: f64,
+        threshold_m: f64,
         /// How often they did.
-        evidence: Evidence,
+        ratio: SlotRatio,
     },
     /// That they are one explains what was measured better than that they are not (`operational` profile).
     Likelihood {
@@ -138,6 +136,22 @@ pub enum Because {
         /// What the measurements say, as for [`Because::Likelihood`]; `None` where the two were never near each other.
         score: Option<f64>,
     },
+}
+
+/// How often the two of a pair agreed, from the window's first slot to the point's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SlotRatio {
+    /// Slots where both have a point.
+    pub co_present: u32,
+    /// Slots among them where their distance is within the threshold.
+    pub within: u32,
+}
+
+impl SlotRatio {
+    /// The share of slots within the threshold, 0 to 1.
+    pub fn value(&self) -> f64 {
+        f64::from(self.within) / f64::from(self.co_present)
+    }
 }
 
 /// Who came near a point without being it.
@@ -167,8 +181,56 @@ pub enum Rival {
     },
 }
 
+/// What became of the new identities of a transponder receiver in a slot: how many, by fate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Newcomers {
+    /// The receiver.
+    pub sensor: SensorIndex,
+    /// Heard for the first time, or for the first time in long.
+    pub heard: u32,
+    /// Let in, with their second report.
+    pub admitted: u32,
+    /// Forgotten: there was no second report.
+    pub heard_once: u32,
+    /// Forgotten: no two of their reports agree.
+    pub inconsistent: u32,
+    /// Forgotten: they could have been let in, were there not more than `max_new_per_s`.
+    pub rate_limited: u32,
+    /// Forgotten before their time: too many waited.
+    pub crowded_out: u32,
+    /// While there is a flood of them: the most that were heard in a second of it.
+    pub flood: Option<u32>,
+}
+
+impl Newcomers {
+    pub(crate) fn none(sensor: SensorIndex, flood: Option<u32>) -> Self {
+        Self {
+            sensor,
+            heard: 0,
+            admitted: 0,
+            heard_once: 0,
+            inconsistent: 0,
+            rate_limited: 0,
+            crowded_out: 0,
+            flood,
+        }
+    }
+
+    /// The fates, each with its name on the interfaces and its count.
+    pub const fn fates(&self) -> [(&'static str, u32); 6] {
+        [
+            ("heard", self.heard),
+            ("admitted", self.admitted),
+            ("heard_once", self.heard_once),
+            ("inconsistent", self.inconsistent),
+            ("rate_limited", self.rate_limited),
+            ("crowded_out", self.crowded_out),
+        ]
+    }
+}
+
 impl Source {
-    pub(super) fn rank(&self) -> u8 {
+    pub(crate) fn rank(&self) -> u8 {
         match self {
             Self::Fused(..) => 0,
             Self::Radar(_) => 1,

@@ -1,4 +1,4 @@
-//! The rules of the `reference` profile: who is put out in a slot, and where.
+//! The rules of the `reference` profile: who is published in a slot, and where.
 
 mod association;
 mod radar;
@@ -10,19 +10,27 @@ use crate::frames::Enu;
 use crate::numbering::{Numbered, Numbers};
 use crate::point::{Association, Because, Point, RadarPart, Source, TransponderPart};
 use crate::report::{Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex, UasItems};
-use crate::settings::Settings;
-use crate::slots::{SlotSet, Window};
+use crate::settings::{ReferenceRules, Sensor, Settings, Weights};
+use crate::slots::{SlotGrid, SlotSet, Window};
 use association::Pairs;
 use radar::{Detection, Detections};
 use transponder::Curve;
 
-pub use association::Evidence;
-
 /// The window of reports.
 #[derive(Debug)]
 pub(super) struct Reference {
+    setup: Setup,
     detections: Detections,
     aircraft: BTreeMap<Identity, Aircraft>,
+}
+
+/// What these rules are told once.
+#[derive(Debug)]
+struct Setup {
+    grid: SlotGrid,
+    rules: ReferenceRules,
+    /// What one detection counts for, by sensor, seconds: a radar's period, at least a slot.
+    detection_s: Vec<f64>,
 }
 
 #[derive(Debug)]
@@ -34,8 +42,19 @@ struct Aircraft {
 }
 
 impl Reference {
-    pub(super) fn new(settings: &Settings) -> Self {
-        Self { detections: Detections::new(settings.grid, settings.gate.clone()), aircraft: BTreeMap::new() }
+    pub(super) fn new(settings: &Settings, rules: &ReferenceRules) -> Self {
+        let grid = settings.grid;
+        let detection_s = |sensor: &Sensor| match sensor {
+            Sensor::Radar(radar) => radar.period_s.max(grid.slot_s()),
+            Sensor::Receiver(_) => 0.0,
+        };
+        let setup = Setup {
+            grid,
+            rules: rules.clone(),
+            detection_s: settings.sensors.iter().map(detection_s).collect(),
+        };
+        let detections = Detections::new(grid, rules.threshold.clone());
+        Self { setup, detections, aircraft: BTreeMap::new() }
     }
 
     /// Takes a report in.
@@ -49,21 +68,21 @@ impl Reference {
     }
 
     /// The points of the slot that is emitted, in order.
-    pub(super) fn emit(&mut self, window: &Window, settings: &Settings, numbers: &mut Numbers) -> Vec<Point> {
+    pub(super) fn emit(&mut self, window: &Window, numbers: &mut Numbers) -> Vec<Point> {
         let stale = self.detections.settle(window);
         self.detections.remove(window.first.plus(-1));
-        let Self { aircraft, detections } = self;
+        let Self { setup, aircraft, detections } = self;
         aircraft.retain(|_, aircraft| {
-            aircraft.update(window, stale, detections, settings);
+            aircraft.update(window, stale, detections, setup);
             !aircraft.curve.is_empty()
         });
-        let points = self.points(window, settings, numbers);
+        let points = self.points(window, numbers);
         self.detections.mark_seen(window.emitted);
         points
     }
 
-    fn points(&mut self, window: &Window, settings: &Settings, numbers: &mut Numbers) -> Vec<Point> {
-        let Self { detections, aircraft } = self;
+    fn points(&mut self, window: &Window, numbers: &mut Numbers) -> Vec<Point> {
+        let Self { setup, detections, aircraft } = self;
         let mut points = Vec::new();
         for (&identity, aircraft) in aircraft {
             if !aircraft.curve.present().contains(window.emitted) {
@@ -71,7 +90,7 @@ impl Reference {
             }
             match numbers.of(identity, window.emitted) {
                 Some(numbered) => {
-                    aircraft.put_out(identity, numbered, window, detections, settings, &mut points);
+                    aircraft.publish(identity, numbered, window, detections, setup, &mut points);
                 }
                 None => numbers.note_unnumbered(),
             }
@@ -85,7 +104,7 @@ impl Reference {
                 .of_slot(window.emitted)
                 .iter()
                 .filter(unexplained)
-                .filter_map(|detection| radar_only(detection, window, detections, settings)),
+                .filter_map(|detection| radar_only(detection, window, detections, setup)),
         );
         // Stable: points with one number, of two radars, stand by sensor already.
         points.sort_by_key(|point| (point.source.rank(), point.number));
@@ -106,34 +125,34 @@ impl Aircraft {
 
     /// The points of the emitted slot, in which the curve has one: of every associated pair, or of the transponder alone
     /// where none was associated nearby.
-    fn put_out(
+    fn publish(
         &self,
         identity: Identity,
         Numbered { number, since }: Numbered,
         window: &Window,
         detections: &Detections,
-        settings: &Settings,
+        setup: &Setup,
         points: &mut Vec<Point>,
     ) {
         let Self { curve, pairs, items, sensor, .. } = self;
         let slot = window.emitted;
         let position = curve.point(slot);
-        let first_seen = settings.grid.centre(since);
+        let first_seen = setup.grid.centre(since);
         let transponder = TransponderPart { number, identity, sensor: *sensor, time: None, items: *items };
         let before = points.len();
         for pair in pairs.iter() {
             let both = curve.present().and(detections.track(pair.track).present);
-            if let Some(evidence) = pair.associated(slot, window, both, settings)
+            if let Some(ratio) = pair.associated(slot, window, both, &setup.rules)
                 && let Some(detection) = detections.detection(pair.track, slot)
             {
                 let distance_m = detection.distance_m(position);
                 let association = Association {
                     distance_m,
-                    because: Because::Ratio { gate_m: detection.gate_m, evidence },
+                    because: Because::Ratio { threshold_m: detection.threshold_m, ratio },
                 };
                 points.push(Point {
                     number: number * 10_000 + u32::from(pair.track.number),
-                    position: fuse(detection, position, settings),
+                    position: fuse(detection, position, setup.rules.weights),
                     first_seen,
                     source: Source::Fused(RadarPart::of(detection), transponder, association),
                     estimate: None,
@@ -141,8 +160,8 @@ impl Aircraft {
                 });
             }
         }
-        let nearby = (slot.plus(-settings.suppress_slots).max(window.first), window.horizon);
-        if points.len() == before && !pairs.any_associated(nearby, window, curve, detections, settings) {
+        let nearby = (slot.plus(-setup.rules.suppress_slots).max(window.first), window.horizon);
+        if points.len() == before && !pairs.any_associated(nearby, window, curve, detections, &setup.rules) {
             points.push(Point {
                 number,
                 position,
@@ -154,8 +173,8 @@ impl Aircraft {
         }
     }
 
-    fn update(&mut self, window: &Window, stale: SlotSet, detections: &Detections, settings: &Settings) {
-        let changed = self.curve.update(window, settings.grid, settings.max_gap_ns);
+    fn update(&mut self, window: &Window, stale: SlotSet, detections: &Detections, setup: &Setup) {
+        let changed = self.curve.update(window, setup.grid, setup.rules.max_gap);
         self.pairs.update(window, changed.or(stale), &self.curve, detections);
     }
 }
@@ -165,16 +184,17 @@ fn radar_only(
     detection: &Detection,
     window: &Window,
     detections: &Detections,
-    settings: &Settings,
+    setup: &Setup,
 ) -> Option<Point> {
     let Plot { track: key, position, .. } = detection.plot;
     let track = detections.track(key);
     let so_far = SlotSet::span(window.first, window.emitted);
-    let uav_s = f64::from(track.uav.and(so_far).count()) * settings.period_s[usize::from(key.sensor.0)];
-    (uav_s > settings.radar_only_min_s).then(|| Point {
+    let uav_s =
+        f64::from(track.uav.and(so_far).count()) * setup.detection_s.get(usize::from(key.sensor.0))?;
+    (uav_s > setup.rules.radar_only_min_s).then(|| Point {
         number: key.number.into(),
         position,
-        first_seen: settings.grid.centre(track.first_seen.unwrap_or(window.emitted)),
+        first_seen: setup.grid.centre(track.first_seen.unwrap_or(window.emitted)),
         source: Source::Radar(RadarPart::of(detection)),
         estimate: None,
         competitors: Vec::new(),
@@ -182,8 +202,7 @@ fn radar_only(
 }
 
 /// The weighted mean; the height is the transponder's alone where the radar measured none.
-fn fuse(detection: &Detection, transponder: Enu, settings: &Settings) -> Enu {
-    let (radar, by) = (settings.weight_radar, settings.weight_transponder);
+fn fuse(detection: &Detection, transponder: Enu, Weights { radar, transponder: by }: Weights) -> Enu {
     let mut fused = (detection.plot.position.0 * radar + transponder.0 * by) / (radar + by);
     if !detection.plot.height_measured {
         fused.z = transponder.0.z;

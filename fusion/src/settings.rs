@@ -1,72 +1,311 @@
-//! What the engine is told once.
+//! What the engine is told once: time, sensors, and the rules of a profile.
 
 use std::collections::BTreeMap;
 
+use jiff::SignedDuration;
+
+pub use crate::filter::{Dynamics, Model, Models, RadarErrors, Singer};
+use crate::frames::Enu;
+use crate::report::SensorIndex;
 use crate::slots::{RING, SlotGrid};
 
-/// The rules of the `reference` profile with their numbers. `SlotGrid` and whole slots, so that no two parts round
-/// differently.
+/// Slots, sensors and the profile. The default has slots of 0.25 s, a latency of 6.25 s, the [`Profile::Operational`] and no
+/// sensors: [`Settings::add_radar`] and [`Settings::add_receiver`] add them.
+///
+/// ```
+/// use utm_fusion_engine::settings::{Radar, RadarErrors, Receiver};
+/// use utm_fusion_engine::{Engine, Settings};
+///
+/// let mut settings = Settings::default();
+/// // Standard deviations from the data sheet: 5 m in range, 1° in azimuth, 10 m in height.
+/// let errors = RadarErrors::of_data_sheet(5.0, 1.0, 10.0);
+/// let radar = settings.add_radar(Radar { errors, ..Radar::default() });
+/// let receiver = settings.add_receiver(Receiver::default());
+/// assert_ne!(radar, receiver);
+/// let engine = Engine::new(settings)?;
+/// # Ok::<(), utm_fusion_engine::settings::SettingsError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// The slots.
+    /// The slots. Durations below are whole slots where they can be, so that no two parts round differently.
     pub grid: SlotGrid,
-    /// Slots a slot waits before it is emitted (25: 6.25 s).
+    /// Slots that a slot waits before it is emitted (25: 6.25 s).
     pub latency_slots: i64,
-    /// Slots in the window (100: 25 s).
+    /// Slots in the window (100: 25 s): an older report is refused.
     pub window_slots: i64,
-    /// How far ahead of its reception a report may be, nanoseconds (1 s).
-    pub max_future_ns: i64,
-    /// No interpolation inside a gap between knots longer than this, nanoseconds (25 s).
-    pub max_gap_ns: i64,
-    /// Distance below which radar and transponder agree.
-    pub gate: Gate,
-    /// Least share of slots within the gate among those where both are present, in millionths (900,000).
-    pub ratio_min_ppm: u64,
+    /// How far ahead of its reception a report may be (1 s).
+    pub max_future: SignedDuration,
+    /// The sensors, by [`SensorIndex`].
+    pub sensors: Vec<Sensor>,
+    /// Track numbers reserved for transponders, by trimmed serial number.
+    pub transponder_numbers: BTreeMap<Vec<u8>, u32>,
+    /// By which rules reports become points.
+    pub profile: Profile,
+}
+
+/// By which rules reports become points.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Profile {
+    /// The rules of the paper: association by distance threshold and ratio, weighted mean.
+    Reference(ReferenceRules),
+    /// One target per aircraft, associated by likelihood, filtered and smoothed.
+    Operational(OperationalRules),
+}
+
+/// The numbers of [`Profile::Reference`], named as in the paper (`docs/ALGORITHM.md`).
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReferenceRules {
+    /// Longest gap between two reports of a transponder across which it is interpolated (25 s).
+    pub max_gap: SignedDuration,
+    /// Distance D(ρ) within which radar and transponder agree.
+    pub threshold: Threshold,
+    /// Least ratio for an association: the share of slots within the threshold among those where both are present, in
+    /// millionths (900,000).
+    pub min_ratio_ppm: u64,
     /// Least number of slots where both are present (4).
     pub min_samples: u32,
-    /// The radar's weight in a fused position (1).
-    pub weight_radar: f64,
-    /// The transponder's weight in a fused position (10).
-    pub weight_transponder: f64,
-    /// A radar track alone is put out when it was a UAV for longer than this, seconds (8).
+    /// Weights of a fused position.
+    pub weights: Weights,
+    /// A radar track alone is published once it has been a UAV for longer than this, seconds (8).
     pub radar_only_min_s: f64,
-    /// A transponder alone is held back this many slots around an association (16: 4 s).
+    /// A transponder alone is withheld this many slots around an association (16: 4 s).
     pub suppress_slots: i64,
-    /// By sensor: seconds between two detections of one target, at least a slot; what one detection counts for.
-    pub period_s: Vec<f64>,
-    /// Track numbers that the configuration gives to serial numbers.
-    pub transponder_numbers: BTreeMap<Vec<u8>, u32>,
-    /// The `operational` profile; `None`: the `reference` profile.
-    pub operational: Option<crate::operational::Settings>,
+}
+
+/// Weights of radar and transponder in a fused position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Weights {
+    /// The radar's (1).
+    pub radar: f64,
+    /// The transponder's (10).
+    pub transponder: f64,
+}
+
+/// The numbers of [`Profile::Operational`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct OperationalRules {
+    /// How drones move.
+    pub dynamics: Dynamics,
+    /// Longest gap between two reports of a transponder across which it is compared with radar tracks (8 s).
+    pub max_gap: SignedDuration,
+}
+
+/// A sensor.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Sensor {
+    /// A radar, which sends plots.
+    Radar(Radar),
+    /// A transponder receiver, which sends fixes.
+    Receiver(Receiver),
+}
+
+/// A radar.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Radar {
+    /// Where it stands.
+    pub position: Enu,
+    /// Its errors when it is aligned.
+    pub errors: RadarErrors,
+    /// What is done about its misalignment.
+    pub registration: RegistrationMode,
+    /// Time between two detections of one target, seconds.
+    pub period_s: f64,
+}
+
+/// A transponder receiver.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Receiver {
+    /// Standard deviation of a reported position over ground, each axis, metres.
+    pub horizontal_m: f64,
+    /// Standard deviation of a reported height, metres.
+    pub vertical_m: f64,
+    /// Delay of a report's time stamp behind the measurement of its position, seconds; `None`: learnt with the radars'
+    /// registration.
+    pub delay_s: Option<f64>,
+    /// Time between two reports of one transponder, seconds; 0 if not known.
+    pub period_s: f64,
+    /// Long-run limit of previously unknown identities admitted, per second; at least 1.
+    pub max_new_per_s: u32,
+}
+
+/// What is done about a radar's misalignment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RegistrationMode {
+    /// Nothing.
+    Off,
+    /// It is estimated; plots stay as they are.
+    Propose,
+    /// It is estimated, and plots are corrected.
+    Apply,
+}
+
+/// Why an engine cannot work with its [`Settings`].
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SettingsError {
+    /// The latency is not shorter than the window, or not above zero.
+    #[error("a latency of {latency_slots} slots is not between 1 and {window_slots}, the window, less 1")]
+    Latency {
+        /// [`Settings::latency_slots`].
+        latency_slots: i64,
+        /// [`Settings::window_slots`].
+        window_slots: i64,
+    },
+    /// The window and the reports that wait ahead of it are too long.
+    #[error("window and reports ahead of it take {0} slots, and {RING} is the most")]
+    Window(i64),
+    /// A number is outside its range.
+    #[error("{name} = {value} is not {range}")]
+    Number {
+        /// The field.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it may be.
+        range: &'static str,
+    },
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            grid: SlotGrid::default(),
+            latency_slots: 25,
+            window_slots: 100,
+            max_future: SignedDuration::from_secs(1),
+            sensors: Vec::new(),
+            transponder_numbers: BTreeMap::new(),
+            profile: Profile::Operational(OperationalRules::default()),
+        }
+    }
+}
+
+impl Default for ReferenceRules {
+    fn default() -> Self {
+        Self {
+            max_gap: SignedDuration::from_secs(25),
+            threshold: Threshold { rows: vec![(333.33, 60.0), (4333.33, 300.0)] },
+            min_ratio_ppm: 900_000,
+            min_samples: 4,
+            weights: Weights { radar: 1.0, transponder: 10.0 },
+            radar_only_min_s: 8.0,
+            suppress_slots: 16,
+        }
+    }
+}
+
+impl Default for OperationalRules {
+    fn default() -> Self {
+        Self { dynamics: Dynamics::Imm(Models::default()), max_gap: SignedDuration::from_secs(8) }
+    }
+}
+
+/// At the origin, with an accuracy of 5 m, 1° and 10 m, four detections per second, and registration applied.
+impl Default for Radar {
+    fn default() -> Self {
+        Self {
+            position: Enu::new(0.0, 0.0, 0.0),
+            errors: RadarErrors::of_data_sheet(5.0, 1.0, 10.0),
+            registration: RegistrationMode::Apply,
+            period_s: 0.25,
+        }
+    }
+}
+
+/// 3 m over ground, 5 m in height, an unknown delay and period, at most 50 new identities per second.
+impl Default for Receiver {
+    fn default() -> Self {
+        Self { horizontal_m: 3.0, vertical_m: 5.0, delay_s: None, period_s: 0.0, max_new_per_s: 50 }
+    }
 }
 
 impl Settings {
-    /// Whether the ring holds the window, the slot that is about to leave it, and the reports that wait ahead: the one
-    /// bound that the engine itself needs.
-    pub fn fits_ring(&self) -> bool {
-        (1..self.window_slots).contains(&self.latency_slots)
-            && 1 + self.window_slots + self.waiting_slots() <= RING as i64
+    /// Adds a radar; its plots carry this index.
+    pub fn add_radar(&mut self, radar: Radar) -> SensorIndex {
+        self.add(Sensor::Radar(radar))
     }
 
-    /// Length of the window, nanoseconds.
-    pub(super) fn window_ns(&self) -> i64 {
-        self.window_slots * self.grid.slot_ns()
+    /// Adds a transponder receiver; its fixes carry this index.
+    pub fn add_receiver(&mut self, receiver: Receiver) -> SensorIndex {
+        self.add(Sensor::Receiver(receiver))
+    }
+
+    fn add(&mut self, sensor: Sensor) -> SensorIndex {
+        self.sensors.push(sensor);
+        SensorIndex((self.sensors.len() - 1) as u16)
+    }
+
+    /// Whether an engine can work with these.
+    pub(crate) fn check(&self) -> Result<(), SettingsError> {
+        let Self { latency_slots, window_slots, .. } = *self;
+        if !(1..window_slots).contains(&latency_slots) {
+            return Err(SettingsError::Latency { latency_slots, window_slots });
+        }
+        // The ring also holds the slot that is about to leave the window.
+        let held = 1 + window_slots + self.waiting_slots();
+        if held > RING as i64 {
+            return Err(SettingsError::Window(held));
+        }
+        if let Profile::Reference(ReferenceRules { weights, .. }) = &self.profile {
+            not_negative("weights.radar", weights.radar)?;
+            not_negative("weights.transponder", weights.transponder)?;
+            above_zero("weights.radar + weights.transponder", weights.radar + weights.transponder)?;
+        }
+        self.sensors.iter().try_for_each(Sensor::check)
+    }
+
+    /// Length of the window.
+    pub(crate) fn window(&self) -> SignedDuration {
+        self.grid.slot() * self.window_slots as i32
     }
 
     /// Slots ahead of the window that a report may be of.
-    pub(super) fn waiting_slots(&self) -> i64 {
-        self.max_future_ns / self.grid.slot_ns() + 1
+    pub(crate) fn waiting_slots(&self) -> i64 {
+        (self.max_future.as_nanos() / self.grid.slot().as_nanos()) as i64 + 1
     }
+}
+
+impl Sensor {
+    fn check(&self) -> Result<(), SettingsError> {
+        match self {
+            Self::Radar(Radar { errors, period_s, .. }) => {
+                above_zero("errors.bias_range_m", errors.bias_range_m)?;
+                above_zero("errors.bias_azimuth", errors.bias_azimuth)?;
+                above_zero("errors.bias_height_m", errors.bias_height_m)?;
+                above_zero("errors.noise_range_m", errors.noise_range_m)?;
+                above_zero("errors.noise_azimuth", errors.noise_azimuth)?;
+                above_zero("errors.noise_height_m", errors.noise_height_m)?;
+                above_zero("errors.correlation_s", errors.correlation_s)?;
+                not_negative("period_s", *period_s)
+            }
+            Self::Receiver(Receiver { horizontal_m, vertical_m, delay_s, period_s, max_new_per_s }) => {
+                above_zero("horizontal_m", *horizontal_m)?;
+                above_zero("vertical_m", *vertical_m)?;
+                not_negative("delay_s", delay_s.unwrap_or(0.0))?;
+                not_negative("period_s", *period_s)?;
+                above_zero("max_new_per_s", f64::from(*max_new_per_s))
+            }
+        }
+    }
+}
+
+fn above_zero(name: &'static str, value: f64) -> Result<(), SettingsError> {
+    let range = "a finite number above 0";
+    if value.is_finite() && value > 0.0 { Ok(()) } else { Err(SettingsError::Number { name, value, range }) }
+}
+
+fn not_negative(name: &'static str, value: f64) -> Result<(), SettingsError> {
+    let range = "a finite number, 0 or more";
+    if value.is_finite() && value >= 0.0 { Ok(()) } else { Err(SettingsError::Number { name, value, range }) }
 }
 
 /// The association threshold D(ρ): piecewise linear in slant range, constant beyond its ends.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Gate {
+pub struct Threshold {
     /// Slant range and distance, metres; ranges increase.
     rows: Vec<(f64, f64)>,
 }
 
-impl Gate {
+impl Threshold {
     /// From rows of slant range and distance, metres; `None` without a row, or where ranges do not increase.
     pub fn new(rows: Vec<(f64, f64)>) -> Option<Self> {
         let increasing = rows.windows(2).all(|pair| pair[0].0 < pair[1].0);
@@ -99,15 +338,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_gate_is_linear_between_its_rows_and_constant_beyond() {
-        let gate = Gate::new(vec![(0.0, 60.0), (333.33, 60.0), (4333.33, 300.0)]).unwrap();
+    fn the_threshold_is_linear_between_its_rows_and_constant_beyond() {
+        let threshold = Threshold::new(vec![(0.0, 60.0), (333.33, 60.0), (4333.33, 300.0)]).unwrap();
         for (range, expected) in
             [(1.0, 60.0), (333.33, 60.0), (2333.33, 180.0), (4333.33, 300.0), (9000.0, 300.0)]
         {
-            assert!((gate.at(range) - expected).abs() < 1e-9, "{range}");
+            assert!((threshold.at(range) - expected).abs() < 1e-9, "{range}");
         }
-        assert_eq!(gate.widest_m(), 300.0);
-        assert_eq!(Gate::new(vec![]), None);
-        assert_eq!(Gate::new(vec![(5.0, 1.0), (5.0, 2.0)]), None);
+        assert_eq!(threshold.widest_m(), 300.0);
+        assert_eq!(Threshold::new(vec![]), None);
+        assert_eq!(Threshold::new(vec![(5.0, 1.0), (5.0, 2.0)]), None);
     }
 }

@@ -1,5 +1,7 @@
 //! Time in slots, and sets of slots.
 
+use jiff::SignedDuration;
+
 use crate::time::Time;
 
 /// Slot number k: covers [k·slot, (k+1)·slot) since the Unix epoch.
@@ -19,11 +21,22 @@ pub struct SlotGrid {
     slot_ns: i64,
 }
 
+/// Slots of 0.25 s.
+impl Default for SlotGrid {
+    fn default() -> Self {
+        Self { slot_ns: 250_000_000 }
+    }
+}
+
 impl SlotGrid {
-    /// Slots of `slot_ns` nanoseconds (even and above zero, so that a centre is a whole nanosecond).
-    pub const fn new(slot_ns: i64) -> Self {
-        assert!(slot_ns > 0 && slot_ns % 2 == 0);
-        Self { slot_ns }
+    /// Slots of this length.
+    ///
+    /// # Panics
+    /// Where it is not above zero, above 292 years, or an odd number of nanoseconds: a slot's centre is a whole nanosecond.
+    pub const fn new(slot: SignedDuration) -> Self {
+        let slot_ns = slot.as_nanos();
+        assert!(slot_ns > 0 && slot_ns <= i64::MAX as i128 && slot_ns % 2 == 0);
+        Self { slot_ns: slot_ns as i64 }
     }
 
     /// The slot that holds an instant.
@@ -46,26 +59,26 @@ impl SlotGrid {
         self.slot_ns as f64 * 1e-9
     }
 
-    /// Length of a slot, nanoseconds.
-    pub const fn slot_ns(self) -> i64 {
-        self.slot_ns
+    /// Length of a slot.
+    pub const fn slot(self) -> SignedDuration {
+        SignedDuration::from_nanos(self.slot_ns)
     }
 }
 
 /// The ring holds this many slots: the window and the reports that wait ahead of it must fit.
-pub const RING: usize = 128;
+pub(crate) const RING: usize = 128;
 
 /// A set of slots, no two of which are [`RING`] or more apart: a bit each, at the slot's place in the ring. A slot that
 /// has left the window must be taken out before the ring comes round to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub(super) struct SlotSet(u128);
+pub(crate) struct SlotSet(u128);
 
 impl SlotSet {
     /// No slot.
-    pub(super) const EMPTY: Self = Self(0);
+    pub(crate) const EMPTY: Self = Self(0);
 
     /// All slots from `first` to `last`, both included; empty where `last` is before `first`.
-    pub(super) fn span(first: Slot, last: Slot) -> Self {
+    pub(crate) fn span(first: Slot, last: Slot) -> Self {
         let count = last.0 - first.0 + 1;
         debug_assert!(count <= RING as i64, "{count} slots do not fit the ring");
         match count {
@@ -76,48 +89,48 @@ impl SlotSet {
     }
 
     /// Just this slot.
-    pub(super) fn only(slot: Slot) -> Self {
+    pub(crate) fn only(slot: Slot) -> Self {
         Self(1 << ring_place(slot))
     }
 
     /// Whether it holds none.
-    pub(super) fn is_empty(self) -> bool {
+    pub(crate) fn is_empty(self) -> bool {
         self.0 == 0
     }
 
     /// Whether it holds `slot`.
-    pub(super) fn contains(self, slot: Slot) -> bool {
+    pub(crate) fn contains(self, slot: Slot) -> bool {
         self.0 & Self::only(slot).0 != 0
     }
 
     /// Puts `slot` in or takes it out.
-    pub(super) fn set(&mut self, slot: Slot, member: bool) {
+    pub(crate) fn set(&mut self, slot: Slot, member: bool) {
         let bit = Self::only(slot).0;
         if member { self.0 |= bit } else { self.0 &= !bit }
     }
 
     /// How many slots.
-    pub(super) fn count(self) -> u32 {
+    pub(crate) fn count(self) -> u32 {
         self.0.count_ones()
     }
 
     /// Slots in either.
-    pub(super) fn or(self, other: Self) -> Self {
+    pub(crate) fn or(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
     /// Slots in both.
-    pub(super) fn and(self, other: Self) -> Self {
+    pub(crate) fn and(self, other: Self) -> Self {
         Self(self.0 & other.0)
     }
 
     /// Slots of this set that are not in `other`.
-    pub(super) fn without(self, other: Self) -> Self {
+    pub(crate) fn without(self, other: Self) -> Self {
         Self(self.0 & !other.0)
     }
 
     /// The slots in order, when all of them lie within [`RING`] slots from `first`.
-    pub(super) fn slots_from(self, first: Slot) -> impl Iterator<Item = Slot> {
+    pub(crate) fn slots_from(self, first: Slot) -> impl Iterator<Item = Slot> {
         let mut bits = self.0.rotate_right(ring_place(first) as u32);
         std::iter::from_fn(move || {
             (bits != 0).then(|| {
@@ -130,26 +143,26 @@ impl SlotSet {
 }
 
 /// A slot's place in a ring of [`RING`].
-pub(super) const fn ring_place(slot: Slot) -> usize {
+pub(crate) const fn ring_place(slot: Slot) -> usize {
     slot.0.rem_euclid(RING as i64) as usize
 }
 
 /// The slots that the emission of one slot looks at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Window {
+pub(crate) struct Window {
     /// The oldest slot (k-75).
-    pub(super) first: Slot,
+    pub(crate) first: Slot,
     /// The slot being emitted (k).
-    pub(super) emitted: Slot,
+    pub(crate) emitted: Slot,
     /// The last slot at which an association can still change the output (k+16).
-    pub(super) horizon: Slot,
+    pub(crate) horizon: Slot,
     /// The newest slot (k+24): knots come from `first` to here.
-    pub(super) last: Slot,
+    pub(crate) last: Slot,
 }
 
 impl Window {
     /// `first` to `horizon`: where points are evaluated and compared.
-    pub(super) fn evaluated(&self) -> SlotSet {
+    pub(crate) fn evaluated(&self) -> SlotSet {
         SlotSet::span(self.first, self.horizon)
     }
 }
@@ -162,7 +175,7 @@ mod tests {
 
     #[test]
     fn a_boundary_belongs_to_the_later_slot() {
-        let grid = SlotGrid::new(250_000_000);
+        let grid = SlotGrid::default();
         assert_eq!(grid.of(Time::from_nanos(249_999_999)), Slot(0));
         assert_eq!(grid.of(Time::from_nanos(250_000_000)), Slot(1));
         assert_eq!(grid.of(Time::from_nanos(-1)), Slot(-1));

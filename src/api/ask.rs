@@ -1,16 +1,16 @@
-//! A request as the handlers see it, and how its parameters are read: each mistake names the parameter and the rule.
+//! A request as the handlers see it, and the usual answers.
 
 use std::net::IpAddr;
-use std::str::FromStr;
 
 use axum::body::Body;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::Response;
 use serde::Serialize;
 
-use super::ApiState;
-use super::auth::Pass;
 use super::problem::Problem;
+use super::query::Query;
+use super::state::ApiState;
+use super::tokens::Pass;
 
 /// What is answered: a response, or a problem.
 pub type Answer = Result<Response, Problem>;
@@ -20,8 +20,8 @@ pub type Answer = Result<Response, Problem>;
 pub struct Ask {
     /// The service.
     pub state: ApiState,
-    /// The parameters behind the `?`, each at most once.
-    pub query: Vec<(String, String)>,
+    /// Its parameters.
+    pub query: Query,
     /// The `{id}` in the path.
     pub id: String,
     /// Its headers.
@@ -33,51 +33,10 @@ pub struct Ask {
 }
 
 impl Ask {
-    /// A parameter's text, where it is given.
-    pub fn text(&self, name: &str) -> Option<&str> {
-        self.query.iter().find(|(key, _)| key == name).map(|(_, value)| value.as_str())
-    }
-
-    /// A parameter that is `valid`; `rule` says which are.
-    pub fn value<T: FromStr>(
-        &self,
-        name: &str,
-        rule: &str,
-        valid: impl Fn(&T) -> bool,
-    ) -> Result<Option<T>, Problem> {
-        let Some(text) = self.text(name) else { return Ok(None) };
-        let value = text.parse().ok().filter(valid);
-        value.map(Some).ok_or_else(|| Problem::parameter(name, rule))
-    }
-
-    /// A list of finite numbers, as many as that.
-    pub fn numbers<const N: usize>(&self, name: &str, rule: &str) -> Result<Option<[f64; N]>, Problem> {
-        let Some(text) = self.text(name) else { return Ok(None) };
-        let read = |part: &str| part.trim().parse().ok().filter(|number: &f64| number.is_finite());
-        let numbers: Option<Vec<f64>> = text.split(',').map(read).collect();
-        let numbers = numbers.and_then(|numbers| numbers.try_into().ok());
-        numbers.map(Some).ok_or_else(|| Problem::parameter(name, rule))
-    }
-
     /// A header's text.
     pub fn header(&self, name: impl header::AsHeaderName) -> Option<&str> {
         self.headers.get(name)?.to_str().ok()
     }
-}
-
-/// The parameters of a query; `None` for one that comes twice.
-pub fn parse_query(query: &str) -> Result<Vec<(String, String)>, Problem> {
-    let mut parameters: Vec<(String, String)> = Vec::new();
-    for (name, value) in form_urlencoded::parse(query.as_bytes()) {
-        if parameters.iter().any(|(known, _)| *known == name) {
-            return Err(Problem::parameter(
-                &name,
-                "a parameter is given once; values of a list are separated by commas",
-            ));
-        }
-        parameters.push((name.into_owned(), value.into_owned()));
-    }
-    Ok(parameters)
 }
 
 /// GeoJSON.

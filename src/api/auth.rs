@@ -1,127 +1,14 @@
-//! Who may do what: bearer tokens, of which only the SHA-256 is kept, and tickets for browsers.
-
-use std::collections::{BTreeMap, VecDeque};
-use std::path::Path;
-use std::sync::{Mutex, PoisonError};
-use std::time::Duration;
+//! Who may do what: the token or the ticket of a request.
 
 use axum::http::{StatusCode, header};
-use serde::Deserialize;
-use serde_json::json;
-use sha2::{Digest, Sha256};
-use tokio::time::Instant;
+use schemars::JsonSchema;
+use serde::Serialize;
 
-use super::ask::{Answer, Ask, JSON, json};
+use super::ask::Ask;
 use super::problem::Problem;
 use super::rate::Who;
-use super::routes::Route;
-use super::terms::Terms;
-use super::{ApiState, StartError};
-
-/// How long a ticket is good.
-const TICKET: Duration = Duration::from_secs(30);
-/// Tickets that wait to be used.
-const TICKETS: usize = 4_096;
-
-/// What a token allows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Scope {
-    /// To read.
-    Read,
-    /// To open streams.
-    Stream,
-    /// To steer a replay, and to decide which radar track is which transponder.
-    Control,
-}
-
-impl Scope {
-    /// Its name in the file of tokens.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Read => "read",
-            Self::Stream => "stream",
-            Self::Control => "control",
-        }
-    }
-}
-
-/// SHA-256 of a token or a ticket.
-type Hash = [u8; 32];
-
-/// The tokens that are accepted.
-pub struct Tokens(Vec<Token>);
-
-struct Token {
-    /// Whose it is, as the file says.
-    name: String,
-    hash: Hash,
-    scopes: Vec<Scope>,
-}
-
-/// By which token somebody came in; `None`: none was asked for.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Pass(Option<Hash>);
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Entry {
-    sha256: String,
-    scopes: Vec<Scope>,
-}
-
-impl Tokens {
-    /// Reads the file: `name = { sha256 = "…", scopes = ["read", "stream"] }`, a line a token.
-    pub fn load(file: &Path) -> Result<Self, StartError> {
-        let refuse = |problem: String| StartError::Tokens { file: file.to_owned(), problem };
-        #[expect(clippy::disallowed_methods, reason = "the one place that reads tokens")]
-        let text = std::fs::read_to_string(file)
-            .map_err(|error| refuse(format!("the tokens cannot be read: {error}")))?;
-        Self::parse(&text).map_err(refuse)
-    }
-
-    fn parse(text: &str) -> Result<Self, String> {
-        // The error's own text would show the line, and with it a hash.
-        let entries: BTreeMap<String, Entry> = toml::from_str(text).map_err(|error| {
-            let line = error.span().map_or(1, |span| text[..span.start].lines().count().max(1));
-            format!("line {line}: {}; write name = {{ sha256 = \"…\", scopes = [\"read\", \"stream\", \"control\"] }}", error.message())
-        })?;
-        if entries.is_empty() {
-            return Err("holds no token: nobody could use the service".to_owned());
-        }
-        let token = |(name, entry): (String, Entry)| {
-            let hash =
-                crate::hex::octets(&entry.sha256).and_then(|hash| Hash::try_from(hash).ok()).ok_or_else(
-                    || format!("{name}: sha256 is not 64 hexadecimal digits, as sha256sum prints them"),
-                )?;
-            Ok(Token { name, hash, scopes: entry.scopes })
-        };
-        entries.into_iter().map(token).collect::<Result<_, String>>().map(Self)
-    }
-
-    /// How many there are.
-    pub fn count(&self) -> usize {
-        self.0.len()
-    }
-
-    /// What a token allows; `None`: it is not known. All hashes are compared, each in constant time.
-    fn scopes(&self, token: &Hash) -> Option<&[Scope]> {
-        self.find(token).map(|token| &token.scopes[..])
-    }
-
-    fn find(&self, token: &Hash) -> Option<&Token> {
-        self.0.iter().fold(None, |found, known| if same(&known.hash, token) { Some(known) } else { found })
-    }
-}
-
-fn hash(secret: &str) -> Hash {
-    Sha256::digest(secret.as_bytes()).into()
-}
-
-/// In a time that does not tell where they differ.
-fn same(a: &Hash, b: &Hash) -> bool {
-    std::hint::black_box(a.iter().zip(b).fold(0, |difference, (a, b)| difference | (a ^ b))) == 0
-}
+use super::route::Route;
+use super::tokens::{Pass, Scope, TICKET, hash};
 
 /// By what the request may be answered.
 pub fn check(ask: &Ask, route: &Route) -> Result<Pass, Problem> {
@@ -129,9 +16,9 @@ pub fn check(ask: &Ask, route: &Route) -> Result<Pass, Problem> {
     let (Some(tokens), Some(scope)) = (&terms.tokens, route.scope) else { return Ok(Pass(None)) };
     if scope == Scope::Stream
         && !route.post
-        && let Some(ticket) = ask.text("ticket")
+        && let Some(ticket) = ask.query.text("ticket")
     {
-        let pass = ask.state.0.tickets.redeem(ticket).filter(|&pass| terms.may_stream(pass));
+        let pass = ask.state.tickets().redeem(ticket).filter(|&pass| terms.may_stream(pass));
         let detail = "this ticket has been used, is too old, or never was one";
         return pass.ok_or_else(|| Problem::new(StatusCode::UNAUTHORIZED, detail));
     }
@@ -152,103 +39,15 @@ pub fn check(ask: &Ask, route: &Route) -> Result<Pass, Problem> {
     Ok(Pass(Some(token)))
 }
 
-impl Terms {
-    /// Whether who came in by this may have a stream: also while it is open.
-    pub(super) fn may_stream(&self, pass: Pass) -> bool {
-        self.may(pass, Scope::Stream)
-    }
-
-    /// Whether who came in by this may do that.
-    pub(super) fn may(&self, pass: Pass, scope: Scope) -> bool {
-        self.tokens.as_ref().is_none_or(|tokens| {
-            let scopes = pass.0.and_then(|token| tokens.scopes(&token));
-            scopes.is_some_and(|scopes| scopes.contains(&scope))
-        })
-    }
-
-    /// Whose token that is; `None` where none was asked for.
-    pub(super) fn name_of(&self, pass: Pass) -> Option<&str> {
-        Some(self.tokens.as_ref()?.find(&pass.0?)?.name.as_str())
-    }
+/// A ticket for one stream.
+#[derive(Serialize, JsonSchema)]
+pub struct Ticket {
+    /// Given to `/api/v1/stream` as its parameter `ticket`.
+    ticket: String,
+    expires_in_s: u64,
 }
 
 /// `POST /api/v1/stream-tickets`.
-pub fn open_ticket(ask: &Ask) -> Answer {
-    let ticket = ask.state.0.tickets.issue(ask.pass)?;
-    json(JSON, &json!({ "ticket": ticket, "expires_in_s": TICKET.as_secs() }))
-}
-
-/// Tickets that were given out and not yet used, oldest first. Only their hashes are kept, as of tokens.
-#[derive(Debug, Default)]
-pub struct Tickets(Mutex<VecDeque<Ticket>>);
-
-#[derive(Debug)]
-struct Ticket {
-    issued: Instant,
-    hash: Hash,
-    /// Whose it is: it opens no more than that.
-    pass: Pass,
-}
-
-impl Tickets {
-    fn issue(&self, pass: Pass) -> Result<String, Problem> {
-        let mut octets = [0; 24];
-        getrandom::fill(&mut octets)
-            .map_err(|error| Problem::unavailable(format!("there is no randomness: {error}"), Vec::new()))?;
-        let ticket = crate::hex::text(&octets);
-        let mut tickets = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        forget(&mut tickets);
-        if tickets.len() >= TICKETS {
-            return Err(Problem::new(StatusCode::TOO_MANY_REQUESTS, "too many tickets wait to be used")
-                .retry_after_s(TICKET.as_secs() as u32));
-        }
-        tickets.push_back(Ticket { issued: Instant::now(), hash: hash(&ticket), pass });
-        Ok(ticket)
-    }
-
-    /// Uses a ticket up; `None` where it is not good.
-    fn redeem(&self, ticket: &str) -> Option<Pass> {
-        let hash = hash(ticket);
-        let mut tickets = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        forget(&mut tickets);
-        let place = tickets.iter().position(|ticket| same(&ticket.hash, &hash))?;
-        tickets.remove(place).map(|ticket| ticket.pass)
-    }
-}
-
-fn forget(tickets: &mut VecDeque<Ticket>) {
-    while tickets.front().is_some_and(|ticket| ticket.issued.elapsed() > TICKET) {
-        tickets.pop_front();
-    }
-}
-
-impl ApiState {
-    /// Whether a token is asked for.
-    pub(super) fn needs_token(&self) -> bool {
-        self.terms().tokens.is_some()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_file_of_tokens_is_read_or_refused_with_the_reason_and_without_the_hash() {
-        let hash = "2bb80d537b1da3e38bd30361aa855686bde0eacd7162fef6a25fe97bf527a25b"; // of "secret"
-        let tokens =
-            Tokens::parse(&format!("desk = {{ sha256 = \"{hash}\", scopes = [\"read\"] }}")).unwrap();
-        assert_eq!(tokens.scopes(&super::hash("secret")), Some(&[Scope::Read][..]));
-        assert_eq!(tokens.scopes(&super::hash("Secret")), None);
-        for (text, part) in [
-            (String::new(), "no token"),
-            ("desk = 1".to_owned(), "line 1"),
-            (format!("desk = {{ sha256 = \"{hash}\", scopes = [\"all\"] }}"), "line 1"),
-            ("desk = { sha256 = \"12\", scopes = [] }".to_owned(), "desk: sha256"),
-            (format!("desk = {{ sha256 = \"{}é\", scopes = [] }}", &hash[..62]), "desk: sha256"),
-        ] {
-            let Err(problem) = Tokens::parse(&text) else { panic!("{text} is accepted") };
-            assert!(problem.contains(part) && !problem.contains(&hash[..20]), "{text}: {problem}");
-        }
-    }
+pub fn open_ticket(ask: &Ask) -> Result<Ticket, Problem> {
+    Ok(Ticket { ticket: ask.state.tickets().issue(ask.pass)?, expires_in_s: TICKET.as_secs() })
 }

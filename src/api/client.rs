@@ -6,6 +6,10 @@ use axum::http::{HeaderMap, header};
 
 use crate::config::Network;
 
+/// The other end of a connection.
+#[derive(Clone, Copy, Debug)]
+pub struct Peer(pub IpAddr);
+
 /// Whose connections, streams and requests are counted together: an IPv4 address, or an IPv6 network of 64 bits, which
 /// is what one subscriber has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -1,50 +1,51 @@
 //! `/api/v1/correlations`: which radar track is which transponder, as an operator says.
 
-use std::future::Future;
-use std::pin::Pin;
 use std::time::Duration;
 
 use axum::http::StatusCode;
+use schemars::JsonSchema;
 use serde::Serialize;
 use tracing::info;
 
-use super::ask::{Answer, Ask, JSON, json};
+use super::ask::Ask;
 use super::problem::Problem;
+use super::route::Later;
 use crate::config::{Profile, SensorKind};
 use crate::live::{Denied, Player, Wish};
-use crate::picture::Who;
-use fusion::SlotGrid;
+use crate::picture::{Rfc3339, TransponderId};
 use fusion::operational::{Correlation, HeldCorrelation, NotCorrelated, Verdict};
+use fusion::slots::SlotGrid;
 use fusion::{RadarTrackKey, SensorIndex};
 
 /// The engine looks up several times a second; who does not hear of it by then is told so.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// An answer that the engine has to be waited for.
-pub(super) type Later = Pin<Box<dyn Future<Output = Answer> + Send>>;
-
-/// What is in force.
-#[derive(Serialize)]
-struct Correlations<'a> {
-    correlations: Vec<CorrelationJson<'a>>,
+/// Decisions of operators that are in force.
+#[derive(Serialize, JsonSchema)]
+pub struct Correlations {
+    correlations: Vec<CorrelationJson>,
 }
 
-#[derive(Serialize)]
-struct CorrelationJson<'a> {
-    sensor: &'a str,
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Correlation")]
+struct CorrelationJson {
+    /// Id of the radar.
+    sensor: String,
     track_number: u16,
-    uas_id: Who,
+    uas_id: TransponderId,
+    #[schemars(extend("enum" = ["correlated", "decorrelated"]))]
     verdict: &'static str,
-    since: String,
+    /// Of the first slot that it applies to.
+    since: Rfc3339,
 }
 
 /// What is in force.
-pub fn all(ask: &Ask) -> Answer {
-    shown(ask, &ask.state.hub().decider.held())
+pub fn all(ask: &Ask) -> Result<Correlations, Problem> {
+    Ok(correlations(ask, &ask.state.hub().decider.held()))
 }
 
 /// Decides.
-pub fn correlate(ask: Ask) -> Later {
+pub fn correlate(ask: Ask) -> Later<Correlations> {
     Box::pin(async move {
         let wish = wish(&ask)?;
         refuse(&ask)?;
@@ -58,19 +59,19 @@ pub fn correlate(ask: Ask) -> Later {
         let from = ask.client.map_or_else(String::new, |client| format!(" from {client}"));
         info!(
             "{} track {} and transponder {}: {}, by {who}{from}",
-            ask.text("sensor").unwrap_or_default(),
+            ask.query.text("sensor").unwrap_or_default(),
             wish.radar.number,
             wish.serial.escape_debug(),
             wish.verdict.name(),
         );
-        shown(&ask, &held)
+        Ok(correlations(&ask, &held))
     })
 }
 
 /// What is asked for.
 fn wish(ask: &Ask) -> Result<Wish, Problem> {
     let needed = |name: &str, rule: &str| {
-        ask.text(name).filter(|text| !text.is_empty()).ok_or_else(|| Problem::parameter(name, rule))
+        ask.query.text(name).filter(|text| !text.is_empty()).ok_or_else(|| Problem::parameter(name, rule))
     };
     let id = needed("sensor", "the id of a radar has to be given")?;
     let config = &ask.state.hub().config;
@@ -78,7 +79,7 @@ fn wish(ask: &Ask) -> Result<Wish, Problem> {
         |sensor: &crate::config::Sensor| sensor.id == id && matches!(sensor.kind, SensorKind::Radar(_));
     let index = config.sensors.iter().position(is_it);
     let rule = "a radar's track number is 0 to 4095";
-    let number = ask.value("track", rule, |number: &u16| *number <= 4095)?;
+    let number = ask.query.value("track", rule, |number: &u16| *number <= 4095)?;
     let number = number.ok_or_else(|| Problem::parameter("track", rule))?;
     let serial = needed("uas", "the serial number of a transponder has to be given")?.to_owned();
     let rule = "a verdict is correlated, decorrelated or automatic";
@@ -88,7 +89,7 @@ fn wish(ask: &Ask) -> Result<Wish, Problem> {
     Ok(Wish {
         radar: RadarTrackKey { sensor: SensorIndex(index as u16), number },
         serial,
-        country: ask.text("country").map(str::to_owned),
+        country: ask.query.text("country").map(str::to_owned),
         verdict,
     })
 }
@@ -118,18 +119,18 @@ fn problem(denied: &Denied) -> Problem {
     Problem::new(status, denied.to_string())
 }
 
-fn shown(ask: &Ask, held: &[HeldCorrelation]) -> Answer {
+fn correlations(ask: &Ask, held: &[HeldCorrelation]) -> Correlations {
     let hub = ask.state.hub();
-    let grid = SlotGrid::new(hub.config.fusion.slot.as_nanos() as i64);
+    let grid = SlotGrid::new(hub.config.fusion.slot);
     let correlation = |&HeldCorrelation { correlation, since }: &HeldCorrelation| {
         let Correlation { radar, transponder, verdict } = correlation;
         CorrelationJson {
-            sensor: hub.maker.sensor(radar.sensor),
+            sensor: hub.maker.sensor(radar.sensor).to_owned(),
             track_number: radar.number,
-            uas_id: Who::new(transponder),
+            uas_id: TransponderId::new(transponder),
             verdict: verdict.name(),
-            since: grid.centre(since).to_string(),
+            since: grid.centre(since).into(),
         }
     };
-    json(JSON, &Correlations { correlations: held.iter().map(correlation).collect() })
+    Correlations { correlations: held.iter().map(correlation).collect() }
 }

@@ -3,10 +3,11 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use serde_json::json;
+use serde::Serialize;
 
 use super::gzip::Payload;
-use super::shown::Piece;
+use super::piece::Piece;
+use crate::picture::Rfc3339;
 use fusion::time::{SECOND, Time};
 
 /// A track that has not been shown for so long has ended, nanoseconds.
@@ -38,11 +39,25 @@ impl Endings {
 
 /// The `ended` event.
 pub fn ended_event(id: &str, time: Time, ids: &[Arc<str>]) -> Payload {
-    let ids: Vec<&str> = ids.iter().map(|id| &**id).collect();
-    event(id, "ended", &json!({ "time": time.to_string(), "ids": ids }))
+    #[derive(Serialize)]
+    struct Ended<'a> {
+        time: Rfc3339,
+        ids: Vec<&'a str>,
+    }
+    event(id, "ended", &Ended { time: time.into(), ids: ids.iter().map(|id| &**id).collect() })
+}
+
+/// The event `name`, which tells nothing but why it comes.
+pub fn reason_event(id: &str, name: &str, reason: &str) -> Payload {
+    #[derive(Serialize)]
+    struct Reason<'a> {
+        reason: &'a str,
+    }
+    event(id, name, &Reason { reason })
 }
 
 /// An event of the stream, of one line of JSON.
-pub fn event(id: &str, name: &str, data: &serde_json::Value) -> Payload {
+pub fn event(id: &str, name: &str, data: &impl Serialize) -> Payload {
+    let data = serde_json::to_string(data).expect("texts, numbers and lists are written without failing");
     format!("id: {id}\nevent: {name}\ndata: {data}\n\n").into()
 }

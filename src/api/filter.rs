@@ -2,9 +2,10 @@
 
 use std::collections::HashSet;
 
-use super::ask::Ask;
+use super::piece::{Piece, SOURCES};
 use super::problem::Problem;
-use super::shown::Piece;
+use super::query::Query;
+use crate::config::Sensor;
 
 /// Of a `bbox`.
 const BBOX: &str = "four numbers lon_min,lat_min,lon_max,lat_max in degrees, ±180 and ±90; lat_min is not above \
@@ -13,7 +14,6 @@ const BBOX: &str = "four numbers lon_min,lat_min,lon_max,lat_max in degrees, ±1
 const ALTITUDE: &str = "a height above mean sea level in metres, -1000 to 100000";
 /// Tracks in one answer at most.
 const MOST: usize = 10_000;
-const SOURCES: [&str; 3] = ["fused", "radar", "transponder"];
 
 /// A choice among tracks; the default is all of them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -31,37 +31,35 @@ pub struct Filter {
 }
 
 impl Filter {
-    /// As a request says.
+    /// As a request says, of these sensors.
     ///
     /// # Errors
     /// 400 for a parameter that breaks its rule.
-    pub fn of(ask: &Ask) -> Result<Self, Problem> {
-        let bbox = ask.numbers::<4>("bbox", BBOX)?;
+    pub fn of(query: &Query, sensors: &[Sensor]) -> Result<Self, Problem> {
+        let bbox = query.numbers::<4>("bbox", BBOX)?;
         let sane = |&[west, south, east, north]: &[f64; 4]| {
             west.abs() <= 180.0 && east.abs() <= 180.0 && -90.0 <= south && south <= north && north <= 90.0
         };
         if !bbox.as_ref().is_none_or(sane) {
             return Err(Problem::parameter("bbox", BBOX));
         }
-        let sources = list(
-            ask,
+        let sources = query.list(
             "source",
             |name| SOURCES.into_iter().find(|known| *known == name),
             || format!("of {}, separated by commas", SOURCES.join(", ")),
         )?;
-        let sensors = &ask.state.hub().config.sensors;
         let known = |name: &str| sensors.iter().position(|sensor| sensor.id == name);
         let names = || {
             let names: Vec<_> = sensors.iter().map(|sensor| sensor.id.as_str()).collect();
             format!("of the configured sensors {}, separated by commas", names.join(", "))
         };
-        let sensors = list(ask, "sensor", known, names)?;
-        let altitude = |name| ask.value(name, ALTITUDE, |alt: &f64| (-1_000.0..=100_000.0).contains(alt));
-        let limit = ask.value("limit", "a whole number, 1 to 10000", |limit| (1..=MOST).contains(limit))?;
+        let sensors = query.list("sensor", known, names)?;
+        let altitude = |name| query.value(name, ALTITUDE, |alt: &f64| (-1_000.0..=100_000.0).contains(alt));
+        let limit = query.value("limit", "a whole number, 1 to 10000", |limit| (1..=MOST).contains(limit))?;
         let extra = |name: &str| (name == "competitors").then_some(());
-        let include = list(ask, "include", extra, || "competitors, or nothing".to_owned())?;
+        let include = query.list("include", extra, || "competitors, or nothing".to_owned())?;
         let id = |id: &str| (!id.is_empty()).then(|| id.to_owned());
-        let ids = list(ask, "ids", id, || "ids of tracks, separated by commas".to_owned())?;
+        let ids = query.list("ids", id, || "ids of tracks, separated by commas".to_owned())?;
         Ok(Self {
             bbox,
             sources,
@@ -113,17 +111,6 @@ fn within([west, south, east, north]: [f64; 4], lng: f64, lat: f64) -> bool {
     let across = west > east;
     (south..=north).contains(&lat)
         && if across { lng >= west || lng <= east } else { (west..=east).contains(&lng) }
-}
-
-fn list<T>(
-    ask: &Ask,
-    name: &str,
-    read: impl Fn(&str) -> Option<T>,
-    rule: impl Fn() -> String,
-) -> Result<Option<Vec<T>>, Problem> {
-    let Some(text) = ask.text(name) else { return Ok(None) };
-    let values: Option<Vec<T>> = text.split(',').map(|part| read(part.trim())).collect();
-    values.map(Some).ok_or_else(|| Problem::parameter(name, rule()))
 }
 
 #[cfg(test)]

@@ -11,16 +11,17 @@ use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{MethodFilter, on};
 
-use super::ApiState;
-use super::ask::{Ask, parse_query};
-use super::auth::{self, Pass};
-use super::client::{Subscriber, client};
+use super::ask::Ask;
+use super::auth;
+use super::client::{Peer, Subscriber, client};
 use super::problem::Problem;
+use super::query::Query;
 use super::rate::Who;
-use super::routes::{ROUTES, Route};
-use super::server::Peer;
+use super::route::Route;
+use super::routes::ROUTES;
+use super::state::ApiState;
+use super::tokens::Pass;
 use super::{gzip, hosts};
-use crate::config::Tiles;
 
 /// Octets of a request's body; no route reads one.
 const BODY: u64 = 64 * 1024;
@@ -34,13 +35,12 @@ struct Client(IpAddr);
 /// All routes over that state.
 pub fn router(state: ApiState) -> Router {
     let mut router = Router::new();
-    for route in ROUTES {
+    for route in ROUTES.iter() {
         let method = if route.post { MethodFilter::POST } else { MethodFilter::GET };
         let handler = move |State(state): State<ApiState>, id, request: Request| async move {
-            let answered = match (ask(route, state, id, &request), route.later) {
-                (Ok(ask), Some(later)) => later(ask).await,
-                (Ok(ask), None) => (route.handler)(&ask),
-                (Err(problem), _) => Err(problem),
+            let answered = match ask(route, state, id, &request) {
+                Ok(ask) => (route.reply.answer)(ask).await,
+                Err(problem) => Err(problem),
             };
             answered.unwrap_or_else(IntoResponse::into_response)
         };
@@ -70,15 +70,15 @@ fn ask(
     let id = id.iter().next().map_or_else(String::new, |(_, id)| id.to_owned());
     let query = request.uri().query().unwrap_or("");
     let query = match route.parameters {
-        Some(_) => parse_query(query)?,
-        None => Vec::new(),
+        Some(_) => Query::parse(query)?,
+        None => Query::default(),
     };
     let client = request.extensions().get::<Client>().map(|client| client.0);
     let headers = request.headers().clone();
     let mut ask = Ask { state, query, id, headers, client, pass: Pass::default() };
     ask.pass = auth::check(&ask, route)?;
     let known = route.parameters.unwrap_or(&[]);
-    if let Some((name, _)) = ask.query.iter().find(|(name, _)| known.iter().all(|known| known.name != name)) {
+    if let Some(name) = ask.query.names().find(|name| known.iter().all(|known| known.name != *name)) {
         let names: Vec<_> = known.iter().map(|known| known.name).collect();
         let rule = match names[..] {
             [] => "this path takes no parameters".to_owned(),
@@ -153,13 +153,6 @@ fn too_much(request: &Request) -> Result<(), Problem> {
         return Ok(());
     }
     Err(Problem::new(StatusCode::PAYLOAD_TOO_LARGE, format!("a body has at most {BODY} octets")))
-}
-
-/// What the page may load: nothing but from here, and pictures from the server of the tiles where there is one.
-pub(super) fn policy(tiles: Option<&Tiles>) -> HeaderValue {
-    let tiles = tiles.map_or(String::new(), |tiles| format!("img-src 'self' {}; ", tiles.origin()));
-    let policy = format!("default-src 'self'; {tiles}frame-ancestors 'none'; base-uri 'none'");
-    HeaderValue::try_from(policy).expect("an origin is of lower-case letters, digits and -.:[]")
 }
 
 /// Nothing here is guessed at or framed.

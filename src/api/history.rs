@@ -3,13 +3,16 @@
 use std::fmt::Write as _;
 
 use axum::http::StatusCode;
-use jiff::{SignedDuration, Timestamp};
-use serde_json::{Value, json};
+use jiff::SignedDuration;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::ask::{Answer, Ask, GEO_JSON, json, live};
+use super::geometry::{CollectionType, Feature, Geometry, Point, Position};
 use super::problem::Problem;
 use crate::history::{Kept, Store};
 use crate::json::rounded;
+use crate::picture::Rfc3339;
 use crate::xml;
 use fusion::time::Time;
 
@@ -22,33 +25,60 @@ const WITHIN: SignedDuration = SignedDuration::from_secs(2);
 
 /// `/api/v1/tracks/{id}/trail`.
 pub fn trail(ask: &Ask) -> Answer {
-    let until = time(ask, "until")?.unwrap_or_else(|| ask.state.now());
-    let since = time(ask, "since")?.unwrap_or(until + -TRAIL);
-    let format = ask.text("format").unwrap_or("geojson");
-    let write: fn(&str, &[(Time, Kept)], f64) -> String = match format {
-        "geojson" => geojson,
-        "gpx" => gpx,
-        "kml" => kml,
-        "csv" => csv,
+    let until = ask.query.time("until")?.unwrap_or_else(|| ask.state.now());
+    let since = ask.query.time("since")?.unwrap_or(until + -TRAIL);
+    let format = ask.query.text("format").unwrap_or("geojson");
+    type Write = fn(&str, &[(Time, Kept)]) -> String;
+    let written: Option<(&'static str, Write)> = match format {
+        "geojson" => None,
+        "gpx" => Some(("application/gpx+xml", gpx)),
+        "kml" => Some(("application/vnd.google-earth.kml+xml", kml)),
+        "csv" => Some(("text/csv; charset=utf-8", csv)),
         _ => return Err(Problem::parameter("format", "it is geojson, gpx, kml or csv")),
-    };
-    let content_type = match format {
-        "gpx" => "application/gpx+xml",
-        "kml" => "application/vnd.google-earth.kml+xml",
-        "csv" => "text/csv; charset=utf-8",
-        _ => GEO_JSON,
     };
     let places = store(ask)?.trail(&ask.id, since, until, PLACES).map_err(|error| failed(&error))?;
     if places.is_empty() {
         return Err(Problem::not_found("the history has no place of this id in that time"));
     }
-    let undulation_m = ask.state.hub().maker.geoid_undulation_m();
-    Ok(live(content_type, write(&ask.id, &places, undulation_m)))
+    match written {
+        Some((content_type, write)) => Ok(live(content_type, write(&ask.id, &places))),
+        None => json(GEO_JSON, &geojson(&ask.id, &places, ask.state.hub().maker.geoid_undulation_m())),
+    }
+}
+
+/// The picture at a past time: GeoJSON, RFC 7946.
+#[derive(Serialize, JsonSchema)]
+pub struct Snapshot {
+    r#type: CollectionType,
+    time: Rfc3339,
+    /// Its configured name.
+    site: String,
+    #[serde(rename = "numberMatched")]
+    matched: usize,
+    #[serde(rename = "numberReturned")]
+    returned: usize,
+    features: Vec<Feature<'static, Point, PastProperties>>,
+}
+
+/// A track as the history has it.
+#[derive(Serialize, JsonSchema)]
+struct PastProperties {
+    id: String,
+    #[schemars(extend("enum" = ["fused", "radar", "transponder"]))]
+    source: &'static str,
+    track_number: u32,
+    time: Rfc3339,
+    lat: f64,
+    lng: f64,
+    /// Metres above mean sea level, where a height was measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    alt_msl: Option<f64>,
 }
 
 /// `/api/v1/snapshot`.
-pub fn snapshot(ask: &Ask) -> Answer {
-    let at = time(ask, "time")?.ok_or_else(|| Problem::parameter("time", "it has to be given, RFC 3339"))?;
+pub fn snapshot(ask: &Ask) -> Result<Snapshot, Problem> {
+    let at =
+        ask.query.time("time")?.ok_or_else(|| Problem::parameter("time", "it has to be given, RFC 3339"))?;
     let store = store(ask)?;
     let Some(snapshot) = store.snapshot(at, WITHIN).map_err(|error| failed(&error))? else {
         let kept = store.span().map_err(|error| failed(&error))?;
@@ -58,24 +88,26 @@ pub fn snapshot(ask: &Ask) -> Answer {
     };
     let undulation_m = ask.state.hub().maker.geoid_undulation_m();
     let feature = |track: &Kept| {
-        json!({
-            "type": "Feature",
-            "id": track.id,
-            "geometry": { "type": "Point", "coordinates": position(track, undulation_m) },
-            "properties": properties(track, snapshot.time),
-        })
+        let (lng, lat, height_m) = position(track, undulation_m);
+        let properties = PastProperties {
+            id: track.id.clone(),
+            source: track.source,
+            track_number: track.number,
+            time: snapshot.time.into(),
+            lat,
+            lng,
+            alt_msl: alt_msl(track),
+        };
+        Feature::new(track.id.clone(), Point::new(lng, lat, height_m), properties)
     };
-    json(
-        GEO_JSON,
-        &json!({
-            "type": "FeatureCollection",
-            "time": snapshot.time.to_string(),
-            "site": ask.state.hub().config.site.name,
-            "numberMatched": snapshot.tracks.len(),
-            "numberReturned": snapshot.tracks.len(),
-            "features": snapshot.tracks.iter().map(feature).collect::<Vec<_>>(),
-        }),
-    )
+    Ok(Snapshot {
+        r#type: CollectionType::default(),
+        time: snapshot.time.into(),
+        site: ask.state.hub().config.site.name.clone(),
+        matched: snapshot.tracks.len(),
+        returned: snapshot.tracks.len(),
+        features: snapshot.tracks.iter().map(feature).collect(),
+    })
 }
 
 fn store(ask: &Ask) -> Result<&Store, Problem> {
@@ -87,68 +119,53 @@ fn failed(error: &redb::Error) -> Problem {
     Problem::new(StatusCode::SERVICE_UNAVAILABLE, format!("the history cannot be read: {error}"))
 }
 
-/// A time in a parameter.
-pub(super) fn time(ask: &Ask, name: &str) -> Result<Option<Time>, Problem> {
-    let Some(text) = ask.text(name) else { return Ok(None) };
-    let stamp = text.parse::<Timestamp>().ok();
-    let time = stamp.and_then(|stamp| i64::try_from(stamp.as_nanosecond()).ok()).map(Time::from_nanos);
-    time.map(Some).ok_or_else(|| Problem::parameter(name, "a time is RFC 3339, such as 2026-03-14T09:00:00Z"))
+fn alt_msl(track: &Kept) -> Option<f64> {
+    track.altitude_amsl_m.map(|metres| rounded(metres, 2))
 }
 
 /// Longitude, latitude, and the ellipsoidal height where one was measured.
-fn position(track: &Kept, undulation_m: f64) -> Vec<f64> {
-    let mut position = vec![rounded(track.longitude_deg, 7), rounded(track.latitude_deg, 7)];
-    position.extend(track.altitude_amsl_m.map(|metres| rounded(metres + undulation_m, 2)));
-    position
+fn position(track: &Kept, undulation_m: f64) -> (f64, f64, Option<f64>) {
+    let height_m = track.altitude_amsl_m.map(|metres| rounded(metres + undulation_m, 2));
+    (rounded(track.longitude_deg, 7), rounded(track.latitude_deg, 7), height_m)
 }
 
-fn properties(track: &Kept, time: Time) -> Value {
-    let mut properties = json!({
-        "id": track.id,
-        "source": track.source,
-        "track_number": track.number,
-        "time": time.to_string(),
-        "lat": rounded(track.latitude_deg, 7),
-        "lng": rounded(track.longitude_deg, 7),
-    });
-    if let Some(metres) = track.altitude_amsl_m {
-        properties["alt_msl"] = json!(rounded(metres, 2));
-    }
-    properties
+/// Where a track was: a line, or a point where there is only one place.
+pub type Trail<'a> = Feature<'a, Geometry, TrailProperties<'a>>;
+
+#[derive(Serialize, JsonSchema)]
+pub struct TrailProperties<'a> {
+    id: &'a str,
+    /// Of each place.
+    times: Vec<Rfc3339>,
+    /// Of each place.
+    sources: Vec<&'static str>,
+    /// Of each place, metres above mean sea level; null where no height was measured.
+    alt_msl: Vec<Option<f64>>,
 }
 
-/// A line (a point where there is only one place) with the time and source of each place.
-fn geojson(id: &str, places: &[(Time, Kept)], undulation_m: f64) -> String {
+fn geojson<'a>(id: &'a str, places: &[(Time, Kept)], undulation_m: f64) -> Trail<'a> {
     // A line's positions are all of one dimension: without a height everywhere there is none.
     let all_high = places.iter().all(|(_, place)| place.altitude_amsl_m.is_some());
-    let positions: Vec<Vec<f64>> = places
-        .iter()
-        .map(|(_, place)| {
-            let mut position = position(place, undulation_m);
-            position.truncate(if all_high { 3 } else { 2 });
-            position
-        })
-        .collect();
-    let geometry = match &positions[..] {
-        [one] => json!({ "type": "Point", "coordinates": one }),
-        more => json!({ "type": "LineString", "coordinates": more }),
+    let position = |(_, place): &(Time, Kept)| {
+        let (lng, lat, height_m) = position(place, undulation_m);
+        Position::new(lng, lat, height_m.filter(|_| all_high))
     };
-    json!({
-        "type": "Feature",
-        "id": id,
-        "geometry": geometry,
-        "properties": {
-            "id": id,
-            "times": places.iter().map(|(time, _)| time.to_string()).collect::<Vec<_>>(),
-            "sources": places.iter().map(|(_, place)| place.source).collect::<Vec<_>>(),
-            "alt_msl": places.iter().map(|(_, place)| place.altitude_amsl_m.map(|m| rounded(m, 2))).collect::<Vec<_>>(),
-        },
-    })
-    .to_string()
+    let mut positions: Vec<Position> = places.iter().map(position).collect();
+    let geometry = match positions.len() {
+        1 => Geometry::Point(positions.remove(0)),
+        _ => Geometry::LineString(positions),
+    };
+    let properties = TrailProperties {
+        id,
+        times: places.iter().map(|&(time, _)| time.into()).collect(),
+        sources: places.iter().map(|(_, place)| place.source).collect(),
+        alt_msl: places.iter().map(|(_, place)| alt_msl(place)).collect(),
+    };
+    Feature::new(id, geometry, properties)
 }
 
 /// GPX 1.1; its elevations are above mean sea level.
-fn gpx(id: &str, places: &[(Time, Kept)], _: f64) -> String {
+fn gpx(id: &str, places: &[(Time, Kept)]) -> String {
     let mut text = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<gpx version=\"1.1\" creator=\"utm-fusion\" xmlns=\"http://www.topografix.com/GPX/1/1\">\n<trk><name>{}</name><trkseg>\n",
         xml::escape(id)
@@ -164,7 +181,7 @@ fn gpx(id: &str, places: &[(Time, Kept)], _: f64) -> String {
 
 /// KML 2.3 with a track; its heights are above mean sea level. A track is either in the air or on the ground, so a trail
 /// of which only parts have a height is several: those without lie on the ground, and no line joins the two.
-fn kml(id: &str, places: &[(Time, Kept)], _: f64) -> String {
+fn kml(id: &str, places: &[(Time, Kept)]) -> String {
     let mut text = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<kml xmlns=\"http://www.opengis.net/kml/2.2\" xmlns:gx=\"http://www.google.com/kml/ext/2.2\">\n<Placemark><name>{}</name>",
         xml::escape(id)
@@ -201,7 +218,7 @@ fn kml_track(places: &[(Time, Kept)]) -> String {
     text + "</gx:Track>"
 }
 
-fn csv(_: &str, places: &[(Time, Kept)], _: f64) -> String {
+fn csv(_: &str, places: &[(Time, Kept)]) -> String {
     let mut text = String::from("time,source,track_number,lat,lon,alt_msl\n");
     for (time, place) in places {
         let altitude = place.altitude_amsl_m.map_or(String::new(), |metres| format!("{metres:.2}"));

@@ -10,8 +10,8 @@ use axum::extract::Request;
 use axum::http::uri::Authority;
 use axum::http::{HeaderMap, Method, StatusCode, Version, header};
 
+use super::client::Peer;
 use super::problem::Problem;
-use super::server::Peer;
 use super::terms::Terms;
 
 /// What a form of any page can send without asking first; no route reads a form.

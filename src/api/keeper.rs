@@ -4,17 +4,19 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use serde_json::{Value, json};
+use serde::Serialize;
+use tokio::sync::broadcast;
 use tokio::sync::broadcast::error::{RecvError, TryRecvError};
-use tokio::sync::{broadcast, watch};
 use tokio::time::{Instant, MissedTickBehavior};
 
-use super::endings::{Endings, ended_event, event};
+use super::endings::{Endings, ended_event, event, reason_event};
 use super::log::Event;
 use super::shown::Shown;
-use super::{ApiState, sites};
+use super::sites::{AlertJson, SensorProperties};
+use super::state::ApiState;
 use crate::json::rounded;
-use crate::live::{Alert, AlertKind, Frame, Lateness, SensorState, Severity, Status};
+use crate::live::{Alert, Frame, Lateness, SensorState, Severity, Status};
+use crate::picture::Rfc3339;
 use fusion::time::Time;
 
 /// A heartbeat each second.
@@ -29,6 +31,18 @@ pub(super) struct Keeper {
     sensors: BTreeMap<String, SensorState>,
     /// What was told of each alert.
     alerts: BTreeMap<u64, (Severity, Option<Time>)>,
+}
+
+/// The data of `heartbeat`.
+#[derive(Serialize)]
+struct Heartbeat {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    time: Option<Rfc3339>,
+    seq: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    latency_s: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    late_s: Option<f64>,
 }
 
 impl Keeper {
@@ -50,7 +64,7 @@ impl Keeper {
     }
 
     /// Until the service is told to close: then what has been published is shown, and the streams end.
-    pub(super) async fn run(mut self, mut closing: watch::Receiver<bool>) {
+    pub(super) async fn run(mut self) {
         let mut statuses = self.state.hub().statuses();
         let mut alerts = self.state.hub().alert_changes();
         if let Some(status) = self.state.hub().status() {
@@ -61,8 +75,7 @@ impl Keeper {
         let mut told = true;
         loop {
             tokio::select! {
-                // Whoever dropped the other end wants it closed, too.
-                _ = closing.wait_for(|closing| *closing) => break,
+                () = self.state.closed() => break,
                 frame = self.frames.recv() => match frame {
                     Ok(frame) => self.show(&frame),
                     Err(RecvError::Lagged(_)) => self.state.log().push(Event::Lost),
@@ -93,8 +106,7 @@ impl Keeper {
                 Err(TryRecvError::Empty | TryRecvError::Closed) => break,
             }
         }
-        let data = json!({ "reason": "the service stops" });
-        let octets = event(&self.next_id(), "closed", &data);
+        let octets = reason_event(&self.next_id(), "closed", "the service stops");
         self.state.log().push(Event::Closed(octets));
     }
 
@@ -113,7 +125,7 @@ impl Keeper {
         let ended = self.endings.note(shown.time(), shown.pieces.iter());
         let time = shown.time();
         self.state.note_slot();
-        self.state.trails().note(&shown);
+        self.state.trails().note(time, &shown.pieces);
         let is_back = before.is_some_and(|before| time < before.time());
         self.state.log().push(if is_back { Event::Back(shown) } else { Event::Slot(shown) });
         if !ended.is_empty() {
@@ -129,18 +141,13 @@ impl Keeper {
 
     fn beat(&mut self) {
         let (_, latest) = self.state.log().latest();
-        let mut data = match latest {
-            Some(shown) => json!({
-                "time": shown.time().to_string(),
-                "seq": shown.frame.seq,
-                "latency_s": shown.latency_s(),
-            }),
-            None => json!({ "seq": 0 }),
-        };
         let late = self.state.hub().lateness().filter(Lateness::is_late);
-        if let Some(lateness) = late {
-            data["late_s"] = json!(rounded(lateness.late.as_secs_f64(), 1));
-        }
+        let data = Heartbeat {
+            time: latest.as_ref().map(|shown| shown.time().into()),
+            seq: latest.as_ref().map_or(0, |shown| shown.frame.seq),
+            latency_s: latest.as_ref().map(|shown| shown.latency_s()),
+            late_s: late.map(|lateness| rounded(lateness.late.as_secs_f64(), 1)),
+        };
         self.told_late = late.is_some();
         self.state.log().push(Event::Told(event(&self.next_id(), "heartbeat", &data)));
     }
@@ -154,7 +161,7 @@ impl Keeper {
                 continue;
             }
             if let Some(configured) = self.state.hub().config.sensors.get(index) {
-                let properties = sites::sensor_properties(configured, sensor);
+                let properties = SensorProperties::new(configured, Some(sensor));
                 let octets = event(&self.next_id(), "sensor", &properties);
                 self.state.log().push(Event::Sensor(index, octets));
             }
@@ -167,32 +174,11 @@ impl Keeper {
         for alert in alerts {
             let told = (alert.severity, alert.until);
             if self.alerts.get(&alert.id) != Some(&told) {
-                let octets = event(&self.next_id(), "alert", &alert_json(alert));
+                let octets = event(&self.next_id(), "alert", &AlertJson::from(alert));
                 self.state.log().push(Event::Told(octets));
             }
             known.insert(alert.id, told);
         }
         self.alerts = known;
     }
-}
-
-/// An alert as it is told; one that is over says until when it lasted.
-pub(super) fn alert_json(alert: &Alert) -> Value {
-    let mut data = json!({
-        "id": format!("{}-{}", alert.kind.name(), alert.id),
-        "kind": alert.kind.name(),
-        "severity": alert.severity.name(),
-        "since": alert.since.to_string(),
-        "text": alert.text,
-    });
-    let subject = match alert.kind {
-        AlertKind::Sensor | AlertKind::Registration => "sensor",
-        AlertKind::Area => "track",
-        AlertKind::Service => "part",
-    };
-    data[subject] = json!(alert.subject);
-    if let Some(until) = alert.until {
-        data["until"] = json!(until.to_string());
-    }
-    data
 }

@@ -1,104 +1,92 @@
-//! `/metrics`: Prometheus text, written by hand: a line a number.
+//! `/metrics`: Prometheus text, a line per number.
+//!
+//! Written by hand: the crate `prometheus-client` knows no summary and would name counters otherwise.
 
 use std::fmt::{Display, Write};
 
 use super::ask::{Answer, Ask, live};
 use super::tls::Tls;
 use crate::config::Config;
-use crate::live::{Condition, Lateness, Level, LineStatus, SensorState, Status, values};
-use crate::record::RecorderCounts;
-use fusion::LARGEST_TRANSPONDER_NUMBER;
+use crate::live::{Level, LineStatus, RegistrationStatus, SensorState, SensorStatus, Status, values};
 use fusion::SensorIndex;
+use fusion::numbering::LARGEST_TRANSPONDER_NUMBER;
 use fusion::operational::Verdict;
+use fusion::registration::Misalignment;
 
-const TEXT: &str = "text/plain; version=0.0.4; charset=utf-8";
+pub const TEXT: &str = "text/plain; version=0.0.4; charset=utf-8";
 
 /// All numbers.
 pub fn text(ask: &Ask) -> Answer {
     let state = &ask.state;
     let hub = state.hub();
-    let mut out = Metrics::default();
-    out.family("utm_fusion_info", "gauge", "The running version");
-    out.sample(
-        "utm_fusion_info",
-        &[("version", env!("CARGO_PKG_VERSION")), ("site", &hub.config.site.name)],
-        1,
-    );
-    out.one("utm_fusion_start_time_seconds", "gauge", "When the service started", hub.started.as_seconds());
     let latest = state.log().latest().1;
-    out.one(
-        "utm_fusion_slots_published_total",
-        "counter",
-        "Slots put out",
-        latest.as_ref().map_or(0, |s| s.frame.seq),
-    );
-    out.one("utm_fusion_tracks", "gauge", "Tracks in the latest slot", latest.map_or(0, |s| s.pieces.len()));
-    out.one("utm_fusion_streams", "gauge", "Open event streams", state.seats().taken());
-    out.one("utm_fusion_http_connections", "gauge", "Open HTTP connections", state.door().open());
-    out.family(
-        "utm_fusion_http_connections_refused_total",
-        "counter",
+    let mut out = Metrics::default();
+    out.family("info", "The running version");
+    out.sample("info", &[("version", env!("CARGO_PKG_VERSION")), ("site", &hub.config.site.name)], 1);
+    out.one("start_time_seconds", "When the service started", hub.started.as_seconds());
+    out.one("slots_published_total", "Slots published", latest.as_ref().map_or(0, |shown| shown.frame.seq));
+    out.one("tracks", "Tracks in the latest slot", latest.map_or(0, |shown| shown.pieces.len()));
+    out.one("streams", "Open event streams", state.seats().taken());
+    out.one("http_connections", "Open HTTP connections", state.door().open());
+    out.by(
+        "http_connections_refused_total",
         "Connections closed at once: address, one address has too many; full, there are too many in all; tls, no handshake",
+        "reason",
+        state.door().refused().map(|(reason, count)| (reason.name(), count)),
     );
-    for (reason, count) in state.door().refused() {
-        out.sample("utm_fusion_http_connections_refused_total", &[("reason", reason.name())], count);
-    }
     if let Some(expires) = state.terms().tls.as_ref().and_then(Tls::expires) {
-        out.one(
-            "utm_fusion_http_certificate_expires_seconds",
-            "gauge",
-            "When the TLS certificate expires, seconds since 1970",
-            expires.as_seconds(),
-        );
+        let help = "When the TLS certificate expires, seconds since 1970";
+        out.one("http_certificate_expires_seconds", help, expires.as_seconds());
     }
-    out.family("utm_fusion_http_responses_total", "counter", "HTTP responses by status");
-    for (status, count) in state.answered() {
-        out.sample("utm_fusion_http_responses_total", &[("status", &status.to_string())], count);
-    }
-    out.one(
-        "utm_fusion_http_requests_limited_total",
-        "counter",
-        "Requests refused with 429 because an address or a token asked too often",
-        state.limited(),
-    );
+    out.by("http_responses_total", "HTTP responses by status", "status", state.answered());
+    let help = "Requests refused with 429 because an address or a token asked too often";
+    out.one("http_requests_limited_total", help, state.limited());
     if let Some(history) = &state.options().history {
-        out.one(
-            "utm_fusion_history_failing",
-            "gauge",
-            "Whether the history cannot be written",
-            u8::from(history.is_failing()),
-        );
-        out.one(
-            "utm_fusion_history_lost_total",
-            "counter",
-            "Pictures missing in the history",
-            history.lost(),
-        );
+        out.one("history_failing", "Whether the history cannot be written", u8::from(history.is_failing()));
+        out.one("history_lost_total", "Pictures missing in the history", history.lost());
     }
     let held = hub.decider.held();
-    out.family("utm_fusion_decisions", "gauge", "Decisions of operators that are in force");
-    for verdict in [Verdict::Correlated, Verdict::Decorrelated] {
-        let count = held.iter().filter(|held| held.correlation.verdict == verdict).count();
-        out.sample("utm_fusion_decisions", &[("verdict", verdict.name())], count);
+    let in_force = |verdict| held.iter().filter(|held| held.correlation.verdict == verdict).count();
+    let verdicts =
+        [Verdict::Correlated, Verdict::Decorrelated].map(|verdict| (verdict.name(), in_force(verdict)));
+    out.by("decisions", "Correlations decided by operators that are in force", "verdict", verdicts);
+    let level = match state.condition().level() {
+        Level::NotReady => 0,
+        Level::Degraded => 1,
+        Level::Ok => 2,
+    };
+    out.one("condition", "0 not ready, 1 degraded, 2 ok", level);
+    if let Some(lateness) = hub.lateness() {
+        let help = "How much later than configured the picture is, the most in the last 3 s; above 1 it is not ready";
+        out.one("picture_late_seconds", help, lateness.late.as_secs_f64());
     }
-    out.condition(&state.condition(), hub.lateness());
     if let Some(recorded) = hub.recorded() {
-        out.recording(recorded);
+        out.one("recorder_failing", "Whether the disk fails", u8::from(recorded.failing));
+        out.one("recorded_total", "Datagrams recorded", recorded.written);
+        out.one("recorder_unwritten_total", "Datagrams not recorded: the disk failed", recorded.unwritten);
+        out.one("recorder_lost_total", "Datagrams not recorded: the recorder did not keep up", recorded.lost);
     }
     if let Some(status) = hub.status() {
         out.tally(&status, &hub.config);
-        out.sensors(&status);
+        out.sensors(&status.sensors);
+        out.registrations(&status.sensors);
+        out.lines(&status.sensors);
     }
     Ok(live(TEXT, out.0))
 }
 
+/// The text so far. Names stand here without `utm_fusion_`; what ends in `_total` is a counter, anything else a gauge.
 #[derive(Default)]
 struct Metrics(String);
 
 impl Metrics {
-    fn family(&mut self, name: &str, kind: &str, help: &str) {
+    fn family(&mut self, name: &str, help: &str) {
+        self.family_of(if name.ends_with("_total") { "counter" } else { "gauge" }, name, help);
+    }
+
+    fn family_of(&mut self, kind: &str, name: &str, help: &str) {
         // Writing to memory does not fail.
-        let _ = writeln!(self.0, "# HELP {name} {help}.\n# TYPE {name} {kind}");
+        let _ = writeln!(self.0, "# HELP utm_fusion_{name} {help}.\n# TYPE utm_fusion_{name} {kind}");
     }
 
     fn sample(&mut self, name: &str, labels: &[(&str, &str)], value: impl Display) {
@@ -108,28 +96,26 @@ impl Metrics {
         };
         let labels: Vec<String> = labels.iter().map(label).collect();
         let braces = if labels.is_empty() { String::new() } else { format!("{{{}}}", labels.join(",")) };
-        let _ = writeln!(self.0, "{name}{braces} {value}");
+        let _ = writeln!(self.0, "utm_fusion_{name}{braces} {value}");
     }
 
-    fn one(&mut self, name: &str, kind: &str, help: &str, value: impl Display) {
-        self.family(name, kind, help);
+    /// A family of one number.
+    fn one(&mut self, name: &str, help: &str, value: impl Display) {
+        self.family(name, help);
         self.sample(name, &[], value);
     }
 
-    fn condition(&mut self, condition: &Condition, lateness: Option<Lateness>) {
-        let level = match condition.level() {
-            Level::NotReady => 0,
-            Level::Degraded => 1,
-            Level::Ok => 2,
-        };
-        self.one("utm_fusion_condition", "gauge", "0 not ready, 1 degraded, 2 ok", level);
-        if let Some(lateness) = lateness {
-            self.one(
-                "utm_fusion_picture_late_seconds",
-                "gauge",
-                "How much later than configured the picture is, the most in the last 3 s; above 1 it is not ready",
-                lateness.late.as_secs_f64(),
-            );
+    /// A family of a number per value of a label.
+    fn by<L: Display, V: Display>(
+        &mut self,
+        name: &str,
+        help: &str,
+        label: &str,
+        samples: impl IntoIterator<Item = (L, V)>,
+    ) {
+        self.family(name, help);
+        for (value, number) in samples {
+            self.sample(name, &[(label, &value.to_string())], number);
         }
     }
 
@@ -137,81 +123,66 @@ impl Metrics {
         let tally = &status.tally;
         let name =
             |index: SensorIndex| config.sensors.get(usize::from(index.0)).map_or("", |s| s.id.as_str());
-        for (metric, help, value) in [
-            ("utm_fusion_datagrams_received_total", "Datagrams received", tally.received),
-            ("utm_fusion_received_bytes_total", "Octets received", tally.octets),
-            ("utm_fusion_datagrams_duplicate_total", "Datagrams that came twice", tally.duplicates),
-            ("utm_fusion_several_records_total", "CAT129 blocks with several records", tally.several_records),
-            ("utm_fusion_restarts_total", "Fresh starts after a silence", tally.restarts),
-            ("utm_fusion_clock_behind_total", "Steps back of the clock of reception", tally.clock_behind),
-            ("utm_fusion_failed_sends_total", "Datagrams that could not be sent", status.failed_sends),
-        ] {
-            self.one(metric, "counter", help, value);
-        }
-        self.family("utm_fusion_faults_total", "counter", "Unreadable blocks and records");
+        self.one("datagrams_received_total", "Datagrams received", tally.received);
+        self.one("received_bytes_total", "Octets received", tally.octets);
+        self.one("datagrams_duplicate_total", "Datagrams that came twice", tally.duplicates);
+        self.one("several_records_total", "CAT129 blocks with several records", tally.several_records);
+        self.one("restarts_total", "Fresh starts after a silence", tally.restarts);
+        self.one("clock_behind_total", "Steps back of the clock of reception", tally.clock_behind);
+        self.one("failed_sends_total", "Datagrams that could not be sent", status.failed_sends);
+        self.family("faults_total", "Unreadable blocks and records");
         for ((category, reason), count) in &tally.faults {
             let category = category.map_or_else(String::new, |category| format!("{category:03}"));
-            self.sample("utm_fusion_faults_total", &[("category", &category), ("reason", reason)], count);
+            self.sample("faults_total", &[("category", &category), ("reason", reason)], count);
         }
-        self.family("utm_fusion_blocks_skipped_total", "counter", "Blocks of categories that are not used");
-        for (category, count) in &tally.skipped {
-            self.sample("utm_fusion_blocks_skipped_total", &[("category", &format!("{category:03}"))], count);
-        }
-        self.family("utm_fusion_reports_accepted_total", "counter", "Reports taken");
-        for (&sensor, count) in &tally.accepted {
-            self.sample("utm_fusion_reports_accepted_total", &[("sensor", name(sensor))], count);
-        }
-        self.family("utm_fusion_service_messages_total", "counter", "Service messages of radars");
-        for (&sensor, count) in &tally.service {
-            self.sample("utm_fusion_service_messages_total", &[("sensor", name(sensor))], count);
-        }
-        self.family("utm_fusion_records_refused_total", "counter", "Records that gave no report");
+        let skipped = tally.skipped.iter().map(|(category, count)| (format!("{category:03}"), count));
+        self.by("blocks_skipped_total", "Blocks of categories that are not used", "category", skipped);
+        let accepted = tally.accepted.iter().map(|(&sensor, count)| (name(sensor), count));
+        self.by("reports_accepted_total", "Reports taken", "sensor", accepted);
+        let service = tally.service.iter().map(|(&sensor, count)| (name(sensor), count));
+        self.by("service_messages_total", "Service messages of radars", "sensor", service);
+        self.family("records_refused_total", "Records that gave no report");
         for ((sensor, reason), count) in &tally.refused {
             let labels = [("sensor", sensor.map_or("", name)), ("reason", *reason)];
-            self.sample("utm_fusion_records_refused_total", &labels, count);
+            self.sample("records_refused_total", &labels, count);
         }
-        self.family(
-            "utm_fusion_new_identities_total",
-            "counter",
-            "Identities that a transponder receiver had not told of lately, by what became of them",
-        );
+        let help = "Previously unknown identities reported by a transponder receiver, by what became of them";
+        self.family("new_identities_total", help);
         for ((sensor, fate), count) in &tally.newcomers {
-            let labels = [("sensor", name(*sensor)), ("fate", *fate)];
-            self.sample("utm_fusion_new_identities_total", &labels, count);
+            self.sample("new_identities_total", &[("sensor", name(*sensor)), ("fate", *fate)], count);
         }
         let used = status.numbers_used as u64;
         let free = u64::from(LARGEST_TRANSPONDER_NUMBER).saturating_sub(used);
-        self.one("utm_fusion_transponder_numbers_used", "gauge", "Transponder numbers in use", used);
-        self.one("utm_fusion_transponder_numbers_free", "gauge", "Transponder numbers left", free);
+        self.one("transponder_numbers_used", "Transponder numbers in use", used);
+        self.one("transponder_numbers_free", "Transponder numbers left", free);
         let unknown: u64 = tally.unknown_sources.values().sum();
-        self.one(
-            "utm_fusion_records_unknown_source_total",
-            "counter",
-            "Records of no configured sensor",
-            unknown,
-        );
+        self.one("records_unknown_source_total", "Records of no configured sensor", unknown);
         if let Some(quantiles) = status.lateness_s {
-            self.family(
-                "utm_fusion_lateness_seconds",
-                "summary",
-                "From when a slot was due to its publication, over the last minutes",
-            );
+            let help = "From when a slot was due to its publication, over the last minutes";
+            self.family_of("summary", "lateness_seconds", help);
             for (quantile, seconds) in ["0.5", "0.95", "0.99"].into_iter().zip(quantiles) {
-                self.sample("utm_fusion_lateness_seconds", &[("quantile", quantile)], seconds);
+                self.sample("lateness_seconds", &[("quantile", quantile)], seconds);
             }
         }
     }
 
+    fn sensors(&mut self, sensors: &[SensorStatus]) {
+        let state = |sensor: &SensorStatus| match sensor.state {
+            SensorState::Outage => 0,
+            SensorState::Degraded => 1,
+            SensorState::Operational => 2,
+        };
+        let states = sensors.iter().map(|sensor| (&sensor.id, state(sensor)));
+        self.by("sensor_state", "0 outage, 1 degraded, 2 operational", "sensor", states);
+        let rates = sensors.iter().map(|sensor| (&sensor.id, sensor.rate_hz));
+        self.by("sensor_rate_hertz", "Reports per second over the last 10 s", "sensor", rates);
+        let offsets = sensors.iter().filter_map(|sensor| Some((&sensor.id, sensor.clock_offset_s?)));
+        self.by("sensor_clock_offset_seconds", "Least delay of the last reports", "sensor", offsets);
+    }
+
     /// Angles in degrees, as an operator has them in the configuration.
-    fn registrations(&mut self, status: &Status) {
-        let known: Vec<_> = status
-            .sensors
-            .iter()
-            .filter_map(|sensor| {
-                let registration = sensor.registration.as_ref()?;
-                Some((sensor.id.as_str(), registration, registration.estimate.as_ref()?))
-            })
-            .collect();
+    fn registrations(&mut self, sensors: &[SensorStatus]) {
+        let known: Vec<_> = sensors.iter().filter_map(registered).collect();
         if known.is_empty() {
             return;
         }
@@ -224,102 +195,53 @@ impl Metrics {
             ("time", "seconds"),
         ];
         for (index, (name, unit)) in names.into_iter().enumerate() {
-            let family = format!("utm_fusion_registration_{name}_{unit}");
-            self.family(&family, "gauge", "A radar's bias, measured minus true");
-            for (sensor, _, estimate) in &known {
-                self.sample(&family, &[("sensor", sensor)], values(estimate)[index].2.value);
-            }
-            let family = format!("utm_fusion_registration_{name}_deviation_{unit}");
-            self.family(&family, "gauge", "One standard deviation of it");
-            for (sensor, _, estimate) in &known {
-                self.sample(&family, &[("sensor", sensor)], values(estimate)[index].2.deviation);
-            }
+            let estimated = || known.iter().map(|(id, _, estimate)| (id, values(estimate)[index].2));
+            let biases = estimated().map(|(id, value)| (id, value.value));
+            let help = "A radar's bias, measured minus true";
+            self.by(&format!("registration_{name}_{unit}"), help, "sensor", biases);
+            let deviations = estimated().map(|(id, value)| (id, value.deviation));
+            let help = "Standard deviation of the bias";
+            self.by(&format!("registration_{name}_deviation_{unit}"), help, "sensor", deviations);
         }
-        self.family("utm_fusion_registration_observable", "gauge", "Whether a bias is known well enough");
+        self.family("registration_observable", "Whether a bias is known well enough");
         for (sensor, _, estimate) in &known {
             for ((name, _), (.., value)) in names.into_iter().zip(values(estimate)) {
-                let labels = [("sensor", *sensor), ("value", name)];
-                self.sample("utm_fusion_registration_observable", &labels, u8::from(value.observable));
+                let labels = [("sensor", sensor.as_str()), ("value", name)];
+                self.sample("registration_observable", &labels, u8::from(value.observable));
             }
         }
-        self.family("utm_fusion_registration_tracks", "gauge", "Radar tracks that it rests upon");
-        for (sensor, _, estimate) in &known {
-            self.sample("utm_fusion_registration_tracks", &[("sensor", sensor)], estimate.samples);
-        }
-        self.family("utm_fusion_registration_residual", "gauge", "1 as the configured errors let expect");
-        for (sensor, _, estimate) in &known {
-            if let Some(residual) = estimate.residual {
-                self.sample("utm_fusion_registration_residual", &[("sensor", sensor)], residual);
-            }
-        }
-        self.family("utm_fusion_registration_applied", "gauge", "Whether plots are put right by it");
-        for (sensor, registration, _) in &known {
-            let applied = u8::from(registration.is_applied());
-            self.sample("utm_fusion_registration_applied", &[("sensor", sensor)], applied);
-        }
-        self.family("utm_fusion_registration_steps_total", "counter", "Times that it has begun anew");
-        for (sensor, registration, _) in &known {
-            self.sample("utm_fusion_registration_steps_total", &[("sensor", sensor)], registration.steps);
-        }
+        let tracks = known.iter().map(|(id, _, estimate)| (id, estimate.samples));
+        self.by("registration_tracks", "Radar tracks that it rests upon", "sensor", tracks);
+        let residuals = known.iter().filter_map(|(id, _, estimate)| Some((id, estimate.residual?)));
+        self.by("registration_residual", "1: as the configured errors predict", "sensor", residuals);
+        let applied = known.iter().map(|(id, registration, _)| (id, u8::from(registration.is_applied())));
+        self.by("registration_applied", "Whether plots are corrected by it", "sensor", applied);
+        let steps = known.iter().map(|(id, registration, _)| (id, registration.steps));
+        self.by("registration_steps_total", "Times that it has begun anew", "sensor", steps);
     }
 
-    fn recording(&mut self, recording: RecorderCounts) {
-        let RecorderCounts { written, unwritten, lost, failing } = recording;
-        self.one("utm_fusion_recorder_failing", "gauge", "Whether the disk fails", u8::from(failing));
-        for (metric, help, value) in [
-            ("utm_fusion_recorded_total", "Datagrams recorded", written),
-            ("utm_fusion_recorder_unwritten_total", "Datagrams not recorded: the disk failed", unwritten),
-            ("utm_fusion_recorder_lost_total", "Datagrams not recorded: the recorder did not keep up", lost),
-        ] {
-            self.one(metric, "counter", help, value);
-        }
-    }
-
-    fn sensors(&mut self, status: &Status) {
-        self.family("utm_fusion_sensor_state", "gauge", "0 outage, 1 degraded, 2 operational");
-        for sensor in &status.sensors {
-            let state = match sensor.state {
-                SensorState::Outage => 0,
-                SensorState::Degraded => 1,
-                SensorState::Operational => 2,
-            };
-            self.sample("utm_fusion_sensor_state", &[("sensor", &sensor.id)], state);
-        }
-        self.family("utm_fusion_sensor_rate_hertz", "gauge", "Reports a second over the last 10 s");
-        for sensor in &status.sensors {
-            self.sample("utm_fusion_sensor_rate_hertz", &[("sensor", &sensor.id)], sensor.rate_hz);
-        }
-        self.family("utm_fusion_sensor_clock_offset_seconds", "gauge", "Least delay of the last reports");
-        for sensor in &status.sensors {
-            if let Some(offset_s) = sensor.clock_offset_s {
-                self.sample("utm_fusion_sensor_clock_offset_seconds", &[("sensor", &sensor.id)], offset_s);
-            }
-        }
-        self.registrations(status);
-        // Sensors may share a line: each line once.
-        let mut lines: Vec<&LineStatus> = status.sensors.iter().flat_map(|sensor| &sensor.lines).collect();
+    /// Sensors may share a line: each line once.
+    fn lines(&mut self, sensors: &[SensorStatus]) {
+        let mut lines: Vec<&LineStatus> = sensors.iter().flat_map(|sensor| &sensor.lines).collect();
         lines.sort_by(|a, b| a.name.cmp(&b.name));
         lines.dedup_by(|a, b| a.name == b.name);
         type Count = fn(&LineStatus) -> u64;
-        let counts: [(&str, &str, &str, Count); 6] = [
-            ("utm_fusion_line_joined", "gauge", "Whether the line is open", |line| u64::from(line.joined)),
-            ("utm_fusion_line_received_total", "counter", "Datagrams", |line| line.received),
-            ("utm_fusion_line_duplicate_total", "counter", "Copies of another line's", |line| {
-                line.duplicates
-            }),
-            ("utm_fusion_line_foreign_total", "counter", "Datagrams of other hosts", |line| line.foreign),
-            ("utm_fusion_line_queue_full_total", "counter", "Datagrams lost in the queue", |line| {
-                line.queue_full
-            }),
-            ("utm_fusion_line_kernel_dropped_total", "counter", "Datagrams lost in the kernel", |line| {
-                line.kernel_dropped
-            }),
+        let counts: [(&str, &str, Count); 6] = [
+            ("line_joined", "Whether the line is open", |line| u64::from(line.joined)),
+            ("line_received_total", "Datagrams", |line| line.received),
+            ("line_duplicate_total", "Copies of another line's", |line| line.duplicates),
+            ("line_foreign_total", "Datagrams of other hosts", |line| line.foreign),
+            ("line_queue_full_total", "Datagrams lost in the queue", |line| line.queue_full),
+            ("line_kernel_dropped_total", "Datagrams lost in the kernel", |line| line.kernel_dropped),
         ];
-        for (name, kind, help, count) in counts {
-            self.family(name, kind, help);
-            for line in &lines {
-                self.sample(name, &[("line", &line.name)], count(line));
-            }
+        for (name, help, count) in counts {
+            self.by(name, help, "line", lines.iter().map(|line| (&line.name, count(line))));
         }
     }
+}
+
+/// A sensor whose registration is estimated: its id, and what is known.
+fn registered(sensor: &SensorStatus) -> Option<(&String, &RegistrationStatus, &Misalignment)> {
+    let registration = sensor.registration.as_ref()?;
+    Some((&sensor.id, registration, registration.estimate.as_ref()?))
 }

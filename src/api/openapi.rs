@@ -1,43 +1,76 @@
 //! `/openapi.json`: OpenAPI 3.1 made of the table of routes.
 
 use axum::http::StatusCode;
+use schemars::generate::SchemaSettings;
+use schemars::transform::transform_subschemas;
+use schemars::{Schema, SchemaGenerator};
 use serde_json::{Map, Value, json};
 
-use super::ask::{Answer, Ask, JSON, json};
-use super::routes::{Parameter, ROUTES, Route};
-use super::schemas;
+use super::ask::{Answer, JSON, json};
+use super::problem::ProblemJson;
+use super::route::{Parameter, Route};
 
-/// The document.
-pub fn document(ask: &Ask) -> Answer {
+/// The document of these routes.
+pub fn document(routes: &[Route], needs_token: bool) -> Answer {
+    let mut settings = SchemaSettings::draft2020_12().for_serialize().with_transform(exact);
+    settings.definitions_path = "/components/schemas".into();
+    settings.meta_schema = None;
+    let mut generator = settings.into_generator();
     let mut paths = Map::new();
-    for route in ROUTES {
+    for route in routes {
         let method = if route.post { "post" } else { "get" };
         let path = paths.entry(route.path).or_insert_with(|| json!({}));
-        path[method] = operation(route);
+        path[method] = operation(route, &mut generator);
     }
-    let mut document = json!({
+    let token = if needs_token { "This service asks for a bearer token." } else { UNITS };
+    let document = json!({
         "openapi": "3.1.0",
         "info": {
             "title": "utm-fusion",
             "version": env!("CARGO_PKG_VERSION"),
-            "description": "One air picture of drone traffic. Metres, metres a second, degrees true, RFC 3339 UTC; what is unknown is left out.",
+            "description": format!("One air picture of drone traffic. {token}"),
             "license": { "name": "MIT OR Apache-2.0", "identifier": "MIT OR Apache-2.0" },
         },
         "servers": [{ "url": "/" }],
         "paths": paths,
         "components": {
-            "schemas": schemas::all(),
+            "schemas": generator.take_definitions(true),
             "securitySchemes": { "token": { "type": "http", "scheme": "bearer" } },
         },
     });
-    if ask.state.needs_token() {
-        document["info"]["description"] =
-            json!("One air picture of drone traffic. This service asks for a bearer token.");
-    }
     json(JSON, &document)
 }
 
-fn operation(route: &Route) -> Value {
+const UNITS: &str = "Metres, metres per second, degrees true, RFC 3339 UTC; what is unknown is left out.";
+
+/// What the types do not say: an object has no other properties than these, and one that may be left out is never null.
+fn exact(schema: &mut Schema) {
+    transform_subschemas(&mut exact, schema);
+    let Some(object) = schema.as_object_mut().filter(|object| object.contains_key("properties")) else {
+        return;
+    };
+    if !object.contains_key("oneOf") {
+        object.insert("additionalProperties".to_owned(), json!(false));
+    }
+    let required = object.get("required").cloned().unwrap_or_default();
+    let is_required = |name: &str| required.as_array().is_some_and(|all| all.iter().any(|one| one == name));
+    let Some(Value::Object(properties)) = object.get_mut("properties") else { return };
+    for (_, property) in properties.iter_mut().filter(|(name, _)| !is_required(name)) {
+        if let Some(Value::Array(kinds)) = property.get_mut("type") {
+            kinds.retain(|kind| kind != "null");
+            property["type"] = kinds.first().cloned().unwrap_or_default();
+        }
+        if let Some(Value::Array(kinds)) = property.get("anyOf") {
+            let kind = kinds.first().cloned().unwrap_or_default();
+            let object = property.as_object_mut();
+            object.map(|object| {
+                (object.remove("anyOf"), object.extend(kind.as_object().cloned().unwrap_or_default()))
+            });
+        }
+    }
+}
+
+fn operation(route: &Route, generator: &mut SchemaGenerator) -> Value {
     let mut parameters: Vec<Value> = Vec::new();
     if route.path.contains("{id}") {
         let schema = json!({ "type": "string" });
@@ -53,14 +86,10 @@ fn operation(route: &Route) -> Value {
         }));
     }
     let mut responses = Map::new();
-    let schema = match schemas::of(route.path) {
-        Some(name) => json!({ "$ref": format!("#/components/schemas/{name}") }),
-        None if route.content_type.contains("json") => json!({ "type": "object" }),
-        None => json!({ "type": "string" }),
-    };
+    let schema = (route.reply.schema)(generator);
     responses.insert(
         "200".to_owned(),
-        json!({ "description": route.summary, "content": { route.content_type: { "schema": schema } } }),
+        json!({ "description": route.summary, "content": { route.reply.content_type: { "schema": schema } } }),
     );
     let guarded: &[u16] = if route.scope.is_some() { &[401, 403] } else { &[] };
     // Host and, of a POST, Origin and Content-Type are looked at for every route.
@@ -71,7 +100,7 @@ fn operation(route: &Route) -> Value {
             StatusCode::from_u16(status).ok().and_then(|status| status.canonical_reason()).unwrap_or("");
         let mut response = json!({ "description": text });
         if status != 304 {
-            let schema = json!({ "$ref": "#/components/schemas/Problem" });
+            let schema = generator.subschema_for::<ProblemJson<'_>>();
             response["content"] = json!({ "application/problem+json": { "schema": schema } });
         }
         responses.insert(status.to_string(), response);

@@ -9,9 +9,9 @@ use axum::response::Response;
 use axum::routing::get;
 use sha2::{Digest, Sha256};
 
-use super::ApiState;
 use super::ask::{Answer, Ask, matches, not_modified, with_type};
 use super::gzip::{self, Payload};
+use super::state::ApiState;
 
 /// Every file beside `index.html`: its path, its type and what is in it.
 const FILES: &[(&str, &str, &str)] = &[

@@ -3,10 +3,12 @@
 use axum::body::Body;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// What is wrong with a request, or why it cannot be answered now.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(inline)]
 pub struct Problem {
     #[serde(skip)]
     status: StatusCode,
@@ -54,8 +56,10 @@ impl Problem {
     }
 }
 
-#[derive(Serialize)]
-struct Body9457<'a> {
+/// RFC 9457.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Problem")]
+pub struct ProblemJson<'a> {
     r#type: &'static str,
     title: &'static str,
     status: u16,
@@ -66,7 +70,7 @@ struct Body9457<'a> {
 impl IntoResponse for Problem {
     fn into_response(self) -> Response {
         let title = self.status.canonical_reason().unwrap_or("Error");
-        let json = Body9457 { r#type: "about:blank", title, status: self.status.as_u16(), problem: &self };
+        let json = ProblemJson { r#type: "about:blank", title, status: self.status.as_u16(), problem: &self };
         // Texts and numbers only: there is nothing that could not be written.
         let mut response = Response::new(Body::from(serde_json::to_vec(&json).unwrap_or_default()));
         *response.status_mut() = self.status;

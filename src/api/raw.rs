@@ -1,45 +1,78 @@
 //! `/api/v1/raw`: what the sensors said, before anything was made of it.
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
-use super::ask::{Answer, Ask, GEO_JSON, json};
+use super::ask::Ask;
+use super::geometry::{CollectionType, Point, Unnamed};
+use super::problem::Problem;
 use crate::json::rounded;
+use crate::picture::{PictureMaker, Rfc3339, serial_text};
 use fusion::Report;
 
 /// The largest number that is asked for: JSON's numbers are exact to about here.
 const LARGEST: u64 = 9_000_000_000_000_000;
 
-/// The reports after a number, as the engine took them.
-pub fn all(ask: &Ask) -> Answer {
-    let after = ask.value("after", "a whole number: last of the answer before", |after| *after <= LARGEST)?;
-    let (reports, last) = ask.state.hub().inputs.after(after.unwrap_or(0));
-    let features: Vec<Value> = reports.iter().map(|report| feature(ask, report)).collect();
-    json(GEO_JSON, &json!({ "type": "FeatureCollection", "last": last, "features": features }))
+/// GeoJSON, RFC 7946.
+#[derive(Serialize, JsonSchema)]
+pub struct Raw {
+    r#type: CollectionType,
+    /// Number of the last report, for the next request's `after`.
+    last: u64,
+    features: Vec<Unnamed<Point, ReportProperties>>,
 }
 
-fn feature(ask: &Ask, report: &Report) -> Value {
-    let maker = &ask.state.hub().maker;
-    let (sensor, position, is_high) = match report {
-        Report::Plot(plot) => (plot.track.sensor, plot.position, plot.height_measured),
-        Report::Fix(fix) => (fix.sensor, fix.position, true),
-    };
-    let place = maker.place(position);
-    let mut coordinates = vec![rounded(place.longitude_deg(), 7), rounded(place.latitude_deg(), 7)];
-    coordinates.extend(is_high.then(|| rounded(place.height_m, 2)));
-    let mut properties = json!({ "sensor": maker.sensor(sensor), "time": report.time().to_string() });
-    match report {
+/// A report of a radar or a transponder.
+#[derive(Serialize, JsonSchema)]
+struct ReportProperties {
+    /// Its configured id.
+    sensor: String,
+    time: Rfc3339,
+    #[serde(flatten)]
+    of: Origin,
+}
+
+#[derive(Serialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "lowercase")]
+enum Origin {
+    Radar {
+        track_number: u16,
+        /// That it is a drone, according to the radar.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        uav_probability: Option<f64>,
+    },
+    Transponder {
+        serial_number: String,
+    },
+}
+
+/// The reports after a number, as the engine took them.
+pub fn all(ask: &Ask) -> Result<Raw, Problem> {
+    let rule = "a whole number: last of the answer before";
+    let after = ask.query.value("after", rule, |after| *after <= LARGEST)?;
+    let hub = ask.state.hub();
+    let (reports, last) = hub.inputs.after(after.unwrap_or(0));
+    let features = reports.iter().map(|report| feature(&hub.maker, report)).collect();
+    Ok(Raw { r#type: CollectionType::default(), last, features })
+}
+
+fn feature(maker: &PictureMaker, report: &Report) -> Unnamed<Point, ReportProperties> {
+    let (sensor, position, is_high, of) = match report {
         Report::Plot(plot) => {
-            properties["kind"] = json!("radar");
-            properties["track_number"] = json!(plot.track.number);
-            if let Some(probability) = plot.uav_probability {
-                properties["uav_probability"] = json!(rounded(probability, 4));
-            }
+            let uav_probability = plot.uav_probability.map(|probability| rounded(probability, 4));
+            let of = Origin::Radar { track_number: plot.track.number, uav_probability };
+            (plot.track.sensor, plot.position, plot.height_measured, of)
         }
         Report::Fix(fix) => {
-            properties["kind"] = json!("transponder");
-            properties["serial_number"] = json!(fix.identity.serial().escape_ascii().to_string());
+            let of = Origin::Transponder { serial_number: serial_text(fix.identity) };
+            (fix.sensor, fix.position, true, of)
         }
-    }
-    let geometry = json!({ "type": "Point", "coordinates": coordinates });
-    json!({ "type": "Feature", "geometry": geometry, "properties": properties })
+    };
+    let place = maker.place(position);
+    let [lng, lat] = [place.longitude_deg(), place.latitude_deg()].map(|degrees| rounded(degrees, 7));
+    let sensor = maker.sensor(sensor).to_owned();
+    Unnamed::new(
+        Point::new(lng, lat, is_high.then(|| rounded(place.height_m, 2))),
+        ReportProperties { sensor, time: report.time().into(), of },
+    )
 }

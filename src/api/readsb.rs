@@ -2,74 +2,102 @@
 
 use std::collections::BTreeSet;
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
-use super::ask::{Answer, Ask, JSON, json};
-use super::shown::Piece;
+use super::ask::Ask;
+use super::piece::Piece;
+use super::problem::Problem;
+use super::shown::Shown;
 use crate::json::rounded;
-use crate::live::Frame;
-use crate::picture::Track;
+use crate::picture::serial_text;
 
 const FEET_PER_METRE: f64 = 1.0 / 0.3048;
-/// Knots in a metre a second.
+/// Knots in a metre per second.
 const KNOTS: f64 = 3600.0 / 1852.0;
 /// `hex` has 24 bits.
 const HEX: u32 = 0x00ff_ffff;
 
-/// `/data/aircraft.json`.
-pub fn aircraft(ask: &Ask) -> Answer {
-    let (_, latest) = ask.state.log().latest();
-    let messages = ask.state.hub().status().map_or(0, |status| status.tally.received);
-    let Some(shown) = latest else {
-        return json(
-            JSON,
-            &json!({ "now": ask.state.now().as_seconds(), "messages": messages, "aircraft": [] }),
-        );
-    };
-    let mut taken = BTreeSet::new();
-    let placed = shown
-        .pieces
-        .iter()
-        .map(|piece| entry(piece, shown.track(piece), &shown.frame, hex(&piece.id, &mut taken)));
-    let aircraft: Vec<Value> = placed.collect();
-    let now = rounded(shown.frame.published_at.as_seconds(), 3);
-    json(JSON, &json!({ "now": now, "messages": messages, "aircraft": aircraft }))
+#[derive(Serialize, JsonSchema)]
+pub struct Picture {
+    /// Seconds since 1970.
+    now: f64,
+    /// Datagrams received.
+    messages: u64,
+    aircraft: Vec<Aircraft>,
 }
 
 /// Nothing here is ADS-B: a radar's track is what readsb calls a track file; the rest is `other`, and nothing claims an
 /// ICAO address. There is no barometric height, and none is made up.
-fn entry(piece: &Piece, track: &Track, frame: &Frame, hex: u32) -> Value {
-    let age_s = rounded(frame.published_at.seconds_since(frame.picture.time), 1);
-    let mut entry = json!({
-        "hex": format!("~{hex:06x}"),
-        "type": if piece.source == "radar" { "tisb_trackfile" } else { "other" },
-        "lat": rounded(piece.lat, 6),
-        "lon": rounded(piece.lng, 6),
-        "seen": age_s,
-        "seen_pos": age_s,
-        "mlat": [],
-        "tisb": [],
-    });
-    entry["flight"] = json!(match track.point.source.transponder() {
-        Some(part) => part.identity.serial().escape_ascii().to_string(),
-        None => piece.id.to_string(),
-    });
-    if piece.alt_msl.is_some() {
-        entry["alt_geom"] = json!((track.position.height_m * FEET_PER_METRE).round() as i64);
+#[derive(Serialize, JsonSchema)]
+struct Aircraft {
+    hex: String,
+    #[schemars(extend("enum" = ["tisb_trackfile", "other"]))]
+    r#type: &'static str,
+    lat: f64,
+    lon: f64,
+    seen: f64,
+    seen_pos: f64,
+    mlat: [(); 0],
+    tisb: [(); 0],
+    /// Serial number of the transponder, else the track's id.
+    flight: String,
+    /// Above the ellipsoid, feet.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    alt_geom: Option<i64>,
+    /// Ground speed, knots.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gs: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    nac_p: Option<u8>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    nac_v: Option<u8>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    track: Option<f64>,
+    /// Feet per minute.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    geom_rate: Option<i64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gva: Option<u8>,
+}
+
+/// `/data/aircraft.json`.
+pub fn aircraft(ask: &Ask) -> Result<Picture, Problem> {
+    let (_, latest) = ask.state.log().latest();
+    let messages = ask.state.hub().status().map_or(0, |status| status.tally.received);
+    let Some(shown) = latest else {
+        return Ok(Picture { now: ask.state.now().as_seconds(), messages, aircraft: Vec::new() });
+    };
+    let mut taken = BTreeSet::new();
+    let aircraft =
+        shown.pieces.iter().map(|piece| entry(piece, &shown, hex(&piece.id, &mut taken))).collect();
+    Ok(Picture { now: rounded(shown.frame.published_at.as_seconds(), 3), messages, aircraft })
+}
+
+fn entry(piece: &Piece, shown: &Shown, hex: u32) -> Aircraft {
+    let track = shown.track(piece);
+    let (motion, vertical) = (track.motion.as_ref(), track.vertical_motion());
+    let age_s = rounded(shown.frame.published_at.seconds_since(shown.time()), 1);
+    let transponder = track.point.source.transponder();
+    let feet = |metres: f64| (metres * FEET_PER_METRE).round() as i64;
+    Aircraft {
+        hex: format!("~{hex:06x}"),
+        r#type: if piece.source == "radar" { "tisb_trackfile" } else { "other" },
+        lat: rounded(piece.lat, 6),
+        lon: rounded(piece.lng, 6),
+        seen: age_s,
+        seen_pos: age_s,
+        mlat: [],
+        tisb: [],
+        flight: transponder.map_or(piece.id.to_string(), |part| serial_text(part.identity)),
+        alt_geom: piece.height_m.map(feet),
+        gs: motion.map(|motion| rounded(motion.speed() * KNOTS, 1)),
+        nac_p: motion.map(|motion| motion.class_h().category),
+        nac_v: motion.map(|motion| motion.class_speed().category),
+        track: motion.and_then(|motion| motion.track_deg).map(|degrees| rounded(degrees, 2) % 360.0),
+        geom_rate: vertical.map(|motion| (motion.climb() * FEET_PER_METRE * 60.0).round() as i64),
+        gva: vertical.map(|motion| motion.class_v().category),
     }
-    if let Some(motion) = &track.motion {
-        entry["gs"] = json!(rounded(motion.speed() * KNOTS, 1));
-        entry["nac_p"] = json!(motion.class_h().category);
-        entry["nac_v"] = json!(motion.class_speed().category);
-        if let Some(degrees) = motion.track_deg {
-            entry["track"] = json!(rounded(degrees, 2) % 360.0);
-        }
-    }
-    if let Some(motion) = track.vertical_motion() {
-        entry["geom_rate"] = json!((motion.climb() * FEET_PER_METRE * 60.0).round() as i64);
-        entry["gva"] = json!(motion.class_v().category);
-    }
-    entry
 }
 
 /// A number of 24 bits from the id: the same as long as no other track of the picture has it.
@@ -83,19 +111,29 @@ fn hex(id: &str, taken: &mut BTreeSet<u32>) -> u32 {
     hex
 }
 
+#[derive(Serialize, JsonSchema)]
+pub struct Receiver {
+    version: &'static str,
+    /// Milliseconds between two pictures.
+    refresh: i64,
+    /// 0: no history is served.
+    history: u32,
+    /// Of the first radar, degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lat: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lon: Option<f64>,
+}
+
 /// `/data/receiver.json`.
-pub fn receiver(ask: &Ask) -> Answer {
+pub fn receiver(ask: &Ask) -> Result<Receiver, Problem> {
     let config = &ask.state.hub().config;
-    let slot_ms = config.fusion.slot.as_millis() as i64;
-    let mut receiver = json!({
-        "version": concat!("utm-fusion ", env!("CARGO_PKG_VERSION")),
-        "refresh": slot_ms.max(1_000),
-        // No history is served.
-        "history": 0,
-    });
-    if let Some((_, radar)) = config.radars().next() {
-        receiver["lat"] = json!(radar.latitude_deg);
-        receiver["lon"] = json!(radar.longitude_deg);
-    }
-    json(JSON, &receiver)
+    let radar = config.radars().next().map(|(_, radar)| radar);
+    Ok(Receiver {
+        version: concat!("utm-fusion ", env!("CARGO_PKG_VERSION")),
+        refresh: (config.fusion.slot.as_millis() as i64).max(1_000),
+        history: 0,
+        lat: radar.map(|radar| radar.latitude_deg),
+        lon: radar.map(|radar| radar.longitude_deg),
+    })
 }

@@ -1,119 +1,84 @@
 //! Every route, once: the router and the OpenAPI document are both made of this table.
 
-use super::ask::{Answer, Ask};
-use super::auth::{Scope, open_ticket};
-use super::correlations::{self, Later};
-use super::{history, metrics, openapi, page, raw, readsb, replay, service, sites, stream, tracks, uss};
+use std::sync::LazyLock;
 
-/// A path and what is done there.
-#[derive(Clone, Copy, Debug)]
-pub struct Route {
-    /// With `{id}` where a part is free.
-    pub path: &'static str,
-    /// `GET` (then also `HEAD`) or `POST`.
-    pub post: bool,
-    /// One line for the document.
-    pub summary: &'static str,
-    /// The parameters behind the `?`, which are then the only ones; `None`: whatever stands there is ignored.
-    pub parameters: Option<&'static [Parameter]>,
-    /// What a token needs; `None`: open to everybody.
-    pub scope: Option<Scope>,
-    /// The type of the answer.
-    pub content_type: &'static str,
-    /// Statuses beside 200, 400, 401, 403, 405 and, where it is limited, 429.
-    pub problems: &'static [u16],
-    /// Whether requests are counted against `http.requests_per_s`; those that watch over the service are not.
-    pub limited: bool,
-    /// What answers.
-    pub(super) handler: fn(&Ask) -> Answer,
-    /// What answers instead where the engine has to be waited for.
-    pub(super) later: Option<fn(Ask) -> Later>,
-}
+use serde_json::Value;
 
-/// A parameter of a query.
-#[derive(Clone, Copy, Debug)]
-pub struct Parameter {
-    /// Its name.
-    pub name: &'static str,
-    /// `string`, `number`, `integer`, or `time` (RFC 3339).
-    pub kind: &'static str,
-    /// Its least and its greatest value, where it is a number.
-    pub range: Option<(f64, f64)>,
-    /// Whether it has to be given.
-    pub required: bool,
-    /// What it does.
-    pub description: &'static str,
-}
-
-const fn parameter(name: &'static str, kind: &'static str, description: &'static str) -> Parameter {
-    Parameter { name, kind, range: None, required: false, description }
-}
-
-impl Parameter {
-    const fn within(self, least: f64, greatest: f64) -> Self {
-        Self { range: Some((least, greatest)), ..self }
-    }
-
-    const fn needed(self) -> Self {
-        Self { required: true, ..self }
-    }
-}
+use super::ask::{Answer, Ask, GEO_JSON, JSON};
+use super::auth::open_ticket;
+use super::ground::{AreaCollection, Coverage};
+use super::history::Trail;
+use super::route::Reply;
+pub use super::route::{Parameter, Route};
+use super::shown::{TrackFeature, Tracks};
+use super::tokens::Scope;
+use super::{
+    correlations, history, metrics, openapi, page, raw, readsb, replay, service, sites, stream, tracks, uss,
+};
 
 const FILTER: [Parameter; 9] = [
-    parameter(
+    Parameter::new(
         "bbox",
         "string",
         "lon_min,lat_min,lon_max,lat_max, degrees; lon_min above lon_max spans the antimeridian",
     ),
-    parameter("source", "string", "of fused, radar, transponder, separated by commas"),
-    parameter("sensor", "string", "ids of sensors that took part, separated by commas"),
-    parameter(
+    Parameter::new("source", "string", "of fused, radar, transponder, separated by commas"),
+    Parameter::new("sensor", "string", "ids of sensors that took part, separated by commas"),
+    Parameter::new(
         "alt_min",
         "number",
-        "least height above mean sea level, metres; a track of unknown height is left out",
+        "least height above mean sea level, metres; tracks of unknown height are left out",
     )
     .within(-1_000.0, 100_000.0),
-    parameter(
+    Parameter::new(
         "alt_max",
         "number",
-        "greatest height above mean sea level, metres; a track of unknown height is left out",
+        "greatest height above mean sea level, metres; tracks of unknown height are left out",
     )
     .within(-1_000.0, 100_000.0),
-    parameter("ids", "string", "ids of tracks, separated by commas"),
-    parameter("limit", "integer", "tracks at most, 1 to 10000").within(1.0, 10_000.0),
-    parameter("trail_s", "integer", "each track with where it was in the last so many seconds, 1 to 600")
+    Parameter::new("ids", "string", "ids of tracks, separated by commas"),
+    Parameter::new("limit", "integer", "tracks at most, 1 to 10000").within(1.0, 10_000.0),
+    Parameter::new("trail_s", "integer", "each track with its trail of the last seconds, 1 to 600")
         .within(1.0, 600.0),
-    parameter("include", "string", "competitors: who else could be each part of a track; default: left out"),
+    Parameter::new(
+        "include",
+        "string",
+        "competitors: who else could be each part of a track; default: left out",
+    ),
 ];
 
 const STREAM: [Parameter; 11] = {
     let [a, b, c, d, e, f, g, h, i] = FILTER;
-    let interval =
-        parameter("interval_ms", "integer", "between two tracks events, 250 to 10000; default: each slot")
-            .within(250.0, 10_000.0);
-    let ticket = parameter("ticket", "string", "from POST /api/v1/stream-tickets, for browsers");
+    let interval = Parameter::new(
+        "interval_ms",
+        "integer",
+        "between two tracks events, 250 to 10000; default: each slot",
+    )
+    .within(250.0, 10_000.0);
+    let ticket = Parameter::new("ticket", "string", "from POST /api/v1/stream-tickets, for browsers");
     [a, b, c, d, e, f, g, h, i, interval, ticket]
 };
 
 const VIEW: [Parameter; 2] = [
-    parameter("view", "string", "lat1,lng1,lat2,lng2: two corners, degrees; at most 7 km apart").needed(),
-    parameter(
+    Parameter::new("view", "string", "lat1,lng1,lat2,lng2: two corners, degrees; at most 7 km apart")
+        .needed(),
+    Parameter::new(
         "recent_positions_duration",
         "number",
-        "seconds, 0 to 60: recent positions in the view, one a second",
+        "seconds, 0 to 60: recent positions in the view, one per second",
     )
     .within(0.0, 60.0),
 ];
 
 const TRAIL: [Parameter; 3] = [
-    parameter("since", "time", "default: 10 minutes before until"),
-    parameter("until", "time", "default: now"),
-    parameter("format", "string", "geojson (default), gpx, kml or csv"),
+    Parameter::new("since", "time", "default: 10 minutes before until"),
+    Parameter::new("until", "time", "default: now"),
+    Parameter::new("format", "string", "geojson (default), gpx, kml or csv"),
 ];
 
-const TIME: [Parameter; 1] = [parameter("time", "time", "of the picture").needed()];
+const TIME: [Parameter; 1] = [Parameter::new("time", "time", "of the picture").needed()];
 
-const SEEK: [Parameter; 1] = [parameter(
+const SEEK: [Parameter; 1] = [Parameter::new(
     "time",
     "string",
     "RFC 3339 (2026-03-14T09:00:00Z), or a time of day that the recording has once (09:00:00)",
@@ -121,243 +86,175 @@ const SEEK: [Parameter; 1] = [parameter(
 .needed()];
 
 const AFTER: [Parameter; 1] =
-    [parameter("after", "integer", "last of the answer before; default: everything that is kept")
+    [Parameter::new("after", "integer", "last of the answer before; default: everything that is kept")
         .within(0.0, 9e15)];
 
 const SPEED: [Parameter; 1] =
-    [parameter("speed", "number", "how many times faster than it happened, 0.01 to 1000")
+    [Parameter::new("speed", "number", "how many times faster than it happened, 0.01 to 1000")
         .within(0.01, 1_000.0)
         .needed()];
 
 const PAIR: [Parameter; 5] = [
-    parameter("sensor", "string", "id of the radar").needed(),
-    parameter("track", "integer", "the radar's own number of its track (I048/161), 0 to 4095")
+    Parameter::new("sensor", "string", "id of the radar").needed(),
+    Parameter::new("track", "integer", "the radar's own number of its track (I048/161), 0 to 4095")
         .within(0.0, 4095.0)
         .needed(),
-    parameter("uas", "string", "serial number of the transponder, as in uas_id of a track").needed(),
-    parameter(
+    Parameter::new("uas", "string", "serial number of the transponder, as in uas_id of a track").needed(),
+    Parameter::new(
         "country",
         "string",
         "its registration country, or none, where several have that serial number",
     ),
-    parameter("verdict", "string", "correlated, decorrelated, or automatic: as if nothing had been said")
-        .needed(),
+    Parameter::new(
+        "verdict",
+        "string",
+        "correlated, decorrelated, or automatic: as if nothing had been said",
+    )
+    .needed(),
 ];
-
-const CONTROL: Route =
-    Route { post: true, scope: Some(Scope::Control), problems: &[409, 413], handler: replay::play, ..GET };
-
-const GET: Route = Route {
-    path: "",
-    post: false,
-    summary: "",
-    parameters: Some(&[]),
-    scope: Some(Scope::Read),
-    content_type: "application/json",
-    problems: &[],
-    limited: true,
-    handler: service::health,
-    later: None,
-};
-
-const GEO_JSON: &str = "application/geo+json";
 
 /// All routes.
-pub const ROUTES: &[Route] = &[
-    Route {
-        path: "/api/v1/tracks",
-        summary: "The picture: a GeoJSON FeatureCollection, with a weak ETag",
-        parameters: Some(&FILTER),
-        content_type: GEO_JSON,
-        problems: &[304],
-        handler: tracks::all,
-        ..GET
-    },
-    Route {
-        path: "/api/v1/tracks/{id}",
-        summary: "One track with its contributors and their competitors",
-        content_type: GEO_JSON,
-        problems: &[404],
-        handler: tracks::one,
-        ..GET
-    },
-    Route {
-        path: "/api/v1/tracks/{id}/trail",
-        summary: "Where a track was, a place a second",
-        parameters: Some(&TRAIL),
-        content_type: GEO_JSON,
-        problems: &[404, 503],
-        handler: history::trail,
-        ..GET
-    },
-    Route {
-        path: "/api/v1/snapshot",
-        summary: "The picture at a past time, to a second",
-        parameters: Some(&TIME),
-        content_type: GEO_JSON,
-        problems: &[404, 503],
-        handler: history::snapshot,
-        ..GET
-    },
-    Route {
-        path: "/api/v1/correlations",
-        summary: "What operators have decided of radar tracks and transponders, and is in force",
-        handler: correlations::all,
-        ..GET
-    },
-    Route {
-        path: "/api/v1/correlations",
-        summary: "A radar track and a transponder are one aircraft, or are not, until its track number ends",
-        parameters: Some(&PAIR),
-        problems: &[404, 409, 413, 503],
-        later: Some(correlations::correlate),
-        ..CONTROL
-    },
-    Route { path: "/api/v1/replay/play", summary: "The replay goes on", ..CONTROL },
-    Route {
-        path: "/api/v1/replay/pause",
-        summary: "The replay stops where it is",
-        handler: replay::pause,
-        ..CONTROL
-    },
-    Route {
-        path: "/api/v1/replay/seek",
-        summary: "The replay goes to a time",
-        parameters: Some(&SEEK),
-        problems: &[503],
-        handler: replay::seek,
-        ..CONTROL
-    },
-    Route {
-        path: "/api/v1/replay/speed",
-        summary: "The replay goes faster or slower",
-        parameters: Some(&SPEED),
-        handler: replay::speed,
-        ..CONTROL
-    },
-    Route {
-        path: "/api/v1/stream",
-        summary: "Server-Sent Events: snapshot, tracks, ended, sensor, alert, heartbeat, resync, closed",
-        parameters: Some(&STREAM),
-        scope: Some(Scope::Stream),
-        content_type: "text/event-stream",
-        problems: &[503],
-        handler: stream::open,
-        ..GET
-    },
-    Route {
-        path: "/api/v1/stream-tickets",
-        post: true,
-        summary: "A ticket that opens one stream within 30 s",
-        scope: Some(Scope::Stream),
-        problems: &[413],
-        handler: open_ticket,
-        ..GET
-    },
-    Route {
-        path: "/api/v1/raw",
-        summary: "What the sensors said, as the engine took it, from the first time that somebody asks",
-        parameters: Some(&AFTER),
-        content_type: GEO_JSON,
-        handler: raw::all,
-        ..GET
-    },
-    Route {
-        path: "/api/v1/sensors",
-        summary: "The sensors with their state; sources that are heard and not configured",
-        content_type: GEO_JSON,
-        handler: sites::sensors,
-        ..GET
-    },
-    Route {
-        path: "/api/v1/status",
-        summary: "Health with reasons, latency, counters",
-        handler: service::status,
-        ..GET
-    },
-    Route { path: "/api/v1/info", summary: "Version, site and settings", handler: service::info, ..GET },
-    Route {
-        path: "/api/v1/coverage",
-        summary: "How far the sensors see, as polygons",
-        content_type: GEO_JSON,
-        handler: sites::coverage,
-        ..GET
-    },
-    Route {
-        path: "/api/v1/areas",
-        summary: "The configured areas",
-        content_type: GEO_JSON,
-        handler: sites::areas,
-        ..GET
-    },
-    Route { path: "/api/v1/alerts", summary: "What is wrong now", handler: sites::alerts, ..GET },
-    Route {
-        path: "/api/v1/conflicts",
-        summary: "Conflicts between tracks; not computed in any profile of this version: `computed` is false, the list empty",
-        handler: sites::conflicts,
-        ..GET
-    },
-    Route {
-        path: "/data/aircraft.json",
-        summary: "The picture as readsb serves it",
-        parameters: None,
-        handler: readsb::aircraft,
-        ..GET
-    },
-    Route {
-        path: "/data/receiver.json",
-        summary: "The site as readsb serves it",
-        parameters: None,
-        handler: readsb::receiver,
-        ..GET
-    },
-    Route {
-        path: "/uss/flights",
-        summary: "ASTM F3411-22a display data: flights that identify themselves, in a view",
-        parameters: Some(&VIEW),
-        problems: &[413],
-        handler: uss::flights,
-        ..GET
-    },
-    Route {
-        path: "/uss/flights/{id}/details",
-        summary: "ASTM F3411-22a display data: who a flight is",
-        problems: &[404],
-        handler: uss::details,
-        ..GET
-    },
-    Route {
-        path: "/healthz",
-        summary: "The process is alive",
-        scope: None,
-        limited: false,
-        handler: service::health,
-        ..GET
-    },
-    Route {
-        path: "/readyz",
-        summary: "Lines are joined and slots are put out",
-        scope: None,
-        problems: &[503],
-        limited: false,
-        handler: service::ready,
-        ..GET
-    },
-    Route {
-        path: "/metrics",
-        summary: "Prometheus text",
-        content_type: "text/plain; version=0.0.4; charset=utf-8",
-        handler: metrics::text,
-        ..GET
-    },
-    Route { path: "/openapi.json", summary: "This document", scope: None, handler: openapi::document, ..GET },
-    Route {
-        path: "/",
-        summary: "The page",
-        parameters: None,
-        scope: None,
-        content_type: "text/html; charset=utf-8",
-        handler: page::index,
-        ..GET
-    },
-];
+pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
+    vec![
+        Route::get(
+            "/api/v1/tracks",
+            "The picture: a GeoJSON FeatureCollection, with a weak ETag",
+            Reply::octets::<Tracks<'_>>(GEO_JSON, tracks::all),
+        )
+        .with(&FILTER)
+        .or(&[304]),
+        Route::get(
+            "/api/v1/tracks/{id}",
+            "One track with its contributors and their competitors",
+            Reply::octets::<TrackFeature<'_>>(GEO_JSON, tracks::one),
+        )
+        .or(&[404]),
+        Route::get(
+            "/api/v1/tracks/{id}/trail",
+            "Where a track was, one position per second",
+            Reply::octets::<Trail<'_>>(GEO_JSON, history::trail),
+        )
+        .with(&TRAIL)
+        .or(&[404, 503]),
+        Route::get(
+            "/api/v1/snapshot",
+            "The picture at a past time, to a second",
+            Reply::geo(history::snapshot),
+        )
+        .with(&TIME)
+        .or(&[404, 503]),
+        Route::get(
+            "/api/v1/correlations",
+            "Correlations that operators have decided and that are in force",
+            Reply::json(correlations::all),
+        ),
+        Route::post(
+            "/api/v1/correlations",
+            "A radar track and a transponder are one aircraft, or are not, until its track number ends",
+            Scope::Control,
+            Reply::later(correlations::correlate),
+        )
+        .with(&PAIR)
+        .or(&[404, 409, 413, 503]),
+        Route::post("/api/v1/replay/play", "The replay goes on", Scope::Control, Reply::json(replay::play))
+            .or(&[409, 413]),
+        Route::post(
+            "/api/v1/replay/pause",
+            "The replay stops where it is",
+            Scope::Control,
+            Reply::json(replay::pause),
+        )
+        .or(&[409, 413]),
+        Route::post(
+            "/api/v1/replay/seek",
+            "The replay goes to a time",
+            Scope::Control,
+            Reply::json(replay::seek),
+        )
+        .with(&SEEK)
+        .or(&[503]),
+        Route::post(
+            "/api/v1/replay/speed",
+            "The replay goes faster or slower",
+            Scope::Control,
+            Reply::json(replay::speed),
+        )
+        .with(&SPEED)
+        .or(&[409, 413]),
+        Route::get(
+            "/api/v1/stream",
+            "Server-Sent Events: snapshot, tracks, ended, sensor, alert, heartbeat, resync, closed",
+            Reply::octets::<String>("text/event-stream", stream::open),
+        )
+        .with(&STREAM)
+        .needs(Some(Scope::Stream))
+        .or(&[503]),
+        Route::post(
+            "/api/v1/stream-tickets",
+            "A ticket that opens one stream within 30 s",
+            Scope::Stream,
+            Reply::json(open_ticket),
+        )
+        .or(&[413]),
+        Route::get(
+            "/api/v1/raw",
+            "What the sensors said, as the engine took it, from the first time that somebody asks",
+            Reply::geo(raw::all),
+        )
+        .with(&AFTER),
+        Route::get(
+            "/api/v1/sensors",
+            "The sensors with their state; sources that are heard and not configured",
+            Reply::geo(sites::sensors),
+        ),
+        Route::get("/api/v1/status", "Health with reasons, latency, counters", Reply::json(service::status)),
+        Route::get("/api/v1/info", "Version, site and settings", Reply::json(service::info)),
+        Route::get(
+            "/api/v1/coverage",
+            "How far the sensors see, as polygons",
+            Reply::octets::<Coverage>(GEO_JSON, sites::coverage),
+        ),
+        Route::get(
+            "/api/v1/areas",
+            "The configured areas",
+            Reply::octets::<AreaCollection>(GEO_JSON, sites::areas),
+        ),
+        Route::get("/api/v1/alerts", "What is wrong now", Reply::json(sites::alerts)),
+        Route::get(
+            "/api/v1/conflicts",
+            "Conflicts between tracks; not computed in any profile of this version: `computed` is false, the list empty",
+            Reply::json(sites::conflicts),
+        ),
+        Route::get("/data/aircraft.json", "The picture as readsb serves it", Reply::json(readsb::aircraft))
+            .any_query(),
+        Route::get("/data/receiver.json", "The site as readsb serves it", Reply::json(readsb::receiver))
+            .any_query(),
+        Route::get(
+            "/uss/flights",
+            "ASTM F3411-22a display data: flights that identify themselves, in a view",
+            Reply::json(uss::flights),
+        )
+        .with(&VIEW)
+        .or(&[413]),
+        Route::get(
+            "/uss/flights/{id}/details",
+            "ASTM F3411-22a display data: who a flight is",
+            Reply::json(uss::details),
+        )
+        .or(&[404]),
+        Route::get("/healthz", "The process is alive", Reply::json(service::health)).probe(),
+        Route::get("/readyz", "Lines are joined and slots are published", Reply::json(service::ready))
+            .probe()
+            .or(&[503]),
+        Route::get("/metrics", "Prometheus text", Reply::octets::<String>(metrics::TEXT, metrics::text)),
+        Route::get("/openapi.json", "This document", Reply::octets::<Value>(JSON, document)).needs(None),
+        Route::get("/", "The page", Reply::octets::<String>("text/html; charset=utf-8", page::index))
+            .any_query()
+            .needs(None),
+    ]
+});
+
+/// `/openapi.json`.
+fn document(ask: &Ask) -> Answer {
+    openapi::document(&ROUTES, ask.state.needs_token())
+}

@@ -1,7 +1,7 @@
 //! The socket: connections are counted, and those that say nothing are closed.
 
 use std::io;
-use std::net::{IpAddr, SocketAddr};
+use std::net::SocketAddr;
 use std::time::Duration;
 
 use hyper::Request;
@@ -15,10 +15,10 @@ use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpSocket, TcpStream};
 use tracing::{debug, info, warn};
 
-use super::ApiState;
-use super::client::is_trusted;
+use super::client::{Peer, is_trusted};
 use super::door::Refused;
 use super::guard::router;
+use super::state::ApiState;
 use super::tls::Tls;
 
 /// Files that the service opens besides its connections: lines, outputs, recordings, history.
@@ -30,10 +30,6 @@ const FAREWELL: Duration = Duration::from_secs(2);
 
 /// Connections that may wait to be accepted: after a restart all readers come back at once.
 const BACKLOG: u32 = 4096;
-
-/// Who is at the other end.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Peer(pub(super) IpAddr);
 
 /// Listens for connections.
 ///

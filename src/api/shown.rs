@@ -5,15 +5,18 @@ use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use axum::body::Bytes;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::filter::Filter;
+use super::geometry::{CollectionType, Feature, Point};
 use super::gzip::Payload;
+use super::piece::Piece;
 use super::trails::Trail;
 use crate::config::Config;
 use crate::json::rounded;
 use crate::live::{Frame, Hub};
-use crate::picture::{PictureMaker, Track, TrackJson};
+use crate::picture::{PictureMaker, PictureTrack, Rfc3339, TrackJson};
 use fusion::time::Time;
 
 /// A published slot with its JSON.
@@ -29,78 +32,42 @@ pub struct Shown {
     event: Payload,
 }
 
-/// A track's feature, and what filters ask of it.
-#[derive(Clone, Debug)]
-pub struct Piece {
-    /// Where it stands in the picture.
-    index: usize,
-    /// The track's id.
-    pub id: Arc<str>,
-    /// `fused`, `radar` or `transponder`.
-    pub source: &'static str,
-    /// Degrees.
-    pub lng: f64,
-    /// Degrees.
-    pub lat: f64,
-    /// Metres above mean sea level, where it was measured.
-    pub alt_msl: Option<f64>,
-    radar: Option<usize>,
-    transponder: Option<usize>,
-    /// Whether it is another than in the slot before.
-    pub is_new: bool,
-    /// The GeoJSON feature, without competitors.
-    feature: Bytes,
-    /// With them, where somebody has asked for them.
-    full: OnceLock<Bytes>,
-}
-
-impl Piece {
-    /// The sensors that took part, as indices.
-    pub fn sensors(&self) -> impl Iterator<Item = usize> {
-        self.radar.into_iter().chain(self.transponder)
-    }
-}
-
-#[derive(Serialize)]
-struct Feature<'a> {
-    r#type: &'static str,
-    id: &'a str,
-    geometry: Point,
-    properties: Properties<'a>,
-}
-
-/// Longitude, latitude and, where it was measured, ellipsoidal height.
-#[derive(Serialize)]
-struct Point {
-    r#type: &'static str,
-    coordinates: Vec<f64>,
-}
-
-#[derive(Serialize)]
-struct Properties<'a> {
-    #[serde(flatten)]
-    track: &'a TrackJson<'a>,
-    age_s: f64,
+/// GeoJSON, RFC 7946.
+#[derive(Serialize, JsonSchema)]
+pub struct Tracks<'a> {
+    r#type: CollectionType,
+    /// Of the tracks: the centre of the slot.
     #[serde(skip_serializing_if = "Option::is_none")]
-    trail: Option<&'a Trail>,
-}
-
-/// What stands in front of the features.
-#[derive(Serialize)]
-struct Head<'a> {
-    r#type: &'static str,
+    time: Option<Rfc3339>,
+    /// When the slot was published.
     #[serde(skip_serializing_if = "Option::is_none")]
-    time: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    published_at: Option<String>,
+    published_at: Option<Rfc3339>,
+    /// From the opening of the slot to its publication, seconds.
     #[serde(skip_serializing_if = "Option::is_none")]
     latency_s: Option<f64>,
     seq: u64,
+    /// Its configured name.
     site: &'a str,
     #[serde(rename = "numberMatched")]
     matched: usize,
     #[serde(rename = "numberReturned")]
     returned: usize,
+    /// Written one by one, behind all others.
+    features: Vec<TrackFeature<'a>>,
+}
+
+/// A track: GeoJSON, RFC 7946.
+pub type TrackFeature<'a> = Feature<'a, Point, TrackProperties<'a>>;
+
+#[derive(Serialize, JsonSchema)]
+pub struct TrackProperties<'a> {
+    #[serde(flatten)]
+    track: &'a TrackJson<'a>,
+    /// From its time to its publication.
+    age_s: f64,
+    /// With trail_s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    trail: Option<&'a Trail>,
 }
 
 impl Shown {
@@ -108,10 +75,11 @@ impl Shown {
     pub fn new(frame: &Arc<Frame>, hub: &Hub, before: Option<&Self>, event_head: &str) -> Self {
         let (maker, config) = (&hub.maker, &hub.config);
         // A place that is no number has no place on a map; the engine gives none, and none is passed on.
-        let placed = |(_, track): &(usize, &Track)| {
+        let placed = |(_, track): &(usize, &PictureTrack)| {
             track.position.latitude_deg().is_finite() && track.position.longitude_deg().is_finite()
         };
-        let tracks: Vec<(usize, &Track)> = frame.picture.tracks.iter().enumerate().filter(placed).collect();
+        let tracks: Vec<(usize, &PictureTrack)> =
+            frame.picture.tracks.iter().enumerate().filter(placed).collect();
         let mut out = event_head.as_bytes().to_vec();
         let start = out.len();
         write_head(&mut out, Some(frame), config, tracks.len(), tracks.len());
@@ -130,13 +98,14 @@ impl Shown {
         let event = Bytes::from(out);
         let known = Known::of(before, &tracks);
         // Filters compare what readers see: the rounded values.
-        let piece = |(&(index, track), place): (&(usize, &Track), Range<usize>)| Piece {
+        let piece = |(&(index, track), place): (&(usize, &PictureTrack), Range<usize>)| Piece {
             index,
             id: maker.track_id(track).into(),
             source: track.source_name(),
             lng: rounded(track.position.longitude_deg(), 9),
             lat: rounded(track.position.latitude_deg(), 9),
             alt_msl: track.altitude_amsl_m.map(|metres| rounded(metres, 3)),
+            height_m: track.altitude_amsl_m.map(|_| track.position.height_m),
             radar: track.point.source.radar().map(|radar| usize::from(radar.track.sensor.0)),
             transponder: track.point.source.transponder().map(|part| usize::from(part.sensor.0)),
             is_new: !known.has(track),
@@ -239,7 +208,7 @@ impl Shown {
     }
 
     /// The track of a piece.
-    pub fn track(&self, piece: &Piece) -> &Track {
+    pub fn track(&self, piece: &Piece) -> &PictureTrack {
         &self.frame.picture.tracks[piece.index]
     }
 
@@ -255,10 +224,10 @@ impl Shown {
 }
 
 /// The tracks of the slot before, where any of them could be as it was. By then a track that says its time anew is new.
-struct Known<'a>(HashMap<(&'static str, u32), Vec<&'a Track>>);
+struct Known<'a>(HashMap<(&'static str, u32), Vec<&'a PictureTrack>>);
 
 impl<'a> Known<'a> {
-    fn of(before: Option<&'a Shown>, tracks: &[(usize, &Track)]) -> Self {
+    fn of(before: Option<&'a Shown>, tracks: &[(usize, &PictureTrack)]) -> Self {
         let mut known: HashMap<_, Vec<_>> = HashMap::new();
         let before = before.filter(|before| tracks.iter().any(|(_, track)| track.time <= before.time()));
         for track in before.into_iter().flat_map(|before| &before.frame.picture.tracks) {
@@ -267,7 +236,7 @@ impl<'a> Known<'a> {
         Self(known)
     }
 
-    fn has(&self, track: &Track) -> bool {
+    fn has(&self, track: &PictureTrack) -> bool {
         self.0.get(&(track.source_name(), track.point.number)).is_some_and(|known| known.contains(&track))
     }
 }
@@ -287,29 +256,27 @@ pub fn nothing_yet(config: &Config) -> Payload {
 }
 
 fn write_head(out: &mut Vec<u8>, frame: Option<&Frame>, config: &Config, matched: usize, returned: usize) {
-    let head = Head {
-        r#type: "FeatureCollection",
-        time: frame.map(|frame| frame.picture.time.to_string()),
-        published_at: frame.map(|frame| frame.published_at.to_string()),
+    let head = Tracks {
+        r#type: CollectionType::default(),
+        time: frame.map(|frame| frame.picture.time.into()),
+        published_at: frame.map(|frame| frame.published_at.into()),
         latency_s: frame.map(|frame| latency_s(frame, config)),
         seq: frame.map_or(0, |frame| frame.seq),
         site: &config.site.name,
         matched,
         returned,
+        features: Vec::new(),
     };
     append(out, &head);
-    out.pop();
-    out.extend_from_slice(b",\"features\":[");
+    // Open again, for the features.
+    out.truncate(out.len() - b"]}".len());
 }
 
 /// `time` is the track's.
 fn write_feature(out: &mut Vec<u8>, frame: &Frame, track: &TrackJson<'_>, time: Time, trail: Option<&Trail>) {
     let age_s = rounded(frame.published_at.seconds_since(time), 3);
-    let mut coordinates = vec![track.lng(), track.lat()];
-    coordinates.extend(track.alt());
-    let geometry = Point { r#type: "Point", coordinates };
-    let properties = Properties { track, age_s, trail };
-    append(out, &Feature { r#type: "Feature", id: track.id(), geometry, properties });
+    let geometry = Point::new(track.lng(), track.lat(), track.alt());
+    append(out, &TrackFeature::new(track.id(), geometry, TrackProperties { track, age_s, trail }));
 }
 
 /// Appends a value of which every part can be written.

@@ -11,29 +11,29 @@ use axum::body::{Body, Bytes};
 use axum::http::{HeaderName, HeaderValue, StatusCode};
 use axum::response::Response;
 use futures_util::stream;
-use serde_json::json;
 use tokio::sync::watch;
 
-use super::ApiState;
 use super::ask::{Answer, Ask, with_type};
-use super::auth::Pass;
-use super::endings::{Endings, ended_event, event};
+use super::endings::{Endings, ended_event, reason_event};
 use super::filter::Filter;
 use super::gzip::{self, GzipStream, Payload};
 use super::log::{Event, Next};
+use super::piece::Piece;
 use super::problem::Problem;
 use super::seats::Seat;
-use super::shown::{Piece, Shown};
-use super::tracks::{picture, trail_s};
+use super::shown::Shown;
+use super::state::ApiState;
+use super::tokens::Pass;
+use super::tracks::{filter, picture, trail_s};
 use fusion::time::Time;
 
 const INTERVAL: &str = "a whole number of milliseconds, 250 to 10000";
 
 /// Opens a stream.
 pub fn open(ask: &Ask) -> Answer {
-    let filter = Filter::of(ask)?;
+    let filter = filter(ask)?;
     let trail_s = trail_s(ask)?;
-    let interval_ms = ask.value("interval_ms", INTERVAL, |ms: &i64| (250..=10_000).contains(ms))?;
+    let interval_ms = ask.query.value("interval_ms", INTERVAL, |ms: &i64| (250..=10_000).contains(ms))?;
     let state = ask.state.clone();
     if state.is_closing() {
         return Err(Problem::unavailable("the service stops", Vec::new()));
@@ -232,7 +232,7 @@ impl Reader {
 
     fn resync(&mut self, reason: &str) {
         let id = self.state.event_id(self.state.log().latest().0);
-        self.out.push_back(event(&id, "resync", &json!({ "reason": reason })));
+        self.out.push_back(reason_event(&id, "resync", reason));
         self.begin();
     }
 

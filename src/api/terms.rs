@@ -3,9 +3,12 @@
 
 use std::num::NonZeroU32;
 
-use super::auth::Tokens;
+use serde::Serialize;
+
+use super::error::StartError;
+use super::ground;
 use super::tls::Tls;
-use super::{StartError, sites};
+use super::tokens::{Pass, Scope, Tokens};
 use crate::areas::Areas;
 use crate::config::{Auth, Config, Network, RateLimit};
 use fusion::time::Time;
@@ -27,6 +30,11 @@ pub struct Terms {
     /// GeoJSON.
     pub(super) areas: Vec<u8>,
     pub(super) coverage: Vec<u8>,
+}
+
+/// As JSON.
+fn octets(value: &impl Serialize) -> Vec<u8> {
+    serde_json::to_vec(value).expect("texts, numbers and lists are written to memory without failing")
 }
 
 impl Terms {
@@ -52,8 +60,8 @@ impl Terms {
             connections: config.http.connections_per_address,
             hosts: config.http.hosts.clone(),
             trusted_proxies: config.http.trusted_proxies.clone(),
-            areas: sites::areas_json(areas),
-            coverage: sites::coverage_json(&config.sensors, areas),
+            areas: octets(&ground::area_collection(areas)),
+            coverage: octets(&ground::coverage(&config.sensors, areas)),
         })
     }
 
@@ -70,5 +78,23 @@ impl Terms {
     /// How many tokens are accepted; `None`: none is asked for.
     pub fn tokens(&self) -> Option<usize> {
         self.tokens.as_ref().map(Tokens::count)
+    }
+
+    /// Whether who came in by this may have a stream: also while it is open.
+    pub(super) fn may_stream(&self, pass: Pass) -> bool {
+        self.may(pass, Scope::Stream)
+    }
+
+    /// Whether who came in by this may do that.
+    pub(super) fn may(&self, pass: Pass, scope: Scope) -> bool {
+        self.tokens.as_ref().is_none_or(|tokens| {
+            let scopes = pass.0.and_then(|token| tokens.scopes(&token));
+            scopes.is_some_and(|scopes| scopes.contains(&scope))
+        })
+    }
+
+    /// Whose token that is; `None` where none was asked for.
+    pub(super) fn name_of(&self, pass: Pass) -> Option<&str> {
+        self.tokens.as_ref()?.name(&pass.0?)
     }
 }

@@ -11,7 +11,7 @@ use tokio_rustls::rustls::pki_types::pem::{self, PemObject};
 use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
 use tokio_rustls::rustls::{Error, InconsistentKeys, ServerConfig};
 
-use super::StartError;
+use super::error::StartError;
 use super::validity::Validity;
 use crate::config::TlsFiles;
 use fusion::time::{SECOND, Time};

@@ -2,17 +2,17 @@
 
 use axum::http::{HeaderValue, header};
 
-use super::ApiState;
 use super::ask::{Answer, Ask, GEO_JSON, live, matches, not_modified, with_type};
 use super::filter::Filter;
 use super::gzip::Payload;
 use super::problem::Problem;
 use super::shown::{Shown, nothing_yet};
+use super::state::ApiState;
 use super::trails::LONGEST_S;
 
 /// The picture.
 pub fn all(ask: &Ask) -> Answer {
-    let filter = Filter::of(ask)?;
+    let filter = filter(ask)?;
     let trail_s = trail_s(ask)?;
     let (_, latest) = ask.state.log().latest();
     let seq = latest.as_ref().map_or(0, |shown| shown.frame.seq);
@@ -33,9 +33,14 @@ pub fn all(ask: &Ask) -> Answer {
     Ok(response)
 }
 
-/// How long the trails are to be.
+/// Which tracks are asked for.
+pub fn filter(ask: &Ask) -> Result<Filter, Problem> {
+    Filter::of(&ask.query, &ask.state.hub().config.sensors)
+}
+
+/// How long the trails are to be, seconds.
 pub fn trail_s(ask: &Ask) -> Result<Option<u32>, Problem> {
-    ask.value("trail_s", "a whole number of seconds, 1 to 600", |s| (1..=LONGEST_S).contains(s))
+    ask.query.value("trail_s", "a whole number of seconds, 1 to 600", |s| (1..=LONGEST_S).contains(s))
 }
 
 /// A slot's picture as it is asked for.

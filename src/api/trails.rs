@@ -3,10 +3,13 @@
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::Arc;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::shown::Shown;
+use super::geometry::Position;
+use super::piece::Piece;
 use crate::json::rounded;
+use crate::picture::Rfc3339;
 use fusion::time::{SECOND, Time};
 
 /// A trail is no longer than this, seconds.
@@ -39,9 +42,12 @@ enum Place {
 }
 
 /// Where a track was: times and places, the oldest first.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "RecentTrail")]
 pub struct Trail {
+    #[schemars(with = "Vec<Rfc3339>")]
     times: Vec<String>,
+    #[schemars(with = "Vec<Position>")]
     coordinates: Vec<Place>,
 }
 
@@ -57,8 +63,7 @@ impl Trail {
 
 impl Trails {
     /// Keeps the first slot of each second. A replay that went back takes back what it will show again.
-    pub fn note(&mut self, shown: &Shown) {
-        let time = shown.time();
+    pub fn note(&mut self, time: Time, pieces: &[Piece]) {
         while self.seconds.back().is_some_and(|second| second.time >= time) {
             self.seconds.pop_back().inspect(|second| self.places -= second.places.len());
         }
@@ -66,10 +71,10 @@ impl Trails {
             return;
         }
         let names = &mut self.names;
-        let place = |piece: &super::shown::Piece| {
+        let place = |piece: &Piece| {
             let [lng, lat] = [rounded(piece.lng, 7), rounded(piece.lat, 7)];
-            let height_m = rounded(shown.track(piece).position.height_m, 1);
-            let place = piece.alt_msl.map_or(Place::Low([lng, lat]), |_| Place::High([lng, lat, height_m]));
+            let high = |height_m| Place::High([lng, lat, rounded(height_m, 1)]);
+            let place = piece.height_m.map_or(Place::Low([lng, lat]), high);
             let name = names.get(&piece.id).cloned().unwrap_or_else(|| {
                 let name = Arc::<str>::from(&*piece.id);
                 names.insert(name.clone());
@@ -77,7 +82,7 @@ impl Trails {
             });
             (name, place)
         };
-        let places: Vec<_> = shown.pieces.iter().map(place).collect();
+        let places: Vec<_> = pieces.iter().map(place).collect();
         self.places += places.len();
         self.seconds.push_back(Second { time, places });
         let oldest = Time::from_nanos(time.nanos() - i64::from(LONGEST_S) * SECOND);

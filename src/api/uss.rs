@@ -7,16 +7,17 @@ use std::sync::Arc;
 
 use axum::http::StatusCode;
 use geo::{Distance, Haversine, Point};
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
-use super::ask::{Answer, Ask, JSON, json};
+use super::ask::Ask;
+use super::piece::Piece;
 use super::problem::Problem;
-use super::shown::{Piece, Shown};
+use super::shown::Shown;
 use super::trails::Trail;
 use crate::json::rounded;
-use crate::picture::Track;
-use fusion::TransponderPart;
-use fusion::time::Time;
+use crate::picture::{PictureTrack, serial_text};
+use fusion::point::TransponderPart;
 
 /// NetMaxNearRealTimeDataPeriod.
 const WINDOW_S: u32 = 60;
@@ -30,15 +31,91 @@ const UNKNOWN: (f64, f64, f64, f64) = (361.0, 255.0, 63.0, -1000.0);
 const FASTEST: f64 = 254.25;
 const STEEPEST: f64 = 62.0;
 
+/// GetFlightsResponse.
+#[derive(Serialize, JsonSchema)]
+pub struct Flights {
+    timestamp: Timestamp,
+    flights: Vec<Flight>,
+}
+
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "RIDTime")]
+struct Timestamp {
+    value: String,
+    #[schemars(extend("const" = "RFC3339"))]
+    format: &'static str,
+}
+
+impl Timestamp {
+    fn new(value: impl ToString) -> Self {
+        Self { value: value.to_string(), format: "RFC3339" }
+    }
+}
+
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "RIDFlight")]
+struct Flight {
+    id: String,
+    aircraft_type: &'static str,
+    simulated: bool,
+    current_state: AircraftState,
+    /// Only where `recent_positions_duration` asks for them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    recent_positions: Option<Vec<RecentPosition>>,
+}
+
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "RIDAircraftState")]
+struct AircraftState {
+    timestamp: Timestamp,
+    timestamp_accuracy: f64,
+    operational_status: &'static str,
+    position: FlightPosition,
+    /// Degrees true; 361: unknown.
+    track: f64,
+    /// Metres per second; 255: unknown.
+    speed: f64,
+    speed_accuracy: &'static str,
+    /// Metres per second; 63: unknown.
+    vertical_speed: f64,
+}
+
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "RIDAircraftPosition")]
+struct FlightPosition {
+    lat: f64,
+    lng: f64,
+    /// Metres above the ellipsoid; -1000: unknown.
+    alt: f64,
+    accuracy_h: &'static str,
+    accuracy_v: &'static str,
+    extrapolated: bool,
+}
+
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "RIDRecentAircraftPosition")]
+struct RecentPosition {
+    time: Timestamp,
+    position: PastPosition,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct PastPosition {
+    lat: f64,
+    lng: f64,
+    alt: f64,
+}
+
 /// `/uss/flights`.
-pub fn flights(ask: &Ask) -> Answer {
-    let view = ask.numbers::<4>("view", VIEW)?.ok_or_else(|| Problem::parameter("view", VIEW))?;
+pub fn flights(ask: &Ask) -> Result<Flights, Problem> {
+    let view = ask.query.numbers::<4>("view", VIEW)?.ok_or_else(|| Problem::parameter("view", VIEW))?;
     let [lat1, lng1, lat2, lng2] = view;
     if lat1.abs() > 90.0 || lat2.abs() > 90.0 || lng1.abs() > 180.0 || lng2.abs() > 180.0 {
         return Err(Problem::parameter("view", VIEW));
     }
-    let recent_s =
-        ask.value("recent_positions_duration", "seconds, 0 to 60", |s: &f64| (0.0..=60.0).contains(s))?;
+    let recent_s = ask
+        .query
+        .value("recent_positions_duration", "seconds, 0 to 60", |s: &f64| (0.0..=60.0).contains(s))?;
     if Haversine.distance(Point::new(lng1, lat1), Point::new(lng2, lat2)) > DIAGONAL_M {
         let detail = "the view is larger than 7 km from corner to corner, which F3411-22a does not allow";
         return Err(Problem::new(StatusCode::PAYLOAD_TOO_LARGE, detail));
@@ -52,13 +129,13 @@ pub fn flights(ask: &Ask) -> Answer {
     };
     let slots = recent_slots(ask);
     let Some(latest) = slots.first() else {
-        return json(JSON, &json!({ "timestamp": time(ask.state.now()), "flights": [] }));
+        return Ok(Flights { timestamp: Timestamp::new(ask.state.now()), flights: Vec::new() });
     };
     // A track's time is its slot's centre; the standard has whole tenths.
     let accuracy_s = (ask.state.hub().config.fusion.slot.as_secs_f64() * 5.0).ceil() / 10.0;
     let trails = ask.state.trails().last(WINDOW_S, latest.time());
     let mut told = HashSet::new();
-    let mut flights: Vec<Value> = Vec::new();
+    let mut flights = Vec::new();
     for (piece, track, part) in slots.iter().flat_map(|shown| identified(shown)) {
         // An aircraft is one flight, as it was last, whichever of its tracks that was.
         if !told.insert(part.identity) {
@@ -74,11 +151,11 @@ pub fn flights(ask: &Ask) -> Answer {
         if let Some(recent_s) = recent_s.filter(|&recent_s| recent_s > 0.0) {
             // A place a second.
             let first = recent.len().saturating_sub(recent_s.ceil() as usize);
-            flight["recent_positions"] = recent[first..].iter().map(recent_position).collect();
+            flight.recent_positions = Some(recent[first..].iter().map(recent_position).collect());
         }
         flights.push(flight);
     }
-    json(JSON, &json!({ "timestamp": time(latest.frame.published_at), "flights": flights }))
+    Ok(Flights { timestamp: Timestamp::new(latest.frame.published_at), flights })
 }
 
 /// The slots that are remembered, the latest first: a track that misses one has not ended.
@@ -89,16 +166,13 @@ fn recent_slots(ask: &Ask) -> Vec<Arc<Shown>> {
     slots
 }
 
-/// RIDRecentAircraftPosition.
-fn recent_position(&(at, lng, lat, height_m): &(&str, f64, f64, Option<f64>)) -> Value {
-    json!({
-        "time": { "value": at, "format": "RFC3339" },
-        "position": { "lat": lat, "lng": lng, "alt": height_m.unwrap_or(UNKNOWN.3) },
-    })
+fn recent_position(&(at, lng, lat, height_m): &(&str, f64, f64, Option<f64>)) -> RecentPosition {
+    let position = PastPosition { lat, lng, alt: height_m.unwrap_or(UNKNOWN.3) };
+    RecentPosition { time: Timestamp::new(at), position }
 }
 
 /// The tracks that say who they are.
-fn identified(shown: &Shown) -> impl Iterator<Item = (&Piece, &Track, &TransponderPart)> {
+fn identified(shown: &Shown) -> impl Iterator<Item = (&Piece, &PictureTrack, &TransponderPart)> {
     let known = |piece| {
         let track = shown.track(piece);
         Some((piece, track, track.point.source.transponder()?))
@@ -106,47 +180,62 @@ fn identified(shown: &Shown) -> impl Iterator<Item = (&Piece, &Track, &Transpond
     shown.pieces.iter().filter_map(known)
 }
 
-fn time(time: Time) -> Value {
-    json!({ "value": time.to_string(), "format": "RFC3339" })
-}
-
-fn flight(piece: &Piece, track: &Track, accuracy_s: f64) -> Value {
+fn flight(piece: &Piece, track: &PictureTrack, accuracy_s: f64) -> Flight {
     let (no_track, no_speed, no_vertical_speed, no_alt) = UNKNOWN;
     let (motion, vertical) = (track.motion.as_ref(), track.vertical_motion());
     let direction = motion.and_then(|motion| motion.track_deg);
-    let alt = piece.alt_msl.map_or(no_alt, |_| rounded(track.position.height_m, 1));
-    json!({
-        "id": &*piece.id,
-        "aircraft_type": "NotDeclared",
-        "simulated": false,
-        "current_state": {
-            "timestamp": time(track.time),
-            "timestamp_accuracy": accuracy_s,
-            "operational_status": "Undeclared",
-            "position": {
-                "lat": rounded(piece.lat, 7),
-                "lng": rounded(piece.lng, 7),
-                "alt": alt,
-                "accuracy_h": motion.map_or("HAUnknown", |motion| motion.class_h().name),
-                "accuracy_v": vertical.map_or("VAUnknown", |motion| motion.class_v().name),
-                "extrapolated": track.is_extrapolated(),
+    Flight {
+        id: piece.id.to_string(),
+        aircraft_type: "NotDeclared",
+        simulated: false,
+        current_state: AircraftState {
+            timestamp: Timestamp::new(track.time),
+            timestamp_accuracy: accuracy_s,
+            operational_status: "Undeclared",
+            position: FlightPosition {
+                lat: rounded(piece.lat, 7),
+                lng: rounded(piece.lng, 7),
+                alt: piece.height_m.map_or(no_alt, |metres| rounded(metres, 1)),
+                accuracy_h: motion.map_or("HAUnknown", |motion| motion.class_h().name),
+                accuracy_v: vertical.map_or("VAUnknown", |motion| motion.class_v().name),
+                extrapolated: track.is_extrapolated(),
             },
-            "track": direction.map_or(no_track, |degrees| rounded(degrees, 1) % 360.0),
-            "speed": motion.map_or(no_speed, |motion| rounded(motion.speed().min(FASTEST), 2)),
-            "speed_accuracy": motion.map_or("SAUnknown", |motion| motion.class_speed().name),
-            "vertical_speed":
-                vertical.map_or(no_vertical_speed, |motion| rounded(motion.climb().clamp(-STEEPEST, STEEPEST), 2)),
+            track: direction.map_or(no_track, |degrees| rounded(degrees, 1) % 360.0),
+            speed: motion.map_or(no_speed, |motion| rounded(motion.speed().min(FASTEST), 2)),
+            speed_accuracy: motion.map_or("SAUnknown", |motion| motion.class_speed().name),
+            vertical_speed: vertical
+                .map_or(no_vertical_speed, |motion| rounded(motion.climb().clamp(-STEEPEST, STEEPEST), 2)),
         },
-    })
+        recent_positions: None,
+    }
+}
+
+/// GetFlightDetailsResponse.
+#[derive(Serialize, JsonSchema)]
+pub struct FlightDetails {
+    details: Details,
+}
+
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "RIDFlightDetails")]
+struct Details {
+    id: String,
+    uas_id: SerialNumber,
+}
+
+#[derive(Serialize, JsonSchema)]
+#[schemars(inline)]
+struct SerialNumber {
+    serial_number: String,
 }
 
 /// `/uss/flights/{id}/details`.
-pub fn details(ask: &Ask) -> Answer {
+pub fn details(ask: &Ask) -> Result<FlightDetails, Problem> {
     let slots = recent_slots(ask);
     let mut known = slots.iter().flat_map(|shown| identified(shown));
     let (_, _, part) = known
         .find(|(piece, _, _)| *piece.id == *ask.id)
         .ok_or_else(|| Problem::not_found("no flight of the last seconds has this id"))?;
-    let serial = part.identity.serial().escape_ascii().to_string();
-    json(JSON, &json!({ "details": { "id": ask.id, "uas_id": { "serial_number": serial } } }))
+    let uas_id = SerialNumber { serial_number: serial_text(part.identity) };
+    Ok(FlightDetails { details: Details { id: ask.id.clone(), uas_id } })
 }

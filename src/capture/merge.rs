@@ -119,7 +119,7 @@ impl Input {
                     self.split_block::<cat129::Record>(datagram, index, block);
                 }
                 Ok(block) => {
-                    self.push(ReceptionKind::Record, datagram, index, block.offset, block.octets.to_vec())
+                    self.push(ReceptionKind::Record, datagram, index, block.offset, block.octets.to_vec());
                 }
                 Err(fault) => {
                     self.push(

@@ -16,12 +16,13 @@ use super::verdict::verdict;
 use super::{CommandResult, Outcome, serve};
 use crate::areas::Masks;
 use crate::evaluate::{self, InputsAlone, Labels, Scoring};
-use crate::picture::{Picture, PictureMaker, Track};
+use crate::picture::{Picture, PictureMaker, PictureTrack};
 use crate::pipeline::{Output, Pipeline, Tally};
 use crate::simulate::{Scenario, Simulation, TRANSPONDER_ID, simulate};
 use fusion::Enu;
+use fusion::point::{Association, Because};
 use fusion::time::Time;
-use fusion::{Association, Because, Emission, Source};
+use fusion::{Emission, Source};
 
 /// Shows the main job on a simulated flight: radar and transponders in, one air picture out.
 ///
@@ -115,7 +116,7 @@ struct Show<'a> {
     pace: Pace,
     summary: Summary,
     /// By source and number: the tracks of the last moments.
-    shown: BTreeMap<(u8, u32), Track>,
+    shown: BTreeMap<(u8, u32), PictureTrack>,
     next_print: Option<f64>,
     /// In a terminal.
     painting: Option<Painting>,
@@ -192,7 +193,7 @@ impl Show<'_> {
 }
 
 /// A line of the table; how near the radar's and the transponder's places are is said as fully as there is room.
-fn row(track: &Track, now: Time, columns: usize) -> String {
+fn row(track: &PictureTrack, now: Time, columns: usize) -> String {
     let source = &track.point.source;
     let serial =
         source.transponder().map_or("-".to_owned(), |part| part.identity.serial().escape_ascii().to_string());
@@ -202,10 +203,10 @@ fn row(track: &Track, now: Time, columns: usize) -> String {
     let (apart, more) = match source {
         Source::Fused(_, _, Association { distance_m, because }) => {
             let why = match because {
-                Because::Ratio { gate_m, evidence } => format!(
-                    " of {gate_m:.0} m, {:.0} % of {} slots",
-                    100.0 * evidence.ratio(),
-                    evidence.co_present
+                Because::Ratio { threshold_m, ratio } => format!(
+                    " of {threshold_m:.0} m, {:.0} % of {} slots",
+                    100.0 * ratio.value(),
+                    ratio.co_present
                 ),
                 Because::Likelihood { score } => format!(", log-likelihood ratio {score:.0}"),
                 Because::Manual { .. } => ", decided by hand".to_owned(),

@@ -127,7 +127,7 @@ pub fn registered(engine: &Engine, config: &Config) -> String {
         let sensor = config.sensors.get(usize::from(index.0))?;
         let SensorKind::Radar(radar) = &sensor.kind else { return None };
         let estimate = &registered.estimate;
-        let value = |(name, unit, value): (&str, &str, fusion::registration::Value)| {
+        let value = |(name, unit, value): (&str, &str, fusion::registration::BiasValue)| {
             let digits = if unit == " m" { 1 } else { 2 };
             let text = format!("{name} {:+.digits$} ± {:.digits$}{unit}", value.value, value.deviation);
             if value.observable { text } else { format!("({text})") }

@@ -1,8 +1,8 @@
 //! Which slots count for which drone.
 
 use super::truth::{TrueTrack, Truth};
+use fusion::slots::{Slot, SlotGrid};
 use fusion::time::{SECOND, Time};
-use fusion::{Slot, SlotGrid};
 
 /// The first 10 s of a drone's truth do not count: the window fills.
 const SKIPPED_FIRST_NS: i64 = 10 * SECOND;
@@ -99,7 +99,7 @@ mod tests {
         let place = Place { latitude_deg: 0.0, longitude_deg: 0.0, altitude_amsl_m: None };
         let samples =
             seconds.iter().map(|&second| (Time::from_nanos((second * 1e9) as i64), place)).collect();
-        Counted::new(&Truth::new([("A".to_owned(), samples)]), SlotGrid::new(SECOND / 4))
+        Counted::new(&Truth::new([("A".to_owned(), samples)]), SlotGrid::default())
     }
 
     fn every_five(from: i32, until: i32) -> Vec<f64> {

@@ -6,7 +6,7 @@ use super::owner::{Owner, Owners, PointKind};
 use super::place::{Offset, Place};
 use super::truth::Truth;
 use super::types::{OutputPoint, PolarPlace, Sample, Scoring};
-use fusion::{Slot, SlotGrid};
+use fusion::slots::{Slot, SlotGrid};
 
 /// A point that counts.
 #[derive(Clone, Debug)]

@@ -6,8 +6,8 @@ use super::labels::{Attribution, Labels};
 use super::nearby::Nearby;
 use super::truth::Truth;
 use super::types::OutputPoint;
+use fusion::slots::{Slot, SlotGrid};
 use fusion::time::{SECOND, Time};
-use fusion::{Slot, SlotGrid};
 
 /// Without labels a point belongs to the nearest drone within this distance, metres.
 const REACH_M: f64 = 150.0;

@@ -1,6 +1,6 @@
 //! Positions on Earth and the offset between two of them.
 
-use fusion::Geodetic;
+use fusion::frames::Geodetic;
 
 /// Latitude, longitude and, where it is known, height above mean sea level.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,9 +4,11 @@ use serde::{Deserialize, Serialize};
 
 use super::place::{Offset, Place};
 use crate::config::{Config, Radar, SensorKind};
-use crate::picture::{PictureMaker, Track};
-use fusion::time::{SECOND, Time};
-use fusion::{Estimate, SlotGrid, Source};
+use crate::picture::{PictureMaker, PictureTrack};
+use fusion::Source;
+use fusion::point::Estimate;
+use fusion::slots::SlotGrid;
+use fusion::time::Time;
 
 /// What a point is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize)]
@@ -88,20 +90,20 @@ impl Scoring {
             longitude_deg: radar.longitude_deg,
             altitude_amsl_m: Some(radar.height_amsl_m),
         };
-        Self { grid: SlotGrid::new(config.fusion.slot.as_nanos() as i64), site: radar.map(site) }
+        Self { grid: SlotGrid::new(config.fusion.slot), site: radar.map(site) }
     }
 }
 
 /// Slots of 0.25 s, and no site.
 impl Default for Scoring {
     fn default() -> Self {
-        Self { grid: SlotGrid::new(SECOND / 4), site: None }
+        Self { grid: SlotGrid::default(), site: None }
     }
 }
 
 impl OutputPoint {
     /// The point of a track that `maker` made.
-    pub fn of_track(track: &Track, maker: &PictureMaker) -> Self {
+    pub fn of_track(track: &PictureTrack, maker: &PictureMaker) -> Self {
         let source = &track.point.source;
         Self {
             time: track.time,

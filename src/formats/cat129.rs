@@ -8,7 +8,7 @@ use asterix::{DataSource, TimeOfDay, encode_block};
 
 use crate::config::{Config, SerialSource};
 use crate::normalise::time_of_day_count;
-use crate::picture::Track;
+use crate::picture::PictureTrack;
 use fusion::Source;
 
 /// Encodes tracks: one record in one block each, as edition 1.2 of the category demands.
@@ -28,12 +28,12 @@ impl Cat129Encoder {
     }
 
     /// Appends the track's block. A position that CAT129 cannot hold (a height beyond ±838 km) is left out: `false`.
-    pub fn encode(&self, track: &Track, out: &mut Vec<u8>) -> bool {
+    pub fn encode(&self, track: &PictureTrack, out: &mut Vec<u8>) -> bool {
         let Some(record) = self.record(track) else { return false };
         encode_block(&[record], out).is_ok()
     }
 
-    fn record(&self, track: &Track) -> Option<Record> {
+    fn record(&self, track: &PictureTrack) -> Option<Record> {
         let point = &track.point;
         let position = &track.position;
         let transponder = point.source.transponder();
@@ -67,7 +67,7 @@ impl Cat129Encoder {
 }
 
 /// The special purpose field: what CAT129 has no item for.
-fn report(track: &Track) -> FusionReport {
+fn report(track: &PictureTrack) -> FusionReport {
     let point = &track.point;
     let (radar, transponder) = (point.source.radar(), point.source.transponder());
     let flag = |set, flag| if set { flag } else { Flags::default() };

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use crate::picture::{Picture, PictureMaker, Track};
+use crate::picture::{Picture, PictureMaker, PictureTrack};
 
 /// Writes the names of the columns.
 pub(super) fn header(out: &mut impl Write) -> io::Result<()> {
@@ -14,7 +14,7 @@ pub(super) fn picture(out: &mut impl Write, picture: &Picture, maker: &PictureMa
     picture.tracks.iter().try_for_each(|track| line(out, track, maker))
 }
 
-fn line(out: &mut impl Write, track: &Track, maker: &PictureMaker) -> io::Result<()> {
+fn line(out: &mut impl Write, track: &PictureTrack, maker: &PictureMaker) -> io::Result<()> {
     let source = &track.point.source;
     let nanos = track.time.nanos();
     // Whole microseconds, exactly: the centre of a slot of whole milliseconds.

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::{Cat129Encoder, PcapWriter, UdpFlow, csv, pack};
 use crate::config::{Address, Config, Sink};
-use crate::picture::{Picture, PictureMaker, Track, TrackJson};
+use crate::picture::{Picture, PictureMaker, PictureTrack, TrackJson};
 use fusion::time::Time;
 
 /// What a file of output looks like.
@@ -150,7 +150,7 @@ struct Geometry {
 }
 
 impl<'a> Feature<'a> {
-    fn new(track: &Track, maker: &'a PictureMaker) -> Self {
+    fn new(track: &PictureTrack, maker: &'a PictureMaker) -> Self {
         let properties = TrackJson::new(track, maker);
         let mut coordinates = vec![properties.lng(), properties.lat()];
         coordinates.extend(properties.alt());

@@ -1,6 +1,6 @@
 //! A track as octets: what a trail and a past picture show, and no more.
 
-use crate::picture::{PictureMaker, Track};
+use crate::picture::{PictureMaker, PictureTrack};
 use fusion::Source;
 
 /// A track as it is kept.
@@ -28,7 +28,7 @@ const PLACE: usize = 17;
 
 impl Kept {
     /// Of a track of `maker`'s.
-    pub fn of(track: &Track, maker: &PictureMaker) -> Self {
+    pub fn of(track: &PictureTrack, maker: &PictureMaker) -> Self {
         let source = match track.point.source {
             Source::Fused(..) => SOURCES[0],
             Source::Radar(_) => SOURCES[1],

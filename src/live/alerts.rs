@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, VecDeque};
 use super::health::{SensorState, SensorStatus};
 use crate::areas::AlertAreas;
 use crate::current::Current;
-use crate::picture::{Picture, PictureMaker, Track};
+use crate::picture::{Picture, PictureMaker, PictureTrack};
 use fusion::time::{SECOND, Time};
 
 /// A track leaves an area when it was not seen inside for this long: it may flicker at the edge, or be missed. A replay
@@ -283,7 +283,7 @@ impl Alerts {
 }
 
 /// `fused track 60000 (U-60000), serial 1596F3A2`: what is on the screen, and what its owner can be asked about.
-fn described(track: &Track, id: &str) -> String {
+fn described(track: &PictureTrack, id: &str) -> String {
     let serial = track
         .point
         .source
@@ -319,7 +319,8 @@ mod tests {
         let pipeline = crate::pipeline::Pipeline::new(&config, crate::areas::Masks::default());
         let maker = PictureMaker::new(&config, pipeline.normaliser());
         let at = |second: i64| Time::from_nanos(second * SECOND);
-        let picture = |second| Picture { slot: fusion::Slot(4 * second), time: at(second), tracks: vec![] };
+        let picture =
+            |second| Picture { slot: fusion::slots::Slot(4 * second), time: at(second), tracks: vec![] };
         let mut alerts = Alerts::new(AlertAreas::default(), at(-10));
         assert!(alerts.note_sensors(&[sensor(SensorState::Outage, "silent")], at(20)));
         assert!(!alerts.note_picture(&picture(20), &maker) && !alerts.note_picture(&picture(21), &maker));

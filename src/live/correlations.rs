@@ -6,8 +6,8 @@ use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
 use tokio::sync::{oneshot, watch};
 
 use super::driver::Driver;
-use fusion::Slot;
 use fusion::operational::{Correlation, HeldCorrelation, NotCorrelated, Verdict};
+use fusion::slots::Slot;
 use fusion::{Identity, RadarTrackKey};
 
 /// Wishes that may wait for the engine.

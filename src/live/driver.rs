@@ -12,10 +12,12 @@ use crate::config::Config;
 use crate::picture::{Picture, PictureMaker};
 use crate::pipeline::{Event, Output, Pipeline};
 use crate::state::Registrations;
+use fusion::Emission;
 use fusion::Report;
+use fusion::numbering::{Given, NumberChange};
 use fusion::operational::{Correlation, NotCorrelated, ResumedCorrelation, SavedCorrelation};
+use fusion::slots::{Slot, SlotGrid};
 use fusion::time::Time;
-use fusion::{Emission, Given, NumberChange, Slot, SlotGrid};
 
 /// An arrival that waited in the queue while its slot was emitted is handled this much after the slot's deadline.
 const AFTER_DEADLINE: SignedDuration = SignedDuration::from_micros(1);
@@ -58,7 +60,7 @@ impl Driver {
             maker: PictureMaker::new(config, pipeline.normaliser()),
             health: Health::new(config, started),
             registrar: Registrar::new(config),
-            grid: SlotGrid::new(config.fusion.slot.as_nanos() as i64),
+            grid: SlotGrid::new(config.fusion.slot),
             latency: config.fusion.latency(),
             due_after: config.fusion.latency() - config.fusion.slot / 2,
             pipeline,
@@ -129,7 +131,7 @@ impl Driver {
     }
 
     /// Starts with the transponder numbers given before a restart; drops those that cannot be taken over
-    /// ([`fusion::Numbers::remember`]), and returns how many.
+    /// ([`fusion::numbering::Numbers::remember`]), and returns how many.
     pub fn remember(&mut self, numbers: &mut Vec<Given>) -> usize {
         let before = numbers.len();
         numbers.retain(|&given| self.pipeline.remember(given));

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::config::{Config, Profile, Registration as Mode, SensorKind};
 use fusion::Engine;
 use fusion::operational::Step;
-use fusion::registration::{Estimate, Value};
+use fusion::registration::{BiasValue, Misalignment};
 use fusion::time::{SECOND, Time};
 
 /// A step is worth an alert for so long, nanoseconds.
@@ -17,7 +17,7 @@ pub struct RegistrationStatus {
     /// What is done about it.
     pub mode: Mode,
     /// What its tracks tell; `None` where it is off, and before the first slot.
-    pub estimate: Option<Estimate>,
+    pub estimate: Option<Misalignment>,
     /// The latest step since the start.
     pub step: Option<Step>,
     /// Steps since the start.
@@ -29,7 +29,8 @@ pub struct RegistrationStatus {
 impl RegistrationStatus {
     /// Whether plots are put right by any of it.
     pub fn is_applied(&self) -> bool {
-        let is_observable = |estimate: &Estimate| values(estimate).iter().any(|(.., value)| value.observable);
+        let is_observable =
+            |estimate: &Misalignment| values(estimate).iter().any(|(.., value)| value.observable);
         self.mode == Mode::Apply && self.estimate.as_ref().is_some_and(is_observable)
     }
 
@@ -69,8 +70,8 @@ impl RegistrationStatus {
 const STEPPING: [&str; 3] = ["bearing", "range", "height"];
 
 /// The values by name, with their units: angles in degrees.
-pub fn values(estimate: &Estimate) -> [(&'static str, &'static str, Value); 6] {
-    let degrees = |value: Value| Value {
+pub fn values(estimate: &Misalignment) -> [(&'static str, &'static str, BiasValue); 6] {
+    let degrees = |value: BiasValue| BiasValue {
         value: value.value.to_degrees(),
         deviation: value.deviation.to_degrees(),
         observable: value.observable,

@@ -32,10 +32,10 @@ use crate::pipeline::Event;
 use crate::record::{Recorded, RecorderQueue};
 use crate::state::correlation_line;
 use fusion::SensorIndex;
+use fusion::numbering::{LARGEST_TRANSPONDER_NUMBER, NumberChange};
 use fusion::operational::HeldCorrelation;
-use fusion::registration::Estimate;
+use fusion::registration::Misalignment;
 use fusion::time::{SECOND, Time};
-use fusion::{LARGEST_TRANSPONDER_NUMBER, NumberChange};
 
 /// The engine looks up at least this often, for a stop and for its status.
 const LOOK_UP: Duration = Duration::from_millis(100);
@@ -50,7 +50,7 @@ const LATENESS: usize = 2400;
 const NUMBERS_LOW: f64 = 0.9;
 
 /// What is known of the radars' set-up.
-type Estimates = Vec<(SensorIndex, Estimate)>;
+type Estimates = Vec<(SensorIndex, Misalignment)>;
 
 /// Where the engine's thread hands things.
 pub struct Outlets {

@@ -13,9 +13,10 @@ use super::polar::RadarSite;
 use super::service::Service;
 use crate::areas::Masks;
 use crate::config::{Classification, Config, Radar, SensorKind};
+use fusion::frames::{Geodetic, TangentPlane};
+use fusion::report::UasItems;
 use fusion::time::Time;
-use fusion::{Enu, Frame, Geodetic};
-use fusion::{Fix, Identity, Plot, RadarTrackKey, SensorIndex, UasItems};
+use fusion::{Enu, Fix, Identity, Plot, RadarTrackKey, SensorIndex};
 
 /// Why a record gives no report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -87,7 +88,7 @@ pub type Refused = (Option<SensorIndex>, Refusal);
 /// The site's sensors and its one frame.
 #[derive(Clone, Debug)]
 pub struct Normaliser {
-    frame: Frame,
+    frame: TangentPlane,
     undulation_m: f64,
     max_future_ns: i64,
     masks: Masks,
@@ -160,7 +161,7 @@ impl Normaliser {
     }
 
     /// East-north-up at the first radar.
-    pub fn frame(&self) -> &Frame {
+    pub fn frame(&self) -> &TangentPlane {
         &self.frame
     }
 

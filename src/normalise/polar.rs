@@ -2,12 +2,13 @@
 
 use nalgebra::Vector2;
 
-use fusion::{Enu, Frame, Geodetic};
+use fusion::Enu;
+use fusion::frames::{Geodetic, TangentPlane};
 
 /// Where a radar stands and how it is turned.
 #[derive(Clone, Debug)]
 pub struct RadarSite {
-    local: Frame,
+    local: TangentPlane,
     /// R + H0: Gaussian mean radius at the radar plus its ellipsoidal height, metres.
     centre_distance_m: f64,
     radius_m: f64,
@@ -19,7 +20,7 @@ impl RadarSite {
     pub fn new(position: Geodetic, bearing_correction_deg: f64) -> Self {
         let radius_m = position.gaussian_radius_m();
         Self {
-            local: Frame::at(position),
+            local: TangentPlane::at(position),
             centre_distance_m: radius_m + position.height_m,
             radius_m,
             bearing_correction: bearing_correction_deg.to_radians(),
@@ -27,7 +28,7 @@ impl RadarSite {
     }
 
     /// The tangent plane at this radar.
-    pub fn frame(&self) -> &Frame {
+    pub fn frame(&self) -> &TangentPlane {
         &self.local
     }
 

@@ -2,17 +2,21 @@
 
 mod accuracy;
 mod motion;
+mod rfc3339;
 mod track_json;
 
 use crate::config::Config;
 use crate::normalise::Normaliser;
+use fusion::frames::{Geodetic, TangentPlane};
+use fusion::point::{Basis, Estimate};
+use fusion::slots::Slot;
 use fusion::time::Time;
-use fusion::{Basis, Emission, Estimate, Point, Slot, Source};
-use fusion::{Enu, Frame, Geodetic, SensorIndex};
+use fusion::{Emission, Enu, Point, SensorIndex, Source};
 
 pub use accuracy::{Class, HORIZONTAL, SPEED, VERTICAL};
 pub use motion::Motion;
-pub use track_json::{TrackJson, Who};
+pub use rfc3339::Rfc3339;
+pub use track_json::{TrackJson, TransponderId, serial_text};
 
 /// A height that was measured some time before is shown while it is known to this, one standard deviation, metres; one that
 /// never was is known to 60 m at best (`estimation`).
@@ -26,12 +30,12 @@ pub struct Picture {
     /// Its centre: the time of applicability of every track in it.
     pub time: Time,
     /// Fused, then radar, then transponder; each by track number.
-    pub tracks: Vec<Track>,
+    pub tracks: Vec<PictureTrack>,
 }
 
 /// One output point with its place on Earth.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Track {
+pub struct PictureTrack {
     /// What the engine put out.
     pub point: Point,
     /// Time of applicability.
@@ -44,7 +48,7 @@ pub struct Track {
     pub motion: Option<Motion>,
 }
 
-impl Track {
+impl PictureTrack {
     /// Whether the place lies between two measurements. In the `reference` profile: whether there is a transponder, whose
     /// part always does.
     pub fn is_interpolated(&self) -> bool {
@@ -87,7 +91,7 @@ impl Track {
 /// Makes pictures: knows the site's frame, its geoid, and the names of its sensors.
 #[derive(Clone, Debug)]
 pub struct PictureMaker {
-    frame: Frame,
+    frame: TangentPlane,
     undulation_m: f64,
     sensors: Vec<String>,
     weights: Weights,
@@ -121,7 +125,7 @@ impl PictureMaker {
             let estimate = point.estimate.as_ref();
             let known = |estimate: &Estimate| estimate.vertical_m2 < HEIGHT_KNOWN_M * HEIGHT_KNOWN_M;
             let measured = point.source.height_measured() || estimate.is_some_and(known);
-            Track {
+            PictureTrack {
                 time: emission.time,
                 position,
                 altitude_amsl_m: measured.then_some(position.height_m - self.undulation_m),
@@ -154,7 +158,7 @@ impl PictureMaker {
     /// The track's id, of letters, digits, `-`, `.`, `_`. In the `operational` profile one per aircraft for its life:
     /// `U-<number>`, with `-<first seen>` where the number is one that comes again. In the `reference` profile
     /// `F-<number>`, `T-<number>`, or `R-<sensor>-<number>-<first seen>`, because a radar gives its numbers again.
-    pub fn track_id(&self, track: &Track) -> String {
+    pub fn track_id(&self, track: &PictureTrack) -> String {
         let Point { number, first_seen, source, .. } = &track.point;
         if track.point.estimate.is_some() {
             return match *number {

@@ -3,9 +3,10 @@
 use nalgebra::Vector3;
 
 use super::accuracy::{self, Class, HALF, HORIZONTAL, MOST, SPEED, VERTICAL};
+use fusion::Enu;
+use fusion::frames::{Geodetic, TangentPlane};
+use fusion::point::{Basis, Estimate};
 use fusion::time::Time;
-use fusion::{Basis, Estimate};
-use fusion::{Enu, Frame, Geodetic};
 
 /// Below this speed nothing has a direction, metres a second.
 const SLOWEST: f64 = 0.5;
@@ -39,10 +40,10 @@ pub struct Motion {
 
 impl Motion {
     /// Of an estimate at a place of `frame`, which is `position` on Earth.
-    pub(super) fn new(estimate: &Estimate, place: Enu, position: Geodetic, frame: &Frame) -> Self {
+    pub(super) fn new(estimate: &Estimate, place: Enu, position: Geodetic, frame: &TangentPlane) -> Self {
         // North and up are not those of the site's origin: where it will be in a second, seen from where it is.
         let ahead = frame.to_ecef(Enu(place.0 + estimate.velocity));
-        let velocity = Frame::at(position).from_ecef(ahead).0;
+        let velocity = TangentPlane::at(position).from_ecef(ahead).0;
         let speed = velocity.xy().norm();
         let speed_accuracy = accuracy::radius(&estimate.velocity_covariance, MOST);
         // Where the circle of what it may be about holds standstill, any direction is possible.

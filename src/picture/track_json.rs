@@ -1,177 +1,204 @@
-//! A track as JSON: the properties of the HTTP API, one object a line in `replay --output-format ndjson`.
+//! A track as JSON: the properties of the HTTP API, one object per line in `replay --output-format ndjson`.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{PictureMaker, Track};
+use super::{HORIZONTAL, PictureMaker, PictureTrack, Rfc3339, VERTICAL};
 use crate::json::rounded;
-use fusion::Identity;
 use fusion::operational::{JOIN, PART};
-use fusion::{self, Competitor, RadarPart, Rival, Source, TransponderPart};
+use fusion::point::{Because, Competitor, RadarPart, Rival, TransponderPart};
+use fusion::{Identity, Source};
 
-/// Metres, degrees, RFC 3339 UTC; what is unknown is left out.
-#[derive(Clone, Debug, Serialize)]
+/// A track. What is unknown is left out; in the reference profile that includes motion and accuracy.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+#[schemars(inline)]
 pub struct TrackJson<'a> {
+    /// Operational: one per aircraft, U-…; reference: F-…, R-…, T-…, which change with its sources.
     id: String,
+    #[schemars(extend("enum" = ["fused", "radar", "transponder"]))]
     source: &'static str,
     track_number: u32,
+    /// Coasting: nothing has been measured since; the position is extrapolated.
+    #[schemars(extend("enum" = ["active", "coasting"]))]
     state: &'static str,
-    time: String,
+    /// Of the position.
+    time: Rfc3339,
+    /// WGS-84, degrees.
     lat: f64,
+    /// WGS-84, degrees.
     lng: f64,
-    /// Above the ellipsoid.
+    /// Metres above the ellipsoid, where a height was measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     alt: Option<f64>,
-    /// Above mean sea level.
+    /// Metres above mean sea level, where a height was measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     alt_msl: Option<f64>,
+    /// Geoid above ellipsoid, metres.
     geoid_separation: f64,
-    /// Over ground.
+    /// Over ground, metres per second.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0))]
     speed: Option<f64>,
+    /// Direction over ground, degrees true; left out where it could be any.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0), extend("exclusiveMaximum" = 360))]
     track: Option<f64>,
+    /// Metres per second, up.
     #[serde(skip_serializing_if = "Option::is_none")]
     vertical_speed: Option<f64>,
+    /// Radius that holds 95 % of the horizontal error, as the filter estimates it, metres.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0))]
     accuracy_h_m: Option<f64>,
+    /// Bound of 95 % of the vertical error, metres.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0))]
     accuracy_v_m: Option<f64>,
+    /// Class of `accuracy_h_m` in ASTM F3411.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("enum" = HORIZONTAL.map(|class| class.name)))]
     accuracy_h: Option<&'static str>,
+    /// Class of `accuracy_v_m` in ASTM F3411.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("enum" = VERTICAL.map(|class| class.name)))]
     accuracy_v: Option<&'static str>,
+    /// Operational: the position lies between two measurements; reference: there is a transponder.
     interpolated: bool,
+    /// The position lies after the last measurement or before the first.
     extrapolated: bool,
+    /// That it is a drone, according to the radar.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 1))]
     uav_probability: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     uas_id: Option<UasId>,
-    first_seen: String,
+    /// Centre of the first slot with it.
+    first_seen: Rfc3339,
+    /// The latest one up to `time`, of any sensor; left out before the first.
     #[serde(skip_serializing_if = "Option::is_none")]
-    last_measurement: Option<String>,
+    last_measurement: Option<Rfc3339>,
     contributors: Vec<Contributor<'a>>,
 }
 
-#[derive(Clone, Debug, Serialize)]
+/// Who a transponder says that it is.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 struct UasId {
     serial_number: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     manufacturer: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     model: Option<String>,
+    /// ISO 3166-1 alpha-2.
     #[serde(skip_serializing_if = "Option::is_none")]
     registration_country: Option<String>,
 }
 
-/// Who took part and, of a fused pair, why.
-#[derive(Clone, Debug, Serialize)]
-#[serde(tag = "kind", rename_all = "lowercase")]
-enum Contributor<'a> {
-    Radar {
-        sensor: &'a str,
-        track_number: u16,
-        time: String,
-        #[serde(skip_serializing_if = "Option::is_none")]
-        weight: Option<f64>,
-        height_measured: bool,
-        #[serde(flatten)]
-        association: Option<Association>,
-        #[serde(skip_serializing_if = "Vec::is_empty")]
-        competitors: Vec<CompetitorJson<'a>>,
-    },
-    Transponder {
-        sensor: &'a str,
-        track_number: u32,
-        #[serde(skip_serializing_if = "Option::is_none")]
-        time: Option<String>,
-        #[serde(skip_serializing_if = "Option::is_none")]
-        weight: Option<f64>,
-        #[serde(skip_serializing_if = "Vec::is_empty")]
-        competitors: Vec<CompetitorJson<'a>>,
-    },
+/// A sensor's part in a track and, of a fused track's radar, why it was associated.
+#[derive(Clone, Debug, Default, Serialize, JsonSchema)]
+struct Contributor<'a> {
+    #[schemars(extend("enum" = ["radar", "transponder"]))]
+    kind: &'static str,
+    /// Its configured id.
+    sensor: &'a str,
+    track_number: u32,
+    /// Of its measurement.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    time: Option<Rfc3339>,
+    /// Its share in the position, where that is fixed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 1))]
+    weight: Option<f64>,
+    /// Whether the radar measured a height.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    height_measured: Option<bool>,
+    /// Between radar and transponder, metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0))]
+    distance_m: Option<f64>,
+    /// Reference: gate, metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0))]
+    threshold_m: Option<f64>,
+    /// Reference: share of the slots in which the distance was within the gate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 1))]
+    ratio: Option<f64>,
+    /// Reference: slots within the gate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    within: Option<u32>,
+    /// Reference: slots with both.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    co_present: Option<u32>,
+    /// Operational: an operator has decided that they are one.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    manual: bool,
+    /// Operational: natural logarithm of the likelihood ratio of one aircraft to two.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    log_likelihood_ratio: Option<f64>,
+    /// Operational: thresholds of that logarithm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    threshold: Option<Threshold>,
+    /// Operational, of a single track or with include=competitors: who else could be it, the likeliest first; of a radar
+    /// track transponders, of a transponder radar tracks.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schemars(length(max = 3))]
+    competitors: Vec<CompetitorJson<'a>>,
 }
 
-/// Who else could have taken this part of the track: of a radar's a transponder, of a transponder's a radar track.
-#[derive(Clone, Debug, Serialize)]
+/// A candidate that was not associated: for a radar track a transponder, for a transponder a radar track.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+#[schemars(rename = "Competitor")]
 struct CompetitorJson<'a> {
+    /// Its configured id.
     sensor: &'a str,
     #[serde(skip_serializing_if = "Option::is_none")]
     track_number: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    uas_id: Option<Who>,
+    uas_id: Option<TransponderId>,
+    /// Natural logarithm of the likelihood ratio of one aircraft to two.
     log_likelihood_ratio: f64,
-    /// An operator has said that it is not.
+    /// An operator has decided that it is another.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     decorrelated: bool,
 }
 
-/// A transponder by what it is told apart.
-#[derive(Clone, Debug, Serialize)]
-pub struct Who {
+/// What tells a transponder from all others.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct TransponderId {
     serial_number: String,
+    /// ISO 3166-1 alpha-2.
     #[serde(skip_serializing_if = "Option::is_none")]
     registration_country: Option<String>,
 }
 
-impl Who {
-    /// Of that identity.
+impl TransponderId {
+    /// Of an identity.
     pub fn new(identity: Identity) -> Self {
-        Self {
-            serial_number: identity.serial().escape_ascii().to_string(),
-            registration_country: text(identity.country()),
-        }
+        Self { serial_number: serial_text(identity), registration_country: text(identity.country()) }
     }
 }
 
-/// From where on two begin to be one, and below which they part: logarithms of likelihood ratios.
-#[derive(Clone, Copy, Debug, Serialize)]
+/// Where an association begins and ends: logarithms of likelihood ratios.
+#[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
 struct Threshold {
+    /// A pair is associated above it.
     join: f64,
+    /// And separated below it.
     part: f64,
 }
 
-const THRESHOLD: Threshold = Threshold { join: JOIN, part: PART };
-
-#[derive(Clone, Copy, Debug, Serialize)]
-struct Association {
-    distance_m: f64,
-    #[serde(flatten)]
-    because: Because,
-}
-
-#[derive(Clone, Copy, Debug, Serialize)]
-#[serde(untagged)]
-enum Because {
-    Ratio {
-        threshold_m: f64,
-        ratio: f64,
-        within: u32,
-        co_present: u32,
-    },
-    Likelihood {
-        log_likelihood_ratio: f64,
-        threshold: Threshold,
-    },
-    Manual {
-        manual: bool,
-        #[serde(skip_serializing_if = "Option::is_none")]
-        log_likelihood_ratio: Option<f64>,
-        threshold: Threshold,
-    },
-}
-
 impl<'a> TrackJson<'a> {
-    /// Of a track of `maker`'s.
-    pub fn new(track: &Track, maker: &'a PictureMaker) -> Self {
+    /// Of a track of `maker`'s, with competitors.
+    pub fn new(track: &PictureTrack, maker: &'a PictureMaker) -> Self {
         Self::with(track, &track.point.competitors, maker)
     }
 
-    /// Without who else could be its parts.
-    pub fn lean(track: &Track, maker: &'a PictureMaker) -> Self {
+    /// The same without competitors.
+    pub fn lean(track: &PictureTrack, maker: &'a PictureMaker) -> Self {
         Self::with(track, &[], maker)
     }
 
-    fn with(track: &Track, competitors: &[Competitor], maker: &'a PictureMaker) -> Self {
+    fn with(track: &PictureTrack, competitors: &[Competitor], maker: &'a PictureMaker) -> Self {
         let source = &track.point.source;
         let (motion, vertical) = (track.motion.as_ref(), track.vertical_motion());
         Self {
@@ -179,7 +206,7 @@ impl<'a> TrackJson<'a> {
             source: track.source_name(),
             track_number: track.point.number,
             state: if track.is_coasting() { "coasting" } else { "active" },
-            time: track.time.to_string(),
+            time: track.time.into(),
             lat: rounded(track.position.latitude_deg(), 9),
             lng: rounded(track.position.longitude_deg(), 9),
             alt: track.altitude_amsl_m.map(|_| rounded(track.position.height_m, 3)),
@@ -197,8 +224,8 @@ impl<'a> TrackJson<'a> {
             extrapolated: track.is_extrapolated(),
             uav_probability: source.radar().and_then(|radar| radar.uav_probability).map(|p| rounded(p, 4)),
             uas_id: source.transponder().map(UasId::new),
-            first_seen: track.point.first_seen.to_string(),
-            last_measurement: motion.and_then(|motion| motion.last_measurement).map(|time| time.to_string()),
+            first_seen: track.point.first_seen.into(),
+            last_measurement: motion.and_then(|motion| motion.last_measurement).map(Rfc3339),
             contributors: contributors(source, competitors, maker),
         }
     }
@@ -229,7 +256,7 @@ impl TrackJson<'_> {
 impl UasId {
     fn new(part: &TransponderPart) -> Self {
         Self {
-            serial_number: part.identity.serial().escape_ascii().to_string(),
+            serial_number: serial_text(part.identity),
             manufacturer: part.items.manufacturer.and_then(|octets| text(&octets)),
             model: part.items.model.and_then(|octets| text(&octets)),
             registration_country: part.items.registration_country.and_then(|octets| text(&octets)),
@@ -246,52 +273,55 @@ fn contributors<'a>(
         let is_of = |rival: &&Competitor| matches!(rival.who, Rival::Transponder { .. }) == of_radar;
         competitors.iter().filter(is_of).map(|rival| competitor(rival, maker)).collect()
     };
-    let radar = |part: &RadarPart, weight, association| Contributor::Radar {
+    let radar = |part: &RadarPart, weight| Contributor {
+        kind: "radar",
         sensor: maker.sensor(part.track.sensor),
-        track_number: part.track.number,
-        time: part.time.to_string(),
+        track_number: part.track.number.into(),
+        time: Some(part.time.into()),
         weight,
-        height_measured: part.height_measured,
-        association,
+        height_measured: Some(part.height_measured),
         competitors: rivals(true),
+        ..Contributor::default()
     };
-    let transponder = |part: &TransponderPart, weight| Contributor::Transponder {
+    let transponder = |part: &TransponderPart, weight| Contributor {
+        kind: "transponder",
         sensor: maker.sensor(part.sensor),
         track_number: part.number,
-        time: part.time.map(|time| time.to_string()),
+        time: part.time.map(Rfc3339),
         weight,
         competitors: rivals(false),
+        ..Contributor::default()
     };
     match source {
         Source::Fused(radar_part, transponder_part, pair) => {
-            let (because, weights) = match pair.because {
-                fusion::Because::Ratio { gate_m, evidence } => {
-                    let because = Because::Ratio {
-                        threshold_m: rounded(gate_m, 3),
-                        ratio: rounded(evidence.ratio(), 4),
-                        within: evidence.within,
-                        co_present: evidence.co_present,
+            let mut radar = radar(radar_part, None);
+            let mut transponder = transponder(transponder_part, None);
+            radar.distance_m = Some(rounded(pair.distance_m, 3));
+            match pair.because {
+                Because::Ratio { threshold_m, ratio } => {
+                    let share = |weight: f64| {
+                        Some(rounded(weight / (maker.weights.radar + maker.weights.transponder), 4))
                     };
-                    let super::Weights { radar, transponder } = maker.weights;
-                    let share = |weight: f64| Some(rounded(weight / (radar + transponder), 4));
-                    (because, [share(radar), share(transponder)])
+                    radar.weight = share(maker.weights.radar);
+                    transponder.weight = share(maker.weights.transponder);
+                    radar.threshold_m = Some(rounded(threshold_m, 3));
+                    radar.ratio = Some(rounded(ratio.value(), 4));
+                    radar.within = Some(ratio.within);
+                    radar.co_present = Some(ratio.co_present);
                 }
-                // Nothing is weighted by a fixed number.
-                fusion::Because::Likelihood { score } => {
-                    let log_likelihood_ratio = rounded(score, 2);
-                    (Because::Likelihood { log_likelihood_ratio, threshold: THRESHOLD }, [None; 2])
+                Because::Likelihood { score } => {
+                    radar.log_likelihood_ratio = Some(rounded(score, 2));
+                    radar.threshold = Some(Threshold { join: JOIN, part: PART });
                 }
-                fusion::Because::Manual { score } => {
-                    let log_likelihood_ratio = score.map(|score| rounded(score, 2));
-                    let because =
-                        Because::Manual { manual: true, log_likelihood_ratio, threshold: THRESHOLD };
-                    (because, [None; 2])
+                Because::Manual { score } => {
+                    radar.manual = true;
+                    radar.log_likelihood_ratio = score.map(|score| rounded(score, 2));
+                    radar.threshold = Some(Threshold { join: JOIN, part: PART });
                 }
-            };
-            let association = Association { distance_m: rounded(pair.distance_m, 3), because };
-            vec![radar(radar_part, weights[0], Some(association)), transponder(transponder_part, weights[1])]
+            }
+            vec![radar, transponder]
         }
-        Source::Radar(part) => vec![radar(part, Some(1.0), None)],
+        Source::Radar(part) => vec![radar(part, Some(1.0))],
         Source::Transponder(part) => vec![transponder(part, Some(1.0))],
     }
 }
@@ -299,7 +329,9 @@ fn contributors<'a>(
 fn competitor<'a>(rival: &Competitor, maker: &'a PictureMaker) -> CompetitorJson<'a> {
     let (sensor, track_number, uas_id) = match rival.who {
         Rival::Radar(track) => (track.sensor, Some(track.number.into()), None),
-        Rival::Transponder { sensor, number, identity } => (sensor, number, Some(Who::new(identity))),
+        Rival::Transponder { sensor, number, identity } => {
+            (sensor, number, Some(TransponderId::new(identity)))
+        }
     };
     CompetitorJson {
         sensor: maker.sensor(sensor),
@@ -308,6 +340,11 @@ fn competitor<'a>(rival: &Competitor, maker: &'a PictureMaker) -> CompetitorJson
         log_likelihood_ratio: rounded(rival.score, 2),
         decorrelated: rival.decorrelated,
     }
+}
+
+/// A serial number; what is not printable ASCII is escaped.
+pub fn serial_text(identity: Identity) -> String {
+    identity.serial().escape_ascii().to_string()
 }
 
 /// Octets as text without the padding; what is not printable ASCII is escaped. `None` where nothing is left.

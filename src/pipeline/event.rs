@@ -8,7 +8,7 @@ use asterix::{DataSource, Fault};
 use super::senders::Contest;
 use crate::normalise::{Refusal, Service};
 use fusion::SensorIndex;
-use fusion::operational::Newcomers;
+use fusion::point::Newcomers;
 use fusion::time::Time;
 
 /// Something that happened to what was received.

@@ -14,10 +14,12 @@ use crate::capture::{Reception, ReceptionKind};
 use crate::config::Config;
 use crate::normalise::{Normaliser, Refusal, Refused};
 pub(crate) use duplicates::Duplicates;
+use fusion::numbering::Given;
 use fusion::operational::{Correlation, NotCorrelated, ResumedCorrelation, SavedCorrelation};
-use fusion::registration::{State, StateError};
+use fusion::registration::{RegistrationState, RegistrationStateError};
+use fusion::slots::Slot;
 use fusion::time::{SECOND, Time};
-use fusion::{self, Due, Emission, Engine, Given, Slot};
+use fusion::{Due, Emission, Engine};
 use fusion::{Report, SensorIndex};
 
 pub use event::{Event, Tally};
@@ -55,7 +57,7 @@ impl Pipeline {
         Self {
             duplicates: Duplicates::default(),
             senders: Senders::new(config),
-            engine: Engine::new(settings(config, &normaliser)),
+            engine: Engine::new(settings(config, &normaliser)).expect("the configuration was checked"),
             normaliser,
             tally: Tally::default(),
             now: Time::from_nanos(i64::MIN),
@@ -181,7 +183,11 @@ impl Pipeline {
     ///
     /// # Errors
     /// The state is of another version, or its numbers are not what is written.
-    pub fn restore(&mut self, sensor: SensorIndex, state: &State) -> Result<bool, StateError> {
+    pub fn restore(
+        &mut self,
+        sensor: SensorIndex,
+        state: &RegistrationState,
+    ) -> Result<bool, RegistrationStateError> {
         self.engine.restore(sensor, state)
     }
 

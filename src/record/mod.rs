@@ -28,7 +28,7 @@ use std::thread::JoinHandle;
 use tracing::error;
 
 use crate::config::{Config, Record};
-use fusion::Given;
+use fusion::numbering::Given;
 use fusion::time::Time;
 use queue::Counters;
 use writer::Writer;
@@ -53,7 +53,7 @@ pub enum Recorded {
         payload: Vec<u8>,
     },
     /// A transponder was given a number, or has a point for the first time in
-    /// [`NOTED`](fusion::NOTED).
+    /// [`NOTED`](fusion::numbering::NOTED).
     Numbered {
         /// Which, and who.
         given: Given,

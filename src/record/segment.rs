@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use super::names::{self, Series};
 use crate::formats::{PcapWriter, UdpFlow};
 use crate::state::{CORRELATIONS, NUMBERS_END, number_line, numbers_text, write_atomically};
-use fusion::Given;
+use fusion::numbering::Given;
 use fusion::time::Time;
 
 /// Datagrams are gathered to about this many octets before they are written, less than a second of most sites.

@@ -22,8 +22,9 @@ use crate::formats::UdpFlow;
 use crate::formats::flow;
 use crate::net::listen as udp;
 use crate::state::{Registrations, registration_text};
+use fusion::numbering::{Given, NOTED};
+use fusion::slots::SlotGrid;
 use fusion::time::Time;
-use fusion::{Given, NOTED, SlotGrid};
 
 /// What a kill may cost.
 const FLUSH: Duration = Duration::from_secs(1);
@@ -87,7 +88,7 @@ impl Writer {
         with_output: bool,
         counters: Arc<Counters>,
     ) -> Self {
-        let grid = SlotGrid::new(config.fusion.slot.as_nanos() as i64);
+        let grid = SlotGrid::new(config.fusion.slot);
         Self {
             directory: record.dir.clone(),
             rotate: u64::from(record.rotate_mib) << 20,
@@ -234,7 +235,7 @@ impl Writer {
             }
         };
         // Who has had no point for longer than that is announced again with the next. Slots lag by less than a window.
-        let lag_ns = self.window_slots * self.grid.slot_ns();
+        let lag_ns = self.window_slots * self.grid.slot().as_nanos() as i64;
         let flies = Time::from_nanos(now.nanos() - NOTED - lag_ns);
         self.numbers.retain(|_, given| given.heard.is_none_or(|heard| heard >= flies));
         let numbers: Vec<Given> = self.numbers.values().copied().collect();

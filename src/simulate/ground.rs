@@ -3,12 +3,12 @@
 use nalgebra::Vector3;
 
 use super::scenario::{Place, Radar};
-use fusion::{Frame, Geodetic};
+use fusion::frames::{Geodetic, TangentPlane};
 
 /// The ground: one height above mean sea level, on a round Earth.
 #[derive(Clone, Debug)]
 pub struct Ground {
-    frame: Frame,
+    frame: TangentPlane,
     ground_amsl_m: f64,
     undulation_m: f64,
 }
@@ -16,7 +16,7 @@ pub struct Ground {
 /// A radar's own tangent plane.
 #[derive(Clone, Debug)]
 pub struct Antenna {
-    frame: Frame,
+    frame: TangentPlane,
     /// Its position.
     pub position: Geodetic,
     /// Its height above mean sea level, metres.
@@ -29,7 +29,7 @@ impl Ground {
         let height_m = place.ground_amsl_m + place.geoid_undulation_m;
         let origin = Geodetic::from_degrees(place.latitude_deg, place.longitude_deg, height_m);
         Self {
-            frame: Frame::at(origin),
+            frame: TangentPlane::at(origin),
             ground_amsl_m: place.ground_amsl_m,
             undulation_m: place.geoid_undulation_m,
         }
@@ -52,7 +52,7 @@ impl Ground {
     pub fn antenna(&self, radar: &Radar) -> Antenna {
         let local = Vector3::new(radar.east_m, radar.north_m, radar.antenna_agl_m);
         let position = self.geodetic(&local);
-        Antenna { frame: Frame::at(position), position, altitude_amsl_m: self.altitude_amsl_m(&local) }
+        Antenna { frame: TangentPlane::at(position), position, altitude_amsl_m: self.altitude_amsl_m(&local) }
     }
 }
 

@@ -19,9 +19,9 @@ use serde::{Deserialize, Serialize};
 use super::{octets, read};
 use crate::config::{Config, SensorKind};
 use fusion::operational::{Correlation, HeldCorrelation, SavedCorrelation, Verdict};
+use fusion::slots::{Slot, SlotGrid};
 use fusion::time::Time;
 use fusion::{Identity, RadarTrackKey, SensorIndex};
-use fusion::{Slot, SlotGrid};
 
 /// The end of the file's name.
 pub const CORRELATIONS: &str = "decisions.jsonl";
@@ -64,7 +64,7 @@ pub fn kept_lines(kept: &[SavedCorrelation], config: &Config) -> String {
 
 fn text_of(slot: Slot, correlation: &Correlation, heard: Option<Time>, config: &Config) -> String {
     let Correlation { radar, transponder, verdict } = correlation;
-    let grid = SlotGrid::new(config.fusion.slot.as_nanos() as i64);
+    let grid = SlotGrid::new(config.fusion.slot);
     let sensor = config.sensors.get(usize::from(radar.sensor.0));
     let line = Line {
         slot: slot.0,

@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 use tracing::{error, info, warn};
 
 use super::{NUMBERS, numbers_text, read_numbers, set_aside, write_atomically};
+use fusion::numbering::{Given, NumberChange};
 use fusion::time::Time;
-use fusion::{Given, NumberChange};
 
 /// The file is written at most this often.
 const PAUSE: Duration = Duration::from_secs(1);

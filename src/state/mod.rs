@@ -26,8 +26,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use fusion::Identity;
+use fusion::numbering::{Given, LARGEST_TRANSPONDER_NUMBER};
 use fusion::time::Time;
-use fusion::{Given, LARGEST_TRANSPONDER_NUMBER};
 
 pub use correlations::{
     CORRELATIONS, CorrelationPlan, Correlations, correlation_line, kept_lines, parse_decisions,

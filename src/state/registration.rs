@@ -21,7 +21,7 @@ use crate::config::{Config, Radar, Registration as Mode, SensorKind};
 use crate::pipeline::Pipeline;
 use fusion::Engine;
 use fusion::SensorIndex;
-use fusion::registration::{Registration, Settings, State};
+use fusion::registration::{Registration, RegistrationState};
 use fusion::time::{SECOND, Time};
 
 /// The file's name in the directory of `[state]`.
@@ -140,10 +140,10 @@ impl Entry {
         if let Some(changed) = self.setup.changed(&Setup::of(radar)) {
             return Err(changed);
         }
-        let state = State::deserialize(&self.state).map_err(|error| error.to_string())?;
+        let state = RegistrationState::deserialize(&self.state).map_err(|error| error.to_string())?;
         plausible(&self.state, now)?;
         // Also what only looks like a state must not reach the engine.
-        let registration = Registration::from_state(&Settings::default(), &state);
+        let registration = Registration::from_state(&state);
         let estimate = registration.map_err(|error| error.to_string())?.estimate();
         let values = [estimate.bearing, estimate.tilt_east, estimate.tilt_north].into_iter().chain([
             estimate.range_m,

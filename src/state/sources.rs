@@ -7,7 +7,7 @@ use super::{
     CORRELATIONS, Correlations, NUMBERS, REGISTRATION, Registrations, read_correlations, read_numbers,
     read_registration,
 };
-use fusion::Given;
+use fusion::numbering::Given;
 
 /// What an earlier life knew.
 #[derive(Clone, Debug, Default)]

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use asterix::cat129::fusion_report::Flags;
 use asterix::cat129::{FusionReport, Record};
 use asterix::{DataSource, blocks};
-use fusion::Basis;
+use fusion::point::Basis;
 use fusion::time::Time;
 use serde_json::Value;
 use utm_fusion::config::SerialSource;

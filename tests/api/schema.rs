@@ -1,60 +1,89 @@
-//! What the OpenAPI document says of the picture is what is answered. Of JSON Schema what the document uses.
+//! What the OpenAPI document says of an answer is what is answered. Of JSON Schema what the document uses.
 
 use serde_json::Value;
 
 use crate::common::Site;
 
-/// What of `value` is not as the schema says.
+/// Holds `value` against the schema; fails with what is not as it says.
 pub(crate) fn check(document: &Value, schema: &Value, value: &Value, at: &str) {
-    let schema = match schema["$ref"].as_str() {
-        Some(name) => document.pointer(&name[1..]).unwrap_or_else(|| panic!("{at}: no {name}")),
-        None => schema,
+    if let Err(problem) = differs(document, schema, value, at) {
+        panic!("{problem}");
+    }
+}
+
+fn differs(document: &Value, schema: &Value, value: &Value, at: &str) -> Result<(), String> {
+    let hold = |holds: bool, rule: &Value| {
+        if holds { Ok(()) } else { Err(format!("{at}: {value} is not {rule}")) }
     };
-    let keywords: Vec<&str> = schema.as_object().unwrap().keys().map(String::as_str).collect();
-    for keyword in keywords {
-        let rule = &schema[keyword];
-        let number = || value.as_f64().unwrap_or_else(|| panic!("{at} is no number: {value}"));
-        match keyword {
-            "type" => match rule.as_str().unwrap() {
-                "object" => assert!(value.is_object(), "{at}: {value}"),
-                "array" => assert!(value.is_array(), "{at}: {value}"),
-                "string" => assert!(value.is_string(), "{at}: {value}"),
-                "boolean" => assert!(value.is_boolean(), "{at}: {value}"),
-                "number" => assert!(value.is_number(), "{at}: {value}"),
-                "integer" => assert!(value.is_u64() || value.is_i64(), "{at}: {value}"),
-                other => panic!("{at}: type {other}"),
-            },
-            "const" => assert_eq!(value, rule, "{at}"),
-            "enum" => assert!(rule.as_array().unwrap().contains(value), "{at}: {value} is not of {rule}"),
-            "minimum" => assert!(number() >= rule.as_f64().unwrap(), "{at}: {value}"),
-            "maximum" => assert!(number() <= rule.as_f64().unwrap(), "{at}: {value}"),
-            "exclusiveMaximum" => assert!(number() < rule.as_f64().unwrap(), "{at}: {value}"),
-            "minItems" => assert!(value.as_array().unwrap().len() as u64 >= rule.as_u64().unwrap(), "{at}"),
-            "maxItems" => assert!(value.as_array().unwrap().len() as u64 <= rule.as_u64().unwrap(), "{at}"),
-            "format" => {
-                assert_eq!(rule, "date-time");
-                assert!(value.as_str().unwrap().parse::<jiff::Timestamp>().is_ok(), "{at}: {value}");
+    let number = || value.as_f64().ok_or_else(|| format!("{at} is no number: {value}"));
+    let Some(rules) = schema.as_object() else { return hold(*schema == true, schema) };
+    for (keyword, rule) in rules {
+        match keyword.as_str() {
+            "$ref" => {
+                let name = rule.as_str().unwrap();
+                let target = document.pointer(&name[1..]).unwrap_or_else(|| panic!("{at}: no {name}"));
+                differs(document, target, value, at)?;
             }
-            "items" => {
-                for (index, item) in value.as_array().unwrap().iter().enumerate() {
-                    check(document, rule, item, &format!("{at}[{index}]"));
+            "type" => {
+                let is = |kind: &Value| match kind.as_str().unwrap() {
+                    "object" => value.is_object(),
+                    "array" => value.is_array(),
+                    "string" => value.is_string(),
+                    "boolean" => value.is_boolean(),
+                    "null" => value.is_null(),
+                    "number" => value.is_number(),
+                    "integer" => value.is_u64() || value.is_i64(),
+                    other => panic!("{at}: type {other}"),
+                };
+                hold(rule.as_array().map_or_else(|| is(rule), |kinds| kinds.iter().any(is)), rule)?;
+            }
+            "const" => hold(value == rule, rule)?,
+            "enum" => hold(rule.as_array().unwrap().contains(value), rule)?,
+            // Of a number that may be null, null is within all bounds.
+            "minimum" | "maximum" | "exclusiveMaximum" if value.is_null() => {}
+            "minimum" => hold(number()? >= rule.as_f64().unwrap(), rule)?,
+            "maximum" => hold(number()? <= rule.as_f64().unwrap(), rule)?,
+            "exclusiveMaximum" => hold(number()? < rule.as_f64().unwrap(), rule)?,
+            "minItems" => hold(value.as_array().unwrap().len() as u64 >= rule.as_u64().unwrap(), rule)?,
+            "maxItems" => hold(value.as_array().unwrap().len() as u64 <= rule.as_u64().unwrap(), rule)?,
+            "format" if rule == "date-time" => {
+                hold(value.as_str().unwrap().parse::<jiff::Timestamp>().is_ok(), rule)?;
+            }
+            "items" | "prefixItems" => {
+                for (index, item) in value.as_array().into_iter().flatten().enumerate() {
+                    let of = rule.as_array().map_or(rule, |places| &places[index]);
+                    differs(document, of, item, &format!("{at}[{index}]"))?;
                 }
             }
             "required" => {
                 for name in rule.as_array().unwrap() {
-                    assert!(value.get(name.as_str().unwrap()).is_some(), "{at} has no {name}: {value}");
+                    hold(value.get(name.as_str().unwrap()).is_some(), &format!("with {name}").into())?;
                 }
             }
             "properties" => {
-                for (name, item) in value.as_object().unwrap() {
-                    let schema = rule.get(name).unwrap_or_else(|| panic!("{at}.{name} is not described"));
-                    check(document, schema, item, &format!("{at}.{name}"));
+                for (name, item) in value.as_object().into_iter().flatten() {
+                    if let Some(of) = rule.get(name) {
+                        differs(document, of, item, &format!("{at}.{name}"))?;
+                    }
                 }
             }
-            "description" | "additionalProperties" => {}
+            // Every object says what it can hold: a name that is not described is an error.
+            "additionalProperties" => {
+                let described = |name: &String| schema["properties"].get(name).is_some();
+                for (name, item) in value.as_object().unwrap().iter().filter(|(name, _)| !described(name)) {
+                    differs(document, rule, item, &format!("{at}.{name} (not described)"))?;
+                }
+            }
+            "oneOf" | "anyOf" => {
+                let mut tried = rule.as_array().unwrap().iter().map(|one| differs(document, one, value, at));
+                let problems: Vec<String> = tried.by_ref().map_while(Result::err).collect();
+                hold(problems.len() < rule.as_array().unwrap().len(), &problems.join("; ").into())?;
+            }
+            "description" | "format" => {}
             other => panic!("{at}: keyword {other}"),
         }
     }
+    Ok(())
 }
 
 #[tokio::test]
@@ -83,5 +112,34 @@ async fn the_picture_is_as_the_document_describes_it() {
         check(&document, &sensors, &site.get("/api/v1/sensors").await.json(), "sensors");
         let trails = site.get("/api/v1/tracks?trail_s=60").await.json();
         check(&document, &tracks, &trails, "trails");
+    }
+}
+
+/// Those that can be asked with nothing but a path, before there is anything to tell and after; and a problem.
+#[tokio::test]
+async fn every_answer_is_as_the_document_describes_it() {
+    for mut site in [Site::plain(), Site::operational()] {
+        let document = site.get("/openapi.json").await.json();
+        for round in 0..3 {
+            for (path, operations) in document["paths"].as_object().unwrap() {
+                if operations.get("get").is_none() || path == "/api/v1/stream" {
+                    continue;
+                }
+                let answer = site.get(&path.replace("{id}", "nobody")).await;
+                let responses = &operations["get"]["responses"];
+                let schema =
+                    &responses[answer.status.as_str()]["content"][answer.header("content-type")]["schema"];
+                assert!(!schema.is_null(), "{path}: {}", answer.status);
+                if answer.header("content-type").contains("json") {
+                    check(&document, schema, &answer.json(), &format!("{path} {round}"));
+                }
+            }
+            site.tell(site.status()).await;
+            site.publish(4).await;
+        }
+        let view = "/uss/flights?view=52.49,-0.6,52.51,-0.57&recent_positions_duration=60";
+        let flights = site.get(view).await.json();
+        let content = &document["paths"]["/uss/flights"]["get"]["responses"]["200"]["content"];
+        check(&document, &content["application/json"]["schema"], &flights, view);
     }
 }

@@ -3,14 +3,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use fusion::interpolation::{Knot, evaluate};
+use fusion::numbering::{Keeping, Numbered, Numbers};
+use fusion::point::{Association, Because, RadarPart, SlotRatio, TransponderPart};
+use fusion::slots::Slot;
 use fusion::time::Time;
-use fusion::{
-    Association, Because, Emission, Evidence, Keeping, Knot, Numbered, Numbers, Point, RadarPart, Settings,
-    Slot, Source, TransponderPart, evaluate,
-};
-use fusion::{Enu, Fix, Identity, Plot, RadarTrackKey, Report};
+use fusion::{Emission, Enu, Fix, Identity, Plot, Point, Profile, RadarTrackKey, Report, Settings, Source};
 
-use crate::scenario::{Arrival, SLOT_NS};
+use crate::scenario::{Arrival, PERIODS_S, SLOT_NS};
 
 struct Plain<'a> {
     settings: &'a Settings,
@@ -77,7 +77,9 @@ impl Plain<'_> {
     fn emit(&mut self) {
         let k = self.next;
         self.next += 1;
-        let settings = self.settings;
+        let Profile::Reference(rules) = &self.settings.profile else {
+            panic!("a plain engine of the other profile")
+        };
         let window = k - 75..=k + 24;
         let known: Vec<&Report> = self.reports.iter().filter(|r| window.contains(&slot(r.time()))).collect();
 
@@ -102,9 +104,7 @@ impl Plain<'_> {
                 fixes.values().map(|fix| Knot { time: fix.time, position: fix.position.0 }).collect();
             let in_long_gap = |time: Time| {
                 knots.windows(2).any(|pair| {
-                    pair[0].time < time
-                        && time < pair[1].time
-                        && pair[1].time.nanos() - pair[0].time.nanos() > settings.max_gap_ns
+                    pair[0].time < time && time < pair[1].time && pair[1].time - pair[0].time > rules.max_gap
                 })
             };
             let curve = window
@@ -117,20 +117,19 @@ impl Plain<'_> {
             let offset = plot.position.0 - point.0;
             if plot.height_measured { offset.norm() } else { offset.xy().norm() }
         };
-        let associated = |identity: Identity, track: RadarTrackKey, at: i64| -> Option<Evidence> {
-            let mut evidence = Evidence { co_present: 0, within: 0 };
+        let associated = |identity: Identity, track: RadarTrackKey, at: i64| -> Option<SlotRatio> {
+            let mut ratio = SlotRatio { co_present: 0, within: 0 };
             let mut within_now = false;
             for s in *window.start()..=at {
                 within_now = false;
                 if let (Some(plot), Some(point)) = (detections.get(&(track, s)), curves[&identity].get(&s)) {
-                    evidence.co_present += 1;
-                    within_now = distance(plot, point) <= settings.gate.at(plot.slant_range_m);
-                    evidence.within += u32::from(within_now);
+                    ratio.co_present += 1;
+                    within_now = distance(plot, point) <= rules.threshold.at(plot.slant_range_m);
+                    ratio.within += u32::from(within_now);
                 }
             }
-            let enough = evidence.co_present >= settings.min_samples
-                && 10 * evidence.within >= 9 * evidence.co_present;
-            (within_now && enough).then_some(evidence)
+            let enough = ratio.co_present >= rules.min_samples && 10 * ratio.within >= 9 * ratio.co_present;
+            (within_now && enough).then_some(ratio)
         };
         let tracks: BTreeSet<RadarTrackKey> = detections.keys().map(|key| key.0).collect();
 
@@ -146,18 +145,18 @@ impl Plain<'_> {
             let (sensor, items) = last_received.unwrap();
             let transponder = TransponderPart { number, identity, sensor, time: None, items };
             for &track in &tracks {
-                let Some(evidence) = associated(identity, track, k) else { continue };
+                let Some(ratio) = associated(identity, track, k) else { continue };
                 let plot = &detections[&(track, k)];
                 explained.insert(track);
-                let mut position = (plot.position.0 * settings.weight_radar
-                    + point.0 * settings.weight_transponder)
-                    / (settings.weight_radar + settings.weight_transponder);
+                let mut position = (plot.position.0 * rules.weights.radar
+                    + point.0 * rules.weights.transponder)
+                    / (rules.weights.radar + rules.weights.transponder);
                 if !plot.height_measured {
                     position.z = point.up();
                 }
                 let association = Association {
                     distance_m: distance(plot, point),
-                    because: Because::Ratio { gate_m: settings.gate.at(plot.slant_range_m), evidence },
+                    because: Because::Ratio { threshold_m: rules.threshold.at(plot.slant_range_m), ratio },
                 };
                 points.push((
                     0,
@@ -171,8 +170,7 @@ impl Plain<'_> {
                     },
                 ));
             }
-            let nearby =
-                (k - settings.suppress_slots).max(k - 75)..=(k + settings.suppress_slots).min(k + 24);
+            let nearby = (k - rules.suppress_slots).max(k - 75)..=(k + rules.suppress_slots).min(k + 24);
             let suppressed =
                 nearby.into_iter().any(|s| tracks.iter().any(|&t| associated(identity, t, s).is_some()));
             if !suppressed {
@@ -196,9 +194,7 @@ impl Plain<'_> {
             let uav = (k - 75..=k)
                 .filter(|&s| detections.get(&(track, s)).is_some_and(|plot| plot.uav_probability > Some(0.0)))
                 .count();
-            if !explained.contains(&track)
-                && uav as f64 * settings.period_s[usize::from(track.sensor.0)] > 8.0
-            {
+            if !explained.contains(&track) && uav as f64 * PERIODS_S[usize::from(track.sensor.0)] > 8.0 {
                 points.push((
                     1,
                     Point {
@@ -216,7 +212,7 @@ impl Plain<'_> {
             (*rank, point.number, point.source.radar().map(|radar| radar.track))
         });
         // A radar track is new again once nothing of it is left up to the last slot that can still change this output.
-        let horizon = (k + settings.suppress_slots).min(k + 24);
+        let horizon = (k + rules.suppress_slots).min(k + 24);
         self.first_seen
             .retain(|track, _| detections.keys().any(|(other, s)| other == track && *s <= horizon));
         let points = points.into_iter().map(|(_, point)| point).collect();

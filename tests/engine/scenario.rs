@@ -1,8 +1,12 @@
 //! Random scenarios: a few aircraft and radar tracks near each other, reports late, ahead, doubled, out of order.
 
+use fusion::report::UasItems;
+use fusion::settings::{Radar, ReferenceRules, Sensor};
 use fusion::time::{SECOND, Time};
-use fusion::{Emission, Engine, Gate, Settings, SlotGrid};
-use fusion::{Enu, Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex, UasItems};
+use fusion::{
+    Emission, Engine, Enu, Fix, Identity, Plot, Profile, RadarTrackKey, Report, SensorIndex, Settings,
+};
+use jiff::SignedDuration;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::Index;
@@ -26,29 +30,26 @@ const START: i64 = 1_700_000_000;
 /// Until a target gives it a place.
 const NOWHERE: Enu = Enu::new(0.0, 0.0, 0.0);
 
+/// Of the two radars; the transponder receiver stands behind them.
+pub const PERIODS_S: [f64; 2] = [0.25, 1.3];
+
 pub fn settings(scenario: &Scenario) -> Settings {
+    let radar = |period_s| Sensor::Radar(Radar { period_s, ..Radar::default() });
     Settings {
-        grid: SlotGrid::new(SLOT_NS),
-        latency_slots: 25,
-        window_slots: 100,
-        max_future_ns: SECOND,
-        max_gap_ns: scenario.max_gap_s * SECOND,
-        gate: Gate::new(vec![(0.0, 60.0), (333.33, 60.0), (4333.33, 300.0)]).unwrap(),
-        ratio_min_ppm: 900_000,
-        min_samples: 4,
-        weight_radar: 1.0,
-        weight_transponder: 10.0,
-        radar_only_min_s: 8.0,
-        suppress_slots: scenario.suppress_slots,
-        period_s: vec![0.25, 1.3],
+        sensors: PERIODS_S.map(radar).into(),
         transponder_numbers: [(b"U2".to_vec(), 1)].into(),
-        operational: None,
+        profile: Profile::Reference(ReferenceRules {
+            max_gap: SignedDuration::from_secs(scenario.max_gap_s),
+            suppress_slots: scenario.suppress_slots,
+            ..ReferenceRules::default()
+        }),
+        ..Settings::default()
     }
 }
 
 /// The engine over the arrivals, to the end of the input.
 pub fn run(settings: &Settings, arrivals: &[Arrival]) -> Vec<Emission> {
-    let mut engine = Engine::new(settings.clone());
+    let mut engine = Engine::new(settings.clone()).unwrap();
     let mut emissions = Vec::new();
     for arrival in arrivals {
         emissions.extend(engine.advance(arrival.received));

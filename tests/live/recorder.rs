@@ -4,8 +4,8 @@ use std::fs;
 use std::net::{Ipv4Addr, SocketAddrV4};
 use std::time::{Duration, Instant};
 
-use fusion::Given;
 use fusion::Identity;
+use fusion::numbering::Given;
 use fusion::time::{SECOND, Time};
 use jiff::SignedDuration;
 use utm_fusion::config::{Config, Record};

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use asterix::{Record, blocks, cat048, cat129};
-use fusion::Geodetic;
+use fusion::frames::Geodetic;
 use fusion::time::Time;
 use nalgebra::Vector3;
 use utm_fusion::areas::Masks;

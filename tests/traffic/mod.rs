@@ -3,11 +3,10 @@
 
 use std::f64::consts::TAU;
 
-use fusion::filter::{Dynamics, Models, RadarErrors};
-use fusion::operational::{self, Mode, Radar, Transponder};
+use fusion::report::UasItems;
+use fusion::settings::{OperationalRules, Radar, Receiver, ReferenceRules, Sensor};
 use fusion::time::{SECOND, Time};
-use fusion::{Engine, Gate, Settings, SlotGrid};
-use fusion::{Enu, Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex, UasItems};
+use fusion::{Engine, Enu, Fix, Identity, Plot, Profile, RadarTrackKey, Report, SensorIndex, Settings};
 
 /// Nanoseconds of a slot.
 pub const SLOT_NS: i64 = SECOND / 4;
@@ -53,51 +52,19 @@ impl Traffic {
 
     /// The `reference` profile for these radars and one transponder receiver behind them.
     pub fn reference(self) -> Settings {
+        let radars = (0..self.radars).map(|_| Sensor::Radar(Radar::default()));
+        let receiver = Sensor::Receiver(Receiver { period_s: 3.0, ..Receiver::default() });
         Settings {
-            grid: SlotGrid::new(SLOT_NS),
-            latency_slots: 25,
-            window_slots: 100,
-            max_future_ns: SECOND,
-            max_gap_ns: 25 * SECOND,
-            gate: Gate::new(vec![(0.0, 60.0), (333.33, 60.0), (4333.33, 300.0)]).expect("ranges increase"),
-            ratio_min_ppm: 900_000,
-            min_samples: 4,
-            weight_radar: 1.0,
-            weight_transponder: 10.0,
-            radar_only_min_s: 8.0,
-            suppress_slots: 16,
-            period_s: vec![0.25; self.radars as usize + 1],
-            transponder_numbers: [].into(),
-            operational: None,
+            sensors: radars.chain([receiver]).collect(),
+            profile: Profile::Reference(ReferenceRules::default()),
+            ..Settings::default()
         }
     }
 
     /// The `operational` profile for a radar at the origin, where all targets are within its reach, and the receiver.
     pub fn operational(self) -> Settings {
         assert_eq!(self.radars, 1, "further sites have no place of their own");
-        let errors = RadarErrors::of_data_sheet(5.0, 1.0, 10.0);
-        let radar = Radar {
-            position: Enu::new(0.0, 0.0, 0.0),
-            track_errors: errors,
-            errors,
-            registration: Mode::Apply,
-            period_s: 0.25,
-        };
-        let transponder = Transponder {
-            horizontal_m: 3.0,
-            vertical_m: 5.0,
-            delay_s: None,
-            delay_sigma_s: 0.0,
-            period_s: 3.0,
-            max_new_per_s: 50,
-        };
-        let profile = operational::Settings {
-            radars: vec![Some(radar), None],
-            transponders: vec![None, Some(transponder)],
-            max_gap_ns: 8 * SECOND,
-            motion: Dynamics::Imm(Models::default()),
-        };
-        Settings { operational: Some(profile), ..self.reference() }
+        Settings { profile: Profile::Operational(OperationalRules::default()), ..self.reference() }
     }
 
     fn fix(self, target: u64, slot: i64) -> Fix {

@@ -8,7 +8,7 @@ use super::bias::{Bias, SlowChange};
 use super::height::{self, AboveGround};
 use super::imm::{Back, Bridge, Gaussian, Mixture};
 use super::plane::{self, OverGround};
-use super::track::{By, Estimate, Measurement, Owner, RadarErrors};
+use super::track::{By, Measurement, Owner, RadarErrors, StateEstimate};
 use crate::time::Time;
 
 /// A measurement and what is known with it.
@@ -81,7 +81,7 @@ where
     }
 
     /// Where the target is at `time`, from everything measured before and after; `None` if nothing was measured.
-    pub(super) fn at(&self, time: Time) -> Option<Estimate> {
+    pub(super) fn at(&self, time: Time) -> Option<StateEstimate> {
         let behind = self.nodes.partition_point(|node| node.measurement.time <= time);
         let before = behind.checked_sub(1).map(|before| &self.nodes[before]);
         let next = self.nodes.get(behind);
@@ -95,7 +95,7 @@ where
         };
         let (plane, height) = (here.told, here.height);
         let Some((next, until_s)) = next.zip(until_s) else {
-            return Some(Estimate::of(&plane, &height, here.jumped, since_s, None));
+            return Some(StateEstimate::of(&plane, &height, here.jumped, since_s, None));
         };
         // Back from the newest to the next one.
         let last = self.nodes.last()?;
@@ -111,7 +111,7 @@ where
         let plane = plane.smoothed(&plane_bridge.back(), &plane_after);
         let height = height.smoothed(&height_bridge.back(), &height_after);
         let jumped = if next.jumped.norm() > here.jumped.norm() { next.jumped } else { here.jumped };
-        Some(Estimate::of(&plane, &height, jumped, since_s, Some(until_s)))
+        Some(StateEstimate::of(&plane, &height, jumped, since_s, Some(until_s)))
     }
 }
 

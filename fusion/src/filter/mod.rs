@@ -26,6 +26,6 @@ mod tests;
 mod track;
 
 pub use bias::Bias;
-pub use motion::{Model, Models, Motion};
+pub use motion::{Model, Models};
 pub use singer::Singer;
-pub use track::{By, Dynamics, Estimate, Measurement, Owner, RadarErrors, Seen, Track};
+pub use track::{By, Dynamics, LineOfSight, Measurement, Owner, RadarErrors, StateEstimate, TargetFilter};

@@ -7,7 +7,7 @@ use super::bias::{Bias, SlowChange};
 use super::imm::{Gaussian, Linear, Mixture, Observation};
 use super::motion::{MODELS, Models};
 use super::singer::Singer;
-use super::track::{RadarErrors, Seen};
+use super::track::{LineOfSight, RadarErrors};
 
 /// East, north (metres), their rates (metres a second), and the radar's slow error in range (metres) and azimuth (radians).
 pub(super) const STATES: usize = 6;
@@ -134,7 +134,7 @@ pub(super) fn velocity<const D: usize>(velocity: Vector2<f64>, deviation: f64) -
 /// A radar's plot: what it shows is the position and its slow error.
 pub(super) fn plot<const D: usize>(
     place: Vector2<f64>,
-    seen: &Seen,
+    seen: &LineOfSight,
     errors: &RadarErrors,
 ) -> Observation<D, 2> {
     let mut matrix = SMatrix::<f64, 2, D>::zeros();

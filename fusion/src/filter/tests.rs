@@ -9,7 +9,7 @@ use super::imm::Observation;
 use super::motion::{MODELS, Model, Models};
 use super::plane::{self, OverGround};
 use super::singer::Singer;
-use super::track::{By, Dynamics, Measurement, Owner, RadarErrors, Seen, Track};
+use super::track::{By, Dynamics, LineOfSight, Measurement, Owner, RadarErrors, TargetFilter};
 use crate::frames::Enu;
 use crate::time::Time;
 
@@ -36,8 +36,8 @@ fn dynamics() -> [Dynamics; 2] {
 }
 
 /// What is known when these have been measured.
-fn tracked(measurements: &[Measurement], dynamics: &Dynamics) -> Track {
-    let mut track = Track::new(dynamics);
+fn tracked(measurements: &[Measurement], dynamics: &Dynamics) -> TargetFilter {
+    let mut track = TargetFilter::new(dynamics);
     track.measure(Time::from_nanos(i64::MIN), measurements);
     track
 }
@@ -52,7 +52,7 @@ fn measurements(rows: &[(f64, f64, f64, bool)]) -> Vec<Measurement> {
     let measured = |&(later, east, north, radar): &(f64, f64, f64, bool)| {
         at += later;
         let position = Enu::new(1000.0 + 10.0 * at + east, 800.0 + north, 50.0);
-        let seen = Seen::from(Enu::new(0.0, 0.0, 0.0), position);
+        let seen = LineOfSight::from(Enu::new(0.0, 0.0, 0.0), position);
         let owner = Owner { tracklet: 1, since: None };
         let known = Bias::of(&ERRORS);
         let by = if radar {

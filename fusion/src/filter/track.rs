@@ -52,7 +52,7 @@ impl RadarErrors {
 
 /// How a radar sees a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Seen {
+pub struct LineOfSight {
     /// Distance over ground, metres.
     pub range_m: f64,
     /// Unit vector away from the radar.
@@ -61,7 +61,7 @@ pub struct Seen {
     pub clockwise: Vector2<f64>,
 }
 
-impl Seen {
+impl LineOfSight {
     /// A place as the radar at `radar` sees it.
     pub fn from(radar: Enu, place: Enu) -> Self {
         let away = (place.0 - radar.0).xy();
@@ -113,7 +113,7 @@ pub enum By {
         /// What is known of that before.
         known: Bias,
         /// How the radar sees the place.
-        seen: Seen,
+        seen: LineOfSight,
         /// Its errors.
         errors: RadarErrors,
     },
@@ -130,7 +130,7 @@ pub struct Owner {
 
 /// Where a target is, and how it moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
+pub struct StateEstimate {
     /// Position.
     pub position: Enu,
     /// Velocity east, north, up, metres a second.
@@ -147,7 +147,7 @@ pub struct Estimate {
     pub until_s: Option<f64>,
 }
 
-impl Estimate {
+impl StateEstimate {
     /// Of a state over ground and one above it. `jumped`: see [`super::filter`].
     pub(super) fn of<const P: usize, const H: usize>(
         plane: &Gaussian<P>,
@@ -184,7 +184,7 @@ pub enum Dynamics {
 
 /// The filter of one target.
 #[derive(Clone, Debug)]
-pub struct Track(Kind);
+pub struct TargetFilter(Kind);
 
 #[derive(Clone, Debug)]
 enum Kind {
@@ -192,7 +192,7 @@ enum Kind {
     Singer(Filter<Singer, { plane::STATES_SINGER }, 1, { height::STATES_SINGER }>),
 }
 
-impl Track {
+impl TargetFilter {
     /// Of a target of which nothing was measured.
     pub fn new(dynamics: &Dynamics) -> Self {
         Self(match *dynamics {
@@ -227,7 +227,7 @@ impl Track {
     }
 
     /// Where the target is at `time`, from everything measured before and after; `None` if nothing was measured.
-    pub fn at(&self, time: Time) -> Option<Estimate> {
+    pub fn at(&self, time: Time) -> Option<StateEstimate> {
         match &self.0 {
             Kind::Imm(filter) => filter.at(time),
             Kind::Singer(filter) => filter.at(time),

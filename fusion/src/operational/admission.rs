@@ -13,6 +13,7 @@ use std::collections::{BTreeMap, VecDeque};
 use super::settings::Transponder;
 use super::target::SAME_NS;
 use super::tracklet::TargetId;
+use crate::point::Newcomers;
 use crate::report::{Fix, Identity, SensorIndex};
 use crate::time::{SECOND, Time};
 
@@ -32,54 +33,6 @@ const WAITING: usize = 1 << 16;
 const REPORTS: usize = 4;
 /// It is a flood from when more identities are new than permits would gather for, until so long after, nanoseconds.
 const FLOOD_NS: i64 = 10 * SECOND;
-
-/// What became of the new identities of a transponder receiver in a slot: how many, by fate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Newcomers {
-    /// The receiver.
-    pub sensor: SensorIndex,
-    /// Heard for the first time, or for the first time in long.
-    pub heard: u32,
-    /// Let in, with their second report.
-    pub admitted: u32,
-    /// Forgotten: there was no second report.
-    pub heard_once: u32,
-    /// Forgotten: no two of their reports agree.
-    pub inconsistent: u32,
-    /// Forgotten: they could have been let in, were there not more than `max_new_per_s`.
-    pub rate_limited: u32,
-    /// Forgotten before their time: too many waited.
-    pub crowded_out: u32,
-    /// While there is a flood of them: the most that were heard in a second of it.
-    pub flood: Option<u32>,
-}
-
-impl Newcomers {
-    fn none(sensor: SensorIndex, flood: Option<u32>) -> Self {
-        Self {
-            sensor,
-            heard: 0,
-            admitted: 0,
-            heard_once: 0,
-            inconsistent: 0,
-            rate_limited: 0,
-            crowded_out: 0,
-            flood,
-        }
-    }
-
-    /// The fates, each with its name on the interfaces and its count.
-    pub const fn fates(&self) -> [(&'static str, u32); 6] {
-        [
-            ("heard", self.heard),
-            ("admitted", self.admitted),
-            ("heard_once", self.heard_once),
-            ("inconsistent", self.inconsistent),
-            ("rate_limited", self.rate_limited),
-            ("crowded_out", self.crowded_out),
-        ]
-    }
-}
 
 /// Keeps who waits and who was let in.
 #[derive(Debug, Default)]

@@ -9,7 +9,7 @@ use super::target::Target;
 use super::tracklet::{TargetId, Tracklet, TrackletId};
 use super::{COAST_S, DAWN, EVER, Moment, Operational, existence, pairing};
 use crate::assignment::{Candidate, assign};
-use crate::filter::{Estimate, Seen};
+use crate::filter::{LineOfSight, StateEstimate};
 use crate::frames::Enu;
 use crate::report::Plot;
 use crate::time::{SECOND, Time};
@@ -105,7 +105,7 @@ impl Operational {
     fn scores(
         &self,
         tracklet: &Tracklet,
-        lost: &[(TargetId, Estimate)],
+        lost: &[(TargetId, StateEstimate)],
         radar: &Radar,
         moment: &Moment,
         settings: &Settings,
@@ -147,7 +147,7 @@ impl Operational {
     }
 
     /// Targets that no sensor tells of now, where they must be.
-    fn lost(&self, moment: &Moment, settings: &Settings) -> Vec<(TargetId, Estimate)> {
+    fn lost(&self, moment: &Moment, settings: &Settings) -> Vec<(TargetId, StateEstimate)> {
         let lost = self.targets.iter().filter(|(id, _)| self.is_lost(**id, moment, settings));
         lost.filter_map(|(&id, target)| Some((id, target.estimate(moment.time)?)))
             .filter(|(_, estimate)| estimate.sigma_m() < LOST_M)
@@ -250,7 +250,7 @@ fn near<'a>(
     radar: &Radar,
 ) -> impl Iterator<Item = TargetId> + 'a {
     let away_s = plot.time.seconds_since(time).abs();
-    let seen = Seen::from(radar.position, plot.position);
+    let seen = LineOfSight::from(radar.position, plot.position);
     let spread_m = (seen.range_m * radar.errors.bias_azimuth).hypot(radar.errors.bias_range_m);
     // The drone's and the plot's own errors, what it flies meanwhile, and four deviations of the radar's.
     let gate_m = 60.0 + 40.0 * away_s + 4.0 * spread_m;
@@ -264,9 +264,9 @@ fn near<'a>(
 }
 
 /// How likely a radar track is a target that was not seen for a while, against its being another one: logarithm.
-pub(super) fn found_again(plot: &Plot, estimate: &Estimate, radar: &Radar) -> Option<f64> {
+pub(super) fn found_again(plot: &Plot, estimate: &StateEstimate, radar: &Radar) -> Option<f64> {
     let errors = &radar.errors;
-    let seen = Seen::from(radar.position, plot.position);
+    let seen = LineOfSight::from(radar.position, plot.position);
     let spread = estimate.horizontal
         + seen.spread(
             errors.bias_range_m.hypot(errors.noise_range_m),

@@ -8,7 +8,7 @@
 use nalgebra::{Matrix3, Vector3, matrix, vector};
 
 use super::settings::Radar;
-use crate::filter::Seen;
+use crate::filter::LineOfSight;
 use crate::report::Plot;
 use crate::time::Time;
 
@@ -70,7 +70,7 @@ impl Flight {
     }
 
     fn add(&mut self, plot: &Plot, radar: &Radar) {
-        let range_m = Seen::from(radar.position, plot.position).range_m;
+        let range_m = LineOfSight::from(radar.position, plot.position).range_m;
         // Not what is left of a wrong set-up: that does not drift.
         let errors = &radar.track_errors;
         let noise = errors.noise_range_m.powi(2) + STEP_M * STEP_M / 12.0;

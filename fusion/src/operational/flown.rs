@@ -1,17 +1,16 @@
 //! Two drones side by side, each with a transponder and a radar track: what the tests of this room fly.
 
-use std::collections::BTreeMap;
-
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::settings::{Mode, Radar, Settings, Transponder};
-use crate::filter::{Dynamics, Models, RadarErrors};
 use crate::frames::Enu;
 use crate::report::{Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex, UasItems};
+use crate::settings::{
+    OperationalRules, Profile, Radar, RadarErrors, Receiver, ReferenceRules, RegistrationMode, Sensor,
+    Settings,
+};
 use crate::time::{SECOND, Time};
-use crate::{Gate, SlotGrid};
 
 pub(super) const START: i64 = 1_700_000_000;
 /// The two are so far apart, metres.
@@ -19,45 +18,20 @@ pub(super) const APART_M: f64 = 150.0;
 /// Radar tracks of the first and of the second.
 pub(super) const TRACKS: [u16; 2] = [7, 8];
 
-pub(super) fn settings(is_operational: bool) -> crate::Settings {
-    let errors = radar_errors();
+pub(super) fn settings(is_operational: bool) -> Settings {
     let radar = Radar {
-        position: Enu::new(0.0, 0.0, 0.0),
-        track_errors: errors,
-        errors,
-        registration: Mode::Off,
+        errors: radar_errors(),
+        registration: RegistrationMode::Off,
         period_s: 0.5,
+        ..Radar::default()
     };
-    let receiver = Transponder {
-        horizontal_m: 3.0,
-        vertical_m: 5.0,
-        delay_s: Some(0.0),
-        delay_sigma_s: 0.0,
-        period_s: 3.0,
-        max_new_per_s: 50,
+    let receiver = Receiver { delay_s: Some(0.0), period_s: 3.0, ..Receiver::default() };
+    let profile = match is_operational {
+        true => Profile::Operational(OperationalRules::default()),
+        false => Profile::Reference(ReferenceRules::default()),
     };
-    crate::Settings {
-        grid: SlotGrid::new(SECOND / 4),
-        latency_slots: 25,
-        window_slots: 100,
-        max_future_ns: SECOND,
-        max_gap_ns: 25 * SECOND,
-        gate: Gate::new(vec![(0.0, 60.0)]).unwrap(),
-        ratio_min_ppm: 900_000,
-        min_samples: 4,
-        weight_radar: 1.0,
-        weight_transponder: 10.0,
-        radar_only_min_s: 8.0,
-        suppress_slots: 16,
-        period_s: vec![0.5, 0.0],
-        transponder_numbers: BTreeMap::new(),
-        operational: is_operational.then(|| Settings {
-            radars: vec![Some(radar), None],
-            transponders: vec![None, Some(receiver)],
-            max_gap_ns: 8 * SECOND,
-            motion: Dynamics::Imm(Models::default()),
-        }),
-    }
+    let sensors = vec![Sensor::Radar(radar), Sensor::Receiver(receiver)];
+    Settings { sensors, profile, ..Settings::default() }
 }
 
 pub(super) fn identity(which: usize) -> Identity {

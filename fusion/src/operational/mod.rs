@@ -24,7 +24,7 @@ mod tracklet;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::numbering::Numbers;
-use crate::point::Point;
+use crate::point::{Newcomers, Point};
 use crate::report::{Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex};
 use crate::slots::{Slot, SlotGrid};
 use crate::time::{SECOND, Time};
@@ -32,13 +32,13 @@ use admission::{Admission, Admitted};
 use target::Target;
 use tracklet::{TargetId, Tracklet, TrackletId};
 
-pub use admission::Newcomers;
 pub use association::{JOIN, PART};
 pub use correlation::{
     Correlation, HeldCorrelation, NotCorrelated, ResumedCorrelation, SavedCorrelation, Verdict,
 };
 pub use registering::{Registered, Step};
-pub use settings::{Mode, Radar, Settings, Transponder};
+use settings::Radar;
+pub(crate) use settings::Settings;
 
 /// A radar's track number that comes again after so long, and after five of its periods, is another track, nanoseconds.
 const BREAK_NS: i64 = 5 * SECOND;

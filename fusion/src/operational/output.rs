@@ -9,7 +9,7 @@ use super::settings::{Radar, Settings};
 use super::target::{Target, plot_sigma_m};
 use super::tracklet::Tracklet;
 use super::{COAST_S, Moment, Operational};
-use crate::filter::Estimate;
+use crate::filter::StateEstimate;
 use crate::numbering::{NumberChange, Numbers};
 use crate::point::{self, Association, Basis, Because, Point, RadarPart, Source, TransponderPart};
 use crate::report::Plot;
@@ -108,12 +108,12 @@ fn now<'a>(tracklet: &'a Tracklet, moment: &Moment) -> Option<&'a Plot> {
 }
 
 /// How far a plot of the radar that sees that place best may be off, metres: of each axis in the mean.
-fn seen_to_m(estimate: &Estimate, settings: &Settings) -> f64 {
+fn seen_to_m(estimate: &StateEstimate, settings: &Settings) -> f64 {
     let of = |(_, radar): (_, &Radar)| plot_sigma_m(radar, estimate.position);
     settings.radars().map(of).fold(f64::INFINITY, f64::min)
 }
 
-fn is_known(target: &Target, estimate: &Estimate, settings: &Settings) -> bool {
+fn is_known(target: &Target, estimate: &StateEstimate, settings: &Settings) -> bool {
     let limit_m = match (&target.transponder, target.radar) {
         (Some(_), _) => KNOWN_M.min(BETTER * seen_to_m(estimate, settings)),
         (None, Some((_, plot_m))) => WORSE * plot_m + WORSE_M,
@@ -132,7 +132,7 @@ fn source(
     target: &Target,
     plot: Option<&Plot>,
     because: Because,
-    estimate: &Estimate,
+    estimate: &StateEstimate,
     moment: &Moment,
     settings: &Settings,
 ) -> Option<Source> {
@@ -153,7 +153,7 @@ fn source(
 /// How it moves, and what its place rests on. `seen`: the last plot of its radar track up to the slot's end.
 fn shown(
     target: &Target,
-    estimate: &Estimate,
+    estimate: &StateEstimate,
     seen: Option<Time>,
     moment: &Moment,
     settings: &Settings,

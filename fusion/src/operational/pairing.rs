@@ -11,7 +11,7 @@ use axis::{Apart, Axis, Errors};
 
 use super::settings::{Radar, Settings};
 use super::target::{Lasting, Target};
-use crate::filter::{Bias, RadarErrors, Seen};
+use crate::filter::{Bias, LineOfSight, RadarErrors};
 use crate::report::Plot;
 use crate::time::Time;
 
@@ -116,7 +116,7 @@ impl Evidence {
         let lasting = target.lasting(settings);
         for plot in plots {
             let Some(curve) = target.on_curve(plot.time, settings) else { continue };
-            let seen = Seen::from(radar.position, plot.position);
+            let seen = LineOfSight::from(radar.position, plot.position);
             let apart = plot.position.0 - curve.position.0;
             let metres = [
                 Some(seen.outward.dot(&apart.xy())),

@@ -1,15 +1,17 @@
 //! How each radar is set up: what its tracks of equipped drones tell, and what of it is taken away from plots.
 
-use super::settings::{Mode, Radar, Settings};
+use super::settings::{Radar, Settings};
 use super::target::Target;
 use super::tracklet::Seen;
 use super::{Moment, Operational};
 use crate::filter::RadarErrors;
 use crate::frames::Enu;
 use crate::registration::{
-    self, Along, Correction, Estimate, Registration, Residual, State, StateError, Taken,
+    Correction, Misalignment, Registration, RegistrationState, RegistrationStateError, Residual, Taken,
+    TrackComparison,
 };
 use crate::report::{Plot, SensorIndex};
+use crate::settings::RegistrationMode;
 use crate::time::{SECOND, Time};
 
 /// A radar track tells of the registration in pieces of so many seconds, so that what turns out to be another drone spoils
@@ -31,7 +33,7 @@ pub struct Registered {
     registration: Registration,
     correction: Correction,
     /// What the tracks tell so far.
-    pub estimate: Estimate,
+    pub estimate: Misalignment,
     /// The latest step.
     pub step: Option<Step>,
 }
@@ -42,9 +44,9 @@ pub struct Step {
     /// When it was found out.
     pub time: Time,
     /// What was estimated before.
-    pub before: Estimate,
+    pub before: Misalignment,
     /// What the latest tracks tell.
-    pub after: Estimate,
+    pub after: Misalignment,
 }
 
 impl Registered {
@@ -54,13 +56,13 @@ impl Registered {
     }
 
     /// All that outlives a restart.
-    pub fn to_state(&self) -> State {
+    pub fn to_state(&self) -> RegistrationState {
         self.registration.to_state()
     }
 
     /// A plot as it would be if the radar were set up rightly, as far as that is known and is to be applied.
     pub(super) fn correct(&self, mut plot: Plot, radar: &Radar) -> Plot {
-        if radar.registration == Mode::Apply {
+        if radar.registration == RegistrationMode::Apply {
             let seen = plot.position.0 - radar.position.0;
             let right = match plot.height_measured {
                 true => self.correction.apply(seen),
@@ -72,7 +74,7 @@ impl Registered {
     }
 
     /// What a piece of a radar track told.
-    pub(super) fn take(&mut self, along: &mut Along) {
+    pub(super) fn take(&mut self, along: &mut TrackComparison) {
         let Some(sample) = along.take() else { return };
         if let Taken::Step { before, after } = self.registration.take(&sample) {
             self.step = Some(Step { time: sample.time(), before, after });
@@ -86,10 +88,10 @@ impl Registered {
         let place = nalgebra::Vector3::new(0.0, THERE_M.0, THERE_M.1);
         let left = self.correction.remaining(place);
         let (range_m, azimuth, height_m) = match radar.registration {
-            Mode::Apply => {
+            RegistrationMode::Apply => {
                 (left.range_m.min(SET_UP.0), left.azimuth.min(SET_UP.1), left.height_m.min(SET_UP.2))
             }
-            Mode::Off | Mode::Propose => SET_UP,
+            RegistrationMode::Off | RegistrationMode::Propose => SET_UP,
         };
         RadarErrors {
             bias_range_m: in_steps(radar.track_errors.bias_range_m.hypot(range_m)),
@@ -113,8 +115,12 @@ impl Operational {
     }
 
     /// Goes on where an earlier life ended.
-    pub(crate) fn restore(&mut self, sensor: SensorIndex, state: &State) -> Result<(), StateError> {
-        let registration = Registration::from_state(&registration::Settings::default(), state)?;
+    pub(crate) fn restore(
+        &mut self,
+        sensor: SensorIndex,
+        state: &RegistrationState,
+    ) -> Result<(), RegistrationStateError> {
+        let registration = Registration::from_state(state)?;
         self.registered.insert(sensor, Registered::new(registration));
         Ok(())
     }
@@ -129,15 +135,16 @@ impl Operational {
         let mut now = settings.clone();
         let (mut information, mut vector) = (DELAY_S.1.powi(-2), DELAY_S.0 * DELAY_S.1.powi(-2));
         for (index, radar) in now.radars.iter_mut().enumerate() {
-            let Some(radar) = radar.as_mut().filter(|radar| radar.registration != Mode::Off) else {
+            let Some(radar) = radar.as_mut().filter(|radar| radar.registration != RegistrationMode::Off)
+            else {
                 continue;
             };
             let registered = self
                 .registered
                 .entry(SensorIndex(index as u16))
-                .or_insert_with(|| Registered::new(Registration::new(&registration::Settings::default())));
+                .or_insert_with(|| Registered::new(Registration::new()));
             radar.errors = registered.errors(radar);
-            if radar.registration == Mode::Apply {
+            if radar.registration == RegistrationMode::Apply {
                 let told = registered.estimate.told_of_time();
                 information += told.0;
                 vector += told.1;
@@ -168,7 +175,10 @@ impl Operational {
             let seen = tracklet.seen_between(moment.since, moment.time);
             for residual in seen.filter_map(|seen| residual(seen, target, radar, settings)) {
                 // The radar's own errors: what is left of a wrong set-up is what is asked for.
-                compared.get_or_insert_with(|| (id, Along::new(&radar.track_errors))).1.add(&residual);
+                compared
+                    .get_or_insert_with(|| (id, TrackComparison::new(&radar.track_errors)))
+                    .1
+                    .add(&residual);
             }
             if let Some((_, along)) = &mut compared
                 && along.gathered_s() >= PIECE_S

@@ -1,8 +1,9 @@
-//! What the `operational` profile is told once.
+//! What the `operational` profile is told once, and what registration adds to it.
 
 use crate::filter::{Dynamics, RadarErrors};
 use crate::frames::Enu;
 use crate::report::SensorIndex;
+use crate::settings::{self, OperationalRules, RegistrationMode, Sensor};
 
 /// The sensors as their data sheets have them, and the rules' numbers.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,6 +19,24 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// From the sensors and the profile's rules.
+    pub(crate) fn new(sensors: &[Sensor], rules: &OperationalRules) -> Self {
+        let radar = |sensor: &Sensor| match sensor {
+            Sensor::Radar(radar) => Some(Radar::from(radar)),
+            Sensor::Receiver(_) => None,
+        };
+        let transponder = |sensor: &Sensor| match sensor {
+            Sensor::Radar(_) => None,
+            Sensor::Receiver(receiver) => Some(Transponder::from(receiver)),
+        };
+        Self {
+            radars: sensors.iter().map(radar).collect(),
+            transponders: sensors.iter().map(transponder).collect(),
+            max_gap_ns: rules.max_gap.as_nanos() as i64,
+            motion: rules.dynamics,
+        }
+    }
+
     /// The radar of that index.
     pub(super) fn radar(&self, sensor: SensorIndex) -> Option<&Radar> {
         self.radars.get(usize::from(sensor.0))?.as_ref()
@@ -45,7 +64,7 @@ pub struct Radar {
     /// How wrong it is as it is set up.
     pub errors: RadarErrors,
     /// What is done about its being set up wrongly.
-    pub registration: Mode,
+    pub registration: RegistrationMode,
     /// Seconds between two detections of one target.
     pub period_s: f64,
 }
@@ -68,13 +87,16 @@ pub struct Transponder {
     pub max_new_per_s: u32,
 }
 
-/// What is done about a radar's being set up wrongly.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mode {
-    /// Nothing.
-    Off,
-    /// It is estimated; plots stay as they are.
-    Propose,
-    /// Plots are put right by what is estimated.
-    Apply,
+impl From<&settings::Radar> for Radar {
+    fn from(radar: &settings::Radar) -> Self {
+        let settings::Radar { position, errors, registration, period_s } = *radar;
+        Self { position, track_errors: errors, errors, registration, period_s }
+    }
+}
+
+impl From<&settings::Receiver> for Transponder {
+    fn from(receiver: &settings::Receiver) -> Self {
+        let settings::Receiver { horizontal_m, vertical_m, delay_s, period_s, max_new_per_s } = *receiver;
+        Self { horizontal_m, vertical_m, delay_s, delay_sigma_s: 0.0, period_s, max_new_per_s }
+    }
 }

@@ -7,7 +7,7 @@ use super::pairing::Evidence;
 use super::settings::{self, Radar, Settings};
 use super::tracklet::{TargetId, Tracklet, TrackletId};
 use super::{DAWN, EVER};
-use crate::filter::{Bias, By, Estimate, Measurement, Owner, Seen, Track};
+use crate::filter::{Bias, By, LineOfSight, Measurement, Owner, StateEstimate, TargetFilter};
 use crate::frames::Enu;
 use crate::interpolation::{self, Knot};
 use crate::numbering::Numbered;
@@ -59,7 +59,7 @@ pub(super) struct Target {
     pub(super) tracklet: Option<TrackletId>,
     /// A radar's latest part in it, and how far its plot may be off, metres.
     pub(super) radar: Option<(RadarPart, f64)>,
-    pub(super) filter: Track,
+    pub(super) filter: TargetFilter,
     /// The published number and the slot in which it was given.
     pub(super) number: Option<(u32, Slot)>,
     /// When it was heard of last.
@@ -159,7 +159,7 @@ impl Target {
             transponder: None,
             tracklet: None,
             radar: None,
-            filter: Track::new(&settings.motion),
+            filter: TargetFilter::new(&settings.motion),
             number: None,
             newest,
         }
@@ -259,7 +259,7 @@ impl Target {
     }
 
     /// Where it is.
-    pub(super) fn estimate(&self, time: Time) -> Option<Estimate> {
+    pub(super) fn estimate(&self, time: Time) -> Option<StateEstimate> {
         self.filter.at(time)
     }
 }
@@ -267,7 +267,7 @@ impl Target {
 /// How far a radar's plots of a place are off for a while, metres: of each axis in the mean.
 pub(super) fn plot_sigma_m(radar: &Radar, place: Enu) -> f64 {
     let spread =
-        Seen::from(radar.position, place).spread(radar.errors.bias_range_m, radar.errors.bias_azimuth);
+        LineOfSight::from(radar.position, place).spread(radar.errors.bias_range_m, radar.errors.bias_azimuth);
     (spread.trace() / 2.0).sqrt()
 }
 
@@ -300,7 +300,7 @@ fn seen(
     last: Option<Time>,
     evidence: Option<Evidence>,
 ) -> Measurement {
-    let seen = Seen::from(radar.position, plot.position);
+    let seen = LineOfSight::from(radar.position, plot.position);
     let known = evidence.zip(last).and_then(|(evidence, last)| {
         evidence.bias(seen.range_m, plot.time.seconds_since(last), &radar.errors)
     });

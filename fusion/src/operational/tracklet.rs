@@ -8,7 +8,7 @@ use super::settings::{Radar, Settings};
 use super::target::{Target, plot_sigma_m};
 use super::{DAWN, EVER, FASTEST, OFF_M};
 use crate::frames::Enu;
-use crate::registration::Along;
+use crate::registration::TrackComparison;
 use crate::report::{Plot, RadarTrackKey};
 use crate::time::Time;
 
@@ -45,7 +45,7 @@ pub(super) struct Tracklet {
     /// The last slot.
     noted: Time,
     /// What it tells of the radar's registration, as that target.
-    pub(super) compared: Option<(TargetId, Along)>,
+    pub(super) compared: Option<(TargetId, TrackComparison)>,
 }
 
 impl Tracklet {

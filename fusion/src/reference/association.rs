@@ -2,11 +2,12 @@
 
 use super::radar::Detections;
 use super::transponder::Curve;
+use crate::point::SlotRatio;
 use crate::report::RadarTrackKey;
-use crate::settings::Settings;
+use crate::settings::ReferenceRules;
 use crate::slots::{Slot, SlotSet, Window};
 
-/// The radar tracks that came within the gate of one transponder somewhere in the window.
+/// The radar tracks that came within the threshold of one transponder somewhere in the window.
 ///
 /// Only these are looked at: a radar track that was never near costs nothing.
 #[derive(Clone, Debug, Default)]
@@ -16,31 +17,8 @@ pub(super) struct Pairs(Vec<Pair>);
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pair {
     pub(super) track: RadarTrackKey,
-    /// Slots where both have a point and their distance is within the gate.
+    /// Slots where both have a point and their distance is within the threshold.
     within: SlotSet,
-}
-
-/// How a pair stands at a slot, counted from the window's first slot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Evidence {
-    /// Slots where both have a point.
-    pub co_present: u32,
-    /// Slots among them where their distance is within the gate.
-    pub within: u32,
-}
-
-impl Evidence {
-    /// Share of slots within the gate.
-    pub fn ratio(&self) -> f64 {
-        f64::from(self.within) / f64::from(self.co_present)
-    }
-
-    /// Whether it is enough for an association.
-    pub(super) fn suffices(&self, settings: &Settings) -> bool {
-        // In whole numbers: 0.9 of 10 slots is 9, not 9.000000000000002.
-        self.co_present >= settings.min_samples
-            && u64::from(self.within) * 1_000_000 >= settings.ratio_min_ppm * u64::from(self.co_present)
-    }
 }
 
 impl Pairs {
@@ -57,7 +35,7 @@ impl Pairs {
             pair.within = pair.within.and(unchanged);
         }
         for slot in changed.and(curve.present()).slots_from(window.first) {
-            for detection in detections.within_gate(slot, curve.point(slot)) {
+            for detection in detections.within_threshold(slot, curve.point(slot)) {
                 self.entry(detection.plot.track).within.set(slot, true);
             }
         }
@@ -84,33 +62,36 @@ impl Pairs {
         window: &Window,
         curve: &Curve,
         detections: &Detections,
-        settings: &Settings,
+        rules: &ReferenceRules,
     ) -> bool {
         self.0.iter().any(|pair| {
             let both = curve.present().and(detections.track(pair.track).present);
             pair.within
                 .and(SlotSet::span(from, to))
                 .slots_from(window.first)
-                .any(|slot| pair.associated(slot, window, both, settings).is_some())
+                .any(|slot| pair.associated(slot, window, both, rules).is_some())
         })
     }
 }
 
 impl Pair {
-    /// The evidence at `slot` if the pair is associated there; `both`: the slots where both have a point.
+    /// The ratio at `slot` if the pair is associated there; `both`: the slots where both have a point.
     pub(super) fn associated(
         &self,
         slot: Slot,
         window: &Window,
         both: SlotSet,
-        settings: &Settings,
-    ) -> Option<Evidence> {
+        rules: &ReferenceRules,
+    ) -> Option<SlotRatio> {
         if !self.within.contains(slot) {
             return None;
         }
         let so_far = SlotSet::span(window.first, slot);
-        let evidence =
-            Evidence { co_present: both.and(so_far).count(), within: self.within.and(so_far).count() };
-        evidence.suffices(settings).then_some(evidence)
+        let ratio =
+            SlotRatio { co_present: both.and(so_far).count(), within: self.within.and(so_far).count() };
+        // In whole numbers: 0.9 of 10 slots is 9, not 9.000000000000002.
+        let is_enough = ratio.co_present >= rules.min_samples
+            && u64::from(ratio.within) * 1_000_000 >= rules.min_ratio_ppm * u64::from(ratio.co_present);
+        is_enough.then_some(ratio)
     }
 }

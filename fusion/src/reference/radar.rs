@@ -3,7 +3,7 @@
 use crate::cells::Cells;
 use crate::frames::Enu;
 use crate::report::{Plot, RadarTrackKey};
-use crate::settings::Gate;
+use crate::settings::Threshold;
 use crate::slots::{RING, Slot, SlotGrid, SlotSet, Window, ring_place};
 use crate::time::Time;
 
@@ -11,7 +11,7 @@ use crate::time::Time;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Detection {
     pub(super) plot: Plot,
-    pub(super) gate_m: f64,
+    pub(super) threshold_m: f64,
 }
 
 impl Detection {
@@ -37,8 +37,8 @@ pub(super) struct TrackSlots {
 #[derive(Debug)]
 pub(super) struct Detections {
     grid: SlotGrid,
-    gate: Gate,
-    /// Side of a square cell: the widest gate, so that a detection within its gate is in the same or a neighbouring cell.
+    threshold: Threshold,
+    /// Side of a square cell: the widest threshold, so that a detection within its threshold is in the same or a neighbouring cell.
     cell_m: f64,
     slots: Box<[SlotDetections]>,
     /// By sensor and track number; those that hold no detection are as new.
@@ -59,12 +59,12 @@ struct SlotDetections {
 }
 
 impl Detections {
-    pub(super) fn new(grid: SlotGrid, gate: Gate) -> Self {
-        let cell_m = gate.widest_m().max(1.0);
+    pub(super) fn new(grid: SlotGrid, threshold: Threshold) -> Self {
+        let cell_m = threshold.widest_m().max(1.0);
         let slots = vec![SlotDetections::default(); RING].into_boxed_slice();
         Self {
             grid,
-            gate,
+            threshold,
             cell_m,
             slots,
             tracks: Vec::new(),
@@ -77,8 +77,8 @@ impl Detections {
     /// A plot of a slot in the ring.
     pub(super) fn insert(&mut self, plot: Plot) {
         let slot = self.grid.of(plot.time);
-        let gate_m = self.gate.at(plot.slant_range_m);
-        self.slots[ring_place(slot)].detections.push(Detection { plot, gate_m });
+        let threshold_m = self.threshold.at(plot.slant_range_m);
+        self.slots[ring_place(slot)].detections.push(Detection { plot, threshold_m });
         self.unsettled.set(slot, true);
     }
 
@@ -135,13 +135,13 @@ impl Detections {
         detections.binary_search_by_key(&track, |detection| detection.plot.track).ok().map(|i| &detections[i])
     }
 
-    /// Detections of a settled slot within their gate of `point`.
-    pub(super) fn within_gate(&self, slot: Slot, point: Enu) -> impl Iterator<Item = &Detection> {
+    /// Detections of a settled slot within their threshold of `point`.
+    pub(super) fn within_threshold(&self, slot: Slot, point: Enu) -> impl Iterator<Item = &Detection> {
         let SlotDetections { detections, cells } = &self.slots[ring_place(slot)];
         cells
             .around(point, self.cell_m)
             .map(|index| &detections[index])
-            .filter(move |detection| detection.distance_m(point) <= detection.gate_m)
+            .filter(move |detection| detection.distance_m(point) <= detection.threshold_m)
     }
 
     /// The slots of a track.
@@ -175,12 +175,12 @@ mod tests {
     use crate::report::SensorIndex;
 
     #[test]
-    fn a_detection_on_its_gate_is_within() {
-        let grid = SlotGrid::new(250_000_000);
+    fn a_detection_on_its_threshold_is_within() {
+        let grid = SlotGrid::default();
         let window = Window { first: Slot(0), emitted: Slot(0), horizon: Slot(0), last: Slot(0) };
         for (east, count) in [(60.0, 1), (60.0_f64.next_up(), 0), (-60.0, 1), (0.0, 1)] {
-            let gate = Gate::new(vec![(0.0, 60.0)]).unwrap();
-            let mut detections = Detections::new(grid, gate);
+            let threshold = Threshold::new(vec![(0.0, 60.0)]).unwrap();
+            let mut detections = Detections::new(grid, threshold);
             detections.insert(Plot {
                 track: RadarTrackKey { sensor: SensorIndex(0), number: 1 },
                 time: Time::default(),
@@ -191,7 +191,11 @@ mod tests {
                 velocity: None,
             });
             detections.settle(&window);
-            assert_eq!(detections.within_gate(Slot(0), Enu::new(0.0, 0.0, 0.0)).count(), count, "{east}");
+            assert_eq!(
+                detections.within_threshold(Slot(0), Enu::new(0.0, 0.0, 0.0)).count(),
+                count,
+                "{east}"
+            );
         }
     }
 }

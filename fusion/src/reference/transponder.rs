@@ -1,5 +1,7 @@
 //! One unmanned aircraft as its transponder tells it: the knots of the window and the curve through them.
 
+use jiff::SignedDuration;
+
 use crate::frames::Enu;
 use crate::interpolation::{self, Knot};
 use crate::report::Fix;
@@ -55,7 +57,7 @@ impl Curve {
     ///
     /// A knot's slope depends on its neighbours, at an end on the next two knots. So a knot that comes or changes moves
     /// the curve over the two pieces on either side of it, and a knot that leaves moves the piece after the new first one.
-    pub(super) fn update(&mut self, window: &Window, grid: SlotGrid, max_gap_ns: i64) -> SlotSet {
+    pub(super) fn update(&mut self, window: &Window, grid: SlotGrid, max_gap: SignedDuration) -> SlotSet {
         let evaluated = window.evaluated();
         self.present = self.present.and(evaluated);
         let leaving = self.knots.partition_point(|knot| grid.of(knot.time) < window.first);
@@ -80,7 +82,7 @@ impl Curve {
 
         let mut changed = SlotSet::EMPTY;
         for slot in moved.and(evaluated).slots_from(window.first) {
-            let point = evaluate(knots, grid.centre(slot), max_gap_ns);
+            let point = evaluate(knots, grid.centre(slot), max_gap);
             match point {
                 Some(point) if !self.present.contains(slot) || self.points[ring_place(slot)] != point => {
                     self.points.resize(RING, point);
@@ -99,12 +101,12 @@ impl Curve {
     }
 }
 
-/// The curve's point at `time`; nothing inside a gap longer than `max_gap_ns`.
-pub(super) fn evaluate(knots: &[Knot], time: Time, max_gap_ns: i64) -> Option<Enu> {
+/// The curve's point at `time`; nothing inside a gap longer than `max_gap`.
+pub(super) fn evaluate(knots: &[Knot], time: Time, max_gap: SignedDuration) -> Option<Enu> {
     let after = knots.partition_point(|knot| knot.time < time);
     if let (Some(before), Some(next)) = (after.checked_sub(1), knots.get(after))
         && next.time != time
-        && next.time.nanos() - knots[before].time.nanos() > max_gap_ns
+        && next.time - knots[before].time > max_gap
     {
         return None;
     }

@@ -48,7 +48,7 @@ pub struct Sample {
 
 /// One radar track of one target.
 #[derive(Clone, Debug)]
-pub struct Along {
+pub struct TrackComparison {
     correlation_s: f64,
     axes: [Axis; AXES],
     /// First and newest plot; first plot since the last take.
@@ -114,7 +114,7 @@ impl Sample {
     }
 }
 
-impl Along {
+impl TrackComparison {
     /// A radar track of which nothing is known yet, of a radar that errs so when it is set up rightly.
     pub fn new(errors: &RadarErrors) -> Self {
         let slow = [errors.bias_azimuth, errors.bias_range_m, errors.bias_height_m];

@@ -2,10 +2,10 @@
 
 use nalgebra::{Matrix6, UnitQuaternion, Vector2, Vector3, Vector6};
 
+use super::AXES;
 use super::along::rows;
-use super::estimate::Estimate;
+use super::estimate::Misalignment;
 use super::qmethod::rotation_vector;
-use super::{AXES, PRIOR};
 
 /// What is applied to plots: the negative of what is estimated, as far as that is observable.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,21 +30,9 @@ pub struct Remaining {
 }
 
 impl Correction {
-    /// Nothing is applied; a radar may be set up as wrongly as is assumed before anything is measured.
-    pub fn none() -> Self {
-        let prior = Vector6::from(PRIOR);
-        Self {
-            nothing: true,
-            back: UnitQuaternion::identity(),
-            range_m: 0.0,
-            height_m: 0.0,
-            left: Matrix6::from_diagonal(&prior.component_mul(&prior)),
-        }
-    }
-
     /// What is observable is taken away; time is not, which is the transponders'.
-    pub fn of(estimate: &Estimate) -> Self {
-        let Estimate { bearing, tilt_east, tilt_north, range_m, height_m, .. } = estimate;
+    pub fn of(estimate: &Misalignment) -> Self {
+        let Misalignment { bearing, tilt_east, tilt_north, range_m, height_m, .. } = estimate;
         let taken = [bearing, tilt_east, tilt_north, range_m, height_m]
             .map(|value| if value.observable { value.value } else { 0.0 });
         let [bearing, tilt_east, tilt_north, range_m, height_m] = taken;

@@ -8,7 +8,7 @@ use super::{AZIMUTH, BEARING, HEIGHT, PRIOR, RANGE, TILT_EAST, TILT_NORTH, TIME,
 
 /// A bias: measured minus true.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Value {
+pub struct BiasValue {
     /// The value.
     pub value: f64,
     /// Its standard deviation, in the same unit.
@@ -19,22 +19,22 @@ pub struct Value {
 
 /// How a radar is set up wrongly.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
+pub struct Misalignment {
     /// Azimuths are so much too large, radians clockwise: the negative of what `bearing_correction_deg` lacks.
-    pub bearing: Value,
+    pub bearing: BiasValue,
     /// Turned about the axis to the east, radians, right-handed: what lies north is seen too high. Zero where it is not
     /// observable.
-    pub tilt_east: Value,
+    pub tilt_east: BiasValue,
     /// Turned about the axis to the north, radians, right-handed: what lies east is seen too low. Zero where it is not
     /// observable.
-    pub tilt_north: Value,
+    pub tilt_north: BiasValue,
     /// Slant ranges are so much too large, metres.
-    pub range_m: Value,
+    pub range_m: BiasValue,
     /// Heights are so much too large, metres.
-    pub height_m: Value,
+    pub height_m: BiasValue,
     /// Plots lie ahead of their targets by velocity times this, seconds: the transponders' reports are stamped so much late,
     /// or the radar's so much early.
-    pub time_s: Value,
+    pub time_s: BiasValue,
     /// How many radar tracks that rests upon, the older ones in part.
     pub samples: f64,
     /// Wahba's loss of the azimuths, two times, a track: 1 where tracks lie about their mean as far as the deviations given for
@@ -49,7 +49,7 @@ const TRACKS: f64 = 8.0;
 /// Above this, tracks lie twice as far apart as promised.
 const DOUBTFUL: f64 = 4.0;
 
-impl Estimate {
+impl Misalignment {
     /// Whether the tracks lie further apart than this radar's errors, as they were given, allow: something else than a wrong
     /// set-up goes on, or the errors are larger.
     pub fn doubtful(&self) -> bool {
@@ -59,7 +59,7 @@ impl Estimate {
     /// What the tracks tell of time, without what was assumed before: the inverse of its variance (1/s²), and that times its
     /// mean (1/s).
     pub fn told_of_time(&self) -> (f64, f64) {
-        let Value { value, deviation, .. } = self.time_s;
+        let BiasValue { value, deviation, .. } = self.time_s;
         ((deviation.powi(-2) - PRIOR[TIME].powi(-2)).max(0.0), value * deviation.powi(-2))
     }
 
@@ -87,14 +87,14 @@ impl Estimate {
         // What is not taken away is left as a whole.
         let kept = Vector6::from_fn(|parameter, _| if known(parameter) { 0.0 } else { best[parameter] });
         let left = covariance + kept * kept.transpose();
-        let value = |parameter: usize| Value {
+        let value = |parameter: usize| BiasValue {
             value: best[parameter],
             deviation: covariance[(parameter, parameter)].sqrt(),
             observable: known(parameter),
         };
         let tilt = |parameter: usize| match value(parameter) {
             tilt if tilt.observable => tilt,
-            _ => Value { value: 0.0, deviation: left[(parameter, parameter)].sqrt(), observable: false },
+            _ => BiasValue { value: 0.0, deviation: left[(parameter, parameter)].sqrt(), observable: false },
         };
         Self {
             bearing: value(BEARING),

@@ -28,11 +28,11 @@ mod sums;
 mod tests;
 mod tracks;
 
-pub use along::{Along, Residual, Sample};
-pub use correction::{Correction, Remaining};
-pub use estimate::{Estimate, Value};
-pub use state::{State, StateError};
-pub use tracks::{Registration, Settings, Taken};
+pub(crate) use along::{Residual, TrackComparison};
+pub(crate) use correction::Correction;
+pub use estimate::{BiasValue, Misalignment};
+pub use state::{RegistrationState, RegistrationStateError};
+pub use tracks::{Registration, Taken};
 
 /// What is estimated, in this order: bearing, tilt about east, tilt about north (radians), range, height (metres), time (s).
 const PARAMETERS: usize = 6;

@@ -12,7 +12,7 @@ use super::{BEARING, HEIGHT, TILT_EAST, TILT_NORTH, TIME};
 
 /// The attitude profile B of a piece of track or of a sum of them, and how it changes with what else is set up wrongly.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Profile {
+pub(super) struct AttitudeProfile {
     pub(super) matrix: Matrix3<f64>,
     /// With a metre of height.
     pub(super) by_height: Matrix3<f64>,
@@ -20,7 +20,7 @@ pub(super) struct Profile {
     pub(super) by_time: Matrix3<f64>,
 }
 
-impl Profile {
+impl AttitudeProfile {
     pub(super) fn none() -> Self {
         Self { matrix: Matrix3::zeros(), by_height: Matrix3::zeros(), by_time: Matrix3::zeros() }
     }

@@ -8,25 +8,25 @@ use serde::{Deserialize, Serialize};
 
 use super::AXES;
 use super::along::Information;
-use super::qmethod::Profile;
-use super::sums::{Spread, Sums};
-use super::tracks::{Latest, Registration, Settings};
+use super::qmethod::AttitudeProfile;
+use super::sums::{Scatter, Sums};
+use super::tracks::{Latest, Registration};
 use crate::time::Time;
 
 /// All that a [`Registration`] knows, to be written down by serde in any format.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct State {
+pub struct RegistrationState {
     version: u32,
     /// Nanoseconds since the Unix epoch.
     now: i64,
     settled: Settled,
-    latest: Vec<Track>,
+    latest: Vec<SavedTrack>,
 }
 
-/// A [`State`] that cannot be used.
+/// A [`RegistrationState`] that cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum StateError {
+pub enum RegistrationStateError {
     /// Written by another version of the service.
     #[error("registration state of version {0}, not {VERSION}")]
     Version(u32),
@@ -49,7 +49,7 @@ struct Settled {
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Track {
+struct SavedTrack {
     begun: i64,
     time: i64,
     kept: bool,
@@ -82,13 +82,13 @@ impl Numbers {
         Self(parts.into_iter().flatten().copied().collect())
     }
 
-    fn checked<const COUNT: usize>(&self) -> Result<&[f64; COUNT], StateError> {
-        let wrong = StateError::Numbers(self.0.len(), COUNT);
+    fn checked<const COUNT: usize>(&self) -> Result<&[f64; COUNT], RegistrationStateError> {
+        let wrong = RegistrationStateError::Numbers(self.0.len(), COUNT);
         let numbers = <&[f64; COUNT]>::try_from(self.0.as_slice()).map_err(|_| wrong.clone())?;
         if numbers.iter().all(|number| number.is_finite()) { Ok(numbers) } else { Err(wrong) }
     }
 
-    fn information(&self) -> Result<Information, StateError> {
+    fn information(&self) -> Result<Information, RegistrationStateError> {
         let numbers: &[f64; 42] = self.checked()?;
         let (matrix, vector) = numbers.split_at(36);
         Ok(Information {
@@ -97,15 +97,15 @@ impl Numbers {
         })
     }
 
-    fn profile(&self) -> Result<Profile, StateError> {
+    fn profile(&self) -> Result<AttitudeProfile, RegistrationStateError> {
         let numbers: &[f64; 27] = self.checked()?;
         let matrix = |from: usize| Matrix3::from_column_slice(&numbers[from..from + 9]);
-        Ok(Profile { matrix: matrix(0), by_height: matrix(9), by_time: matrix(18) })
+        Ok(AttitudeProfile { matrix: matrix(0), by_height: matrix(9), by_time: matrix(18) })
     }
 
-    fn spread(&self) -> Result<Spread, StateError> {
+    fn spread(&self) -> Result<Scatter, RegistrationStateError> {
         let &[a, b, c, d, e, f] = self.checked()?;
-        Ok(Spread { squares: [a, b, c], count: [d, e, f] })
+        Ok(Scatter { squares: [a, b, c], count: [d, e, f] })
     }
 }
 
@@ -113,29 +113,31 @@ fn axes(axes: &[Information; AXES]) -> [Numbers; AXES] {
     axes.each_ref().map(|axis| Numbers::of([axis.matrix.as_slice(), axis.vector.as_slice()]))
 }
 
-fn axes_of([azimuth, range, height]: &[Numbers; AXES]) -> Result<[Information; AXES], StateError> {
+fn axes_of(
+    [azimuth, range, height]: &[Numbers; AXES],
+) -> Result<[Information; AXES], RegistrationStateError> {
     Ok([azimuth.information()?, range.information()?, height.information()?])
 }
 
-fn spread(spread: &Spread) -> Numbers {
+fn spread(spread: &Scatter) -> Numbers {
     Numbers::of([spread.squares.as_slice(), spread.count.as_slice()])
 }
 
 impl Registration {
     /// All that is known.
-    pub fn to_state(&self) -> State {
-        let profile = |profile: &Profile| {
-            let Profile { matrix, by_height, by_time } = profile;
+    pub fn to_state(&self) -> RegistrationState {
+        let profile = |profile: &AttitudeProfile| {
+            let AttitudeProfile { matrix, by_height, by_time } = profile;
             Numbers::of([matrix.as_slice(), by_height.as_slice(), by_time.as_slice()])
         };
-        let track = |track: &Latest| Track {
+        let track = |track: &Latest| SavedTrack {
             begun: track.begun.nanos(),
             time: track.time.nanos(),
             kept: track.kept,
             axes: axes(&track.axes),
             spread: spread(&track.spread),
         };
-        State {
+        RegistrationState {
             version: VERSION,
             now: self.now.nanos(),
             settled: Settled {
@@ -152,11 +154,11 @@ impl Registration {
     ///
     /// # Errors
     /// The state is of another version, or its numbers are not what is written.
-    pub fn from_state(settings: &Settings, state: &State) -> Result<Self, StateError> {
+    pub fn from_state(state: &RegistrationState) -> Result<Self, RegistrationStateError> {
         if state.version != VERSION {
-            return Err(StateError::Version(state.version));
+            return Err(RegistrationStateError::Version(state.version));
         }
-        let track = |track: &Track| {
+        let track = |track: &SavedTrack| {
             Ok(Latest {
                 begun: Time::from_nanos(track.begun),
                 time: Time::from_nanos(track.time),
@@ -175,8 +177,8 @@ impl Registration {
                 tracks,
                 spread: spread.spread()?,
             },
-            latest: state.latest.iter().map(track).collect::<Result<_, StateError>>()?,
-            ..Self::new(settings)
+            latest: state.latest.iter().map(track).collect::<Result<_, RegistrationStateError>>()?,
+            ..Self::new()
         })
     }
 }

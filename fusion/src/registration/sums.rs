@@ -3,7 +3,7 @@
 use nalgebra::{Matrix6, Vector6};
 
 use super::along::Information;
-use super::qmethod::Profile;
+use super::qmethod::AttitudeProfile;
 use super::{AXES, AZIMUTH, OWN, PRIOR};
 
 /// A sum over radar tracks, each with a weight.
@@ -12,15 +12,15 @@ pub(super) struct Sums {
     /// Least squares: azimuth, range, height.
     pub(super) axes: [Information; AXES],
     /// The q-method: of azimuths, of heights.
-    pub(super) profiles: [Profile; 2],
+    pub(super) profiles: [AttitudeProfile; 2],
     /// How many tracks.
     pub(super) tracks: f64,
-    pub(super) spread: Spread,
+    pub(super) spread: Scatter,
 }
 
 /// How far tracks lie from what the others say, against what the deviations promise; by axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Spread {
+pub(super) struct Scatter {
     /// Squares of normalised offsets.
     pub(super) squares: [f64; AXES],
     /// How many: a track counts as much as its own share in the deviation.
@@ -40,7 +40,7 @@ const ASSUMED_TRACKS: f64 = 10.0;
 const LEAST_FACTOR: f64 = 0.25;
 const LARGEST_FACTOR: f64 = 9.0;
 
-impl Spread {
+impl Scatter {
     /// The factor of each axis' variance: Birge's ratio, drawn towards 1.
     pub(super) fn factors(&self) -> [f64; AXES] {
         std::array::from_fn(|axis| {
@@ -61,9 +61,9 @@ impl Sums {
     pub(super) fn none() -> Self {
         Self {
             axes: [Information::none(); AXES],
-            profiles: [Profile::none(); 2],
+            profiles: [AttitudeProfile::none(); 2],
             tracks: 0.0,
-            spread: Spread::default(),
+            spread: Scatter::default(),
         }
     }
 
@@ -86,10 +86,10 @@ impl Sums {
     }
 
     /// One radar track.
-    pub(super) fn of(axes: &[Information; AXES], spread: Spread) -> Self {
+    pub(super) fn of(axes: &[Information; AXES], spread: Scatter) -> Self {
         let turned = axes[AZIMUTH].offset(AZIMUTH).map_or(0.0, |(offset, ..)| offset);
         let [azimuth, _, height] = axes;
-        let profiles = [Profile::of(azimuth, turned), Profile::of(height, turned)];
+        let profiles = [AttitudeProfile::of(azimuth, turned), AttitudeProfile::of(height, turned)];
         Self { axes: *axes, profiles, tracks: 1.0, spread }
     }
 }

@@ -6,23 +6,13 @@ use nalgebra::Vector6;
 
 use super::AXES;
 use super::along::{Information, Sample};
-use super::estimate::Estimate;
-use super::qmethod::Profile;
-use super::sums::{Solved, Spread, Sums};
+use super::estimate::Misalignment;
+use super::qmethod::AttitudeProfile;
+use super::sums::{Scatter, Solved, Sums};
 use crate::time::Time;
 
-/// What is told once.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
-    /// A track's weight is down to 1/e after this time, seconds.
-    pub memory_s: f64,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self { memory_s: 7200.0 }
-    }
-}
+/// A track's weight falls to 1/e in this time, seconds.
+const MEMORY_S: f64 = 7200.0;
 
 /// What became of a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,9 +26,9 @@ pub enum Taken {
     /// transponders. The estimate begins anew with them.
     Step {
         /// What was estimated without them.
-        before: Estimate,
+        before: Misalignment,
         /// What they tell alone.
-        after: Estimate,
+        after: Misalignment,
     },
 }
 
@@ -49,13 +39,12 @@ pub(super) struct Latest {
     pub(super) time: Time,
     pub(super) axes: [Information; AXES],
     pub(super) kept: bool,
-    pub(super) spread: Spread,
+    pub(super) spread: Scatter,
 }
 
 /// How one radar is set up wrongly, as its tracks tell.
 #[derive(Clone, Debug)]
 pub struct Registration {
-    pub(super) memory_s: f64,
     pub(super) now: Time,
     /// The tracks before the latest.
     pub(super) settled: Sums,
@@ -78,20 +67,15 @@ const STEP: f64 = 5.0;
 
 impl Registration {
     /// Of a radar of which nothing is known.
-    pub fn new(settings: &Settings) -> Self {
-        Self {
-            memory_s: settings.memory_s,
-            now: Time::from_nanos(i64::MIN),
-            settled: Sums::none(),
-            latest: VecDeque::new(),
-        }
+    pub fn new() -> Self {
+        Self { now: Time::from_nanos(i64::MIN), settled: Sums::none(), latest: VecDeque::new() }
     }
 
     /// What a piece of a track tells.
     pub fn take(&mut self, sample: &Sample) -> Taken {
         if sample.time > self.now {
             let passed_s = sample.time.seconds_since(self.now);
-            self.settled.fade((-passed_s / self.memory_s).exp());
+            self.settled.fade((-passed_s / MEMORY_S).exp());
             self.now = sample.time;
         }
         let place = self.put(sample);
@@ -110,16 +94,16 @@ impl Registration {
     }
 
     /// How the radar is set up wrongly, as far as is known.
-    pub fn estimate(&self) -> Estimate {
+    pub fn estimate(&self) -> Misalignment {
         let mut sums = self.settled.clone();
         for track in self.latest.iter().filter(|track| track.kept) {
             sums.add(&Sums::of(&track.axes, track.spread), self.weight(track));
         }
-        Estimate::of(&sums)
+        Misalignment::of(&sums)
     }
 
     fn weight(&self, track: &Latest) -> f64 {
-        (-self.now.seconds_since(track.time) / self.memory_s).exp()
+        (-self.now.seconds_since(track.time) / MEMORY_S).exp()
     }
 
     /// Puts a sample to its track; its place.
@@ -133,13 +117,13 @@ impl Registration {
             return place;
         }
         let Sample { begun, time, axes } = *sample;
-        self.latest.push_back(Latest { begun, time, axes, kept: true, spread: Spread::default() });
+        self.latest.push_back(Latest { begun, time, axes, kept: true, spread: Scatter::default() });
         self.latest.len() - 1
     }
 
     /// Least squares over the settled tracks and the latest that are kept, up to place `end`.
     fn kept(&self, end: usize) -> Sums {
-        let mut sums = Sums { profiles: [Profile::none(); 2], ..self.settled.clone() };
+        let mut sums = Sums { profiles: [AttitudeProfile::none(); 2], ..self.settled.clone() };
         for track in self.latest.iter().take(end).filter(|track| track.kept) {
             let weight = self.weight(track);
             add_axes(&mut sums.axes, &track.axes, weight);
@@ -162,7 +146,7 @@ impl Registration {
                 add_axes(&mut others, &track.axes, -weight);
             }
             let solved = Solved::from(&others, &factors);
-            let (mut spread, mut far) = (Spread::default(), false);
+            let (mut spread, mut far) = (Scatter::default(), false);
             for (axis, factor) in factors.iter().enumerate() {
                 let Some((distance, own, theirs)) = solved.compare(&track.axes[axis], axis) else { continue };
                 let square = distance * distance;
@@ -213,7 +197,7 @@ impl Registration {
             track.kept = true;
         }
         self.judge();
-        Some(Taken::Step { before: Estimate::of(&before), after: self.estimate() })
+        Some(Taken::Step { before: Misalignment::of(&before), after: self.estimate() })
     }
 
     /// How far, in deviations, the tracks from place `start` on lie from `solved` in an axis.

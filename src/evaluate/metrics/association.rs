@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::scene::Scene;
 use super::statistics::ratio;
 use crate::evaluate::judged::Judged;
-use fusion::Slot;
+use fusion::slots::Slot;
 
 /// Fused points whose radar track and transponder are one drone / all fused points. Points of seduced or unlabelled
 /// tracks do not count.

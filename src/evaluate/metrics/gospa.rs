@@ -10,7 +10,7 @@ use crate::evaluate::place::Place;
 use crate::evaluate::truth::Truth;
 use crate::evaluate::types::{GospaParts, OutputPoint, PointSource};
 use fusion::assignment::{Candidate, assign};
-use fusion::{Slot, SlotGrid};
+use fusion::slots::{Slot, SlotGrid};
 
 /// The cut-off c, metres.
 pub(in crate::evaluate) const CUT_OFF_M: f64 = 50.0;

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::evaluate::counted::Counted;
 use crate::evaluate::judged::Judged;
-use fusion::Slot;
+use fusion::slots::Slot;
 
 /// The counted points of one stream.
 pub(in crate::evaluate) struct Scene<'a> {

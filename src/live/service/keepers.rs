@@ -9,7 +9,7 @@ use tracing::{info, warn};
 use super::{Engine, Estimates};
 use crate::record::Recorded;
 use crate::state::{Registrations, correlation_line, kept_lines, registration_text};
-use fusion::NumberChange;
+use fusion::numbering::NumberChange;
 use fusion::operational::{Correlation, HeldCorrelation, ResumedCorrelation};
 use fusion::time::Time;
 

@@ -72,7 +72,7 @@ struct Errors {
 }
 
 impl Errors {
-    fn take(&mut self, track: &Track, sample: usize, flight: &[Sample]) {
+    fn take(&mut self, track: &TargetFilter, sample: usize, flight: &[Sample]) {
         let estimate = track.at(seconds(sample as f64 * STEP_S)).unwrap();
         let (place, velocity) = flight[sample];
         let normalised = |apart: Vector2<f64>, spread: &Matrix2<f64>| {

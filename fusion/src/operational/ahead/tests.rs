@@ -7,7 +7,7 @@ use crate::{Emission, Engine, Point};
 
 /// Flies what is kept of the flight: by the second in which it is received.
 fn fly(keep: impl Fn(i64, &Report) -> bool) -> Vec<Emission> {
-    let mut engine = Engine::new(settings(true));
+    let mut engine = Engine::new(settings(true)).unwrap();
     let mut emissions = Vec::new();
     for (received, report) in reports(60) {
         emissions.extend(engine.advance(received));

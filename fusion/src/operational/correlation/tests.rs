@@ -3,9 +3,10 @@
 use super::*;
 use crate::operational::JOIN;
 use crate::operational::flown::{APART_M, START, TRACKS, identity, radar, reports, settings};
+use crate::point::Because;
 use crate::report::{Plot, Report, SensorIndex};
 use crate::time::SECOND;
-use crate::{Because, Emission, Engine, Point, Source};
+use crate::{Emission, Engine, Point, Source};
 
 /// Flies what is kept of the flight with these decisions, each at its second; everything put out, and the decisions with the
 /// slots from which they count.
@@ -13,7 +14,7 @@ fn fly(
     keep: impl Fn(i64, &Report) -> bool,
     correlations: &[(i64, Correlation)],
 ) -> (Engine, Vec<Emission>, Vec<(Slot, Correlation)>) {
-    let mut engine = Engine::new(settings(true));
+    let mut engine = Engine::new(settings(true)).unwrap();
     let (mut emissions, mut made) = (Vec::new(), Vec::new());
     let mut waiting = correlations.iter();
     let mut next = waiting.next();
@@ -122,7 +123,7 @@ fn what_is_correlated_is_one_although_another_is_nearer() {
 fn what_the_radar_calls_a_bird_is_correlated_all_the_same() {
     let (_, mut emissions, _) = fly(EVERYTHING, &[]);
     assert_eq!(parts(emissions.last().unwrap()).len(), 2);
-    let mut engine = Engine::new(settings(true));
+    let mut engine = Engine::new(settings(true)).unwrap();
     let birds = |report| match report {
         Report::Plot(plot) => Report::Plot(Plot { uav_probability: Some(0.0), ..plot }),
         fix => fix,
@@ -228,7 +229,7 @@ fn one_radar_track_is_one_transponder_and_the_last_word_counts() {
 #[test]
 fn what_is_not_there_is_refused() {
     let pair = correlation(TRACKS[0], 0, Verdict::Correlated);
-    let mut engine = Engine::new(settings(true));
+    let mut engine = Engine::new(settings(true)).unwrap();
     assert_eq!(engine.correlate(pair), Err(NotCorrelated::NoRadarTrack), "nothing has come");
     let (mut engine, ..) = fly(EVERYTHING, &[]);
     assert_eq!(engine.correlate(correlation(9, 0, Verdict::Correlated)), Err(NotCorrelated::NoRadarTrack));
@@ -244,7 +245,7 @@ fn what_is_not_there_is_refused() {
     assert_eq!(engine.correlate(pair), Err(NotCorrelated::NoRadarTrack));
     assert_eq!(engine.correlate(correlation(TRACKS[1], 0, Verdict::Correlated)), Ok(()));
 
-    let mut reference = Engine::new(settings(false));
+    let mut reference = Engine::new(settings(false)).unwrap();
     assert_eq!(reference.correlate(pair), Err(NotCorrelated::Reference));
     assert!(!reference.knows_correlations() && engine.knows_correlations());
 }
@@ -267,7 +268,7 @@ fn the_same_decisions_at_the_same_slots_give_the_same_points() {
     ];
     let (live, expected, made) = fly(EVERYTHING, &correlations);
     let replay = |plan: Vec<(Slot, Correlation)>| {
-        let mut engine = Engine::new(settings(true));
+        let mut engine = Engine::new(settings(true)).unwrap();
         engine.plan(plan);
         let mut emissions = Vec::new();
         for (received, report) in reports(60) {
@@ -295,7 +296,7 @@ fn the_same_decisions_at_the_same_slots_give_the_same_points() {
 /// the engine of after the restart.
 fn over_a_restart(ends: i64, starts: i64) -> (Vec<ResumedCorrelation>, Engine, Vec<Emission>) {
     let correlated = correlation(TRACKS[0], 1, Verdict::Correlated);
-    let mut before = Engine::new(settings(true));
+    let mut before = Engine::new(settings(true)).unwrap();
     let mut is_decided = false;
     for (received, report) in reports(60) {
         let second = received.nanos() / SECOND - START;
@@ -314,7 +315,7 @@ fn over_a_restart(ends: i64, starts: i64) -> (Vec<ResumedCorrelation>, Engine, V
     assert_eq!((kept.len(), kept[0].held.correlation), (1, correlated));
     assert!((START + ends) * SECOND - kept[0].heard.nanos() < 3 * SECOND, "{kept:?}");
 
-    let mut after = Engine::new(settings(true));
+    let mut after = Engine::new(settings(true)).unwrap();
     after.resume(kept.clone());
     assert_eq!(after.kept(), kept, "a restart soon after would know it, too");
     let mut emissions = Vec::new();
@@ -350,7 +351,7 @@ fn a_restart_that_takes_longer_than_the_break_ends_it() {
     assert!(matches!(resumed[..], [ResumedCorrelation::Ended(_)]), "{resumed:?}");
     assert_eq!((engine.correlations(), engine.kept(), engine.missed()), (vec![], vec![], 1));
     // In a profile without decisions at once.
-    let mut reference = Engine::new(settings(false));
+    let mut reference = Engine::new(settings(false)).unwrap();
     let held =
         HeldCorrelation { correlation: correlation(TRACKS[0], 1, Verdict::Correlated), since: Slot(1) };
     reference.resume(vec![SavedCorrelation { held, heard: Time::default() }]);

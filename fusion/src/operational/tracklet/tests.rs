@@ -10,7 +10,7 @@ use crate::{Emission, Engine, Point};
 #[test]
 fn a_number_that_goes_to_another_drone_at_once_is_another_track() {
     // The radar sees one up to 30 s, and from then on one 2 km further east, by the same number.
-    let mut engine = Engine::new(settings(true));
+    let mut engine = Engine::new(settings(true)).unwrap();
     let mut emissions = Vec::new();
     for (received, report) in reports(60) {
         emissions.extend(engine.advance(received));

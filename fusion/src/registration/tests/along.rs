@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::super::along::{Information, rows};
 use super::{ERRORS, REFERENCE_M, Residual, World, sample_of, seconds};
-use crate::registration::Along;
+use crate::registration::TrackComparison;
 
 /// Offsets, rows of p and of the reference's errors, of an axis.
 fn measured(plots: &[Residual], axis: usize) -> Vec<(f64, f64, DVector<f64>, Vector3<f64>)> {
@@ -80,7 +80,7 @@ fn the_filter_is_the_dense_solution() {
 #[test]
 fn information_grows_with_duration_and_hardly_with_plots() {
     let looks = |duration_s: f64, dt: f64| {
-        let (mut along, mut at) = (Along::new(&ERRORS), 0.0);
+        let (mut along, mut at) = (TrackComparison::new(&ERRORS), 0.0);
         while at <= duration_s {
             let place = Vector3::new(0.0, 2000.0, 50.0);
             let residual = Residual {
@@ -110,7 +110,7 @@ fn information_grows_with_duration_and_hardly_with_plots() {
 fn pieces_add_up_to_the_whole() {
     let plots = World::new(7).plots(60.0, 1.0);
     let whole = sample_of(&plots);
-    let mut along = Along::new(&ERRORS);
+    let mut along = TrackComparison::new(&ERRORS);
     let mut pieces = Vec::new();
     for (index, residual) in plots.iter().enumerate() {
         along.add(residual);
@@ -157,7 +157,7 @@ fn an_outlier_counts_little_and_a_turned_radar_is_none() {
 #[test]
 fn what_cannot_be_compared_is_left_out() {
     let plots = World::new(5).plots(20.0, 1.0);
-    let mut along = Along::new(&ERRORS);
+    let mut along = TrackComparison::new(&ERRORS);
     assert_eq!(along.take(), None);
     for residual in &plots {
         along.add(residual);

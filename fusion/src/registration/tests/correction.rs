@@ -3,12 +3,12 @@
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::{PRIOR, World, values};
-use crate::registration::{Correction, Estimate, Value};
+use crate::registration::{BiasValue, Correction, Misalignment, Registration};
 
 /// As if that were known.
-fn known(bias: &Vector6<f64>) -> Estimate {
-    let value = |index: usize| Value { value: bias[index], deviation: 0.0, observable: true };
-    Estimate {
+fn known(bias: &Vector6<f64>) -> Misalignment {
+    let value = |index: usize| BiasValue { value: bias[index], deviation: 0.0, observable: true };
+    Misalignment {
         bearing: value(0),
         tilt_east: value(1),
         tilt_north: value(2),
@@ -47,10 +47,12 @@ fn what_is_known_is_taken_away_whole() {
 #[test]
 fn nothing_is_nothing() {
     let plot = Vector3::new(0.1, 1234.567, 8.9);
-    let none = Correction::none();
+    let none = Correction::of(&Registration::new().estimate());
     assert_eq!((none.apply(plot), none.apply_without_height(plot)), (plot, plot));
     let remaining = none.remaining(Vector3::new(0.0, 3000.0, 0.0));
-    assert_eq!((remaining.range_m, remaining.azimuth), (20.0, 5_f64.to_radians()));
+    assert!(
+        (remaining.range_m - 20.0).abs() < 1e-9 && (remaining.azimuth - 5_f64.to_radians()).abs() < 1e-12
+    );
     assert!((remaining.height_m - (3000.0 * 1_f64.to_radians()).hypot(15.0)).abs() < 1e-9);
     // Neither is what is not observable.
     let mut estimate = known(&Vector6::repeat(0.01));

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Along, ERRORS, NAMES, REFERENCE_M, Registration, Residual, Settings, World, seconds, values};
+use super::{ERRORS, NAMES, REFERENCE_M, Registration, Residual, TrackComparison, World, seconds, values};
 
 const RUNS: u64 = 400;
 /// The 95 % band of a mean of 400 squares of normal numbers is 0.86 to 1.14; the variance factor is itself known to a fifth
@@ -66,9 +66,9 @@ fn tilts_and_height_need_heights_and_more_than_one_place() {
     world.heights = false;
     assert_eq!(observable(&mut world), [true, false, false, true, false, true]);
     // Heights, but all in one corner, hovering.
-    let mut registration = Registration::new(&Settings::default());
+    let mut registration = Registration::new();
     for track in 0..80 {
-        let mut along = Along::new(&ERRORS);
+        let mut along = TrackComparison::new(&ERRORS);
         let place = Vector3::new(2000.0, 2000.0, 60.0);
         for plot in 0..30 {
             along.add(&Residual {

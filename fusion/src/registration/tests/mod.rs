@@ -13,7 +13,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::qmethod::rotation_vector;
-use super::{Along, Estimate, PRIOR, Registration, Residual, Sample, Settings, Value};
+use super::{BiasValue, Misalignment, PRIOR, Registration, Residual, TrackComparison, along::Sample};
 use crate::filter::RadarErrors;
 use crate::time::Time;
 
@@ -148,8 +148,8 @@ impl World {
     }
 
     /// What is estimated from so many tracks of a minute.
-    fn estimate(&mut self, tracks: usize) -> Estimate {
-        let mut registration = Registration::new(&Settings::default());
+    fn estimate(&mut self, tracks: usize) -> Misalignment {
+        let mut registration = Registration::new();
         for _ in 0..tracks {
             registration.take(&self.sample(60.0, 2.0));
         }
@@ -158,15 +158,15 @@ impl World {
 }
 
 fn sample_of(plots: &[Residual]) -> Sample {
-    let mut along = Along::new(&ERRORS);
+    let mut along = TrackComparison::new(&ERRORS);
     for plot in plots {
         along.add(plot);
     }
     along.take().unwrap()
 }
 
-fn values(estimate: &Estimate) -> [Value; 6] {
-    let Estimate { bearing, tilt_east, tilt_north, range_m, height_m, time_s, .. } = *estimate;
+fn values(estimate: &Misalignment) -> [BiasValue; 6] {
+    let Misalignment { bearing, tilt_east, tilt_north, range_m, height_m, time_s, .. } = *estimate;
     [bearing, tilt_east, tilt_north, range_m, height_m, time_s]
 }
 

@@ -61,7 +61,7 @@ fn the_bearing_is_that_of_least_squares() {
             let sample = world.sample(60.0, 1.0);
             sums.add(&Sums::of(&sample.axes, Default::default()), 1.0);
         }
-        let estimate = super::Estimate::of(&sums);
+        let estimate = super::Misalignment::of(&sums);
         let solved = Solved::from(&sums.axes, &[1.0; 3]);
         for index in 0..3 {
             let value = values(&estimate)[index];

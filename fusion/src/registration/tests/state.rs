@@ -1,11 +1,11 @@
 //! A restart changes nothing.
 
 use super::World;
-use crate::registration::{Registration, Settings, State, StateError};
+use crate::registration::{Registration, RegistrationState, RegistrationStateError};
 
 fn after(tracks: usize) -> (World, Registration) {
     let mut world = World::wrong(11);
-    let mut registration = Registration::new(&Settings::default());
+    let mut registration = Registration::new();
     for _ in 0..tracks {
         registration.take(&world.sample(30.0, 2.0));
     }
@@ -17,9 +17,9 @@ fn what_is_read_is_what_was_written_to_the_bit() {
     for tracks in [0, 1, 60] {
         let (mut world, mut registration) = after(tracks);
         let text = serde_json::to_string(&registration.to_state()).unwrap();
-        let state: State = serde_json::from_str(&text).unwrap();
+        let state: RegistrationState = serde_json::from_str(&text).unwrap();
         assert_eq!(state, registration.to_state());
-        let mut again = Registration::from_state(&Settings::default(), &state).unwrap();
+        let mut again = Registration::from_state(&state).unwrap();
         assert_eq!(serde_json::to_string(&again.to_state()).unwrap(), text);
         // And they go on alike.
         for _ in 0..5 {
@@ -37,12 +37,12 @@ fn what_is_not_a_state_is_refused() {
     let (_, registration) = after(3);
     let text = serde_json::to_string(&registration.to_state()).unwrap();
     let read = |text: &str| {
-        let state: State = serde_json::from_str(text).map_err(|error| error.to_string())?;
-        Registration::from_state(&Settings::default(), &state).map_err(|error| error.to_string())
+        let state: RegistrationState = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        Registration::from_state(&state).map_err(|error| error.to_string())
     };
     assert!(read(&text).is_ok());
     let later = text.replacen("\"version\":1", "\"version\":2", 1);
-    assert_eq!(read(&later).unwrap_err(), StateError::Version(2).to_string());
+    assert_eq!(read(&later).unwrap_err(), RegistrationStateError::Version(2).to_string());
     assert!(read(&text.replacen("0.0 0.0", "0.0", 1)).unwrap_err().contains("41 numbers"));
     assert!(read(&text.replacen("0.0 0.0", "0.0 inf", 1)).unwrap_err().contains("42 numbers"));
     assert!(read(&text.replacen("0.0 0.0", "0.0 zero", 1)).is_err());

@@ -1,10 +1,10 @@
 //! What is rejected, and what is a step.
 
-use super::super::tracks::{Registration, Settings, Taken};
+use super::super::tracks::{Registration, Taken};
 use super::{PRIOR, World, values};
 
 fn registration() -> Registration {
-    Registration::new(&Settings::default())
+    Registration::new()
 }
 
 /// A radar that has been there for so many tracks.
@@ -137,7 +137,7 @@ fn one_track_in_many_pieces_is_no_step() {
     let known = registration.estimate();
     world.bias[0] += 0.2;
     let plots = world.plots(900.0, 1.0);
-    let mut along = super::Along::new(&super::ERRORS);
+    let mut along = super::TrackComparison::new(&super::ERRORS);
     for residual in &plots {
         along.add(residual);
         if along.gathered_s() >= 20.0

@@ -1,0 +1,173 @@
+//! Areas and coverage as GeoJSON.
+
+use std::f64::consts::TAU;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::geometry::{Collection, Feature, Geometry, Position, Unnamed};
+use crate::areas::{Areas, NamedPolygon};
+use crate::config::{Area, AreaKind, Sensor, SensorKind};
+use crate::json::rounded;
+
+/// Corners of a circle.
+const CORNERS: usize = 72;
+/// Mean radius of the Earth, metres: to draw circles, not to measure.
+const EARTH_M: f64 = 6_371_008.8;
+
+/// What kind of sensor it is.
+pub fn kind(sensor: &Sensor) -> &'static str {
+    match sensor.kind {
+        SensorKind::Radar(_) => "radar",
+        SensorKind::Transponder(_) => "transponder",
+    }
+}
+
+/// Where the sensors see.
+pub type Coverage = Collection<Feature<'static, Option<Geometry>, CoverageProperties>>;
+
+#[derive(Serialize, JsonSchema)]
+pub struct CoverageProperties {
+    /// Its configured id.
+    sensor: String,
+    #[schemars(extend("enum" = ["radar", "transponder"]))]
+    kind: &'static str,
+    /// Area: as configured; circle: of the radar's range.
+    #[schemars(extend("enum" = ["area", "circle"]))]
+    shape: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    max_range_m: Option<f64>,
+}
+
+/// Where each sensor sees: its areas of kind `coverage`, or else, of a radar, the circle of its range.
+pub fn coverage(sensors: &[Sensor], areas: &Areas) -> Coverage {
+    let feature = |sensor: &Sensor| {
+        let radar = match &sensor.kind {
+            SensorKind::Radar(radar) => Some(radar),
+            SensorKind::Transponder(_) => None,
+        };
+        let max_range_m = radar.and_then(|radar| radar.max_range_m);
+        let is_its =
+            |area: &Area| matches!(&area.kind, AreaKind::Coverage { sensor: id } if *id == sensor.id);
+        let its = areas.polygons().filter(|of| is_its(of.area)).flat_map(|of| of.polygon);
+        let polygons: geo::MultiPolygon = its.collect();
+        let (shape, geometry) = if polygons.0.is_empty() {
+            let (radar, range_m) = radar.zip(max_range_m)?;
+            ("circle", circle(radar.longitude_deg, radar.latitude_deg, range_m))
+        } else {
+            ("area", Some((&polygons).into()))
+        };
+        let sensor_id = sensor.id.clone();
+        let properties =
+            CoverageProperties { sensor: sensor_id.clone(), kind: kind(sensor), shape, max_range_m };
+        Some(Feature::new(sensor_id, geometry, properties))
+    };
+    sensors.iter().filter_map(feature).collect()
+}
+
+/// The configured areas.
+pub type AreaCollection = Collection<Unnamed<Geometry, AreaProperties>>;
+
+#[derive(Serialize, JsonSchema)]
+pub struct AreaProperties {
+    #[schemars(extend("enum" = ["mask", "coverage", "alert"]))]
+    kind: &'static str,
+    name: String,
+    /// Whose coverage it is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sensor: Option<String>,
+}
+
+/// The areas as GeoJSON.
+pub fn area_collection(areas: &Areas) -> AreaCollection {
+    let feature = |NamedPolygon { area, name, polygon }: NamedPolygon<'_>| {
+        let (kind, sensor) = match &area.kind {
+            AreaKind::Mask => ("mask", None),
+            AreaKind::Coverage { sensor } => ("coverage", Some(sensor.clone())),
+            AreaKind::Alert => ("alert", None),
+        };
+        Unnamed::new((&polygon).into(), AreaProperties { kind, name, sensor })
+    };
+    areas.polygons().map(feature).collect()
+}
+
+/// A circle on the sphere, counterclockwise, cut at the antimeridian; one around a pole is not drawn.
+fn circle(longitude_deg: f64, latitude_deg: f64, radius_m: f64) -> Option<Geometry> {
+    let (latitude, angle) = (latitude_deg.to_radians(), radius_m / EARTH_M);
+    if latitude.abs() + angle >= TAU / 4.0 {
+        return None;
+    }
+    let corner = |number: usize| {
+        // Against the clock, from north by west.
+        let bearing = -TAU * number as f64 / CORNERS as f64;
+        let north = latitude.sin() * angle.cos() + latitude.cos() * angle.sin() * bearing.cos();
+        let east = (bearing.sin() * angle.sin() * latitude.cos())
+            .atan2(angle.cos() - latitude.sin() * north.clamp(-1.0, 1.0));
+        [longitude_deg + east.to_degrees(), north.clamp(-1.0, 1.0).asin().to_degrees()]
+    };
+    let ring: Vec<[f64; 2]> = (0..CORNERS).map(corner).collect();
+    // West of -180, inside, and east of 180: each moved into the map.
+    let parts = [(-540.0, -180.0, 360.0), (-180.0, 180.0, 0.0), (180.0, 540.0, -360.0)];
+    let part = |(west, east, shift): (f64, f64, f64)| {
+        let cut = cut(&cut(&ring, west, 1.0), east, -1.0);
+        let mut moved: Vec<Position> = cut
+            .iter()
+            .map(|&[lng, lat]| Position::new(rounded(lng + shift, 7), rounded(lat, 7), None))
+            .collect();
+        moved.dedup();
+        let first = moved.first()?.clone();
+        moved.push(first);
+        (moved.len() > 3).then_some(vec![moved])
+    };
+    let mut polygons: Vec<Vec<Vec<Position>>> = parts.into_iter().filter_map(part).collect();
+    Some(match polygons.len() {
+        1 => Geometry::Polygon(polygons.remove(0)),
+        _ => Geometry::MultiPolygon(polygons),
+    })
+}
+
+/// The part of a convex ring that is east (`side` 1) or west (-1) of a meridian.
+fn cut(ring: &[[f64; 2]], meridian: f64, side: f64) -> Vec<[f64; 2]> {
+    let mut kept = Vec::new();
+    for (index, &here) in ring.iter().enumerate() {
+        let before = ring[(index + ring.len() - 1) % ring.len()];
+        let inside = |place: [f64; 2]| (place[0] - meridian) * side >= 0.0;
+        if inside(here) != inside(before) {
+            let share = (meridian - before[0]) / (here[0] - before[0]);
+            kept.push([meridian, before[1] + share * (here[1] - before[1])]);
+        }
+        if inside(here) {
+            kept.push(here);
+        }
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn area(ring: &[Position]) -> f64 {
+        assert_eq!(ring.first(), ring.last());
+        let at = |index: usize, axis: usize| ring[index].0[axis];
+        (1..ring.len()).map(|i| at(i - 1, 0) * at(i, 1) - at(i, 0) * at(i - 1, 1)).sum::<f64>() / 2.0
+    }
+
+    #[test]
+    fn circles_are_right_handed_and_cut_at_the_antimeridian() {
+        let Some(Geometry::Polygon(plain)) = circle(-0.588, 52.5, 5_000.0) else { panic!() };
+        assert_eq!(plain[0].len(), CORNERS + 1);
+        assert!(area(&plain[0]) > 0.0);
+        for longitude_deg in [179.99, -179.99] {
+            let Some(Geometry::MultiPolygon(polygons)) = circle(longitude_deg, -17.0, 5_000.0) else {
+                panic!()
+            };
+            assert_eq!(polygons.len(), 2);
+            for polygon in polygons {
+                assert!(area(&polygon[0]) > 0.0);
+                assert!(polygon[0].iter().all(|position| position.0[0].abs() <= 180.0));
+            }
+        }
+        assert_eq!(circle(0.0, 90.0, 5_000.0), None);
+    }
+}

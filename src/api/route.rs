@@ -1,0 +1,148 @@
+//! What a route is: a path, who may ask, and what answers.
+
+use std::fmt;
+use std::future::{Future, ready};
+use std::pin::Pin;
+
+use axum::response::Response;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::Serialize;
+
+use super::ask::{Answer, Ask, GEO_JSON, JSON, json};
+use super::problem::Problem;
+use super::tokens::Scope;
+
+/// A path and what is done there.
+#[derive(Debug)]
+pub struct Route {
+    /// With `{id}` where a part is free.
+    pub path: &'static str,
+    /// `GET` (then also `HEAD`) or `POST`.
+    pub post: bool,
+    /// One line for the document.
+    pub summary: &'static str,
+    /// The only parameters that a query may have; `None`: the query is ignored.
+    pub parameters: Option<&'static [Parameter]>,
+    /// What a token needs; `None`: open to everybody.
+    pub scope: Option<Scope>,
+    /// Statuses beside 200, 400, 401, 403, 405 and, where it is limited, 429.
+    pub problems: &'static [u16],
+    /// Whether requests count against `http.requests_per_s`; probes do not.
+    pub limited: bool,
+    /// What answers.
+    pub(super) reply: Reply,
+}
+
+impl Route {
+    /// One that is read, without parameters.
+    pub(super) fn get(path: &'static str, summary: &'static str, reply: Reply) -> Self {
+        let scope = Some(Scope::Read);
+        Self { path, post: false, summary, parameters: Some(&[]), scope, problems: &[], limited: true, reply }
+    }
+
+    /// One that does something.
+    pub(super) fn post(path: &'static str, summary: &'static str, scope: Scope, reply: Reply) -> Self {
+        Self { post: true, scope: Some(scope), ..Self::get(path, summary, reply) }
+    }
+
+    /// With these parameters.
+    pub(super) fn with(self, parameters: &'static [Parameter]) -> Self {
+        Self { parameters: Some(parameters), ..self }
+    }
+
+    /// Which ignores its query.
+    pub(super) fn any_query(self) -> Self {
+        Self { parameters: None, ..self }
+    }
+
+    /// With these statuses.
+    pub(super) fn or(self, problems: &'static [u16]) -> Self {
+        Self { problems, ..self }
+    }
+
+    /// For everybody, or for who has this scope.
+    pub(super) fn needs(self, scope: Option<Scope>) -> Self {
+        Self { scope, ..self }
+    }
+
+    /// For everybody, as often as they like.
+    pub(super) fn probe(self) -> Self {
+        Self { scope: None, limited: false, ..self }
+    }
+}
+
+/// What answers, with the type of its body: neither can be given without the other.
+pub(super) struct Reply {
+    pub(super) content_type: &'static str,
+    /// Of the body.
+    pub(super) schema: fn(&mut SchemaGenerator) -> Schema,
+    pub(super) answer: Box<dyn Fn(Ask) -> Later<Response> + Send + Sync>,
+}
+
+/// An answer that may have to be waited for.
+pub(super) type Later<T> = Pin<Box<dyn Future<Output = Result<T, Problem>> + Send>>;
+
+impl Reply {
+    /// A value as JSON.
+    pub(super) fn json<T: Serialize + JsonSchema + 'static>(handler: fn(&Ask) -> Result<T, Problem>) -> Self {
+        Self::octets::<T>(JSON, move |ask| json(JSON, &handler(ask)?))
+    }
+
+    /// A value as GeoJSON.
+    pub(super) fn geo<T: Serialize + JsonSchema + 'static>(handler: fn(&Ask) -> Result<T, Problem>) -> Self {
+        Self::octets::<T>(GEO_JSON, move |ask| json(GEO_JSON, &handler(ask)?))
+    }
+
+    /// A value as JSON, which has to be waited for.
+    pub(super) fn later<T: Serialize + JsonSchema + 'static>(handler: fn(Ask) -> Later<T>) -> Self {
+        let answer = move |ask| -> Later<Response> {
+            let value = handler(ask);
+            Box::pin(async move { json(JSON, &value.await?) })
+        };
+        Self { content_type: JSON, schema: SchemaGenerator::subschema_for::<T>, answer: Box::new(answer) }
+    }
+
+    /// Octets that are a `T` already: text, or JSON that was written before.
+    pub(super) fn octets<T: JsonSchema>(
+        content_type: &'static str,
+        handler: impl Fn(&Ask) -> Answer + Send + Sync + 'static,
+    ) -> Self {
+        let answer = move |ask: Ask| -> Later<Response> { Box::pin(ready(handler(&ask))) };
+        Self { content_type, schema: SchemaGenerator::subschema_for::<T>, answer: Box::new(answer) }
+    }
+}
+
+impl fmt::Debug for Reply {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.content_type)
+    }
+}
+
+/// A parameter of a query.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameter {
+    /// Its name.
+    pub name: &'static str,
+    /// `string`, `number`, `integer`, or `time` (RFC 3339).
+    pub kind: &'static str,
+    /// Least and greatest value of a number.
+    pub range: Option<(f64, f64)>,
+    /// Whether it has to be given.
+    pub required: bool,
+    /// What it does.
+    pub description: &'static str,
+}
+
+impl Parameter {
+    pub(super) const fn new(name: &'static str, kind: &'static str, description: &'static str) -> Self {
+        Self { name, kind, range: None, required: false, description }
+    }
+
+    pub(super) const fn within(self, least: f64, greatest: f64) -> Self {
+        Self { range: Some((least, greatest)), ..self }
+    }
+
+    pub(super) const fn needed(self) -> Self {
+        Self { required: true, ..self }
+    }
+}

@@ -1,0 +1,244 @@
+//! What all requests share: the hub, the log of events, who may ask, and what is counted.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use axum::http::HeaderValue;
+use tokio::sync::watch;
+use tokio::time::Instant;
+
+use super::door::Door;
+use super::log::Log;
+use super::problem::Problem;
+use super::rate::{Limiter, Who};
+use super::seats::Seats;
+use super::terms::Terms;
+use super::tokens::Tickets;
+use super::trails::Trails;
+use crate::config::Tiles;
+use crate::current::Current;
+use crate::history::Store;
+use crate::live::{Condition, Hub, Level, Player};
+use fusion::time::Time;
+
+/// Of a replay that plays, slots come four times a second; a longer silence is a fault.
+const NO_SLOT: Duration = Duration::from_secs(5);
+
+/// Where the service says no. The defaults let a load test from one address through.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Open streams.
+    pub streams: usize,
+    /// Open streams from one address.
+    pub streams_per_address: usize,
+    /// Open connections; fewer where the system allows only few open files.
+    pub connections: usize,
+    /// So many of them are for this machine alone: whoever looks after the service gets in.
+    pub reserved: usize,
+    /// A connection that has not sent a request's headers by then is closed.
+    pub header_timeout: Duration,
+    /// Octets sent and not acknowledged for so long, or a reader that takes none, end the connection.
+    pub stuck_timeout: Duration,
+    /// Tells the time.
+    pub clock: fn() -> Time,
+    /// Where tracks were; `None`: no history is kept.
+    pub history: Option<Store>,
+    /// The recording that is replayed; `None`: the service is live.
+    pub player: Option<Player>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            streams: 2_000,
+            streams_per_address: 1_200,
+            connections: 4_000,
+            reserved: 16,
+            header_timeout: Duration::from_secs(10),
+            stuck_timeout: Duration::from_secs(60),
+            clock: crate::live::now,
+            history: None,
+            player: None,
+        }
+    }
+}
+
+/// What all requests share; cheap to clone.
+#[derive(Clone)]
+pub struct ApiState(Arc<Inner>);
+
+struct Inner {
+    hub: Hub,
+    options: Options,
+    log: Log,
+    terms: Current<Terms>,
+    tickets: Tickets,
+    door: Door,
+    seats: Seats,
+    limiter: Limiter,
+    trails: Mutex<Trails>,
+    /// What the page may load.
+    policy: HeaderValue,
+    /// Responses by status.
+    answered: Mutex<BTreeMap<u16, u64>>,
+    /// When the last slot came.
+    slot_came: Mutex<Option<Instant>>,
+    closing: watch::Sender<bool>,
+}
+
+impl ApiState {
+    /// Of this hub; `terms` say who may ask, `connections` how many may be open.
+    pub(super) fn new(hub: Hub, options: Options, terms: Terms, connections: usize) -> Self {
+        Self(Arc::new(Inner {
+            log: Log::default(),
+            terms: terms.into(),
+            tickets: Tickets::default(),
+            limiter: Limiter::default(),
+            door: Door::new(connections, options.reserved),
+            seats: Seats::new(options.streams, options.streams_per_address),
+            trails: Mutex::default(),
+            policy: policy(hub.config.http.tiles.as_ref()),
+            answered: Mutex::default(),
+            slot_came: Mutex::default(),
+            closing: watch::Sender::default(),
+            hub,
+            options,
+        }))
+    }
+
+    /// Other terms from now on; a stream whose token is no longer known ends within a second.
+    pub fn set_terms(&self, terms: Terms) {
+        self.0.terms.replace(terms);
+    }
+
+    /// Shows what is published by now, ends the streams with an event, and the connections after their answers.
+    pub fn close(&self) {
+        self.0.closing.send_replace(true);
+    }
+
+    pub(super) fn hub(&self) -> &Hub {
+        &self.0.hub
+    }
+
+    pub(super) fn options(&self) -> &Options {
+        &self.0.options
+    }
+
+    pub(super) fn log(&self) -> &Log {
+        &self.0.log
+    }
+
+    pub(super) fn terms(&self) -> Arc<Terms> {
+        self.0.terms.get()
+    }
+
+    /// A request of that address or token, unless it asks too often.
+    pub(super) fn limit(&self, who: Who) -> Result<(), Problem> {
+        self.0.limiter.take(who, self.terms().limit, self.now())
+    }
+
+    /// Requests that were refused because of that.
+    pub(super) fn limited(&self) -> u64 {
+        self.0.limiter.refused()
+    }
+
+    pub(super) fn door(&self) -> &Door {
+        &self.0.door
+    }
+
+    pub(super) fn seats(&self) -> &Seats {
+        &self.0.seats
+    }
+
+    pub(super) fn policy(&self) -> HeaderValue {
+        self.0.policy.clone()
+    }
+
+    pub(super) fn trails(&self) -> MutexGuard<'_, Trails> {
+        self.0.trails.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(super) fn now(&self) -> Time {
+        (self.0.options.clock)()
+    }
+
+    pub(super) fn is_closing(&self) -> bool {
+        *self.0.closing.borrow()
+    }
+
+    /// Until [`ApiState::close`].
+    pub(super) async fn closed(&self) {
+        // The sender lives as long as this does.
+        let _ = self.0.closing.subscribe().wait_for(|closing| *closing).await;
+    }
+
+    /// `<start>-<number>`: an event's id tells the runs of the service apart.
+    pub(super) fn event_id(&self, number: u64) -> String {
+        format!("{}-{number}", self.start_ms())
+    }
+
+    /// The number in an event's id of this run.
+    pub(super) fn number_of(&self, id: &str) -> Option<u64> {
+        let (start, number) = id.split_once('-')?;
+        (start.parse() == Ok(self.start_ms())).then(|| number.parse().ok())?
+    }
+
+    /// When the service started, milliseconds since the epoch.
+    fn start_ms(&self) -> i64 {
+        self.hub().started.nanos().div_euclid(1_000_000).max(0)
+    }
+
+    pub(super) fn note_slot(&self) {
+        *self.0.slot_came.lock().unwrap_or_else(PoisonError::into_inner) = Some(Instant::now());
+    }
+
+    /// How long ago the last slot came.
+    pub(super) fn slot_age(&self) -> Option<Duration> {
+        self.0.slot_came.lock().unwrap_or_else(PoisonError::into_inner).map(|came| came.elapsed())
+    }
+
+    /// The service's condition; a replay's pace is its player's.
+    pub(super) fn condition(&self) -> Condition {
+        let mut condition = self.hub().condition();
+        let player = self.options().player.as_ref().map(Player::state);
+        // One that stands still, or goes slowly, is as it should be.
+        if let Some((state, age)) = player.filter(|state| state.playing).zip(self.slot_age())
+            && age > NO_SLOT.div_f64(state.speed.min(1.0))
+        {
+            condition.add(Level::NotReady, format!("no slot has been shown for {} s", age.as_secs()));
+        }
+        condition
+    }
+
+    /// Whether a token is asked for.
+    pub(super) fn needs_token(&self) -> bool {
+        self.terms().tokens.is_some()
+    }
+
+    pub(super) fn tickets(&self) -> &Tickets {
+        &self.0.tickets
+    }
+
+    pub(super) fn count_answer(&self, status: u16) {
+        *self.0.answered.lock().unwrap_or_else(PoisonError::into_inner).entry(status).or_default() += 1;
+    }
+
+    pub(super) fn answered(&self) -> BTreeMap<u16, u64> {
+        self.0.answered.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+/// What the page may load: nothing but from here, and pictures from the server of the tiles where there is one.
+fn policy(tiles: Option<&Tiles>) -> HeaderValue {
+    let tiles = tiles.map_or(String::new(), |tiles| format!("img-src 'self' {}; ", tiles.origin()));
+    let policy = format!("default-src 'self'; {tiles}frame-ancestors 'none'; base-uri 'none'");
+    HeaderValue::try_from(policy).expect("an origin is of lower-case letters, digits and -.:[]")
+}
+
+impl fmt::Debug for ApiState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("ApiState").field("streams", &self.seats().taken()).finish_non_exhaustive()
+    }
+}
