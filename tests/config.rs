@@ -1,5 +1,6 @@
 //! The configuration as its users meet it: the files of `config/`, the environment, the effective configuration.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use proptest::prelude::*;
@@ -50,21 +51,79 @@ fn the_example_is_valid_and_shows_the_defaults() {
     assert_eq!(config.areas, []);
 }
 
-/// They are comments, because a copy of the example has no files beside it.
-#[test]
-fn the_areas_of_the_example_are_valid() {
-    let keys = ["[[areas]]", "kind = ", "file = ", "sensor = "];
+/// The example with what is a comment, because a copy of it has no such files beside it.
+fn whole_example() -> String {
+    let keys = ["[[areas]]", "kind = ", "file = ", "sensor = ", "tls = "];
     let uncommented = |line: &str| match line.strip_prefix("# ") {
         Some(text) if keys.iter().any(|key| text.starts_with(key)) => format!("{text}\n"),
         _ => format!("{line}\n"),
     };
-    let text: String = EXAMPLE.lines().map(uncommented).collect();
+    EXAMPLE.lines().map(uncommented).collect()
+}
+
+#[test]
+fn the_areas_of_the_example_are_valid() {
+    let text = whole_example();
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/example.toml");
     let config = Config::parse(&text, file.to_str().unwrap(), std::iter::empty());
     let config = config.unwrap_or_else(|errors| panic!("{errors}"));
     assert_eq!(config.areas.len(), 3);
     assert_eq!(config.areas[1].kind, AreaKind::Coverage { sensor: "ground-station".into() });
     assert!(config.areas.iter().all(|area| area.file.is_absolute()));
+}
+
+/// The paths of the keys of a table; an entry of a list has no index.
+fn paths(path: &str, value: &toml::Value, found: &mut BTreeSet<String>) {
+    match value {
+        toml::Value::Array(list) => list.iter().for_each(|entry| paths(path, entry, found)),
+        toml::Value::Table(table) => {
+            for (key, value) in table {
+                let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+                found.insert(path.clone());
+                paths(&path, value, found);
+            }
+        }
+        _ => {}
+    }
+}
+
+#[test]
+fn the_table_of_keys_the_page_and_the_example_have_the_same_keys() {
+    // In the example these stand in a comment, beside what is used instead.
+    let left_out = ["sensors.classification.value", "sensors.inputs.trailer_octets", "http.auth.tokens_file"];
+    // The sections, and the keys that the user names.
+    let no_keys = [
+        "site",
+        "sensors",
+        "fusion",
+        "areas",
+        "output",
+        "http",
+        "state",
+        "fusion.transponder_numbers.DRONE-ALPHA",
+    ];
+    let keys: BTreeSet<String> = utm_fusion::config::keys().into_iter().collect();
+
+    let mut example = BTreeSet::new();
+    paths("", &whole_example().parse::<toml::Table>().unwrap().into(), &mut example);
+    no_keys.iter().for_each(|path| assert!(example.remove(*path), "{path}"));
+    for path in left_out {
+        let key = path.rsplit('.').next().unwrap();
+        assert!(EXAMPLE.contains(key) && example.insert(path.to_owned()), "{path}");
+    }
+    assert_eq!(example, keys);
+
+    let page = include_str!("../docs/CONFIGURATION.md");
+    let mut on_page = BTreeSet::new();
+    let mut section = "";
+    for line in page.lines() {
+        if let Some(name) = line.strip_prefix("## ") {
+            section = name.split([',', ' ']).next().unwrap().trim_matches(['[', ']']);
+        } else if let Some((key, _)) = line.strip_prefix("| `").and_then(|row| row.split_once('`')) {
+            on_page.insert(format!("{section}.{key}"));
+        }
+    }
+    assert_eq!(on_page, keys);
 }
 
 #[test]
@@ -195,6 +254,17 @@ fn all_faults_are_reported_in_the_order_of_the_file() {
     let line = "config/site.toml:10: sensors[0].latitude_deg = 152.123456789012: \
                 a latitude is between -90 and 90 degrees; ";
     assert!(errors.to_string().contains(line), "{errors}");
+}
+
+/// `UPDATE=1 cargo test --test config reference_page` writes the page anew.
+#[test]
+fn the_reference_page_is_up_to_date() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/CONFIGURATION.md");
+    let page = utm_fusion::config::reference();
+    if std::env::var_os("UPDATE").is_some() {
+        std::fs::write(&path, &page).unwrap();
+    }
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), page, "UPDATE=1 writes it anew");
 }
 
 #[test]

@@ -46,6 +46,19 @@ pub(crate) const fn signed(word: u64, width: usize) -> i64 {
     (word << (64 - width)) as i64 >> (64 - width)
 }
 
+/// The whole number nearest to `value`, halves away from zero; `None` outside `min` to `max` and for what is no number.
+pub(crate) fn nearest(value: f64, min: i64, max: i64) -> Option<i64> {
+    let rounded = value.round();
+    (rounded >= min as f64 && rounded <= max as f64).then_some(rounded as i64)
+}
+
+/// As [`nearest`], as `width` bits (at most 32); `None` where they do not hold it.
+pub(crate) fn nearest_count(value: f64, width: usize, signed: bool) -> Option<u64> {
+    let range = 1_i64 << width;
+    let low = if signed { -range / 2 } else { 0 };
+    nearest(value, low, low + range - 1).map(|count| count as u64)
+}
+
 /// Ones in the low `width` bits.
 pub(crate) const fn mask(width: usize) -> u64 {
     if width >= 64 { u64::MAX } else { (1 << width) - 1 }
@@ -64,6 +77,33 @@ mod tests {
         assert_eq!(get(&octets, 4, 64), 0x2345_6789_abcd_ef01);
         assert_eq!(get(&octets, 15, 3), 0b001);
         assert_eq!((signed(0x3fff, 14), signed(0x1fff, 14), signed(u64::MAX, 64)), (-1, 8191, -1));
+    }
+
+    #[test]
+    fn rounds_halves_away_from_zero() {
+        for (value, expected) in
+            [(0.5, Some(1)), (-0.5, Some(-1)), (0.49, Some(0)), (2.4999, Some(2)), (-2.5, Some(-3))]
+        {
+            assert_eq!(nearest(value, -3, 3), expected);
+        }
+        for value in [3.5, -3.5, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert_eq!(nearest(value, -3, 3), None);
+        }
+        assert_eq!((nearest_count(-8.4, 4, true), nearest_count(7.5, 4, true)), (Some(-8_i64 as u64), None));
+        assert_eq!((nearest_count(15.4, 4, false), nearest_count(-0.6, 4, false)), (Some(15), None));
+    }
+
+    #[test]
+    fn extends_the_sign_of_any_width() {
+        for (word, width, expected) in [
+            (0x3fff, 14, -1),
+            (0x1fff, 14, 8191),
+            (0xff_ffff, 24, -1),
+            (0x8_0000, 20, -524_288),
+            (0xabc7_ffff, 20, 524_287),
+        ] {
+            assert_eq!(signed(word, width), expected);
+        }
     }
 
     proptest::proptest! {

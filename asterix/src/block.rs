@@ -2,34 +2,12 @@
 
 use std::marker::PhantomData;
 
-use crate::{DataSource, Fault, FaultKind, Fspec, TimeOfDay, UapItem, uap};
+use crate::fault::{Fault, FaultKind};
+use crate::record::Record;
+use crate::uap::{self, UapItem};
 
 /// Octets of a block header: CAT and LEN.
 const HEADER: usize = 3;
-
-/// A category's record: decoded from the octets of a block and encoded back to the same octets.
-pub trait Record: Sized {
-    /// The category, as in the first octet of its blocks.
-    const CATEGORY: u8;
-    /// The items of the category, in the order of the record: `UAP[n]` has FRN n + 1.
-    const UAP: &'static [UapItem];
-
-    /// Item 010, who reports.
-    fn data_source(&self) -> Option<DataSource>;
-
-    /// The item of the time of day, whatever its number.
-    fn time_of_day(&self) -> Option<TimeOfDay>;
-
-    /// The FSPEC that announces the items of this record.
-    fn fspec(&self) -> Fspec;
-
-    /// Decodes the record at the front of `octets`, which begin with its FSPEC and go to the end of the block, and says
-    /// how many octets it took. Offsets in the fault count from the FSPEC.
-    fn decode(octets: &[u8]) -> Result<(Self, usize), Fault>;
-
-    /// Appends the record: its FSPEC and its items.
-    fn encode_into(&self, out: &mut Vec<u8>);
-}
 
 /// Walks the data blocks of one datagram or of a slice of a file.
 ///

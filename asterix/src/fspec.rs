@@ -1,6 +1,6 @@
 //! The field specification (FSPEC): which items a record holds.
 
-use crate::{FaultKind, UapItem};
+use crate::fault::FaultKind;
 
 /// The FSPEC of one record.
 ///
@@ -88,16 +88,6 @@ impl Frns {
     /// The empty set.
     pub const NONE: Self = Self(0);
 
-    /// Those of a profile.
-    pub const fn of(uap: &[UapItem]) -> Self {
-        let (mut frns, mut index) = (Self::NONE, 0);
-        while index < uap.len() {
-            frns = frns.with(uap[index].frn, true);
-            index += 1;
-        }
-        frns
-    }
-
     /// The same and this one (1 to 56), if it is present.
     #[inline]
     #[must_use]
@@ -162,7 +152,8 @@ mod tests {
 
     #[test]
     fn finds_items_that_a_category_does_not_define() {
-        let defined = Frns::of(&crate::cat065::UAP);
+        let defined =
+            [1, 2, 3, 4, 5, 6, 7, 13, 14].iter().fold(Frns::NONE, |frns, &frn| frns.with(frn, true));
         for (octets, within) in [
             (&[0xfe][..], true),
             (&[0xff, 0x06][..], true),

@@ -1,28 +1,47 @@
-//! One description of an item makes its type and its layout.
+//! One description of an item makes its type, its accessors and its layout.
 //!
-//! * [`item!`]: octets of fixed length, with an accessor and a setter for each field.
-//! * [`codes!`]: the table of a field's codes.
-//! * [`compound!`]: an item of subfields, each of which may be absent.
+//! [`items!`] holds the descriptions of a module:
 //!
-//! A field is described as `kind bits "key" accessor / setter …;`, from the highest bit down:
+//! | description | what | the type holds |
+//! |---|---|---|
+//! | `pub struct Name(octets) { fields }` | a fixed number of octets | the octets |
+//! | `pub struct Name(octets) = field` | the same, of one field, which has no documentation of its own | the octets |
+//! | `extended pub struct Name { part { fields } … }` | parts of seven bits and FX | a [`Chain`](crate::Chain) |
+//! | `words pub struct Name { name: type { fields } … }` | whole-octet words of one or several fields | the words |
+//! | `compound pub struct Name { "key" name: Type, … }` | subfields, each of which may be absent | each as an `Option` |
+//! | `expansion pub struct Name { … }` | the same, of a reserved expansion field | the same |
+//! | `pub enum Name { Code = 0, … }` | the table of a field's codes | – |
+//! | `all pub enum Name { Code, … }` | the same where it names all codes, from 0 on | – |
+//!
+//! A field is described as `kind bits "key" accessor / setter: type = scale, decimals;`, from the highest bit down. What a
+//! field has no use for is left out, the accessor and the setter too.
 //!
 //! | kind | what | the accessor gives, the setter takes |
 //! |---|---|---|
-//! | `spare 3 "spare"` | bits without meaning | – |
-//! | `flag "v"` | one bit | `bool` |
-//! | `code 3 "com" …: Table` | a code | the enum of a table |
-//! | `count 12 "trn" …: u16`, `octal`, `hex` | a number | that type; the setter gives `None` where the bits do not hold it |
-//! | `unsigned 16 "rho_m" … = lsb, decimals`, `signed` | a physical value | `f64` in the unit of the key; the setter takes the nearest count, `None` out of range |
+//! | `spare` | bits without meaning | – |
+//! | `flag` | one bit | `bool` |
+//! | `unset` | one bit that is 0 where it holds | `bool` |
+//! | `code …: Table` | a code | the enum of a table |
+//! | `count …: u16`, `octal`, `hex`, `address` | a number | that type; the setter gives `None` where the bits do not hold it |
+//! | `count_from …: u8 = first` | a number whose count 0 stands for `first` | the same |
+//! | `count_or …: u16 = unknown` | a number of which one count means "unknown" | the same, the count |
+//! | `populated …: u8`, `populated_flag` | a value behind the bit that says whether there is one | `Option` of it |
+//! | `unsigned … = lsb, decimals`, `signed` | a physical value | `f64` in the unit of the key; the setter takes the nearest count, `None` out of range |
+//! | `signed_per … = counts, decimals` | the same, so many counts to a unit | the same |
+//! | `angle … = lsb, decimals` | degrees | the same; the setter brings any finite angle into one turn |
+//! | `known … = lsb, decimals` | a physical value whose highest count means "unknown" | – |
+//! | `ascii`, `icao` | characters of 8 or 6 bits | – |
+//! | `constant … = value` | a number that marks the layout | – |
 
 use std::io::{Read, Seek, Write};
 
 use deku::reader::Reader;
 use deku::writer::Writer;
-use deku::{DekuError, DekuReader, DekuWriter};
+use deku::{DekuError, DekuReader, DekuWriter, ctx::Order};
 use smallvec::SmallVec;
 
-use crate::variable::{REFUSED, read_octet};
-use crate::{Layout, Subfield};
+use crate::layout::{Contents, Kind, Layout, Subfield, field};
+use crate::variable::{Explicit, REFUSED, read_octet};
 
 /// What has a place in the description of a category.
 pub trait Describe {
@@ -30,12 +49,48 @@ pub trait Describe {
     const LAYOUT: Layout;
 }
 
-/// The count nearest to `value / lsb`, halves away from zero, as `width` bits; `None` where they do not hold it.
-pub(crate) fn nearest_count(value: f64, lsb: f64, width: usize, signed: bool) -> Option<u64> {
-    let count = (value / lsb).round();
-    let range = (1_u64 << width) as f64; // the fields with a unit have at most 32 bits
-    let (low, high) = if signed { (-range / 2.0, range / 2.0) } else { (0.0, range) };
-    (count >= low && count < high).then_some(count as i64 as u64)
+impl<const N: usize> Describe for [u8; N] {
+    /// A text of ASCII characters.
+    const LAYOUT: Layout = Layout::Fields(&[field("", 8 * N as u16, Kind::Ascii)]);
+}
+
+impl Describe for Explicit {
+    const LAYOUT: Layout = Layout::Explicit(Contents::Opaque);
+}
+
+/// Descriptions one after the other, see the [module](self).
+macro_rules! items {
+    () => {};
+    ($(#[$meta:meta])* pub enum $name:ident { $($codes:tt)* } $($rest:tt)*) => {
+        $crate::item::codes! { $(#[$meta])* pub enum $name { $($codes)* } }
+        $crate::item::items! { $($rest)* }
+    };
+    ($(#[$meta:meta])* all pub enum $name:ident { $($codes:tt)* } $($rest:tt)*) => {
+        $crate::item::codes! { $(#[$meta])* all pub enum $name { $($codes)* } }
+        $crate::item::items! { $($rest)* }
+    };
+    ($(#[$meta:meta])* pub struct $name:ident($octets:literal) { $($fields:tt)* } $($rest:tt)*) => {
+        $crate::item::item! { $(#[$meta])* pub struct $name($octets) { $($fields)* } }
+        $crate::item::items! { $($rest)* }
+    };
+    (
+        $(#[$doc:meta])* pub struct $name:ident($octets:literal) = $kind:ident $bits:literal $key:literal
+            $($get:ident $(/ $set:ident)?)? $(: $type:ty)? $(= $scale:expr $(, $decimals:literal)?)?;
+        $($rest:tt)*
+    ) => {
+        $crate::item::item! {
+            $(#[$doc])*
+            pub struct $name($octets) {
+                $(#[$doc])*
+                $kind $bits $key $($get $(/ $set)?)? $(: $type)? $(= $scale $(, $decimals)?)?;
+            }
+        }
+        $crate::item::items! { $($rest)* }
+    };
+    ($(#[$meta:meta])* $macro:ident pub struct $name:ident { $($parts:tt)* } $($rest:tt)*) => {
+        $crate::item::$macro! { $(#[$meta])* pub struct $name { $($parts)* } }
+        $crate::item::items! { $($rest)* }
+    };
 }
 
 /// See the [module](self).
@@ -45,11 +100,9 @@ macro_rules! item {
         #[derive(Clone, Copy, PartialEq, Eq, Hash)]
         pub struct $name([u8; $octets]);
 
-        $crate::item::octets!($name, $octets);
-
         impl $name {
             /// The fields, from the highest bit down.
-            pub const FIELDS: &'static [$crate::Field] = $crate::item::fields!([] $($fields)*);
+            pub const FIELDS: &'static [$crate::Field] = $crate::item::fields!($($fields)*);
 
             /// The item as it stands.
             pub const fn from_octets(octets: [u8; $octets]) -> Self {
@@ -61,7 +114,7 @@ macro_rules! item {
                 self.0
             }
 
-            $crate::item::methods!((0) $($fields)*);
+            $crate::item::accessors!($name bits $($fields)*);
         }
 
         const _: () = assert!($crate::layout::octets_of($name::FIELDS) == $octets);
@@ -82,157 +135,306 @@ macro_rules! item {
                 $crate::layout::debug(f, stringify!($name), Self::FIELDS, &self.0)
             }
         }
+
+        $crate::item::in_place! {
+            $name () reader => $crate::item::read_octets(reader).map(Self),
+            self writer => writer.write_bytes(&self.0)
+        }
     };
 }
 
-/// Reads and writes a type that holds the item's octets: all at once, where an array derives a read for each.
-macro_rules! octets {
-    ($name:ident, $octets:literal) => {
-        impl deku::DekuReader<'_> for $name {
+/// How a type is read, with a context, and written; reading is inlined.
+macro_rules! in_place {
+    ($name:ident ($($context:ident: $type:ty),*) $reader:ident => $read:expr, $self:ident $writer:ident => $write:expr) => {
+        impl deku::DekuReader<'_, ($($type,)*)> for $name {
             #[inline(always)]
             fn from_reader_with_ctx<R: std::io::Read + std::io::Seek>(
-                reader: &mut deku::reader::Reader<R>,
-                (): (),
+                $reader: &mut deku::reader::Reader<R>,
+                ($($context,)*): ($($type,)*),
             ) -> Result<Self, deku::DekuError> {
-                let mut octets = [0; $octets];
-                reader.read_bytes_const_into::<$octets>(&mut octets, deku::ctx::Order::Msb0)?;
-                Ok(Self(octets))
+                $read
             }
         }
 
         impl deku::DekuWriter for $name {
             #[inline]
             fn to_writer<W: std::io::Write + std::io::Seek>(
-                &self,
-                writer: &mut deku::writer::Writer<W>,
+                &$self,
+                $writer: &mut deku::writer::Writer<W>,
                 (): (),
             ) -> Result<(), deku::DekuError> {
-                writer.write_bytes(&self.0)
+                $write
             }
         }
     };
 }
 
-/// The descriptions of the fields, one after the other.
-macro_rules! fields {
-    ([$($done:tt)*]) => { &[$($done)*] };
-    ([$($done:tt)*] spare $bits:literal $key:literal; $($rest:tt)*) => {
-        $crate::item::fields!([$($done)* $crate::layout::field($key, $bits, $crate::Kind::Spare),] $($rest)*)
-    };
-    ([$($done:tt)*] $(#[$doc:meta])* flag $key:literal $get:ident / $set:ident; $($rest:tt)*) => {
-        $crate::item::fields!([$($done)* $crate::layout::field($key, 1, $crate::Kind::Count),] $($rest)*)
-    };
-    ([$($done:tt)*] $(#[$doc:meta])* code $bits:literal $key:literal $get:ident / $set:ident: $type:ty; $($rest:tt)*) => {
-        $crate::item::fields!([$($done)* $crate::layout::field($key, $bits, $crate::Kind::Count),] $($rest)*)
-    };
-    ([$($done:tt)*] $(#[$doc:meta])* count $bits:literal $key:literal $get:ident / $set:ident: $type:ty; $($rest:tt)*) => {
-        $crate::item::fields!([$($done)* $crate::layout::field($key, $bits, $crate::Kind::Count),] $($rest)*)
-    };
-    ([$($done:tt)*] $(#[$doc:meta])* octal $bits:literal $key:literal $get:ident / $set:ident: $type:ty; $($rest:tt)*) => {
-        $crate::item::fields!([$($done)* $crate::layout::field($key, $bits, $crate::Kind::Octal),] $($rest)*)
-    };
-    ([$($done:tt)*] $(#[$doc:meta])* hex $bits:literal $key:literal $get:ident / $set:ident: $type:ty; $($rest:tt)*) => {
-        $crate::item::fields!([$($done)* $crate::layout::field($key, $bits, $crate::Kind::Hex),] $($rest)*)
-    };
-    ([$($done:tt)*] $(#[$doc:meta])* unsigned $bits:literal $key:literal $get:ident / $set:ident = $lsb:expr, $decimals:literal; $($rest:tt)*) => {
-        $crate::item::fields!([$($done)* $crate::layout::quantity($key, $bits, false, $lsb, $decimals),] $($rest)*)
-    };
-    ([$($done:tt)*] $(#[$doc:meta])* signed $bits:literal $key:literal $get:ident / $set:ident = $lsb:expr, $decimals:literal; $($rest:tt)*) => {
-        $crate::item::fields!([$($done)* $crate::layout::quantity($key, $bits, true, $lsb, $decimals),] $($rest)*)
+/// Reads octets all at once, where deku reads each of an array by itself.
+#[inline(always)]
+pub(crate) fn read_octets<const N: usize, R: Read + Seek>(
+    reader: &mut Reader<R>,
+) -> Result<[u8; N], DekuError> {
+    let mut octets = [0; N];
+    reader.read_bytes_const_into::<N>(&mut octets, Order::Msb0)?;
+    Ok(octets)
+}
+
+/// See the [module](self).
+macro_rules! extended {
+    ($(#[$meta:meta])* pub struct $name:ident { $($part:ident { $($fields:tt)* })* }) => {
+        $crate::item::chain! {
+            $(#[$meta])* pub struct $name = $crate::Layout::Extended(&[$($crate::item::fields!($($fields)*)),*]);
+        }
+
+        impl $name {
+            $($crate::item::accessors!($name variable $($fields)*);)*
+        }
     };
 }
 
-/// The accessors and setters; the number in front is the bit where the next field begins.
-macro_rules! methods {
-    (($at:expr)) => {};
-    (($at:expr) spare $bits:literal $key:literal; $($rest:tt)*) => {
-        $crate::item::methods!(($at + $bits) $($rest)*);
-    };
-    (($at:expr) $(#[$doc:meta])* flag $key:literal $get:ident / $set:ident; $($rest:tt)*) => {
-        $(#[$doc])*
-        pub const fn $get(&self) -> bool {
-            $crate::bits::get(&self.0, $at, 1) == 1
+/// A type that holds a [`Chain`].
+macro_rules! chain {
+    ($(#[$meta:meta])* pub struct $name:ident = $layout:expr;) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, deku::DekuRead, deku::DekuWrite)]
+        pub struct $name($crate::Chain);
+
+        impl $name {
+            /// The octets as they stand.
+            pub const fn chain(&self) -> &$crate::Chain {
+                &self.0
+            }
         }
 
-        #[doc = concat!("The same with [`", stringify!($get), "`](Self::", stringify!($get), ").")]
-        #[must_use]
-        pub const fn $set(self, flag: bool) -> Self {
-            Self($crate::bits::set(self.0, $at, 1, flag as u64))
+        impl $crate::Describe for $name {
+            const LAYOUT: $crate::Layout = $layout;
         }
 
-        $crate::item::methods!(($at + 1) $($rest)*);
-    };
-    (($at:expr) $(#[$doc:meta])* code $bits:literal $key:literal $get:ident / $set:ident: $type:ty; $($rest:tt)*) => {
-        $(#[$doc])*
-        pub const fn $get(&self) -> $type {
-            <$type>::from_code($crate::bits::get(&self.0, $at, $bits) as u8)
+        impl From<$crate::Chain> for $name {
+            /// Any octets, for what the setters do not cover.
+            fn from(chain: $crate::Chain) -> Self {
+                Self(chain)
+            }
         }
 
-        #[doc = concat!("The same with [`", stringify!($get), "`](Self::", stringify!($get), "), of which the bits hold ", stringify!($bits), ".")]
-        #[must_use]
-        pub const fn $set(self, code: $type) -> Self {
-            Self($crate::bits::set(self.0, $at, $bits, code.code() as u64))
+        impl Default for $name {
+            /// One octet, all bits 0.
+            fn default() -> Self {
+                Self($crate::Chain::new(0))
+            }
+        }
+    };
+}
+
+/// See the [module](self).
+macro_rules! words {
+    ($(#[$meta:meta])* $vis:vis struct $name:ident {
+        $($(#[$doc:meta])* $word:ident: $type:ty { $($fields:tt)* })*
+    }) => {
+        $(#[$meta])*
+        #[derive(
+            Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, deku::DekuRead, deku::DekuWrite,
+        )]
+        #[deku(endian = "big")]
+        $vis struct $name {
+            $($(#[$doc])* $vis $word: $type,)*
         }
 
-        $crate::item::methods!(($at + $bits) $($rest)*);
-    };
-    (($at:expr) $(#[$doc:meta])* count $($field:tt)*) => {
-        $crate::item::methods!(@number ($at) $(#[$doc])* $($field)*);
-    };
-    (($at:expr) $(#[$doc:meta])* octal $($field:tt)*) => {
-        $crate::item::methods!(@number ($at) $(#[$doc])* $($field)*);
-    };
-    (($at:expr) $(#[$doc:meta])* hex $($field:tt)*) => {
-        $crate::item::methods!(@number ($at) $(#[$doc])* $($field)*);
-    };
-    (@number ($at:expr) $(#[$doc:meta])* $bits:literal $key:literal $get:ident / $set:ident: $type:ty; $($rest:tt)*) => {
-        $(#[$doc])*
-        pub const fn $get(&self) -> $type {
-            $crate::bits::get(&self.0, $at, $bits) as $type
+        impl $name {
+            /// The fields, from the highest bit down.
+            pub const FIELDS: &'static [$crate::Field] = $crate::item::fields!($($($fields)*)*);
         }
 
-        #[doc = concat!("The same with [`", stringify!($get), "`](Self::", stringify!($get), "); `None` where ", stringify!($bits), " bits do not hold it.")]
-        pub const fn $set(self, number: $type) -> Option<Self> {
-            if number as u64 <= $crate::bits::mask($bits) {
-                Some(Self($crate::bits::set(self.0, $at, $bits, number as u64)))
+        impl $crate::Describe for $name {
+            const LAYOUT: $crate::Layout = $crate::Layout::Fields(Self::FIELDS);
+        }
+    };
+}
+
+/// The descriptions of fields, one after the other.
+macro_rules! fields {
+    ($(
+        $(#[$doc:meta])* $kind:ident $bits:literal $key:literal $($get:ident $(/ $set:ident)?)? $(: $type:ty)?
+        $(= $scale:expr $(, $decimals:literal)?)?;
+    )*) => {
+        &[$($crate::layout::field($key, $bits, $crate::item::kind!($kind $bits $(, $scale $(, $decimals)?)?)),)*]
+    };
+}
+
+/// What the bits of a field are.
+macro_rules! kind {
+    (spare $bits:literal) => {
+        $crate::Kind::Spare
+    };
+    (octal $bits:literal) => {
+        $crate::Kind::Octal
+    };
+    (hex $bits:literal) => {
+        $crate::Kind::Hex
+    };
+    (address $bits:literal) => {
+        $crate::Kind::Address
+    };
+    (ascii $bits:literal) => {
+        $crate::Kind::Ascii
+    };
+    (icao $bits:literal) => {
+        $crate::Kind::Icao
+    };
+    (constant $bits:literal, $value:expr) => {
+        $crate::Kind::Constant($value)
+    };
+    (count_or $bits:literal, $unknown:expr) => {
+        $crate::Kind::CountOr($unknown)
+    };
+    (count_from $bits:literal, $first:expr) => {
+        $crate::Kind::CountFrom($first)
+    };
+    (signed $bits:literal, $lsb:expr, $decimals:literal) => {
+        $crate::layout::quantity(true, $lsb, $decimals)
+    };
+    (signed_per $bits:literal, $counts:expr, $decimals:literal) => {
+        $crate::layout::quantity(true, 1.0 / $counts, $decimals)
+    };
+    (known $bits:literal, $lsb:expr, $decimals:literal) => {
+        $crate::Kind::Quantity($crate::Quantity {
+            signed: false,
+            lsb: $lsb,
+            decimals: $decimals,
+            unknown: Some($crate::bits::mask($bits)),
+        })
+    };
+    ($physical:ident $bits:literal, $lsb:expr, $decimals:literal) => {
+        $crate::layout::quantity(false, $lsb, $decimals)
+    };
+    ($whole:ident $bits:literal) => {
+        $crate::Kind::Count
+    };
+}
+
+/// The accessors and setters of fields whose bits the functions of a module take and replace.
+macro_rules! accessors {
+    ($name:ident $store:ident $(
+        $(#[$doc:meta])* $kind:ident $bits:literal $key:literal $($get:ident $(/ $set:ident)?)? $(: $type:ty)?
+        $(= $scale:expr $(, $decimals:literal)?)?;
+    )*) => {
+        $($crate::item::accessor! {
+            $kind [$name $store $bits $key] [$(#[$doc])*] [$($get $(/ $set)?)?] [$($type)?] [$($scale)?]
+        })*
+    };
+}
+
+/// The accessor and the setter of a field, if it has them.
+macro_rules! accessor {
+    ($kind:ident $field:tt $doc:tt [] $type:tt $scale:tt) => {};
+    (flag $field:tt $doc:tt [$get:ident $(/ $set:ident)?] [] []) => {
+        $crate::item::accessor!(@get $field $doc $get: bool, count => count == 1);
+        $($crate::item::accessor!(@set $field $get $set(flag: bool) flag as u64);)?
+    };
+    (unset $field:tt $doc:tt [$get:ident $(/ $set:ident)?] [] []) => {
+        $crate::item::accessor!(@get $field $doc $get: bool, count => count == 0);
+        $($crate::item::accessor!(@set $field $get $set(flag: bool) !flag as u64);)?
+    };
+    (code $field:tt $doc:tt [$get:ident $(/ $set:ident)?] [$type:ty] []) => {
+        $crate::item::accessor!(@get $field $doc $get: $type, count => <$type>::from_code(count as u8));
+        $($crate::item::accessor!(@set $field $get $set(code: $type) code.code() as u64);)?
+    };
+    (count_from $field:tt $doc:tt [$get:ident] [$type:ty] [$first:expr]) => {
+        $crate::item::accessor!(@get $field $doc $get: $type, count => count as $type + $first);
+    };
+    (populated [$name:ident $store:ident $bits:literal $key:literal] [$($doc:tt)*] [$get:ident] [$type:ty] []) => {
+        $($doc)*
+        pub const fn $get(self) -> Option<$type> {
+            const AT: usize = <$name as $crate::Describe>::LAYOUT.place($key);
+            if $crate::$store::get(&self.0, AT - 1, 1) == 1 {
+                Some($crate::$store::get(&self.0, AT, $bits) as $type)
             } else {
                 None
             }
         }
-
-        $crate::item::methods!(($at + $bits) $($rest)*);
     };
-    (($at:expr) $(#[$doc:meta])* unsigned $bits:literal $key:literal $get:ident / $set:ident = $lsb:expr, $decimals:literal; $($rest:tt)*) => {
-        $(#[$doc])*
-        pub const fn $get(&self) -> f64 {
-            $crate::bits::get(&self.0, $at, $bits) as f64 * ($lsb)
+    (populated_flag [$name:ident $store:ident $bits:literal $key:literal] [$($doc:tt)*] [$get:ident] [] []) => {
+        $($doc)*
+        pub const fn $get(self) -> Option<bool> {
+            const AT: usize = <$name as $crate::Describe>::LAYOUT.place($key);
+            if $crate::$store::get(&self.0, AT - 1, 1) == 1 {
+                Some($crate::$store::get(&self.0, AT, 1) == 1)
+            } else {
+                None
+            }
         }
-
-        #[doc = concat!("The same with the count nearest to this [`", stringify!($get), "`](Self::", stringify!($get), "); `None` out of range.")]
-        pub fn $set(self, value: f64) -> Option<Self> {
-            let count = $crate::item::nearest_count(value, $lsb, $bits, false)?;
-            Some(Self($crate::bits::set(self.0, $at, $bits, count)))
-        }
-
-        $crate::item::methods!(($at + $bits) $($rest)*);
     };
-    (($at:expr) $(#[$doc:meta])* signed $bits:literal $key:literal $get:ident / $set:ident = $lsb:expr, $decimals:literal; $($rest:tt)*) => {
-        $(#[$doc])*
-        pub const fn $get(&self) -> f64 {
-            $crate::bits::signed($crate::bits::get(&self.0, $at, $bits), $bits) as f64 * ($lsb)
+    (unsigned $field:tt $doc:tt [$get:ident $(/ $set:ident)?] [] [$lsb:expr]) => {
+        $crate::item::accessor!(@get $field $doc $get: f64, count => count as f64 * ($lsb));
+        $($crate::item::accessor!(@nearest $field $get $set(value) value / ($lsb), 0, false);)?
+    };
+    (angle $field:tt $doc:tt [$get:ident $(/ $set:ident)?] [] [$lsb:expr]) => {
+        $crate::item::accessor!(@get $field $doc $get: f64, count => count as f64 * ($lsb));
+        // The count of a whole turn, which one bit more holds, is that of none.
+        $($crate::item::accessor!(@nearest $field $get $set(value) value.rem_euclid(360.0) / ($lsb), 1, false);)?
+    };
+    (signed $field:tt $doc:tt [$get:ident $(/ $set:ident)?] [] [$lsb:expr]) => {
+        $crate::item::accessor!(@signed $field $doc $get, count => count as f64 * ($lsb));
+        $($crate::item::accessor!(@nearest $field $get $set(value) value / ($lsb), 0, true);)?
+    };
+    (signed_per $field:tt $doc:tt [$get:ident $(/ $set:ident)?] [] [$counts:expr]) => {
+        $crate::item::accessor!(@signed $field $doc $get, count => count as f64 / $counts);
+        $($crate::item::accessor!(@nearest $field $get $set(value) value * $counts, 0, true);)?
+    };
+    // The other kinds are whole numbers.
+    ($whole:ident $field:tt $doc:tt [$get:ident $(/ $set:ident)?] [$type:ty] $scale:tt) => {
+        $crate::item::accessor!(@get $field $doc $get: $type, count => count as $type);
+        $($crate::item::accessor!(@whole $field $get $set: $type);)?
+    };
+    (@get [$name:ident $store:ident $bits:literal $key:literal] [$($doc:tt)*]
+        $get:ident: $type:ty, $count:ident => $value:expr) => {
+        $($doc)*
+        #[inline]
+        pub const fn $get(self) -> $type {
+            const AT: usize = <$name as $crate::Describe>::LAYOUT.place($key);
+            let $count = $crate::$store::get(&self.0, AT, $bits);
+            $value
         }
-
+    };
+    (@signed [$name:ident $store:ident $bits:literal $key:literal] $doc:tt
+        $get:ident, $count:ident => $value:expr) => {
+        $crate::item::accessor!(@get [$name $store $bits $key] $doc $get: f64, $count => {
+            let $count = $crate::bits::signed($count, $bits);
+            $value
+        });
+    };
+    (@set [$name:ident $store:ident $bits:literal $key:literal]
+        $get:ident $set:ident($value:ident: $type:ty) $count:expr) => {
+        #[doc = concat!("The same with [`", stringify!($get), "`](Self::", stringify!($get), "); of a code as much as ", stringify!($bits), " bits hold.")]
+        #[must_use]
+        pub const fn $set(self, $value: $type) -> Self {
+            const AT: usize = <$name as $crate::Describe>::LAYOUT.place($key);
+            Self($crate::$store::set(self.0, AT, $bits, $count))
+        }
+    };
+    (@whole [$name:ident $store:ident $bits:literal $key:literal] $get:ident $set:ident: $type:ty) => {
+        #[doc = concat!("The same with [`", stringify!($get), "`](Self::", stringify!($get), "); `None` where ", stringify!($bits), " bits do not hold it.")]
+        pub const fn $set(self, number: $type) -> Option<Self> {
+            const AT: usize = <$name as $crate::Describe>::LAYOUT.place($key);
+            if number as u64 <= $crate::bits::mask($bits) {
+                Some(Self($crate::$store::set(self.0, AT, $bits, number as u64)))
+            } else {
+                None
+            }
+        }
+    };
+    (@nearest [$name:ident $store:ident $bits:literal $key:literal]
+        $get:ident $set:ident($value:ident) $count:expr, $more:literal, $signed:literal) => {
         #[doc = concat!("The same with the count nearest to this [`", stringify!($get), "`](Self::", stringify!($get), "); `None` out of range.")]
-        pub fn $set(self, value: f64) -> Option<Self> {
-            let count = $crate::item::nearest_count(value, $lsb, $bits, true)?;
-            Some(Self($crate::bits::set(self.0, $at, $bits, count)))
+        pub fn $set(self, $value: f64) -> Option<Self> {
+            const AT: usize = <$name as $crate::Describe>::LAYOUT.place($key);
+            let count = $crate::bits::nearest_count($count, $bits + $more, $signed)?;
+            Some(Self($crate::$store::set(self.0, AT, $bits, count)))
         }
-
-        $crate::item::methods!(($at + $bits) $($rest)*);
     };
 }
 
-/// The codes of a field. One that the edition does not define is kept.
+/// The codes of a field. One that the edition does not define is kept; with `all`, it defines all that the bits hold.
 macro_rules! codes {
     ($(#[$meta:meta])* pub enum $name:ident { $($(#[$doc:meta])* $code:ident = $value:literal,)* }) => {
         $(#[$meta])*
@@ -262,12 +464,36 @@ macro_rules! codes {
             }
         }
     };
+    ($(#[$meta:meta])* all pub enum $name:ident { $($(#[$doc:meta])* $code:ident,)* }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum $name {
+            $($(#[$doc])* $code,)*
+        }
+
+        impl $name {
+            const ALL: &'static [Self] = &[$(Self::$code,)*];
+
+            /// What the low bits of this code stand for.
+            pub const fn from_code(code: u8) -> Self {
+                const { assert!(Self::ALL.len().is_power_of_two()) }
+                Self::ALL[code as usize % Self::ALL.len()]
+            }
+
+            /// The code.
+            pub const fn code(self) -> u8 {
+                self as u8
+            }
+        }
+    };
 }
 
 /// An item of subfields, in the order of the bits that announce them; `_` where the specification defines none.
 macro_rules! compound {
     ($(#[$meta:meta])* pub struct $name:ident { $($subfields:tt)* }) => {
-        $crate::item::compound!(@sort [$(#[$meta])* $name] (0) [] [] $($subfields)*);
+        $crate::item::compound!(
+            @sort [$(#[$meta])* $name Primary $crate::Layout::Compound] (0) [] [] $($subfields)*
+        );
     };
     (@sort $head:tt ($at:expr) [$($fields:tt)*] [$($slots:tt)*] _, $($rest:tt)*) => {
         $crate::item::compound!(
@@ -283,7 +509,7 @@ macro_rules! compound {
             $($rest)*
         );
     };
-    (@sort [$(#[$meta:meta])* $name:ident] ($count:expr)
+    (@sort [$(#[$meta:meta])* $name:ident $announced:ident $layout:path] ($count:expr)
         [$({ $(#[$doc:meta])* $field:ident: $type:ty, $at:expr })*] [$($slots:tt)*]) => {
         $(#[$meta])*
         #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
@@ -297,32 +523,21 @@ macro_rules! compound {
         }
 
         impl $crate::Describe for $name {
-            const LAYOUT: $crate::Layout = $crate::Layout::Compound(Self::SUBFIELDS);
+            const LAYOUT: $crate::Layout = $layout(Self::SUBFIELDS);
         }
 
-        impl deku::DekuReader<'_> for $name {
-            #[inline(always)]
-            fn from_reader_with_ctx<R: std::io::Read + std::io::Seek>(
-                reader: &mut deku::reader::Reader<R>,
-                (): (),
-            ) -> Result<Self, deku::DekuError> {
-                let primary = $crate::item::Primary::read(reader, Self::SUBFIELDS)?;
+        $crate::item::in_place! {
+            $name () reader => {
+                let primary = $crate::item::$announced::read(reader, Self::SUBFIELDS)?;
                 $(let $field = if primary.has($at) {
                     Some(<$type as deku::DekuReader<'_>>::from_reader_with_ctx(reader, ())?)
                 } else {
                     None
                 };)*
                 Ok(Self { $($field,)* })
-            }
-        }
-
-        impl deku::DekuWriter for $name {
-            fn to_writer<W: std::io::Write + std::io::Seek>(
-                &self,
-                writer: &mut deku::writer::Writer<W>,
-                (): (),
-            ) -> Result<(), deku::DekuError> {
-                $crate::item::Primary::default()
+            },
+            self writer => {
+                $crate::item::$announced::default()
                     $(.with($at, self.$field.is_some()))*
                     .write(writer)?;
                 $(if let Some(subfield) = &self.$field {
@@ -334,7 +549,19 @@ macro_rules! compound {
     };
 }
 
-pub(crate) use {codes, compound, fields, item, methods, octets};
+/// As [`compound!`], of the contents of a reserved expansion field.
+macro_rules! expansion {
+    ($(#[$meta:meta])* pub struct $name:ident { $($subfields:tt)* }) => {
+        $crate::item::compound!(
+            @sort [$(#[$meta])* $name Eight $crate::layout::expansion] (0) [] [] $($subfields)*
+        );
+    };
+}
+
+pub(crate) use {
+    accessor, accessors, chain, codes, compound, expansion, extended, fields, in_place, item, items, kind,
+    words,
+};
 
 /// The primary subfield of a compound item: seven bits an octet, the first at the top.
 #[derive(Clone, Copy, Debug, Default)]
@@ -377,6 +604,29 @@ impl Primary {
     pub fn write<W: Write + Seek>(self, writer: &mut Writer<W>) -> Result<(), DekuError> {
         let [first, second] = self.0.to_be_bytes();
         if second == 0 { writer.write_bytes(&[first]) } else { writer.write_bytes(&[first | 1, second]) }
+    }
+}
+
+/// The octet in front of a reserved expansion field's contents: eight bits.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Eight(u8);
+
+impl Eight {
+    pub fn read<R: Read + Seek>(reader: &mut Reader<R>, _: &[Subfield]) -> Result<Self, DekuError> {
+        read_octet(reader).map(Self)
+    }
+
+    pub const fn has(self, index: u32) -> bool {
+        self.0 << index & 0x80 != 0
+    }
+
+    #[must_use]
+    pub const fn with(self, index: u32, present: bool) -> Self {
+        Self(self.0 | (present as u8) << (7 - index))
+    }
+
+    pub fn write<W: Write + Seek>(self, writer: &mut Writer<W>) -> Result<(), DekuError> {
+        writer.write_bytes(&[self.0])
     }
 }
 

@@ -5,7 +5,9 @@
 
 use std::fmt;
 
-use crate::{Chain, FaultKind, bits};
+use crate::bits;
+use crate::fault::FaultKind;
+use crate::variable::Chain;
 
 /// A run of bits in an item.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -135,6 +137,25 @@ pub const fn octets_of(fields: &[Field]) -> usize {
 }
 
 impl Layout {
+    /// The bit at which the field with this key begins, for accessors: a key without a field does not compile.
+    pub(crate) const fn place(&self, key: &str) -> usize {
+        let place = match self {
+            Self::Fields(fields) => place_in(fields, key),
+            Self::Extended(parts) => {
+                let mut index = 0;
+                loop {
+                    assert!(index < parts.len(), "no part of the item has this field");
+                    if let Some(place) = place_in(parts[index], key) {
+                        break Some(8 * index + place);
+                    }
+                    index += 1;
+                }
+            }
+            _ => None,
+        };
+        place.expect("the item has this field")
+    }
+
     /// Octets of the item at the front of `octets`, which go to the end of the block.
     ///
     /// [`Layout::OneOrThree`] counts as 1: which of the two it is shows only after the whole record.
@@ -203,19 +224,37 @@ pub(crate) const fn field(key: &'static str, bits: u16, kind: Kind) -> Field {
     Field { key, bits, kind }
 }
 
-/// A line of a layout with a whole number.
-pub(crate) const fn count(key: &'static str, bits: u16) -> Field {
-    field(key, bits, Kind::Count)
+/// A physical value that is always known.
+pub(crate) const fn quantity(signed: bool, lsb: f64, decimals: u8) -> Kind {
+    Kind::Quantity(Quantity { signed, lsb, decimals, unknown: None })
 }
 
-/// The only field of an item that is a text of this many characters.
-pub(crate) const fn text(characters: u16) -> Field {
-    field("", 8 * characters, Kind::Ascii)
+/// A reserved expansion field of these subfields.
+pub(crate) const fn expansion(subfields: &'static [Subfield]) -> Layout {
+    Layout::Explicit(Contents::Expansion(subfields))
 }
 
-/// A line of a layout with a physical value.
-pub(crate) const fn quantity(key: &'static str, bits: u16, signed: bool, lsb: f64, decimals: u8) -> Field {
-    Field { key, bits, kind: Kind::Quantity(Quantity { signed, lsb, decimals, unknown: None }) }
+/// Whether two texts are the same, in a constant.
+const fn same(one: &str, other: &str) -> bool {
+    let (one, other) = (one.as_bytes(), other.as_bytes());
+    let mut index = 0;
+    while index < one.len() && index < other.len() && one[index] == other[index] {
+        index += 1;
+    }
+    index == one.len() && index == other.len()
+}
+
+/// The bit at which the field with this key begins; `None` where no field has it.
+const fn place_in(fields: &[Field], key: &str) -> Option<usize> {
+    let (mut index, mut bits) = (0, 0);
+    while index < fields.len() {
+        if same(fields[index].key, key) {
+            return Some(bits);
+        }
+        bits += fields[index].bits as usize;
+        index += 1;
+    }
+    None
 }
 
 /// Prints an item of a fixed length as a struct with its fields.
@@ -254,13 +293,17 @@ impl Quantity {
 
     /// The count of `width` bits nearest to a physical value, halves away from zero; `None` out of range.
     pub fn count(self, value: f64, width: usize) -> Option<u64> {
-        crate::item::nearest_count(value, self.lsb, width, self.signed).map(|count| count & bits::mask(width))
+        bits::nearest_count(value / self.lsb, width, self.signed).map(|count| count & bits::mask(width))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const fn count(key: &'static str, bits: u16) -> Field {
+        field(key, bits, Kind::Count)
+    }
 
     #[test]
     fn measures_every_format() {

@@ -8,6 +8,8 @@ use deku::writer::Writer;
 use deku::{DekuError, DekuReader, DekuWriter, ctx::Order};
 use smallvec::SmallVec;
 
+use crate::bits;
+
 /// What the readers of this module return when an item contradicts itself. It never leaves the crate: the fault that does
 /// is found by a second walk over the record.
 pub(crate) const REFUSED: DekuError = DekuError::Io(ErrorKind::InvalidData);
@@ -81,14 +83,20 @@ impl Chain {
     ///
     /// Panics when `index` is not below [`Chain::MAX_OCTETS`].
     #[must_use]
-    pub const fn with(mut self, index: usize, mask: u8, bits: u8) -> Self {
+    pub const fn with(self, index: usize, mask: u8, bits: u8) -> Self {
+        let mut chain = self.reaching(index);
+        let mask = mask & !1;
+        chain.octets[index] = chain.octets[index] & !mask | bits & mask;
+        chain
+    }
+
+    /// The chain, extended with zero octets to reach the octet at `index`.
+    const fn reaching(mut self, index: usize) -> Self {
         let mut last = self.length() - 1;
         while last < index {
             self.octets[last] |= 1;
             last += 1;
         }
-        let mask = mask & !1;
-        self.octets[index] = self.octets[index] & !mask | bits & mask;
         self
     }
 
@@ -106,6 +114,18 @@ impl Chain {
         }
         0
     }
+}
+
+/// As [`crate::bits::get`]; what an absent extension would say is 0.
+#[inline]
+pub(crate) const fn get(chain: &Chain, offset: usize, width: usize) -> u64 {
+    bits::get(&chain.octets, offset, width)
+}
+
+/// As [`crate::bits::set`], in one octet of the chain, which is extended to reach it.
+pub(crate) const fn set(chain: Chain, offset: usize, width: usize, value: u64) -> Chain {
+    let Chain { octets } = chain.reaching(offset / 8);
+    Chain { octets: bits::set(octets, offset, width, value) }
 }
 
 impl fmt::Debug for Chain {

@@ -18,7 +18,7 @@ fn noon() -> Option<TimeOfDay> {
 fn what_is_given_is_in_the_record() {
     let built = cat048::Record::builder(SOURCE, noon(), TargetReport::new(DetectionType::Primary))
         .polar_position(PolarPosition::new(1852.0, 90.0))
-        .track_number(TrackNumber::from_word(7))
+        .track_number(TrackNumber::from_octets([0, 7]))
         .special_purpose(Explicit::new(&[254]))
         .build();
     let expected = cat048::Record {

@@ -36,8 +36,8 @@ fn expansion_of_cat048(definition: &Value) -> Complaints {
 type Comparison = fn(&Value) -> Complaints;
 
 const COMPARISONS: [(&str, Comparison); 3] = [
-    ("cat034-1.29.json", |definition| category(definition, &cat034::UAP)),
-    ("cat048-1.32.json", |definition| category(definition, &cat048::UAP)),
+    ("cat034-1.29.json", |definition| category(definition, cat034::UAP)),
+    ("cat048-1.32.json", |definition| category(definition, cat048::UAP)),
     ("cat048-ref-1.13.json", expansion_of_cat048),
 ];
 

@@ -45,9 +45,9 @@ fn every_item_of_cat048() {
         data_source: Some(DataSource { sac: 20, sic: 129 }),
         time_of_day: TimeOfDay::from_seconds(28_800.5),
         target_report: Some(TargetReport::new(DetectionType::ModeSRollCallAndPrimary).with_test(true)),
-        polar_position: Some(PolarPosition { rho: 0x30a6, theta: 0xba34 }),
-        mode_3a: Some(Mode3A::from_word(0xe804)),
-        flight_level: Some(FlightLevel::from_word(0xfffb)),
+        polar_position: Some(PolarPosition::from_octets([0x30, 0xa6, 0xba, 0x34])),
+        mode_3a: Some(Mode3A::from_octets([0xe8, 0x04])),
+        flight_level: Some(FlightLevel::from_octets([0xff, 0xfb])),
         plot_characteristics: Some(PlotCharacteristics {
             ssr_run_length: RunLength::default().with_degrees(1.054_687_5),
             ssr_replies: Replies::default().with_number(4),
@@ -60,7 +60,7 @@ fn every_item_of_cat048() {
         aircraft_address: AircraftAddress::new(0x4a_08eb),
         aircraft_identification: AircraftIdentification::new("ROT415"),
         bds_registers: Repeated::new(&[register(4), register(5)]),
-        track_number: Some(TrackNumber::from_word(0xf783)),
+        track_number: Some(TrackNumber::from_octets([0xf7, 0x83])),
         cartesian_position: CartesianPosition::default()
             .with_x_m(3704.0)
             .and_then(|position| position.with_y_m(-3704.0)),
@@ -80,7 +80,7 @@ fn every_item_of_cat048() {
         warnings: Warnings::new(&[19, 0, 127]),
         mode_3a_confidence: Mode3AConfidence::default().with_low_quality(0o7777),
         mode_c: ModeC::default().with_gray_code(0x123).and_then(|code| code.with_low_quality(0x456)),
-        height_3d: Some(Height3D::from_word(0xfffe)),
+        height_3d: Some(Height3D::from_octets([0xff, 0xfe])),
         radial_doppler: Some(RadialDoppler {
             calculated: CalculatedDoppler::default().with_doubtful(true).with_speed_m_s(-5.0),
             raw: Repeated::new(&[RawDoppler::default()
@@ -146,32 +146,32 @@ fn what_the_items_of_cat048_say() {
 #[test]
 fn items_of_a_record_with_their_octets() {
     let octets = hex(EVERY_ITEM);
-    let walked: Vec<_> = items(&cat048::UAP, &octets[3..]).collect();
+    let walked: Vec<_> = items(cat048::UAP, &octets[3..]).collect();
     let numbers: Vec<&str> = walked.iter().map(|(item, _)| item.item).collect();
-    assert_eq!(numbers, cat048::UAP.map(|item| item.item));
+    assert!(numbers.into_iter().eq(cat048::UAP.iter().map(|item| item.item)));
     assert_eq!(walked[6].1, hex("fe1804c9072a0afc"));
     assert_eq!(walked[19].1, hex("c0 83fb 01 000a00140bb8"));
     assert_eq!(walked[27].1, [4, 1, 2, 3]);
     assert_eq!(walked.iter().map(|(_, octets)| octets.len()).sum::<usize>(), octets.len() - 3 - 4);
     // Of octets that are no whole record the rest is left out.
-    assert_eq!(items(&cat048::UAP, &octets[3..20]).count(), 5);
-    assert_eq!(items(&cat048::UAP, &[0xff]).count(), 0);
+    assert_eq!(items(cat048::UAP, &octets[3..20]).count(), 5);
+    assert_eq!(items(cat048::UAP, &[0xff]).count(), 0);
 }
 
 #[test]
 fn tables_are_in_order() {
-    for uap in [&cat034::UAP[..], &cat048::UAP[..], &cat129::UAP[..]] {
+    for uap in [cat034::UAP, cat048::UAP, cat129::UAP] {
         for (index, item) in uap.iter().enumerate() {
             assert_eq!(usize::from(item.frn), index + 1);
         }
     }
-    assert_eq!(cat065::UAP.map(|item| item.frn), [1, 2, 3, 4, 5, 6, 7, 13, 14]);
+    assert!(cat065::UAP.iter().map(|item| item.frn).eq([1, 2, 3, 4, 5, 6, 7, 13, 14]));
     assert_eq!(cat048::UAP[18].item, "110");
     assert!(matches!(cat129::UAP[11].layout, Layout::OneOrThree(_)));
-    assert_eq!(profile(34), Some(&cat034::UAP[..]));
-    assert_eq!(profile(48), Some(&cat048::UAP[..]));
-    assert_eq!(profile(65), Some(&cat065::UAP[..]));
-    assert_eq!(profile(129), Some(&cat129::UAP[..]));
+    assert_eq!(profile(34), Some(cat034::UAP));
+    assert_eq!(profile(48), Some(cat048::UAP));
+    assert_eq!(profile(65), Some(cat065::UAP));
+    assert_eq!(profile(129), Some(cat129::UAP));
     assert_eq!(profile(62), None);
 }
 

@@ -6,7 +6,7 @@ mod common;
 
 use asterix::cat129::{
     self, Altitude, CertificationCategory, DataDestination, FusionReport, GnssAccuracy, HorizontalVelocity,
-    OperationalRisk, Position, VerticalVelocity,
+    OperationalRisk, Position, RiskCategories, VerticalVelocity,
     fusion_report::{Deviation, Flags, Source, UavProbability},
 };
 use asterix::{DataSource, Explicit, TimeOfDay};
@@ -140,7 +140,10 @@ fn operational_risk_of_one_octet_and_of_three() {
         ..cat129::Record::default()
     };
     check("81 000c 410980 0102 ff 000001", &record);
-    record.operational_risk = Some(OperationalRisk { octet: 0xff, undescribed: Some([0xaa, 0xbb]) });
+    record.operational_risk = Some(OperationalRisk {
+        categories: RiskCategories::from_octets([0xff]),
+        undescribed: Some([0xaa, 0xbb]),
+    });
     check("81 000e 410980 0102 ffaabb 000001", &record);
 }
 
@@ -151,6 +154,12 @@ fn operational_risk_counts_as_one_octet_where_the_end_does_not_tell() {
     let (records, fault) = read::<cat129::Record>(&two);
     assert_eq!(fault, None);
     let risks: Vec<_> = records.iter().filter_map(|record| record.operational_risk).collect();
-    assert_eq!(risks[0], OperationalRisk { octet: 0x11, undescribed: None });
-    assert_eq!(risks[1], OperationalRisk { octet: 0x22, undescribed: Some([0xaa, 0xbb]) });
+    assert_eq!(
+        risks[0],
+        OperationalRisk { categories: RiskCategories::from_octets([0x11]), undescribed: None }
+    );
+    assert_eq!(
+        risks[1],
+        OperationalRisk { categories: RiskCategories::from_octets([0x22]), undescribed: Some([0xaa, 0xbb]) }
+    );
 }

@@ -175,7 +175,7 @@ fn what_its_parts_say() {
     assert_eq!(read.plot_quality.unwrap().ambiguous_range.unwrap().metres(), 237_056.0);
     assert_eq!(read.extended_range.unwrap().metres(), 474_112.0);
     let track = read.track_characteristics.unwrap();
-    let numbers: Vec<u16> = track.adsb_links.unwrap().iter().map(AdsbLink::number).collect();
+    let numbers: Vec<u16> = track.adsb_links.unwrap().iter().map(|link| link.number()).collect();
     assert_eq!(numbers, [1, 2]);
     assert_eq!(track.prediction.unwrap().noise_rho_end_m(), 2315.0);
     assert_eq!(track.transition_code.unwrap().code_2(), 0o1234);

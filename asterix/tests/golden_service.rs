@@ -139,7 +139,7 @@ fn north_marker_and_sector_crossing_in_a_block() {
     ]
     .concat();
     let octets = block(34, &contents);
-    assert_eq!(blocks(&octets).next().unwrap().unwrap().measure(&cat034::UAP), Ok(2));
+    assert_eq!(blocks(&octets).next().unwrap().unwrap().measure(cat034::UAP), Ok(2));
     let (records, fault) = read::<cat034::Record>(&octets);
     assert_eq!((records.len(), fault), (2, None));
     let [marker, crossing] = records.as_slice() else { panic!() };

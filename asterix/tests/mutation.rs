@@ -89,14 +89,18 @@ fn assert_same(record: &cat048::Record, by_hand: &slice::Record<'_>) {
     assert_eq!(record.data_source.map(|at| (at.sac, at.sic)), by_hand.i010.map(|at| (at.sac, at.sic)));
     assert_eq!(record.time_of_day.map(asterix::TimeOfDay::count), by_hand.i140);
     assert_eq!(record.target_report.as_ref().map(|report| report.chain().octets()), by_hand.i020);
-    assert_eq!(record.polar_position.map(|at| (at.rho, at.theta)), by_hand.i040.map(|at| (at.rho, at.theta)));
+    let two_words = |first: u16, second: u16| [first.to_be_bytes(), second.to_be_bytes()].concat();
+    assert_eq!(
+        record.polar_position.map(|at| at.octets().to_vec()),
+        by_hand.i040.map(|at| two_words(at.rho, at.theta))
+    );
     assert_eq!(
         record.mode_3a.map(|it| (!it.is_validated(), it.is_garbled(), it.is_not_extracted(), it.code())),
         by_hand.i070.map(|it| (it.v, it.g, it.l, it.code))
     );
     assert_eq!(
-        record.flight_level.map(|it| (!it.is_validated(), it.is_garbled(), it.count())),
-        by_hand.i090.map(|it| (it.v, it.g, it.fl))
+        record.flight_level.map(|it| (!it.is_validated(), it.is_garbled(), it.flight_level())),
+        by_hand.i090.map(|it| (it.v, it.g, f64::from(it.fl) / 4.0))
     );
     assert_eq!(record.aircraft_address.map(cat048::AircraftAddress::address), by_hand.i220);
     assert_eq!(
@@ -105,12 +109,15 @@ fn assert_same(record: &cat048::Record, by_hand: &slice::Record<'_>) {
     );
     assert_eq!(record.track_number.map(cat048::TrackNumber::number), by_hand.i161);
     assert_eq!(
-        record.track_velocity.map(|it| (it.speed, it.heading)),
-        by_hand.i200.map(|it| (it.gsp, it.hdg))
+        record.track_velocity.map(|it| it.octets().to_vec()),
+        by_hand.i200.map(|it| two_words(it.gsp, it.hdg))
     );
     assert_eq!(record.track_status.as_ref().map(|status| status.chain().octets()), by_hand.i170);
     assert_eq!(record.warnings.as_ref().map(|warnings| warnings.chain().octets()), by_hand.i030);
-    assert_eq!(record.height_3d.map(cat048::Height3D::count), by_hand.i110);
+    assert_eq!(
+        record.height_3d.map(cat048::Height3D::height_ft),
+        by_hand.i110.map(|count| f64::from(count) * 25.0)
+    );
     assert_eq!(record.special_purpose.as_ref().map(asterix::Explicit::octets), by_hand.sp);
 }
 

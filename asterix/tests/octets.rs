@@ -38,37 +38,37 @@ fn what_is_read_comes_back<R: Record>(contents: &[u8]) {
 
 proptest! {
     #[test]
-    fn whole_records_of_cat034(contents in record_octets(&cat034::UAP)) {
+    fn whole_records_of_cat034(contents in record_octets(cat034::UAP)) {
         comes_back::<cat034::Record>(&contents);
     }
 
     #[test]
-    fn whole_records_of_cat048(contents in record_octets(&cat048::UAP)) {
+    fn whole_records_of_cat048(contents in record_octets(cat048::UAP)) {
         comes_back::<cat048::Record>(&contents);
     }
 
     #[test]
-    fn whole_records_of_cat065(contents in record_octets(&cat065::UAP)) {
+    fn whole_records_of_cat065(contents in record_octets(cat065::UAP)) {
         comes_back::<cat065::Record>(&contents);
     }
 
     #[test]
-    fn whole_records_of_cat129(contents in record_octets(&cat129::UAP)) {
+    fn whole_records_of_cat129(contents in record_octets(cat129::UAP)) {
         comes_back::<cat129::Record>(&contents);
     }
 
     #[test]
-    fn records_of_cat034_cut_anywhere(contents in record_octets(&cat034::UAP), cut in any::<Index>()) {
+    fn records_of_cat034_cut_anywhere(contents in record_octets(cat034::UAP), cut in any::<Index>()) {
         cut_is_refused::<cat034::Record>(&contents, cut);
     }
 
     #[test]
-    fn records_of_cat048_cut_anywhere(contents in record_octets(&cat048::UAP), cut in any::<Index>()) {
+    fn records_of_cat048_cut_anywhere(contents in record_octets(cat048::UAP), cut in any::<Index>()) {
         cut_is_refused::<cat048::Record>(&contents, cut);
     }
 
     #[test]
-    fn records_of_cat065_cut_anywhere(contents in record_octets(&cat065::UAP), cut in any::<Index>()) {
+    fn records_of_cat065_cut_anywhere(contents in record_octets(cat065::UAP), cut in any::<Index>()) {
         cut_is_refused::<cat065::Record>(&contents, cut);
     }
 

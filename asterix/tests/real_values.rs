@@ -42,10 +42,10 @@ fn unaligned_and_24_bit_numbers_keep_their_sign() {
     // 090, 185, 220: -1 count each, and the largest.
     let (records, _) = read::<cat129::Record>(&block(129, &hex("01 43 80 ffffff fffff80000 0fffff")));
     let record = &records[0];
-    assert_eq!(record.altitude_amsl.unwrap().count(), -1);
+    assert_eq!(record.altitude_amsl.unwrap().metres(), -0.1);
     let velocity = record.horizontal_velocity.unwrap();
-    assert_eq!((velocity.east(), velocity.north()), (-1, -524_288));
-    assert_eq!(record.vertical_velocity.unwrap().up(), -1);
+    assert_eq!((velocity.east_m_s(), velocity.north_m_s()), (-0.01, -5242.88));
+    assert_eq!(record.vertical_velocity.unwrap().up_m_s(), -0.01);
 }
 
 #[test]
@@ -213,7 +213,7 @@ fn target_report_with_an_extension_that_nobody_defined() {
 
 #[test]
 fn heights_in_steps_of_25_ft() {
-    for (word, height_m) in [(0x0001, 7.62), (0x3fff, -7.62), (0x1fff, 62_415.42), (0x2000, -62_423.04)] {
-        assert!((Height3D::from_word(word).height_m() - height_m).abs() < 1e-9);
+    for (word, height_m) in [(0x0001_u16, 7.62), (0x3fff, -7.62), (0x1fff, 62_415.42), (0x2000, -62_423.04)] {
+        assert!((Height3D::from_octets(word.to_be_bytes()).height_m() - height_m).abs() < 1e-9);
     }
 }

@@ -225,7 +225,7 @@ fn doppler_with_both_subfields() {
     let doppler = records[0].radial_doppler.as_ref().unwrap();
     let calculated = doppler.calculated.unwrap();
     assert_eq!((calculated.is_doubtful(), calculated.speed_m_s()), (true, 5.0));
-    let raw: Vec<_> = doppler.raw.as_ref().unwrap().iter().map(RawDoppler::frequency_mhz).collect();
+    let raw: Vec<_> = doppler.raw.as_ref().unwrap().iter().map(|raw| raw.frequency_mhz()).collect();
     assert_eq!(raw, [3000, 3001]);
 }
 

@@ -13,7 +13,7 @@ use asterix::cat048::{
 };
 use asterix::cat129::{
     self, Altitude, DataDestination, FusionReport, GnssAccuracy, HorizontalVelocity, OperationalRisk,
-    Position, VerticalVelocity,
+    Position, RiskCategories, VerticalVelocity,
     fusion_report::{Deviation, Flags, Source, UavProbability},
 };
 use asterix::{Chain, DataSource, Explicit, Repeated, TimeOfDay};
@@ -68,23 +68,22 @@ fn bds_registers() -> impl Strategy<Value = Repeated<BdsRegister>> {
 }
 
 fn cat048_record() -> impl Strategy<Value = cat048::Record> {
-    let word = any::<u16>;
     let plot = (
         of(data_source()),
         of(time_of_day()),
         of(chain().prop_map(TargetReport::from)),
-        of((word(), word()).prop_map(|(rho, theta)| PolarPosition { rho, theta })),
-        of(word().prop_map(Mode3A::from_word)),
-        of(word().prop_map(FlightLevel::from_word)),
+        of(any::<[u8; 4]>().prop_map(PolarPosition::from_octets)),
+        of(any::<[u8; 2]>().prop_map(Mode3A::from_octets)),
+        of(any::<[u8; 2]>().prop_map(FlightLevel::from_octets)),
         of(plot_characteristics()),
         of((0..1_u32 << 24).prop_map(|address| AircraftAddress::new(address).unwrap())),
         of("[A-Z0-9 ]{0,8}".prop_map(|text| AircraftIdentification::new(&text).unwrap())),
         of(bds_registers()),
     );
     let track = (
-        of(word().prop_map(TrackNumber::from_word)),
+        of(any::<[u8; 2]>().prop_map(TrackNumber::from_octets)),
         of(any::<[u8; 4]>().prop_map(CartesianPosition::from_octets)),
-        of((word(), word()).prop_map(|(speed, heading)| TrackVelocity { speed, heading })),
+        of(any::<[u8; 4]>().prop_map(TrackVelocity::from_octets)),
         of(chain().prop_map(TrackStatus::from)),
         of(any::<[u8; 4]>().prop_map(TrackQuality::from_octets)),
         of(vec(0..0x80_u8, 1..=Chain::MAX_OCTETS).prop_map(|codes| Warnings::new(&codes).unwrap())),
@@ -92,7 +91,7 @@ fn cat048_record() -> impl Strategy<Value = cat048::Record> {
     let rest = (
         of(any::<[u8; 2]>().prop_map(Mode3AConfidence::from_octets)),
         of(any::<[u8; 4]>().prop_map(ModeC::from_octets)),
-        of(word().prop_map(Height3D::from_word)),
+        of(any::<[u8; 2]>().prop_map(Height3D::from_octets)),
         of(radial_doppler()),
         of(any::<[u8; 2]>().prop_map(Capability::from_octets)),
         of(any::<[u8; 7]>().prop_map(AcasAdvisory::from_octets)),
@@ -135,7 +134,7 @@ fn cat048_record() -> impl Strategy<Value = cat048::Record> {
 }
 
 fn cat129_record() -> impl Strategy<Value = cat129::Record> {
-    let altitude = || (-0x80_0000..=0x7f_ffff_i32).prop_map(|count| Altitude::from_count(count).unwrap());
+    let altitude = || any::<[u8; 3]>().prop_map(Altitude::from_octets);
     let velocity = || (-0x8_0000..=0x7_ffff_i32).prop_map(|count| f64::from(count) / 100.0);
     let who = (
         of(data_source()),
@@ -147,12 +146,14 @@ fn cat129_record() -> impl Strategy<Value = cat129::Record> {
     );
     let what = (
         of(time_of_day()),
-        of(any::<(i32, i32)>().prop_map(|(latitude, longitude)| Position { latitude, longitude })),
+        of(any::<[u8; 8]>().prop_map(Position::from_octets)),
         of(altitude()),
         of(altitude()),
         of(any::<u16>().prop_map(GnssAccuracy::from_count)),
-        of((any::<u8>(), of(any::<[u8; 2]>()))
-            .prop_map(|(octet, undescribed)| OperationalRisk { octet, undescribed })),
+        of((any::<[u8; 1]>(), of(any::<[u8; 2]>())).prop_map(|(octet, undescribed)| OperationalRisk {
+            categories: RiskCategories::from_octets(octet),
+            undescribed,
+        })),
         of(explicit()),
         of((velocity(), velocity()).prop_map(|(east, north)| HorizontalVelocity::new(east, north).unwrap())),
         of(velocity().prop_map(|up| VerticalVelocity::new(up).unwrap())),

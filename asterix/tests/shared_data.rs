@@ -65,13 +65,16 @@ fn typed_items(record: &cat048::Record) -> BTreeMap<&'static str, Value> {
             json!({"_groups": [{
                 "TYP": report.detection() as u8,
                 "SIM": bit(report.is_simulated()),
-                "RDP": report.processing_chain() - 1,
+                "RDP": bit(report.is_chain_2()),
                 "SPI": bit(report.is_special_position()),
                 "RAB": bit(report.is_field_monitor()),
             }]})
         }),
     );
-    put("040", record.polar_position.map(|at| json!({"RHO": at.range_nm(), "THETA": at.azimuth_deg()})));
+    put(
+        "040",
+        record.polar_position.map(|at| json!({"RHO": at.range_m() / 1852.0, "THETA": at.azimuth_deg()})),
+    );
     put(
         "070",
         record.mode_3a.map(|code| {
@@ -99,7 +102,10 @@ fn typed_items(record: &cat048::Record) -> BTreeMap<&'static str, Value> {
         record.aircraft_identification.map(|id| json!(String::from_utf8(id.characters().to_vec()).unwrap())),
     );
     put("161", record.track_number.map(|track| json!({"TRN": track.number()})));
-    put("200", record.track_velocity.map(|at| json!({"GSP": at.speed_nm_s(), "HDG": at.heading_deg()})));
+    put(
+        "200",
+        record.track_velocity.map(|at| json!({"GSP": at.speed_m_s() / 1852.0, "HDG": at.heading_deg()})),
+    );
     put(
         "170",
         record.track_status.map(|status| {

@@ -2,6 +2,8 @@
 //!
 //! Sans-IO: no clock, no socket, no randomness. [`Engine::advance`] first, drained; then [`Engine::handle`].
 
+use jiff::SignedDuration;
+
 use crate::numbering::{Given, Keeping, Numbers};
 use crate::operational::{
     self, Correlation, HeldCorrelation, NotCorrelated, Operational, Registered, ResumedCorrelation,
@@ -15,7 +17,7 @@ use crate::settings::{Profile, Settings, SettingsError};
 use crate::slots::{Slot, Window};
 use crate::time::Time;
 
-/// The one owner of the window.
+/// The engine: told the time and the reports, it yields every slot once. See the crate's first page for a whole loop.
 #[derive(Debug)]
 pub struct Engine {
     settings: Settings,
@@ -27,7 +29,7 @@ pub struct Engine {
     plan: Plan,
 }
 
-/// What was decided in a flight that is replayed.
+/// Correlations that were decided in a flight that is replayed, or before a restart.
 #[derive(Debug, Default)]
 struct Plan {
     /// By slot, those of one slot in their order.
@@ -59,11 +61,13 @@ struct Clock {
 }
 
 /// Why the engine did not take a report.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Refused {
     /// Its slot has already left the window.
+    #[error("the report is older than the window")]
     Late,
     /// Its slot is farther ahead of the window than reports may wait.
+    #[error("the report is too far ahead of the time")]
     Future,
 }
 
@@ -163,9 +167,9 @@ impl Engine {
         Ok(())
     }
 
-    /// How far a reception lies behind the engine's time, nanoseconds (0 when it does not).
-    pub fn behind_ns(&self, received: Time) -> i64 {
-        self.clock.map_or(0, |clock| (clock.now.nanos() - received.nanos()).max(0))
+    /// How far a reception lies behind the engine's time; zero where it does not.
+    pub fn behind(&self, received: Time) -> SignedDuration {
+        self.clock.map_or(SignedDuration::ZERO, |clock| (clock.now - received).max(SignedDuration::ZERO))
     }
 
     /// The next slot to be emitted, once the clock has started.

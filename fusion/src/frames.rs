@@ -1,5 +1,7 @@
-//! WGS-84 geometry: geodetic, Earth-centred (ECEF) and local east-north-up (ENU) positions as three types that cannot
-//! be mixed up. Proved against PROJ: `tests/oracles.rs`.
+//! WGS-84 geometry: geodetic, Earth-centred (ECEF) and local east-north-up (ENU) positions as types that cannot be mixed up;
+//! ENU at the site and ENU at a radar are two of them. Checked against PROJ: `fusion/tests/oracles.rs`.
+
+use std::marker::PhantomData;
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
@@ -27,9 +29,27 @@ pub struct Geodetic {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ecef(pub Vector3<f64>);
 
-/// East, north, up in the tangent plane of a site, metres.
+/// The site's axes: those of the tangent plane at its origin. All that is fused is in these.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AtSite {}
+
+/// A radar's own axes: those of the tangent plane where it stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AtRadar {}
+
+/// East, north, up in a tangent plane, metres.
+///
+/// ```
+/// use utm_fusion_engine::frames::{AtRadar, Enu};
+///
+/// let at_site: Enu = Enu::new(3.0, 4.0, 0.0);
+/// assert_eq!(at_site.0.norm(), 5.0);
+/// // Another frame is another type: `let wrong: Enu<AtRadar> = at_site;` does not compile.
+/// let at_radar = Enu::<AtRadar>::new(0.0, 1200.0, 80.0);
+/// assert_eq!(at_radar.north(), 1200.0);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Enu(pub Vector3<f64>);
+pub struct Enu<F = AtSite>(pub Vector3<f64>, PhantomData<F>);
 
 impl Geodetic {
     /// From degrees and metres above the ellipsoid.
@@ -96,10 +116,16 @@ impl Ecef {
     }
 }
 
-impl Enu {
+impl<F> From<Vector3<f64>> for Enu<F> {
+    fn from(vector: Vector3<f64>) -> Self {
+        Self(vector, PhantomData)
+    }
+}
+
+impl<F> Enu<F> {
     /// From metres east, north and up.
     pub const fn new(east: f64, north: f64, up: f64) -> Self {
-        Self(Vector3::new(east, north, up))
+        Self(Vector3::new(east, north, up), PhantomData)
     }
 
     /// Metres east.
@@ -119,15 +145,31 @@ impl Enu {
 }
 
 /// A tangent plane: its origin, and the way to and from Earth-centred positions.
+///
+/// ```
+/// use utm_fusion_engine::frames::{Geodetic, TangentPlane};
+///
+/// let site = TangentPlane::at_site(Geodetic::from_degrees(60.0, 10.0, 120.0));
+/// let there = site.from_geodetic(Geodetic::from_degrees(60.001, 10.0, 120.0));
+/// assert!((there.north() - 111.4).abs() < 0.1);
+/// ```
 #[derive(Clone, Debug)]
-pub struct TangentPlane {
+pub struct TangentPlane<F = AtSite> {
     origin: Geodetic,
     origin_ecef: Vector3<f64>,
     /// Turns Earth-centred differences into east, north, up.
     to_enu: Rotation3<f64>,
+    frame: PhantomData<F>,
 }
 
 impl TangentPlane {
+    /// The site's plane, which touches at `origin`.
+    pub fn at_site(origin: Geodetic) -> Self {
+        Self::at(origin)
+    }
+}
+
+impl<F> TangentPlane<F> {
     /// East-north-up at `origin`.
     pub fn at(origin: Geodetic) -> Self {
         let (sin_lat, cos_lat) = origin.latitude.sin_cos();
@@ -138,7 +180,7 @@ impl TangentPlane {
             -sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat,
              cos_lat * cos_lon,  cos_lat * sin_lon, sin_lat,
         ));
-        Self { origin, origin_ecef: origin.to_ecef().0, to_enu }
+        Self { origin, origin_ecef: origin.to_ecef().0, to_enu, frame: PhantomData }
     }
 
     /// Where the tangent plane touches.
@@ -147,23 +189,58 @@ impl TangentPlane {
     }
 
     /// An Earth-centred position in this frame.
-    pub fn from_ecef(&self, position: Ecef) -> Enu {
-        Enu(self.to_enu * (position.0 - self.origin_ecef))
+    pub fn from_ecef(&self, position: Ecef) -> Enu<F> {
+        Enu::from(self.to_enu * (position.0 - self.origin_ecef))
     }
 
     /// A position of this frame, Earth-centred.
-    pub fn to_ecef(&self, position: Enu) -> Ecef {
+    pub fn to_ecef(&self, position: Enu<F>) -> Ecef {
         Ecef(self.origin_ecef + self.to_enu.inverse() * position.0)
     }
 
     /// A geodetic position in this frame.
-    pub fn from_geodetic(&self, position: Geodetic) -> Enu {
+    pub fn from_geodetic(&self, position: Geodetic) -> Enu<F> {
         self.from_ecef(position.to_ecef())
     }
 
     /// A position of this frame, geodetic.
-    pub fn to_geodetic(&self, position: Enu) -> Geodetic {
+    pub fn to_geodetic(&self, position: Enu<F>) -> Geodetic {
         self.to_ecef(position).to_geodetic()
+    }
+}
+
+/// Where a radar stands in the site's frame, and how its axes are turned against the site's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RadarFrame {
+    origin: Enu,
+    to_site: Rotation3<f64>,
+}
+
+impl RadarFrame {
+    /// A radar at `origin` whose axes are the site's: exact at the site's origin, and good near it (at 10 km they are turned
+    /// by up to 0.1° about the horizontal, and about the vertical by 0.1° times the tangent of the latitude).
+    pub fn parallel(origin: Enu) -> Self {
+        Self { origin, to_site: Rotation3::identity() }
+    }
+
+    /// The radar's place in the site's frame.
+    pub fn origin(&self) -> Enu {
+        self.origin
+    }
+
+    /// A position as seen from the radar.
+    pub fn from_site(&self, position: Enu) -> Enu<AtRadar> {
+        self.vector_from_site(position.0 - self.origin.0).into()
+    }
+
+    /// A position relative to the radar, in the site's frame.
+    pub fn to_site(&self, position: Enu<AtRadar>) -> Enu {
+        (self.origin.0 + self.to_site * position.0).into()
+    }
+
+    /// A difference of positions, or a velocity, of the site's axes in the radar's.
+    pub fn vector_from_site(&self, vector: Vector3<f64>) -> Vector3<f64> {
+        self.to_site.inverse() * vector
     }
 }
 

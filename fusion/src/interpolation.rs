@@ -2,7 +2,7 @@
 //!
 //! Fritsch and Carlson, *Monotone piecewise cubic interpolation* (SIAM J. Numer. Anal. 17, 1980), with the weighted
 //! harmonic mean of Fritsch and Butland and the one-sided end formula that MATLAB and SciPy use. Proved against SciPy:
-//! `tests/oracles.rs`.
+//! `fusion/tests/oracles.rs`.
 
 use nalgebra::Vector3;
 

@@ -4,6 +4,24 @@
 //! slot once, with its points; the same input gives the same output, to the byte. Two profiles: `reference` follows Cisek,
 //! Brekke, Jahangir, Johansen, *Track-to-track data fusion for Unmanned Traffic Management System*; `operational` estimates
 //! one target per aircraft.
+//!
+//! A whole loop (`cargo run -p utm-fusion-engine --example embed`):
+//!
+//! ```
+#![doc = include_str!("../examples/embed.rs")]
+//! ```
+//!
+//! | module | what |
+//! |---|---|
+//! | [`settings`] | sensors, their errors, and the numbers of the two profiles |
+//! | [`report`] | what the engine is told |
+//! | [`point`] | what it yields |
+//! | [`time`], [`slots`] | instants, and the slots that time is cut into |
+//! | [`frames`] | WGS-84, Earth-centred and east-north-up positions, each a type |
+//! | [`numbering`] | track numbers of transponders, and what a restart must know of them |
+//! | [`operational`] | an operator's correlations, and what is known of each radar |
+//! | [`registration`] | a radar's misalignment, and what a restart must know of it |
+//! | [`interpolation`], [`assignment`] | shape-preserving interpolation; the optimal one-to-one assignment |
 
 pub mod assignment;
 mod cells;

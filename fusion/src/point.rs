@@ -181,24 +181,24 @@ pub enum Rival {
     },
 }
 
-/// What became of the new identities of a transponder receiver in a slot: how many, by fate.
+/// Fates of the new identities of a transponder receiver in a slot: how many of each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Newcomers {
     /// The receiver.
     pub sensor: SensorIndex,
-    /// Heard for the first time, or for the first time in long.
+    /// Heard for the first time, or for the first time after a long silence.
     pub heard: u32,
-    /// Let in, with their second report.
+    /// Admitted, with their second report.
     pub admitted: u32,
     /// Forgotten: there was no second report.
     pub heard_once: u32,
     /// Forgotten: no two of their reports agree.
     pub inconsistent: u32,
-    /// Forgotten: they could have been let in, were there not more than `max_new_per_s`.
+    /// Forgotten: they could have been admitted, but for the limit `max_new_per_s`.
     pub rate_limited: u32,
     /// Forgotten before their time: too many waited.
     pub crowded_out: u32,
-    /// While there is a flood of them: the most that were heard in a second of it.
+    /// During a flood of new identities: the most heard in one second of it.
     pub flood: Option<u32>,
 }
 

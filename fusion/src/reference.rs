@@ -207,7 +207,7 @@ fn fuse(detection: &Detection, transponder: Enu, Weights { radar, transponder: b
     if !detection.plot.height_measured {
         fused.z = transponder.0.z;
     }
-    Enu(fused)
+    fused.into()
 }
 
 impl RadarPart {

@@ -1,4 +1,4 @@
-//! What the engine is told: plots of radars and fixes of transponders, in one frame and one time.
+//! What the engine is told: plots of radars and fixes of transponders, in the site's frame and UTC.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use nalgebra::Vector2;
 use crate::frames::Enu;
 use crate::time::Time;
 
-/// A sensor's place in the configuration's list.
+/// A sensor: its place in [`Settings::sensors`](crate::Settings::sensors).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SensorIndex(pub u16);
 
@@ -23,11 +23,11 @@ pub struct RadarTrackKey {
 /// One radar detection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plot {
-    /// The track the radar counts it to.
+    /// The radar track it belongs to.
     pub track: RadarTrackKey,
     /// Time of detection.
     pub time: Time,
-    /// Position; where `height_measured` is false, at the height the configuration assumes.
+    /// Position in the site's frame; where `height_measured` is false, at an assumed height.
     pub position: Enu,
     /// Whether the radar measured the height (I048/110).
     pub height_measured: bool,
@@ -35,12 +35,43 @@ pub struct Plot {
     pub slant_range_m: f64,
     /// Probability that it is a UAV, 0 to 1; `None` where the radar does not say.
     pub uav_probability: Option<f64>,
-    /// Velocity over ground, east and north, metres a second (I048/200).
+    /// Velocity over ground, m/s, east and north at the radar (I048/200).
     pub velocity: Option<Vector2<f64>>,
 }
 
-/// Who a transponder says it is: serial number and registration country, leading and trailing spaces and NULs trimmed.
-/// Orders by octets.
+impl Plot {
+    /// A plot of a measured position and nothing else, at this slant range from its radar, metres.
+    pub fn new(track: RadarTrackKey, time: Time, position: Enu, slant_range_m: f64) -> Self {
+        Self {
+            track,
+            time,
+            position,
+            height_measured: true,
+            slant_range_m,
+            uav_probability: None,
+            velocity: None,
+        }
+    }
+}
+
+impl Fix {
+    /// A fix of a position and nothing else.
+    pub fn new(sensor: SensorIndex, identity: Identity, time: Time, position: Enu) -> Self {
+        let items = UasItems { serial_number: identity.serial, ..UasItems::default() };
+        Self { sensor, identity, items, time, position, accuracy_m: None, velocity: None, climb_m_s: None }
+    }
+}
+
+/// Who a transponder says it is: serial number and registration country, without leading and trailing spaces and NULs.
+/// Ordered by octets.
+///
+/// ```
+/// use utm_fusion_engine::Identity;
+///
+/// let identity = Identity::new(b"A12         ", Some(b"NO")).unwrap();
+/// assert_eq!((identity.serial(), identity.country()), (&b"A12"[..], &b"NO"[..]));
+/// assert_eq!(Identity::new(&[b' '; 12], None), None);
+/// ```
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Identity {
     // Trimmed, then filled with NULs behind, which keeps the order of the octets.
@@ -84,7 +115,7 @@ fn trimmed<const N: usize>(octets: &[u8; N]) -> [u8; N] {
 }
 
 /// The identifying items of a CAT129 report as received, to be sent on unchanged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct UasItems {
     /// I129/020.
     pub manufacturer: Option<[u8; 3]>,
@@ -107,17 +138,17 @@ pub struct Fix {
     pub items: UasItems,
     /// Time of the report.
     pub time: Time,
-    /// Position.
+    /// Position in the site's frame.
     pub position: Enu,
-    /// Accuracy of the position that it says, metres: the radius that holds half of its errors (I129/110).
+    /// Reported accuracy of the position, metres: the radius that holds half of its errors (I129/110).
     pub accuracy_m: Option<f64>,
-    /// Velocity over ground, east and north, metres a second (I129/185).
+    /// Velocity over ground, m/s, east and north at its own place (I129/185).
     pub velocity: Option<Vector2<f64>>,
-    /// Climb, metres a second (I129/220).
+    /// Rate of climb, m/s (I129/220).
     pub climb_m_s: Option<f64>,
 }
 
-/// Either.
+/// A plot or a fix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Report {
     /// From a radar.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use jiff::SignedDuration;
 
 pub use crate::filter::{Dynamics, Model, Models, RadarErrors, Singer};
-use crate::frames::Enu;
+use crate::frames::{Enu, RadarFrame};
 use crate::report::SensorIndex;
 use crate::slots::{RING, SlotGrid};
 
@@ -102,8 +102,8 @@ pub enum Sensor {
 /// A radar.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Radar {
-    /// Where it stands.
-    pub position: Enu,
+    /// Where it stands, and its axes.
+    pub frame: RadarFrame,
     /// Its errors when it is aligned.
     pub errors: RadarErrors,
     /// What is done about its misalignment.
@@ -203,7 +203,7 @@ impl Default for OperationalRules {
 impl Default for Radar {
     fn default() -> Self {
         Self {
-            position: Enu::new(0.0, 0.0, 0.0),
+            frame: RadarFrame::parallel(Enu::new(0.0, 0.0, 0.0)),
             errors: RadarErrors::of_data_sheet(5.0, 1.0, 10.0),
             registration: RegistrationMode::Apply,
             period_s: 0.25,

@@ -56,7 +56,7 @@ impl Terms {
                 && http.trusted_proxies.is_empty(),
             tokens,
             cors: config.http.cors.clone(),
-            limit: config.http.limit,
+            limit: config.http.limit(),
             connections: config.http.connections_per_address,
             hosts: config.http.hosts.clone(),
             trusted_proxies: config.http.trusted_proxies.clone(),

@@ -8,7 +8,7 @@ use tracing::{error, info, warn};
 
 use crate::api::{ApiState, Terms};
 use crate::areas::{AlertAreas, Areas};
-use crate::config::{Auth, Config, State, changes};
+use crate::config::{Auth, Config, Persistence, changes};
 use crate::current::Current;
 use crate::history::{Limits, Store};
 use crate::live::now;
@@ -48,19 +48,15 @@ impl Reload {
         // The engine has its masks for good: a recording replays with one set of them.
         let areas = read.with_masks_of(&self.areas);
         let mut config = self.config.clone();
+        config.reload(&wanted);
         config.areas = areas.configured().cloned().collect();
-        config.http.cors.clone_from(&wanted.http.cors);
-        config.http.limit = wanted.http.limit;
-        config.http.connections_per_address = wanted.http.connections_per_address;
-        config.http.hosts.clone_from(&wanted.http.hosts);
-        config.http.trusted_proxies.clone_from(&wanted.http.trusted_proxies);
         // A listener speaks TLS or does not: only which certificate it shows can change.
-        if wanted.http.tls.is_some() == config.http.tls.is_some() {
-            config.http.tls.clone_from(&wanted.http.tls);
+        if wanted.http.tls.is_some() != self.config.http.tls.is_some() {
+            config.http.tls.clone_from(&self.config.http.tls);
         }
         // The address stays, and others may reach it: then it is never opened to everybody.
-        if wanted.http.auth != Auth::None || config.http.is_local() {
-            config.http.auth = wanted.http.auth.clone();
+        if wanted.http.auth == Auth::None && !config.http.is_local() {
+            config.http.auth.clone_from(&self.config.http.auth);
         }
         let terms = Terms::load(&config, &areas)?;
 
@@ -72,16 +68,14 @@ impl Reload {
         self.api.set_terms(terms);
         self.alerts.replace(areas.alerts());
         let sinks = self.sinks.reopen(&wanted.output.asterix);
-        match &sinks {
-            Ok(()) => config.output.asterix.clone_from(&wanted.output.asterix),
-            Err(error) => {
-                error!("output.asterix stays as it was: {error}; put it right and send SIGHUP again");
-            }
+        if let Err(error) = &sinks {
+            error!("output.asterix stays as it was: {error}; correct it and send SIGHUP again");
+            config.output.asterix.clone_from(&self.config.output.asterix);
         }
-        if let (Some(history), Some(limits)) = (&self.history, limits(&wanted.state)) {
-            history.limit(limits);
-            config.state.history_hours = wanted.state.history_hours;
-            config.state.history_mib = wanted.state.history_mib;
+        match (&self.history, limits(&wanted.state)) {
+            (Some(history), Some(limits)) => history.limit(limits),
+            // A history is begun or ended by a restart only.
+            _ => config.state.clone_from(&self.config.state),
         }
 
         // What was done is told by comparing, so that no key can be forgotten. Areas are compared as they were read.
@@ -104,7 +98,7 @@ impl Reload {
 }
 
 /// How much history is kept; `None`: none.
-pub fn limits(state: &State) -> Option<Limits> {
+pub fn limits(state: &Persistence) -> Option<Limits> {
     (state.history_hours > 0.0).then(|| Limits {
         age: SignedDuration::from_secs((state.history_hours * 3600.0) as i64),
         octets: u64::from(state.history_mib) << 20,

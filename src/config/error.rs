@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 use std::fmt::{self, Display};
+use std::path::Path;
 
 /// Where a value was written.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -62,6 +63,20 @@ impl ConfigErrors {
     }
 }
 
+/// The text of the file at `path`, which is a `what`.
+pub(crate) fn read_file(path: &Path, what: &str) -> Result<String, ConfigErrors> {
+    #[expect(clippy::disallowed_methods, reason = "the one place that reads configurations and scenarios")]
+    std::fs::read_to_string(path).map_err(|error| {
+        ConfigErrors::from(ConfigError {
+            file: path.display().to_string(),
+            place: Place::File,
+            key: String::new(),
+            value: None,
+            message: format!("cannot be read: {error}; give the path of a {what} (TOML, UTF-8)"),
+        })
+    })
+}
+
 impl From<ConfigError> for ConfigErrors {
     fn from(error: ConfigError) -> Self {
         Self(vec![error])
@@ -99,6 +114,18 @@ impl Faults {
             value,
             message: message.to_string(),
         });
+    }
+
+    pub(crate) fn file(&self) -> &str {
+        &self.file
+    }
+
+    /// Whether nothing is wrong with the key at `path`, with one inside it, or with a table around it.
+    pub(crate) fn none_of(&self, path: &str) -> bool {
+        let is_in = |inner: &str, outer: &str| {
+            inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+        };
+        self.found.borrow().iter().all(|fault| !is_in(&fault.key, path) && !is_in(path, &fault.key))
     }
 
     pub(crate) fn any(&self) -> bool {

@@ -1,13 +1,17 @@
 //! `[fusion]`.
 
 use std::collections::BTreeMap;
-use std::fmt::Display;
-use std::str::FromStr;
 
 use jiff::SignedDuration;
 
+use super::kinds::{Kind, named, number, seconds, whole};
+use super::names::{names, written_by_name};
 use super::reader::{Item, Section};
-use super::types::{Fusion, MAX_WINDOW_SLOTS};
+use super::table::{ByHand, Entry, section};
+
+/// Slots of the window and of `max_future` together: the engine keeps sets of slots in 128-bit words, and needs room
+/// for the slot that leaves the window and for one that a waiting report has just begun.
+pub const MAX_WINDOW_SLOTS: u32 = 126;
 
 /// The highest transponder number: T * 10000 + R has to fit 32 bits.
 const MAX_TRANSPONDER_NUMBER: u32 = 429_496;
@@ -15,235 +19,243 @@ const MAX_TRANSPONDER_NUMBER: u32 = 429_496;
 /// Octets of I129/040.
 const SERIAL_OCTETS: usize = 12;
 
-pub(super) fn read(mut section: Section<'_>) -> Option<Fusion> {
-    let default = Fusion::default();
-    let profile = read_word(&mut section, "profile", default.profile);
-    let motion = read_word(&mut section, "motion", default.motion);
-    let slots = read_slots(&mut section, &default);
-    let max_gap = section
-        .item("max_gap_s")
-        .and_then(|i| i.seconds("the longest gap is above 0 and at most 86400 seconds", |s| s > 0.0));
-    let threshold_m = section.item("threshold_m").map(|item| read_threshold(&item));
-    let ratio_min = section
-        .item("ratio_min")
-        .and_then(|i| i.number("the ratio is above 0 and at most 1", |v| v > 0.0 && v <= 1.0));
-    let (weight_radar, weight_transponder) = read_weights(&mut section, &default);
-    let radar_only_min_s = section
-        .item("radar_only_min_s")
-        .and_then(|i| i.number("a time is between 0 and 86400 seconds", |s| (0.0..=86_400.0).contains(&s)));
-    let transponder_numbers = read_numbers(&section.section("transponder_numbers"));
-    section.finish();
-
-    let slots = slots?;
-    Some(Fusion {
-        profile: profile?,
-        motion: motion?,
-        slot: slots.slot,
-        latency_slots: slots.latency,
-        window_slots: slots.window,
-        max_future: slots.max_future,
-        max_gap: max_gap.unwrap_or(default.max_gap),
-        threshold_m: threshold_m.unwrap_or(Some(default.threshold_m))?,
-        ratio_min: ratio_min.unwrap_or(default.ratio_min),
-        min_samples: slots.min_samples,
-        weight_radar,
-        weight_transponder,
-        radar_only_min_s: radar_only_min_s.unwrap_or(default.radar_only_min_s),
-        suppress_slots: slots.suppress,
-        transponder_numbers,
-    })
+fn weight() -> Kind<f64> {
+    number("a weight is at least 0", |v| v >= 0.0)
 }
 
-/// One of several words.
-fn read_word<T: FromStr<Err: Display>>(
-    section: &mut Section<'_>,
-    name: &'static str,
-    default: T,
-) -> Option<T> {
-    let Some(item) = section.item(name) else { return Some(default) };
-    item.text()?.parse().map_err(|error| item.refuse(error)).ok()
+section! {
+    /// The engine. Together `window_s` and `max_future_s` are at most 126 slots.
+    Fusion {
+        /// Rules that the engine follows (docs/OPERATIONAL.md).
+        profile: Profile = Profile::Operational, named();
+        /// Model of the motion of aircraft (docs/OPERATIONAL.md). Not used by the `reference` profile.
+        motion: Motion = Motion::Imm, named();
+        /// Length of a slot, seconds.
+        slot as "slot_s": SignedDuration = SignedDuration::from_millis(250), seconds(
+            "a slot is a whole number of milliseconds, 0.001 to 60 seconds",
+            |s| s > 0.0 && s <= 60.0 && (s * 1e9).round() % 1e6 == 0.0,
+        );
+        /// Time from the opening of a slot to its publication, seconds; at least one slot, and shorter than `window_s`.
+        latency_slots as "latency_s": u32 = 25, whole_slots();
+        /// Length of the window, the newest slot included, seconds.
+        window_slots as "window_s": u32 = 100, whole_slots();
+        /// Longest time that a report may be ahead of its reception, seconds; one further ahead is dropped.
+        max_future as "max_future_s": SignedDuration = SignedDuration::from_secs(1), seconds(
+            "max_future_s is at least 0, and at most latency_s",
+            |s| s >= 0.0,
+        );
+        /// Longest gap between two reports of a transponder that is interpolated, seconds.
+        max_gap as "max_gap_s": SignedDuration = SignedDuration::from_secs(25), seconds(
+            "the longest gap is above 0 and at most 86400 seconds",
+            |s| s > 0.0,
+        );
+        /// Association distance over slant range: linear between the rows, constant beyond the ends.
+        threshold_m: Vec<(f64, f64)> = vec![(0.0, 60.0), (333.33, 60.0), (4333.33, 300.0)], threshold();
+        /// Share of a pair's common slots within the association distance from which on the pair is associated.
+        ratio_min: f64 = 0.9, number("the ratio is above 0 and at most 1", |v| v > 0.0 && v <= 1.0);
+        /// Common slots that a pair needs; at most the slots of `window_s`.
+        min_samples: u32 = 4, whole("min_samples is a whole number, at least 1", 1..=u32::MAX);
+        /// Weight of the radar's position in the fused position, the weighted mean.
+        weight_radar: f64 = 1.0, weight();
+        /// Weight of the transponder's position in the fused position. One of the weights is above 0.
+        weight_transponder: f64 = 10.0, weight();
+        /// Time as a likely UAV after which a radar track alone is published, seconds.
+        radar_only_min_s: f64 = 8.0, number(
+            "a time is between 0 and 86400 seconds",
+            |s| (0.0..=86_400.0).contains(&s),
+        );
+        /// Time before and after an association in which the transponder alone is held back, seconds; at most `window_s`.
+        suppress_slots as "suppress_s": u32 = 16, whole_slots();
+        /// Transponder number of each serial (I129/040, trimmed). Other serials get free numbers.
+        transponder_numbers: BTreeMap<String, u32> = BTreeMap::new(), numbers();
+    } by hand {}
 }
 
-/// The settings that are measured in slots or bounded by them.
-struct Slots {
-    slot: SignedDuration,
-    latency: u32,
-    window: u32,
-    suppress: u32,
-    min_samples: u32,
-    max_future: SignedDuration,
+names! {
+    /// Which rules the engine follows.
+    #[derive(Copy, Eq)]
+    Profile, "profile" {
+        /// Better estimation from the same inputs (docs/OPERATIONAL.md).
+        Operational = "operational",
+        /// The published algorithm and nothing else.
+        Reference = "reference",
+    }
 }
 
-fn read_slots(section: &mut Section<'_>, default: &Fusion) -> Option<Slots> {
-    const SLOT: &str = "a slot is a whole number of milliseconds, 0.001 to 60 seconds";
-    let slot_item = section.item("slot_s");
-    let slot = match &slot_item {
-        Some(item) => item.seconds(SLOT, |s| s > 0.0 && s <= 60.0).and_then(|slot| {
-            let whole = slot.subsec_nanos() % 1_000_000 == 0;
-            if !whole {
-                item.refuse(SLOT);
-            }
-            whole.then_some(slot)
-        }),
-        None => Some(default.slot),
-    };
-    let mut read = |name, default| Span::read(section, name, default, slot, slot_item.as_ref());
-    let latency = read("latency_s", default.latency());
-    let window = read("window_s", default.window());
-    let suppress = read("suppress_s", default.suppress());
+names! {
+    /// How the `operational` profile models the motion of aircraft.
+    #[derive(Copy, Eq)]
+    Motion, "model of motion" {
+        /// Interacting multiple models: straight flight and turns.
+        Imm = "imm",
+        /// An acceleration that lasts for a while (R. A. Singer, 1970).
+        Singer = "singer",
+    }
+}
 
-    if latency.slots == Some(0) {
-        latency.refuse("latency_s is at least one slot: before, the slot is not over");
-    }
-    if latency.slots.zip(window.slots).is_some_and(|(latency, window)| latency >= window) {
-        latency.or(&window).refuse("latency_s is shorter than window_s; shorten it or lengthen window_s");
-    }
-    if suppress.slots.zip(window.slots).is_some_and(|(suppress, window)| suppress > window) {
-        suppress.or(&window).refuse("suppress_s is at most window_s: nothing older is known; shorten it");
+written_by_name!(Profile, Motion);
+
+impl Fusion {
+    /// Time from the opening of a slot to its publication.
+    pub fn latency(&self) -> SignedDuration {
+        self.slot.saturating_mul(self.latency_slots as i32)
     }
 
-    let samples_item = section.item("min_samples");
-    let min_samples = samples_item.as_ref().map_or(Some(default.min_samples), |item| {
-        item.whole(1..=u32::MAX, "min_samples is a whole number, at least 1")
-    });
-    if min_samples.zip(window.slots).is_some_and(|(samples, window)| samples > window) {
-        let message = "min_samples is at most the slots of window_s, or no pair ever has them; lower it";
-        Span { item: samples_item, ..Span::default() }.or(&window).refuse(message);
+    /// The length of the window.
+    pub fn window(&self) -> SignedDuration {
+        self.slot.saturating_mul(self.window_slots as i32)
     }
 
-    let future = section.item("max_future_s");
-    let max_future = future.as_ref().map_or(Some(default.max_future), |item| {
-        item.seconds("max_future_s is at least 0, and at most latency_s", |s| s >= 0.0)
-    });
-    if max_future.zip(latency.time).is_some_and(|(future, latency)| future > latency) {
-        let message =
-            "max_future_s is at most latency_s (by default 1 and 6.25); lower it or raise latency_s";
-        Span { item: future, ..Span::default() }.or(&latency).refuse(message);
+    /// Time before and after an association in which the transponder alone is held back.
+    pub fn suppress(&self) -> SignedDuration {
+        self.slot.saturating_mul(self.suppress_slots as i32)
     }
-    if let (Some(future), Some(slots), Some(slot)) = (max_future, window.slots, slot)
-        && i128::from(slots) + future.as_nanos() / slot.as_nanos() > i128::from(MAX_WINDOW_SLOTS)
-    {
-        window.refuse(format!(
-            "window_s and max_future_s together are at most {MAX_WINDOW_SLOTS} slots, here {} seconds; shorten one or lengthen slot_s",
-            slot.saturating_mul(MAX_WINDOW_SLOTS as i32).as_secs_f64()
+}
+
+/// The number of slots of the key's time, which has to be whole.
+fn slots(section: &Section<'_>, key: &'static str, usual: SignedDuration, slot: SignedDuration) -> u32 {
+    let item = section.written(key);
+    let time = item.as_ref().and_then(Item::any_seconds).unwrap_or(usual).as_nanos();
+    let slot = slot.as_nanos();
+    if let (Some(item), true) = (item.or_else(|| section.written("slot_s")), time % slot != 0) {
+        let below = (time / slot * slot) as f64 / 1e9;
+        let [time, slot] = [time, slot].map(|nanos| nanos as f64 / 1e9);
+        let above = below + slot;
+        item.refuse(format!(
+            "{key} is a whole number of slots (slot_s = {slot}), and {time} is none; set it to {below} or {above}"
         ));
     }
-    Some(Slots {
-        slot: slot?,
-        latency: latency.slots?,
-        window: window.slots?,
-        suppress: suppress.slots?,
-        min_samples: min_samples?,
-        max_future: max_future?,
+    // A day of milliseconds fits.
+    u32::try_from(time / slot).unwrap_or(u32::MAX)
+}
+
+/// Keys that have to agree with each other.
+impl ByHand for Fusion {
+    fn more(&mut self, section: &mut Section<'_>) {
+        let usual = Self::default();
+        if section.is_sound(&["slot_s"]) {
+            let [latency, window, suppress] = [
+                ("latency_s", usual.latency()),
+                ("window_s", usual.window()),
+                ("suppress_s", usual.suppress()),
+            ]
+            .map(
+                |(key, time)| if section.is_sound(&[key]) { slots(section, key, time, self.slot) } else { 1 },
+            );
+            (self.latency_slots, self.window_slots, self.suppress_slots) = (latency, window, suppress);
+        }
+        let contradict = |is_wrong: bool, keys: &[&str], message: &str| {
+            if is_wrong && section.is_sound(&["slot_s"]) {
+                section.contradict(keys, message);
+            }
+        };
+        contradict(
+            self.latency_slots == 0,
+            &["latency_s", "slot_s"],
+            "latency_s is at least one slot: before, the slot is not over",
+        );
+        contradict(
+            self.latency_slots >= self.window_slots,
+            &["latency_s", "slot_s", "window_s"],
+            "latency_s is shorter than window_s; shorten it or lengthen window_s",
+        );
+        contradict(
+            self.suppress_slots > self.window_slots,
+            &["suppress_s", "slot_s", "window_s"],
+            "suppress_s is at most window_s: nothing older is known; shorten it",
+        );
+        contradict(
+            self.min_samples > self.window_slots,
+            &["min_samples", "window_s", "slot_s"],
+            "min_samples is at most the slots of window_s, or no pair ever has them; lower it",
+        );
+        contradict(
+            self.max_future > self.latency(),
+            &["max_future_s", "latency_s", "slot_s"],
+            "max_future_s is at most latency_s (by default 1 and 6.25); lower it or raise latency_s",
+        );
+        let slots = i128::from(self.window_slots) + self.max_future.as_nanos() / self.slot.as_nanos();
+        let most = self.slot.saturating_mul(MAX_WINDOW_SLOTS as i32).as_secs_f64();
+        contradict(
+            slots > i128::from(MAX_WINDOW_SLOTS) && section.is_sound(&["max_future_s"]),
+            &["window_s", "slot_s"],
+            &format!(
+                "window_s and max_future_s together are at most {MAX_WINDOW_SLOTS} slots, here {most} seconds; \
+                 shorten one or lengthen slot_s"
+            ),
+        );
+        contradict(
+            (self.weight_radar, self.weight_transponder) == (0.0, 0.0),
+            &["weight_transponder", "weight_radar"],
+            "both weights are 0, so there is no mean; raise weight_radar or weight_transponder",
+        );
+    }
+
+    fn arrange(&self, entries: &mut Vec<Entry>) {
+        for entry in entries {
+            let time = match entry.key {
+                "latency_s" => self.latency(),
+                "window_s" => self.window(),
+                "suppress_s" => self.suppress(),
+                _ => continue,
+            };
+            *entry = Entry::new(entry.key, format!("{:?}", time.as_secs_f64()));
+        }
+    }
+}
+
+/// A time of whole slots; how many they are is told where the slot is known.
+fn whole_slots() -> Kind<u32> {
+    Kind::new("a whole number of slots, between 0 and 86400 seconds", |item| {
+        item.seconds("this is between 0 and 86400 seconds", |_| true)?;
+        None
     })
 }
 
-/// A time that is a whole number of slots.
-#[derive(Clone, Default)]
-struct Span<'a> {
-    /// What was written; where nothing was, what made the default wrong.
-    item: Option<Item<'a>>,
-    time: Option<SignedDuration>,
-    slots: Option<u32>,
-}
-
-impl<'a> Span<'a> {
-    fn read(
-        section: &mut Section<'a>,
-        name: &'static str,
-        default: SignedDuration,
-        slot: Option<SignedDuration>,
-        slot_item: Option<&Item<'a>>,
-    ) -> Self {
-        let item = section.item(name);
-        let time = item.as_ref().map_or(Some(default), |item| {
-            item.seconds(&format!("{name} is between 0 and 86400 seconds"), |s| s >= 0.0)
-        });
-        let slots = time.zip(slot).map(|(time, slot)| (time.as_nanos(), slot.as_nanos()));
-        let mut span = Self { item: item.or(slot_item.cloned()), time, slots: None };
-        match slots {
-            // A day of milliseconds fits.
-            Some((time, slot)) if time % slot == 0 => span.slots = u32::try_from(time / slot).ok(),
-            Some((time, slot)) => {
-                let below = (time / slot * slot) as f64 / 1e9;
-                span.refuse(format!(
-                    "{name} is a whole number of slots (slot_s = {}), and {} is none; set it to {below} or {}",
-                    slot as f64 / 1e9,
-                    time as f64 / 1e9,
-                    below + slot as f64 / 1e9
-                ));
+fn threshold() -> Kind<Vec<(f64, f64)>> {
+    Kind::new("a list of rows [slant range in metres, distance in metres], the slant ranges rising", |item| {
+        let rows = item.list()?;
+        if rows.is_empty() {
+            item.refuse("the table has no row; add one, such as [[0, 60]], or leave the key out");
+        }
+        let mut table = Vec::with_capacity(rows.len());
+        for row in &rows {
+            let cells = row.list()?;
+            let [range, distance] = &cells[..] else {
+                row.refuse("a row is [slant range in metres, distance in metres]");
+                return None;
+            };
+            let range_m = range.number("a slant range is at least 0 metres", |v| v >= 0.0)?;
+            let distance_m = distance.number("a distance is above 0 metres", |v| v > 0.0)?;
+            if table.last().is_some_and(|&(before, _)| before >= range_m) {
+                row.refuse("the slant ranges rise from row to row; sort the rows and remove doubles");
             }
-            None => {}
+            table.push((range_m, distance_m));
         }
-        span
-    }
-
-    /// `self`, or `other` to be blamed where `self` was not written.
-    fn or(&self, other: &Self) -> Self {
-        Self { item: self.item.clone().or_else(|| other.item.clone()), ..*self }
-    }
-
-    /// Two defaults never contradict each other, so there is an item.
-    fn refuse(&self, message: impl Display) {
-        if let Some(item) = &self.item {
-            item.refuse(message);
-        }
-    }
+        Some(table)
+    })
 }
 
-fn read_threshold(item: &Item<'_>) -> Option<Vec<(f64, f64)>> {
-    let rows = item.list()?;
-    if rows.is_empty() {
-        item.refuse("the table has no row; add one, such as [[0, 60]], or leave the key out");
-    }
-    let mut table = Vec::with_capacity(rows.len());
-    for row in &rows {
-        let cells = row.list()?;
-        let [range, distance] = &cells[..] else {
-            row.refuse("a row is [slant range in metres, distance in metres]");
-            return None;
-        };
-        let range_m = range.number("a slant range is at least 0 metres", |v| v >= 0.0)?;
-        let distance_m = distance.number("a distance is above 0 metres", |v| v > 0.0)?;
-        if table.last().is_some_and(|&(before, _)| before >= range_m) {
-            row.refuse("the slant ranges rise from row to row; sort the rows and remove doubles");
+fn numbers() -> Kind<BTreeMap<String, u32>> {
+    let rule = format!("a transponder number is a whole number from 1 to {MAX_TRANSPONDER_NUMBER}");
+    Kind::new(format!("a table; {rule}"), move |item| {
+        let mut numbers: BTreeMap<String, u32> = BTreeMap::new();
+        for (written, item) in item.section()?.all() {
+            // As the serials of reports are trimmed.
+            let serial = written.trim_matches([' ', '\0']);
+            if serial.is_empty() {
+                item.refuse("the serial is blank; write the serial that the transponder sends (I129/040)");
+            } else if serial.len() > SERIAL_OCTETS {
+                item.refuse(format!("a serial has at most {SERIAL_OCTETS} octets (I129/040); shorten it"));
+            }
+            let Some(number) = item.whole(1..=MAX_TRANSPONDER_NUMBER, &rule) else { continue };
+            if let Some((other, _)) = numbers.iter().find(|(_, other)| **other == number) {
+                item.refuse(format!("{other} has this number already; give each serial its own"));
+            }
+            if numbers.insert(serial.to_owned(), number).is_some() {
+                item.refuse("this serial is there twice, apart from blanks; remove one");
+            }
         }
-        table.push((range_m, distance_m));
-    }
-    Some(table)
-}
-
-fn read_weights(section: &mut Section<'_>, default: &Fusion) -> (f64, f64) {
-    let (radar, transponder) = (section.item("weight_radar"), section.item("weight_transponder"));
-    let read = |item: &Option<Item<'_>>, default| {
-        let weight = item.as_ref().map(|i| i.number("a weight is at least 0", |v| v >= 0.0));
-        weight.flatten().unwrap_or(default)
-    };
-    let weights = (read(&radar, default.weight_radar), read(&transponder, default.weight_transponder));
-    if let ((0.0, 0.0), Some(item)) = (weights, transponder.or(radar)) {
-        item.refuse("both weights are 0, so there is no mean; raise weight_radar or weight_transponder");
-    }
-    weights
-}
-
-fn read_numbers(section: &Section<'_>) -> BTreeMap<String, u32> {
-    let mut numbers: BTreeMap<String, u32> = BTreeMap::new();
-    for (written, item) in section.all() {
-        // As the serials of reports are trimmed.
-        let serial = written.trim_matches([' ', '\0']);
-        if serial.is_empty() {
-            item.refuse("the serial is blank; write the serial that the transponder sends (I129/040)");
-        } else if serial.len() > SERIAL_OCTETS {
-            item.refuse(format!("a serial has at most {SERIAL_OCTETS} octets (I129/040); shorten it"));
-        }
-        let rule = format!("a transponder number is a whole number from 1 to {MAX_TRANSPONDER_NUMBER}");
-        let Some(number) = item.whole(1..=MAX_TRANSPONDER_NUMBER, &rule) else { continue };
-        if let Some((other, _)) = numbers.iter().find(|(_, other)| **other == number) {
-            item.refuse(format!("{other} has this number already; give each serial its own"));
-        }
-        if numbers.insert(serial.to_owned(), number).is_some() {
-            item.refuse("this serial is there twice, apart from blanks; remove one");
-        }
-    }
-    numbers
+        Some(numbers)
+    })
 }

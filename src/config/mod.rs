@@ -7,40 +7,50 @@
 //! (`UTM_FUSION__OUTPUT__RECORD__DIR`). Its value is read as a TOML value, and as text where it is none. `[[sensors]]`
 //! and `[[areas]]` are set in the file only.
 //!
-//! On the way in: text → `tree` (values that know their line) → `overrides` → one reader per section (`site`,
-//! `sensors`, `fusion`, `output`, `http`), which asks for its keys and refuses the rest. The readers go through the tree rather
-//! than through serde, which stops at the first fault.
+//! Each key is stated once, in the `section!` of its table (`site`, `sensors`, `network`, `fusion`, `output`, `http`), with
+//! its field, default, check, meaning, and whether SIGHUP reloads it; `docs/CONFIGURATION.md` follows from there.
+//!
+//! On the way in: text → `tree` (values that know their line) → `overrides` → the tables, which ask for their keys and refuse
+//! the rest. They go through the tree rather than through serde, which stops at the first fault.
 
 mod changes;
 mod cidr;
 pub(crate) mod error;
 mod fusion;
 mod http;
+pub(crate) mod kinds;
+pub(crate) mod names;
 mod network;
 mod output;
 mod overrides;
+mod page;
 pub(crate) mod reader;
 mod sensors;
-mod show;
 mod site;
+pub(crate) mod table;
 pub(crate) mod tree;
-mod types;
 
+use std::fmt::{self, Display, Formatter};
 use std::path::Path;
 
 pub use changes::{Change, changes};
 pub use cidr::{Network, NotANetwork};
 pub use error::{ConfigError, ConfigErrors, Place};
+pub use fusion::{Fusion, MAX_WINDOW_SLOTS, Motion, Profile};
 pub use http::{Auth, Http, RateLimit, Tiles, TlsFiles};
+pub use names::UnknownName;
+pub use network::{Address, Input, Sink};
+pub use output::{Output, Persistence, Record, SerialSource};
+pub use page::{keys, reference};
 pub use reader::FILL_IN;
-pub use types::{
-    Address, Area, AreaKind, Classification, Fusion, Input, MAX_WINDOW_SLOTS, Motion, Output, Profile, Radar,
-    RadarAccuracy, Record, Registration, Sensor, SensorKind, SerialSource, Sink, Site, State, Transponder,
-    TransponderAccuracy, UnknownMotion, UnknownProfile,
+pub use sensors::{
+    Classification, Radar, RadarAccuracy, Registration, Sensor, SensorKind, Transponder, TransponderAccuracy,
 };
+pub use site::{Area, AreaKind, Site};
 
 use error::Faults;
 use reader::Section;
+use table::Table;
 
 /// A valid configuration, every default filled in. [`Display`](std::fmt::Display) writes it as TOML that reads back
 /// to the same value.
@@ -59,7 +69,28 @@ pub struct Config {
     /// The HTTP service.
     pub http: Http,
     /// What outlives a restart.
-    pub state: State,
+    pub state: Persistence,
+}
+
+/// TOML that reads back to the same value. What is absent and has no default is a comment that says what that means.
+impl Display for Config {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        show(f, "[site]", &self.site)?;
+        self.sensors.iter().try_for_each(|sensor| show(f, "\n[[sensors]]", sensor))?;
+        show(f, "\n[fusion]", &self.fusion)?;
+        self.areas.iter().try_for_each(|area| show(f, "\n[[areas]]", area))?;
+        show(f, "\n[output]", &self.output)?;
+        show(f, "\n[http]", &self.http)?;
+        show(f, "\n[state]", &self.state)
+    }
+}
+
+fn show(f: &mut Formatter<'_>, header: &str, table: &impl Table) -> fmt::Result {
+    writeln!(f, "{header}")?;
+    table.entries().iter().try_for_each(|entry| match &entry.value {
+        Ok(value) => writeln!(f, "{} = {value}", entry.key),
+        Err(absent) => writeln!(f, "# {}: {absent}", entry.key),
+    })
 }
 
 impl Config {
@@ -69,23 +100,11 @@ impl Config {
     /// The file cannot be read, or anything [`Config::parse`] refuses.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, ConfigErrors> {
         let path = path.as_ref();
-        let name = path.display().to_string();
-        #[expect(clippy::disallowed_methods, reason = "the one place that reads the configuration file")]
-        let text = std::fs::read_to_string(path).map_err(|error| {
-            ConfigErrors::from(ConfigError {
-                file: name.clone(),
-                place: Place::File,
-                key: String::new(),
-                value: None,
-                message: format!(
-                    "cannot be read: {error}; give the path of a configuration file (TOML, UTF-8)"
-                ),
-            })
-        })?;
+        let text = error::read_file(path, "configuration file")?;
         // `env::vars` would panic on an unrelated variable that is not UTF-8.
         let env = std::env::vars_os()
             .filter_map(|(key, value)| Some((key.into_string().ok()?, value.to_string_lossy().into_owned())));
-        Self::parse(&text, &name, env)
+        Self::parse(&text, &path.display().to_string(), env)
     }
 
     /// Reads `text`, overridden by the `UTM_FUSION__…` variables among `env` (others are ignored). `name` is the path
@@ -105,28 +124,28 @@ impl Config {
         overrides::apply(&mut root, env, &faults);
 
         let mut top = Section::top(&root, &faults);
-        let (site, own) = site::read_site(top.need_section("site", "[site] with name, sac and sic"));
-        let (sensors, ids) = sensors::read(&mut top, own);
-        let fusion = fusion::read(top.section("fusion"));
-        let areas = site::read_areas(&mut top, &ids, Path::new(name));
-        let output = output::read_output(top.section("output"));
-        let http = http::read_http(top.section("http"), Path::new(name));
-        let state = output::read_state(top.section("state"));
+        let site = Site::read(top.need_section("site", "[site] with name, sac and sic"));
+        let sensors = sensors::read(&mut top, &site, &faults);
+        let fusion = Fusion::read(top.section("fusion"));
+        let ids: Vec<&str> = sensors.iter().map(|sensor| &*sensor.id).collect();
+        let areas =
+            kinds::checked_tables(top.item("areas"), |area: &Area, section| area.check(section, &ids));
+        let output = Output::read(top.section("output"));
+        let http = Http::read(top.section("http"));
+        let state = Persistence::read(top.section("state"));
         top.finish();
-
-        let config = (|| {
-            Some(Self {
-                site: site?,
-                sensors: sensors?,
-                fusion: fusion?,
-                areas: areas?,
-                output: output?,
-                http: http?,
-                state: state?,
-            })
-        })();
+        // What was refused or is missing is blank: it never leaves.
         faults.check()?;
-        Ok(config.expect("a reader that gives nothing has said why"))
+        Ok(Self { site, sensors, fusion, areas, output, http, state })
+    }
+
+    /// Takes the keys that SIGHUP reloads from `wanted`; areas are reloaded by whoever has read their files.
+    pub fn reload(&mut self, wanted: &Self) {
+        self.site.reload(&wanted.site);
+        self.fusion.reload(&wanted.fusion);
+        self.output.reload(&wanted.output);
+        self.http.reload(&wanted.http);
+        self.state.reload(&wanted.state);
     }
 
     /// The radars, in the order of the file; the first is the origin of the ENU frame.

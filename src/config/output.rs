@@ -2,56 +2,65 @@
 
 use std::path::PathBuf;
 
-use super::network::read_sink;
-use super::reader::{Item, Section, each};
-use super::types::{Output, Record, SerialSource, State};
+use super::kinds::{directory, flag, inline, named, number, tables, whole};
+use super::names::{names, written_by_name};
+use super::network::Sink;
+use super::table::{absent, need, section};
 
-pub(super) fn read_output(mut section: Section<'_>) -> Option<Output> {
-    let asterix = each(section.item("asterix"), read_sink);
-    let serial = section
-        .item("serial")
-        .and_then(|i| i.word(&[("uas", SerialSource::Uas), ("track-number", SerialSource::TrackNumber)]));
-    let status = section.item("status").and_then(|item| item.flag());
-    let flush_on_stop = section.item("flush_on_stop").and_then(|item| item.flag());
-    let record = section.item("record").and_then(|item| read_record(item.section()?));
-    section.finish();
-    Some(Output {
-        asterix: asterix?,
-        serial: serial.unwrap_or(SerialSource::Uas),
-        status: status.unwrap_or(true),
-        flush_on_stop: flush_on_stop.unwrap_or(true),
-        record,
-    })
+section! {
+    /// What is sent and recorded.
+    #[derive(Eq)]
+    Output {
+        /// Destinations of the fused CAT129. One that cannot be opened at SIGHUP leaves those before.
+        asterix: Vec<Sink> = Vec::new(), tables(), reloaded;
+        /// What I129/040 of a record with a transponder holds.
+        serial: SerialSource = SerialSource::Uas, named();
+        /// Whether a CAT065 service status is sent to the destinations each second, so that silence is a failure.
+        status: bool = true, flag();
+        /// Whether the slots that the window still holds are published when the service stops.
+        flush_on_stop: bool = true, flag();
+        /// Recording of what arrives, into rotating capture files.
+        record: Option<Record> = absent("nothing is recorded"), inline::<Record>();
+    }
 }
 
-fn read_record(mut section: Section<'_>) -> Option<Record> {
-    let dir = read_dir(section.need("dir", "dir = …, the directory of the recordings"));
-    let rotate_mib = section
-        .item("rotate_mib")
-        .and_then(|i| i.whole(1..=1_048_576u32, "a file grows to a whole number of MiB, 1 to 1048576"));
-    let keep = section
-        .item("keep")
-        .and_then(|i| i.whole(1..=1_000_000u32, "the files kept are a whole number, 1 to 1000000"));
-    section.finish();
-    Some(Record { dir: dir?, rotate_mib: rotate_mib.unwrap_or(256), keep: keep.unwrap_or(16) })
+names! {
+    /// What I129/040 of a fused or transponder-only record holds.
+    #[derive(Copy, Eq)]
+    SerialSource, "source of serials" {
+        /// The serial of the aircraft itself.
+        Uas = "uas",
+        /// The track number, for readers that know only this item.
+        TrackNumber = "track-number",
+    }
+}
+written_by_name!(SerialSource);
+
+section! {
+    /// Recording into rotating capture files.
+    #[derive(Eq)]
+    Record {
+        /// Directory of the recordings.
+        dir: PathBuf = need("dir = …, the directory of the recordings"), directory();
+        /// Size at which a new file starts, MiB.
+        rotate_mib: u32 = 256, whole("a file grows to a whole number of MiB, 1 to 1048576", 1..=1_048_576);
+        /// How many files are kept, the newest ones.
+        keep: u32 = 16, whole("the files kept are a whole number, 1 to 1000000", 1..=1_000_000);
+    }
 }
 
-pub(super) fn read_state(mut section: Section<'_>) -> Option<State> {
-    let dir = section.item("dir").map(|item| read_dir(Some(item)));
-    let hours = section.item("history_hours").map(|item| {
-        item.number("the history goes back 0 (none) to 8784 hours", |hours| (0.0..=8784.0).contains(&hours))
-    });
-    let mib = section
-        .item("history_mib")
-        .map(|item| item.whole(1..=1_048_576u32, "the history takes a whole number of MiB, 1 to 1048576"));
-    section.finish();
-    Some(State {
-        dir: dir.unwrap_or(Some(PathBuf::from("state")))?,
-        history_hours: hours.unwrap_or(Some(24.0))?,
-        history_mib: mib.unwrap_or(Some(512))?,
-    })
-}
-
-fn read_dir(item: Option<Item<'_>>) -> Option<PathBuf> {
-    Some(item?.text()?.into())
+section! {
+    /// What outlives a restart: track numbers, misalignment, decisions of the operator, and the history of the picture. Limits
+    /// of the history can be changed by SIGHUP, but a history is begun or ended by a restart only.
+    Persistence {
+        /// Directory of the kept files.
+        dir: PathBuf = PathBuf::from("state"), directory();
+        /// Length of the history (trails, and one past picture per second), hours; 0 for none.
+        history_hours: f64 = 24.0, number(
+            "the history goes back 0 (none) to 8784 hours",
+            |hours| (0.0..=8784.0).contains(&hours),
+        ), reloaded;
+        /// Approximate limit of the history on disk, MiB.
+        history_mib: u32 = 512, whole("the history takes a whole number of MiB, 1 to 1048576", 1..=1_048_576), reloaded;
+    }
 }

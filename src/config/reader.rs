@@ -1,5 +1,5 @@
-//! Asking the tree for keys. A getter gives `None` where the key is absent, and where it is wrong, in which case it has
-//! said so: whatever a reader then returns is thrown away, so it just goes on to find the next fault.
+//! Asking the tree for keys. A getter returns `None` where the key is absent, and where it is wrong, in which case it has
+//! reported that: whatever is then made of it is thrown away, so that reading goes on to find the next fault.
 
 use std::fmt::Display;
 use std::net::Ipv4Addr;
@@ -31,8 +31,31 @@ impl<'a> Section<'a> {
     /// The key, where it is given.
     pub(crate) fn item(&mut self, name: &'static str) -> Option<Item<'a>> {
         self.asked.push(name);
+        self.written(name)
+    }
+
+    /// The key, where it is given; this does not count as asking for it.
+    pub(crate) fn written(&self, name: &str) -> Option<Item<'a>> {
         let node = self.entries?.get(name)?;
         Some(Item { key: join(&self.key, name), node, faults: self.faults })
+    }
+
+    /// The path of the table.
+    pub(crate) fn key(&self) -> &str {
+        &self.key
+    }
+
+    /// Whether nothing is wrong with any of the keys, so that they can be compared.
+    pub(crate) fn is_sound(&self, names: &[&str]) -> bool {
+        names.iter().all(|name| self.faults.none_of(&join(&self.key, name)))
+    }
+
+    /// Finds fault with keys that contradict each other, at the first of them that is given; only where each of them is
+    /// sound for itself.
+    pub(crate) fn contradict(&self, names: &[&str], message: impl Display) {
+        if let (true, Some(item)) = (self.is_sound(names), names.iter().find_map(|name| self.written(name))) {
+            item.refuse(message);
+        }
     }
 
     /// A key that does not belong here, where it is given; it is not offered as one that is expected.
@@ -159,6 +182,18 @@ impl<'a> Item<'a> {
         Some(SignedDuration::from_nanos(nanos(seconds) as i64))
     }
 
+    /// The same without a fault where it is none.
+    pub(crate) fn any_seconds(&self) -> Option<SignedDuration> {
+        let seconds = match self.node.value {
+            Value::Number(number) => number,
+            Value::Whole(whole) => whole as f64,
+            _ => return None,
+        };
+        (0.0..=86_400.0)
+            .contains(&seconds)
+            .then(|| SignedDuration::from_nanos((seconds * 1e9).round() as i64))
+    }
+
     /// A whole number in `range`; `rule` says which are.
     pub(crate) fn whole<T>(&self, range: RangeInclusive<T>, rule: &str) -> Option<T>
     where
@@ -201,17 +236,6 @@ impl<'a> Item<'a> {
         Some(flag)
     }
 
-    /// One of the given words.
-    pub(crate) fn word<T: Copy>(&self, words: &[(&str, T)]) -> Option<T> {
-        let text = self.text()?;
-        let found = words.iter().find(|(word, _)| *word == text);
-        if found.is_none() {
-            let words: Vec<_> = words.iter().map(|(word, _)| quoted(word)).collect();
-            self.refuse(format!("expected {}", words.join(" or ")));
-        }
-        found.map(|&(_, meaning)| meaning)
-    }
-
     /// An IPv4 address.
     pub(crate) fn ipv4(&self) -> Option<Ipv4Addr> {
         let address = self.text()?.parse().ok();
@@ -246,21 +270,10 @@ impl<'a> Item<'a> {
         })
     }
 
-    /// The path of the key.
-    pub(crate) fn key(&self) -> &str {
-        &self.key
+    /// The path of the configuration file.
+    pub(crate) fn file(&self) -> &'a str {
+        self.faults.file()
     }
-}
-
-/// Every entry read by `read`; `None` where one failed. An absent list is empty.
-pub(crate) fn each<'a, T>(
-    list: Option<Item<'a>>,
-    mut read: impl FnMut(Section<'a>) -> Option<T>,
-) -> Option<Vec<T>> {
-    let Some(list) = list else { return Some(Vec::new()) };
-    // Every entry is read, also after a failure, before the failure shows.
-    let read: Vec<_> = list.list()?.iter().map(|item| item.section().and_then(&mut read)).collect();
-    read.into_iter().collect()
 }
 
 fn join(path: &str, name: &str) -> String {

@@ -1,236 +1,329 @@
 //! `[[sensors]]`.
 
-use super::network::read_input;
-use super::reader::{Item, Section, each};
-use super::types::{
-    Classification, Radar, RadarAccuracy, Registration, Sensor, SensorKind, Transponder, TransponderAccuracy,
-};
+use super::error::Faults;
+use super::kinds::{Kind, Toml, checked_tables, inline, is_plain, named, number, tables, text, whole};
+use super::names::{names, written_by_name};
+use super::network::Input;
+use super::reader::Section;
+use super::site::{Site, area_code, identification_code};
+use super::table::{ByHand, Entry, Row, Table, absent, depends, need, section};
 
-/// Keys that only a radar has.
-const RADAR_KEYS: [&str; 8] = [
-    "latitude_deg",
-    "longitude_deg",
-    "height_amsl_m",
-    "bearing_correction_deg",
-    "max_range_m",
-    "assumed_height_amsl_m",
-    "classification",
-    "registration",
-];
-
-#[derive(Clone, Copy, PartialEq)]
-enum Kind {
-    Radar,
-    Transponder,
+section! {
+    /// The sources of reports. The pair of SAC and SIC tells the sensors of a kind apart, and is never the service's own.
+    /// At least one sensor is a radar; the first radar is the origin of the local frame.
+    Sensor {
+        /// Name of the sensor, unique among the sensors; part of track ids.
+        id: String = need("a name for the sensor, such as id = \"north\""), text(
+            "an id becomes part of track ids; use only letters A-Z a-z, digits, _ and -",
+            is_plain,
+        );
+        /// What the sensor is. Each kind has keys of its own, below.
+        kind: SensorKind = need("kind = \"radar\" (CAT048) or kind = \"transponder\" (CAT129)"), named();
+        /// System area code of its records.
+        sac: u8 = need("sac = …, the system area code (SAC) of its records"), area_code();
+        /// System identification code of its records.
+        sic: u8 = need("sic = …, the system identification code (SIC) of its records"), identification_code();
+        /// Time between two reports of one target, seconds.
+        period_s: Option<f64> = absent("not stated, 0.25 is assumed"), number(
+            "a period is above 0 and at most 3600 seconds",
+            |s| s > 0.0 && s <= 3600.0,
+        );
+        /// UDP lines to listen on; several are redundant, and copies of a report are handled once. A replay needs none.
+        inputs: Vec<Input> = Vec::new(), tables();
+    } by hand {}
 }
 
-impl Kind {
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Radar => "radar",
-            Self::Transponder => "transponder",
+names! {
+    /// Radar (CAT048) or transponder receiver (CAT129).
+    SensorKind, "kind of sensor" {
+        /// Plots, CAT048.
+        Radar(Radar) = "radar",
+        /// Position reports of equipped drones, CAT129.
+        Transponder(Transponder) = "transponder",
+    }
+}
+written_by_name!(SensorKind, Registration);
+
+/// A blank radar.
+impl Default for SensorKind {
+    fn default() -> Self {
+        Self::Radar(Radar::default())
+    }
+}
+
+section! {
+    /// The keys of a sensor with `kind = "radar"`.
+    Radar {
+        /// WGS-84 latitude of the antenna, degrees, north positive.
+        latitude_deg: f64 = need("latitude_deg = …, where the radar stands (WGS-84, north positive)"), number(
+            "a latitude is between -90 and 90 degrees; south is negative",
+            |v| v.abs() <= 90.0,
+        );
+        /// WGS-84 longitude of the antenna, degrees, east positive.
+        longitude_deg: f64 = need("longitude_deg = …, where the radar stands (WGS-84, east positive)"), number(
+            "a longitude is between -180 and 180 degrees; west is negative",
+            |v| v.abs() <= 180.0,
+        );
+        /// Height of the antenna above mean sea level, metres.
+        height_amsl_m: f64 =
+            need("height_amsl_m = …, the antenna's height above mean sea level in metres"),
+            number(
+                "the antenna is between -500 and 9000 metres above mean sea level",
+                |v| (-500.0..=9000.0).contains(&v),
+            );
+        /// Added to every azimuth, degrees clockwise.
+        bearing_correction_deg: f64 = 0.0, number(
+            "a bearing correction is between -180 and 180 degrees, clockwise positive",
+            |v| v.abs() <= 180.0,
+        );
+        /// Instrumented range, metres. Not used by the `reference` profile.
+        max_range_m: Option<f64> = absent("no limit"), number(
+            "a range is above 0 metres; leave the key out for no limit",
+            |v| v > 0.0,
+        );
+        /// Height above mean sea level, metres, at which a plot without I048/110 is placed.
+        assumed_height_amsl_m: f64 = depends("that of the antenna, `height_amsl_m`", 0.0), number(
+            "an assumed height is between -500 and 20000 metres above mean sea level",
+            |v| (-500.0..=20_000.0).contains(&v),
+        );
+        /// Where a plot states its UAV probability, for which CAT048 has no item.
+        classification: Classification = Classification::SpecialPurpose { octet: 0 }, probability_source();
+        /// What is done about misalignment of the radar, as drones with transponders reveal it. Not used by the `reference`
+        /// profile.
+        registration: Registration = Registration::Apply, named();
+        /// Standard deviations of a plot.
+        accuracy: Option<RadarAccuracy> = absent("not stated"), inline::<RadarAccuracy>();
+    } by hand {}
+}
+
+names! {
+    /// What is done about misalignment of a radar.
+    #[derive(Copy, Eq)]
+    Registration, "mode of registration" {
+        /// Plots are corrected by the estimated misalignment.
+        Apply = "apply",
+        /// The misalignment is estimated and shown; plots stay as they are.
+        Propose = "propose",
+        /// Nothing.
+        Off = "off",
+    }
+}
+
+fn deviation() -> Kind<f64> {
+    number("a standard deviation is above 0; leave accuracy out when it is not known", |v| v > 0.0)
+}
+
+section! {
+    /// Standard deviations of a plot.
+    #[derive(Copy)]
+    RadarAccuracy {
+        /// Slant range, metres.
+        range_m: f64 = need("range_m = …, in metres"), deviation();
+        /// Azimuth, degrees.
+        azimuth_deg: f64 = need("azimuth_deg = …, in degrees"), deviation();
+        /// Height, metres.
+        height_m: Option<f64> = absent("the radar measures no height"), deviation();
+    }
+}
+
+section! {
+    /// The keys of a sensor with `kind = "transponder"`.
+    Transponder {
+        /// Standard deviations of a report.
+        accuracy: Option<TransponderAccuracy> = absent("not stated"), inline::<TransponderAccuracy>();
+        /// Delay from the measurement of a position to the time stamp of its report, seconds. State it only where it is known.
+        /// Not used by the `reference` profile.
+        delay_s: Option<f64> = absent("not known"), number(
+            "a delay is between 0 and 5 seconds",
+            |v| (0.0..=5.0).contains(&v),
+        );
+        /// Long-run limit of previously unknown identities admitted, per second; the allowance of 20 s may be used at once, so
+        /// that the default admits a city of 1000 drones. Not used by the `reference` profile.
+        max_new_per_s: u32 = 50, whole(
+            "a rate of new transponders is a whole number a second, from 1 to 100000",
+            1..=100_000,
+        );
+    }
+}
+
+section! {
+    /// Standard deviations of a transponder's report.
+    #[derive(Copy)]
+    TransponderAccuracy {
+        /// Horizontal, metres per axis.
+        horizontal_m: f64 = need("horizontal_m = …, in metres"), deviation();
+        /// Vertical, metres.
+        vertical_m: f64 = need("vertical_m = …, in metres"), deviation();
+    }
+}
+
+impl ByHand for Sensor {
+    fn more(&mut self, section: &mut Section<'_>) {
+        if !section.is_sound(&["kind"]) {
+            return section.abandon();
+        }
+        match &mut self.kind {
+            SensorKind::Radar(radar) => *radar = Radar::read_keys(section),
+            SensorKind::Transponder(transponder) => {
+                *transponder = Transponder::read_keys(section);
+                let own = Transponder::rows();
+                for row in Radar::rows().iter().filter(|row| own.iter().all(|own| own.key != row.key)) {
+                    if let Some(item) = section.stray(row.key) {
+                        item.refuse(
+                            "only a radar has this key, and this is a transponder; remove it, or set kind = \"radar\"",
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    fn arrange(&self, entries: &mut Vec<Entry>) {
+        let inputs = entries.pop();
+        match &self.kind {
+            SensorKind::Radar(radar) => entries.extend(radar.entries()),
+            SensorKind::Transponder(transponder) => {
+                if let Some(Entry { value: Err(absent), .. }) = entries.last_mut() {
+                    *absent = "not stated";
+                }
+                entries.extend(transponder.entries());
+            }
+        }
+        entries.extend(inputs);
+    }
+}
+
+impl ByHand for Radar {
+    fn more(&mut self, section: &mut Section<'_>) {
+        if section.written("assumed_height_amsl_m").is_none() {
+            self.assumed_height_amsl_m = self.height_amsl_m;
         }
     }
 }
 
-/// What no other sensor may have as well, with the key of the sensor that has it.
-#[derive(Default)]
-struct Taken {
-    ids: Vec<String>,
-    addresses: Vec<(Kind, u8, u8, String)>,
-    radar: bool,
-    /// A sensor of unknown kind may have been meant as the radar.
-    unknown_kind: bool,
-}
-
-/// The sensors and, also where something is wrong, the ids that were read. `own` is the service's SAC and SIC.
-pub(super) fn read(top: &mut Section<'_>, own: Option<(u8, u8)>) -> (Option<Vec<Sensor>>, Vec<String>) {
+/// The sensors. They are told apart by their ids, and their records by kind, SAC and SIC.
+pub(super) fn read(top: &mut Section<'_>, site: &Site, faults: &Faults) -> Vec<Sensor> {
+    let is_site_sound = faults.none_of("site.sac") && faults.none_of("site.sic");
     let list = top.need("sensors", "[[sensors]], at least one with kind = \"radar\"");
-    let mut taken = Taken::default();
-    let sensors = each(list.clone(), |section| read_sensor(section, own, &mut taken));
-    // Something that is no list of sensors has been refused as such.
-    let is_list = sensors.is_some() || !taken.ids.is_empty();
-    if let (Some(list), true, false) = (list, is_list, taken.radar || taken.unknown_kind) {
+    // Of those before: the id, and what tells the records apart, where that is known, with the path of the sensor.
+    let mut ids = Vec::new();
+    let mut codes = Vec::new();
+    let mut is_radar_missing = true;
+    let sensors = checked_tables(list.clone(), |sensor: &Sensor, section| {
+        let Sensor { id, sac, sic, .. } = sensor;
+        let (name, own) = (sensor.kind.name(), (site.sac, site.sic));
+        // One of unknown kind may have been meant as the radar.
+        is_radar_missing &= section.is_sound(&["kind"]) && !matches!(sensor.kind, SensorKind::Radar(_));
+        if ids.contains(id) {
+            section.contradict(&["id"], "another sensor has this id already; give each its own");
+        }
+        ids.push(id.clone());
+        if !section.is_sound(&["kind", "sac", "sic"]) {
+            return;
+        }
+        let code = (name, *sac, *sic);
+        if let Some((_, other)) = codes.iter().find(|(other, _)| *other == code) {
+            section.contradict(
+                &["sic"],
+                format!(
+                    "{other} is already the {name} with SAC {sac}, SIC {sic}, and records are told apart by them; \
+                     give each {name} its own"
+                ),
+            );
+        } else if is_site_sound && (*sac, *sic) == own {
+            section.contradict(
+                &["sic"],
+                format!(
+                    "SAC {sac}, SIC {sic} is the service's own ([site]), whose records are refused at the inputs; \
+                     change [site] or the sensor"
+                ),
+            );
+        }
+        codes.push((code, section.key().to_owned()));
+    });
+    // What is no list of sensors has been refused as such.
+    let is_list = !sensors.is_empty() || top.is_sound(&["sensors"]);
+    if let (Some(list), true) = (list, is_radar_missing && is_list) {
         list.refuse("there is no radar, and the frame needs one as its origin; add one, kind = \"radar\"");
     }
-    (sensors, taken.ids)
+    sensors
 }
 
-fn read_sensor(mut section: Section<'_>, own: Option<(u8, u8)>, taken: &mut Taken) -> Option<Sensor> {
-    let id = section.need("id", "a name for the sensor, such as id = \"north\"").and_then(|item| {
-        let id = item.text()?;
-        if !id.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') {
-            item.refuse("an id becomes part of track ids; use only letters A-Z a-z, digits, _ and -");
-        } else if taken.ids.iter().any(|other| other == id) {
-            item.refuse("another sensor has this id already; give each its own");
-        }
-        taken.ids.push(id.to_owned());
-        Some(id.to_owned())
-    });
-    let kind = section
-        .need("kind", "kind = \"radar\" (CAT048) or kind = \"transponder\" (CAT129)")
-        .and_then(|item| item.word(&[("radar", Kind::Radar), ("transponder", Kind::Transponder)]));
-    taken.radar |= kind == Some(Kind::Radar);
-    taken.unknown_kind |= kind.is_none();
-
-    let sac = section.need("sac", "sac = …, the system area code (SAC) of its records");
-    let sac = sac.and_then(|item| item.whole(0..=255u8, "a SAC is a whole number from 0 to 255"));
-    let sic_item = section.need("sic", "sic = …, the system identification code (SIC) of its records");
-    let sic =
-        sic_item.as_ref().and_then(|item| item.whole(0..=255u8, "a SIC is a whole number from 0 to 255"));
-    if let (Some(item), Some(kind), Some(sac), Some(sic)) = (sic_item, kind, sac, sic) {
-        check_address(&item, kind, (sac, sic), own, taken);
+names! {
+    /// Where a plot states its UAV probability.
+    #[derive(Copy)]
+    Classification, "source of probabilities" {
+        /// An octet n of I048/SP, counted from 0 after the length octet: n / 255.
+        SpecialPurpose {
+            /// 0 to 253.
+            octet: usize
+        } = "special-purpose",
+        /// The codes of I048/030: birds, vehicles, wind turbines and the like are 0, everything else 1.
+        TargetClassification = "target-classification",
+        /// One probability for every plot.
+        Constant {
+            /// 0 to 1.
+            value: f64
+        } = "constant",
     }
-
-    let period_s = section.item("period_s").and_then(|item| {
-        item.number("a period is above 0 and at most 3600 seconds", |s| s > 0.0 && s <= 3600.0)
-    });
-    let inputs = each(section.item("inputs"), read_input);
-    let kind = match kind {
-        Some(Kind::Radar) => read_radar(&mut section).map(SensorKind::Radar),
-        Some(Kind::Transponder) => Some(SensorKind::Transponder(read_transponder(&mut section))),
-        None => {
-            section.abandon();
-            None
-        }
-    };
-    section.finish();
-    Some(Sensor { id: id?, sac: sac?, sic: sic?, period_s, inputs: inputs?, kind: kind? })
 }
 
-fn check_address(item: &Item<'_>, kind: Kind, code: (u8, u8), own: Option<(u8, u8)>, taken: &mut Taken) {
-    let (sac, sic) = code;
-    let name = kind.name();
-    let other = taken.addresses.iter().find(|(k, a, i, _)| (*k, *a, *i) == (kind, sac, sic));
-    if let Some((.., other)) = other {
-        item.refuse(format!(
-            "{other} is already the {name} with SAC {sac}, SIC {sic}, and records are told apart by them; \
-             give each {name} its own"
-        ));
-    } else if own == Some(code) {
-        item.refuse(format!(
-            "SAC {sac}, SIC {sic} is the service's own ([site]), whose records are refused at the inputs; \
-             change [site] or the sensor"
-        ));
-    }
-    let key = item.key().trim_end_matches(".sic").to_owned();
-    taken.addresses.push((kind, sac, sic, key));
+fn octet_number() -> Kind<u8> {
+    whole("octets of I048/SP are counted from 0 after the length, to 253", 0..=253)
 }
 
-fn read_radar(section: &mut Section<'_>) -> Option<Radar> {
-    let latitude_deg = section
-        .need("latitude_deg", "latitude_deg = …, where the radar stands (WGS-84, north positive)")
-        .and_then(|i| {
-            i.number("a latitude is between -90 and 90 degrees; south is negative", |v| v.abs() <= 90.0)
-        });
-    let longitude_deg = section
-        .need("longitude_deg", "longitude_deg = …, where the radar stands (WGS-84, east positive)")
-        .and_then(|i| {
-            i.number("a longitude is between -180 and 180 degrees; west is negative", |v| v.abs() <= 180.0)
-        });
-    let height_amsl_m = section
-        .need("height_amsl_m", "height_amsl_m = …, the antenna's height above mean sea level in metres")
-        .and_then(|i| {
-            i.number("the antenna is between -500 and 9000 metres above mean sea level", |v| {
-                (-500.0..=9000.0).contains(&v)
-            })
-        });
-    let bearing_correction_deg = section.item("bearing_correction_deg").and_then(|i| {
-        i.number("a bearing correction is between -180 and 180 degrees, clockwise positive", |v| {
-            v.abs() <= 180.0
-        })
-    });
-    let max_range_m = section
-        .item("max_range_m")
-        .and_then(|i| i.number("a range is above 0 metres; leave the key out for no limit", |v| v > 0.0));
-    let assumed_height_amsl_m = section.item("assumed_height_amsl_m").and_then(|i| {
-        i.number("an assumed height is between -500 and 20000 metres above mean sea level", |v| {
-            (-500.0..=20_000.0).contains(&v)
-        })
-    });
-    let classification = section.item("classification").map(|item| read_classification(item.section()?));
-    let accuracy = section.item("accuracy").map(|item| {
+fn probability() -> Kind<f64> {
+    number("a probability is between 0 and 1", |v| (0.0..=1.0).contains(&v))
+}
+
+fn probability_source() -> Kind<Classification> {
+    Kind::new("a table of the keys below", |item| {
         let mut section = item.section()?;
-        let range_m = read_deviation(section.need("range_m", "range_m = …, in metres"));
-        let azimuth_deg = read_deviation(section.need("azimuth_deg", "azimuth_deg = …, in degrees"));
-        let height_m = read_deviation(section.item("height_m"));
+        let source =
+            section.need("source", "source = \"special-purpose\", \"target-classification\" or \"constant\"");
+        let mut read = source.and_then(|item| (named().read)(&item))?;
+        match &mut read {
+            Classification::SpecialPurpose { octet } => {
+                let item = section.item("octet");
+                *octet = item.and_then(|item| (octet_number().read)(&item)).unwrap_or(0).into();
+            }
+            Classification::TargetClassification => {}
+            Classification::Constant { value } => {
+                let item = section.need("value", "value = …, the probability from 0 to 1");
+                *value = item.and_then(|item| (probability().read)(&item)).unwrap_or(0.0);
+            }
+        }
         section.finish();
-        Some(RadarAccuracy { range_m: range_m?, azimuth_deg: azimuth_deg?, height_m })
-    });
-    let modes =
-        [Registration::Off, Registration::Propose, Registration::Apply].map(|mode| (mode.name(), mode));
-    let registration = section.item("registration").map(|item| item.word(&modes));
-    Some(Radar {
-        latitude_deg: latitude_deg?,
-        longitude_deg: longitude_deg?,
-        height_amsl_m: height_amsl_m?,
-        bearing_correction_deg: bearing_correction_deg.unwrap_or(0.0),
-        max_range_m,
-        assumed_height_amsl_m: assumed_height_amsl_m.or(height_amsl_m)?,
-        classification: classification.unwrap_or(Some(Classification::SpecialPurpose { octet: 0 }))?,
-        accuracy: accuracy.flatten(),
-        registration: registration.unwrap_or(Some(Registration::default()))?,
+        Some(read)
     })
 }
 
-fn read_transponder(section: &mut Section<'_>) -> Transponder {
-    for name in RADAR_KEYS {
-        if let Some(item) = section.stray(name) {
-            item.refuse(
-                "only a radar has this key, and this is a transponder; remove it, or set kind = \"radar\"",
-            );
-        }
+impl Toml for Classification {
+    fn toml(&self) -> Option<String> {
+        let more = match self {
+            Self::SpecialPurpose { octet } => format!(", octet = {octet}"),
+            Self::TargetClassification => String::new(),
+            Self::Constant { value } => format!(", value = {value:?}"),
+        };
+        Some(format!("{{ source = \"{}\"{more} }}", self.name()))
     }
-    let accuracy = section.item("accuracy").and_then(|item| {
-        let mut section = item.section()?;
-        let horizontal_m = read_deviation(section.need("horizontal_m", "horizontal_m = …, in metres"));
-        let vertical_m = read_deviation(section.need("vertical_m", "vertical_m = …, in metres"));
-        section.finish();
-        Some(TransponderAccuracy { horizontal_m: horizontal_m?, vertical_m: vertical_m? })
-    });
-    let delay_s = section
-        .item("delay_s")
-        .and_then(|item| item.number("a delay is between 0 and 5 seconds", |v| (0.0..=5.0).contains(&v)));
-    let max_new_per_s = section.item("max_new_per_s").and_then(|item| {
-        item.whole(1..=100_000u32, "a rate of new transponders is a whole number a second, from 1 to 100000")
-    });
-    Transponder { accuracy, delay_s, max_new_per_s: max_new_per_s.unwrap_or(Transponder::MAX_NEW_PER_S) }
-}
 
-fn read_deviation(item: Option<Item<'_>>) -> Option<f64> {
-    item?.number("a standard deviation is above 0; leave accuracy out when it is not known", |v| v > 0.0)
-}
-
-fn read_classification(mut section: Section<'_>) -> Option<Classification> {
-    #[derive(Clone, Copy)]
-    enum Source {
-        SpecialPurpose,
-        TargetClassification,
-        Constant,
+    fn keys() -> Vec<Row> {
+        let source = named::<Self>().values;
+        vec![
+            Row::by_hand("source", None, &source, "Where the probability is stated."),
+            Row::by_hand(
+                "octet",
+                Some("`0`"),
+                &octet_number().values,
+                "Octet; with `source = \"special-purpose\"`.",
+            ),
+            Row::by_hand(
+                "value",
+                None,
+                &probability().values,
+                "The probability; with `source = \"constant\"`.",
+            ),
+        ]
     }
-    let sources = [
-        ("special-purpose", Source::SpecialPurpose),
-        ("target-classification", Source::TargetClassification),
-        ("constant", Source::Constant),
-    ];
-    let source =
-        section.need("source", "source = \"special-purpose\", \"target-classification\" or \"constant\"");
-    let Some(source) = source.and_then(|item| item.word(&sources)) else {
-        section.abandon();
-        return None;
-    };
-    let read = match source {
-        Source::SpecialPurpose => {
-            let rule = "octets of I048/SP are counted from 0 after the length, to 253";
-            let octet = section.item("octet").map(|item| item.whole(0..=253u8, rule));
-            octet.unwrap_or(Some(0)).map(|octet| Classification::SpecialPurpose { octet: octet.into() })
-        }
-        Source::TargetClassification => Some(Classification::TargetClassification),
-        Source::Constant => section
-            .need("value", "value = …, the probability from 0 to 1")
-            .and_then(|item| item.number("a probability is between 0 and 1", |v| (0.0..=1.0).contains(&v)))
-            .map(|value| Classification::Constant { value }),
-    };
-    section.finish();
-    read
 }

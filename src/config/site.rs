@@ -1,79 +1,116 @@
 //! `[site]` and `[[areas]]`.
 
-use std::path::{self, Path};
+use std::path::PathBuf;
 
-use super::reader::{Section, each};
-use super::types::{Area, AreaKind, Site};
+use super::kinds::{Kind, any_text, beside, named, number, whole};
+use super::names::{names, written_by_name};
+use super::reader::Section;
+use super::table::{ByHand, Entry, Row, absent, need, section};
+use super::tree::quoted;
 
-/// The site and, also where something else is wrong, its SAC and SIC.
-pub(super) fn read_site(mut section: Section<'_>) -> (Option<Site>, Option<(u8, u8)>) {
-    let name = section.need("name", "name = …, how the interfaces call this service").and_then(|i| i.text());
-    let sac = section
-        .need("sac", "sac = …, the system area code (SAC) of what the service sends")
-        .and_then(|i| i.whole(0..=255u8, "a SAC is a whole number from 0 to 255"));
-    let sic = section
-        .need("sic", "sic = …, the system identification code (SIC) of what the service sends")
-        .and_then(|i| i.whole(0..=255u8, "a SIC is a whole number from 0 to 255"));
-    let geoid_undulation_m = section.item("geoid_undulation_m").and_then(|i| {
-        i.number("a geoid undulation is between -120 and 100 metres; leave the key out for EGM96", |v| {
-            (-120.0..=100.0).contains(&v)
-        })
-    });
-    section.finish();
-    let code = sac.zip(sic);
-    let site =
-        name.zip(code).map(|(name, (sac, sic))| Site { name: name.into(), sac, sic, geoid_undulation_m });
-    (site, code)
+/// A system area code.
+pub(super) fn area_code() -> Kind<u8> {
+    whole("a SAC is a whole number from 0 to 255", 0..=255)
 }
 
-/// The areas; `sensors` are the ids that exist, `config` is the path of the configuration file.
-pub(super) fn read_areas(top: &mut Section<'_>, sensors: &[String], config: &Path) -> Option<Vec<Area>> {
-    let beside = config.parent().unwrap_or(Path::new(""));
-    each(top.item("areas"), |section| read_area(section, sensors, beside))
+/// A system identification code.
+pub(super) fn identification_code() -> Kind<u8> {
+    whole("a SIC is a whole number from 0 to 255", 0..=255)
 }
 
-fn read_area(mut section: Section<'_>, sensors: &[String], beside: &Path) -> Option<Area> {
-    #[derive(Clone, Copy, PartialEq)]
-    enum Kind {
-        Mask,
-        Coverage,
-        Alert,
+section! {
+    /// The service itself.
+    Site {
+        /// Name of the service, shown on its interfaces.
+        name: String = need("name = …, how the interfaces call this service"), any_text();
+        /// System area code of what the service sends (I129/010). No sensor may have both this SAC and this SIC.
+        sac: u8 = need("sac = …, the system area code (SAC) of what the service sends"), area_code();
+        /// System identification code of what the service sends (I129/010).
+        sic: u8 = need("sic = …, the system identification code (SIC) of what the service sends"), identification_code();
+        /// Height of the geoid above the WGS-84 ellipsoid, metres.
+        geoid_undulation_m: Option<f64> = absent("EGM96 at the first radar"), number(
+            "a geoid undulation is between -120 and 100 metres; leave the key out for EGM96",
+            |v| (-120.0..=100.0).contains(&v),
+        );
     }
-    let kind = section.need("kind", "kind = \"mask\", \"coverage\" or \"alert\"").and_then(|item| {
-        item.word(&[("mask", Kind::Mask), ("coverage", Kind::Coverage), ("alert", Kind::Alert)])
-    });
-    let file = section.need("file", "file = …, a GeoJSON file of polygons").and_then(|item| {
-        let written = beside.join(item.text()?);
-        let file = path::absolute(&written).unwrap_or(written);
-        if !file.is_file() {
-            item.refuse(format!(
-                "there is no file {}; paths are relative to the configuration file",
-                file.display()
-            ));
+}
+
+section! {
+    /// Files of polygons (GeoJSON, RFC 7946). An area holds at every height and at all times: a file of UAS zones (ED-318,
+    /// ED-269) with limits of height or time, circles or conditions is refused. SIGHUP reads the files again, but masks
+    /// change with a restart only.
+    #[derive(Eq)]
+    Area {
+        /// What the polygons are for.
+        kind: AreaKind = need("kind = \"mask\", \"coverage\" or \"alert\""), named(), reloaded;
+        /// The file of polygons. A feature's property `name` is the name of an area, or else the file's name.
+        file: PathBuf = need("file = …, a GeoJSON file of polygons"), beside(), reloaded;
+    } by hand {}
+}
+
+names! {
+    /// What the polygons of an area are for.
+    #[derive(Eq)]
+    AreaKind, "kind of area" {
+        /// Plots inside are dropped.
+        Mask = "mask",
+        /// Where a sensor sees, shown instead of the circle of `max_range_m`.
+        Coverage {
+            /// The id of that sensor.
+            sensor: String
+        } = "coverage",
+        /// Tracks inside raise an alert.
+        Alert = "alert",
+    }
+}
+written_by_name!(AreaKind);
+
+/// A blank.
+impl Default for AreaKind {
+    fn default() -> Self {
+        Self::Mask
+    }
+}
+
+impl ByHand for Area {
+    fn more(&mut self, section: &mut Section<'_>) {
+        if !self.file.is_file() {
+            let file = self.file.display();
+            section.contradict(
+                &["file"],
+                format!("there is no file {file}; paths are relative to the configuration file"),
+            );
         }
-        Some(file)
-    });
-    let kind = match kind {
-        Some(Kind::Coverage) => section
-            .need("sensor", "sensor = …, the id of the sensor that covers this area")
-            .and_then(|item| {
-                let id = item.text()?;
-                if !sensors.iter().any(|known| known == id) {
-                    item.refuse(format!("no sensor has this id; the sensors are: {}", sensors.join(", ")));
-                }
-                Some(AreaKind::Coverage { sensor: id.to_owned() })
-            }),
-        Some(plain) => {
-            if let Some(item) = section.stray("sensor") {
-                item.refuse("only an area of kind = \"coverage\" belongs to a sensor; remove the key");
-            }
-            Some(if plain == Kind::Mask { AreaKind::Mask } else { AreaKind::Alert })
-        }
-        None => {
+        if !section.is_sound(&["kind"]) {
             section.abandon();
-            None
+        } else if let AreaKind::Coverage { sensor } = &mut self.kind {
+            let item = section.need("sensor", "sensor = …, the id of the sensor that covers this area");
+            *sensor = item.and_then(|item| item.text()).unwrap_or_default().to_owned();
+        } else if let Some(item) = section.stray("sensor") {
+            item.refuse("only an area of kind = \"coverage\" belongs to a sensor; remove the key");
         }
-    };
-    section.finish();
-    Some(Area { kind: kind?, file: file? })
+    }
+
+    fn arrange(&self, entries: &mut Vec<Entry>) {
+        if let AreaKind::Coverage { sensor } = &self.kind {
+            entries.push(Entry::new("sensor", quoted(sensor)));
+        }
+    }
+
+    fn explain(rows: &mut Vec<Row>) {
+        let about = " The sensor whose coverage it is; only with `kind = \"coverage\"`, and needed there.";
+        rows.push(Row { reloaded: true, ..Row::by_hand("sensor", None, "the id of a sensor", about) });
+    }
+}
+
+impl Area {
+    /// Finds fault with a sensor that is none of `ids`.
+    pub(super) fn check(&self, section: &Section<'_>, ids: &[&str]) {
+        if let AreaKind::Coverage { sensor } = &self.kind
+            && !ids.contains(&&**sensor)
+        {
+            let ids = ids.join(", ");
+            section.contradict(&["sensor"], format!("no sensor has this id; the sensors are: {ids}"));
+        }
+    }
 }

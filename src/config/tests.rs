@@ -443,8 +443,8 @@ fn output_http_state_and_areas() {
     let open = parse(&BASE.replace(listen, "listen = \"[::]:80\"\nauth = { mode = \"tokens\", tokens_file = \"/etc/tokens\" }\ncors = [\"https://a.example:8443\"]")).unwrap();
     assert_eq!(open.http.auth, Auth::Tokens { tokens_file: "/etc/tokens".into() });
     assert_eq!(open.http.cors, ["https://a.example:8443"]);
-    assert_eq!(open.http.limit, Some(RateLimit { requests_per_s: 50, burst: 200 }));
-    let limit = |keys: &str| parse(&BASE.replace(listen, keys)).unwrap().http.limit;
+    assert_eq!(open.http.limit(), Some(RateLimit { requests_per_s: 50, burst: 200 }));
+    let limit = |keys: &str| parse(&BASE.replace(listen, keys)).unwrap().http.limit();
     assert_eq!(limit("requests_per_s = 3"), Some(RateLimit { requests_per_s: 3, burst: 12 }));
     assert_eq!(limit("requests_burst = 7"), Some(RateLimit { requests_per_s: 50, burst: 7 }));
     assert_eq!(limit("requests_per_s = 0"), None);

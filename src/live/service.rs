@@ -418,7 +418,7 @@ impl Engine {
     fn troubles(&mut self, at: Time) -> Vec<Trouble> {
         let mut troubles = Vec::new();
         let mut find = |about, severity, text: String| troubles.push(Trouble { about, severity, text });
-        let behind_ns = self.driver.pipeline().engine().behind_ns(at);
+        let behind_ns = self.driver.pipeline().engine().behind(at).as_nanos() as i64;
         if behind_ns > SECOND {
             let behind_s = behind_ns / SECOND;
             let text = format!(

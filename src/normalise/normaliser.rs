@@ -138,7 +138,7 @@ impl Normaliser {
             let height_m = radar.height_amsl_m + undulation_m;
             let position = Geodetic::from_degrees(radar.latitude_deg, radar.longitude_deg, height_m);
             let site = RadarSite::new(position, radar.bearing_correction_deg);
-            frame.get_or_insert_with(|| site.frame().clone());
+            frame.get_or_insert_with(|| TangentPlane::at_site(position));
             radars.insert(
                 source,
                 RadarSensor {
@@ -273,8 +273,11 @@ impl RadarSensor {
         let measured = record.height_3d.map(|height| height.height_m() + site.undulation_m);
         let height_m = measured.unwrap_or(self.assumed_height_m);
         let local = self.site.position(slant_range_m, polar.azimuth_deg().to_radians(), height_m);
-        let position =
-            if self.is_origin { local } else { site.frame.from_ecef(self.site.frame().to_ecef(local)) };
+        let position = if self.is_origin {
+            local.0.into()
+        } else {
+            site.frame.from_ecef(self.site.frame().to_ecef(local))
+        };
         if site.is_masked(position) {
             return Err(Refusal::Masked);
         }

@@ -3,12 +3,12 @@
 use nalgebra::Vector2;
 
 use fusion::Enu;
-use fusion::frames::{Geodetic, TangentPlane};
+use fusion::frames::{AtRadar, Geodetic, TangentPlane};
 
 /// Where a radar stands and how it is turned.
 #[derive(Clone, Debug)]
 pub struct RadarSite {
-    local: TangentPlane,
+    local: TangentPlane<AtRadar>,
     /// R + H0: Gaussian mean radius at the radar plus its ellipsoidal height, metres.
     centre_distance_m: f64,
     radius_m: f64,
@@ -28,7 +28,7 @@ impl RadarSite {
     }
 
     /// The tangent plane at this radar.
-    pub fn frame(&self) -> &TangentPlane {
+    pub fn frame(&self) -> &TangentPlane<AtRadar> {
         &self.local
     }
 
@@ -43,7 +43,7 @@ impl RadarSite {
     /// `slant_range_m` above zero; `azimuth` in radians clockwise from the radar's north mark; `height_m` above the
     /// ellipsoid. The elevation is that of a sphere of the Gaussian mean radius: with ρ the slant range, H the height,
     /// sin ε = ((R+H)² - (R+H₀)² - ρ²) / (2 ρ (R+H₀)), clamped where range and height contradict each other.
-    pub fn position(&self, slant_range_m: f64, azimuth: f64, height_m: f64) -> Enu {
+    pub fn position(&self, slant_range_m: f64, azimuth: f64, height_m: f64) -> Enu<AtRadar> {
         let target = self.radius_m + height_m;
         let site = self.centre_distance_m;
         // The difference of squares as a product: the squares differ in their twelfth digit only.

@@ -42,8 +42,8 @@ impl Motion {
     /// Of an estimate at a place of `frame`, which is `position` on Earth.
     pub(super) fn new(estimate: &Estimate, place: Enu, position: Geodetic, frame: &TangentPlane) -> Self {
         // North and up are not those of the site's origin: where it will be in a second, seen from where it is.
-        let ahead = frame.to_ecef(Enu(place.0 + estimate.velocity));
-        let velocity = TangentPlane::at(position).from_ecef(ahead).0;
+        let ahead = frame.to_ecef(Enu::from(place.0 + estimate.velocity));
+        let velocity = TangentPlane::at_site(position).from_ecef(ahead).0;
         let speed = velocity.xy().norm();
         let speed_accuracy = accuracy::radius(&estimate.velocity_covariance, MOST);
         // Where the circle of what it may be about holds standstill, any direction is possible.

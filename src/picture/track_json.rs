@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::{HORIZONTAL, PictureMaker, PictureTrack, Rfc3339, VERTICAL};
 use crate::json::rounded;
-use fusion::operational::{JOIN, PART};
+use fusion::operational::{ASSOCIATE_LLR, DISSOCIATE_LLR};
 use fusion::point::{Because, Competitor, RadarPart, Rival, TransponderPart};
 use fusion::{Identity, Source};
 
@@ -311,12 +311,12 @@ fn contributors<'a>(
                 }
                 Because::Likelihood { score } => {
                     radar.log_likelihood_ratio = Some(rounded(score, 2));
-                    radar.threshold = Some(Threshold { join: JOIN, part: PART });
+                    radar.threshold = Some(Threshold { join: ASSOCIATE_LLR, part: DISSOCIATE_LLR });
                 }
                 Because::Manual { score } => {
                     radar.manual = true;
                     radar.log_likelihood_ratio = score.map(|score| rounded(score, 2));
-                    radar.threshold = Some(Threshold { join: JOIN, part: PART });
+                    radar.threshold = Some(Threshold { join: ASSOCIATE_LLR, part: DISSOCIATE_LLR });
                 }
             }
             vec![radar, transponder]

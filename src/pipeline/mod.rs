@@ -256,7 +256,7 @@ impl Pipeline {
 
     /// One alarm where the clock has stepped back.
     fn note_step(&mut self, now: Time, out: &mut impl FnMut(&mut Tally, Output)) {
-        let behind_ns = self.engine.behind_ns(now);
+        let behind_ns = self.engine.behind(now).as_nanos() as i64;
         if behind_ns > SECOND && !self.clock_behind {
             out(&mut self.tally, Output::Event(Event::ClockBehind { behind_ns }));
         }

@@ -2,7 +2,7 @@
 
 use crate::config::{self, Config, Motion, Registration, SensorKind};
 use crate::normalise::Normaliser;
-use fusion::frames::Geodetic;
+use fusion::frames::{Geodetic, RadarFrame};
 use fusion::settings::{
     Dynamics, Models, OperationalRules, Radar, RadarErrors, Receiver, ReferenceRules, RegistrationMode,
     Sensor, Singer, Threshold, Weights,
@@ -67,7 +67,7 @@ fn sensor(sensor: &config::Sensor, config: &Config, normaliser: &Normaliser) -> 
                 (accuracy.range_m, accuracy.azimuth_deg, accuracy.height_m.unwrap_or(RADAR_ACCURACY.2))
             });
             Sensor::Radar(Radar {
-                position: normaliser.frame().from_geodetic(place),
+                frame: RadarFrame::parallel(normaliser.frame().from_geodetic(place)),
                 errors: RadarErrors::of_data_sheet(range_m, azimuth_deg, height_m),
                 registration: match radar.registration {
                     Registration::Off => RegistrationMode::Off,

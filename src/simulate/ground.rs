@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::scenario::{Place, Radar};
-use fusion::frames::{Geodetic, TangentPlane};
+use fusion::frames::{AtRadar, Geodetic, TangentPlane};
 
 /// The ground: one height above mean sea level, on a round Earth.
 #[derive(Clone, Debug)]
@@ -16,7 +16,7 @@ pub struct Ground {
 /// A radar's own tangent plane.
 #[derive(Clone, Debug)]
 pub struct Antenna {
-    frame: TangentPlane,
+    frame: TangentPlane<AtRadar>,
     /// Its position.
     pub position: Geodetic,
     /// Its height above mean sea level, metres.

@@ -5,8 +5,8 @@ use std::net::Ipv4Addr;
 use super::ground::Ground;
 use super::scenario::{Radar, Scenario, TRANSPONDER_ID, Transponder};
 use crate::config::{
-    self, Address, Classification, Config, Fusion, Http, Input, Output, RadarAccuracy, Sensor, SensorKind,
-    SerialSource, Sink, Site, State, TransponderAccuracy,
+    self, Address, Config, Fusion, Http, Input, Output, Persistence, RadarAccuracy, Sensor, SensorKind, Sink,
+    Site, TransponderAccuracy,
 };
 
 /// The accuracy that a site knows from the data sheet, which is not the simulated one.
@@ -39,13 +39,11 @@ pub fn site(scenario: &Scenario, ground: &Ground) -> Config {
         areas: Vec::new(),
         output: Output {
             asterix: vec![Sink { address: group(Ipv4Addr::new(239, 192, 129, 2)), port: 8130, ttl: 1 }],
-            serial: SerialSource::Uas,
             status: false,
-            flush_on_stop: true,
-            record: None,
+            ..Output::default()
         },
         http: Http::default(),
-        state: State { dir: "state".into(), history_hours: 24.0, history_mib: 512 },
+        state: Persistence::default(),
     }
 }
 
@@ -63,15 +61,13 @@ fn radar_sensor(scenario: &Scenario, ground: &Ground, index: usize, radar: &Rada
             latitude_deg: rounded(position.latitude_deg()),
             longitude_deg: rounded(position.longitude_deg()),
             height_amsl_m: antenna.altitude_amsl_m,
-            bearing_correction_deg: 0.0,
             max_range_m: Some(radar.max_range_m),
             assumed_height_amsl_m: scenario.place.ground_amsl_m + ASSUMED_AGL_M,
-            classification: Classification::SpecialPurpose { octet: 0 },
             accuracy: Some(RadarAccuracy {
                 height_m: RADAR_ACCURACY.height_m.filter(|_| radar.heights),
                 ..RADAR_ACCURACY
             }),
-            registration: config::Registration::default(),
+            ..config::Radar::default()
         }),
     }
 }
@@ -85,8 +81,7 @@ fn transponder_sensor(scenario: &Scenario, model: &Transponder) -> Sensor {
         inputs: inputs(scenario, Ipv4Addr::new(239, 192, 129, 1), 8129),
         kind: SensorKind::Transponder(config::Transponder {
             accuracy: Some(TRANSPONDER_ACCURACY),
-            delay_s: None,
-            max_new_per_s: config::Transponder::MAX_NEW_PER_S,
+            ..config::Transponder::default()
         }),
     }
 }

@@ -87,7 +87,7 @@ impl Traffic {
     fn plot(self, target: u64, slot: i64) -> Plot {
         // Every target is detected at its own 1/128 s of the slot.
         let time = Time::from_nanos(slot * SLOT_NS + (target % 32) as i64 * (SLOT_NS / 32));
-        let Enu(mut position) = self.place(target, time);
+        let mut position = self.place(target, time).0;
         let site = |metres: f64| (metres / SITES_M).round() * SITES_M;
         let (site_east, site_north) = (site(position.x), site(position.y));
         let (east, north) = (position.x - site_east, position.y - site_north);
@@ -106,7 +106,7 @@ impl Traffic {
                 number: (target / self.radars) as u16,
             },
             time,
-            position: Enu(position),
+            position: position.into(),
             height_measured: true,
             slant_range_m: range.hypot(position.z),
             uav_probability: Some(if is_uav { 0.8 } else { 0.0 }),

@@ -1,11 +1,11 @@
 //! What a service message says: I034/000, 020, 041, 070, 090, 100, 110, 120.
 
-use crate::item::{codes, item};
+use crate::item::items;
 
 /// Metres in a nautical mile.
 const NAUTICAL_MILE_M: f64 = 1852.0;
 
-codes! {
+items! {
     /// The kinds of service messages in I034/000.
     pub enum MessageKind {
         /// north marker: the antenna passes north.
@@ -23,33 +23,19 @@ codes! {
         /// Mode S jamming strobe.
         ModeSJammingStrobe = 7,
     }
-}
 
-item! {
     /// I034/000 (5.2.1), message type.
-    pub struct MessageType(1) {
-        /// What is said.
-        code 8 "" kind / with_kind: MessageKind;
-    }
-}
+    /// What is said.
+    pub struct MessageType(1) = code 8 "" kind / with_kind: MessageKind;
 
-item! {
     /// I034/020 (5.2.3), sector number: the azimuth at which the sector begins that the antenna enters.
-    pub struct SectorNumber(1) {
-        /// Azimuth in degrees from north, clockwise: LSB 360/256 degrees (about 1.41), 0 to below 360 degrees.
-        unsigned 8 "azimuth_deg" azimuth_deg / with_azimuth_deg = 360.0 / 256.0, 6;
-    }
-}
+    /// Azimuth in degrees from north, clockwise: LSB 360/256 degrees (about 1.41), 0 to below 360 degrees.
+    pub struct SectorNumber(1) = unsigned 8 "azimuth_deg" azimuth_deg / with_azimuth_deg = 360.0 / 256.0, 6;
 
-item! {
     /// I034/041 (5.2.5), antenna rotation speed, as the time of one turn.
-    pub struct RotationPeriod(2) {
-        /// Seconds a turn: LSB 1/128 s, 0 to below 512 s.
-        unsigned 16 "period_s" period_s / with_period_s = 1.0 / 128.0, 7;
-    }
-}
+    /// Seconds a turn: LSB 1/128 s, 0 to below 512 s.
+    pub struct RotationPeriod(2) = unsigned 16 "period_s" period_s / with_period_s = 1.0 / 128.0, 7;
 
-codes! {
     /// TYP in I034/070: what is counted.
     pub enum CounterKind {
         /// misses: no detection.
@@ -95,9 +81,7 @@ codes! {
         /// Mode S FRUIT in a sector.
         ModeSFruit = 20,
     }
-}
 
-item! {
     /// A part of I034/070 (5.2.8), message count values.
     pub struct MessageCount(2) {
         /// TYP, what is counted.
@@ -105,9 +89,7 @@ item! {
         /// How many, 0 to 2047.
         count 11 "count" count / with_count: u16;
     }
-}
 
-item! {
     /// I034/090 (5.2.9), collimation error: the mean difference of the PSR from the SSR plots.
     pub struct CollimationError(2) {
         /// Range error in metres: LSB 1/128 NM (14.46875 m), -1852 to 1837.5 m.
@@ -115,9 +97,7 @@ item! {
         /// Azimuth error in degrees: LSB 360/16384 degrees (about 0.022), -2.8125 to 2.7905 degrees.
         signed 8 "azimuth_deg" azimuth_deg / with_azimuth_deg = 360.0 / 16384.0, 3;
     }
-}
 
-item! {
     /// I034/100 (5.2.10), generic polar window.
     pub struct PolarWindow(8) {
         /// Rho start, slant range in metres: LSB 1/256 NM (7.234375 m), 0 to below 256 NM.
@@ -129,9 +109,7 @@ item! {
         /// Theta end, azimuth in degrees: LSB 360/65536 degrees (about 0.0055).
         unsigned 16 "theta_end_deg" theta_end_deg / with_theta_end_deg = 360.0 / 65536.0, 3;
     }
-}
 
-codes! {
     /// What I034/110 filters.
     pub enum Filter {
         /// invalid.
@@ -155,17 +133,11 @@ codes! {
         /// PSR, enhanced surveillance and all SSR or Mode S data.
         PsrEnhancedAndAllSsr = 9,
     }
-}
 
-item! {
     /// I034/110 (5.2.11), data filter.
-    pub struct DataFilter(1) {
-        /// What is filtered.
-        code 8 "" filter / with_filter: Filter;
-    }
-}
+    /// What is filtered.
+    pub struct DataFilter(1) = code 8 "" filter / with_filter: Filter;
 
-item! {
     /// I034/120 (5.2.12), where the data source stands, in WGS-84.
     pub struct SourcePosition(8) {
         /// Height in metres above mean sea level: LSB 1 m, -32768 to 32767 m.

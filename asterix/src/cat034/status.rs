@@ -1,10 +1,10 @@
 //! How the radar is doing: I034/050, 060.
 
-use crate::item::{codes, compound, item};
+use crate::item::items;
 
-compound! {
+items! {
     /// I034/050 (5.2.6), system configuration and status.
-    pub struct SystemStatus {
+    compound pub struct SystemStatus {
         /// COM, common part.
         "com" common: CommonStatus,
         _,
@@ -17,30 +17,26 @@ compound! {
         "mds" mode_s: ModeSStatus,
         _,
     }
-}
 
-item! {
     /// COM in I034/050.
     pub struct CommonStatus(1) {
         /// NOGO: not released for operational use; its data must be discarded.
-        flag "nogo" is_nogo / with_nogo;
+        flag 1 "nogo" is_nogo / with_nogo;
         /// RDPC: radar data processor chain 2 is selected; not set: chain 1.
-        flag "rdpc" is_chain_2 / with_chain_2;
+        flag 1 "rdpc" is_chain_2 / with_chain_2;
         /// RDPR: the processor chain restarts; track numbers will be assigned anew.
-        flag "rdpr" is_reset / with_reset;
+        flag 1 "rdpr" is_reset / with_reset;
         /// OVL RDP: the radar data processor is overloaded.
-        flag "ovl_rdp" is_processor_overloaded / with_processor_overloaded;
+        flag 1 "ovl_rdp" is_processor_overloaded / with_processor_overloaded;
         /// OVL XMT: the transmission subsystem is overloaded.
-        flag "ovl_xmt" is_transmission_overloaded / with_transmission_overloaded;
+        flag 1 "ovl_xmt" is_transmission_overloaded / with_transmission_overloaded;
         /// MSC: the monitoring system is disconnected.
-        flag "msc" is_monitor_disconnected / with_monitor_disconnected;
+        flag 1 "msc" is_monitor_disconnected / with_monitor_disconnected;
         /// TSV: the time source is invalid.
-        flag "tsv" is_time_invalid / with_time_invalid;
+        flag 1 "tsv" is_time_invalid / with_time_invalid;
         spare 1 "spare";
     }
-}
 
-codes! {
     /// CH-A/B in I034/050: the channels in use.
     pub enum Channels {
         /// no channel.
@@ -52,49 +48,43 @@ codes! {
         /// both (diversity); of a secondary or Mode S radar an illegal combination.
         Both = 3,
     }
-}
 
-item! {
     /// PSR and SSR in I034/050.
     pub struct SensorStatus(1) {
         /// ANT: antenna 2 is selected; not set: antenna 1.
-        flag "ant" is_antenna_2 / with_antenna_2;
+        flag 1 "ant" is_antenna_2 / with_antenna_2;
         /// CH-A/B, the channels in use.
         code 2 "chab" channels / with_channels: Channels;
         /// OVL: overloaded.
-        flag "ovl" is_overloaded / with_overloaded;
+        flag 1 "ovl" is_overloaded / with_overloaded;
         /// MSC: the monitoring system is disconnected.
-        flag "msc" is_monitor_disconnected / with_monitor_disconnected;
+        flag 1 "msc" is_monitor_disconnected / with_monitor_disconnected;
         spare 3 "spare";
     }
-}
 
-item! {
     /// MDS in I034/050.
     pub struct ModeSStatus(2) {
         /// ANT: antenna 2 is selected; not set: antenna 1.
-        flag "ant" is_antenna_2 / with_antenna_2;
+        flag 1 "ant" is_antenna_2 / with_antenna_2;
         /// CH-A/B, the channels in use.
         code 2 "chab" channels / with_channels: Channels;
         /// OVL SUR: overloaded.
-        flag "ovl_sur" is_overloaded / with_overloaded;
+        flag 1 "ovl_sur" is_overloaded / with_overloaded;
         /// MSC: the monitoring system is disconnected.
-        flag "msc" is_monitor_disconnected / with_monitor_disconnected;
+        flag 1 "msc" is_monitor_disconnected / with_monitor_disconnected;
         /// SCF: channel B does the surveillance co-ordination function; not set: channel A.
-        flag "scf" is_co_ordination_on_b / with_co_ordination_on_b;
+        flag 1 "scf" is_co_ordination_on_b / with_co_ordination_on_b;
         /// DLF: channel B does the data link function; not set: channel A.
-        flag "dlf" is_data_link_on_b / with_data_link_on_b;
+        flag 1 "dlf" is_data_link_on_b / with_data_link_on_b;
         /// OVL SCF: the surveillance co-ordination function is overloaded.
-        flag "ovl_scf" is_co_ordination_overloaded / with_co_ordination_overloaded;
+        flag 1 "ovl_scf" is_co_ordination_overloaded / with_co_ordination_overloaded;
         /// OVL DLF: the data link function is overloaded.
-        flag "ovl_dlf" is_data_link_overloaded / with_data_link_overloaded;
+        flag 1 "ovl_dlf" is_data_link_overloaded / with_data_link_overloaded;
         spare 7 "spare";
     }
-}
 
-compound! {
     /// I034/060 (5.2.7), system processing mode.
-    pub struct SystemMode {
+    compound pub struct SystemMode {
         /// COM, common part.
         "com" common: CommonMode,
         _,
@@ -107,9 +97,7 @@ compound! {
         "mds" mode_s: ModeSMode,
         _,
     }
-}
 
-item! {
     /// COM in I034/060.
     pub struct CommonMode(1) {
         spare 1 "spare";
@@ -119,37 +107,31 @@ item! {
         count 3 "red_xmt" transmission_reduction / with_transmission_reduction: u8;
         spare 1 "spare_2";
     }
-}
 
-item! {
     /// PSR in I034/060.
     pub struct PsrMode(1) {
         /// POL: circular polarisation; not set: linear.
-        flag "pol" is_circular / with_circular;
+        flag 1 "pol" is_circular / with_circular;
         /// RED RAD, step of load reduction in the PSR: 0 none, to 7.
         count 3 "red_rad" reduction / with_reduction: u8;
         /// STC, number of the sensitivity time control map less 1, 0 to 3.
         count 2 "stc" sensitivity_map / with_sensitivity_map: u8;
         spare 2 "spare";
     }
-}
 
-item! {
     /// SSR in I034/060.
     pub struct SsrMode(1) {
         /// RED RAD, step of load reduction in the SSR: 0 none, to 7.
         count 3 "red_rad" reduction / with_reduction: u8;
         spare 5 "spare";
     }
-}
 
-item! {
     /// MDS in I034/060.
     pub struct ModeSMode(1) {
         /// RED RAD, step of load reduction in the Mode S radar: 0 none, to 7.
         count 3 "red_rad" reduction / with_reduction: u8;
         /// CLU: part of a cluster; not set: autonomous.
-        flag "clu" is_in_cluster / with_in_cluster;
+        flag 1 "clu" is_in_cluster / with_in_cluster;
         spare 4 "spare";
     }
 }

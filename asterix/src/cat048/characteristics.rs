@@ -1,13 +1,13 @@
 //! How the radar measured the plot: I048/120, 130.
 
-use crate::item::{Repeated, compound, item};
+use crate::item::{Repeated, items};
 
 /// Metres in a nautical mile.
 const NAUTICAL_MILE_M: f64 = 1852.0;
 
-compound! {
+items! {
     /// I048/130 (5.2.16), radar plot characteristics.
-    pub struct PlotCharacteristics {
+    compound pub struct PlotCharacteristics {
         /// SRL, run length of the SSR plot.
         "srl_deg" ssr_run_length: RunLength,
         /// SRR, number of replies received.
@@ -23,51 +23,29 @@ compound! {
         /// APD, azimuth of the PSR plot less that of the SSR plot.
         "apd_deg" azimuth_difference: AzimuthDifference,
     }
-}
 
-item! {
     /// SRL, PRL in I048/130: how long the antenna saw the target.
-    pub struct RunLength(1) {
-        /// Degrees of azimuth: LSB 360/8192 degrees (about 0.044), 0 to 11.21 degrees.
-        unsigned 8 "" degrees / with_degrees = 360.0 / 8192.0, 2;
-    }
-}
+    /// Degrees of azimuth: LSB 360/8192 degrees (about 0.044), 0 to 11.21 degrees.
+    pub struct RunLength(1) = unsigned 8 "" degrees / with_degrees = 360.0 / 8192.0, 2;
 
-item! {
     /// SRR in I048/130: how many replies made the plot.
-    pub struct Replies(1) {
-        /// Replies, 0 to 255.
-        count 8 "" number / with_number: u8;
-    }
-}
+    /// Replies, 0 to 255.
+    pub struct Replies(1) = count 8 "" number / with_number: u8;
 
-item! {
     /// SAM, PAM in I048/130: amplitude of the reply or echo.
-    pub struct Amplitude(1) {
-        /// dBm: LSB 1 dBm, -128 to 127 dBm.
-        signed 8 "" dbm / with_dbm = 1.0, 0;
-    }
-}
+    /// dBm: LSB 1 dBm, -128 to 127 dBm.
+    pub struct Amplitude(1) = signed 8 "" dbm / with_dbm = 1.0, 0;
 
-item! {
     /// RPD in I048/130: difference in range between the PSR and the SSR plot.
-    pub struct RangeDifference(1) {
-        /// Metres: LSB 1/256 NM (7.234375 m), -926 to 918.8 m.
-        signed 8 "" metres / with_metres = NAUTICAL_MILE_M / 256.0, 1;
-    }
-}
+    /// Metres: LSB 1/256 NM (7.234375 m), -926 to 918.8 m.
+    pub struct RangeDifference(1) = signed 8 "" metres / with_metres = NAUTICAL_MILE_M / 256.0, 1;
 
-item! {
     /// APD in I048/130: difference in azimuth between the PSR and the SSR plot.
-    pub struct AzimuthDifference(1) {
-        /// Degrees: LSB 360/16384 degrees (about 0.022), -2.8125 to 2.7905 degrees.
-        signed 8 "" degrees / with_degrees = 360.0 / 16384.0, 3;
-    }
-}
+    /// Degrees: LSB 360/16384 degrees (about 0.022), -2.8125 to 2.7905 degrees.
+    pub struct AzimuthDifference(1) = signed 8 "" degrees / with_degrees = 360.0 / 16384.0, 3;
 
-compound! {
     /// I048/120 (5.2.15), radial Doppler speed. The specification allows one of the subfields at a time; both are read.
-    pub struct RadialDoppler {
+    compound pub struct RadialDoppler {
         /// CAL, calculated.
         "cal" calculated: CalculatedDoppler,
         /// RDS, raw, as often as it was measured.
@@ -78,20 +56,16 @@ compound! {
         _,
         _,
     }
-}
 
-item! {
     /// CAL in I048/120: calculated Doppler speed.
     pub struct CalculatedDoppler(2) {
         /// D: the speed is doubtful.
-        flag "d" is_doubtful / with_doubtful;
+        flag 1 "d" is_doubtful / with_doubtful;
         spare 5 "spare";
         /// Radial speed in metres a second: LSB 1 m/s, -512 to 511 m/s.
         signed 10 "speed_m_s" speed_m_s / with_speed_m_s = 1.0, 0;
     }
-}
 
-item! {
     /// A part of RDS in I048/120: raw Doppler speed.
     pub struct RawDoppler(6) {
         /// DOP, Doppler speed in metres a second: LSB 1 m/s, 0 to 65535 m/s. The specification says neither sign nor

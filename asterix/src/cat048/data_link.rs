@@ -1,8 +1,8 @@
 //! What Mode S says of the aircraft: I048/230, 250, 260.
 
-use crate::item::{codes, item};
+use crate::item::items;
 
-codes! {
+items! {
     /// COM in I048/230: what the transponder can communicate.
     pub enum Communications {
         /// nothing, surveillance alone.
@@ -16,9 +16,7 @@ codes! {
         /// a transponder of level 5.
         Level5 = 4,
     }
-}
 
-codes! {
     /// STAT in I048/230: flight status.
     pub enum FlightStatus {
         /// no alert, no SPI, airborne.
@@ -36,9 +34,7 @@ codes! {
         /// unknown.
         Unknown = 7,
     }
-}
 
-item! {
     /// I048/230 (5.2.23), communications and ACAS capability, flight status.
     pub struct Capability(2) {
         /// COM, what the transponder can communicate.
@@ -46,22 +42,20 @@ item! {
         /// STAT, flight status.
         code 3 "stat" flight_status / with_flight_status: FlightStatus;
         /// SI: the transponder is capable of II codes only; not set: of SI codes.
-        flag "si" is_interrogator_identifier_only / with_interrogator_identifier_only;
+        flag 1 "si" is_interrogator_identifier_only / with_interrogator_identifier_only;
         spare 1 "spare";
         /// MSSC: capable of Mode S specific services.
-        flag "mssc" has_specific_services / with_specific_services;
+        flag 1 "mssc" has_specific_services / with_specific_services;
         /// ARC: altitude is reported in steps of 25 ft; not set: of 100 ft.
-        flag "arc" reports_25_ft / with_25_ft;
+        flag 1 "arc" reports_25_ft / with_25_ft;
         /// AIC: the aircraft can report its identification.
-        flag "aic" has_identification / with_identification;
+        flag 1 "aic" has_identification / with_identification;
         /// B1A: bit 16 of BDS register 1,0.
-        flag "b1a" bds_10_bit_16 / with_bds_10_bit_16;
+        flag 1 "b1a" bds_10_bit_16 / with_bds_10_bit_16;
         /// B1B: bits 37 to 40 of BDS register 1,0.
         count 4 "b1b" bds_10_bits_37_to_40 / with_bds_10_bits_37_to_40: u8;
     }
-}
 
-item! {
     /// A part of I048/250 (5.2.25), a BDS register that the transponder sent.
     pub struct BdsRegister(8) {
         /// MB data, the 56 bits of the register.
@@ -71,14 +65,10 @@ item! {
         /// BDS2, the second half of the register's number: 0 of BDS 4,0.
         count 4 "bds2" bds2 / with_bds2: u8;
     }
-}
 
-item! {
     /// I048/260 (5.2.26), the ACAS resolution advisory: BDS register 3,0.
-    pub struct AcasAdvisory(7) {
-        /// The 56 bits of the register (ICAO Annex 10, volume IV, section 4.3.8.4.2.2).
-        hex 56 "" data / with_data: u64;
-    }
+    /// The 56 bits of the register (ICAO Annex 10, volume IV, section 4.3.8.4.2.2).
+    pub struct AcasAdvisory(7) = hex 56 "" data / with_data: u64;
 }
 
 #[cfg(test)]

@@ -1,37 +1,33 @@
 //! What the radar makes of the replies: Mode 1, 2 and C codes and the confidence in them, I048/050, 055, 060, 065, 080, 100.
 
-use crate::item::item;
+use crate::item::items;
 
-item! {
+items! {
     /// I048/050 (5.2.6), Mode 2 code.
     pub struct Mode2(2) {
         /// V: the code is not validated.
-        flag "v" is_not_validated / with_not_validated;
+        flag 1 "v" is_not_validated / with_not_validated;
         /// G: the code is garbled.
-        flag "g" is_garbled / with_garbled;
+        flag 1 "g" is_garbled / with_garbled;
         /// L: the code is smoothed by a local tracker, not read from the reply.
-        flag "l" is_smoothed / with_smoothed;
+        flag 1 "l" is_smoothed / with_smoothed;
         spare 1 "spare";
         /// The code, 0 to octal 7777.
         octal 12 "mode_2" code / with_code: u16;
     }
-}
 
-item! {
     /// I048/055 (5.2.7), Mode 1 code.
     pub struct Mode1(1) {
         /// V: the code is not validated.
-        flag "v" is_not_validated / with_not_validated;
+        flag 1 "v" is_not_validated / with_not_validated;
         /// G: the code is garbled.
-        flag "g" is_garbled / with_garbled;
+        flag 1 "g" is_garbled / with_garbled;
         /// L: the code is smoothed by a local tracker, not read from the reply.
-        flag "l" is_smoothed / with_smoothed;
+        flag 1 "l" is_smoothed / with_smoothed;
         /// The bits A4, A2, A1, B2, B1 of the code; as an octal number it is `(bits >> 2) * 10 + (bits & 3)`.
         count 5 "mode_1" code_bits / with_code_bits: u8;
     }
-}
 
-item! {
     /// I048/060 (5.2.8), confidence in the bits of the Mode 2 code.
     pub struct Mode2Confidence(2) {
         spare 4 "spare";
@@ -39,18 +35,14 @@ item! {
         /// octal code.
         octal 12 "low_quality" low_quality / with_low_quality: u16;
     }
-}
 
-item! {
     /// I048/065 (5.2.9), confidence in the bits of the Mode 1 code.
     pub struct Mode1Confidence(1) {
         spare 3 "spare";
         /// The pulses of low quality, in the order A4 A2 A1 B2 B1 from the highest bit: the bits of the code.
         count 5 "low_quality" low_quality / with_low_quality: u8;
     }
-}
 
-item! {
     /// I048/080 (5.2.11), confidence in the bits of the Mode 3/A code.
     pub struct Mode3AConfidence(2) {
         spare 4 "spare";
@@ -58,15 +50,13 @@ item! {
         /// octal code.
         octal 12 "low_quality" low_quality / with_low_quality: u16;
     }
-}
 
-item! {
     /// I048/100 (5.2.13), Mode C code as received, and the confidence in its bits.
     pub struct ModeC(4) {
         /// V: the code is not validated.
-        flag "v" is_not_validated / with_not_validated;
+        flag 1 "v" is_not_validated / with_not_validated;
         /// G: the code is garbled.
-        flag "g" is_garbled / with_garbled;
+        flag 1 "g" is_garbled / with_garbled;
         spare 2 "spare";
         /// The code in Gray notation: the pulses C1 A1 C2 A2 C4 A4 B1 D1 B2 D2 B4 D4 from the highest bit.
         hex 12 "mode_c_gray" gray_code / with_gray_code: u16;

@@ -1,13 +1,12 @@
 //! Warnings, error conditions and target classification: I048/030.
 
-use deku::{DekuRead, DekuWrite};
-
-use crate::item::Describe;
+use crate::item::chain;
 use crate::{Chain, Layout};
 
-/// I048/030: one or more codes of 7 bits; [`warning_name`] names them, unknown ones are kept.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, DekuRead, DekuWrite)]
-pub struct Warnings(Chain);
+chain! {
+    /// I048/030 (5.2.3): one or more codes of 7 bits; [`warning_name`] names them, unknown ones are kept.
+    pub struct Warnings = Layout::Codes;
+}
 
 impl Warnings {
     /// The item with these codes, in this order; `None` for no code, for more than [`Chain::MAX_OCTETS`] and for a code
@@ -28,15 +27,6 @@ impl Warnings {
     pub fn codes(&self) -> impl Iterator<Item = u8> {
         self.0.octets().iter().map(|octet| octet >> 1)
     }
-
-    /// The octets as they stand.
-    pub const fn chain(&self) -> &Chain {
-        &self.0
-    }
-}
-
-impl Describe for Warnings {
-    const LAYOUT: Layout = Layout::Codes;
 }
 
 /// What a code of I048/030 means in edition 1.32; `None` for a code that it does not define.

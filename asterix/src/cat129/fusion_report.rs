@@ -1,17 +1,13 @@
 //! The special purpose field of the fusion service's own records: what CAT129 has no item for.
 
-use std::io::Cursor;
-
+use deku::DekuReader;
 use deku::reader::Reader;
-use deku::writer::Writer;
-use deku::{DekuRead, DekuReader, DekuWrite, DekuWriter};
 
-use crate::items::nearest;
-use crate::layout::{count, field};
-use crate::{Explicit, Field, Kind, Quantity};
+use crate::bits::{self, nearest};
+use crate::item::{Describe, words};
+use crate::record::{Forward, append};
+use crate::{Explicit, Field, Layout};
 
-/// Octets after the length octet.
-const CONTENTS: usize = 21;
 /// Marks the layout: the letters `UF` and version 1.
 const MAGIC: [u8; 3] = *b"UF\x01";
 
@@ -37,7 +33,7 @@ impl Deviation {
     /// The nearest deviation; above 6553.4 m that, and [`Deviation::UNKNOWN`] for a negative number or none.
     pub fn from_metres(deviation_m: f64) -> Self {
         const LARGEST: u16 = u16::MAX - 1;
-        let count = nearest((deviation_m * 10.0).min(f64::from(LARGEST)), 0, i32::from(LARGEST));
+        let count = nearest((deviation_m * 10.0).min(f64::from(LARGEST)), 0, LARGEST.into());
         // `min` gives its other argument for a NaN, so that is asked for here.
         if deviation_m.is_nan() {
             Self::UNKNOWN
@@ -122,54 +118,46 @@ pub struct FusionReport {
     pub uav_probability: UavProbability,
 }
 
-/// The octets after the magic, as they stand.
-#[derive(DekuRead, DekuWrite)]
-#[deku(endian = "big")]
-struct Words {
-    source: u8,
-    track_number: u32,
-    radar_track: u16,
-    transponder: u32,
-    horizontal_deviation: u16,
-    vertical_deviation: u16,
-    flags: u8,
-    uav_probability: u8,
-    spare: u8,
+words! {
+    /// The octets after the length octet, as they stand.
+    struct Contents {
+        magic: [u8; 3] { constant 24 "magic" = bits::get(&MAGIC, 0, 24); }
+        source: u8 { count 8 "source"; }
+        track_number: u32 { count 32 "track_number"; }
+        radar_track: u16 { count_or 16 "radar_track" = 0xffff; }
+        transponder: u32 { count_or 32 "transponder" = 0xffff_ffff; }
+        horizontal_deviation: u16 { known 16 "horizontal_deviation_m" = 0.1, 1; }
+        vertical_deviation: u16 { known 16 "vertical_deviation_m" = 0.1, 1; }
+        flags: u8 {
+            spare 2 "spare";
+            count 1 "height_not_measured";
+            count 1 "uncooperative";
+            count 1 "integrity_failed";
+            count 1 "integrity_suspect";
+            count 1 "extrapolated";
+            count 1 "interpolated";
+        }
+        uav_probability: u8 { known 8 "uav_probability" = 1.0 / 254.0, 3; }
+        spare: u8 { spare 8 "spare_2"; }
+    }
 }
 
-/// A physical value whose highest count means "unknown".
-const fn known(key: &'static str, bits: u16, lsb: f64, decimals: u8) -> Field {
-    let unknown = Some((1 << bits) - 1);
-    field(key, bits, Kind::Quantity(Quantity { signed: false, lsb, decimals, unknown }))
+impl Describe for FusionReport {
+    const LAYOUT: Layout = Layout::Explicit(crate::Contents::Known("uf", Self::FIELDS));
 }
 
 impl FusionReport {
     /// The fields, from the first octet after the length octet. The source is 1 fused, 2 radar, 3 transponder.
-    pub const FIELDS: &'static [Field] = &[
-        field("magic", 24, Kind::Constant(u32::from_be_bytes([0, MAGIC[0], MAGIC[1], MAGIC[2]]) as u64)),
-        count("source", 8),
-        count("track_number", 32),
-        field("radar_track", 16, Kind::CountOr(0xffff)),
-        field("transponder", 32, Kind::CountOr(0xffff_ffff)),
-        known("horizontal_deviation_m", 16, 0.1, 1),
-        known("vertical_deviation_m", 16, 0.1, 1),
-        field("spare", 2, Kind::Spare),
-        count("height_not_measured", 1),
-        count("uncooperative", 1),
-        count("integrity_failed", 1),
-        count("integrity_suspect", 1),
-        count("extrapolated", 1),
-        count("interpolated", 1),
-        known("uav_probability", 8, 1.0 / 254.0, 3),
-        field("spare_2", 8, Kind::Spare),
-    ];
+    pub const FIELDS: &'static [Field] = Contents::FIELDS;
 
     /// Reads a special purpose field. `None` for another magic, version or length, or a source that this version does not
     /// name: such a field is somebody else's, or of another version, and stays as it is. The spare octet is not looked at.
     pub fn read(field: &Explicit) -> Option<Self> {
-        let contents: &[u8; CONTENTS] = field.contents().try_into().ok()?;
-        let words = contents.strip_prefix(&MAGIC)?;
-        let words = Words::from_reader_with_ctx(&mut Reader::new(&mut Cursor::new(words)), ()).ok()?;
+        let mut octets = Forward(field.contents());
+        let words = Contents::from_reader_with_ctx(&mut Reader::new(&mut octets), ()).ok()?;
+        if words.magic != MAGIC || !octets.0.is_empty() {
+            return None;
+        }
         Some(Self {
             source: match words.source {
                 1 => Source::Fused,
@@ -189,7 +177,8 @@ impl FusionReport {
 
     /// The special purpose field that says this.
     pub fn to_field(&self) -> Explicit {
-        let words = Words {
+        let words = Contents {
+            magic: MAGIC,
             source: match self.source {
                 Source::Fused => 1,
                 Source::Radar => 2,
@@ -204,11 +193,8 @@ impl FusionReport {
             uav_probability: self.uav_probability.0,
             spare: 0,
         };
-        let mut contents = [0; CONTENTS];
-        contents[..MAGIC.len()].copy_from_slice(&MAGIC);
-        words
-            .to_writer(&mut Writer::new(Cursor::new(&mut contents[MAGIC.len()..])), ())
-            .expect("the words fill the contents exactly");
+        let mut contents = [0; 21];
+        append(&words, &mut contents[..]);
         Explicit::new(&contents).expect("21 octets fit a special purpose field")
     }
 }

@@ -1,6 +1,6 @@
 //! The error of a radar that lasts for a while: a first-order Gauss–Markov process a radar track.
 
-use super::track::RadarErrors;
+use super::errors::RadarErrors;
 
 /// What is known of it: mean and variance of each part.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,10 +5,11 @@
 use nalgebra::Vector2;
 
 use super::bias::{Bias, SlowChange};
+use super::errors::RadarErrors;
 use super::height::{self, AboveGround};
 use super::imm::{Back, Bridge, Gaussian, Mixture};
+use super::measurement::{By, Measurement, Owner, StateEstimate};
 use super::plane::{self, OverGround};
-use super::track::{By, Measurement, Owner, RadarErrors, StateEstimate};
 use crate::time::Time;
 
 /// A measurement and what is known with it.

@@ -4,10 +4,10 @@
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 
 use super::bias::{Bias, SlowChange};
+use super::errors::{LineOfSight, RadarErrors};
 use super::imm::{Gaussian, Linear, Mixture, Observation};
 use super::motion::{MODELS, Models};
 use super::singer::Singer;
-use super::track::{LineOfSight, RadarErrors};
 
 /// East, north (metres), their rates (metres a second), and the radar's slow error in range (metres) and azimuth (radians).
 pub(super) const STATES: usize = 6;

@@ -5,11 +5,13 @@ use nalgebra::{DMatrix, DVector, SMatrix, Vector2};
 use proptest::prelude::*;
 
 use super::bias::{Bias, SlowChange};
+use super::errors::{LineOfSight, RadarErrors};
 use super::imm::Observation;
+use super::measurement::{By, Measurement, Owner};
 use super::motion::{MODELS, Model, Models};
 use super::plane::{self, OverGround};
 use super::singer::Singer;
-use super::track::{By, Dynamics, LineOfSight, Measurement, Owner, RadarErrors, TargetFilter};
+use super::target::{Dynamics, TargetFilter};
 use crate::frames::Enu;
 use crate::time::Time;
 

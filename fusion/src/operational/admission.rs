@@ -1,54 +1,42 @@
-//! Who is let in: an identity that is heard once is neither compared with anything nor numbered, until a second report
-//! agrees with the first.
+//! Admission of transponder identities: one that is heard once is neither compared with anything nor numbered, until a
+//! second report agrees with the first.
 //!
 //! A receiver can be told any number of invented identities. A first report therefore costs a place in a table, which is
-//! bounded; the second one costs a permit, and there are `max_new_per_s` a second of them, for each receiver. Identities
-//! that were let in go on unhindered.
+//! bounded; the second costs a permit, of which each receiver has `max_new_per_s` per second. Identities once admitted go on
+//! unhindered.
 //!
-//! Reports come here slot by slot, sorted by time and identity: what is decided depends on the slot and not on the order of
+//! Reports come here slot by slot, sorted by time and identity: what is decided depends on the slot, not on the order of
 //! arrival.
 
 use std::collections::{BTreeMap, VecDeque};
 
-use super::settings::Transponder;
-use super::target::SAME_NS;
-use super::tracklet::TargetId;
+use jiff::SignedDuration;
+
+use super::ids::TargetId;
+use super::settings::{Transponder, periods};
+use super::tuning::{
+    ADMISSION_GATE_M, ADMISSION_SPEED_MAX_M_S, ADMISSION_WAIT, ADMISSION_WAIT_PERIODS, FLOOD_LASTS,
+    PERMITS_ACCUMULATE_S, SAME_REPORT, WAITING_MAX, WAITING_REPORTS_MAX,
+};
 use crate::point::Newcomers;
 use crate::report::{Fix, Identity, SensorIndex};
 use crate::time::{SECOND, Time};
 
-/// Two reports of one identity agree when an aircraft could fly from one to the other: this fast, metres a second,
-const FASTEST_M_S: f64 = 100.0;
-/// and from where it is measured to where it is, metres.
-const OFF_M: f64 = 100.0;
-/// A first report waits so long for a second one, and for three periods of its receiver; an identity that was let in and has
-/// fallen silent is known for as long. Nanoseconds.
-const WAITS_NS: i64 = 60 * SECOND;
-const WAITS_PERIODS: f64 = 3.0;
-/// Permits gather for so many seconds: a service that starts into a city lets all of it in at once.
-const GATHERS_S: i64 = 20;
-/// Identities of a receiver that wait at most; the oldest give way.
-const WAITING: usize = 1 << 16;
-/// Reports of an identity that wait at most, where they do not agree; the oldest give way.
-const REPORTS: usize = 4;
-/// It is a flood from when more identities are new than permits would gather for, until so long after, nanoseconds.
-const FLOOD_NS: i64 = 10 * SECOND;
-
-/// Keeps who waits and who was let in.
+/// Who waits, and who was admitted.
 #[derive(Debug, Default)]
 pub(super) struct Admission {
     waiting: BTreeMap<Identity, Waiting>,
-    /// When each was heard last that was let in.
+    /// When each was last heard that was admitted.
     admitted: BTreeMap<Identity, Time>,
     receivers: BTreeMap<SensorIndex, Receiver>,
     /// The slot that is emitted.
     now: Time,
 }
 
-/// An identity that waits.
+/// A waiting identity.
 #[derive(Debug)]
 struct Waiting {
-    /// By when it was first heard it takes its turn among the targets.
+    /// Its place among the targets, by when it was first heard.
     target: TargetId,
     /// The receiver of its first report.
     sensor: SensorIndex,
@@ -62,11 +50,11 @@ struct Waiting {
 /// A transponder receiver's newcomers.
 #[derive(Debug)]
 struct Receiver {
-    /// Who waits, by when they were first heard; those that were let in meanwhile are still among them.
+    /// By when they were first heard; those that were admitted meanwhile are still among them.
     queue: VecDeque<(Time, Identity, TargetId)>,
     waiting: usize,
     permits: Permits,
-    /// The measure of a flood: new identities use these up.
+    /// It is a flood once new identities have used these up.
     usual: Permits,
     flood: Option<Flood>,
     /// New identities of the last second, by slot.
@@ -82,7 +70,7 @@ struct Flood {
     most: u32,
 }
 
-/// So many a second, gathered for [`GATHERS_S`]. They are kept as the time at which all are there again.
+/// `per_s` permits per second, accumulated for [`PERMITS_ACCUMULATE_S`]; kept as the time at which all are there again.
 #[derive(Clone, Copy, Debug)]
 struct Permits(Time);
 
@@ -90,7 +78,7 @@ impl Permits {
     /// Takes one; whether there was one.
     fn take(&mut self, now: Time, per_s: u32) -> bool {
         let whole = self.0.max(now).nanos() + SECOND / i64::from(per_s.max(1));
-        let is_there = whole - now.nanos() <= GATHERS_S * SECOND;
+        let is_there = whole - now.nanos() <= PERMITS_ACCUMULATE_S * SECOND;
         if is_there {
             self.0 = Time::from_nanos(whole);
         }
@@ -98,60 +86,65 @@ impl Permits {
     }
 }
 
-/// An identity that is let in.
+/// An identity that is admitted.
 #[derive(Debug)]
 pub(super) struct Admitted {
-    /// Its target's place among the others.
+    /// Its place among the targets.
     pub(super) target: TargetId,
     /// Its reports that waited and agree with the one that came; by the time at which they came.
     pub(super) waited: Vec<Fix>,
 }
 
 impl Admission {
-    /// A slot begins: who has waited for too long is forgotten.
+    /// A slot begins: identities that have waited for too long are forgotten.
     pub(super) fn turn(&mut self, now: Time, receiver: impl Fn(SensorIndex) -> Option<Transponder>) {
         self.now = now;
-        let longest = |sensor| waits_ns(receiver(sensor).as_ref());
+        let longest = |sensor| wait(receiver(sensor).as_ref());
         let Self { waiting, receivers, admitted, .. } = self;
-        let mut known_ns = WAITS_NS;
+        let mut known = ADMISSION_WAIT;
         for (&sensor, of) in receivers.iter_mut() {
-            let waits_ns = longest(sensor);
-            known_ns = known_ns.max(waits_ns);
+            let wait = longest(sensor);
+            known = known.max(wait);
             while let Some(&(since, identity, target)) = of.queue.front()
-                && now.nanos() - since.nanos() > waits_ns
+                && now - since > wait
             {
                 of.queue.pop_front();
                 of.forget(identity, target, waiting, false);
             }
             of.turn(now);
         }
-        admitted.retain(|_, heard| now.nanos() - heard.nanos() <= known_ns);
+        admitted.retain(|_, heard| now - *heard <= known);
     }
 
     /// An identity that has a target was heard.
-    pub(super) fn note(&mut self, identity: Identity) {
+    pub(super) fn refresh(&mut self, identity: Identity) {
         self.admitted.insert(identity, self.now);
     }
 
-    /// A report of an identity that has no target: whether it is let in with it. `next` is the next target's place.
-    pub(super) fn offer(&mut self, fix: &Fix, settings: &Transponder, next: &mut u64) -> Option<Admitted> {
+    /// A report of an identity that has no target: whether it is admitted with it. `reserve` is a place among the targets.
+    pub(super) fn offer(
+        &mut self,
+        fix: &Fix,
+        settings: &Transponder,
+        mut reserve: impl FnMut() -> TargetId,
+    ) -> Option<Admitted> {
         let Self { waiting, admitted, receivers, now } = self;
-        let mut place = || {
-            let target = TargetId(*next);
-            *next += 1;
-            target
-        };
         if let Some(heard) = admitted.get_mut(&fix.identity) {
             *heard = *now;
-            return Some(Admitted { target: place(), waited: Vec::new() });
+            return Some(Admitted { target: reserve(), waited: Vec::new() });
         }
         let of = receivers.entry(fix.sensor).or_insert_with(|| Receiver::new(fix.sensor, *now));
         let Some(waits) = waiting.get_mut(&fix.identity) else {
-            let waits =
-                Waiting { target: place(), sensor: fix.sensor, first: *fix, more: Vec::new(), agrees: false };
-            of.hear(fix.identity, waits.target, *now, settings.max_new_per_s);
+            let waits = Waiting {
+                target: reserve(),
+                sensor: fix.sensor,
+                first: *fix,
+                more: Vec::new(),
+                agrees: false,
+            };
+            of.enqueue(fix.identity, waits.target, *now, settings.max_new_per_s);
             waiting.insert(fix.identity, waits);
-            if of.waiting > WAITING {
+            if of.waiting > WAITING_MAX {
                 of.crowd_out(waiting);
             }
             return None;
@@ -174,14 +167,14 @@ impl Admission {
             }
             return Some(Admitted { target, waited });
         }
-        if 1 + waits.more.len() == REPORTS {
+        if 1 + waits.more.len() == WAITING_REPORTS_MAX {
             waits.first = waits.more.remove(0);
         }
         waits.more.push(*fix);
         None
     }
 
-    /// What became of new identities in this slot, a receiver each that had some, or that a flood begins or ends of.
+    /// Fates of new identities in this slot, per receiver that had some or whose flood began or ended.
     pub(super) fn take(&mut self) -> Vec<Newcomers> {
         self.receivers.iter_mut().filter_map(|(&sensor, of)| of.take(sensor)).collect()
     }
@@ -208,14 +201,14 @@ impl Receiver {
     }
 
     fn turn(&mut self, now: Time) {
-        while self.lately.front().is_some_and(|(time, _)| now.nanos() - time.nanos() >= SECOND) {
+        while self.lately.front().is_some_and(|(time, _)| now - *time >= SignedDuration::from_secs(1)) {
             self.lately.pop_front();
         }
         self.flood = self.flood.filter(|flood| now < flood.until);
     }
 
-    /// An identity that begins to wait.
-    fn hear(&mut self, identity: Identity, target: TargetId, now: Time, per_s: u32) {
+    /// A new identity, which begins to wait.
+    fn enqueue(&mut self, identity: Identity, target: TargetId, now: Time, per_s: u32) {
         self.queue.push_back((now, identity, target));
         self.waiting += 1;
         self.count.heard += 1;
@@ -225,7 +218,7 @@ impl Receiver {
         }
         let most = self.lately.iter().map(|(_, count)| count).sum();
         if !self.usual.take(now, per_s) {
-            let until = Time::from_nanos(now.nanos() + FLOOD_NS);
+            let until = now + FLOOD_LASTS;
             let before = self.flood.map_or(0, |flood| flood.most);
             self.flood = Some(Flood { until, most: before.max(most) });
         }
@@ -271,21 +264,21 @@ impl Receiver {
     }
 }
 
-/// How long a receiver's identities wait, nanoseconds.
-fn waits_ns(receiver: Option<&Transponder>) -> i64 {
+/// How long a receiver's identities wait.
+fn wait(receiver: Option<&Transponder>) -> SignedDuration {
     let period_s = receiver.map_or(0.0, |receiver| receiver.period_s);
-    WAITS_NS.max((WAITS_PERIODS * period_s * SECOND as f64) as i64)
+    ADMISSION_WAIT.max(periods(ADMISSION_WAIT_PERIODS, period_s))
 }
 
 /// Whether they are one report, heard twice.
 fn is_same(one: &Fix, other: &Fix) -> bool {
-    one.time.nanos().abs_diff(other.time.nanos()) <= SAME_NS as u64
+    (one.time - other.time).abs() <= SAME_REPORT
 }
 
 /// Whether an aircraft could fly from one to the other.
 fn agree(one: &Fix, other: &Fix) -> bool {
     let away_m = (one.position.0 - other.position.0).norm();
-    away_m <= OFF_M + FASTEST_M_S * one.time.seconds_since(other.time).abs()
+    away_m <= ADMISSION_GATE_M + ADMISSION_SPEED_MAX_M_S * one.time.seconds_since(other.time).abs()
 }
 
 #[cfg(test)]

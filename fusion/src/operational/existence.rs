@@ -1,56 +1,46 @@
-//! Whether a radar track is a drone: what the radar says of its class, and how it flies.
+//! Whether a radar track is a drone: the class that the radar tells, and how it flies.
 
-use super::flight::Flight;
+mod kinematics;
+
+use kinematics::Kinematics;
+
 use super::settings::Radar;
+use super::tuning::{
+    CLASS_LOG_ODDS_MAX, CLASS_MEMORY_S, CLASS_NEUTRAL, CLASS_NEVER, CLASS_PLOT_MAX_S, CLASS_SETTLED_S,
+    CLASS_SLOPE,
+};
 use crate::report::Plot;
 
-/// A track is put out from these log-odds on.
-pub(super) const CONFIRMED: f64 = 3.0;
-/// A mean probability of this says nothing, where birds and drones are as frequent as they are; above it speaks for a drone.
-const NEUTRAL: f64 = 0.57;
-/// What a mean probability that is higher by 1 would add.
-const SLOPE: f64 = 30.0;
-/// It adds no more than this, and takes no more away.
-const MOST: f64 = 6.0;
-/// Successive plots say much the same: a classifier's word has its whole weight after so long, seconds,
-const WHOLE_S: f64 = 2.0;
-/// and its mean is one over this, seconds.
-const MEMORY_S: f64 = 60.0;
-
-/// A classifier whose mean is below this all the time is certain that it is no drone.
-const NEVER: f64 = 0.01;
-
-/// What is known of it.
-#[derive(Clone, Copy, Debug)]
+/// What the plots so far tell of it.
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Existence {
-    /// Seconds of plots that told a class, and the mean probability.
-    told_s: f64,
-    mean: f64,
-    flight: Flight,
+    /// Seconds of plots that told a class, and their mean probability of a drone.
+    class_s: f64,
+    class_mean: f64,
+    kinematics: Kinematics,
 }
 
 impl Existence {
-    pub(super) const NEW: Self = Self { told_s: 0.0, mean: 0.0, flight: Flight::NEW };
-
     /// With these plots as well, in the order of their time.
     pub(super) fn with<'a>(mut self, plots: impl Iterator<Item = &'a Plot> + Clone, radar: &Radar) -> Self {
         for probability in plots.clone().filter_map(|plot| plot.uav_probability) {
-            let period_s = radar.period_s.min(1.0);
-            self.told_s = (self.told_s + period_s).min(MEMORY_S);
-            self.mean += (probability - self.mean) * period_s / self.told_s;
+            let period_s = radar.period_s.min(CLASS_PLOT_MAX_S);
+            self.class_s = (self.class_s + period_s).min(CLASS_MEMORY_S);
+            self.class_mean += (probability - self.class_mean) * period_s / self.class_s;
         }
-        self.flight = self.flight.with(plots, radar);
+        plots.for_each(|plot| self.kinematics.add(plot, radar));
         self
     }
 
-    /// Whether the radar is certain that it is no drone.
-    pub(super) fn is_none(&self) -> bool {
-        self.told_s >= WHOLE_S && self.mean < NEVER
+    /// Veto: the radar is certain that it is no drone.
+    pub(super) fn is_vetoed(&self) -> bool {
+        self.class_s >= CLASS_SETTLED_S && self.class_mean < CLASS_NEVER
     }
 
-    /// Natural logarithm of the odds.
+    /// Natural logarithm of the odds that it is a drone.
     pub(super) fn log_odds(&self) -> f64 {
-        let class = (SLOPE * (self.mean - NEUTRAL)).clamp(-MOST, MOST);
-        class * (self.told_s / WHOLE_S).min(1.0) + self.flight.score
+        let class =
+            (CLASS_SLOPE * (self.class_mean - CLASS_NEUTRAL)).clamp(-CLASS_LOG_ODDS_MAX, CLASS_LOG_ODDS_MAX);
+        class * (self.class_s / CLASS_SETTLED_S).min(1.0) + self.kinematics.log_odds
     }
 }

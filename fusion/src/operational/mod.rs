@@ -1,109 +1,63 @@
-//! The `operational` profile: one target an aircraft, whatever sees it, and one number for its life.
+//! The `operational` profile: one target per aircraft, whatever sees it, and one number for its life.
 //!
-//! Each slot: what came is sorted in; each radar track is compared with the transponders near it; each radar's tracks are
-//! assigned to targets, one to one; radar tracks that are nobody's and likely to be drones become targets; each target's
-//! measurements are filtered forward and smoothed back to the slot; whoever is known well enough is put out.
-//!
-//! What is decided depends on the reports received by then and not on the order in which they came.
+//! [`Operational::emit`] is the pipeline of passes. Each state has one owner with private fields: [`Tracklets`], [`Targets`]
+//! (with their numbers), [`Admission`], [`Correlations`], [`Registrations`]. What is decided depends on the reports received by
+//! then, not on the order in which they came.
 
 mod admission;
-mod ahead;
 mod association;
+mod comparison;
+mod competitors;
 mod correlation;
+mod cycle;
 mod existence;
-mod flight;
-#[cfg(test)]
-mod flown;
+mod ids;
+mod initiation;
+mod likelihood;
 mod output;
-mod pairing;
-mod registering;
+mod reacquisition;
+mod registrations;
 mod settings;
-mod target;
-mod tracklet;
-
-use std::collections::{BTreeMap, BTreeSet};
+mod targets;
+#[cfg(test)]
+mod tests;
+mod track_numbers;
+mod tracklets;
+mod transponder;
+mod tuning;
 
 use crate::numbering::Numbers;
 use crate::point::{Newcomers, Point};
-use crate::report::{Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex};
+use crate::registration::{RegistrationState, RegistrationStateError};
+use crate::report::{Fix, Identity, Plot, Report, SensorIndex};
 use crate::slots::{Slot, SlotGrid};
 use crate::time::{SECOND, Time};
 use admission::{Admission, Admitted};
-use target::Target;
-use tracklet::{TargetId, Tracklet, TrackletId};
+use correlation::Correlations;
+use cycle::Cycle;
+use registrations::Registrations;
+use targets::Targets;
+use tracklets::Tracklets;
 
-pub use association::{JOIN, PART};
 pub use correlation::{
     Correlation, HeldCorrelation, NotCorrelated, ResumedCorrelation, SavedCorrelation, Verdict,
 };
-pub use registering::{Registered, Step};
-use settings::Radar;
+pub use registrations::{Registered, Step};
 pub(crate) use settings::Settings;
+pub use tuning::{ASSOCIATE_LLR, DISSOCIATE_LLR};
 
-/// A radar's track number that comes again after so long, and after five of its periods, is another track, nanoseconds.
-const BREAK_NS: i64 = 5 * SECOND;
-/// Plots are kept this long behind the slot that is put out, nanoseconds.
-const PLOTS_NS: i64 = 12 * SECOND;
-/// Reports of transponders are kept this long behind it, nanoseconds.
-const FIXES_NS: i64 = 20 * SECOND;
-/// A target that nothing has been heard of for so long is forgotten, nanoseconds.
-const SILENT_NS: i64 = 25 * SECOND;
-
-/// Targets, radar tracks, and what came since the last slot.
+/// What the profile knows, and the reports since the last slot.
 #[derive(Debug, Default)]
 pub(super) struct Operational {
     plots: Vec<Plot>,
     fixes: Vec<Fix>,
-    /// Who may become a target by what a transponder says.
     admission: Admission,
-    tracklets: BTreeMap<TrackletId, Tracklet>,
-    by_key: BTreeMap<RadarTrackKey, Vec<TrackletId>>,
-    targets: BTreeMap<TargetId, Target>,
-    by_identity: BTreeMap<Identity, TargetId>,
-    next_tracklet: u64,
-    next_target: u64,
-    /// Centre of the slot before.
-    settled: Option<Time>,
-    numbers_in_use: BTreeSet<u32>,
-    /// The number of each transponder's aircraft, and since when: it comes again with it.
-    names: BTreeMap<Identity, (u32, Slot)>,
-    /// How each radar is set up.
-    registered: BTreeMap<SensorIndex, Registered>,
-    /// What an operator has decided.
-    manual: correlation::Manual,
-}
-
-/// The slot that is put out.
-#[derive(Clone, Copy, Debug)]
-struct Moment {
-    slot: Slot,
-    /// Its centre.
-    time: Time,
-    /// Its end.
-    end: Time,
-    /// Its beginning.
-    begin: Time,
-    /// The centre of the slot before.
-    since: Time,
-}
-
-/// Earlier than everything.
-const DAWN: Time = Time::from_nanos(i64::MIN);
-/// Later than everything.
-const EVER: Time = Time::from_nanos(i64::MAX);
-
-/// No aircraft is faster, metres a second.
-const FASTEST: f64 = 40.0;
-/// And nothing is measured further off than this and some deviations of the radar's, metres.
-const OFF_M: f64 = 60.0;
-
-/// A target that only a radar sees is put out no longer than this after its last plot or before its first, seconds: where it
-/// goes nobody tells.
-const COAST_S: f64 = 2.0;
-
-/// After a pause of more than this a radar's track number is another track, nanoseconds.
-fn break_ns(radar: &Radar) -> i64 {
-    BREAK_NS.max((5.0 * radar.period_s * SECOND as f64) as i64)
+    tracklets: Tracklets,
+    targets: Targets,
+    correlations: Correlations,
+    registrations: Registrations,
+    /// Centre of the slot that was published last.
+    published: Option<Time>,
 }
 
 impl Operational {
@@ -115,7 +69,7 @@ impl Operational {
         }
     }
 
-    /// The points of the slot that is put out, in order.
+    /// Publishes a slot: its points, in order.
     pub(super) fn emit(
         &mut self,
         slot: Slot,
@@ -123,90 +77,24 @@ impl Operational {
         settings: &Settings,
         numbers: &mut Numbers,
     ) -> Vec<Point> {
-        let time = grid.centre(slot);
-        let before = grid.centre(slot.plus(-1));
-        let moment = Moment {
-            slot,
-            time,
-            begin: grid.open(slot),
-            end: grid.open(slot.plus(1)),
-            since: self.settled.unwrap_or(before),
-        };
-        let settings = &self.registered_settings(settings);
-        self.admission.turn(time, |sensor| settings.transponder(sensor).copied());
-        self.sort_in(settings);
-        self.forget(time);
-        self.end_correlations(time, settings);
-        self.compare(&moment, settings);
-        self.assign(&moment, settings);
-        self.register(&moment, settings);
-        self.begin(&moment, settings);
-        self.filter(&moment, settings);
-        let points = self.points(&moment, grid, settings, numbers);
-        for target in self.targets.values_mut() {
-            target.filter.forget_before(time);
-        }
-        for tracklet in self.tracklets.values_mut() {
-            if let Some(radar) = settings.radar(tracklet.key.sensor) {
-                tracklet.note(time, radar);
-            }
-        }
-        self.settled = Some(time);
+        let settings = &self.registrations.settings(settings);
+        let cycle = &Cycle::new(slot, grid, self.published, settings);
+        self.pass(cycle.centre, settings);
+        self.sort_plots(settings);
+        self.sort_fixes(settings);
+        self.forget(cycle);
+        let Self { tracklets, targets, correlations, registrations, .. } = self;
+        comparison::compare(tracklets, targets, cycle);
+        let decided = &correlations.decided(tracklets, targets);
+        association::associate(tracklets, targets, decided, cycle);
+        registrations.register(tracklets, targets, cycle);
+        initiation::initiate(tracklets, targets, decided, cycle);
+        targets.filter_all(tracklets, cycle);
+        let points = output::publish(targets, tracklets, correlations, numbers, grid, cycle);
+        targets.settle(cycle.centre);
+        tracklets.settle(cycle.centre, settings);
+        self.published = Some(cycle.centre);
         points
-    }
-
-    /// Brings what came to where it belongs.
-    fn sort_in(&mut self, settings: &Settings) {
-        self.plots.sort_by_key(|plot| (plot.time, plot.track));
-        for plot in std::mem::take(&mut self.plots) {
-            let sensor = plot.track.sensor;
-            let Some(radar) = settings.radar(sensor) else { continue };
-            let raw = plot.position;
-            let plot = self.registered.get(&sensor).map_or(plot, |radar_is| radar_is.correct(plot, radar));
-            let break_ns = break_ns(radar);
-            let ids = self.by_key.entry(plot.track).or_default();
-            let belongs = |id: &&TrackletId| {
-                self.tracklets.get(id).is_some_and(|tracklet| {
-                    plot.time.nanos() - tracklet.last().nanos() <= break_ns
-                        && tracklet.first().nanos() - plot.time.nanos() <= break_ns
-                        && tracklet.reaches(&plot, radar)
-                })
-            };
-            match ids.iter().rev().find(belongs) {
-                Some(id) => {
-                    self.tracklets.entry(*id).and_modify(|tracklet| tracklet.insert(plot, raw));
-                }
-                None => {
-                    let id = TrackletId(self.next_tracklet);
-                    self.next_tracklet += 1;
-                    ids.push(id);
-                    self.tracklets.insert(id, Tracklet::new(id, plot, raw));
-                }
-            }
-        }
-        for tracklet in self.tracklets.values_mut() {
-            if let Some(radar) = settings.radar(tracklet.key.sensor) {
-                tracklet.look_ahead(radar);
-            }
-        }
-        self.fixes.sort_by_key(|fix| (fix.time, fix.identity));
-        for mut fix in std::mem::take(&mut self.fixes) {
-            let Some(receiver) = settings.transponder(fix.sensor) else { continue };
-            let delay_s = receiver.delay_s.unwrap_or(0.0);
-            fix.time = Time::from_nanos(fix.time.nanos() - (delay_s * SECOND as f64).round() as i64);
-            let known = self.by_identity.get(&fix.identity).and_then(|id| self.targets.get_mut(id));
-            if let Some(target) = known {
-                self.admission.note(fix.identity);
-                target.hear(fix);
-                continue;
-            }
-            let admitted = self.admission.offer(&fix, receiver, &mut self.next_target);
-            let Some(Admitted { target: id, waited }) = admitted else { continue };
-            let mut target = Target::new(fix.time, settings);
-            waited.into_iter().chain([fix]).for_each(|fix| target.hear(fix));
-            self.by_identity.insert(fix.identity, id);
-            self.targets.insert(id, target);
-        }
     }
 
     /// A slot behind the last report of all passes.
@@ -214,54 +102,133 @@ impl Operational {
         self.admission.turn(time, |sensor| settings.transponder(sensor).copied());
     }
 
-    /// What became of new identities in the slot that was published.
+    /// Corrects the plots that came, and sorts them into tracklets.
+    fn sort_plots(&mut self, settings: &Settings) {
+        self.plots.sort_by_key(|plot| (plot.time, plot.track));
+        for plot in std::mem::take(&mut self.plots) {
+            if let Some(radar) = settings.radar(plot.track.sensor) {
+                let corrected = self.registrations.correct(plot, radar);
+                self.tracklets.insert(corrected, plot.position, radar);
+            }
+        }
+        self.tracklets.look_ahead(settings);
+    }
+
+    /// Puts the transponder reports that came to the time of their measurement, and sorts them into targets.
+    fn sort_fixes(&mut self, settings: &Settings) {
+        self.fixes.sort_by_key(|fix| (fix.time, fix.identity));
+        for mut fix in std::mem::take(&mut self.fixes) {
+            let Some(receiver) = settings.transponder(fix.sensor) else { continue };
+            let delay_s = receiver.delay_s.unwrap_or(0.0);
+            fix.time = Time::from_nanos(fix.time.nanos() - (delay_s * SECOND as f64).round() as i64);
+            let known = self.targets.of_identity(fix.identity);
+            if let Some(target) = known.and_then(|id| self.targets.get_mut(id)) {
+                self.admission.refresh(fix.identity);
+                target.insert(fix);
+            } else if let Some(Admitted { target, waited }) =
+                self.admission.offer(&fix, receiver, || self.targets.reserve())
+            {
+                self.targets.insert_transponder(target, waited, fix, settings);
+            }
+        }
+    }
+
+    /// Forgets what is too old, and what was about that.
+    fn forget(&mut self, cycle: &Cycle) {
+        let Cycle { centre, settings, .. } = *cycle;
+        self.tracklets.forget_before(centre + -tuning::PLOTS_KEPT);
+        self.registrations.end(&self.tracklets);
+        self.targets.forget_before(centre + -tuning::FIXES_KEPT, centre, &self.tracklets);
+        self.tracklets.forget_targets(|&id| self.targets.get(id).is_some());
+        self.correlations.end(&self.tracklets, centre, settings);
+    }
+
+    /// Fates of new identities in the slot that was published.
     pub(crate) fn take_newcomers(&mut self) -> Vec<Newcomers> {
         self.admission.take()
     }
 
-    fn forget(&mut self, time: Time) {
-        let before = |by_ns: i64| Time::from_nanos(time.nanos() - by_ns);
-        let Self { tracklets, targets, by_key, by_identity, numbers_in_use, registered, .. } = self;
-        tracklets.retain(|id, tracklet| {
-            let is_left = tracklet.forget_before(before(PLOTS_NS));
-            if !is_left
-                && let Some((_, along)) = &mut tracklet.compared
-                && let Some(registered) = registered.get_mut(&tracklet.key.sensor)
-            {
-                registered.take(along);
+    /// What is known of each radar that is registered.
+    pub(crate) fn registered(&self) -> impl Iterator<Item = (SensorIndex, &Registered)> {
+        self.registrations.radars()
+    }
+
+    /// Takes over a radar's registration of before a restart.
+    pub(crate) fn restore(
+        &mut self,
+        sensor: SensorIndex,
+        state: &RegistrationState,
+    ) -> Result<(), RegistrationStateError> {
+        self.registrations.restore(sensor, state)
+    }
+
+    /// Takes over what outlives a fresh start: the registrations.
+    pub(crate) fn inherit(&mut self, before: Self) {
+        self.registrations = before.registrations.without_tracks();
+    }
+
+    /// Takes a decision over from the slot `since` on, which is the next one or, of a flight that is replayed, was.
+    pub(crate) fn correlate(
+        &mut self,
+        correlation: Correlation,
+        since: Slot,
+        settings: &Settings,
+    ) -> Result<(), NotCorrelated> {
+        let Correlation { radar, transponder, .. } = correlation;
+        let time = self.published.ok_or(NotCorrelated::NoRadarTrack)?;
+        let tracklet = self.tracklets.with_number(radar, time, settings);
+        let id = tracklet.ok_or(NotCorrelated::NoRadarTrack)?.id;
+        let is_known = self.targets.of_identity(transponder).is_some();
+        if !is_known && !self.correlations.contains(id, transponder) {
+            return Err(NotCorrelated::NoTransponder);
+        }
+        if self.correlations.hold(id, correlation, since, &self.tracklets)
+            && let Some(target) = self.targets.of_identity(transponder)
+            && let Some(tracklet) = self.tracklets.get(id)
+            && tracklet.target() == Some(target)
+            && tracklet.pair_llr(target).is_none()
+        {
+            // Without anything to compare it with it would stay what it was by the operator's decision alone.
+            self.targets.follow(&mut self.tracklets, id, None);
+        }
+        Ok(())
+    }
+
+    /// Lets a correlation of before a restart hold again, where its radar track was heard again within the break of its number;
+    /// `None`: that is not known yet. `time` is the centre of the slot that is published next.
+    pub(crate) fn resume(
+        &mut self,
+        kept: SavedCorrelation,
+        time: Time,
+        settings: &Settings,
+    ) -> Option<ResumedCorrelation> {
+        let SavedCorrelation { held: HeldCorrelation { correlation, since }, heard } = kept;
+        let ended = Some(ResumedCorrelation::Ended(kept.held));
+        let Some(radar) = settings.radar(correlation.radar.sensor) else { return ended };
+        let until = heard + radar.track_break();
+        let published = self.published;
+        match published.and_then(|time| self.tracklets.with_number(correlation.radar, time, settings)) {
+            Some(tracklet) if tracklet.first() <= until => {
+                self.correlations.hold(tracklet.id, correlation, since, &self.tracklets);
+                Some(ResumedCorrelation::Holds(kept.held))
             }
-            if !is_left && let Some(ids) = by_key.get_mut(&tracklet.key) {
-                ids.retain(|known| known != id);
-                if ids.is_empty() {
-                    by_key.remove(&tracklet.key);
-                }
-            }
-            is_left
-        });
-        targets.retain(|_, target| {
-            target.tracklet = target.tracklet.filter(|id| tracklets.contains_key(id));
-            let heard = target.forget_before(before(FIXES_NS));
-            let is_left = heard >= before(SILENT_NS) || target.tracklet.is_some();
-            if !is_left {
-                match &target.transponder {
-                    Some(transponder) => _ = by_identity.remove(&transponder.identity),
-                    None => _ = target.number.map(|(number, _)| numbers_in_use.remove(&number)),
-                }
-            }
-            is_left
-        });
-        for tracklet in tracklets.values_mut() {
-            tracklet.pairs.retain(|(id, _)| targets.contains_key(id));
-            tracklet.target = tracklet.target.filter(|id| targets.contains_key(id));
+            None if time <= until => None,
+            Some(_) | None => ended,
         }
     }
 
-    /// Brings each target's filter to what is known now.
-    fn filter(&mut self, moment: &Moment, settings: &Settings) {
-        let Self { targets, tracklets, .. } = self;
-        for (&id, target) in targets {
-            let tracklet = target.tracklet.and_then(|id| tracklets.get(&id));
-            target.measure(id, (moment.since, moment.time), tracklet, settings);
-        }
+    /// The correlations in force, each with the last plot of its radar track.
+    pub(crate) fn kept(&self) -> Vec<SavedCorrelation> {
+        self.correlations.kept(&self.tracklets)
+    }
+
+    /// The correlations in force, by radar track.
+    pub(crate) fn correlations(&self) -> Vec<HeldCorrelation> {
+        self.kept().into_iter().map(|kept| kept.held).collect()
+    }
+
+    /// The transponders that can be correlated.
+    pub(crate) fn transponders(&self) -> impl Iterator<Item = Identity> {
+        self.targets.identities()
     }
 }

@@ -1,18 +1,22 @@
 //! What the `operational` profile is told once, and what registration adds to it.
 
-use crate::filter::{Dynamics, RadarErrors};
-use crate::frames::Enu;
+use jiff::SignedDuration;
+
+use super::tuning;
+use crate::filter::{Dynamics, LineOfSight, RadarErrors};
+use crate::frames::{Enu, RadarFrame};
 use crate::report::SensorIndex;
 use crate::settings::{self, OperationalRules, RegistrationMode, Sensor};
+use crate::time::SECOND;
 
-/// The sensors as their data sheets have them, and the rules' numbers.
+/// The sensors as their data sheets have them, and how drones move.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// By sensor: `None` for a transponder receiver.
     pub radars: Vec<Option<Radar>>,
     /// By sensor: `None` for a radar.
     pub transponders: Vec<Option<Transponder>>,
-    /// A transponder is not compared with radar tracks between two reports further apart, nanoseconds.
+    /// A transponder's position is interpolated between two reports no further apart than this, nanoseconds.
     pub max_gap_ns: i64,
     /// How drones move.
     pub motion: Dynamics,
@@ -57,40 +61,55 @@ impl Settings {
 /// A radar.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Radar {
-    /// Where it stands.
+    /// Position.
     pub position: Enu,
-    /// How wrong it is when it is set up rightly.
+    /// Its own axes.
+    pub frame: RadarFrame,
+    /// Errors of an aligned radar.
     pub track_errors: RadarErrors,
-    /// How wrong it is as it is set up.
+    /// Errors of the radar as it is aligned now; not read from the settings but set by the registration.
     pub errors: RadarErrors,
-    /// What is done about its being set up wrongly.
+    /// What is done about misalignment.
     pub registration: RegistrationMode,
-    /// Seconds between two detections of one target.
+    /// Time between two detections of one target, seconds.
     pub period_s: f64,
+}
+
+impl Radar {
+    /// A track number heard again after a longer silence is another track.
+    pub(super) fn track_break(&self) -> SignedDuration {
+        tuning::TRACK_BREAK.max(periods(tuning::TRACK_BREAK_PERIODS, self.period_s))
+    }
+
+    /// Sigma of a place as its plots have it, from their bias alone: mean of the axes over ground, metres.
+    pub(super) fn plot_sigma_m(&self, place: Enu) -> f64 {
+        let covariance = LineOfSight::from(self.position, place)
+            .spread(self.errors.bias_range_m, self.errors.bias_azimuth);
+        (covariance.trace() / 2.0).sqrt()
+    }
 }
 
 /// A transponder receiver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transponder {
-    /// Deviation of a report over ground, of its distance from where it belongs, metres.
+    /// Standard deviation of a report's horizontal distance from the true position, metres.
     pub horizontal_m: f64,
-    /// Deviation of a report's height, metres.
+    /// Standard deviation of a report's height, metres.
     pub vertical_m: f64,
-    /// Reports are stamped so long after their position was measured, seconds; `None`: not known, to be learnt with the
-    /// radars' registration.
+    /// Delay of the reports' time stamps behind the measurement, seconds; `None`: learnt with the registration of the radars.
     pub delay_s: Option<f64>,
-    /// And that is known to this, one standard deviation, seconds: 0 where it is configured.
+    /// Standard deviation of that delay, seconds: 0 where it is configured.
     pub delay_sigma_s: f64,
-    /// Seconds between two reports of one transponder.
+    /// Time between two reports of one transponder, seconds.
     pub period_s: f64,
-    /// So many identities that were not known before are let in a second, in the long run; at least 1.
+    /// Long-run limit of previously unknown identities admitted, per second; at least 1.
     pub max_new_per_s: u32,
 }
 
 impl From<&settings::Radar> for Radar {
     fn from(radar: &settings::Radar) -> Self {
-        let settings::Radar { position, errors, registration, period_s } = *radar;
-        Self { position, track_errors: errors, errors, registration, period_s }
+        let settings::Radar { frame, errors, registration, period_s } = *radar;
+        Self { position: frame.origin(), frame, track_errors: errors, errors, registration, period_s }
     }
 }
 
@@ -99,4 +118,9 @@ impl From<&settings::Receiver> for Transponder {
         let settings::Receiver { horizontal_m, vertical_m, delay_s, period_s, max_new_per_s } = *receiver;
         Self { horizontal_m, vertical_m, delay_s, delay_sigma_s: 0.0, period_s, max_new_per_s }
     }
+}
+
+/// So many periods.
+pub(super) fn periods(count: f64, period_s: f64) -> SignedDuration {
+    SignedDuration::from_nanos((count * period_s * SECOND as f64) as i64)
 }

@@ -110,5 +110,5 @@ pub(super) fn evaluate(knots: &[Knot], time: Time, max_gap: SignedDuration) -> O
     {
         return None;
     }
-    interpolation::evaluate(knots, time).map(Enu)
+    interpolation::evaluate(knots, time).map(Enu::from)
 }

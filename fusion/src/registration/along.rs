@@ -8,20 +8,21 @@
 
 use nalgebra::{Matrix4, Matrix4x6, Matrix6, RowVector4, RowVector6, Vector3, Vector4, Vector6};
 
-use super::{AXES, AZIMUTH, BEARING, HEIGHT, OWN, PRIOR, RANGE, TILT_EAST, TILT_NORTH, TIME};
+use super::parameters::{AXES, AZIMUTH, BEARING, HEIGHT, OWN, PRIOR, RANGE, TILT_EAST, TILT_NORTH, TIME};
 use crate::filter::RadarErrors;
+use crate::frames::{AtRadar, Enu};
 use crate::time::Time;
 
-/// A plot against where its target was at that time: vectors from the radar, metres, east-north-up.
+/// A plot against where its target was at that time, both as seen from the radar.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Residual {
     /// When, as the radar says.
     pub time: Time,
     /// Where the radar saw it, without any registration applied.
-    pub plot: Vector3<f64>,
+    pub plot: Enu<AtRadar>,
     /// Where its transponder says it was at `time`.
-    pub target: Vector3<f64>,
-    /// The target's velocity, metres a second.
+    pub target: Enu<AtRadar>,
+    /// The target's velocity in the radar's axes, m/s.
     pub velocity: Vector3<f64>,
     /// Whether the radar measured the height; if not, the plot's is an assumed one, and tells nothing.
     pub height_measured: bool,
@@ -131,6 +132,7 @@ impl TrackComparison {
     /// One plot more. One that is no later than the newest, too near, too steep, or no number, is left out.
     pub fn add(&mut self, residual: &Residual) {
         let Residual { time, plot, target, velocity, height_measured, sigma_m } = residual;
+        let (plot, target) = (&plot.0, &target.0);
         let (ground_m, range_m) = (target.xy().norm(), target.norm());
         let numbers = [plot, target, velocity].iter().all(|vector| vector.iter().all(|x| x.is_finite()));
         if !numbers

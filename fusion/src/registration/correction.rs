@@ -2,10 +2,11 @@
 
 use nalgebra::{Matrix6, UnitQuaternion, Vector2, Vector3, Vector6};
 
-use super::AXES;
 use super::along::rows;
 use super::estimate::Misalignment;
+use super::parameters::AXES;
 use super::qmethod::rotation_vector;
+use crate::frames::{AtRadar, Enu};
 
 /// What is applied to plots: the negative of what is estimated, as far as that is observable.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,30 +47,29 @@ impl Correction {
         }
     }
 
-    /// A plot whose height was measured, as a vector from the radar (metres, east-north-up): where it would lie if the radar
-    /// were set up rightly.
-    pub fn apply(&self, plot_from_radar: Vector3<f64>) -> Vector3<f64> {
+    /// A plot whose height was measured: where an aligned radar would have it.
+    pub fn apply(&self, plot: Enu<AtRadar>) -> Enu<AtRadar> {
         if self.nothing {
-            return plot_from_radar;
+            return plot;
         }
-        let height_m = plot_from_radar.z - self.height_m;
-        self.back * self.at_range(plot_from_radar, height_m)
+        let height_m = plot.up() - self.height_m;
+        (self.back * self.at_range(plot.0, height_m)).into()
     }
 
-    /// A plot whose height was assumed: that stays as it is, and azimuth and slant range are put right.
-    pub fn apply_without_height(&self, plot_from_radar: Vector3<f64>) -> Vector3<f64> {
+    /// A plot whose height was assumed: that stays as it is, and azimuth and slant range are corrected.
+    pub fn apply_without_height(&self, plot: Enu<AtRadar>) -> Enu<AtRadar> {
         if self.nothing {
-            return plot_from_radar;
+            return plot;
         }
-        let height_m = plot_from_radar.z;
-        let turned = self.back * self.at_range(plot_from_radar, height_m);
+        let height_m = plot.up();
+        let turned = self.back * self.at_range(plot.0, height_m);
         let range_m = turned.norm();
-        at(turned.xy(), range_m, height_m)
+        at(turned.xy(), range_m, height_m).into()
     }
 
     /// What is left at a plot's place.
-    pub fn remaining(&self, plot_from_radar: Vector3<f64>) -> Remaining {
-        let rows: [_; AXES] = rows(&plot_from_radar, &Vector3::zeros(), 0.0);
+    pub fn remaining(&self, plot: Enu<AtRadar>) -> Remaining {
+        let rows: [_; AXES] = rows(&plot.0, &Vector3::zeros(), 0.0);
         let [azimuth, range_m, height_m] = rows.map(|row| row.dot(&(self.left * row)).max(0.0).sqrt());
         Remaining { range_m, azimuth, height_m }
     }

@@ -2,9 +2,9 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
+use super::parameters::{AZIMUTH, BEARING, HEIGHT, PRIOR, RANGE, TILT_EAST, TILT_NORTH, TIME, USEFUL};
 use super::qmethod;
 use super::sums::{Solved, Sums};
-use super::{AZIMUTH, BEARING, HEIGHT, PRIOR, RANGE, TILT_EAST, TILT_NORTH, TIME, USEFUL};
 
 /// A bias: measured minus true.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,7 +8,7 @@
 use nalgebra::{Matrix3, Matrix3x6, Matrix4, Quaternion, Rotation3, UnitQuaternion, Vector3, Vector6};
 
 use super::along::Information;
-use super::{BEARING, HEIGHT, TILT_EAST, TILT_NORTH, TIME};
+use super::parameters::{BEARING, HEIGHT, TILT_EAST, TILT_NORTH, TIME};
 
 /// The attitude profile B of a piece of track or of a sum of them, and how it changes with what else is set up wrongly.
 #[derive(Clone, Copy, Debug, PartialEq)]

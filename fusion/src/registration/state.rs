@@ -6,8 +6,8 @@
 use nalgebra::{Matrix3, Matrix6, Vector6};
 use serde::{Deserialize, Serialize};
 
-use super::AXES;
 use super::along::Information;
+use super::parameters::AXES;
 use super::qmethod::AttitudeProfile;
 use super::sums::{Scatter, Sums};
 use super::tracks::{Latest, Registration};

@@ -3,8 +3,8 @@
 use nalgebra::{Matrix6, Vector6};
 
 use super::along::Information;
+use super::parameters::{AXES, AZIMUTH, OWN, PRIOR};
 use super::qmethod::AttitudeProfile;
-use super::{AXES, AZIMUTH, OWN, PRIOR};
 
 /// A sum over radar tracks, each with a weight.
 #[derive(Clone, Debug, PartialEq)]
@@ -120,7 +120,7 @@ impl Solved {
     pub(super) fn compare(&self, track: &Information, axis: usize) -> Option<(f64, f64, f64)> {
         let (offset, variance, row) = track.offset(axis)?;
         let expected = row.dot(&self.mean);
-        let distance = if OWN[axis] == super::BEARING {
+        let distance = if OWN[axis] == super::parameters::BEARING {
             super::along::wrapped(offset - expected)
         } else {
             offset - expected

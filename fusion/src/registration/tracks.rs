@@ -4,9 +4,9 @@ use std::collections::VecDeque;
 
 use nalgebra::Vector6;
 
-use super::AXES;
 use super::along::{Information, Sample};
 use super::estimate::Misalignment;
+use super::parameters::AXES;
 use super::qmethod::AttitudeProfile;
 use super::sums::{Scatter, Solved, Sums};
 use crate::time::Time;

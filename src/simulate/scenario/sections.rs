@@ -1,6 +1,8 @@
 //! The sections. Defaults are those of the error model in `docs/SIMULATION.md`.
 
-use super::keys::{ANY, COUNT, METRES, Pattern, SECONDS, SHARE, Span, section};
+use super::keys::{COUNT, METRES, Pattern, SECONDS, SHARE, Span, plain_name};
+use crate::config::kinds::{flag, named};
+use crate::config::table::section;
 
 section! {
     /// The place, and the service that listens there.
@@ -48,7 +50,7 @@ section! {
         /// how many transponders are jammed
         jammed: u32 = 0, COUNT;
         /// "free" or "crossing": there and back through one point
-        pattern: Pattern = Pattern::Free, ANY;
+        pattern: Pattern = Pattern::Free, named();
         /// two drones are never closer, metres
         separation_m: f64 = 30.0, METRES;
     }
@@ -130,7 +132,7 @@ section! {
     /// A radar and how it fails.
     Radar {
         /// its name
-        id: String = "gamekeeper".to_owned(), ANY;
+        id: String = "gamekeeper".to_owned(), plain_name();
         /// system area code
         sac: u32 = 25, 0.0..=255.0;
         /// system identification code
@@ -148,11 +150,11 @@ section! {
         /// farthest slant range, metres
         max_range_m: f64 = 5000.0, METRES;
         /// whether it measures heights (I048/110)
-        heights: bool = true, ANY;
+        heights: bool = true, flag();
         /// whether it reports velocities (I048/200)
-        velocities: bool = false, ANY;
+        velocities: bool = false, flag();
         /// whether it sends service messages (CAT034), one a turn, at most one a second
-        service_messages: bool = true, ANY;
+        service_messages: bool = true, flag();
         /// registration: its azimuths are so much too large, degrees
         bias_azimuth_deg: f64 = 0.4, -180.0..=180.0;
         /// registration: its ranges are so much too large, metres
@@ -272,7 +274,7 @@ section! {
         /// by how much, seconds
         held_up_s: Span = Span::new(2.0, 5.0), SECONDS;
         /// whether they report velocities (I129/185, I129/220)
-        velocities: bool = false, ANY;
+        velocities: bool = false, flag();
         /// share of drones that report their accuracy (I129/110)
         accuracy_share: f64 = 0.5, SHARE;
     }
@@ -290,7 +292,7 @@ section! {
         /// how far a copy or an overtaken datagram is behind, seconds
         behind_s: Span = Span::new(0.01, 0.8), SECONDS;
         /// whether everything comes over a second line as well, one port further
-        second_line: bool = false, ANY;
+        second_line: bool = false, flag();
         /// how far the second line is behind, seconds
         second_line_behind_s: Span = Span::new(0.0, 0.05), SECONDS;
         /// datagrams of sources that no sensor has (SAC 99, SIC 98), a second

@@ -1,13 +1,13 @@
 //! RPC, ERR, CPC and GEN48 in RE.
 
-use crate::item::{Repeated, codes, compound, item};
+use crate::item::{Repeated, items};
 
 /// Metres in a nautical mile.
 const NAUTICAL_MILE_M: f64 = 1852.0;
 
-compound! {
+items! {
     /// RPC in RE: radar plot characteristics.
-    pub struct PlotQuality {
+    compound pub struct PlotQuality {
         /// SCO, score.
         "sco" score: Score,
         /// SRC, ratio of signal to clutter.
@@ -20,43 +20,25 @@ compound! {
         _,
         _,
     }
-}
 
-item! {
     /// SCO in RPC: how good the plot is.
-    pub struct Score(1) {
-        /// The score, 0 to 255.
-        count 8 "" score / with_score: u8;
-    }
-}
+    /// The score, 0 to 255.
+    pub struct Score(1) = count 8 "" score / with_score: u8;
 
-item! {
     /// SRC in RPC: ratio of signal to clutter.
-    pub struct SignalToClutter(2) {
-        /// Decibels: LSB 0.1 dB, 0 to 6553.5 dB.
-        unsigned 16 "" decibels / with_decibels = 0.1, 1;
-    }
-}
+    /// Decibels: LSB 0.1 dB, 0 to 6553.5 dB.
+    pub struct SignalToClutter(2) = unsigned 16 "" decibels / with_decibels = 0.1, 1;
 
-item! {
     /// RW and AR in RPC: width of the plot in range, ambiguous range.
-    pub struct RangeWidth(2) {
-        /// Metres: LSB 1/256 NM (7.234375 m), 0 to below 256 NM.
-        unsigned 16 "" metres / with_metres = NAUTICAL_MILE_M / 256.0, 1;
-    }
-}
+    /// Metres: LSB 1/256 NM (7.234375 m), 0 to below 256 NM.
+    pub struct RangeWidth(2) = unsigned 16 "" metres / with_metres = NAUTICAL_MILE_M / 256.0, 1;
 
-item! {
     /// ERR in RE: the slant range where I048/040 cannot hold it.
-    pub struct ExtendedRange(3) {
-        /// Metres: LSB 1/256 NM (7.234375 m), 0 to below 65536 NM.
-        unsigned 24 "" metres / with_metres = NAUTICAL_MILE_M / 256.0, 1;
-    }
-}
+    /// Metres: LSB 1/256 NM (7.234375 m), 0 to below 65536 NM.
+    pub struct ExtendedRange(3) = unsigned 24 "" metres / with_metres = NAUTICAL_MILE_M / 256.0, 1;
 
-compound! {
     /// CPC in RE: common and plot characteristics.
-    pub struct Common {
+    compound pub struct Common {
         /// PNB, plot number.
         "pnb" plot_number: PlotNumber,
         /// RPL, the replies that made the plot.
@@ -69,17 +51,11 @@ compound! {
         _,
         _,
     }
-}
 
-item! {
     /// PNB in CPC: plot number.
-    pub struct PlotNumber(2) {
-        /// The number, 0 to 65535.
-        count 16 "" number / with_number: u16;
-    }
-}
+    /// The number, 0 to 65535.
+    pub struct PlotNumber(2) = count 16 "" number / with_number: u16;
 
-codes! {
     /// TYPE in RPL: kind of reply.
     pub enum ReplyType {
         /// PSR echo.
@@ -91,9 +67,7 @@ codes! {
         /// Mode S roll-call reply.
         RollCall = 3,
     }
-}
 
-item! {
     /// A part of RPL in CPC: a reply that helped to make the plot.
     pub struct ReplyLink(3) {
         /// Kind of reply.
@@ -101,17 +75,11 @@ item! {
         /// Number of the reply, 0 to 65535.
         count 16 "reply_number" number / with_number: u16;
     }
-}
 
-item! {
     /// SNB in CPC: scan number.
-    pub struct ScanNumber(1) {
-        /// The number, 0 to 255.
-        count 8 "" number / with_number: u8;
-    }
-}
+    /// The number, 0 to 255.
+    pub struct ScanNumber(1) = count 8 "" number / with_number: u8;
 
-item! {
     /// DATE in CPC: the day, in decimal digits of four bits each.
     pub struct Date(4) {
         /// Year: four digits. The accessor gives them as a hexadecimal number reads: 0x2026.
@@ -121,11 +89,9 @@ item! {
         /// Day: two digits, as the year.
         hex 8 "day" day_digits / with_day_digits: u8;
     }
-}
 
-compound! {
     /// GEN48 in RE: generic data of category 048.
-    pub struct General {
+    compound pub struct General {
         /// ALTM2, alternative Mode 2 code.
         "altm2" alternative_mode_2: AlternativeCode,
         /// ALTM3, alternative Mode 3/A code.
@@ -139,45 +105,37 @@ compound! {
         _,
         _,
     }
-}
 
-item! {
     /// ALTM2 and ALTM3 in GEN48: another Mode 2 or Mode 3/A code of the same target.
     pub struct AlternativeCode(2) {
         /// V: the code is not validated.
-        flag "v" is_not_validated / with_not_validated;
+        flag 1 "v" is_not_validated / with_not_validated;
         /// G: the code is garbled.
-        flag "g" is_garbled / with_garbled;
+        flag 1 "g" is_garbled / with_garbled;
         /// L: the code is smoothed by a local tracker, not read from the reply.
-        flag "l" is_smoothed / with_smoothed;
+        flag 1 "l" is_smoothed / with_smoothed;
         spare 1 "spare";
         /// The code, 0 to octal 7777.
         octal 12 "code" code / with_code: u16;
     }
-}
 
-item! {
     /// ALTFL in GEN48: another flight level of the same target.
     pub struct AlternativeFlightLevel(2) {
         /// V: the level is not validated.
-        flag "v" is_not_validated / with_not_validated;
+        flag 1 "v" is_not_validated / with_not_validated;
         /// G: the level is garbled.
-        flag "g" is_garbled / with_garbled;
+        flag 1 "g" is_garbled / with_garbled;
         /// Flight level: LSB 1/4 flight level (25 ft), -2048 to 2047.75.
         signed 14 "flight_level" flight_level / with_flight_level = 0.25, 2;
     }
-}
 
-item! {
     /// RCSDB in GEN48: radar cross section.
     pub struct CrossSection(2) {
         spare 2 "spare";
         /// Decibels over a square metre: LSB 0.01 dBm², -60 to 30 dBm²; the bits hold -81.92 to 81.91.
         signed 14 "dbm2" dbm2 / with_dbm2 = 0.01, 2;
     }
-}
 
-item! {
     /// RCSM in GEN48: radar cross section.
     pub struct CrossSectionArea(4) {
         spare 2 "spare";

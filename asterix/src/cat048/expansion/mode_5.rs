@@ -1,13 +1,13 @@
 //! MD5 and M5N in RE: Mode 5 reports.
 
-use crate::item::{compound, item};
+use crate::item::items;
 
 /// Degrees of one count of a position in 24 bits.
 const POSITION_LSB_DEG: f64 = 180.0 / 8_388_608.0;
 
-compound! {
+items! {
     /// MD5 in RE: Mode 5 reports and the extended Mode 1 code.
-    pub struct Mode5 {
+    compound pub struct Mode5 {
         /// SUM, summary.
         "sum" summary: Mode5Summary,
         /// PMN, PIN, national origin and mission code.
@@ -23,11 +23,9 @@ compound! {
         /// XP, X pulses.
         "xp" x_pulses: XPulses,
     }
-}
 
-compound! {
     /// M5N in RE: Mode 5 reports in the new format.
-    pub struct Mode5New {
+    compound pub struct Mode5New {
         /// SUM, summary.
         "sum" summary: Mode5Summary,
         /// PMN, PIN and national origin.
@@ -45,30 +43,26 @@ compound! {
         /// FOM, figure of merit.
         "fom" figure_of_merit: FigureOfMerit,
     }
-}
 
-item! {
     /// SUM in MD5 and M5N.
     pub struct Mode5Summary(1) {
         /// M5: interrogated in Mode 5.
-        flag "m5" is_interrogated / with_interrogated;
+        flag 1 "m5" is_interrogated / with_interrogated;
         /// ID: authenticated ID reply or report.
-        flag "id" has_identity / with_identity;
+        flag 1 "id" has_identity / with_identity;
         /// DA: authenticated data reply or report.
-        flag "da" has_data / with_data;
+        flag 1 "da" has_data / with_data;
         /// M1: Mode 1 code from a Mode 5 reply or report.
-        flag "m1" has_mode_1 / with_mode_1;
+        flag 1 "m1" has_mode_1 / with_mode_1;
         /// M2: Mode 2 code from a Mode 5 reply or report.
-        flag "m2" has_mode_2 / with_mode_2;
+        flag 1 "m2" has_mode_2 / with_mode_2;
         /// M3: Mode 3 code from a Mode 5 reply or report.
-        flag "m3" has_mode_3 / with_mode_3;
+        flag 1 "m3" has_mode_3 / with_mode_3;
         /// MC: Mode C altitude from a Mode 5 reply or report.
-        flag "mc" has_mode_c / with_mode_c;
+        flag 1 "mc" has_mode_c / with_mode_c;
         spare 1 "spare";
     }
-}
 
-item! {
     /// PMN in MD5: PIN, national origin and mission code.
     pub struct NationalOrigin(4) {
         spare 2 "spare";
@@ -76,16 +70,14 @@ item! {
         count 14 "pin" pin / with_pin: u16;
         spare 2 "spare_2";
         /// NAV: the national origin is not valid.
-        flag "nav" is_origin_invalid / with_origin_invalid;
+        flag 1 "nav" is_origin_invalid / with_origin_invalid;
         /// NAT, national origin, 0 to 31.
         count 5 "nat" national_origin / with_national_origin: u8;
         spare 2 "spare_3";
         /// MIS, mission code, 0 to 63.
         count 6 "mis" mission / with_mission: u8;
     }
-}
 
-item! {
     /// PMN in M5N: PIN and national origin.
     pub struct NewNationalOrigin(4) {
         spare 2 "spare";
@@ -93,13 +85,11 @@ item! {
         count 14 "pin" pin / with_pin: u16;
         spare 4 "spare_2";
         /// NOV: the national origin is not valid.
-        flag "nov" is_origin_invalid / with_origin_invalid;
+        flag 1 "nov" is_origin_invalid / with_origin_invalid;
         /// NO, national origin, 0 to 2047.
         count 11 "no" national_origin / with_national_origin: u16;
     }
-}
 
-item! {
     /// POS in MD5 and M5N: reported position in WGS-84.
     pub struct Mode5Position(6) {
         /// Latitude in degrees, north positive: LSB 180/2^23 degrees (2.4 m), -90 to 90 degrees; the bits hold -180 to below
@@ -108,62 +98,50 @@ item! {
         /// Longitude in degrees, east positive: LSB 180/2^23 degrees (2.4 m), -180 to below 180 degrees.
         signed 24 "longitude_deg" longitude_deg / with_longitude_deg = POSITION_LSB_DEG, 5;
     }
-}
 
-item! {
     /// GA in MD5 and M5N: altitude above the WGS-84 ellipsoid from GNSS.
     pub struct Mode5Altitude(2) {
         spare 1 "spare";
         /// RES: given to 25 ft; not set: to 100 ft.
-        flag "res" is_to_25_ft / with_25_ft;
+        flag 1 "res" is_to_25_ft / with_25_ft;
         /// Altitude in feet: LSB 25 ft, at least -1000 ft; the bits hold -204,800 to 204,775.
         signed 14 "altitude_ft" altitude_ft / with_altitude_ft = 25.0, 0;
     }
-}
 
-item! {
     /// EM1 in MD5 and M5N: extended Mode 1 code.
     pub struct ExtendedMode1(2) {
         /// V: the code is validated (the reverse of I048/055).
-        flag "v" is_validated / with_validated;
+        flag 1 "v" is_validated / with_validated;
         /// G: the code is garbled.
-        flag "g" is_garbled / with_garbled;
+        flag 1 "g" is_garbled / with_garbled;
         /// L: the code was not extracted during the last scan.
-        flag "l" is_not_extracted / with_not_extracted;
+        flag 1 "l" is_not_extracted / with_not_extracted;
         spare 1 "spare";
         /// The code, 0 to octal 7777.
         octal 12 "em1" code / with_code: u16;
     }
-}
 
-item! {
     /// TOS in MD5 and M5N: how long after I048/140 the position and altitude were.
-    pub struct TimeOffset(1) {
-        /// Seconds: LSB 1/128 s, 0 to below 2 s.
-        unsigned 8 "" seconds / with_seconds = 1.0 / 128.0, 7;
-    }
-}
+    /// Seconds: LSB 1/128 s, 0 to below 2 s.
+    pub struct TimeOffset(1) = unsigned 8 "" seconds / with_seconds = 1.0 / 128.0, 7;
 
-item! {
     /// XP in MD5 and M5N: in which replies an X pulse was present.
     pub struct XPulses(1) {
         spare 2 "spare";
         /// XP: Mode 5 PIN.
-        flag "xp" in_mode_5_pin / with_mode_5_pin;
+        flag 1 "xp" in_mode_5_pin / with_mode_5_pin;
         /// X5: Mode 5 data.
-        flag "x5" in_mode_5_data / with_mode_5_data;
+        flag 1 "x5" in_mode_5_data / with_mode_5_data;
         /// XC: Mode C.
-        flag "xc" in_mode_c / with_mode_c;
+        flag 1 "xc" in_mode_c / with_mode_c;
         /// X3: Mode 3/A.
-        flag "x3" in_mode_3a / with_mode_3a;
+        flag 1 "x3" in_mode_3a / with_mode_3a;
         /// X2: Mode 2.
-        flag "x2" in_mode_2 / with_mode_2;
+        flag 1 "x2" in_mode_2 / with_mode_2;
         /// X1: Mode 1.
-        flag "x1" in_mode_1 / with_mode_1;
+        flag 1 "x1" in_mode_1 / with_mode_1;
     }
-}
 
-item! {
     /// FOM in M5N: figure of merit of the reported position.
     pub struct FigureOfMerit(1) {
         spare 3 "spare";

@@ -1,13 +1,13 @@
 //! RTC in RE: radar track characteristics.
 
-use crate::item::{Repeated, codes, compound, item};
+use crate::item::{Repeated, items};
 
 /// Metres in a nautical mile.
 const NAUTICAL_MILE_M: f64 = 1852.0;
 
-compound! {
+items! {
     /// RTC in RE: radar track characteristics.
-    pub struct TrackCharacteristics {
+    compound pub struct TrackCharacteristics {
         /// PTL, the plot of the track.
         "ptl" plot_link: PlotLink,
         /// ATL, the ADS-B reports of the track.
@@ -34,44 +34,32 @@ compound! {
         _,
         _,
     }
-}
 
-item! {
     /// PTL in RTC: the plot that belongs to the track.
     pub struct PlotLink(3) {
         spare 3 "spare";
         /// SCN: the track is associated with a plot of the surveillance cluster network.
-        flag "scn" has_network_plot / with_network_plot;
+        flag 1 "scn" has_network_plot / with_network_plot;
         /// RC: the plot has a roll-call part.
-        flag "rc" has_roll_call / with_roll_call;
+        flag 1 "rc" has_roll_call / with_roll_call;
         /// AC: the plot has an all-call part.
-        flag "ac" has_all_call / with_all_call;
+        flag 1 "ac" has_all_call / with_all_call;
         /// SSR: the plot has an SSR part.
-        flag "ssr" has_ssr / with_ssr;
+        flag 1 "ssr" has_ssr / with_ssr;
         /// PSR: the plot has a PSR part.
-        flag "psr" has_psr / with_psr;
+        flag 1 "psr" has_psr / with_psr;
         /// Plot number, 0 to 65535.
         count 16 "plot_number" plot_number / with_plot_number: u16;
     }
-}
 
-item! {
     /// A part of ATL in RTC: an ADS-B report that belongs to the track.
-    pub struct AdsbLink(2) {
-        /// Number of the report, 0 to 65535.
-        count 16 "" number / with_number: u16;
-    }
-}
+    /// Number of the report, 0 to 65535.
+    pub struct AdsbLink(2) = count 16 "" number / with_number: u16;
 
-item! {
     /// TRN in RTC: turn state.
-    pub struct TurnState(1) {
-        /// Probability of a turn in percent: LSB 1 %, 0 to 100 %; the bits hold 0 to 255.
-        count 8 "" percent / with_percent: u8;
-    }
-}
+    /// Probability of a turn in percent: LSB 1 %, 0 to 100 %; the bits hold 0 to 255.
+    pub struct TurnState(1) = count 8 "" percent / with_percent: u8;
 
-item! {
     /// NPP in RTC: where the target is expected next, and the window in which it is looked for.
     pub struct Prediction(22) {
         /// Predicted slant range in metres: LSB 1/128 NM (14.46875 m), 0 to below 512 NM.
@@ -97,9 +85,7 @@ item! {
         /// Predicted time of detection in seconds: LSB 1/128 s, 0 to below 512 s.
         unsigned 16 "time_s" time_s / with_time_s = 1.0 / 128.0, 7;
     }
-}
 
-codes! {
     /// ORIGIN in DLK.
     pub enum DataLinkOrigin {
         /// from a previous scan.
@@ -109,9 +95,7 @@ codes! {
         /// requested in the beam by the transponder.
         Transponder = 2,
     }
-}
 
-codes! {
     /// STATE in DLK.
     pub enum DataLinkState {
         /// in progress.
@@ -121,9 +105,7 @@ codes! {
         /// cancelled.
         Cancelled = 2,
     }
-}
 
-item! {
     /// A part of DLK in RTC: a data link transaction.
     pub struct DataLink(1) {
         /// TYPE: 0 surveillance Mode A, 1 Comm-A, 2 ground-initiated Comm-B, 3 air-initiated Comm-B, 4 broadcast Comm-B,
@@ -134,19 +116,15 @@ item! {
         /// STATE, how far it is.
         code 2 "state" state / with_state: DataLinkState;
     }
-}
 
-item! {
     /// LCK in RTC: lockout.
     pub struct Lockout(2) {
         /// LS: this radar locks the target out.
-        flag "ls" is_locked_out / with_locked_out;
+        flag 1 "ls" is_locked_out / with_locked_out;
         /// LOCTIM, lockout time in milliseconds: LSB 1 ms, 0 to 32767 ms.
         count 15 "time_ms" time_ms / with_time_ms: u16;
     }
-}
 
-item! {
     /// TC in RTC: changes of the Mode 1, 2 and 3/A codes.
     pub struct TransitionCode(6) {
         spare 7 "spare";
@@ -163,9 +141,7 @@ item! {
         /// TCODE3, the Mode 3/A code before, 0 to octal 7777.
         octal 12 "code_3" code_3 / with_code_3: u16;
     }
-}
 
-codes! {
     /// ACQI in TLC: how far the track is acquired.
     pub enum TrackAcquisition {
         /// tentative with one plot.
@@ -177,9 +153,7 @@ codes! {
         /// confirmed.
         Confirmed = 3,
     }
-}
 
-item! {
     /// TLC in RTC: life cycle of the track.
     pub struct TrackLife(4) {
         /// ACQI, how far the track is acquired.
@@ -189,9 +163,7 @@ item! {
         /// LASTTRKUPD, milliseconds since the last update: LSB 1 ms, 0 to 65535 ms.
         count 16 "last_update_ms" last_update_ms / with_last_update_ms: u16;
     }
-}
 
-item! {
     /// A part of ASI in RTC: what an adjacent sensor says.
     pub struct AdjacentSensor(7) {
         /// SAC of the sensor.
@@ -203,25 +175,19 @@ item! {
         /// DATAUSE: 0 used by the tracker, 1 not used; to 127 reserved.
         count 7 "data_use" data_use / with_data_use: u8;
         /// DRNA: the DRN is available.
-        flag "drna" has_drn / with_drn_available;
+        flag 1 "drna" has_drn / with_drn_available;
         /// DRN, 0 to 65535.
         count 16 "drn" drn / with_drn: u16;
     }
-}
 
-item! {
     /// TES in RTC: what the track was extrapolated with.
-    pub struct ExtrapolationSource(1) {
-        /// 0 the radar's tracker, 1 integrated ADS-B, 2 external ADS-B, 3 the surveillance cluster network.
-        count 8 "" source / with_source: u8;
-    }
-}
+    /// 0 the radar's tracker, 1 integrated ADS-B, 2 external ADS-B, 3 the surveillance cluster network.
+    pub struct ExtrapolationSource(1) = count 8 "" source / with_source: u8;
 
-item! {
     /// IR in RTC: is the identity requested?
     pub struct IdentityRequest(1) {
         /// IR: the identity is requested.
-        flag "ir" is_requested / with_requested;
+        flag 1 "ir" is_requested / with_requested;
         /// M3A, age of the Mode 3/A code in seconds: LSB 1 s, 0 to 127 s.
         count 7 "mode_3a_age_s" mode_3a_age_s / with_mode_3a_age_s: u8;
     }

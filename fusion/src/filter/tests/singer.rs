@@ -51,7 +51,7 @@ fn reports(flight: &[Sample], chance: &mut ChaCha8Rng) -> Vec<Measurement> {
         let tells = number % 3 == 2;
         Some(Measurement {
             time: seconds(sample as f64 * STEP_S),
-            position: Enu(place + wrong),
+            position: Enu::from(place + wrong),
             height_measured: true,
             velocity: tells.then_some((told.xy(), VELOCITY)),
             climb: tells.then_some((told.z, VELOCITY)),

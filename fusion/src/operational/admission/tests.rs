@@ -61,8 +61,17 @@ impl Gate {
         self.admission.turn(at(seconds), |_| Some(receiver));
     }
 
+    fn admit(&mut self, fix: &Fix) -> Option<Admitted> {
+        let next = &mut self.next;
+        let reserve = || {
+            *next += 1;
+            TargetId(*next)
+        };
+        self.admission.offer(fix, &self.receiver, reserve)
+    }
+
     fn offer(&mut self, fix: &Fix) -> Option<usize> {
-        self.admission.offer(fix, &self.receiver, &mut self.next).map(|admitted| admitted.waited.len())
+        self.admit(fix).map(|admitted| admitted.waited.len())
     }
 
     fn count(&self, fate: &str) -> u64 {
@@ -82,8 +91,8 @@ fn the_second_report_that_agrees_lets_an_identity_in() {
     // Its place is that of when it was first heard.
     assert_eq!(gate.offer(&fix(2, 9.0, 0.0)), None);
     assert_eq!(gate.offer(&fix(3, 9.0, 0.0)), None);
-    let admitted = gate.admission.offer(&fix(3, 10.0, 0.0), &gate.receiver, &mut gate.next).unwrap();
-    let earlier = gate.admission.offer(&fix(2, 10.0, 0.0), &gate.receiver, &mut gate.next).unwrap();
+    let admitted = gate.admit(&fix(3, 10.0, 0.0)).unwrap();
+    let earlier = gate.admit(&fix(2, 10.0, 0.0)).unwrap();
     assert!(earlier.target < admitted.target);
     // It is known for a minute.
     gate.turn(59.0);
@@ -122,9 +131,9 @@ fn a_million_invented_identities_cost_a_bounded_table() {
         if slot >= 300 && slot % 12 == 0 {
             assert_eq!(gate.offer(&fix(7, seconds, 30.0 * seconds)).is_some(), slot > 300, "{slot}");
         }
-        assert!(gate.admission.waiting.len() <= WAITING, "{}", gate.admission.waiting.len());
+        assert!(gate.admission.waiting.len() <= WAITING_MAX, "{}", gate.admission.waiting.len());
         let queued: usize = gate.admission.receivers.values().map(|of| of.queue.len()).sum();
-        assert!(queued <= WAITING + 1, "{queued}");
+        assert!(queued <= WAITING_MAX + 1, "{queued}");
     }
     assert_eq!(gate.admission.admitted.len(), 1);
     assert_eq!(gate.flood, Some(6001));
@@ -136,7 +145,7 @@ fn a_million_invented_identities_cost_a_bounded_table() {
     let gone = ["heard_once", "inconsistent", "rate_limited", "crowded_out"].map(|fate| gate.count(fate));
     assert_eq!(gone.iter().sum::<u64>() + gate.count("admitted"), gate.count("heard"));
     assert_eq!((gate.count("heard"), gate.count("admitted"), gone[1], gone[2]), (900_001, 1, 0, 0));
-    assert_eq!(gone[0], WAITING as u64, "who waited at the end; the others gave way");
+    assert_eq!(gone[0], WAITING_MAX as u64, "who waited at the end; the others gave way");
 }
 
 #[test]

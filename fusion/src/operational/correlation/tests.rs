@@ -1,9 +1,9 @@
 //! Two drones side by side, each with a transponder and a radar track, and an operator who says who is whom.
 
 use super::*;
-use crate::operational::JOIN;
-use crate::operational::flown::{APART_M, START, TRACKS, identity, radar, reports, settings};
-use crate::point::Because;
+use crate::operational::ASSOCIATE_LLR;
+use crate::operational::tests::two_drones::{APART_M, START, TRACKS, identity, radar, reports, settings};
+use crate::point::{Because, Rival};
 use crate::report::{Plot, Report, SensorIndex};
 use crate::time::SECOND;
 use crate::{Emission, Engine, Point, Source};
@@ -71,7 +71,7 @@ fn by_themselves_each_goes_with_its_own_and_the_other_is_told() {
         for (which, point) in emission.points.iter().enumerate() {
             let Source::Fused(_, _, pair) = &point.source else { panic!("{point:?}") };
             let Because::Likelihood { score } = pair.because else { panic!("{pair:?}") };
-            assert!(score > JOIN);
+            assert!(score > ASSOCIATE_LLR);
             for competitor in &point.competitors {
                 assert!(competitor.score < score && !competitor.decorrelated, "{competitor:?}");
                 match competitor.who {
@@ -110,7 +110,7 @@ fn what_is_correlated_is_one_although_another_is_nearer() {
         who.len() == 2 && who.contains(&Rival::Radar(radar(TRACKS[1]))) && who.contains(&transponder),
         "{who:?}"
     );
-    assert!(fused.competitors.iter().all(|competitor| competitor.score > JOIN), "{fused:?}");
+    assert!(fused.competitors.iter().all(|competitor| competitor.score > ASSOCIATE_LLR), "{fused:?}");
     assert!(fused.competitors.is_sorted_by(|a, b| a.score >= b.score), "{fused:?}");
     let alone = last.points.iter().find(|point| point.source.radar().is_none()).unwrap();
     assert_eq!(alone.competitors.len(), 1, "{alone:?}");
@@ -156,7 +156,7 @@ fn what_is_decorrelated_parts_at_once_and_stays_apart_until_it_is_left_to_the_ev
         // Although all speaks for it.
         let alone = of_track(emission, TRACKS[0]).unwrap();
         let competitor = alone.competitors.first().unwrap();
-        assert!(competitor.score > JOIN && competitor.decorrelated, "{competitor:?}");
+        assert!(competitor.score > ASSOCIATE_LLR && competitor.decorrelated, "{competitor:?}");
         assert!(matches!(competitor.who, Rival::Transponder { identity: other, .. } if other == identity(0)));
     }
     let again = between(&emissions, together, 55);

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::super::along::{Information, rows};
 use super::{ERRORS, REFERENCE_M, Residual, World, sample_of, seconds};
+use crate::frames::Enu;
 use crate::registration::TrackComparison;
 
 /// Offsets, rows of p and of the reference's errors, of an axis.
@@ -11,6 +12,7 @@ fn measured(plots: &[Residual], axis: usize) -> Vec<(f64, f64, DVector<f64>, Vec
     let measured = plots.iter().filter(|residual| axis < 2 || residual.height_measured);
     let offset = |residual: &Residual| {
         let Residual { plot, target, velocity, .. } = residual;
+        let (plot, target) = (plot.0, target.0);
         let turned = plot.x.atan2(plot.y) - target.x.atan2(target.y);
         let turned = turned.sin().atan2(turned.cos());
         let ground_m = target.xy().norm();
@@ -19,7 +21,7 @@ fn measured(plots: &[Residual], axis: usize) -> Vec<(f64, f64, DVector<f64>, Vec
             1 => (plot.norm() - target.norm(), target.normalize()),
             _ => (plot.z - target.z, Vector3::z()),
         };
-        let row = DVector::from_column_slice(rows(target, velocity, turned)[axis].as_slice());
+        let row = DVector::from_column_slice(rows(&target, velocity, turned)[axis].as_slice());
         (residual.time.as_seconds(), offset, row, direction * REFERENCE_M)
     };
     measured.map(offset).collect()
@@ -44,7 +46,7 @@ fn at_once(plots: &[Residual], axis: usize) -> (DMatrix<f64>, DVector<f64>) {
 /// So that no plot is an outlier.
 fn calm(plots: &mut [Residual]) {
     for residual in plots {
-        residual.plot = residual.target + (residual.plot - residual.target) * 0.4;
+        residual.plot = (residual.target.0 + (residual.plot.0 - residual.target.0) * 0.4).into();
     }
 }
 
@@ -85,8 +87,8 @@ fn information_grows_with_duration_and_hardly_with_plots() {
             let place = Vector3::new(0.0, 2000.0, 50.0);
             let residual = Residual {
                 time: seconds(at),
-                plot: place,
-                target: place,
+                plot: place.into(),
+                target: place.into(),
                 velocity: Vector3::zeros(),
                 height_measured: true,
                 sigma_m: 0.0,
@@ -140,14 +142,14 @@ fn an_outlier_counts_little_and_a_turned_radar_is_none() {
     world.bias[0] = 30_f64.to_radians();
     // So far apart that each plot is off anew, by twelve times its slow error.
     let mut plots = world.plots(1200.0, 60.0);
-    plots.retain(|residual| residual.target.xy().norm() > 100.0);
+    plots.retain(|residual| residual.target.0.xy().norm() > 100.0);
     calm(&mut plots);
     let (turned, deviation) = sample_of(&plots).azimuth().unwrap();
     let (dense, offsets) = at_once(&plots, 0);
     assert!((turned - offsets[0] / dense[(0, 0)]).abs() < 1e-9);
     assert!((deviation * deviation * dense[(0, 0)] - 1.0).abs() < 1e-9);
     let radar = nalgebra::Rotation3::from_axis_angle(&Vector3::z_axis(), 30_f64.to_radians());
-    plots[10].plot = radar * plots[10].plot;
+    plots[10].plot = (radar * plots[10].plot.0).into();
     let (with, _) = sample_of(&plots).azimuth().unwrap();
     let (dense, offsets) = at_once(&plots, 0);
     let alone = offsets[0] / dense[(0, 0)] - turned;
@@ -166,10 +168,10 @@ fn what_cannot_be_compared_is_left_out() {
     let last = plots[plots.len() - 1];
     let later = Residual { time: seconds(5000.0), ..last };
     along.add(&last);
-    along.add(&Residual { plot: Vector3::new(f64::NAN, 0.0, 0.0), ..later });
+    along.add(&Residual { plot: Enu::new(f64::NAN, 0.0, 0.0), ..later });
     along.add(&Residual { sigma_m: f64::INFINITY, ..later });
-    along.add(&Residual { target: Vector3::new(20.0, 20.0, 50.0), ..later });
-    along.add(&Residual { target: Vector3::new(150.0, 0.0, 400.0), ..later });
+    along.add(&Residual { target: Enu::new(20.0, 20.0, 50.0), ..later });
+    along.add(&Residual { target: Enu::new(150.0, 0.0, 400.0), ..later });
     assert_eq!(along.take(), all);
 }
 

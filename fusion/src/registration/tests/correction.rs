@@ -3,6 +3,7 @@
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::{PRIOR, World, values};
+use crate::frames::Enu;
 use crate::registration::{BiasValue, Correction, Misalignment, Registration};
 
 /// As if that were known.
@@ -30,14 +31,14 @@ fn what_is_known_is_taken_away_whole() {
         world.bias = Vector6::from(PRIOR).map(|deviation| deviation * world.normal());
         let correction = Correction::of(&known(&world.bias));
         world.heights = true;
-        let corrected = correction.apply(world.plot(place, [0.0; 3]));
+        let corrected = correction.apply(world.plot(place, [0.0; 3]).into()).0;
         assert!((corrected - place).norm() < 1e-8, "{corrected} {place}");
         // A height that was assumed stays; azimuth and range are right but for what the tilts do at another height.
         world.heights = false;
         (world.bias[1], world.bias[2]) = (0.0, 0.0);
         let correction = Correction::of(&known(&world.bias));
         let plot = world.plot(place, [0.0; 3]);
-        let corrected = correction.apply_without_height(plot);
+        let corrected = correction.apply_without_height(plot.into()).0;
         assert_eq!(corrected.z, plot.z);
         assert!((corrected.norm() - place.norm()).abs() < 1e-8);
         assert!((corrected.x.atan2(corrected.y) - place.x.atan2(place.y)).abs() < 1e-12);
@@ -48,8 +49,8 @@ fn what_is_known_is_taken_away_whole() {
 fn nothing_is_nothing() {
     let plot = Vector3::new(0.1, 1234.567, 8.9);
     let none = Correction::of(&Registration::new().estimate());
-    assert_eq!((none.apply(plot), none.apply_without_height(plot)), (plot, plot));
-    let remaining = none.remaining(Vector3::new(0.0, 3000.0, 0.0));
+    assert_eq!((none.apply(plot.into()).0, none.apply_without_height(plot.into()).0), (plot, plot));
+    let remaining = none.remaining(Enu::new(0.0, 3000.0, 0.0));
     assert!(
         (remaining.range_m - 20.0).abs() < 1e-9 && (remaining.azimuth - 5_f64.to_radians()).abs() < 1e-12
     );
@@ -62,7 +63,7 @@ fn nothing_is_nothing() {
     for value in [&mut estimate.range_m, &mut estimate.height_m, &mut estimate.time_s] {
         value.observable = false;
     }
-    assert_eq!(Correction::of(&estimate).apply(plot), plot);
+    assert_eq!(Correction::of(&estimate).apply(plot.into()).0, plot);
 }
 
 /// A plot at the radar itself, or one that is nearer than the range is wrong.
@@ -70,8 +71,8 @@ fn nothing_is_nothing() {
 fn no_place_is_without_an_answer() {
     let correction = Correction::of(&known(&Vector6::from(PRIOR)));
     for plot in [Vector3::zeros(), Vector3::new(0.0, 0.0, 500.0), Vector3::new(1.0, 2.0, 3.0)] {
-        assert!(correction.apply(plot).iter().all(|x| x.is_finite()));
-        assert!(correction.apply_without_height(plot).iter().all(|x| x.is_finite()));
+        assert!(correction.apply(plot.into()).0.iter().all(|x| x.is_finite()));
+        assert!(correction.apply_without_height(plot.into()).0.iter().all(|x| x.is_finite()));
     }
 }
 
@@ -112,12 +113,12 @@ fn what_remains_is_as_said() {
             let (azimuth, range_m) =
                 (world.between(0.0, std::f64::consts::TAU), world.between(400.0, 4000.0));
             let place = Vector3::new(range_m * azimuth.sin(), range_m * azimuth.cos(), 60.0);
-            let corrected = correction.apply(world.plot(place, [0.0; 3]));
+            let corrected = correction.apply(world.plot(place, [0.0; 3]).into());
             let remaining = correction.remaining(corrected);
-            let turned = super::super::along::wrapped(corrected.x.atan2(corrected.y) - azimuth);
+            let turned = super::super::along::wrapped(corrected.0.x.atan2(corrected.0.y) - azimuth);
             squares[0] += (turned / remaining.azimuth).powi(2);
-            squares[1] += ((corrected.norm() - place.norm()) / remaining.range_m).powi(2);
-            squares[2] += ((corrected.z - place.z) / remaining.height_m).powi(2);
+            squares[1] += ((corrected.0.norm() - place.norm()) / remaining.range_m).powi(2);
+            squares[2] += ((corrected.0.z - place.z) / remaining.height_m).powi(2);
             count += 1.0;
         }
     }

@@ -73,8 +73,8 @@ fn tilts_and_height_need_heights_and_more_than_one_place() {
         for plot in 0..30 {
             along.add(&Residual {
                 time: seconds(f64::from(100 * track + 2 * plot)),
-                plot: place,
-                target: place,
+                plot: place.into(),
+                target: place.into(),
                 velocity: Vector3::zeros(),
                 height_measured: true,
                 sigma_m: REFERENCE_M,

@@ -12,8 +12,10 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
+use super::along::Sample;
+use super::parameters::PRIOR;
 use super::qmethod::rotation_vector;
-use super::{BiasValue, Misalignment, PRIOR, Registration, Residual, TrackComparison, along::Sample};
+use super::{BiasValue, Misalignment, Registration, Residual, TrackComparison};
 use crate::filter::RadarErrors;
 use crate::time::Time;
 
@@ -123,8 +125,8 @@ impl World {
             let said = place + Vector3::from(reference.each_ref().map(|error| error.value));
             plots.push(Residual {
                 time: seconds(begun_s + at),
-                plot,
-                target: said,
+                plot: plot.into(),
+                target: said.into(),
                 velocity,
                 height_measured: self.heights,
                 sigma_m: REFERENCE_M,

@@ -1,0 +1,52 @@
+//! Who else a target's radar track or transponder could be.
+
+use std::collections::BTreeMap;
+
+use super::correlation::{Correlations, Verdict};
+use super::cycle::Cycle;
+use super::ids::TargetId;
+use super::targets::{Target, Targets};
+use super::tracklets::Tracklets;
+use super::tuning::{COMPETITORS_MAX, PAIR_LLR_MAX};
+use crate::point::{Competitor, Rival};
+
+/// By target: the transponders that its radar track could be and the radar tracks that its transponder could be, the
+/// likeliest first. Those that the plots speak against with all that they can are none.
+pub(super) fn competitors(
+    tracklets: &Tracklets,
+    targets: &Targets,
+    correlations: &Correlations,
+    cycle: &Cycle,
+) -> BTreeMap<TargetId, Vec<Competitor>> {
+    let mut all: BTreeMap<TargetId, Vec<Competitor>> = BTreeMap::new();
+    for tracklet in tracklets.iter().filter(|tracklet| tracklet.spans(cycle)) {
+        let follows =
+            |id: &TargetId| targets.get(*id).is_some_and(|target| target.tracklet() == Some(tracklet.id));
+        let own = tracklet.target().filter(follows);
+        for &(id, pair) in tracklet.pairs() {
+            let Some(score) = pair.total().filter(|&total| total > -PAIR_LLR_MAX) else { continue };
+            let transponder = targets.get(id).and_then(Target::transponder);
+            let Some(transponder) = transponder.filter(|_| own != Some(id)) else { continue };
+            let identity = transponder.identity;
+            let decorrelated = correlations.verdict(tracklet.id, identity) == Verdict::Decorrelated;
+            let competitor = |who| Competitor { who, score, decorrelated };
+            all.entry(id).or_default().push(competitor(Rival::Radar(tracklet.key)));
+            if let Some(own) = own {
+                let number = transponder.numbered.map(|numbered| numbered.number);
+                let rival = Rival::Transponder { sensor: transponder.sensor, number, identity };
+                all.entry(own).or_default().push(competitor(rival));
+            }
+        }
+    }
+    for competitors in all.values_mut() {
+        // Stable: equal ones stand in the order in which they began.
+        competitors.sort_by(|a, b| b.score.total_cmp(&a.score));
+        let mut counts = [0; 2];
+        competitors.retain(|competitor| {
+            let count = &mut counts[usize::from(matches!(competitor.who, Rival::Radar(_)))];
+            *count += 1;
+            *count <= COMPETITORS_MAX
+        });
+    }
+    all
+}

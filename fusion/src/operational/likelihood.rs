@@ -1,0 +1,152 @@
+//! Whether a radar track and a transponder are one aircraft: the likelihood ratio of the offset between them, over time.
+//!
+//! If they are, the offset from the transponder's curve to the radar's plots is the radar's bias, a first-order Gauss–Markov
+//! process of a size that the plots tell, and white noise. If they are not, it is the distance of two aircraft that move
+//! independently ([`axis`]). The logarithms of the plots' likelihood ratios are summed.
+
+mod axis;
+
+use axis::{Axis, Errors};
+
+use super::settings::{Radar, Settings};
+use super::transponder::{Transponder, TransponderBias};
+use super::tuning::{
+    BIAS_PENALTY_MAX_LLR, PAIR_LIKELY_LLR, PAIR_LLR_MAX, PLOT_LLR_MAX, SEPARATION_IN_HEIGHT,
+    SEPARATION_OVER_GROUND, Separation,
+};
+use crate::filter::{Bias, LineOfSight, RadarErrors};
+use crate::report::Plot;
+use crate::time::Time;
+
+/// Range, azimuth (as metres across), height.
+const AXES: usize = 3;
+const SEPARATIONS: [Separation; AXES] =
+    [SEPARATION_OVER_GROUND, SEPARATION_OVER_GROUND, SEPARATION_IN_HEIGHT];
+
+/// The offset of a plot from the curve, and how well either is known.
+#[derive(Clone, Copy, Debug)]
+struct Offset {
+    /// Outward, clockwise, up, metres; the last `None` where no height was measured.
+    metres: [Option<f64>; AXES],
+    errors: [Errors; AXES],
+    /// Correlation time of the radar's bias, seconds.
+    correlation_s: f64,
+}
+
+impl Offset {
+    /// Of a plot at this distance over ground; `curve_m`: sigma of the curve.
+    fn new(
+        metres: [Option<f64>; AXES],
+        range_m: f64,
+        errors: &RadarErrors,
+        curve_m: f64,
+        bias: &TransponderBias,
+    ) -> Self {
+        let of = |bias_m, white_m, transponder_m2| Errors { bias_m, white_m, curve_m, transponder_m2 };
+        Self {
+            metres,
+            errors: [
+                of(errors.bias_range_m, errors.noise_range_m, bias.horizontal_m2),
+                of(range_m * errors.bias_azimuth, range_m * errors.noise_azimuth, bias.horizontal_m2),
+                of(errors.bias_height_m, errors.noise_height_m, bias.vertical_m2),
+            ],
+            correlation_s: errors.correlation_s,
+        }
+    }
+}
+
+/// The likelihood ratio of a pair, and what is expected of the next plot.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct PairLikelihood {
+    /// Sum over the plots.
+    pub(super) llr: f64,
+    /// The last plot after which they were likely to be one.
+    pub(super) last_likely: Option<Time>,
+    /// What the size of the bias that would explain the offset counts against the pair; the sum, made of changes from plot to
+    /// plot, does not hold it.
+    pub(super) bias_penalty: f64,
+    expected: Option<[Axis; AXES]>,
+}
+
+impl PairLikelihood {
+    /// The sum with the penalty; `None` where nothing was compared.
+    pub(super) fn total(&self) -> Option<f64> {
+        self.expected.map(|_| self.llr - self.bias_penalty)
+    }
+
+    /// The radar's bias as known now, for a plot at this distance over ground, `dt` seconds later; `None`: nothing is known.
+    pub(super) fn bias(&self, range_m: f64, dt: f64, errors: &RadarErrors) -> Option<Bias> {
+        let axes = self.expected?;
+        let kept = (-dt / errors.correlation_s).exp();
+        let later = |axis: usize, sigma: f64, scale: f64| {
+            let (mean, variance) = axes[axis].bias();
+            let fresh = sigma * sigma * (1.0 - kept * kept);
+            (mean * kept * scale, variance * kept * kept * scale * scale + fresh)
+        };
+        Some(Bias {
+            range_m: later(0, errors.bias_range_m, 1.0),
+            azimuth: later(1, errors.bias_azimuth, 1.0 / range_m),
+            height_m: later(2, errors.bias_height_m, 1.0),
+        })
+    }
+
+    /// Takes in plots where the transponder tells where it was, in the order in which they are given: forward or backward in
+    /// time.
+    pub(super) fn add_plots<'a>(
+        &mut self,
+        plots: impl Iterator<Item = &'a Plot>,
+        transponder: &Transponder,
+        radar: &Radar,
+        settings: &Settings,
+    ) {
+        let mut before: Option<Time> = None;
+        let bias = transponder.bias(settings).unwrap_or_default();
+        for plot in plots {
+            let Some(curve) = transponder.on_curve(plot.time, settings) else { continue };
+            let seen = LineOfSight::from(radar.position, plot.position);
+            let apart = plot.position.0 - curve.position.0;
+            let metres = [
+                Some(seen.outward.dot(&apart.xy())),
+                Some(seen.clockwise.dot(&apart.xy())),
+                plot.height_measured.then_some(apart.z),
+            ];
+            let offset = Offset::new(metres, seen.range_m, &radar.errors, curve.sigma_m, &bias);
+            let dt = before.map_or(radar.period_s, |before| plot.time.seconds_since(before).abs());
+            before = Some(plot.time);
+            self.add(&offset, plot.time, dt);
+        }
+    }
+
+    /// Takes in a plot, `dt` seconds after the one before.
+    fn add(&mut self, offset: &Offset, time: Time, dt: f64) {
+        let errors = &offset.errors;
+        let axes = match self.expected {
+            Some(mut axes) => {
+                let kept = (-dt / offset.correlation_s).exp();
+                for (index, axis) in axes.iter_mut().enumerate() {
+                    axis.predict(dt, kept, &errors[index], &SEPARATIONS[index]);
+                }
+                self.expected.insert(axes)
+            }
+            None => {
+                let new = |index: usize| Axis::new(&errors[index], &SEPARATIONS[index]);
+                self.expected.insert(std::array::from_fn(new))
+            }
+        };
+        self.bias_penalty = 0.0;
+        for ((axis, metres), errors) in axes.iter_mut().zip(offset.metres).zip(errors) {
+            if let Some(metres) = metres {
+                self.llr += axis.observe(metres, errors).clamp(-PLOT_LLR_MAX, PLOT_LLR_MAX);
+            }
+            self.bias_penalty += axis.bias_penalty(errors);
+        }
+        self.bias_penalty = self.bias_penalty.min(BIAS_PENALTY_MAX_LLR);
+        self.llr = self.llr.clamp(-PAIR_LLR_MAX, PAIR_LLR_MAX);
+        if self.llr >= PAIR_LIKELY_LLR {
+            self.last_likely = Some(time);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

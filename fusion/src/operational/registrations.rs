@@ -1,0 +1,237 @@
+//! How each radar is aligned: what its tracks of equipped drones tell, and the correction of its plots by that.
+
+use std::collections::BTreeMap;
+
+use super::cycle::Cycle;
+use super::ids::{TargetId, TrackletId};
+use super::settings::{Radar, Settings};
+use super::targets::Targets;
+use super::tracklets::{CorrectedPlot, Tracklets};
+use super::transponder::Transponder;
+use super::tuning::{
+    DELAY_PRIOR_S, ERROR_STEP, MISALIGNMENT_AZIMUTH_RAD, MISALIGNMENT_HEIGHT_M, MISALIGNMENT_RANGE_M,
+    REMAINING_AT_NORTH_M, REMAINING_AT_UP_M, SEGMENT_S, VELOCITY_HALF_BASE_S,
+};
+use crate::filter::RadarErrors;
+use crate::frames::Enu;
+use crate::registration::{
+    Correction, Misalignment, Registration, RegistrationState, RegistrationStateError, Residual, Taken,
+    TrackComparison,
+};
+use crate::report::{Plot, SensorIndex};
+use crate::settings::RegistrationMode;
+use crate::time::{SECOND, Time};
+
+/// One radar's registration.
+#[derive(Clone, Debug)]
+pub struct Registered {
+    registration: Registration,
+    correction: Correction,
+    /// What the tracks tell so far.
+    pub estimate: Misalignment,
+    /// The latest step.
+    pub step: Option<Step>,
+}
+
+/// A step of the misalignment: the latest tracks contradict those before.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// When it was detected.
+    pub time: Time,
+    /// The estimate before.
+    pub before: Misalignment,
+    /// The estimate from the latest tracks.
+    pub after: Misalignment,
+}
+
+impl Registered {
+    fn new(registration: Registration) -> Self {
+        let estimate = registration.estimate();
+        Self { registration, correction: Correction::of(&estimate), estimate, step: None }
+    }
+
+    /// All that outlives a restart.
+    pub fn to_state(&self) -> RegistrationState {
+        self.registration.to_state()
+    }
+
+    /// Takes in what a segment of a radar track told.
+    fn take(&mut self, along: &mut TrackComparison) {
+        let Some(sample) = along.take() else { return };
+        if let Taken::Step { before, after } = self.registration.take(&sample) {
+            self.step = Some(Step { time: sample.time(), before, after });
+        }
+        self.estimate = self.registration.estimate();
+        self.correction = Correction::of(&self.estimate);
+    }
+
+    /// The radar's errors, with what is left of its misalignment.
+    fn errors(&self, radar: &Radar) -> RadarErrors {
+        let left = self.correction.remaining(Enu::new(0.0, REMAINING_AT_NORTH_M, REMAINING_AT_UP_M));
+        let with = |bias: f64, left: f64, most: f64| match radar.registration {
+            RegistrationMode::Apply => in_steps(bias.hypot(left.min(most))),
+            RegistrationMode::Off | RegistrationMode::Propose => in_steps(bias.hypot(most)),
+        };
+        let errors = &radar.track_errors;
+        RadarErrors {
+            bias_range_m: with(errors.bias_range_m, left.range_m, MISALIGNMENT_RANGE_M),
+            bias_azimuth: with(errors.bias_azimuth, left.azimuth, MISALIGNMENT_AZIMUTH_RAD),
+            bias_height_m: with(errors.bias_height_m, left.height_m, MISALIGNMENT_HEIGHT_M),
+            ..*errors
+        }
+    }
+}
+
+/// An error in relative steps.
+fn in_steps(sigma: f64) -> f64 {
+    ((sigma.ln() / ERROR_STEP).round() * ERROR_STEP).exp()
+}
+
+/// A part of a radar track that goes with a target.
+#[derive(Debug)]
+struct Segment {
+    sensor: SensorIndex,
+    target: TargetId,
+    along: TrackComparison,
+}
+
+/// The registrations of all radars.
+#[derive(Debug, Default)]
+pub(super) struct Registrations {
+    radars: BTreeMap<SensorIndex, Registered>,
+    segments: BTreeMap<TrackletId, Segment>,
+}
+
+impl Registrations {
+    /// Each radar that is registered.
+    pub(super) fn radars(&self) -> impl Iterator<Item = (SensorIndex, &Registered)> {
+        self.radars.iter().map(|(&sensor, registered)| (sensor, registered))
+    }
+
+    /// Takes over a radar's registration of before a restart.
+    pub(super) fn restore(
+        &mut self,
+        sensor: SensorIndex,
+        state: &RegistrationState,
+    ) -> Result<(), RegistrationStateError> {
+        let registration = Registration::from_state(state)?;
+        self.radars.insert(sensor, Registered::new(registration));
+        Ok(())
+    }
+
+    /// The same radars, without tracks.
+    pub(super) fn without_tracks(self) -> Self {
+        Self { radars: self.radars, segments: BTreeMap::new() }
+    }
+
+    /// A plot as an aligned radar would have it, as far as that is known and is to be applied.
+    pub(super) fn correct(&self, mut plot: Plot, radar: &Radar) -> Plot {
+        if radar.registration == RegistrationMode::Apply
+            && let Some(Registered { correction, .. }) = self.radars.get(&plot.track.sensor)
+        {
+            let seen = radar.frame.from_site(plot.position);
+            let corrected = match plot.height_measured {
+                true => correction.apply(seen),
+                false => correction.apply_without_height(seen),
+            };
+            plot.position = radar.frame.to_site(corrected);
+        }
+        plot
+    }
+
+    /// The settings with what the registrations tell now: errors and delays.
+    pub(super) fn settings(&mut self, settings: &Settings) -> Settings {
+        let mut now = settings.clone();
+        let (mean_s, sigma_s) = DELAY_PRIOR_S;
+        let (mut information, mut vector) = (sigma_s.powi(-2), mean_s * sigma_s.powi(-2));
+        for (index, radar) in now.radars.iter_mut().enumerate() {
+            let Some(radar) = radar.as_mut().filter(|radar| radar.registration != RegistrationMode::Off)
+            else {
+                continue;
+            };
+            let registered = self
+                .radars
+                .entry(SensorIndex(index as u16))
+                .or_insert_with(|| Registered::new(Registration::new()));
+            radar.errors = registered.errors(radar);
+            if radar.registration == RegistrationMode::Apply {
+                let told = registered.estimate.told_of_time();
+                information += told.0;
+                vector += told.1;
+            }
+        }
+        // What radars tell of time is the transponders' delay: radars have clocks to go by, a transponder's time is that of
+        // its transmission. Nothing is sent before it is measured.
+        let learnt_s = (vector / information).max(0.0);
+        for receiver in now.transponders.iter_mut().flatten().filter(|receiver| receiver.delay_s.is_none()) {
+            receiver.delay_s = Some(learnt_s);
+            receiver.delay_sigma_s = information.powf(-0.5);
+        }
+        now
+    }
+
+    /// Takes in the segments of tracklets that have been dropped.
+    pub(super) fn end(&mut self, tracklets: &Tracklets) {
+        let Self { radars, segments } = self;
+        segments.retain(|&id, segment| {
+            let is_left = tracklets.get(id).is_some();
+            if !is_left && let Some(registered) = radars.get_mut(&segment.sensor) {
+                registered.take(&mut segment.along);
+            }
+            is_left
+        });
+    }
+
+    /// Compares radar tracks with the transponders they go with, for the plots since the last slot.
+    pub(super) fn register(&mut self, tracklets: &Tracklets, targets: &Targets, cycle: &Cycle) {
+        for tracklet in tracklets.iter() {
+            let sensor = tracklet.key.sensor;
+            let Some(radar) = cycle.settings.radar(sensor) else { continue };
+            let Some(registered) = self.radars.get_mut(&sensor) else { continue };
+            let before = self.segments.remove(&tracklet.id);
+            let Some(target) = tracklet.target() else { continue };
+            let Some(transponder) = targets.get(target).and_then(|target| target.transponder()) else {
+                continue;
+            };
+            let mut segment = before.filter(|before| before.target == target);
+            let plots = tracklet.corrected_between(cycle.previous, cycle.centre);
+            for residual in plots.filter_map(|plot| residual(plot, transponder, radar, cycle.settings)) {
+                // The radar's own errors: what is left of its misalignment is what is asked for.
+                let new = || Segment { sensor, target, along: TrackComparison::new(&radar.track_errors) };
+                segment.get_or_insert_with(new).along.add(&residual);
+            }
+            if let Some(mut segment) = segment {
+                if segment.along.gathered_s() >= SEGMENT_S {
+                    registered.take(&mut segment.along);
+                }
+                self.segments.insert(tracklet.id, segment);
+            }
+        }
+    }
+}
+
+/// A plot, uncorrected, against where the transponder was by its time as it is stamped.
+fn residual(
+    plot: &CorrectedPlot,
+    transponder: &Transponder,
+    radar: &Radar,
+    settings: &Settings,
+) -> Option<Residual> {
+    let receiver = settings.transponder(transponder.sensor)?;
+    let delay_s = receiver.delay_s.unwrap_or(0.0);
+    let CorrectedPlot { plot, raw } = plot;
+    let at = |after_s: f64| {
+        let time = plot.time.nanos() + ((after_s - delay_s) * SECOND as f64).round() as i64;
+        transponder.on_curve(Time::from_nanos(time), settings)
+    };
+    let (here, before, after) = (at(0.0)?, at(-VELOCITY_HALF_BASE_S)?, at(VELOCITY_HALF_BASE_S)?);
+    Some(Residual {
+        time: plot.time,
+        plot: radar.frame.from_site(*raw),
+        target: radar.frame.from_site(here.position),
+        velocity: radar.frame.vector_from_site(after.position.0 - before.position.0)
+            / (2.0 * VELOCITY_HALF_BASE_S),
+        height_measured: plot.height_measured,
+        sigma_m: here.sigma_m.hypot(receiver.horizontal_m),
+    })
+}

@@ -1,0 +1,355 @@
+//! Aircraft as the engine knows them, whichever sensor sees them.
+
+use std::cell::OnceCell;
+use std::collections::BTreeMap;
+
+use super::cycle::{Cycle, EARLIEST, LATEST};
+use super::ids::{TargetId, TrackletId};
+use super::likelihood::PairLikelihood;
+use super::settings::{Radar, Settings};
+use super::track_numbers::{TrackNumber, TrackNumbers};
+use super::tracklets::{Tracklet, Tracklets};
+use super::transponder::{OnCurve, Transponder};
+use super::tuning::{
+    FRESH_SHARE, RADAR_VELOCITY_CORRELATION_S, RADAR_VELOCITY_M_S, TARGET_SILENT_MAX, TRANSPONDER_CLIMB_M_S,
+    TRANSPONDER_SILENT_S, TRANSPONDER_VELOCITY_M_S,
+};
+use crate::filter::{Bias, By, LineOfSight, Measurement, Owner, StateEstimate, TargetFilter};
+use crate::numbering::{NumberChange, Numbers};
+use crate::point::{RadarPart, Source};
+use crate::report::{Fix, Identity, Plot};
+use crate::slots::Slot;
+use crate::time::Time;
+
+/// An aircraft.
+#[derive(Debug)]
+pub(super) struct Target {
+    id: TargetId,
+    transponder: Option<Transponder>,
+    /// The radar track that it is followed by.
+    tracklet: Option<TrackletId>,
+    /// The latest part of a radar in it, and the sigma of its plot, metres.
+    radar: Option<(RadarPart, f64)>,
+    filter: TargetFilter,
+    number: Option<TrackNumber>,
+    /// Time of the newest measurement.
+    newest: Time,
+}
+
+impl Target {
+    fn new(id: TargetId, newest: Time, settings: &Settings) -> Self {
+        let filter = TargetFilter::new(&settings.motion);
+        Self { id, transponder: None, tracklet: None, radar: None, filter, number: None, newest }
+    }
+
+    pub(super) fn id(&self) -> TargetId {
+        self.id
+    }
+
+    pub(super) fn transponder(&self) -> Option<&Transponder> {
+        self.transponder.as_ref()
+    }
+
+    pub(super) fn identity(&self) -> Option<Identity> {
+        self.transponder.as_ref().map(|transponder| transponder.identity)
+    }
+
+    pub(super) fn tracklet(&self) -> Option<TrackletId> {
+        self.tracklet
+    }
+
+    pub(super) fn radar(&self) -> Option<(RadarPart, f64)> {
+        self.radar
+    }
+
+    /// A report of its transponder.
+    pub(super) fn insert(&mut self, fix: Fix) {
+        self.newest = self.newest.max(fix.time);
+        self.transponder.get_or_insert_with(|| Transponder::new(&fix)).insert(fix);
+    }
+
+    /// A plot of its radar track takes part in the published slot.
+    pub(super) fn take_part(&mut self, plot: &Plot, settings: &Settings) {
+        let Some(radar) = settings.radar(plot.track.sensor) else { return };
+        let part = RadarPart {
+            track: plot.track,
+            time: plot.time,
+            height_measured: plot.height_measured,
+            uav_probability: plot.uav_probability,
+        };
+        self.radar = Some((part, radar.plot_sigma_m(plot.position)));
+    }
+
+    /// Where its transponder says it was.
+    pub(super) fn on_curve(&self, time: Time, settings: &Settings) -> Option<OnCurve> {
+        self.transponder.as_ref()?.on_curve(time, settings)
+    }
+
+    /// Where it is.
+    pub(super) fn estimate(&self, time: Time) -> Option<StateEstimate> {
+        self.filter.at(time)
+    }
+
+    /// What was measured of it last.
+    pub(super) fn last_measurement(&self) -> Option<&Measurement> {
+        self.filter.newest()
+    }
+
+    /// Whether no sensor sees it now.
+    pub(super) fn is_unseen(&self, tracklets: &Tracklets, cycle: &Cycle) -> bool {
+        let seen = self.tracklet.and_then(|id| tracklets.get(id));
+        seen.is_none_or(|tracklet| tracklet.last() < cycle.centre)
+            && self.on_curve(cycle.centre, cycle.settings).is_none()
+    }
+
+    /// Brings the filter to what is known now; what lies up to `since` is settled.
+    fn filter(&mut self, since: Time, tracklets: &Tracklets, cycle: &Cycle) {
+        let settings = cycle.settings;
+        let mut measurements: Vec<Measurement> = Vec::new();
+        // Of a target that was admitted just now nothing is settled, however long its first report has waited.
+        let is_new = self.transponder.is_some() && self.filter.newest().is_none();
+        let settled = if is_new { EARLIEST } else { since };
+        if let Some(transponder) = &self.transponder {
+            let fixes = transponder.after(settled).iter();
+            measurements.extend(fixes.filter_map(|fix| measured_by_transponder(fix, settings)));
+        }
+        if let Some(tracklet) = self.tracklet.and_then(|id| tracklets.get(id))
+            && let Some(radar) = settings.radar(tracklet.key.sensor)
+        {
+            // Few plots are used, so that is seldom asked for.
+            let pair = OnceCell::new();
+            let pair = || *pair.get_or_init(|| self.pair_ahead(tracklet, radar, cycle));
+            let silence = |time| self.transponder.as_ref()?.silence(time, tracklet.last());
+            measurements.extend(tracklet.between(since, LATEST).filter_map(|plot| {
+                let silence = silence(plot.time);
+                let is_used = silence.is_none_or(|(_, silent_s)| silent_s > TRANSPONDER_SILENT_S);
+                is_used.then(|| measured_by_radar(plot, tracklet.id, radar, silence.map(|s| s.0), pair()))
+            }));
+        }
+        // Stable: of one time, the transponder comes first.
+        measurements.sort_by_key(|measurement| measurement.time);
+        self.filter.measure(settled, &measurements);
+        self.newest = self.newest.max(self.filter.newest().map_or(self.newest, |newest| newest.time));
+    }
+
+    /// Its likelihood with a tracklet, with the plots after the slot.
+    fn pair_ahead(&self, tracklet: &Tracklet, radar: &Radar, cycle: &Cycle) -> Option<PairLikelihood> {
+        let mut pair = *tracklet.pair(self.id)?;
+        let plots = tracklet.between(cycle.centre, LATEST);
+        pair.add_plots(plots, self.transponder.as_ref()?, radar, cycle.settings);
+        Some(pair)
+    }
+}
+
+/// All of them.
+#[derive(Debug, Default)]
+pub(super) struct Targets {
+    all: BTreeMap<TargetId, Target>,
+    by_identity: BTreeMap<Identity, TargetId>,
+    next: u64,
+    numbers: TrackNumbers,
+}
+
+impl Targets {
+    pub(super) fn get(&self, id: TargetId) -> Option<&Target> {
+        self.all.get(&id)
+    }
+
+    pub(super) fn get_mut(&mut self, id: TargetId) -> Option<&mut Target> {
+        self.all.get_mut(&id)
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = &Target> {
+        self.all.values()
+    }
+
+    pub(super) fn of_identity(&self, identity: Identity) -> Option<TargetId> {
+        self.by_identity.get(&identity).copied()
+    }
+
+    /// The transponders that are targets.
+    pub(super) fn identities(&self) -> impl Iterator<Item = Identity> {
+        self.by_identity.keys().copied()
+    }
+
+    /// The place of a new target among the others.
+    pub(super) fn reserve(&mut self) -> TargetId {
+        let id = TargetId(self.next);
+        self.next += 1;
+        id
+    }
+
+    /// A target that a transponder tells of, at the place reserved for it.
+    pub(super) fn insert_transponder(
+        &mut self,
+        id: TargetId,
+        waited: Vec<Fix>,
+        fix: Fix,
+        settings: &Settings,
+    ) {
+        let mut target = Target::new(id, fix.time, settings);
+        waited.into_iter().chain([fix]).for_each(|fix| target.insert(fix));
+        self.by_identity.insert(fix.identity, id);
+        self.all.insert(id, target);
+    }
+
+    /// A target of which nothing is known yet.
+    pub(super) fn insert_unknown(&mut self, cycle: &Cycle) -> TargetId {
+        let id = self.reserve();
+        self.all.insert(id, Target::new(id, cycle.centre, cycle.settings));
+        id
+    }
+
+    /// Brings a target's filter to what is known now; what lies up to `since` is settled.
+    pub(super) fn filter(&mut self, id: TargetId, since: Time, tracklets: &Tracklets, cycle: &Cycle) {
+        if let Some(target) = self.all.get_mut(&id) {
+            target.filter(since, tracklets, cycle);
+        }
+    }
+
+    /// Brings each target's filter to what is known now.
+    pub(super) fn filter_all(&mut self, tracklets: &Tracklets, cycle: &Cycle) {
+        self.all.values_mut().for_each(|target| target.filter(cycle.previous, tracklets, cycle));
+    }
+
+    /// What was filtered up to a slot that was published is settled.
+    pub(super) fn settle(&mut self, until: Time) {
+        self.all.values_mut().for_each(|target| target.filter.forget_before(until));
+    }
+
+    /// Forgets reports from before `kept`, and drops the targets of which nothing was measured for too long at `time`.
+    pub(super) fn forget_before(&mut self, kept: Time, time: Time, tracklets: &Tracklets) {
+        let Self { all, by_identity, numbers, .. } = self;
+        all.retain(|_, target| {
+            target.tracklet = target.tracklet.filter(|&id| tracklets.get(id).is_some());
+            if let Some(transponder) = &mut target.transponder {
+                transponder.forget_before(kept);
+            }
+            let is_left = time - target.newest <= TARGET_SILENT_MAX || target.tracklet.is_some();
+            if !is_left {
+                match &target.transponder {
+                    Some(transponder) => _ = by_identity.remove(&transponder.identity),
+                    None => target.number.into_iter().for_each(|number| numbers.release(number)),
+                }
+            }
+            is_left
+        });
+    }
+
+    /// Makes a tracklet part of that target, or of none. A target that was this tracklet alone has then turned out to be the
+    /// other one, which takes its number over; but who comes back has its own again.
+    pub(super) fn follow(&mut self, tracklets: &mut Tracklets, id: TrackletId, now: Option<TargetId>) {
+        let Some(tracklet) = tracklets.get_mut(id) else { return };
+        let before = tracklet.replace_target(now);
+        if before == now {
+            return;
+        }
+        let mut number = None;
+        if let Some(before) = before
+            && let Some(left) = self.all.get_mut(&before).filter(|left| left.tracklet == Some(id))
+        {
+            left.tracklet = None;
+            if left.transponder.is_none() && now.is_some() {
+                number = left.number;
+                self.all.remove(&before);
+            }
+        }
+        if let Some(target) = now.and_then(|id| self.all.get_mut(&id)) {
+            target.tracklet = Some(id);
+            let known = target.identity().and_then(|identity| self.numbers.of(identity));
+            if target.number.is_none() && known.is_none() {
+                target.number = number.take();
+            }
+        }
+        number.into_iter().for_each(|number| self.numbers.release(number));
+    }
+
+    /// Gives a target's transponder its number for this slot; `false`: all are used up. `returned`: how many changes of
+    /// transponder numbers were looked at in this slot.
+    pub(super) fn number_transponder(
+        &mut self,
+        id: TargetId,
+        slot: Slot,
+        numbers: &mut Numbers,
+        returned: &mut usize,
+    ) -> bool {
+        let Some(transponder) = self.all.get_mut(&id).and_then(|target| target.transponder.as_mut()) else {
+            return true;
+        };
+        transponder.numbered = numbers.of(transponder.identity, slot);
+        if transponder.numbered.is_none() {
+            numbers.note_unnumbered();
+            return false;
+        }
+        // With its number goes what was made of it, but for who flies: that one's lasts as long as it does.
+        for change in &numbers.changes()[*returned..] {
+            if let NumberChange::Returned(given) = change
+                && !self.by_identity.contains_key(&given.identity)
+            {
+                self.numbers.forget(given.identity);
+            }
+        }
+        *returned = numbers.changes().len();
+        true
+    }
+
+    /// The number of a target that is published as `source`.
+    pub(super) fn number(&mut self, id: TargetId, source: &Source, slot: Slot) -> Option<TrackNumber> {
+        let target = self.all.get_mut(&id)?;
+        let identity = target.identity();
+        let known = target.number.or_else(|| self.numbers.of(identity?));
+        let number = known.unwrap_or_else(|| self.numbers.give(source, slot));
+        target.number = Some(number);
+        identity.into_iter().for_each(|identity| self.numbers.keep(identity, number));
+        Some(number)
+    }
+}
+
+fn measured_by_transponder(fix: &Fix, settings: &Settings) -> Option<Measurement> {
+    let receiver = settings.transponder(fix.sensor)?;
+    Some(Measurement {
+        time: fix.time,
+        position: fix.position,
+        height_measured: true,
+        by: By::Transponder {
+            horizontal_m: receiver.horizontal_m * FRESH_SHARE,
+            vertical_m: receiver.vertical_m * FRESH_SHARE,
+        },
+        velocity: fix.velocity.map(|velocity| (velocity, TRANSPONDER_VELOCITY_M_S)),
+        climb: fix.climb_m_s.map(|climb| (climb, TRANSPONDER_CLIMB_M_S)),
+    })
+}
+
+/// A plot, after the transponder's report of `last`, up to which `pair` tells the radar's bias.
+fn measured_by_radar(
+    plot: &Plot,
+    tracklet: TrackletId,
+    radar: &Radar,
+    last: Option<Time>,
+    pair: Option<PairLikelihood>,
+) -> Measurement {
+    let seen = LineOfSight::from(radar.position, plot.position);
+    let known = pair
+        .zip(last)
+        .and_then(|(pair, last)| pair.bias(seen.range_m, plot.time.seconds_since(last), &radar.errors));
+    Measurement {
+        time: plot.time,
+        position: plot.position,
+        height_measured: plot.height_measured,
+        by: By::Radar {
+            owner: Owner { tracklet: tracklet.0, since: last },
+            known: known.unwrap_or(Bias::of(&radar.errors)),
+            seen,
+            errors: radar.errors,
+        },
+        velocity: plot.velocity.map(|velocity| (velocity, radar_velocity_m_s(radar.period_s))),
+        climb: None,
+    }
+}
+
+/// Sigma for a radar track's velocity that comes every `period_s` seconds, above zero. Its errors are correlated, and the
+/// filter takes each as new: the mean of many that go by x' = ρx + w, ρ = exp(-T/τ), has (1+ρ)/(1-ρ) = coth(T/2τ) times the
+/// variance that it would have of new ones.
+fn radar_velocity_m_s(period_s: f64) -> f64 {
+    RADAR_VELOCITY_M_S / (period_s / (2.0 * RADAR_VELOCITY_CORRELATION_S)).tanh().sqrt()
+}

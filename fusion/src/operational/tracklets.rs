@@ -1,0 +1,302 @@
+//! Radar tracks for as long as the radar keeps them.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use super::cycle::{Cycle, EARLIEST, LATEST};
+use super::existence::Existence;
+use super::ids::{TargetId, TrackletId};
+use super::likelihood::PairLikelihood;
+use super::settings::{Radar, Settings};
+use super::transponder::Transponder;
+use super::tuning::{DRONE_SPEED_MAX_M_S, GATE_M, TRACK_GATE_SIGMAS};
+use crate::frames::Enu;
+use crate::report::{Plot, RadarTrackKey};
+use crate::time::Time;
+
+/// A plot, and its position before the radar's misalignment was corrected.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CorrectedPlot {
+    pub(super) plot: Plot,
+    pub(super) raw: Enu,
+}
+
+/// The plots of one radar track without a long break.
+#[derive(Debug)]
+pub(super) struct Tracklet {
+    pub(super) id: TrackletId,
+    pub(super) key: RadarTrackKey,
+    /// The target that it is.
+    target: Option<TargetId>,
+    /// By time; one at least.
+    plots: VecDeque<CorrectedPlot>,
+    /// Likelihoods that it is one with the targets that came near; by target.
+    pairs: Vec<(TargetId, PairLikelihood)>,
+    /// By the plots up to the last slot, with its centre;
+    settled: (Existence, Time),
+    /// by all of them, with the time of the last.
+    ahead: (Existence, Time),
+}
+
+impl Tracklet {
+    fn new(id: TrackletId, plot: CorrectedPlot) -> Self {
+        let unknown = (Existence::default(), EARLIEST);
+        let (key, plots) = (plot.plot.track, VecDeque::from([plot]));
+        Self { id, key, target: None, plots, pairs: Vec::new(), settled: unknown, ahead: unknown }
+    }
+
+    /// A plot: of two of one time the last received counts.
+    fn insert(&mut self, new: CorrectedPlot) {
+        let time = new.plot.time;
+        if time <= self.ahead.1 {
+            // Out of order: from the last slot anew.
+            self.ahead = self.settled;
+        }
+        let index = self.index(time);
+        match self.plots.get_mut(index) {
+            Some(same) if same.plot.time == time => *same = new,
+            _ => self.plots.insert(index, new),
+        }
+    }
+
+    /// Whether a plot with its number is one of its own: without a break, and where a drone could get to, since a radar may
+    /// give a number from one drone to another at once.
+    fn continues_with(&self, plot: &Plot, radar: &Radar) -> bool {
+        let track_break = radar.track_break();
+        plot.time - self.last() <= track_break
+            && self.first() - plot.time <= track_break
+            && self.nearest(plot.time).is_some_and(|near| {
+                let flown_m = DRONE_SPEED_MAX_M_S * near.time.seconds_since(plot.time).abs();
+                let off_m = GATE_M + TRACK_GATE_SIGMAS * radar.plot_sigma_m(near.position);
+                (near.position.0 - plot.position.0).xy().norm() <= flown_m + off_m
+            })
+    }
+
+    /// Forgets the plots before `time`; whether any is left.
+    fn forget_before(&mut self, time: Time) -> bool {
+        while self.first() < time {
+            self.plots.pop_front();
+        }
+        !self.plots.is_empty()
+    }
+
+    /// Whether a plot with its number would at `time` be one of another track.
+    pub(super) fn has_ended(&self, time: Time, settings: &Settings) -> bool {
+        settings.radar(self.key.sensor).is_none_or(|radar| time - self.last() > radar.track_break())
+    }
+
+    /// Time of the first plot that is kept.
+    pub(super) fn first(&self) -> Time {
+        self.plots.front().map_or(LATEST, |first| first.plot.time)
+    }
+
+    /// Time of the last plot.
+    pub(super) fn last(&self) -> Time {
+        self.plots.back().map_or(LATEST, |last| last.plot.time)
+    }
+
+    /// Time of the last plot before `time`.
+    pub(super) fn last_before(&self, time: Time) -> Option<Time> {
+        Some(self.plots[self.index(time).checked_sub(1)?].plot.time)
+    }
+
+    /// Whether it spans the slot.
+    pub(super) fn spans(&self, cycle: &Cycle) -> bool {
+        self.first() < cycle.end && self.last() >= cycle.begin
+    }
+
+    /// Whether it begins after the slot, and within so many seconds.
+    pub(super) fn begins_within(&self, seconds: f64, cycle: &Cycle) -> bool {
+        self.first() >= cycle.end && self.first().seconds_since(cycle.end) < seconds
+    }
+
+    /// The plot nearest to a time.
+    pub(super) fn nearest(&self, time: Time) -> Option<&Plot> {
+        let index = self.index(time);
+        let beside = [index.checked_sub(1), Some(index)].into_iter().flatten();
+        let beside = beside.filter_map(|index| Some(&self.plots.get(index)?.plot));
+        beside.min_by_key(|plot| (plot.time.nanos() - time.nanos()).abs())
+    }
+
+    /// The index of the first plot from `time` on.
+    fn index(&self, time: Time) -> usize {
+        // Most often asked for is what came last.
+        let is_before = |plot: &CorrectedPlot| plot.plot.time < time;
+        if self.plots.back().is_none_or(is_before) {
+            return self.plots.len();
+        }
+        self.plots.partition_point(is_before)
+    }
+
+    /// Plots after `since`, up to `until`.
+    pub(super) fn between(&self, since: Time, until: Time) -> impl DoubleEndedIterator<Item = &Plot> + Clone {
+        self.corrected_between(since, until).map(|plot| &plot.plot)
+    }
+
+    /// The same with their positions before the correction.
+    pub(super) fn corrected_between(
+        &self,
+        since: Time,
+        until: Time,
+    ) -> impl DoubleEndedIterator<Item = &CorrectedPlot> + Clone {
+        let after = |time: Time| self.index(Time::from_nanos(time.nanos().saturating_add(1)));
+        let from = after(since);
+        self.plots.range(from..after(until).max(from))
+    }
+
+    /// Whether it is a drone, by all its plots.
+    pub(super) fn existence(&self) -> &Existence {
+        &self.ahead.0
+    }
+
+    /// The target that it is.
+    pub(super) fn target(&self) -> Option<TargetId> {
+        self.target
+    }
+
+    /// Makes it part of that target, or of none; which it was part of before.
+    pub(super) fn replace_target(&mut self, target: Option<TargetId>) -> Option<TargetId> {
+        std::mem::replace(&mut self.target, target)
+    }
+
+    /// The targets that it was compared with.
+    pub(super) fn pairs(&self) -> &[(TargetId, PairLikelihood)] {
+        &self.pairs
+    }
+
+    /// How likely it is that target, by the plots up to the slot; `None` where they were never compared.
+    pub(super) fn pair(&self, target: TargetId) -> Option<&PairLikelihood> {
+        let index = self.pairs.binary_search_by_key(&target, |pair| pair.0).ok()?;
+        Some(&self.pairs[index].1)
+    }
+
+    /// Its sum with the penalty.
+    pub(super) fn pair_llr(&self, target: TargetId) -> Option<f64> {
+        self.pair(target)?.total()
+    }
+
+    /// Compares the plots up to `until` with a transponder: those after `since`, or all where it came near only now.
+    pub(super) fn compare(
+        &mut self,
+        target: TargetId,
+        transponder: &Transponder,
+        (since, until): (Time, Time),
+        radar: &Radar,
+        settings: &Settings,
+    ) {
+        let place = self.pairs.binary_search_by_key(&target, |pair| pair.0);
+        let (mut pair, from) = match place {
+            Ok(index) => (self.pairs[index].1, since),
+            Err(_) => (PairLikelihood::default(), EARLIEST),
+        };
+        pair.add_plots(self.between(from, until), transponder, radar, settings);
+        match place {
+            Ok(index) => self.pairs[index].1 = pair,
+            Err(index) => self.pairs.insert(index, (target, pair)),
+        }
+    }
+}
+
+/// All of them.
+#[derive(Debug, Default)]
+pub(super) struct Tracklets {
+    all: BTreeMap<TrackletId, Tracklet>,
+    by_key: BTreeMap<RadarTrackKey, Vec<TrackletId>>,
+    next: u64,
+}
+
+impl Tracklets {
+    pub(super) fn get(&self, id: TrackletId) -> Option<&Tracklet> {
+        self.all.get(&id)
+    }
+
+    pub(super) fn get_mut(&mut self, id: TrackletId) -> Option<&mut Tracklet> {
+        self.all.get_mut(&id)
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = &Tracklet> {
+        self.all.values()
+    }
+
+    pub(super) fn iter_mut(&mut self) -> impl Iterator<Item = &mut Tracklet> {
+        self.all.values_mut()
+    }
+
+    /// A plot of one that there is, or of a new one.
+    pub(super) fn insert(&mut self, plot: Plot, raw: Enu, radar: &Radar) {
+        let new = CorrectedPlot { plot, raw };
+        let ids = self.by_key.entry(plot.track).or_default();
+        let continues =
+            |id: &&TrackletId| self.all.get(id).is_some_and(|tracklet| tracklet.continues_with(&plot, radar));
+        match ids.iter().rev().find(continues) {
+            Some(id) => _ = self.all.entry(*id).and_modify(|tracklet| tracklet.insert(new)),
+            None => {
+                let id = TrackletId(self.next);
+                self.next += 1;
+                ids.push(id);
+                self.all.insert(id, Tracklet::new(id, new));
+            }
+        }
+    }
+
+    /// Takes the plots that came into what is known of each one's class and flight.
+    pub(super) fn look_ahead(&mut self, settings: &Settings) {
+        for tracklet in self.all.values_mut() {
+            if let Some(radar) = settings.radar(tracklet.key.sensor) {
+                let (existence, until) = tracklet.ahead;
+                let existence = existence.with(tracklet.between(until, LATEST), radar);
+                tracklet.ahead = (existence, tracklet.last());
+            }
+        }
+    }
+
+    /// The plots up to a slot that was published are settled.
+    pub(super) fn settle(&mut self, until: Time, settings: &Settings) {
+        for tracklet in self.all.values_mut() {
+            if let Some(radar) = settings.radar(tracklet.key.sensor) {
+                let (existence, since) = tracklet.settled;
+                tracklet.settled = (existence.with(tracklet.between(since, until), radar), until);
+            }
+        }
+    }
+
+    /// Forgets plots before `time`, and drops the tracklets that have no other.
+    pub(super) fn forget_before(&mut self, time: Time) {
+        let Self { all, by_key, .. } = self;
+        all.retain(|id, tracklet| {
+            let is_left = tracklet.forget_before(time);
+            if !is_left && let Some(ids) = by_key.get_mut(&tracklet.key) {
+                ids.retain(|known| known != id);
+                if ids.is_empty() {
+                    by_key.remove(&tracklet.key);
+                }
+            }
+            is_left
+        });
+    }
+
+    /// Forgets targets that have been dropped.
+    pub(super) fn forget_targets(&mut self, is_left: impl Fn(&TargetId) -> bool) {
+        for tracklet in self.all.values_mut() {
+            tracklet.pairs.retain(|(id, _)| is_left(id));
+            tracklet.target = tracklet.target.filter(&is_left);
+        }
+    }
+
+    /// The radar track that has this number in the slot of this centre; where none has, one that is about to.
+    pub(super) fn with_number(
+        &self,
+        key: RadarTrackKey,
+        time: Time,
+        settings: &Settings,
+    ) -> Option<&Tracklet> {
+        let tracklets = self.by_key.get(&key)?.iter().filter_map(|id| self.all.get(id));
+        let lasting = tracklets.filter(|tracklet| !tracklet.has_ended(time, settings));
+        lasting.max_by_key(|tracklet| match tracklet.first() <= time {
+            true => (true, tracklet.last().nanos()),
+            false => (false, -tracklet.first().nanos()),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

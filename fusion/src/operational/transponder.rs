@@ -1,0 +1,146 @@
+//! A transponder's reports, and the curve through them.
+
+use std::f64::consts::{LN_2, SQRT_2};
+
+use super::settings::{self, Settings};
+use super::tuning::{BETWEEN_REPORTS_M_S2, DELAY_BETWEEN_TRANSPONDERS_S, FRESH_SHARE, SAME_REPORT};
+use crate::frames::Enu;
+use crate::interpolation::{self, Knot};
+use crate::numbering::Numbered;
+use crate::point::TransponderPart;
+use crate::report::{Fix, Identity, SensorIndex, UasItems};
+use crate::time::Time;
+
+/// A transponder.
+#[derive(Clone, Debug)]
+pub(super) struct Transponder {
+    pub(super) identity: Identity,
+    /// The receiver of the latest report.
+    pub(super) sensor: SensorIndex,
+    pub(super) numbered: Option<Numbered>,
+    items: UasItems,
+    /// By time; at the time at which the position was measured.
+    fixes: Vec<Fix>,
+    /// The same as knots of the curve.
+    knots: Vec<Knot>,
+}
+
+/// A place on the curve.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OnCurve {
+    pub(super) position: Enu,
+    /// From interpolation and from what is new with each report.
+    pub(super) sigma_m: f64,
+}
+
+/// The bias of a transponder, which does not show from report to report: variances.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct TransponderBias {
+    /// Of the position over ground, each axis.
+    pub(super) horizontal_m2: f64,
+    pub(super) vertical_m2: f64,
+    /// Of the time.
+    pub(super) time_s2: f64,
+}
+
+impl Transponder {
+    pub(super) fn new(fix: &Fix) -> Self {
+        Self {
+            identity: fix.identity,
+            sensor: fix.sensor,
+            numbered: None,
+            items: fix.items,
+            fixes: Vec::new(),
+            knots: Vec::new(),
+        }
+    }
+
+    /// A report; of two of one time the last received counts.
+    pub(super) fn insert(&mut self, fix: Fix) {
+        self.items = fix.items;
+        self.sensor = fix.sensor;
+        let first = fix.time + -SAME_REPORT;
+        let index = self.fixes.partition_point(|earlier| earlier.time < first);
+        let knot = Knot { time: fix.time, position: fix.position.0 };
+        match self.fixes.get_mut(index) {
+            Some(same) if same.time - fix.time <= SAME_REPORT => {
+                *same = fix;
+                self.knots[index] = knot;
+            }
+            _ => {
+                self.fixes.insert(index, fix);
+                self.knots.insert(index, knot);
+            }
+        }
+    }
+
+    /// Forgets reports before `time`, but for the last two of them.
+    pub(super) fn forget_before(&mut self, time: Time) {
+        let old = self.fixes.partition_point(|fix| fix.time < time).saturating_sub(2);
+        self.fixes.drain(..old);
+        self.knots.drain(..old);
+    }
+
+    /// The reports after `time`.
+    pub(super) fn after(&self, time: Time) -> &[Fix] {
+        &self.fixes[self.fixes.partition_point(|fix| fix.time <= time)..]
+    }
+
+    /// The last report up to `time`, and how long it is silent then, seconds: to the next one or, where there is none yet,
+    /// to `until`.
+    pub(super) fn silence(&self, time: Time, until: Time) -> Option<(Time, f64)> {
+        let after = self.fixes.partition_point(|fix| fix.time <= time);
+        let last = self.fixes[after.checked_sub(1)?].time;
+        let next = self.fixes.get(after).map_or(until, |fix| fix.time);
+        Some((last, next.seconds_since(last)))
+    }
+
+    /// Where it was; `None` outside its reports, and between two that are too far apart.
+    pub(super) fn on_curve(&self, time: Time, settings: &Settings) -> Option<OnCurve> {
+        let accuracy_m = settings.transponder(self.sensor)?.horizontal_m;
+        let after = self.knots.partition_point(|knot| knot.time < time);
+        let next = self.knots.get(after)?;
+        let mut between_m = 0.0;
+        if next.time != time {
+            let before = &self.knots[after.checked_sub(1)?];
+            if next.time.nanos() - before.time.nanos() > settings.max_gap_ns {
+                return None;
+            }
+            between_m =
+                0.5 * BETWEEN_REPORTS_M_S2 * time.seconds_since(before.time) * next.time.seconds_since(time);
+        }
+        let position = Enu::from(interpolation::evaluate(&self.knots, time)?);
+        Some(OnCurve { position, sigma_m: between_m.hypot(accuracy_m * FRESH_SHARE) })
+    }
+
+    /// Its bias, by what it states of its accuracy (I129/110), else by the receiver's configuration.
+    pub(super) fn bias(&self, settings: &Settings) -> Option<TransponderBias> {
+        let receiver = settings.transponder(self.sensor)?;
+        let share = 1.0 - FRESH_SHARE * FRESH_SHARE;
+        let delay_s = DELAY_BETWEEN_TRANSPONDERS_S.hypot(receiver.delay_sigma_s);
+        Some(TransponderBias {
+            horizontal_m2: self.axis_sigma_m(receiver).powi(2) * share,
+            vertical_m2: receiver.vertical_m.powi(2) * share,
+            time_s2: delay_s * delay_s,
+        })
+    }
+
+    /// Sigma of a position on each axis over ground.
+    fn axis_sigma_m(&self, receiver: &settings::Transponder) -> f64 {
+        let stated_m = self.fixes.last().and_then(|fix| fix.accuracy_m);
+        // A stated radius holds half of the errors (1.177 sigma); a configured sigma is that of the distance.
+        stated_m.map_or(receiver.horizontal_m / SQRT_2, |half_m| half_m / (2.0 * LN_2).sqrt())
+    }
+
+    /// Its part in a point of a slot that ends at `end`.
+    pub(super) fn part(&self, end: Time) -> Option<TransponderPart> {
+        let heard = self.fixes.partition_point(|fix| fix.time < end).checked_sub(1);
+        Some(TransponderPart {
+            number: self.numbered?.number,
+            identity: self.identity,
+            sensor: self.sensor,
+            time: heard.map(|index| self.fixes[index].time),
+            items: self.items,
+        })
+    }
+}

@@ -1,0 +1,228 @@
+//! Every number of the rules: unit, meaning, source.
+//!
+//! *LLR* is a natural logarithm of a likelihood ratio, positive in favour; *sigma* one standard deviation. A number without a
+//! source was set by judgement; what all of them together reach is measured in `docs/EVALUATION.md`.
+
+use jiff::SignedDuration;
+
+// --- Drones, and aircraft that are not one
+
+/// Ground speed that no drone exceeds, metres a second.
+pub(super) const DRONE_SPEED_MAX_M_S: f64 = 40.0;
+/// Gate beside speed and radar errors: extent of the drone and errors of the transponder, metres.
+pub(super) const GATE_M: f64 = 60.0;
+/// Gate in standard deviations of a radar's bias.
+pub(super) const GATE_SIGMAS: f64 = 4.0;
+/// The same for a plot of a radar track that is already known: a larger jump makes it another track.
+pub(super) const TRACK_GATE_SIGMAS: f64 = 8.0;
+/// Acceleration of a drone between two reports, metres a second squared.
+pub(super) const BETWEEN_REPORTS_M_S2: f64 = 1.5;
+
+/// How two different aircraft that are near each other lie apart along one axis; one sigma each.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Separation {
+    pub(super) distance_m: f64,
+    /// Rate of the distance, metres a second.
+    pub(super) rate_m_s: f64,
+    /// Power spectral density of the relative acceleration, m²/s³.
+    pub(super) acceleration_m2_s3: f64,
+}
+/// Over ground, each axis.
+pub(super) const SEPARATION_OVER_GROUND: Separation =
+    Separation { distance_m: 300.0, rate_m_s: 14.0, acceleration_m2_s3: 4.0 };
+/// In height.
+pub(super) const SEPARATION_IN_HEIGHT: Separation =
+    Separation { distance_m: 40.0, rate_m_s: 2.0, acceleration_m2_s3: 0.5 };
+
+// --- Histories
+
+/// A radar's track number heard again after a longer silence is another track; the longer of this and
+pub(super) const TRACK_BREAK: SignedDuration = SignedDuration::from_secs(5);
+/// so many periods of the radar.
+pub(super) const TRACK_BREAK_PERIODS: f64 = 5.0;
+/// Plots are kept this long behind the published slot.
+pub(super) const PLOTS_KEPT: SignedDuration = SignedDuration::from_secs(12);
+/// Reports of transponders are kept this long behind it.
+pub(super) const FIXES_KEPT: SignedDuration = SignedDuration::from_secs(20);
+/// A target without a measurement for longer is dropped.
+pub(super) const TARGET_SILENT_MAX: SignedDuration = SignedDuration::from_secs(25);
+/// Reports of one transponder this near in time are one report, received twice.
+pub(super) const SAME_REPORT: SignedDuration = SignedDuration::from_millis(20);
+
+// --- Transponders
+
+/// Share of a transponder's position error that is new with each report: most of a GNSS receiver's lasts for a minute.
+pub(super) const FRESH_SHARE: f64 = 0.3;
+/// Sigma of a transponder's velocity on each axis over ground, metres a second: from Doppler, so better than its positions.
+pub(super) const TRANSPONDER_VELOCITY_M_S: f64 = 0.3;
+/// Sigma of its climb rate: satellites are all above it.
+pub(super) const TRANSPONDER_CLIMB_M_S: f64 = 0.5;
+/// Sigma by which transponders differ in their delay, seconds.
+pub(super) const DELAY_BETWEEN_TRANSPONDERS_S: f64 = 0.08;
+/// Delay of transponder reports before any radar tells of it: mean and sigma, seconds. Receivers measure four to ten times
+/// a second, and what is sent has waited for its turn.
+pub(super) const DELAY_PRIOR_S: (f64, f64) = (0.1, 0.1);
+
+// --- Admission of transponder identities
+
+/// Two reports of an identity agree if an aircraft this fast could fly from one to the other, metres a second,
+pub(super) const ADMISSION_SPEED_MAX_M_S: f64 = 100.0;
+/// and this far, metres.
+pub(super) const ADMISSION_GATE_M: f64 = 100.0;
+/// How long a first report waits for a second, and a silent identity stays known; the longer of this and
+pub(super) const ADMISSION_WAIT: SignedDuration = SignedDuration::from_secs(60);
+/// so many periods of the receiver.
+pub(super) const ADMISSION_WAIT_PERIODS: f64 = 3.0;
+/// Permits accumulate for this long, seconds: a service that starts into a city admits all of it at once.
+pub(super) const PERMITS_ACCUMULATE_S: i64 = 20;
+/// Waiting identities of one receiver; the oldest give way.
+pub(super) const WAITING_MAX: usize = 1 << 16;
+/// Waiting reports of one identity; the oldest give way.
+pub(super) const WAITING_REPORTS_MAX: usize = 4;
+/// A flood ends this long after new identities were last too many.
+pub(super) const FLOOD_LASTS: SignedDuration = SignedDuration::from_secs(10);
+
+// --- Likelihood that a radar track and a transponder are one aircraft
+
+/// Bound of the summed LLR, so that what was long ago does not outweigh what is now.
+pub(super) const PAIR_LLR_MAX: f64 = 12.0;
+/// Bound of one axis of one plot: a radar's bias is not always slow.
+pub(super) const PLOT_LLR_MAX: f64 = 2.0;
+/// Bound of what the size of the bias that would explain an offset counts against a pair.
+pub(super) const BIAS_PENALTY_MAX_LLR: f64 = 20.0;
+/// A bias within this many sigmas counts nothing against a pair; squared.
+pub(super) const BIAS_FREE_SIGMAS2: f64 = 9.0;
+/// A pair with this LLR is likely to be one aircraft.
+pub(super) const PAIR_LIKELY_LLR: f64 = 1.0;
+/// A radar's true errors as multiples of the configured ones, and the prior probability of each. The largest is a
+/// compromise, since a larger one also explains tracks of other aircraft that pass. Seeds of `crossing`: with 1.5, 982 of 1000
+/// pairs were right instead of 988; without any above 1 a radar twice as bad as configured lost one plot in a hundred more.
+pub(super) const ERROR_SCALES: [(f64, f64); 3] = [(0.1, 0.2), (0.3, 0.2), (1.1, 0.6)];
+/// Least probability of a model in a mixture: turns make errors larger, and drones fly otherwise, for a while.
+pub(super) const MODEL_PROBABILITY_MIN: f64 = 1e-3;
+
+// --- Association
+
+/// A radar track and a target become one from this LLR on.
+pub const ASSOCIATE_LLR: f64 = 6.0;
+/// They part at this LLR.
+pub const DISSOCIATE_LLR: f64 = -4.0;
+/// Hysteresis: a pair stays unless another is better by this LLR.
+pub(super) const HYSTERESIS_LLR: f64 = 4.0;
+/// Log-odds that a radar track is a drone count for any pair up to this.
+pub(super) const CLASS_LLR_MAX: f64 = 4.0;
+/// A transponder this near in time to a plot is compared with it, seconds.
+pub(super) const COMPARE_WITHIN_S: f64 = 2.0;
+/// A radar track takes part for so many of its radar's periods after its last plot.
+pub(super) const TRACK_LASTS_PERIODS: f64 = 3.0;
+
+// --- Reacquisition of targets that no sensor sees now
+
+/// A radar track that has begun is such a target from this LLR on: it is that one or a new one.
+pub(super) const REACQUIRE_LLR: f64 = 4.0;
+/// One that is still to begin, from this: no other target is left that it could be.
+pub(super) const REACQUIRE_AHEAD_LLR: f64 = 3.0;
+/// A radar track that is still to begin could be a target from this LLR on.
+pub(super) const PLAUSIBLE_LLR: f64 = 0.0;
+/// Radar tracks that begin this long after the slot are looked at, seconds.
+pub(super) const LOOK_AHEAD_S: f64 = 4.0;
+/// A target is looked for while the sigma of its position is below this, metres. Eight seeds of `gaps`: with 120 m, 0.17
+/// changes of number a minute in gaps instead of 0.14.
+pub(super) const REACQUIRE_SIGMA_MAX_M: f64 = 200.0;
+/// Gate: squared Mahalanobis distance in three dimensions.
+pub(super) const REACQUIRE_GATE: f64 = 16.0;
+
+// --- Existence: drone or not
+
+/// A radar track is confirmed as a drone from these log-odds on.
+pub(super) const CONFIRM_LOG_ODDS: f64 = 3.0;
+/// Mean class probability that says nothing, where birds and drones are as frequent as they are.
+pub(super) const CLASS_NEUTRAL: f64 = 0.57;
+/// Log-odds per unit of mean class probability above that.
+pub(super) const CLASS_SLOPE: f64 = 30.0;
+/// Bound of the log-odds of the class.
+pub(super) const CLASS_LOG_ODDS_MAX: f64 = 6.0;
+/// The class has its whole weight after plots of so many seconds: successive ones say much the same.
+pub(super) const CLASS_SETTLED_S: f64 = 2.0;
+/// The mean of the class probability is one over this, seconds.
+pub(super) const CLASS_MEMORY_S: f64 = 60.0;
+/// A plot stands for its radar's period, but for no longer than this, seconds.
+pub(super) const CLASS_PLOT_MAX_S: f64 = 1.0;
+/// Veto: a mean class probability below this is certain that it is no drone.
+pub(super) const CLASS_NEVER: f64 = 0.01;
+
+/// How the rate of the range changes: a critically damped second-order Gauss–Markov process.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RangeMotion {
+    /// Sigma of the rate, metres a second.
+    pub(super) rate_m_s: f64,
+    /// How fast the rate changes, radians a second.
+    pub(super) turn_rad_s: f64,
+    /// Prior probability among drones, or among birds.
+    pub(super) share: f64,
+}
+/// Drones: straight on or in hover; faster than birds, and turning.
+pub(super) const DRONE_MOTIONS: [RangeMotion; 2] = [
+    RangeMotion { rate_m_s: 12.0, turn_rad_s: 0.01, share: 0.75 },
+    RangeMotion { rate_m_s: 16.0, turn_rad_s: 0.2, share: 0.25 },
+];
+/// Birds: a course that wanders.
+pub(super) const BIRD_MOTION: RangeMotion = RangeMotion { rate_m_s: 8.0, turn_rad_s: 0.15, share: 1.0 };
+/// Mean time between a drone's changes from one motion to the other, seconds.
+pub(super) const MOTION_CHANGE_S: f64 = 15.0;
+/// Resolution of the range, metres: 1/256 NM (CAT048, I048/040).
+pub(super) const RANGE_STEP_M: f64 = 1852.0 / 256.0;
+/// Bound of one plot's log-odds of how it flies.
+pub(super) const MOTION_PLOT_LOG_ODDS_MAX: f64 = 1.0;
+/// Bound of their sum.
+pub(super) const MOTION_LOG_ODDS_MAX: f64 = 3.0;
+
+// --- Initiation
+
+/// A radar track that was likely to be a known target has most often walked off it: no target of its own for this long after.
+pub(super) const INITIATION_HOLD: SignedDuration = SignedDuration::from_secs(6);
+/// A target that only a radar sees is published no longer than this after its last plot and before its first, seconds.
+pub(super) const COAST_MAX_S: f64 = 2.0;
+
+// --- Filter
+
+/// Radar plots enter a target's filter only where its transponder is silent for longer, seconds. Measured: where it
+/// reports, they add up to 10 % to its error.
+pub(super) const TRANSPONDER_SILENT_S: f64 = 5.0;
+/// Sigma of a radar track's velocity on each axis, metres a second: what the radar's own tracker makes of its plots.
+pub(super) const RADAR_VELOCITY_M_S: f64 = 1.5;
+/// Correlation time of its error, seconds.
+pub(super) const RADAR_VELOCITY_CORRELATION_S: f64 = 3.0;
+
+// --- Output
+
+/// A silent transponder's target is published while the sigma of its position is below this, metres,
+pub(super) const SILENT_SIGMA_MAX_M: f64 = 25.0;
+/// and below this share of a plot's: where it may turn no covariance stays honest for long.
+pub(super) const SILENT_PLOT_SHARE: f64 = 0.7;
+/// A target without a transponder, while its sigma is below this multiple of a plot's
+pub(super) const RADAR_ONLY_PLOT_SHARE: f64 = 1.1;
+/// plus this, metres.
+pub(super) const RADAR_ONLY_SIGMA_M: f64 = 10.0;
+/// Published competitors of each kind.
+pub(super) const COMPETITORS_MAX: usize = 3;
+/// Track number T · this + R.
+pub(super) const NUMBERS_PER_TRANSPONDER: u32 = 10_000;
+/// Numbers from here on are no radar's (0 to 4095, I048/161).
+pub(super) const FIRST_FREE_NUMBER: u32 = 4096;
+
+// --- Registration
+
+/// A radar track contributes in segments of this length, seconds: what turns out to be another drone spoils one of them.
+pub(super) const SEGMENT_S: f64 = 10.0;
+/// Misalignment of a radar set up by compass and spirit level, before its tracks tell of it; sigmas of range, azimuth, height.
+pub(super) const MISALIGNMENT_RANGE_M: f64 = 5.0;
+pub(super) const MISALIGNMENT_AZIMUTH_RAD: f64 = 1.0_f64.to_radians();
+pub(super) const MISALIGNMENT_HEIGHT_M: f64 = 5.0;
+/// Where a radar's remaining misalignment is taken for all its tracks: metres north and up of it.
+pub(super) const REMAINING_AT_NORTH_M: f64 = 1500.0;
+pub(super) const REMAINING_AT_UP_M: f64 = 100.0;
+/// Relative step of a radar's errors: what was filtered with nearly the same ones is not filtered again.
+pub(super) const ERROR_STEP: f64 = 0.01;
+/// A transponder's velocity is its change of position from this long before to this long after, seconds.
+pub(super) const VELOCITY_HALF_BASE_S: f64 = 0.5;

@@ -1,0 +1,25 @@
+//! What is estimated of a radar, and what is assumed beforehand.
+
+/// What is estimated, in this order: bearing, tilt about east, tilt about north (radians), range, height (metres), time (s).
+pub(super) const PARAMETERS: usize = 6;
+pub(super) const BEARING: usize = 0;
+pub(super) const TILT_EAST: usize = 1;
+pub(super) const TILT_NORTH: usize = 2;
+pub(super) const RANGE: usize = 3;
+pub(super) const HEIGHT: usize = 4;
+pub(super) const TIME: usize = 5;
+
+/// Prior standard deviations: radars are aligned by compass and spirit level, or better.
+pub(super) const PRIOR: [f64; PARAMETERS] =
+    [5.0_f64.to_radians(), 1.0_f64.to_radians(), 1.0_f64.to_radians(), 20.0, 15.0, 0.2];
+
+/// A value is observable if its standard deviation is below this. None is above half its [`PRIOR`], so it is the tracks that
+/// tell it.
+pub(super) const USEFUL: [f64; PARAMETERS] =
+    [0.5_f64.to_radians(), 0.25_f64.to_radians(), 0.25_f64.to_radians(), 5.0, 5.0, 0.1];
+
+/// What a plot is compared in: azimuth, range, height.
+pub(super) const AXES: usize = 3;
+pub(super) const AZIMUTH: usize = 0;
+/// The parameter that shifts an axis as it is.
+pub(super) const OWN: [usize; AXES] = [BEARING, RANGE, HEIGHT];

@@ -1,0 +1,82 @@
+//! Enumerations whose values have names, and perhaps keys of their own.
+
+use std::fmt::Display;
+
+use super::tree::quoted;
+
+/// An enumeration whose values have names in the configuration.
+pub(crate) trait Named: Sized + 'static {
+    /// Each name with its meaning.
+    const NAMES: &'static [(&'static str, &'static str)];
+
+    /// The value of that name; keys of its own are blank.
+    fn named(name: &str) -> Result<Self, UnknownName>;
+}
+
+/// A name that no value has.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no such {what}; use {}", alternatives(names))]
+pub struct UnknownName {
+    pub(crate) what: &'static str,
+    pub(crate) names: &'static [(&'static str, &'static str)],
+}
+
+fn alternatives(names: &[(&str, &str)]) -> impl Display {
+    names.iter().map(|(name, _)| quoted(name)).collect::<Vec<_>>().join(" or ")
+}
+
+/// Defines an enumeration: `/// meaning`, `Value = "name"`.
+macro_rules! names {
+    (
+        $(#[doc = $about:literal])* $(#[derive($($derived:ident),*)])?
+        $name:ident, $what:literal { $(
+            $(#[doc = $meaning:literal])*
+            $value:ident $(($inner:ty))? $({ $(#[doc = $key_meaning:literal])* $key:ident: $type:ty })? = $text:literal,
+        )* }
+    ) => {
+        $(#[doc = $about])*
+        #[derive(Clone, Debug, PartialEq $(, $($derived),*)?)]
+        pub enum $name { $(
+            $(#[doc = $meaning])*
+            $value $(($inner))? $({ $(#[doc = $key_meaning])* $key: $type })?,
+        )* }
+
+        impl $crate::config::names::Named for $name {
+            const NAMES: &'static [(&'static str, &'static str)] = &[$(($text, concat!($($meaning),*))),*];
+
+            fn named(name: &str) -> Result<Self, $crate::config::UnknownName> {
+                match name {
+                    $($text => Ok(Self::$value { $(0: <$inner>::default())? $($key: <$type>::default())? }),)*
+                    _ => Err($crate::config::UnknownName { what: $what, names: Self::NAMES }),
+                }
+            }
+        }
+
+        impl $name {
+            /// The name in the configuration.
+            pub const fn name(&self) -> &'static str {
+                match self { $(Self::$value { .. } => $text,)* }
+            }
+        }
+
+        /// By name.
+        impl std::str::FromStr for $name {
+            type Err = $crate::config::UnknownName;
+
+            fn from_str(name: &str) -> Result<Self, Self::Err> {
+                $crate::config::names::Named::named(name)
+            }
+        }
+    };
+}
+pub(crate) use names;
+
+/// Values that are written as their names.
+macro_rules! written_by_name {
+    ($($name:ident),*) => { $(impl $crate::config::kinds::Toml for $name {
+        fn toml(&self) -> Option<String> {
+            Some($crate::config::tree::quoted(self.name()))
+        }
+    })* };
+}
+pub(crate) use written_by_name;
