@@ -1,18 +1,18 @@
-//! A value that is replaced while others use it: what a SIGHUP changes.
+//! A value that is replaced while others use it, as on SIGHUP.
 
 use std::sync::{Arc, PoisonError, RwLock};
 
-/// A handle of such a value; its clones see the same one. Whoever took the value keeps what he took.
+/// A handle to such a value, shared by its clones. A value once obtained stays as it was.
 #[derive(Debug)]
 pub struct Current<T>(Arc<RwLock<Arc<T>>>);
 
 impl<T> Current<T> {
-    /// As it is now.
+    /// The current value.
     pub fn get(&self) -> Arc<T> {
         self.0.read().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// From now on it is this one. Nobody waits for longer than that takes.
+    /// Replaces the value.
     pub fn replace(&self, value: T) {
         *self.0.write().unwrap_or_else(PoisonError::into_inner) = Arc::new(value);
     }

@@ -91,7 +91,7 @@ pub fn of_scenario(
     let flight = |seed| Flight {
         row: row.clone(),
         source: Source::Simulated { scenario: Box::new(scenario.clone()), seed, scored_from_s },
-        motion: Motion::default(),
+        motion: Motion::Imm,
     };
     seeds.map(flight).collect()
 }
@@ -109,7 +109,7 @@ pub fn recorded(recordings: &Path) -> Vec<Flight> {
         let recorded = |row, version, degraded_by| Flight {
             row,
             source: Source::Recorded { directory: trial.join(name), version, degraded_by },
-            motion: Motion::default(),
+            motion: Motion::Imm,
         };
         flights.push(recorded(Row::Clean(name), "", None));
         flights.push(recorded(Row::Prepared(name), "degraded", None));

@@ -95,7 +95,7 @@ pub fn flights() -> Result<Vec<Flight>, Failure> {
         name.clone_into(&mut scenario.name);
         change(&mut scenario);
         let mut flights = flights::of_scenario(&Row::HeldOut(name), &scenario, 1..=SEEDS, 0.0);
-        let motion = if SINGER.contains(&name) { Motion::Singer } else { Motion::default() };
+        let motion = if SINGER.contains(&name) { Motion::Singer } else { Motion::Imm };
         flights.iter_mut().for_each(|flight| flight.motion = motion);
         all.extend(flights);
     }

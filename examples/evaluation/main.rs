@@ -95,7 +95,7 @@ fn quick(args: &Args) -> Result<(), Failure> {
     for base in sheet::BASES.into_iter().filter(|base| args.sheet.iter().any(|wanted| wanted == base)) {
         flights.extend(sheet::flights(base, seeds.clone())?);
     }
-    let motion = args.motion.unwrap_or_default();
+    let motion = args.motion.unwrap_or(Motion::Imm);
     flights.iter_mut().for_each(|flight| flight.motion = motion);
     print!("{}", quick::table(&score::score(&flights, args.threads)?));
     Ok(())

@@ -14,6 +14,7 @@
 mod figures;
 mod flood;
 #[path = "../../tests/shared/invented.rs"]
+#[allow(dead_code, reason = "shared with tests")]
 mod invented;
 mod output;
 mod readers;

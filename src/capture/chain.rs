@@ -1,26 +1,25 @@
-//! Where the blocks of a file go on behind damage: what a block of this file looks like, and chains of such blocks.
+//! Finds where blocks resume behind damage, by what the blocks of a file look like.
 //!
-//! Nothing marks the beginning of a block, but its LEN says where the next one begins. So a place in the file is taken for
-//! a beginning where [`STRONG`] blocks follow each other from there on that are like those seen so far, or whose records can
-//! be read; at the end of the file fewer do, if they end where it ends. In a radar's octets one header in about a thousand
-//! looks like one by chance, three in a row one in a thousand million.
+//! Nothing marks the beginning of a block, but its LEN says where the next one begins. Blocks are taken to resume where
+//! [`STRONG`] of them follow each other that are like those seen so far or can be decoded; fewer suffice if they end with the
+//! file. In radar data about one place in a thousand looks like a header by chance, three in a row one in 10⁹.
 
 use asterix::{blocks, profile};
 
 use super::raw::{HEADER, block_length};
 use super::window::Window;
 
-/// Octets of a datagram or a block: what LEN can say, and as much as is handed out, and searched, at a time.
+/// Largest block or datagram, octets, and the stretch that is searched at a time.
 pub(super) const MOST: usize = u16::MAX as usize;
 
-/// Blocks in a row that are believed.
+/// Number of consecutive blocks that is believed.
 const STRONG: usize = 3;
 
-/// LEN from which a block of no category seen so far is not looked into while searching: its end would have to be waited
-/// for. All but radar video keeps its blocks to the size of an Ethernet frame.
+/// LEN from which a block of a new category is not believed while searching, since its end would have to be waited for. All
+/// but radar video keeps its blocks within an Ethernet frame.
 const LARGE: usize = 0x0900;
 
-/// What the blocks of a file have been like so far: the LEN of the longest one of each category, 0 where there was none.
+/// The blocks of a file so far: the longest LEN of each category, 0 where there was none.
 #[derive(Debug)]
 pub(super) struct Known {
     longest: Box<[u16; 256]>,
@@ -39,7 +38,7 @@ impl Known {
         self.is_empty
     }
 
-    /// Takes notice of a block that was believed; of its header, at least.
+    /// Learns the header of a block.
     pub(super) fn learn(&mut self, header: &[u8]) {
         if let (Some(&category), Some(length)) = (header.first(), block_length(header)) {
             let longest = &mut self.longest[usize::from(category)];
@@ -48,14 +47,13 @@ impl Known {
         }
     }
 
-    /// Whether a header is like those seen: of their categories, and no more than twice as long.
+    /// Whether a header is like those seen: of a known category, and at most twice as long.
     pub(super) fn is_familiar(&self, header: &[u8]) -> bool {
         let (Some(&category), Some(length)) = (header.first(), block_length(header)) else { return false };
         category != 0 && length >= HEADER && length <= 2 * usize::from(self.longest[usize::from(category)])
     }
 
-    /// LEN of the block at `place`, if a whole one is there that looks like a block of this file: it holds something, and is
-    /// familiar, or all its records can be read.
+    /// LEN of the block at `place`, if it is whole, not empty, and either familiar or fully decodable.
     pub(super) fn credible(&self, window: &mut Window, place: usize) -> Option<usize> {
         let header = window.glimpse(place + HEADER).get(place..)?;
         let (category, length) = (*header.first()?, block_length(header).filter(|length| *length > HEADER)?);
@@ -66,7 +64,7 @@ impl Known {
             .then_some(length)
     }
 
-    /// Whether all records of the block of `length` octets here can be read, and a chain begins behind it.
+    /// Whether the block of `length` octets here can be decoded, and a chain begins behind it.
     pub(super) fn is_sound(&self, window: &mut Window, length: usize) -> bool {
         is_readable_at(window, 0, length) && self.begins(window, length)
     }
@@ -88,7 +86,7 @@ impl Known {
     }
 }
 
-/// Whether a chain of blocks whose records can be read begins within the octets that are searched at a time.
+/// Whether a chain of decodable blocks begins within the stretch that is searched at a time.
 pub(super) fn is_near(window: &mut Window) -> bool {
     let known = Known::default();
     let chain = |window: &mut Window, mut place: usize| {
@@ -119,7 +117,7 @@ fn is_readable_at(window: &mut Window, place: usize, length: usize) -> bool {
     window.glimpse(place + length).get(place..place + length).is_some_and(is_readable)
 }
 
-/// Whether these octets are a block of a category whose records are read, and all of them can be.
+/// Whether these octets are blocks of known categories whose records can all be decoded.
 pub(super) fn is_readable(octets: &[u8]) -> bool {
     let measured =
         |block: asterix::Block<'_>| profile(block.category).and_then(|items| block.measure(items).ok());
@@ -133,7 +131,7 @@ pub(super) fn is_filled(octets: &[u8]) -> bool {
     blocks(octets).all(|block| block.is_ok())
 }
 
-/// LEN of the block at `place`, if the file holds all of it, whatever it is.
+/// LEN of the block at `place`, if the file holds all of it.
 pub(super) fn whole_block(window: &mut Window, place: usize) -> Option<usize> {
     let length =
         block_length(window.glimpse(place + HEADER).get(place..)?).filter(|length| *length >= HEADER)?;

@@ -1,4 +1,4 @@
-//! Reception times of files that do not say them, or not the day.
+//! Reception times of files that have none, or no date.
 
 use std::collections::VecDeque;
 
@@ -8,8 +8,8 @@ use jiff::civil::Date;
 use crate::normalise::{nearest_day, on_day};
 use fusion::time::{DAY, SECOND, Time};
 
-/// The reception times of a file that gives times of day without a day: the first is on the given day, each later one at
-/// most [`BACKWARDS_NS`] before the one in front of it. So a recording may pause for almost a day.
+/// Reception times of a file with times of day only: the first is on the given day, each later one at most
+/// [`BACKWARDS_NS`] before its predecessor. So a recording may pause for almost a day.
 #[derive(Clone, Debug)]
 pub(super) struct DayClock {
     /// At the start of the day of the first record.
@@ -17,8 +17,7 @@ pub(super) struct DayClock {
     last: Option<Time>,
 }
 
-/// How far a time may fall behind the one before it (lines that are recorded late, a clock that is set) and be of the same
-/// night, nanoseconds.
+/// Largest backward step, nanoseconds (lines recorded late, a clock that was set); beyond it a day has passed.
 const BACKWARDS_NS: i64 = 3600 * SECOND;
 
 impl DayClock {
@@ -26,7 +25,7 @@ impl DayClock {
         Self { midnight: Time::midnight(date), last: None }
     }
 
-    /// When the next record was received, which says that it was `since_midnight` nanoseconds into a day.
+    /// Reception time of the next record, `since_midnight` nanoseconds into its day.
     pub(super) fn tell(&mut self, since_midnight: i64) -> Option<Time> {
         let nanos = match self.last {
             None => self.midnight?.nanos().checked_add(since_midnight)?,
@@ -41,20 +40,20 @@ impl DayClock {
     }
 }
 
-/// The reception times of a file that has none: the running maximum of its report times.
+/// Reception times of a file that has none: the running maximum of its times of day.
 ///
-/// A report more than a minute away does not move the time, unless three in a row agree within a minute: then it moves
-/// there with the third. (The pipeline drops the strays: they are in the future, or late.)
+/// A report more than a minute away moves the time only if three in a row agree within a minute. (The pipeline drops the
+/// strays as late or in the future.)
 #[derive(Clone, Debug)]
 pub(super) struct RawClock {
     /// At the start of the day of the first record.
     midnight: Option<Time>,
     running: Option<Time>,
-    /// Successive reports that are more than a minute ahead, or more than a minute behind; at most two.
+    /// Successive reports more than a minute ahead, or more than a minute behind; at most two.
     astray: VecDeque<Time>,
 }
 
-/// How far a report may be from the running time, and strays from each other, nanoseconds.
+/// Largest distance of a report from the running time, and of strays from each other, nanoseconds.
 const ASTRAY_NS: i64 = 60 * SECOND;
 
 impl RawClock {
@@ -67,12 +66,12 @@ impl RawClock {
         self.running
     }
 
-    /// What comes without a time was received about now: at the time of what came with one.
+    /// Sets the time, from a record that has one.
     pub(super) fn set(&mut self, time: Time) {
         self.running = Some(time);
     }
 
-    /// The next record's time of day, if it has one that a day has.
+    /// Takes the next record's time of day, if it has one.
     pub(super) fn tell(&mut self, time_of_day: Option<TimeOfDay>) {
         let Some(count) = time_of_day.map(TimeOfDay::count) else { return };
         let Some(running) = self.running else {

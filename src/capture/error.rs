@@ -78,11 +78,11 @@ pub enum OpenError {
     },
 }
 
-/// Damage that ends a capture. What came before it was read and holds.
+/// Damage that ends a capture; everything before it was read.
 #[derive(Debug, Error)]
 #[error("{name}: at offset {offset}: {damage}")]
 pub struct ReadError {
-    /// Path of the capture, and whether the offset is of its unpacked data.
+    /// Path of the capture, marked if the offset is that of its unpacked data.
     pub name: String,
     /// Offset in the file of the record that could not be read.
     pub offset: u64,
@@ -93,7 +93,7 @@ pub struct ReadError {
 /// What is wrong at the offset of a [`ReadError`].
 #[derive(Debug, Error)]
 pub enum Damage {
-    /// The system refuses to go on.
+    /// The system reports an error.
     #[error("cannot be read further: {0}; check the disk or the connection and try again")]
     Io(io::Error),
     /// A compressed file cannot be unpacked to its end.
@@ -125,7 +125,7 @@ pub enum Damage {
         /// The limit.
         most: usize,
     },
-    /// A record that contradicts itself: nobody knows where the next one begins.
+    /// A record that contradicts itself, so that the next one cannot be found.
     #[error(
         "a {record} {fault}; the file is damaged from here on, all records before it were read; copy it again from \
          where it was recorded"
@@ -133,7 +133,7 @@ pub enum Damage {
     Garbled {
         /// What the format calls it.
         record: &'static str,
-        /// What is wrong with it, as the rest of a sentence.
+        /// The fault, as the rest of a sentence.
         fault: String,
     },
 }

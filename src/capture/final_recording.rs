@@ -1,4 +1,4 @@
-//! FINAL recordings: what surveillance recorders write, one record for each message received on a line.
+//! FINAL recordings, written by surveillance recorders: a record per message received on a line.
 //!
 //! | octets | what |
 //! |---|---|
@@ -11,12 +11,11 @@
 //!
 //! Sources: Luciad, *ASTERIX Final format* (<https://dev.luciad.com/portal/productDocumentation/LuciadFusion/docs/articles/guide/asterix/finalformat.html>),
 //! and the reader of Croatia Control (<https://github.com/CroatiaControlLtd/asterix>, `asterixfinalsubformat.hxx`), which
-//! agree. Neither says from when days are counted, and where the octet is in use it may be anything; so it is not looked
-//! at, and the day is told by the user (see `clock.rs`). Neither says which time it is; it is taken for UTC.
+//! agree. Neither says from when days are counted, so the day is ignored and set by the user (see `clock.rs`). Neither names
+//! the time scale; it is taken for UTC.
 //!
-//! Behind damage the next record is looked for: it ends in the trailer, and stands behind one or holds whole blocks and
-//! nothing else. The blocks at the front and at the end of the damaged record's data are handed out without a time, the other
-//! octets up to the next record as [`Contents::Unframed`].
+//! Behind damage the next record is one that ends in the trailer, and either follows one or holds whole blocks only. Blocks at
+//! the front and at the end of a damaged record's data are returned without a time, the rest as [`Contents::Unframed`].
 
 use std::collections::VecDeque;
 
@@ -42,23 +41,23 @@ const RECORD: &str = "FINAL record";
 /// Reads a FINAL recording.
 #[derive(Debug, Default)]
 pub(super) struct Recording {
-    /// What is left of a damaged record.
+    /// The parts of the current record that are still to be returned.
     parts: VecDeque<Part>,
 }
 
 /// A part of a record.
 #[derive(Debug)]
 struct Part {
-    /// What it is; `None`: header or trailer of a sound record, which is not handed out.
+    /// Its contents; `None`: header or trailer of a sound record, which is not returned.
     contents: Option<Contents>,
     /// Octets.
     length: usize,
-    /// When the record says it was received.
+    /// Reception time that the record states.
     since_midnight: Option<i64>,
 }
 
 impl Recording {
-    /// The next record's data, or a part of what is damaged.
+    /// The next record's data, or a part of a damaged one.
     pub(super) fn next(&mut self, window: &mut Window) -> Result<Option<Datagram>, Damage> {
         loop {
             if self.parts.is_empty() {
@@ -88,7 +87,7 @@ impl Recording {
     }
 }
 
-/// The parts of the record that begins here: header, data, trailer. The data are what one datagram held, broken or not.
+/// The parts of the record that begins here: header, data (those of one datagram, broken or not), trailer.
 fn sound_record(window: &mut Window) -> Result<VecDeque<Part>, Damage> {
     let octets = window.peek(HEADER)?;
     let Some(header) = octets.first_chunk::<HEADER>() else {
@@ -147,7 +146,7 @@ fn damaged_record(window: &mut Window, damage: Damage) -> Result<VecDeque<Part>,
         .collect())
 }
 
-/// Octets of the blocks at the front of the data, of what belongs to no block, and of the blocks at the end.
+/// Lengths, in octets, of the blocks at the front, of what belongs to no block, and of the blocks at the end.
 fn take_apart(data: &[u8]) -> [usize; 3] {
     let front = if is_filled(data) { data.len() } else { readable_blocks(data) };
     let rest = &data[front..];
@@ -155,7 +154,7 @@ fn take_apart(data: &[u8]) -> [usize; 3] {
     [front, gap, rest.len() - gap]
 }
 
-/// Octets of the blocks at the front of these whose records can all be read.
+/// Octets of the decodable blocks at the front.
 fn readable_blocks(data: &[u8]) -> usize {
     let whole = blocks(data).map_while(Result::ok);
     whole.map(|block| block.octets).take_while(|octets| is_readable(octets)).map(<[u8]>::len).sum()
@@ -177,7 +176,7 @@ fn is_whole(window: &mut Window, place: usize) -> bool {
     whole_record(window, place).is_some_and(|record| is_filled(&record[HEADER..record.len() - TRAILER.len()]))
 }
 
-/// The record at `place`, if its time is one that a day has and its trailer is at its end.
+/// The record at `place`, if its time is below 24 h and its trailer is in place.
 fn whole_record(window: &mut Window, place: usize) -> Option<&[u8]> {
     let header = window.glimpse(place + HEADER).get(place..)?.first_chunk()?;
     let (length, _) = (length(header), since_midnight(header)?);
@@ -190,14 +189,14 @@ pub(super) fn length(header: &[u8; HEADER]) -> usize {
     u16::from_be_bytes([header[0], header[1]]).into()
 }
 
-/// Nanoseconds; `None` for what no day has.
+/// Nanoseconds since midnight; `None` for 24 h or more.
 pub(super) fn since_midnight(header: &[u8; HEADER]) -> Option<i64> {
     let hundredths = u32::from_be_bytes([0, header[5], header[6], header[7]]);
     let nanos = i64::from(hundredths) * HUNDREDTH;
     (nanos < DAY).then_some(nanos)
 }
 
-/// Whether a record ends as it must.
+/// Whether a record ends in the trailer.
 pub(super) fn ends_well(record: &[u8]) -> bool {
     record.len() >= SHORTEST && record.ends_with(&TRAILER)
 }

@@ -1,14 +1,14 @@
-//! Octets that could not be read, counted by place.
+//! Octets that could not be read, counted by stretch.
 
 use std::fmt;
 
-/// How many octets could not be read, in how many places, and where the first is. Must be told in the order of the file.
-/// `Display`: `17 octets in 2 places (the first at offset 345)`.
+/// Octets that could not be read, added in the order of the file. `Display`: `17 octets in 2 places (the first at offset
+/// 345)`.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Gaps {
     /// Octets.
     pub octets: u64,
-    /// Stretches of octets that follow each other.
+    /// Number of contiguous stretches.
     pub places: u64,
     /// Offset in the file of the first octet.
     pub first_offset: Option<u64>,

@@ -7,29 +7,29 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use flate2::read::MultiGzDecoder;
 use thiserror::Error;
 
-/// What a compressed file begins with: the magic number, and the only method there is.
+/// The magic number, and the only compression method there is.
 pub(super) const MAGIC: &[u8] = b"\x1F\x8B\x08";
 
-/// Compressed data that cannot be unpacked to their end.
+/// Compressed data that cannot be unpacked to the end.
 #[derive(Debug, Error)]
 pub enum GzipError {
-    /// They stop in the middle.
+    /// The data end early.
     #[error(
         "the gzip-compressed file ends too early (was a copy interrupted, is it still being written?); copy it again, \
          or read it once it is complete"
     )]
     Cut,
-    /// They contradict themselves, a check sum does not hold, or something else follows them.
+    /// The data are inconsistent, a checksum fails, or something else follows.
     #[error(
         "the gzip-compressed file is damaged, or goes on with something else ({0}); try `gzip -t`, copy it again"
     )]
     Corrupt(io::Error),
 }
 
-/// Octets unpacked at a time: so much of what is sound may be lost in front of damage.
+/// Octets unpacked at a time; up to this much sound data may be lost in front of damage.
 const STEP: usize = 16 << 10;
 
-/// Unpacks what a reader gives: one compressed file, or several one after the other.
+/// Unpacks one compressed file, or several concatenated ones.
 pub(super) struct Gunzip(MultiGzDecoder<Counted>);
 
 impl Gunzip {
@@ -62,7 +62,7 @@ struct Counted {
 }
 
 impl Read for Counted {
-    /// Interruptions stay in here: the decoder would take one in a header for the end of it.
+    /// Retries interrupted reads: the decoder would take one in a header for its end.
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         loop {
             match self.reader.read(buffer) {

@@ -1,12 +1,12 @@
-//! Datagrams that wait until it is known whether they end in a trailer: so that not even the first ones of a capture are
-//! handed out with octets that look like a broken block.
+//! Datagrams held until it is known whether they end in a trailer, so that not even the first ones of a capture show it as a
+//! broken block.
 
 use std::collections::VecDeque;
 
 use super::trailer::stream;
 use super::{Contents, Datagram, Ending, TrailerRules, Trailers};
 
-/// What may wait; beyond, the octets in question stay with their datagrams.
+/// Limits of what is held; beyond them, the octets in question stay with their datagrams.
 const MOST_DATAGRAMS: usize = 64;
 const MOST_OCTETS: usize = 256 * 1024;
 
@@ -29,7 +29,7 @@ impl Held {
         Self { trailers: Trailers::new(rules), ..Self::default() }
     }
 
-    /// Takes the next one as it is.
+    /// Queues the next one as it is.
     pub(super) fn pass(&mut self, datagram: Datagram) {
         self.hold(datagram, false);
     }
@@ -39,7 +39,7 @@ impl Held {
         self.waiting.push_back(Waiting { datagram, undecided });
     }
 
-    /// Takes the next one, and decides about those before it.
+    /// Queues the next one, and decides about those before it.
     pub(super) fn take(&mut self, mut datagram: Datagram) {
         if datagram.contents == Contents::Unframed {
             return self.pass(datagram);
@@ -77,7 +77,7 @@ impl Held {
         }
     }
 
-    /// Decides about all: none has a trailer.
+    /// Decides that none of those held has a trailer.
     pub(super) fn release(&mut self) {
         self.waiting.iter_mut().for_each(|waiting| waiting.undecided = false);
     }

@@ -9,7 +9,7 @@ use etherparse::{EtherType, IpNumber, LaxNetSlice, LaxSlicedPacket, UdpSlice, et
 
 use super::skipped::SkipReason;
 
-/// Who sent a datagram, and where to: addresses of its IP header, ports of its UDP header.
+/// Sender and receiver of a datagram: IP addresses and UDP ports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Endpoints {
     /// The sender.
@@ -18,14 +18,14 @@ pub struct Endpoints {
     pub destination: SocketAddr,
 }
 
-/// The header every frame of a capture begins with.
+/// The link header of every frame of a capture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LinkType {
     /// Ethernet II, with or without VLAN tags.
     Ethernet,
-    /// What Linux gives for `-i any`, version 1.
+    /// Linux `-i any`, version 1.
     LinuxCooked,
-    /// What Linux gives for `-i any`, version 2.
+    /// Linux `-i any`, version 2.
     LinuxCooked2,
     /// No link header: an IPv4 or IPv6 packet.
     RawIp,
@@ -47,7 +47,7 @@ impl LinkType {
         }
     }
 
-    /// What `frame` carries, and where that begins; `None` if the frame is shorter than the link header.
+    /// What `frame` carries, and at which offset; `None` if the frame is shorter than the link header.
     fn ether_type(self, frame: &[u8]) -> Option<(EtherType, usize)> {
         let (place, header) = match self {
             Self::Ethernet => (12, 14),
@@ -88,10 +88,8 @@ fn is_ip_family(family: [u8; 4]) -> bool {
     matches!(number, 2 | 10 | 23 | 24 | 28 | 30)
 }
 
-/// Where in `frame` the payload of its UDP datagram lies, and between whom it went. Padding after the UDP length is not
-/// part of it.
-///
-/// A frame cut by the capture is fine as long as the whole datagram is there.
+/// Range of the UDP payload in `frame`, without padding, and its endpoints. A frame cut by the capture is fine as long as the
+/// datagram is whole.
 pub(super) fn udp_payload(link: LinkType, frame: &[u8]) -> Result<(Range<usize>, Endpoints), SkipReason> {
     let (ether_type, start) = link.ether_type(frame).ok_or(SkipReason::Truncated)?;
     let packet = LaxSlicedPacket::from_ether_type(ether_type, &frame[start..]);
@@ -144,7 +142,7 @@ fn addresses(net: &LaxNetSlice<'_>) -> Option<(IpAddr, IpAddr)> {
     }
 }
 
-/// What a link type that cannot be read is usually called.
+/// Usual name of an unsupported link type.
 pub(super) fn usual_name(number: u16) -> &'static str {
     match number {
         6 => "Token Ring",

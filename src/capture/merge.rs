@@ -1,4 +1,4 @@
-//! Several captures as one stream of receptions, and the times of files that have none.
+//! Merges captures into one stream of receptions, and gives times to files that have none.
 
 use std::collections::VecDeque;
 use std::net::SocketAddr;
@@ -10,16 +10,16 @@ use super::clock::{DayClock, RawClock};
 use super::{Capture, Contents, Datagram, ReadError};
 use fusion::time::Time;
 
-/// What the pipeline is handed.
+/// Input of the pipeline: a datagram or record, and when it was received.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reception {
-    /// When it was received; `None` before the first time of a file without reception times.
+    /// Time of reception; `None` before the first time in a file without reception times.
     pub received: Option<Time>,
-    /// Which input it is from, counted from 0.
+    /// Index of the input.
     pub input: usize,
-    /// Who sent it, where the file or the line says.
+    /// Sender, where known.
     pub from: Option<SocketAddr>,
-    /// Whole datagram, or one record of a file without reception times.
+    /// Kind of payload.
     pub kind: ReceptionKind,
     /// Offset in its file of the payload's first octet.
     pub origin: u64,
@@ -27,12 +27,12 @@ pub struct Reception {
     pub payload: Vec<u8>,
 }
 
-/// What a reception's payload is.
+/// Kind of a reception's payload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReceptionKind {
-    /// A datagram as it came; redundant lines repeat it octet by octet.
+    /// A datagram; redundant lines repeat it octet by octet.
     Datagram,
-    /// A record in a block of its own.
+    /// A record of a file without reception times, in a block of its own.
     Record,
 }
 
@@ -45,12 +45,12 @@ struct Input {
     capture: Capture,
     clock: RawClock,
     day_clock: DayClock,
-    /// Read and not handed out: the records of one data block, at most.
+    /// Read ahead: the records of one data block, at most.
     ahead: VecDeque<Reception>,
 }
 
 impl Merged {
-    /// `date`: the UTC day of the first record of a file that does not say on which day it was received.
+    /// `date`: the UTC day of the first record of a file without dates.
     pub fn new(captures: Vec<Capture>, date: Date) -> Self {
         let input = |capture| Input {
             capture,
@@ -87,7 +87,7 @@ impl Iterator for Merged {
 }
 
 impl Input {
-    /// Reads until there is something to hand out, or the end.
+    /// Reads until something is ahead, or the end.
     fn fill(&mut self, index: usize) -> Result<(), ReadError> {
         while self.ahead.is_empty() {
             let Some(mut datagram) = self.capture.next().transpose()? else { break };
@@ -108,7 +108,7 @@ impl Input {
         Ok(())
     }
 
-    /// Each record of a file without reception times is received by itself, at its own time.
+    /// Splits a block of a file without reception times: each record is received at its own time.
     fn split(&mut self, datagram: &Datagram, index: usize) {
         for block in blocks(&datagram.payload) {
             match block {
@@ -119,7 +119,7 @@ impl Input {
                     self.split_block::<cat129::Record>(datagram, index, block);
                 }
                 Ok(block) => {
-                    self.push(ReceptionKind::Record, datagram, index, block.offset, block.octets.to_vec())
+                    self.push(ReceptionKind::Record, datagram, index, block.offset, block.octets.to_vec());
                 }
                 Err(fault) => {
                     self.push(

@@ -7,13 +7,13 @@
 //! | pcapng | `0a0d0d0a` | the payload of one UDP datagram | of the capture; none in a simple packet block |
 //! | FINAL | a whole first record, with its `a5a5a5a5` at the end | the data of one record | time of day, without a day |
 //!
-//! Each may be gzip-compressed (`1f8b08`); offsets are then those of the unpacked data. The name of a file says nothing.
-//! Memory is bounded by one window over the file, whatever its size. What cannot be a datagram (ARP, TCP, fragments, …) is
-//! passed over and counted in [`Skipped`]. Where octets of a raw file or a FINAL recording were lost, added or changed, the
-//! next block or record is looked for, and what is between is handed out as [`Contents::Unframed`] and counted in [`Gaps`];
-//! other damage ends the capture with a [`ReadError`] that says where. Broken blocks are for the decoder to report.
+//! Each may be gzip-compressed (`1f8b08`); offsets are then those of the unpacked data. File names are ignored. Memory is
+//! bounded by one window over the file. Frames that hold no datagram (ARP, TCP, fragments, …) are skipped and counted in
+//! [`Skipped`]. Where octets of a raw file or a FINAL recording were lost, added or changed, reading resumes at the next
+//! block or record; the octets between are [`Contents::Unframed`] and counted in [`Gaps`]. Other damage ends the capture
+//! with a [`ReadError`] that says where. Broken blocks are for the decoder to report.
 //!
-//! A further format takes a file of its own, a line in `recognise.rs`, and a variant of [`Format`] and of `Reader`.
+//! A new format takes a file of its own, a line in `recognise.rs`, and a variant of [`Format`] and of `Reader`.
 
 mod chain;
 mod clock;
@@ -58,21 +58,21 @@ pub use trailer::{LONGEST_TRAILER, Trailer, TrailerRules};
 /// One UDP datagram of a capture, one record of a FINAL recording, or one data block of a raw file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Datagram {
-    /// When the capture says it arrived; `None` in a file without reception times.
+    /// Time of reception; `None` in a file without reception times.
     pub received: Option<Time>,
-    /// Nanoseconds after midnight at which a FINAL recording, which names no day, says it arrived; `None` elsewhere, and
-    /// where it says what no day has.
+    /// Time of reception in a FINAL recording, which has no date: nanoseconds after midnight. `None` elsewhere, and where it
+    /// is 24 h or more.
     pub since_midnight: Option<i64>,
-    /// Who sent it, and where to; `None` in a file that does not say.
+    /// Sender and receiver; `None` in a file without addresses.
     pub endpoints: Option<Endpoints>,
-    /// Offset in the file, unpacked if it is compressed, of the payload's first octet.
+    /// Offset of the payload's first octet in the (unpacked) file.
     pub origin: u64,
-    /// What the sender put into the datagram, without link, IP and UDP headers and without padding: at most 65,535
-    /// octets. In a raw file one block with its CAT and LEN; the last one may be what follows the last whole block.
+    /// UDP payload without padding, at most 65,535 octets. In a raw file one block with its CAT and LEN; the last one may be
+    /// the remainder behind the last whole block.
     pub payload: Vec<u8>,
     /// Whether the payload is to be read as blocks.
     pub contents: Contents,
-    /// Octets behind the payload that the sender puts behind the blocks of each datagram.
+    /// The sender's trailer behind the blocks.
     pub trailer: Vec<u8>,
 }
 
@@ -82,19 +82,18 @@ pub enum Contents {
     /// Data blocks, one after the other.
     #[default]
     Blocks,
-    /// Octets of a raw file or a FINAL recording that belong to no block or record, because octets were lost, added or changed
-    /// there. A longer stretch comes in several parts.
+    /// Octets of a damaged raw file or FINAL recording that belong to no block or record; a long stretch comes in parts.
     Unframed,
 }
 
-/// What a capture turned out to be. `Display` is for people: `pcap (Ethernet, nanoseconds)`.
+/// The format of a capture. `Display`: `pcap (Ethernet, nanoseconds)`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// Concatenated ASTERIX data blocks, nothing else.
     Raw,
     /// Classic pcap.
     Pcap {
-        /// What every frame begins with.
+        /// Link type of every frame.
         link: LinkType,
         /// Unit of the fraction in its time stamps.
         resolution: Resolution,
@@ -106,8 +105,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// Whether the file says itself where each message begins and holds nothing but ASTERIX: what cannot be read of it is
-    /// damage. (In a capture of a network there may be anything.)
+    /// Whether the file holds nothing but ASTERIX, so that unreadable octets are damage. (A network capture may hold anything.)
     pub fn is_asterix_only(&self) -> bool {
         matches!(self, Self::Raw | Self::Final)
     }
@@ -136,7 +134,7 @@ pub struct Capture {
     skipped: Skipped,
     gaps: Gaps,
     held: Held,
-    /// Nothing more is read.
+    /// Whether the end, or damage, was reached.
     ended: bool,
     /// The damage that ended it, until it is reported.
     damage: Option<ReadError>,
@@ -171,8 +169,8 @@ impl Capture {
         Self::from_reader(name, Box::new(file), size)
     }
 
-    /// Reads a capture from any reader, which needs no buffer of its own. `name` appears in every message; `size`, in
-    /// octets, is only handed on to [`Capture::size`].
+    /// Reads a capture from any reader, which needs no buffer. `name` appears in messages; `size`, in octets, is returned by
+    /// [`Capture::size`].
     ///
     /// # Errors
     /// As [`Capture::open`].
@@ -218,12 +216,12 @@ impl Capture {
         })
     }
 
-    /// What messages call this capture: its path, or `standard input`.
+    /// Name in messages: its path, or `standard input`.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// What it was recognised as.
+    /// The recognised format.
     pub fn format(&self) -> &Format {
         &self.format
     }
@@ -244,14 +242,14 @@ impl Capture {
         self.packed.as_ref().map_or(self.window.position(), |count| count.load(Ordering::Relaxed))
     }
 
-    /// Takes what a configuration says of trailers; others are recognised. Before the first datagram.
+    /// Sets the configured trailers, before the first datagram; others are recognised.
     #[must_use]
     pub fn with_trailers(mut self, rules: TrailerRules) -> Self {
         self.held = Held::new(rules);
         self
     }
 
-    /// The streams whose datagrams have had a trailer so far.
+    /// The streams with a trailer so far.
     pub fn trailers(&self) -> impl Iterator<Item = Trailer> {
         self.held.trailers.all()
     }
@@ -261,7 +259,7 @@ impl Capture {
         &self.gaps
     }
 
-    /// Frames passed over so far because they hold no whole UDP datagram.
+    /// Frames without a whole UDP datagram so far.
     pub fn skipped(&self) -> &Skipped {
         &self.skipped
     }
@@ -292,8 +290,7 @@ impl Iterator for Capture {
 }
 
 impl Capture {
-    /// Reads the next datagram, or to the end: a block of a raw file, where there are no datagrams, is given back; all else
-    /// is held.
+    /// Reads the next datagram. A block of a raw file is returned; all else is held until trailers are decided.
     fn read(&mut self) -> Option<Datagram> {
         let next = match &mut self.reader {
             Reader::Raw(raw) => raw.next(&mut self.window),

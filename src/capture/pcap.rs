@@ -1,7 +1,7 @@
 //! Classic pcap: a file header of 24 octets, then records of a 16-octet header and a frame each.
 //!
-//! The layout is `pcap-parser`'s business; where octets come from, where they end and what that means is decided here.
-//! The header's time zone correction is ignored, as every known reader and writer does: time stamps are UTC.
+//! `pcap-parser` parses the layout; reading and errors are handled here. The header's time zone correction is ignored, as by
+//! every known reader and writer: time stamps are UTC.
 
 use std::fmt;
 
@@ -19,8 +19,7 @@ use fusion::time::{SECOND, Time};
 const FILE_HEADER: usize = 24;
 /// Octets of a record's header: seconds, fraction, captured length, original length.
 const RECORD_HEADER: usize = 16;
-/// Longest frame a record may hold: the limit of libpcap and Wireshark, whatever the header's snapshot length says
-/// (which is 0 in some files).
+/// Longest frame, as in libpcap and Wireshark, whatever the header's snapshot length (0 in some files).
 const LONGEST_FRAME: usize = 262_144;
 
 const RECORD: &str = "pcap record";
@@ -43,7 +42,7 @@ impl fmt::Display for Resolution {
     }
 }
 
-/// What the file header says about all records.
+/// The file header.
 pub(super) struct Pcap {
     link: LinkType,
     resolution: Resolution,

@@ -3,10 +3,10 @@
 //! A section header says the byte order of all blocks up to the next one; interfaces are numbered from 0 in every
 //! section, and each has its link type, unit of time and offset of time. Packets come in enhanced blocks, in obsolete ones
 //! (before 2009), and in simple ones, which have no time. All other blocks (names, statistics, secrets, what others
-//! invented) are passed over. What can be skipped is skipped: a damaged packet in a sound block costs itself only.
+//! invented) are skipped. A damaged packet in a sound block costs only itself.
 //!
-//! The layout of an interface's options is `pcap-parser`'s business. Its times are not used: it takes every offset for
-//! little-endian, and no power of 2 for a unit.
+//! `pcap-parser` parses an interface's options. Its times are not used: it reads every offset as little-endian, and knows no
+//! unit that is a power of 2.
 
 use pcap_parser::{
     OptionCode, parse_interfacedescriptionblock_be, parse_interfacedescriptionblock_le,
@@ -31,11 +31,11 @@ const ENHANCED_PACKET: u32 = 6;
 const HEADER: usize = 8;
 /// Octets of the shortest block: type and both lengths. A section header has its byte-order magic within them.
 const SHORTEST: usize = 12;
-/// Longest block that is looked into: a frame of 262,144 octets, and as much of options.
+/// Longest block that is parsed: a frame of 262,144 octets, and as much of options.
 const LONGEST: usize = CAPACITY;
-/// Longest block that is passed over; Wireshark's limit.
+/// Longest block that is skipped; Wireshark's limit.
 const LONGEST_OTHER: usize = 16 << 20;
-/// Octets of a long block that are passed over at a time.
+/// Octets of a long block that are skipped at a time.
 const STEP: usize = 64 << 10;
 /// Interfaces of a section; more is damage.
 const MOST_INTERFACES: usize = 65_536;
@@ -46,7 +46,7 @@ const FRAME: usize = 28;
 
 const BLOCK: &str = "pcapng block";
 
-/// What holds for the blocks of the section that is being read.
+/// State of the current section.
 #[derive(Default)]
 pub(super) struct Pcapng {
     big_endian: bool,
@@ -135,7 +135,7 @@ impl Pcapng {
         })
     }
 
-    /// `None` if the block is too short for what it announces.
+    /// `None` if the block is shorter than it claims.
     fn packet<'a>(&self, kind: u32, block: &'a [u8]) -> Option<Packet<'a>> {
         let body = &block[..block.len() - 4];
         if kind == SIMPLE_PACKET {
@@ -170,7 +170,7 @@ impl Pcapng {
         Err(garbled(format!("claims {first} octets at its beginning and {last} at its end")))
     }
 
-    /// The number in 4 octets of a block; callers have seen that they are there.
+    /// The 4-octet number at `place`, which callers have checked to exist.
     fn number(&self, octets: &[u8], place: usize) -> u32 {
         let mut number = [0; 4];
         number.copy_from_slice(&octets[place..place + 4]);
@@ -178,7 +178,7 @@ impl Pcapng {
     }
 }
 
-/// What a section says about one interface. One whose block cannot be made out keeps its number: it has no link type.
+/// An interface of a section. One whose block cannot be parsed keeps its number, without a link type.
 struct Interface {
     link: Option<LinkType>,
     /// Octets kept of a frame at most; 0 for all.
@@ -256,7 +256,7 @@ fn check_version(section: &[u8]) -> Result<(), Damage> {
     }
 }
 
-/// Moves past a block of any length, of which only a part is in memory at a time.
+/// Skips a block of any length, of which only a part is in memory at a time.
 fn pass_over(window: &mut Window, length: usize, header: &[u8; HEADER]) -> Result<(), Damage> {
     if length > LONGEST_OTHER {
         return Err(Damage::Absurd { record: BLOCK, length, most: LONGEST_OTHER });

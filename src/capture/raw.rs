@@ -1,10 +1,9 @@
 //! Raw ASTERIX: concatenated data blocks, each CAT (1 octet), LEN (2 octets, big-endian, counting these three), records.
 //!
-//! A block is handed out once the two headers behind it have been seen. Where these are like those before, as almost
-//! always, that is all. Otherwise either something new comes, or octets were lost, added or changed: the file is searched
-//! for the next place from which blocks follow each other (`chain.rs`). If LEN leads there, block by block, nothing is wrong,
-//! and what is new is learnt; if not, the octets up to that place belong to no block, and are handed out as such. So in a
-//! file that is sound every LEN is followed, whatever its categories.
+//! A block is returned once the two headers behind it have been seen. Almost always these are like those before. Otherwise
+//! either something new comes, or octets were lost, added or changed: the file is searched for the next chain of blocks
+//! (`chain.rs`). If LEN leads there block by block, nothing is wrong, and the new header is learnt; if not, the octets up to
+//! there belong to no block and are returned as such. So in a sound file every LEN is followed, whatever its categories.
 
 use super::chain::{Known, MOST, leads_to, whole_block};
 use super::error::Damage;
@@ -13,7 +12,7 @@ use super::{Contents, Datagram};
 
 /// Octets of CAT and LEN.
 pub(super) const HEADER: usize = 3;
-/// Headers in a row that are like those before: then nothing is wrong here.
+/// Consecutive headers like those before that show that nothing is wrong here.
 const CHAIN: usize = 3;
 
 /// LEN of the block that begins with these octets; `None` if fewer than three.
@@ -28,17 +27,17 @@ pub(super) fn block_length(octets: &[u8]) -> Option<usize> {
 #[derive(Debug, Default)]
 pub(super) struct Raw {
     known: Known,
-    /// Within octets that belong to no block, of which the end has not been found.
+    /// Within octets that belong to no block, whose end has not been found.
     lost: bool,
     ahead: Ahead,
 }
 
-/// Headers from here on that are like those before: each is looked at once.
+/// Headers ahead that are like those before; each is examined once.
 #[derive(Clone, Copy, Debug, Default)]
 struct Ahead {
-    /// How many; at most [`CHAIN`].
+    /// Their number, at most [`CHAIN`].
     headers: usize,
-    /// Octets to the header behind them.
+    /// Octets up to the header behind them.
     octets: usize,
 }
 
@@ -51,8 +50,8 @@ impl Ahead {
 }
 
 impl Raw {
-    /// The next block, or at most [`MOST`] octets that belong to none. A last block that the file cuts is handed out as it is:
-    /// the decoder says what is wrong with it.
+    /// The next block, or at most [`MOST`] octets that belong to none. A last block cut by the end of the file is returned as it
+    /// is, for the decoder to report.
     pub(super) fn next(&mut self, window: &mut Window) -> Result<Option<Datagram>, Damage> {
         if window.peek(1)?.is_empty() {
             return Ok(None);
@@ -68,7 +67,7 @@ impl Raw {
         Ok(Some(Datagram { origin, contents, payload, ..Datagram::default() }))
     }
 
-    /// What comes next, and how many octets of it.
+    /// Contents and length of what comes next.
     fn step(&mut self, window: &mut Window) -> Result<(Contents, usize), Damage> {
         if self.lost {
             match self.known.find(window, 0) {
@@ -135,7 +134,7 @@ impl Raw {
         true
     }
 
-    /// Where no block begins within reach: the end of the file as it is, or octets that belong to no block.
+    /// Where no block begins within reach: the remainder of the file, or octets that belong to no block.
     fn rest(&mut self, window: &mut Window) -> Result<(Contents, usize), Damage> {
         // Octets that could not be read are no end of the file.
         window.failed()?;

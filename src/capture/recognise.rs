@@ -1,11 +1,10 @@
-//! What a file is, from its first octets. Names and extensions are not asked.
+//! Recognises a file by its first octets; names and extensions are ignored.
 //!
-//! A FINAL recording is recognised by its first record: its time is one that a day has, its data begin with the header of
-//! a block that fits into them, and its trailer is at its end. If what follows is not such a record, or its beginning,
-//! it still is one unless it could be raw ASTERIX. Where only the beginning is damaged, what follows it tells.
+//! A FINAL recording is recognised by its first record: a time below 24 h, data that begin with the header of a block that
+//! fits into them, and the trailer. If no such record, or beginning of one, follows, it still is one unless it could be raw
+//! ASTERIX. Where only the beginning is damaged, what follows decides.
 //!
-//! Nothing marks raw ASTERIX: any octet but 0 is a category, so almost anything could be a block. A file is taken for
-//! raw ASTERIX when
+//! Nothing marks raw ASTERIX: any octet but 0 is a category. A file is taken for raw ASTERIX when
 //! 1. it does not begin with the magic number of another format,
 //! 2. its first block is whole: CAT is not 0, LEN is at least 3 and the file is that long,
 //! 3. its first record announces items: FSPEC does not begin with 00 or 01,
@@ -23,7 +22,7 @@ use super::window::Window;
 use super::{final_recording, gzip, pcapng};
 use crate::hex;
 
-/// What a file turned out to be.
+/// The kind of a file.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Raw,
@@ -47,13 +46,13 @@ impl Kind {
     }
 }
 
-/// Octets looked at for a magic number. Few: a pipe may not have more for a while.
+/// Octets read for a magic number; few, since a pipe may not have more for a while.
 const LONGEST_MAGIC: usize = 16;
 
-/// Octets looked at to tell text from binary data.
+/// Octets used to distinguish text from binary data.
 const SAMPLE: usize = 512;
 
-/// LEN from which a block is unusual; the smallest that text could be taken for (a tab and a zero).
+/// LEN from which a block is unusual, and the smallest that text could be taken for (a tab and a zero).
 const LARGE: usize = 0x0900;
 
 /// Category whose blocks are large.
@@ -62,7 +61,7 @@ const VIDEO: u8 = 240;
 const WHAT_IS_READ: &str = "this program reads raw ASTERIX, pcap, pcapng and FINAL, also gzip-compressed";
 const PACKED: &str = "unpack it first";
 
-/// Formats known by their first octets, and what to do about them.
+/// Foreign formats by magic number, and what to do about them.
 const FOREIGN: &[(&[u8], &str, &str)] = &[
     (b"\x34\xCD\xB2\xA1", "a modified pcap capture", "convert it: editcap -F pcap IN OUT"),
     (b"\xA1\xB2\xCD\x34", "a modified pcap capture", "convert it: editcap -F pcap IN OUT"),
@@ -97,7 +96,7 @@ pub(super) fn recognise(window: &mut Window) -> io::Result<Kind> {
     }
     let kind = by_content(window);
     if let Kind::Foreign { .. } = kind {
-        // Of what could not be read, nobody knows what it is.
+        // An error of reading comes first.
         window.failed()?;
     }
     Ok(kind)
@@ -157,7 +156,7 @@ fn final_record(window: &mut Window, place: usize) -> Option<usize> {
     final_recording::ends_well(record).then_some(length)
 }
 
-/// Why this is not raw ASTERIX, as a half sentence; `None` if it is.
+/// Why this is not raw ASTERIX, as part of a sentence; `None` if it is.
 fn objection_to_raw(window: &mut Window) -> Option<String> {
     let octets = window.glimpse(HEADER);
     let Some((category, length)) = plausible_header(octets) else {

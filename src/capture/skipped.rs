@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Why a captured frame gave no datagram. [`NotIp`](Self::NotIp) and [`NotUdp`](Self::NotUdp) are other traffic on the
-/// wire; any other reason can have cost surveillance data.
+/// Why a captured frame has no datagram. [`NotIp`](Self::NotIp) and [`NotUdp`](Self::NotUdp) are other traffic; any other
+/// reason may have cost surveillance data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum SkipReason {
     /// ARP, spanning tree, LLDP, IEEE 802.3 frames, …
     NotIp,
     /// TCP, ICMP, IGMP, …
     NotUdp,
-    /// A part of a fragmented IP packet (fragments are not put together), whatever the whole would be.
+    /// A fragment of an IP packet (fragments are not reassembled).
     Fragment,
     /// The capture holds fewer octets than the frame's headers announce: its snapshot length was too short.
     Truncated,
@@ -37,17 +37,17 @@ impl fmt::Display for SkipReason {
     }
 }
 
-/// Frames passed over, by reason, in the order of [`SkipReason`]. `Display`: `3 not IP, 1 fragmented`, or `none`.
+/// Skipped frames by reason, in the order of [`SkipReason`]. `Display`: `3 not IP, 1 fragmented`, or `none`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Skipped(BTreeMap<SkipReason, u64>);
 
 impl Skipped {
-    /// Frames passed over for `reason`.
+    /// Frames skipped for `reason`.
     pub fn count(&self, reason: SkipReason) -> u64 {
         self.0.get(&reason).copied().unwrap_or(0)
     }
 
-    /// Frames passed over for any reason.
+    /// Frames skipped for any reason.
     pub fn total(&self) -> u64 {
         self.0.values().sum()
     }

@@ -1,8 +1,8 @@
-//! Octets that some senders put behind the blocks of each datagram: a counter and a time, a check sum.
+//! Trailers: octets that some senders append to the blocks of each datagram, such as a counter, a time or a checksum.
 //!
-//! No standard knows them, so they are recognised: where [`ALIKE`] datagrams in a row from one sender to one receiver end in
-//! the same number of octets that are no block, each behind at least one that is, these are a trailer. It is taken off before
-//! blocks are looked for, whatever it looks like. `trailer_octets` of an input says it from the start.
+//! No standard describes them, so they are recognised: where [`ALIKE`] consecutive datagrams from one sender to one receiver
+//! end in the same number of octets behind at least one block, these are a trailer, removed before blocks are read, whatever
+//! it looks like. `trailer_octets` of an input sets it from the start.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -14,33 +14,33 @@ use super::Endpoints;
 use super::chain::is_filled;
 use crate::config::{Address, Config};
 
-/// Octets of the longest trailer that is recognised, or may be configured.
+/// Longest trailer that is recognised or may be configured, octets.
 pub const LONGEST_TRAILER: usize = 32;
 
-/// Datagrams in a row that must end alike.
+/// Consecutive datagrams that must end alike.
 const ALIKE: u8 = 4;
 
-/// Streams that are distinguished; further ones have no trailer.
+/// Most streams that are distinguished; further ones have no trailer.
 const STREAMS: usize = 1024;
 
-/// Who sends, whatever the port, and where to; `None` of a recording that does not say.
+/// Sending host and receiver; `None` in a recording without addresses.
 type Stream = Option<(IpAddr, SocketAddr)>;
 
 /// How a datagram ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Ending {
-    /// With a block, or with what cannot be read.
+    /// In a block, or in something that cannot be read.
     Block,
-    /// With octets that are a trailer if the next datagrams of its stream end alike; so many in a row do.
+    /// In octets that are a trailer if the next datagrams of the stream end alike, too.
     Undecided {
-        /// From 1 on.
+        /// Consecutive datagrams that end alike, from 1 on.
         alike: u8,
     },
-    /// With a trailer of this many octets.
+    /// In a trailer of this many octets.
     Trailer(usize),
 }
 
-/// What the configuration says of the trailers of its inputs.
+/// The configured trailers.
 #[derive(Clone, Debug, Default)]
 pub struct TrailerRules(Vec<Rule>);
 
@@ -53,7 +53,7 @@ struct Rule {
 }
 
 impl TrailerRules {
-    /// Those of the inputs that have `trailer_octets`.
+    /// The trailers of inputs with `trailer_octets`.
     pub fn of(config: &Config) -> Self {
         let inputs = config.sensors.iter().flat_map(|sensor| &sensor.inputs);
         let rule = |input: &crate::config::Input| {
@@ -68,7 +68,7 @@ impl TrailerRules {
         Self(inputs.filter_map(rule).collect())
     }
 
-    /// What is said of a stream: octets, 0 for none; `None` where nothing is said.
+    /// The configured trailer of a stream, octets, 0 for none; `None` if not configured.
     fn octets(&self, (source, destination): (IpAddr, SocketAddr)) -> Option<usize> {
         let is_it = |rule: &&Rule| {
             rule.port == destination.port()
@@ -83,13 +83,13 @@ impl TrailerRules {
 /// 10.0.0.1 to 239.192.48.1:8048`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Trailer {
-    /// Who sends; `None` in a recording that does not say.
+    /// Sending host; `None` in a recording without addresses.
     pub source: Option<IpAddr>,
-    /// Where to.
+    /// Receiver.
     pub destination: Option<SocketAddr>,
-    /// How long it is.
+    /// Length, octets.
     pub octets: usize,
-    /// Datagrams that had it.
+    /// Number of datagrams with it.
     pub datagrams: u64,
 }
 
@@ -109,17 +109,17 @@ impl fmt::Display for Trailer {
 pub(crate) struct Trailers {
     rules: TrailerRules,
     streams: BTreeMap<Stream, StreamEnding>,
-    /// Recognised, and not told.
+    /// Recognised, and not reported yet.
     news: Vec<Trailer>,
 }
 
-/// What was seen of a stream.
+/// How the datagrams of a stream end.
 #[derive(Clone, Copy, Debug, Default)]
 struct StreamEnding {
     octets: usize,
-    /// Datagrams in a row that ended with so many, at most [`ALIKE`].
+    /// Consecutive datagrams that ended so, at most [`ALIKE`].
     alike: u8,
-    /// Those of which a trailer was taken.
+    /// Datagrams whose trailer was removed.
     datagrams: u64,
     told: bool,
 }
@@ -129,7 +129,7 @@ impl Trailers {
         Self { rules, ..Self::default() }
     }
 
-    /// How a datagram ends, the next of its stream.
+    /// How the next datagram of a stream ends.
     pub(crate) fn see(&mut self, endpoints: Option<Endpoints>, payload: &[u8]) -> Ending {
         let stream = stream(endpoints);
         let ends_in = |octets: usize| {
@@ -185,7 +185,7 @@ impl Trailers {
         }
     }
 
-    /// What was recognised since it was last asked.
+    /// The trailers recognised since the last call.
     pub(crate) fn news(&mut self) -> Vec<Trailer> {
         std::mem::take(&mut self.news)
     }
@@ -206,7 +206,7 @@ pub(super) fn stream(endpoints: Option<Endpoints>) -> Stream {
     endpoints.map(|endpoints| (endpoints.source.ip(), endpoints.destination))
 }
 
-/// What stands behind the last whole block of a datagram.
+/// What follows the last whole block of a datagram.
 #[derive(Clone, Copy)]
 enum Remainder {
     None,

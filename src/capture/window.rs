@@ -2,22 +2,21 @@
 
 use std::io::{self, Cursor, ErrorKind, Read};
 
-/// Octets the window can show at once: more than the longest pcap record and the longest ASTERIX block.
+/// Size, octets: more than the longest pcap record and the longest ASTERIX block.
 pub(super) const CAPACITY: usize = 512 * 1024;
 
-/// Shows the next octets of a reader, as many as asked for, before they are consumed.
+/// Shows the next octets of a reader before they are consumed.
 ///
-/// It reads no further than it must to show what was asked for plus what one `read` happens to give, so a pipe that
-/// trickles is served as it trickles.
+/// It reads no further than needed, plus what one `read` happens to return, so a slow pipe is served as it delivers.
 pub(super) struct Window {
     reader: Box<dyn Read + Send>,
     buffer: Box<[u8]>,
     start: usize,
     end: usize,
     position: u64,
-    /// Octets behind the position that are gone already.
+    /// Octets behind the position that were let go already.
     passed: u64,
-    /// What ended the reading, until it is told.
+    /// The error that ended reading, until it is reported.
     failure: Option<io::Error>,
     at_end: bool,
 }
@@ -30,7 +29,7 @@ impl Window {
 
     /// The next octets: at least `count` of them (at most [`CAPACITY`]), fewer only where the file ends.
     ///
-    /// An error of the reader comes when more is asked for than was read before it.
+    /// An error of the reader is returned once more is requested than was read before it.
     pub(super) fn peek(&mut self, count: usize) -> io::Result<&[u8]> {
         if self.glimpse(count).len() < count {
             self.failed()?;
@@ -61,7 +60,7 @@ impl Window {
         &self.buffer[self.start..self.end]
     }
 
-    /// The error that ended the reading, if it was one and has not been told.
+    /// The error that ended reading, if it has not been reported.
     pub(super) fn failed(&mut self) -> io::Result<()> {
         self.failure.take().map_or(Ok(()), Err)
     }

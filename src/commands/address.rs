@@ -1,4 +1,4 @@
-//! An address to serve at, as a person writes it.
+//! Addresses to listen on, as people write them.
 
 use std::net::{Ipv4Addr, SocketAddr};
 

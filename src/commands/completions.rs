@@ -1,4 +1,4 @@
-//! `completions` and `man`: what a packager puts beside the program.
+//! `completions` and `man`: for packagers.
 
 use std::io::{self, Write};
 
@@ -22,8 +22,7 @@ pub fn run(args: &Args, mut command: clap::Command, out: &mut impl Write) -> Com
     Ok(Outcome::Done)
 }
 
-/// Runs `man`: one page, utm-fusion(1), with every subcommand and its options, so that a package has one file and a search
-/// in it finds all.
+/// Runs `man`: one page, utm-fusion(1), with every subcommand and its options, so that a search finds all.
 pub fn man(mut command: clap::Command, out: &mut impl Write) -> CommandResult {
     command.build();
     let page = clap_mangen::Man::new(command.clone());

@@ -206,7 +206,7 @@ impl<W: Write> Printer<'_, W> {
         Ok(())
     }
 
-    /// Counts octets that cannot be read, if their line is still wanted.
+    /// Counts unreadable octets, if their line is still wanted.
     fn note(&mut self, reason: &str, place: Place<'_>, octets: &[u8]) {
         if self.left > 0 {
             self.count(reason.to_owned(), 1);
@@ -218,7 +218,7 @@ impl<W: Write> Printer<'_, W> {
         *self.errors.entry(reason).or_default() += times;
     }
 
-    /// Counts the frames that may have held records and could not be read; they have no lines.
+    /// Counts the unreadable frames that may have held records; they have no lines.
     fn count_frames(&mut self, capture: &Capture) {
         for (reason, times) in lost_frames(capture) {
             self.count(format!("{reason} frame"), times);

@@ -33,10 +33,10 @@ struct FileError {
     cause: io::Error,
 }
 
-/// Bad lines that are named one by one; the rest is counted.
+/// Most bad lines that are named; the rest is counted.
 const NAMED: u64 = 20;
 
-/// Longest line that is read: a block of 65,535 octets in hexadecimal, or as items, is well below.
+/// Longest line: well above a block of 65,535 octets in hexadecimal or as items.
 const LONGEST_LINE: u64 = 16 << 20;
 
 /// Encodes the input into the output.

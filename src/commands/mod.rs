@@ -1,4 +1,4 @@
-//! The command line: one file a subcommand. Data on standard output, everything else on standard error.
+//! The command line, one file per subcommand. Data go to standard output, everything else to standard error.
 
 pub mod address;
 mod broadcast;
@@ -37,23 +37,22 @@ use crate::capture::{Capture, SkipReason};
 use crate::config::{Config, ConfigError, ConfigErrors, Place};
 use crate::simulate::Crowded;
 
-/// How a command ended that did its work.
+/// How a command ended that did not fail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// All of it.
     Done,
-    /// Octets of a raw file or a FINAL recording could not be read; or any input had errors, and `--strict` asks to hear of it:
-    /// exit code 4.
+    /// Octets of a raw file or a FINAL recording could not be read, or with `--strict` any input had errors: exit code 4.
     InputErrors,
     /// An input could not be read to its end: exit code 1, already reported.
     InputUnreadable,
-    /// A part of the input was left out: exit code 1, already reported.
+    /// Part of the input was omitted: exit code 1, already reported.
     Incomplete,
     /// A threshold of `evaluate` was missed: exit code 5, already reported.
     ThresholdMissed,
 }
 
-/// What a command returns: errors of any kind, told apart by [`exit_code`].
+/// What a command returns; [`exit_code`] distinguishes the errors.
 pub type CommandResult = Result<Outcome, Box<dyn Error + Send + Sync>>;
 
 /// Arguments that contradict each other: exit code 2.
@@ -64,7 +63,7 @@ pub struct Usage(pub String);
 /// The process's exit code: 0 done, 1 run-time failure, 2 wrong usage, 3 configuration invalid, 4 input not all read,
 /// 5 an evaluation threshold was missed.
 ///
-/// A closed pipe is no failure: whoever read has read enough.
+/// A closed pipe is no failure: the reader has read enough.
 pub fn exit_code(result: &CommandResult) -> u8 {
     match result {
         Ok(Outcome::Done) => 0,
@@ -85,7 +84,7 @@ pub fn exit_code(result: &CommandResult) -> u8 {
     }
 }
 
-/// The configuration of a command that listens: it needs somewhere to do so, which a replay does not.
+/// The configuration of a command that listens, which needs an input.
 fn load_live(file: &Path) -> Result<Config, ConfigErrors> {
     let config = Config::load(file)?;
     if config.sensors.iter().any(|sensor| !sensor.inputs.is_empty()) {
@@ -119,7 +118,7 @@ fn lost_frames(capture: &Capture) -> impl Iterator<Item = (SkipReason, u64)> {
     capture.skipped().iter().filter(move |(reason, _)| lost.contains(reason))
 }
 
-/// Whether the reader of our output has gone.
+/// Whether the reader of our output has closed it.
 pub fn is_closed_pipe(error: &(dyn Error + 'static)) -> bool {
     error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
 }

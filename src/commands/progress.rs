@@ -2,7 +2,7 @@
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// Progress through inputs of `total` octets; of unknown length where that is `None`. Draws on standard error.
+/// Progress through `total` octets, or through an unknown number. Draws on standard error.
 pub fn bar(total: Option<u64>) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(total, ProgressDrawTarget::stderr_with_hz(5));
     let template = if total.is_some() {

@@ -56,7 +56,7 @@ pub fn run(args: &Args) -> CommandResult {
     Ok(Outcome::Done)
 }
 
-/// When a flight begins that is sent: some whole seconds ahead, since making it takes time, and more for a city.
+/// Start of a flight that is sent: whole seconds ahead, since simulating it takes time, more so for a city.
 pub(super) fn start(scenario: &Scenario) -> Time {
     let lead_s = 3 + (f64::from(scenario.drone_count()) * scenario.duration_s / 12_000.0) as i64;
     Time::from_nanos((now().nanos() / SECOND + lead_s) * SECOND)

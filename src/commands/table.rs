@@ -1,33 +1,33 @@
-//! Columns of text.
+//! Tables of text, and numbers in them.
 
 use std::fmt;
 
-/// Lines of cells; columns are as wide as their widest cell.
+/// Rows of cells; a column is as wide as its widest cell.
 pub(super) struct Table {
-    /// How each column is set, `l` left and `r` right.
+    /// Alignment of each column: `l` left, `r` right.
     columns: &'static str,
     rows: Vec<Vec<String>>,
 }
 
 impl Table {
-    /// A table with this headline: the name of each column.
+    /// A table with these column names.
     pub(super) fn new(columns: &'static str, names: &[&str]) -> Self {
         debug_assert_eq!(columns.len(), names.len());
         Self { columns, rows: vec![names.iter().map(|&name| name.to_owned()).collect()] }
     }
 
-    /// Adds a line; what it lacks at its end is blank.
+    /// Adds a row; missing cells at its end are blank.
     pub(super) fn row(&mut self, cells: impl Into<Vec<String>>) {
         self.rows.push(cells.into());
     }
 
-    /// Whether there is nothing but the headline.
+    /// Whether there are no rows below the names.
     pub(super) fn is_empty(&self) -> bool {
         self.rows.len() == 1
     }
 }
 
-/// The lines, two blanks between columns, none at their ends.
+/// Rows with two blanks between columns and none at the end.
 impl fmt::Display for Table {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let width = |column| {
@@ -59,7 +59,7 @@ pub(super) fn grouped(number: u64) -> String {
     text
 }
 
-/// Three digits of a quantity that is not negative, all digits of a large one.
+/// A non-negative number to three significant digits, a large one in full.
 pub(super) fn short(number: f64) -> String {
     match number {
         ..0.1 => format!("{number:.3}"),
@@ -69,7 +69,7 @@ pub(super) fn short(number: f64) -> String {
     }
 }
 
-/// A length of time as a person says it: `0.062 s`, `75.3 s`, `12 min 34 s`, `26 h 03 min`.
+/// A duration as people write it: `0.062 s`, `75.3 s`, `12 min 34 s`, `26 h 03 min`.
 pub(super) fn duration(seconds: f64) -> String {
     let sign = if seconds < 0.0 { "-" } else { "" };
     let length = seconds.abs();

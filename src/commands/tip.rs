@@ -1,4 +1,4 @@
-//! What to do about a command line without a configuration.
+//! Hints for a command line without a configuration.
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use clap::builder::StyledStr;
 use clap::error::{ContextKind, ContextValue, Error, ErrorKind};
 
-/// Adds to the error what `arguments` (without the program's name) should have been, where that can be told.
+/// Adds to the error what `arguments` (without the program's name) should have been, where that is evident.
 pub fn with_tip(mut error: Error, arguments: impl IntoIterator<Item = OsString>) -> Error {
     if matches!(error.kind(), ErrorKind::MissingRequiredArgument | ErrorKind::UnknownArgument) {
         let arguments: Vec<String> =

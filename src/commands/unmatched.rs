@@ -1,4 +1,4 @@
-//! A replay of which nothing is from a sensor of the configuration.
+//! A replay without any record from a configured sensor.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -8,10 +8,10 @@ use super::table::grouped;
 use crate::config::{Config, SensorKind};
 use crate::pipeline::Tally;
 
-/// Sources that are named; a network may have hundreds.
+/// Most sources that are named; a network may have hundreds.
 const NAMED: usize = 8;
 
-/// What to say where there were records, and none of them was of a configured sensor: another site's configuration.
+/// The error message where there were records, but none from a configured sensor: another site's configuration.
 pub(super) fn unmatched(tally: &Tally, config: &Config, args: &Args) -> Option<String> {
     let unknown: u64 = tally.unknown_sources.values().sum();
     let is_matched = !tally.accepted.is_empty()

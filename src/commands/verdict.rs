@@ -1,12 +1,12 @@
-//! How good a simulated flight's picture was, for somebody who sees it for the first time.
+//! A simulated flight's score, for first-time users.
 
 use super::table::Table;
 use crate::evaluate::{ErrorStatistics, Evaluation, Score, Scored};
 
-/// Mean error and share of the slots of one stream.
+/// Mean error and probability of update of one stream.
 type Figures = fn(&Scored) -> (Option<ErrorStatistics>, Option<f64>);
 
-/// What was so, where it is looked at, and which input is set beside the output there.
+/// Circumstances, their scores, and the input that is compared with the output there.
 const ROWS: [(&str, Figures, Input); 3] = [
     ("while its transponder spoke", |of| covered(&of.all), Input::Transponder),
     ("while its transponder was silent", |of| in_gaps(&of.all), Input::Radar),
@@ -27,10 +27,8 @@ fn in_gaps(score: &Score) -> (Option<ErrorStatistics>, Option<f64>) {
     (score.epos_gap, score.pu_gap_percent)
 }
 
-/// The output beside the input that there is, over the same slots of the same drones.
-///
-/// Over all slots together the transponder alone would look best: it is scored where it speaks, and has no error where
-/// it is silent.
+/// The output beside the available input, over the same slots of the same drones. Over all slots together the transponder
+/// alone would look best, since it has no error where it is silent.
 pub(super) fn verdict(evaluation: &Evaluation) -> String {
     let mut table = Table::new("lrrrrl", &["", "fused", "seen", "alone", "seen", ""]);
     for (name, figures, input) in ROWS {
@@ -54,7 +52,7 @@ pub(super) fn verdict(evaluation: &Evaluation) -> String {
     )
 }
 
-/// A mean error and a share as they are shown.
+/// A mean error and a share as shown.
 fn cells((error, percent): (Option<ErrorStatistics>, Option<f64>)) -> Option<[String; 2]> {
     let (error, percent) = error.zip(percent)?;
     let decimals = if error.mean_m < 10.0 { 2 } else { 1 };

@@ -1,4 +1,4 @@
-//! What is scored of a capture: the output, and each input alone as its yardsticks.
+//! The output of a capture, and each input alone as the yardstick beside it.
 
 use super::place::Place;
 use super::types::{OutputPoint, PointSource};
@@ -12,13 +12,13 @@ use fusion::{Plot, Report};
 /// The points of each input alone.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct InputsAlone {
-    /// Every plot that the engine takes, at its own time, by the number of its radar track.
+    /// Every plot accepted by the engine, at its own time, under its radar track number.
     pub radar: Vec<OutputPoint>,
-    /// Every transponder's interpolated position in every slot that has one, at the lag in use.
+    /// Every transponder's interpolated position, in each slot that has one, at the configured latency.
     pub transponder: Vec<OutputPoint>,
 }
 
-/// What the engine puts out of a capture.
+/// The points that the engine publishes for a capture.
 ///
 /// # Errors
 /// The capture cannot be read to its end.
@@ -44,8 +44,8 @@ pub fn output(
 }
 
 impl InputsAlone {
-    /// Of a capture: it takes the same way as for the output, but the engine is handed no plots, so that what it puts
-    /// out are the transponders as the `reference` profile interpolates them.
+    /// The inputs of a capture, by the same pipeline as the output, except that the engine receives no plots: it publishes
+    /// the transponders as the `reference` profile interpolates them.
     ///
     /// # Errors
     /// The capture cannot be read to its end.

@@ -6,13 +6,13 @@ use fusion::time::{SECOND, Time};
 
 /// The first 10 s of a drone's truth do not count: the window fills.
 const SKIPPED_FIRST_NS: i64 = 10 * SECOND;
-/// Nor do the last 7.5 s: what is put out for them is put out after the flight.
+/// Nor do the last 7.5 s: their slots are published after the flight.
 const SKIPPED_LAST_NS: i64 = 15 * SECOND / 2;
 
-/// The slots that count: those whose centre lies in the drone's truth, without its ends and its holes.
+/// The slots that count: those whose centre lies within the drone's truth, except its ends and its holes.
 #[derive(Clone, Debug)]
 pub(super) struct Counted {
-    /// Of each drone: first and last slot of each piece, in order.
+    /// Per drone: first and last slot of each piece, in order.
     pieces: Vec<Vec<(Slot, Slot)>>,
     run: Option<(Slot, Slot)>,
     slot_s: f64,

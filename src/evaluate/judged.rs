@@ -1,4 +1,4 @@
-//! Each point with what became of it: whose it is, how far off, and whether it counts.
+//! Whose each point is, its error, and whether it counts.
 
 use super::counted::Counted;
 use super::labels::Labels;
@@ -13,19 +13,19 @@ use fusion::slots::{Slot, SlotGrid};
 pub(super) struct Judged<'a> {
     pub(super) point: &'a OutputPoint,
     pub(super) slot: Slot,
-    /// Whose it is; `None`: nobody's.
+    /// The drone it belongs to; `None`: none.
     pub(super) drone: Option<usize>,
-    /// The drone's true place at the point's time.
+    /// The drone's true position at that time.
     pub(super) truth: Option<Place>,
     /// From there to the point.
     pub(super) error: Option<Offset>,
-    /// Whether its radar track and transponder are one drone; `None`: does not count.
+    /// Whether its radar track and transponder are one drone; `None` where that is not scored.
     pub(super) paired: Option<bool>,
     /// Whether its radar track was seduced there.
     pub(super) seduced: bool,
 }
 
-/// What a flight is measured against.
+/// What points are scored against.
 #[derive(Clone, Copy)]
 pub(super) struct Reference<'a> {
     pub(super) truth: &'a Truth,
@@ -42,7 +42,7 @@ pub(super) fn judge<'a>(
 ) -> Vec<Judged<'a>> {
     let Reference { truth, labels, grid, .. } = reference;
     let mut owners = Owners::new(truth, labels, grid, kind);
-    // Slot by slot, which is how owners are found fast; then back into the order given.
+    // Owners are found fastest slot by slot; the order given is restored afterwards.
     let mut order: Vec<usize> = (0..points.len()).collect();
     order.sort_by_key(|&place| grid.of(points[place].time));
     let mut judged: Vec<(usize, Judged<'a>)> = order
@@ -53,7 +53,7 @@ pub(super) fn judge<'a>(
     judged.into_iter().map(|(_, judged)| judged).collect()
 }
 
-/// `None` for a point that does not count: its drone does not in its slot, or nobody knows where that was.
+/// `None` for a point that does not count: outside the drone's counted slots, or where its true position is unknown.
 fn judge_one<'a>(
     point: &'a OutputPoint,
     owners: &mut Owners<'_>,
@@ -84,7 +84,7 @@ fn judge_one<'a>(
 }
 
 impl Judged<'_> {
-    /// As it is handed out.
+    /// The published form.
     pub(super) fn sample(&self, settings: &Scoring) -> Sample {
         Sample {
             time: self.point.time,

@@ -1,4 +1,4 @@
-//! Who each plot and each transponder really was.
+//! Labels: which drone each plot and each transponder really was.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::{Range, RangeInclusive};
@@ -20,16 +20,16 @@ pub struct Label {
     pub seduced: bool,
 }
 
-/// What labels tell about a contributor of a point.
+/// What labels say about a contributor of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Attribution<'a> {
-    /// The drone; `None`: it was none.
+    /// The drone; `None`: no drone.
     pub id: Option<&'a str>,
-    /// Whether the radar's track was seduced there.
+    /// Whether the radar track was seduced at that time.
     pub seduced: bool,
 }
 
-/// The labels of a flight, to be asked by number and time.
+/// The labels of a flight, looked up by number and time.
 #[derive(Clone, Debug, Default)]
 pub struct Labels {
     rows: Vec<Label>,
@@ -40,16 +40,15 @@ pub struct Labels {
 }
 
 impl Labels {
-    /// Labels whose transponder receivers are found by what they say: a transponder stays on its drone. So a sensor is
-    /// taken for a receiver when each of its numbers is one drone over the whole file, and each drone one number. A
-    /// radar gives birds and new tracks numbers, too; one that never does is taken for a receiver, and then whatever
-    /// the two contradict each other in is not told.
+    /// Labels whose transponder receivers are inferred: a sensor is taken for a receiver if its numbers and drones are one
+    /// to one over the whole file, since a transponder stays on its drone while a radar also numbers birds and new tracks.
+    /// A radar that never does is taken for a receiver, too; where two sensors then disagree, the labels are silent.
     pub fn new(rows: Vec<Label>) -> Self {
         let receivers = receivers(&rows);
         Self::with_receivers(rows, &receivers)
     }
 
-    /// Labels where the ids of the transponder receivers are known; all other sensors are radars.
+    /// Labels with known transponder receivers, by sensor id; all other sensors are radars.
     pub fn with_receivers(rows: Vec<Label>, receivers: &BTreeSet<String>) -> Self {
         let mut labels = Self { rows, ..Self::default() };
         for (place, row) in labels.rows.iter().enumerate() {
@@ -66,13 +65,13 @@ impl Labels {
         labels
     }
 
-    /// The rows, as they were given.
+    /// The rows as given.
     pub fn rows(&self) -> &[Label] {
         &self.rows
     }
 
-    /// What the radar track with this number was in `span`, by its latest plot there. Where the radar is not known, all
-    /// that have a plot of this number must agree. `None`: not told.
+    /// What the radar track with this number was, by its latest plot in `span`. Without `sensor` all radars with such a plot
+    /// must agree. `None` where the labels are silent.
     pub fn radar_track(
         &self,
         number: u16,
@@ -86,8 +85,8 @@ impl Labels {
         })
     }
 
-    /// What the radar track with this number was at `time`, where it had no plot: by its last one before and its first one
-    /// after, in `span`. Not told where they are of two, as of a number that goes from one to another.
+    /// What the radar track with this number was at `time`, between plots: by the last one before and the first one after,
+    /// within `span`. `None` where these disagree, as when a number passes from one target to another.
     pub fn radar_track_near(
         &self,
         number: u16,
@@ -106,7 +105,7 @@ impl Labels {
         })
     }
 
-    /// What the plots say that `choose` takes of each radar's, which are by time.
+    /// What the plots say that `choose` picks from each radar's, which are in order of time.
     fn agreed<'a>(
         &'a self,
         number: u16,
@@ -128,7 +127,7 @@ impl Labels {
         told
     }
 
-    /// Who carries the transponder with this number; `None`: not told, or receivers contradict each other.
+    /// Who carries the transponder with this number; `None` where labels are silent or receivers disagree.
     pub fn transponder(&self, number: u32) -> Option<Attribution<'_>> {
         let ids = self.transponders.get(&number)?;
         match (ids.first(), ids.len()) {
@@ -137,7 +136,7 @@ impl Labels {
         }
     }
 
-    /// The ids of all drones that carry a transponder.
+    /// Ids of the drones that carry a transponder.
     pub fn equipped(&self) -> BTreeSet<&str> {
         self.transponders.values().flatten().flatten().map(String::as_str).collect()
     }

@@ -1,5 +1,5 @@
-//! How good an output is: the metrics of the paper's section 4 and of `docs/METRICS.md`, for the fused output and
-//! for each input alone.
+//! Scores a tracker's output, and each input alone, against the truth: the metrics of the paper's section 4 and of
+//! `docs/METRICS.md`.
 //!
 //! Sans-IO: truth, labels and points in, an [`Evaluation`] out. [`read`] makes them from the octets of files.
 
@@ -70,7 +70,7 @@ pub fn evaluate(
     }
 }
 
-/// The drones, and which of them carry a transponder by the labels or by what the transponders alone show.
+/// The drones; one carries a transponder if the labels say so, or if the transponders alone have a point of it.
 fn drones(truth: &Truth, labels: Option<&Labels>, transponder: Option<&[Judged<'_>]>) -> Vec<Drone> {
     let labelled = labels.map(Labels::equipped);
     let mut seen = vec![false; truth.tracks().len()];

@@ -1,4 +1,4 @@
-//! Which of many places are near one, without asking all.
+//! A spatial index: which of many places are near a given one.
 
 use super::place::Place;
 use super::truth::Truth;
@@ -13,7 +13,7 @@ struct Extent {
     index: usize,
     south_deg: f64,
     north_deg: f64,
-    /// Middle and half width, which the antimeridian does not trouble.
+    /// Middle and half width: these hold across the antimeridian.
     longitude_deg: f64,
     half_width_deg: f64,
 }
@@ -22,7 +22,7 @@ struct Extent {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Nearby {
     extents: Vec<Extent>,
-    /// The longest way any of them has from its southern to its northern end, degrees.
+    /// Largest south-to-north extent of any of them, degrees.
     tallest_deg: f64,
 }
 
@@ -33,7 +33,7 @@ impl Nearby {
         Self::new(extents.filter_map(|(index, place)| Extent::of(index, std::iter::once(*place))).collect())
     }
 
-    /// Of all that the drones fly between two times; of a drone in a hole, of the straight line across it.
+    /// Of the drones' paths between two times; in a hole of the truth, of the straight line across it.
     pub(super) fn of_truth(truth: &Truth, from: Time, until: Time) -> Self {
         let extent = |(index, track): (usize, &super::TrueTrack)| {
             let samples = track.samples();
@@ -52,7 +52,7 @@ impl Nearby {
         Self { extents, tallest_deg }
     }
 
-    /// The indices of those that may be within `reach_m` of `place`: no other is.
+    /// Indices of all candidates within `reach_m` of `place`: none is missed, some may be further away.
     pub(super) fn within(&self, place: Place, reach_m: f64) -> impl Iterator<Item = usize> + '_ {
         let reach_deg = reach_m / METRES_A_DEGREE;
         let (south_deg, north_deg) = (place.latitude_deg - reach_deg, place.latitude_deg + reach_deg);

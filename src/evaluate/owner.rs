@@ -1,4 +1,4 @@
-//! Whose is a point: by its contributors' labels, else by the nearest truth.
+//! Which drone a point belongs to: by its contributors' labels, else the nearest true position.
 
 use std::ops::Range;
 
@@ -9,25 +9,25 @@ use super::types::OutputPoint;
 use fusion::slots::{Slot, SlotGrid};
 use fusion::time::{SECOND, Time};
 
-/// Without labels a point belongs to the nearest drone at most this far away, metres.
+/// Without labels a point belongs to the nearest drone within this distance, metres.
 const REACH_M: f64 = 150.0;
 
-/// Plots and labels have times in 1/128 s; half of that decides which plot a label means, nanoseconds.
+/// Half of the time resolution of plots and labels (1/128 s), within which a label matches a plot, nanoseconds.
 const HALF_COUNT_NS: i64 = 7_812_500 / 2;
-/// A radar track's plot tells of points so long after it, nanoseconds: the track that took part last is named until another
-/// one does, or its target is forgotten;
+/// How long after a plot its label still holds for its track's points, nanoseconds: a point names the last contributing
+/// track until another contributes or the target is dropped.
 const AFTER_NS: i64 = 25 * SECOND;
-/// and so long before it: further than any is extrapolated backward.
+/// How long before a plot its label already holds, nanoseconds: longer than any backward extrapolation.
 const BEFORE_NS: i64 = 3 * SECOND;
 
-/// Whose a point is.
+/// The owner of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Owner {
-    /// Of this drone of the truth.
+    /// This drone of the truth.
     Drone(usize),
-    /// Of none: a bird, clutter, a ghost.
+    /// No drone: a bird, clutter, a ghost.
     Nobody,
-    /// Of a drone the truth does not tell the place of: one that is not in it, or in a hole of it.
+    /// A drone whose position the truth does not give: it is missing there, or in a hole.
     Untold,
 }
 
@@ -35,29 +35,29 @@ pub(super) enum Owner {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Finding {
     pub(super) owner: Owner,
-    /// Whether its radar track and transponder are one drone; `None`: not both took part, or not told, or the radar's
-    /// track is seduced.
+    /// Whether its radar track and transponder are one drone; `None` where not both contribute, labels are silent, or the
+    /// radar track is seduced.
     pub(super) paired: Option<bool>,
     /// Whether its radar track was seduced there.
     pub(super) seduced: bool,
 }
 
-/// Which points are asked about.
+/// The kind of points in a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum PointKind {
-    /// Points of a slot: in one, the latest plot of a radar track takes part.
+    /// Points of slots, to which the latest plot of a radar track contributes.
     Output,
     /// Plots, each with a label of its own.
     Plots,
 }
 
-/// Tells whose points are, slot by slot.
+/// Finds the owners of points, slot by slot.
 pub(super) struct Owners<'a> {
     truth: &'a Truth,
     labels: Option<&'a Labels>,
     grid: SlotGrid,
     kind: PointKind,
-    /// The drones of the slot last asked about.
+    /// The drones near the slot that was asked for last.
     nearby: Option<(Slot, Nearby)>,
 }
 
@@ -77,7 +77,7 @@ impl<'a> Owners<'a> {
             (!radar.seduced).then_some(transponder.id.is_some() && transponder.id == radar.id)
         });
         let seduced = radar.flatten().is_some_and(|radar| radar.seduced);
-        // Of a point between two plots, or beyond them, which no transponder tells of.
+        // A radar-only point between two plots, or beyond them.
         let at = |later_ns| Time::from_nanos(point.time.nanos() + later_ns);
         let around = at(-AFTER_NS)..=at(BEFORE_NS);
         let beside = |number| labels.radar_track_near(number, point.sensor.as_deref(), point.time, &around);
@@ -89,7 +89,7 @@ impl<'a> Owners<'a> {
         Finding { owner, paired, seduced }
     }
 
-    /// The first contributor that is a drone; nobody where all are told to be none; `None` where labels do not tell.
+    /// The first contributor that is a drone; nobody if labels call all of them none; `None` where labels are silent.
     fn told(&self, contributors: [Option<Option<Attribution<'_>>>; 2]) -> Option<Owner> {
         let mut contributors = contributors.into_iter().flatten().peekable();
         contributors.peek()?;
@@ -115,7 +115,7 @@ impl<'a> Owners<'a> {
         }
     }
 
-    /// The drone nearest to the point at its time; a hole of the truth is crossed only where no other is near.
+    /// The drone nearest to the point at its time. Interpolation across a hole counts only where no other drone is near.
     fn nearest(&mut self, point: &OutputPoint) -> Owner {
         let (truth, slot) = (self.truth, self.grid.of(point.time));
         let around = || Nearby::of_truth(truth, self.grid.open(slot), self.grid.open(slot.plus(1)));

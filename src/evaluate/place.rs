@@ -1,4 +1,4 @@
-//! Places on Earth and how far apart two of them are: what every metric is made of.
+//! Positions on Earth and the offset between two of them.
 
 use fusion::frames::Geodetic;
 
@@ -13,7 +13,7 @@ pub struct Place {
     pub altitude_amsl_m: Option<f64>,
 }
 
-/// From one place to a near one, metres along the parallel, the meridian and the plumb line.
+/// The offset between two nearby places, along parallel, meridian and vertical.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Offset {
     /// Metres east.
@@ -25,8 +25,8 @@ pub struct Offset {
 }
 
 impl Place {
-    /// How far `self` lies from `from`: differences of latitude and longitude by the radii of curvature at `from`
-    /// (meridian and prime vertical, WGS-84). Below a kilometre it is exact to a millimetre or two away from the poles.
+    /// The offset of `self` from `from`: differences of latitude and longitude times the WGS-84 radii of curvature at
+    /// `from`. Away from the poles and below a kilometre the error is a millimetre or two.
     pub fn offset_from(&self, from: &Self) -> Offset {
         let ground = Geodetic::from_degrees(
             from.latitude_deg,

@@ -1,11 +1,11 @@
-//! All metrics of one stream, for each group of drones.
+//! The metrics of one stream, per group of drones.
 
 use super::judged::{Judged, Reference};
 use super::metrics::scene::{Inputs, Scene};
 use super::metrics::{association, false_tracks, gospa, identity, nees, statistics::statistics, update};
 use super::types::{Drone, Score, Scored, Scoring};
 
-/// The scores of a stream's points that count. `pairs`: whether any of them may be a radar track and a transponder.
+/// Scores the counted points of a stream. `pairs`: whether they may join a radar track and a transponder.
 pub(super) fn scored(
     judged: &[Judged<'_>],
     drones: &[Drone],
@@ -30,7 +30,7 @@ pub(super) fn scored(
     }
 }
 
-/// Of all drones together, with what is nobody's.
+/// Of all drones together, including points of no drone.
 fn whole(scene: &Scene<'_>, everyone: &[usize], reference: Reference<'_>, pairs: bool) -> Score {
     let all_points = || scene.points(everyone).chain(scene.nobody.iter().copied());
     let (gospa_m, gospa_parts) = gospa::mean(scene, reference.truth, reference.grid).unzip();
@@ -43,7 +43,7 @@ fn whole(scene: &Scene<'_>, everyone: &[usize], reference: Reference<'_>, pairs:
     }
 }
 
-/// Of these drones.
+/// Of a group of drones.
 fn score(scene: &Scene<'_>, group: &[usize], pairs: bool) -> Score {
     let all_errors = || scene.points(group).filter_map(|judged| judged.error);
     let where_covered = |wanted: bool| {

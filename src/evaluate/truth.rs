@@ -1,11 +1,11 @@
-//! Where the drones really were.
+//! The true paths of the drones.
 
 use std::collections::BTreeMap;
 
 use super::place::Place;
 use fusion::time::{SECOND, Time};
 
-/// Two samples further apart than this bound a hole, nanoseconds: inside it nobody knows where the drone was.
+/// Two samples further apart than this bound a hole, nanoseconds: the drone's position is unknown inside.
 const HOLE_NS: i64 = 5 * SECOND;
 
 /// The true tracks of all drones, in the order of their ids.
@@ -23,8 +23,8 @@ pub struct TrueTrack {
 }
 
 impl Truth {
-    /// From the samples of each drone, in any order. Of two samples of one drone with one time the last counts;
-    /// several entries with one id are one drone, and a drone without samples is none.
+    /// From each drone's samples, in any order. Of two samples with the same time the last counts; entries with the same
+    /// id are one drone, and an id without samples is dropped.
     pub fn new(tracks: impl IntoIterator<Item = (String, Vec<(Time, Place)>)>) -> Self {
         let mut by_id: BTreeMap<String, BTreeMap<Time, Place>> = BTreeMap::new();
         for (id, samples) in tracks {
@@ -42,7 +42,7 @@ impl Truth {
         &self.tracks
     }
 
-    /// The place of the drone with this id in [`Truth::tracks`].
+    /// Index in [`Truth::tracks`] of the drone with this id.
     pub fn index_of(&self, id: &str) -> Option<usize> {
         self.tracks.binary_search_by(|track| track.id.as_str().cmp(id)).ok()
     }
@@ -71,8 +71,7 @@ impl TrueTrack {
         (self.samples[0].0, self.samples[self.samples.len() - 1].0)
     }
 
-    /// Where it was, linearly between two samples; `None` outside its span, and inside holes (samples more than 5 s
-    /// apart).
+    /// Its position, linear between two samples; `None` outside its span and inside holes (samples more than 5 s apart).
     pub fn at(&self, time: Time) -> Option<Place> {
         let ((before, from), (after, to)) = self.around(time)?;
         let length_ns = after.nanos() - before.nanos();
@@ -80,7 +79,7 @@ impl TrueTrack {
             .then(|| between(from, to, time.seconds_since(before), after.seconds_since(before)))
     }
 
-    /// Where it was or, in a hole, would have been on a straight line; `None` outside its span.
+    /// Its position, in a hole on the straight line across; `None` outside its span.
     pub(super) fn at_or_across_hole(&self, time: Time) -> Option<Place> {
         let ((before, from), (after, to)) = self.around(time)?;
         Some(between(from, to, time.seconds_since(before), after.seconds_since(before)))
@@ -103,7 +102,7 @@ impl TrueTrack {
     }
 }
 
-/// The place `elapsed_s` of `length_s` on the way; a height only where both ends have one.
+/// The position after `elapsed_s` of `length_s`; with a height only where both ends have one.
 fn between(from: Place, to: Place, elapsed_s: f64, length_s: f64) -> Place {
     if length_s <= 0.0 {
         return from;

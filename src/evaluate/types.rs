@@ -1,4 +1,4 @@
-//! What is scored, and what scoring it gives.
+//! The points that are scored, and the scores.
 
 use serde::{Deserialize, Serialize};
 
@@ -22,7 +22,7 @@ pub enum PointSource {
     Transponder,
 }
 
-/// A point that is to be scored: of the output, a radar's plot, or an interpolated transponder position.
+/// A point to be scored: of the output, a radar's plot, or an interpolated transponder position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OutputPoint {
     /// Its time of applicability.
@@ -33,18 +33,18 @@ pub struct OutputPoint {
     pub source: PointSource,
     /// The published track number.
     pub number: u32,
-    /// The radar's own number of the track that takes part (I048/161).
+    /// The radar's own number of the contributing track (I048/161).
     pub radar_track: Option<u16>,
-    /// The radar of that track, where the format tells.
+    /// The radar of that track, where the format names it.
     pub sensor: Option<String>,
-    /// The number of the transponder that takes part.
+    /// The number of the contributing transponder.
     pub transponder: Option<u32>,
-    /// How well its place is known; `None` where the output does not tell, and no file does.
+    /// Covariance of its position; `None` where the output has none, as in every file format.
     pub covariance: Option<Covariance>,
 }
 
-/// How well a place is known, by the output's own account. Its axes are those of the site's frame: at a place 10 km
-/// away they are turned by a tenth of a degree or so, which is nothing beside an error's direction.
+/// The covariance that the output states for a position, in the axes of the site's frame. At 10 km these are turned by
+/// about a tenth of a degree against local east and north, which is negligible here.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Covariance {
     /// Variance to the east, m².
@@ -69,17 +69,17 @@ impl From<&Estimate> for Covariance {
     }
 }
 
-/// What points are scored by, besides the truth.
+/// What scoring needs besides the truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scoring {
-    /// The slots.
+    /// The slot grid.
     pub grid: SlotGrid,
-    /// The first radar; `None`: not known, and then no point is seen from it.
+    /// The first radar's position; `None` if unknown: errors are then not given over range and azimuth.
     pub site: Option<Place>,
 }
 
 impl Scoring {
-    /// Those of a site.
+    /// The slot grid and the first radar of a configuration.
     pub fn of(config: &Config) -> Self {
         let radar = config.sensors.iter().find_map(|sensor| match &sensor.kind {
             SensorKind::Radar(radar) => Some(radar),
@@ -102,7 +102,7 @@ impl Default for Scoring {
 }
 
 impl OutputPoint {
-    /// Of a track of `maker`'s.
+    /// The point of a track that `maker` made.
     pub fn of_track(track: &PictureTrack, maker: &PictureMaker) -> Self {
         let source = &track.point.source;
         Self {
@@ -126,7 +126,7 @@ impl OutputPoint {
     }
 }
 
-/// A point and what became of it.
+/// A scored point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
     /// Its time of applicability.
@@ -137,18 +137,18 @@ pub struct Sample {
     pub source: PointSource,
     /// The published track number.
     pub number: u32,
-    /// The drone it belongs to, an index of [`Evaluation::drones`]; `None`: none.
+    /// The drone it belongs to, an index into [`Evaluation::drones`]; `None` if it belongs to none.
     pub drone: Option<usize>,
     /// From the drone's true place to the point.
     pub error: Option<Offset>,
-    /// The drone's true place as the first radar sees it; `None` where no site is known.
+    /// The drone's true position as seen from the first radar; `None` where that is unknown.
     pub seen: Option<PolarPlace>,
 }
 
-/// A place as a radar sees it.
+/// A position in a radar's polar coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PolarPlace {
-    /// Distance over ground, metres.
+    /// Ground range, metres.
     pub range_m: f64,
     /// Clockwise from north, degrees, 0 to 360.
     pub azimuth_deg: f64,
@@ -161,9 +161,9 @@ pub struct Evaluation {
     pub drones: Vec<Drone>,
     /// The output.
     pub fused: Scored,
-    /// The radars' plots; `None` without a capture.
+    /// The radars' plots alone; `None` without a capture.
     pub radar: Option<Scored>,
-    /// The interpolated transponders; `None` without a capture.
+    /// The interpolated transponders alone; `None` without a capture.
     pub transponder: Option<Scored>,
 }
 
@@ -172,11 +172,11 @@ pub struct Evaluation {
 pub struct Drone {
     /// Its id in the truth.
     pub id: String,
-    /// Whether it carries a transponder; `None` where neither labels nor a capture tell.
+    /// Whether it carries a transponder; `None` where neither labels nor a capture say.
     pub equipped: Option<bool>,
 }
 
-/// One stream of points with its scores.
+/// A stream of points and its scores.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scored {
     /// Of all drones together.
@@ -191,16 +191,16 @@ pub struct Scored {
     pub samples: Vec<Sample>,
 }
 
-/// The metrics of one stream; see [`crate::evaluate`]. What cannot be told (nothing to divide by) is `None`.
+/// The metrics of one stream (`docs/METRICS.md`). A metric without data (nothing to divide by) is `None`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Score {
     /// Probability of update, percent: slots with at least one point of the drone / slots of its span.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pu_percent: Option<f64>,
-    /// The same of the slots in which the drone's transponder interpolates.
+    /// Probability of update in slots where the drone's transponder interpolates, percent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pu_covered_percent: Option<f64>,
-    /// The same of the other slots of an equipped drone.
+    /// Probability of update in the other slots of an equipped drone, percent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pu_gap_percent: Option<f64>,
     /// Position error, 3-D (horizontal for points without height), metres.
@@ -218,13 +218,13 @@ pub struct Score {
     /// Position error in the other slots of an equipped drone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub epos_gap: Option<ErrorStatistics>,
-    /// How honest the deviations are, over all points that tell theirs.
+    /// Consistency of the stated covariances, over all points that state one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nees: Option<Nees>,
-    /// The same in slots where the drone's transponder interpolates.
+    /// Consistency in slots where the drone's transponder interpolates.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nees_covered: Option<Nees>,
-    /// The same in the other slots of an equipped drone.
+    /// Consistency in the other slots of an equipped drone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nees_gap: Option<Nees>,
     /// Fused points whose radar track and transponder belong to one drone / all fused points.
@@ -233,24 +233,24 @@ pub struct Score {
     /// Slots with such a point / slots in which both inputs of the drone are present.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub recall: Option<f64>,
-    /// Changes of the published track number a drone and minute.
+    /// Changes of the published track number per drone and minute.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub id_changes: Option<f64>,
-    /// Seconds of tracks of no drone a minute; not told for a single drone.
+    /// Seconds of false tracks per minute; of all drones together only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub false_track_s: Option<f64>,
     /// Mean GOSPA (p = 2, c = 50 m, alpha = 2), metres; of all drones together only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gospa_m: Option<f64>,
-    /// What that mean is made of.
+    /// The components of that mean.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gospa_parts: Option<GospaParts>,
 }
 
-/// What the mean GOSPA is made of, in its slots.
+/// The components of the mean GOSPA, over its slots.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct GospaParts {
-    /// How many slots.
+    /// Number of slots.
     pub slots: u64,
     /// Root mean square distance of matched truths and points, metres; `None` where none is matched.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -263,23 +263,23 @@ pub struct GospaParts {
     pub unmatched: f64,
 }
 
-/// Normalised estimation error squared, divided by its degrees of freedom: 1 where deviations are honest, more where
-/// they are too small, less where they are too large.
+/// Normalised estimation error squared over its degrees of freedom: 1 for consistent covariances, more where they are
+/// too small, less where they are too large.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Nees {
-    /// How many points.
+    /// Number of points.
     pub count: u64,
     /// Mean of eᵀ P⁻¹ e / 2 over ground.
     pub horizontal: f64,
-    /// Mean of e² / P of the height; `None` where no height is known.
+    /// Mean of e² / P in height; `None` without heights.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub vertical: Option<f64>,
 }
 
-/// Mean and spread of an error, metres.
+/// Statistics of an error, metres.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ErrorStatistics {
-    /// How many points.
+    /// Number of points.
     pub count: u64,
     /// Mean.
     pub mean_m: f64,

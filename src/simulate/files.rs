@@ -11,7 +11,7 @@ use crate::formats::PcapWriter;
 use fusion::time::{SECOND, Time};
 
 /// Writes `radar.ast`, `transponder.ast`, `capture.pcap`, `truth.csv`, `labels.csv` and `site.toml` into `directory`,
-/// which is made where it does not exist. `about` stands at the head of `site.toml`, a comment a line.
+/// creating it if necessary. `about` becomes the comment at the head of `site.toml`.
 ///
 /// # Errors
 /// A file cannot be written; the error names it.
@@ -90,7 +90,7 @@ fn labels(labels: &[Label], out: &mut impl Write) -> io::Result<()> {
     })
 }
 
-/// Seconds since the epoch, exactly: 1/128 s has seven decimals.
+/// Seconds since the epoch; seven decimals hold 1/128 s exactly.
 fn seconds(time: Time) -> String {
     format!("{}.{:07}", time.nanos().div_euclid(SECOND), time.nanos().rem_euclid(SECOND) / 100)
 }

@@ -1,11 +1,11 @@
-//! The place of a scenario: local metres to WGS-84 and to what a radar measures.
+//! From a scenario's local metres to WGS-84 and to a radar's measurements.
 
 use nalgebra::Vector3;
 
 use super::scenario::{Place, Radar};
 use fusion::frames::{AtRadar, Geodetic, TangentPlane};
 
-/// The ground: flat in height above mean sea level, round on Earth.
+/// The ground: one height above mean sea level, on a round Earth.
 #[derive(Clone, Debug)]
 pub struct Ground {
     frame: TangentPlane,
@@ -17,9 +17,9 @@ pub struct Ground {
 #[derive(Clone, Debug)]
 pub struct Antenna {
     frame: TangentPlane<AtRadar>,
-    /// Where it stands.
+    /// Its position.
     pub position: Geodetic,
-    /// The same height above mean sea level, metres.
+    /// Its height above mean sea level, metres.
     pub altitude_amsl_m: f64,
 }
 
@@ -35,8 +35,8 @@ impl Ground {
         }
     }
 
-    /// East and north of the origin and height above ground, metres, on Earth: the height is exact, and the place that
-    /// of east and north in the tangent plane.
+    /// WGS-84 position of east, north and height above ground, metres: east and north are those of the tangent plane, the
+    /// height is exact.
     pub fn geodetic(&self, position: &Vector3<f64>) -> Geodetic {
         let flat = fusion::Enu::new(position.x, position.y, 0.0);
         let place = self.frame.to_geodetic(flat);
@@ -48,7 +48,7 @@ impl Ground {
         self.ground_amsl_m + position.z
     }
 
-    /// Where a radar stands.
+    /// A radar's antenna.
     pub fn antenna(&self, radar: &Radar) -> Antenna {
         let local = Vector3::new(radar.east_m, radar.north_m, radar.antenna_agl_m);
         let position = self.geodetic(&local);
@@ -57,7 +57,7 @@ impl Ground {
 }
 
 impl Antenna {
-    /// Slant range in metres and azimuth in radians clockwise from north, -pi to pi, of a place.
+    /// Slant range, metres, and azimuth, radians clockwise from north, -pi to pi.
     pub fn polar(&self, place: Geodetic) -> (f64, f64) {
         let local = self.frame.from_geodetic(place);
         (local.0.norm(), local.east().atan2(local.north()))

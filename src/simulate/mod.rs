@@ -1,8 +1,6 @@
-//! The test range: radars and transponders that fail the way real ones do (`docs/SIMULATION.md`), and the truth beside
-//! them.
+//! The test range: radars and transponders that fail the way real ones do (`docs/SIMULATION.md`), and the truth.
 //!
-//! Sans-IO but for [`Scenario::load`] and [`write()`]: a [`Scenario`] and a seed in, a [`Simulation`] out, always the
-//! same one.
+//! Sans-IO but for [`Scenario::load`] and [`write()`]: the same [`Scenario`] and seed give the same [`Simulation`].
 //!
 //! ```text
 //! scenario ──► motion ──► radar (sight) ──► wire ──► network ──► datagrams as they arrive
@@ -41,23 +39,23 @@ use crate::evaluate::{Label, Truth};
 use fusion::time::Time;
 use wire::{Sent, after, stamped};
 
-/// A simulated flight: what really happened, what the sensors said of it, and what of that arrived.
+/// A simulated flight: the truth, what the sensors sent, and what arrived.
 #[derive(Clone, Debug)]
 pub struct Simulation {
-    /// The site that listens to these sensors.
+    /// Configuration of a site with these sensors.
     pub config: Config,
     /// The drones.
     pub flights: Vec<Flight>,
-    /// Which drone each plot and report was, in order of time.
+    /// The drone behind each plot and report, in order of time.
     pub labels: Vec<Label>,
-    /// What the sensors sent, in order of arrival where nothing happens on the way.
+    /// What the sensors sent, in order of arrival over a perfect network.
     sent: Vec<Sent>,
     /// What arrives, in order of arrival.
     pub datagrams: Vec<Datagram>,
 }
 
 impl Simulation {
-    /// What arrives, as a capture of it would hand it to the pipeline.
+    /// What arrives, as a capture hands it to the pipeline.
     pub fn receptions(&self) -> impl Iterator<Item = Reception> {
         self.datagrams.iter().map(|datagram| Reception {
             received: Some(datagram.received),
@@ -69,7 +67,7 @@ impl Simulation {
         })
     }
 
-    /// Another port for each that the sensors send to, and that the site listens and sends to.
+    /// Replaces every port that sensors send to and that the site listens on or sends to.
     pub fn map_ports(&mut self, port: impl Fn(u16) -> u16) {
         let Self { config, datagrams, .. } = self;
         let inputs = config.sensors.iter_mut().flat_map(|sensor| &mut sensor.inputs);
@@ -80,7 +78,7 @@ impl Simulation {
         }
     }
 
-    /// Where the drones were, to score by.
+    /// The true paths, for scoring.
     pub fn truth(&self) -> Truth {
         let place = |sample: &TruthSample| crate::evaluate::Place {
             latitude_deg: sample.latitude_deg,
@@ -102,14 +100,14 @@ pub struct Flight {
     pub id: String,
     /// Whether it carries a transponder.
     pub equipped: bool,
-    /// Where it was, 10 times a second.
+    /// Its positions, 10 per second.
     pub samples: Vec<TruthSample>,
 }
 
-/// Where a drone was.
+/// A drone's true position and velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TruthSample {
-    /// When.
+    /// Time of the sample.
     pub time: Time,
     /// WGS-84 latitude, degrees.
     pub latitude_deg: f64,
@@ -117,11 +115,11 @@ pub struct TruthSample {
     pub longitude_deg: f64,
     /// Height above mean sea level, metres.
     pub altitude_amsl_m: f64,
-    /// Metres north, east and down a second.
+    /// Velocity north, east and down, m/s.
     pub velocity_ned_m_s: [f64; 3],
 }
 
-/// Flies the scenario, at `start` instead of its own time where that is given.
+/// Simulates the scenario, from `start` on if given, else from the scenario's own time.
 ///
 /// # Errors
 /// The airspace is too crowded for the separation.
@@ -161,7 +159,7 @@ pub fn simulate(scenario: &Scenario, seed: u64, start: Option<Time>) -> Result<S
             sent.extend(wire::transponder_datagram(model, receiver, &ground, &report, start));
         }
     }
-    // Stable, as the datagrams are: sensors in the order of the configuration.
+    // Stable sorts: at equal times sensors stay in the order of the configuration.
     labels.sort_by_key(|label| label.time);
     sent.sort_by_key(|datagram| datagram.arrives);
     let mut stream = streams.of(Entity::Network, 0);
@@ -175,7 +173,7 @@ pub fn simulate(scenario: &Scenario, seed: u64, start: Option<Time>) -> Result<S
     Ok(Simulation { config, flights, labels, sent, datagrams })
 }
 
-/// What radars look at: the drones, then everything else.
+/// All that radars may detect: the drones, then everything else.
 fn targets(scenario: &Scenario, drones: &[Path], steps: usize, streams: &Streams) -> Vec<Target> {
     let Scenario { airspace, birds, clutter, .. } = scenario;
     let fleet = &scenario.drones;
@@ -211,8 +209,8 @@ fn targets(scenario: &Scenario, drones: &[Path], steps: usize, streams: &Streams
     targets
 }
 
-/// Which drones carry a transponder, and what is done to it: drawn by lot, so that multirotors and fixed wings, equipped
-/// or not, come in all mixtures.
+/// Which drones carry a transponder, and how it is attacked: drawn by lot, so that multirotors and fixed wings, equipped or
+/// not, come in all combinations.
 fn roles(drones: &Drones, count: usize, streams: &Streams) -> Vec<Option<Attack>> {
     let lot = |drone| streams.of(Entity::Role, motion::number(drones, drone)).within(Span::new(0.0, 1.0));
     let mut lots: Vec<(f64, usize)> = (0..count).map(|drone| (lot(drone), drone)).collect();

@@ -1,4 +1,4 @@
-//! What happens to datagrams between sensor and service: loss, copies, overtaking, a second line, strangers.
+//! The network between sensors and service: loss, duplication, reordering, a second line, foreign traffic.
 
 use std::net::Ipv4Addr;
 
@@ -16,20 +16,20 @@ use fusion::time::Time;
 /// A datagram as the service receives it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Datagram {
-    /// Its reception.
+    /// Time of reception.
     pub received: Time,
-    /// From where to where.
+    /// Its addresses and ports.
     pub flow: UdpFlow,
-    /// What is in it.
+    /// Its payload.
     pub payload: Vec<u8>,
 }
 
-/// Categories that strangers send, with random contents.
+/// Categories of foreign traffic, with random contents.
 const FOREIGN_CATEGORIES: [u8; 6] = [1, 2, 8, 21, 62, 240];
-/// A source that no sensor is.
+/// A SAC/SIC of no sensor.
 const FOREIGN_SOURCE: DataSource = DataSource { sac: 99, sic: 98 };
 
-/// What arrives of what was sent, in order of arrival.
+/// The datagrams that arrive of those sent, in order of arrival.
 pub fn arrivals(
     network: &Network,
     config: &Config,
@@ -64,7 +64,7 @@ pub fn arrivals(
     }
     let inputs: Vec<&Input> = config.sensors.iter().filter_map(|sensor| sensor.inputs.first()).collect();
     let mut foreign = |per_s: f64, make: fn(&mut Stream, Time) -> Option<Vec<u8>>| {
-        // At a rate of 0 the first one never comes.
+        // At a rate of 0 the first one is infinitely far away.
         let mut time_s = stream.exponential(1.0 / per_s);
         while time_s < duration_s {
             let received = after(start, time_s);
@@ -80,7 +80,7 @@ pub fn arrivals(
     arrived
 }
 
-/// A plot of a radar that the service does not know.
+/// A plot of an unknown radar.
 fn foreign_source(stream: &mut Stream, time: Time) -> Option<Vec<u8>> {
     let range_m = stream.within(Span::new(200.0, 4000.0));
     let azimuth_deg = stream.within(Span::new(0.0, 359.0));
@@ -96,7 +96,7 @@ fn foreign_source(stream: &mut Stream, time: Time) -> Option<Vec<u8>> {
     Some(payload)
 }
 
-/// A block of a category that is not read.
+/// A block of an unknown category.
 fn foreign_category(stream: &mut Stream, _: Time) -> Option<Vec<u8>> {
     let category = FOREIGN_CATEGORIES[stream.below(FOREIGN_CATEGORIES.len())];
     let octets = 5 + stream.below(60);

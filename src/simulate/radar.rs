@@ -1,4 +1,4 @@
-//! A radar: which targets it sees when, under which track numbers, and how wrong.
+//! A radar: which targets it detects when, under which track numbers, and with which errors.
 
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
@@ -11,14 +11,14 @@ use super::scenario::Radar;
 use super::sight::{Look, Sight};
 use super::streams::{Entity, Stream, Streams, sight};
 
-/// What a radar reports of a target at one time, errors included.
+/// A radar's report of a target, errors included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Detection {
-    /// When it was seen, seconds after take-off.
+    /// Time of detection since take-off, s.
     pub time_s: f64,
-    /// Which target: an index of the targets.
+    /// Index of the target.
     pub target: usize,
-    /// The track it is counted to.
+    /// Track number.
     pub number: u16,
     /// Slant range, metres.
     pub range_m: f64,
@@ -28,29 +28,29 @@ pub struct Detection {
     pub altitude_amsl_m: f64,
     /// Probability that it is a UAV.
     pub uav_probability: f64,
-    /// Metres east and north a second.
+    /// Velocity east and north, m/s.
     pub velocity: (f64, f64),
     /// Whether the track has walked off its target.
     pub seduced: bool,
 }
 
-/// What a radar looks at.
+/// What a radar may detect.
 #[derive(Clone, Debug)]
 pub struct Target {
-    /// Its number in the streams of chance; what is no drone counts from [`OTHERS`].
+    /// Its number in the random streams; from [`OTHERS`] on for what is no drone.
     pub number: usize,
-    /// How it moves.
+    /// Its path.
     pub path: Path,
     /// The drone's number, where it is one.
     pub drone: Option<usize>,
-    /// Its own mean UAV probability; 0: always 0.
+    /// Its mean UAV probability, if it is no drone; 0: always 0.
     pub uav_probability: f64,
 }
 
-/// The first number of a target that is no drone, so that one drone more changes nothing for a bird.
+/// The first number of a target that is no drone: another drone changes nothing for a bird.
 pub const OTHERS: usize = 1 << 16;
 
-/// Everything that radar number `index` reports in `duration_s` seconds, in order of time.
+/// All reports of radar number `index` within `duration_s` seconds, in order of time.
 pub fn detections(
     radar: &Radar,
     index: usize,
@@ -89,8 +89,8 @@ pub fn detections(
     found
 }
 
-/// When the antenna, pointing north at `begin_s`, passes the target in this turn; in the flat, which is exact enough
-/// for a time.
+/// When the antenna, pointing north at `begin_s`, passes the target in this turn; on a flat Earth, which is exact enough for
+/// a time.
 fn passing(radar: &Radar, path: &Path, begin_s: f64) -> Option<f64> {
     let stands = Vector3::new(radar.east_m, radar.north_m, radar.antenna_agl_m);
     let to = path.at(begin_s).position - stands;
@@ -99,7 +99,7 @@ fn passing(radar: &Radar, path: &Path, begin_s: f64) -> Option<f64> {
     in_range.then_some(begin_s + share * radar.period_s)
 }
 
-/// Track numbers: one after another, over and over, never one that is in use.
+/// Track numbers: cyclic, skipping those in use.
 struct Numbers {
     last: u16,
     next: u16,
@@ -129,7 +129,7 @@ impl Numbers {
     }
 }
 
-/// Drones that are near each other: their track numbers may be swapped, once an encounter.
+/// Pairs of drones near each other, whose track numbers may be swapped once per encounter.
 #[derive(Default)]
 struct Encounters(BTreeSet<(usize, usize)>);
 

@@ -1,4 +1,4 @@
-//! What one radar makes of one target: when it sees it, and with which errors.
+//! One radar's detections of one target, with their errors.
 
 use nalgebra::Vector2;
 
@@ -7,20 +7,20 @@ use super::radar::{Detection, Target};
 use super::scenario::{Radar, Span};
 use super::streams::{GaussMarkov, Stream};
 
-/// Turning is felt, and forgotten, with this time constant, seconds.
+/// Time constant with which a turn raises the errors, and with which that fades, seconds.
 const TURN_S: f64 = 1.0;
 
-/// A radar's eye on a target.
+/// A radar's state towards one target.
 #[derive(Clone, Debug)]
 pub struct Sight {
     stream: Stream,
-    /// Whether the target is seen at all for now.
+    /// Whether the target is visible for now.
     seen: bool,
     looked_s: f64,
-    /// Mean UAV probability of the target to this radar.
+    /// Mean UAV probability that this radar gives the target.
     uav_probability: f64,
     track: Option<RadarTrack>,
-    /// The number of a track that has ended.
+    /// The number of a track that has just ended.
     ended: Option<u16>,
 }
 
@@ -40,26 +40,26 @@ struct RadarTrack {
     seduction: Option<Seduction>,
 }
 
-/// A walk off the target.
+/// A track that walks off its target.
 #[derive(Clone, Copy, Debug)]
 struct Seduction {
     from_s: f64,
     until_s: f64,
-    /// Metres east and north a second.
+    /// East and north, m/s.
     velocity: Vector2<f64>,
 }
 
-/// One look of a radar at a target.
+/// A radar's look at a target.
 pub struct Look<'a> {
     /// The radar.
     pub radar: &'a Radar,
-    /// Where it stands.
+    /// Its antenna.
     pub antenna: &'a Antenna,
-    /// The ground below.
+    /// The ground.
     pub ground: &'a Ground,
     /// The target.
     pub target: &'a Target,
-    /// When, seconds after take-off.
+    /// Time since take-off, s.
     pub time_s: f64,
 }
 
@@ -82,19 +82,19 @@ impl Sight {
         self.track.as_ref().map(|track| track.number)
     }
 
-    /// Gives the track another's number.
+    /// Gives the track another number.
     pub fn renumber(&mut self, number: Option<u16>) {
         if let (Some(track), Some(number)) = (&mut self.track, number) {
             track.number = number;
         }
     }
 
-    /// The number of the track that has ended, once.
+    /// Takes the number of the track that has ended.
     pub fn take_ended(&mut self) -> Option<u16> {
         self.ended.take()
     }
 
-    /// Looks; `new_number` gives a number where a track begins.
+    /// Looks once; `new_number` supplies the number of a new track.
     pub fn look(&mut self, look: &Look<'_>, new_number: impl FnOnce() -> Option<u16>) -> Option<Detection> {
         let Look { radar, target, time_s, .. } = *look;
         let hovers = target.path.hovers(time_s);
@@ -113,7 +113,7 @@ impl Sight {
         (track.detections >= radar.confirmed_by).then_some(detection)
     }
 
-    /// Seen and unseen take turns; a hovering target is seen shorter.
+    /// Alternates visible and invisible periods; a hovering target's visible ones are shorter.
     fn pass(&mut self, radar: &Radar, time_s: f64, hovers: bool) {
         let past_s = time_s - self.looked_s;
         self.looked_s = time_s;
@@ -130,7 +130,7 @@ impl Sight {
         }
     }
 
-    /// Begins and ends what happens to the track.
+    /// Drops the track where it is lost, and begins seductions.
     fn follow(&mut self, radar: &Radar, time_s: f64) {
         let Some(track) = &mut self.track else { return };
         let lost = time_s - track.detected_s > radar.drop_after_s;
@@ -138,7 +138,7 @@ impl Sight {
         if lost || walked_off {
             self.ended = Some(track.number);
             self.track = None;
-            // The radar followed something else; the target itself has to be found anew.
+            // The radar followed something else; the target itself has to be detected anew.
             self.seen &= !walked_off;
         } else if track.seduction.is_none() && time_s >= track.seduced_from_s {
             let direction = self.stream.heading();
@@ -165,7 +165,7 @@ impl Sight {
             range,
             height,
             turning: 1.0,
-            // A target that is always 0 stays so.
+            // A probability of exactly 0 stays 0.
             uav_probability: if self.uav_probability > 0.0 {
                 self.uav_probability + stream.normal(radar.track_probability)
             } else {

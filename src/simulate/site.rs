@@ -1,4 +1,4 @@
-//! The configuration of a service that listens to a scenario's sensors.
+//! The configuration of a service for a scenario's sensors.
 
 use std::net::Ipv4Addr;
 
@@ -9,12 +9,12 @@ use crate::config::{
     Site, TransponderAccuracy,
 };
 
-/// What a site would know of its radars: the data sheet's accuracy, not the errors that are simulated.
+/// The accuracy that a site knows from the data sheet, which is not the simulated one.
 const RADAR_ACCURACY: RadarAccuracy = RadarAccuracy { range_m: 5.0, azimuth_deg: 1.0, height_m: Some(10.0) };
 const TRANSPONDER_ACCURACY: TransponderAccuracy = TransponderAccuracy { horizontal_m: 3.0, vertical_m: 5.0 };
-/// Horizontal position of plots without height, metres above ground.
+/// Assumed height of plots without height, metres above ground.
 const ASSUMED_AGL_M: f64 = 75.0;
-/// The second line of a sensor is this many ports further.
+/// Port offset of a sensor's second line.
 const SECOND_LINE_PORTS: u16 = 10;
 
 /// The site of a scenario: its radars in order, then the transponder receiver.
@@ -86,7 +86,7 @@ fn transponder_sensor(scenario: &Scenario, model: &Transponder) -> Sensor {
     }
 }
 
-/// The line or lines of a sensor.
+/// A sensor's one or two lines.
 fn inputs(scenario: &Scenario, address: Ipv4Addr, port: u16) -> Vec<Input> {
     let line = |port| Input { address: group(address), port, source: None, trailer_octets: None };
     let second = scenario.network.second_line.then(|| line(port + SECOND_LINE_PORTS));

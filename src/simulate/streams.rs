@@ -1,4 +1,4 @@
-//! Chance: every entity draws from a stream of its own, so that one drone more changes nobody else's luck.
+//! Random numbers: each entity has a stream of its own, so that another drone changes nothing for the others.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -40,7 +40,7 @@ pub fn sight(radar: usize, target: usize) -> usize {
     radar << 32 | target
 }
 
-/// Makes the streams of a scenario and seed.
+/// The random streams of a scenario and seed.
 #[derive(Clone, Copy, Debug)]
 pub struct Streams {
     seed: u64,
@@ -48,7 +48,7 @@ pub struct Streams {
 }
 
 impl Streams {
-    /// Streams for the scenario of that name; other names and other seeds give other streams.
+    /// The streams for a scenario's name and a seed.
     pub fn new(scenario: &str, seed: u64) -> Self {
         Self { seed, scenario: fnv1a(scenario.as_bytes()) }
     }
@@ -65,17 +65,17 @@ impl Streams {
     }
 }
 
-/// One entity's stream of chance.
+/// The random stream of one entity.
 #[derive(Clone, Debug)]
 pub struct Stream(ChaCha8Rng);
 
 impl Stream {
-    /// Evenly between the ends.
+    /// Uniform over a span.
     pub fn within(&mut self, span: Span) -> f64 {
         span.low + (span.high - span.low) * self.0.random::<f64>()
     }
 
-    /// Evenly from 0 to `n` - 1.
+    /// Uniform over 0 to `n` - 1.
     pub fn below(&mut self, n: usize) -> usize {
         self.0.random_range(0..n)
     }
@@ -85,13 +85,13 @@ impl Stream {
         self.0.random::<f64>() < probability
     }
 
-    /// Normally distributed with mean 0.
-    pub fn normal(&mut self, deviation: f64) -> f64 {
+    /// Normal with mean 0 and this standard deviation.
+    pub fn normal(&mut self, sigma: f64) -> f64 {
         let unit: f64 = StandardNormal.sample(&mut self.0);
-        deviation * unit
+        sigma * unit
     }
 
-    /// Exponentially distributed; infinite for an infinite mean.
+    /// Exponential; infinite for an infinite mean.
     pub fn exponential(&mut self, mean: f64) -> f64 {
         let unit: f64 = Exp1.sample(&mut self.0);
         mean * unit
@@ -108,10 +108,10 @@ impl Stream {
     }
 }
 
-/// A Gauss–Markov process of first order: stationary, mean 0, correlation exp(-t / time constant).
+/// A stationary first-order Gauss–Markov process with mean 0 and autocorrelation exp(-t / time constant).
 #[derive(Clone, Copy, Debug)]
 pub struct GaussMarkov {
-    deviation: f64,
+    sigma: f64,
     time_constant_s: f64,
     value: f64,
     at_s: f64,
@@ -119,14 +119,14 @@ pub struct GaussMarkov {
 
 impl GaussMarkov {
     /// Drawn from the stationary distribution at time `at_s`.
-    pub fn new(deviation: f64, time_constant_s: f64, at_s: f64, stream: &mut Stream) -> Self {
-        Self { deviation, time_constant_s, value: stream.normal(deviation), at_s }
+    pub fn new(sigma: f64, time_constant_s: f64, at_s: f64, stream: &mut Stream) -> Self {
+        Self { sigma, time_constant_s, value: stream.normal(sigma), at_s }
     }
 
-    /// Its value at `t_s`, which is not before the last one asked for.
+    /// Its value at `t_s`, which must not decrease from call to call.
     pub fn at(&mut self, t_s: f64, stream: &mut Stream) -> f64 {
         let kept = (-(t_s - self.at_s) / self.time_constant_s).exp();
-        self.value = kept * self.value + stream.normal(self.deviation * (1.0 - kept * kept).sqrt());
+        self.value = kept * self.value + stream.normal(self.sigma * (1.0 - kept * kept).sqrt());
         self.at_s = t_s;
         self.value
     }

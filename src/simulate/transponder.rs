@@ -1,4 +1,4 @@
-//! A drone's transponder: when it reports, where it believes to be, and what time it says.
+//! A drone's transponder: its reports, with errors in position and time.
 
 use nalgebra::Vector3;
 
@@ -11,32 +11,32 @@ use super::streams::{GaussMarkov, Stream};
 pub struct TransponderReport {
     /// The drone.
     pub drone: usize,
-    /// When its position was measured, seconds after take-off.
+    /// When its position was measured, s since take-off.
     pub measured_s: f64,
-    /// What time it says.
+    /// Its time stamp, s since take-off.
     pub stamped_s: f64,
-    /// When it arrives at the receiver.
+    /// Arrival at the receiver, s since take-off.
     pub arrives_s: f64,
-    /// East, north and height above ground that it says, metres.
+    /// Reported east, north and height above ground, metres.
     pub position: Vector3<f64>,
-    /// Its velocity, metres a second.
+    /// Velocity, m/s.
     pub velocity: Vector3<f64>,
-    /// Accuracy that it says (I129/110), metres.
+    /// Stated accuracy (I129/110), metres.
     pub accuracy_m: Option<f64>,
 }
 
-/// What somebody does to a transponder.
+/// An attack on a transponder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Attack {
-    /// Nothing.
+    /// None.
     None,
     /// Its position drifts away.
     Spoofed,
-    /// It is not heard for a while.
+    /// It is not received for a while.
     Jammed,
 }
 
-/// Everything that the transponder of drone number `drone` reports in `duration_s` seconds, in order of measurement.
+/// All reports of drone number `drone` within `duration_s` seconds, in order of measurement.
 pub fn reports(
     model: &Transponder,
     drone: usize,
@@ -64,14 +64,14 @@ pub fn reports(
         }
     };
     let away = horizontal(stream.heading(), model.spoof_drift_m);
-    let mut slow = [model.gnss_horizontal_m, model.gnss_horizontal_m, model.gnss_vertical_m]
-        .map(|deviation| GaussMarkov::new(deviation, model.gnss_time_s, 0.0, stream));
+    let mut bias = [model.gnss_horizontal_m, model.gnss_horizontal_m, model.gnss_vertical_m]
+        .map(|sigma_m| GaussMarkov::new(sigma_m, model.gnss_time_s, 0.0, stream));
 
     let mut reports = Vec::new();
     let mut time_s = first_s;
     while time_s < last_s {
         let state = path.at(time_s);
-        let error = Vector3::from(slow.each_mut().map(|axis| axis.at(time_s, stream)))
+        let error = Vector3::from(bias.each_mut().map(|axis| axis.at(time_s, stream)))
             + Vector3::from_fn(|_, _| stream.normal(model.gnss_white_m));
         let jump = jumps.iter().position(|jump| within(*jump, time_s)).map(|jump| jump_offsets[jump]);
         let spoofed = match attack {
@@ -113,7 +113,7 @@ fn within(span: Span, time_s: f64) -> bool {
     (span.low..span.high).contains(&time_s)
 }
 
-/// Episodes that begin once in `every_s` seconds on average, from the end of the one before.
+/// Episodes, each beginning `every_s` seconds after the end of the one before, on average.
 fn episodes(every_s: f64, lasting_s: Span, duration_s: f64, stream: &mut Stream) -> Vec<Span> {
     let mut episodes = Vec::new();
     if every_s <= 0.0 {

@@ -1,4 +1,4 @@
-//! Detections and reports as the datagrams that the sensors send.
+//! Encodes detections and reports as the sensors' datagrams.
 
 use asterix::cat034::{self, MessageKind, MessageType, RotationPeriod, SourcePosition, SystemStatus};
 use asterix::cat048::{
@@ -17,28 +17,28 @@ use crate::formats::DATAGRAM_MAX;
 use crate::normalise::{nearest_day, time_of_day_count};
 use fusion::time::Time;
 
-/// What a sensor sends, and when it arrives where nothing happens to it on the way.
+/// What a sensor sends, and when it arrives over a perfect network.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Sent {
-    /// Its arrival.
+    /// Time of arrival.
     pub arrives: Time,
-    /// The sensor: an index of the configuration's sensors.
+    /// Index of the sensor in the configuration.
     pub sensor: usize,
     /// The datagram.
     pub payload: Vec<u8>,
 }
 
-/// No radar waits longer before it sends what it has, seconds.
+/// Longest time for which a radar collects detections before sending, seconds.
 const LONGEST_BATCH_S: f64 = 0.25;
-/// Room of a datagram for a service message.
+/// Octets reserved in a datagram for a service message.
 const SERVICE_OCTETS: usize = 40;
 
-/// So long after take-off.
+/// The time `seconds` after take-off.
 pub fn after(start: Time, seconds: f64) -> Time {
     start + SignedDuration::from_nanos((seconds * 1e9).round() as i64)
 }
 
-/// The instant as a sensor stamps it: to the nearest 1/128 s.
+/// The time as a sensor stamps it, to the nearest 1/128 s.
 pub fn stamped(time: Time) -> Time {
     nearest_day(time_of_day_count(time), time).unwrap_or(time)
 }
@@ -47,8 +47,8 @@ fn time_of_day(time: Time) -> Option<TimeOfDay> {
     TimeOfDay::from_count(time_of_day_count(time))
 }
 
-/// The detections of radar number `sensor`, which are in order of time, as datagrams: what is seen within its period, at
-/// most 0.25 s, is sent together.
+/// The datagrams of radar number `sensor`, whose detections are in order of time: those of one period, at most 0.25 s, go
+/// together.
 pub fn radar_datagrams(
     radar: &Radar,
     sensor: usize,
@@ -86,7 +86,7 @@ pub fn radar_datagrams(
     sent
 }
 
-/// Blocks of plots, as many as a datagram holds; the first goes behind a service message, if there is one.
+/// Appends blocks of plots, each as large as a datagram allows; the first follows a service message, if there is one.
 fn plots(
     radar: &Radar,
     source: DataSource,
@@ -124,7 +124,7 @@ fn plots(
     }
 }
 
-/// `None` where CAT048 cannot hold a value, which a scenario within its limits never asks for.
+/// `None` where CAT048 cannot represent a value, which valid scenarios never cause.
 fn plot_record(
     radar: &Radar,
     source: DataSource,
@@ -147,7 +147,7 @@ fn plot_record(
     record.build().ok()
 }
 
-/// A north marker (CAT034) with the antenna's turn, its state and its place.
+/// A north marker (CAT034) with rotation period, status and position.
 fn service_block(radar: &Radar, source: DataSource, antenna: &Antenna, time: Time) -> Vec<u8> {
     let place = &antenna.position;
     let position = SourcePosition::default()
@@ -168,7 +168,7 @@ fn service_block(radar: &Radar, source: DataSource, antenna: &Antenna, time: Tim
     block
 }
 
-/// A transponder's report as its receiver sends it on; the drone's number is its serial.
+/// A transponder's report as its receiver forwards it; its serial number is the drone's number.
 pub fn transponder_datagram(
     model: &Transponder,
     sensor: usize,
@@ -200,7 +200,7 @@ pub fn transponder_datagram(
     Some(Sent { arrives: after(start, report.arrives_s), sensor, payload })
 }
 
-/// The number of a drone's transponder: its serial is this number, and so is its track number in the output.
+/// The number of a drone's transponder: its serial number, and its track number in the output.
 pub fn transponder_number(drone: usize) -> u32 {
     drone as u32 + 1
 }

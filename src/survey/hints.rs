@@ -1,4 +1,4 @@
-//! Which sensors a site's configuration would have.
+//! The sensors that a configuration for the capture would list.
 
 use std::collections::BTreeSet;
 use std::net::IpAddr;
@@ -6,7 +6,7 @@ use std::net::IpAddr;
 use super::report::{LineHint, SensorHint, SourceReport};
 use crate::capture::Endpoints;
 
-/// A sensor sends at least a twentieth of what the busiest one of its category sends; others are strays.
+/// A sensor sends at least a twentieth of the busiest one's records; others are strays.
 const STRAY: u64 = 20;
 
 /// Radars and transponder receivers among the sources.
@@ -45,7 +45,7 @@ fn period_s(median_s: f64) -> Option<f64> {
     (rounded > 0.0 && rounded <= 3600.0).then_some(rounded)
 }
 
-/// What most records have.
+/// By what most records have.
 fn classification(radar: &SourceReport) -> &'static str {
     let in_most = |item| radar.items.count(item) * 2 > radar.records;
     if in_most("SP") {

@@ -1,17 +1,17 @@
-//! How often which length of time, in bins whose number does not grow with what is counted.
+//! A histogram of durations, of bounded size.
 
-/// Values are cut to 2^10 ns, about 1 µs, before they are binned.
+/// Values are truncated to 2^10 ns, about 1 µs, before binning.
 const CUT_BITS: u32 = 10;
 
 /// An octave has 2^5 bins: a bin is at most 1/32 (3 %) of its values wide.
 const BINS_BITS: u32 = 5;
 
-/// Lengths of time in bins of 3 % of their value (of 1 µs below 32 µs), for medians without keeping the values.
+/// Durations in bins of 3 % of their value (1 µs below 32 µs), for quantiles without keeping the values.
 ///
 /// A quantile is the mean of the bin that holds it: off by at most 3 %, and exact where all values of the bin are equal.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Histogram {
-    /// By rising magnitude; as many as the largest value needs, at most about 1,600.
+    /// In order of magnitude; at most about 1,600.
     negative: Vec<Bin>,
     positive: Vec<Bin>,
     count: u64,
@@ -31,7 +31,7 @@ impl Bin {
     }
 }
 
-/// Which bin holds values of this magnitude.
+/// The bin of values of this magnitude.
 fn index(magnitude_ns: u64) -> usize {
     let value = magnitude_ns >> CUT_BITS;
     let octave = value.checked_ilog2().unwrap_or(0).saturating_sub(BINS_BITS);
@@ -39,7 +39,7 @@ fn index(magnitude_ns: u64) -> usize {
 }
 
 impl Histogram {
-    /// Counts a length, which may be negative; nanoseconds.
+    /// Counts a duration, which may be negative; nanoseconds.
     pub(super) fn add(&mut self, length_ns: i64) {
         let bins = if length_ns < 0 { &mut self.negative } else { &mut self.positive };
         let index = index(length_ns.unsigned_abs());
@@ -58,7 +58,7 @@ impl Histogram {
         self.range
     }
 
-    /// The length that this share (0 to 1) of all lengths do not exceed, nanoseconds.
+    /// The duration that a share (0 to 1) of all do not exceed, nanoseconds.
     pub(super) fn quantile(&self, share: f64) -> Option<i64> {
         let (least, greatest) = self.range?;
         let rank = ((self.count as f64 * share).ceil() as u64).max(1);
@@ -70,12 +70,12 @@ impl Histogram {
         Some(holds_it.map_or(greatest, Bin::mean_ns).clamp(least, greatest))
     }
 
-    /// How many are longer than this, to the resolution of the bins: the lengths of a bin count as their mean.
+    /// Number of durations longer than this, each bin counting as its mean.
     pub(super) fn longer_than(&self, length_ns: i64) -> u64 {
         self.bins().filter(|bin| bin.mean_ns() > length_ns).map(|bin| bin.count).sum()
     }
 
-    /// The bins that hold something, by rising value.
+    /// The non-empty bins, in order of value.
     fn bins(&self) -> impl Iterator<Item = Bin> {
         let bins = self.negative.iter().rev().chain(&self.positive);
         bins.copied().filter(|bin| bin.count > 0)

@@ -1,10 +1,9 @@
 //! A survey of a capture: who sends what, how much, when, and how well. No I/O, no clock: datagrams in, [`SurveyReport`] out.
 //!
-//! Memory does not grow with the length of the capture. Streams, sources and what a source follows are bounded maps, whose
-//! overflow is counted; medians come from bins that are 3 % of their value wide.
+//! Memory does not grow with the capture: streams, sources and targets are kept in bounded maps whose overflow is counted,
+//! and medians come from histograms with bins of 3 %.
 //!
-//! Times are those of reception. A file without any is told by the times of day in its records, whose days follow from
-//! each other: over midnight, and past single strays.
+//! Times are those of reception, or else the times of day in the records, followed over midnight and past single strays.
 
 mod bounded;
 mod categories;
@@ -33,13 +32,13 @@ pub use report::{
     SourceReport, Span, Stamp, StreamReport, SurveyReport,
 };
 
-/// Streams that are told apart.
+/// Most streams that are distinguished.
 pub const STREAMS: usize = 1024;
 
-/// Sources that are told apart; one may take half a megabyte.
+/// Most sources that are distinguished; one may take half a megabyte.
 pub const SOURCES: usize = 256;
 
-/// How far the clock of reception may go back without being told, nanoseconds.
+/// Largest backward step of the reception time that is not reported, nanoseconds.
 const STEP_NS: i64 = SECOND;
 
 /// Counts datagrams.
@@ -49,7 +48,7 @@ pub struct Survey {
     octets: u64,
     recent: Duplicates,
     copies: u64,
-    /// Of reception, or of the times of day that are believed.
+    /// By reception, or by credible times of day.
     span: Presence,
     dated: bool,
     streams: Bounded<Endpoints, Stream, STREAMS>,
@@ -107,7 +106,7 @@ impl Survey {
         }
     }
 
-    /// Counts a block: a line for each category that is looked into.
+    /// Counts a block; each category that is decoded has a line here.
     fn block(&mut self, block: Block<'_>, datagram: &Datagram) {
         let category = self.categories.entry(block.category).or_default();
         category.blocks += 1;
@@ -163,7 +162,7 @@ impl Survey {
         }
     }
 
-    /// Counts what cannot be read, and the octets of the datagram that stay unread for it.
+    /// Counts an error, and the octets that stay unread because of it.
     fn fault(&mut self, fault: Fault, datagram: &Datagram, unread: Range<usize>) {
         self.unread.add(datagram.origin + unread.start as u64, unread.len());
         let first_offset = datagram.origin + fault.offset as u64;
@@ -190,7 +189,7 @@ impl Survey {
         error.count += 1;
     }
 
-    /// What was found so far.
+    /// The findings so far.
     pub fn report(&self) -> SurveyReport {
         let dated = self.dated;
         let all_records = self.categories.values().filter_map(|category| category.records).sum();

@@ -1,4 +1,4 @@
-//! When something was there, and when it was silent.
+//! When something was heard, and when it was silent.
 
 use super::histogram::Histogram;
 use crate::normalise::{nearest_day, on_day};
@@ -8,7 +8,7 @@ use fusion::time::{SECOND, Time};
 #[derive(Clone, Debug, Default)]
 pub(super) struct Presence {
     span: Option<(Time, Time)>,
-    /// The latest since the last step back: a silence begins here.
+    /// The latest time since the last backward step: a silence begins here.
     latest: Option<Time>,
     /// From each time to the next later one.
     pub(super) silences: Histogram,
@@ -19,7 +19,7 @@ pub(super) struct Presence {
 }
 
 impl Presence {
-    /// It is there at this time. Going back by no more than `tolerance_ns` is mere disorder.
+    /// It was heard at this time. A backward step within `tolerance_ns` is mere reordering.
     pub(super) fn see(&mut self, time: Time, tolerance_ns: i64) {
         let (first, last) = self.span.unwrap_or((time, time));
         self.span = Some((first.min(time), last.max(time)));
@@ -49,25 +49,25 @@ pub(super) fn nanos_between(earlier: Time, later: Time) -> i64 {
     later.nanos().saturating_sub(earlier.nanos())
 }
 
-/// How far times of day may be from the one before without being doubted, nanoseconds.
+/// Largest step of a credible time of day, nanoseconds.
 pub(super) const DOUBT_NS: i64 = 60 * SECOND;
 
 /// The days of one source's times of day, where no reception dates them; the first day is 1970-01-01.
 ///
-/// A time more than a minute from the one before waits for the next: it is believed if that is nearer to it than to the
-/// one before, else it is a stray.
+/// A time more than a minute from the one before is confirmed if the next is nearer to it than to the one before; otherwise
+/// it is a stray.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Days {
     believed: Option<Time>,
-    /// Doubted; believed if nothing follows.
+    /// Not confirmed yet; credible if nothing follows.
     pub(super) doubted: Option<Time>,
-    /// How many were not believed.
+    /// Number of strays.
     pub(super) strays: u64,
 }
 
 impl Days {
-    /// The next time of day (counts of 1/128 s): its time, and the times that are believed now. `around` is a time of the
-    /// same file, for the first. `None` if no day has such a time.
+    /// The next time of day (counts of 1/128 s): its time, and the times that are now credible. `around`: a time of the same
+    /// file, to date the first. `None` for 24 h or more.
     pub(super) fn tell(&mut self, count: u32, around: Option<Time>) -> Option<(Time, [Option<Time>; 2])> {
         let before = match (self.believed, around) {
             (Some(before), _) => before,

@@ -1,4 +1,4 @@
-//! What a survey found: plain values that can be written as JSON.
+//! The findings of a survey, as plain values that serialise to JSON.
 
 use std::fmt;
 use std::net::{Ipv4Addr, SocketAddr};
@@ -15,33 +15,32 @@ use fusion::time::{SECOND, Time};
 pub struct SurveyReport {
     /// UDP datagrams, or data blocks of a file without reception times.
     pub datagrams: u64,
-    /// What they carry: octets without link, IP and UDP headers.
+    /// Their octets, without link, IP and UDP headers.
     pub octets: u64,
-    /// Datagrams that are copies of one received at most 2 s before, as redundant lines bring them; counted everywhere else
-    /// like all others.
+    /// Copies of a datagram received at most 2 s before, as from redundant lines; counted like others everywhere else.
     pub copies: u64,
-    /// First to last reception; in a file without reception times first to last time of day.
+    /// First to last reception, or time of day in a file without reception times.
     pub span: Option<Span>,
-    /// Who sends where, by address.
+    /// Streams, by address.
     pub streams: Vec<StreamReport>,
-    /// Datagrams of further streams: only so many are told apart.
+    /// Datagrams of streams beyond [`super::STREAMS`].
     pub datagrams_of_more_streams: u64,
-    /// Who reports, by category, SAC and SIC.
+    /// Sources, by category, SAC and SIC.
     pub sources: Vec<SourceReport>,
-    /// Records of further sources: only so many are told apart.
+    /// Records of sources beyond [`super::SOURCES`].
     pub records_of_more_sources: u64,
-    /// What it is, by category.
+    /// Categories.
     pub categories: Vec<CategoryReport>,
-    /// What could not be read, by category and kind.
+    /// Errors, by category and kind.
     pub errors: Vec<ErrorReport>,
-    /// The octets that could not be read for it.
+    /// The octets that stay unread because of them.
     pub unread: Gaps,
-    /// Radars and transponder receivers as a site's configuration would have them.
+    /// Radars and transponder receivers, as a configuration would list them.
     pub sensors: Vec<SensorHint>,
 }
 
 impl SurveyReport {
-    /// How many times something could not be read.
+    /// Number of errors.
     pub fn error_count(&self) -> u64 {
         self.errors.iter().map(|error| error.count).sum()
     }
@@ -104,7 +103,7 @@ pub struct StreamReport {
     pub datagrams: u64,
     /// What they carry, octets.
     pub octets: u64,
-    /// Between its first and last.
+    /// Rate between its first and last.
     pub datagrams_per_s: Option<f64>,
     /// When the first was received.
     pub first: Option<Stamp>,
@@ -135,30 +134,30 @@ pub struct SourceReport {
     pub first: Option<Stamp>,
     /// The last.
     pub last: Option<Stamp>,
-    /// What is told apart in them.
+    /// What identifies targets in them.
     pub followed: Option<Followed>,
     /// From one report to the next.
     pub interval: Option<Interval>,
-    /// Times without any record.
+    /// Silences.
     pub silences: Option<Silences>,
-    /// From the time of day in a record to its reception; of 24 hours the nearest to none.
+    /// From the time of day in a record to its reception, modulo 24 h.
     pub delay: Option<Delay>,
     /// Records without a time of day.
     pub without_time: u64,
-    /// Times of day that no day has.
+    /// Times of day of 24 h or more.
     pub out_of_range: u64,
-    /// Times of day more than a minute away from those before and after; only where no reception dates them.
+    /// Times of day more than a minute from those before and after; only without reception times.
     pub strays: u64,
-    /// How often the time went back: of reception by more than 1 s, of day by more than a minute.
+    /// Backward steps: by more than 1 s of reception time, or by more than a minute of time of day.
     pub steps_back: u64,
-    /// How many records have each item, in the order of the record.
+    /// Number of records with each item, in the order of the record.
     pub items: Items,
-    /// The streams they came in, the first eight.
+    /// The first eight streams that carry them.
     #[serde(skip)]
     pub lines: Vec<Endpoints>,
 }
 
-/// How many different tracks or serial numbers.
+/// Number of different tracks or serial numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Followed {
     /// `track` (I048/161) or `serial` (I129/040).
@@ -169,10 +168,10 @@ pub struct Followed {
     pub or_more: bool,
 }
 
-/// The usual time from one report to the next, by the times of day in them.
+/// Median interval between reports, by the times of day in them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Interval {
-    /// Reports of the same `track` or `serial`; of any `record` where the source tells neither.
+    /// Between reports of the same `track` or `serial`, or of any `record` where the source has neither.
     pub of: &'static str,
     /// Seconds; exact for a steady source, else to 3 %.
     pub median_s: f64,
@@ -204,12 +203,12 @@ pub struct Delay {
     pub max_s: f64,
 }
 
-/// Item numbers and how many records have each. An object in JSON.
+/// Number of records with each item, by item number. An object in JSON.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Items(pub Vec<(&'static str, u64)>);
 
 impl Items {
-    /// How many records have this item.
+    /// Number of records with this item.
     pub fn count(&self, number: &str) -> u64 {
         self.0.iter().find(|(item, _)| *item == number).map_or(0, |(_, count)| *count)
     }
@@ -232,11 +231,11 @@ pub struct CategoryReport {
     pub blocks: u64,
     /// Octets of the blocks, CAT and LEN included.
     pub octets: u64,
-    /// Records that were read; `None` if the category is not looked into.
+    /// Records that were read; `None` if the category is not decoded.
     pub records: Option<u64>,
 }
 
-/// Things that could not be read, of one kind.
+/// Errors of one kind.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct ErrorReport {
     /// [`asterix::FaultKind::name`], or `skipped`: octets that belong to no block.
@@ -247,13 +246,13 @@ pub struct ErrorReport {
     pub count: u64,
     /// Offset in the file of the first one.
     pub first_offset: u64,
-    /// Item of the first one, where the trouble is in an item.
+    /// Item of the first one, where the error is in an item.
     pub first_item: Option<&'static str>,
     /// What is wrong.
     pub detail: String,
 }
 
-/// A sensor as a site's configuration would have it, with the names of its keys there.
+/// A sensor as a configuration would have it, with the names of its keys.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SensorHint {
     /// `radar` or `transponder`.
@@ -281,12 +280,12 @@ pub struct LineHint {
     pub port: u16,
 }
 
-/// Seconds of so many nanoseconds.
+/// Nanoseconds as seconds.
 pub(super) fn seconds(nanos: i64) -> f64 {
     nanos as f64 / SECOND as f64
 }
 
-/// How many a second there are from the first to the last of `count`; `None` if they all have the same time.
+/// Rate per second of `count` events over a span; `None` if they all have the same time.
 pub(super) fn rate(count: u64, span: Option<(Time, Time)>) -> Option<f64> {
     let span_ns = span.map_or(0, |(first, last)| nanos_between(first, last));
     (span_ns > 0 && count > 1).then(|| (count - 1) as f64 / seconds(span_ns))

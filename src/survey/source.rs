@@ -14,12 +14,12 @@ use crate::normalise::nearest_day;
 use fusion::Identity;
 use fusion::time::{SECOND, Time};
 
-/// What a survey looks at in a record of any category.
+/// The part of a record, of any category, that a survey uses.
 pub(super) struct Glimpse {
     pub(super) fspec: Fspec,
     pub(super) source: Option<DataSource>,
     pub(super) time: Option<TimeOfDay>,
-    /// What it is about, where the source follows it.
+    /// Its target, where it names one.
     pub(super) target: Option<Target>,
 }
 
@@ -29,12 +29,12 @@ impl Glimpse {
     }
 }
 
-/// What a source follows from record to record.
+/// What identifies a target from record to record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Target {
     /// I048/161.
     Track(u16),
-    /// I129/040, without the blanks about it.
+    /// I129/040, trimmed.
     Serial(Identity),
 }
 
@@ -45,10 +45,10 @@ impl Target {
     }
 }
 
-/// Tracks or serial numbers of one source that are told apart: CAT048 has 4,096 track numbers.
+/// Most targets per source that are distinguished: CAT048 has 4,096 track numbers.
 const TARGETS: usize = 4096;
 
-/// Streams named of one source; more than a few redundant lines are not usual.
+/// Most streams named per source; more than a few redundant lines are unusual.
 const LINES: usize = 8;
 
 /// A silence counts as a gap when it is longer than this many usual intervals…
@@ -70,16 +70,16 @@ pub(super) struct Source {
     delay: Histogram,
     without_time: u64,
     out_of_range: u64,
-    /// When each was last reported.
+    /// Time of each target's last report.
     targets: Bounded<Target, Option<Time>, TARGETS>,
-    /// Between two reports of one target.
+    /// Intervals between reports of the same target.
     intervals: Histogram,
     lines: BTreeSet<Endpoints>,
 }
 
 impl Source {
-    /// Counts a record of `octets` octets that came with `datagram`. `around` is a time of the same file, for a first time
-    /// of day that nothing dates. Returns the times at which it is known that something was sent.
+    /// Counts a record of `octets` octets in `datagram`. `around`: a time of the same file, to date a first time of day.
+    /// Returns the times that are now credible.
     pub(super) fn record(
         &mut self,
         glimpse: &Glimpse,
@@ -138,7 +138,7 @@ impl Source {
         *last = Some(time);
     }
 
-    /// The last time of day, if it is neither believed nor refuted yet.
+    /// The last time of day, if it is neither confirmed nor refuted yet.
     pub(super) fn doubted(&self) -> Option<Time> {
         self.days.doubted
     }

@@ -20,12 +20,12 @@ use crate::evaluate::{Evaluation, Label, Labels, OutputPoint, Truth};
 use crate::normalise::{nearest_day, time_of_day_count};
 use fusion::time::Time;
 
-/// Octets that tell what a file is.
+/// Octets by which the kind of a file is recognised.
 const BEGINNING: u64 = 4096;
 
 type Failure = Box<dyn Error + Send + Sync>;
 
-/// Refuses a truth and an output that stand in each other's place.
+/// Refuses a truth and an output that were exchanged.
 ///
 /// # Errors
 /// They do.
@@ -48,7 +48,7 @@ pub(super) fn refuse_exchanged(args: &Args) -> Result<(), Usage> {
     Ok(())
 }
 
-/// The truth of all files together.
+/// The truth in all files.
 pub(super) fn truth(paths: &[PathBuf]) -> Result<Truth, Failure> {
     let mut tracks = Vec::new();
     for path in paths {
@@ -63,7 +63,7 @@ pub(super) fn truth(paths: &[PathBuf]) -> Result<Truth, Failure> {
     Ok(truth)
 }
 
-/// The labels; a configuration tells which sensors are transponder receivers.
+/// The labels; a configuration knows which sensors are transponder receivers.
 pub(super) fn labels(path: &Path, config: Option<&Config>) -> Result<Labels, Failure> {
     let rows = read::labels(&name(path), &octets(path)?)?;
     let Some(config) = config else { return Ok(Labels::new(rows)) };
@@ -77,7 +77,7 @@ pub(super) fn name_a_drone(labels: &Labels, truth: &Truth) -> bool {
     ids.into_iter().any(|id| truth.index_of(id).is_some())
 }
 
-/// The points that are to be scored.
+/// The points to be scored.
 pub(super) fn output(path: &Path, date: Option<Date>, truth: &Truth) -> Result<Vec<OutputPoint>, Failure> {
     let file = read::output(&name(path), octets(path)?, date.map_or(Days::Near(start(truth)), Days::From))?;
     if file.unknown_sources > 0 {
@@ -97,7 +97,7 @@ pub(super) fn output(path: &Path, date: Option<Date>, truth: &Truth) -> Result<V
     Ok(file.points)
 }
 
-/// A word where all points are before or after the truth: it is of another flight, or its times are others.
+/// Warns where all points are before or after the truth: another flight, or other times.
 pub(super) fn warn_unless_at_one_time(path: &Path, output: &[OutputPoint], truth: &Truth) {
     let times = output.iter().map(|point| point.time);
     let (Some(first), Some(last), Some((from, until))) = (times.clone().min(), times.max(), truth.span())
@@ -113,7 +113,7 @@ pub(super) fn warn_unless_at_one_time(path: &Path, output: &[OutputPoint], truth
     }
 }
 
-/// What the captures hold, by time of reception.
+/// The captures, merged by time of reception.
 pub(super) fn receptions(paths: &[PathBuf], date: Option<Date>, truth: &Truth) -> Result<Merged, Failure> {
     let date = match date {
         Some(date) => date,
@@ -123,8 +123,7 @@ pub(super) fn receptions(paths: &[PathBuf], date: Option<Date>, truth: &Truth) -
     Ok(Merged::new(captures, date))
 }
 
-/// The day on which the first record of the first capture is nearest to the start of the truth. What has its own days
-/// does not ask for it.
+/// The day that puts the first record of the first capture nearest to the start of the truth, for files without dates.
 fn day_of(paths: &[PathBuf], truth: &Truth) -> Result<Date, OpenError> {
     let mut near = start(truth);
     if let Some(path) = paths.first().filter(|path| path.as_path() != Path::new("-")) {
@@ -141,7 +140,7 @@ fn start(truth: &Truth) -> Time {
     truth.span().map_or_else(Time::default, |span| span.0)
 }
 
-/// The figures, each as a file, and the page that holds them all.
+/// Writes each figure, and the page with all of them.
 pub(super) fn write_plots(
     directory: &Path,
     output: &Path,

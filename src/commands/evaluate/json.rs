@@ -1,4 +1,4 @@
-//! The scores as JSON: all that is told, of each group and drone. What cannot be told is left out.
+//! The scores as JSON, for each group and drone; metrics without a value are omitted.
 
 use serde::Serialize;
 
@@ -7,7 +7,7 @@ use crate::evaluate::{Score, Scored};
 
 #[derive(Serialize)]
 pub(super) struct Json<'a> {
-    /// Updates a second that the PU refers to.
+    /// Reference rate of the PU, updates per second.
     reference_hz: f64,
     labels: bool,
     capture: bool,

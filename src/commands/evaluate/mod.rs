@@ -1,4 +1,4 @@
-//! `evaluate`: how good an output is.
+//! `evaluate`: scores an output.
 
 mod files;
 mod json;
@@ -58,7 +58,7 @@ pub struct Args {
     pub require: Vec<Requirement>,
 }
 
-/// Everything that the command reads.
+/// The inputs of the command.
 struct Inputs {
     config: Option<Config>,
     truth: Truth,
@@ -67,13 +67,13 @@ struct Inputs {
     alone: Option<InputsAlone>,
 }
 
-/// What was scored and how it came out.
+/// The scores, and what is needed to print them.
 struct Scores<'a> {
     args: &'a Args,
     evaluation: &'a Evaluation,
-    /// Updates a second that the PU refers to.
+    /// Reference rate of the PU, updates per second.
     reference_hz: f64,
-    /// Each with its value, and whether it is met.
+    /// Each with its value and whether it is met.
     requirements: Vec<(&'a Requirement, Result<f64, String>, bool)>,
 }
 
@@ -116,7 +116,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     Ok(told(&scores))
 }
 
-/// Says which requirements are missed.
+/// Reports the requirements that are missed.
 fn told(scores: &Scores<'_>) -> Outcome {
     let mut outcome = Outcome::Done;
     for (requirement, value, _) in scores.requirements.iter().filter(|(_, _, is_met)| !is_met) {

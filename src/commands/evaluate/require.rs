@@ -1,4 +1,4 @@
-//! `--require`: what a score must keep to.
+//! `--require`: thresholds for scores.
 
 use std::fmt;
 use std::str::FromStr;
@@ -97,7 +97,7 @@ impl FromStr for Requirement {
     }
 }
 
-/// The first of these prefixes that `name` has, and what is behind it.
+/// The first of these prefixes that `name` has, and the rest.
 fn prefix<'a, T>(name: &'a str, known: [(&str, T); 2]) -> (Option<T>, &'a str) {
     for (prefix, means) in known {
         if let Some(rest) = name.strip_prefix(prefix) {
@@ -116,7 +116,7 @@ fn grammar(what: &str) -> String {
 }
 
 impl Requirement {
-    /// The value that is held against the bound.
+    /// The value to compare with the bound.
     ///
     /// # Errors
     /// Why there is none.
@@ -135,7 +135,7 @@ impl Requirement {
         (self.metric.1)(score).ok_or_else(|| self.missing(args).to_owned())
     }
 
-    /// Whether the bound is kept to.
+    /// Whether `value` meets the bound.
     pub(super) fn is_met_by(&self, value: f64) -> bool {
         match self.comparison {
             Comparison::AtLeast => value >= self.bound,

@@ -1,4 +1,4 @@
-//! The scores as the paper's Table 1, and a line a drone.
+//! The scores as the paper's Table 1, and a row per drone.
 
 use std::fmt::{self, Write as _};
 
@@ -6,7 +6,7 @@ use super::Scores;
 use crate::commands::table::Table;
 use crate::evaluate::{ErrorStatistics, Score, Scored};
 
-/// How a metric is set beside that of an input alone.
+/// How a metric is compared with that of an input alone.
 #[derive(Clone, Copy)]
 enum Change {
     /// A difference in percentage points: more is better.
@@ -46,7 +46,7 @@ const ROWS: [(&str, Value, usize, Change); 19] = [
     ("GOSPA (m)", |s| s.gospa_m, 4, Change::Reduction),
 ];
 
-/// Told only where the output tells its deviations.
+/// Shown only where the output states its covariances.
 const HONESTY: [(&str, Value, usize, Change); 4] = [
     ("NEES, horizontal", |s| Some(s.nees?.horizontal), 4, Change::None),
     ("NEES, horizontal, covered", |s| Some(s.nees_covered?.horizontal), 4, Change::None),
@@ -105,7 +105,7 @@ fn changed(fused: Option<f64>, alone: Option<f64>, change: Change) -> String {
     }
 }
 
-/// A line for all, each group, and each drone.
+/// A row per drone, then per group.
 fn drones(scores: &Scores<'_>) -> Table {
     let evaluation = scores.evaluation;
     let names = [
@@ -146,7 +146,7 @@ fn drones(scores: &Scores<'_>) -> Table {
     table
 }
 
-/// What is not told, and why; then the requirements.
+/// What is missing, and why; then the requirements.
 fn remarks(text: &mut String, scores: &Scores<'_>) -> fmt::Result {
     if scores.args.capture.is_empty() {
         writeln!(

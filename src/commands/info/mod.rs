@@ -35,13 +35,13 @@ pub struct Args {
     pub strict: bool,
 }
 
-/// What is said of an input.
+/// The report on an input.
 #[derive(Serialize)]
 struct Info {
     input: String,
     #[serde(serialize_with = "as_text")]
     format: Format,
-    /// Octets of the file; of a pipe those that were read.
+    /// Octets of the file, or those read of a pipe.
     size: u64,
     /// Frames of the capture that hold no whole UDP datagram, by reason.
     #[serde(serialize_with = "by_reason")]
@@ -57,7 +57,7 @@ struct Info {
 }
 
 impl Info {
-    /// Whether octets of a file stay unread in which there should be nothing else; of any file where that is asked for.
+    /// Whether octets of an ASTERIX-only file stay unread; if `strict`, whether any input had errors.
     fn is_bad(&self, strict: bool) -> bool {
         let unread = !self.report.unread.is_empty();
         unread && self.format.is_asterix_only() || strict && self.lost_frames + self.report.error_count() > 0

@@ -1,4 +1,4 @@
-//! A site's configuration with what a capture tells, to be filled in by whoever knows the site.
+//! A configuration with what a capture shows, to be completed by someone who knows the site.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::error::Error;
@@ -12,7 +12,7 @@ use crate::commands::Usage;
 use crate::config::FILL_IN;
 use crate::survey::SensorHint;
 
-/// Refuses a file that is there: what was filled in is not overwritten.
+/// Refuses an existing file, which may have been filled in.
 pub(super) fn check(file: &Path) -> Result<(), Usage> {
     if file.as_os_str() == "-" {
         return Err(Usage("--config-out takes a file: standard output holds the report".to_owned()));
@@ -26,7 +26,7 @@ pub(super) fn check(file: &Path) -> Result<(), Usage> {
     Ok(())
 }
 
-/// Writes a configuration of these sensors, which were seen in these inputs; one that several captures show is one sensor.
+/// Writes a configuration of these sensors from these inputs; the same sensor in several captures is one.
 ///
 /// # Errors
 /// There is no sensor, or the file cannot be written.
@@ -51,7 +51,7 @@ pub(super) fn write(
     })
 }
 
-/// The sensors in order, radars first, each once; what the first capture says of one counts, and it has the inputs of all.
+/// Each sensor once, radars first: as its first capture shows it, with the inputs of all captures.
 fn merged(sensors: Vec<SensorHint>) -> Vec<SensorHint> {
     let mut by_name: BTreeMap<(&str, u8, u8), SensorHint> = BTreeMap::new();
     for sensor in sensors {
@@ -66,7 +66,7 @@ fn merged(sensors: Vec<SensorHint>) -> Vec<SensorHint> {
     by_name.into_values().collect()
 }
 
-/// The text of the file. A value that no capture tells is [`FILL_IN`], which the configuration refuses by its line.
+/// The text of the file. Unknown values are [`FILL_IN`], which the configuration refuses by line.
 fn site(file: &Path, seen_in: &[String], sensors: &[SensorHint]) -> String {
     let name = file.file_stem().map_or_else(|| "site".to_owned(), |stem| stem.to_string_lossy().into_owned());
     // A SIC of the same system area that no sensor has.

@@ -1,4 +1,4 @@
-//! A report as text: one screen for a person.
+//! A report as text, on one screen.
 
 use std::fmt::{self, Display, Write as _};
 
@@ -8,13 +8,13 @@ use crate::commands::table::{Table, duration, grouped, short};
 use crate::survey::{LineHint, SensorHint, SourceReport, Span, Stamp, SurveyReport};
 use fusion::time::{DAY, SECOND};
 
-/// Lines of a table that are printed, those with the highest counts; JSON has them all.
+/// Most rows of a table, those with the highest counts; JSON has all.
 const SHOWN: usize = 20;
 
 /// Columns of the screen; only long names make a line longer.
 const WIDTH: usize = 110;
 
-/// What is said of an input.
+/// The text for an input.
 pub(super) fn text(info: &Info) -> Result<String, fmt::Error> {
     let mut text = String::new();
     head(&mut text, info)?;
@@ -153,7 +153,7 @@ fn timing(text: &mut String, report: &SurveyReport, long: bool) -> fmt::Result {
     section(text, &table)
 }
 
-/// What is wrong with the times of day.
+/// Faults of the times of day.
 fn times_of_day(source: &SourceReport) -> String {
     let faults = [
         (source.without_time, "missing"),
@@ -241,7 +241,7 @@ fn errors(text: &mut String, info: &Info) -> fmt::Result {
     Ok(())
 }
 
-/// With the keys of a configuration's `[[sensors]]`.
+/// The sensors, with the keys of `[[sensors]]`.
 fn sensors(text: &mut String, sensors: &[SensorHint]) -> fmt::Result {
     if sensors.is_empty() {
         return Ok(());
@@ -284,7 +284,7 @@ fn section(text: &mut String, table: &Table) -> fmt::Result {
     if table.is_empty() { Ok(()) } else { write!(text, "\n{table}") }
 }
 
-/// The entries with the highest counts, as many as are shown, in their order.
+/// The entries with the highest counts, at most [`SHOWN`], in their order.
 fn most<T>(all: &[T], count: impl Fn(&T) -> u64) -> impl Iterator<Item = &T> {
     let mut places: Vec<_> = (0..all.len()).collect();
     places.sort_by_key(|&place| std::cmp::Reverse(count(&all[place])));
@@ -316,7 +316,7 @@ fn name(source: &SourceReport) -> String {
     }
 }
 
-/// Time of day to the tenth of a second; with its day to the second where a capture is `long`.
+/// Time of day to a tenth of a second; in a `long` capture date and time to the second.
 fn clock(stamp: Stamp, long: bool) -> String {
     let text = stamp.to_string();
     match (stamp.dated, long) {

@@ -1,4 +1,4 @@
-//! How often radar track and transponder were rightly brought together.
+//! How often radar track and transponder were correctly associated.
 
 use std::collections::BTreeSet;
 
@@ -7,8 +7,8 @@ use super::statistics::ratio;
 use crate::evaluate::judged::Judged;
 use fusion::slots::Slot;
 
-/// Fused points whose radar track and transponder are one drone / all fused points; those of a seduced track do not
-/// count, nor those of which the labels do not tell.
+/// Fused points whose radar track and transponder are one drone / all fused points. Points of seduced or unlabelled
+/// tracks do not count.
 pub(in crate::evaluate) fn precision<'a>(points: impl Iterator<Item = &'a Judged<'a>>) -> Option<f64> {
     let (mut right, mut all) = (0, 0);
     for paired in points.filter_map(|judged| judged.paired) {

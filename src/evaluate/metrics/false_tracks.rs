@@ -1,10 +1,10 @@
-//! What is put out and is no drone.
+//! What is published and is no drone.
 
 use std::collections::BTreeSet;
 
 use super::scene::Scene;
 
-/// Seconds of tracks of nobody a minute of the run: distinct source, track number and slot, times the slot's length.
+/// Seconds of false tracks per minute of the run: distinct (source, track number, slot) times the slot's length.
 pub(in crate::evaluate) fn seconds_a_minute(scene: &Scene<'_>, slot_s: f64) -> Option<f64> {
     let key = |judged: &&crate::evaluate::judged::Judged<'_>| {
         (judged.point.source, judged.point.number, judged.slot)

@@ -14,7 +14,7 @@ use fusion::slots::{Slot, SlotGrid};
 
 /// The cut-off c, metres.
 pub(in crate::evaluate) const CUT_OFF_M: f64 = 50.0;
-/// It is taken in each slot whose number is a multiple of this: once a second.
+/// Taken in each slot whose number is a multiple of this: once per second.
 const EVERY_SLOTS: i64 = 4;
 
 /// A truth and a point nearer to each other than the cut-off.
@@ -28,7 +28,7 @@ pub struct Near {
     pub distance_m: f64,
 }
 
-/// GOSPA of one moment, and what it is made of.
+/// GOSPA at one time, and its components.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gospa {
     /// The metric: sqrt(localisation + c²/2 · (missed + unmatched points)), metres.
@@ -43,14 +43,14 @@ pub struct Gospa {
     pub unmatched: usize,
 }
 
-/// GOSPA (p = 2, alpha = 2) between so many truths and so many points, of which only those in `near` are nearer to each
-/// other than `cut_off_m`. Exact: a pair at the cut-off costs c², as much as leaving both alone, so no other pair can help.
+/// GOSPA (p = 2, alpha = 2) of `truths` truths and `points` points; `near` holds all pairs closer than `cut_off_m`. Exact: a
+/// pair at the cut-off costs c², as much as leaving both unmatched, so no other pair can help.
 pub fn gospa(truths: usize, points: usize, near: &[Near], cut_off_m: f64) -> Gospa {
     let mut candidates = vec![Vec::new(); truths];
     for &Near { truth, point, distance_m } in near {
         candidates[truth].push(Candidate { column: point, cost: distance_m.powi(2) });
     }
-    // A truth alone and the point that it leaves alone: c²/2 each.
+    // An unmatched truth and the unmatched point beside it: c²/2 each.
     let columns = assign(&candidates, points, cut_off_m.powi(2));
     let mut parts = Gospa { missed: truths, unmatched: points, ..Gospa::default() };
     for (candidates, column) in candidates.iter().zip(columns) {
@@ -118,7 +118,7 @@ fn near(truths: &[Place], points: &[&OutputPoint]) -> Vec<Near> {
     near
 }
 
-/// The points of each slot that is looked at; of several of one track in a slot (plots of a fast radar) the latest.
+/// The points of each slot that is used; of several of one track in a slot (plots of a fast radar) the latest.
 fn points_by_slot<'a>(scene: &Scene<'a>) -> BTreeMap<Slot, Vec<&'a OutputPoint>> {
     type TrackKey<'a> = (PointSource, u32, Option<&'a str>);
     let mut latest: BTreeMap<Slot, BTreeMap<TrackKey<'a>, &'a OutputPoint>> = BTreeMap::new();

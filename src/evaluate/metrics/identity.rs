@@ -1,12 +1,12 @@
-//! How long a drone keeps its number.
+//! How stable a drone's track number is.
 
 use super::scene::Scene;
 use crate::evaluate::judged::Judged;
 
-/// Changes of the published track number between successive points of one drone, a drone and minute.
+/// Changes of the published track number between successive points of a drone, per drone and minute.
 ///
-/// Where several points of a drone have one time, whoever follows it stays with the number that was there before, as long
-/// as one of them has it; so a drone that two radar tracks report does not change its number twice a slot.
+/// Of several points with the same time the one with the previous number is followed, if there is one: a drone with two
+/// radar tracks does not change its number twice per slot.
 pub(in crate::evaluate) fn changes_a_minute(scene: &Scene<'_>, group: &[usize]) -> Option<f64> {
     let changes: usize = group.iter().map(|&drone| changes(&scene.drones[drone])).sum();
     let minutes: f64 = group.iter().map(|&drone| scene.counted.minutes(drone)).sum();

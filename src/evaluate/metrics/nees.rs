@@ -1,11 +1,11 @@
-//! How honest the deviations are: normalised estimation error squared. Y. Bar-Shalom, X. R. Li, T. Kirubarajan,
+//! Consistency of the stated covariances: normalised estimation error squared. Y. Bar-Shalom, X. R. Li, T. Kirubarajan,
 //! *Estimation with Applications to Tracking and Navigation*, 2001, section 5.4.
 
 use crate::evaluate::judged::Judged;
 use crate::evaluate::place::Offset;
 use crate::evaluate::types::{Covariance, Nees};
 
-/// Mean over the points that tell their covariance; `None` of none. One that is not positive definite is none.
+/// Mean over the points with a positive definite covariance; `None` without any.
 pub(in crate::evaluate) fn mean<'a>(points: impl Iterator<Item = &'a Judged<'a>>) -> Option<Nees> {
     let (mut count, mut horizontal) = (0_u64, 0.0);
     let (mut heights, mut vertical) = (0_u64, 0.0);
@@ -37,15 +37,14 @@ fn of_plane(error: &Offset, covariance: &Covariance) -> Option<f64> {
     (east_m2 > 0.0 && determinant > 0.0).then(|| squared / determinant / 2.0)
 }
 
-/// Between which a mean of NEES of honest deviations lies 19 times of 20: `degrees` is how many numbers of one deviation
-/// each it is made of, two an independent sample over ground and one in height. Points of one drone are not independent;
-/// its mean is taken for one sample.
+/// The 95 % interval of the mean NEES of consistent covariances. `degrees`: degrees of freedom in that mean, two per
+/// independent sample over ground and one in height. Points of one drone are not independent; its mean counts as one sample.
 ///
 /// The 2.5 and 97.5 % points of chi-square over its degrees of freedom, by the approximation of E. B. Wilson and M. M.
-/// Hilferty, *The distribution of chi-square*, 1931: right to 0.004 from ten degrees on.
+/// Hilferty, *The distribution of chi-square*, 1931; its error is below 0.004 from ten degrees on.
 pub fn honest_band(degrees: f64) -> (f64, f64) {
-    let spread = 2.0 / (9.0 * degrees);
-    let at = |deviations: f64| (1.0 - spread + deviations * spread.sqrt()).max(0.0).powi(3);
+    let variance = 2.0 / (9.0 * degrees);
+    let at = |sigmas: f64| (1.0 - variance + sigmas * variance.sqrt()).max(0.0).powi(3);
     (at(-1.96), at(1.96))
 }
 

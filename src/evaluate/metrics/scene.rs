@@ -1,4 +1,4 @@
-//! The points of one stream by drone, and what both inputs were worth in each slot.
+//! The points of one stream by drone, and the slots in which each input has the drone.
 
 use std::collections::BTreeSet;
 
@@ -6,24 +6,24 @@ use crate::evaluate::counted::Counted;
 use crate::evaluate::judged::Judged;
 use fusion::slots::Slot;
 
-/// The points that count of one stream.
+/// The counted points of one stream.
 pub(in crate::evaluate) struct Scene<'a> {
-    /// Of each drone, by time and then in order of emission.
+    /// Per drone, by time and then in order of emission.
     pub(in crate::evaluate) drones: Vec<Vec<&'a Judged<'a>>>,
-    /// Of nobody.
+    /// Of no drone.
     pub(in crate::evaluate) nobody: Vec<&'a Judged<'a>>,
     pub(in crate::evaluate) counted: &'a Counted,
     /// `None` without a capture.
     pub(in crate::evaluate) inputs: Option<&'a Inputs>,
 }
 
-/// Where each input sees each drone.
+/// The slots in which each input has each drone.
 pub(in crate::evaluate) struct Inputs {
-    /// Of each drone: slots in which its transponder interpolates.
+    /// Per drone: slots in which its transponder interpolates.
     pub(in crate::evaluate) covered: Vec<BTreeSet<Slot>>,
-    /// Of each drone: slots with a plot of it whose track is not seduced.
+    /// Per drone: slots with a plot of it whose track is not seduced.
     pub(in crate::evaluate) detected: Vec<BTreeSet<Slot>>,
-    /// Of each drone: whether it carries a transponder.
+    /// Per drone: whether it carries a transponder.
     pub(in crate::evaluate) equipped: Vec<bool>,
 }
 
@@ -57,7 +57,7 @@ impl<'a> Scene<'a> {
 }
 
 impl Inputs {
-    /// Slots by drone of the points that pass.
+    /// Per drone, the slots of the points that pass.
     pub(in crate::evaluate) fn slots(
         judged: &[Judged<'_>],
         drones: usize,

@@ -1,12 +1,9 @@
-//! Mean and spread of position errors.
+//! Statistics of position errors.
 
 use crate::evaluate::types::ErrorStatistics;
 use crate::statistics::quantile;
 
-/// Of these errors, metres, in any order; `None` of none.
-///
-/// The standard deviation is that of a sample (n - 1); a percentile lies linearly between the two errors next to it, at
-/// place p (n - 1) of the sorted ones (as NumPy has it).
+/// Statistics of errors in metres, in any order; `None` without any. The standard deviation is that of a sample (n - 1).
 pub(in crate::evaluate) fn statistics(errors_m: impl Iterator<Item = f64>) -> Option<ErrorStatistics> {
     let mut errors_m: Vec<f64> = errors_m.collect();
     errors_m.sort_by(f64::total_cmp);

@@ -5,8 +5,7 @@ use std::collections::BTreeSet;
 use super::scene::Scene;
 use super::statistics::ratio;
 
-/// Percent of the slots that count for these drones in which the drone has at least one point (paper section 4, there
-/// over a reference of 4 Hz).
+/// Share of the drones' counted slots with at least one point, percent (the paper's section 4, there at 4 Hz).
 pub(in crate::evaluate) fn probability_percent(scene: &Scene<'_>, group: &[usize]) -> Option<f64> {
     let updated =
         |drone: &usize| scene.drones[*drone].iter().map(|judged| judged.slot).collect::<BTreeSet<_>>();
@@ -15,8 +14,8 @@ pub(in crate::evaluate) fn probability_percent(scene: &Scene<'_>, group: &[usize
     ratio(updated as u64, slots).map(|share| 100.0 * share)
 }
 
-/// The same of the slots in which the transponder of an equipped drone interpolates (`covered`), or of its other slots.
-/// `None` without a capture, and where there is no such slot.
+/// [`probability_percent`] over the slots in which an equipped drone's transponder interpolates (`covered`), or over its
+/// other slots. `None` without a capture or without such slots.
 pub(in crate::evaluate) fn probability_percent_where(
     scene: &Scene<'_>,
     group: &[usize],
@@ -25,7 +24,7 @@ pub(in crate::evaluate) fn probability_percent_where(
     let inputs = scene.inputs?;
     let (mut updated, mut slots) = (0, 0);
     for &drone in group.iter().filter(|&&drone| inputs.equipped[drone]) {
-        // All of them count: a point elsewhere is no point.
+        // Covered slots all count: points elsewhere were dropped.
         let spoken = inputs.covered[drone].len() as u64;
         slots += if covered { spoken } else { scene.counted.slots(drone) - spoken };
         let of_kind = scene.drones[drone].iter().map(|judged| judged.slot);

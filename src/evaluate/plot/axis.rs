@@ -1,12 +1,12 @@
 //! Axes: from values to pixels, and where the ticks go.
 
-/// What lies beyond this is no place or error on Earth, metres; nor is it a time, minutes.
+/// Values beyond this are no position or error on Earth (metres) and no time (minutes).
 const DRAWABLE_MAX: f64 = 1e9;
 
 /// Ticks that a linear axis has at most, or one more.
 const TICKS: f64 = 8.0;
 
-/// Whether a value can be drawn: not every float is a place.
+/// Whether a value can be drawn.
 pub(super) fn drawable(value: f64) -> bool {
     value.abs() <= DRAWABLE_MAX
 }

@@ -18,10 +18,10 @@ const ERROR: &str =
 const NO_POINTS: &str = "no point belongs to a drone";
 const NO_SITE: &str = "no point is seen from a known radar";
 
-/// Smaller errors are drawn as this, metres: a logarithm would make room for nothing.
+/// Smaller errors are drawn as this, metres, to bound the logarithmic axis.
 const ERROR_MIN: f64 = 1e-3;
 
-/// Points of a median: a median of fewer says little.
+/// Fewest points of which a median is drawn.
 const MEDIAN_OF: usize = 5;
 
 /// What errors are drawn over.
@@ -96,7 +96,7 @@ fn points_over(streams: &[Stream<'_>], x: impl Fn(&Sample) -> Option<f64>) -> Ve
     streams.iter().map(|stream| stream.samples.iter().filter_map(point).filter(usable).collect()).collect()
 }
 
-/// An axis for all errors but the least of each stream, which are down to luck.
+/// An axis for all errors but the smallest half percent of each stream.
 fn error_axis(sorted: &[Vec<f64>]) -> Axis {
     let low = sorted.iter().filter_map(|errors| quantile(errors, 0.005)).min_by(f64::total_cmp);
     let high = sorted.iter().filter_map(|errors| quantile(errors, 1.0)).max_by(f64::total_cmp);

@@ -9,13 +9,13 @@ use fusion::time::{SECOND, Time};
 /// One picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Figure {
-    /// What it is called, fit for a file name: `error-over-time`.
+    /// Name, fit for a file: `error-over-time`.
     pub name: &'static str,
-    /// What it shows, in a few words.
+    /// Title.
     pub title: String,
-    /// How to read it, and what it leaves out.
+    /// How to read it, and what it omits.
     pub caption: String,
-    /// A whole SVG document, which may as well stand within an HTML page.
+    /// A complete SVG document, which may also be embedded in HTML.
     pub svg: String,
 }
 
@@ -24,7 +24,7 @@ pub struct Figure {
 pub struct TruthLine<'a> {
     /// The drone's id.
     pub id: &'a str,
-    /// Where it was, in order of time. Between points more than 5 s apart nothing is known, and nothing drawn.
+    /// Positions in order of time. Gaps of more than 5 s are not bridged.
     pub points: &'a [(Time, Place)],
 }
 
@@ -35,7 +35,7 @@ pub(super) struct Stream<'a> {
     pub(super) samples: &'a [Sample],
 }
 
-/// Minutes since the first point, in whole seconds so that an axis can name it.
+/// The zero of the time axis, a whole second.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Clock(Option<Time>);
 

@@ -1,8 +1,8 @@
 //! An evaluation as pictures: SVG figures as the paper's Figures 9 to 13, and one HTML page with its Table 1.
 //!
-//! Strings only, no file: the caller writes them. The same evaluation gives the same bytes. What is not finite is left
-//! out; foreign text (the ids of drones) is escaped. An own writer of SVG, because what plotting libraries give rounds
-//! each point to a whole pixel and spends a hundred octets on it, and knows neither `<title>` nor `<desc>`.
+//! Strings only: the caller writes the files. The same evaluation gives the same bytes. Values that are not finite are
+//! left out; ids are escaped. SVG is written here because plotting libraries round each point to a whole pixel, spend a
+//! hundred octets on it, and know neither `<title>` nor `<desc>`.
 
 mod axis;
 mod chart;
@@ -24,7 +24,7 @@ use super::types::{Evaluation, PointSource};
 use figure::{Clock, Stream};
 use style::Style;
 
-/// The figures of an evaluation, always all of them: one with nothing to show says so.
+/// All figures of an evaluation; one with nothing to show says so.
 ///
 /// `error-over-time`, `error-over-range`, `error-over-azimuth`, `plan-view`, `height-over-time`,
 /// `error-distribution`.

@@ -73,7 +73,7 @@ const NOTES: &str = "PU: slots with a point of the drone, of all slots. ePos: di
     to the output, positive where the output is better: in percentage points where more is better, else as a share of \
     the radar’s value.";
 
-/// One page that holds everything: a summary, the figures, a table of the drones.
+/// The HTML page: a summary, the figures, a table of the drones.
 pub fn page(title: &str, evaluation: &Evaluation, figures: &[Figure]) -> String {
     let title = escape(title);
     let mut html = format!(
@@ -122,7 +122,7 @@ fn extent(evaluation: &Evaluation) -> String {
     format!("{} {noun}; {}{span}.", counted(drones.len()), parts.join(", "))
 }
 
-/// The scores of some drones in all streams; metrics that no stream can tell are left out.
+/// The scores of a group of drones in all streams; metrics without a value in any are omitted.
 fn summary(html: &mut String, heading: &str, evaluation: &Evaluation, part: fn(&Scored) -> &Score) {
     let columns = [
         Some(part(&evaluation.fused)),

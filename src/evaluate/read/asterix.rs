@@ -17,7 +17,7 @@ use crate::evaluate::types::{OutputPoint, PointSource};
 use crate::normalise::nearest_day;
 use fusion::time::Time;
 
-/// On which day the first time of day of a file without days is; each later one is nearest to the one before.
+/// The day of the first time of day in a file without days; each later one is taken nearest to the one before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Days {
     /// On this UTC day.
@@ -27,7 +27,7 @@ pub enum Days {
 }
 
 impl Days {
-    /// The time that the first time of day, in counts of 1/128 s, is nearest to.
+    /// The time to which the first time of day is nearest.
     fn reference(self) -> Option<Time> {
         match self {
             Self::Near(time) => Some(time),
@@ -37,7 +37,7 @@ impl Days {
     }
 }
 
-/// The CAT129 records of a raw file or a capture. Other categories are passed over.
+/// The CAT129 records of a raw file or a capture; other categories are skipped.
 pub(super) fn output(name: &str, octets: Vec<u8>, days: Days) -> Result<OutputFile, FileError> {
     let size = octets.len() as u64;
     let capture = Capture::from_reader(name.to_owned(), Box::new(Cursor::new(octets)), Some(size));
@@ -144,7 +144,7 @@ impl Reader<'_> {
         }
         let all = self.points.len() as u64;
         let says_so = self.points.iter().filter(|(_, says_so)| *says_so).count() as u64;
-        // Where some say what they are made of, those that do not are what the tracker was fed.
+        // Where some state a source, those without one are the tracker's input.
         let unknown_sources = if says_so == 0 { all } else { 0 };
         let points = self.points.into_iter().filter(|(_, is_ours)| *is_ours || says_so == 0);
         Ok(OutputFile {

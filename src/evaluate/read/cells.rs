@@ -1,4 +1,4 @@
-//! What stands in a cell: times and numbers as text.
+//! Times and numbers as text.
 
 use jiff::Timestamp;
 
@@ -13,7 +13,7 @@ pub fn time(text: &str) -> Option<Time> {
     })
 }
 
-/// Digits beyond the ninth behind the point are cut off.
+/// Digits beyond the ninth decimal are cut off.
 fn decimal_seconds(text: &str) -> Option<Time> {
     let (is_negative, digits) = match text.strip_prefix('-') {
         Some(digits) => (true, digits),

@@ -62,7 +62,7 @@ fn sample(name: &str, document: &Document<'_>, point: Node<'_, '_>) -> Result<(T
     ))
 }
 
-/// By local names: the namespace differs between versions and writers.
+/// Elements by local name: the namespace differs between versions and writers.
 trait LocalNames<'a> {
     fn has_tag_name_of(&self, name: &str) -> bool;
     /// The text of the child element with this name, trimmed; `None` where it is empty.

@@ -1,15 +1,15 @@
-//! What a file is, by its beginning.
+//! The kind of a file, by its beginning.
 
 use std::fmt;
 
-/// What `evaluate` reads.
+/// A kind of file that `evaluate` reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FileKind {
-    /// Where drones really were.
+    /// True paths of drones.
     Truth,
-    /// Whose each plot and transponder is.
+    /// Which drone each plot and transponder is.
     Labels,
-    /// What a tracker says.
+    /// A tracker's output.
     Output,
 }
 
@@ -43,7 +43,7 @@ pub(super) fn is_text(octets: &[u8]) -> bool {
     !sample.is_empty() && !sample.iter().any(|&octet| octet < b' ' && !b"\t\r\n".contains(&octet))
 }
 
-/// What a file with this beginning is; `None` where that is not evident. Binary data may be anything.
+/// The kind of a file with this beginning; `None` where it is not evident, as for binary data.
 pub fn kind(octets: &[u8]) -> Option<FileKind> {
     if !is_text(octets) {
         return None;

@@ -1,6 +1,6 @@
-//! Files to truth, labels and points, by their content and not by their names. Sans-IO: octets in.
+//! Reads truth, labels and points, recognising files by their content. Sans-IO: octets in.
 //!
-//! A line that cannot be read is an error that names it: a score over a part of a file would be a wrong score.
+//! A line that cannot be read is an error that names it: the score of a part of a file would be wrong.
 
 mod asterix;
 mod cells;
@@ -31,7 +31,7 @@ pub fn truth(name: &str, stem: &str, octets: &[u8]) -> Result<Tracks, FileError>
 }
 
 /// The output of a tracker: as `replay` writes it in any format, `expected.csv` of the conformance flights, or any
-/// CAT129. `days`: which days the times of day of raw ASTERIX are on.
+/// CAT129. `days`: the day of the first time of day in raw ASTERIX.
 ///
 /// # Errors
 /// The file is none of these, or a line or record of it cannot be read.
@@ -55,7 +55,7 @@ pub fn labels(name: &str, octets: &[u8]) -> Result<Vec<Label>, FileError> {
     csv::labels(name, text(name, octets)?)
 }
 
-/// Refuses a file that is evidently of another kind than it is taken for.
+/// Refuses a file that is evidently of another kind than `wanted`.
 fn refuse_unless(wanted: FileKind, name: &str, octets: &[u8]) -> Result<(), FileError> {
     match kind(octets) {
         Some(found) if found != wanted => {
@@ -65,7 +65,7 @@ fn refuse_unless(wanted: FileKind, name: &str, octets: &[u8]) -> Result<(), File
     }
 }
 
-/// UTF-8 without the mark that some programs put in front of it; not empty.
+/// The text without a byte order mark; not empty.
 fn text<'a>(name: &str, octets: &'a [u8]) -> Result<&'a str, FileError> {
     let text = str::from_utf8(octets).map_err(|error| {
         let line = octets[..error.valid_up_to()].iter().filter(|&&octet| octet == b'\n').count() as u64 + 1;

@@ -7,13 +7,13 @@ use fusion::time::Time;
 /// The samples of drones, by id: what [`super::Truth::new`] takes.
 pub type Tracks = Vec<(String, Vec<(Time, Place)>)>;
 
-/// The points of a file, and what was remarkable about it.
+/// The points of a file, and what a user should know about it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OutputFile {
     /// The points, in the order of the file.
     pub points: Vec<OutputPoint>,
-    /// Those of CAT129 records that do not say what they are made of: they count as fused, with no known contributor.
+    /// Number of points from CAT129 records without a source: they count as fused, with no known contributor.
     pub unknown_sources: u64,
-    /// CAT129 records passed over because others of the file do say it: reports of transponders, not output.
+    /// Number of CAT129 records skipped because others in the file state a source: these are transponder reports, not output.
     pub inputs: u64,
 }

@@ -6,11 +6,11 @@ use super::{Kinematics, Path, STEP_S, towards, turn};
 use crate::simulate::scenario::{Airspace, Birds, Clutter, Span};
 use crate::simulate::streams::{Entity, GaussMarkov, Stream, Streams};
 
-/// How fast birds change their course, radians a second (Gauss–Markov, one standard deviation), and for how long.
+/// Rate of turn of birds: standard deviation, rad/s, and time constant, s (Gauss–Markov).
 const WHEELING: (f64, f64) = (0.15, 5.0);
-/// Vehicles change their course little.
+/// Rate of turn of vehicles.
 const STEERING: (f64, f64) = (0.02, 10.0);
-/// The members of a flock change places within this time, seconds.
+/// Time constant of the places within a flock, seconds.
 const FLOCK_TIME_S: f64 = 8.0;
 
 /// The paths of all birds: those alone, then flock by flock.
@@ -47,7 +47,7 @@ fn bird(model: &Birds, airspace: &Airspace, steps: usize, stream: &mut Stream) -
     wander(airspace, steps, start, speed, WHEELING, stream)
 }
 
-/// A place in the airspace, evenly over its area.
+/// A place in the airspace, uniform over its area.
 pub(super) fn anywhere(airspace: &Airspace, height_agl_m: Span, stream: &mut Stream) -> Vector3<f64> {
     let radius = airspace.radius_m * stream.within(Span::new(0.0, 1.0)).sqrt();
     let place = middle(airspace) + towards(stream.heading()) * radius;
@@ -58,7 +58,7 @@ pub(super) fn middle(airspace: &Airspace) -> Vector2<f64> {
     Vector2::new(airspace.east_m, airspace.north_m)
 }
 
-/// Constant speed and height, a course that wanders, and turns back where it leaves the airspace.
+/// Constant speed and height on a wandering course that turns back where it leaves the airspace.
 fn wander(
     airspace: &Airspace,
     steps: usize,

@@ -9,7 +9,7 @@ use super::{Path, fixed_wing, multirotor, towards};
 use crate::simulate::scenario::{Airspace, Drones, Pattern, Scenario, Span};
 use crate::simulate::streams::{Entity, Stream, Streams};
 
-/// A drone for which no way was found that keeps the separation.
+/// A drone for which no path keeps the separation.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "no way was found for drone {drone} that stays clear of the {before} before it, in {tries} tries: use fewer drones, \
@@ -21,10 +21,10 @@ pub struct Crowded {
     tries: u32,
 }
 
-/// Flights that are tried for one drone.
+/// Flights tried per drone.
 const TRIES: u32 = 500;
 
-/// The first number of a fixed wing in the streams of chance.
+/// The first number of a fixed wing in the random streams.
 const WINGS: usize = 1 << 15;
 
 /// The flights of all drones, multirotors first, then fixed wings, `steps` samples each.
@@ -52,7 +52,7 @@ pub fn fleet(scenario: &Scenario, steps: usize, streams: &Streams) -> Result<Vec
     Ok(paths)
 }
 
-/// The drone's number in the streams of chance: each kind has its own, so that one drone more changes nobody else's luck.
+/// The drone's number in the random streams: each kind counts apart, so that another drone changes nothing for the rest.
 pub fn number(drones: &Drones, drone: usize) -> usize {
     drone.checked_sub(drones.multirotors as usize).map_or(drone, |wing| WINGS + wing)
 }
@@ -74,7 +74,7 @@ fn fly(scenario: &Scenario, drone: usize, steps: usize, stream: &mut Stream) -> 
     }
 }
 
-/// Ends of a line through the middle of the airspace, in turn; the first leg begins somewhere on it.
+/// The two ends of a line through the airspace's centre, alternating; the first leg begins somewhere on it.
 fn there_and_back(
     airspace: Airspace,
     stream: &mut Stream,
@@ -91,7 +91,7 @@ fn there_and_back(
     }
 }
 
-/// Who is where at which time, in cubes as wide as the separation.
+/// Positions by time and by cell as wide as the separation.
 struct Sky {
     separation: f64,
     places: HashMap<(u32, i32, i32), Vec<Vector3<f64>>>,
@@ -114,7 +114,7 @@ impl Sky {
         }
     }
 
-    /// Whether every sample of the path keeps the separation from all that fly.
+    /// Whether every sample of the path keeps the separation from all others.
     fn is_clear(&self, path: &Path) -> bool {
         path.samples().iter().enumerate().all(|(step, state)| {
             let (x, y) = self.cell(&state.position);

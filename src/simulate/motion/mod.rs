@@ -1,5 +1,4 @@
-//! How things really move: paths at 10 Hz, straight lines between. Local metres: east and north of the origin, height
-//! above ground.
+//! True motion: paths sampled at 10 Hz, linear between. Local metres: east and north of the origin, height above ground.
 
 mod animal;
 mod fixed_wing;
@@ -11,26 +10,26 @@ use nalgebra::Vector3;
 pub use animal::{birds, clutter};
 pub use fleet::{Crowded, fleet, number};
 
-/// Samples of a path a second.
+/// Samples of a path per second.
 pub const RATE_HZ: usize = 10;
-/// From one sample to the next, seconds.
+/// Sampling interval, seconds.
 const STEP_S: f64 = 1.0 / RATE_HZ as f64;
 
-/// Where something is, and how it moves.
+/// Position and velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kinematics {
     /// East, north, and height above ground, metres.
     pub position: Vector3<f64>,
-    /// Its derivative, metres a second.
+    /// Its derivative, m/s.
     pub velocity: Vector3<f64>,
 }
 
-/// A flight from take-off (0 s) to the end: a sample each 0.1 s.
+/// A flight from take-off (0 s) to the end, a sample every 0.1 s.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path(Vec<Kinematics>);
 
 impl Path {
-    /// A path that stays where it is.
+    /// A path of something that does not move.
     fn standing(position: Vector3<f64>) -> Self {
         Self(vec![Kinematics { position, velocity: Vector3::zeros() }])
     }
@@ -40,7 +39,7 @@ impl Path {
         &self.0
     }
 
-    /// Where it is `t_s` seconds after take-off: linear between samples; the ends stand still.
+    /// Position and velocity `t_s` seconds after take-off, linear between samples and constant beyond the ends.
     pub fn at(&self, t_s: f64) -> Kinematics {
         let place = (t_s / STEP_S).clamp(0.0, (self.0.len() - 1) as f64);
         let before = place as usize;
@@ -53,7 +52,7 @@ impl Path {
         }
     }
 
-    /// Whether it turns at `t_s`: by more than 4 degrees in a second, at more than 2 m/s.
+    /// Whether it turns at `t_s`: faster than 4 °/s, moving faster than 2 m/s.
     pub fn turns(&self, t_s: f64) -> bool {
         let (before, after) = (self.at(t_s - 0.5).velocity.xy(), self.at(t_s + 0.5).velocity.xy());
         let moving = before.norm() > 2.0 && after.norm() > 2.0;
