@@ -4,7 +4,7 @@
 
 mod common;
 
-use asterix::cat048::{self, RadialDoppler, RawDoppler};
+use asterix::cat048::{self, RadialDoppler};
 use asterix::{Explicit, Fault, FaultKind, blocks, cat034, cat065, cat129};
 use common::{DRONE_PLOT, MINIMAL_UAS, block, encode, hex, read, read_block};
 

@@ -169,7 +169,7 @@ impl TangentPlane {
     }
 }
 
-impl<F> TangentPlane<F> {
+impl<F: Copy> TangentPlane<F> {
     /// East-north-up at `origin`.
     pub fn at(origin: Geodetic) -> Self {
         let (sin_lat, cos_lat) = origin.latitude.sin_cos();

@@ -39,7 +39,7 @@ section! {
         /// Reverse proxies, whose `X-Forwarded-For` is believed.
         trusted_proxies: Vec<Network> = Vec::new(), list(parsed(
             "an address such as \"127.0.0.1\" or a network such as \"10.0.0.0/8\"",
-            |text| text.parse::<Network>(),
+            str::parse::<Network>,
         )), reloaded;
         /// Connections that one address may have open. The default suits the map in ten tabs over HTTP/1.1.
         connections_per_address: Option<NonZeroU32> = NonZeroU32::new(64), limit(

@@ -15,12 +15,14 @@ use super::reader::{Item, Section};
 use super::table::{Row, Table};
 use super::tree::quoted;
 
+/// Reads a value; finds fault with one that is not valid.
+type Read<T> = Box<dyn Fn(&Item<'_>) -> Option<T>>;
+
 /// A kind of values of a key.
 pub(crate) struct Kind<T> {
     /// Which values are valid.
     pub(crate) values: String,
-    /// Reads a value; finds fault with one that is not valid.
-    pub(crate) read: Box<dyn Fn(&Item<'_>) -> Option<T>>,
+    pub(crate) read: Read<T>,
 }
 
 impl<T> Kind<T> {
@@ -61,7 +63,10 @@ pub(crate) fn seconds(rule: &'static str, valid: fn(f64) -> bool) -> Kind<Signed
 
 /// True or false.
 pub(crate) fn flag() -> Kind<bool> {
-    Kind::new("`true` or `false`", |item| item.flag())
+    fn read(item: &Item<'_>) -> Option<bool> {
+        item.flag()
+    }
+    Kind::new("`true` or `false`", read)
 }
 
 /// Text that is valid; the rule says which is.

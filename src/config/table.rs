@@ -56,8 +56,8 @@ pub(crate) struct Entry {
 }
 
 impl Entry {
-    pub(crate) fn new(key: &'static str, value: impl ToString) -> Self {
-        Self { key, value: Ok(value.to_string()) }
+    pub(crate) fn new(key: &'static str, value: impl Into<String>) -> Self {
+        Self { key, value: Ok(value.into()) }
     }
 }
 

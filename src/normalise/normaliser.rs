@@ -190,16 +190,16 @@ impl Normaliser {
         let source = record.data_source.ok_or((None, Refusal::NoDataSource))?;
         let radar = self.radars.get(&source).ok_or((None, Refusal::UnknownSource(source)))?;
         let common = record.system_status.as_ref().and_then(|status| status.common);
-        let kind = record.message_type.map(|message| message.kind());
+        let kind = record.message_type.map(cat034::MessageType::kind);
         let displaced_m = record.source_position.map(|said| {
             let height_m = said.height_m() + self.undulation_m;
             let place = Geodetic::from_degrees(said.latitude_deg(), said.longitude_deg(), height_m);
             radar.site.frame().from_geodetic(place).0.norm().round() as u32
         });
         let service = Service {
-            nogo: common.map(|status| status.is_nogo()),
-            reset: common.map(|status| status.is_reset()),
-            time_invalid: common.map(|status| status.is_time_invalid()),
+            nogo: common.map(cat034::CommonStatus::is_nogo),
+            reset: common.map(cat034::CommonStatus::is_reset),
+            time_invalid: common.map(cat034::CommonStatus::is_time_invalid),
             north_marker: kind == Some(cat034::MessageKind::NorthMarker),
             displaced_m,
         };

@@ -101,7 +101,7 @@ impl Event {
                 );
             }
             Self::Restarted => {
-                warn!("nothing came for longer than the window: started afresh with an empty one")
+                warn!("nothing came for longer than the window: started afresh with an empty one");
             }
             Self::ClockBehind { behind_ns } => {
                 let behind_s = *behind_ns as f64 * 1e-9;

@@ -77,7 +77,7 @@ pub struct StateEstimate {
 }
 
 impl StateEstimate {
-    /// Of a state over ground and one above it. `jumped`: see [`super::filter`].
+    /// Of a state over ground and one above it. `jumped`: see [`super::smoother`].
     pub(super) fn of<const P: usize, const H: usize>(
         plane: &Gaussian<P>,
         height: &Gaussian<H>,

@@ -7,7 +7,7 @@
 //! | `imm` | interacting multiple models, and the one Gaussian that stands for their mixture |
 //! | `plane`, `height` | the state over ground, the state above it, each with the radar's bias |
 //! | `errors`, `bias` | a radar's errors; the part of them that lasts for a while |
-//! | `filter` | measurements in order of their time: forward filter, backward smoother |
+//! | `smoother` | measurements in order of their time: forward filter, backward smoother |
 //! | `measurement`, `target` | measurements and state; the filter of one target, whichever the model |
 //!
 //! Sources: Y. Bar-Shalom, X. R. Li, T. Kirubarajan, *Estimation with Applications to Tracking and Navigation* (2001),
@@ -16,13 +16,14 @@
 
 mod bias;
 mod errors;
-mod filter;
+
 mod height;
 mod imm;
 mod measurement;
 mod motion;
 mod plane;
 mod singer;
+mod smoother;
 mod target;
 #[cfg(test)]
 mod tests;

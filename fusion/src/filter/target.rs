@@ -1,9 +1,9 @@
 //! The filter of one target, whichever the model.
 
-use super::filter::Filter;
 use super::measurement::{Measurement, StateEstimate};
 use super::motion::{MODELS, Models};
 use super::singer::Singer;
+use super::smoother::Filter;
 use super::{height, plane};
 use crate::time::Time;
 

@@ -152,7 +152,7 @@ impl Registrations {
             let registered = self
                 .radars
                 .entry(SensorIndex(index as u16))
-                .or_insert_with(|| Registered::new(Registration::new()));
+                .or_insert_with(|| Registered::new(Registration::default()));
             radar.errors = registered.errors(radar);
             if radar.registration == RegistrationMode::Apply {
                 let told = registered.estimate.time_information();

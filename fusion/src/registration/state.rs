@@ -178,7 +178,6 @@ impl Registration {
                 spread: spread.spread()?,
             },
             latest: state.latest.iter().map(track).collect::<Result<_, RegistrationStateError>>()?,
-            ..Self::new()
         })
     }
 }

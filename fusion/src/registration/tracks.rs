@@ -65,12 +65,14 @@ const CLIPPED: f64 = 3.0;
 /// 10,000 tracks, because each new track asks again, three times for each beginning that a step may have had.
 const STEP: f64 = 5.0;
 
-impl Registration {
-    /// Of a radar about which nothing is known.
-    pub fn new() -> Self {
+/// Of a radar about which nothing is known.
+impl Default for Registration {
+    fn default() -> Self {
         Self { now: Time::from_nanos(i64::MIN), settled: Sums::none(), latest: VecDeque::new() }
     }
+}
 
+impl Registration {
     /// What a piece of a track tells.
     pub fn take(&mut self, sample: &Sample) -> Taken {
         if sample.time > self.now {

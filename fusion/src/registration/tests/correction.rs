@@ -48,7 +48,7 @@ fn what_is_known_is_taken_away_whole() {
 #[test]
 fn nothing_is_nothing() {
     let plot = Vector3::new(0.1, 1234.567, 8.9);
-    let none = Correction::of(&Registration::new().estimate());
+    let none = Correction::of(&Registration::default().estimate());
     assert_eq!((none.apply(plot.into()).0, none.apply_without_height(plot.into()).0), (plot, plot));
     let remaining = none.remaining(Enu::new(0.0, 3000.0, 0.0));
     assert!(

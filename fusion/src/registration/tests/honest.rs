@@ -66,7 +66,7 @@ fn tilts_and_height_need_heights_and_more_than_one_place() {
     world.heights = false;
     assert_eq!(observable(&mut world), [true, false, false, true, false, true]);
     // Heights, but all in one corner, hovering.
-    let mut registration = Registration::new();
+    let mut registration = Registration::default();
     for track in 0..80 {
         let mut along = TrackComparison::new(&ERRORS);
         let place = Vector3::new(2000.0, 2000.0, 60.0);

@@ -151,7 +151,7 @@ impl World {
 
     /// What is estimated from so many tracks of a minute.
     fn estimate(&mut self, tracks: usize) -> Misalignment {
-        let mut registration = Registration::new();
+        let mut registration = Registration::default();
         for _ in 0..tracks {
             registration.take(&self.sample(60.0, 2.0));
         }

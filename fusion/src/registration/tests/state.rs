@@ -5,7 +5,7 @@ use crate::registration::{Registration, RegistrationState, RegistrationStateErro
 
 fn after(tracks: usize) -> (World, Registration) {
     let mut world = World::wrong(11);
-    let mut registration = Registration::new();
+    let mut registration = Registration::default();
     for _ in 0..tracks {
         registration.take(&world.sample(30.0, 2.0));
     }

@@ -4,7 +4,7 @@ use super::super::tracks::{Registration, Taken};
 use super::{PRIOR, World, values};
 
 fn registration() -> Registration {
-    Registration::new()
+    Registration::default()
 }
 
 /// A radar that has been there for so many tracks.
