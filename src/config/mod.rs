@@ -52,7 +52,7 @@ use error::Faults;
 use reader::Section;
 use table::Table;
 
-/// A valid configuration, every default filled in. [`Display`](std::fmt::Display) writes it as TOML that reads back
+/// A valid configuration, every default filled in. [`Display`] writes it as TOML that reads back
 /// to the same value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Config {

@@ -1,7 +1,7 @@
 //! The `operational` profile: one target per aircraft, whatever sees it, and one number for its life.
 //!
-//! [`Operational::emit`] is the pipeline of passes. Each state has one owner with private fields: [`Tracklets`], [`Targets`]
-//! (with their numbers), [`Admission`], [`Correlations`], [`Registrations`]. What is decided depends on the reports received by
+//! `Operational::emit` is the pipeline of passes. Each state has one owner with private fields: `Tracklets`, `Targets`
+//! (with their numbers), `Admission`, `Correlations`, `Registrations`. What is decided depends on the reports received by
 //! then, not on the order in which they came.
 
 mod admission;

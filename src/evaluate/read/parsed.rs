@@ -4,7 +4,7 @@ use crate::evaluate::place::Place;
 use crate::evaluate::types::OutputPoint;
 use fusion::time::Time;
 
-/// The samples of drones, by id: what [`super::Truth::new`] takes.
+/// The samples of drones, by id: what [`crate::evaluate::Truth::new`] takes.
 pub type Tracks = Vec<(String, Vec<(Time, Place)>)>;
 
 /// The points of a file, and what a user should know about it.
