@@ -85,6 +85,14 @@ fn its_figures_are_those_of_the_evaluation() {
 }
 
 #[test]
+fn its_loop_is_the_example_of_the_engine() {
+    let example = include_str!("../fusion/examples/embed.rs");
+    assert!(README.contains(&format!("```rust\n{example}```")));
+    let code = |line: &&str| !line.trim().is_empty() && !line.trim().starts_with("//");
+    assert!(example.lines().filter(code).count() <= 40);
+}
+
+#[test]
 fn its_links_lead_somewhere() {
     for (folder, document) in [
         ("", README),

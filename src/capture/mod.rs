@@ -53,7 +53,7 @@ pub use merge::{Merged, Reception, ReceptionKind};
 pub use pcap::Resolution;
 pub use skipped::{SkipReason, Skipped};
 pub(crate) use trailer::{Ending, Trailers};
-pub use trailer::{LONGEST_TRAILER, Trailer, TrailerRules};
+pub use trailer::{Trailer, TrailerRules};
 
 /// One UDP datagram of a capture, one record of a FINAL recording, or one data block of a raw file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -12,10 +12,7 @@ use asterix::blocks;
 
 use super::Endpoints;
 use super::chain::is_filled;
-use crate::config::{Address, Config};
-
-/// Longest trailer that is recognised or may be configured, octets.
-pub const LONGEST_TRAILER: usize = 32;
+use crate::config::{Address, Config, LONGEST_TRAILER};
 
 /// Consecutive datagrams that must end alike.
 const ALIKE: u8 = 4;

@@ -39,7 +39,7 @@ pub use error::{ConfigError, ConfigErrors, Place};
 pub use fusion::{Fusion, MAX_WINDOW_SLOTS, Motion, Profile};
 pub use http::{Auth, Http, RateLimit, Tiles, TlsFiles};
 pub use names::UnknownName;
-pub use network::{Address, Input, Sink};
+pub use network::{Address, Input, LONGEST_TRAILER, Sink};
 pub use output::{Output, Persistence, Record, SerialSource};
 pub use page::{keys, reference};
 pub use reader::FILL_IN;

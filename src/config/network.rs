@@ -6,7 +6,9 @@ use super::kinds::{ipv4, whole};
 use super::reader::Section;
 use super::table::{ByHand, Entry, Row, Table, absent, depends, need, section};
 use super::tree::quoted;
-use crate::capture::LONGEST_TRAILER;
+
+/// Longest trailer that is recognised or may be configured, octets.
+pub const LONGEST_TRAILER: usize = 32;
 
 section! {
     /// A UDP line to listen on.

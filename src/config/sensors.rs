@@ -98,7 +98,10 @@ names! {
 }
 
 fn deviation() -> Kind<f64> {
-    number("a standard deviation is above 0; leave accuracy out when it is not known", |v| v > 0.0)
+    number(
+        "a standard deviation is between 0.000001 and 1000000; leave accuracy out when it is not known",
+        |v| (1e-6..=1e6).contains(&v),
+    )
 }
 
 section! {

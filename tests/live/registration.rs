@@ -125,7 +125,7 @@ fn a_service_goes_on_with_a_registration_unless_it_is_not_this_radars() {
     radar(&mut config).bearing_correction_deg = -1.5;
     let (log, _) = run(&config, 22_410, &text);
     assert!(
-        log.contains("begins anew radar=radar reason=\"bearing_correction_deg was 4 and is -1.5"),
+        log.contains("begins anew radar=gamekeeper reason=\"bearing_correction_deg was 4 and is -1.5"),
         "{log}"
     );
     assert!(!log.contains("goes on"), "{log}");
