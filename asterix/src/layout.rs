@@ -7,7 +7,7 @@ use std::fmt;
 
 use crate::bits;
 use crate::fault::FaultKind;
-use crate::variable::Chain;
+use crate::variable::{Chain, Explicit};
 
 /// A run of bits in an item.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -295,6 +295,21 @@ impl Quantity {
     pub fn count(self, value: f64, width: usize) -> Option<u64> {
         bits::nearest_count(value / self.lsb, width, self.signed).map(|count| count & bits::mask(width))
     }
+}
+
+/// What has a place in the description of a category.
+pub trait Describe {
+    /// Its structure and what its bits mean.
+    const LAYOUT: Layout;
+}
+
+impl<const N: usize> Describe for [u8; N] {
+    /// A text of ASCII characters.
+    const LAYOUT: Layout = Layout::Fields(&[field("", 8 * N as u16, Kind::Ascii)]);
+}
+
+impl Describe for Explicit {
+    const LAYOUT: Layout = Layout::Explicit(Contents::Opaque);
 }
 
 #[cfg(test)]

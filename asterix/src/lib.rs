@@ -77,6 +77,7 @@ mod item;
 mod items;
 mod layout;
 mod record;
+mod subfields;
 mod uap;
 mod variable;
 
@@ -88,10 +89,11 @@ pub mod cat129;
 pub use block::{Block, BlockTooLong, Blocks, Located, Records, blocks, encode_block};
 pub use fault::{Fault, FaultKind};
 pub use fspec::Fspec;
-pub use item::{Describe, Repeated};
+
 pub use items::{DataSource, TimeOfDay};
-pub use layout::{Contents, Field, Kind, Layout, Quantity, Subfield, octets_of};
+pub use layout::{Contents, Describe, Field, Kind, Layout, Quantity, Subfield, octets_of};
 pub use record::{BuildError, Record};
+pub use subfields::Repeated;
 pub use uap::{UapItem, items};
 pub use variable::{Chain, Explicit};
 

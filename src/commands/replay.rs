@@ -135,7 +135,7 @@ impl Replay<'_, '_> {
     fn run(&mut self, captures: Vec<Capture>, date: Date) -> CommandResult {
         for capture in &captures {
             let (capture, format, gzip) = (capture.name(), capture.format(), capture.is_compressed());
-            info!(capture, %format, gzip, "input");
+            info!(capture, format = format.to_string(), gzip, "input");
         }
         let total = captures.iter().map(Capture::size).sum::<Option<u64>>();
         self.bar = io::stderr().is_terminal().then(|| progress::bar(total));

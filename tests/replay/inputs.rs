@@ -198,7 +198,7 @@ fn what_is_whole_of_a_cut_raw_file_is_used_and_the_rest_is_located() {
         let out = scratch.path("out.csv");
         let ran = ran(flight.replay(&[&cut, &transponder]).arg("-o").arg(&out));
         assert!(fs::read(&out).unwrap() == wanted, "{kept} octets of it");
-        let place = format!("cut.ast\"}}: unreadable ASTERIX octet={} ", block.offset);
+        let place = format!("unreadable ASTERIX octet={} ", block.offset);
         assert!(
             ran.stderr.contains("the block runs past the end of the datagram") && ran.stderr.contains(&place),
             "{place}\n{}",

@@ -26,7 +26,7 @@ fn every_mistake_is_told_with_line_and_key() {
         ("[[radars]]\nheights = 1", "x.toml:3: radars[0].heights = 1: expected true or false"),
         (
             "[drones]\npattern = \"loop\"",
-            "x.toml:3: drones.pattern = \"loop\": expected \"free\" or \"crossing\"",
+            "x.toml:3: drones.pattern = \"loop\": there is no such pattern; use \"free\" or \"crossing\"",
         ),
         (
             "[multirotor]\nspeed_m_s = [16, 8]",

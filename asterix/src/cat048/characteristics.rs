@@ -1,6 +1,7 @@
 //! How the radar measured the plot: I048/120, 130.
 
-use crate::item::{Repeated, items};
+use crate::Repeated;
+use crate::item::items;
 
 /// Metres in a nautical mile.
 const NAUTICAL_MILE_M: f64 = 1852.0;

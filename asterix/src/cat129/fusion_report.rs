@@ -3,8 +3,9 @@
 use deku::DekuReader;
 use deku::reader::Reader;
 
+use crate::Describe;
 use crate::bits::{self, nearest};
-use crate::item::{Describe, words};
+use crate::item::words;
 use crate::record::{Forward, append};
 use crate::{Explicit, Field, Layout};
 

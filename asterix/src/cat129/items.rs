@@ -1,8 +1,9 @@
 //! The items of category 129.
 
+use crate::Describe;
 use crate::Layout;
 use crate::bits;
-use crate::item::{Describe, in_place, items, read_octets};
+use crate::item::{in_place, items, read_octets};
 
 items! {
     /// I129/015 (5.2.2), data destination identifier.

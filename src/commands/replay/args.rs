@@ -83,7 +83,7 @@ impl Args {
         self.date.unwrap_or_else(|| {
             for capture in captures.iter().filter(|capture| capture.format().is_asterix_only()) {
                 let (capture, format) = (capture.name(), capture.format());
-                warn!(capture, %format, from = %UNDATED, "the format has no date: give it as --date YYYY-MM-DD");
+                warn!(capture, format = format.to_string(), from = %UNDATED, "the format has no date: give it as --date YYYY-MM-DD");
             }
             UNDATED
         })

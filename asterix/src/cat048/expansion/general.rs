@@ -1,6 +1,7 @@
 //! RPC, ERR, CPC and GEN48 in RE.
 
-use crate::item::{Repeated, items};
+use crate::Repeated;
+use crate::item::items;
 
 /// Metres in a nautical mile.
 const NAUTICAL_MILE_M: f64 = 1852.0;

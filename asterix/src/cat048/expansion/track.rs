@@ -1,6 +1,7 @@
 //! RTC in RE: radar track characteristics.
 
-use crate::item::{Repeated, items};
+use crate::Repeated;
+use crate::item::items;
 
 /// Metres in a nautical mile.
 const NAUTICAL_MILE_M: f64 = 1852.0;
