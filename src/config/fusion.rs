@@ -20,7 +20,7 @@ const MAX_TRANSPONDER_NUMBER: u32 = 429_496;
 const SERIAL_OCTETS: usize = 12;
 
 fn weight() -> Kind<f64> {
-    number("a weight is between 0 and 1000000", |v| (0.0..=1e6).contains(&v))
+    number("a weight is at least 0, and at most 1000000", |v| (0.0..=1e6).contains(&v))
 }
 
 section! {

@@ -99,7 +99,7 @@ names! {
 
 fn deviation() -> Kind<f64> {
     number(
-        "a standard deviation is between 0.000001 and 1000000; leave accuracy out when it is not known",
+        "a standard deviation is above 0, from 0.000001 to 1000000; leave accuracy out when it is not known",
         |v| (1e-6..=1e6).contains(&v),
     )
 }

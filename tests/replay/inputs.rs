@@ -44,7 +44,7 @@ fn files_without_reception_times_fly_on_the_day_that_is_given() {
         let file = scratch.path("out.csv");
         let ran = ran(flight.replay(&[&radar, &transponder]).args(date).arg("-o").arg(&file));
         assert_eq!(ran.code, 0, "{}", ran.stderr);
-        assert!(ran.stderr.contains("radar.ast\" format=raw ASTERIX"), "{}", ran.stderr);
+        assert!(ran.stderr.contains("radar.ast\" format=\"raw ASTERIX\""), "{}", ran.stderr);
         // Who does not say the day is told what it is taken for, of each file, and how to say it.
         let told: Vec<_> = ran.stderr.lines().filter(|line| line.contains("--date YYYY-MM-DD")).collect();
         assert_eq!(told.len(), if date.is_empty() { 2 } else { 0 }, "{}", ran.stderr);
@@ -85,7 +85,7 @@ fn a_recording_flies_from_the_day_that_is_given() {
     let file = scratch.path("out.csv");
     let ran = ran(flight.replay(&[&recording]).args(["--date", "2026-06-20"]).arg("-o").arg(&file));
     assert_eq!(ran.code, 0, "{}", ran.stderr);
-    assert!(ran.stderr.contains("capture.final\" format=FINAL recording"), "{}", ran.stderr);
+    assert!(ran.stderr.contains("capture.final\" format=\"FINAL recording\""), "{}", ran.stderr);
     assert!(csv_lines(fs::read(&file).unwrap()) == flight.csv());
 }
 
@@ -177,7 +177,7 @@ fn a_compressed_capture_gives_the_same() {
     assert!(csv_lines(flight.output(&[&packed], "csv")) == flight.csv());
     let ran = ran(&mut flight.replay(&[&packed]));
     assert!(
-        ran.stderr.contains("capture.pcap.gz\" format=pcap (Ethernet, microseconds) gzip=true"),
+        ran.stderr.contains("capture.pcap.gz\" format=\"pcap (Ethernet, microseconds)\" gzip=true"),
         "{}",
         ran.stderr
     );

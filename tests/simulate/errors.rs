@@ -65,7 +65,7 @@ fn every_mistake_is_told_with_line_and_key() {
             "[place]\nsic = 200",
             "x.toml: sic: each radar needs its own SAC and SIC, which are not the service's ([place])",
         ),
-        ("[place]\nsac = 0\nsic = 0", "x.toml: transponder: sic: SAC and SIC are the service's own"),
+        ("[place]\nsac = 0\nsic = 0", "x.toml: sic: SAC and SIC are the service's own ([place])"),
         ("[[radars]\n", "x.toml:2: "),
     ];
     for (toml, expected) in cases {

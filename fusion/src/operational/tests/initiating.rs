@@ -1,6 +1,7 @@
 //! Radar tracks that become targets, and those that do not.
 
 use super::*;
+use crate::settings::Sensor;
 
 /// Whether the track is initiated.
 fn is_initiated(case: &mut Case, track: TrackletId) -> bool {
@@ -23,8 +24,20 @@ fn a_track_that_is_nobodys_becomes_a_target_once_it_is_confirmed() {
     assert!(alone(&halves(98.0, 101.0), 0.9));
     assert!(!alone(&halves(98.0, 101.0), 0.57), "as likely a bird");
     assert!(!alone(&halves(98.0, 101.0), 0.1), "a bird");
-    assert!(!alone(&[100.5], 0.9), "one plot is no track");
     assert!(!alone(&halves(96.0, 100.0), 0.9), "it has ended");
+}
+
+#[test]
+fn one_plot_is_no_track_however_sure_the_radar_is() {
+    let mut sensors = two_drones::settings(true).sensors;
+    let Sensor::Radar(radar) = &mut sensors[0] else { unreachable!("sensor 0 is a radar") };
+    radar.period_s = 1.0;
+    let settings = Settings::new(&sensors, &OperationalRules::default());
+    for (seconds, is_track) in [(&[100.5][..], false), (&[99.5, 100.5], true)] {
+        let mut case = Case { settings: settings.clone(), ..Case::new() };
+        let track = case.track((0, 1), seconds, 0.0, 1.0);
+        assert_eq!(is_initiated(&mut case, track), is_track);
+    }
 }
 
 #[test]
