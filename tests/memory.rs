@@ -29,7 +29,7 @@ fn fly(settings: Settings, minutes: i64) -> [Taken; 2] {
             (slot(from)..slot(to)).map(|slot| feed(&mut engine, slot, Traffic::DENSE.reports(slot))).sum();
         let taken = Taken { live: MEMORY.current_usage() - before, peak: MEMORY.peak_usage() - before };
         println!("after {to} minutes: {points} points more, {taken:?}");
-        assert!(points as i64 > 10_000 * (to - from), "it puts out what it should");
+        assert!(points as i64 > 10_000 * (to - from), "it publishes what it should");
         taken
     })
 }

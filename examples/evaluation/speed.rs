@@ -44,7 +44,7 @@ pub fn measure(scenario: &Scenario, profile: Profile) -> Result<Speed, Failure> 
     let times_real = scenario.duration_s / begin.elapsed().as_secs_f64();
     slots_ms.sort_by(f64::total_cmp);
     let place = (slots_ms.len() * 99).div_ceil(100).saturating_sub(1);
-    let p99_ms = slots_ms.get(place).copied().ok_or("no slot was put out")?;
+    let p99_ms = slots_ms.get(place).copied().ok_or("no slot was published")?;
     Ok(Speed { times_real, p99_ms })
 }
 

@@ -158,10 +158,10 @@ const REGISTERED = [
 const MODES = {
   off: "off: nothing is estimated",
   propose: "propose: shown, plots stay as they are",
-  apply: "apply: plots are put right by what is observable",
+  apply: "apply: plots are corrected by what is observable",
 };
 
-/** How a radar is set up wrongly, measured minus true; what is not observable is grey and in brackets. */
+/** Misalignment of a radar, measured minus true; what is not observable is grey and in brackets. */
 function registration(told) {
   const list = element("dl", { class: "registration" }, element("dt", {}, "Mode"), element("dd", {}, MODES[told.mode] ?? told.mode));
   for (const [key, name, unit, digits] of REGISTERED) {

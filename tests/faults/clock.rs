@@ -99,7 +99,7 @@ fn a_second_ahead_and_a_second_back_lose_nothing() {
         for step in [1, -1] {
             std::thread::sleep(Duration::from_secs(3));
             live.step(step);
-            // A second back: the slots of that second have been put out, and the next one waits for it.
+            // A second back: the slots of that second have been published, and the next one waits for it.
             let (seq, start) = (live.seq(), Instant::now());
             until("slots go on", Duration::from_secs(3), || live.seq() > seq + 4);
             assert!(step > 0 || start.elapsed() > Duration::from_millis(1500), "{:?}", start.elapsed());
@@ -136,7 +136,7 @@ fn an_hour_ahead_starts_afresh_and_goes_on() {
             let time: jiff::Timestamp = time.parse().unwrap();
             time.as_second() > (now().nanos() / 1_000_000_000) + 3500
         });
-        assert!(live.seq() < seq + 100, "an hour of slots was put out");
+        assert!(live.seq() < seq + 100, "an hour of slots was published");
         assert_eq!(metric(live.address, "utm_fusion_restarts_total", ""), 1.0);
         // The sensors' clocks are as they were: what they say is an hour old, and their lights tell.
         until("yellow lights", Duration::from_secs(9), || lights(live.address) == ["degraded"; 2]);
@@ -173,7 +173,7 @@ fn an_hour_back_is_told_and_waited_for() {
         );
         let status = json(live.address, "/api/v1/status")["reasons"].to_string();
         assert!(status.contains("was set back"), "{status}");
-        assert_eq!(live.seq(), seq, "nothing is put out twice");
+        assert_eq!(live.seq(), seq, "nothing is published twice");
         // Somebody sets the clock right.
         live.step(3600);
         until("slots go on", Duration::from_secs(5), || live.seq() > seq + 4);

@@ -32,7 +32,7 @@ pub(crate) fn scenario(duration_s: u32) -> String {
     )
 }
 
-/// A service that puts out each slot 2.25 s after it opened, of a window of 5 s: nobody has to wait long.
+/// A service that publishes each slot 2.25 s after it opened, of a window of 5 s: nobody has to wait long.
 pub(crate) fn quick(config: &mut Config) {
     let fusion = &mut config.fusion;
     (fusion.latency_slots, fusion.window_slots, fusion.suppress_slots) = (9, 20, 8);

@@ -317,7 +317,7 @@ proptest! {
         if by > 25 {
             prop_assert!(flown.alarms >= 1, "nobody heard of it");
         }
-        prop_assert!(flown.slots < 1000, "{} slots: an hour was put out", flown.slots);
+        prop_assert!(flown.slots < 1000, "{} slots: an hour was published", flown.slots);
     }
 }
 

@@ -38,7 +38,7 @@ fn sample(metrics: &str, name: &str) -> Option<u64> {
     metrics.lines().find_map(|line| line.strip_prefix(name)?.trim().parse().ok())
 }
 
-/// What a site puts out of these receptions.
+/// What a site publishes of these receptions.
 fn points(config: &Config, received: impl Iterator<Item = Reception>) -> Vec<OutputPoint> {
     output(received.map(Ok), config, Masks::default()).unwrap()
 }
@@ -86,7 +86,7 @@ fn invented_identities_cost_the_drones_nothing_and_are_told() {
     let heard = listener.join().unwrap();
     assert!(!heard.is_empty());
     let is_told_of = |payload: &Vec<u8>| payload.windows(PREFIX.len()).any(|octets| octets == PREFIX);
-    assert!(!heard.iter().any(is_told_of), "an invented aircraft was put out");
+    assert!(!heard.iter().any(is_told_of), "an invented aircraft was published");
 
     // What was sent is what the recording gives, and it gives the same without the invented ones.
     let directory = stage.scratch.path("recordings");

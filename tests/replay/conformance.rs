@@ -1,4 +1,4 @@
-//! Point by point against what an independent implementation of the `reference` profile puts out.
+//! Point by point against what an independent implementation of the `reference` profile publishes.
 
 use std::collections::BTreeMap;
 use std::fs;

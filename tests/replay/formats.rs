@@ -156,7 +156,7 @@ fn every_line_of_json_is_a_track_of_the_api() {
             let now = ["time", "first_seen"].map(|key| text(track, key).to_owned());
             if let Some([time, first_seen]) = last.insert(text(track, "id").to_owned(), now.clone()) {
                 let [before, at] = [&time, &now[0]].map(|time| time.parse::<jiff::Timestamp>().unwrap());
-                assert!(before < at, "an id is put out once a slot: {line}");
+                assert!(before < at, "an id is published once per slot: {line}");
                 assert_eq!(first_seen, now[1], "{line}");
             }
         }

@@ -1,4 +1,4 @@
-//! The state above ground: height, climb, the slow error of the radar's height, and where the model has one, the
+//! The state above ground: height, climb, the bias of the radar's height, and where the model has one, the
 //! acceleration.
 
 use nalgebra::{SMatrix, SVector, matrix, vector};
@@ -8,7 +8,7 @@ use super::imm::{Gaussian, Linear, Observation};
 use super::motion::Models;
 use super::singer::Singer;
 
-/// Height (metres), climb (metres a second), and the radar's slow error (metres).
+/// Height (metres), climb (metres a second), and the radar's bias (metres).
 pub(super) const STATES: usize = 3;
 /// With the acceleration behind these, metres a second squared.
 pub(super) const STATES_SINGER: usize = 4;
@@ -27,10 +27,10 @@ const NOISE: f64 = 1.0;
 
 /// How a target climbs and sinks: a model of a state of `D` numbers.
 pub(super) trait AboveGround<const D: usize> {
-    /// A target at about this height, before that is measured; `is_measured`: it will be. And the radar's slow error.
+    /// A target at about this height, before that is measured; `is_measured`: it will be. And the radar's bias.
     fn first(&self, height_m: f64, is_measured: bool, slow: Option<&Bias>) -> Gaussian<D>;
 
-    /// The motion over `dt` seconds, and what becomes of the slow error.
+    /// The motion over `dt` seconds, and what becomes of the bias.
     fn motion(&self, dt: f64, slow: &SlowChange) -> Linear<D>;
 }
 
@@ -80,7 +80,7 @@ fn level<const D: usize>(height_m: f64, is_measured: bool, slow: Option<&Bias>) 
     Gaussian { mean, covariance }
 }
 
-/// A height with that deviation; `radar`: its slow error is in it.
+/// A height with that deviation; `radar`: its bias is in it.
 pub(super) fn height<const D: usize>(height_m: f64, sigma_m: f64, radar: bool) -> Observation<D, 1> {
     let mut matrix = SMatrix::<f64, 1, D>::zeros();
     matrix[0] = 1.0;

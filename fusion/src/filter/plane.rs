@@ -1,4 +1,4 @@
-//! The state over ground: position, velocity, the slow error of the radar that sees it, and where the model has one, the
+//! The state over ground: position, velocity, the bias of the radar that sees it, and where the model has one, the
 //! acceleration.
 
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
@@ -9,7 +9,7 @@ use super::imm::{Gaussian, Linear, Mixture, Observation};
 use super::motion::{MODELS, Models};
 use super::singer::Singer;
 
-/// East, north (metres), their rates (metres a second), and the radar's slow error in range (metres) and azimuth (radians).
+/// East, north (metres), their rates (metres a second), and the radar's bias in range (metres) and azimuth (radians).
 pub(super) const STATES: usize = 6;
 /// With the acceleration behind these, east and north, metres a second squared: what is measured has the same place in both.
 pub(super) const STATES_SINGER: usize = 8;
@@ -29,10 +29,10 @@ const FIRST_WEIGHTS: [f64; MODELS] = [0.6, 0.3, 0.05, 0.05];
 
 /// How a target moves over ground: `M` models of a state of `D` numbers.
 pub(super) trait OverGround<const D: usize, const M: usize> {
-    /// A target somewhere about there, before anything is measured, and the radar's slow error.
+    /// A target somewhere about there, before anything is measured, and the radar's bias.
     fn first(&self, place: Vector2<f64>, slow: Option<&Bias>) -> Mixture<D, M>;
 
-    /// Each model's motion over `dt` seconds, and what becomes of the slow error.
+    /// Each model's motion over `dt` seconds, and what becomes of the bias.
     fn motions(&self, dt: f64, slow: &SlowChange) -> [Linear<D>; M];
 
     /// Probabilities to change from one model to another within `dt` seconds.
@@ -96,7 +96,7 @@ fn resting<const D: usize>(place: Vector2<f64>, slow: Option<&Bias>) -> Gaussian
     Gaussian { mean, covariance }
 }
 
-/// What becomes of the slow error, and nothing else.
+/// What becomes of the bias, and nothing else.
 fn unmoved<const D: usize>(slow: &SlowChange) -> Linear<D> {
     let mut transition = SMatrix::<f64, D, D>::zeros();
     let mut noise = SMatrix::<f64, D, D>::zeros();
@@ -131,7 +131,7 @@ pub(super) fn velocity<const D: usize>(velocity: Vector2<f64>, deviation: f64) -
     Observation { value: velocity, matrix, noise: Matrix2::identity() * deviation * deviation }
 }
 
-/// A radar's plot: what it shows is the position and its slow error.
+/// A radar's plot: what it shows is the position and its bias.
 pub(super) fn plot<const D: usize>(
     place: Vector2<f64>,
     seen: &LineOfSight,

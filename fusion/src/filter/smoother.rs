@@ -16,7 +16,7 @@ use crate::time::Time;
 #[derive(Clone, Debug)]
 struct Node<const P: usize, const M: usize, const H: usize> {
     measurement: Measurement,
-    /// The radar track whose slow error is estimated, and that radar.
+    /// The radar track whose bias is estimated, and that radar.
     owner: Option<(Owner, RadarErrors)>,
     plane: Mixture<P, M>,
     /// The one Gaussian that stands for that mixture.
@@ -162,7 +162,7 @@ impl<const P: usize, const M: usize, const H: usize> Node<P, M, H> {
         Self { measurement, owner, plane, told, height, jumped, back: None }
     }
 
-    /// The state where the next measurement is; `owner`: whose slow error is estimated there.
+    /// The state where the next measurement is; `owner`: whose bias is estimated there.
     fn ahead_to(
         &self,
         next: &Measurement,

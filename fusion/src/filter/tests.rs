@@ -142,7 +142,7 @@ fn rows() -> impl Strategy<Value = Vec<(f64, f64, f64, bool)>> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Before, between and after the measurements, with a radar's slow error and without.
+    /// Before, between and after the measurements, with a radar's bias and without.
     #[test]
     fn filter_and_smoother_are_the_one_step_solution(rows in rows(), share in 0.0..1.2_f64) {
         let measurements = measurements(&rows);

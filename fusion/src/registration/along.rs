@@ -1,7 +1,7 @@
 //! Generalised least squares along one radar track of one target.
 //!
-//! In each of azimuth, range and height the offset of a plot is aᵀp + slow error + the reference's error + white error, where
-//! p is how the radar is set up wrongly. A Kalman filter follows the two errors that last, and with them how its mean would
+//! In each of azimuth, range and height the offset of a plot is aᵀp + bias + the reference's error + white error, where
+//! p is the misalignment of the radar. A Kalman filter follows the two errors that last, and with them how its mean would
 //! change with p: its innovations are then white, and each tells of p what is new in it. The sum of that is the exact solution
 //! with the dense covariance of all plots; information about a bias grows as 1 + D / 2T with the track's duration D and the
 //! errors' correlation time T, however many plots there are.
@@ -116,7 +116,7 @@ impl Sample {
 }
 
 impl TrackComparison {
-    /// A radar track of which nothing is known yet, of a radar that errs so when it is set up rightly.
+    /// A radar track of which nothing is known yet, of a radar that errs so when it is aligned.
     pub fn new(errors: &RadarErrors) -> Self {
         let slow = [errors.bias_azimuth, errors.bias_range_m, errors.bias_height_m];
         let fast = [errors.noise_azimuth, errors.noise_range_m, errors.noise_height_m];
@@ -192,7 +192,7 @@ impl Axis {
         }
     }
 
-    /// Of the slow error and of the reference's, these shares are kept.
+    /// Of the bias and of the reference's, these shares are kept.
     fn predict(&mut self, slow: f64, reference: f64) {
         let kept = Vector4::new(slow, reference, reference, reference);
         let both = Matrix4::from_diagonal(&kept);

@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Matrix3x6, Matrix4, Quaternion, Rotation3, UnitQuaternio
 use super::along::Information;
 use super::parameters::{BEARING, HEIGHT, TILT_EAST, TILT_NORTH, TIME};
 
-/// The attitude profile B of a piece of track or of a sum of them, and how it changes with what else is set up wrongly.
+/// The attitude profile B of a piece of track or of a sum of them, and how it changes with what else is misaligned.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct AttitudeProfile {
     pub(super) matrix: Matrix3<f64>,

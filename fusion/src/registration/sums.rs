@@ -27,7 +27,7 @@ pub(super) struct Scatter {
     pub(super) count: [f64; AXES],
 }
 
-/// The same as one Gaussian: how a radar is set up wrongly.
+/// The same as one Gaussian: the misalignment of a radar.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Solved {
     pub(super) mean: Vector6<f64>,

@@ -8,7 +8,7 @@ use crate::report::{Plot, Report, SensorIndex};
 use crate::time::SECOND;
 use crate::{Emission, Engine, Point, Source};
 
-/// Flies what is kept of the flight with these decisions, each at its second; everything put out, and the decisions with the
+/// Flies what is kept of the flight with these decisions, each at its second; everything published, and the decisions with the
 /// slots from which they count.
 fn fly(
     keep: impl Fn(i64, &Report) -> bool,

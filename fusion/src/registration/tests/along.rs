@@ -140,7 +140,7 @@ fn pieces_add_up_to_the_whole() {
 fn an_outlier_counts_little_and_a_turned_radar_is_none() {
     let mut world = World::new(3);
     world.bias[0] = 30_f64.to_radians();
-    // So far apart that each plot is off anew, by twelve times its slow error.
+    // So far apart that each plot is off anew, by twelve times its bias.
     let mut plots = world.plots(1200.0, 60.0);
     plots.retain(|residual| residual.target.0.xy().norm() > 100.0);
     calm(&mut plots);

@@ -1,4 +1,4 @@
-//! Whether the deviations are what they say: normalised squared errors over many radars that are set up wrongly at random.
+//! Whether the deviations are what they say: normalised squared errors over many radars that are misaligned at random.
 
 use nalgebra::Vector3;
 

@@ -1,4 +1,4 @@
-//! A radar that is set up wrongly, drones around it, and what is made of that.
+//! A misaligned radar, drones around it, and what is made of that.
 
 mod along;
 mod correction;
@@ -42,7 +42,7 @@ struct World {
     random: ChaCha8Rng,
     /// Bearing, tilts, range, height, time.
     bias: Vector6<f64>,
-    /// The slow errors are really this many times as large as [`ERRORS`] says.
+    /// The biases are really this many times as large as [`ERRORS`] says.
     scale: f64,
     heights: bool,
     /// When the next track begins.
