@@ -72,6 +72,7 @@
 mod bits;
 mod block;
 mod fault;
+mod fields;
 mod fspec;
 mod item;
 mod items;

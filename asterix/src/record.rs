@@ -200,7 +200,7 @@ macro_rules! builder {
         }
 
         impl Record {
-            /// Begins a record with the items that every record must have; a `None` is told by [`Builder::build`].
+            /// Begins a record with the items that every record must have; a `None` is refused by [`Builder::build`].
             pub fn builder($($must: impl Into<Option<$must_type>>),*) -> Builder {
                 let mut builder = Builder { record: Record::default(), mistake: None };
                 $(builder.record.$must = builder.checked($must_number, $must.into());)*

@@ -56,7 +56,7 @@ fn places(scores: &[Scores]) -> Vec<Asked> {
             decimals: 3,
             required: AtMost(1.0),
             ambition: AtMost(0.85),
-            why: "a spoofed transponder drifts away from its drone (its points are 85 m off in the mean where they are off by more than 25 m), and what the radar sees at the right place is put out apart from it: both count.",
+            why: "a spoofed transponder drifts away from its drone (its points are 85 m off in the mean where they are off by more than 25 m), and what the radar sees at the right place is published apart from it: both count.",
         }
         .over(scores),
         Demand {
@@ -95,13 +95,13 @@ fn places(scores: &[Scores]) -> Vec<Asked> {
         decimals: 3,
         required: AtMost(0.45),
         ambition: AtMost(0.25),
-        why: "a jammed drone is silent for one to two minutes, and a transponder that was spoofed or has jumped is far from its radar track: then what is put out is a radar track by itself (40 m off in the mean), which nothing ties to the drone.",
+        why: "a jammed drone is silent for one to two minutes, and a transponder that was spoofed or has jumped is far from its radar track: then what is published is a radar track by itself (40 m off in the mean), which nothing ties to the drone.",
     };
     rows.push(gaps.over(scores));
     rows
 }
 
-/// Who is put out, and drones without a transponder.
+/// Who is published, and drones without a transponder.
 fn presence(scores: &[Scores]) -> Vec<Asked> {
     let against_radar: Measure = |seeds, of| seeds.ratio(of.unequipped, RADAR.unequipped, EPOS);
     let above_transponder: Measure = |seeds, of| {
@@ -115,7 +115,7 @@ fn presence(scores: &[Scores]) -> Vec<Asked> {
             decimals: 1,
             required: AtLeast(90.0),
             ambition: AtLeast(95.0),
-            why: "in silences of 15 to 45 s a place is soon not known to the 25 m, and 0.7 of a plot's deviation, within which it is put out, unless the radar sees the drone; before the second limit, 35 m instead of 25 gave 2 points of PU more and a tenth more error in gaps.",
+            why: "in silences of 15 to 45 s a place is soon not known to the 25 m, and 0.7 of a plot's deviation, within which it is published, unless the radar sees the drone; before the second limit, 35 m instead of 25 gave 2 points of PU more and a tenth more error in gaps.",
         },
         Demand {
             figure: "PU of equipped drones less the transponder's, points, worst scenario",

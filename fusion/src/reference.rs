@@ -24,7 +24,7 @@ pub(super) struct Reference {
     aircraft: BTreeMap<Identity, Aircraft>,
 }
 
-/// What these rules are told once.
+/// The settings of these rules.
 #[derive(Debug)]
 struct Setup {
     grid: SlotGrid,

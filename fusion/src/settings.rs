@@ -1,4 +1,4 @@
-//! What the engine is told once: time, sensors, and the rules of a profile.
+//! The settings of an engine: slots, sensors, and the rules of a profile.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! What the `operational` profile is told once, and what registration adds to it.
+//! Settings of the `operational` profile, and what registration adds to it.
 
 use jiff::SignedDuration;
 
