@@ -10,7 +10,7 @@ use super::settings::{Radar, Settings};
 use super::transponder::Transponder;
 use super::tuning::{DRONE_SPEED_MAX_M_S, GATE_M, TRACK_GATE_SIGMAS};
 use crate::frames::Enu;
-use crate::report::{Plot, RadarTrackKey};
+use crate::report::{Plot, RadarTrackKey, SensorIndex};
 use crate::time::Time;
 
 /// A plot, and its position before the radar's misalignment was corrected.
@@ -215,6 +215,15 @@ impl Tracklets {
 
     pub(super) fn iter(&self) -> impl Iterator<Item = &Tracklet> {
         self.all.values()
+    }
+
+    /// Those of one radar, in the order in which they began.
+    pub(super) fn of_radar(&self, sensor: SensorIndex) -> impl Iterator<Item = &Tracklet> {
+        let of = |number| RadarTrackKey { sensor, number };
+        let ids = self.by_key.range(of(u16::MIN)..=of(u16::MAX)).flat_map(|(_, ids)| ids);
+        let mut ids: Vec<TrackletId> = ids.copied().collect();
+        ids.sort_unstable();
+        ids.into_iter().filter_map(|id| self.all.get(&id))
     }
 
     pub(super) fn iter_mut(&mut self) -> impl Iterator<Item = &mut Tracklet> {
