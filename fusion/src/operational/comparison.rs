@@ -20,9 +20,11 @@ pub(super) fn compare(tracklets: &mut Tracklets, targets: &Targets, cycle: &Cycl
     for tracklet in tracklets.iter_mut() {
         let Some(radar) = settings.radar(tracklet.key.sensor) else { continue };
         let Some(plot) = tracklet.nearest(cycle.centre).copied() else { continue };
+        let mut near: Vec<TargetId> = near(&places, &plot, cycle.centre, radar).collect();
+        near.sort_unstable();
         compared.clear();
         compared.extend(tracklet.pairs().iter().map(|pair| pair.0));
-        compared.extend(near(&places, &plot, cycle.centre, radar));
+        compared.extend(&near);
         compared.sort_unstable();
         compared.dedup();
         for &id in &compared {
@@ -30,18 +32,25 @@ pub(super) fn compare(tracklets: &mut Tracklets, targets: &Targets, cycle: &Cycl
                 tracklet.compare(id, transponder, (cycle.previous, cycle.centre), radar, settings);
             }
         }
+        tracklet.end_pairs(&near, cycle.centre);
     }
 }
 
-/// Gate: those of the targets that the plot could be of.
+/// Gate: those of the targets that the plot could be of. It is long across the line of sight, as the radar's bias is.
 fn near(places: &Places<TargetId>, plot: &Plot, time: Time, radar: &Radar) -> impl Iterator<Item = TargetId> {
     let away_s = plot.time.seconds_since(time).abs();
     let seen = LineOfSight::from(radar.position, plot.position);
-    let bias_m = (seen.range_m * radar.errors.bias_azimuth).hypot(radar.errors.bias_range_m);
-    let gate_m = GATE_M + DRONE_SPEED_MAX_M_S * away_s + GATE_SIGMAS * bias_m;
+    let flown_m = GATE_M + DRONE_SPEED_MAX_M_S * away_s;
+    let outward_m = flown_m + GATE_SIGMAS * radar.errors.bias_range_m;
+    let across_m = flown_m + GATE_SIGMAS * seen.range_m * radar.errors.bias_azimuth;
     let place = plot.position;
     places
-        .within(place, if away_s <= COMPARE_WITHIN_S { gate_m } else { 0.0 })
-        .filter(move |near| away_s <= COMPARE_WITHIN_S && (near.0.0 - place.0).xy().norm() <= gate_m)
+        .within(place, if away_s <= COMPARE_WITHIN_S { outward_m.hypot(across_m) } else { 0.0 })
+        .filter(move |near| {
+            let apart = (near.0.0 - place.0).xy();
+            away_s <= COMPARE_WITHIN_S
+                && seen.outward.dot(&apart).abs() <= outward_m
+                && seen.clockwise.dot(&apart).abs() <= across_m
+        })
         .map(|near| near.1)
 }

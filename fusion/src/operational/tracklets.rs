@@ -8,7 +8,7 @@ use super::ids::{TargetId, TrackletId};
 use super::likelihood::PairLikelihood;
 use super::settings::{Radar, Settings};
 use super::transponder::Transponder;
-use super::tuning::{DRONE_SPEED_MAX_M_S, GATE_M, TRACK_GATE_SIGMAS};
+use super::tuning::{DRONE_SPEED_MAX_M_S, GATE_M, INITIATION_HOLD, PAIR_LLR_MAX, TRACK_GATE_SIGMAS};
 use crate::frames::Enu;
 use crate::report::{Plot, RadarTrackKey, SensorIndex};
 use crate::time::Time;
@@ -193,6 +193,17 @@ impl Tracklet {
             Ok(index) => self.pairs[index].1 = pair,
             Err(index) => self.pairs.insert(index, (target, pair)),
         }
+    }
+
+    /// Ends the pairs with targets that are not `near`, which are in order, where everything speaks against them and did
+    /// for a while at `time`. Whoever comes near again is compared anew with all the plots.
+    pub(super) fn end_pairs(&mut self, near: &[TargetId], time: Time) {
+        let own = self.target;
+        self.pairs.retain(|(target, pair)| {
+            let was_likely = pair.last_likely.is_some_and(|likely| time - likely < INITIATION_HOLD);
+            let lasts = pair.llr > -PAIR_LLR_MAX || was_likely || own == Some(*target);
+            lasts || near.binary_search(target).is_ok()
+        });
     }
 }
 
