@@ -156,7 +156,7 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
         taken = taken.max(datagram.received + SignedDuration::from_millis(waits));
         taken = within(fate.pause_s, taken).unwrap_or(taken);
         // Ticks until then, each when it is due, or some time after.
-        while let Some(deadline) = driver.deadline() {
+        while let Some(deadline) = driver.next_made() {
             let late = SignedDuration::from_micros(random.random_range(0..=fate.tick_ms * 1000));
             let early = deadline - wall(steady);
             let at = steady + early.max(SignedDuration::ZERO) + late;
@@ -168,7 +168,7 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
             driver.tick(wall(at));
             hand_out(&mut driver);
             // A deadline that a step of the clock has moved away comes no nearer by itself.
-            if early < SignedDuration::ZERO && driver.deadline() == Some(deadline) {
+            if early < SignedDuration::ZERO && driver.next_made() == Some(deadline) {
                 break;
             }
         }
