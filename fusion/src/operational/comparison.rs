@@ -54,3 +54,36 @@ fn near(places: &Places<TargetId>, plot: &Plot, time: Time, radar: &Radar) -> im
         })
         .map(|near| near.1)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frames::Enu;
+    use crate::report::{RadarTrackKey, SensorIndex};
+
+    #[test]
+    fn the_gate_is_long_across_the_line_of_sight_and_short_along_it() {
+        let radar = Radar::from(&crate::settings::Radar::default());
+        let time = Time::default();
+        let plot = Plot {
+            track: RadarTrackKey { sensor: SensorIndex(0), number: 1 },
+            time,
+            position: Enu::new(0.0, 5000.0, 100.0),
+            height_measured: true,
+            slant_range_m: 5000.0,
+            uav_probability: None,
+            velocity: None,
+        };
+        let is_near = |east_m: f64, north_m: f64| {
+            let place = Enu::new(east_m, 5000.0 + north_m, 100.0);
+            near(&Places::of([(place, TargetId(0))].into_iter()), &plot, time, &radar).next().is_some()
+        };
+        let along_m = GATE_M + GATE_SIGMAS * radar.errors.bias_range_m;
+        let across_m = GATE_M + GATE_SIGMAS * 5000.0 * radar.errors.bias_azimuth;
+        assert!(across_m > along_m + 100.0);
+        for sign in [-1.0, 1.0] {
+            assert!(is_near(sign * (across_m - 1.0), 0.0) && !is_near(sign * (across_m + 1.0), 0.0));
+            assert!(is_near(0.0, sign * (along_m - 1.0)) && !is_near(0.0, sign * (along_m + 1.0)));
+        }
+    }
+}

@@ -201,8 +201,8 @@ impl Tracklet {
         let own = self.target;
         self.pairs.retain(|(target, pair)| {
             let was_likely = pair.last_likely.is_some_and(|likely| time - likely < INITIATION_HOLD);
-            let lasts = pair.llr > -PAIR_LLR_MAX || was_likely || own == Some(*target);
-            lasts || near.binary_search(target).is_ok()
+            let is_open = pair.total().is_none_or(|total| total > -PAIR_LLR_MAX);
+            is_open || was_likely || own == Some(*target) || near.binary_search(target).is_ok()
         });
     }
 }
