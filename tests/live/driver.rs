@@ -508,10 +508,10 @@ fn a_tick_shortens_no_memory() {
     let second = datagram.received.nanos() / SECOND * SECOND;
     let at = |seconds: f64| Time::from_nanos(second + (seconds * 1e9) as i64);
     let mut driver = Driver::new(&simulation.config, Masks::default(), at(0.0), 1);
-    driver.receive(&reception(0, at(0.1), datagram.payload.clone()));
-    driver.tick(at(2.2));
-    let received = driver.reception(at(2.05));
-    assert_eq!(received, at(2.05), "no deadline has passed since");
+    driver.receive(&reception(0, at(0.22), datagram.payload.clone()));
+    driver.tick(at(2.32));
+    let received = driver.reception(at(2.17));
+    assert_eq!(received, at(2.17), "no slot was made since");
     driver.receive(&reception(0, received, datagram.payload.clone()));
     assert_eq!(driver.pipeline().tally().duplicates, 1);
 }
