@@ -79,9 +79,11 @@ fn end_to_end(criterion: &mut Criterion) {
 /// Time of a slot over the number of radar tracks, at constant density, half of them with a transponder; and of one with
 /// 2,000 of both.
 fn growth(criterion: &mut Criterion) {
-    let profiles: [(&str, fn(Traffic) -> Settings); 2] =
-        [("reference", Traffic::reference), ("operational", Traffic::operational)];
-    for (profile, settings) in profiles {
+    for profile in ["reference", "operational"] {
+        let settings = |traffic: Traffic| match profile {
+            "reference" => traffic.reference(),
+            _ => traffic.operational(),
+        };
         let mut group = criterion.benchmark_group(format!("slot, {profile}"));
         group.sample_size(20);
         let mut measured = Vec::new();
