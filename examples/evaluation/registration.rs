@@ -1,5 +1,7 @@
 //! How well a radar's registration is found: its bearing, as time goes on.
 
+use std::ops::RangeInclusive;
+
 use fusion::operational::Registered;
 use utm_fusion::areas::Masks;
 use utm_fusion::config::Profile;
@@ -21,14 +23,14 @@ pub struct Found {
 }
 
 /// Flies the scenario for as long as that takes.
-pub fn found(scenario: &Scenario, seeds: u64, threads: usize) -> Result<Found, Failure> {
+pub fn found(scenario: &Scenario, seeds: RangeInclusive<u64>, threads: usize) -> Result<Found, Failure> {
     let equipped = f64::from(scenario.drones.equipped);
     let marks_s = DRONE_MINUTES.map(|minutes| 60.0 * minutes / equipped);
     let mut scenario = Scenario { duration_s: marks_s[1] + 10.0, ..scenario.clone() };
     // For so long nobody keeps apart from all others.
     scenario.drones.separation_m = 0.0;
     let mut found = Found::default();
-    let seeds: Vec<u64> = (1..=seeds).collect();
+    let seeds: Vec<u64> = seeds.collect();
     for some in seeds.chunks(threads.max(1)) {
         let told: Vec<_> = std::thread::scope(|scope| {
             let scenario = &scenario;

@@ -1,16 +1,17 @@
 //! The document: tables, and what they mean.
 
 use std::fmt::Write as _;
+use std::ops::RangeInclusive;
 
 use crate::asked;
 use crate::demands::{self, Apart};
 use crate::figures::*;
 use crate::flights::{RECORDINGS, Row, SCENARIOS};
-use crate::held_out::VARIANTS;
 use crate::score::Scores;
 use crate::sheet;
 use crate::summary::{Mean, Seeds, show};
 use crate::table::{Column, table};
+use crate::variants::VARIANTS;
 
 /// Between these the section of the real flights stands, to be taken over where they are not at hand.
 const REAL: (&str, &str) = ("<!-- real flights -->", "<!-- end of real flights -->");
@@ -19,7 +20,7 @@ const REAL: (&str, &str) = ("<!-- real flights -->", "<!-- end of real flights -
 pub struct Report<'a> {
     pub scores: &'a [Scores],
     pub apart: &'a Apart,
-    pub seeds: u64,
+    pub seeds: RangeInclusive<u64>,
     pub city_seeds: u64,
     /// The document as it stood.
     pub before: &'a str,
@@ -28,7 +29,8 @@ pub struct Report<'a> {
 impl<'a> Report<'a> {
     /// The whole document.
     pub fn text(&self) -> String {
-        let seeds = format!("{} seeds each, `city` {}", self.seeds, self.city_seeds);
+        let seeds =
+            format!("seeds {} to {}, `city` {}", self.seeds.start(), self.seeds.end(), self.city_seeds);
         [
             include_str!("words/opening.md").replace("{seeds}", &seeds),
             format!("{}\n{}", include_str!("words/asked.md"), self.asked()),
@@ -36,7 +38,7 @@ impl<'a> Report<'a> {
             self.simulated(),
             self.meaning(),
             format!("{}\n{}", include_str!("words/held_out.md"), self.held_out()),
-            format!("{}\n{}", sheet_words(), self.sheet()),
+            format!("{}\n{}", include_str!("words/sheet.md"), self.sheet()),
             self.real(),
             include_str!("words/closing.md").to_owned(),
         ]
@@ -98,7 +100,7 @@ impl<'a> Report<'a> {
 
     fn held_out(&self) -> String {
         let rows = VARIANTS.map(|variant| {
-            (format!("`{}`", variant.name), Seeds::of(self.scores, &Row::HeldOut(variant.name)))
+            (format!("`{}`", variant.name), Seeds::of(self.scores, &Row::Variant(variant.name)))
         });
         table("scenario", rows, &in_short())
     }
@@ -208,10 +210,6 @@ impl<'a> Report<'a> {
         let first = table("flight", rows, &often);
         format!("{}\n{}\n{first}\n{second}{}\n", REAL.0, include_str!("words/real.md"), REAL.1)
     }
-}
-
-fn sheet_words() -> String {
-    include_str!("words/sheet.md").replace("{seeds}", &sheet::SEEDS.to_string())
 }
 
 /// The tables of the simulated flights.

@@ -204,7 +204,10 @@ mod tests {
         assert_eq!([3.9, 4.1, -4.1].map(|rate| circling(rate, 10.0)), [Some(false), Some(true), Some(true)]);
         assert_eq!(circling(60.0, 1.9), Some(false), "it hovers");
         let still = one(&[(0.0, place(0.0, 0.0, None)), (4.0, place(0.0, 0.0, None))]);
-        assert_eq!([0.9, 1.0, 3.1].map(|second| still.tracks()[0].turns(at_s(second))), [None, Some(false), None]);
+        assert_eq!(
+            [0.9, 1.0, 3.1].map(|second| still.tracks()[0].turns(at_s(second))),
+            [None, Some(false), None]
+        );
     }
 
     #[test]

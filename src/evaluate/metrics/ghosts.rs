@@ -31,13 +31,8 @@ pub(in crate::evaluate) fn find(scene: &Scene<'_>, reference: Reference<'_>) -> 
     let mut ghosts = Vec::new();
     for (drone, points) in scene.drones.iter().enumerate() {
         let beside = points.iter().filter(|judged| is_radars(judged) && own[drone].contains(&judged.slot));
-        let beside =
-            beside.filter(|judged| judged.error.is_some_and(|error| error.distance_m() <= BESIDE_M));
-        ghosts.extend(beside.map(|judged| Ghost {
-            slot: judged.slot,
-            number: judged.point.number,
-            drone,
-        }));
+        let beside = beside.filter(|judged| judged.error.is_some_and(|error| error.distance_m() <= BESIDE_M));
+        ghosts.extend(beside.map(|judged| Ghost { slot: judged.slot, number: judged.point.number, drone }));
     }
     let mut nobodys: BTreeMap<Slot, Vec<&Judged<'_>>> = BTreeMap::new();
     for judged in scene.nobody.iter().filter(|judged| is_radars(judged)) {
