@@ -26,14 +26,15 @@ mod report;
 mod score;
 mod sheet;
 mod speed;
+mod standing;
 mod summary;
 mod table;
+mod themes;
 mod variants;
 
 use std::path::PathBuf;
 
 use clap::Parser;
-use utm_fusion::config::Profile;
 
 use crate::demands::Apart;
 use crate::flights::{CITY, Failure, Flight, RECORDINGS, Row, SCENARIOS};
@@ -86,7 +87,7 @@ struct Args {
 
 fn main() -> Result<(), Failure> {
     let args = Args::parse();
-    if args.quick { quick(&args) } else { document(args) }
+    if args.quick { quick(&args) } else { document(&args) }
 }
 
 fn quick(args: &Args) -> Result<(), Failure> {
@@ -120,7 +121,7 @@ impl Args {
     }
 }
 
-fn document(args: Args) -> Result<(), Failure> {
+fn document(args: &Args) -> Result<(), Failure> {
     let seeds = FIRST_SEED..=FIRST_SEED + args.seeds.unwrap_or(SEEDS) - 1;
     // The largest first, so that two of them do not end it alone.
     let mut flights = flights::simulated(CITY, FIRST_SEED..=FIRST_SEED + args.city_seeds - 1)?;
@@ -137,16 +138,9 @@ fn document(args: Args) -> Result<(), Failure> {
     let recordings = args.recordings();
     flights.extend(recordings.iter().flat_map(|folder| flights::recorded(folder, seeds.clone())));
     let scored = score::score(&flights, args.threads)?;
-    let speed = |name| -> Result<_, Failure> {
-        let scenario = flights::scenario(name)?;
-        let of = |profile| speed::measure(&scenario, profile);
-        Ok([of(Profile::Reference)?, of(Profile::Operational)?])
-    };
-    eprintln!("how fast it is");
-    let (dense, city) = (speed("dense")?, speed(CITY)?);
     eprintln!("registration");
     let found = registration::found(&flights::scenario("crossing")?, seeds.clone(), args.threads)?;
-    let apart = Apart { found, dense, city };
+    let apart = Apart { found, speed: speed::measure(FIRST_SEED)? };
     let before = String::from_utf8(std::fs::read(&args.out).unwrap_or_default())?;
     let (scores, apart, city_seeds) = (scored.as_slice(), &apart, args.city_seeds);
     let report = Report { scores, apart, seeds, city_seeds, before: &before };

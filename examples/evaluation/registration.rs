@@ -8,7 +8,7 @@ use utm_fusion::config::Profile;
 use utm_fusion::pipeline::Pipeline;
 use utm_fusion::simulate::{Scenario, simulate};
 
-use crate::asked::{Asked, Bound};
+use crate::asked::{Asked, Bound, measured};
 use crate::flights::Failure;
 use crate::summary::Mean;
 
@@ -82,39 +82,15 @@ fn of_flight(
 
 /// The rows of the table.
 pub fn asked(found: &Found) -> Vec<Asked> {
-    let row = |figure: &str, required, ambition, values: &[f64], why| Asked {
-        figure: figure.to_owned(),
-        decimals: 2,
-        required,
-        ambition,
-        reference: None,
-        reached: Mean::of(values),
-        at: None,
-        why,
-    };
+    let row = |figure, values: &[f64]| Asked::new(figure, measured(Mean::of(values), None));
     let [early, late] = &found.errors_deg;
-    let at_most = Bound::AtMost;
     vec![
-        row(
-            "azimuth registration after 15 drone-minutes of `crossing`: mean error, degrees",
-            at_most(0.35),
-            at_most(0.25),
-            early,
-            "a track of a radar that errs by 1.25 degrees, more in turns, tells no more.",
-        ),
-        row(
-            "the same after 200 drone-minutes",
-            at_most(0.12),
-            at_most(0.08),
-            late,
-            "a track of a radar that errs by 1.25 degrees, more in turns, tells no more.",
-        ),
-        row(
-            "NEES of the azimuth registration",
-            Bound::Between(0.5, 1.5),
-            Bound::Nothing,
-            &found.squares,
-            "tracks that walk off their drone are part of it until they are far.",
-        ),
+        row("azimuth registration after 15 drone-minutes of `crossing`: mean error, degrees", early)
+            .required(Bound::AtMost(0.35))
+            .ambition(Bound::AtMost(0.25)),
+        row("the same after 200 drone-minutes", late)
+            .required(Bound::AtMost(0.12))
+            .ambition(Bound::AtMost(0.08)),
+        row("NEES of the azimuth registration", &found.squares).required(Bound::Between(0.5, 1.5)),
     ]
 }
