@@ -88,7 +88,7 @@ pub fn asked(found: &Found) -> Vec<Asked> {
         row("azimuth registration after 15 drone-minutes of `crossing`: mean error, degrees", early)
             .required(Bound::AtMost(0.35))
             .ambition(Bound::AtMost(0.25)),
-        row("the same after 200 drone-minutes", late)
+        row("azimuth registration after 200 drone-minutes of `crossing`: mean error, degrees", late)
             .required(Bound::AtMost(0.12))
             .ambition(Bound::AtMost(0.08)),
         row("NEES of the azimuth registration", &found.squares).required(Bound::Between(0.5, 1.5)),

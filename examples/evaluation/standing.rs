@@ -78,7 +78,7 @@ fn presence(scores: &[Scores]) -> Vec<Asked> {
         )
         .required(AtMost(1.0)),
         Asked::new(
-            "the same, `bias` after 40 drone-minutes",
+            "error of drones without transponder / radar's, `bias` after 40 drone-minutes",
             each(scores, &[Row::Settled("bias")], against_radar),
         )
         .required(AtMost(0.65))
