@@ -238,7 +238,7 @@ fn radars(scores: &[Scores]) -> Vec<Asked> {
     let rows: Vec<Row> = two.iter().map(|(row, _)| row.clone()).collect();
     vec![
         Asked::new(
-            "two radars, drone without transponder: error / one radar's, each seeing it 9/10 of the time",
+            "two radars, drone without transponder: error / one radar's, each seeing it most of the time",
             against(scores, std::slice::from_ref(steady), error),
         )
         .required(AtMost(0.40))

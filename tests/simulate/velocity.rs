@@ -62,7 +62,7 @@ fn frozen_velocities_are_one_a_track_whatever_flies() {
             first
         })
         .collect();
-    let speeds: Vec<f64> = of_tracks.iter().map(|velocity| velocity.norm()).collect();
+    let speeds: Vec<f64> = of_tracks.iter().map(Vector2::norm).collect();
     assert!(speeds.iter().all(|speed| (4.9..20.1).contains(speed)));
     println!("{} tracks", speeds.len());
     between("mean speed", 12.0, mean(&speeds), 13.0);
