@@ -66,8 +66,9 @@ fn rightly() -> Vec<Column> {
     let mut columns = Vec::from(both("association precision", ALL, PRECISION, 3));
     columns.extend(both("recall", ALL, RECALL, 3));
     columns.extend(both("identity changes a drone-minute, all", ALL, ID_CHANGES, 2));
-    columns.extend(both("slots with two numbers, percent", ALL, TWO_NUMBERS, 2));
-    columns.extend(both("ghosts, s a minute", ALL, GHOSTS, 1));
+    columns.push(Column::of("without transponder", US.unequipped, ID_CHANGES, 2));
+    columns.push(Column::of("slots with two numbers, percent", US.all, TWO_NUMBERS, 2));
+    columns.push(Column::of("ghosts, s a minute", US.all, GHOSTS, 1));
     columns.extend(both("false track, s a minute", ALL, FALSE_TRACK, 1));
     columns
 }
