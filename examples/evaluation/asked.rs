@@ -212,3 +212,51 @@ pub fn missed<'a>(asked: impl IntoIterator<Item = &'a Asked>) -> String {
         .collect();
     if missed.is_empty() { "Nothing that is measured.\n".to_owned() } else { missed }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn case(at: &'static str, mean: f64) -> Case {
+        Case { at, reached: Some(Mean { mean, error: Some(0.01), count: 20 }), reference: None }
+    }
+
+    fn reached(means: &[(&'static str, f64)]) -> String {
+        let cases = means.iter().map(|&(at, mean)| case(at, mean)).collect();
+        Asked::new("error", cases).required(Bound::AtMost(1.0)).ambition(Bound::AtMost(0.8)).reached()
+    }
+
+    #[test]
+    fn the_worst_case_is_judged_and_named() {
+        assert_eq!(reached(&[("a", 0.7), ("b", 1.2), ("c", 1.1)]), "1.20 ± 0.01 ✗ (`b`)");
+        assert_eq!(reached(&[("a", 0.7), ("b", 1.0)]), "1.00 ± 0.01 ✓ (`b`)");
+        assert_eq!(reached(&[("a", 0.7)]), "0.70 ± 0.01 ✓✓", "one alone needs no name");
+        let at_least =
+            Asked::new("PU", vec![case("a", 97.0), case("b", 95.0)]).required(Bound::AtLeast(96.0));
+        assert_eq!(at_least.decimals(0).reached(), "95 ± 0 ✗ (`b`)");
+    }
+
+    #[test]
+    fn an_ambition_alone_is_no_requirement() {
+        let asked = Asked::new("F1", vec![case("a", 0.9)]).ambition(Bound::AtLeast(0.99));
+        assert_eq!((asked.mark(), asked.is_missed()), (" ·", false));
+    }
+
+    #[test]
+    fn what_is_not_measured_is_neither_reached_nor_missed() {
+        let asked = Asked::new("lateness", measured(None, None)).required(Bound::AtMost(20.0)).now("118");
+        assert_eq!((asked.reached(), asked.is_missed()), ("–".to_owned(), false));
+        assert!(table(&[asked], Beside::Before).ends_with("| lateness | 118 | ≤ 20 | – | – |\n"));
+    }
+
+    #[test]
+    fn what_falls_short_says_why() {
+        let short = |why| Asked::new("error", vec![case("a", 2.0)]).required(Bound::AtMost(1.0)).why(why);
+        let text = missed(&[short("it is too large."), short("")]);
+        assert_eq!(
+            text,
+            "* **error**, 2.00 ± 0.01 ✗: it is too large.\n* **error**, 2.00 ± 0.01 ✗: not explained yet.\n"
+        );
+        assert_eq!(missed(&[Asked::new("nothing", Vec::new())]), "Nothing that is measured.\n");
+    }
+}

@@ -219,3 +219,25 @@ fn process_s() -> Result<f64, Failure> {
 fn now() -> Instant {
     Instant::now()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_exponent_is_that_of_a_power() {
+        let power = |exponent: f64| {
+            TARGETS.map(|targets| (f64::from(targets), 3e-6 * f64::from(targets).powf(exponent)))
+        };
+        for expected in [1.0, 1.35, 2.0] {
+            assert!((exponent(&power(expected)) - expected).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_quantile_is_one_of_the_values() {
+        let values: Vec<f64> = (1..=1000).rev().map(f64::from).collect();
+        assert_eq!([0.5, 0.99, 0.999].map(|share| quantile(&values, share)), [500.0, 990.0, 999.0]);
+        assert_eq!(quantile(&[7.0], 0.999), 7.0);
+    }
+}
