@@ -41,7 +41,7 @@ pub(super) fn initiate(
 fn is_nobodys(tracklet: &Tracklet, decided: &Decided, cycle: &Cycle) -> bool {
     tracklet.pairs().iter().all(|&(target, pair)| {
         let long_ago = || pair.last_likely.is_none_or(|likely| cycle.centre - likely >= INITIATION_HOLD);
-        decided.are_apart(tracklet.id, target) || (pair.llr < 0.0 && long_ago())
+        decided.are_apart(tracklet.id, target) || (pair.llr < -8.0 && long_ago())
     })
 }
 
