@@ -38,7 +38,7 @@ pub(super) struct Target {
 
 impl Target {
     fn new(id: TargetId, newest: Time, settings: &Settings) -> Self {
-        let filter = TargetFilter::new(&settings.motion);
+        let filter = TargetFilter::new(&settings.motion, settings.radars().count());
         Self { id, transponder: None, tracklet: None, radar: None, filter, number: None, newest }
     }
 
@@ -337,7 +337,7 @@ fn measured_by_radar(
         position: plot.position,
         height_measured: plot.height_measured,
         by: By::Radar {
-            owner: Owner { tracklet: tracklet.0, since: last },
+            owner: Owner { radar: plot.track.sensor, tracklet: tracklet.0, since: last },
             known: known.unwrap_or(Bias::of(&radar.errors)),
             seen,
             errors: radar.errors,
