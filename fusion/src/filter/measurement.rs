@@ -25,6 +25,16 @@ pub struct Measurement {
     pub by: By,
 }
 
+impl Measurement {
+    /// The radar that measured it; `None`: a transponder.
+    pub fn sensor(&self) -> Option<SensorIndex> {
+        match &self.by {
+            By::Transponder { .. } => None,
+            By::Radar { owner, .. } => Some(owner.radar),
+        }
+    }
+}
+
 /// What measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum By {

@@ -4,6 +4,9 @@
 //! least cost, then the tracks that begin in the seconds ahead. What is published is seconds old, so those are known; their
 //! plots tell where a target is that no sensor sees now.
 //!
+//! Where no transponder tells, a track is compared with what other radars see, too ([`mutual`]): two targets that turn out to
+//! be one become the older of them.
+//!
 //! The order counts. A target that a track of this radar has just been found to be is seen again, so no track ahead may
 //! claim it; and what one radar has found, begun or ahead, is no longer missing to the next radar.
 
@@ -11,9 +14,10 @@ use super::correlation::Decided;
 use super::cycle::{Cycle, LATEST};
 use super::ids::{TargetId, TrackletId};
 use super::likelihood::PairLikelihood;
+use super::mutual;
 use super::reacquisition;
 use super::settings::{Radar, periods};
-use super::targets::Targets;
+use super::targets::{Target, Targets};
 use super::tracklets::{Tracklet, Tracklets};
 use super::tuning::{
     ASSOCIATE_LLR, CLASS_LLR_MAX, DISSOCIATE_LLR, HYSTERESIS_LLR, LOOK_AHEAD_S, PAIR_LLR_MAX,
@@ -36,7 +40,10 @@ pub(super) fn associate(tracklets: &mut Tracklets, targets: &mut Targets, decide
         for assign in STEPS {
             let tracks = RadarTracks { sensor, radar, tracklets, targets, decided, cycle };
             for (id, target) in assign(&tracks) {
-                targets.follow(tracklets, id, target);
+                match target {
+                    Some(target) => targets.follow_together(tracklets, id, target),
+                    None => targets.follow(tracklets, id, None),
+                }
             }
         }
     }
@@ -110,9 +117,13 @@ impl RadarTracks<'_> {
             Some(Score { target, llr, is_reacquired: false })
         });
         let mut scores: Vec<Score> = compared.collect();
+        for score in self.mutual_scores(tracklet) {
+            scores.retain(|compared| compared.target != score.target);
+            scores.push(score);
+        }
         match tracklet.target() {
             // Nothing to compare it with: it stays what it is.
-            Some(target) if tracklet.pair(target).is_none() => {
+            Some(target) if tracklet.pair(target).is_none() && tracklet.mutual_with(target).is_none() => {
                 scores.push(Score { target, llr: 0.0, is_reacquired: false });
             }
             Some(_) => {}
@@ -131,6 +142,35 @@ impl RadarTracks<'_> {
         scores
     }
 
+    /// The targets that a track could be by what other radars see of them.
+    fn mutual_scores(&self, tracklet: &Tracklet) -> impl Iterator<Item = Score> {
+        // That it is a drone is no evidence that it is this one; that it is none is evidence against it.
+        let class = tracklet.existence().log_odds().min(0.0);
+        let own = tracklet.target();
+        tracklet.mutual().iter().filter_map(move |&(id, pair)| {
+            let target = self.targets.get(id)?;
+            let is_own = own == Some(id);
+            let of_transponder = tracklet.pair_llr(id).filter(|_| !is_own).unwrap_or(0.0).min(0.0);
+            let so_far = pair.llr + class + of_transponder - pair.bias_penalty;
+            if so_far + PAIR_LLR_MAX <= if is_own { DISSOCIATE_LLR } else { ASSOCIATE_LLR } {
+                return (is_own).then_some(Score { target: id, llr: so_far, is_reacquired: false });
+            }
+            if !is_own && !self.may_become(own, target) {
+                return None;
+            }
+            let llr = mutual::llr(tracklet, target, self.tracklets, self.cycle)? + class + of_transponder;
+            Some(Score { target: id, llr, is_reacquired: false })
+        })
+    }
+
+    /// Whether a track of the target `own` may become part of another: of two targets the one stays that a transponder tells
+    /// of, or that was there before.
+    fn may_become(&self, own: Option<TargetId>, other: &Target) -> bool {
+        own.and_then(|own| self.targets.get(own)).is_none_or(|own| {
+            own.transponder().is_none() && (other.transponder().is_some() || other.id() < own.id())
+        })
+    }
+
     /// Targets that no sensor sees now, where they must be.
     fn unseen(&self) -> Vec<(TargetId, StateEstimate)> {
         let unseen = self.targets.iter().filter(|target| target.is_unseen(self.tracklets, self.cycle));
@@ -146,7 +186,7 @@ impl RadarTracks<'_> {
         for tracklet in self.tracklets().filter(|tracklet| tracklet.begins_within(LOOK_AHEAD_S, self.cycle)) {
             if let Some(own) = tracklet.target() {
                 // The target is followed by another track meanwhile.
-                if self.targets.get(own).is_none_or(|own| own.tracklet() != Some(tracklet.id)) {
+                if self.targets.get(own).is_none_or(|own| !own.is_followed_by(tracklet.id)) {
                     freed.push((tracklet.id, None));
                 }
                 continue;

@@ -1,9 +1,10 @@
-//! The pass that compares each radar track with the transponders near it.
+//! The pass that compares each radar track with the transponders near it, and with what other radars see near it.
 
 use std::collections::BTreeSet;
 
 use super::cycle::Cycle;
 use super::ids::TargetId;
+use super::mutual;
 use super::settings::Radar;
 use super::targets::{Target, Targets};
 use super::tracklets::Tracklets;
@@ -30,6 +31,7 @@ pub(super) fn compare(tracklets: &mut Tracklets, targets: &Targets, cycle: &Cycl
             }
         }
     }
+    mutual::compare(tracklets, targets, cycle);
 }
 
 /// Gate: those of the targets that the plot could be of.

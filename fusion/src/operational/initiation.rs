@@ -2,11 +2,13 @@
 
 use super::correlation::Decided;
 use super::cycle::{Cycle, EARLIEST};
-use super::ids::TrackletId;
+use super::ids::{TargetId, TrackletId};
+use super::likelihood::PairLikelihood;
+use super::mutual;
 use super::reacquisition;
 use super::targets::Targets;
 use super::tracklets::{Tracklet, Tracklets};
-use super::tuning::{COAST_MAX_S, CONFIRM_LOG_ODDS, INITIATION_HOLD};
+use super::tuning::{ASSOCIATE_LLR, COAST_MAX_S, CONFIRM_LOG_ODDS, INITIATION_HOLD};
 
 /// Initiates a target, at once back to its first plot, of each radar track that is confirmed and nobody's.
 pub(super) fn initiate(tracklets: &mut Tracklets, targets: &mut Targets, decided: &Decided, cycle: &Cycle) {
@@ -15,7 +17,7 @@ pub(super) fn initiate(tracklets: &mut Tracklets, targets: &mut Targets, decided
         // Where one plot alone goes nobody knows.
         let is_track = tracklet.first() < tracklet.last() && tracklet.last() >= cycle.centre;
         let is_free = || match tracklet.first() < cycle.end {
-            true => is_nobodys(tracklet, decided, cycle),
+            true => is_nobodys(tracklet, tracklets, targets, decided, cycle),
             false => {
                 tracklet.begins_within(COAST_MAX_S, cycle) && is_unclaimed(tracklet, targets, decided, cycle)
             }
@@ -23,19 +25,57 @@ pub(super) fn initiate(tracklets: &mut Tracklets, targets: &mut Targets, decided
         tracklet.target().is_none() && is_track && is_confirmed && is_free()
     };
     let new: Vec<TrackletId> = tracklets.iter().filter(is_initiated).map(|tracklet| tracklet.id).collect();
+    let mut initiated: Vec<TargetId> = Vec::new();
     for id in new {
-        let target = targets.insert_unknown(cycle);
+        // Two radars may begin to see a drone at once.
+        let target = match of_other_radar(id, &initiated, tracklets, targets, cycle) {
+            Some((target, llr)) if llr > ASSOCIATE_LLR => target,
+            Some(_) => continue,
+            None => targets.insert_unknown(cycle),
+        };
         targets.follow(tracklets, id, Some(target));
         targets.filter(target, EARLIEST, tracklets, cycle);
+        initiated.push(target);
     }
 }
 
-/// Whether a track that has begun is not likely to be a transponder's, and was not lately.
-fn is_nobodys(tracklet: &Tracklet, decided: &Decided, cycle: &Cycle) -> bool {
-    tracklet.pairs().iter().all(|&(target, pair)| {
-        let long_ago = || pair.last_likely.is_none_or(|likely| cycle.centre - likely >= INITIATION_HOLD);
-        decided.are_apart(tracklet.id, target) || (pair.llr < 0.0 && long_ago())
-    })
+/// Which of the targets that have just been initiated by tracks of other radars this track could be, and its LLR above 0.
+fn of_other_radar(
+    id: TrackletId,
+    initiated: &[TargetId],
+    tracklets: &Tracklets,
+    targets: &Targets,
+    cycle: &Cycle,
+) -> Option<(TargetId, f64)> {
+    let tracklet = tracklets.get(id)?;
+    let llr = |&target: &TargetId| {
+        let target = targets.get(target)?;
+        let is_free = !mutual::is_taken(target, tracklet.key.sensor, tracklets, cycle);
+        let llr = is_free.then(|| mutual::llr_of_new(tracklet, target, tracklets, cycle.settings))??;
+        (llr > 0.0).then_some((target.id(), llr))
+    };
+    initiated.iter().filter_map(llr).max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// Whether a track that has begun is not likely to be a transponder's or another radar's, and was not lately.
+fn is_nobodys(
+    tracklet: &Tracklet,
+    tracklets: &Tracklets,
+    targets: &Targets,
+    decided: &Decided,
+    cycle: &Cycle,
+) -> bool {
+    let long_ago = |pair: &PairLikelihood| {
+        pair.last_likely.is_none_or(|likely| cycle.centre - likely >= INITIATION_HOLD)
+    };
+    let is_apart = |&(target, pair): &(TargetId, PairLikelihood)| {
+        decided.are_apart(tracklet.id, target) || (pair.llr < 0.0 && long_ago(&pair))
+    };
+    let is_mutual = |&(id, pair): &(TargetId, PairLikelihood)| {
+        let llr = targets.get(id).and_then(|target| mutual::llr(tracklet, target, tracklets, cycle));
+        decided.are_apart(tracklet.id, id) || (llr.is_none_or(|llr| llr < 0.0) && long_ago(&pair))
+    };
+    tracklet.pairs().iter().all(is_apart) && tracklet.mutual().iter().all(is_mutual)
 }
 
 /// Whether a track that is still to begin could be no known target.

@@ -5,8 +5,10 @@
 //! independently ([`axis`]). The logarithms of the plots' likelihood ratios are summed.
 
 mod axis;
+mod mutual;
 
 use axis::{Axis, Errors};
+pub(super) use mutual::Reference;
 
 use super::settings::{Radar, Settings};
 use super::transponder::{Transponder, TransponderBias};

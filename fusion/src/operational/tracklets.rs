@@ -31,6 +31,8 @@ pub(super) struct Tracklet {
     plots: VecDeque<CorrectedPlot>,
     /// Likelihoods that it is one with the targets that came near; by target.
     pairs: Vec<(TargetId, PairLikelihood)>,
+    /// Likelihoods that it is one with targets near it that other radars see and no transponder tells of; by target.
+    mutual: Vec<(TargetId, PairLikelihood)>,
     /// By the plots up to the last slot, with its centre;
     settled: (Existence, Time),
     /// by all of them, with the time of the last.
@@ -41,7 +43,8 @@ impl Tracklet {
     fn new(id: TrackletId, plot: CorrectedPlot) -> Self {
         let unknown = (Existence::default(), EARLIEST);
         let (key, plots) = (plot.plot.track, VecDeque::from([plot]));
-        Self { id, key, target: None, plots, pairs: Vec::new(), settled: unknown, ahead: unknown }
+        let (pairs, mutual) = (Vec::new(), Vec::new());
+        Self { id, key, target: None, plots, pairs, mutual, settled: unknown, ahead: unknown }
     }
 
     /// A plot: of two of one time the last received counts.
@@ -174,6 +177,41 @@ impl Tracklet {
         self.pair(target)?.total()
     }
 
+    /// Targets that other radars see, and how likely it is each of them, by the plots up to the slot.
+    pub(super) fn mutual(&self) -> &[(TargetId, PairLikelihood)] {
+        &self.mutual
+    }
+
+    /// How likely it is that target, by what the other radars see of that.
+    pub(super) fn mutual_with(&self, target: TargetId) -> Option<&PairLikelihood> {
+        let index = self.mutual.binary_search_by_key(&target, |pair| pair.0).ok()?;
+        Some(&self.mutual[index].1)
+    }
+
+    /// Its sum with the penalty.
+    pub(super) fn mutual_llr(&self, target: TargetId) -> Option<f64> {
+        self.mutual_with(target)?.total()
+    }
+
+    /// What other radars see, compared anew; by target.
+    pub(super) fn set_mutual(&mut self, mutual: Vec<(TargetId, PairLikelihood)>) {
+        self.mutual = mutual;
+    }
+
+    /// Where it was between two plots that are no further apart than that, and the times from them and to them, seconds.
+    pub(super) fn place_at(&self, time: Time, apart_s: f64) -> Option<(Enu, f64, f64)> {
+        let after = self.index(time);
+        let next = &self.plots.get(after)?.plot;
+        if next.time == time {
+            return Some((next.position, 0.0, 0.0));
+        }
+        let before = &self.plots[after.checked_sub(1)?].plot;
+        let (since_s, until_s) = (time.seconds_since(before.time), next.time.seconds_since(time));
+        let share = since_s / (since_s + until_s);
+        let place = before.position.0 + (next.position.0 - before.position.0) * share;
+        (since_s + until_s <= apart_s).then(|| (Enu::from(place), since_s, until_s))
+    }
+
     /// Compares the plots up to `until` with a transponder: those after `since`, or all where it came near only now.
     pub(super) fn compare(
         &mut self,
@@ -278,6 +316,7 @@ impl Tracklets {
     pub(super) fn forget_targets(&mut self, is_left: impl Fn(&TargetId) -> bool) {
         for tracklet in self.all.values_mut() {
             tracklet.pairs.retain(|(id, _)| is_left(id));
+            tracklet.mutual.retain(|(id, _)| is_left(id));
             tracklet.target = tracklet.target.filter(&is_left);
         }
     }
