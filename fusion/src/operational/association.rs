@@ -123,7 +123,9 @@ impl RadarTracks<'_> {
         }
         match tracklet.target() {
             // Nothing to compare it with: it stays what it is.
-            Some(target) if tracklet.pair(target).is_none() && tracklet.mutual_with(target).is_none() => {
+            Some(target)
+                if tracklet.pair(target).is_none() && !scores.iter().any(|score| score.target == target) =>
+            {
                 scores.push(Score { target, llr: 0.0, is_reacquired: false });
             }
             Some(_) => {}
@@ -143,23 +145,20 @@ impl RadarTracks<'_> {
     }
 
     /// The targets that a track could be by what other radars see of them.
-    fn mutual_scores(&self, tracklet: &Tracklet) -> impl Iterator<Item = Score> {
+    fn mutual_scores<'t>(&'t self, tracklet: &'t Tracklet) -> impl Iterator<Item = Score> + 't {
         // That it is a drone is no evidence that it is this one; that it is none is evidence against it.
         let class = tracklet.existence().log_odds().min(0.0);
         let own = tracklet.target();
-        tracklet.mutual().iter().filter_map(move |&(id, pair)| {
-            let target = self.targets.get(id)?;
-            let is_own = own == Some(id);
-            let of_transponder = tracklet.pair_llr(id).filter(|_| !is_own).unwrap_or(0.0).min(0.0);
-            let so_far = pair.llr + class + of_transponder - pair.bias_penalty;
-            if so_far + PAIR_LLR_MAX <= if is_own { DISSOCIATE_LLR } else { ASSOCIATE_LLR } {
-                return (is_own).then_some(Score { target: id, llr: so_far, is_reacquired: false });
-            }
-            if !is_own && !self.may_become(own, target) {
-                return None;
-            }
-            let llr = mutual::llr(tracklet, target, self.tracklets, self.cycle)? + class + of_transponder;
-            Some(Score { target: id, llr, is_reacquired: false })
+        mutual::targets(tracklet, self.tracklets, self.targets).filter_map(move |target| {
+            let id = target.id();
+            let told = mutual::told(tracklet, target, self.tracklets, self.cycle)?;
+            let llr = match own == Some(id) {
+                true => told.around,
+                false if !self.may_become(own, target) => return None,
+                // What their transponder has told against it still holds.
+                false => told.later + tracklet.pair_llr(id).unwrap_or(0.0).min(0.0),
+            };
+            Some(Score { target: id, llr: llr + class, is_reacquired: false })
         })
     }
 

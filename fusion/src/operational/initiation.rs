@@ -17,7 +17,7 @@ pub(super) fn initiate(tracklets: &mut Tracklets, targets: &mut Targets, decided
         // Where one plot alone goes nobody knows.
         let is_track = tracklet.first() < tracklet.last() && tracklet.last() >= cycle.centre;
         let is_free = || match tracklet.first() < cycle.end {
-            true => is_nobodys(tracklet, tracklets, targets, decided, cycle),
+            true => is_nobodys(tracklet, tracklets, decided, cycle),
             false => {
                 tracklet.begins_within(COAST_MAX_S, cycle) && is_unclaimed(tracklet, targets, decided, cycle)
             }
@@ -49,33 +49,27 @@ fn of_other_radar(
 ) -> Option<(TargetId, f64)> {
     let tracklet = tracklets.get(id)?;
     let llr = |&target: &TargetId| {
-        let target = targets.get(target)?;
-        let is_free = !mutual::is_taken(target, tracklet.key.sensor, tracklets, cycle);
-        let llr = is_free.then(|| mutual::llr_of_new(tracklet, target, tracklets, cycle.settings))??;
-        (llr > 0.0).then_some((target.id(), llr))
+        let followed = || targets.get(target).into_iter().flat_map(|target| target.followed(tracklets));
+        let is_free = followed().all(|other| other.key.sensor != tracklet.key.sensor);
+        let llr = followed().find_map(|other| mutual::llr(tracklet, other, cycle.settings))?;
+        (is_free && llr > 0.0).then_some((target, llr))
     };
     initiated.iter().filter_map(llr).max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// Whether a track that has begun is not likely to be a transponder's or another radar's, and was not lately.
-fn is_nobodys(
-    tracklet: &Tracklet,
-    tracklets: &Tracklets,
-    targets: &Targets,
-    decided: &Decided,
-    cycle: &Cycle,
-) -> bool {
+fn is_nobodys(tracklet: &Tracklet, tracklets: &Tracklets, decided: &Decided, cycle: &Cycle) -> bool {
     let long_ago = |pair: &PairLikelihood| {
         pair.last_likely.is_none_or(|likely| cycle.centre - likely >= INITIATION_HOLD)
     };
     let is_apart = |&(target, pair): &(TargetId, PairLikelihood)| {
         decided.are_apart(tracklet.id, target) || (pair.llr < 0.0 && long_ago(&pair))
     };
-    let is_mutual = |&(id, pair): &(TargetId, PairLikelihood)| {
-        let llr = targets.get(id).and_then(|target| mutual::llr(tracklet, target, tracklets, cycle));
-        decided.are_apart(tracklet.id, id) || (llr.is_none_or(|llr| llr < 0.0) && long_ago(&pair))
+    let is_apart_there = |&(id, pair): &(TrackletId, PairLikelihood)| {
+        let Some(other) = tracklets.get(id).filter(|other| other.target().is_some()) else { return true };
+        long_ago(&pair) && mutual::llr(tracklet, other, cycle.settings).is_none_or(|llr| llr < 0.0)
     };
-    tracklet.pairs().iter().all(is_apart) && tracklet.mutual().iter().all(is_mutual)
+    tracklet.pairs().iter().all(is_apart) && tracklet.mutual().iter().all(is_apart_there)
 }
 
 /// Whether a track that is still to begin could be no known target.

@@ -277,11 +277,10 @@ impl Targets {
     pub(super) fn follow_together(&mut self, tracklets: &mut Tracklets, id: TrackletId, now: TargetId) {
         let before = tracklets.get(id).and_then(Tracklet::target).filter(|&before| before != now);
         let left = before.and_then(|before| self.all.get(&before)).filter(|left| left.transponder.is_none());
-        let own = left.and_then(|left| tracklets.get(id)?.mutual_llr(left.id));
         let goes_along = |other: &&Tracklet| {
-            let is_one = other.mutual_llr(before.unwrap_or(now)).or(own).is_some_and(|llr| llr > 0.0);
+            let pair = other.mutual_with(id).and_then(PairLikelihood::total);
             let is_free = |now: &Target| now.followed.iter().all(|followed| followed.0 != other.key.sensor);
-            other.id != id && is_one && self.all.get(&now).is_some_and(is_free)
+            pair.is_some_and(|llr| llr > 0.0) && self.all.get(&now).is_some_and(is_free)
         };
         let others: Vec<TrackletId> = left
             .into_iter()

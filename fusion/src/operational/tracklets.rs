@@ -31,8 +31,8 @@ pub(super) struct Tracklet {
     plots: VecDeque<CorrectedPlot>,
     /// Likelihoods that it is one with the targets that came near; by target.
     pairs: Vec<(TargetId, PairLikelihood)>,
-    /// Likelihoods that it is one with targets near it that other radars see and no transponder tells of; by target.
-    mutual: Vec<(TargetId, PairLikelihood)>,
+    /// Likelihoods that it is one with tracks of other radars that came near.
+    mutual: Vec<(TrackletId, PairLikelihood)>,
     /// By the plots up to the last slot, with its centre;
     settled: (Existence, Time),
     /// by all of them, with the time of the last.
@@ -177,25 +177,27 @@ impl Tracklet {
         self.pair(target)?.total()
     }
 
-    /// Targets that other radars see, and how likely it is each of them, by the plots up to the slot.
-    pub(super) fn mutual(&self) -> &[(TargetId, PairLikelihood)] {
+    /// The tracks of other radars that it was compared with.
+    pub(super) fn mutual(&self) -> &[(TrackletId, PairLikelihood)] {
         &self.mutual
     }
 
-    /// How likely it is that target, by what the other radars see of that.
-    pub(super) fn mutual_with(&self, target: TargetId) -> Option<&PairLikelihood> {
-        let index = self.mutual.binary_search_by_key(&target, |pair| pair.0).ok()?;
-        Some(&self.mutual[index].1)
+    /// How likely it is one with a track of another radar, by the plots up to the slot.
+    pub(super) fn mutual_with(&self, other: TrackletId) -> Option<&PairLikelihood> {
+        self.mutual.iter().find(|pair| pair.0 == other).map(|pair| &pair.1)
     }
 
-    /// Its sum with the penalty.
-    pub(super) fn mutual_llr(&self, target: TargetId) -> Option<f64> {
-        self.mutual_with(target)?.total()
+    /// The likelihood with another radar's track, with the plots up to the slot.
+    pub(super) fn set_mutual(&mut self, other: TrackletId, pair: PairLikelihood) {
+        match self.mutual.iter_mut().find(|known| known.0 == other) {
+            Some(known) => known.1 = pair,
+            None => self.mutual.push((other, pair)),
+        }
     }
 
-    /// What other radars see, compared anew; by target.
-    pub(super) fn set_mutual(&mut self, mutual: Vec<(TargetId, PairLikelihood)>) {
-        self.mutual = mutual;
+    /// Forgets the tracks that it was not likely to be one with since then.
+    pub(super) fn forget_mutual(&mut self, since: Time) {
+        self.mutual.retain(|(_, pair)| pair.last_likely.is_some_and(|likely| likely > since));
     }
 
     /// Where it was between two plots that are no further apart than that, and the times from them and to them, seconds.
@@ -316,7 +318,6 @@ impl Tracklets {
     pub(super) fn forget_targets(&mut self, is_left: impl Fn(&TargetId) -> bool) {
         for tracklet in self.all.values_mut() {
             tracklet.pairs.retain(|(id, _)| is_left(id));
-            tracklet.mutual.retain(|(id, _)| is_left(id));
             tracklet.target = tracklet.target.filter(&is_left);
         }
     }
