@@ -4,11 +4,12 @@ use super::correlation::Decided;
 use super::cycle::{Cycle, EARLIEST};
 use super::ids::{TargetId, TrackletId};
 use super::likelihood::PairLikelihood;
-use super::mutual;
+use super::mutual::{self, Evidence};
 use super::reacquisition;
 use super::targets::Targets;
 use super::tracklets::{Tracklet, Tracklets};
 use super::tuning::{ASSOCIATE_LLR, COAST_MAX_S, CONFIRM_LOG_ODDS, INITIATION_HOLD};
+use crate::time::Time;
 
 /// Initiates a target, at once back to its first plot, of each radar track that is confirmed and nobody's.
 pub(super) fn initiate(tracklets: &mut Tracklets, targets: &mut Targets, decided: &Decided, cycle: &Cycle) {
@@ -59,15 +60,14 @@ fn of_other_radar(
 
 /// Whether a track that has begun is not likely to be a transponder's or another radar's, and was not lately.
 fn is_nobodys(tracklet: &Tracklet, tracklets: &Tracklets, decided: &Decided, cycle: &Cycle) -> bool {
-    let long_ago = |pair: &PairLikelihood| {
-        pair.last_likely.is_none_or(|likely| cycle.centre - likely >= INITIATION_HOLD)
-    };
+    let long_ago =
+        |likely: Option<Time>| likely.is_none_or(|likely| cycle.centre - likely >= INITIATION_HOLD);
     let is_apart = |&(target, pair): &(TargetId, PairLikelihood)| {
-        decided.are_apart(tracklet.id, target) || (pair.llr < 0.0 && long_ago(&pair))
+        decided.are_apart(tracklet.id, target) || (pair.llr < 0.0 && long_ago(pair.last_likely))
     };
-    let is_apart_there = |&(id, pair): &(TrackletId, PairLikelihood)| {
+    let is_apart_there = |&(id, pair): &(TrackletId, Evidence)| {
         let Some(other) = tracklets.get(id).filter(|other| other.target().is_some()) else { return true };
-        long_ago(&pair) && mutual::llr(tracklet, other, cycle.settings).is_none_or(|llr| llr < 0.0)
+        long_ago(pair.last_likely) && mutual::llr(tracklet, other, cycle.settings).is_none_or(|llr| llr < 0.0)
     };
     tracklet.pairs().iter().all(is_apart) && tracklet.mutual().iter().all(is_apart_there)
 }

@@ -5,10 +5,8 @@
 //! independently ([`axis`]). The logarithms of the plots' likelihood ratios are summed.
 
 mod axis;
-mod mutual;
 
 use axis::{Axis, Errors};
-pub(super) use mutual::Reference;
 
 use super::settings::{Radar, Settings};
 use super::transponder::{Transponder, TransponderBias};

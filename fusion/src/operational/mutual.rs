@@ -1,15 +1,18 @@
-//! Whether tracks of two radars are one aircraft: the likelihood ratio of the offset between them.
+//! Whether tracks of two radars are one aircraft: the likelihood ratio of the offset between them ([`evidence`]).
 //!
 //! Tracks that come near each other are compared where no transponder tells: the plots of the one that began later with the
-//! place of the other at their times. In range and azimuth of its own radar the offset is that one's bias less the other's,
-//! which the axes of the other radar spread over both.
+//! place of the other at their times.
 //!
 //! A track is a target as far as it is one with the target's tracks of other radars. Of those that a target has, each goes by
 //! those that were there before it: so where they move apart the one leaves that came last.
 
+mod evidence;
+
+pub(super) use evidence::Evidence;
+use evidence::Reference;
+
 use super::cycle::{Cycle, EARLIEST, LATEST};
 use super::ids::{TargetId, TrackletId};
-use super::likelihood::{PairLikelihood, Reference};
 use super::settings::{Radar, Settings};
 use super::targets::{Target, Targets};
 use super::tracklets::{Tracklet, Tracklets};
@@ -39,7 +42,7 @@ pub(super) fn compare(tracklets: &mut Tracklets, targets: &Targets, cycle: &Cycl
         tracklets.iter().filter_map(|tracklet| seen(tracklet, targets, cycle)).collect();
     by_east.sort_by(|a, b| a.place.0.x.total_cmp(&b.place.0.x));
     let widest_m = by_east.iter().map(|seen| seen.sigma_m).fold(0.0, f64::max);
-    let mut compared: Vec<(TrackletId, TrackletId, PairLikelihood)> = Vec::new();
+    let mut compared: Vec<(TrackletId, TrackletId, Evidence)> = Vec::new();
     for seen in &by_east {
         let own = seen.tracklet;
         for other in near(&by_east, widest_m, seen) {
@@ -47,7 +50,7 @@ pub(super) fn compare(tracklets: &mut Tracklets, targets: &Targets, cycle: &Cycl
             let from = if known.is_some() { cycle.previous } else { EARLIEST };
             let mut pair = known.copied().unwrap_or_default();
             add(&mut pair, own.between(from, cycle.centre), own, other, settings);
-            if pair.total().is_some() {
+            if !pair.is_empty() {
                 compared.push((own.id, other.id, pair));
             }
         }
@@ -65,10 +68,9 @@ pub(super) fn compare(tracklets: &mut Tracklets, targets: &Targets, cycle: &Cycl
 /// What the tracks of a target tell of another one's being part of it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Told {
-    /// By the plots up to the slot.
-    pub(super) so_far: f64,
-    /// And by those after it: in the order of their time; and backward, back to the slot, both by themselves.
+    /// As it will be told by the plots after the slot: whether they stay together.
     pub(super) later: f64,
+    /// By the plots up to the slot, and back to it by those after it: whether they are together.
     pub(super) around: f64,
 }
 
@@ -85,14 +87,12 @@ pub(super) fn told(
         let Some(pair) = tracklet.mutual_with(other.id) else { continue };
         let (earlier, later) = if tracklet.id < other.id { (tracklet, other) } else { (other, tracklet) };
         let plots = later.between(cycle.centre, LATEST);
-        let (mut forward, mut backward) = (*pair, PairLikelihood::default());
+        let (mut forward, mut backward) = (*pair, Evidence::default());
         add(&mut forward, plots.clone(), later, earlier, cycle.settings);
         add(&mut backward, plots.rev(), later, earlier, cycle.settings);
-        let penalty = pair.bias_penalty.max(backward.bias_penalty);
-        let sum = told.get_or_insert(Told { so_far: 0.0, later: 0.0, around: 0.0 });
-        sum.so_far += pair.llr - pair.bias_penalty;
-        sum.later += forward.llr - forward.bias_penalty;
-        sum.around += pair.llr + backward.llr - penalty;
+        let sum = told.get_or_insert(Told { later: 0.0, around: 0.0 });
+        sum.later += forward.llr;
+        sum.around += pair.llr + backward.llr;
     }
     told
 }
@@ -100,9 +100,9 @@ pub(super) fn told(
 /// How likely two tracks are one by all their plots; `None` where there is nothing to compare.
 pub(super) fn llr(one: &Tracklet, other: &Tracklet, settings: &Settings) -> Option<f64> {
     let (earlier, later) = if one.id < other.id { (one, other) } else { (other, one) };
-    let mut pair = PairLikelihood::default();
+    let mut pair = Evidence::default();
     add(&mut pair, later.between(EARLIEST, LATEST), later, earlier, settings);
-    pair.total()
+    (!pair.is_empty()).then_some(pair.llr)
 }
 
 /// The targets that a track was compared with.
@@ -154,7 +154,7 @@ fn near<'a>(by_east: &'a [Seen<'a>], widest_m: f64, seen: &'a Seen) -> impl Iter
 
 /// Takes in plots of a track where another one tells where it was.
 fn add<'a>(
-    pair: &mut PairLikelihood,
+    pair: &mut Evidence,
     plots: impl Iterator<Item = &'a Plot>,
     own: &Tracklet,
     other: &Tracklet,
@@ -162,7 +162,11 @@ fn add<'a>(
 ) {
     let radar = |tracklet: &Tracklet| settings.radar(tracklet.key.sensor);
     let Some((own, radar)) = radar(own).zip(radar(other)) else { return };
-    pair.add_mutual(plots.filter_map(|plot| Some((plot, reference(other, radar, plot.time)?))), own);
+    for plot in plots {
+        if let Some(reference) = reference(other, radar, plot.time) {
+            pair.add(plot, &reference, own);
+        }
+    }
 }
 
 /// Where another radar's track was.

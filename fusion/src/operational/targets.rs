@@ -278,9 +278,9 @@ impl Targets {
         let before = tracklets.get(id).and_then(Tracklet::target).filter(|&before| before != now);
         let left = before.and_then(|before| self.all.get(&before)).filter(|left| left.transponder.is_none());
         let goes_along = |other: &&Tracklet| {
-            let pair = other.mutual_with(id).and_then(PairLikelihood::total);
+            let pair = other.mutual_with(id);
             let is_free = |now: &Target| now.followed.iter().all(|followed| followed.0 != other.key.sensor);
-            pair.is_some_and(|llr| llr > 0.0) && self.all.get(&now).is_some_and(is_free)
+            pair.is_some_and(|pair| pair.llr > 0.0) && self.all.get(&now).is_some_and(is_free)
         };
         let others: Vec<TrackletId> = left
             .into_iter()

@@ -6,6 +6,7 @@ use super::cycle::{Cycle, EARLIEST, LATEST};
 use super::existence::Existence;
 use super::ids::{TargetId, TrackletId};
 use super::likelihood::PairLikelihood;
+use super::mutual::Evidence;
 use super::settings::{Radar, Settings};
 use super::transponder::Transponder;
 use super::tuning::{DRONE_SPEED_MAX_M_S, GATE_M, TRACK_GATE_SIGMAS};
@@ -32,7 +33,7 @@ pub(super) struct Tracklet {
     /// Likelihoods that it is one with the targets that came near; by target.
     pairs: Vec<(TargetId, PairLikelihood)>,
     /// Likelihoods that it is one with tracks of other radars that came near.
-    mutual: Vec<(TrackletId, PairLikelihood)>,
+    mutual: Vec<(TrackletId, Evidence)>,
     /// By the plots up to the last slot, with its centre;
     settled: (Existence, Time),
     /// by all of them, with the time of the last.
@@ -178,17 +179,17 @@ impl Tracklet {
     }
 
     /// The tracks of other radars that it was compared with.
-    pub(super) fn mutual(&self) -> &[(TrackletId, PairLikelihood)] {
+    pub(super) fn mutual(&self) -> &[(TrackletId, Evidence)] {
         &self.mutual
     }
 
     /// How likely it is one with a track of another radar, by the plots up to the slot.
-    pub(super) fn mutual_with(&self, other: TrackletId) -> Option<&PairLikelihood> {
+    pub(super) fn mutual_with(&self, other: TrackletId) -> Option<&Evidence> {
         self.mutual.iter().find(|pair| pair.0 == other).map(|pair| &pair.1)
     }
 
     /// The likelihood with another radar's track, with the plots up to the slot.
-    pub(super) fn set_mutual(&mut self, other: TrackletId, pair: PairLikelihood) {
+    pub(super) fn set_mutual(&mut self, other: TrackletId, pair: Evidence) {
         match self.mutual.iter_mut().find(|known| known.0 == other) {
             Some(known) => known.1 = pair,
             None => self.mutual.push((other, pair)),
