@@ -20,8 +20,8 @@ use super::settings::{Radar, periods};
 use super::targets::{Target, Targets};
 use super::tracklets::{Tracklet, Tracklets};
 use super::tuning::{
-    ASSOCIATE_LLR, CLASS_LLR_MAX, DISSOCIATE_LLR, HYSTERESIS_LLR, LOOK_AHEAD_S, PAIR_LLR_MAX,
-    REACQUIRE_AHEAD_LLR, REACQUIRE_LLR, TRACK_LASTS_PERIODS,
+    ASSOCIATE_LLR, CLASS_LLR_MAX, DISSOCIATE_LLR, HYSTERESIS_LLR, LOOK_AHEAD_S, MUTUAL_ASSOCIATE_LLR,
+    PAIR_LLR_MAX, REACQUIRE_AHEAD_LLR, REACQUIRE_LLR, TRACK_LASTS_PERIODS,
 };
 use crate::assignment::{Candidate, assign};
 use crate::filter::StateEstimate;
@@ -63,8 +63,29 @@ struct RadarTracks<'a> {
 struct Score {
     target: TargetId,
     llr: f64,
-    /// By where it must be, not by its transponder.
-    is_reacquired: bool,
+    by: Evidence,
+}
+
+/// What a score rests on.
+#[derive(Clone, Copy, Debug)]
+enum Evidence {
+    /// The target's transponder.
+    Transponder,
+    /// Its tracks of other radars.
+    OtherRadars,
+    /// Where it must be, since no sensor sees it.
+    Place,
+}
+
+impl Evidence {
+    /// A track becomes a target from this LLR on.
+    fn least(self) -> f64 {
+        match self {
+            Self::Transponder => ASSOCIATE_LLR,
+            Self::OtherRadars => MUTUAL_ASSOCIATE_LLR,
+            Self::Place => REACQUIRE_LLR,
+        }
+    }
 }
 
 impl RadarTracks<'_> {
@@ -82,10 +103,9 @@ impl RadarTracks<'_> {
         let mut problem = Problem::default();
         for tracklet in self.tracklets().filter(lasts) {
             let candidate = |score: Score| {
-                let (least, bonus) = match score.is_reacquired {
-                    _ if tracklet.target() == Some(score.target) => (DISSOCIATE_LLR, HYSTERESIS_LLR),
-                    true => (REACQUIRE_LLR, 0.0),
-                    false => (ASSOCIATE_LLR, 0.0),
+                let (least, bonus) = match tracklet.target() == Some(score.target) {
+                    true => (DISSOCIATE_LLR, HYSTERESIS_LLR),
+                    false => (score.by.least(), 0.0),
                 };
                 let is_free = self.decided.leaves(tracklet, score.target);
                 (is_free && score.llr > least).then_some((score.target, DISSOCIATE_LLR - bonus - score.llr))
@@ -114,7 +134,7 @@ impl RadarTracks<'_> {
             let plots = tracklet.between(centre, LATEST).rev();
             ahead.add_plots(plots, self.targets.get(target)?.transponder()?, self.radar, settings);
             let llr = pair.llr + ahead.llr + class - pair.bias_penalty.max(ahead.bias_penalty);
-            Some(Score { target, llr, is_reacquired: false })
+            Some(Score { target, llr, by: Evidence::Transponder })
         });
         let mut scores: Vec<Score> = compared.collect();
         for score in self.mutual_scores(tracklet) {
@@ -126,7 +146,7 @@ impl RadarTracks<'_> {
             Some(target)
                 if tracklet.pair(target).is_none() && !scores.iter().any(|score| score.target == target) =>
             {
-                scores.push(Score { target, llr: 0.0, is_reacquired: false });
+                scores.push(Score { target, llr: 0.0, by: Evidence::Transponder });
             }
             Some(_) => {}
             None => {
@@ -136,7 +156,7 @@ impl RadarTracks<'_> {
                         scores.retain(|compared| compared.target != target);
                         // The likelihood from before it was out of sight counts as well.
                         let llr = tracklet.pair_llr(target).unwrap_or(0.0) + llr + class;
-                        scores.push(Score { target, llr, is_reacquired: true });
+                        scores.push(Score { target, llr, by: Evidence::Place });
                     }
                 }
             }
@@ -158,7 +178,7 @@ impl RadarTracks<'_> {
                 // What their transponder has told against it still holds.
                 false => told.later + tracklet.pair_llr(id).unwrap_or(0.0).min(0.0),
             };
-            Some(Score { target: id, llr: llr + class, is_reacquired: false })
+            Some(Score { target: id, llr: llr + class, by: Evidence::OtherRadars })
         })
     }
 

@@ -8,7 +8,7 @@ use super::mutual::{self, Evidence};
 use super::reacquisition;
 use super::targets::Targets;
 use super::tracklets::{Tracklet, Tracklets};
-use super::tuning::{ASSOCIATE_LLR, COAST_MAX_S, CONFIRM_LOG_ODDS, INITIATION_HOLD};
+use super::tuning::{COAST_MAX_S, CONFIRM_LOG_ODDS, INITIATION_HOLD, MUTUAL_APART_LLR, MUTUAL_ASSOCIATE_LLR};
 use crate::time::Time;
 
 /// Initiates a target, at once back to its first plot, of each radar track that is confirmed and nobody's.
@@ -30,7 +30,7 @@ pub(super) fn initiate(tracklets: &mut Tracklets, targets: &mut Targets, decided
     for id in new {
         // Two radars may begin to see a drone at once.
         let target = match of_other_radar(id, &initiated, tracklets, targets, cycle) {
-            Some((target, llr)) if llr > ASSOCIATE_LLR => target,
+            Some((target, llr)) if llr > MUTUAL_ASSOCIATE_LLR => target,
             Some(_) => continue,
             None => targets.insert_unknown(cycle),
         };
@@ -40,7 +40,7 @@ pub(super) fn initiate(tracklets: &mut Tracklets, targets: &mut Targets, decided
     }
 }
 
-/// Which of the targets that have just been initiated by tracks of other radars this track could be, and its LLR above 0.
+/// Which of the targets that have just been initiated by tracks of other radars this track could be, and its LLR.
 fn of_other_radar(
     id: TrackletId,
     initiated: &[TargetId],
@@ -53,7 +53,7 @@ fn of_other_radar(
         let followed = || targets.get(target).into_iter().flat_map(|target| target.followed(tracklets));
         let is_free = followed().all(|other| other.key.sensor != tracklet.key.sensor);
         let llr = followed().find_map(|other| mutual::llr(tracklet, other, cycle.settings))?;
-        (is_free && llr > 0.0).then_some((target, llr))
+        (is_free && llr > MUTUAL_APART_LLR).then_some((target, llr))
     };
     initiated.iter().filter_map(llr).max_by(|a, b| a.1.total_cmp(&b.1))
 }
@@ -67,7 +67,8 @@ fn is_nobodys(tracklet: &Tracklet, tracklets: &Tracklets, decided: &Decided, cyc
     };
     let is_apart_there = |&(id, pair): &(TrackletId, Evidence)| {
         let Some(other) = tracklets.get(id).filter(|other| other.target().is_some()) else { return true };
-        long_ago(pair.last_likely) && mutual::llr(tracklet, other, cycle.settings).is_none_or(|llr| llr < 0.0)
+        long_ago(pair.last_likely)
+            && mutual::llr(tracklet, other, cycle.settings).is_none_or(|llr| llr < MUTUAL_APART_LLR)
     };
     tracklet.pairs().iter().all(is_apart) && tracklet.mutual().iter().all(is_apart_there)
 }

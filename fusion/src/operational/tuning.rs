@@ -109,6 +109,10 @@ pub(super) const MUTUAL_LOOK_S: f64 = 4.0;
 pub(super) const MUTUAL_MEMORY_S: f64 = 15.0;
 /// Least LLR of one plot: a track may be seduced for a while.
 pub(super) const MUTUAL_LOOK_MIN_LLR: f64 = -8.0;
+/// A radar track becomes a target by the tracks of other radars from this LLR on.
+pub(super) const MUTUAL_ASSOCIATE_LLR: f64 = 4.0;
+/// A radar track that could be such a target is one of its own below this LLR.
+pub(super) const MUTUAL_APART_LLR: f64 = -4.0;
 /// Two tracks with this LLR are likely to be one aircraft.
 pub(super) const MUTUAL_LIKELY_LLR: f64 = 1.0;
 
