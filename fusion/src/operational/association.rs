@@ -174,7 +174,7 @@ impl RadarTracks<'_> {
             let told = mutual::told(tracklet, target, self.tracklets, self.cycle)?;
             let llr = match own == Some(id) {
                 true => told.around,
-                false if !self.may_become(own, target) => return None,
+                false if !self.may_become(tracklet, target) => return None,
                 // What their transponder has told against it still holds.
                 false => told.later + tracklet.pair_llr(id).unwrap_or(0.0).min(0.0),
             };
@@ -182,11 +182,15 @@ impl RadarTracks<'_> {
         })
     }
 
-    /// Whether a track of the target `own` may become part of another: of two targets the one stays that a transponder tells
-    /// of, or that was there before.
-    fn may_become(&self, own: Option<TargetId>, other: &Target) -> bool {
-        own.and_then(|own| self.targets.get(own)).is_none_or(|own| {
-            own.transponder().is_none() && (other.transponder().is_some() || other.id() < own.id())
+    /// Whether a track may become part of another target than its own. The first track of a target takes the target along: of
+    /// two the one stays that a transponder tells of, or that was there before.
+    fn may_become(&self, tracklet: &Tracklet, other: &Target) -> bool {
+        let own = tracklet.target().and_then(|own| self.targets.get(own));
+        own.is_none_or(|own| {
+            let first = own.followed(self.tracklets).next();
+            let takes_along = first.is_none_or(|first| first.id == tracklet.id);
+            let is_before = other.transponder().is_some() || other.id() < own.id();
+            own.transponder().is_none() && (is_before || !takes_along)
         })
     }
 

@@ -50,9 +50,8 @@ pub(super) fn compare(tracklets: &mut Tracklets, targets: &Targets, cycle: &Cycl
             let from = if known.is_some() { cycle.previous } else { EARLIEST };
             let mut pair = known.copied().unwrap_or_default();
             add(&mut pair, own.between(from, cycle.centre), own, other, settings);
-            if !pair.is_empty() {
-                compared.push((own.id, other.id, pair));
-            }
+            // Also where there is nothing to compare up to the slot: it is looked at with what comes after that.
+            compared.push((own.id, other.id, pair));
         }
     }
     tracklets.iter_mut().for_each(|tracklet| tracklet.forget_mutual(cycle.centre + -INITIATION_HOLD));

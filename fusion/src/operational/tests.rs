@@ -4,6 +4,7 @@ mod ahead;
 mod associating;
 mod initiating;
 mod publishing;
+mod several_radars;
 pub(super) mod two_drones;
 
 use super::cycle::EARLIEST;
