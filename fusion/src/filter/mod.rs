@@ -17,6 +17,11 @@
 //! sections 6.3 (nearly constant velocity), 8.2 (Singer), 11.6 (interacting multiple models), 11.7 (coordinated turns),
 //! 8.6 (fixed-interval smoothing); M. Rousseau, L. Ratton, T. Fournet, *Multiple sensor tracking in a sense & avoid context*.
 
+#![allow(
+    clippy::needless_range_loop,
+    reason = "loops over small arrays by their index are unrolled in every build; iterators leave calls"
+)]
+
 mod bias;
 mod errors;
 mod gaussian;

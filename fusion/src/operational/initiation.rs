@@ -63,7 +63,7 @@ fn is_nobodys(tracklet: &Tracklet, tracklets: &Tracklets, decided: &Decided, cyc
     let long_ago =
         |likely: Option<Time>| likely.is_none_or(|likely| cycle.centre - likely >= INITIATION_HOLD);
     let is_apart = |&(target, pair): &(TargetId, PairLikelihood)| {
-        decided.are_apart(tracklet.id, target) || (pair.llr < 0.0 && long_ago(pair.last_likely))
+        decided.are_apart(tracklet.id, target) || (pair.llr < -8.0 && long_ago(pair.last_likely))
     };
     let is_apart_there = |&(id, pair): &(TrackletId, Evidence)| {
         let Some(other) = tracklets.get(id).filter(|other| other.target().is_some()) else { return true };
