@@ -20,7 +20,8 @@ pub(super) fn initiate(tracklets: &mut Tracklets, targets: &mut Targets, decided
         let is_free = || match tracklet.first() < cycle.end {
             true => is_nobodys(tracklet, tracklets, decided, cycle),
             false => {
-                tracklet.begins_within(COAST_MAX_S, cycle) && is_unclaimed(tracklet, targets, decided, cycle)
+                tracklet.begins_within(COAST_MAX_S, cycle)
+                    && is_unclaimed(tracklet, tracklets, targets, decided, cycle)
             }
         };
         tracklet.target().is_none() && is_track && is_confirmed && is_free()
@@ -73,9 +74,21 @@ fn is_nobodys(tracklet: &Tracklet, tracklets: &Tracklets, decided: &Decided, cyc
     tracklet.pairs().iter().all(is_apart) && tracklet.mutual().iter().all(is_apart_there)
 }
 
-/// Whether a track that is still to begin could be no known target.
-fn is_unclaimed(tracklet: &Tracklet, targets: &Targets, decided: &Decided, cycle: &Cycle) -> bool {
+/// Whether a track that is still to begin could be no known target: not where that must be, nor what other radars see of it.
+fn is_unclaimed(
+    tracklet: &Tracklet,
+    tracklets: &Tracklets,
+    targets: &Targets,
+    decided: &Decided,
+    cycle: &Cycle,
+) -> bool {
+    let is_apart = |other: &Tracklet| {
+        other.target().is_none()
+            || other.key.sensor == tracklet.key.sensor
+            || mutual::llr(tracklet, other, cycle.settings).is_none_or(|llr| llr < MUTUAL_APART_LLR)
+    };
     decided.target(tracklet.id).is_none()
+        && tracklets.iter().all(is_apart)
         && cycle
             .settings
             .radar(tracklet.key.sensor)
