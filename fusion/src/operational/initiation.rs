@@ -84,7 +84,7 @@ fn is_unclaimed(
 ) -> bool {
     let is_apart = |other: &Tracklet| {
         other.target().is_none()
-            || other.key.sensor == tracklet.key.sensor
+            || !mutual::begins_near(tracklet, other, cycle.settings)
             || mutual::llr(tracklet, other, cycle.settings).is_none_or(|llr| llr < MUTUAL_APART_LLR)
     };
     decided.target(tracklet.id).is_none()

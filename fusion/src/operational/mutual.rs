@@ -104,6 +104,21 @@ pub(super) fn llr(one: &Tracklet, other: &Tracklet, settings: &Settings) -> Opti
     (!pair.is_empty()).then_some(pair.llr)
 }
 
+/// Gate: whether a track begins where another radar's track is then.
+pub(super) fn begins_near(tracklet: &Tracklet, other: &Tracklet, settings: &Settings) -> bool {
+    let is_near = || {
+        let plot = tracklet.nearest(tracklet.first())?;
+        let there = other.nearest(plot.time)?;
+        let away_s = plot.time.seconds_since(there.time).abs();
+        let sigma_m = |plot: &Plot| Some(settings.radar(plot.track.sensor)?.plot_sigma_m(plot.position));
+        let gate_m =
+            GATE_M + DRONE_SPEED_MAX_M_S * away_s + GATE_SIGMAS * sigma_m(plot)?.hypot(sigma_m(there)?);
+        let away_m = (plot.position.0 - there.position.0).xy().norm();
+        Some(away_s <= COMPARE_WITHIN_S && away_m <= gate_m)
+    };
+    tracklet.key.sensor != other.key.sensor && is_near().unwrap_or(false)
+}
+
 /// The targets that a track was compared with.
 pub(super) fn targets<'a>(
     tracklet: &'a Tracklet,
