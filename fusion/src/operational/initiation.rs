@@ -18,7 +18,7 @@ pub(super) fn initiate(tracklets: &mut Tracklets, targets: &mut Targets, decided
         // Where one plot alone goes nobody knows.
         let is_track = tracklet.first() < tracklet.last() && tracklet.last() >= cycle.centre;
         let is_free = || match tracklet.first() < cycle.end {
-            true => is_nobodys(tracklet, tracklets, decided, cycle),
+            true => is_nobodys(tracklet, tracklets, targets, decided, cycle),
             false => {
                 tracklet.begins_within(COAST_MAX_S, cycle)
                     && is_unclaimed(tracklet, tracklets, targets, decided, cycle)
@@ -60,14 +60,24 @@ fn of_other_radar(
 }
 
 /// Whether a track that has begun is not likely to be a transponder's or another radar's, and was not lately.
-fn is_nobodys(tracklet: &Tracklet, tracklets: &Tracklets, decided: &Decided, cycle: &Cycle) -> bool {
+fn is_nobodys(
+    tracklet: &Tracklet,
+    tracklets: &Tracklets,
+    targets: &Targets,
+    decided: &Decided,
+    cycle: &Cycle,
+) -> bool {
     let long_ago =
         |likely: Option<Time>| likely.is_none_or(|likely| cycle.centre - likely >= INITIATION_HOLD);
     let is_apart = |&(target, pair): &(TargetId, PairLikelihood)| {
         decided.are_apart(tracklet.id, target) || (pair.llr < -8.0 && long_ago(pair.last_likely))
     };
     let is_apart_there = |&(id, pair): &(TrackletId, Evidence)| {
-        let Some(other) = tracklets.get(id).filter(|other| other.target().is_some()) else { return true };
+        let Some(other) =
+            tracklets.get(id).filter(|other| could_be(tracklet, other, tracklets, targets, cycle))
+        else {
+            return true;
+        };
         long_ago(pair.last_likely)
             && mutual::llr(tracklet, other, cycle.settings).is_none_or(|llr| llr < MUTUAL_APART_LLR)
     };
@@ -83,7 +93,7 @@ fn is_unclaimed(
     cycle: &Cycle,
 ) -> bool {
     let is_apart = |other: &Tracklet| {
-        other.target().is_none()
+        !could_be(tracklet, other, tracklets, targets, cycle)
             || !mutual::begins_near(tracklet, other, cycle.settings)
             || mutual::llr(tracklet, other, cycle.settings).is_none_or(|llr| llr < MUTUAL_APART_LLR)
     };
@@ -93,4 +103,19 @@ fn is_unclaimed(
             .settings
             .radar(tracklet.key.sensor)
             .is_some_and(|radar| reacquisition::plausible(tracklet, radar, targets, decided).next().is_none())
+}
+
+/// Whether another radar's track is of a target that no other track of this one's radar is now.
+fn could_be(
+    tracklet: &Tracklet,
+    other: &Tracklet,
+    tracklets: &Tracklets,
+    targets: &Targets,
+    cycle: &Cycle,
+) -> bool {
+    let is_taken = |followed: &Tracklet| {
+        followed.key.sensor == tracklet.key.sensor && followed.last() >= cycle.centre.max(tracklet.first())
+    };
+    let target = other.target().and_then(|target| targets.get(target));
+    target.is_some_and(|target| !target.followed(tracklets).any(is_taken))
 }
