@@ -188,6 +188,14 @@ impl<F: Copy> TangentPlane<F> {
         self.origin
     }
 
+    /// The turn that makes of this frame's axes those of another; none where both touch at one latitude and longitude.
+    pub fn turn_to<G>(&self, other: &TangentPlane<G>) -> Rotation3<f64> {
+        if (self.origin.latitude, self.origin.longitude) == (other.origin.latitude, other.origin.longitude) {
+            return Rotation3::identity();
+        }
+        other.to_enu * self.to_enu.inverse()
+    }
+
     /// An Earth-centred position in this frame.
     pub fn from_ecef(&self, position: Ecef) -> Enu<F> {
         Enu::from(self.to_enu * (position.0 - self.origin_ecef))
@@ -217,6 +225,13 @@ pub struct RadarFrame {
 }
 
 impl RadarFrame {
+    /// A radar that stands at `radar` and whose axes are those of the tangent plane there: turned against the site's by the
+    /// convergence of the meridians and the curvature of the Earth; not at all where it stands at the site's origin.
+    pub fn new(site: &TangentPlane, radar: Geodetic) -> Self {
+        let own = TangentPlane::<AtRadar>::at(radar);
+        Self { origin: site.from_geodetic(radar), to_site: own.turn_to(site) }
+    }
+
     /// A radar at `origin` whose axes are the site's: exact at the site's origin, and good near it (at 10 km they are turned
     /// by up to 0.1° about the horizontal, and about the vertical by 0.1° times the tangent of the latitude).
     pub fn parallel(origin: Enu) -> Self {
@@ -247,6 +262,37 @@ impl RadarFrame {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A step of a radar's axes, taken on the Earth and back, is that step of the site's axes.
+    #[test]
+    fn a_radars_axes_are_those_where_it_stands() {
+        let origin = Geodetic::from_degrees(58.0, 10.0, 100.0);
+        let site = TangentPlane::at_site(origin);
+        for (latitude_deg, longitude_deg, height_m) in
+            [(58.05, 10.2, 30.0), (57.8, 9.9, 400.0), (58.0, 10.0, 104.0)]
+        {
+            let radar = Geodetic::from_degrees(latitude_deg, longitude_deg, height_m);
+            let own = TangentPlane::<AtRadar>::at(radar);
+            let frame = RadarFrame::new(&site, radar);
+            for at in [[3000.0, -800.0, 90.0], [0.0, 5000.0, 20.0], [0.0, 0.0, 1000.0]] {
+                let there = Enu::<AtRadar>::from(Vector3::from(at));
+                let on_earth = site.from_ecef(own.to_ecef(there));
+                assert!((frame.to_site(there).0 - on_earth.0).norm() < 1e-8, "{latitude_deg} {at:?}");
+                assert!((frame.from_site(on_earth).0 - there.0).norm() < 1e-8, "{latitude_deg} {at:?}");
+            }
+            let convergence = (radar.longitude - origin.longitude) * radar.latitude.sin();
+            let north = frame.vector_from_site(Vector3::y());
+            assert!((north.x.atan2(north.y) - convergence).abs() < 1e-4, "{latitude_deg}");
+        }
+    }
+
+    #[test]
+    fn a_radar_above_the_sites_origin_has_its_axes() {
+        let site = TangentPlane::at_site(Geodetic::from_degrees(58.0, 10.0, 100.0));
+        let frame = RadarFrame::new(&site, Geodetic::from_degrees(58.0, 10.0, 104.0));
+        let vector = Vector3::new(1.0, 2.0, 3.0);
+        assert_eq!(frame.vector_from_site(vector), vector);
+    }
 
     #[test]
     fn the_gaussian_radius_is_the_mean_of_the_two_curvatures() {

@@ -35,7 +35,7 @@ pub struct Plot {
     pub slant_range_m: f64,
     /// Probability that it is a UAV, 0 to 1; `None` where the radar does not say.
     pub uav_probability: Option<f64>,
-    /// Velocity over ground, m/s, east and north at the radar (I048/200).
+    /// Velocity over ground in the site's frame, m/s, east and north (I048/200).
     pub velocity: Option<Vector2<f64>>,
 }
 

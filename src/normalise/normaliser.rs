@@ -7,7 +7,7 @@ use asterix::cat129::{GnssAccuracy, VerticalVelocity};
 use asterix::{DataSource, TimeOfDay, cat034, cat129};
 
 use jiff::SignedDuration;
-use nalgebra::Vector2;
+use nalgebra::{Rotation3, Vector2};
 
 use super::clock::nearest_day;
 use super::polar::RadarSite;
@@ -103,6 +103,8 @@ struct RadarSensor {
     site: RadarSite,
     /// Whether the common frame is this radar's own.
     is_origin: bool,
+    /// Turns a vector of this radar's axes into the common frame's.
+    turn: Rotation3<f64>,
     /// Ellipsoidal height of a plot without a measured one, metres.
     assumed_height_m: f64,
     classification: Classification,
@@ -139,13 +141,15 @@ impl Normaliser {
             let height_m = radar.height_amsl_m + undulation_m;
             let position = Geodetic::from_degrees(radar.latitude_deg, radar.longitude_deg, height_m);
             let site = RadarSite::new(position, radar.bearing_correction_deg);
-            frame.get_or_insert_with(|| TangentPlane::at_site(position));
+            let common = frame.get_or_insert_with(|| TangentPlane::at_site(position));
+            let turn = site.frame().turn_to(common);
             radars.insert(
                 source,
                 RadarSensor {
                     index,
                     site,
                     is_origin,
+                    turn,
                     assumed_height_m: radar.assumed_height_amsl_m + undulation_m,
                     classification: radar.classification,
                 },
@@ -289,7 +293,8 @@ impl RadarSensor {
             slant_range_m,
             uav_probability: self.uav_probability(record),
             velocity: record.track_velocity.map(|velocity| {
-                self.site.velocity(velocity.speed_m_s(), velocity.heading_deg().to_radians())
+                let own = self.site.velocity(velocity.speed_m_s(), velocity.heading_deg().to_radians());
+                (self.turn * own.push(0.0)).xy()
             }),
         })
     }

@@ -67,7 +67,7 @@ fn sensor(sensor: &config::Sensor, config: &Config, normaliser: &Normaliser) -> 
                 (accuracy.range_m, accuracy.azimuth_deg, accuracy.height_m.unwrap_or(RADAR_ACCURACY.2))
             });
             Sensor::Radar(Radar {
-                frame: RadarFrame::parallel(normaliser.frame().from_geodetic(place)),
+                frame: RadarFrame::new(normaliser.frame(), place),
                 errors: RadarErrors::of_data_sheet(range_m, azimuth_deg, height_m),
                 registration: match radar.registration {
                     Registration::Off => RegistrationMode::Off,

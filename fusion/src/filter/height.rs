@@ -1,20 +1,25 @@
-//! The state above ground: height, climb, the bias of the radar's height, and where the model has one, the
-//! acceleration.
+//! The state above ground: height, climb, where the model has one the acceleration, and the bias of each radar's height.
 
-use nalgebra::{SMatrix, SVector, matrix, vector};
+use super::bias::{Bias, SlowChange};
+use super::gaussian::{Gaussian, Motion, Scalar, Slow};
+use super::motion::{Models, white_acceleration};
+use super::singer::{HeightAxis, Singer};
+use super::symmetric::{Rows, Symmetric};
 
-use super::bias::{Bias, Moments, SlowChange};
-use super::imm::{Gaussian, Linear, Observation};
-use super::motion::Models;
-use super::singer::Singer;
-
-/// Height (metres), climb (metres a second), and the radar's bias (metres).
-pub(super) const STATES: usize = 3;
-/// With the acceleration behind these, metres a second squared.
-pub(super) const STATES_SINGER: usize = 4;
+/// Height (metres), climb (metres a second); behind them, of each radar, its bias (metres).
 const CLIMB: usize = 1;
-const SLOW: usize = 2;
-const ACCELERATION: usize = 3;
+/// With the acceleration before the biases, metres a second squared.
+const ACCELERATION: usize = 2;
+
+/// How many numbers a state has with the biases of so many radars.
+pub(super) const fn states(radars: usize) -> usize {
+    2 + radars
+}
+
+/// The same with the acceleration.
+pub(super) const fn states_singer(radars: usize) -> usize {
+    3 + radars
+}
 
 /// Rates of climb that a target may have when it is first seen, one standard deviation, metres a second.
 const FIRST_CLIMB: f64 = 2.0;
@@ -27,78 +32,108 @@ const NOISE: f64 = 1.0;
 
 /// How a target climbs and sinks: a model of a state of `D` numbers.
 pub(super) trait AboveGround<const D: usize> {
-    /// A target at about this height, before that is measured; `is_measured`: it will be. And the radar's bias.
-    fn first(&self, height_m: f64, is_measured: bool, slow: Option<&Bias>) -> Gaussian<D>;
+    /// The motion.
+    type Motion: Motion<D>;
 
-    /// The motion over `dt` seconds, and what becomes of the bias.
-    fn motion(&self, dt: f64, slow: &SlowChange) -> Linear<D>;
+    /// A target at about this height, before that is measured; `is_measured`: it will be. Of the biases nothing is known.
+    fn first(&self, height_m: f64, is_measured: bool) -> Gaussian<D>;
+
+    /// The motion over `dt` seconds.
+    fn motion(&self, dt: f64) -> Self::Motion;
 }
 
-impl AboveGround<STATES> for Models {
-    fn first(&self, height_m: f64, is_measured: bool, slow: Option<&Bias>) -> Gaussian<STATES> {
-        level(height_m, is_measured, slow)
-    }
+/// A climb that goes on, disturbed by white acceleration.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Climb {
+    dt: f64,
+    /// Covariance of height, height and climb, climb.
+    noise: [f64; 3],
+}
 
-    fn motion(&self, dt: f64, slow: &SlowChange) -> Linear<STATES> {
-        let (p, c, v) = (NOISE * dt.powi(3) / 3.0, NOISE * dt * dt / 2.0, NOISE * dt);
-        Linear {
-            transition: matrix![1.0, dt, 0.0; 0.0, 1.0, 0.0; 0.0, 0.0, slow.kept],
-            shift: vector![0.0, 0.0, slow.added.height_m.mean],
-            noise: matrix![p, c, 0.0; c, v, 0.0; 0.0, 0.0, slow.added.height_m.variance],
+impl<const D: usize> Motion<D> for Climb {
+    const MOVING: usize = 2;
+
+    #[inline]
+    fn carry<const N: usize>(&self, rows: &mut Rows<N, D>) {
+        for column in 0..N {
+            rows[0][column] += self.dt * rows[CLIMB][column];
         }
     }
+
+    #[inline]
+    fn add_noise(&self, covariance: &mut Symmetric<D>) {
+        let [height, across, climb] = self.noise;
+        covariance.add_at(0, 0, height);
+        covariance.add_at(0, CLIMB, across);
+        covariance.add_at(CLIMB, CLIMB, climb);
+    }
 }
 
-impl AboveGround<STATES_SINGER> for Singer {
-    fn first(&self, height_m: f64, is_measured: bool, slow: Option<&Bias>) -> Gaussian<STATES_SINGER> {
-        let mut first = level(height_m, is_measured, slow);
-        first.covariance[(ACCELERATION, ACCELERATION)] = self.vertical * self.vertical;
+impl<const D: usize> AboveGround<D> for Models {
+    type Motion = Climb;
+
+    fn first(&self, height_m: f64, is_measured: bool) -> Gaussian<D> {
+        level(height_m, is_measured)
+    }
+
+    fn motion(&self, dt: f64) -> Climb {
+        Climb { dt, noise: white_acceleration(NOISE, dt) }
+    }
+}
+
+impl<const D: usize> AboveGround<D> for Singer {
+    type Motion = HeightAxis;
+
+    fn first(&self, height_m: f64, is_measured: bool) -> Gaussian<D> {
+        let mut first = level(height_m, is_measured);
+        first.covariance.set_diagonal(ACCELERATION, self.vertical * self.vertical);
         first
     }
 
-    fn motion(&self, dt: f64, slow: &SlowChange) -> Linear<STATES_SINGER> {
-        let mut moved =
-            Linear { transition: SMatrix::zeros(), shift: SVector::zeros(), noise: SMatrix::zeros() };
-        self.over(dt, self.vertical).put_into(&mut moved, [0, CLIMB, ACCELERATION]);
-        moved.transition[(SLOW, SLOW)] = slow.kept;
-        let Moments { mean, variance } = slow.added.height_m;
-        (moved.shift[SLOW], moved.noise[(SLOW, SLOW)]) = (mean, variance);
-        moved
+    fn motion(&self, dt: f64) -> HeightAxis {
+        HeightAxis(self.over(dt, self.vertical))
     }
 }
 
-/// What is known first of each state but the acceleration.
-fn level<const D: usize>(height_m: f64, is_measured: bool, slow: Option<&Bias>) -> Gaussian<D> {
+/// What is known first of height and climb.
+fn level<const D: usize>(height_m: f64, is_measured: bool) -> Gaussian<D> {
     let deviation = if is_measured { ANYWHERE_M } else { UNKNOWN_M };
-    let slow = slow.copied().unwrap_or(Bias::NONE);
-    let mut mean = SVector::<f64, D>::zeros();
-    let mut covariance = SMatrix::<f64, D, D>::zeros();
-    mean[0] = height_m;
-    covariance[(0, 0)] = deviation * deviation;
-    covariance[(CLIMB, CLIMB)] = FIRST_CLIMB * FIRST_CLIMB;
-    (mean[SLOW], covariance[(SLOW, SLOW)]) = (slow.height_m.mean, slow.height_m.variance);
-    Gaussian { mean, covariance }
+    let mut first = Gaussian { mean: [0.0; D], covariance: Symmetric::ZERO };
+    first.mean[0] = height_m;
+    first.covariance.set_diagonal(0, deviation * deviation);
+    first.covariance.set_diagonal(CLIMB, FIRST_CLIMB * FIRST_CLIMB);
+    first
 }
 
-/// A height with that deviation; `radar`: its bias is in it.
-pub(super) fn height<const D: usize>(height_m: f64, sigma_m: f64, radar: bool) -> Observation<D, 1> {
-    let mut matrix = SMatrix::<f64, 1, D>::zeros();
-    matrix[0] = 1.0;
-    matrix[SLOW] = if radar { 1.0 } else { 0.0 };
-    Observation {
-        value: SVector::<f64, 1>::new(height_m),
-        matrix,
-        noise: SMatrix::<f64, 1, 1>::new(sigma_m * sigma_m),
+/// What is known first of the biases.
+pub(super) fn begin<const D: usize, const S: usize>(state: &mut Gaussian<D>, biases: &[Bias; S]) {
+    for (radar, bias) in biases.iter().enumerate() {
+        let place = D - S + radar;
+        state.mean[place] = bias.height_m.mean;
+        state.covariance.set_diagonal(place, bias.height_m.variance);
     }
+}
+
+/// What becomes of the biases.
+pub(super) fn slow<const D: usize, const S: usize>(changes: &[SlowChange; S]) -> Slow<D> {
+    let mut slow = Slow::NONE;
+    for (radar, SlowChange { kept, added }) in changes.iter().enumerate() {
+        slow.set(D - S + radar, *kept, added.height_m);
+    }
+    slow
+}
+
+/// A height with that deviation; `radar`: whose bias, of `S`, is in it.
+pub(super) fn height<const D: usize, const S: usize>(
+    height_m: f64,
+    sigma_m: f64,
+    radar: Option<usize>,
+) -> Scalar {
+    let bias = radar.map_or((0, 0.0), |radar| (D - S + radar, 1.0));
+    Scalar { row: [(0, 1.0), bias, (0, 0.0)], value: height_m, noise: sigma_m * sigma_m }
 }
 
 /// A rate of climb with that deviation.
-pub(super) fn climb<const D: usize>(climb: f64, deviation: f64) -> Observation<D, 1> {
-    let mut matrix = SMatrix::<f64, 1, D>::zeros();
-    matrix[CLIMB] = 1.0;
-    Observation {
-        value: SVector::<f64, 1>::new(climb),
-        matrix,
-        noise: SMatrix::<f64, 1, 1>::new(deviation * deviation),
-    }
+pub(super) fn climb(climb: f64, deviation: f64) -> Scalar {
+    Scalar { row: [(CLIMB, 1.0), (0, 0.0), (0, 0.0)], value: climb, noise: deviation * deviation }
 }

@@ -4,8 +4,8 @@ use nalgebra::{Matrix2, Vector2, Vector3};
 
 use super::bias::Bias;
 use super::errors::{LineOfSight, RadarErrors};
-use super::imm::Gaussian;
 use crate::frames::Enu;
+use crate::report::SensorIndex;
 use crate::time::Time;
 
 /// One measurement of a target.
@@ -23,6 +23,16 @@ pub struct Measurement {
     pub climb: Option<(f64, f64)>,
     /// By what.
     pub by: By,
+}
+
+impl Measurement {
+    /// The radar that measured it; `None`: a transponder.
+    pub fn sensor(&self) -> Option<SensorIndex> {
+        match &self.by {
+            By::Transponder { .. } => None,
+            By::Radar { owner, .. } => Some(owner.radar),
+        }
+    }
 }
 
 /// What measured.
@@ -51,6 +61,8 @@ pub enum By {
 /// Whose bias: a radar track, and since when it has been the source of the position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Owner {
+    /// The radar.
+    pub radar: SensorIndex,
     /// Tells radar tracks apart.
     pub tracklet: u64,
     /// The last report of a transponder before; `None`: there was none.
@@ -77,25 +89,6 @@ pub struct StateEstimate {
 }
 
 impl StateEstimate {
-    /// Of a state over ground and one above it. `jumped`: see [`super::smoother`].
-    pub(super) fn of<const P: usize, const H: usize>(
-        plane: &Gaussian<P>,
-        height: &Gaussian<H>,
-        jumped: Vector2<f64>,
-        since_s: Option<f64>,
-        until_s: Option<f64>,
-    ) -> Self {
-        Self {
-            position: Enu::new(plane.mean[0], plane.mean[1], height.mean[0]),
-            velocity: Vector3::new(plane.mean[2], plane.mean[3], height.mean[1]),
-            horizontal: plane.covariance.fixed_view::<2, 2>(0, 0) + jumped * jumped.transpose(),
-            vertical: height.covariance[(0, 0)],
-            velocity_covariance: plane.covariance.fixed_view::<2, 2>(2, 2).into_owned(),
-            since_s,
-            until_s,
-        }
-    }
-
     /// Standard deviation over ground, metres: of each axis in the mean.
     pub fn sigma_m(&self) -> f64 {
         (self.horizontal.trace() / 2.0).max(0.0).sqrt()

@@ -1,12 +1,15 @@
 //! State of one target, position, velocity and covariance, from measurements of several sensors, each at its own time.
-//! Matrices of fixed size, so that the same input gives the same bytes.
+//! Arrays of fixed size, so that the same input gives the same bytes.
 //!
 //! | file | what |
 //! |---|---|
 //! | `motion`, `singer` | how drones move between two instants: several models, or one whose acceleration lasts |
+//! | `symmetric` | covariances as plain arrays |
+//! | `gaussian` | a state that moves and is observed, one number after another; the way back to it |
 //! | `imm` | interacting multiple models, and the one Gaussian that stands for their mixture |
-//! | `plane`, `height` | the state over ground, the state above it, each with the radar's bias |
+//! | `plane`, `height` | the state over ground, the state above it, each with the biases of radars |
 //! | `errors`, `bias` | a radar's errors; the part of them that lasts for a while |
+//! | `state` | what is known at an instant, and what a measurement adds |
 //! | `smoother` | measurements in order of their time: forward filter, backward smoother |
 //! | `measurement`, `target` | measurements and state; the filter of one target, whichever the model |
 //!
@@ -14,9 +17,14 @@
 //! sections 6.3 (nearly constant velocity), 8.2 (Singer), 11.6 (interacting multiple models), 11.7 (coordinated turns),
 //! 8.6 (fixed-interval smoothing); M. Rousseau, L. Ratton, T. Fournet, *Multiple sensor tracking in a sense & avoid context*.
 
+#![allow(
+    clippy::needless_range_loop,
+    reason = "loops over small arrays by their index are unrolled in every build; iterators leave calls"
+)]
+
 mod bias;
 mod errors;
-
+mod gaussian;
 mod height;
 mod imm;
 mod measurement;
@@ -24,6 +32,8 @@ mod motion;
 mod plane;
 mod singer;
 mod smoother;
+mod state;
+mod symmetric;
 mod target;
 #[cfg(test)]
 mod tests;

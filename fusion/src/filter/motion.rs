@@ -1,6 +1,7 @@
 //! How drones move: constant velocity, disturbed little or much, and turns at a constant rate.
 
-use nalgebra::{Matrix4, matrix};
+use super::gaussian::Motion;
+use super::symmetric::{Rows, Symmetric};
 
 /// How many models interact.
 pub(super) const MODELS: usize = 4;
@@ -58,67 +59,87 @@ impl Models {
 }
 
 /// The motion over an interval: x' = F x + w, w normal with covariance Q.
+///
+/// On both axes at once F is made of two turns with a stretch: of the velocity, and of what the velocity adds to the place.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Motion {
-    /// Transition F.
-    pub transition: Matrix4<f64>,
-    /// Covariance Q of what F does not tell.
-    pub noise: Matrix4<f64>,
+pub(super) struct Course {
+    /// Seconds along the velocity, and to its right, that add to the place.
+    along: [f64; 2],
+    /// Cosine and sine of the turn to the right.
+    turned: [f64; 2],
+    /// Covariance of place, place and velocity, velocity: on each axis by itself.
+    noise: [f64; 3],
 }
 
 impl Model {
     /// Over `dt` seconds, not negative.
-    pub fn over(&self, dt: f64) -> Motion {
+    pub(super) fn over(&self, dt: f64) -> Course {
         match *self {
             Self::ConstantVelocity { noise } => {
-                let transition = matrix![
-                    1.0, 0.0, dt, 0.0;
-                    0.0, 1.0, 0.0, dt;
-                    0.0, 0.0, 1.0, 0.0;
-                    0.0, 0.0, 0.0, 1.0;
-                ];
-                Motion { transition, noise: white_acceleration(noise, dt) }
+                Course { along: [dt, 0.0], turned: [1.0, 0.0], noise: white_acceleration(noise, dt) }
             }
             Self::Turn { rate, noise } => {
                 // Clockwise: the velocity (sin χ, cos χ) v of heading χ becomes that of χ + rate·dt. Bar-Shalom (2001),
                 // eq. 11.7.1-4, with the sign of a heading.
                 let (sin, cos) = (rate * dt).sin_cos();
-                let (along, aside) = (sin / rate, (1.0 - cos) / rate);
-                let transition = matrix![
-                    1.0, 0.0, along, aside;
-                    0.0, 1.0, -aside, along;
-                    0.0, 0.0, cos, sin;
-                    0.0, 0.0, -sin, cos;
-                ];
-                Motion { transition, noise: white_acceleration(noise, dt) }
+                Course {
+                    along: [sin / rate, (1.0 - cos) / rate],
+                    turned: [cos, sin],
+                    noise: white_acceleration(noise, dt),
+                }
             }
         }
     }
 }
 
-/// Discretised continuous white acceleration (Bar-Shalom (2001), eq. 6.2.2-12), on each axis by itself.
-fn white_acceleration(density: f64, dt: f64) -> Matrix4<f64> {
-    let (p, c, v) = (density * dt * dt * dt / 3.0, density * dt * dt / 2.0, density * dt);
-    matrix![
-        p, 0.0, c, 0.0;
-        0.0, p, 0.0, c;
-        c, 0.0, v, 0.0;
-        0.0, c, 0.0, v;
-    ]
+/// Of a state that begins with east, north, and their rates.
+impl<const D: usize> Motion<D> for Course {
+    const MOVING: usize = 4;
+
+    #[inline]
+    fn carry<const N: usize>(&self, rows: &mut Rows<N, D>) {
+        let ([ahead, aside], [cos, sin]) = (self.along, self.turned);
+        let (east_rate, north_rate) = (rows[2], rows[3]);
+        for column in 0..N {
+            let (east, north) = (east_rate[column], north_rate[column]);
+            rows[0][column] += ahead * east + aside * north;
+            rows[1][column] += ahead * north - aside * east;
+            rows[2][column] = cos * east + sin * north;
+            rows[3][column] = cos * north - sin * east;
+        }
+    }
+
+    #[inline]
+    fn add_noise(&self, covariance: &mut Symmetric<D>) {
+        let [place, across, velocity] = self.noise;
+        for axis in [0, 1] {
+            covariance.add_at(axis, axis, place);
+            covariance.add_at(axis, axis + 2, across);
+            covariance.add_at(axis + 2, axis + 2, velocity);
+        }
+    }
+}
+
+/// Discretised continuous white acceleration (Bar-Shalom (2001), eq. 6.2.2-12): of place, place and velocity, velocity.
+pub(super) fn white_acceleration(density: f64, dt: f64) -> [f64; 3] {
+    [density * dt * dt * dt / 3.0, density * dt * dt / 2.0, density * dt]
 }
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::{Matrix4, Vector4, vector};
+
     use super::*;
-    use nalgebra::vector;
+    use crate::filter::tests::{noise_of, transition_of};
 
     #[test]
     fn a_quarter_turn_to_the_right_ends_where_the_circle_does() {
         let model = Model::Turn { rate: std::f64::consts::FRAC_PI_2, noise: 0.0 };
+        let transition: Matrix4<f64> = transition_of(&model.over(1.0));
         // Northward at 10 m/s: the circle has a radius of v / rate.
-        let end = model.over(1.0).transition * vector![0.0, 0.0, 0.0, 10.0];
+        let end = transition * vector![0.0, 0.0, 0.0, 10.0];
         let radius = 10.0 / std::f64::consts::FRAC_PI_2;
-        assert!((end - vector![radius, radius, 10.0, 0.0]).norm() < 1e-12, "{end}");
+        assert!((end - Vector4::new(radius, radius, 10.0, 0.0)).norm() < 1e-12, "{end}");
     }
 
     #[test]
@@ -128,10 +149,11 @@ mod tests {
             Model::Turn { rate: 0.3, noise: 0.0 },
             Model::Turn { rate: -0.2, noise: 0.0 },
         ] {
-            let (first, second, both) = (model.over(0.7), model.over(1.1), model.over(1.8));
-            assert!((second.transition * first.transition - both.transition).norm() < 1e-12);
-            let noise = second.transition * first.noise * second.transition.transpose() + second.noise;
-            assert!((noise - both.noise).norm() < 1e-12, "{model:?}");
+            let over = |dt| (transition_of::<4>(&model.over(dt)), noise_of::<4>(&model.over(dt)));
+            let (first, second, both) = (over(0.7), over(1.1), over(1.8));
+            assert!((second.0 * first.0 - both.0).norm() < 1e-12);
+            let noise = second.0 * first.1 * second.0.transpose() + second.1;
+            assert!((noise - both.1).norm() < 1e-12, "{model:?}");
         }
     }
 }

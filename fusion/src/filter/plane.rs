@@ -1,24 +1,33 @@
-//! The state over ground: position, velocity, the bias of the radar that sees it, and where the model has one, the
-//! acceleration.
+//! The state over ground: position, velocity, where the model has one the acceleration, and the bias of each radar that
+//! sees it.
 
-use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
+use nalgebra::Vector2;
 
-use super::bias::{Bias, Moments, SlowChange};
+use super::bias::{Bias, SlowChange};
 use super::errors::{LineOfSight, RadarErrors};
-use super::imm::{Gaussian, Linear, Mixture, Observation};
-use super::motion::{MODELS, Models};
-use super::singer::Singer;
+use super::gaussian::{Gaussian, Motion, Pair, Slow};
+use super::imm::Mixture;
+use super::motion::{Course, MODELS, Models};
+use super::singer::{OverGroundAxes, Singer};
+use super::symmetric::Symmetric;
 
-/// East, north (metres), their rates (metres a second), and the radar's bias in range (metres) and azimuth (radians).
-pub(super) const STATES: usize = 6;
-/// With the acceleration behind these, east and north, metres a second squared: what is measured has the same place in both.
-pub(super) const STATES_SINGER: usize = 8;
+/// East, north (metres), their rates (metres a second); behind them, of each radar, its bias in range (metres) and azimuth
+/// (radians).
 const EAST_RATE: usize = 2;
 const NORTH_RATE: usize = 3;
-const RANGE: usize = 4;
-const AZIMUTH: usize = 5;
-const EAST_ACCELERATION: usize = 6;
-const NORTH_ACCELERATION: usize = 7;
+/// With the acceleration before the biases, east and north, metres a second squared.
+const EAST_ACCELERATION: usize = 4;
+const NORTH_ACCELERATION: usize = 5;
+
+/// How many numbers a state has with the biases of so many radars.
+pub(super) const fn states(radars: usize) -> usize {
+    4 + 2 * radars
+}
+
+/// The same with the acceleration.
+pub(super) const fn states_singer(radars: usize) -> usize {
+    6 + 2 * radars
+}
 
 /// Before anything is measured it is anywhere: one standard deviation of each axis, metres.
 const ANYWHERE_M: f64 = 10_000.0;
@@ -29,29 +38,28 @@ const FIRST_WEIGHTS: [f64; MODELS] = [0.6, 0.3, 0.05, 0.05];
 
 /// How a target moves over ground: `M` models of a state of `D` numbers.
 pub(super) trait OverGround<const D: usize, const M: usize> {
-    /// A target somewhere about there, before anything is measured, and the radar's bias.
-    fn first(&self, place: Vector2<f64>, slow: Option<&Bias>) -> Mixture<D, M>;
+    /// The motion by one of the models.
+    type Motion: Motion<D>;
 
-    /// Each model's motion over `dt` seconds, and what becomes of the bias.
-    fn motions(&self, dt: f64, slow: &SlowChange) -> [Linear<D>; M];
+    /// A target somewhere about there, before anything is measured; of the biases nothing is known.
+    fn first(&self, place: Vector2<f64>) -> Mixture<D, M>;
+
+    /// Each model's motion over `dt` seconds.
+    fn motions(&self, dt: f64) -> [Self::Motion; M];
 
     /// Probabilities to change from one model to another within `dt` seconds.
     fn switch(&self, dt: f64) -> [[f64; M]; M];
 }
 
-impl OverGround<STATES, MODELS> for Models {
-    fn first(&self, place: Vector2<f64>, slow: Option<&Bias>) -> Mixture<STATES, MODELS> {
-        Mixture { weights: FIRST_WEIGHTS, parts: [resting(place, slow); MODELS] }
+impl<const D: usize> OverGround<D, MODELS> for Models {
+    type Motion = Course;
+
+    fn first(&self, place: Vector2<f64>) -> Mixture<D, MODELS> {
+        Mixture { weights: FIRST_WEIGHTS, parts: [resting(place); MODELS] }
     }
 
-    fn motions(&self, dt: f64, slow: &SlowChange) -> [Linear<STATES>; MODELS] {
-        self.each.map(|model| {
-            let motion = model.over(dt);
-            let mut moved: Linear<STATES> = unmoved(slow);
-            moved.transition.fixed_view_mut::<4, 4>(0, 0).copy_from(&motion.transition);
-            moved.noise.fixed_view_mut::<4, 4>(0, 0).copy_from(&motion.noise);
-            moved
-        })
+    fn motions(&self, dt: f64) -> [Course; MODELS] {
+        self.each.map(|model| model.over(dt))
     }
 
     fn switch(&self, dt: f64) -> [[f64; MODELS]; MODELS] {
@@ -59,21 +67,19 @@ impl OverGround<STATES, MODELS> for Models {
     }
 }
 
-impl OverGround<STATES_SINGER, 1> for Singer {
-    fn first(&self, place: Vector2<f64>, slow: Option<&Bias>) -> Mixture<STATES_SINGER, 1> {
-        let mut part = resting(place, slow);
+impl<const D: usize> OverGround<D, 1> for Singer {
+    type Motion = OverGroundAxes;
+
+    fn first(&self, place: Vector2<f64>) -> Mixture<D, 1> {
+        let mut part = resting(place);
         for acceleration in [EAST_ACCELERATION, NORTH_ACCELERATION] {
-            part.covariance[(acceleration, acceleration)] = self.horizontal * self.horizontal;
+            part.covariance.set_diagonal(acceleration, self.horizontal * self.horizontal);
         }
         Mixture { weights: [1.0], parts: [part] }
     }
 
-    fn motions(&self, dt: f64, slow: &SlowChange) -> [Linear<STATES_SINGER>; 1] {
-        let axis = self.over(dt, self.horizontal);
-        let mut moved = unmoved(slow);
-        axis.put_into(&mut moved, [0, EAST_RATE, EAST_ACCELERATION]);
-        axis.put_into(&mut moved, [1, NORTH_RATE, NORTH_ACCELERATION]);
-        [moved]
+    fn motions(&self, dt: f64) -> [OverGroundAxes; 1] {
+        [OverGroundAxes(self.over(dt, self.horizontal))]
     }
 
     fn switch(&self, _dt: f64) -> [[f64; 1]; 1] {
@@ -81,66 +87,83 @@ impl OverGround<STATES_SINGER, 1> for Singer {
     }
 }
 
-/// What is known first of each state but the acceleration.
-fn resting<const D: usize>(place: Vector2<f64>, slow: Option<&Bias>) -> Gaussian<D> {
-    let mut covariance = SMatrix::<f64, D, D>::zeros();
-    covariance.fixed_view_mut::<2, 2>(0, 0).fill_diagonal(ANYWHERE_M * ANYWHERE_M);
-    covariance.fixed_view_mut::<2, 2>(EAST_RATE, EAST_RATE).fill_diagonal(FIRST_SPEED * FIRST_SPEED);
-    let slow = slow.copied().unwrap_or(Bias::NONE);
-    covariance[(RANGE, RANGE)] = slow.range_m.variance;
-    covariance[(AZIMUTH, AZIMUTH)] = slow.azimuth.variance;
-    let mut mean = SVector::<f64, D>::zeros();
-    mean.fixed_rows_mut::<2>(0).copy_from(&place);
-    mean[RANGE] = slow.range_m.mean;
-    mean[AZIMUTH] = slow.azimuth.mean;
-    Gaussian { mean, covariance }
-}
-
-/// What becomes of the bias, and nothing else.
-fn unmoved<const D: usize>(slow: &SlowChange) -> Linear<D> {
-    let mut transition = SMatrix::<f64, D, D>::zeros();
-    let mut noise = SMatrix::<f64, D, D>::zeros();
-    let mut shift = SVector::<f64, D>::zeros();
-    for (index, Moments { mean, variance }) in [(RANGE, slow.added.range_m), (AZIMUTH, slow.added.azimuth)] {
-        transition[(index, index)] = slow.kept;
-        shift[index] = mean;
-        noise[(index, index)] = variance;
+/// What is known first of place and velocity.
+fn resting<const D: usize>(place: Vector2<f64>) -> Gaussian<D> {
+    let mut first = Gaussian { mean: [0.0; D], covariance: Symmetric::ZERO };
+    for axis in [0, 1] {
+        first.mean[axis] = place[axis];
+        first.covariance.set_diagonal(axis, ANYWHERE_M * ANYWHERE_M);
+        first.covariance.set_diagonal(axis + EAST_RATE, FIRST_SPEED * FIRST_SPEED);
     }
-    Linear { transition, shift, noise }
+    first
 }
 
-/// Its place is known less well by that.
-pub(super) fn spread<const D: usize>(state: &mut Gaussian<D>, by: &Matrix2<f64>) {
-    let mut block = state.covariance.fixed_view_mut::<2, 2>(0, 0);
-    block += by;
+/// Where the biases of a radar stand in a state of `D` numbers that has those of `radars`: range and azimuth.
+const fn places<const D: usize>(radars: usize, radar: usize) -> [usize; 2] {
+    let range = D - 2 * radars + 2 * radar;
+    [range, range + 1]
+}
+
+/// What is known first of the biases.
+pub(super) fn begin<const D: usize, const S: usize>(state: &mut Gaussian<D>, biases: &[Bias; S]) {
+    for (radar, bias) in biases.iter().enumerate() {
+        for (place, moments) in places::<D>(S, radar).into_iter().zip([bias.range_m, bias.azimuth]) {
+            state.mean[place] = moments.mean;
+            state.covariance.set_diagonal(place, moments.variance);
+        }
+    }
+}
+
+/// What becomes of the biases.
+pub(super) fn slow<const D: usize, const S: usize>(changes: &[SlowChange; S]) -> Slow<D> {
+    let mut slow = Slow::NONE;
+    for (radar, SlowChange { kept, added }) in changes.iter().enumerate() {
+        for (place, moments) in places::<D>(S, radar).into_iter().zip([added.range_m, added.azimuth]) {
+            slow.set(place, *kept, moments);
+        }
+    }
+    slow
+}
+
+/// Its place is known less well: by the square of that distance.
+pub(super) fn spread<const D: usize>(state: &mut Gaussian<D>, away: Vector2<f64>) {
+    state.covariance.add_at(0, 0, away.x * away.x);
+    state.covariance.add_at(0, 1, away.x * away.y);
+    state.covariance.add_at(1, 1, away.y * away.y);
 }
 
 /// A transponder's position.
-pub(super) fn fix<const D: usize>(place: Vector2<f64>, sigma_m: f64) -> Observation<D, 2> {
-    let mut matrix = SMatrix::<f64, 2, D>::zeros();
-    matrix[(0, 0)] = 1.0;
-    matrix[(1, 1)] = 1.0;
-    Observation { value: place, matrix, noise: Matrix2::identity() * sigma_m * sigma_m }
+pub(super) fn fix(place: Vector2<f64>, sigma_m: f64) -> Pair {
+    on_both_axes([0, 1], place, sigma_m)
 }
 
 /// A velocity over ground, whoever tells it.
-pub(super) fn velocity<const D: usize>(velocity: Vector2<f64>, deviation: f64) -> Observation<D, 2> {
-    let mut matrix = SMatrix::<f64, 2, D>::zeros();
-    matrix[(0, EAST_RATE)] = 1.0;
-    matrix[(1, NORTH_RATE)] = 1.0;
-    Observation { value: velocity, matrix, noise: Matrix2::identity() * deviation * deviation }
+pub(super) fn velocity(velocity: Vector2<f64>, deviation: f64) -> Pair {
+    on_both_axes([EAST_RATE, NORTH_RATE], velocity, deviation)
 }
 
-/// A radar's plot: what it shows is the position and its bias.
-pub(super) fn plot<const D: usize>(
+fn on_both_axes(places: [usize; 2], values: Vector2<f64>, deviation: f64) -> Pair {
+    let variance = deviation * deviation;
+    Pair {
+        rows: places.map(|place| [(place, 1.0), (place, 0.0), (place, 0.0)]),
+        values: [values.x, values.y],
+        noise: [variance, 0.0, variance],
+    }
+}
+
+/// A plot of the radar whose bias has that place among `S`: what it shows is the position and its bias, along and across
+/// the line of sight, where its noise is independent.
+pub(super) fn plot<const D: usize, const S: usize>(
     place: Vector2<f64>,
     seen: &LineOfSight,
     errors: &RadarErrors,
-) -> Observation<D, 2> {
-    let mut matrix = SMatrix::<f64, 2, D>::zeros();
-    matrix[(0, 0)] = 1.0;
-    matrix[(1, 1)] = 1.0;
-    matrix.fixed_view_mut::<2, 1>(0, RANGE).copy_from(&seen.outward);
-    matrix.fixed_view_mut::<2, 1>(0, AZIMUTH).copy_from(&(seen.clockwise * seen.range_m));
-    Observation { value: place, matrix, noise: seen.spread(errors.noise_range_m, errors.noise_azimuth) }
+    radar: usize,
+) -> Pair {
+    let [range, azimuth] = places::<D>(S, radar);
+    let row = |axis: &Vector2<f64>, bias| [(0, axis.x), (1, axis.y), bias];
+    Pair {
+        rows: [row(&seen.outward, (range, 1.0)), row(&seen.clockwise, (azimuth, seen.range_m))],
+        values: [seen.outward.dot(&place), seen.clockwise.dot(&place)],
+        noise: [errors.noise_range_m.powi(2), 0.0, (seen.range_m * errors.noise_azimuth).powi(2)],
+    }
 }

@@ -7,7 +7,8 @@
 
 use nalgebra::{Matrix3, matrix};
 
-use super::imm::Linear;
+use super::gaussian::Motion;
+use super::symmetric::{Rows, Symmetric};
 
 /// How a target accelerates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,14 +109,69 @@ fn phi(n: u32, x: f64) -> f64 {
 }
 
 impl Axis {
-    /// Makes it the motion of these states.
-    pub(super) fn put_into<const D: usize>(&self, motion: &mut Linear<D>, states: [usize; 3]) {
-        for (row, &to_row) in states.iter().enumerate() {
-            for (column, &to_column) in states.iter().enumerate() {
-                motion.transition[(to_row, to_column)] = self.transition[(row, column)];
-                motion.noise[(to_row, to_column)] = self.noise[(row, column)];
+    /// Makes of the rows of place, velocity and acceleration what becomes of them.
+    #[inline]
+    fn carry<const N: usize, const D: usize>(
+        &self,
+        rows: &mut Rows<N, D>,
+        [place, rate, acceleration]: [usize; 3],
+    ) {
+        let f = &self.transition;
+        for column in 0..N {
+            let (v, a) = (rows[rate][column], rows[acceleration][column]);
+            rows[place][column] += f[(0, 1)] * v + f[(0, 2)] * a;
+            rows[rate][column] = v + f[(1, 2)] * a;
+            rows[acceleration][column] = f[(2, 2)] * a;
+        }
+    }
+
+    #[inline]
+    fn add_noise<const D: usize>(&self, covariance: &mut Symmetric<D>, states: [usize; 3]) {
+        for row in 0..3 {
+            for column in row..3 {
+                covariance.add_at(states[row], states[column], self.noise[(row, column)]);
             }
         }
+    }
+}
+
+/// Both axes over ground: east, north, their rates, their accelerations.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OverGroundAxes(pub(super) Axis);
+
+impl OverGroundAxes {
+    const STATES: [[usize; 3]; 2] = [[0, 2, 4], [1, 3, 5]];
+}
+
+impl<const D: usize> Motion<D> for OverGroundAxes {
+    const MOVING: usize = 6;
+
+    #[inline]
+    fn carry<const N: usize>(&self, rows: &mut Rows<N, D>) {
+        Self::STATES.into_iter().for_each(|states| self.0.carry(rows, states));
+    }
+
+    #[inline]
+    fn add_noise(&self, covariance: &mut Symmetric<D>) {
+        Self::STATES.into_iter().for_each(|states| self.0.add_noise(covariance, states));
+    }
+}
+
+/// Height, climb and acceleration.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct HeightAxis(pub(super) Axis);
+
+impl<const D: usize> Motion<D> for HeightAxis {
+    const MOVING: usize = 3;
+
+    #[inline]
+    fn carry<const N: usize>(&self, rows: &mut Rows<N, D>) {
+        self.0.carry(rows, [0, 1, 2]);
+    }
+
+    #[inline]
+    fn add_noise(&self, covariance: &mut Symmetric<D>) {
+        self.0.add_noise(covariance, [0, 1, 2]);
     }
 }
 

@@ -1,18 +1,20 @@
 //! The recursive filter and smoother against the one-step solution of the same problem: all states at once, conditioned on
 //! all measurements, with dense matrices.
 
-use nalgebra::{DMatrix, DVector, SMatrix, Vector2};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector2};
 use proptest::prelude::*;
 
 use super::bias::{Bias, SlowChange};
 use super::errors::{LineOfSight, RadarErrors};
-use super::imm::Observation;
+use super::gaussian::{Gaussian, Motion, Pair, Slow};
 use super::measurement::{By, Measurement, Owner};
 use super::motion::{MODELS, Model, Models};
 use super::plane::{self, OverGround};
 use super::singer::Singer;
+use super::symmetric::Symmetric;
 use super::target::{Dynamics, TargetFilter};
 use crate::frames::Enu;
+use crate::report::SensorIndex;
 use crate::time::Time;
 
 mod singer;
@@ -37,9 +39,28 @@ fn dynamics() -> [Dynamics; 2] {
     [Dynamics::Imm(Models::default()), Dynamics::Singer(Singer::default())]
 }
 
+/// F of a motion.
+pub(super) fn transition_of<const D: usize>(motion: &impl Motion<D>) -> SMatrix<f64, D, D> {
+    let mut rows =
+        std::array::from_fn(|row| std::array::from_fn(|column| f64::from(u8::from(row == column))));
+    motion.carry::<D>(&mut rows);
+    SMatrix::from_fn(|row, column| rows[row][column])
+}
+
+/// Q of a motion.
+pub(super) fn noise_of<const D: usize>(motion: &impl Motion<D>) -> SMatrix<f64, D, D> {
+    let mut noise = Symmetric::ZERO;
+    motion.add_noise(&mut noise);
+    dense(&noise)
+}
+
+fn dense<const D: usize>(matrix: &Symmetric<D>) -> SMatrix<f64, D, D> {
+    SMatrix::from_fn(|row, column| matrix.at(row, column))
+}
+
 /// What is known when these have been measured.
 fn tracked(measurements: &[Measurement], dynamics: &Dynamics) -> TargetFilter {
-    let mut track = TargetFilter::new(dynamics);
+    let mut track = TargetFilter::new(dynamics, 2);
     track.measure(Time::from_nanos(i64::MIN), measurements);
     track
 }
@@ -48,29 +69,51 @@ fn seconds(at: f64) -> Time {
     Time::from_nanos((at * 1e9).round() as i64)
 }
 
-/// Measurements at rising times: of a transponder or, where `radar`, of one radar track.
-fn measurements(rows: &[(f64, f64, f64, bool)]) -> Vec<Measurement> {
+/// Where the radars are that measure.
+const RADARS: [Enu; 2] = [Enu::new(0.0, 0.0, 0.0), Enu::new(2000.0, -300.0, 10.0)];
+
+/// Measurements at rising times: of a transponder (0) or of a track of one of the radars.
+fn measurements(rows: &[(f64, f64, f64, usize)]) -> Vec<Measurement> {
     let mut at = 0.0;
-    let measured = |&(later, east, north, radar): &(f64, f64, f64, bool)| {
+    let measured = |&(later, east, north, by): &(f64, f64, f64, usize)| {
         at += later;
         let position = Enu::new(1000.0 + 10.0 * at + east, 800.0 + north, 50.0);
-        let seen = LineOfSight::from(Enu::new(0.0, 0.0, 0.0), position);
-        let owner = Owner { tracklet: 1, since: None };
-        let known = Bias::of(&ERRORS);
-        let by = if radar {
-            By::Radar { owner, known, seen, errors: ERRORS }
-        } else {
-            By::Transponder { horizontal_m: 1.0, vertical_m: 2.0 }
+        let is_transponder = by == 0;
+        let by = match by.checked_sub(1) {
+            Some(radar) => By::Radar {
+                owner: Owner { radar: SensorIndex(radar as u16), tracklet: radar as u64, since: None },
+                known: Bias::of(&ERRORS),
+                seen: LineOfSight::from(RADARS[radar], position),
+                errors: ERRORS,
+            },
+            None => By::Transponder { horizontal_m: 1.0, vertical_m: 2.0 },
         };
         // Of those of a transponder, some tell the velocity.
-        let velocity = (!radar && east > 0.0).then(|| (Vector2::new(10.0 + 0.5 * north, 0.2 * east), 0.4));
+        let velocity =
+            (is_transponder && east > 0.0).then(|| (Vector2::new(10.0 + 0.5 * north, 0.2 * east), 0.4));
         Measurement { time: seconds(at), position, height_measured: true, by, velocity, climb: None }
     };
     rows.iter().map(measured).collect()
 }
 
-/// Position at `time` by conditioning the joint Gaussian of all states, the first of them before anything was measured.
-fn at_once<const STATES: usize, const M: usize>(
+/// F, the shift and Q of a whole state: what moves, and the biases behind it.
+fn linear<const D: usize>(
+    motion: &impl Motion<D>,
+    slow: &Slow<D>,
+) -> (SMatrix<f64, D, D>, SVector<f64, D>, SMatrix<f64, D, D>) {
+    let predicted = |mean: [f64; D]| {
+        SVector::from(Gaussian { mean, covariance: Symmetric::ZERO }.predicted(motion, slow).predicted.mean)
+    };
+    let shift = predicted([0.0; D]);
+    let unit = |index| std::array::from_fn(|at| f64::from(u8::from(at == index)));
+    let columns: [SVector<f64, D>; D] = std::array::from_fn(|index| predicted(unit(index)) - shift);
+    let still = Gaussian { mean: [0.0; D], covariance: Symmetric::ZERO };
+    (SMatrix::from_columns(&columns), shift, dense(&still.predicted(motion, slow).predicted.covariance))
+}
+
+/// Position at `time` by conditioning the joint Gaussian of all states, the first of them before anything was measured; with
+/// the biases of `S` radars, in the order in which they begin.
+fn at_once<const STATES: usize, const M: usize, const S: usize>(
     measurements: &[Measurement],
     time: Time,
     models: &impl OverGround<STATES, M>,
@@ -79,41 +122,61 @@ fn at_once<const STATES: usize, const M: usize>(
     times.push(time);
     times.sort_unstable();
     times.dedup();
+    let radar_of = |measurement: &Measurement| match measurement.by {
+        By::Radar { owner, .. } => Some(owner.radar),
+        By::Transponder { .. } => None,
+    };
+    let mut radars: Vec<(SensorIndex, Time)> = Vec::new();
+    for measurement in measurements {
+        if let Some(radar) = radar_of(measurement)
+            && radars.iter().all(|known| known.0 != radar)
+        {
+            radars.push((radar, measurement.time));
+        }
+    }
     let first = &measurements[0];
-    let mut owned = matches!(first.by, By::Radar { .. });
-    let slow = owned.then(|| Bias::of(&ERRORS));
-    let begin = models.first(first.position.0.xy(), slow.as_ref()).combined();
+    let mut begin = models.first(first.position.0.xy()).combined();
+    let biases = [0; S].map(|_| Bias::NONE);
+    plane::begin(&mut begin, &biases);
+    if radar_of(first).is_some() {
+        let mut biases = biases;
+        biases[0] = Bias::of(&ERRORS);
+        plane::begin(&mut begin, &biases);
+    }
     // Joint mean and covariance of the states, one after another.
     let size = STATES * times.len();
     let (mut mean, mut covariance) = (DVector::zeros(size), DMatrix::zeros(size, size));
-    mean.rows_mut(0, STATES).copy_from(&begin.mean);
-    covariance.view_mut((0, 0), (STATES, STATES)).copy_from(&begin.covariance);
+    mean.rows_mut(0, STATES).copy_from(&SVector::from(begin.mean));
+    covariance.view_mut((0, 0), (STATES, STATES)).copy_from(&dense(&begin.covariance));
     for index in 1..times.len() {
         let dt = times[index].seconds_since(times[index - 1]);
-        let radar_begins =
-            !owned && measurements.iter().any(|m| m.time == times[index] && matches!(m.by, By::Radar { .. }));
-        let change = match (radar_begins, owned) {
-            (true, _) => SlowChange::anew(Bias::of(&ERRORS)),
-            (false, true) => SlowChange::after(&ERRORS, dt),
-            (false, false) => SlowChange::NONE,
+        let change = |place: usize| match radars.get(place) {
+            Some((_, begins)) if *begins == times[index] => SlowChange::anew(Bias::of(&ERRORS)),
+            Some((_, begins)) if *begins < times[index] => SlowChange::after(&ERRORS, dt),
+            // A radar that measures first is expected before.
+            Some(_) if place == 0 && radar_of(first).is_some() => SlowChange::after(&ERRORS, dt),
+            _ => SlowChange::NONE,
         };
-        owned |= radar_begins;
-        let motion = models.motions(dt, &change)[0];
+        let changes: [SlowChange; S] = std::array::from_fn(change);
+        let (transition, shift, noise) = linear(&models.motions(dt)[0], &plane::slow(&changes));
         let (before, here) = (STATES * (index - 1), STATES * index);
-        let next = motion.transition * mean.fixed_rows::<STATES>(before) + motion.shift;
+        let next = transition * mean.fixed_rows::<STATES>(before) + shift;
         mean.rows_mut(here, STATES).copy_from(&next);
-        let across = motion.transition * covariance.view((before, 0), (STATES, here));
+        let across = transition * covariance.view((before, 0), (STATES, here));
         covariance.view_mut((here, 0), (STATES, here)).copy_from(&across);
         covariance.view_mut((0, here), (here, STATES)).copy_from(&across.transpose());
-        let own = across.columns(before, STATES) * motion.transition.transpose() + motion.noise;
+        let own = across.columns(before, STATES) * transition.transpose() + noise;
         covariance.view_mut((here, here), (STATES, STATES)).copy_from(&own);
     }
-    let mut observe = |time: Time, observation: &Observation<STATES, 2>| {
+    let mut observe = |time: Time, observation: &Pair| {
         let place = STATES * times.iter().position(|&known| known == time).unwrap();
         let mut matrix = DMatrix::zeros(2, size);
-        matrix.view_mut((0, place), (2, STATES)).copy_from(&observation.matrix);
-        let noise = DMatrix::from_iterator(2, 2, observation.noise.iter().copied());
-        let innovation = DVector::from_iterator(2, observation.value.iter().copied()) - &matrix * &mean;
+        for (index, row) in observation.rows.iter().enumerate() {
+            row.iter().for_each(|&(column, factor)| matrix[(index, place + column)] += factor);
+        }
+        let [first, both, second] = observation.noise;
+        let noise = DMatrix::from_row_slice(2, 2, &[first, both, both, second]);
+        let innovation = DVector::from_row_slice(&observation.values) - &matrix * &mean;
         let spread = &matrix * &covariance * matrix.transpose() + noise;
         let gain = &covariance * matrix.transpose() * spread.try_inverse().unwrap();
         mean += &gain * innovation;
@@ -124,7 +187,10 @@ fn at_once<const STATES: usize, const M: usize>(
             By::Transponder { horizontal_m, .. } => {
                 observe(*time, &plane::fix(position.0.xy(), *horizontal_m));
             }
-            By::Radar { seen, errors, .. } => observe(*time, &plane::plot(position.0.xy(), seen, errors)),
+            By::Radar { owner, seen, errors, .. } => {
+                let place = radars.iter().position(|radar| radar.0 == owner.radar).unwrap();
+                observe(*time, &plane::plot::<STATES, S>(position.0.xy(), seen, errors, place));
+            }
         }
         if let Some((velocity, deviation)) = velocity {
             observe(*time, &plane::velocity(*velocity, *deviation));
@@ -134,9 +200,9 @@ fn at_once<const STATES: usize, const M: usize>(
     (mean.fixed_rows::<2>(place).into_owned(), covariance.fixed_view::<2, 2>(place, place).into_owned())
 }
 
-fn rows() -> impl Strategy<Value = Vec<(f64, f64, f64, bool)>> {
+fn rows(radars: usize) -> impl Strategy<Value = Vec<(f64, f64, f64, usize)>> {
     // So near to a straight flight that no measurement is an outlier.
-    prop::collection::vec((0.1..2.0, -1.5..1.5, -1.5..1.5, any::<bool>()), 3..12)
+    prop::collection::vec((0.1..2.0, -1.5..1.5, -1.5..1.5, 0..=radars), 3..12)
 }
 
 proptest! {
@@ -144,14 +210,17 @@ proptest! {
 
     /// Before, between and after the measurements, with a radar's bias and without.
     #[test]
-    fn filter_and_smoother_are_the_one_step_solution(rows in rows(), share in 0.0..1.2_f64) {
+    fn filter_and_smoother_are_the_one_step_solution(rows in rows(2), share in 0.0..1.2_f64) {
         let measurements = measurements(&rows);
         let last = measurements.last().unwrap().time;
         let time = seconds(0.1 + share * last.as_seconds());
         let (one, singer) = (alike(Model::ConstantVelocity { noise: 2.0 }), Singer::default());
         for (dynamics, expected) in [
-            (Dynamics::Imm(one), at_once(&measurements, time, &one)),
-            (Dynamics::Singer(singer), at_once(&measurements, time, &singer)),
+            (Dynamics::Imm(one), at_once::<{ plane::states(2) }, MODELS, 2>(&measurements, time, &one)),
+            (
+                Dynamics::Singer(singer),
+                at_once::<{ plane::states_singer(2) }, 1, 2>(&measurements, time, &singer),
+            ),
         ] {
             let estimate = tracked(&measurements, &dynamics).at(time).unwrap();
             let (place, covariance) = expected;
@@ -168,7 +237,7 @@ proptest! {
 
     /// What comes late is as if it had come in time, to the bit.
     #[test]
-    fn the_order_of_arrival_plays_no_part(rows in rows(), late in 1..3usize, at in 0.0..1.5_f64) {
+    fn the_order_of_arrival_plays_no_part(rows in rows(2), late in 1..3usize, at in 0.0..1.5_f64) {
         let all = measurements(&rows);
         let held_up = 1 + late % (all.len() - 1);
         let without: Vec<Measurement> =

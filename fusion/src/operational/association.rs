@@ -4,6 +4,9 @@
 //! least cost, then the tracks that begin in the seconds ahead. What is published is seconds old, so those are known; their
 //! plots tell where a target is that no sensor sees now.
 //!
+//! Where no transponder tells, a track is compared with what other radars see, too ([`mutual`]): two targets that turn out to
+//! be one become the older of them.
+//!
 //! The order counts. A target that a track of this radar has just been found to be is seen again, so no track ahead may
 //! claim it; and what one radar has found, begun or ahead, is no longer missing to the next radar.
 
@@ -14,13 +17,14 @@ use super::correlation::Decided;
 use super::cycle::{Cycle, LATEST};
 use super::ids::{TargetId, TrackletId};
 use super::likelihood::PairLikelihood;
+use super::mutual;
 use super::reacquisition::{self, Measured, Unseen};
 use super::settings::{Radar, periods};
-use super::targets::Targets;
+use super::targets::{Target, Targets};
 use super::tracklets::{Tracklet, Tracklets};
 use super::tuning::{
-    ASSOCIATE_LLR, CLASS_LLR_MAX, DISSOCIATE_LLR, HYSTERESIS_LLR, LOOK_AHEAD_S, PAIR_LLR_MAX,
-    REACQUIRE_AHEAD_LLR, REACQUIRE_LLR, TRACK_LASTS_PERIODS,
+    ASSOCIATE_LLR, CLASS_LLR_MAX, DISSOCIATE_LLR, HYSTERESIS_LLR, LOOK_AHEAD_S, MUTUAL_ASSOCIATE_LLR,
+    PAIR_LLR_MAX, REACQUIRE_AHEAD_LLR, REACQUIRE_LLR, TRACK_LASTS_PERIODS,
 };
 use crate::assignment::{Candidate, assign};
 use crate::filter::StateEstimate;
@@ -46,7 +50,10 @@ pub(super) fn associate(
         for assign in STEPS {
             let tracks = RadarTracks { sensor, radar, tracklets, targets, measured, silent, decided, cycle };
             for (id, target) in assign(&tracks) {
-                targets.follow(tracklets, id, target);
+                match target {
+                    Some(target) => targets.follow_together(tracklets, id, target),
+                    None => targets.follow(tracklets, id, None),
+                }
             }
         }
     }
@@ -82,8 +89,29 @@ impl Silent {
 struct Score {
     target: TargetId,
     llr: f64,
-    /// By where it must be, not by its transponder.
-    is_reacquired: bool,
+    by: Evidence,
+}
+
+/// What a score rests on.
+#[derive(Clone, Copy, Debug)]
+enum Evidence {
+    /// The target's transponder.
+    Transponder,
+    /// Its tracks of other radars.
+    OtherRadars,
+    /// Where it must be, since no sensor sees it.
+    Place,
+}
+
+impl Evidence {
+    /// A track becomes a target from this LLR on.
+    fn least(self) -> f64 {
+        match self {
+            Self::Transponder => ASSOCIATE_LLR,
+            Self::OtherRadars => MUTUAL_ASSOCIATE_LLR,
+            Self::Place => REACQUIRE_LLR,
+        }
+    }
 }
 
 impl RadarTracks<'_> {
@@ -101,10 +129,9 @@ impl RadarTracks<'_> {
         let mut problem = Problem::default();
         for tracklet in self.tracklets().filter(lasts) {
             let candidate = |score: Score| {
-                let (least, bonus) = match score.is_reacquired {
-                    _ if tracklet.target() == Some(score.target) => (DISSOCIATE_LLR, HYSTERESIS_LLR),
-                    true => (REACQUIRE_LLR, 0.0),
-                    false => (ASSOCIATE_LLR, 0.0),
+                let (least, bonus) = match tracklet.target() == Some(score.target) {
+                    true => (DISSOCIATE_LLR, HYSTERESIS_LLR),
+                    false => (score.by.least(), 0.0),
                 };
                 let is_free = self.decided.leaves(tracklet, score.target);
                 (is_free && score.llr > least).then_some((score.target, DISSOCIATE_LLR - bonus - score.llr))
@@ -133,13 +160,19 @@ impl RadarTracks<'_> {
             let plots = tracklet.between(centre, LATEST).rev();
             ahead.add_plots(plots, self.targets.get(target)?.transponder()?, self.radar, settings);
             let llr = pair.llr + ahead.llr + class - pair.bias_penalty.max(ahead.bias_penalty);
-            Some(Score { target, llr, is_reacquired: false })
+            Some(Score { target, llr, by: Evidence::Transponder })
         });
         let mut scores: Vec<Score> = compared.collect();
+        for score in self.mutual_scores(tracklet) {
+            scores.retain(|compared| compared.target != score.target);
+            scores.push(score);
+        }
         match tracklet.target() {
             // Nothing to compare it with: it stays what it is.
-            Some(target) if tracklet.pair(target).is_none() => {
-                scores.push(Score { target, llr: 0.0, is_reacquired: false });
+            Some(target)
+                if tracklet.pair(target).is_none() && !scores.iter().any(|score| score.target == target) =>
+            {
+                scores.push(Score { target, llr: 0.0, by: Evidence::Transponder });
             }
             Some(_) => {}
             None => {
@@ -148,11 +181,41 @@ impl RadarTracks<'_> {
                     scores.retain(|compared| compared.target != target);
                     // The likelihood from before it was out of sight counts as well.
                     let llr = tracklet.pair_llr(target).unwrap_or(0.0) + llr + class;
-                    scores.push(Score { target, llr, is_reacquired: true });
+                    scores.push(Score { target, llr, by: Evidence::Place });
                 }
             }
         }
         scores
+    }
+
+    /// The targets that a track could be by what other radars see of them.
+    fn mutual_scores<'t>(&'t self, tracklet: &'t Tracklet) -> impl Iterator<Item = Score> + 't {
+        // That it is a drone is no evidence that it is this one; that it is none is evidence against it.
+        let class = tracklet.existence().log_odds().min(0.0);
+        let own = tracklet.target();
+        mutual::targets(tracklet, self.tracklets, self.targets).filter_map(move |target| {
+            let id = target.id();
+            let told = mutual::told(tracklet, target, self.tracklets, self.cycle)?;
+            let llr = match own == Some(id) {
+                true => told.around,
+                false if !self.may_become(tracklet, target) => return None,
+                // What their transponder has told against it still holds.
+                false => told.later + tracklet.pair_llr(id).unwrap_or(0.0).min(0.0),
+            };
+            Some(Score { target: id, llr: llr + class, by: Evidence::OtherRadars })
+        })
+    }
+
+    /// Whether a track may become part of another target than its own. The first track of a target takes the target along: of
+    /// two the one stays that a transponder tells of, or that was there before.
+    fn may_become(&self, tracklet: &Tracklet, other: &Target) -> bool {
+        let own = tracklet.target().and_then(|own| self.targets.get(own));
+        own.is_none_or(|own| {
+            let first = own.followed(self.tracklets).next();
+            let takes_along = first.is_none_or(|first| first.id == tracklet.id);
+            let is_before = other.transponder().is_some() || other.id() < own.id();
+            own.transponder().is_none() && (is_before || !takes_along)
+        })
     }
 
     /// Targets that no sensor sees now, where they must be.
@@ -172,7 +235,7 @@ impl RadarTracks<'_> {
         for tracklet in self.tracklets().filter(|tracklet| tracklet.begins_within(LOOK_AHEAD_S, self.cycle)) {
             if let Some(own) = tracklet.target() {
                 // The target is followed by another track meanwhile.
-                if self.targets.get(own).is_none_or(|own| own.tracklet() != Some(tracklet.id)) {
+                if self.targets.get(own).is_none_or(|own| !own.is_followed_by(tracklet.id)) {
                     freed.push((tracklet.id, None));
                 }
                 continue;

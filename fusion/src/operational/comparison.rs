@@ -1,7 +1,8 @@
-//! The pass that compares each radar track with the transponders near it.
+//! The pass that compares each radar track with the transponders near it, and with what other radars see near it.
 
 use super::cycle::Cycle;
 use super::ids::TargetId;
+use super::mutual;
 use super::places::Places;
 use super::settings::Radar;
 use super::targets::{Target, Targets};
@@ -34,6 +35,7 @@ pub(super) fn compare(tracklets: &mut Tracklets, targets: &Targets, cycle: &Cycl
         }
         tracklet.end_pairs(&near, cycle.centre);
     }
+    mutual::compare(tracklets, targets, cycle);
 }
 
 /// Gate: those of the targets that the plot could be of. It is long across the line of sight, as the radar's bias is.

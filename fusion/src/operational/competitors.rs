@@ -21,7 +21,7 @@ pub(super) fn competitors(
     let mut all: BTreeMap<TargetId, Vec<Competitor>> = BTreeMap::new();
     for tracklet in tracklets.iter().filter(|tracklet| tracklet.spans(cycle)) {
         let follows =
-            |id: &TargetId| targets.get(*id).is_some_and(|target| target.tracklet() == Some(tracklet.id));
+            |id: &TargetId| targets.get(*id).is_some_and(|target| target.is_followed_by(tracklet.id));
         let own = tracklet.target().filter(follows);
         for &(id, pair) in tracklet.pairs() {
             let Some(score) = pair.total().filter(|&total| total > -PAIR_LLR_MAX) else { continue };

@@ -14,6 +14,7 @@ mod existence;
 mod ids;
 mod initiation;
 mod likelihood;
+mod mutual;
 mod output;
 mod places;
 mod reacquisition;

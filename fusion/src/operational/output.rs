@@ -34,7 +34,7 @@ pub(super) fn publish(
     let ids: Vec<_> = targets.iter().map(Target::id).collect();
     for id in ids {
         let Some(target) = targets.get_mut(id) else { continue };
-        let tracklet = target.tracklet().and_then(|id| tracklets.get(id));
+        let tracklet = nearest_track(target, tracklets, cycle);
         let plot = tracklet.filter(|tracklet| tracklet.spans(cycle)).and_then(|own| own.nearest(centre));
         // Where no radar track took part yet, the one that is still to begin does.
         let ahead = || tracklet?.nearest(centre).filter(|_| target.radar().is_none());
@@ -52,7 +52,7 @@ pub(super) fn publish(
         let Some(target) = targets.get(id) else { continue };
         let because = because(target, tracklet, correlations);
         let Some(source) = source(target, plot, because, &estimate, cycle) else { continue };
-        let seen = tracklet.and_then(|tracklet| tracklet.last_before(cycle.end));
+        let seen = target.followed(tracklets).filter_map(|tracklet| tracklet.last_before(cycle.end)).max();
         let estimated = estimated(target, &estimate, seen, cycle);
         let Some(number) = targets.number(id, &source, slot) else { continue };
         points.push(Point {
@@ -66,6 +66,16 @@ pub(super) fn publish(
     }
     points.sort_by_key(|point| (point.source.rank(), point.number));
     points
+}
+
+/// Of the radar tracks that a target is followed by, the one with the plot nearest to the slot's centre.
+fn nearest_track<'a>(target: &Target, tracklets: &'a Tracklets, cycle: &Cycle) -> Option<&'a Tracklet> {
+    let away = |tracklet: &&Tracklet| {
+        let plot = tracklet.nearest(cycle.centre);
+        let away = plot.map(|plot| (plot.time.nanos() - cycle.centre.nanos()).abs());
+        (!tracklet.spans(cycle), away, tracklet.key)
+    };
+    target.followed(tracklets).min_by_key(away)
 }
 
 /// Sigma of a plot of the radar that sees that place best, metres.

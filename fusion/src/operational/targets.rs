@@ -17,7 +17,7 @@ use super::tuning::{
 use crate::filter::{Bias, By, LineOfSight, Measurement, Owner, StateEstimate, TargetFilter};
 use crate::numbering::{NumberChange, Numbers};
 use crate::point::{RadarPart, Source};
-use crate::report::{Fix, Identity, Plot};
+use crate::report::{Fix, Identity, Plot, SensorIndex};
 use crate::slots::Slot;
 use crate::time::Time;
 
@@ -26,8 +26,8 @@ use crate::time::Time;
 pub(super) struct Target {
     id: TargetId,
     transponder: Option<Transponder>,
-    /// The radar track that it is followed by.
-    tracklet: Option<TrackletId>,
+    /// The radar tracks that it is followed by, one of a radar, in the order in which they came.
+    followed: Vec<(SensorIndex, TrackletId)>,
     /// The latest part of a radar in it, and the sigma of its plot, metres.
     radar: Option<(RadarPart, f64)>,
     filter: TargetFilter,
@@ -38,8 +38,8 @@ pub(super) struct Target {
 
 impl Target {
     fn new(id: TargetId, newest: Time, settings: &Settings) -> Self {
-        let filter = TargetFilter::new(&settings.motion);
-        Self { id, transponder: None, tracklet: None, radar: None, filter, number: None, newest }
+        let filter = TargetFilter::new(&settings.motion, settings.radars().count());
+        Self { id, transponder: None, followed: Vec::new(), radar: None, filter, number: None, newest }
     }
 
     pub(super) fn id(&self) -> TargetId {
@@ -54,8 +54,17 @@ impl Target {
         self.transponder.as_ref().map(|transponder| transponder.identity)
     }
 
-    pub(super) fn tracklet(&self) -> Option<TrackletId> {
-        self.tracklet
+    /// The radar tracks that it is followed by, one of a radar, in the order in which they came.
+    pub(super) fn followed<'a>(
+        &self,
+        tracklets: &'a Tracklets,
+    ) -> impl Iterator<Item = &'a Tracklet> + use<'a, '_> {
+        self.followed.iter().filter_map(|&(_, id)| tracklets.get(id))
+    }
+
+    /// Whether it is followed by that radar track.
+    pub(super) fn is_followed_by(&self, id: TrackletId) -> bool {
+        self.followed.iter().any(|followed| followed.1 == id)
     }
 
     pub(super) fn radar(&self) -> Option<(RadarPart, f64)> {
@@ -97,8 +106,7 @@ impl Target {
 
     /// Whether no sensor sees it now.
     pub(super) fn is_unseen(&self, tracklets: &Tracklets, cycle: &Cycle) -> bool {
-        let seen = self.tracklet.and_then(|id| tracklets.get(id));
-        seen.is_none_or(|tracklet| tracklet.last() < cycle.centre)
+        self.followed(tracklets).all(|tracklet| tracklet.last() < cycle.centre)
             && self.on_curve(cycle.centre, cycle.settings).is_none()
     }
 
@@ -114,9 +122,8 @@ impl Target {
             let measured = |fix: &Fix| measured_by_transponder(fix, transponder, settings);
             measurements.extend(fixes.filter_map(measured));
         }
-        if let Some(tracklet) = self.tracklet.and_then(|id| tracklets.get(id))
-            && let Some(radar) = settings.radar(tracklet.key.sensor)
-        {
+        for tracklet in self.followed(tracklets) {
+            let Some(radar) = settings.radar(tracklet.key.sensor) else { continue };
             // Few plots are used, so that is seldom asked for.
             let pair = OnceCell::new();
             let pair = || *pair.get_or_init(|| self.pair_ahead(tracklet, radar, cycle));
@@ -127,8 +134,8 @@ impl Target {
                 is_used.then(|| measured_by_radar(plot, tracklet.id, radar, silence.map(|s| s.0), pair()))
             }));
         }
-        // Stable: of one time, the transponder comes first.
-        measurements.sort_by_key(|measurement| measurement.time);
+        // Of one time the transponder comes first, then radars in their order.
+        measurements.sort_by_key(|measurement| (measurement.time, measurement.sensor()));
         self.filter.measure(settled, &measurements);
         self.newest = self.newest.max(self.filter.newest().map_or(self.newest, |newest| newest.time));
     }
@@ -228,11 +235,11 @@ impl Targets {
     pub(super) fn forget_before(&mut self, kept: Time, time: Time, tracklets: &Tracklets) {
         let Self { all, by_identity, numbers, .. } = self;
         all.retain(|_, target| {
-            target.tracklet = target.tracklet.filter(|&id| tracklets.get(id).is_some());
+            target.followed.retain(|&(_, id)| tracklets.get(id).is_some());
             if let Some(transponder) = &mut target.transponder {
                 transponder.forget_before(kept);
             }
-            let is_left = time - target.newest <= TARGET_SILENT_MAX || target.tracklet.is_some();
+            let is_left = time - target.newest <= TARGET_SILENT_MAX || !target.followed.is_empty();
             if !is_left {
                 match &target.transponder {
                     Some(transponder) => _ = by_identity.remove(&transponder.identity),
@@ -247,28 +254,49 @@ impl Targets {
     /// other one, which takes its number over; but who comes back has its own again.
     pub(super) fn follow(&mut self, tracklets: &mut Tracklets, id: TrackletId, now: Option<TargetId>) {
         let Some(tracklet) = tracklets.get_mut(id) else { return };
+        let sensor = tracklet.key.sensor;
         let before = tracklet.replace_target(now);
         if before == now {
             return;
         }
         let mut number = None;
         if let Some(before) = before
-            && let Some(left) = self.all.get_mut(&before).filter(|left| left.tracklet == Some(id))
+            && let Some(left) = self.all.get_mut(&before).filter(|left| left.is_followed_by(id))
         {
-            left.tracklet = None;
-            if left.transponder.is_none() && now.is_some() {
+            left.followed.retain(|followed| followed.1 != id);
+            if left.followed.is_empty() && left.transponder.is_none() && now.is_some() {
                 number = left.number;
                 self.all.remove(&before);
             }
         }
         if let Some(target) = now.and_then(|id| self.all.get_mut(&id)) {
-            target.tracklet = Some(id);
+            target.followed.retain(|followed| followed.0 != sensor);
+            target.followed.push((sensor, id));
             let known = target.identity().and_then(|identity| self.numbers.of(identity));
             if target.number.is_none() && known.is_none() {
                 target.number = number.take();
             }
         }
         number.into_iter().for_each(|number| self.numbers.release(number));
+    }
+
+    /// Makes a tracklet part of that target, together with those of other radars that are likely to be one with it.
+    pub(super) fn follow_together(&mut self, tracklets: &mut Tracklets, id: TrackletId, now: TargetId) {
+        let before = tracklets.get(id).and_then(Tracklet::target).filter(|&before| before != now);
+        let left = before.and_then(|before| self.all.get(&before)).filter(|left| left.transponder.is_none());
+        let goes_along = |other: &&Tracklet| {
+            let pair = other.mutual_with(id);
+            let is_free = |now: &Target| now.followed.iter().all(|followed| followed.0 != other.key.sensor);
+            pair.is_some_and(|pair| pair.llr > 0.0) && self.all.get(&now).is_some_and(is_free)
+        };
+        let others: Vec<TrackletId> = left
+            .into_iter()
+            .flat_map(|left| left.followed(tracklets))
+            .filter(goes_along)
+            .map(|other| other.id)
+            .collect();
+        self.follow(tracklets, id, Some(now));
+        others.into_iter().for_each(|other| self.follow(tracklets, other, Some(now)));
     }
 
     /// Gives a target's transponder its number for this slot; `false`: all are used up. `returned`: how many changes of
@@ -341,7 +369,7 @@ fn measured_by_radar(
         position: plot.position,
         height_measured: plot.height_measured,
         by: By::Radar {
-            owner: Owner { tracklet: tracklet.0, since: last },
+            owner: Owner { radar: plot.track.sensor, tracklet: tracklet.0, since: last },
             known: known.unwrap_or(Bias::of(&radar.errors)),
             seen,
             errors: radar.errors,

@@ -5,6 +5,7 @@ mod associating;
 mod comparing;
 mod initiating;
 mod publishing;
+mod several_radars;
 pub(super) mod two_drones;
 
 use super::cycle::EARLIEST;

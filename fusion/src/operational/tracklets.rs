@@ -6,6 +6,7 @@ use super::cycle::{Cycle, EARLIEST, LATEST};
 use super::existence::Existence;
 use super::ids::{TargetId, TrackletId};
 use super::likelihood::PairLikelihood;
+use super::mutual::Evidence;
 use super::settings::{Radar, Settings};
 use super::transponder::Transponder;
 use super::tuning::{DRONE_SPEED_MAX_M_S, GATE_M, INITIATION_HOLD, PAIR_LLR_MAX, TRACK_GATE_SIGMAS};
@@ -31,6 +32,8 @@ pub(super) struct Tracklet {
     plots: VecDeque<CorrectedPlot>,
     /// Likelihoods that it is one with the targets that came near; by target.
     pairs: Vec<(TargetId, PairLikelihood)>,
+    /// Likelihoods that it is one with tracks of other radars that came near.
+    mutual: Vec<(TrackletId, Evidence)>,
     /// By the plots up to the last slot, with its centre;
     settled: (Existence, Time),
     /// by all of them, with the time of the last.
@@ -41,7 +44,8 @@ impl Tracklet {
     fn new(id: TrackletId, plot: CorrectedPlot) -> Self {
         let unknown = (Existence::default(), EARLIEST);
         let (key, plots) = (plot.plot.track, VecDeque::from([plot]));
-        Self { id, key, target: None, plots, pairs: Vec::new(), settled: unknown, ahead: unknown }
+        let (pairs, mutual) = (Vec::new(), Vec::new());
+        Self { id, key, target: None, plots, pairs, mutual, settled: unknown, ahead: unknown }
     }
 
     /// A plot: of two of one time the last received counts.
@@ -172,6 +176,43 @@ impl Tracklet {
     /// Its sum with the penalty.
     pub(super) fn pair_llr(&self, target: TargetId) -> Option<f64> {
         self.pair(target)?.total()
+    }
+
+    /// The tracks of other radars that it was compared with.
+    pub(super) fn mutual(&self) -> &[(TrackletId, Evidence)] {
+        &self.mutual
+    }
+
+    /// How likely it is one with a track of another radar, by the plots up to the slot.
+    pub(super) fn mutual_with(&self, other: TrackletId) -> Option<&Evidence> {
+        self.mutual.iter().find(|pair| pair.0 == other).map(|pair| &pair.1)
+    }
+
+    /// The likelihood with another radar's track, with the plots up to the slot.
+    pub(super) fn set_mutual(&mut self, other: TrackletId, pair: Evidence) {
+        match self.mutual.iter_mut().find(|known| known.0 == other) {
+            Some(known) => known.1 = pair,
+            None => self.mutual.push((other, pair)),
+        }
+    }
+
+    /// Forgets the tracks that it was not likely to be one with since then.
+    pub(super) fn forget_mutual(&mut self, since: Time) {
+        self.mutual.retain(|(_, pair)| pair.last_likely.is_some_and(|likely| likely > since));
+    }
+
+    /// Where it was between two plots that are no further apart than that, and the times from them and to them, seconds.
+    pub(super) fn place_at(&self, time: Time, apart_s: f64) -> Option<(Enu, f64, f64)> {
+        let after = self.index(time);
+        let next = &self.plots.get(after)?.plot;
+        if next.time == time {
+            return Some((next.position, 0.0, 0.0));
+        }
+        let before = &self.plots[after.checked_sub(1)?].plot;
+        let (since_s, until_s) = (time.seconds_since(before.time), next.time.seconds_since(time));
+        let share = since_s / (since_s + until_s);
+        let place = before.position.0 + (next.position.0 - before.position.0) * share;
+        (since_s + until_s <= apart_s).then(|| (Enu::from(place), since_s, until_s))
     }
 
     /// Compares the plots up to `until` with a transponder: those after `since`, or all where it came near only now.

@@ -114,6 +114,21 @@ pub(super) const ERROR_SCALES: [(f64, f64); 3] = [(0.1, 0.2), (0.3, 0.2), (1.1, 
 /// Least probability of a model in a mixture: turns make errors larger, and drones fly otherwise, for a while.
 pub(super) const MODEL_PROBABILITY_MIN: f64 = 1e-3;
 
+// --- Likelihood that tracks of two radars are one aircraft
+
+/// Plots of this long count as much as a first one, seconds: for longer biases do not stay the same.
+pub(super) const MUTUAL_LOOK_S: f64 = 4.0;
+/// What was told before is forgotten to 1/e in this time, seconds.
+pub(super) const MUTUAL_MEMORY_S: f64 = 15.0;
+/// Least LLR of one plot: a track may be seduced for a while.
+pub(super) const MUTUAL_LOOK_MIN_LLR: f64 = -8.0;
+/// A radar track becomes a target by the tracks of other radars from this LLR on.
+pub(super) const MUTUAL_ASSOCIATE_LLR: f64 = 4.0;
+/// A radar track that could be such a target is one of its own below this LLR.
+pub(super) const MUTUAL_APART_LLR: f64 = -4.0;
+/// Two tracks with this LLR are likely to be one aircraft.
+pub(super) const MUTUAL_LIKELY_LLR: f64 = 1.0;
+
 // --- Association
 
 /// A radar track and a target become one from this LLR on.

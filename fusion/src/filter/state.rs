@@ -1,0 +1,233 @@
+//! What is known of a target at one instant, and what a measurement adds to that.
+
+use nalgebra::{Matrix2, Vector2, Vector3};
+
+use super::bias::{Bias, SlowChange};
+use super::errors::RadarErrors;
+use super::gaussian::{Bridge, Gaussian};
+use super::height::{self, AboveGround};
+use super::imm::Mixture;
+use super::measurement::{By, Measurement, Owner, StateEstimate};
+use super::plane::{self, OverGround};
+use crate::frames::Enu;
+use crate::time::Time;
+
+/// A transponder further from where the motion led (squared Mahalanobis distance) has not flown there: turns and stops stay
+/// below half of it.
+const LEAP: f64 = 100.0;
+/// A receiver's false place is forgotten to 1/e in this time, seconds.
+const JUMP_LASTS_S: f64 = 30.0;
+/// A position, velocity or climb further off than this is given less weight (squared Mahalanobis distance).
+const FAR: f64 = 16.0;
+
+/// A radar track whose bias is estimated.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Held {
+    owner: Owner,
+    errors: RadarErrors,
+    /// Its last plot.
+    last: Time,
+}
+
+/// How a target moves: `M` models of a state of `P` numbers over ground, one of `H` numbers above it.
+pub(super) trait Moves<const P: usize, const M: usize, const H: usize>:
+    OverGround<P, M> + AboveGround<H>
+{
+}
+
+impl<K, const P: usize, const M: usize, const H: usize> Moves<P, M, H> for K where
+    K: OverGround<P, M> + AboveGround<H>
+{
+}
+
+/// What is known at one instant, with the biases of up to `S` radars.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct State<const P: usize, const M: usize, const H: usize, const S: usize> {
+    held: [Option<Held>; S],
+    plane: Mixture<P, M>,
+    /// The one Gaussian that stands for that mixture.
+    pub(super) told: Gaussian<P>,
+    pub(super) height: Gaussian<H>,
+    /// How far the transponder has jumped from where the motion led, metres over ground: it is wrong now, or was before.
+    pub(super) jumped: Vector2<f64>,
+}
+
+/// The bridges back from a later state.
+pub(super) type Bridges<const P: usize, const H: usize> = (Bridge<P>, Bridge<H>);
+
+impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M, H, S> {
+    /// Of a target of which nothing is known but that it will be measured so.
+    pub(super) fn unmeasured(measurement: &Measurement, models: &impl Moves<P, M, H>) -> Self {
+        let mut held = [None; S];
+        let mut biases = [Bias::NONE; S];
+        if let By::Radar { owner, errors, .. } = measurement.by {
+            held[0] = Some(Held { owner, errors, last: measurement.time });
+            biases[0] = Bias::of(&errors);
+        }
+        let Measurement { position, height_measured, .. } = *measurement;
+        let mut plane = OverGround::first(models, position.0.xy());
+        plane.parts.iter_mut().for_each(|part| plane::begin(part, &biases));
+        let mut height = AboveGround::first(models, position.0.z, height_measured);
+        height::begin(&mut height, &biases);
+        Self { held, told: plane.combined(), plane, height, jumped: Vector2::zeros() }
+    }
+
+    /// The first state.
+    pub(super) fn first(measurement: &Measurement, models: &impl Moves<P, M, H>) -> Self {
+        let mut state = Self::unmeasured(measurement, models);
+        let before = state.told;
+        state.observe(measurement, &before);
+        let (plane, height) = (state.plane.combined(), state.height);
+        state.observe_motion(measurement, &plane, &height);
+        state.told = state.plane.combined();
+        state
+    }
+
+    /// The same `dt` seconds later, without a measurement.
+    pub(super) fn moved_to(&self, dt: f64, models: &impl Moves<P, M, H>) -> Self {
+        self.moved(dt, &self.changes(dt), models).0
+    }
+
+    /// The bridges to here from where the next measurement is.
+    pub(super) fn bridges(&self, next: &Measurement, dt: f64, models: &impl Moves<P, M, H>) -> Bridges<P, H> {
+        self.ahead_to(next, dt, models).1
+    }
+
+    /// The state with the next measurement, and the bridges back.
+    pub(super) fn next(
+        &self,
+        measurement: &Measurement,
+        dt: f64,
+        models: &impl Moves<P, M, H>,
+    ) -> (Self, Bridges<P, H>) {
+        let (mut state, mut bridges) = self.ahead_to(measurement, dt, models);
+        state.jumped *= (-dt / JUMP_LASTS_S).exp();
+        state.leap(measurement, &mut bridges.0.predicted);
+        let height = state.height;
+        state.observe(measurement, &bridges.0.predicted);
+        state.observe_motion(measurement, &bridges.0.predicted, &height);
+        state.told = state.plane.combined();
+        (state, bridges)
+    }
+
+    /// The place of a radar track's bias among those that are estimated: its radar's, a free one, or that of the radar that
+    /// has not seen the target for longest.
+    fn place(&self, owner: &Owner) -> usize {
+        let of_radar = |held: &Option<Held>| held.is_some_and(|held| held.owner.radar == owner.radar);
+        let least = || (0..S).min_by_key(|&place| self.held[place].map(|held| held.last)).unwrap_or(0);
+        self.held.iter().position(of_radar).unwrap_or_else(least)
+    }
+
+    /// What becomes of the biases in `dt` seconds.
+    fn changes(&self, dt: f64) -> [SlowChange; S] {
+        self.held.map(|held| held.map_or(SlowChange::NONE, |held| SlowChange::after(&held.errors, dt)))
+    }
+
+    /// The state where the next measurement is; of its radar track, if it is another one, the bias begins there.
+    fn ahead_to(&self, next: &Measurement, dt: f64, models: &impl Moves<P, M, H>) -> (Self, Bridges<P, H>) {
+        let mut changes = self.changes(dt);
+        let mut held = self.held;
+        if let By::Radar { owner, errors, known, .. } = next.by {
+            let place = self.place(&owner);
+            let is_same = held[place].is_some_and(|held| held.owner == owner);
+            changes[place] = if is_same { SlowChange::after(&errors, dt) } else { SlowChange::anew(known) };
+            held[place] = Some(Held { owner, errors, last: next.time });
+        }
+        let (state, bridges) = self.moved(dt, &changes, models);
+        (Self { held, ..state }, bridges)
+    }
+
+    fn moved(
+        &self,
+        dt: f64,
+        changes: &[SlowChange; S],
+        models: &impl Moves<P, M, H>,
+    ) -> (Self, Bridges<P, H>) {
+        let (plane, over_ground) = self.plane.predicted(
+            &self.told,
+            &models.motions(dt),
+            &plane::slow(changes),
+            &OverGround::switch(models, dt),
+        );
+        let above = self.height.predicted(&models.motion(dt), &height::slow(changes));
+        let state = Self {
+            plane,
+            told: over_ground.predicted,
+            height: above.predicted,
+            held: self.held,
+            jumped: self.jumped,
+        };
+        (state, (over_ground, above))
+    }
+
+    /// A transponder that is far from where the motion led has jumped: its receiver takes a reflection for a satellite, or
+    /// no longer does. That says nothing of the speed.
+    fn leap(&mut self, measurement: &Measurement, predicted: &mut Gaussian<P>) {
+        let By::Transponder { horizontal_m, .. } = measurement.by else { return };
+        let place = measurement.position.0.xy();
+        if predicted.distance(&plane::fix(place, horizontal_m)) <= LEAP {
+            return;
+        }
+        let away = place - Vector2::new(predicted.mean[0], predicted.mean[1]);
+        self.jumped += away;
+        plane::spread(predicted, away);
+        self.plane.parts.iter_mut().for_each(|part| plane::spread(part, away));
+    }
+
+    fn observe(&mut self, measurement: &Measurement, predicted: &Gaussian<P>) {
+        let Measurement { position, height_measured, by, .. } = measurement;
+        let place = position.0.xy();
+        let (mut over_ground, sigma_m, radar) = match by {
+            By::Transponder { horizontal_m, vertical_m } => {
+                (plane::fix(place, *horizontal_m), *vertical_m, None)
+            }
+            By::Radar { owner, seen, errors, .. } => {
+                let radar = self.place(owner);
+                (plane::plot::<P, S>(place, seen, errors, radar), errors.noise_height_m, Some(radar))
+            }
+        };
+        let distance = predicted.distance(&over_ground);
+        if distance > FAR {
+            over_ground = over_ground.coarser(distance / FAR);
+        }
+        self.plane.observe(&over_ground);
+        if *height_measured {
+            self.height.observe(&height::height::<H, S>(position.0.z, sigma_m, radar));
+        }
+    }
+
+    /// Takes in what is told of the motion. How far off it is goes by what was known without this measurement's position,
+    /// which may be the one that is wrong.
+    fn observe_motion(&mut self, measurement: &Measurement, plane: &Gaussian<P>, height: &Gaussian<H>) {
+        let Measurement { velocity, climb, .. } = measurement;
+        if let Some((velocity, deviation)) = velocity.filter(|(v, _)| v.iter().all(|rate| rate.is_finite())) {
+            self.plane.observe(&plane.bounded(plane::velocity(velocity, deviation), FAR));
+        }
+        if let Some((climb, deviation)) = climb.filter(|(climb, _)| climb.is_finite()) {
+            self.height.observe(&height.bounded_scalar(height::climb(climb, deviation), FAR));
+        }
+    }
+}
+
+impl StateEstimate {
+    /// Of a state over ground and one above it.
+    pub(super) fn of<const P: usize, const H: usize>(
+        plane: &Gaussian<P>,
+        height: &Gaussian<H>,
+        jumped: Vector2<f64>,
+        since_s: Option<f64>,
+        until_s: Option<f64>,
+    ) -> Self {
+        let block =
+            |from: usize| Matrix2::from_fn(|row, column| plane.covariance.at(from + row, from + column));
+        Self {
+            position: Enu::new(plane.mean[0], plane.mean[1], height.mean[0]),
+            velocity: Vector3::new(plane.mean[2], plane.mean[3], height.mean[1]),
+            horizontal: block(0) + jumped * jumped.transpose(),
+            vertical: height.covariance.at(0, 0),
+            velocity_covariance: block(2),
+            since_s,
+            until_s,
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! What the offset between the tracks of two radars tells of their being one aircraft.
+//!
+//! Two radars have no exact axis in common: the range of the one lies along the azimuth of the other. So what changes from plot
+//! to plot tells little, and how large the offset is tells all. It stays much the same for as long as the biases do: plots
+//! count by the time between them, and what was long ago counts less.
+
+use nalgebra::Matrix2;
+
+use crate::filter::{LineOfSight, RadarErrors};
+use crate::frames::Enu;
+use crate::operational::settings::Radar;
+use crate::operational::tuning::{
+    MUTUAL_LIKELY_LLR, MUTUAL_LOOK_MIN_LLR, MUTUAL_LOOK_S, MUTUAL_MEMORY_S, SEPARATION_IN_HEIGHT,
+    SEPARATION_OVER_GROUND,
+};
+use crate::report::Plot;
+use crate::time::Time;
+
+/// Where another radar's track was at the time of a plot.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reference {
+    pub(super) position: Enu,
+    pub(super) height_measured: bool,
+    /// Sigma of interpolating between its plots, metres.
+    pub(super) between_m: f64,
+    /// The other radar's place and errors.
+    pub(super) radar: Enu,
+    pub(super) errors: RadarErrors,
+}
+
+/// The likelihood ratio of two tracks: one aircraft over two.
+#[derive(Clone, Copy, Debug, Default)]
+pub(in crate::operational) struct Evidence {
+    /// Its natural logarithm.
+    pub(in crate::operational) llr: f64,
+    /// The last plot after which they were likely to be one.
+    pub(in crate::operational) last_likely: Option<Time>,
+    /// The last plot.
+    last: Option<Time>,
+}
+
+impl Evidence {
+    /// Whether nothing was compared.
+    pub(super) fn is_empty(&self) -> bool {
+        self.last.is_none()
+    }
+
+    /// Takes in a plot, and where the other radar's track was then; forward or backward in time.
+    pub(super) fn add(&mut self, plot: &Plot, reference: &Reference, radar: &Radar) {
+        let look = look(plot, reference, radar).max(MUTUAL_LOOK_MIN_LLR);
+        self.llr = match self.last {
+            None => look,
+            Some(last) => {
+                let dt = plot.time.seconds_since(last).abs();
+                self.llr * (-dt / MUTUAL_MEMORY_S).exp() + look * (dt / MUTUAL_LOOK_S).min(1.0)
+            }
+        };
+        self.last = Some(plot.time);
+        if self.llr >= MUTUAL_LIKELY_LLR {
+            self.last_likely = Some(plot.time);
+        }
+    }
+}
+
+/// What one plot alone would tell: the LLR of an offset by the errors of both radars against the distance of two aircraft.
+fn look(plot: &Plot, reference: &Reference, radar: &Radar) -> f64 {
+    let spread = |radar: Enu, errors: &RadarErrors, place: Enu| {
+        LineOfSight::from(radar, place).spread(
+            errors.bias_range_m.hypot(errors.noise_range_m),
+            errors.bias_azimuth.hypot(errors.noise_azimuth),
+        )
+    };
+    let Reference { position, between_m, errors, .. } = reference;
+    let covariance = spread(radar.position, &radar.errors, plot.position)
+        + spread(reference.radar, errors, *position)
+        + Matrix2::identity() * (between_m * between_m);
+    let determinant = covariance.determinant();
+    let apart = plot.position.0 - position.0;
+    let (east, north) = (apart.x, apart.y);
+    let distance = (east * east * covariance[(1, 1)] - 2.0 * east * north * covariance[(0, 1)]
+        + north * north * covariance[(0, 0)])
+        / determinant;
+    let apart_m = SEPARATION_OVER_GROUND.distance_m;
+    let other = (east * east + north * north) / (apart_m * apart_m);
+    let mut llr = (apart_m * apart_m / determinant.sqrt()).ln() - 0.5 * (distance - other);
+    if plot.height_measured && reference.height_measured {
+        let sigma = |errors: &RadarErrors| errors.bias_height_m.hypot(errors.noise_height_m);
+        let sigma_m = sigma(&radar.errors).hypot(sigma(errors));
+        let apart_m = SEPARATION_IN_HEIGHT.distance_m;
+        let distance = (apart.z / sigma_m).powi(2) - (apart.z / apart_m).powi(2);
+        llr += (apart_m / sigma_m).ln() - 0.5 * distance;
+    }
+    llr
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::{RadarTrackKey, SensorIndex};
+    use crate::settings;
+    use crate::time::SECOND;
+
+    /// Plots every quarter of a second, 1500 m from either radar, whose lines of sight cross at a right angle: so far apart.
+    fn evidence(seconds: f64, apart: impl Fn(f64) -> [f64; 3]) -> Evidence {
+        let radar = Radar::from(&settings::Radar::default());
+        let mut evidence = Evidence::default();
+        for quarter in 0..(4.0 * seconds) as i64 {
+            let place = Enu::new(0.0, 1500.0, 100.0);
+            let second = quarter as f64 / 4.0;
+            let reference = Reference {
+                position: Enu::from(place.0 + nalgebra::Vector3::from(apart(second))),
+                height_measured: true,
+                between_m: 0.0,
+                radar: Enu::new(-1500.0, 1500.0, 0.0),
+                errors: radar.errors,
+            };
+            let track = RadarTrackKey { sensor: SensorIndex(0), number: 1 };
+            let time = Time::from_nanos(quarter * SECOND / 4);
+            evidence.add(&Plot::new(track, time, place, 1500.0), &reference, &radar);
+        }
+        evidence
+    }
+
+    #[test]
+    fn a_small_offset_that_stays_is_one_aircraft() {
+        let near = |_| [20.0, -15.0, 5.0];
+        assert!(evidence(0.25, near).llr < 6.0, "one plot is not enough");
+        assert!(evidence(8.0, near).llr > 6.0, "{:?}", evidence(8.0, near));
+    }
+
+    #[test]
+    fn an_offset_that_no_errors_explain_is_two() {
+        for apart in [[150.0, 0.0, 0.0], [0.0, -150.0, 0.0], [0.0, 0.0, 50.0]] {
+            assert!(evidence(3.0, |_| apart).llr < 0.0, "{apart:?}");
+        }
+    }
+
+    #[test]
+    fn they_part_where_they_move_apart() {
+        let together = evidence(30.0, |_| [10.0, 10.0, 0.0]).llr;
+        let parted = evidence(50.0, |second| [10.0 + 15.0 * (second - 30.0).max(0.0), 10.0, 0.0]);
+        assert!(together > 6.0 && parted.llr < -4.0, "{together} {parted:?}");
+        assert!(parted.last_likely.is_some_and(|time| time < Time::from_nanos(45 * SECOND)));
+    }
+}
