@@ -45,7 +45,7 @@ pub(super) const PLOTS_KEPT: SignedDuration = SignedDuration::from_secs(12);
 /// Reports of transponders are kept this long behind it.
 pub(super) const FIXES_KEPT: SignedDuration = SignedDuration::from_secs(20);
 /// A target without a measurement for longer is dropped.
-pub(super) const TARGET_SILENT_MAX: SignedDuration = SignedDuration::from_secs(25);
+pub(super) const TARGET_SILENT_MAX: SignedDuration = SignedDuration::from_secs(50);
 /// Reports of one transponder this near in time are one report, received twice.
 pub(super) const SAME_REPORT: SignedDuration = SignedDuration::from_millis(20);
 
@@ -156,7 +156,7 @@ pub(super) const PLAUSIBLE_LLR: f64 = 0.0;
 pub(super) const LOOK_AHEAD_S: f64 = 4.0;
 /// A target is looked for while the sigma of its position is below this, metres. Eight seeds of `gaps`: with 120 m, 0.17
 /// changes of number a minute in gaps instead of 0.14.
-pub(super) const REACQUIRE_SIGMA_MAX_M: f64 = 200.0;
+pub(super) const REACQUIRE_SIGMA_MAX_M: f64 = 500.0;
 /// Gate: squared Mahalanobis distance in three dimensions.
 pub(super) const REACQUIRE_GATE: f64 = 16.0;
 
