@@ -29,6 +29,7 @@ mod engine;
 mod filter;
 pub mod frames;
 pub mod interpolation;
+pub mod learning;
 pub mod numbering;
 pub mod operational;
 pub mod point;

@@ -69,6 +69,7 @@ fn sensor(sensor: &config::Sensor, config: &Config, normaliser: &Normaliser) -> 
             Sensor::Radar(Radar {
                 frame: RadarFrame::parallel(normaliser.frame().from_geodetic(place)),
                 errors: RadarErrors::of_data_sheet(range_m, azimuth_deg, height_m),
+                learns_accuracy: true,
                 registration: match radar.registration {
                     Registration::Off => RegistrationMode::Off,
                     Registration::Propose => RegistrationMode::Propose,

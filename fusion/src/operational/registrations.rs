@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Vector2;
+
 use super::cycle::Cycle;
 use super::ids::{TargetId, TrackletId};
 use super::settings::{Radar, Settings};
@@ -9,11 +11,12 @@ use super::targets::Targets;
 use super::tracklets::{CorrectedPlot, Tracklets};
 use super::transponder::Transponder;
 use super::tuning::{
-    DELAY_PRIOR_S, ERROR_STEP, MISALIGNMENT_AZIMUTH_RAD, MISALIGNMENT_HEIGHT_M, MISALIGNMENT_RANGE_M,
-    REMAINING_AT_NORTH_M, REMAINING_AT_UP_M, SEGMENT_S, VELOCITY_HALF_BASE_S,
+    DELAY_PRIOR_S, ERROR_STEP, FRESH_SHARE, MISALIGNMENT_AZIMUTH_RAD, MISALIGNMENT_HEIGHT_M, MISALIGNMENT_RANGE_M, NEAR_M, RADAR_VELOCITY_M_S,
+    REMAINING_AT_NORTH_M, REMAINING_AT_UP_M, SEGMENT_S, STEEP, VELOCITY_HALF_BASE_S,
 };
 use crate::filter::RadarErrors;
 use crate::frames::Enu;
+use crate::learning::{Compared, LearntRadar, RadarLearning, TrackLearning, VelocityVerdict};
 use crate::registration::{
     Correction, Misalignment, Registration, RegistrationState, RegistrationStateError, Residual, Taken,
     TrackComparison,
@@ -22,10 +25,13 @@ use crate::report::{Plot, SensorIndex};
 use crate::settings::RegistrationMode;
 use crate::time::{SECOND, Time};
 
-/// One radar's registration.
+/// One radar's registration, and its errors.
 #[derive(Clone, Debug)]
 pub struct Registered {
     registration: Registration,
+    learning: RadarLearning,
+    /// The errors as they have shown themselves, those of the data sheet before; `None` where they are not learnt.
+    pub learnt: Option<LearntRadar>,
     correction: Correction,
     /// What the tracks tell so far.
     pub estimate: Misalignment,
@@ -47,7 +53,8 @@ pub struct Step {
 impl Registered {
     fn new(registration: Registration) -> Self {
         let estimate = registration.estimate();
-        Self { registration, correction: Correction::of(&estimate), estimate, step: None }
+        let learning = RadarLearning::default();
+        Self { registration, learning, learnt: None, correction: Correction::of(&estimate), estimate, step: None }
     }
 
     /// All that outlives a restart.
@@ -56,8 +63,9 @@ impl Registered {
     }
 
     /// Takes in what a segment of a radar track told.
-    fn take(&mut self, along: &mut TrackComparison) {
-        let Some(sample) = along.take() else { return };
+    fn take(&mut self, segment: &mut Segment) {
+        let Some(sample) = segment.along.take() else { return };
+        self.learning.take(&mut segment.learning, sample.time());
         if let Taken::Step { before, after } = self.registration.take(&sample) {
             self.step = Some(Step { time: sample.time(), before, after });
         }
@@ -65,7 +73,13 @@ impl Registered {
         self.correction = Correction::of(&self.estimate);
     }
 
-    /// The radar's errors, with what is left of its misalignment.
+    /// The radar's errors when it is aligned: learnt, or as configured.
+    fn track_errors(&mut self, radar: &Radar) -> RadarErrors {
+        self.learnt = radar.learns_accuracy.then(|| self.learning.learnt(&radar.track_errors));
+        self.learnt.map_or(radar.track_errors, |learnt| learnt.errors)
+    }
+
+    /// The same with what is left of its misalignment.
     fn errors(&self, radar: &Radar) -> RadarErrors {
         let left = self.correction.remaining(Enu::new(0.0, REMAINING_AT_NORTH_M, REMAINING_AT_UP_M));
         let with = |bias: f64, left: f64, most: f64| match radar.registration {
@@ -77,7 +91,10 @@ impl Registered {
             bias_range_m: with(errors.bias_range_m, left.range_m, MISALIGNMENT_RANGE_M),
             bias_azimuth: with(errors.bias_azimuth, left.azimuth, MISALIGNMENT_AZIMUTH_RAD),
             bias_height_m: with(errors.bias_height_m, left.height_m, MISALIGNMENT_HEIGHT_M),
-            ..*errors
+            noise_range_m: in_steps(errors.noise_range_m),
+            noise_azimuth: in_steps(errors.noise_azimuth),
+            noise_height_m: in_steps(errors.noise_height_m),
+            correlation_s: in_steps(errors.correlation_s),
         }
     }
 }
@@ -93,6 +110,7 @@ struct Segment {
     sensor: SensorIndex,
     target: TargetId,
     along: TrackComparison,
+    learning: TrackLearning,
 }
 
 /// The registrations of all radars.
@@ -153,7 +171,14 @@ impl Registrations {
                 .radars
                 .entry(SensorIndex(index as u16))
                 .or_insert_with(|| Registered::new(Registration::default()));
+            radar.track_errors = registered.track_errors(radar);
             radar.errors = registered.errors(radar);
+            if let Some(learnt) = &registered.learnt {
+                radar.velocity_sigma_m_s = match learnt.velocity {
+                    VelocityVerdict::Used(errors) => Some(in_steps(errors.sigma_m_s.max(RADAR_VELOCITY_M_S))),
+                    VelocityVerdict::Unknown | VelocityVerdict::Ignored(_) => None,
+                };
+            }
             if radar.registration == RegistrationMode::Apply {
                 let told = registered.estimate.time_information();
                 information += told.inverse_variance;
@@ -176,7 +201,7 @@ impl Registrations {
         segments.retain(|&id, segment| {
             let is_left = tracklets.get(id).is_some();
             if !is_left && let Some(registered) = radars.get_mut(&segment.sensor) {
-                registered.take(&mut segment.along);
+                registered.take(segment);
             }
             is_left
         });
@@ -195,14 +220,25 @@ impl Registrations {
             };
             let mut segment = before.filter(|before| before.target == target);
             let plots = tracklet.corrected_between(cycle.previous, cycle.centre);
-            for residual in plots.filter_map(|plot| residual(plot, transponder, radar, cycle.settings)) {
+            for plot in plots {
+                let Some(residual) = residual(plot, transponder, radar, cycle.settings) else { continue };
                 // The radar's own errors: what is left of its misalignment is what is asked for.
-                let new = || Segment { sensor, target, along: TrackComparison::new(&radar.track_errors) };
-                segment.get_or_insert_with(new).along.add(&residual);
+                let segment = segment.get_or_insert_with(|| Segment {
+                    sensor,
+                    target,
+                    along: TrackComparison::new(&radar.track_errors),
+                    learning: TrackLearning::new(radar.track_errors.correlation_s),
+                });
+                segment.along.add(&residual);
+                if let Some(compared) =
+                    compared(&residual, plot, &registered.correction, transponder, cycle.settings)
+                {
+                    segment.learning.add(&compared);
+                }
             }
             if let Some(mut segment) = segment {
                 if segment.along.gathered_s() >= SEGMENT_S {
-                    registered.take(&mut segment.along);
+                    registered.take(&mut segment);
                 }
                 self.segments.insert(tracklet.id, segment);
             }
@@ -233,5 +269,49 @@ fn residual(
             / (2.0 * VELOCITY_HALF_BASE_S),
         height_measured: plot.height_measured,
         sigma_m: here.sigma_m.hypot(receiver.horizontal_m),
+    })
+}
+
+/// The residual as an aligned radar would have it, by axis; `None` where azimuth means little.
+fn compared(
+    residual: &Residual,
+    plot: &CorrectedPlot,
+    correction: &Correction,
+    transponder: &Transponder,
+    settings: &Settings,
+) -> Option<Compared> {
+    let Residual { time, plot: seen, target, velocity, height_measured, sigma_m } = *residual;
+    let bias = transponder.bias(settings)?;
+    let receiver = settings.transponder(transponder.sensor)?;
+    let (corrected, target) = match height_measured {
+        true => (correction.apply(seen).0, target.0),
+        false => (correction.apply_without_height(seen).0, target.0),
+    };
+    let ground_m = target.xy().norm();
+    if ground_m < NEAR_M || corrected.xy().norm() < NEAR_M || target.z.abs() > STEEP * ground_m {
+        return None;
+    }
+    let left = correction.remaining(target.into());
+    let clockwise = Vector2::new(target.y, -target.x) / ground_m;
+    let milli_m = 1000.0 / ground_m;
+    let turned = corrected.xy().dot(&clockwise).atan2(corrected.xy().dot(&target.xy()) / ground_m);
+    let rates = [velocity.dot(&target) / target.norm(), velocity.xy().dot(&clockwise) * milli_m, velocity.z];
+    let curve_m2 = (sigma_m * sigma_m - receiver.horizontal_m * receiver.horizontal_m).max(0.0);
+    let climb_m2 = (receiver.vertical_m * FRESH_SHARE).powi(2);
+    let left = [left.range_m, left.azimuth * 1000.0, left.height_m];
+    Some(Compared {
+        time,
+        offsets: [
+            Some(corrected.norm() - target.norm()),
+            Some(turned * 1000.0),
+            height_measured.then_some(corrected.z - target.z),
+        ],
+        slow: [bias.horizontal_m2, bias.horizontal_m2 * milli_m * milli_m, bias.vertical_m2],
+        curve: [curve_m2, curve_m2 * milli_m * milli_m, climb_m2],
+        constant: std::array::from_fn(|axis| {
+            left[axis] * left[axis] + bias.time_s2 * rates[axis] * rates[axis]
+        }),
+        velocity: velocity.xy(),
+        told_velocity: plot.plot.velocity,
     })
 }

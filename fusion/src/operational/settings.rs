@@ -65,12 +65,17 @@ pub struct Radar {
     pub position: Enu,
     /// Its own axes.
     pub frame: RadarFrame,
-    /// Errors of an aligned radar.
+    /// Errors of an aligned radar: those of the settings or, where they are learnt, as they have shown themselves.
     pub track_errors: RadarErrors,
     /// Errors of the radar as it is aligned now; not read from the settings but set by the registration.
     pub errors: RadarErrors,
     /// What is done about misalignment.
     pub registration: RegistrationMode,
+    /// Whether its errors are learnt.
+    pub learns_accuracy: bool,
+    /// Sigma of the velocities that it tells, each axis, metres a second; `None`: they are not used. Not read from the settings
+    /// but, where errors are learnt, set by what is.
+    pub velocity_sigma_m_s: Option<f64>,
     /// Time between two detections of one target, seconds.
     pub period_s: f64,
 }
@@ -108,8 +113,17 @@ pub struct Transponder {
 
 impl From<&settings::Radar> for Radar {
     fn from(radar: &settings::Radar) -> Self {
-        let settings::Radar { frame, errors, registration, period_s } = *radar;
-        Self { position: frame.origin(), frame, track_errors: errors, errors, registration, period_s }
+        let settings::Radar { frame, errors, learns_accuracy, registration, period_s } = *radar;
+        Self {
+            position: frame.origin(),
+            frame,
+            track_errors: errors,
+            errors,
+            registration,
+            learns_accuracy,
+            velocity_sigma_m_s: Some(tuning::RADAR_VELOCITY_M_S),
+            period_s,
+        }
     }
 }
 

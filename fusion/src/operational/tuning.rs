@@ -226,3 +226,7 @@ pub(super) const REMAINING_AT_UP_M: f64 = 100.0;
 pub(super) const ERROR_STEP: f64 = 0.01;
 /// A transponder's velocity is its change of position from this long before to this long after, seconds.
 pub(super) const VELOCITY_HALF_BASE_S: f64 = 0.5;
+/// Nearer to a radar, azimuth means little, metres over ground;
+pub(super) const NEAR_M: f64 = 100.0;
+/// steeper, likewise: height over distance over ground.
+pub(super) const STEEP: f64 = 2.0;
