@@ -13,6 +13,7 @@
 //! | `sizes` | how large numbers are, robustly |
 //! | `model` | what bias and noise let expect of them |
 //! | `axis` | the errors of one axis, fitted |
+//! | `range_rate` | a radar's velocities against its own plots |
 //! | `velocity` | whether the velocities that the radar tells are of use |
 //! | `radar` | all of it, of one radar |
 //! | `state` | what outlives a restart |
@@ -21,14 +22,20 @@ mod axis;
 mod model;
 mod pyramid;
 mod radar;
+mod range_rate;
 mod sizes;
+mod state;
+#[cfg(test)]
+mod tests;
 mod track;
 mod velocity;
 
 /// Range (metres), azimuth (milliradians), height (metres).
 const AXES: usize = 3;
 
-pub use radar::{LearntAxis, LearntRadar, LearntValue};
 pub(crate) use radar::RadarLearning;
+pub use radar::{LearntAxis, LearntRadar, LearntValue};
+pub(crate) use range_rate::{RangeRate, Seen};
+pub use state::{LearningState, LearningStateError};
 pub(crate) use track::{Compared, TrackLearning};
 pub use velocity::{VelocityErrors, VelocityVerdict};

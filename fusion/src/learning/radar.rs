@@ -3,6 +3,7 @@
 use super::AXES;
 use super::axis::{AxisSums, Fitted, Prior};
 use super::model::AxisErrors;
+use super::range_rate::RateOff;
 use super::track::{Flight, Told, TrackLearning};
 use super::velocity::{VelocitySums, VelocityVerdict};
 use crate::filter::RadarErrors;
@@ -16,7 +17,7 @@ const SILENCE_S: f64 = 60.0;
 const FIT_EVERY_S: f64 = 5.0;
 
 /// How far a data sheet may be off: sigmas of the logarithms of bias, correlation time, noise.
-const SHEET_UNSURE: [f64; 3] = [1.0, 0.5, 1.0];
+const SHEET_UNSURE: [f64; 3] = [1.0, 0.7, 1.0];
 /// Turns enlarge the bias by this factor: by axis, with the sigma of its logarithm. Tracks of drones on test ranges: 1.7 in azimuth.
 const TURN_FACTORS: [(f64, f64); AXES] = [(1.0, 0.2), (1.7, 0.2), (1.0, 0.2)];
 /// Share of turns in flight beforehand, and how many plots it is worth.
@@ -75,7 +76,7 @@ pub(crate) struct RadarLearning {
     /// Plots on straight flight and in turns.
     pub(super) plots: [f64; 2],
     pub(super) velocity: VelocitySums,
-    fitted: Option<(Time, LearntRadar)>,
+    pub(super) fitted: Option<(Time, LearntRadar)>,
 }
 
 impl Default for RadarLearning {
@@ -104,10 +105,15 @@ impl RadarLearning {
         }
     }
 
-    /// Takes in how far off the told rate of a range was, m/s, and how far that of the plots themselves may be, m²/s².
-    pub(crate) fn take_radial(&mut self, off_m_s: f64, variance: f64, time: Time) {
-        self.turn(time);
-        self.velocity.add_radial(off_m_s, variance);
+    /// Takes in how far the told rate of a range was off.
+    pub(crate) fn take_rate(&mut self, off: &RateOff) {
+        self.turn(off.time);
+        self.velocity.add_rate(off);
+    }
+
+    /// Whether transponders do not tell enough of its velocities.
+    pub(crate) fn asks_for_rates(&self) -> bool {
+        !self.velocity.is_told_by_transponders()
     }
 
     /// It is later.

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector2;
 
+use super::range_rate::RateOff;
 use super::sizes::Sizes;
 
 /// The velocity along a transponder's curve is itself off by this, each axis, metres a second.
@@ -58,11 +59,14 @@ impl VelocitySums {
         self.count += 1.0;
     }
 
-    /// The rate of the range as told less as seen, where that is off by such a variance.
-    pub(super) fn add_radial(&mut self, off_m_s: f64, variance: f64) {
-        self.radial.add(off_m_s);
+    pub(super) fn add_rate(&mut self, off: &RateOff) {
+        self.radial.add(off.off_m_s);
         self.radial_count += 1.0;
-        self.radial_variance += variance;
+        self.radial_variance += off.variance;
+    }
+
+    pub(super) fn is_told_by_transponders(&self) -> bool {
+        self.count >= ENOUGH
     }
 
     pub(super) fn fade(&mut self, kept: f64) {
@@ -75,7 +79,7 @@ impl VelocitySums {
 
     /// By transponders where enough of them tell.
     pub(super) fn verdict(&self) -> VelocityVerdict {
-        if self.count >= ENOUGH {
+        if self.is_told_by_transponders() {
             verdict(&self.paired, CURVE_M_S * CURVE_M_S)
         } else if self.radial_count >= ENOUGH {
             verdict(&self.radial, self.radial_variance / self.radial_count)

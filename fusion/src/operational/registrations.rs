@@ -6,6 +6,7 @@ use nalgebra::Vector2;
 
 use super::cycle::Cycle;
 use super::ids::{TargetId, TrackletId};
+use super::likelihood::Scales;
 use super::settings::{Radar, Settings};
 use super::targets::Targets;
 use super::tracklets::{CorrectedPlot, Tracklets};
@@ -14,9 +15,12 @@ use super::tuning::{
     DELAY_PRIOR_S, ERROR_STEP, FRESH_SHARE, MISALIGNMENT_AZIMUTH_RAD, MISALIGNMENT_HEIGHT_M, MISALIGNMENT_RANGE_M, NEAR_M, RADAR_VELOCITY_M_S,
     REMAINING_AT_NORTH_M, REMAINING_AT_UP_M, SEGMENT_S, STEEP, VELOCITY_HALF_BASE_S,
 };
-use crate::filter::RadarErrors;
+use crate::filter::{LineOfSight, RadarErrors};
 use crate::frames::Enu;
-use crate::learning::{Compared, LearntRadar, RadarLearning, TrackLearning, VelocityVerdict};
+use crate::learning::{
+    Compared, LearningState, LearningStateError, LearntRadar, RadarLearning, RangeRate, Seen, TrackLearning,
+    VelocityVerdict,
+};
 use crate::registration::{
     Correction, Misalignment, Registration, RegistrationState, RegistrationStateError, Residual, Taken,
     TrackComparison,
@@ -50,6 +54,13 @@ pub struct Step {
     pub after: Misalignment,
 }
 
+/// Of a radar of which nothing is known.
+impl Default for Registered {
+    fn default() -> Self {
+        Self::new(Registration::default())
+    }
+}
+
 impl Registered {
     fn new(registration: Registration) -> Self {
         let estimate = registration.estimate();
@@ -73,10 +84,35 @@ impl Registered {
         self.correction = Correction::of(&self.estimate);
     }
 
-    /// The radar's errors when it is aligned: learnt, or as configured.
-    fn track_errors(&mut self, radar: &Radar) -> RadarErrors {
-        self.learnt = radar.learns_accuracy.then(|| self.learning.learnt(&radar.track_errors));
-        self.learnt.map_or(radar.track_errors, |learnt| learnt.errors)
+    /// All that was learnt of its errors, to outlive a restart.
+    pub fn learning_state(&self) -> LearningState {
+        self.learning.to_state()
+    }
+
+    /// The radar as it has shown itself.
+    fn apply_to(&mut self, radar: &mut Radar) {
+        self.learnt = radar.learns_accuracy.then(|| self.learning.learnt(&radar.data_sheet));
+        if let Some(learnt) = &self.learnt {
+            let steps = |of: fn(&RadarErrors) -> f64| {
+                let sheet = of(&radar.data_sheet);
+                sheet * in_steps(of(&learnt.errors) / sheet)
+            };
+            radar.track_errors = RadarErrors {
+                bias_range_m: steps(|errors| errors.bias_range_m),
+                bias_azimuth: steps(|errors| errors.bias_azimuth),
+                bias_height_m: steps(|errors| errors.bias_height_m),
+                noise_range_m: steps(|errors| errors.noise_range_m),
+                noise_azimuth: steps(|errors| errors.noise_azimuth),
+                noise_height_m: steps(|errors| errors.noise_height_m),
+                correlation_s: steps(|errors| errors.correlation_s),
+            };
+            radar.scales = Scales::of(learnt.unsure);
+            radar.velocity_sigma_m_s = match learnt.velocity {
+                VelocityVerdict::Used(errors) => Some(in_steps(errors.sigma_m_s.max(RADAR_VELOCITY_M_S))),
+                VelocityVerdict::Unknown | VelocityVerdict::Ignored(_) => None,
+            };
+        }
+        radar.errors = self.errors(radar);
     }
 
     /// The same with what is left of its misalignment.
@@ -91,10 +127,7 @@ impl Registered {
             bias_range_m: with(errors.bias_range_m, left.range_m, MISALIGNMENT_RANGE_M),
             bias_azimuth: with(errors.bias_azimuth, left.azimuth, MISALIGNMENT_AZIMUTH_RAD),
             bias_height_m: with(errors.bias_height_m, left.height_m, MISALIGNMENT_HEIGHT_M),
-            noise_range_m: in_steps(errors.noise_range_m),
-            noise_azimuth: in_steps(errors.noise_azimuth),
-            noise_height_m: in_steps(errors.noise_height_m),
-            correlation_s: in_steps(errors.correlation_s),
+            ..*errors
         }
     }
 }
@@ -118,6 +151,8 @@ struct Segment {
 pub(super) struct Registrations {
     radars: BTreeMap<SensorIndex, Registered>,
     segments: BTreeMap<TrackletId, Segment>,
+    /// Of radar tracks of which no transponder tells, where their radar tells velocities.
+    rates: BTreeMap<TrackletId, RangeRate>,
 }
 
 impl Registrations {
@@ -133,13 +168,25 @@ impl Registrations {
         state: &RegistrationState,
     ) -> Result<(), RegistrationStateError> {
         let registration = Registration::from_state(state)?;
-        self.radars.insert(sensor, Registered::new(registration));
+        let learning = self.radars.remove(&sensor).map(|known| known.learning).unwrap_or_default();
+        self.radars.insert(sensor, Registered { learning, ..Registered::new(registration) });
+        Ok(())
+    }
+
+    /// Takes over what was learnt of a radar's errors before a restart.
+    pub(super) fn restore_learning(
+        &mut self,
+        sensor: SensorIndex,
+        state: &LearningState,
+    ) -> Result<(), LearningStateError> {
+        let learning = RadarLearning::from_state(state)?;
+        self.radars.entry(sensor).or_default().learning = learning;
         Ok(())
     }
 
     /// The same radars, without tracks.
     pub(super) fn without_tracks(self) -> Self {
-        Self { radars: self.radars, segments: BTreeMap::new() }
+        Self { radars: self.radars, ..Self::default() }
     }
 
     /// A plot as an aligned radar would have it, as far as that is known and is to be applied.
@@ -170,15 +217,8 @@ impl Registrations {
             let registered = self
                 .radars
                 .entry(SensorIndex(index as u16))
-                .or_insert_with(|| Registered::new(Registration::default()));
-            radar.track_errors = registered.track_errors(radar);
-            radar.errors = registered.errors(radar);
-            if let Some(learnt) = &registered.learnt {
-                radar.velocity_sigma_m_s = match learnt.velocity {
-                    VelocityVerdict::Used(errors) => Some(in_steps(errors.sigma_m_s.max(RADAR_VELOCITY_M_S))),
-                    VelocityVerdict::Unknown | VelocityVerdict::Ignored(_) => None,
-                };
-            }
+                .or_default();
+            registered.apply_to(radar);
             if radar.registration == RegistrationMode::Apply {
                 let told = registered.estimate.time_information();
                 information += told.inverse_variance;
@@ -197,7 +237,8 @@ impl Registrations {
 
     /// Takes in the segments of tracklets that have been dropped.
     pub(super) fn end(&mut self, tracklets: &Tracklets) {
-        let Self { radars, segments } = self;
+        let Self { radars, segments, rates } = self;
+        rates.retain(|&id, _| tracklets.get(id).is_some());
         segments.retain(|&id, segment| {
             let is_left = tracklets.get(id).is_some();
             if !is_left && let Some(registered) = radars.get_mut(&segment.sensor) {
@@ -214,8 +255,18 @@ impl Registrations {
             let Some(radar) = cycle.settings.radar(sensor) else { continue };
             let Some(registered) = self.radars.get_mut(&sensor) else { continue };
             let before = self.segments.remove(&tracklet.id);
-            let Some(target) = tracklet.target() else { continue };
-            let Some(transponder) = targets.get(target).and_then(|target| target.transponder()) else {
+            let paired = tracklet
+                .target()
+                .and_then(|target| Some((target, targets.get(target)?.transponder()?)));
+            let Some((target, transponder)) = paired else {
+                if registered.learning.asks_for_rates() {
+                    let plots = tracklet.between(cycle.previous, cycle.centre);
+                    let seen = plots.filter_map(|plot| seen(plot, radar));
+                    for seen in seen {
+                        let rate = self.rates.entry(tracklet.id).or_default();
+                        rate.add(seen, &radar.track_errors).iter().for_each(|off| registered.learning.take_rate(off));
+                    }
+                }
                 continue;
             };
             let mut segment = before.filter(|before| before.target == target);
@@ -270,6 +321,12 @@ fn residual(
         height_measured: plot.height_measured,
         sigma_m: here.sigma_m.hypot(receiver.horizontal_m),
     })
+}
+
+/// How far a plot lies away over ground, and how fast the radar says that it goes away; `None` where it does not say.
+fn seen(plot: &Plot, radar: &Radar) -> Option<Seen> {
+    let LineOfSight { range_m, outward, .. } = LineOfSight::from(radar.position, plot.position);
+    Some(Seen { time: plot.time, range_m, told_m_s: plot.velocity?.dot(&outward) })
 }
 
 /// The residual as an aligned radar would have it, by axis; `None` where azimuth means little.

@@ -2,6 +2,7 @@
 
 use jiff::SignedDuration;
 
+use super::likelihood::Scales;
 use super::tuning;
 use crate::filter::{Dynamics, LineOfSight, RadarErrors};
 use crate::frames::{Enu, RadarFrame};
@@ -65,8 +66,12 @@ pub struct Radar {
     pub position: Enu,
     /// Its own axes.
     pub frame: RadarFrame,
-    /// Errors of an aligned radar: those of the settings or, where they are learnt, as they have shown themselves.
+    /// Errors of an aligned radar as its data sheet has them.
+    pub data_sheet: RadarErrors,
+    /// The same or, where they are learnt, as they have shown themselves; the latter not read from the settings.
     pub track_errors: RadarErrors,
+    /// The multiples of their size that they may have; nearer to 1 the better they are known. Not read from the settings.
+    pub(super) scales: Scales,
     /// Errors of the radar as it is aligned now; not read from the settings but set by the registration.
     pub errors: RadarErrors,
     /// What is done about misalignment.
@@ -117,7 +122,9 @@ impl From<&settings::Radar> for Radar {
         Self {
             position: frame.origin(),
             frame,
+            data_sheet: errors,
             track_errors: errors,
+            scales: Scales::of_data_sheet(),
             errors,
             registration,
             learns_accuracy,
