@@ -23,6 +23,7 @@ mod observer;
 mod player;
 mod published;
 mod quiet;
+mod learning;
 mod registration;
 mod service;
 
@@ -40,5 +41,6 @@ pub(crate) use lines::{Listening, listen};
 pub use observer::observe;
 pub use player::{OpenCaptures, Order, Player, PlayerState};
 pub use published::{Archive, PublishedPicture, Status};
+pub use learning::{in_words, of_data_sheet, velocity_errors, verdict_name};
 pub use registration::{RegistrationStatus, values};
 pub use service::{KeeperQueues, Outlets, Service};
