@@ -8,13 +8,13 @@ use super::ask::{Answer, Ask, live};
 use super::tls::Tls;
 use crate::config::Config;
 use crate::live::{
-    Level, LineStatus, RegistrationStatus, SensorState, SensorStatus, Status, of_data_sheet, velocity_errors,
-    values, verdict_name,
+    Level, LineStatus, RegistrationStatus, SensorState, SensorStatus, Status, of_data_sheet, values,
+    velocity_errors, verdict_name,
 };
 use fusion::SensorIndex;
+use fusion::learning::LearntValue;
 use fusion::numbering::LARGEST_TRANSPONDER_NUMBER;
 use fusion::operational::Verdict;
-use fusion::learning::LearntValue;
 use fusion::registration::Misalignment;
 
 pub const TEXT: &str = "text/plain; version=0.0.4; charset=utf-8";
@@ -227,7 +227,8 @@ impl Metrics {
 
     /// What was learnt of the radars' errors.
     fn learnt(&mut self, sensors: &[SensorStatus]) {
-        let learnt = |sensor: &'_ SensorStatus| Some((sensor.id.clone(), sensor.registration.as_ref()?.learnt?));
+        let learnt =
+            |sensor: &'_ SensorStatus| Some((sensor.id.clone(), sensor.registration.as_ref()?.learnt?));
         let known: Vec<_> = sensors.iter().filter_map(learnt).collect();
         if known.is_empty() {
             return;
@@ -249,7 +250,8 @@ impl Metrics {
         self.by("learnt_tracks", "Independent samples that it rests upon", "sensor", tracks);
         let used = known.iter().map(|(id, learnt)| (id, u8::from(verdict_name(&learnt.velocity) == "used")));
         self.by("learnt_velocity_used", "Whether a radar's velocities are used", "sensor", used);
-        let off = known.iter().filter_map(|(id, learnt)| Some((id, velocity_errors(&learnt.velocity)?.sigma_m_s)));
+        let off =
+            known.iter().filter_map(|(id, learnt)| Some((id, velocity_errors(&learnt.velocity)?.sigma_m_s)));
         self.by("learnt_velocity_error_metres_per_second", "How far they are off, each axis", "sensor", off);
     }
 

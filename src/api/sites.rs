@@ -12,8 +12,8 @@ use super::problem::Problem;
 use crate::config::{Sensor, SensorKind};
 use crate::json::rounded;
 use crate::live::{
-    Alert, AlertKind, Contested, LineStatus, RegistrationStatus, SensorStatus, Unknown, in_words,
-    values, velocity_errors, verdict_name,
+    Alert, AlertKind, Contested, LineStatus, RegistrationStatus, SensorStatus, Unknown, in_words, values,
+    velocity_errors, verdict_name,
 };
 use crate::picture::{Rfc3339, serial_text};
 use fusion::learning::{LearntAxis, LearntRadar, LearntValue};

@@ -25,11 +25,7 @@ pub fn velocity_errors(verdict: &VelocityVerdict) -> Option<VelocityErrors> {
 /// The errors of each axis over those of the data sheet, by name.
 pub fn of_data_sheet(learnt: &LearntRadar) -> [(&'static str, LearntValue); 3] {
     let LearntRadar { range_m, azimuth, height_m, .. } = learnt;
-    [
-        ("range", range_m.of_data_sheet),
-        ("azimuth", azimuth.of_data_sheet),
-        ("height", height_m.of_data_sheet),
-    ]
+    [("range", range_m.of_data_sheet), ("azimuth", azimuth.of_data_sheet), ("height", height_m.of_data_sheet)]
 }
 
 /// In a line: "range 0.4 ± 0.1, azimuth 0.9 ± 0.2, height 0.8 ± 0.2 of its data sheet (31 samples); velocities ignored: 9.1 m/s

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use tracing::info;
 
-use crate::config::{Config, Profile, Registration as Mode, SensorKind};
 use super::learning::{velocity_errors, verdict_name};
+use crate::config::{Config, Profile, Registration as Mode, SensorKind};
 use fusion::Engine;
 use fusion::learning::LearntRadar;
 use fusion::operational::Step;
@@ -123,7 +123,14 @@ impl Registrar {
     /// By sensor.
     pub(super) fn statuses(&mut self, engine: &Engine, now: Time) -> Vec<Option<RegistrationStatus>> {
         let status = |&mode: &Option<Mode>| {
-            Some(RegistrationStatus { mode: mode?, estimate: None, learnt: None, step: None, steps: 0, alarm: None })
+            Some(RegistrationStatus {
+                mode: mode?,
+                estimate: None,
+                learnt: None,
+                step: None,
+                steps: 0,
+                alarm: None,
+            })
         };
         let mut statuses: Vec<_> = self.modes.iter().map(status).collect();
         for (sensor, registered) in engine.registered() {

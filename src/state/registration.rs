@@ -100,7 +100,8 @@ impl Registrations {
             let sensor = config.sensors.get(usize::from(index.0))?;
             let SensorKind::Radar(radar) = &sensor.kind else { return None };
             let state = serde_json::to_value(registered.to_state()).expect("numbers and text are JSON");
-            let learning = serde_json::to_value(registered.learning_state()).expect("numbers and text are JSON");
+            let learning =
+                serde_json::to_value(registered.learning_state()).expect("numbers and text are JSON");
             let learning = radar.learn_accuracy.then_some(learning);
             Some((sensor.id.clone(), Entry { setup: Setup::of(radar), state, learning }))
         };
@@ -158,7 +159,10 @@ impl Entry {
         {
             return Err(format!("it is of {written}, which is still to come"));
         }
-        engine.restore_learning(SensorIndex(index as u16), &state).map(drop).map_err(|error| error.to_string())
+        engine
+            .restore_learning(SensorIndex(index as u16), &state)
+            .map(drop)
+            .map_err(|error| error.to_string())
     }
 
     fn restore(

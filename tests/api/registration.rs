@@ -74,8 +74,14 @@ async fn what_is_proposed_is_not_applied_and_what_is_off_has_no_values() {
         applied.push(told(&site).await.0["applied"].clone());
     }
     assert_eq!(applied, [true, false]);
-    let off =
-        RegistrationStatus { mode: Registration::Off, estimate: None, learnt: None, step: None, steps: 0, alarm: None };
+    let off = RegistrationStatus {
+        mode: Registration::Off,
+        estimate: None,
+        learnt: None,
+        step: None,
+        steps: 0,
+        alarm: None,
+    };
     *radars(&mut status) = off;
     site.tell(status).await;
     assert_eq!(told(&site).await.0, serde_json::json!({ "mode": "off", "applied": false }));

@@ -108,12 +108,7 @@ struct Measured {
 }
 
 impl Measured {
-    fn of(
-        gathered: &Gathered,
-        shape: fn(f64, f64, f64) -> f64,
-        plots: usize,
-        white: f64,
-    ) -> Option<Self> {
+    fn of(gathered: &Gathered, shape: fn(f64, f64, f64) -> f64, plots: usize, white: f64) -> Option<Self> {
         let (variance, plots, count) = (gathered.sizes.variance()?, plots as f64, gathered.count);
         let spacing_s = gathered.spacing_s / count;
         let Gathered { slow, curve, constant, .. } = gathered;
@@ -134,8 +129,8 @@ impl Measured {
             errors.bias * errors.bias * (self.shape)(self.plots, self.spacing_s, correlation_s)
         };
         let bias = of(errors.correlation_s);
-        let slope = (of(errors.correlation_s * STEP.exp()) - of(errors.correlation_s * (-STEP).exp()))
-            / (2.0 * STEP);
+        let slope =
+            (of(errors.correlation_s * STEP.exp()) - of(errors.correlation_s * (-STEP).exp())) / (2.0 * STEP);
         let noise = self.white * errors.noise * errors.noise;
         (bias + noise + self.transponder, [bias, slope, noise])
     }

@@ -134,7 +134,9 @@ impl RadarLearning {
     /// The errors, from those of the data sheet on; worked out anew where that is due.
     pub(crate) fn learnt(&mut self, sheet: &RadarErrors) -> LearntRadar {
         match self.fitted {
-            Some((at, learnt)) if self.now.nanos().abs_diff(at.nanos()) < (FIT_EVERY_S * 1e9) as u64 => learnt,
+            Some((at, learnt)) if self.now.nanos().abs_diff(at.nanos()) < (FIT_EVERY_S * 1e9) as u64 => {
+                learnt
+            }
             _ => self.fitted.insert((self.now, self.fit(sheet))).1,
         }
     }

@@ -48,7 +48,7 @@ const TURN_RAD_S: f64 = 4.0_f64.to_radians();
 const TURN_BASE_S: f64 = 1.5;
 /// of a velocity that changes by more than this, metres a second: what changes less is as well a transponder's noise.
 const TURN_CHANGE_M_S: f64 = 1.0;
-/// A stretch of straight flight begins this long after a turn, seconds, and one of a turn this long into it: meanwhile a radar's tracker
+/// A stretch counts from this long after its beginning on, seconds: how a track flies is not known at once, and a radar's tracker
 /// recovers from one or feels the other.
 const SETTLED_S: f64 = 2.0;
 /// Plots further apart are of two stretches, seconds, or so many times the time between the two before.
@@ -99,13 +99,14 @@ impl TrackLearning {
     pub(crate) fn add(&mut self, plot: &Compared) {
         let time = plot.time;
         let spacing_s = self.last.map(|(last, _)| time.seconds_since(last));
-        let is_near = self.last.zip(spacing_s).is_some_and(|((_, before_s), spacing_s)| {
-            spacing_s <= BREAK_S.max(BREAK_SPACINGS * before_s)
-        });
+        let is_near = self
+            .last
+            .zip(spacing_s)
+            .is_some_and(|((_, before_s), spacing_s)| spacing_s <= BREAK_S.max(BREAK_SPACINGS * before_s));
         self.last = Some((time, spacing_s.filter(|_| is_near).unwrap_or(0.0)));
         if !is_near {
             self.courses = None;
-            self.begin(Flight::Straight, time);
+            self.begin(Flight::Straight, later(time, SETTLED_S));
         }
         let flight = self.flies(time, plot.velocity);
         if flight != self.flight {

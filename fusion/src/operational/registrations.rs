@@ -12,8 +12,9 @@ use super::targets::Targets;
 use super::tracklets::{CorrectedPlot, Tracklets};
 use super::transponder::Transponder;
 use super::tuning::{
-    DELAY_PRIOR_S, ERROR_STEP, FRESH_SHARE, MISALIGNMENT_AZIMUTH_RAD, MISALIGNMENT_HEIGHT_M, MISALIGNMENT_RANGE_M, NEAR_M, RADAR_VELOCITY_M_S,
-    REMAINING_AT_NORTH_M, REMAINING_AT_UP_M, SEGMENT_S, STEEP, VELOCITY_HALF_BASE_S,
+    DELAY_PRIOR_S, ERROR_STEP, FRESH_SHARE, MISALIGNMENT_AZIMUTH_RAD, MISALIGNMENT_HEIGHT_M,
+    MISALIGNMENT_RANGE_M, NEAR_M, RADAR_VELOCITY_M_S, REMAINING_AT_NORTH_M, REMAINING_AT_UP_M, SEGMENT_S,
+    STEEP, VELOCITY_HALF_BASE_S,
 };
 use crate::filter::{LineOfSight, RadarErrors};
 use crate::frames::Enu;
@@ -65,7 +66,14 @@ impl Registered {
     fn new(registration: Registration) -> Self {
         let estimate = registration.estimate();
         let learning = RadarLearning::default();
-        Self { registration, learning, learnt: None, correction: Correction::of(&estimate), estimate, step: None }
+        Self {
+            registration,
+            learning,
+            learnt: None,
+            correction: Correction::of(&estimate),
+            estimate,
+            step: None,
+        }
     }
 
     /// All that outlives a restart.
@@ -214,10 +222,7 @@ impl Registrations {
             else {
                 continue;
             };
-            let registered = self
-                .radars
-                .entry(SensorIndex(index as u16))
-                .or_default();
+            let registered = self.radars.entry(SensorIndex(index as u16)).or_default();
             registered.apply_to(radar);
             if radar.registration == RegistrationMode::Apply {
                 let told = registered.estimate.time_information();
@@ -255,16 +260,17 @@ impl Registrations {
             let Some(radar) = cycle.settings.radar(sensor) else { continue };
             let Some(registered) = self.radars.get_mut(&sensor) else { continue };
             let before = self.segments.remove(&tracklet.id);
-            let paired = tracklet
-                .target()
-                .and_then(|target| Some((target, targets.get(target)?.transponder()?)));
+            let paired =
+                tracklet.target().and_then(|target| Some((target, targets.get(target)?.transponder()?)));
             let Some((target, transponder)) = paired else {
                 if registered.learning.asks_for_rates() {
                     let plots = tracklet.between(cycle.previous, cycle.centre);
                     let seen = plots.filter_map(|plot| seen(plot, radar));
                     for seen in seen {
                         let rate = self.rates.entry(tracklet.id).or_default();
-                        rate.add(seen, &radar.track_errors).iter().for_each(|off| registered.learning.take_rate(off));
+                        rate.add(seen, &radar.track_errors)
+                            .iter()
+                            .for_each(|off| registered.learning.take_rate(off));
                     }
                 }
                 continue;

@@ -12,7 +12,9 @@
 //! Source: the static multiple-model estimator, Y. Bar-Shalom, X. R. Li, T. Kirubarajan, *Estimation with Applications to Tracking and
 //! Navigation* (2001), section 11.6.2.
 
-use crate::operational::tuning::{BIAS_FREE_SIGMAS2, ERROR_SCALES, MODEL_PROBABILITY_MIN, SCALES_UNSURE_MIN, Separation};
+use crate::operational::tuning::{
+    BIAS_FREE_SIGMAS2, ERROR_SCALES, MODEL_PROBABILITY_MIN, SCALES_UNSURE_MIN, Separation,
+};
 
 const COUNT: usize = ERROR_SCALES.len();
 

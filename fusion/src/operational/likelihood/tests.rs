@@ -139,7 +139,15 @@ fn a_track_that_walks_off_is_let_go() {
 impl PairLikelihood {
     /// One that was compared, and whose sum is this.
     pub(in crate::operational) fn with_llr(llr: f64, last_likely: Option<Time>) -> Self {
-        let errors = Errors { bias_m: 1.0, white_m: 1.0, curve_m: 1.0, transponder_m2: 1.0 };
+        let scales = Scales::of_data_sheet();
+        let errors = Errors {
+            bias_m: 1.0,
+            white_m: 1.0,
+            sheet_white_m: 1.0,
+            curve_m: 1.0,
+            transponder_m2: 1.0,
+            scales,
+        };
         let expected = Some(SEPARATIONS.map(|separation| Axis::new(&errors, &separation)));
         Self { llr, last_likely, bias_penalty: 0.0, expected }
     }
