@@ -27,11 +27,17 @@ pub const F1: Figure = |score| {
     Some(2.0 * precision * recall / (precision + recall))
 };
 pub const ID_CHANGES: Figure = |score| score.id_changes;
+pub const GAP_WITHIN_50_M: Figure = |score| score.gap_within_50_m_percent;
+pub const TWO_NUMBERS: Figure = |score| score.two_numbers_percent;
+pub const GHOSTS: Figure = |score| score.ghosts_s;
 pub const FALSE_TRACK: Figure = |score| score.false_track_s;
 pub const GOSPA: Figure = |score| score.gospa_m;
 pub const NEES: Figure = |score| horizontal(score.nees);
 pub const NEES_COVERED: Figure = |score| horizontal(score.nees_covered);
 pub const NEES_GAP: Figure = |score| horizontal(score.nees_gap);
+pub const NEES_STRAIGHT: Figure = |score| horizontal(score.nees_straight);
+pub const NEES_TURNING: Figure = |score| horizontal(score.nees_turning);
+pub const NEES_WALKED_OFF: Figure = |score| horizontal(score.nees_walked_off);
 pub const NEES_V: Figure = |score| score.nees?.vertical;
 pub const NEES_V_COVERED: Figure = |score| score.nees_covered?.vertical;
 pub const NEES_V_GAP: Figure = |score| score.nees_gap?.vertical;
@@ -73,9 +79,4 @@ streams! {
     OPERATIONAL: operational;
     RADAR: radar;
     TRANSPONDER: transponder;
-}
-
-/// Covered slots of the profile that is told the transponders' delay, over the transponder's.
-pub fn covered_with_delay(scores: &Scores) -> Option<f64> {
-    Some(COVERED(&scores.delayed.as_ref()?.equipped)? / COVERED(&scores.transponder.equipped)?)
 }

@@ -4,7 +4,7 @@ use std::error::Error;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-use utm_fusion::config::Motion;
+use utm_fusion::config::Config;
 use utm_fusion::simulate::Scenario;
 
 pub type Failure = Box<dyn Error + Send + Sync>;
@@ -15,23 +15,21 @@ pub const SCENARIOS: [&str; 8] = ["single", "crossing", "dense", "bias", "spoof"
 pub const CITY: &str = "city";
 /// The real flights.
 pub const RECORDINGS: [&str; 3] = ["1_1", "1_4", "2_1"];
-/// Seeds of a real flight whose transponder is made worse.
-const DEGRADED_SEEDS: u64 = 20;
 
 /// A flight to be scored, and the row of the tables that it belongs to.
 pub struct Flight {
     pub row: Row,
     pub source: Source,
-    /// How the operational profile takes aircraft to move.
-    pub motion: Motion,
+    /// What the service is told otherwise than the site's configuration says.
+    pub told: fn(&mut Config),
 }
 
 /// What the tables have rows for.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Row {
     Scenario(&'static str),
-    /// A scenario that was changed; see [`crate::held_out`].
-    HeldOut(&'static str),
+    /// A scenario that was changed; see [`crate::variants`].
+    Variant(&'static str),
     /// A scenario with errors of the radar that are so many percent of those its data sheet stands for; see
     /// [`crate::sheet`].
     Sheet(&'static str, u32),
@@ -47,7 +45,7 @@ impl Row {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Scenario(name)
-            | Self::HeldOut(name)
+            | Self::Variant(name)
             | Self::Sheet(name, _)
             | Self::Settled(name)
             | Self::Clean(name)
@@ -75,10 +73,10 @@ pub fn simulated(name: &'static str, seeds: RangeInclusive<u64>) -> Result<Vec<F
 }
 
 /// Flights of `bias` of 35 minutes, of which the last 15 are scored: two transponders have been heard for 20 before.
-pub fn settled(seeds: u64) -> Result<Vec<Flight>, Failure> {
+pub fn settled(seeds: RangeInclusive<u64>) -> Result<Vec<Flight>, Failure> {
     let mut scenario = scenario("bias")?;
     scenario.duration_s = 2100.0;
-    Ok(of_scenario(&Row::Settled("bias"), &scenario, 1..=seeds, 1200.0))
+    Ok(of_scenario(&Row::Settled("bias"), &scenario, seeds, 1200.0))
 }
 
 /// The flights of a row with these seeds.
@@ -91,7 +89,7 @@ pub fn of_scenario(
     let flight = |seed| Flight {
         row: row.clone(),
         source: Source::Simulated { scenario: Box::new(scenario.clone()), seed, scored_from_s },
-        motion: Motion::Imm,
+        told: |_| {},
     };
     seeds.map(flight).collect()
 }
@@ -101,24 +99,32 @@ pub fn scenario(name: &str) -> Result<Scenario, Failure> {
     Ok(Scenario::load(&Path::new("config/scenarios").join(format!("{name}.toml")))?)
 }
 
-/// The real flights that are in this folder: clean, made worse, and as they were prepared.
-pub fn recorded(recordings: &Path) -> Vec<Flight> {
+/// The real flights that are in this folder: clean, made worse with these seeds, and as they were prepared.
+pub fn recorded(recordings: &Path, seeds: RangeInclusive<u64>) -> Vec<Flight> {
     let trial = recordings.join("drone-trial");
     let mut flights = Vec::new();
     for name in RECORDINGS.into_iter().filter(|_| trial.is_dir()) {
         let recorded = |row, version, degraded_by| Flight {
             row,
             source: Source::Recorded { directory: trial.join(name), version, degraded_by },
-            motion: Motion::Imm,
+            told: |_| {},
         };
         flights.push(recorded(Row::Clean(name), "", None));
         flights.push(recorded(Row::Prepared(name), "degraded", None));
-        flights.extend((1..=DEGRADED_SEEDS).map(|seed| recorded(Row::Degraded(name), "", Some(seed))));
+        flights.extend(seeds.clone().map(|seed| recorded(Row::Degraded(name), "", Some(seed))));
     }
     flights
 }
 
 impl Flight {
+    /// What its chance begins with; 0 where there is none.
+    pub fn seed(&self) -> u64 {
+        match self.source {
+            Source::Simulated { seed, .. } => seed,
+            Source::Recorded { degraded_by, .. } => degraded_by.unwrap_or(0),
+        }
+    }
+
     pub fn name(&self) -> String {
         match &self.source {
             Source::Simulated { scenario, seed, .. } => format!("{} seed {seed}", scenario.name),

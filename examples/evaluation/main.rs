@@ -3,11 +3,14 @@
 //! ```sh
 //! cargo run --release --example evaluation
 //! cargo run --release --example evaluation -- --quick --seeds 6 --scenario crossing --scenario gaps
+//! cargo run --release --example evaluation -- --quick --seeds 6 --variant two-radars --variant singer
 //! cargo run --release --example evaluation -- --quick --seeds 6 --sheet three
+//! cargo run --release --example evaluation -- --quick --recording 1_4
 //! ```
 //!
-//! `--quick` writes nothing: it prints a line a scenario of the `operational` profile; with `--motion singer` by that model;
-//! with `--sheet` a line a multiple of the data sheet's errors.
+//! `--quick` writes nothing: it prints a line a scenario of the `operational` profile, of variants of scenarios, of
+//! multiples of the data sheet's errors and of clean real flights. What is tuned is tuned on the seeds below 1001; the
+//! document is made on those from there on, which are for reporting only.
 //!
 //! The real flights are recordings that are not part of the project: `--recordings DIR` (or `UTM_FUSION_SHARED_DATA`)
 //! names the folder that holds `drone-trial/`. Without them their section is taken over from the file as it stands.
@@ -17,30 +20,32 @@ mod degrade;
 mod demands;
 mod figures;
 mod flights;
-mod held_out;
 mod quick;
 mod registration;
 mod report;
 mod score;
 mod sheet;
 mod speed;
+mod standing;
 mod summary;
 mod table;
+mod themes;
+mod variants;
 
 use std::path::PathBuf;
 
 use clap::Parser;
-use utm_fusion::config::{Motion, Profile};
 
 use crate::demands::Apart;
-use crate::flights::{CITY, Failure, SCENARIOS};
+use crate::flights::{CITY, Failure, Flight, RECORDINGS, Row, SCENARIOS};
 use crate::report::Report;
+use crate::variants::VARIANTS;
 
-/// Seeds of each scenario, for the document and for `--quick`.
+/// The first of the seeds that nothing is tuned on, and how many of them the document is made on.
+const FIRST_SEED: u64 = 1001;
 const SEEDS: u64 = 20;
+/// How many seeds `--quick` flies.
 const QUICK_SEEDS: u64 = 4;
-/// Seeds of the long flights.
-const SETTLED_SEEDS: u64 = 20;
 
 /// Makes docs/EVALUATION.md.
 #[derive(Parser)]
@@ -54,12 +59,15 @@ struct Args {
     /// Radars whose true errors are a multiple of their data sheet's, flown in this, with --quick; repeat for more.
     #[arg(long, requires = "quick", value_name = "NAME", value_parser = sheet::BASES)]
     sheet: Vec<String>,
+    /// Only this variant of a scenario, with --quick; repeat for more.
+    #[arg(long, requires = "quick", value_name = "NAME", value_parser = VARIANTS.map(|variant| variant.name))]
+    variant: Vec<String>,
+    /// This real flight as it was recorded, with --quick; repeat for more.
+    #[arg(long, requires = "quick", value_name = "NAME", value_parser = RECORDINGS)]
+    recording: Vec<String>,
     /// The first seed, with --quick: what was tuned on some is judged on others.
     #[arg(long, requires = "quick", default_value_t = 1)]
     first_seed: u64,
-    /// How aircraft are taken to move, with --quick: imm (default) or singer.
-    #[arg(long, requires = "quick")]
-    motion: Option<Motion>,
     /// Seeds of each scenario; by default 20, with --quick 4.
     #[arg(long)]
     seeds: Option<u64>,
@@ -79,54 +87,60 @@ struct Args {
 
 fn main() -> Result<(), Failure> {
     let args = Args::parse();
-    if args.quick { quick(&args) } else { document(args) }
+    if args.quick { quick(&args) } else { document(&args) }
 }
 
 fn quick(args: &Args) -> Result<(), Failure> {
-    let is_wanted = |name: &&str| match args.scenario.as_slice() {
-        [] => *name != CITY && args.sheet.is_empty(),
-        wanted => wanted.iter().any(|wanted| wanted == name),
-    };
+    let Args { scenario, sheet, variant, recording, .. } = args;
+    let names_some = [scenario, sheet, variant, recording].into_iter().any(|names| !names.is_empty());
+    let is_in = |names: &[String], name: &str| names.iter().any(|wanted| wanted == name);
+    let is_wanted = |name: &&str| is_in(scenario, name) || (!names_some && *name != CITY);
     let seeds = args.first_seed..=args.first_seed + args.seeds.unwrap_or(QUICK_SEEDS) - 1;
     let mut flights = Vec::new();
     for name in SCENARIOS.into_iter().filter(is_wanted) {
         flights.extend(flights::simulated(name, seeds.clone())?);
     }
-    for base in sheet::BASES.into_iter().filter(|base| args.sheet.iter().any(|wanted| wanted == base)) {
+    for variant in VARIANTS.into_iter().filter(|known| is_in(variant, known.name)) {
+        flights.extend(variant.flights(seeds.clone())?);
+    }
+    for base in sheet::BASES.into_iter().filter(|base| is_in(sheet, base)) {
         flights.extend(sheet::flights(base, seeds.clone())?);
     }
-    let motion = args.motion.unwrap_or(Motion::Imm);
-    flights.iter_mut().for_each(|flight| flight.motion = motion);
+    if !recording.is_empty() {
+        let folder = args.recordings().ok_or("--recordings says where the real flights are")?;
+        let is_asked = |flight: &Flight| matches!(flight.row, Row::Clean(name) if is_in(recording, name));
+        flights.extend(flights::recorded(&folder, seeds).into_iter().filter(is_asked));
+    }
     print!("{}", quick::table(&score::score(&flights, args.threads)?));
     Ok(())
 }
 
-fn document(args: Args) -> Result<(), Failure> {
-    let seeds = args.seeds.unwrap_or(SEEDS);
+impl Args {
+    fn recordings(&self) -> Option<PathBuf> {
+        self.recordings.clone().or_else(|| std::env::var_os("UTM_FUSION_SHARED_DATA").map(PathBuf::from))
+    }
+}
+
+fn document(args: &Args) -> Result<(), Failure> {
+    let seeds = FIRST_SEED..=FIRST_SEED + args.seeds.unwrap_or(SEEDS) - 1;
     // The largest first, so that two of them do not end it alone.
-    let mut flights = flights::simulated(CITY, 1..=args.city_seeds)?;
-    flights.extend(flights::settled(SETTLED_SEEDS.min(seeds))?);
+    let mut flights = flights::simulated(CITY, FIRST_SEED..=FIRST_SEED + args.city_seeds - 1)?;
+    flights.extend(flights::settled(seeds.clone())?);
     for name in SCENARIOS.into_iter().filter(|&name| name != CITY) {
-        flights.extend(flights::simulated(name, 1..=seeds)?);
+        flights.extend(flights::simulated(name, seeds.clone())?);
     }
-    flights.extend(held_out::flights()?);
+    for variant in VARIANTS {
+        flights.extend(variant.flights(seeds.clone())?);
+    }
     for base in sheet::BASES {
-        flights.extend(sheet::flights(base, 1..=sheet::SEEDS)?);
+        flights.extend(sheet::flights(base, seeds.clone())?);
     }
-    let recordings =
-        args.recordings.or_else(|| std::env::var_os("UTM_FUSION_SHARED_DATA").map(PathBuf::from));
-    flights.extend(recordings.iter().flat_map(|folder| flights::recorded(folder)));
+    let recordings = args.recordings();
+    flights.extend(recordings.iter().flat_map(|folder| flights::recorded(folder, seeds.clone())));
     let scored = score::score(&flights, args.threads)?;
-    let speed = |name| -> Result<_, Failure> {
-        let scenario = flights::scenario(name)?;
-        let of = |profile| speed::measure(&scenario, profile);
-        Ok([of(Profile::Reference)?, of(Profile::Operational)?])
-    };
-    eprintln!("how fast it is");
-    let (dense, city) = (speed("dense")?, speed(CITY)?);
     eprintln!("registration");
-    let found = registration::found(&flights::scenario("crossing")?, SETTLED_SEEDS.min(seeds), args.threads)?;
-    let apart = Apart { found, dense, city };
+    let found = registration::found(&flights::scenario("crossing")?, seeds.clone(), args.threads)?;
+    let apart = Apart { found, speed: speed::measure(FIRST_SEED)? };
     let before = String::from_utf8(std::fs::read(&args.out).unwrap_or_default())?;
     let (scores, apart, city_seeds) = (scored.as_slice(), &apart, args.city_seeds);
     let report = Report { scores, apart, seeds, city_seeds, before: &before };

@@ -1,39 +1,50 @@
-//! A line a scenario, for whoever works on the `operational` profile.
+//! A line a row of flights, for whoever works on the `operational` profile.
 
 use crate::figures::*;
-use crate::flights::{Row, SCENARIOS};
+use crate::flights::{RECORDINGS, Row, SCENARIOS};
 use crate::score::Scores;
 use crate::sheet;
 use crate::summary::{Mean, Seeds};
+use crate::variants::VARIANTS;
 
-/// Heads and widths of the columns behind the scenario's.
-const COLUMNS: [(&str, usize); 15] = [
+/// Heads and widths of the columns behind the row's name.
+const COLUMNS: [(&str, usize); 22] = [
     ("covered/T", 9),
-    ("delay told", 10),
     ("gap/radar", 9),
+    ("gap50 %", 7),
     ("PU eq.", 6),
     ("uneq.", 5),
     ("err/radar", 9),
     ("precision", 9),
     ("recall", 6),
     ("id/min", 6),
+    ("of all", 6),
+    ("2 no. %", 7),
+    ("ghost s", 7),
     ("false s", 7),
     ("GOSPA m", 7),
     ("/ref.", 5),
     ("NEES cov.", 9),
     ("gap", 6),
     ("uneq.", 8),
+    ("straight", 8),
+    ("turning", 7),
+    ("off", 7),
+    ("err m", 6),
 ];
 
-/// The table, of the scenarios that were flown.
+/// The table, of the rows that were flown.
 pub fn table(scores: &[Scores]) -> String {
     let line = |name: &str, cells: Vec<String>| {
         let cells = cells.into_iter().zip(COLUMNS).map(|(cell, (_, width))| format!("  {cell:>width$}"));
-        format!("{name:<14}{}\n", cells.collect::<String>())
+        format!("{name:<28}{}\n", cells.collect::<String>())
     };
     let mut text = line("scenario", COLUMNS.map(|(head, _)| head.to_owned()).into());
     let scenarios = SCENARIOS.into_iter().map(|name| (name.to_owned(), Row::Scenario(name)));
-    for (name, row) in scenarios.chain(sheet::BASES.into_iter().flat_map(sheet::rows)) {
+    let variants = VARIANTS.into_iter().map(|variant| (variant.name.to_owned(), Row::Variant(variant.name)));
+    let sheets = sheet::BASES.into_iter().flat_map(sheet::rows);
+    let recordings = RECORDINGS.into_iter().map(|name| (name.to_owned(), Row::Clean(name)));
+    for (name, row) in scenarios.chain(variants).chain(sheets).chain(recordings) {
         let seeds = Seeds::of(scores, &row);
         if !seeds.0.is_empty() {
             text += &line(&name, cells(&seeds));
@@ -52,19 +63,26 @@ fn cells(seeds: &Seeds<'_>) -> Vec<String> {
     let us = OPERATIONAL;
     vec![
         ratio(us.equipped, TRANSPONDER.equipped, COVERED),
-        show(seeds.mean(covered_with_delay), 3),
         ratio(us.equipped, RADAR.equipped, GAP),
+        of(us.equipped, GAP_WITHIN_50_M, 1),
         of(us.equipped, PU, 1),
         of(us.unequipped, PU, 1),
         ratio(us.unequipped, RADAR.unequipped, EPOS),
         of(us.all, PRECISION, 3),
         of(us.all, RECALL, 3),
         of(us.equipped, ID_CHANGES, 3),
+        of(us.all, ID_CHANGES, 3),
+        of(us.all, TWO_NUMBERS, 2),
+        of(us.all, GHOSTS, 2),
         of(us.all, FALSE_TRACK, 2),
         of(us.all, GOSPA, 1),
         ratio(us.all, REFERENCE.all, GOSPA),
         nees(us.each_equipped, NEES_COVERED),
         nees(us.each_equipped, NEES_GAP),
         nees(us.each_unequipped, NEES),
+        nees(us.each_unequipped, NEES_STRAIGHT),
+        nees(us.each_unequipped, NEES_TURNING),
+        nees(us.each_unequipped, NEES_WALKED_OFF),
+        of(us.unequipped, EPOS, 1),
     ]
 }

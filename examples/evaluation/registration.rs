@@ -1,12 +1,14 @@
 //! How well a radar's registration is found: its bearing, as time goes on.
 
+use std::ops::RangeInclusive;
+
 use fusion::operational::Registered;
 use utm_fusion::areas::Masks;
 use utm_fusion::config::Profile;
 use utm_fusion::pipeline::Pipeline;
 use utm_fusion::simulate::{Scenario, simulate};
 
-use crate::asked::{Asked, Bound};
+use crate::asked::{Asked, Bound, measured};
 use crate::flights::Failure;
 use crate::summary::Mean;
 
@@ -21,14 +23,14 @@ pub struct Found {
 }
 
 /// Flies the scenario for as long as that takes.
-pub fn found(scenario: &Scenario, seeds: u64, threads: usize) -> Result<Found, Failure> {
+pub fn found(scenario: &Scenario, seeds: RangeInclusive<u64>, threads: usize) -> Result<Found, Failure> {
     let equipped = f64::from(scenario.drones.equipped);
     let marks_s = DRONE_MINUTES.map(|minutes| 60.0 * minutes / equipped);
     let mut scenario = Scenario { duration_s: marks_s[1] + 10.0, ..scenario.clone() };
     // For so long nobody keeps apart from all others.
     scenario.drones.separation_m = 0.0;
     let mut found = Found::default();
-    let seeds: Vec<u64> = (1..=seeds).collect();
+    let seeds: Vec<u64> = seeds.collect();
     for some in seeds.chunks(threads.max(1)) {
         let told: Vec<_> = std::thread::scope(|scope| {
             let scenario = &scenario;
@@ -80,39 +82,15 @@ fn of_flight(
 
 /// The rows of the table.
 pub fn asked(found: &Found) -> Vec<Asked> {
-    let row = |figure: &str, required, ambition, values: &[f64], why| Asked {
-        figure: figure.to_owned(),
-        decimals: 2,
-        required,
-        ambition,
-        reference: None,
-        reached: Mean::of(values),
-        at: None,
-        why,
-    };
+    let row = |figure, values: &[f64]| Asked::new(figure, measured(Mean::of(values), None));
     let [early, late] = &found.errors_deg;
-    let at_most = Bound::AtMost;
     vec![
-        row(
-            "azimuth registration after 15 drone-minutes of `crossing`: mean error, degrees",
-            at_most(0.35),
-            at_most(0.25),
-            early,
-            "a track of a radar that errs by 1.25 degrees, more in turns, tells no more.",
-        ),
-        row(
-            "the same after 200 drone-minutes",
-            at_most(0.12),
-            at_most(0.08),
-            late,
-            "a track of a radar that errs by 1.25 degrees, more in turns, tells no more.",
-        ),
-        row(
-            "NEES of the azimuth registration",
-            Bound::Between(0.5, 1.5),
-            Bound::Nothing,
-            &found.squares,
-            "tracks that walk off their drone are part of it until they are far.",
-        ),
+        row("azimuth registration after 15 drone-minutes of `crossing`: mean error, degrees", early)
+            .required(Bound::AtMost(0.35))
+            .ambition(Bound::AtMost(0.25)),
+        row("azimuth registration after 200 drone-minutes of `crossing`: mean error, degrees", late)
+            .required(Bound::AtMost(0.12))
+            .ambition(Bound::AtMost(0.08)),
+        row("NEES of the azimuth registration", &found.squares).required(Bound::Between(0.5, 1.5)),
     ]
 }

@@ -1,16 +1,19 @@
 //! The document: tables, and what they mean.
 
 use std::fmt::Write as _;
+use std::ops::RangeInclusive;
 
-use crate::asked;
+use crate::asked::{self, Beside};
 use crate::demands::{self, Apart};
 use crate::figures::*;
 use crate::flights::{RECORDINGS, Row, SCENARIOS};
-use crate::held_out::VARIANTS;
 use crate::score::Scores;
 use crate::sheet;
+use crate::standing;
 use crate::summary::{Mean, Seeds, show};
-use crate::table::{Column, table};
+use crate::table::table;
+use crate::themes;
+use crate::variants::{BIAS_EQUIPPED, VARIANTS};
 
 /// Between these the section of the real flights stands, to be taken over where they are not at hand.
 const REAL: (&str, &str) = ("<!-- real flights -->", "<!-- end of real flights -->");
@@ -19,7 +22,7 @@ const REAL: (&str, &str) = ("<!-- real flights -->", "<!-- end of real flights -
 pub struct Report<'a> {
     pub scores: &'a [Scores],
     pub apart: &'a Apart,
-    pub seeds: u64,
+    pub seeds: RangeInclusive<u64>,
     pub city_seeds: u64,
     /// The document as it stood.
     pub before: &'a str,
@@ -28,23 +31,35 @@ pub struct Report<'a> {
 impl<'a> Report<'a> {
     /// The whole document.
     pub fn text(&self) -> String {
-        let seeds = format!("{} seeds each, `city` {}", self.seeds, self.city_seeds);
+        let (first, last) = (self.seeds.start(), self.seeds.end());
+        let seeds = format!("{first} to {last}, of `city` {} of them", self.city_seeds);
         [
             include_str!("words/opening.md").replace("{seeds}", &seeds),
-            format!("{}\n{}", include_str!("words/asked.md"), self.asked()),
+            self.asked(),
             self.table_1(),
             self.simulated(),
             self.meaning(),
-            format!("{}\n{}", include_str!("words/held_out.md"), self.held_out()),
-            format!("{}\n{}", sheet_words(), self.sheet()),
+            format!("{}\n{}", include_str!("words/variants.md"), self.variants()),
+            format!("{}\n{}", include_str!("words/sheet.md"), self.sheet()),
             self.real(),
             include_str!("words/closing.md").to_owned(),
         ]
         .join("\n")
     }
 
+    /// What was asked for last, what still stands, and what falls short.
     fn asked(&self) -> String {
-        asked::text(&demands::asked(self.scores, self.apart))
+        let asked = demands::asked(self.scores, self.apart);
+        let standing = standing::asked(self.scores, self.apart);
+        [
+            include_str!("words/asked.md").to_owned(),
+            asked::table(&asked, Beside::Before),
+            include_str!("words/standing.md").to_owned(),
+            asked::table(&standing, Beside::Paper),
+            "### What falls short, and why\n".to_owned(),
+            asked::missed(asked.iter().chain(&standing)),
+        ]
+        .join("\n")
     }
 
     fn row(&self, name: &'static str) -> Seeds<'a> {
@@ -53,6 +68,15 @@ impl<'a> Report<'a> {
 
     fn scenarios(&self) -> impl Iterator<Item = (String, Seeds<'a>)> + '_ {
         SCENARIOS.into_iter().map(|name| (format!("`{name}`"), self.row(name)))
+    }
+
+    /// The scenarios, and beside `bias` the same flights with every drone equipped.
+    fn rows(&self) -> Vec<(String, Seeds<'a>)> {
+        let mut rows: Vec<_> = self.scenarios().collect();
+        let beside = SCENARIOS.iter().position(|&name| name == "bias").map_or(0, |place| place + 1);
+        let equipped = Seeds::of(self.scores, &Row::Variant(BIAS_EQUIPPED));
+        rows.insert(beside, (format!("`{BIAS_EQUIPPED}`"), equipped));
+        rows
     }
 
     /// The paper's Table 1 on `bias`.
@@ -90,32 +114,23 @@ impl<'a> Report<'a> {
 
     fn simulated(&self) -> String {
         let mut text = String::from("## Simulated flights\n");
-        for (head, columns) in themes() {
-            let _ = write!(text, "\n### {head}\n\n{}", table("scenario", self.scenarios(), &columns));
+        for (head, columns) in themes::simulated() {
+            let _ = write!(text, "\n### {head}\n\n{}", table("scenario", self.rows(), &columns));
         }
         text
     }
 
-    fn held_out(&self) -> String {
+    fn variants(&self) -> String {
         let rows = VARIANTS.map(|variant| {
-            (format!("`{}`", variant.name), Seeds::of(self.scores, &Row::HeldOut(variant.name)))
+            (format!("`{}`", variant.name), Seeds::of(self.scores, &Row::Variant(variant.name)))
         });
-        table("scenario", rows, &in_short())
+        table("scenario", rows, &themes::in_short())
     }
 
     fn sheet(&self) -> String {
         let rows = sheet::BASES.into_iter().flat_map(sheet::rows);
         let rows = rows.map(|(name, row)| (name, Seeds::of(self.scores, &row)));
-        let us = OPERATIONAL;
-        let columns = [
-            Column::of("recall", us.all, RECALL, 3),
-            Column::of("precision", us.all, PRECISION, 3),
-            Column::ratio("covered / transponder's", us.equipped, TRANSPONDER.equipped, COVERED),
-            Column::ratio("gaps / radar's", us.equipped, RADAR.equipped, GAP),
-            Column::of("identity changes", us.equipped, ID_CHANGES, 2),
-            Column::ratio("GOSPA / `reference`'s", us.all, REFERENCE.all, GOSPA),
-        ];
-        table("true errors", rows, &columns)
+        table("true errors", rows, &themes::sheet())
     }
 
     /// What the tables say, with their own numbers.
@@ -154,8 +169,10 @@ impl<'a> Report<'a> {
             ("{pu_radar_unequipped}", of(RADAR.unequipped, PU, 0)),
             ("{precision}", of(paper.all, PRECISION, 2)),
             ("{precision_now}", of(us.all, PRECISION, 2)),
-            ("{id_changes}", of(paper.equipped, ID_CHANGES, 1)),
-            ("{id_changes_now}", of(us.equipped, ID_CHANGES, 2)),
+            ("{id_changes}", of(paper.all, ID_CHANGES, 1)),
+            ("{id_changes_now}", of(us.all, ID_CHANGES, 2)),
+            ("{gap_near}", of(paper.equipped, GAP_WITHIN_50_M, 0)),
+            ("{gap_near_now}", of(us.equipped, GAP_WITHIN_50_M, 0)),
             ("{false_track}", of(paper.all, FALSE_TRACK, 0)),
             ("{false_track_now}", of(us.all, FALSE_TRACK, 0)),
             ("{against_radar}", ratio(paper.equipped, RADAR.equipped, EPOS)),
@@ -185,136 +202,9 @@ impl<'a> Report<'a> {
             eprintln!("without recordings: the section of the real flights is kept as it was");
             return format!("{}{kept}{}\n", REAL.0, REAL.1);
         }
-        let both = |head: &str, figure: Figure, decimals| {
-            [
-                Column::of(&format!("{head}: `reference`"), REFERENCE.all, figure, decimals),
-                Column::of("`operational`", OPERATIONAL.all, figure, decimals),
-                Column::of("radar", RADAR.all, figure, decimals),
-                Column::of("transponder", TRANSPONDER.all, figure, decimals),
-            ]
-        };
-        let often: Vec<Column> = both("PU", PU, 1).into_iter().chain(both("ePosH", EPOSH, 2)).collect();
-        let covered = [
-            Column::ratio("covered: `reference` / transponder", REFERENCE.all, TRANSPONDER.all, COVERED),
-            Column::ratio("`operational` / transponder", OPERATIONAL.all, TRANSPONDER.all, COVERED),
-            Column::of("in gaps, m: `reference`", REFERENCE.all, GAP, 1),
-            Column::of("`operational`", OPERATIONAL.all, GAP, 1),
-            Column::of("radar", RADAR.all, GAP, 1),
-            Column::of_drones("NEES, covered", OPERATIONAL.each_equipped, NEES_COVERED),
-            Column::of_drones("in gaps", OPERATIONAL.each_equipped, NEES_GAP),
-        ];
         let again = rows.iter().map(|(name, seeds)| (name.clone(), Seeds(seeds.0.clone())));
-        let second = table("flight", again, &covered);
-        let first = table("flight", rows, &often);
+        let first = table("flight", again, &themes::real());
+        let second = table("flight", rows, &themes::real_by_slots());
         format!("{}\n{}\n{first}\n{second}{}\n", REAL.0, include_str!("words/real.md"), REAL.1)
     }
-}
-
-fn sheet_words() -> String {
-    include_str!("words/sheet.md").replace("{seeds}", &sheet::SEEDS.to_string())
-}
-
-/// The tables of the simulated flights.
-fn themes() -> Vec<(&'static str, Vec<Column>)> {
-    let (us, paper) = (OPERATIONAL, REFERENCE);
-    let four = |head: &str, figure: Figure| {
-        vec![
-            Column::of(&format!("{head}`reference`"), paper.all, figure, 2),
-            Column::of("`operational`", us.all, figure, 2),
-            Column::of("radar", RADAR.all, figure, 2),
-            Column::of("transponder", TRANSPONDER.all, figure, 2),
-        ]
-    };
-    let beside = |head: &str, of: fn(&Stream) -> Group, figure: Figure, decimals| {
-        [
-            Column::of(&format!("{head}: `reference`"), of(&paper), figure, decimals),
-            Column::of("`operational`", of(&us), figure, decimals),
-        ]
-    };
-    let against = |over: fn(&Stream) -> Group, name: &str, of: Group, figure: Figure| {
-        vec![
-            Column::of("`reference`", over(&paper), figure, 2),
-            Column::of("`operational`", over(&us), figure, 2),
-            Column::of(name, of, figure, 2),
-            Column::ratio(&format!("`reference` / {name}"), over(&paper), of, figure),
-            Column::ratio(&format!("`operational` / {name}"), over(&us), of, figure),
-        ]
-    };
-    let equipped = |stream: &Stream| stream.equipped;
-    let unequipped = |stream: &Stream| stream.unequipped;
-    let all = |stream: &Stream| stream.all;
-    let mut rightly = Vec::new();
-    rightly.extend(beside("association precision", all, PRECISION, 3));
-    rightly.extend(beside("recall", all, RECALL, 3));
-    rightly.extend(beside("identity changes a drone and minute, equipped", equipped, ID_CHANGES, 2));
-    rightly.extend(beside("false track, s a minute", all, FALSE_TRACK, 1));
-    rightly.push(Column::of("radar", RADAR.all, FALSE_TRACK, 1));
-    let mut gospa = four("", GOSPA);
-    gospa.push(Column::ratio("`operational` / `reference`", us.all, paper.all, GOSPA));
-    vec![
-        (
-            "How often: PU of drones with a transponder, percent",
-            vec![
-                Column::of("`reference`", paper.equipped, PU, 1),
-                Column::of("`operational`", us.equipped, PU, 1),
-                Column::of("radar", RADAR.equipped, PU, 1),
-                Column::of("transponder", TRANSPONDER.equipped, PU, 1),
-            ],
-        ),
-        (
-            "How often: PU of drones without a transponder, percent",
-            vec![
-                Column::of("`reference`", paper.unequipped, PU, 1),
-                Column::of("`operational`", us.unequipped, PU, 1),
-                Column::of("radar", RADAR.unequipped, PU, 1),
-            ],
-        ),
-        ("How exactly: mean position error of all points, ePos, metres", four("", EPOS)),
-        (
-            "How exactly: over ground and in height, metres",
-            four("ePosH: ", EPOSH).into_iter().chain(four("ePosV: ", EPOSV)).collect(),
-        ),
-        (
-            "Where the transponder is there: mean ePos of equipped drones, metres",
-            against(equipped, "transponder", TRANSPONDER.equipped, COVERED),
-        ),
-        (
-            "Where it is not: mean ePos of equipped drones in gaps, metres",
-            against(equipped, "radar", RADAR.equipped, GAP),
-        ),
-        (
-            "Drones without a transponder: mean ePos, metres",
-            against(unequipped, "radar", RADAR.unequipped, EPOS),
-        ),
-        ("How rightly", rightly),
-        ("All in one: GOSPA, metres", gospa),
-        (
-            "How honest the deviations of `operational` are: mean NEES of its drones, 1 is honest",
-            vec![
-                Column::of_drones("over ground, covered", us.each_equipped, NEES_COVERED),
-                Column::of_drones("in gaps", us.each_equipped, NEES_GAP),
-                Column::of_drones("without transponder", us.each_unequipped, NEES),
-                Column::of_drones("height, covered", us.each_equipped, NEES_V_COVERED),
-                Column::of_drones("in gaps", us.each_equipped, NEES_V_GAP),
-                Column::of_drones("without transponder", us.each_unequipped, NEES_V),
-            ],
-        ),
-    ]
-}
-
-/// The figures that say most.
-fn in_short() -> [Column; 10] {
-    let us = OPERATIONAL;
-    [
-        Column::ratio("covered / transponder's", us.equipped, TRANSPONDER.equipped, COVERED),
-        Column::ratio("gaps / radar's", us.equipped, RADAR.equipped, GAP),
-        Column::of("PU: equipped", us.equipped, PU, 1),
-        Column::of("others", us.unequipped, PU, 1),
-        Column::ratio("error of others / radar's", us.unequipped, RADAR.unequipped, EPOS),
-        Column::of("precision", us.all, PRECISION, 3),
-        Column::of("recall", us.all, RECALL, 3),
-        Column::of("identity changes", us.equipped, ID_CHANGES, 2),
-        Column::of("false track, s a minute", us.all, FALSE_TRACK, 1),
-        Column::ratio("GOSPA / `reference`'s", us.all, REFERENCE.all, GOSPA),
-    ]
 }

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use fusion::time::Time;
 use utm_fusion::areas::Masks;
 use utm_fusion::capture::{Capture, Merged, ReadError, Reception};
-use utm_fusion::config::{Config, Motion, Profile, SensorKind};
+use utm_fusion::config::{Config, Profile};
 use utm_fusion::evaluate::{
     Drone, Evaluation, InputsAlone, Label, Labels, Place, Score, Scored, Scoring, TrueTrack, Truth, evaluate,
     output, read,
@@ -21,10 +21,9 @@ use crate::flights::{Failure, Flight, Row, Source};
 /// The scores of one flight.
 pub struct Scores {
     pub row: Row,
+    pub seed: u64,
     pub reference: Groups,
     pub operational: Groups,
-    /// The `operational` profile that is told the transponders' delay; `None` while there is nothing to tell it by.
-    pub delayed: Option<Groups>,
     pub radar: Groups,
     pub transponder: Groups,
 }
@@ -48,19 +47,6 @@ impl Groups {
         let scores = |of: Vec<(Score, &Drone)>| of.into_iter().map(|(score, _)| score).collect();
         Self { all, equipped, unequipped, each_equipped: scores(with), each_unequipped: scores(without) }
     }
-}
-
-/// Tells the operational profile that transponders stamp their reports so long after they measured, seconds; whether
-/// there is a key to tell it by.
-fn with_delay(config: &mut Config, delay_s: f64) -> bool {
-    let mut is_told = false;
-    for sensor in &mut config.sensors {
-        if let SensorKind::Transponder(transponder) = &mut sensor.kind {
-            transponder.delay_s = Some(delay_s);
-            is_told = true;
-        }
-    }
-    is_told
 }
 
 /// Scores the flights, `threads` at a time; in the order of the flights, whichever ends first.
@@ -93,15 +79,8 @@ fn of_flight(flight: &Flight) -> Result<Scores, Failure> {
             let from = Time::from_nanos(scenario.start.nanos() + (scored_from_s * 1e9) as i64);
             let truth = changed(&simulation.truth(), |(time, place)| (time >= from).then_some((time, place)));
             let labels = Labels::with_receivers(simulation.labels.clone(), &receivers(TRANSPONDER_ID));
-            let late = scenario.transponder.stamped_late_s;
-            let known = Known {
-                truth: &truth,
-                labels: &labels,
-                config: &simulation.config,
-                motion: flight.motion,
-                delay_s: Some((late.low + late.high) / 2.0),
-            };
-            known.scores(&flight.row, || simulation.receptions().map(Ok))
+            let known = Known { flight, truth: &truth, labels: &labels, config: &simulation.config };
+            known.scores(|| simulation.receptions().map(Ok))
         }
         Source::Recorded { directory, version, degraded_by } => {
             recorded(flight, directory, version, *degraded_by)
@@ -139,54 +118,44 @@ fn recorded(
     if let Some(seed) = degraded_by {
         receptions = degraded(receptions, seed);
     }
-    let motion = flight.motion;
-    let known = Known { truth: &truth, labels: &labels, config: &config, motion, delay_s: None };
-    known.scores(&flight.row, || receptions.iter().cloned().map(Ok))
+    let known = Known { flight, truth: &truth, labels: &labels, config: &config };
+    known.scores(|| receptions.iter().cloned().map(Ok))
 }
 
 /// What is known of a flight besides what was received.
 struct Known<'a> {
+    flight: &'a Flight,
     truth: &'a Truth,
     labels: &'a Labels,
     config: &'a Config,
-    motion: Motion,
-    /// How late its transponders stamp their reports, seconds, mean.
-    delay_s: Option<f64>,
 }
 
 impl Known<'_> {
     fn scores<I: Iterator<Item = Result<Reception, ReadError>>>(
         &self,
-        row: &Row,
         receptions: impl Fn() -> I,
     ) -> Result<Scores, Failure> {
-        let alone = InputsAlone::of(receptions(), self.config, Masks::default())?;
-        let under = |config: &Config| -> Result<Evaluation, Failure> {
-            let points = output(receptions(), config, Masks::default())?;
-            Ok(evaluate(self.truth, Some(self.labels), &points, Some(&alone), &Scoring::of(config)))
-        };
-        let profile = |profile| {
-            let mut config = self.config.clone();
+        let mut config = self.config.clone();
+        (self.flight.told)(&mut config);
+        let alone = InputsAlone::of(receptions(), &config, Masks::default())?;
+        let under = |profile| -> Result<Evaluation, Failure> {
+            let mut config = config.clone();
             config.fusion.profile = profile;
-            config.fusion.motion = self.motion;
-            config
+            let points = output(receptions(), &config, Masks::default())?;
+            Ok(evaluate(self.truth, Some(self.labels), &points, Some(&alone), &Scoring::of(&config)))
         };
-        let reference = under(&profile(Profile::Reference))?;
-        let operational = under(&profile(Profile::Operational))?;
-        let mut told = profile(Profile::Operational);
-        let delay_s = self.delay_s.filter(|&delay_s| with_delay(&mut told, delay_s));
-        let delayed = delay_s.map(|_| under(&told)).transpose()?;
-
+        let reference = under(Profile::Reference)?;
+        let operational = under(Profile::Operational)?;
         let drones = operational.drones;
         let groups = |scored| Groups::new(scored, &drones);
         let (Some(radar), Some(transponder)) = (operational.radar, operational.transponder) else {
             return Err("a flight without inputs".into());
         };
         Ok(Scores {
-            row: row.clone(),
+            row: self.flight.row.clone(),
+            seed: self.flight.seed(),
             reference: groups(reference.fused),
             operational: groups(operational.fused),
-            delayed: delayed.map(|delayed| groups(delayed.fused)),
             radar: groups(radar),
             transponder: groups(transponder),
         })

@@ -12,9 +12,6 @@ pub const PERCENT: [u32; 7] = [10, 30, 50, 70, 100, 150, 200];
 /// What is flown: three equipped drones by themselves, and shipped scenarios.
 pub const BASES: [&str; 2] = [THREE, "crossing"];
 
-/// Seeds of each, for the document.
-pub const SEEDS: u64 = 6;
-
 const THREE: &str = "three";
 
 /// The flights of a base with these seeds, by each multiple: the same but for the size of the errors.

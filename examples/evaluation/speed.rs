@@ -1,54 +1,243 @@
-//! How fast it is, on one core of the machine that makes the document.
+//! What it costs on the machine that makes the document: processor time, and how long a slot takes.
 
 use std::time::Instant;
 
 use utm_fusion::areas::Masks;
-use utm_fusion::config::Profile;
+use utm_fusion::capture::Reception;
+use utm_fusion::config::{Config, Profile, SensorKind};
 use utm_fusion::picture::PictureMaker;
 use utm_fusion::pipeline::Pipeline;
-use utm_fusion::simulate::{Scenario, simulate};
+use utm_fusion::simulate::{Scenario, Span, simulate};
 
-use crate::flights::Failure;
+use crate::flights::{self, CITY, Failure};
+use crate::summary::Mean;
 
-/// What a flight took.
+/// The profiles, in the order of every pair of figures.
+const PROFILES: [Profile; 2] = [Profile::Reference, Profile::Operational];
+/// Flights of `dense` of which the processor time is taken.
+const DENSE_FLIGHTS: u64 = 4;
+/// Targets over which the exponent is taken, half of them birds.
+const TARGETS: [u32; 4] = [500, 1000, 2000, 4000];
+/// How long these fly, seconds: the window of 25 s fills, and slots are published from 6.25 s on.
+const GROWTH_S: f64 = 30.0;
+/// Drones of the crowd, all of them equipped and always seen, and how long they fly, seconds.
+const CROWD: u32 = 2000;
+const CROWD_S: f64 = 75.0;
+/// A processor time is taken over so many seconds of it at least: the system counts in hundredths.
+const LEAST_S: f64 = 0.5;
+/// Ticks of the system's processor times per second (`USER_HZ`).
+const TICKS_HZ: f64 = 100.0;
+
+/// What was measured; pairs are of `reference` and `operational`.
 pub struct Speed {
-    /// Seconds of flight that a second is enough for: from datagrams to pictures.
-    pub times_real: f64,
-    /// What a slot and its picture take, milliseconds: ninety-nine of a hundred take no more.
-    pub p99_ms: f64,
+    /// Seconds of flight of `dense` per second of processor time.
+    pub times_real: [f64; 2],
+    /// Processor time of `operational` over that of `reference`, on `dense`.
+    pub processor: Option<Mean>,
+    /// What a slot of `city` and its picture take, milliseconds: ninety-nine of a hundred take no more.
+    pub city_p99_ms: [f64; 2],
+    /// Of processor time over the number of targets, at constant density.
+    pub exponents: [Option<Mean>; 2],
+    /// What a slot of 2,000 radar tracks and 2,000 transponders takes under `operational`, milliseconds: 999 of a thousand take
+    /// no more.
+    pub crowd_p999_ms: Option<Mean>,
 }
 
-/// Of the first seed of a scenario.
-pub fn measure(scenario: &Scenario, profile: Profile) -> Result<Speed, Failure> {
-    let simulation = simulate(scenario, 1, None)?;
-    let mut config = simulation.config.clone();
-    config.fusion.profile = profile;
-    let mut pipeline = Pipeline::new(&config, Masks::default());
-    let maker = PictureMaker::new(&config, pipeline.normaliser());
-    let mut slots_ms = Vec::new();
-    let begin = now();
-    for reception in simulation.receptions() {
-        // A reception has one slot as a rule; where it has several, each is as slow as all of them on average.
-        let since = now();
-        pipeline.receive(&reception);
-        let mut slots = 0;
-        for emission in pipeline.emissions() {
-            std::hint::black_box(maker.picture(emission));
-            slots += 1;
-        }
-        let slot_ms = since.elapsed().as_secs_f64() * 1e3 / slots.max(1) as f64;
-        slots_ms.extend(std::iter::repeat_n(slot_ms, slots));
+/// Measures everything, on flights with seeds from this one on.
+pub fn measure(first_seed: u64) -> Result<Speed, Failure> {
+    let dense = flights::scenario("dense")?;
+    let (mut ratios, mut times_real) = (Vec::new(), [0.0; 2]);
+    for seed in first_seed..first_seed + DENSE_FLIGHTS {
+        let flight = Recorded::of(&dense, seed)?;
+        let [reference_s, operational_s] =
+            [flight.processor_s(PROFILES[0])?, flight.processor_s(PROFILES[1])?];
+        ratios.push(operational_s / reference_s);
+        times_real = [reference_s, operational_s].map(|processor_s| dense.duration_s / processor_s);
     }
-    pipeline.finish();
-    pipeline.emissions().for_each(|emission| _ = std::hint::black_box(maker.picture(emission)));
-    let times_real = scenario.duration_s / begin.elapsed().as_secs_f64();
-    slots_ms.sort_by(f64::total_cmp);
-    let place = (slots_ms.len() * 99).div_ceil(100).saturating_sub(1);
-    let p99_ms = slots_ms.get(place).copied().ok_or("no slot was published")?;
-    Ok(Speed { times_real, p99_ms })
+    let city = Recorded::of(&flights::scenario(CITY)?, first_seed)?;
+    let city_p99_ms =
+        PROFILES.map(|profile| city.slots_ms(profile)).map(|slots_ms| quantile(&slots_ms, 0.99));
+
+    let mut costs = [Vec::new(), Vec::new()];
+    for targets in TARGETS {
+        let flight = grown(targets, first_seed)?;
+        for (costs, profile) in costs.iter_mut().zip(PROFILES) {
+            costs.push((f64::from(targets), flight.processor_s(profile)?));
+        }
+    }
+    let crowd_ms = crowd(first_seed)?.slots_ms(Profile::Operational);
+    Ok(Speed {
+        times_real,
+        processor: Mean::of(&ratios),
+        city_p99_ms,
+        exponents: costs.map(|costs| Mean::of(&[exponent(&costs)])),
+        crowd_p999_ms: Mean::of(&[quantile(&crowd_ms, 0.999)]),
+    })
+}
+
+/// Slope of the straight line through the logarithms, by least squares.
+fn exponent(costs: &[(f64, f64)]) -> f64 {
+    let logs = || costs.iter().map(|&(targets, cost_s)| (targets.ln(), cost_s.ln()));
+    let count = costs.len() as f64;
+    let (mean_x, mean_y) = logs().fold((0.0, 0.0), |(x, y), log| (x + log.0 / count, y + log.1 / count));
+    let products = logs().map(|(x, y)| (x - mean_x) * (y - mean_y));
+    products.sum::<f64>() / logs().map(|(x, _)| (x - mean_x).powi(2)).sum::<f64>()
+}
+
+/// The least of which so large a share is not above; infinite of none.
+fn quantile(values: &[f64], share: f64) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let place = ((sorted.len() as f64 * share).ceil() as usize).saturating_sub(1);
+    sorted.get(place).copied().unwrap_or(f64::INFINITY)
+}
+
+/// A flight as it is received.
+struct Recorded {
+    receptions: Vec<Reception>,
+    config: Config,
+}
+
+/// So many targets as dense as those of `city`, half of them birds. What the radar errs by in metres stays the same: a larger
+/// area is no harder, only larger.
+fn grown(targets: u32, seed: u64) -> Result<Recorded, Failure> {
+    let mut scenario = flights::scenario(CITY)?;
+    let city =
+        scenario.drone_count() + scenario.birds.count + scenario.birds.flocks * scenario.birds.flock_size;
+    let share = f64::from(targets) / f64::from(city);
+    let of = |count: u32| (f64::from(count) * share).round() as u32;
+    scenario.name = format!("city-{targets}");
+    scenario.duration_s = GROWTH_S;
+    let drones = &mut scenario.drones;
+    (drones.multirotors, drones.fixed_wings) = (of(drones.multirotors), of(drones.fixed_wings));
+    drones.equipped = of(drones.equipped);
+    (scenario.birds.count, scenario.birds.flocks) = (of(scenario.birds.count), of(scenario.birds.flocks));
+    let clutter = &mut scenario.clutter;
+    (clutter.vehicles, clutter.points) = (of(clutter.vehicles), of(clutter.points));
+    widened(scenario, share.sqrt(), seed)
+}
+
+/// Two thousand drones, each with a transponder without gaps and always on the radar.
+fn crowd(seed: u64) -> Result<Recorded, Failure> {
+    let mut scenario = flights::scenario(CITY)?;
+    let share = f64::from(CROWD) / f64::from(scenario.drone_count());
+    scenario.name = "crowd".to_owned();
+    scenario.duration_s = CROWD_S;
+    (scenario.drones.multirotors, scenario.drones.fixed_wings) = (CROWD * 7 / 10, CROWD * 3 / 10);
+    scenario.drones.equipped = CROWD;
+    (scenario.birds.count, scenario.birds.flocks) = (0, 0);
+    (scenario.clutter.vehicles, scenario.clutter.points) = (0, 0);
+    for radar in &mut scenario.radars {
+        (radar.unseen_s, radar.seduction_every_s) = (0.0, 0.0);
+    }
+    let transponder = &mut scenario.transponder;
+    transponder.gap_every_s = 0.0;
+    (transponder.starts_after_s, transponder.ends_before_s) = (Span::new(0.0, 4.0), Span::new(0.0, 0.0));
+    widened(scenario, share.sqrt(), seed)
+}
+
+/// The scenario over an airspace that is so many times as wide, by a radar that sees so many times as far.
+fn widened(mut scenario: Scenario, by: f64, seed: u64) -> Result<Recorded, Failure> {
+    scenario.airspace.radius_m *= by;
+    for radar in &mut scenario.radars {
+        radar.max_range_m *= by;
+        radar.bias_azimuth_deg /= by;
+        radar.track_azimuth_deg /= by;
+        radar.plot_azimuth_deg /= by;
+    }
+    let mut recorded = Recorded::of(&scenario, seed)?;
+    for sensor in &mut recorded.config.sensors {
+        if let SensorKind::Radar(radar) = &mut sensor.kind
+            && let Some(accuracy) = &mut radar.accuracy
+        {
+            accuracy.azimuth_deg /= by;
+        }
+    }
+    recorded.config.fusion.threshold_m.iter_mut().for_each(|(range_m, _)| *range_m *= by);
+    Ok(recorded)
+}
+
+impl Recorded {
+    fn of(scenario: &Scenario, seed: u64) -> Result<Self, Failure> {
+        eprintln!("{} seed {seed}: how fast it is", scenario.name);
+        let simulation = simulate(scenario, seed, None)?;
+        Ok(Self { receptions: simulation.receptions().collect(), config: simulation.config })
+    }
+
+    /// Processor time of a replay, all threads of the process, seconds.
+    fn processor_s(&self, profile: Profile) -> Result<f64, Failure> {
+        let begin_s = process_s()?;
+        for times in 1.. {
+            self.replay(profile, |_| {});
+            let spent_s = process_s()? - begin_s;
+            if spent_s >= LEAST_S {
+                return Ok(spent_s / f64::from(times));
+            }
+        }
+        unreachable!("a replay takes time")
+    }
+
+    /// How long each slot and its picture take, milliseconds.
+    fn slots_ms(&self, profile: Profile) -> Vec<f64> {
+        let mut slots_ms = Vec::new();
+        self.replay(profile, |slot_ms| slots_ms.push(slot_ms));
+        slots_ms
+    }
+
+    /// From datagrams to pictures. Each slot's time goes to `note`.
+    fn replay(&self, profile: Profile, mut note: impl FnMut(f64)) {
+        let mut config = self.config.clone();
+        config.fusion.profile = profile;
+        let mut pipeline = Pipeline::new(&config, Masks::default());
+        let maker = PictureMaker::new(&config, pipeline.normaliser());
+        for reception in &self.receptions {
+            let since = now();
+            pipeline.receive(reception);
+            let mut slots = 0;
+            for emission in pipeline.emissions() {
+                std::hint::black_box(maker.picture(emission));
+                slots += 1;
+            }
+            // A reception has one slot as a rule; where it has several, each is as slow as all of them on average.
+            let slot_ms = since.elapsed().as_secs_f64() * 1e3 / f64::from(slots.max(1));
+            (0..slots).for_each(|_| note(slot_ms));
+        }
+    }
+}
+
+/// Processor time of this process so far, seconds, as Linux tells it.
+fn process_s() -> Result<f64, Failure> {
+    let text = String::from_utf8(std::fs::read("/proc/self/stat")?)?;
+    // Behind the name, which is in brackets and may hold anything: utime and stime are the 12th and 13th.
+    let fields = text.rsplit_once(')').map_or("", |(_, fields)| fields);
+    let ticks: Vec<f64> =
+        fields.split_whitespace().skip(11).take(2).map(str::parse).collect::<Result<_, _>>()?;
+    Ok(ticks.iter().sum::<f64>() / TICKS_HZ)
 }
 
 #[expect(clippy::disallowed_methods, reason = "how long it takes is what is measured")]
 fn now() -> Instant {
     Instant::now()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_exponent_is_that_of_a_power() {
+        let power = |exponent: f64| {
+            TARGETS.map(|targets| (f64::from(targets), 3e-6 * f64::from(targets).powf(exponent)))
+        };
+        for expected in [1.0, 1.35, 2.0] {
+            assert!((exponent(&power(expected)) - expected).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_quantile_is_one_of_the_values() {
+        let values: Vec<f64> = (1..=1000).rev().map(f64::from).collect();
+        assert_eq!([0.5, 0.99, 0.999].map(|share| quantile(&values, share)), [500.0, 990.0, 999.0]);
+        assert_eq!(quantile(&[7.0], 0.999), 7.0);
+    }
 }

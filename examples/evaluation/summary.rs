@@ -63,6 +63,14 @@ impl<'a> Seeds<'a> {
         self.mean(|scores| Some(figure(of(scores))? / figure(over(scores))?))
     }
 
+    /// Of each flight the figure over that of the flight with the same seed in `others`, and the mean of that.
+    pub fn against(&self, others: &Seeds<'_>, figure: impl Fn(&Scores) -> Option<f64>) -> Option<Mean> {
+        self.mean(|scores| {
+            let other = others.0.iter().find(|other| other.seed == scores.seed)?;
+            Some(figure(scores)? / figure(other)?)
+        })
+    }
+
     /// Mean over all drones of all flights, each of which counts once.
     pub fn of_drones(&self, drones: Each, figure: Figure) -> Option<Mean> {
         let each = self.0.iter().flat_map(|scores| drones(scores).iter().filter_map(figure));

@@ -23,6 +23,19 @@ pub(super) struct Judged<'a> {
     pub(super) paired: Option<bool>,
     /// Whether its radar track was seduced there.
     pub(super) seduced: bool,
+    /// In what state its drone is followed; `None` of a point without drone, or where the truth does not tell.
+    pub(super) state: Option<State>,
+}
+
+/// The states in which a drone may be followed: its radar's errors differ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum State {
+    /// It flies straight on or stands.
+    Straight,
+    /// It turns.
+    Turning,
+    /// The radar's track has walked off.
+    WalkedOff,
 }
 
 /// What points are scored against.
@@ -65,6 +78,10 @@ fn judge_one<'a>(
         return None;
     }
     let finding = owners.find(point);
+    let state = |drone: usize| match truth.tracks()[drone].turns(point.time) {
+        _ if finding.walked_off => Some(State::WalkedOff),
+        turns => turns.map(|turns| if turns { State::Turning } else { State::Straight }),
+    };
     let (drone, at) = match finding.owner {
         Owner::Drone(drone) if counted.contains(drone, slot) => {
             (Some(drone), Some(truth.tracks()[drone].at(point.time)?))
@@ -80,6 +97,8 @@ fn judge_one<'a>(
         error: at.map(|at| point.place.offset_from(&at)),
         paired: finding.paired,
         seduced: finding.seduced,
+        // It is asked for where there is a covariance to be judged by it.
+        state: drone.filter(|_| point.covariance.is_some()).and_then(state),
     })
 }
 

@@ -32,6 +32,7 @@ use counted::Counted;
 use judged::{Judged, Reference, judge};
 use metrics::scene::Inputs;
 use owner::PointKind;
+use score::Kind;
 
 /// Scores `output` and, where given, each input alone, against the truth.
 ///
@@ -59,13 +60,13 @@ pub fn evaluate(
         detected: Inputs::slots(radar, drones.len(), |plot| !plot.seduced),
         equipped: drones.iter().map(|drone| drone.equipped == Some(true)).collect(),
     });
-    let scored = |judged: &[Judged<'_>], pairs: bool| {
-        score::scored(judged, &drones, reference, inputs.as_ref(), settings, pairs)
+    let scored = |judged: &[Judged<'_>], kind: Kind| {
+        score::scored(judged, &drones, reference, inputs.as_ref(), settings, kind)
     };
     Evaluation {
-        fused: scored(&fused, true),
-        radar: alone.as_ref().map(|alone| scored(&alone.0, false)),
-        transponder: alone.as_ref().map(|alone| scored(&alone.1, false)),
+        fused: scored(&fused, Kind::Output),
+        radar: alone.as_ref().map(|alone| scored(&alone.0, Kind::Alone)),
+        transponder: alone.as_ref().map(|alone| scored(&alone.1, Kind::Alone)),
         drones,
     }
 }

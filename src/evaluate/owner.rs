@@ -19,6 +19,8 @@ const HALF_COUNT_NS: i64 = 7_812_500 / 2;
 const AFTER_NS: i64 = 25 * SECOND;
 /// How long before a plot its label already holds, nanoseconds: longer than any backward extrapolation.
 const BEFORE_NS: i64 = 3 * SECOND;
+/// How long after a plot its track still speaks for what is published, nanoseconds.
+const SPEAKS_NS: i64 = 3 * SECOND;
 
 /// The owner of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,6 +42,9 @@ pub(super) struct Finding {
     pub(super) paired: Option<bool>,
     /// Whether its radar track was seduced there.
     pub(super) seduced: bool,
+    /// Whether its radar track's latest plot, there or shortly before, was of a seduced track: what is published between
+    /// plots and behind the last of them follows from it.
+    pub(super) walked_off: bool,
 }
 
 /// The kind of points in a stream.
@@ -68,7 +73,12 @@ impl<'a> Owners<'a> {
 
     /// What is known about a point; fast where points come slot by slot.
     pub(super) fn find(&mut self, point: &OutputPoint) -> Finding {
-        let nearest = |this: &mut Self| Finding { owner: this.nearest(point), paired: None, seduced: false };
+        let nearest = |this: &mut Self| Finding {
+            owner: this.nearest(point),
+            paired: None,
+            seduced: false,
+            walked_off: false,
+        };
         let Some(labels) = self.labels else { return nearest(self) };
         let transponder = point.transponder.map(|number| labels.transponder(number));
         let span = self.span(point);
@@ -76,7 +86,12 @@ impl<'a> Owners<'a> {
         let paired = transponder.flatten().zip(radar.flatten()).and_then(|(transponder, radar)| {
             (!radar.seduced).then_some(transponder.id.is_some() && transponder.id == radar.id)
         });
-        let seduced = radar.flatten().is_some_and(|radar| radar.seduced);
+        let is_seduced = |radar: Option<Attribution<'_>>| radar.is_some_and(|radar| radar.seduced);
+        let seduced = is_seduced(radar.flatten());
+        let lately = Time::from_nanos(span.end.nanos() - SPEAKS_NS)..span.end;
+        let walked_off = point
+            .radar_track
+            .is_some_and(|track| is_seduced(labels.radar_track(track, point.sensor.as_deref(), &lately)));
         // A radar-only point between two plots, or beyond them.
         let at = |later_ns| Time::from_nanos(point.time.nanos() + later_ns);
         let around = at(-AFTER_NS)..=at(BEFORE_NS);
@@ -86,7 +101,7 @@ impl<'a> Owners<'a> {
             _ => radar,
         };
         let owner = self.told([transponder, track]).unwrap_or_else(|| self.nearest(point));
-        Finding { owner, paired, seduced }
+        Finding { owner, paired, seduced, walked_off }
     }
 
     /// The first contributor that is a drone; nobody if labels call all of them none; `None` where labels are silent.

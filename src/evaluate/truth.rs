@@ -8,6 +8,12 @@ use fusion::time::{SECOND, Time};
 /// Two samples further apart than this bound a hole, nanoseconds: the drone's position is unknown inside.
 const HOLE_NS: i64 = 5 * SECOND;
 
+/// A drone turns when its course changes faster than this, degrees per second: the limit that `simulate` has for the radar's
+/// errors in turns.
+const TURNS_DEG_S: f64 = 4.0;
+/// A course is that of a drone that moves faster than this, metres per second; below it hovers.
+const MOVES_M_S: f64 = 2.0;
+
 /// The true tracks of all drones, in the order of their ids.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Truth {
@@ -77,6 +83,18 @@ impl TrueTrack {
         let length_ns = after.nanos() - before.nanos();
         (length_ns <= HOLE_NS)
             .then(|| between(from, to, time.seconds_since(before), after.seconds_since(before)))
+    }
+
+    /// Whether it turns at `time`: its mean courses over the second before and the second after, which are those half a
+    /// second away, differ by more than that in a second. `None` where it is not known for so long.
+    pub(super) fn turns(&self, time: Time) -> Option<bool> {
+        let at = |later_ns: i64| self.at(Time::from_nanos(time.nanos() + later_ns));
+        let (before, now, after) = (at(-SECOND)?, at(0)?, at(SECOND)?);
+        let (to, from) = (now.offset_from(&before), after.offset_from(&now));
+        let moves = to.horizontal_m() > MOVES_M_S && from.horizontal_m() > MOVES_M_S;
+        let across = to.east_m * from.north_m - to.north_m * from.east_m;
+        let along = to.east_m * from.east_m + to.north_m * from.north_m;
+        Some(moves && across.atan2(along).to_degrees().abs() > TURNS_DEG_S)
     }
 
     /// Its position, in a hole on the straight line across; `None` outside its span.
@@ -168,6 +186,28 @@ mod tests {
         );
         assert_eq!(track.at_or_across_hole(at_s(6.0)), Some(b));
         assert_eq!(track.holes().collect::<Vec<_>>(), [(at_s(5.0), at_s(10.1))]);
+    }
+
+    #[test]
+    fn a_turn_is_a_change_of_course_in_motion() {
+        // Along a circle at `rate_deg_s`, `speed_m_s` fast; half a millionth of a degree is 5.6 cm.
+        let circling = |rate_deg_s: f64, speed_m_s: f64| {
+            let radius_deg = speed_m_s / rate_deg_s.to_radians() / 111_320.0;
+            let on_circle = |step: i32| {
+                let second = f64::from(step) * 0.1;
+                let (sin, cos) = (rate_deg_s * second).to_radians().sin_cos();
+                (second, place(radius_deg * sin, radius_deg * cos, None))
+            };
+            let truth = one(&(0..=40).map(on_circle).collect::<Vec<_>>());
+            truth.tracks()[0].turns(at_s(2.0))
+        };
+        assert_eq!([3.9, 4.1, -4.1].map(|rate| circling(rate, 10.0)), [Some(false), Some(true), Some(true)]);
+        assert_eq!(circling(60.0, 1.9), Some(false), "it hovers");
+        let still = one(&[(0.0, place(0.0, 0.0, None)), (4.0, place(0.0, 0.0, None))]);
+        assert_eq!(
+            [0.9, 1.0, 3.1].map(|second| still.tracks()[0].turns(at_s(second))),
+            [None, Some(false), None]
+        );
     }
 
     #[test]

@@ -203,6 +203,9 @@ pub struct Score {
     /// Probability of update in the other slots of an equipped drone, percent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pu_gap_percent: Option<f64>,
+    /// Share of those other slots with a point of the drone within 50 m of it, percent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gap_within_50_m_percent: Option<f64>,
     /// Position error, 3-D (horizontal for points without height), metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub epos: Option<ErrorStatistics>,
@@ -227,6 +230,15 @@ pub struct Score {
     /// Consistency in the other slots of an equipped drone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nees_gap: Option<Nees>,
+    /// Consistency of points whose drone flies straight on or stands.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nees_straight: Option<Nees>,
+    /// Consistency of points whose drone turns faster than 4 degrees a second.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nees_turning: Option<Nees>,
+    /// Consistency of points whose radar track has walked off its drone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nees_walked_off: Option<Nees>,
     /// Fused points whose radar track and transponder belong to one drone / all fused points.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub precision: Option<f64>,
@@ -236,6 +248,12 @@ pub struct Score {
     /// Changes of the published track number per drone and minute.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub id_changes: Option<f64>,
+    /// Share of the drones' slots in which one is published under more than one number, percent; of the output only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub two_numbers_percent: Option<f64>,
+    /// Seconds a minute of points of a radar alone beside a drone that is published by its transponder; of the output only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ghosts_s: Option<f64>,
     /// Seconds of false tracks per minute; of all drones together only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub false_track_s: Option<f64>,

@@ -24,7 +24,7 @@ pub use motion::Crowded;
 pub use network::Datagram;
 pub use scenario::{
     Airspace, Birds, Clutter, Drones, FixedWing, Multirotor, Network, Pattern, Place, Radar, Scenario, Span,
-    TRANSPONDER_ID, Transponder,
+    TRANSPONDER_ID, Transponder, VelocityModel,
 };
 
 use ground::Ground;

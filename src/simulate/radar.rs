@@ -65,7 +65,10 @@ pub fn detections(
     let mut encounters = Encounters::default();
     let mut sights: Vec<Sight> = targets
         .iter()
-        .map(|target| Sight::new(radar, target, streams.of(Entity::Sight, sight(index, target.number))))
+        .map(|target| {
+            let of = |entity| streams.of(entity, sight(index, target.number));
+            Sight::new(radar, target, of(Entity::Sight), of(Entity::Velocity))
+        })
         .collect();
     let mut found = Vec::new();
     for turn in 0..(duration_s / radar.period_s) as usize {

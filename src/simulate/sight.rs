@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 
 use super::ground::{Antenna, Ground};
 use super::radar::{Detection, Target};
-use super::scenario::{Radar, Span};
+use super::scenario::{Radar, Span, VelocityModel};
 use super::streams::{GaussMarkov, Stream};
 
 /// Time constant with which a turn raises the errors, and with which that fades, seconds.
@@ -14,6 +14,8 @@ const TURN_S: f64 = 1.0;
 #[derive(Clone, Debug)]
 pub struct Sight {
     stream: Stream,
+    /// For velocities that are invented: these change nothing else.
+    inventions: Stream,
     /// Whether the target is visible for now.
     seen: bool,
     looked_s: f64,
@@ -34,6 +36,8 @@ struct RadarTrack {
     height: GaussMarkov,
     /// From 1 to the radar's turn factor.
     turning: f64,
+    /// The velocity that is reported where it is frozen, east and north, m/s.
+    frozen_velocity: Vector2<f64>,
     uav_probability: f64,
     /// When the next seduction begins.
     seduced_from_s: f64,
@@ -65,7 +69,7 @@ pub struct Look<'a> {
 
 impl Sight {
     /// A radar that has not looked yet.
-    pub fn new(radar: &Radar, target: &Target, mut stream: Stream) -> Self {
+    pub fn new(radar: &Radar, target: &Target, mut stream: Stream, inventions: Stream) -> Self {
         let share = radar.seen_s / (radar.seen_s + radar.unseen_s);
         let low = target.drone.is_some() && stream.chance(radar.low_share);
         let uav_probability = match target.drone {
@@ -74,7 +78,7 @@ impl Sight {
             None => target.uav_probability,
         };
         let seen = stream.chance(share);
-        Self { stream, seen, looked_s: 0.0, uav_probability, track: None, ended: None }
+        Self { stream, inventions, seen, looked_s: 0.0, uav_probability, track: None, ended: None }
     }
 
     /// The number of the track on the target.
@@ -141,12 +145,11 @@ impl Sight {
             // The radar followed something else; the target itself has to be detected anew.
             self.seen &= !walked_off;
         } else if track.seduction.is_none() && time_s >= track.seduced_from_s {
-            let direction = self.stream.heading();
-            let speed = self.stream.within(radar.seduction_m_s);
+            let velocity = any_velocity(&mut self.stream, radar.seduction_m_s);
             track.seduction = Some(Seduction {
                 from_s: time_s,
                 until_s: time_s + self.stream.within(radar.seduction_s),
-                velocity: Vector2::new(direction.sin(), direction.cos()) * speed,
+                velocity,
             });
         }
     }
@@ -165,6 +168,7 @@ impl Sight {
             range,
             height,
             turning: 1.0,
+            frozen_velocity: any_velocity(&mut self.inventions, radar.velocity_frozen_m_s),
             // A probability of exactly 0 stays 0.
             uav_probability: if self.uav_probability > 0.0 {
                 self.uav_probability + stream.normal(radar.track_probability)
@@ -175,6 +179,12 @@ impl Sight {
             seduction: None,
         }
     }
+}
+
+/// East and north, m/s, in a direction drawn by lot.
+fn any_velocity(stream: &mut Stream, speed_m_s: Span) -> Vector2<f64> {
+    let direction = stream.heading();
+    Vector2::new(direction.sin(), direction.cos()) * stream.within(speed_m_s)
 }
 
 impl RadarTrack {
@@ -201,6 +211,11 @@ impl RadarTrack {
             + radar.bias_height_m
             + self.height.at(time_s, stream)
             + stream.normal(radar.plot_height_m);
+        let velocity = match radar.velocity_model {
+            VelocityModel::True => velocity,
+            VelocityModel::Frozen => self.frozen_velocity,
+            VelocityModel::Scaled => velocity * radar.velocity_scale,
+        };
         let noise = radar.plot_velocity_m_s;
         let uav_probability = if self.uav_probability == 0.0 {
             0.0

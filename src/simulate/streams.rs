@@ -33,6 +33,8 @@ pub enum Entity {
     Role = 10,
     /// The network.
     Network = 11,
+    /// Velocities that one radar invents for tracks of one target, by [`sight`].
+    Velocity = 12,
 }
 
 /// The number of the stream of radar number `radar` on target number `target`.

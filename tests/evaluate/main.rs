@@ -15,5 +15,6 @@ mod require;
 #[path = "../shared/mod.rs"]
 #[allow(dead_code, reason = "shared by several tests")]
 mod shared;
+mod silence;
 mod table_1;
 mod trials;

@@ -56,7 +56,7 @@ fn wrong_usage_is_told_with_code_2() {
     assert_eq!(told.code, 2);
     assert!(
         told.stderr.contains("\"speed\" is no metric")
-            && told.stderr.contains("id_changes false_track gospa")
+            && told.stderr.contains("id_changes two_numbers ghosts false_track gospa")
     );
     for (args, word) in [
         (&["out.csv"][..], "--truth"),
@@ -95,7 +95,10 @@ fn json_has_the_requirements_and_every_column() {
         "epos_gap",
         "precision",
         "recall",
+        "gap_within_50_m_percent",
         "id_changes",
+        "two_numbers_percent",
+        "ghosts_s",
         "false_track_s",
         "gospa_m",
         "gospa_parts",

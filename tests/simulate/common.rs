@@ -85,6 +85,8 @@ pub(crate) fn perfect(multirotors: u32, fixed_wings: u32, birds: u32) -> Scenari
 pub(crate) struct Plot {
     pub(crate) time: Time,
     pub(crate) received: Time,
+    /// The radar's place among the sensors of the configuration.
+    pub(crate) sensor: usize,
     pub(crate) number: u16,
     /// East, north, up at the first radar, as the service understands it.
     pub(crate) position: Vector3<f64>,
@@ -165,6 +167,7 @@ impl Flown {
                         plots.push(Plot {
                             time: plot.time,
                             received,
+                            sensor,
                             number: plot.track.number,
                             position: plot.position.0,
                             record,

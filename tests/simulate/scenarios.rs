@@ -15,7 +15,19 @@ fn every_scenario_flies() {
         .unwrap()
         .map(|entry| entry.unwrap().path().file_stem().unwrap().to_str().unwrap().to_owned())
         .collect();
-    for needed in ["single", "crossing", "dense", "bias", "spoof", "gaps", "flock", "city", "midnight"] {
+    for needed in [
+        "single",
+        "crossing",
+        "dense",
+        "bias",
+        "spoof",
+        "gaps",
+        "flock",
+        "city",
+        "midnight",
+        "two-radars",
+        "three-radars",
+    ] {
         assert!(names.contains(needed), "{needed}");
     }
     for name in names {
@@ -62,7 +74,7 @@ fn every_key_is_shown_with_its_default() {
 
 #[test]
 fn what_is_shown_is_read_again() {
-    for name in ["midnight", "city", "spoof", "crossing"] {
+    for name in ["midnight", "city", "spoof", "crossing", "three-radars"] {
         let scenario = kept(name);
         assert_eq!(Scenario::parse(&scenario.show(), "shown").unwrap(), scenario);
     }

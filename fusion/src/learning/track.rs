@@ -49,7 +49,7 @@ const TURN_BASE_S: f64 = 1.5;
 /// of a velocity that changes by more than this, metres a second: what changes less is as well a transponder's noise.
 const TURN_CHANGE_M_S: f64 = 1.0;
 /// A stretch counts from this long after its beginning on, seconds: how a track flies is not known at once, and a radar's tracker
-/// recovers from one or feels the other.
+/// feels a turn, and recovers from one, for as long.
 const SETTLED_S: f64 = 2.0;
 /// Plots further apart are of two stretches, seconds, or so many times the time between the two before.
 const BREAK_S: f64 = 2.0;

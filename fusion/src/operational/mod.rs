@@ -93,6 +93,7 @@ impl Operational {
         targets.filter_all(tracklets, cycle);
         let points = output::publish(targets, tracklets, correlations, numbers, grid, cycle);
         targets.settle(cycle.centre);
+        targets.learn(cycle.centre, settings);
         tracklets.settle(cycle.centre, settings);
         self.published = Some(cycle.centre);
         points

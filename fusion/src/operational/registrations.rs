@@ -140,6 +140,12 @@ impl Registered {
     }
 }
 
+/// As much of a mean as its standard deviation leaves evident: nothing within one deviation of zero, nearly all of it beyond
+/// three (the positive-part estimator of James and Stein, 1961, for one dimension).
+fn evident(mean: f64, sigma: f64) -> f64 {
+    mean * (1.0 - (sigma / mean).powi(2)).max(0.0)
+}
+
 /// An error in relative steps.
 fn in_steps(sigma: f64) -> f64 {
     ((sigma.ln() / ERROR_STEP).round() * ERROR_STEP).exp()
@@ -232,7 +238,7 @@ impl Registrations {
         }
         // What radars tell of time is the transponders' delay: radars have clocks to go by, a transponder's time is that of
         // its transmission. Nothing is sent before it is measured.
-        let learnt_s = (vector / information).max(0.0);
+        let learnt_s = evident(vector / information, information.powf(-0.5)).max(0.0);
         for receiver in now.transponders.iter_mut().flatten().filter(|receiver| receiver.delay_s.is_none()) {
             receiver.delay_s = Some(learnt_s);
             receiver.delay_sigma_s = information.powf(-0.5);

@@ -11,8 +11,8 @@ use super::track_numbers::{TrackNumber, TrackNumbers};
 use super::tracklets::{Tracklet, Tracklets};
 use super::transponder::{OnCurve, Transponder};
 use super::tuning::{
-    FRESH_SHARE, RADAR_VELOCITY_CORRELATION_S, TARGET_SILENT_MAX, TRANSPONDER_CLIMB_M_S,
-    TRANSPONDER_SILENT_S, TRANSPONDER_VELOCITY_M_S,
+    RADAR_VELOCITY_CORRELATION_S, TARGET_SILENT_MAX, TRANSPONDER_CLIMB_M_S, TRANSPONDER_SILENT_S,
+    TRANSPONDER_VELOCITY_M_S,
 };
 use crate::filter::{Bias, By, LineOfSight, Measurement, Owner, StateEstimate, TargetFilter};
 use crate::numbering::{NumberChange, Numbers};
@@ -111,7 +111,8 @@ impl Target {
         let settled = if is_new { EARLIEST } else { since };
         if let Some(transponder) = &self.transponder {
             let fixes = transponder.after(settled).iter();
-            measurements.extend(fixes.filter_map(|fix| measured_by_transponder(fix, settings)));
+            let measured = |fix: &Fix| measured_by_transponder(fix, transponder, settings);
+            measurements.extend(fixes.filter_map(measured));
         }
         if let Some(tracklet) = self.tracklet.and_then(|id| tracklets.get(id))
             && let Some(radar) = settings.radar(tracklet.key.sensor)
@@ -205,6 +206,12 @@ impl Targets {
         if let Some(target) = self.all.get_mut(&id) {
             target.filter(since, tracklets, cycle);
         }
+    }
+
+    /// Each transponder's reports up to `until` tell of their white noise.
+    pub(super) fn learn(&mut self, until: Time, settings: &Settings) {
+        let transponders = self.all.values_mut().filter_map(|target| target.transponder.as_mut());
+        transponders.for_each(|transponder| transponder.learn(until, settings));
     }
 
     /// Brings each target's filter to what is known now.
@@ -305,16 +312,13 @@ impl Targets {
     }
 }
 
-fn measured_by_transponder(fix: &Fix, settings: &Settings) -> Option<Measurement> {
-    let receiver = settings.transponder(fix.sensor)?;
+fn measured_by_transponder(fix: &Fix, transponder: &Transponder, settings: &Settings) -> Option<Measurement> {
+    let [horizontal_m, vertical_m] = transponder.white_m(settings.transponder(fix.sensor)?);
     Some(Measurement {
         time: fix.time,
         position: fix.position,
         height_measured: true,
-        by: By::Transponder {
-            horizontal_m: receiver.horizontal_m * FRESH_SHARE,
-            vertical_m: receiver.vertical_m * FRESH_SHARE,
-        },
+        by: By::Transponder { horizontal_m, vertical_m },
         velocity: fix.velocity.map(|velocity| (velocity, TRANSPONDER_VELOCITY_M_S)),
         climb: fix.climb_m_s.map(|climb| (climb, TRANSPONDER_CLIMB_M_S)),
     })

@@ -1,7 +1,10 @@
 //! A transponder's reports, and the curve through them.
 
+mod noise;
+
 use std::f64::consts::{LN_2, SQRT_2};
 
+use super::cycle::EARLIEST;
 use super::settings::{self, Settings};
 use super::tuning::{BETWEEN_REPORTS_M_S2, DELAY_BETWEEN_TRANSPONDERS_S, FRESH_SHARE, SAME_REPORT};
 use crate::frames::Enu;
@@ -10,6 +13,7 @@ use crate::numbering::Numbered;
 use crate::point::TransponderPart;
 use crate::report::{Fix, Identity, SensorIndex, UasItems};
 use crate::time::Time;
+use noise::WhiteNoise;
 
 /// A transponder.
 #[derive(Clone, Debug)]
@@ -23,6 +27,16 @@ pub(super) struct Transponder {
     fixes: Vec<Fix>,
     /// The same as knots of the curve.
     knots: Vec<Knot>,
+    noise: Noise,
+}
+
+/// The white noise of its positions.
+#[derive(Clone, Copy, Debug)]
+struct Noise {
+    over_ground: WhiteNoise,
+    in_height: WhiteNoise,
+    /// Its reports up to then have told of it.
+    until: Time,
 }
 
 /// A place on the curve.
@@ -52,6 +66,11 @@ impl Transponder {
             items: fix.items,
             fixes: Vec::new(),
             knots: Vec::new(),
+            noise: Noise {
+                over_ground: WhiteNoise::default(),
+                in_height: WhiteNoise::default(),
+                until: EARLIEST,
+            },
         }
     }
 
@@ -95,9 +114,34 @@ impl Transponder {
         Some((last, next.seconds_since(last)))
     }
 
+    /// What the reports up to `until` tell of their white noise.
+    pub(super) fn learn(&mut self, until: Time, settings: &Settings) {
+        let Some(receiver) = settings.transponder(self.sensor) else { return };
+        let sigma_m = [receiver.horizontal_m, receiver.vertical_m].map(|sigma_m| sigma_m * FRESH_SHARE);
+        for three in self.fixes.windows(3) {
+            let [before, at, after] = three else { continue };
+            if after.time <= self.noise.until || after.time > until {
+                continue;
+            }
+            self.noise.until = after.time;
+            if let Some([over_ground, in_height]) = noise::told([before, at, after], sigma_m) {
+                let dt = after.time.seconds_since(at.time);
+                self.noise.over_ground.add(&over_ground, dt);
+                self.noise.in_height.add(&in_height, dt);
+            }
+        }
+    }
+
+    /// Sigma of the white noise of its positions: each axis over ground, and in height, metres.
+    pub(super) fn white_m(&self, receiver: &settings::Transponder) -> [f64; 2] {
+        let Noise { over_ground, in_height, .. } = &self.noise;
+        [over_ground.scale().0 * receiver.horizontal_m, in_height.scale().0 * receiver.vertical_m]
+            .map(|sigma_m| sigma_m * FRESH_SHARE)
+    }
+
     /// Where it was; `None` outside its reports, and between two that are too far apart.
     pub(super) fn on_curve(&self, time: Time, settings: &Settings) -> Option<OnCurve> {
-        let accuracy_m = settings.transponder(self.sensor)?.horizontal_m;
+        let [white_m, _] = self.white_m(settings.transponder(self.sensor)?);
         let after = self.knots.partition_point(|knot| knot.time < time);
         let next = self.knots.get(after)?;
         let mut between_m = 0.0;
@@ -110,7 +154,7 @@ impl Transponder {
                 0.5 * BETWEEN_REPORTS_M_S2 * time.seconds_since(before.time) * next.time.seconds_since(time);
         }
         let position = Enu::from(interpolation::evaluate(&self.knots, time)?);
-        Some(OnCurve { position, sigma_m: between_m.hypot(accuracy_m * FRESH_SHARE) })
+        Some(OnCurve { position, sigma_m: between_m.hypot(white_m) })
     }
 
     /// Its bias, by what it states of its accuracy (I129/110), else by the receiver's configuration.

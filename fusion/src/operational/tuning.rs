@@ -53,15 +53,28 @@ pub(super) const SAME_REPORT: SignedDuration = SignedDuration::from_millis(20);
 
 /// Share of a transponder's position error that is new with each report: most of a GNSS receiver's lasts for a minute.
 pub(super) const FRESH_SHARE: f64 = 0.3;
+/// Sizes of a transponder's white noise that are weighed, as multiples of that share of what is configured.
+pub(super) const NOISE_SCALES: [f64; 8] = [0.03125, 0.0625, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0];
+/// Logarithm of how much less likely each doubling or halving is before reports tell.
+pub(super) const NOISE_PRIOR_FALL: f64 = 1.5;
+/// What reports tell of it is forgotten to 1/e in this time, seconds.
+pub(super) const NOISE_CHANGE_S: f64 = 900.0;
+/// How an aircraft moves between three reports: power spectral density of the acceleration, m²/s³, and how often.
+pub(super) const REPORT_MOTIONS: [(f64, f64); 6] =
+    [(0.0005, 0.2), (0.05, 0.3), (0.6, 0.15), (6.0, 0.15), (60.0, 0.1), (600.0, 0.1)];
+/// A report that is off for another reason: sigma, metres, and how often.
+pub(super) const REPORT_OUTLIER: (f64, f64) = (50.0, 0.01);
+/// Three reports over a longer time than this tell nothing of noise, seconds.
+pub(super) const CHORD_MAX_S: f64 = 12.0;
 /// Sigma of a transponder's velocity on each axis over ground, metres a second: from Doppler, so better than its positions.
 pub(super) const TRANSPONDER_VELOCITY_M_S: f64 = 0.3;
 /// Sigma of its climb rate: satellites are all above it.
 pub(super) const TRANSPONDER_CLIMB_M_S: f64 = 0.5;
 /// Sigma by which transponders differ in their delay, seconds.
 pub(super) const DELAY_BETWEEN_TRANSPONDERS_S: f64 = 0.08;
-/// Delay of transponder reports before any radar tells of it: mean and sigma, seconds. Receivers measure four to ten times
-/// a second, and what is sent has waited for its turn.
-pub(super) const DELAY_PRIOR_S: (f64, f64) = (0.1, 0.1);
+/// Delay of transponder reports before any radar tells of it: mean and sigma, seconds. Receivers that stamp a report when they
+/// send it are late by up to a quarter of a second; others stamp the measurement, and are not late at all.
+pub(super) const DELAY_PRIOR_S: (f64, f64) = (0.0, 0.1);
 
 // --- Admission of transponder identities
 
@@ -200,9 +213,9 @@ pub(super) const RADAR_VELOCITY_CORRELATION_S: f64 = 3.0;
 // --- Output
 
 /// A silent transponder's target is published while the sigma of its position is below this, metres,
-pub(super) const SILENT_SIGMA_MAX_M: f64 = 25.0;
+pub(super) const SILENT_SIGMA_MAX_M: f64 = 41.0;
 /// and below this share of a plot's: where it may turn no covariance stays honest for long.
-pub(super) const SILENT_PLOT_SHARE: f64 = 0.7;
+pub(super) const SILENT_PLOT_SHARE: f64 = 20.0;
 /// A target without a transponder, while its sigma is below this multiple of a plot's
 pub(super) const RADAR_ONLY_PLOT_SHARE: f64 = 1.1;
 /// plus this, metres.

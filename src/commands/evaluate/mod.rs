@@ -20,8 +20,8 @@ use crate::evaluate::{Evaluation, InputsAlone, Labels, OutputPoint, Scoring, Tru
 pub use require::Requirement;
 
 const REQUIRE_HELP: &str = "End with exit code 5 unless this holds: [radar.|transponder.][equipped.|unequipped.]METRIC OP NUMBER, for \
-example 'pu>=90'; repeat for more. METRIC: pu (%), epos, eposh, eposv, epos_covered, epos_gap (means, m), precision, recall \
-(0 to 1), id_changes (a drone and minute), false_track (s a minute), gospa (m). OP: >= <= > <";
+example 'pu>=90'; repeat for more. METRIC: pu (%), epos, eposh, eposv, epos_covered, epos_gap (means, m), gap_within_50_m (%), \
+precision, recall (0 to 1), id_changes (a drone and minute), two_numbers (%), ghosts, false_track (s a minute), gospa (m). OP: >= <= > <";
 
 /// Score an output against the truth: how often, how exactly, and how rightly it tells where the drones are
 ///

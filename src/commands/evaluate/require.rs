@@ -43,16 +43,19 @@ enum Comparison {
 /// A metric by the name it is written with, and its value in a score.
 type Metric = (&'static str, fn(&Score) -> Option<f64>);
 
-const METRICS: [Metric; 11] = [
+const METRICS: [Metric; 14] = [
     ("pu", |score| score.pu_percent),
     ("epos", |score| mean(score.epos)),
     ("eposh", |score| mean(score.eposh)),
     ("eposv", |score| mean(score.eposv)),
     ("epos_covered", |score| mean(score.epos_covered)),
     ("epos_gap", |score| mean(score.epos_gap)),
+    ("gap_within_50_m", |score| score.gap_within_50_m_percent),
     ("precision", |score| score.precision),
     ("recall", |score| score.recall),
     ("id_changes", |score| score.id_changes),
+    ("two_numbers", |score| score.two_numbers_percent),
+    ("ghosts", |score| score.ghosts_s),
     ("false_track", |score| score.false_track_s),
     ("gospa", |score| score.gospa_m),
 ];

@@ -24,7 +24,7 @@ fn statistic(of: Option<ErrorStatistics>, what: fn(&ErrorStatistics) -> f64) -> 
 }
 
 /// Names, values, decimals.
-const ROWS: [(&str, Value, usize, Change); 19] = [
+const ROWS: [(&str, Value, usize, Change); 22] = [
     ("mean ePos (m)", |s| statistic(s.epos, |e| e.mean_m), 4, Change::Reduction),
     ("SEM ePos (m)", |s| statistic(s.epos, |e| e.sem_m), 4, Change::Reduction),
     ("mean ePosH (m)", |s| statistic(s.eposh, |e| e.mean_m), 4, Change::Reduction),
@@ -37,20 +37,26 @@ const ROWS: [(&str, Value, usize, Change); 19] = [
     ("p95 ePosH (m)", |s| statistic(s.eposh, |e| e.p95_m), 4, Change::Reduction),
     ("PU, covered (%)", |s| s.pu_covered_percent, 2, Change::Points),
     ("PU, in gaps (%)", |s| s.pu_gap_percent, 2, Change::Points),
+    ("gap slots within 50 m (%)", |s| s.gap_within_50_m_percent, 2, Change::Points),
     ("mean ePos, covered (m)", |s| statistic(s.epos_covered, |e| e.mean_m), 4, Change::Reduction),
     ("mean ePos, in gaps (m)", |s| statistic(s.epos_gap, |e| e.mean_m), 4, Change::Reduction),
     ("association precision", |s| s.precision, 4, Change::None),
     ("association recall", |s| s.recall, 4, Change::None),
     ("identity changes (/drone/min)", |s| s.id_changes, 2, Change::Reduction),
+    ("slots with two numbers (%)", |s| s.two_numbers_percent, 2, Change::None),
+    ("ghosts (s/min)", |s| s.ghosts_s, 2, Change::None),
     ("false track (s/min)", |s| s.false_track_s, 2, Change::Reduction),
     ("GOSPA (m)", |s| s.gospa_m, 4, Change::Reduction),
 ];
 
 /// Shown only where the output states its covariances.
-const HONESTY: [(&str, Value, usize, Change); 4] = [
+const HONESTY: [(&str, Value, usize, Change); 7] = [
     ("NEES, horizontal", |s| Some(s.nees?.horizontal), 4, Change::None),
     ("NEES, horizontal, covered", |s| Some(s.nees_covered?.horizontal), 4, Change::None),
     ("NEES, horizontal, in gaps", |s| Some(s.nees_gap?.horizontal), 4, Change::None),
+    ("NEES, horizontal, straight", |s| Some(s.nees_straight?.horizontal), 4, Change::None),
+    ("NEES, horizontal, turning", |s| Some(s.nees_turning?.horizontal), 4, Change::None),
+    ("NEES, horizontal, walked off", |s| Some(s.nees_walked_off?.horizontal), 4, Change::None),
     ("NEES, vertical", |s| s.nees?.vertical, 4, Change::None),
 ];
 

@@ -2,6 +2,7 @@
 
 pub(super) mod association;
 pub(super) mod false_tracks;
+pub(super) mod ghosts;
 pub(super) mod gospa;
 pub(super) mod identity;
 pub(super) mod nees;

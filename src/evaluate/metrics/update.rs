@@ -4,6 +4,10 @@ use std::collections::BTreeSet;
 
 use super::scene::Scene;
 use super::statistics::ratio;
+use crate::evaluate::judged::Judged;
+
+/// A point so near tells where a drone is, metres: the cut-off of GOSPA.
+const NEAR_M: f64 = 50.0;
 
 /// Share of the drones' counted slots with at least one point, percent (the paper's section 4, there at 4 Hz).
 pub(in crate::evaluate) fn probability_percent(scene: &Scene<'_>, group: &[usize]) -> Option<f64> {
@@ -21,13 +25,31 @@ pub(in crate::evaluate) fn probability_percent_where(
     group: &[usize],
     covered: bool,
 ) -> Option<f64> {
+    share_percent(scene, group, covered, |_| true)
+}
+
+/// Share of the slots in which an equipped drone's transponder does not interpolate that have a point of it within
+/// [`NEAR_M`] of it, percent.
+pub(in crate::evaluate) fn gap_near_percent(scene: &Scene<'_>, group: &[usize]) -> Option<f64> {
+    share_percent(scene, group, false, |judged| {
+        judged.error.is_some_and(|error| error.distance_m() <= NEAR_M)
+    })
+}
+
+/// Share of the covered or of the other slots of equipped drones that have a point which passes, percent.
+fn share_percent(
+    scene: &Scene<'_>,
+    group: &[usize],
+    covered: bool,
+    passes: impl Fn(&Judged<'_>) -> bool,
+) -> Option<f64> {
     let inputs = scene.inputs?;
     let (mut updated, mut slots) = (0, 0);
     for &drone in group.iter().filter(|&&drone| inputs.equipped[drone]) {
         // Covered slots all count: points elsewhere were dropped.
         let spoken = inputs.covered[drone].len() as u64;
         slots += if covered { spoken } else { scene.counted.slots(drone) - spoken };
-        let of_kind = scene.drones[drone].iter().map(|judged| judged.slot);
+        let of_kind = scene.drones[drone].iter().filter(|judged| passes(judged)).map(|judged| judged.slot);
         let of_kind = of_kind.filter(|&slot| inputs.is_covered(drone, slot) == Some(covered));
         updated += of_kind.collect::<BTreeSet<_>>().len() as u64;
     }

@@ -33,7 +33,21 @@ names! {
     }
 }
 
+names! {
+    /// What the velocities are that a radar reports, before their noise.
+    #[derive(Copy, Eq)]
+    VelocityModel, "model" {
+        /// Those of its targets.
+        True = "true",
+        /// One per track, of a course and a speed drawn by lot: they tell nothing.
+        Frozen = "frozen",
+        /// Those of its targets times a factor.
+        Scaled = "scaled",
+    }
+}
+
 written_by_name!(Pattern);
+written_by_name!(VelocityModel);
 
 fn rule(limits: &RangeInclusive<f64>) -> String {
     format!("this is between {} and {}", limits.start(), limits.end())

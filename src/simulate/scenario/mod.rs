@@ -7,7 +7,7 @@ use std::path::Path;
 
 use jiff::Timestamp;
 
-pub use keys::{Pattern, Span};
+pub use keys::{Pattern, Span, VelocityModel};
 pub use sections::{
     Airspace, Birds, Clutter, Drones, FixedWing, Multirotor, Network, Place, Radar, Transponder,
 };

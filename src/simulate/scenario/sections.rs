@@ -1,6 +1,6 @@
 //! The sections. Defaults are those of the error model in `docs/SIMULATION.md`.
 
-use super::keys::{COUNT, METRES, Pattern, SECONDS, SHARE, Span, plain_name};
+use super::keys::{COUNT, METRES, Pattern, SECONDS, SHARE, Span, VelocityModel, plain_name};
 use crate::config::kinds::{flag, named};
 use crate::config::table::section;
 
@@ -153,6 +153,12 @@ section! {
         heights: bool = true, flag();
         /// whether it reports velocities (I048/200)
         velocities: bool = false, flag();
+        /// "true", "frozen" (drawn once per track, whatever flies) or "scaled": what these velocities are
+        velocity_model: VelocityModel = VelocityModel::True, named();
+        /// speed of those that are frozen, metres per second, per track
+        velocity_frozen_m_s: Span = Span::new(2.0, 25.0), 0.0..=100.0;
+        /// factor of those that are scaled
+        velocity_scale: f64 = 0.5, -10.0..=10.0;
         /// whether it sends service messages (CAT034), one per turn, at most one per second
         service_messages: bool = true, flag();
         /// misalignment: constant bias of its azimuths, degrees
