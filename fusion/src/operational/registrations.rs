@@ -12,9 +12,8 @@ use super::targets::Targets;
 use super::tracklets::{CorrectedPlot, Tracklets};
 use super::transponder::Transponder;
 use super::tuning::{
-    DELAY_PRIOR_S, ERROR_STEP, FRESH_SHARE, MISALIGNMENT_AZIMUTH_RAD, MISALIGNMENT_HEIGHT_M,
-    MISALIGNMENT_RANGE_M, NEAR_M, RADAR_VELOCITY_M_S, REMAINING_AT_NORTH_M, REMAINING_AT_UP_M, SEGMENT_S,
-    STEEP, VELOCITY_HALF_BASE_S,
+    DELAY_PRIOR_S, ERROR_STEP, MISALIGNMENT_AZIMUTH_RAD, MISALIGNMENT_HEIGHT_M, MISALIGNMENT_RANGE_M, NEAR_M,
+    RADAR_VELOCITY_M_S, REMAINING_AT_NORTH_M, REMAINING_AT_UP_M, SEGMENT_S, STEEP, VELOCITY_HALF_BASE_S,
 };
 use crate::filter::{LineOfSight, RadarErrors};
 use crate::frames::Enu;
@@ -366,7 +365,8 @@ fn compared(
     let turned = corrected.xy().dot(&clockwise).atan2(corrected.xy().dot(&target.xy()) / ground_m);
     let rates = [velocity.dot(&target) / target.norm(), velocity.xy().dot(&clockwise) * milli_m, velocity.z];
     let curve_m2 = (sigma_m * sigma_m - receiver.horizontal_m * receiver.horizontal_m).max(0.0);
-    let climb_m2 = (receiver.vertical_m * FRESH_SHARE).powi(2);
+    let [_, climb_m] = transponder.white_m(receiver);
+    let climb_m2 = climb_m * climb_m;
     let left = [left.range_m, left.azimuth * 1000.0, left.height_m];
     Some(Compared {
         time,
