@@ -1,5 +1,5 @@
 //! `registration.json`: the misalignment of each radar as its tracks have shown it, with the radar's configuration at the
-//! time, and what was learnt of its errors, which does not depend on where it stands.
+//! time, and what was learnt of its errors.
 //!
 //! ```json
 //! {"version":1,"radars":{
@@ -127,6 +127,7 @@ impl Registrations {
             if let Err(reason) = entry.restore(id, config, now, engine) {
                 warn!(radar = %id, reason, "registration of a radar begins anew");
                 unused.push(reason);
+                continue;
             }
             if let Err(reason) = entry.restore_learning(id, config, now, engine) {
                 warn!(radar = %id, reason, "errors of a radar are learnt anew");
@@ -138,7 +139,7 @@ impl Registrations {
 }
 
 impl Entry {
-    /// A radar that is not configured to learn, or not any more, is not worth a second word.
+    /// What was learnt of a radar that is registered; one that is not configured to learn is not worth a word.
     fn restore_learning(
         &self,
         id: &str,
@@ -151,8 +152,7 @@ impl Entry {
             SensorKind::Radar(radar) if sensor.id == id => Some((index, radar)),
             _ => None,
         });
-        let is_learning = |radar: &Radar| radar.learn_accuracy && radar.registration != Mode::Off;
-        let Some((index, _)) = found.filter(|(_, radar)| is_learning(radar)) else { return Ok(()) };
+        let Some((index, _)) = found.filter(|(_, radar)| radar.learn_accuracy) else { return Ok(()) };
         let state = LearningState::deserialize(learning).map_err(|error| error.to_string())?;
         if let Some(written) = state.time()
             && now.is_some_and(|now| written.nanos() > now.nanos().saturating_add(AHEAD_NS))
