@@ -113,7 +113,7 @@ pub(super) const PAIR_LIKELY_LLR: f64 = 1.0;
 pub(super) const ERROR_SCALES: [(f64, f64); 3] = [(0.1, 0.2), (0.3, 0.2), (1.1, 0.6)];
 /// Where the size of the errors is learnt the multiples below 1 come nearer to it, as powers of themselves; the least power. A
 /// radar differs from track to track, turns most of all.
-pub(super) const SCALES_UNSURE_MIN: f64 = 0.3;
+pub(super) const SCALES_UNSURE_MIN: f64 = 0.6;
 /// Least probability of a model in a mixture: turns make errors larger, and drones fly otherwise, for a while.
 pub(super) const MODEL_PROBABILITY_MIN: f64 = 1e-3;
 
