@@ -7,7 +7,8 @@
 use std::time::{Duration, Instant};
 
 use asterix::{Record, TimeOfDay, cat048, cat129, encode_block};
-use criterion::{BatchSize, Criterion, Throughput, criterion_group};
+use criterion::measurement::WallTime;
+use criterion::{BatchSize, BenchmarkGroup, Criterion, Throughput, criterion_group};
 use fusion::Report;
 use fusion::frames::TangentPlane;
 use fusion::{Engine, Settings};
@@ -75,40 +76,63 @@ fn end_to_end(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Time of a slot of the `reference` profile over the number of radar tracks: at constant density, one in ten with a
-/// transponder.
+/// Time of a slot over the number of radar tracks, at constant density, half of them with a transponder; and of one with
+/// 2,000 of both.
 fn growth(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("slot");
-    group.sample_size(20);
-    let mut measured = Vec::new();
-    for targets in [100, 1_000, 10_000] {
-        let traffic = Traffic { targets, drones: targets / 10, radars: 3 };
-        let mut engine = Engine::new(traffic.reference()).expect("the settings are right");
-        let warm = seconds(40);
-        for slot in 0..warm {
-            feed(&mut engine, slot, traffic.reports(slot));
+    for profile in ["reference", "operational"] {
+        let settings = |traffic: Traffic| match profile {
+            "reference" => traffic.reference(),
+            _ => traffic.operational(),
+        };
+        let mut group = criterion.benchmark_group(format!("slot, {profile}"));
+        group.sample_size(20);
+        let mut measured = Vec::new();
+        for targets in [500, 1_000, 2_000, 4_000] {
+            let traffic = Traffic { targets, drones: targets / 2 };
+            let times = slots(&mut group, traffic, settings(traffic), format!("{targets} radar tracks"));
+            measured.push((targets as f64, times));
         }
-        let mut slots = warm..;
-        let mut fastest = Duration::MAX;
-        group.bench_function(format!("{targets} radar tracks"), |bencher| {
-            let next = || slots.next().map(|slot| (slot, traffic.reports(slot).collect::<Vec<_>>()));
-            bencher.iter_batched(
-                next,
-                |batch| {
-                    let start = now();
-                    let points = batch.map(|(slot, reports)| feed(&mut engine, slot, reports));
-                    fastest = fastest.min(start.elapsed());
-                    points
-                },
-                BatchSize::PerIteration,
-            );
-        });
-        measured.push((targets as f64, fastest.as_secs_f64()));
+        let growth = exponent(&measured);
+        println!("{profile}: time of a slot grows with the number of tracks to the power of {growth:.2}");
+        let traffic = Traffic { targets: 2_000, drones: 2_000 };
+        slots(&mut group, traffic, settings(traffic), "2,000 radar tracks and 2,000 transponders".to_owned());
+        group.finish();
     }
-    group.finish();
-    if measured.iter().all(|&(_, time_s)| time_s < 1.0) {
-        println!("time of a slot grows with the number of tracks to the power of {:.2}", exponent(&measured));
+}
+
+/// Measures slots of this traffic once it has settled, and tells their quantiles; the fastest, seconds.
+fn slots(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    traffic: Traffic,
+    settings: Settings,
+    name: String,
+) -> f64 {
+    let mut engine = Engine::new(settings).expect("the settings are right");
+    let warm = seconds(40);
+    for slot in 0..warm {
+        feed(&mut engine, slot, traffic.reports(slot));
     }
+    let mut slots = warm..;
+    let mut times = Vec::new();
+    group.bench_function(name, |bencher| {
+        let next = || slots.next().map(|slot| (slot, traffic.reports(slot).collect::<Vec<_>>()));
+        bencher.iter_batched(
+            next,
+            |batch| {
+                let start = now();
+                let points = batch.map(|(slot, reports)| feed(&mut engine, slot, reports));
+                times.push(start.elapsed());
+                points
+            },
+            BatchSize::PerIteration,
+        );
+    });
+    times.sort_unstable();
+    let at =
+        |share: f64| times.get((share * times.len() as f64) as usize).map_or(f64::NAN, Duration::as_secs_f64);
+    let [least, median, most] = [0.0, 0.5, 0.999].map(at);
+    println!("of {} slots: median {:.1} ms, p99.9 {:.1} ms", times.len(), 1e3 * median, 1e3 * most);
+    least
 }
 
 /// Slope of the straight line through the logarithms, by least squares.

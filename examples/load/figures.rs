@@ -3,6 +3,8 @@
 use std::fmt;
 use std::time::Duration;
 
+use serde_json::{Value, json};
+
 use crate::readers::Read;
 use crate::stage::Use;
 
@@ -22,6 +24,8 @@ pub struct Figures {
     pub polled: u64,
     /// Of the service, at the beginning, in the middle, at the end.
     pub use_s: [Use; 3],
+    /// The most memory that it held at any time, with mapped files, octets.
+    pub most_memory: u64,
     /// The service's own, at the end.
     pub metrics: String,
 }
@@ -46,6 +50,12 @@ impl Quantiles {
     /// The largest.
     pub fn most_s(&self) -> f64 {
         self.values[3]
+    }
+
+    /// Milliseconds, by name.
+    fn to_json(&self) -> Value {
+        let [median, p99, p999, max] = self.values.map(|seconds| seconds * 1e3);
+        json!({ "median": median, "p99": p99, "p99.9": p999, "max": max, "count": self.count })
     }
 
     /// How many there are.
@@ -80,6 +90,20 @@ impl Figures {
         self.read.iter().map(of).sum()
     }
 
+    /// For who reads them by machine: milliseconds and MiB.
+    pub fn to_json(&self) -> Value {
+        let [.., last] = self.use_s;
+        json!({
+            "measured_s": self.measured.as_secs_f64(),
+            "lateness_ms": self.lateness.to_json(),
+            "timer_ms": self.timer.to_json(),
+            "lateness_beyond_timer_p99.9_ms": (self.lateness.values[2] - self.timer.values[2]) * 1e3,
+            "memory_mib": mib(last.anonymous),
+            "resident_mib": mib(last.resident),
+            "most_resident_mib": mib(self.most_memory),
+        })
+    }
+
     /// What is not as it has to be; slots may be so many seconds late, and memory may grow by this factor.
     pub fn missed(&self, late_s: f64, growth: f64) -> Vec<String> {
         let mut missed = Vec::new();
@@ -109,10 +133,13 @@ impl Figures {
     }
 }
 
+fn mib(octets: u64) -> f64 {
+    octets as f64 / f64::from(1 << 20)
+}
+
 impl fmt::Display for Figures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [first, middle, last] = self.use_s;
-        let mib = |octets: u64| octets as f64 / f64::from(1 << 20);
         let share = |from: Use, to: Use| {
             100.0 * (to.processor_s - from.processor_s) / (to.at - from.at).as_secs_f64()
         };
@@ -120,6 +147,8 @@ impl fmt::Display for Figures {
         writeln!(f, "milliseconds                        median      p99    p99.9      max")?;
         writeln!(f, "slot at a member of the group     {}", self.lateness)?;
         writeln!(f, "idle timer of the same run        {}", self.timer)?;
+        let beyond_ms = (self.lateness.values[2] - self.timer.values[2]) * 1e3;
+        writeln!(f, "slot beyond the timer, p99.9      {beyond_ms:8.2}")?;
         writeln!(f, "published to read, all readers    {}", self.delays())?;
         writeln!(
             f,
@@ -150,6 +179,7 @@ impl fmt::Display for Figures {
             share(middle, last)
         )?;
         let memory = [first, middle, last].map(|used| mib(used.anonymous));
+        writeln!(f, "most at any time                  {:.1} MiB with mapped files", mib(self.most_memory))?;
         write!(
             f,
             "its memory, begin, middle, end    {:.1}, {:.1}, {:.1} MiB of its own ({:.1} MiB with mapped files)",

@@ -7,7 +7,8 @@
 //! ```
 //!
 //! The simulator and the service run as processes of their own, with recorder and history; everything stays on this
-//! machine's loopback interface and ends by itself. The exit code is 1 where a figure is missed.
+//! machine's loopback interface and ends by itself. The figures of `city` and `streams` are also written to
+//! `target/load-<scenario>.json`. The exit code is 1 where a figure is missed.
 
 #![expect(clippy::disallowed_methods, reason = "it measures how long things take")]
 
@@ -21,6 +22,7 @@ mod readers;
 mod stage;
 
 use std::error::Error;
+use std::fs;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -121,11 +123,13 @@ fn main() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
             whole: args.load == Load::Streams,
             polled: polled.load(Ordering::Relaxed),
             use_s: [before, between, after],
+            most_memory: stage.most_memory()?,
             metrics,
         })
     })?;
     let stopped_s = stage.stop()?;
     println!("{figures}");
+    fs::write(format!("target/load-{scenario}.json"), format!("{:#}\n", figures.to_json()))?;
     println!("stopped after SIGTERM within      {stopped_s:.2} s");
     let missed = figures.missed(LATE_S, GROWTH);
     for miss in &missed {

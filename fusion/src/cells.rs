@@ -1,6 +1,6 @@
 //! Where the detections of a slot are: squares on the ground, found row by row.
 
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 use crate::frames::Enu;
 
@@ -38,17 +38,29 @@ impl Cells {
     /// The indices in the square of `point` and the eight around it: all within `side_m` of it over ground, and others.
     pub(super) fn around(&self, point: Enu, side_m: f64) -> impl Iterator<Item = usize> {
         let (row, column) = square(point, side_m);
-        let south = self.rows.partition_point(|&(other, _)| other < row.saturating_sub(1));
-        self.rows[south..].iter().take_while(move |&&(other, _)| other <= row.saturating_add(1)).flat_map(
-            move |(_, part)| {
-                let squares = &self.squares[part.clone()];
-                let west = squares.partition_point(|&(_, other, _)| other < column.saturating_sub(1));
-                squares[west..]
-                    .iter()
-                    .take_while(move |&&(_, other, _)| other <= column.saturating_add(1))
-                    .map(|&(_, _, index)| index as usize)
-            },
-        )
+        let beside = |index: i32| index.saturating_sub(1)..=index.saturating_add(1);
+        self.of(beside(row), beside(column))
+    }
+
+    /// The indices of all within `reach_m` of `point` over ground, and others; the squares have sides of `side_m`.
+    pub(super) fn within(&self, point: Enu, reach_m: f64, side_m: f64) -> impl Iterator<Item = usize> {
+        let corner =
+            |away_m: f64| square(Enu::new(point.east() + away_m, point.north() + away_m, 0.0), side_m);
+        let ((south, west), (north, east)) = (corner(-reach_m), corner(reach_m));
+        self.of(south..=north, west..=east)
+    }
+
+    fn of(&self, rows: RangeInclusive<i32>, columns: RangeInclusive<i32>) -> impl Iterator<Item = usize> {
+        let south = self.rows.partition_point(|(row, _)| row < rows.start());
+        self.rows[south..].iter().take_while(move |(row, _)| row <= rows.end()).flat_map(move |(_, part)| {
+            let (west, east) = columns.clone().into_inner();
+            let squares = &self.squares[part.clone()];
+            let west = squares.partition_point(|&(_, column, _)| column < west);
+            squares[west..]
+                .iter()
+                .take_while(move |&&(_, column, _)| column <= east)
+                .map(|&(_, _, index)| index as usize)
+        })
     }
 }
 
@@ -79,6 +91,25 @@ mod tests {
                 prop_assert_eq!(found.iter().filter(|&&other| other == index).count() == 1, found.contains(&index));
                 prop_assert!(distance_m > 300.0 || found.contains(&index));
                 prop_assert!(distance_m < 850.0 || !found.contains(&index), "two squares away at most");
+            }
+        }
+
+        #[test]
+        fn nothing_within_reach_is_missed(
+            positions in prop::collection::vec((-900.0..900.0_f64, -900.0..900.0_f64), 0..80),
+            (east, north, reach_m) in (-900.0..900.0_f64, -900.0..900.0_f64, 0.0..1500.0_f64),
+        ) {
+            let positions: Vec<Enu> = positions.into_iter().map(|(e, n)| Enu::new(e, n, 0.0)).collect();
+            let point = Enu::new(east, north, 0.0);
+            let mut cells = Cells::default();
+            cells.fill(positions.iter().copied(), 100.0);
+            let mut found: Vec<usize> = cells.within(point, reach_m, 100.0).collect();
+            found.sort_unstable();
+            prop_assert!(found.windows(2).all(|pair| pair[0] < pair[1]), "none twice");
+            for (index, position) in positions.iter().enumerate() {
+                let apart = position.0 - point.0;
+                prop_assert!(apart.norm() > reach_m || found.contains(&index));
+                prop_assert!(apart.amax() <= reach_m + 100.0 || !found.contains(&index), "a square away at most");
             }
         }
     }

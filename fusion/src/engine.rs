@@ -127,7 +127,7 @@ impl Engine {
     fn until(&mut self, now: Time) -> Due<'_> {
         let last = self.clock.as_mut().map(|clock| {
             clock.now = clock.now.max(now);
-            self.settings.grid.of(clock.now).plus(-self.settings.latency_slots)
+            self.settings.grid.of(clock.now + self.settings.lead()).plus(-self.settings.latency_slots)
         });
         Due { engine: self, last, restart: None }
     }
@@ -176,6 +176,17 @@ impl Engine {
     /// The next slot to be emitted, once the clock has started.
     pub fn next_slot(&self) -> Option<Slot> {
         self.clock.map(|clock| clock.next)
+    }
+
+    /// When the next slot is made, once the clock has started: the settings' lead before its deadline.
+    pub fn next_made(&self) -> Option<Time> {
+        let Settings { grid, latency_slots, .. } = self.settings;
+        Some(grid.open(self.next_slot()?.plus(latency_slots)) + -self.settings.lead())
+    }
+
+    /// How long before its deadline a slot is made ([`Settings::lead`]).
+    pub fn lead(&self) -> SignedDuration {
+        self.settings.lead()
     }
 
     /// Points left out because all transponder numbers were used up.
@@ -303,7 +314,8 @@ impl Engine {
     }
 
     fn start(&mut self, received: Time) {
-        let next = self.settings.grid.of(received).plus(1 - self.settings.latency_slots);
+        let Settings { grid, latency_slots, .. } = self.settings;
+        let next = grid.of(received + self.settings.lead()).plus(1 - latency_slots);
         self.plan.first.get_or_insert(next);
         self.clock = Some(Clock { now: received, received, next });
     }

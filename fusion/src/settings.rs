@@ -261,6 +261,15 @@ impl Settings {
         self.grid.slot() * self.window_slots as i32
     }
 
+    /// How long before its deadline a slot is made, from what was received by then: the deadline waits for no arithmetic.
+    /// Two fifths of a slot; nothing in the `reference` profile, where the deadline itself counts.
+    pub fn lead(&self) -> SignedDuration {
+        match self.profile {
+            Profile::Operational(_) => self.grid.slot() * 2 / 5,
+            Profile::Reference(_) => SignedDuration::ZERO,
+        }
+    }
+
     /// Slots ahead of the window that a report may be of.
     pub(crate) fn waiting_slots(&self) -> i64 {
         (self.max_future.as_nanos() / self.grid.slot().as_nanos()) as i64 + 1

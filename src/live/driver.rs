@@ -16,16 +16,16 @@ use crate::pipeline::{Event, Output, Pipeline};
 use fusion::Engine;
 use fusion::numbering::{Given, NumberChange};
 use fusion::operational::{Correlation, NotCorrelated};
-use fusion::slots::{Slot, SlotGrid};
+use fusion::slots::Slot;
 use fusion::time::Time;
 
-/// An arrival that waited in the queue while its slot was emitted is handled this much after the slot's deadline.
-const AFTER_DEADLINE: SignedDuration = SignedDuration::from_micros(1);
+/// An arrival that waited in the queue while a slot was made is handled this much later than that.
+const AFTER_MAKING: SignedDuration = SignedDuration::from_micros(1);
 
 /// Output of the driver.
 #[derive(Debug)]
 pub enum Made {
-    /// A slot, not yet published: its `published_at` is its deadline.
+    /// A slot, not yet published: its `published_at` is its deadline, which may lie ahead by [`Driver::lead`].
     Slot(PublishedPicture),
     /// A change of a transponder number, which came with the slot before it.
     Number(NumberChange),
@@ -40,12 +40,10 @@ pub struct Driver {
     maker: PictureMaker,
     health: Health,
     registrar: Registrar,
-    grid: SlotGrid,
-    latency: SignedDuration,
     /// From a slot's centre to its deadline.
     due_after: SignedDuration,
-    /// The deadline of the latest slot, or the time of a fresh start after it: nothing is handled at an earlier time.
-    emitted: Option<Time>,
+    /// When the latest slot was to be made, or the time of a fresh start after it: nothing is handled at an earlier time.
+    made_at: Option<Time>,
     seq: u64,
     /// Copies by line.
     duplicates: Vec<u64>,
@@ -61,26 +59,29 @@ impl Driver {
             maker: PictureMaker::new(config, pipeline.normaliser()),
             health: Health::new(config, started),
             registrar: Registrar::new(config),
-            grid: SlotGrid::new(config.fusion.slot),
-            latency: config.fusion.latency(),
             due_after: config.fusion.latency() - config.fusion.slot / 2,
             pipeline,
-            emitted: None,
+            made_at: None,
             seq: 0,
             duplicates: vec![0; lines],
             made: VecDeque::new(),
         }
     }
 
-    /// The time at which an arrival is handled, and recorded: its own, or just after the last deadline where that has
-    /// passed while it waited.
+    /// The time at which an arrival is handled, and recorded: its own, or just after the last slot was to be made where
+    /// that has been while it waited.
     pub fn reception(&self, received: Time) -> Time {
-        self.emitted.map_or(received, |deadline| received.max(deadline + AFTER_DEADLINE))
+        self.made_at.map_or(received, |made| received.max(made + AFTER_MAKING))
     }
 
-    /// When the next slot is due; `None` before the first arrival.
-    pub fn deadline(&self) -> Option<Time> {
-        self.pipeline.engine().next_slot().map(|slot| self.grid.open(slot) + self.latency)
+    /// When the next slot is to be made; `None` before the first arrival.
+    pub fn next_made(&self) -> Option<Time> {
+        self.pipeline.engine().next_made()
+    }
+
+    /// How long before it is due a slot is made.
+    pub fn lead(&self) -> SignedDuration {
+        self.pipeline.engine().lead()
     }
 
     /// Handles what was received; its time is the one that [`Driver::reception`] gave for it.
@@ -122,7 +123,7 @@ impl Driver {
                     let numbers = std::mem::take(&mut emission.numbers);
                     let picture = self.maker.picture(emission);
                     let due = picture.time + self.due_after;
-                    self.emitted = Some(due);
+                    self.made_at = Some(due + -self.lead());
                     self.seq += 1;
                     self.made.push_back(Made::Slot(PublishedPicture {
                         seq: self.seq,
@@ -137,7 +138,7 @@ impl Driver {
                         (Event::DuplicateDatagram, Some(line)) => {
                             self.duplicates.get_mut(line).into_iter().for_each(|count| *count += 1);
                         }
-                        (Event::Restarted, None) => self.emitted = Some(at),
+                        (Event::Restarted, None) => self.made_at = Some(at),
                         _ => {}
                     }
                     self.health.note(&event, at);

@@ -1,6 +1,7 @@
 //! The threads of the service: line tasks, the engine's own thread, and what it hands out.
 
 mod keepers;
+mod publication;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::io;
@@ -21,11 +22,11 @@ use super::health::LineStatus;
 use super::hub::HubWriter;
 use super::lines::{Listening, Readers, listen};
 use super::losses::Losses;
-use super::published::{PublishedPicture, Status};
+use super::published::Status;
 use super::quiet::Quiet;
 use crate::capture::{Ending, Endpoints, Reception, ReceptionKind, TrailerRules, Trailers};
 use crate::config::{Config, Profile};
-use crate::formats::{Cat129Encoder, pack, status_block};
+use crate::formats::{Cat129Encoder, status_block};
 use crate::net::listen::{self as udp, Arrival, Line, LineCounters};
 use crate::net::send::Sinks;
 use crate::pipeline::Event;
@@ -36,6 +37,7 @@ use fusion::numbering::{LARGEST_TRANSPONDER_NUMBER, NumberChange};
 use fusion::operational::HeldCorrelation;
 use fusion::registration::Misalignment;
 use fusion::time::{SECOND, Time};
+use publication::ReadySlot;
 
 /// Longest time between two looks at whether to stop or to publish a status.
 const LOOK_UP: Duration = Duration::from_millis(100);
@@ -43,8 +45,6 @@ const LOOK_UP: Duration = Duration::from_millis(100);
 const STATUS_AHEAD: jiff::SignedDuration = jiff::SignedDuration::from_millis(1100);
 /// A datagram that waited longer than this for the engine counts as delayed: as a rule none waits for a millisecond.
 const WAITED: jiff::SignedDuration = jiff::SignedDuration::from_millis(500);
-/// Slots over which lateness is taken: ten minutes.
-const LATENESS: usize = 2400;
 
 /// Share of the transponder numbers in use from which an alert is raised.
 const NUMBERS_LOW: f64 = 0.9;
@@ -137,6 +137,8 @@ struct Engine {
     config: Arc<Config>,
     encoder: Cat129Encoder,
     driver: Driver,
+    /// In order.
+    ready: VecDeque<ReadySlot>,
     outlets: Outlets,
     lines: Vec<(Arc<Line>, Arc<LineCounters>)>,
     /// What stands behind the blocks of datagrams.
@@ -179,6 +181,7 @@ impl Engine {
             trailers: Trailers::new(TrailerRules::of(&config)),
             config,
             driver,
+            ready: VecDeque::new(),
             outlets,
             lines,
             lateness_us: VecDeque::new(),
@@ -202,17 +205,15 @@ impl Engine {
 
     fn run(mut self, arrivals: &Receiver<Arrival>, stop: &AtomicBool) -> Driver {
         while !stop.load(Ordering::Relaxed) {
-            let until_due = self.driver.deadline().map(|deadline| deadline - self.clock.now());
-            let wait =
-                until_due.map_or(LOOK_UP, |due| Duration::try_from(due).unwrap_or_default().min(LOOK_UP));
-            match arrivals.recv_timeout(wait) {
+            match arrivals.recv_timeout(self.until_due()) {
                 Ok(arrival) => self.receive(arrival),
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,
             }
             self.correlate();
             let at = self.clock.now();
-            let slot_is_due = self.driver.deadline().is_some_and(|deadline| deadline <= at);
+            self.publish_due(at);
+            let slot_is_due = self.driver.next_made().is_some_and(|made| made <= at);
             // Also where the clock has stepped back, of which the driver must be told.
             let status_is_due = at >= self.next_status || self.next_status - at > STATUS_AHEAD;
             if slot_is_due || status_is_due {
@@ -232,6 +233,7 @@ impl Engine {
             self.driver.finish();
             self.hand_out(true);
         }
+        self.publish_owed();
         self.tell(self.clock.now());
         // This time there is time to wait.
         if let Some(keepers) = self.outlets.keepers.take() {
@@ -242,6 +244,14 @@ impl Engine {
             self.new_decisions().into_iter().for_each(|text| _ = keepers.decisions.send(text));
         }
         self.driver
+    }
+
+    /// How long nothing is due: no slot is to be made or published.
+    fn until_due(&self) -> Duration {
+        let published = self.ready.front().map(ReadySlot::due);
+        let next = self.driver.next_made().into_iter().chain(published).min();
+        let wait = next.map(|due| Duration::try_from(due - self.clock.now()).unwrap_or_default());
+        wait.map_or(LOOK_UP, |wait| wait.min(LOOK_UP))
     }
 
     /// Handles what waits, which came before the slots that are due by now. Where that is more than can be handled until the
@@ -306,8 +316,7 @@ impl Engine {
     fn hand_out(&mut self, are_owed: bool) {
         while let Some(made) = self.driver.poll() {
             match made {
-                Made::Slot(frame) if are_owed => self.publish_owed(frame),
-                Made::Slot(frame) => self.publish(frame),
+                Made::Slot(frame) => self.ready.push_back(ReadySlot::new(frame, &self.encoder)),
                 Made::Number(change) => self.note_number(change),
                 Made::Event(event) if event.is_warning() => {
                     if self.quiet.may_tell(event.kind(), self.clock.now()) {
@@ -317,6 +326,10 @@ impl Engine {
                 Made::Event(Event::Accepted { report, .. }) => self.outlets.hub.inputs.note(&report),
                 Made::Event(_) => {}
             }
+        }
+        match are_owed {
+            true => self.publish_owed(),
+            false => self.publish_due(self.clock.now()),
         }
         self.tell_numbers();
         self.tell_decisions();
@@ -329,34 +342,6 @@ impl Engine {
             self.unrecorded.push_back(Recorded::Decided(line));
         }
         self.tell_decisions();
-    }
-
-    /// Sends the slot, then shows it, and notes how late that is.
-    fn publish(&mut self, frame: PublishedPicture) {
-        let frame = self.send(frame);
-        let late_us = (frame.published_at.nanos() - frame.due.nanos()).max(0) / 1000;
-        if self.lateness_us.len() == LATENESS {
-            self.lateness_us.pop_front();
-        }
-        self.lateness_us.push_back(u32::try_from(late_us).unwrap_or(u32::MAX));
-        self.outlets.hub.publish_live(frame, std::mem::take(&mut self.waited));
-    }
-
-    /// The same for a slot whose lateness says nothing about the service.
-    fn publish_owed(&mut self, frame: PublishedPicture) {
-        let frame = self.send(frame);
-        self.outlets.hub.publish(frame);
-    }
-
-    /// Sends and records the slot, which is published now.
-    fn send(&mut self, mut frame: PublishedPicture) -> PublishedPicture {
-        for payload in pack(&frame.picture, &self.encoder) {
-            self.failed_sends += self.outlets.sinks.send(&payload);
-            let due = frame.due;
-            self.record(|| Recorded::Output { due, payload });
-        }
-        frame.published_at = self.clock.now();
-        frame
     }
 
     fn record(&mut self, what: impl FnOnce() -> Recorded) {

@@ -3,6 +3,7 @@
 
 use std::f64::consts::TAU;
 
+use fusion::frames::RadarFrame;
 use fusion::report::UasItems;
 use fusion::settings::{OperationalRules, Radar, Receiver, ReferenceRules, Sensor};
 use fusion::time::{SECOND, Time};
@@ -18,7 +19,7 @@ const LATENCY_NS: i64 = 3 * SECOND / 10;
 const GROUP: u64 = 5;
 /// 110 targets fly in a square of this side; the area grows with their number.
 const SIDE_M: f64 = 7_000.0;
-/// Radar sites stand on a grid of this side, one at the origin: targets are within about 5 km of one.
+/// Radars stand on a grid of this side, one at the origin; each group is one radar's, within about 5 km.
 const SITES_M: f64 = 7_000.0;
 
 /// Targets and who sees them.
@@ -28,13 +29,11 @@ pub struct Traffic {
     pub targets: u64,
     /// How many of the targets, from the first, are drones with a transponder; the others are birds.
     pub drones: u64,
-    /// Radars that share the targets: a track number has 12 bits.
-    pub radars: u64,
 }
 
 impl Traffic {
     /// 50 drones and 60 birds within 5 km of one radar.
-    pub const DENSE: Self = Self { targets: 110, drones: 50, radars: 1 };
+    pub const DENSE: Self = Self { targets: 110, drones: 50 };
 
     /// The reports of `slot`, all received by [`Self::received`].
     pub fn reports(self, slot: i64) -> impl Iterator<Item = Report> {
@@ -52,7 +51,9 @@ impl Traffic {
 
     /// The `reference` profile for these radars and one transponder receiver behind them.
     pub fn reference(self) -> Settings {
-        let radars = (0..self.radars).map(|_| Sensor::Radar(Radar::default()));
+        let radars = self
+            .sites()
+            .map(|origin| Sensor::Radar(Radar { frame: RadarFrame::parallel(origin), ..Radar::default() }));
         let receiver = Sensor::Receiver(Receiver { period_s: 3.0, ..Receiver::default() });
         Settings {
             sensors: radars.chain([receiver]).collect(),
@@ -61,10 +62,36 @@ impl Traffic {
         }
     }
 
-    /// The `operational` profile for a radar at the origin, where all targets are within its reach, and the receiver.
+    /// The `operational` profile for the same.
     pub fn operational(self) -> Settings {
-        assert_eq!(self.radars, 1, "further sites have no place of their own");
         Settings { profile: Profile::Operational(OperationalRules::default()), ..self.reference() }
+    }
+
+    /// Side of the square over which they fly, metres.
+    fn side_m(self) -> f64 {
+        SIDE_M * (self.targets as f64 / 110.0).sqrt()
+    }
+
+    /// Sites of radars to each side of the origin.
+    fn sites_beside(self) -> i64 {
+        (self.side_m() / 2.0 / SITES_M - 0.5).ceil() as i64
+    }
+
+    /// Row by row from the south-west.
+    fn sites(self) -> impl Iterator<Item = Enu> {
+        let beside = self.sites_beside();
+        let along = move || (-beside..=beside).map(|site| site as f64 * SITES_M);
+        along().flat_map(move |north| along().map(move |east| Enu::new(east, north, 0.0)))
+    }
+
+    /// The radar that sees a target, and its site.
+    fn radar(self, target: u64) -> (SensorIndex, Enu) {
+        let beside = self.sites_beside();
+        let nearest = |metres: f64| ((metres / SITES_M).round() as i64).clamp(-beside, beside);
+        let place = self.group_place(target / GROUP);
+        let (east, north) = (nearest(place.east()), nearest(place.north()));
+        let index = (north + beside) * (2 * beside + 1) + east + beside;
+        (SensorIndex(index as u16), Enu::new(east as f64 * SITES_M, north as f64 * SITES_M, 0.0))
     }
 
     fn fix(self, target: u64, slot: i64) -> Fix {
@@ -72,7 +99,7 @@ impl Traffic {
         let mut serial_number = [b' '; 12];
         serial_number[..5].copy_from_slice(format!("{:05}", target + 1).as_bytes());
         Fix {
-            sensor: SensorIndex(self.radars as u16),
+            sensor: SensorIndex(self.sites().count() as u16),
             identity: Identity::new(&serial_number, None).expect("it has digits"),
             items: UasItems { manufacturer: None, model: None, serial_number, registration_country: None },
             time,
@@ -88,23 +115,19 @@ impl Traffic {
         // Every target is detected at its own 1/128 s of the slot.
         let time = Time::from_nanos(slot * SLOT_NS + (target % 32) as i64 * (SLOT_NS / 32));
         let mut position = self.place(target, time).0;
-        let site = |metres: f64| (metres / SITES_M).round() * SITES_M;
-        let (site_east, site_north) = (site(position.x), site(position.y));
-        let (east, north) = (position.x - site_east, position.y - site_north);
+        let (sensor, site) = self.radar(target);
+        let (east, north) = (position.x - site.east(), position.y - site.north());
         let [range_error, azimuth_error, height_error, luck] = [0, 1, 2, 3]
             .map(|which| noise(target ^ (slot as u64).wrapping_mul(0x5851_F42D_4C95_7F2D) ^ (which << 60)));
         let range = east.hypot(north) + 5.0 * range_error;
         let azimuth = east.atan2(north) + azimuth_error.to_radians();
-        position.x = site_east + range * azimuth.sin();
-        position.y = site_north + range * azimuth.cos();
+        position.x = site.east() + range * azimuth.sin();
+        position.y = site.north() + range * azimuth.cos();
         position.z += 10.0 * height_error;
         // Half the plots of a bird look like a drone.
         let is_uav = target < self.drones || luck > 0.0;
         Plot {
-            track: RadarTrackKey {
-                sensor: SensorIndex((target % self.radars) as u16),
-                number: (target / self.radars) as u16,
-            },
+            track: RadarTrackKey { sensor, number: target as u16 },
             time,
             position: position.into(),
             height_measured: true,
@@ -116,17 +139,18 @@ impl Traffic {
 
     /// A circle of 50 to 250 m about the place of the group, once in a minute or two.
     fn place(self, target: u64, time: Time) -> Enu {
-        let group = target / GROUP;
-        let side = SIDE_M * (self.targets as f64 / 110.0).sqrt();
+        let middle = self.group_place(target / GROUP);
         let radius = 50.0 * (1 + target % GROUP) as f64;
         let period_s = 60.0 * (1 + target % 2) as f64;
         let turns = (time.nanos() % (120 * SECOND)) as f64 / SECOND as f64 / period_s;
         let angle = TAU * (turns + unit(target));
-        Enu::new(
-            side * (unit(group << 32) - 0.5) + radius * angle.cos(),
-            side * (unit((group << 32) + 1) - 0.5) + radius * angle.sin(),
-            50.0 + 70.0 * unit(target << 16),
-        )
+        let height_m = 50.0 + 70.0 * unit(target << 16);
+        Enu::new(middle.east() + radius * angle.cos(), middle.north() + radius * angle.sin(), height_m)
+    }
+
+    fn group_place(self, group: u64) -> Enu {
+        let along = |seed| self.side_m() * (unit(seed) - 0.5);
+        Enu::new(along(group << 32), along((group << 32) + 1), 0.0)
     }
 }
 

@@ -7,11 +7,14 @@
 //! The order counts. A target that a track of this radar has just been found to be is seen again, so no track ahead may
 //! claim it; and what one radar has found, begun or ahead, is no longer missing to the next radar.
 
+use std::cell::OnceCell;
+use std::collections::BTreeMap;
+
 use super::correlation::Decided;
 use super::cycle::{Cycle, LATEST};
 use super::ids::{TargetId, TrackletId};
 use super::likelihood::PairLikelihood;
-use super::reacquisition;
+use super::reacquisition::{self, Measured, Unseen};
 use super::settings::{Radar, periods};
 use super::targets::Targets;
 use super::tracklets::{Tracklet, Tracklets};
@@ -31,10 +34,17 @@ const STEPS: [fn(&RadarTracks) -> Assignment; 2] =
     [|tracks| tracks.assign_begun(), |tracks| tracks.assign_ahead()];
 
 /// Decides which radar track is which target.
-pub(super) fn associate(tracklets: &mut Tracklets, targets: &mut Targets, decided: &Decided, cycle: &Cycle) {
+pub(super) fn associate(
+    tracklets: &mut Tracklets,
+    targets: &mut Targets,
+    measured: &Measured,
+    decided: &Decided,
+    cycle: &Cycle,
+) {
+    let silent = &Silent::all(targets, cycle);
     for (sensor, radar) in cycle.settings.radars() {
         for assign in STEPS {
-            let tracks = RadarTracks { sensor, radar, tracklets, targets, decided, cycle };
+            let tracks = RadarTracks { sensor, radar, tracklets, targets, measured, silent, decided, cycle };
             for (id, target) in assign(&tracks) {
                 targets.follow(tracklets, id, target);
             }
@@ -48,8 +58,24 @@ struct RadarTracks<'a> {
     radar: &'a Radar,
     tracklets: &'a Tracklets,
     targets: &'a Targets,
+    measured: &'a Measured,
+    silent: &'a [Silent],
     decided: &'a Decided,
     cycle: &'a Cycle<'a>,
+}
+
+/// A target that no transponder tells of in this slot. Where it must be is worked out once, and only where that is asked.
+struct Silent {
+    target: TargetId,
+    expected: OnceCell<Option<StateEstimate>>,
+}
+
+impl Silent {
+    /// All of them, by target.
+    fn all(targets: &Targets, cycle: &Cycle) -> Vec<Self> {
+        let silent = targets.iter().filter(|target| target.on_curve(cycle.centre, cycle.settings).is_none());
+        silent.map(|target| Self { target: target.id(), expected: OnceCell::new() }).collect()
+    }
 }
 
 /// A target that a radar track could be.
@@ -62,7 +88,7 @@ struct Score {
 
 impl RadarTracks<'_> {
     fn tracklets(&self) -> impl Iterator<Item = &Tracklet> {
-        self.tracklets.iter().filter(|tracklet| tracklet.key.sensor == self.sensor)
+        self.tracklets.of_radar(self.sensor)
     }
 
     /// The tracks that have begun, and have a plot now or had one lately.
@@ -90,7 +116,7 @@ impl RadarTracks<'_> {
     }
 
     /// The targets that a track could be.
-    fn scores(&self, tracklet: &Tracklet, unseen: &[(TargetId, StateEstimate)]) -> Vec<Score> {
+    fn scores(&self, tracklet: &Tracklet, unseen: &Unseen) -> Vec<Score> {
         let Cycle { centre, settings, .. } = *self.cycle;
         let existence = tracklet.existence();
         if existence.is_vetoed() {
@@ -118,13 +144,11 @@ impl RadarTracks<'_> {
             Some(_) => {}
             None => {
                 let plot = tracklet.nearest(centre);
-                for &(target, ref expected) in unseen {
-                    if let Some(llr) = plot.and_then(|plot| reacquisition::llr(plot, expected, self.radar)) {
-                        scores.retain(|compared| compared.target != target);
-                        // The likelihood from before it was out of sight counts as well.
-                        let llr = tracklet.pair_llr(target).unwrap_or(0.0) + llr + class;
-                        scores.push(Score { target, llr, is_reacquired: true });
-                    }
+                for (target, llr) in plot.into_iter().flat_map(|plot| unseen.near(plot, self.radar)) {
+                    scores.retain(|compared| compared.target != target);
+                    // The likelihood from before it was out of sight counts as well.
+                    let llr = tracklet.pair_llr(target).unwrap_or(0.0) + llr + class;
+                    scores.push(Score { target, llr, is_reacquired: true });
                 }
             }
         }
@@ -132,11 +156,13 @@ impl RadarTracks<'_> {
     }
 
     /// Targets that no sensor sees now, where they must be.
-    fn unseen(&self) -> Vec<(TargetId, StateEstimate)> {
-        let unseen = self.targets.iter().filter(|target| target.is_unseen(self.tracklets, self.cycle));
-        unseen
-            .filter_map(|target| Some((target.id(), reacquisition::expected(target, self.cycle.centre)?)))
-            .collect()
+    fn unseen(&self) -> Unseen {
+        Unseen::of(self.silent.iter().filter_map(|silent| {
+            let target = self.targets.get(silent.target)?;
+            let is_unseen = target.is_unseen(self.tracklets, self.cycle);
+            let expected = || reacquisition::expected(target, self.cycle.centre);
+            is_unseen.then(|| Some((target.id(), (*silent.expected.get_or_init(expected))?)))?
+        }))
     }
 
     /// The tracks that begin in the seconds ahead, and are targets that no sensor sees now.
@@ -155,7 +181,8 @@ impl RadarTracks<'_> {
                 self.targets.get(id).is_some_and(|target| target.is_unseen(self.tracklets, self.cycle))
             };
             let plausible: Vec<(TargetId, f64)> =
-                reacquisition::plausible(tracklet, self.radar, self.targets, self.decided).collect();
+                reacquisition::plausible(tracklet, self.radar, self.targets, self.measured, self.decided)
+                    .collect();
             // One that could also be a target that is seen is left until it has begun.
             if plausible.iter().all(is_unseen) {
                 let likely = plausible.into_iter().filter(|&(_, llr)| llr > REACQUIRE_AHEAD_LLR);
@@ -172,15 +199,16 @@ impl RadarTracks<'_> {
 struct Problem {
     rows: Vec<TrackletId>,
     columns: Vec<TargetId>,
+    column_of: BTreeMap<TargetId, usize>,
     candidates: Vec<Vec<Candidate>>,
 }
 
 impl Problem {
     /// A track, and the targets that it could be, with their costs; that it is none costs nothing.
     fn add(&mut self, id: TrackletId, costs: impl Iterator<Item = (TargetId, f64)>) {
-        let columns = &mut self.columns;
+        let Self { columns, column_of, .. } = self;
         let mut column = |target: TargetId| {
-            columns.iter().position(|&known| known == target).unwrap_or_else(|| {
+            *column_of.entry(target).or_insert_with(|| {
                 columns.push(target);
                 columns.len() - 1
             })

@@ -1,53 +1,89 @@
 //! The pass that compares each radar track with the transponders near it.
 
-use std::collections::BTreeSet;
-
 use super::cycle::Cycle;
 use super::ids::TargetId;
+use super::places::Places;
 use super::settings::Radar;
 use super::targets::{Target, Targets};
 use super::tracklets::Tracklets;
 use super::tuning::{COMPARE_WITHIN_S, DRONE_SPEED_MAX_M_S, GATE_M, GATE_SIGMAS};
 use crate::filter::LineOfSight;
-use crate::frames::Enu;
 use crate::report::Plot;
 use crate::time::Time;
 
 /// Adds the plots since the last slot to the likelihoods of each radar track with the transponders near it, once near.
 pub(super) fn compare(tracklets: &mut Tracklets, targets: &Targets, cycle: &Cycle) {
     let settings = cycle.settings;
-    let place = |target: &Target| Some((target.id(), target.on_curve(cycle.centre, settings)?.position));
-    let mut by_east: Vec<(TargetId, Enu)> = targets.iter().filter_map(place).collect();
-    by_east.sort_by(|a, b| a.1.0.x.total_cmp(&b.1.0.x));
+    let place = |target: &Target| Some((target.on_curve(cycle.centre, settings)?.position, target.id()));
+    let places = Places::of(targets.iter().filter_map(place));
+    let mut compared: Vec<TargetId> = Vec::new();
     for tracklet in tracklets.iter_mut() {
         let Some(radar) = settings.radar(tracklet.key.sensor) else { continue };
         let Some(plot) = tracklet.nearest(cycle.centre).copied() else { continue };
-        let known = tracklet.pairs().iter().map(|pair| pair.0);
-        let compared: BTreeSet<TargetId> = known.chain(near(&by_east, &plot, cycle.centre, radar)).collect();
-        for id in compared {
+        let mut near: Vec<TargetId> = near(&places, &plot, cycle.centre, radar).collect();
+        near.sort_unstable();
+        compared.clear();
+        compared.extend(tracklet.pairs().iter().map(|pair| pair.0));
+        compared.extend(&near);
+        compared.sort_unstable();
+        compared.dedup();
+        for &id in &compared {
             if let Some(transponder) = targets.get(id).and_then(Target::transponder) {
                 tracklet.compare(id, transponder, (cycle.previous, cycle.centre), radar, settings);
             }
         }
+        tracklet.end_pairs(&near, cycle.centre);
     }
 }
 
-/// Gate: those of the targets that the plot could be of.
-fn near<'a>(
-    by_east: &'a [(TargetId, Enu)],
-    plot: &Plot,
-    time: Time,
-    radar: &Radar,
-) -> impl Iterator<Item = TargetId> + 'a {
+/// Gate: those of the targets that the plot could be of. It is long across the line of sight, as the radar's bias is.
+fn near(places: &Places<TargetId>, plot: &Plot, time: Time, radar: &Radar) -> impl Iterator<Item = TargetId> {
     let away_s = plot.time.seconds_since(time).abs();
     let seen = LineOfSight::from(radar.position, plot.position);
-    let bias_m = (seen.range_m * radar.errors.bias_azimuth).hypot(radar.errors.bias_range_m);
-    let gate_m = GATE_M + DRONE_SPEED_MAX_M_S * away_s + GATE_SIGMAS * bias_m;
+    let flown_m = GATE_M + DRONE_SPEED_MAX_M_S * away_s;
+    let outward_m = flown_m + GATE_SIGMAS * radar.errors.bias_range_m;
+    let across_m = flown_m + GATE_SIGMAS * seen.range_m * radar.errors.bias_azimuth;
     let place = plot.position;
-    let from = by_east.partition_point(|near| near.1.0.x < place.0.x - gate_m);
-    by_east[from..]
-        .iter()
-        .take_while(move |near| near.1.0.x <= place.0.x + gate_m)
-        .filter(move |near| away_s <= COMPARE_WITHIN_S && (near.1.0 - place.0).xy().norm() <= gate_m)
-        .map(|near| near.0)
+    places
+        .within(place, if away_s <= COMPARE_WITHIN_S { outward_m.hypot(across_m) } else { 0.0 })
+        .filter(move |near| {
+            let apart = (near.0.0 - place.0).xy();
+            away_s <= COMPARE_WITHIN_S
+                && seen.outward.dot(&apart).abs() <= outward_m
+                && seen.clockwise.dot(&apart).abs() <= across_m
+        })
+        .map(|near| near.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frames::Enu;
+    use crate::report::{RadarTrackKey, SensorIndex};
+
+    #[test]
+    fn the_gate_is_long_across_the_line_of_sight_and_short_along_it() {
+        let radar = Radar::from(&crate::settings::Radar::default());
+        let time = Time::default();
+        let plot = Plot {
+            track: RadarTrackKey { sensor: SensorIndex(0), number: 1 },
+            time,
+            position: Enu::new(0.0, 5000.0, 100.0),
+            height_measured: true,
+            slant_range_m: 5000.0,
+            uav_probability: None,
+            velocity: None,
+        };
+        let is_near = |east_m: f64, north_m: f64| {
+            let place = Enu::new(east_m, 5000.0 + north_m, 100.0);
+            near(&Places::of([(place, TargetId(0))].into_iter()), &plot, time, &radar).next().is_some()
+        };
+        let along_m = GATE_M + GATE_SIGMAS * radar.errors.bias_range_m;
+        let across_m = GATE_M + GATE_SIGMAS * 5000.0 * radar.errors.bias_azimuth;
+        assert!(across_m > along_m + 100.0);
+        for sign in [-1.0, 1.0] {
+            assert!(is_near(sign * (across_m - 1.0), 0.0) && !is_near(sign * (across_m + 1.0), 0.0));
+            assert!(is_near(0.0, sign * (along_m - 1.0)) && !is_near(0.0, sign * (along_m + 1.0)));
+        }
+    }
 }

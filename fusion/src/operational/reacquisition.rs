@@ -1,7 +1,10 @@
 //! Whether a radar track is a target that no sensor saw for a while: by where the target must be.
 
+use nalgebra::Matrix2;
+
 use super::correlation::Decided;
 use super::ids::TargetId;
+use super::places::Places;
 use super::settings::Radar;
 use super::targets::{Target, Targets};
 use super::tracklets::Tracklet;
@@ -10,6 +13,7 @@ use super::tuning::{
     REACQUIRE_SIGMA_MAX_M, SEPARATION_IN_HEIGHT, SEPARATION_OVER_GROUND,
 };
 use crate::filter::{LineOfSight, StateEstimate};
+use crate::frames::Enu;
 use crate::report::Plot;
 use crate::time::Time;
 
@@ -19,14 +23,9 @@ pub(super) fn expected(target: &Target, time: Time) -> Option<StateEstimate> {
 }
 
 /// LLR of a plot's being of a target that is expected there, against its being of another one; `None` outside the gate.
-pub(super) fn llr(plot: &Plot, expected: &StateEstimate, radar: &Radar) -> Option<f64> {
+fn llr(plot: &Plot, expected: &StateEstimate, radar: &Radar) -> Option<f64> {
     let errors = &radar.errors;
-    let seen = LineOfSight::from(radar.position, plot.position);
-    let covariance = expected.horizontal
-        + seen.spread(
-            errors.bias_range_m.hypot(errors.noise_range_m),
-            errors.bias_azimuth.hypot(errors.noise_azimuth),
-        );
+    let covariance = expected.horizontal + plot_spread(plot, radar);
     let apart = plot.position.0 - expected.position.0;
     let mut distance = (apart.xy().transpose() * covariance.try_inverse()? * apart.xy()).x;
     let mut llr = -0.5 * covariance.determinant().ln() + 2.0 * SEPARATION_OVER_GROUND.distance_m.ln();
@@ -38,19 +37,29 @@ pub(super) fn llr(plot: &Plot, expected: &StateEstimate, radar: &Radar) -> Optio
     (distance < REACQUIRE_GATE).then_some(llr - 0.5 * distance)
 }
 
+/// Covariance of a plot over ground, m².
+fn plot_spread(plot: &Plot, radar: &Radar) -> Matrix2<f64> {
+    let errors = &radar.errors;
+    LineOfSight::from(radar.position, plot.position).spread(
+        errors.bias_range_m.hypot(errors.noise_range_m),
+        errors.bias_azimuth.hypot(errors.noise_azimuth),
+    )
+}
+
 /// The targets that a radar track that is still to begin could be, by where they are when it begins, each with its LLR. The
 /// nearest first.
 pub(super) fn plausible<'a>(
     tracklet: &'a Tracklet,
     radar: &'a Radar,
     targets: &'a Targets,
+    measured: &'a Measured,
     decided: &'a Decided,
 ) -> impl Iterator<Item = (TargetId, f64)> + 'a {
     let log_odds = tracklet.existence().log_odds();
     let first = tracklet.nearest(tracklet.first()).filter(|_| log_odds > 0.0);
-    let near = first
-        .into_iter()
-        .flat_map(move |plot| near(plot, targets, radar).into_iter().map(move |target| (plot, target)));
+    let near = first.into_iter().flat_map(move |plot| {
+        near(plot, targets, measured, radar).into_iter().map(move |target| (plot, target))
+    });
     near.filter_map(move |(plot, target)| {
         let there = expected(target, plot.time)?;
         let llr = decided.leaves(tracklet, target.id()).then(|| llr(plot, &there, radar))??;
@@ -60,15 +69,67 @@ pub(super) fn plausible<'a>(
 }
 
 /// Gate: the targets that could have flown to a plot from where they were measured last, the nearest first.
-fn near<'a>(plot: &Plot, targets: &'a Targets, radar: &Radar) -> Vec<&'a Target> {
+fn near<'a>(plot: &Plot, targets: &'a Targets, measured: &Measured, radar: &Radar) -> Vec<&'a Target> {
     let off_m = GATE_M + GATE_SIGMAS * radar.plot_sigma_m(plot.position);
-    let near = |target: &'a Target| {
-        let last = target.last_measurement()?;
-        let flown_m = DRONE_SPEED_MAX_M_S * plot.time.seconds_since(last.time).abs();
-        let away_m = (plot.position.0 - last.position.0).xy().norm();
-        (away_m <= flown_m + off_m).then_some((away_m, target))
+    let flown_m = |time: Time| DRONE_SPEED_MAX_M_S * plot.time.seconds_since(time).abs();
+    let Measured { places, earliest, latest } = measured;
+    let furthest_m = flown_m(*earliest).max(flown_m(*latest)) + off_m;
+    let near = |&(place, (id, time)): &(Enu, (TargetId, Time))| {
+        let away_m = (plot.position.0 - place.0).xy().norm();
+        Some((away_m, targets.get(id).filter(|_| away_m <= flown_m(time) + off_m)?))
     };
-    let mut near: Vec<(f64, &Target)> = targets.iter().filter_map(near).collect();
+    let mut near: Vec<(f64, &Target)> = places.within(plot.position, furthest_m).filter_map(near).collect();
     near.sort_by(|a, b| a.0.total_cmp(&b.0)); // stable
     near.into_iter().map(|(_, target)| target).collect()
+}
+
+/// Where the targets were measured last, when the slot's passes begin.
+#[derive(Debug)]
+pub(super) struct Measured {
+    places: Places<(TargetId, Time)>,
+    earliest: Time,
+    latest: Time,
+}
+
+impl Measured {
+    /// Of these targets.
+    pub(super) fn of(targets: &Targets) -> Self {
+        let last = |target: &Target| {
+            let last = target.last_measurement()?;
+            Some((last.position, (target.id(), last.time)))
+        };
+        let places = Places::of(targets.iter().filter_map(last));
+        let times = || places.iter().map(|&(_, (_, time))| time);
+        let (earliest, latest) = (times().min().unwrap_or_default(), times().max().unwrap_or_default());
+        Self { places, earliest, latest }
+    }
+}
+
+/// Targets that no sensor sees now, where they must be.
+#[derive(Debug)]
+pub(super) struct Unseen {
+    places: Places<(TargetId, StateEstimate)>,
+    /// Largest sum of the variances over ground, m².
+    spread_m2: f64,
+}
+
+impl Unseen {
+    /// Of these.
+    pub(super) fn of(unseen: impl Iterator<Item = (TargetId, StateEstimate)>) -> Self {
+        let places = Places::of(unseen.map(|(id, expected)| (expected.position, (id, expected))));
+        let spread = |(_, (_, expected)): &(Enu, (TargetId, StateEstimate))| expected.horizontal.trace();
+        let spread_m2 = places.iter().map(spread).fold(0.0, f64::max);
+        Self { places, spread_m2 }
+    }
+
+    /// Those that a plot could be of, each with its LLR; by target.
+    pub(super) fn near(&self, plot: &Plot, radar: &Radar) -> impl Iterator<Item = (TargetId, f64)> {
+        // No eigenvalue of a covariance is above its trace; one part in a hundred for rounding.
+        let spread_m2 = self.spread_m2 + plot_spread(plot, radar).trace();
+        let reach_m = (1.01 * REACQUIRE_GATE * spread_m2).sqrt();
+        let (plot, radar) = (*plot, *radar);
+        self.places
+            .within(plot.position, reach_m)
+            .filter_map(move |&(_, (id, ref expected))| Some((id, llr(&plot, expected, &radar)?)))
+    }
 }

@@ -2,6 +2,7 @@
 
 mod ahead;
 mod associating;
+mod comparing;
 mod initiating;
 mod publishing;
 pub(super) mod two_drones;
@@ -9,6 +10,7 @@ pub(super) mod two_drones;
 use super::cycle::EARLIEST;
 use super::ids::{TargetId, TrackletId};
 use super::likelihood::PairLikelihood;
+use super::reacquisition::Measured;
 use super::*;
 use crate::frames::Enu;
 use crate::numbering::Keeping;
@@ -115,7 +117,8 @@ impl Case {
     fn associate(&mut self) {
         self.run(|air, _, cycle| {
             let decided = air.correlations.decided(&air.tracklets, &air.targets);
-            association::associate(&mut air.tracklets, &mut air.targets, &decided, cycle);
+            let measured = Measured::of(&air.targets);
+            association::associate(&mut air.tracklets, &mut air.targets, &measured, &decided, cycle);
         });
     }
 

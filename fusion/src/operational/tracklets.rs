@@ -8,9 +8,9 @@ use super::ids::{TargetId, TrackletId};
 use super::likelihood::PairLikelihood;
 use super::settings::{Radar, Settings};
 use super::transponder::Transponder;
-use super::tuning::{DRONE_SPEED_MAX_M_S, GATE_M, TRACK_GATE_SIGMAS};
+use super::tuning::{DRONE_SPEED_MAX_M_S, GATE_M, INITIATION_HOLD, PAIR_LLR_MAX, TRACK_GATE_SIGMAS};
 use crate::frames::Enu;
-use crate::report::{Plot, RadarTrackKey};
+use crate::report::{Plot, RadarTrackKey, SensorIndex};
 use crate::time::Time;
 
 /// A plot, and its position before the radar's misalignment was corrected.
@@ -194,6 +194,17 @@ impl Tracklet {
             Err(index) => self.pairs.insert(index, (target, pair)),
         }
     }
+
+    /// Ends the pairs with targets that are not `near`, which are in order, where everything speaks against them and did
+    /// for a while at `time`. Whoever comes near again is compared anew with all the plots.
+    pub(super) fn end_pairs(&mut self, near: &[TargetId], time: Time) {
+        let own = self.target;
+        self.pairs.retain(|(target, pair)| {
+            let was_likely = pair.last_likely.is_some_and(|likely| time - likely < INITIATION_HOLD);
+            let is_open = pair.total().is_none_or(|total| total > -PAIR_LLR_MAX);
+            is_open || was_likely || own == Some(*target) || near.binary_search(target).is_ok()
+        });
+    }
 }
 
 /// All of them.
@@ -215,6 +226,15 @@ impl Tracklets {
 
     pub(super) fn iter(&self) -> impl Iterator<Item = &Tracklet> {
         self.all.values()
+    }
+
+    /// Those of one radar, in the order in which they began.
+    pub(super) fn of_radar(&self, sensor: SensorIndex) -> impl Iterator<Item = &Tracklet> {
+        let of = |number| RadarTrackKey { sensor, number };
+        let ids = self.by_key.range(of(u16::MIN)..=of(u16::MAX)).flat_map(|(_, ids)| ids);
+        let mut ids: Vec<TrackletId> = ids.copied().collect();
+        ids.sort_unstable();
+        ids.into_iter().filter_map(|id| self.all.get(&id))
     }
 
     pub(super) fn iter_mut(&mut self) -> impl Iterator<Item = &mut Tracklet> {

@@ -196,7 +196,7 @@ pub(super) const MOTION_LOG_ODDS_MAX: f64 = 3.0;
 // --- Initiation
 
 /// A radar track that was likely to be a known target has most often walked off it: no target of its own for this long after.
-pub(super) const INITIATION_HOLD: SignedDuration = SignedDuration::from_secs(6);
+pub(super) const INITIATION_HOLD: SignedDuration = SignedDuration::from_secs(10);
 /// A target that only a radar sees is published no longer than this after its last plot and before its first, seconds.
 pub(super) const COAST_MAX_S: f64 = 2.0;
 

@@ -54,8 +54,31 @@ pub(super) struct Detections {
 struct SlotDetections {
     /// Settled: one detection a track, by track. Plots that came since stand behind, in order of reception.
     detections: Vec<Detection>,
-    /// Of the settled ones.
+    /// Of the settled ones, and where each is: what is looked for lies close together in memory.
     cells: Cells,
+    outlines: Vec<Outline>,
+}
+
+/// Where a detection is over ground, metres, and how far a transponder may be from it.
+#[derive(Clone, Copy, Debug)]
+struct Outline {
+    east: f64,
+    north: f64,
+    threshold_m: f64,
+}
+
+impl Outline {
+    fn of(detection: &Detection) -> Self {
+        let Detection { plot, threshold_m } = detection;
+        Self { east: plot.position.east(), north: plot.position.north(), threshold_m: *threshold_m }
+    }
+
+    /// Whether the detection could be within its threshold of `point`: `false` where it is too far over ground already, by
+    /// more than rounding.
+    fn may_reach(&self, point: Enu) -> bool {
+        let (east, north) = (self.east - point.east(), self.north - point.north());
+        east * east + north * north <= self.threshold_m * self.threshold_m * (1.0 + 1e-9)
+    }
 }
 
 impl Detections {
@@ -94,6 +117,7 @@ impl Detections {
             }
         }
         left.cells.clear();
+        left.outlines.clear();
         self.unsettled.set(slot, false);
     }
 
@@ -101,7 +125,7 @@ impl Detections {
     pub(super) fn settle(&mut self, window: &Window) -> SlotSet {
         let stale = self.unsettled.and(window.evaluated());
         for slot in stale.slots_from(window.first) {
-            let SlotDetections { detections, cells } = &mut self.slots[ring_place(slot)];
+            let SlotDetections { detections, cells, outlines } = &mut self.slots[ring_place(slot)];
             // By track and time, what was received later behind: the last of a track is kept.
             self.order.clear();
             let keys = detections.iter().map(|detection| (detection.plot.track, detection.plot.time));
@@ -118,6 +142,8 @@ impl Detections {
                 track.uav.set(slot, detection.plot.uav_probability.is_some_and(|p| p > 0.0));
             }
             cells.fill(detections.iter().map(|detection| detection.plot.position), self.cell_m);
+            outlines.clear();
+            outlines.extend(detections.iter().map(Outline::of));
         }
         self.unsettled = self.unsettled.without(stale);
         stale
@@ -137,9 +163,10 @@ impl Detections {
 
     /// Detections of a settled slot within their threshold of `point`.
     pub(super) fn within_threshold(&self, slot: Slot, point: Enu) -> impl Iterator<Item = &Detection> {
-        let SlotDetections { detections, cells } = &self.slots[ring_place(slot)];
+        let SlotDetections { detections, cells, outlines } = &self.slots[ring_place(slot)];
         cells
             .around(point, self.cell_m)
+            .filter(move |&index| outlines[index].may_reach(point))
             .map(|index| &detections[index])
             .filter(move |detection| detection.distance_m(point) <= detection.threshold_m)
     }

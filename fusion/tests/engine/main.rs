@@ -26,7 +26,7 @@ proptest! {
     fn order_between_two_deadlines_does_not_matter(scenario in scenario::any(), seed in any::<u64>()) {
         let settings = settings(&scenario);
         let arrivals = scenario::indifferent_to_order(scenario.arrivals);
-        let permuted = scenario::permuted(&arrivals, seed);
+        let permuted = scenario::permuted(&arrivals, settings.lead(), seed);
         prop_assert_eq!(run(&settings, &permuted), run(&settings, &arrivals));
     }
 }

@@ -247,15 +247,16 @@ pub fn indifferent_to_order(mut arrivals: Vec<Arrival>) -> Vec<Arrival> {
     arrivals
 }
 
-/// The same arrivals, shuffled among those received between two successive slot deadlines.
-pub fn permuted(arrivals: &[Arrival], mut seed: u64) -> Vec<Arrival> {
+/// The same arrivals, shuffled among those received between the making of two successive slots, which is so long before
+/// their deadlines.
+pub fn permuted(arrivals: &[Arrival], lead: SignedDuration, mut seed: u64) -> Vec<Arrival> {
     let mut shuffled: Vec<(i64, u64, Arrival)> = arrivals
         .iter()
         .map(|arrival| {
             seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (arrival.received.nanos().div_euclid(SLOT_NS), seed >> 33, arrival.clone())
+            ((arrival.received + lead).nanos().div_euclid(SLOT_NS), seed >> 33, arrival.clone())
         })
         .collect();
-    shuffled.sort_by_key(|&(deadline, luck, _)| (deadline, luck));
+    shuffled.sort_by_key(|&(slot, luck, _)| (slot, luck));
     shuffled.into_iter().map(|(_, _, arrival)| arrival).collect()
 }

@@ -7,7 +7,8 @@ use crate::settings::Sensor;
 fn is_initiated(case: &mut Case, track: TrackletId) -> bool {
     case.run(|air, _, cycle| {
         let decided = air.correlations.decided(&air.tracklets, &air.targets);
-        initiation::initiate(&mut air.tracklets, &mut air.targets, &decided, cycle);
+        let measured = Measured::of(&air.targets);
+        initiation::initiate(&mut air.tracklets, &mut air.targets, &measured, &decided, cycle);
     });
     case.target(track).is_some()
 }

@@ -1,0 +1,70 @@
+//! Slots between their making and their publication: the deadline finds them ready.
+
+use super::Engine;
+use crate::formats::{Cat129Encoder, pack};
+use crate::live::published::PublishedPicture;
+use crate::record::Recorded;
+use fusion::time::Time;
+
+/// Slots over which lateness is taken: ten minutes.
+const LATENESS: usize = 2400;
+
+/// A slot that is made, and published when it is due.
+pub(super) struct ReadySlot {
+    frame: PublishedPicture,
+    /// CAT129.
+    payloads: Vec<Vec<u8>>,
+}
+
+impl ReadySlot {
+    pub(super) fn new(frame: PublishedPicture, encoder: &Cat129Encoder) -> Self {
+        Self { payloads: pack(&frame.picture, encoder), frame }
+    }
+
+    pub(super) fn due(&self) -> Time {
+        self.frame.due
+    }
+}
+
+impl Engine {
+    /// Publishes the slots that are due by now, and those that are not because the clock has stepped back.
+    pub(super) fn publish_due(&mut self, now: Time) {
+        let lead = self.driver.lead();
+        while let Some(ready) = self.ready.pop_front() {
+            if ready.frame.due > now && ready.frame.due - now <= lead {
+                return self.ready.push_front(ready);
+            }
+            self.publish(ready);
+        }
+    }
+
+    /// Sends the slot, then shows it, and notes how late that is.
+    fn publish(&mut self, ready: ReadySlot) {
+        let frame = self.send(ready);
+        let late_us = (frame.published_at.nanos() - frame.due.nanos()).max(0) / 1000;
+        if self.lateness_us.len() == LATENESS {
+            self.lateness_us.pop_front();
+        }
+        self.lateness_us.push_back(u32::try_from(late_us).unwrap_or(u32::MAX));
+        self.outlets.hub.publish_live(frame, std::mem::take(&mut self.waited));
+    }
+
+    /// Publishes all slots that are made; their lateness says nothing about the service.
+    pub(super) fn publish_owed(&mut self) {
+        while let Some(ready) = self.ready.pop_front() {
+            let frame = self.send(ready);
+            self.outlets.hub.publish(frame);
+        }
+    }
+
+    /// Sends and records the slot, which is published now.
+    fn send(&mut self, ReadySlot { mut frame, payloads }: ReadySlot) -> PublishedPicture {
+        for payload in payloads {
+            self.failed_sends += self.outlets.sinks.send(&payload);
+            let due = frame.due;
+            self.record(|| Recorded::Output { due, payload });
+        }
+        frame.published_at = self.clock.now();
+        frame
+    }
+}
