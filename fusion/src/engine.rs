@@ -4,6 +4,7 @@
 
 use jiff::SignedDuration;
 
+use crate::learning::{LearningState, LearningStateError};
 use crate::numbering::{Given, Keeping, Numbers};
 use crate::operational::{
     self, Correlation, HeldCorrelation, NotCorrelated, Operational, Registered, ResumedCorrelation,
@@ -215,6 +216,21 @@ impl Engine {
     ) -> Result<bool, RegistrationStateError> {
         match &mut self.rules {
             Rules::Operational(operational, _) => operational.restore(sensor, state).map(|()| true),
+            Rules::Reference(_) => Ok(false),
+        }
+    }
+
+    /// Takes over what was learnt of a radar's errors in an earlier life; whether it did. The `reference` profile learns none.
+    ///
+    /// # Errors
+    /// The state is of another version, or its numbers are not what is written.
+    pub fn restore_learning(
+        &mut self,
+        sensor: SensorIndex,
+        state: &LearningState,
+    ) -> Result<bool, LearningStateError> {
+        match &mut self.rules {
+            Rules::Operational(operational, _) => operational.restore_learning(sensor, state).map(|()| true),
             Rules::Reference(_) => Ok(false),
         }
     }

@@ -21,14 +21,17 @@
 //! | [`numbering`] | track numbers of transponders, and what a restart must know of them |
 //! | [`operational`] | an operator's correlations, and what is known of each radar |
 //! | [`registration`] | a radar's misalignment, and what a restart must know of it |
+//! | [`learning`] | a radar's errors as they have shown themselves, and what a restart must know of them |
 //! | [`interpolation`], [`assignment`] | shape-preserving interpolation; the optimal one-to-one assignment |
 
 pub mod assignment;
 mod cells;
+mod decimals;
 mod engine;
 mod filter;
 pub mod frames;
 pub mod interpolation;
+pub mod learning;
 pub mod numbering;
 pub mod operational;
 pub mod point;

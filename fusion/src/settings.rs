@@ -106,6 +106,8 @@ pub struct Radar {
     pub frame: RadarFrame,
     /// Its errors when it is aligned.
     pub errors: RadarErrors,
+    /// Whether those are where to start from, to be learnt from its tracks, and its velocities with them; or what counts.
+    pub learns_accuracy: bool,
     /// What is done about its misalignment.
     pub registration: RegistrationMode,
     /// Time between two detections of one target, seconds.
@@ -199,12 +201,13 @@ impl Default for OperationalRules {
     }
 }
 
-/// At the origin, with an accuracy of 5 m, 1° and 10 m, four detections per second, and registration applied.
+/// At the origin, with an accuracy of 5 m, 1° and 10 m to start from, four detections per second, and registration applied.
 impl Default for Radar {
     fn default() -> Self {
         Self {
             frame: RadarFrame::parallel(Enu::new(0.0, 0.0, 0.0)),
             errors: RadarErrors::of_data_sheet(5.0, 1.0, 10.0),
+            learns_accuracy: true,
             registration: RegistrationMode::Apply,
             period_s: 0.25,
         }

@@ -7,8 +7,12 @@ use std::fmt::{Display, Write};
 use super::ask::{Answer, Ask, live};
 use super::tls::Tls;
 use crate::config::Config;
-use crate::live::{Level, LineStatus, RegistrationStatus, SensorState, SensorStatus, Status, values};
+use crate::live::{
+    Level, LineStatus, RegistrationStatus, SensorState, SensorStatus, Status, of_data_sheet, values,
+    velocity_errors, verdict_name,
+};
 use fusion::SensorIndex;
+use fusion::learning::LearntValue;
 use fusion::numbering::LARGEST_TRANSPONDER_NUMBER;
 use fusion::operational::Verdict;
 use fusion::registration::Misalignment;
@@ -70,6 +74,7 @@ pub fn text(ask: &Ask) -> Answer {
         out.tally(&status, &hub.config);
         out.sensors(&status.sensors);
         out.registrations(&status.sensors);
+        out.learnt(&status.sensors);
         out.lines(&status.sensors);
     }
     Ok(live(TEXT, out.0))
@@ -218,6 +223,36 @@ impl Metrics {
         self.by("registration_applied", "Whether plots are corrected by it", "sensor", applied);
         let steps = known.iter().map(|(id, registration, _)| (id, registration.steps));
         self.by("registration_steps_total", "Times that it has begun anew", "sensor", steps);
+    }
+
+    /// What was learnt of the radars' errors.
+    fn learnt(&mut self, sensors: &[SensorStatus]) {
+        let learnt =
+            |sensor: &'_ SensorStatus| Some((sensor.id.clone(), sensor.registration.as_ref()?.learnt?));
+        let known: Vec<_> = sensors.iter().filter_map(learnt).collect();
+        if known.is_empty() {
+            return;
+        }
+        type Part = fn(&LearntValue) -> f64;
+        let parts: [(&str, &str, Part); 2] = [
+            ("learnt_of_data_sheet", "A radar's errors over those of its data sheet", |value| value.value),
+            ("learnt_of_data_sheet_deviation", "Standard deviation of that", |value| value.deviation),
+        ];
+        for (name, help, part) in parts {
+            self.family(name, help);
+            for (sensor, learnt) in &known {
+                for (axis, value) in of_data_sheet(learnt) {
+                    self.sample(name, &[("sensor", sensor.as_str()), ("axis", axis)], part(&value));
+                }
+            }
+        }
+        let tracks = known.iter().map(|(id, learnt)| (id, learnt.azimuth.tracks));
+        self.by("learnt_tracks", "Independent samples that it rests upon", "sensor", tracks);
+        let used = known.iter().map(|(id, learnt)| (id, u8::from(verdict_name(&learnt.velocity) == "used")));
+        self.by("learnt_velocity_used", "Whether a radar's velocities are used", "sensor", used);
+        let off =
+            known.iter().filter_map(|(id, learnt)| Some((id, velocity_errors(&learnt.velocity)?.sigma_m_s)));
+        self.by("learnt_velocity_error_metres_per_second", "How far they are off, each axis", "sensor", off);
     }
 
     /// Sensors may share a line: each line once.

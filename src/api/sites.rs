@@ -12,9 +12,11 @@ use super::problem::Problem;
 use crate::config::{Sensor, SensorKind};
 use crate::json::rounded;
 use crate::live::{
-    Alert, AlertKind, Contested, LineStatus, RegistrationStatus, SensorStatus, Unknown, values,
+    Alert, AlertKind, Contested, LineStatus, RegistrationStatus, SensorStatus, Unknown, in_words, values,
+    velocity_errors, verdict_name,
 };
 use crate::picture::{Rfc3339, serial_text};
+use fusion::learning::{LearntAxis, LearntRadar, LearntValue};
 use fusion::registration::{BiasValue, Misalignment};
 
 /// GeoJSON, RFC 7946.
@@ -84,6 +86,8 @@ struct Known {
     contested: Vec<ContestedJson>,
     #[serde(skip_serializing_if = "Option::is_none")]
     registration: Option<Registration>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    learnt: Option<Learnt>,
 }
 
 /// Datagrams of a multicast group or an address.
@@ -167,6 +171,84 @@ struct Estimated {
     residual: Option<f64>,
     #[serde(flatten)]
     values: RegistrationValues,
+}
+
+/// A radar's errors as they have shown themselves; operational profile only, where they are learnt.
+#[derive(Serialize, JsonSchema)]
+struct Learnt {
+    /// In a line.
+    summary: String,
+    range_m: LearntErrors,
+    azimuth_deg: LearntErrors,
+    height_m: LearntErrors,
+    velocity: LearntVelocity,
+}
+
+/// The errors of one axis, in its unit.
+#[derive(Serialize, JsonSchema)]
+struct LearntErrors {
+    /// Bias and noise together over those of the data sheet.
+    of_data_sheet: LearntNumber,
+    /// One standard deviation of the bias, turns included as often as they are flown.
+    bias: LearntNumber,
+    /// Its correlation time.
+    correlation_s: LearntNumber,
+    /// How many times as large it is in turns.
+    turn_factor: LearntNumber,
+    /// One standard deviation of the white noise.
+    noise: LearntNumber,
+    /// Independent samples of the bias that this rests upon; older ones count in part.
+    #[schemars(range(min = 0))]
+    samples: f64,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct LearntNumber {
+    #[schemars(range(min = 0))]
+    value: f64,
+    /// Standard deviation.
+    #[schemars(range(min = 0))]
+    deviation: f64,
+}
+
+/// Whether a radar's velocities (I048/200) are of use.
+#[derive(Serialize, JsonSchema)]
+struct LearntVelocity {
+    #[schemars(extend("enum" = ["unknown", "used", "ignored"]))]
+    verdict: &'static str,
+    /// How far they are off, each axis, once that is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error_m_s: Option<LearntNumber>,
+}
+
+impl From<&LearntRadar> for Learnt {
+    fn from(learnt: &LearntRadar) -> Self {
+        let errors = |axis: &LearntAxis, unit: f64| {
+            let number = |value: &LearntValue, unit: f64| LearntNumber {
+                value: rounded(value.value * unit, 4),
+                deviation: rounded(value.deviation * unit, 4),
+            };
+            LearntErrors {
+                of_data_sheet: number(&axis.of_data_sheet, 1.0),
+                bias: number(&axis.bias, unit),
+                correlation_s: number(&axis.correlation_s, 1.0),
+                turn_factor: number(&axis.turn_factor, 1.0),
+                noise: number(&axis.noise, unit),
+                samples: rounded(axis.tracks, 1),
+            }
+        };
+        let error_m_s = velocity_errors(&learnt.velocity).map(|errors| LearntNumber {
+            value: rounded(errors.sigma_m_s, 2),
+            deviation: rounded(errors.deviation_m_s, 2),
+        });
+        Self {
+            summary: in_words(learnt),
+            range_m: errors(&learnt.range_m, 1.0),
+            azimuth_deg: errors(&learnt.azimuth, 1_f64.to_degrees()),
+            height_m: errors(&learnt.height_m, 1.0),
+            velocity: LearntVelocity { verdict: verdict_name(&learnt.velocity), error_m_s },
+        }
+    }
 }
 
 /// The latest step since the start: the radar may have been moved.
@@ -253,6 +335,7 @@ impl SensorProperties {
             clock_offset_s: status.clock_offset_s.map(|offset_s| rounded(offset_s, 3)),
             contested: status.contested.iter().map(ContestedJson::from).collect(),
             registration: status.registration.as_ref().map(Registration::from),
+            learnt: status.registration.as_ref().and_then(|status| status.learnt.as_ref()).map(Learnt::from),
         };
         Self { id: sensor.id.clone(), kind: kind(sensor), status: status.map(known) }
     }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::{self, Write as _};
 
 use crate::config::{Config, SensorKind};
-use crate::live::values;
+use crate::live::{in_words, values};
 use crate::picture::Picture;
 use crate::pipeline::Tally;
 use fusion::time::Time;
@@ -121,7 +121,8 @@ impl Summary {
     }
 }
 
-/// The registration of each radar at the end, one per line; values that are not observable in brackets.
+/// The registration of each radar at the end, one per line; values that are not observable in brackets; and what
+/// was learnt of its errors.
 pub fn registered(engine: &Engine, config: &Config) -> String {
     let line = |(index, registered): (SensorIndex, &fusion::operational::Registered)| {
         let sensor = config.sensors.get(usize::from(index.0))?;
@@ -145,7 +146,11 @@ pub fn registered(engine: &Engine, config: &Config) -> String {
         if let Some(step) = &registered.step {
             line += &format!(", a step at {}", step.time);
         }
-        Some(line + "\n")
+        line.push('\n');
+        if let Some(learnt) = &registered.learnt {
+            line += &format!("learnt     {}: {}\n", sensor.id, in_words(learnt));
+        }
+        Some(line)
     };
     engine.registered().filter_map(line).collect()
 }

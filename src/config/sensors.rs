@@ -1,7 +1,7 @@
 //! `[[sensors]]`.
 
 use super::error::Faults;
-use super::kinds::{Kind, Toml, checked_tables, inline, is_plain, named, number, tables, text, whole};
+use super::kinds::{Kind, Toml, checked_tables, flag, inline, is_plain, named, number, tables, text, whole};
 use super::names::{names, written_by_name};
 use super::network::Input;
 use super::reader::Section;
@@ -81,6 +81,10 @@ section! {
         registration: Registration = Registration::Apply, named();
         /// Standard deviations of a plot.
         accuracy: Option<RadarAccuracy> = absent("not stated"), inline::<RadarAccuracy>();
+        /// Whether `accuracy` is where to start from: how wrong the radar and its velocities are is then learnt from drones with
+        /// transponders. If not, `accuracy` counts as it is, and velocities are believed. Learnt only while `registration` is
+        /// not `"off"`. Not used by the `reference` profile.
+        learn_accuracy: bool = true, flag();
     } by hand {}
 }
 

@@ -2,8 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use tracing::info;
+
+use super::learning::{velocity_errors, verdict_name};
 use crate::config::{Config, Profile, Registration as Mode, SensorKind};
 use fusion::Engine;
+use fusion::learning::LearntRadar;
 use fusion::operational::Step;
 use fusion::registration::{BiasValue, Misalignment};
 use fusion::time::{SECOND, Time};
@@ -18,6 +22,8 @@ pub struct RegistrationStatus {
     pub mode: Mode,
     /// The estimate from its tracks; `None` where it is off, and before the first slot.
     pub estimate: Option<Misalignment>,
+    /// What was learnt of its errors; `None` where nothing is, and before the first slot.
+    pub learnt: Option<LearntRadar>,
     /// The latest step since the start.
     pub step: Option<Step>,
     /// Steps since the start.
@@ -93,6 +99,9 @@ pub(super) struct Registrar {
     modes: Vec<Option<Mode>>,
     /// The latest step of each radar, and their number.
     steps: BTreeMap<usize, (Time, u64)>,
+    /// By sensor: its id, for the log, and what was said of its velocities last.
+    ids: Vec<String>,
+    verdicts: BTreeMap<usize, &'static str>,
 }
 
 impl Registrar {
@@ -103,19 +112,39 @@ impl Registrar {
             }
             _ => None,
         };
-        Self { modes: config.sensors.iter().map(mode).collect(), steps: BTreeMap::new() }
+        Self {
+            modes: config.sensors.iter().map(mode).collect(),
+            steps: BTreeMap::new(),
+            ids: config.sensors.iter().map(|sensor| sensor.id.clone()).collect(),
+            verdicts: BTreeMap::new(),
+        }
     }
 
     /// By sensor.
     pub(super) fn statuses(&mut self, engine: &Engine, now: Time) -> Vec<Option<RegistrationStatus>> {
         let status = |&mode: &Option<Mode>| {
-            Some(RegistrationStatus { mode: mode?, estimate: None, step: None, steps: 0, alarm: None })
+            Some(RegistrationStatus {
+                mode: mode?,
+                estimate: None,
+                learnt: None,
+                step: None,
+                steps: 0,
+                alarm: None,
+            })
         };
         let mut statuses: Vec<_> = self.modes.iter().map(status).collect();
         for (sensor, registered) in engine.registered() {
             let index = usize::from(sensor.0);
             let Some(Some(status)) = statuses.get_mut(index) else { continue };
             status.estimate = Some(registered.estimate);
+            status.learnt = registered.learnt;
+            if let (Some(learnt), Some(id)) = (&registered.learnt, self.ids.get(index)) {
+                let verdict = verdict_name(&learnt.velocity);
+                if self.verdicts.insert(index, verdict).unwrap_or("unknown") != verdict {
+                    let off_m_s = velocity_errors(&learnt.velocity).map(|errors| errors.sigma_m_s);
+                    info!(radar = %id, verdict, off_m_s, "velocities of a radar are judged anew");
+                }
+            }
             status.step = registered.step;
             if let Some(step @ Step { time, .. }) = registered.step {
                 status.alarm = RegistrationStatus::alarm(&step, now);

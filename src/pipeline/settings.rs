@@ -69,6 +69,7 @@ fn sensor(sensor: &config::Sensor, config: &Config, normaliser: &Normaliser) -> 
             Sensor::Radar(Radar {
                 frame: RadarFrame::new(normaliser.frame(), place),
                 errors: RadarErrors::of_data_sheet(range_m, azimuth_deg, height_m),
+                learns_accuracy: radar.learn_accuracy,
                 registration: match radar.registration {
                     Registration::Off => RegistrationMode::Off,
                     Registration::Propose => RegistrationMode::Propose,

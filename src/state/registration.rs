@@ -1,9 +1,9 @@
 //! `registration.json`: the misalignment of each radar as its tracks have shown it, with the radar's configuration at the
-//! time.
+//! time, and what was learnt of its errors.
 //!
 //! ```json
 //! {"version":1,"radars":{
-//! "north":{"latitude_deg":60.1,"longitude_deg":10.5,"height_amsl_m":210.0,"bearing_correction_deg":0.0,"state":{}}
+//! "north":{"latitude_deg":60.1,"longitude_deg":10.5,"height_amsl_m":210.0,"bearing_correction_deg":0.0,"state":{},"learning":{}}
 //! }}
 //! ```
 //!
@@ -21,6 +21,7 @@ use super::read;
 use crate::config::{Config, Radar, Registration as Mode, SensorKind};
 use fusion::Engine;
 use fusion::SensorIndex;
+use fusion::learning::LearningState;
 use fusion::registration::{Registration, RegistrationState};
 use fusion::time::{SECOND, Time};
 
@@ -54,6 +55,9 @@ struct Entry {
     setup: Setup,
     /// Checked when it is restored: one radar's may be wrong and another's right.
     state: Value,
+    /// The same; files of before it was learnt have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    learning: Option<Value>,
 }
 
 /// What the configuration says of a radar, and what the registration is relative to.
@@ -96,7 +100,10 @@ impl Registrations {
             let sensor = config.sensors.get(usize::from(index.0))?;
             let SensorKind::Radar(radar) = &sensor.kind else { return None };
             let state = serde_json::to_value(registered.to_state()).expect("numbers and text are JSON");
-            Some((sensor.id.clone(), Entry { setup: Setup::of(radar), state }))
+            let learning =
+                serde_json::to_value(registered.learning_state()).expect("numbers and text are JSON");
+            let learning = radar.learn_accuracy.then_some(learning);
+            Some((sensor.id.clone(), Entry { setup: Setup::of(radar), state, learning }))
         };
         Self(engine.registered().filter_map(entry).collect())
     }
@@ -120,6 +127,11 @@ impl Registrations {
             if let Err(reason) = entry.restore(id, config, now, engine) {
                 warn!(radar = %id, reason, "registration of a radar begins anew");
                 unused.push(reason);
+                continue;
+            }
+            if let Err(reason) = entry.restore_learning(id, config, now, engine) {
+                warn!(radar = %id, reason, "errors of a radar are learnt anew");
+                unused.push(reason);
             }
         }
         unused
@@ -127,6 +139,32 @@ impl Registrations {
 }
 
 impl Entry {
+    /// What was learnt of a radar that is registered; one that is not configured to learn is not worth a word.
+    fn restore_learning(
+        &self,
+        id: &str,
+        config: &Config,
+        now: Option<Time>,
+        engine: &mut Engine,
+    ) -> Result<(), String> {
+        let Some(learning) = &self.learning else { return Ok(()) };
+        let found = config.sensors.iter().enumerate().find_map(|(index, sensor)| match &sensor.kind {
+            SensorKind::Radar(radar) if sensor.id == id => Some((index, radar)),
+            _ => None,
+        });
+        let Some((index, _)) = found.filter(|(_, radar)| radar.learn_accuracy) else { return Ok(()) };
+        let state = LearningState::deserialize(learning).map_err(|error| error.to_string())?;
+        if let Some(written) = state.time()
+            && now.is_some_and(|now| written.nanos() > now.nanos().saturating_add(AHEAD_NS))
+        {
+            return Err(format!("it is of {written}, which is still to come"));
+        }
+        engine
+            .restore_learning(SensorIndex(index as u16), &state)
+            .map(drop)
+            .map_err(|error| error.to_string())
+    }
+
     fn restore(
         &self,
         id: &str,

@@ -111,6 +111,7 @@ export class Sensors {
       terms(details(sensor)),
       ...(sensor.lines?.length ? [element("h3", {}, "Lines"), this.lines.table(sensor)] : []),
       ...(sensor.registration ? registration(sensor.registration) : []),
+      ...(sensor.learnt ? learnt(sensor.learnt) : []),
     ];
   }
 
@@ -129,7 +130,7 @@ function terms(rows) {
 const reasons = ({ reasons }) => (reasons ?? []).map((reason) => (typeof reason === "string" ? reason : format.words(reason)));
 const summary = (sensor) => [`${sensor.id}: ${sensor.state}`, ...reasons(sensor)].join("\n");
 
-const SAID = ["id", "kind", "sac", "sic", "state", "reasons", "last_seen", "rate_hz", "clock_offset_s", "registration", "lines"];
+const SAID = ["id", "kind", "sac", "sic", "state", "reasons", "last_seen", "rate_hz", "clock_offset_s", "registration", "learnt", "lines"];
 
 function details(sensor) {
   const rows = [
@@ -181,6 +182,29 @@ function registration(told) {
   if (told.alarm) parts.push(element("p", { class: "alarm" }, told.alarm));
   if (told.hint) parts.push(element("p", { class: "hint" }, told.hint));
   return parts;
+}
+
+const LEARNT = [
+  ["range_m", "Range", " m", 1],
+  ["azimuth_deg", "Azimuth", "°", 2],
+  ["height_m", "Height", " m", 1],
+];
+const VELOCITIES = { unknown: "not known yet, so not used", used: "used", ignored: "ignored" };
+
+/** How wrong a radar is, beside what its data sheet says. */
+function learnt(told) {
+  const list = element("dl", { class: "registration" });
+  for (const [key, name, unit, digits] of LEARNT) {
+    const { of_data_sheet: share, bias, noise } = told[key];
+    const text = `${share.value.toFixed(1)} of its data sheet ± ${share.deviation.toFixed(1)}`;
+    const title = `Bias ${bias.value.toFixed(digits)}${unit}, noise ${noise.value.toFixed(digits)}${unit}`;
+    list.append(element("dt", { title }, name), element("dd", { title }, text));
+  }
+  const { verdict, error_m_s: off } = told.velocity;
+  const text = (VELOCITIES[verdict] ?? verdict) + (off ? `: ${off.value.toFixed(1)} m/s off` : "");
+  list.append(element("dt", {}, "Velocities"), element("dd", {}, text));
+  list.append(element("dt", {}, "Samples"), element("dd", {}, told.azimuth_deg.samples.toFixed(0)));
+  return [element("h3", {}, "Errors, as learnt"), list];
 }
 
 const unknownName = ({ sac, sic, id }) => (sac != null ? `SAC ${sac} SIC ${sic}` : String(id ?? "?"));

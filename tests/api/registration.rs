@@ -1,5 +1,6 @@
 //! How the radars are registered: what `/api/v1/sensors`, `/metrics` and the alerts say of it.
 
+use fusion::learning::{VelocityErrors, VelocityVerdict};
 use fusion::operational::Step;
 use jiff::SignedDuration;
 use serde_json::Value;
@@ -74,8 +75,14 @@ async fn what_is_proposed_is_not_applied_and_what_is_off_has_no_values() {
         applied.push(told(&site).await.0["applied"].clone());
     }
     assert_eq!(applied, [true, false]);
-    let off =
-        RegistrationStatus { mode: Registration::Off, estimate: None, step: None, steps: 0, alarm: None };
+    let off = RegistrationStatus {
+        mode: Registration::Off,
+        estimate: None,
+        learnt: None,
+        step: None,
+        steps: 0,
+        alarm: None,
+    };
     *radars(&mut status) = off;
     site.tell(status).await;
     assert_eq!(told(&site).await.0, serde_json::json!({ "mode": "off", "applied": false }));
@@ -129,5 +136,48 @@ async fn a_step_is_an_alert_that_says_what_to_look_at_until_it_is_an_hour_old() 
         } else {
             assert_eq!(alerts(&told, "ended").len(), 1);
         }
+    }
+}
+
+#[tokio::test]
+async fn what_was_learnt_of_a_radar_is_told_as_it_is() {
+    let site = Site::operational();
+    let mut status = site.status();
+    let radar = radars(&mut status).learnt.as_mut().unwrap();
+    let errors = VelocityErrors { sigma_m_s: 9.126, deviation_m_s: 0.5 };
+    radar.velocity = VelocityVerdict::Ignored(errors);
+    radar.azimuth.of_data_sheet.value = 0.42;
+    let radar = *radar;
+    site.tell(status).await;
+    let sensors = site.get("/api/v1/sensors").await.json();
+    let features = sensors["features"].as_array().unwrap().clone();
+    let told = |kind: &str| {
+        let feature = features.iter().find(|feature| feature["properties"]["kind"] == kind).unwrap();
+        feature["properties"].clone()
+    };
+    assert_eq!(told("transponder").get("learnt"), None);
+    let (id, learnt) = (told("radar")["id"].clone(), told("radar")["learnt"].clone());
+    let near = |axis: &str, name: &str, value: f64| {
+        let told = learnt[axis][name]["value"].as_f64().unwrap();
+        assert!((told - value).abs() < 1e-4, "{axis} {name}: {told}, {value}");
+    };
+    near("azimuth_deg", "bias", radar.azimuth.bias.value.to_degrees());
+    near("azimuth_deg", "of_data_sheet", 0.42);
+    near("range_m", "noise", radar.range_m.noise.value);
+    near("height_m", "correlation_s", radar.height_m.correlation_s.value);
+    assert_eq!(learnt["velocity"]["verdict"], "ignored");
+    assert_eq!(learnt["velocity"]["error_m_s"]["value"], 9.13);
+    let summary = learnt["summary"].as_str().unwrap();
+    assert!(
+        summary.contains("azimuth 0.42") && summary.contains("velocities ignored: 9.1 m/s off"),
+        "{summary}"
+    );
+    let metrics = site.get("/metrics").await.text;
+    let id = id.as_str().unwrap();
+    for line in [
+        format!("utm_fusion_learnt_of_data_sheet{{sensor=\"{id}\",axis=\"azimuth\"}} 0.42\n"),
+        format!("utm_fusion_learnt_velocity_used{{sensor=\"{id}\"}} 0\n"),
+    ] {
+        assert!(metrics.contains(&line), "{line}\n{metrics}");
     }
 }

@@ -185,6 +185,25 @@ fn no_file_keeps_a_service_from_starting() {
         assert!(unused.len() == 1 && unused[0].contains(why), "{place}: {why}: {unused:?}");
         assert!(Registrations::of(&config, hurt.engine()).is_empty());
     }
+    // What was learnt of its errors is begun anew by itself.
+    for (place, value, why) in [
+        ("/version", json!(9), "learning state of version 9"),
+        ("/plots", json!("1.0"), "1 numbers where 2"),
+        ("/axes/1/straight", json!("1.0 1.0 1.0 1.0 1.0 0.0 0.5"), "nothing follows from its numbers"),
+        ("/axes/0/changes", json!([]), "invalid length"),
+        ("/velocity", json!("a"), "invalid float literal"),
+        ("/now", json!(now + 400 * 86_400_000_000_000_i64), "is still to come"),
+        ("", json!({"x": 1}), "unknown field"),
+    ] {
+        let mut hostile = contents.clone();
+        *hostile.pointer_mut(&format!("/radars/{id}/learning{place}")).unwrap() = value;
+        let registrations = parse_registration(&hostile.to_string()).unwrap();
+        let mut hurt = Pipeline::new(&config, Masks::default());
+        let unused = registrations.restore(&config, Some(utm_fusion::live::now()), hurt.engine_mut());
+        assert!(unused.len() == 1 && unused[0].contains(why), "{place}: {why}: {unused:?}");
+        let (_, registered) = hurt.engine().registered().next().unwrap();
+        assert_eq!(registered.learning_state().time(), None, "{place}");
+    }
     let (log, after) = run(&config, 22_440, &text.replacen("\"settled\":{", "\"settled\":{\"x\":1,", 1));
     assert!(log.contains(&format!("begins anew radar={id} reason=\"unknown field")), "{log}");
     assert!(files(&after.path("state"), "registration.json.broken", "").is_empty());

@@ -410,6 +410,8 @@ fn a_radars_registration_is_in_its_panel(browser: &mut Browser) {
         r"Bearing\(?[+−]\d+\.\d\d ± \d+\.\d\d°",
         r"Time\(?[+−]\d\.\d\d ± ",
         r"Radar tracks\d",
+        r"Errors, as learntRange\d\.\d of its data sheet ± \d\.\d",
+        r"Velocitiesnot known yet",
     ] {
         browser.wait(&format!("/{words}/.test({panel}.textContent)"), SOON);
     }

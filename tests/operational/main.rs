@@ -5,6 +5,7 @@
 mod flood;
 #[path = "../shared/invented.rs"]
 mod invented;
+mod learning;
 
 use fusion::time::Time;
 use utm_fusion::areas::Masks;
@@ -15,7 +16,7 @@ use utm_fusion::evaluate::{
 };
 use utm_fusion::simulate::{Scenario, Simulation, TRANSPONDER_ID, simulate};
 
-fn scenario(name: &str) -> Scenario {
+pub(crate) fn scenario(name: &str) -> Scenario {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("config/scenarios/{name}.toml"));
     Scenario::load(&path).unwrap()
 }
@@ -24,7 +25,7 @@ fn flight(name: &str, seed: u64) -> Simulation {
     simulate(&scenario(name), seed, None).unwrap()
 }
 
-fn site(simulation: &Simulation, profile: Profile) -> Config {
+pub(crate) fn site(simulation: &Simulation, profile: Profile) -> Config {
     let mut config = simulation.config.clone();
     config.fusion.profile = profile;
     config

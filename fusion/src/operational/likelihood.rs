@@ -6,6 +6,7 @@
 
 mod axis;
 
+pub(super) use axis::Scales;
 use axis::{Axis, Errors};
 
 use super::settings::{Radar, Settings};
@@ -34,21 +35,30 @@ struct Offset {
 }
 
 impl Offset {
-    /// Of a plot at this distance over ground; `curve_m`: sigma of the curve.
+    /// Of a plot of the radar at this distance over ground; `curve_m`: sigma of the curve.
     fn new(
         metres: [Option<f64>; AXES],
         range_m: f64,
-        errors: &RadarErrors,
+        radar: &Radar,
         curve_m: f64,
         bias: &TransponderBias,
     ) -> Self {
-        let of = |bias_m, white_m, transponder_m2| Errors { bias_m, white_m, curve_m, transponder_m2 };
+        let Radar { errors, data_sheet: sheet, scales, .. } = radar;
+        let across = range_m * errors.noise_azimuth;
+        let of = |bias_m, white_m, sheet_white_m, transponder_m2| Errors {
+            bias_m,
+            white_m,
+            sheet_white_m,
+            curve_m,
+            transponder_m2,
+            scales: *scales,
+        };
         Self {
             metres,
             errors: [
-                of(errors.bias_range_m, errors.noise_range_m, bias.horizontal_m2),
-                of(range_m * errors.bias_azimuth, range_m * errors.noise_azimuth, bias.horizontal_m2),
-                of(errors.bias_height_m, errors.noise_height_m, bias.vertical_m2),
+                of(errors.bias_range_m, errors.noise_range_m, sheet.noise_range_m, bias.horizontal_m2),
+                of(range_m * errors.bias_azimuth, across, range_m * sheet.noise_azimuth, bias.horizontal_m2),
+                of(errors.bias_height_m, errors.noise_height_m, sheet.noise_height_m, bias.vertical_m2),
             ],
             correlation_s: errors.correlation_s,
         }
@@ -110,7 +120,7 @@ impl PairLikelihood {
                 Some(seen.clockwise.dot(&apart.xy())),
                 plot.height_measured.then_some(apart.z),
             ];
-            let offset = Offset::new(metres, seen.range_m, &radar.errors, curve.sigma_m, &bias);
+            let offset = Offset::new(metres, seen.range_m, radar, curve.sigma_m, &bias);
             let dt = before.map_or(radar.period_s, |before| plot.time.seconds_since(before).abs());
             before = Some(plot.time);
             self.add(&offset, plot.time, dt);

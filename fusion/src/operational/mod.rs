@@ -28,6 +28,7 @@ mod tracklets;
 mod transponder;
 mod tuning;
 
+use crate::learning::{LearningState, LearningStateError};
 use crate::numbering::Numbers;
 use crate::point::{Newcomers, Point};
 use crate::registration::{RegistrationState, RegistrationStateError};
@@ -164,6 +165,15 @@ impl Operational {
         state: &RegistrationState,
     ) -> Result<(), RegistrationStateError> {
         self.registrations.restore(sensor, state)
+    }
+
+    /// Takes over what was learnt of a radar's errors before a restart.
+    pub(crate) fn restore_learning(
+        &mut self,
+        sensor: SensorIndex,
+        state: &LearningState,
+    ) -> Result<(), LearningStateError> {
+        self.registrations.restore_learning(sensor, state)
     }
 
     /// Takes over what outlives a fresh start: the registrations.

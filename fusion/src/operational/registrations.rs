@@ -2,18 +2,25 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Vector2;
+
 use super::cycle::Cycle;
 use super::ids::{TargetId, TrackletId};
+use super::likelihood::Scales;
 use super::settings::{Radar, Settings};
 use super::targets::Targets;
 use super::tracklets::{CorrectedPlot, Tracklets};
 use super::transponder::Transponder;
 use super::tuning::{
-    DELAY_PRIOR_S, ERROR_STEP, MISALIGNMENT_AZIMUTH_RAD, MISALIGNMENT_HEIGHT_M, MISALIGNMENT_RANGE_M,
-    REMAINING_AT_NORTH_M, REMAINING_AT_UP_M, SEGMENT_S, VELOCITY_HALF_BASE_S,
+    DELAY_PRIOR_S, ERROR_STEP, MISALIGNMENT_AZIMUTH_RAD, MISALIGNMENT_HEIGHT_M, MISALIGNMENT_RANGE_M, NEAR_M,
+    RADAR_VELOCITY_M_S, REMAINING_AT_NORTH_M, REMAINING_AT_UP_M, SEGMENT_S, STEEP, VELOCITY_HALF_BASE_S,
 };
-use crate::filter::RadarErrors;
+use crate::filter::{LineOfSight, RadarErrors};
 use crate::frames::Enu;
+use crate::learning::{
+    Compared, LearningState, LearningStateError, LearntRadar, RadarLearning, RangeRate, Seen, TrackLearning,
+    VelocityVerdict,
+};
 use crate::registration::{
     Correction, Misalignment, Registration, RegistrationState, RegistrationStateError, Residual, Taken,
     TrackComparison,
@@ -22,10 +29,13 @@ use crate::report::{Plot, SensorIndex};
 use crate::settings::RegistrationMode;
 use crate::time::{SECOND, Time};
 
-/// One radar's registration.
+/// One radar's registration, and its errors.
 #[derive(Clone, Debug)]
 pub struct Registered {
     registration: Registration,
+    learning: RadarLearning,
+    /// The errors as they have shown themselves, those of the data sheet before; `None` where they are not learnt.
+    pub learnt: Option<LearntRadar>,
     correction: Correction,
     /// What the tracks tell so far.
     pub estimate: Misalignment,
@@ -44,10 +54,25 @@ pub struct Step {
     pub after: Misalignment,
 }
 
+/// Of a radar of which nothing is known.
+impl Default for Registered {
+    fn default() -> Self {
+        Self::new(Registration::default())
+    }
+}
+
 impl Registered {
     fn new(registration: Registration) -> Self {
         let estimate = registration.estimate();
-        Self { registration, correction: Correction::of(&estimate), estimate, step: None }
+        let learning = RadarLearning::default();
+        Self {
+            registration,
+            learning,
+            learnt: None,
+            correction: Correction::of(&estimate),
+            estimate,
+            step: None,
+        }
     }
 
     /// All that outlives a restart.
@@ -56,8 +81,9 @@ impl Registered {
     }
 
     /// Takes in what a segment of a radar track told.
-    fn take(&mut self, along: &mut TrackComparison) {
-        let Some(sample) = along.take() else { return };
+    fn take(&mut self, segment: &mut Segment) {
+        let Some(sample) = segment.along.take() else { return };
+        self.learning.take(&mut segment.learning, sample.time());
         if let Taken::Step { before, after } = self.registration.take(&sample) {
             self.step = Some(Step { time: sample.time(), before, after });
         }
@@ -65,7 +91,38 @@ impl Registered {
         self.correction = Correction::of(&self.estimate);
     }
 
-    /// The radar's errors, with what is left of its misalignment.
+    /// All that was learnt of its errors, to outlive a restart.
+    pub fn learning_state(&self) -> LearningState {
+        self.learning.to_state()
+    }
+
+    /// The radar as it has shown itself.
+    fn apply_to(&mut self, radar: &mut Radar) {
+        self.learnt = radar.learns_accuracy.then(|| self.learning.learnt(&radar.data_sheet));
+        if let Some(learnt) = &self.learnt {
+            let steps = |of: fn(&RadarErrors) -> f64| {
+                let sheet = of(&radar.data_sheet);
+                sheet * in_steps(of(&learnt.errors) / sheet)
+            };
+            radar.track_errors = RadarErrors {
+                bias_range_m: steps(|errors| errors.bias_range_m),
+                bias_azimuth: steps(|errors| errors.bias_azimuth),
+                bias_height_m: steps(|errors| errors.bias_height_m),
+                noise_range_m: steps(|errors| errors.noise_range_m),
+                noise_azimuth: steps(|errors| errors.noise_azimuth),
+                noise_height_m: steps(|errors| errors.noise_height_m),
+                correlation_s: steps(|errors| errors.correlation_s),
+            };
+            radar.scales = Scales::of(learnt.unsure);
+            radar.velocity_sigma_m_s = match learnt.velocity {
+                VelocityVerdict::Used(errors) => Some(in_steps(errors.sigma_m_s.max(RADAR_VELOCITY_M_S))),
+                VelocityVerdict::Unknown | VelocityVerdict::Ignored(_) => None,
+            };
+        }
+        radar.errors = self.errors(radar);
+    }
+
+    /// The same with what is left of its misalignment.
     fn errors(&self, radar: &Radar) -> RadarErrors {
         let left = self.correction.remaining(Enu::new(0.0, REMAINING_AT_NORTH_M, REMAINING_AT_UP_M));
         let with = |bias: f64, left: f64, most: f64| match radar.registration {
@@ -99,6 +156,7 @@ struct Segment {
     sensor: SensorIndex,
     target: TargetId,
     along: TrackComparison,
+    learning: TrackLearning,
 }
 
 /// The registrations of all radars.
@@ -106,6 +164,8 @@ struct Segment {
 pub(super) struct Registrations {
     radars: BTreeMap<SensorIndex, Registered>,
     segments: BTreeMap<TrackletId, Segment>,
+    /// Of radar tracks of which no transponder tells, where their radar tells velocities.
+    rates: BTreeMap<TrackletId, RangeRate>,
 }
 
 impl Registrations {
@@ -121,13 +181,25 @@ impl Registrations {
         state: &RegistrationState,
     ) -> Result<(), RegistrationStateError> {
         let registration = Registration::from_state(state)?;
-        self.radars.insert(sensor, Registered::new(registration));
+        let learning = self.radars.remove(&sensor).map(|known| known.learning).unwrap_or_default();
+        self.radars.insert(sensor, Registered { learning, ..Registered::new(registration) });
+        Ok(())
+    }
+
+    /// Takes over what was learnt of a radar's errors before a restart.
+    pub(super) fn restore_learning(
+        &mut self,
+        sensor: SensorIndex,
+        state: &LearningState,
+    ) -> Result<(), LearningStateError> {
+        let learning = RadarLearning::from_state(state)?;
+        self.radars.entry(sensor).or_default().learning = learning;
         Ok(())
     }
 
     /// The same radars, without tracks.
     pub(super) fn without_tracks(self) -> Self {
-        Self { radars: self.radars, segments: BTreeMap::new() }
+        Self { radars: self.radars, ..Self::default() }
     }
 
     /// A plot as an aligned radar would have it, as far as that is known and is to be applied.
@@ -155,11 +227,8 @@ impl Registrations {
             else {
                 continue;
             };
-            let registered = self
-                .radars
-                .entry(SensorIndex(index as u16))
-                .or_insert_with(|| Registered::new(Registration::default()));
-            radar.errors = registered.errors(radar);
+            let registered = self.radars.entry(SensorIndex(index as u16)).or_default();
+            registered.apply_to(radar);
             if radar.registration == RegistrationMode::Apply {
                 let told = registered.estimate.time_information();
                 information += told.inverse_variance;
@@ -178,11 +247,12 @@ impl Registrations {
 
     /// Takes in the segments of tracklets that have been dropped.
     pub(super) fn end(&mut self, tracklets: &Tracklets) {
-        let Self { radars, segments } = self;
+        let Self { radars, segments, rates } = self;
+        rates.retain(|&id, _| tracklets.get(id).is_some());
         segments.retain(|&id, segment| {
             let is_left = tracklets.get(id).is_some();
             if !is_left && let Some(registered) = radars.get_mut(&segment.sensor) {
-                registered.take(&mut segment.along);
+                registered.take(segment);
             }
             is_left
         });
@@ -195,20 +265,42 @@ impl Registrations {
             let Some(radar) = cycle.settings.radar(sensor) else { continue };
             let Some(registered) = self.radars.get_mut(&sensor) else { continue };
             let before = self.segments.remove(&tracklet.id);
-            let Some(target) = tracklet.target() else { continue };
-            let Some(transponder) = targets.get(target).and_then(|target| target.transponder()) else {
+            let paired =
+                tracklet.target().and_then(|target| Some((target, targets.get(target)?.transponder()?)));
+            let Some((target, transponder)) = paired else {
+                if registered.learning.asks_for_rates() {
+                    let plots = tracklet.between(cycle.previous, cycle.centre);
+                    let seen = plots.filter_map(|plot| seen(plot, radar));
+                    for seen in seen {
+                        let rate = self.rates.entry(tracklet.id).or_default();
+                        rate.add(seen, &radar.track_errors)
+                            .iter()
+                            .for_each(|off| registered.learning.take_rate(off));
+                    }
+                }
                 continue;
             };
             let mut segment = before.filter(|before| before.target == target);
             let plots = tracklet.corrected_between(cycle.previous, cycle.centre);
-            for residual in plots.filter_map(|plot| residual(plot, transponder, radar, cycle.settings)) {
+            for plot in plots {
+                let Some(residual) = residual(plot, transponder, radar, cycle.settings) else { continue };
                 // The radar's own errors: what is left of its misalignment is what is asked for.
-                let new = || Segment { sensor, target, along: TrackComparison::new(&radar.track_errors) };
-                segment.get_or_insert_with(new).along.add(&residual);
+                let segment = segment.get_or_insert_with(|| Segment {
+                    sensor,
+                    target,
+                    along: TrackComparison::new(&radar.track_errors),
+                    learning: TrackLearning::new(radar.track_errors.correlation_s),
+                });
+                segment.along.add(&residual);
+                if let Some(compared) =
+                    compared(&residual, plot, &registered.correction, transponder, cycle.settings)
+                {
+                    segment.learning.add(&compared);
+                }
             }
             if let Some(mut segment) = segment {
                 if segment.along.gathered_s() >= SEGMENT_S {
-                    registered.take(&mut segment.along);
+                    registered.take(&mut segment);
                 }
                 self.segments.insert(tracklet.id, segment);
             }
@@ -239,5 +331,56 @@ fn residual(
             / (2.0 * VELOCITY_HALF_BASE_S),
         height_measured: plot.height_measured,
         sigma_m: here.sigma_m.hypot(receiver.horizontal_m),
+    })
+}
+
+/// How far a plot lies away over ground, and how fast the radar says that it goes away; `None` where it does not say.
+fn seen(plot: &Plot, radar: &Radar) -> Option<Seen> {
+    let LineOfSight { range_m, outward, .. } = LineOfSight::from(radar.position, plot.position);
+    Some(Seen { time: plot.time, range_m, told_m_s: plot.velocity?.dot(&outward) })
+}
+
+/// The residual as an aligned radar would have it, by axis; `None` where azimuth means little.
+fn compared(
+    residual: &Residual,
+    plot: &CorrectedPlot,
+    correction: &Correction,
+    transponder: &Transponder,
+    settings: &Settings,
+) -> Option<Compared> {
+    let Residual { time, plot: seen, target, velocity, height_measured, sigma_m } = *residual;
+    let bias = transponder.bias(settings)?;
+    let receiver = settings.transponder(transponder.sensor)?;
+    let (corrected, target) = match height_measured {
+        true => (correction.apply(seen).0, target.0),
+        false => (correction.apply_without_height(seen).0, target.0),
+    };
+    let ground_m = target.xy().norm();
+    if ground_m < NEAR_M || corrected.xy().norm() < NEAR_M || target.z.abs() > STEEP * ground_m {
+        return None;
+    }
+    let left = correction.remaining(target.into());
+    let clockwise = Vector2::new(target.y, -target.x) / ground_m;
+    let milli_m = 1000.0 / ground_m;
+    let turned = corrected.xy().dot(&clockwise).atan2(corrected.xy().dot(&target.xy()) / ground_m);
+    let rates = [velocity.dot(&target) / target.norm(), velocity.xy().dot(&clockwise) * milli_m, velocity.z];
+    let curve_m2 = (sigma_m * sigma_m - receiver.horizontal_m * receiver.horizontal_m).max(0.0);
+    let [_, climb_m] = transponder.white_m(receiver);
+    let climb_m2 = climb_m * climb_m;
+    let left = [left.range_m, left.azimuth * 1000.0, left.height_m];
+    Some(Compared {
+        time,
+        offsets: [
+            Some(corrected.norm() - target.norm()),
+            Some(turned * 1000.0),
+            height_measured.then_some(corrected.z - target.z),
+        ],
+        slow: [bias.horizontal_m2, bias.horizontal_m2 * milli_m * milli_m, bias.vertical_m2],
+        curve: [curve_m2, curve_m2 * milli_m * milli_m, climb_m2],
+        constant: std::array::from_fn(|axis| {
+            left[axis] * left[axis] + bias.time_s2 * rates[axis] * rates[axis]
+        }),
+        velocity: velocity.xy(),
+        told_velocity: plot.plot.velocity,
     })
 }

@@ -2,6 +2,7 @@
 
 use jiff::SignedDuration;
 
+use super::likelihood::Scales;
 use super::tuning;
 use crate::filter::{Dynamics, LineOfSight, RadarErrors};
 use crate::frames::{Enu, RadarFrame};
@@ -65,12 +66,21 @@ pub struct Radar {
     pub position: Enu,
     /// Its own axes.
     pub frame: RadarFrame,
-    /// Errors of an aligned radar.
+    /// Errors of an aligned radar as its data sheet has them.
+    pub data_sheet: RadarErrors,
+    /// The same or, where they are learnt, as they have shown themselves; the latter not read from the settings.
     pub track_errors: RadarErrors,
+    /// The multiples of their size that they may have; nearer to 1 the better they are known. Not read from the settings.
+    pub(super) scales: Scales,
     /// Errors of the radar as it is aligned now; not read from the settings but set by the registration.
     pub errors: RadarErrors,
     /// What is done about misalignment.
     pub registration: RegistrationMode,
+    /// Whether its errors are learnt.
+    pub learns_accuracy: bool,
+    /// Sigma of the velocities that it tells, each axis, metres a second; `None`: they are not used. Not read from the settings
+    /// but, where errors are learnt, set by what is.
+    pub velocity_sigma_m_s: Option<f64>,
     /// Time between two detections of one target, seconds.
     pub period_s: f64,
 }
@@ -108,8 +118,19 @@ pub struct Transponder {
 
 impl From<&settings::Radar> for Radar {
     fn from(radar: &settings::Radar) -> Self {
-        let settings::Radar { frame, errors, registration, period_s } = *radar;
-        Self { position: frame.origin(), frame, track_errors: errors, errors, registration, period_s }
+        let settings::Radar { frame, errors, learns_accuracy, registration, period_s } = *radar;
+        Self {
+            position: frame.origin(),
+            frame,
+            data_sheet: errors,
+            track_errors: errors,
+            scales: Scales::of_data_sheet(),
+            errors,
+            registration,
+            learns_accuracy,
+            velocity_sigma_m_s: Some(tuning::RADAR_VELOCITY_M_S),
+            period_s,
+        }
     }
 }
 

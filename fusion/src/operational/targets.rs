@@ -11,8 +11,8 @@ use super::track_numbers::{TrackNumber, TrackNumbers};
 use super::tracklets::{Tracklet, Tracklets};
 use super::transponder::{OnCurve, Transponder};
 use super::tuning::{
-    RADAR_VELOCITY_CORRELATION_S, RADAR_VELOCITY_M_S, TARGET_SILENT_MAX, TRANSPONDER_CLIMB_M_S,
-    TRANSPONDER_SILENT_S, TRANSPONDER_VELOCITY_M_S,
+    RADAR_VELOCITY_CORRELATION_S, TARGET_SILENT_MAX, TRANSPONDER_CLIMB_M_S, TRANSPONDER_SILENT_S,
+    TRANSPONDER_VELOCITY_M_S,
 };
 use crate::filter::{Bias, By, LineOfSight, Measurement, Owner, StateEstimate, TargetFilter};
 use crate::numbering::{NumberChange, Numbers};
@@ -374,14 +374,17 @@ fn measured_by_radar(
             seen,
             errors: radar.errors,
         },
-        velocity: plot.velocity.map(|velocity| (velocity, radar_velocity_m_s(radar.period_s))),
+        velocity: plot
+            .velocity
+            .zip(radar.velocity_sigma_m_s)
+            .map(|(velocity, sigma_m_s)| (velocity, correlated_m_s(sigma_m_s, radar.period_s))),
         climb: None,
     }
 }
 
-/// Sigma for a radar track's velocity that comes every `period_s` seconds, above zero. Its errors are correlated, and the
+/// Sigma for a radar track's velocity, by itself so wrong, that comes every `period_s` seconds, above zero. Its errors are correlated, and the
 /// filter takes each as new: the mean of many that go by x' = ρx + w, ρ = exp(-T/τ), has (1+ρ)/(1-ρ) = coth(T/2τ) times the
 /// variance that it would have of new ones.
-fn radar_velocity_m_s(period_s: f64) -> f64 {
-    RADAR_VELOCITY_M_S / (period_s / (2.0 * RADAR_VELOCITY_CORRELATION_S)).tanh().sqrt()
+fn correlated_m_s(sigma_m_s: f64, period_s: f64) -> f64 {
+    sigma_m_s / (period_s / (2.0 * RADAR_VELOCITY_CORRELATION_S)).tanh().sqrt()
 }

@@ -107,10 +107,13 @@ pub(super) const BIAS_PENALTY_MAX_LLR: f64 = 20.0;
 pub(super) const BIAS_FREE_SIGMAS2: f64 = 9.0;
 /// A pair with this LLR is likely to be one aircraft.
 pub(super) const PAIR_LIKELY_LLR: f64 = 1.0;
-/// A radar's true errors as multiples of the configured ones, and the prior probability of each. The largest is a
+/// A radar's true errors as multiples of those of its data sheet, and the prior probability of each. The largest is a
 /// compromise, since a larger one also explains tracks of other aircraft that pass. Seeds of `crossing`: with 1.5, 982 of 1000
 /// pairs were right instead of 988; without any above 1 a radar twice as bad as configured lost one plot in a hundred more.
 pub(super) const ERROR_SCALES: [(f64, f64); 3] = [(0.1, 0.2), (0.3, 0.2), (1.1, 0.6)];
+/// Where the size of the errors is learnt the multiples below 1 come nearer to it, as powers of themselves; the least power. A
+/// radar differs from track to track, turns most of all.
+pub(super) const SCALES_UNSURE_MIN: f64 = 0.6;
 /// Least probability of a model in a mixture: turns make errors larger, and drones fly otherwise, for a while.
 pub(super) const MODEL_PROBABILITY_MIN: f64 = 1e-3;
 
@@ -254,3 +257,7 @@ pub(super) const REMAINING_AT_UP_M: f64 = 100.0;
 pub(super) const ERROR_STEP: f64 = 0.01;
 /// A transponder's velocity is its change of position from this long before to this long after, seconds.
 pub(super) const VELOCITY_HALF_BASE_S: f64 = 0.5;
+/// Nearer to a radar, azimuth means little, metres over ground;
+pub(super) const NEAR_M: f64 = 100.0;
+/// steeper, likewise: height over distance over ground.
+pub(super) const STEEP: f64 = 2.0;

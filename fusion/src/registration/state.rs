@@ -1,7 +1,4 @@
 //! What outlives a restart.
-//!
-//! Numbers are lists of decimal text, separated by spaces: what is read is to the bit what was written. (As JSON numbers they
-//! would be so only with serde_json's `float_roundtrip`; without it the last digit may differ.)
 
 use nalgebra::{Matrix3, Matrix6, Vector6};
 use serde::{Deserialize, Serialize};
@@ -11,6 +8,7 @@ use super::parameters::AXES;
 use super::qmethod::AttitudeProfile;
 use super::sums::{Scatter, Sums};
 use super::tracks::{Latest, Registration};
+use crate::decimals::{Decimals, WrongNumbers};
 use crate::time::Time;
 
 /// All that a [`Registration`] knows, to be written down by serde in any format.
@@ -41,10 +39,10 @@ const VERSION: u32 = 1;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Settled {
-    axes: [Numbers; AXES],
-    profiles: [Numbers; 2],
-    tracks: Numbers,
-    spread: Numbers,
+    axes: [Decimals; AXES],
+    profiles: [Decimals; 2],
+    tracks: Decimals,
+    spread: Decimals,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,74 +51,45 @@ struct SavedTrack {
     begun: i64,
     time: i64,
     kept: bool,
-    axes: [Numbers; AXES],
-    spread: Numbers,
+    axes: [Decimals; AXES],
+    spread: Decimals,
 }
 
-/// Numbers as text.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(into = "String", try_from = "String")]
-struct Numbers(Vec<f64>);
-
-impl From<Numbers> for String {
-    fn from(numbers: Numbers) -> Self {
-        let texts: Vec<String> = numbers.0.iter().map(|number| format!("{number:?}")).collect();
-        texts.join(" ")
+impl From<WrongNumbers> for RegistrationStateError {
+    fn from(WrongNumbers(found, wanted): WrongNumbers) -> Self {
+        Self::Numbers(found, wanted)
     }
 }
 
-impl TryFrom<String> for Numbers {
-    type Error = std::num::ParseFloatError;
-
-    fn try_from(text: String) -> Result<Self, Self::Error> {
-        text.split_whitespace().map(str::parse).collect::<Result<_, _>>().map(Self)
-    }
+fn information(numbers: &Decimals) -> Result<Information, RegistrationStateError> {
+    let numbers: &[f64; 42] = numbers.checked()?;
+    let (matrix, vector) = numbers.split_at(36);
+    Ok(Information { matrix: Matrix6::from_column_slice(matrix), vector: Vector6::from_column_slice(vector) })
 }
 
-impl Numbers {
-    fn of<'a>(parts: impl IntoIterator<Item = &'a [f64]>) -> Self {
-        Self(parts.into_iter().flatten().copied().collect())
-    }
-
-    fn checked<const COUNT: usize>(&self) -> Result<&[f64; COUNT], RegistrationStateError> {
-        let wrong = RegistrationStateError::Numbers(self.0.len(), COUNT);
-        let numbers = <&[f64; COUNT]>::try_from(self.0.as_slice()).map_err(|_| wrong.clone())?;
-        if numbers.iter().all(|number| number.is_finite()) { Ok(numbers) } else { Err(wrong) }
-    }
-
-    fn information(&self) -> Result<Information, RegistrationStateError> {
-        let numbers: &[f64; 42] = self.checked()?;
-        let (matrix, vector) = numbers.split_at(36);
-        Ok(Information {
-            matrix: Matrix6::from_column_slice(matrix),
-            vector: Vector6::from_column_slice(vector),
-        })
-    }
-
-    fn profile(&self) -> Result<AttitudeProfile, RegistrationStateError> {
-        let numbers: &[f64; 27] = self.checked()?;
-        let matrix = |from: usize| Matrix3::from_column_slice(&numbers[from..from + 9]);
-        Ok(AttitudeProfile { matrix: matrix(0), by_height: matrix(9), by_time: matrix(18) })
-    }
-
-    fn spread(&self) -> Result<Scatter, RegistrationStateError> {
-        let &[a, b, c, d, e, f] = self.checked()?;
-        Ok(Scatter { squares: [a, b, c], count: [d, e, f] })
-    }
+fn profile_of(numbers: &Decimals) -> Result<AttitudeProfile, RegistrationStateError> {
+    let numbers: &[f64; 27] = numbers.checked()?;
+    let matrix = |from: usize| Matrix3::from_column_slice(&numbers[from..from + 9]);
+    Ok(AttitudeProfile { matrix: matrix(0), by_height: matrix(9), by_time: matrix(18) })
 }
 
-fn axes(axes: &[Information; AXES]) -> [Numbers; AXES] {
-    axes.each_ref().map(|axis| Numbers::of([axis.matrix.as_slice(), axis.vector.as_slice()]))
+fn spread_of(numbers: &Decimals) -> Result<Scatter, RegistrationStateError> {
+    let &[a, b, c, d, e, f] = numbers.checked()?;
+    Ok(Scatter { squares: [a, b, c], count: [d, e, f] })
+}
+
+fn axes(axes: &[Information; AXES]) -> [Decimals; AXES] {
+    axes.each_ref().map(|axis| Decimals::of([axis.matrix.as_slice(), axis.vector.as_slice()]))
 }
 
 fn axes_of(
-    [azimuth, range, height]: &[Numbers; AXES],
+    [azimuth, range, height]: &[Decimals; AXES],
 ) -> Result<[Information; AXES], RegistrationStateError> {
-    Ok([azimuth.information()?, range.information()?, height.information()?])
+    Ok([information(azimuth)?, information(range)?, information(height)?])
 }
 
-fn spread(spread: &Scatter) -> Numbers {
-    Numbers::of([spread.squares.as_slice(), spread.count.as_slice()])
+fn spread(spread: &Scatter) -> Decimals {
+    Decimals::of([spread.squares.as_slice(), spread.count.as_slice()])
 }
 
 impl Registration {
@@ -128,7 +97,7 @@ impl Registration {
     pub fn to_state(&self) -> RegistrationState {
         let profile = |profile: &AttitudeProfile| {
             let AttitudeProfile { matrix, by_height, by_time } = profile;
-            Numbers::of([matrix.as_slice(), by_height.as_slice(), by_time.as_slice()])
+            Decimals::of([matrix.as_slice(), by_height.as_slice(), by_time.as_slice()])
         };
         let track = |track: &Latest| SavedTrack {
             begun: track.begun.nanos(),
@@ -143,7 +112,7 @@ impl Registration {
             settled: Settled {
                 axes: axes(&self.settled.axes),
                 profiles: self.settled.profiles.each_ref().map(profile),
-                tracks: Numbers(vec![self.settled.tracks]),
+                tracks: Decimals(vec![self.settled.tracks]),
                 spread: spread(&self.settled.spread),
             },
             latest: self.latest.iter().map(track).collect(),
@@ -164,7 +133,7 @@ impl Registration {
                 time: Time::from_nanos(track.time),
                 axes: axes_of(&track.axes)?,
                 kept: track.kept,
-                spread: track.spread.spread()?,
+                spread: spread_of(&track.spread)?,
             })
         };
         let Settled { axes, profiles: [azimuths, heights], tracks, spread } = &state.settled;
@@ -173,9 +142,9 @@ impl Registration {
             now: Time::from_nanos(state.now),
             settled: Sums {
                 axes: axes_of(axes)?,
-                profiles: [azimuths.profile()?, heights.profile()?],
+                profiles: [profile_of(azimuths)?, profile_of(heights)?],
                 tracks,
-                spread: spread.spread()?,
+                spread: spread_of(spread)?,
             },
             latest: state.latest.iter().map(track).collect::<Result<_, RegistrationStateError>>()?,
         })

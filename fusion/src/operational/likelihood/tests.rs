@@ -10,6 +10,10 @@ fn sheet() -> RadarErrors {
     RadarErrors::of_data_sheet(5.0, 1.0, 10.0)
 }
 
+fn radar() -> Radar {
+    Radar::from(&crate::settings::Radar { errors: sheet(), ..crate::settings::Radar::default() })
+}
+
 /// What is compared: a radar that sees something at a distance every so many seconds.
 struct Watch {
     range_m: f64,
@@ -33,7 +37,7 @@ impl Watch {
         let mut pair = PairLikelihood::default();
         let after_plot = |index: usize| {
             let second = index as f64 * self.period_s;
-            let offset = Offset::new(offset(second).map(Some), self.range_m, &sheet(), 1.5, &bias);
+            let offset = Offset::new(offset(second).map(Some), self.range_m, &radar(), 1.5, &bias);
             pair.add(&offset, Time::from_nanos((second * SECOND as f64) as i64), self.period_s);
             (second, pair)
         };
@@ -135,7 +139,15 @@ fn a_track_that_walks_off_is_let_go() {
 impl PairLikelihood {
     /// One that was compared, and whose sum is this.
     pub(in crate::operational) fn with_llr(llr: f64, last_likely: Option<Time>) -> Self {
-        let errors = Errors { bias_m: 1.0, white_m: 1.0, curve_m: 1.0, transponder_m2: 1.0 };
+        let scales = Scales::of_data_sheet();
+        let errors = Errors {
+            bias_m: 1.0,
+            white_m: 1.0,
+            sheet_white_m: 1.0,
+            curve_m: 1.0,
+            transponder_m2: 1.0,
+            scales,
+        };
         let expected = Some(SEPARATIONS.map(|separation| Axis::new(&errors, &separation)));
         Self { llr, last_likely, bias_penalty: 0.0, expected }
     }

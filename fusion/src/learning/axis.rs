@@ -1,0 +1,246 @@
+//! One axis of one radar: what its tracks' offsets from the transponders' curves tell of bias and white noise.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::model::{AxisErrors, change_variance, mean_variance};
+use super::pyramid::{Change, LEVELS};
+use super::sizes::Sizes;
+
+/// So many plots make the mean that is one sample of the bias itself.
+pub(super) const MEAN_OF: usize = 4;
+/// Correlation time of a transponder's bias, seconds: that of a satellite receiver lasts for a minute.
+const TRANSPONDER_S: f64 = 60.0;
+/// Correlation time of the error of the curve through its reports, seconds: about half the time between two of them.
+const CURVE_S: f64 = 1.5;
+/// What is assumed of a transponder's errors is itself known to so much of their variance.
+const TRANSPONDER_UNSURE: f64 = 1.0;
+/// So much of a logarithm of a variance is the model's own error, not the samples': real errors are no such process.
+const MODEL_UNSURE: f64 = 0.1;
+
+/// Changes or means of one kind: their sizes, and sums of what the transponder contributes to their variance.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Gathered {
+    pub(super) sizes: Sizes,
+    pub(super) count: f64,
+    /// Time between plots, seconds.
+    pub(super) spacing_s: f64,
+    /// Variances: of a transponder's bias, of the curve, of what is constant over a track.
+    pub(super) slow: f64,
+    pub(super) curve: f64,
+    pub(super) constant: f64,
+}
+
+/// The mean of the first plots of a stretch of a track.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Mean {
+    pub(super) size: f64,
+    pub(super) spacing_s: f64,
+    pub(super) slow: f64,
+    pub(super) curve: f64,
+    pub(super) constant: f64,
+}
+
+impl Gathered {
+    pub(super) const NONE: Self =
+        Self { sizes: Sizes::NONE, count: 0.0, spacing_s: 0.0, slow: 0.0, curve: 0.0, constant: 0.0 };
+
+    fn add(&mut self, mean: &Mean) {
+        let Mean { size, spacing_s, slow, curve, constant } = mean;
+        self.sizes.add(*size);
+        self.count += 1.0;
+        self.spacing_s += spacing_s;
+        self.slow += slow;
+        self.curve += curve;
+        self.constant += constant;
+    }
+
+    fn fade(&mut self, kept: f64) {
+        self.sizes.fade(kept);
+        let Self { sizes: _, count, spacing_s, slow, curve, constant } = self;
+        for sum in [count, spacing_s, slow, curve, constant] {
+            *sum *= kept;
+        }
+    }
+}
+
+/// What is known beforehand: the data sheet, and how far it may be off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Prior {
+    pub(super) errors: AxisErrors,
+    /// Sigmas of the logarithms of bias, correlation time and noise.
+    pub(super) unsure: [f64; 3],
+    /// How many times as large the bias is in turns, and sigma of the logarithm of that.
+    pub(super) turn_factor: f64,
+    pub(super) turn_unsure: f64,
+}
+
+/// What is known of one axis: errors in its unit, with sigmas of their logarithms.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Fitted {
+    pub(super) errors: AxisErrors,
+    pub(super) unsure: [f64; 3],
+    pub(super) turn_factor: f64,
+    pub(super) turn_unsure: f64,
+    /// Independent samples of the bias that it rests upon.
+    pub(super) tracks: f64,
+}
+
+/// What the radar tracks told.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct AxisSums {
+    pub(super) changes: [Gathered; LEVELS],
+    pub(super) straight: Gathered,
+    pub(super) turning: Gathered,
+}
+
+/// A variance as it was measured, how it depends on the errors, and how sure that is.
+struct Measured {
+    /// Logarithm of the variance.
+    log: f64,
+    /// Numbers that it is the mean square of.
+    count: f64,
+    /// Variance of a bias of unit variance, for a correlation time; share of the white noise.
+    shape: fn(f64, f64, f64) -> f64,
+    plots: f64,
+    spacing_s: f64,
+    white: f64,
+    transponder: f64,
+}
+
+impl Measured {
+    fn of(gathered: &Gathered, shape: fn(f64, f64, f64) -> f64, plots: usize, white: f64) -> Option<Self> {
+        let (variance, plots, count) = (gathered.sizes.variance()?, plots as f64, gathered.count);
+        let spacing_s = gathered.spacing_s / count;
+        let Gathered { slow, curve, constant, .. } = gathered;
+        let transponder = slow * shape(plots, spacing_s, TRANSPONDER_S)
+            + curve * shape(plots, spacing_s, CURVE_S)
+            + constant;
+        let effective = gathered.sizes.effective();
+        // The logarithm of a mean of few squares is smaller than that of their variance.
+        let log = variance.ln() + 1.0 / (effective + 1.0);
+        Some(Self { log, count: effective, shape, plots, spacing_s, white, transponder: transponder / count })
+    }
+
+    /// What these errors let expect: the variance, and the parts of it that are the bias, as it is and by how much it grows with
+    /// the logarithm of the correlation time, and the white noise.
+    fn expected(&self, errors: &AxisErrors) -> (f64, [f64; 3]) {
+        const STEP: f64 = 0.05;
+        let of = |correlation_s| {
+            errors.bias * errors.bias * (self.shape)(self.plots, self.spacing_s, correlation_s)
+        };
+        let bias = of(errors.correlation_s);
+        let slope =
+            (of(errors.correlation_s * STEP.exp()) - of(errors.correlation_s * (-STEP).exp())) / (2.0 * STEP);
+        let noise = self.white * errors.noise * errors.noise;
+        (bias + noise + self.transponder, [bias, slope, noise])
+    }
+
+    /// Variance of the logarithm.
+    fn unsure(&self, expected: f64) -> f64 {
+        let transponder = TRANSPONDER_UNSURE * self.transponder / expected;
+        2.0 / self.count * (1.0 + 1.0 / self.count) + transponder * transponder + MODEL_UNSURE * MODEL_UNSURE
+    }
+}
+
+impl AxisSums {
+    pub(super) const NONE: Self =
+        Self { changes: [Gathered::NONE; LEVELS], straight: Gathered::NONE, turning: Gathered::NONE };
+
+    pub(super) fn change(&mut self, change: &Change) {
+        let Change { level, size, spacing_s, slow, curve } = *change;
+        self.changes[level].add(&Mean { size, spacing_s, slow, curve, constant: 0.0 });
+    }
+
+    pub(super) fn mean(&mut self, mean: &Mean, turning: bool) {
+        if turning { self.turning.add(mean) } else { self.straight.add(mean) }
+    }
+
+    pub(super) fn fade(&mut self, kept: f64) {
+        self.changes.iter_mut().for_each(|change| change.fade(kept));
+        self.straight.fade(kept);
+        self.turning.fade(kept);
+    }
+
+    /// The errors that explain the sums best, from what is known beforehand on.
+    ///
+    /// Least squares of the logarithms of variances (Gauss–Newton), in the logarithms of the errors.
+    pub(super) fn fit(&self, prior: &Prior) -> Fitted {
+        let measured = self.measured();
+        let logs = |errors: &AxisErrors| {
+            Vector3::new(errors.bias.ln(), errors.correlation_s.ln(), errors.noise.ln())
+        };
+        let errors = |logs: &Vector3<f64>| AxisErrors {
+            bias: logs[0].exp(),
+            correlation_s: logs[1].exp(),
+            noise: logs[2].exp(),
+        };
+        let beforehand = logs(&prior.errors);
+        let certainty = Matrix3::from_diagonal(&Vector3::from(prior.unsure).map(|sigma| sigma.powi(-2)));
+        let normal = |at: &Vector3<f64>| {
+            let (mut matrix, mut vector) = (certainty, certainty * (beforehand - at));
+            for measured in &measured {
+                let (variance, parts) = measured.expected(&errors(at));
+                let [bias, slope, noise] = parts.map(|part| part / variance);
+                let row = Vector3::new(2.0 * bias, slope, 2.0 * noise);
+                let weight = 1.0 / measured.unsure(variance);
+                matrix += row * row.transpose() * weight;
+                vector += row * (weight * (measured.log - variance.ln()));
+            }
+            (matrix, vector)
+        };
+        let mut at = beforehand;
+        for _ in 0..FIT_STEPS {
+            let (matrix, vector) = normal(&at);
+            let Some(step) = matrix.cholesky().map(|root| root.solve(&vector)) else { break };
+            let longest = step.amax();
+            at += step * (LONGEST_STEP / longest).min(1.0);
+            if longest < FIT_SETTLED {
+                break;
+            }
+        }
+        let covariance = normal(&at).0.cholesky().map_or(Matrix3::zeros(), |root| root.inverse());
+        let unsure = std::array::from_fn(|index| covariance[(index, index)].sqrt());
+        let errors = errors(&at);
+        let (turn_factor, turn_unsure) = self.turn_factor(prior, &errors, unsure[0]);
+        Fitted { errors, unsure, turn_factor, turn_unsure, tracks: self.straight.count }
+    }
+
+    /// How many times as large the bias is in turns, and sigma of its logarithm.
+    fn turn_factor(&self, prior: &Prior, errors: &AxisErrors, bias_unsure: f64) -> (f64, f64) {
+        let beforehand = (prior.turn_factor, prior.turn_unsure);
+        let Some(turning) = Measured::of(&self.turning, mean_variance, MEAN_OF, 1.0 / MEAN_OF as f64) else {
+            return beforehand;
+        };
+        let (mut log, mut unsure) = (beforehand.0.ln(), beforehand.1);
+        for _ in 0..FIT_STEPS {
+            let turned = AxisErrors { bias: errors.bias * log.exp(), ..*errors };
+            let (variance, [bias, ..]) = turning.expected(&turned);
+            let slope = 2.0 * bias / variance;
+            let weight = 1.0 / (turning.unsure(variance) + (slope * bias_unsure).powi(2));
+            let certainty = beforehand.1.powi(-2) + slope * slope * weight;
+            let pull = (beforehand.0.ln() - log) * beforehand.1.powi(-2)
+                + slope * weight * (turning.log - variance.ln());
+            let step = pull / certainty;
+            log += step.clamp(-LONGEST_STEP, LONGEST_STEP);
+            unsure = certainty.powf(-0.5);
+            if step.abs() < FIT_SETTLED {
+                break;
+            }
+        }
+        (log.exp(), unsure)
+    }
+
+    fn measured(&self) -> Vec<Measured> {
+        let changes = self.changes.iter().enumerate().filter_map(|(level, gathered)| {
+            let plots = 1 << level;
+            Measured::of(gathered, change_variance, plots, 2.0 / plots as f64)
+        });
+        let straight = Measured::of(&self.straight, mean_variance, MEAN_OF, 1.0 / MEAN_OF as f64);
+        changes.chain(straight).collect()
+    }
+}
+
+/// The longest step of the fit, a logarithm, and how many it takes at most.
+const LONGEST_STEP: f64 = 0.7;
+const FIT_STEPS: usize = 50;
+const FIT_SETTLED: f64 = 1e-9;

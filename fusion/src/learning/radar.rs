@@ -1,0 +1,211 @@
+//! What one radar's tracks told of its errors.
+
+use super::AXES;
+use super::axis::{AxisSums, Fitted, Prior};
+use super::model::AxisErrors;
+use super::range_rate::RateOff;
+use super::track::{Flight, Told, TrackLearning};
+use super::velocity::{VelocitySums, VelocityVerdict};
+use crate::filter::RadarErrors;
+use crate::time::Time;
+
+/// What was told counts 1/e after so much time in which something was told, seconds: an hour.
+const MEMORY_S: f64 = 3600.0;
+/// A longer silence passes as so much of that time, seconds: it says nothing of how a radar errs.
+const SILENCE_S: f64 = 60.0;
+/// The errors are worked out anew after this long, seconds.
+const FIT_EVERY_S: f64 = 5.0;
+
+/// How far a data sheet may be off: sigmas of the logarithms of bias, correlation time, noise.
+const SHEET_UNSURE: [f64; 3] = [1.0, 0.7, 1.0];
+/// Turns enlarge the bias by this factor: by axis, with the sigma of its logarithm. Tracks of drones on test ranges: 1.7 in azimuth.
+const TURN_FACTORS: [(f64, f64); AXES] = [(1.0, 0.2), (1.7, 0.2), (1.0, 0.2)];
+/// Share of turns in flight beforehand, and how many plots it is worth.
+const TURNS: f64 = 0.3;
+const TURNS_PLOTS: f64 = 400.0;
+const MILLI: f64 = 1e-3;
+
+/// A value that is learnt.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LearntValue {
+    /// The value.
+    pub value: f64,
+    /// Its standard deviation, in the same unit.
+    pub deviation: f64,
+}
+
+/// The errors of one axis; range and height in metres, azimuth in radians.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LearntAxis {
+    /// Sigma of the bias, turns included as often as they are flown.
+    pub bias: LearntValue,
+    /// Its correlation time (to 1/e), seconds.
+    pub correlation_s: LearntValue,
+    /// Sigma of the white noise.
+    pub noise: LearntValue,
+    /// How many times as large the bias is in turns.
+    pub turn_factor: LearntValue,
+    /// Both together, bias and noise, over what the data sheet lets expect of them.
+    pub of_data_sheet: LearntValue,
+    /// Independent samples of the bias that it rests upon, the older ones in part.
+    pub tracks: f64,
+}
+
+/// The errors of a radar as they have shown themselves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LearntRadar {
+    /// Slant range, metres.
+    pub range_m: LearntAxis,
+    /// Azimuth, radians.
+    pub azimuth: LearntAxis,
+    /// Height, metres.
+    pub height_m: LearntAxis,
+    /// Whether its velocities are of use.
+    pub velocity: VelocityVerdict,
+    /// What takes the place of the data sheet's.
+    pub errors: RadarErrors,
+    /// Relative standard deviation of the size of the biases over ground.
+    pub unsure: f64,
+}
+
+/// What a radar's tracks told.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct RadarLearning {
+    pub(super) now: Time,
+    pub(super) axes: [AxisSums; AXES],
+    /// Plots on straight flight and in turns.
+    pub(super) plots: [f64; 2],
+    pub(super) velocity: VelocitySums,
+    pub(super) fitted: Option<(Time, LearntRadar)>,
+}
+
+impl Default for RadarLearning {
+    fn default() -> Self {
+        Self {
+            now: Time::from_nanos(i64::MIN),
+            axes: [AxisSums::NONE; AXES],
+            plots: [0.0; 2],
+            velocity: VelocitySums::NONE,
+            fitted: None,
+        }
+    }
+}
+
+impl RadarLearning {
+    /// Takes in what a track told up to `time`.
+    pub(crate) fn take(&mut self, track: &mut TrackLearning, time: Time) {
+        self.turn(time);
+        for told in track.take() {
+            match told {
+                Told::Change(axis, change) => self.axes[axis].change(&change),
+                Told::Mean(axis, mean, flight) => self.axes[axis].mean(&mean, flight == Flight::Turning),
+                Told::Plot(flight) => self.plots[flight as usize] += 1.0,
+                Told::Velocity(off) => self.velocity.add(&off),
+            }
+        }
+    }
+
+    /// Takes in how far the told rate of a range was off.
+    pub(crate) fn take_rate(&mut self, off: &RateOff) {
+        self.turn(off.time);
+        self.velocity.add_rate(off);
+    }
+
+    /// Whether transponders do not tell enough of its velocities.
+    pub(crate) fn asks_for_rates(&self) -> bool {
+        !self.velocity.is_told_by_transponders()
+    }
+
+    /// It is later.
+    fn turn(&mut self, time: Time) {
+        if time <= self.now {
+            return;
+        }
+        if self.now > Time::from_nanos(i64::MIN) {
+            let passed_s = time.seconds_since(self.now).min(SILENCE_S);
+            let kept = (-passed_s / MEMORY_S).exp();
+            self.axes.iter_mut().for_each(|axis| axis.fade(kept));
+            self.plots.iter_mut().for_each(|count| *count *= kept);
+            self.velocity.fade(kept);
+        }
+        self.now = time;
+    }
+
+    /// The errors, from those of the data sheet on; worked out anew where that is due.
+    pub(crate) fn learnt(&mut self, sheet: &RadarErrors) -> LearntRadar {
+        match self.fitted {
+            Some((at, learnt)) if self.now.nanos().abs_diff(at.nanos()) < (FIT_EVERY_S * 1e9) as u64 => {
+                learnt
+            }
+            _ => self.fitted.insert((self.now, self.fit(sheet))).1,
+        }
+    }
+
+    fn fit(&self, sheet: &RadarErrors) -> LearntRadar {
+        let units = [1.0, MILLI, 1.0];
+        let biases = [sheet.bias_range_m, sheet.bias_azimuth, sheet.bias_height_m];
+        let noises = [sheet.noise_range_m, sheet.noise_azimuth, sheet.noise_height_m];
+        let turning = (self.plots[1] + TURNS * TURNS_PLOTS) / (self.plots[0] + self.plots[1] + TURNS_PLOTS);
+        let axes = [0, 1, 2].map(|axis| {
+            let (turn_factor, turn_unsure) = TURN_FACTORS[axis];
+            let straight = biases[axis] / enlarged(TURNS, turn_factor);
+            let prior = Prior {
+                errors: AxisErrors {
+                    bias: straight / units[axis],
+                    correlation_s: sheet.correlation_s,
+                    noise: noises[axis] / units[axis],
+                },
+                unsure: SHEET_UNSURE,
+                turn_factor,
+                turn_unsure,
+            };
+            let fitted = self.axes[axis].fit(&prior);
+            (LearntAxis::of(&fitted, turning, units[axis], biases[axis].hypot(noises[axis])), fitted)
+        });
+        let [range_m, azimuth, height_m] = axes.map(|axis| axis.0);
+        // One correlation time for all: what each tells of it beyond the data sheet's.
+        let (mut information, mut vector) = (SHEET_UNSURE[1].powi(-2), 0.0);
+        for (_, fitted) in &axes {
+            let own = fitted.unsure[1].powi(-2);
+            vector += own * (fitted.errors.correlation_s / sheet.correlation_s).ln();
+            information += (own - SHEET_UNSURE[1].powi(-2)).max(0.0);
+        }
+        let errors = RadarErrors {
+            bias_range_m: range_m.bias.value,
+            bias_azimuth: azimuth.bias.value,
+            bias_height_m: height_m.bias.value,
+            noise_range_m: range_m.noise.value,
+            noise_azimuth: azimuth.noise.value,
+            noise_height_m: height_m.noise.value,
+            correlation_s: sheet.correlation_s * (vector / information).exp(),
+        };
+        let unsure = axes[0].1.unsure[0].max(axes[1].1.unsure[0]);
+        LearntRadar { range_m, azimuth, height_m, velocity: self.velocity.verdict(), errors, unsure }
+    }
+}
+
+/// How many times as large a bias is in the mean of straight flight and turns.
+fn enlarged(turning: f64, factor: f64) -> f64 {
+    (1.0 + turning * (factor * factor - 1.0)).sqrt()
+}
+
+impl LearntAxis {
+    fn of(fitted: &Fitted, turning: f64, unit: f64, sheet: f64) -> Self {
+        let Fitted { errors, unsure, turn_factor, turn_unsure, tracks } = *fitted;
+        let value = |value: f64, unsure: f64| LearntValue { value, deviation: value * unsure };
+        let larger = enlarged(turning, turn_factor);
+        let share = turning * turn_factor * turn_factor / (larger * larger);
+        let bias = value(unit * errors.bias * larger, unsure[0].hypot(share * turn_unsure));
+        let noise = value(unit * errors.noise, unsure[2]);
+        let both = bias.value.hypot(noise.value);
+        let deviation = (bias.value * bias.deviation).hypot(noise.value * noise.deviation) / both;
+        Self {
+            bias,
+            correlation_s: value(errors.correlation_s, unsure[1]),
+            noise,
+            turn_factor: value(turn_factor, turn_unsure),
+            of_data_sheet: LearntValue { value: both / sheet, deviation: deviation / sheet },
+            tracks,
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! What outlives a restart.
+
+use serde::{Deserialize, Serialize};
+
+use super::AXES;
+use super::axis::{AxisSums, Gathered};
+use super::pyramid::LEVELS;
+use super::radar::RadarLearning;
+use super::sizes::{CLASSES, Sizes};
+use super::velocity::VelocitySums;
+use crate::decimals::{Decimals, WrongNumbers};
+use crate::time::Time;
+
+/// All that was learnt of a radar, to be written down by serde in any format.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LearningState {
+    version: u32,
+    /// Nanoseconds since the Unix epoch.
+    now: i64,
+    plots: Decimals,
+    axes: [SavedAxis; AXES],
+    /// Count, sum of variances, then the sizes.
+    velocity: Decimals,
+    range_rate: Decimals,
+}
+
+/// A [`LearningState`] that cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LearningStateError {
+    /// Written by another version of the service.
+    #[error("learning state of version {0}, not {VERSION}")]
+    Version(u32),
+    /// Not what is written.
+    #[error("learning state: {0} numbers where {1} finite ones belong")]
+    Numbers(usize, usize),
+    /// Not what can be learnt.
+    #[error("learning state: nothing follows from its numbers")]
+    Senseless,
+}
+
+impl From<WrongNumbers> for LearningStateError {
+    fn from(WrongNumbers(found, wanted): WrongNumbers) -> Self {
+        Self::Numbers(found, wanted)
+    }
+}
+
+/// The only version so far.
+const VERSION: u32 = 1;
+/// More is never gathered, and no mean is larger.
+const LARGEST: f64 = 1e12;
+/// Sizes and their number are counted apart, and faded alike.
+const SAME: f64 = 1e-6;
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SavedAxis {
+    changes: [Decimals; LEVELS],
+    straight: Decimals,
+    turning: Decimals,
+}
+
+/// These sums, and behind them the sizes: the first class that is not empty, and those from it to the last such.
+fn saved(sums: &[f64], sizes: &Sizes) -> Decimals {
+    let first = sizes.0.iter().position(|&count| count > 0.0).unwrap_or(CLASSES);
+    let last = sizes.0.iter().rposition(|&count| count > 0.0).map_or(first, |last| last + 1);
+    Decimals::of([sums, &[first as f64], &sizes.0[first..last]])
+}
+
+/// Sums, the first of which is how many `each` sizes there are of, and the sizes.
+fn restored<const SUMS: usize>(
+    saved: &Decimals,
+    each: f64,
+) -> Result<([f64; SUMS], Sizes), LearningStateError> {
+    let numbers = &saved.0;
+    let is_sound = |number: &f64| (0.0..=LARGEST).contains(number);
+    let Some((sums, [first, counts @ ..])) = numbers.split_first_chunk::<SUMS>() else {
+        return Err(LearningStateError::Numbers(numbers.len(), SUMS + 1));
+    };
+    if !numbers.iter().all(is_sound) || *first as usize + counts.len() > CLASSES {
+        return Err(LearningStateError::Senseless);
+    }
+    let mut sizes = Sizes::NONE;
+    sizes.0[*first as usize..][..counts.len()].copy_from_slice(counts);
+    let (count, found) = (sums[0], counts.iter().sum::<f64>());
+    let is_one = (found - each * count).abs() <= SAME * found
+        && sums.iter().all(|sum| if count > 0.0 { sum / count <= LARGEST } else { *sum == 0.0 });
+    if is_one { Ok((*sums, sizes)) } else { Err(LearningStateError::Senseless) }
+}
+
+fn saved_gathered(gathered: &Gathered) -> Decimals {
+    let Gathered { sizes, count, spacing_s, slow, curve, constant } = gathered;
+    saved(&[*count, *spacing_s, *slow, *curve, *constant], sizes)
+}
+
+fn gathered(saved: &Decimals) -> Result<Gathered, LearningStateError> {
+    let ([count, spacing_s, slow, curve, constant], sizes) = restored(saved, 1.0)?;
+    Ok(Gathered { sizes, count, spacing_s, slow, curve, constant })
+}
+
+impl RadarLearning {
+    /// All that is known.
+    pub(crate) fn to_state(&self) -> LearningState {
+        let axis = |axis: &AxisSums| SavedAxis {
+            changes: axis.changes.each_ref().map(saved_gathered),
+            straight: saved_gathered(&axis.straight),
+            turning: saved_gathered(&axis.turning),
+        };
+        let VelocitySums { paired, count, radial, radial_count, radial_variance } = &self.velocity;
+        LearningState {
+            version: VERSION,
+            now: self.now.nanos(),
+            plots: Decimals(self.plots.to_vec()),
+            axes: self.axes.each_ref().map(axis),
+            velocity: saved(&[*count], paired),
+            range_rate: saved(&[*radial_count, *radial_variance], radial),
+        }
+    }
+
+    /// Goes on where that was written.
+    ///
+    /// # Errors
+    /// The state is of another version, or its numbers are not what is written.
+    pub(crate) fn from_state(state: &LearningState) -> Result<Self, LearningStateError> {
+        if state.version != VERSION {
+            return Err(LearningStateError::Version(state.version));
+        }
+        let axis = |saved: &SavedAxis| -> Result<AxisSums, LearningStateError> {
+            let mut axis = AxisSums::NONE;
+            for (change, saved) in axis.changes.iter_mut().zip(&saved.changes) {
+                *change = gathered(saved)?;
+            }
+            (axis.straight, axis.turning) = (gathered(&saved.straight)?, gathered(&saved.turning)?);
+            Ok(axis)
+        };
+        let [range, azimuth, height] = &state.axes;
+        let &plots = state.plots.checked()?;
+        if !plots.iter().all(|plots| (0.0..=LARGEST).contains(plots)) {
+            return Err(LearningStateError::Senseless);
+        }
+        let ([count], paired) = restored(&state.velocity, 2.0)?;
+        let ([radial_count, radial_variance], radial) = restored(&state.range_rate, 1.0)?;
+        Ok(Self {
+            now: Time::from_nanos(state.now),
+            axes: [axis(range)?, axis(azimuth)?, axis(height)?],
+            plots,
+            velocity: VelocitySums { paired, count, radial, radial_count, radial_variance },
+            ..Self::default()
+        })
+    }
+}
+
+impl LearningState {
+    /// When something was learnt last; `None`: never.
+    pub fn time(&self) -> Option<Time> {
+        (self.now > i64::MIN).then(|| Time::from_nanos(self.now))
+    }
+
+    /// Whether an engine could go on with it.
+    ///
+    /// # Errors
+    /// The state is of another version, or its numbers are not what is written.
+    pub fn check(&self) -> Result<(), LearningStateError> {
+        RadarLearning::from_state(self).map(drop)
+    }
+}
