@@ -8,7 +8,9 @@ use super::mutual::{self, Evidence};
 use super::reacquisition::{self, Measured};
 use super::targets::Targets;
 use super::tracklets::{Tracklet, Tracklets};
-use super::tuning::{COAST_MAX_S, CONFIRM_LOG_ODDS, INITIATION_HOLD, MUTUAL_APART_LLR, MUTUAL_ASSOCIATE_LLR};
+use super::tuning::{
+    COAST_MAX_S, CONFIRM_LOG_ODDS, INITIATION_HOLD, MUTUAL_APART_LLR, MUTUAL_ASSOCIATE_LLR, NOBODYS_LLR,
+};
 use crate::time::Time;
 
 /// Initiates a target, at once back to its first plot, of each radar track that is confirmed and nobody's.
@@ -76,7 +78,7 @@ fn is_nobodys(
     let long_ago =
         |likely: Option<Time>| likely.is_none_or(|likely| cycle.centre - likely >= INITIATION_HOLD);
     let is_apart = |&(target, pair): &(TargetId, PairLikelihood)| {
-        decided.are_apart(tracklet.id, target) || (pair.llr < -8.0 && long_ago(pair.last_likely))
+        decided.are_apart(tracklet.id, target) || (pair.llr < NOBODYS_LLR && long_ago(pair.last_likely))
     };
     let is_apart_there = |&(id, pair): &(TrackletId, Evidence)| {
         let Some(other) =

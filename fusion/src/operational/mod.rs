@@ -27,6 +27,7 @@ mod track_numbers;
 mod tracklets;
 mod transponder;
 mod tuning;
+mod walk_off;
 
 use crate::learning::{LearningState, LearningStateError};
 use crate::numbering::Numbers;

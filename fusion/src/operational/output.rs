@@ -5,12 +5,10 @@ use nalgebra::Matrix2;
 use super::competitors::competitors;
 use super::correlation::{Correlations, Verdict};
 use super::cycle::Cycle;
-use super::settings::{Radar, Settings};
 use super::targets::{Target, Targets};
 use super::tracklets::{Tracklet, Tracklets};
-use super::tuning::{
-    COAST_MAX_S, RADAR_ONLY_PLOT_SHARE, RADAR_ONLY_SIGMA_M, SILENT_PLOT_SHARE, SILENT_SIGMA_MAX_M,
-};
+use super::tuning::{COAST_MAX_S, UNSEEN_SIGMA_MAX_M};
+use super::walk_off;
 use crate::filter::StateEstimate;
 use crate::numbering::Numbers;
 use crate::point::{self, Association, Basis, Because, Point, Source};
@@ -41,9 +39,13 @@ pub(super) fn publish(
         if let Some(plot) = plot.or_else(ahead) {
             target.take_part(plot, settings);
         }
-        let Some(estimate) = target.estimate(centre) else { continue };
+        let Some(mut estimate) = target.estimate(centre) else { continue };
         let is_covered = target.on_curve(centre, settings).is_some();
-        if !is_covered && !is_known(target, &estimate, settings) {
+        if !is_covered {
+            estimate.horizontal += Matrix2::identity() * walk_off::of_target(target, tracklets, cycle);
+        }
+        // What a sensor sees is published, however badly it is known.
+        if !is_covered && plot.is_none() && !is_known(target, &estimate) {
             continue;
         }
         if !targets.number_transponder(id, slot, numbers, &mut returned) {
@@ -78,26 +80,17 @@ fn nearest_track<'a>(target: &Target, tracklets: &'a Tracklets, cycle: &Cycle) -
     target.followed(tracklets).min_by_key(away)
 }
 
-/// Sigma of a plot of the radar that sees that place best, metres.
-fn plot_sigma_m(estimate: &StateEstimate, settings: &Settings) -> f64 {
-    let sigma_m = |(_, radar): (_, &Radar)| radar.plot_sigma_m(estimate.position);
-    settings.radars().map(sigma_m).fold(f64::INFINITY, f64::min)
-}
-
-/// Whether a target that no transponder tells of now is known well enough: by its sigma and, without a transponder, by how
-/// long it coasts.
-fn is_known(target: &Target, estimate: &StateEstimate, settings: &Settings) -> bool {
-    let limit_m = match (target.transponder(), target.radar()) {
-        (Some(_), _) => SILENT_SIGMA_MAX_M.min(SILENT_PLOT_SHARE * plot_sigma_m(estimate, settings)),
-        (None, Some((_, plot_m))) => RADAR_ONLY_PLOT_SHARE * plot_m + RADAR_ONLY_SIGMA_M,
-        (None, None) => 0.0,
-    };
+/// Whether a target that no sensor sees in this slot is known well enough to be published: with a transponder by its sigma,
+/// without one by how long it coasts.
+fn is_known(target: &Target, estimate: &StateEstimate) -> bool {
     let coasts_s = match (estimate.since_s, estimate.until_s) {
         (Some(_), Some(_)) => 0.0,
         (since_s, until_s) => since_s.or(until_s).unwrap_or(0.0),
     };
-    let is_coasting = target.transponder().is_none() && coasts_s > COAST_MAX_S;
-    estimate.sigma_m() <= limit_m && !is_coasting
+    match target.transponder() {
+        Some(_) => estimate.sigma_m() <= UNSEEN_SIGMA_MAX_M,
+        None => target.radar().is_some() && coasts_s <= COAST_MAX_S,
+    }
 }
 
 /// Why the radar track is this target.

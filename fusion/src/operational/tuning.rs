@@ -208,9 +208,26 @@ pub(super) const MOTION_PLOT_LOG_ODDS_MAX: f64 = 1.0;
 /// Bound of their sum.
 pub(super) const MOTION_LOG_ODDS_MAX: f64 = 3.0;
 
+// --- Walking off
+
+/// Share of radar tracks that end by walking off their aircraft.
+pub(super) const WALK_OFF_SHARE: f64 = 0.2;
+/// Root mean square of the speed at which they do, metres a second.
+pub(super) const WALK_OFF_SPEED_M_S: f64 = 10.0;
+/// How long that lasts before the track ends, from and to, seconds.
+pub(super) const WALK_OFF_LASTS_S: [f64; 2] = [4.0, 10.0];
+/// A radar track has ended that has shown nothing for so long, seconds; or for as many periods as it lasts.
+pub(super) const ENDED_AFTER_S: f64 = 2.5;
+/// How much of what comes after a slot is known when that is made, seconds.
+pub(super) const KNOWN_AHEAD_S: f64 = 6.0;
+
 // --- Initiation
 
+/// A radar track becomes a target of its own where its LLR with every transponder near it is below this: a second track of a
+/// known aircraft would be its ghost.
+pub(super) const NOBODYS_LLR: f64 = -8.0;
 /// A radar track that was likely to be a known target has most often walked off it: no target of its own for this long after.
+/// What walks off does so for 4 to 10 s.
 pub(super) const INITIATION_HOLD: SignedDuration = SignedDuration::from_secs(10);
 /// A target that only a radar sees is published no longer than this after its last plot and before its first, seconds.
 pub(super) const COAST_MAX_S: f64 = 2.0;
@@ -227,14 +244,9 @@ pub(super) const RADAR_VELOCITY_CORRELATION_S: f64 = 3.0;
 
 // --- Output
 
-/// A silent transponder's target is published while the sigma of its position is below this, metres,
-pub(super) const SILENT_SIGMA_MAX_M: f64 = 41.0;
-/// and below this share of a plot's: where it may turn no covariance stays honest for long.
-pub(super) const SILENT_PLOT_SHARE: f64 = 20.0;
-/// A target without a transponder, while its sigma is below this multiple of a plot's
-pub(super) const RADAR_ONLY_PLOT_SHARE: f64 = 1.1;
-/// plus this, metres.
-pub(super) const RADAR_ONLY_SIGMA_M: f64 = 10.0;
+/// An aircraft whose transponder is silent and that no radar sees is published while the sigma of its position is below
+/// this, metres: the radius that holds 95 % of its positions is then 100 m.
+pub(super) const UNSEEN_SIGMA_MAX_M: f64 = 41.0;
 /// Published competitors of each kind.
 pub(super) const COMPETITORS_MAX: usize = 3;
 /// Track number T · this + R.

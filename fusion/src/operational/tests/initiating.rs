@@ -70,9 +70,10 @@ fn a_track_that_is_likely_somebodys_waits() {
         is_initiated
     };
     assert!(!is_initiated_with(0.5, None, Verdict::Automatic), "it could be that one");
-    assert!(is_initiated_with(-0.5, None, Verdict::Automatic));
-    assert!(!is_initiated_with(-0.5, Some(94.5), Verdict::Automatic), "it has walked off");
-    assert!(is_initiated_with(-0.5, Some(94.0), Verdict::Automatic));
+    assert!(!is_initiated_with(-7.5, None, Verdict::Automatic), "it would be a ghost if it were");
+    assert!(is_initiated_with(-8.5, None, Verdict::Automatic));
+    assert!(!is_initiated_with(-8.5, Some(90.5), Verdict::Automatic), "it has walked off");
+    assert!(is_initiated_with(-8.5, Some(90.0), Verdict::Automatic));
     assert!(is_initiated_with(12.0, Some(100.0), Verdict::Decorrelated), "an operator says it is not");
 }
 

@@ -1,6 +1,7 @@
 //! What is published, and under which number.
 
 use super::*;
+use crate::operational::tuning::UNSEEN_SIGMA_MAX_M;
 use crate::point::{Basis, Because, Competitor, Source};
 
 /// Radar track 7 with plots from one second to the other, published from second 90 on.
@@ -107,13 +108,26 @@ fn competitors_are_told_the_likeliest_first_and_no_more_than_three_of_a_kind() {
 }
 
 #[test]
-fn a_silent_transponder_is_published_while_it_is_known_better_than_a_radar_would_see_it() {
+fn a_silent_transponder_is_published_while_its_place_is_known_to_100_m() {
     let mut case = Case::new();
     case.transponder(0, &halves(80.0, 100.0), 0.0);
-    let published = case.publish(95.0, 115.0, |_, _| ());
+    let published = case.publish(95.0, 125.0, |_, _| ());
     let (_, last) = published.iter().rfind(|(_, points)| !points.is_empty()).unwrap();
-    let plot_m = case.settings.radars[0].unwrap().plot_sigma_m(last[0].position);
     // The transponder's bias is published with it, but does not count.
     let sigma_m = (last[0].estimate.unwrap().horizontal.trace() / 2.0 - 0.91 * 4.5).sqrt();
-    assert!((0.6..0.7).contains(&(sigma_m / plot_m)), "{sigma_m} m of {plot_m} m");
+    assert!((0.9..=1.0).contains(&(sigma_m / UNSEEN_SIGMA_MAX_M)), "{sigma_m} m");
+}
+
+#[test]
+fn what_a_radar_sees_is_published_however_badly() {
+    let mut case = Case::new();
+    case.settings.radars[0].as_mut().unwrap().errors.bias_azimuth = 0.5;
+    let track = case.track((0, 1), &halves(90.0, 110.0), 0.0, 0.9);
+    let published = case.publish(95.0, 105.0, |_, _| ());
+    assert!(case.target(track).is_some());
+    assert!(published.iter().skip(2).all(|(_, points)| points.len() == 1));
+    let poor = |points: &Vec<Point>| {
+        points[0].estimate.unwrap().horizontal.trace() > 2.0 * UNSEEN_SIGMA_MAX_M.powi(2)
+    };
+    assert!(published.iter().skip(2).all(|(_, points)| poor(points)), "{published:?}");
 }
