@@ -288,11 +288,11 @@ fn speed(speed: &Speed) -> Vec<Asked> {
         .now("~ 120")
         .required(AtMost(35.0))
         .ambition(AtMost(15.0)),
-        Asked::new("`city` live: lateness p99.9 beyond a sleeping timer, ms", measured(None, None))
+        Asked::new("`city` live: lateness p99.9 beyond a sleeping timer, ms", measured(speed.live[0], None))
             .now("118")
             .required(AtMost(20.0))
             .ambition(AtMost(5.0)),
-        Asked::new("`city` live: resident memory, MB", measured(None, None))
+        Asked::new("`city` live: resident memory, MB", measured(speed.live[1], None))
             .now("161 MiB")
             .required(AtMost(150.0))
             .ambition(AtMost(100.0)),

@@ -41,6 +41,21 @@ pub struct Speed {
     /// What a slot of 2,000 radar tracks and 2,000 transponders takes under `operational`, milliseconds: 999 of a thousand take
     /// no more.
     pub crowd_p999_ms: Option<Mean>,
+    /// `city` live, as the example `load` measured it last: lateness beyond a sleeping timer, 999 of a thousand slots,
+    /// milliseconds, and memory, MB.
+    pub live: [Option<Mean>; 2],
+}
+
+/// Where `cargo run --release --example load -- city` leaves its figures.
+const LIVE: &str = "target/load-city.json";
+
+/// What was measured live, where it was.
+fn live() -> [Option<Mean>; 2] {
+    const MIB_IN_MB: f64 = 1.048_576;
+    let figures =
+        std::fs::read(LIVE).ok().and_then(|octets| serde_json::from_slice::<serde_json::Value>(&octets).ok());
+    let figure = |name: &str, unit: f64| Mean::of(&[figures.as_ref()?.get(name)?.as_f64()? * unit]);
+    [figure("lateness_beyond_timer_p99.9_ms", 1.0), figure("most_resident_mib", MIB_IN_MB)]
 }
 
 /// Measures everything, on flights with seeds from this one on.
@@ -67,6 +82,7 @@ pub fn measure(first_seed: u64) -> Result<Speed, Failure> {
     }
     let crowd_ms = crowd(first_seed)?.slots_ms(Profile::Operational);
     Ok(Speed {
+        live: live(),
         times_real,
         processor: Mean::of(&ratios),
         city_p99_ms,

@@ -4,11 +4,9 @@ mod kinematics;
 
 use kinematics::Kinematics;
 
+use super::classes::ClassEvidence;
 use super::settings::Radar;
-use super::tuning::{
-    CLASS_LOG_ODDS_MAX, CLASS_MEMORY_S, CLASS_NEUTRAL, CLASS_NEVER, CLASS_PLOT_MAX_S, CLASS_SETTLED_S,
-    CLASS_SLOPE,
-};
+use super::tuning::{CLASS_MEMORY_S, CLASS_NEVER, CLASS_PLOT_MAX_S, CLASS_SETTLED_S};
 use crate::report::Plot;
 
 /// What the plots so far tell of it.
@@ -17,6 +15,8 @@ pub(super) struct Existence {
     /// Seconds of plots that told a class, and their mean probability of a drone.
     class_s: f64,
     class_mean: f64,
+    /// Natural logarithm of the odds by that mean alone, as the site's radar tracks have it.
+    class_log_odds: f64,
     kinematics: Kinematics,
 }
 
@@ -32,6 +32,16 @@ impl Existence {
         self
     }
 
+    /// What the site's radar tracks make of its class.
+    pub(super) fn classify(&mut self, evidence: &ClassEvidence) {
+        self.class_log_odds = evidence.log_odds(self.class_mean);
+    }
+
+    /// Seconds of plots that told a class, and their mean probability of a drone.
+    pub(super) fn class(&self) -> (f64, f64) {
+        (self.class_s, self.class_mean)
+    }
+
     /// Veto: the radar is certain that it is no drone.
     pub(super) fn is_vetoed(&self) -> bool {
         self.class_s >= CLASS_SETTLED_S && self.class_mean < CLASS_NEVER
@@ -39,8 +49,6 @@ impl Existence {
 
     /// Natural logarithm of the odds that it is a drone.
     pub(super) fn log_odds(&self) -> f64 {
-        let class =
-            (CLASS_SLOPE * (self.class_mean - CLASS_NEUTRAL)).clamp(-CLASS_LOG_ODDS_MAX, CLASS_LOG_ODDS_MAX);
-        class * (self.class_s / CLASS_SETTLED_S).min(1.0) + self.kinematics.log_odds
+        self.class_log_odds * (self.class_s / CLASS_SETTLED_S).min(1.0) + self.kinematics.log_odds
     }
 }

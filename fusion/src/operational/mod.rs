@@ -6,6 +6,7 @@
 
 mod admission;
 mod association;
+mod classes;
 mod comparison;
 mod competitors;
 mod correlation;
@@ -37,6 +38,7 @@ use crate::report::{Fix, Identity, Plot, Report, SensorIndex};
 use crate::slots::{Slot, SlotGrid};
 use crate::time::{SECOND, Time};
 use admission::{Admission, Admitted};
+use classes::Classes;
 use correlation::Correlations;
 use cycle::Cycle;
 use registrations::Registrations;
@@ -60,6 +62,7 @@ pub(super) struct Operational {
     targets: Targets,
     correlations: Correlations,
     registrations: Registrations,
+    classes: Classes,
     /// Centre of the slot that was published last.
     published: Option<Time>,
 }
@@ -87,7 +90,7 @@ impl Operational {
         self.sort_plots(settings);
         self.sort_fixes(settings);
         self.forget(cycle);
-        let Self { tracklets, targets, correlations, registrations, .. } = self;
+        let Self { tracklets, targets, correlations, registrations, classes, .. } = self;
         comparison::compare(tracklets, targets, cycle);
         let decided = &correlations.decided(tracklets, targets);
         let measured = &reacquisition::Measured::of(targets);
@@ -99,6 +102,7 @@ impl Operational {
         targets.settle(cycle.centre);
         targets.learn(cycle.centre, settings);
         tracklets.settle(cycle.centre, settings);
+        classes.learn(tracklets, targets, cycle);
         self.published = Some(cycle.centre);
         points
     }
@@ -117,7 +121,7 @@ impl Operational {
                 self.tracklets.insert(corrected, plot.position, radar);
             }
         }
-        self.tracklets.look_ahead(settings);
+        self.tracklets.look_ahead(&self.classes, settings);
     }
 
     /// Puts the transponder reports that came to the time of their measurement, and sorts them into targets.

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
+use super::classes::Classes;
 use super::cycle::{Cycle, EARLIEST, LATEST};
 use super::existence::Existence;
 use super::ids::{TargetId, TrackletId};
@@ -9,7 +10,9 @@ use super::likelihood::PairLikelihood;
 use super::mutual::Evidence;
 use super::settings::{Radar, Settings};
 use super::transponder::Transponder;
-use super::tuning::{DRONE_SPEED_MAX_M_S, GATE_M, INITIATION_HOLD, PAIR_LLR_MAX, TRACK_GATE_SIGMAS};
+use super::tuning::{
+    CLASS_TOLD_AFTER_S, DRONE_SPEED_MAX_M_S, GATE_M, INITIATION_HOLD, PAIR_LLR_MAX, TRACK_GATE_SIGMAS,
+};
 use crate::frames::Enu;
 use crate::report::{Plot, RadarTrackKey, SensorIndex};
 use crate::time::Time;
@@ -38,6 +41,8 @@ pub(super) struct Tracklet {
     settled: (Existence, Time),
     /// by all of them, with the time of the last.
     ahead: (Existence, Time),
+    /// Whether it has told of the class.
+    class_told: bool,
 }
 
 impl Tracklet {
@@ -45,7 +50,17 @@ impl Tracklet {
         let unknown = (Existence::default(), EARLIEST);
         let (key, plots) = (plot.plot.track, VecDeque::from([plot]));
         let (pairs, mutual) = (Vec::new(), Vec::new());
-        Self { id, key, target: None, plots, pairs, mutual, settled: unknown, ahead: unknown }
+        Self {
+            id,
+            key,
+            target: None,
+            plots,
+            pairs,
+            mutual,
+            settled: unknown,
+            ahead: unknown,
+            class_told: false,
+        }
     }
 
     /// A plot: of two of one time the last received counts.
@@ -150,6 +165,13 @@ impl Tracklet {
     /// Whether it is a drone, by all its plots.
     pub(super) fn existence(&self) -> &Existence {
         &self.ahead.0
+    }
+
+    /// The mean class probability of the plots up to the slot; once, when there are enough of them.
+    pub(super) fn take_class(&mut self) -> Option<f64> {
+        let (class_s, mean) = self.settled.0.class();
+        let is_told = std::mem::replace(&mut self.class_told, class_s >= CLASS_TOLD_AFTER_S);
+        (self.class_told && !is_told).then_some(mean)
     }
 
     /// The target that it is.
@@ -300,11 +322,12 @@ impl Tracklets {
     }
 
     /// Takes the plots that came into what is known of each one's class and flight.
-    pub(super) fn look_ahead(&mut self, settings: &Settings) {
+    pub(super) fn look_ahead(&mut self, classes: &Classes, settings: &Settings) {
         for tracklet in self.all.values_mut() {
             if let Some(radar) = settings.radar(tracklet.key.sensor) {
                 let (existence, until) = tracklet.ahead;
-                let existence = existence.with(tracklet.between(until, LATEST), radar);
+                let mut existence = existence.with(tracklet.between(until, LATEST), radar);
+                existence.classify(classes.of(tracklet.key.sensor));
                 tracklet.ahead = (existence, tracklet.last());
             }
         }

@@ -185,6 +185,23 @@ pub(super) const CLASS_PLOT_MAX_S: f64 = 1.0;
 /// Veto: a mean class probability below this is certain that it is no drone.
 pub(super) const CLASS_NEVER: f64 = 0.01;
 
+/// Bins of the class probability in what a site's own tracks tell of it.
+pub(super) const CLASS_BINS: usize = 20;
+/// Sigma of the class probability between radar tracks of one target.
+pub(super) const CLASS_KERNEL: f64 = 0.03;
+/// What tracks tell is forgotten to 1/e in this time, seconds.
+pub(super) const CLASS_EVIDENCE_S: f64 = 7200.0;
+/// A radar track tells of the class once, after plots of so many seconds.
+pub(super) const CLASS_TOLD_AFTER_S: f64 = 5.0;
+/// Tracks with a higher mean class probability are taken for drones when those without a transponder are counted.
+pub(super) const CLASS_SURE: f64 = 0.7;
+/// Tracks of drones without and with a transponder before there are any.
+pub(super) const CLASS_SHARE_PRIOR: (f64, f64) = (2.0, 8.0);
+/// So many tracks of a bin may be a few drones without a transponder that come again and again.
+pub(super) const CLASS_SPARE_TRACKS: f64 = 5.0;
+/// A track whose transponder is not decided tells nothing of the background: one with a pair above this LLR.
+pub(super) const CLASS_UNDECIDED_LLR: f64 = -6.0;
+
 /// How the rate of the range changes: a critically damped second-order Gauss–Markov process.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RangeMotion {

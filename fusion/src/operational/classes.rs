@@ -1,0 +1,163 @@
+//! How many radar tracks of a site show which class probability: what its own traffic tells of a radar's classification.
+//!
+//! Radar tracks that go with a transponder are drones for certain: their class probabilities are labelled for free. All
+//! others are the background: birds, and drones without a transponder. Where the background has many times the tracks that
+//! drones explain, what shows that probability is a bird, whatever the radar calls it. Each radar classifies in its own way,
+//! so each has its own evidence. It only ever speaks against a drone: a probability that few tracks show tells nothing.
+
+use std::array;
+use std::collections::BTreeMap;
+
+use super::cycle::Cycle;
+use super::targets::Targets;
+use super::tracklets::Tracklets;
+use super::tuning::{
+    ASSOCIATE_LLR, CLASS_BINS, CLASS_EVIDENCE_S, CLASS_KERNEL, CLASS_LOG_ODDS_MAX, CLASS_NEUTRAL,
+    CLASS_SHARE_PRIOR, CLASS_SLOPE, CLASS_SPARE_TRACKS, CLASS_SURE, CLASS_UNDECIDED_LLR,
+};
+use crate::report::SensorIndex;
+
+/// Radar tracks by their mean class probability.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct ClassEvidence {
+    /// Those that go with a transponder.
+    drones: [f64; CLASS_BINS],
+    background: [f64; CLASS_BINS],
+}
+
+impl Default for ClassEvidence {
+    fn default() -> Self {
+        Self { drones: [0.0; CLASS_BINS], background: [0.0; CLASS_BINS] }
+    }
+}
+
+/// The middle of a bin.
+fn middle(bin: usize) -> f64 {
+    (bin as f64 + 0.5) / CLASS_BINS as f64
+}
+
+impl ClassEvidence {
+    /// Takes in a radar track with this mean class probability.
+    fn add(&mut self, mean: f64, is_drone: bool) {
+        let counts = if is_drone { &mut self.drones } else { &mut self.background };
+        // Another track of the same target would show a probability near this one.
+        let near: [f64; CLASS_BINS] = array::from_fn(|bin| {
+            (-0.5 * ((middle(bin) - mean.clamp(0.0, 1.0)) / CLASS_KERNEL).powi(2)).exp()
+        });
+        let sum: f64 = near.iter().sum();
+        counts.iter_mut().zip(near).for_each(|(count, near)| *count += near / sum);
+    }
+
+    /// What was `dt` seconds ago fades.
+    fn fade(&mut self, dt: f64) {
+        let kept = (-dt / CLASS_EVIDENCE_S).exp();
+        self.drones.iter_mut().chain(&mut self.background).for_each(|count| *count *= kept);
+    }
+
+    /// Natural logarithm of the odds that a radar track of nobody with this mean class probability is a drone: as the radar has
+    /// it, or less where the site's tracks say so.
+    pub(super) fn log_odds(&self, mean: f64) -> f64 {
+        let sure = |counts: &[f64; CLASS_BINS]| -> f64 {
+            (0..CLASS_BINS).filter(|&bin| middle(bin) > CLASS_SURE).map(|bin| counts[bin]).sum()
+        };
+        // Drones without a transponder for each one with: by the tracks that the radar is surest of.
+        let (without, with) = CLASS_SHARE_PRIOR;
+        let share = (sure(&self.background) + without) / (sure(&self.drones) + with);
+        let bin = ((mean.clamp(0.0, 1.0) * CLASS_BINS as f64) as usize).min(CLASS_BINS - 1);
+        let drones = share * self.drones[bin] + CLASS_SPARE_TRACKS;
+        let told = (CLASS_SLOPE * (mean - CLASS_NEUTRAL)).clamp(-CLASS_LOG_ODDS_MAX, CLASS_LOG_ODDS_MAX);
+        match self.background[bin] > drones {
+            true => told.min((drones / self.background[bin]).ln()),
+            false => told,
+        }
+    }
+}
+
+/// The evidence of each radar.
+#[derive(Debug, Default)]
+pub(super) struct Classes {
+    radars: BTreeMap<SensorIndex, ClassEvidence>,
+    none: ClassEvidence,
+}
+
+impl Classes {
+    /// That of a radar.
+    pub(super) fn of(&self, sensor: SensorIndex) -> &ClassEvidence {
+        self.radars.get(&sensor).unwrap_or(&self.none)
+    }
+
+    /// Takes in the radar tracks whose class has settled with the plots up to the slot.
+    pub(super) fn learn(&mut self, tracklets: &mut Tracklets, targets: &Targets, cycle: &Cycle) {
+        let dt = cycle.centre.seconds_since(cycle.previous);
+        self.radars.values_mut().for_each(|evidence| evidence.fade(dt));
+        for tracklet in tracklets.iter_mut() {
+            let Some(mean) = tracklet.take_class() else { continue };
+            let has_transponder = |id| targets.get(id).is_some_and(|target| target.transponder().is_some());
+            let is_drone = match tracklet.target().filter(|&id| has_transponder(id)) {
+                Some(id) if tracklet.pair_llr(id).is_some_and(|llr| llr >= ASSOCIATE_LLR) => true,
+                None if tracklet
+                    .pairs()
+                    .iter()
+                    .all(|(_, pair)| pair.total() <= Some(CLASS_UNDECIDED_LLR)) =>
+                {
+                    false
+                }
+                _ => continue, // it is not known which
+            };
+            self.radars.entry(tracklet.key.sensor).or_default().add(mean, is_drone);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// So many tracks of each probability, evenly over its bounds.
+    fn with(evidence: &mut ClassEvidence, tracks: u32, [low, high]: [f64; 2], is_drone: bool) {
+        for track in 0..tracks {
+            let mean = low + (high - low) * (f64::from(track) + 0.5) / f64::from(tracks);
+            evidence.add(mean, is_drone);
+        }
+    }
+
+    fn told(mean: f64) -> f64 {
+        ClassEvidence::default().log_odds(mean)
+    }
+
+    #[test]
+    fn what_many_birds_show_is_no_drones() {
+        let mut evidence = ClassEvidence::default();
+        with(&mut evidence, 300, [0.5, 0.95], true);
+        with(&mut evidence, 75, [0.5, 0.95], false);
+        with(&mut evidence, 480, [0.4, 0.6], false);
+        assert!(evidence.log_odds(0.58) < -1.0, "{}", evidence.log_odds(0.58));
+        assert_eq!(evidence.log_odds(0.8), told(0.8));
+    }
+
+    #[test]
+    fn a_few_drones_without_transponder_do_not_speak_against_themselves() {
+        let mut evidence = ClassEvidence::default();
+        with(&mut evidence, 20, [0.7, 0.8], true);
+        with(&mut evidence, 30, [0.55, 0.65], false);
+        assert_eq!(evidence.log_odds(0.6), told(0.6));
+    }
+
+    #[test]
+    fn drones_in_any_number_leave_it_at_what_the_radar_tells() {
+        let mut evidence = ClassEvidence::default();
+        with(&mut evidence, 2000, [0.3, 0.95], true);
+        for mean in [0.0, 0.4, 0.57, 0.7, 1.0] {
+            assert_eq!(evidence.log_odds(mean), told(mean));
+        }
+    }
+
+    #[test]
+    fn what_was_long_ago_is_forgotten() {
+        let mut evidence = ClassEvidence::default();
+        with(&mut evidence, 480, [0.5, 0.6], false);
+        assert!(evidence.log_odds(0.6) < told(0.6));
+        evidence.fade(10.0 * CLASS_EVIDENCE_S);
+        assert_eq!(evidence.log_odds(0.6), told(0.6));
+    }
+}
