@@ -54,14 +54,17 @@ pub(super) const SAME_REPORT: SignedDuration = SignedDuration::from_millis(20);
 /// Share of a transponder's position error that is new with each report: most of a GNSS receiver's lasts for a minute.
 pub(super) const FRESH_SHARE: f64 = 0.3;
 /// Sizes of a transponder's white noise that are weighed, as multiples of that share of what is configured.
-pub(super) const NOISE_SCALES: [f64; 8] = [0.03125, 0.0625, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0];
+pub(super) const NOISE_SCALES: [f64; 17] = [
+    0.0625, 0.0884, 0.125, 0.177, 0.25, 0.354, 0.5, 0.707, 1.0, 1.414, 2.0, 2.828, 4.0, 5.657, 8.0, 11.31,
+    16.0,
+];
 /// Logarithm of how much less likely each doubling or halving is before reports tell.
 pub(super) const NOISE_PRIOR_FALL: f64 = 1.5;
 /// What reports tell of it is forgotten to 1/e in this time, seconds.
 pub(super) const NOISE_CHANGE_S: f64 = 900.0;
 /// How an aircraft moves between three reports: power spectral density of the acceleration, m²/s³, and how often.
 pub(super) const REPORT_MOTIONS: [(f64, f64); 6] =
-    [(0.0005, 0.2), (0.05, 0.3), (0.6, 0.15), (6.0, 0.15), (60.0, 0.1), (600.0, 0.1)];
+    [(0.0005, 0.2), (0.05, 0.2), (0.6, 0.1), (6.0, 0.15), (60.0, 0.25), (600.0, 0.1)];
 /// A report that is off for another reason: sigma, metres, and how often.
 pub(super) const REPORT_OUTLIER: (f64, f64) = (50.0, 0.01);
 /// Three reports over a longer time than this tell nothing of noise, seconds.

@@ -199,6 +199,8 @@ mod tests {
             let error = wrong.parse::<Requirement>().unwrap_err();
             assert!(error.contains(word), "{wrong}: {error}");
         }
-        assert!("x>1".parse::<Requirement>().unwrap_err().contains("epos_covered epos_gap precision recall"));
+        assert!(
+            "x>1".parse::<Requirement>().unwrap_err().contains("epos_gap gap_within_50_m precision recall")
+        );
     }
 }

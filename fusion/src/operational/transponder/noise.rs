@@ -90,8 +90,11 @@ pub(super) fn told([before, at, after]: [&Fix; 3], sigma_m: [f64; 2]) -> Option<
                 .sum();
             let (outlier_m, share) = REPORT_OUTLIER;
             // Each report is part of three chords: as much is new as if it were part of two.
-            0.5 * (motions + share * likelihood(outlier_m * outlier_m)).ln()
+            0.5 * (motions + share * likelihood(outlier_m * outlier_m)).max(f64::MIN_POSITIVE).ln()
         })
     };
     Some([of(&[off.x, off.y], sigma_m[0]), of(&[off.z], sigma_m[1])])
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,109 @@
+//! What reports tell of their noise, on flights whose noise is known.
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::frames::Enu;
+use crate::report::{Identity, SensorIndex, UasItems};
+use crate::time::Time;
+
+/// White noise of a report as it is configured: over ground, and in height, metres.
+const CONFIGURED_M: [f64; 2] = [0.9, 1.5];
+
+fn report(seconds: f64, [x, y, z]: [f64; 3]) -> Fix {
+    Fix {
+        sensor: SensorIndex(0),
+        time: Time::from_nanos((seconds * 1e9) as i64),
+        position: Enu::new(x, y, z),
+        accuracy_m: None,
+        velocity: None,
+        climb_m_s: None,
+        identity: Identity::new(b"000000000001", None).unwrap(),
+        items: UasItems::default(),
+    }
+}
+
+/// Normal numbers from a counter.
+struct Normal(u64);
+
+impl Normal {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
+    }
+
+    fn next(&mut self) -> f64 {
+        (-2.0 * self.uniform().ln()).sqrt() * (std::f64::consts::TAU * self.uniform()).cos()
+    }
+}
+
+/// What is learnt over ground from a flight of so many reports every `period_s`: legs of 30 s, each second one a turn.
+fn learnt(seed: u64, noise_m: f64, period_s: f64, count: usize) -> WhiteNoise {
+    let mut normal = Normal(seed);
+    let (mut place, mut heading) = ([0.0, 0.0], 0.3_f64);
+    let mut fixes = Vec::new();
+    for step in 0..count {
+        let seconds = step as f64 * period_s;
+        for _ in 0..100 {
+            let dt = period_s / 100.0;
+            heading += if (seconds / 30.0) as u64 % 2 == 1 { 0.2 * dt } else { 0.0 };
+            place = [place[0] + 15.0 * heading.sin() * dt, place[1] + 15.0 * heading.cos() * dt];
+        }
+        let noisy = [place[0] + noise_m * normal.next(), place[1] + noise_m * normal.next(), 80.0];
+        fixes.push(report(seconds, noisy));
+    }
+    let mut noise = WhiteNoise::default();
+    for three in fixes.windows(3) {
+        if let Some([over_ground, _]) = told([&three[0], &three[1], &three[2]], CONFIGURED_M) {
+            noise.add(&over_ground, period_s);
+        }
+    }
+    noise
+}
+
+#[test]
+fn without_evidence_it_is_as_configured() {
+    assert_eq!(WhiteNoise::default().scale().0, 1.0);
+}
+
+#[test]
+fn reports_far_apart_tell_nothing() {
+    let fixes = [0.0, 7.0, 14.0].map(|seconds| report(seconds, [0.0; 3]));
+    assert_eq!(told([&fixes[0], &fixes[1], &fixes[2]], CONFIGURED_M), None);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+
+    /// A flight of four minutes, half of it in turns, tells the noise to a factor of two: turns look like some of it.
+    #[test]
+    fn the_noise_of_a_flight_is_found(
+        seed in 1_u64..1_000_000, octave in -3.5_f64..1.5, period_s in 0.5_f64..2.5,
+    ) {
+        let true_m = CONFIGURED_M[0] * octave.exp2();
+        let (scale, _) = learnt(seed, true_m, period_s, (240.0 / period_s) as usize).scale();
+        let off = (scale * CONFIGURED_M[0] / true_m).ln().abs();
+        prop_assert!(off < 2.0_f64.ln(), "{scale} × configured; {true_m} m");
+    }
+
+    /// However the reports lie, the size stays among those that are weighed.
+    #[test]
+    fn no_reports_lead_out_of_bounds(places in prop::collection::vec((0.01_f64..5.0, -1e6_f64..1e6), 3..60)) {
+        let mut seconds = 0.0;
+        let fixes: Vec<Fix> = places
+            .iter()
+            .map(|&(dt, place)| {
+                seconds += dt;
+                report(seconds, [place, -place, place / 2.0])
+            })
+            .collect();
+        let mut noise = WhiteNoise::default();
+        for three in fixes.windows(3) {
+            if let Some([over_ground, _]) = told([&three[0], &three[1], &three[2]], CONFIGURED_M) {
+                noise.add(&over_ground, 1.0);
+            }
+        }
+        let (scale, factor) = noise.scale();
+        prop_assert!((0.06..=16.4).contains(&scale) && factor.is_finite(), "{scale} {factor}");
+    }
+}
