@@ -211,14 +211,13 @@ fn without_a_point_every_format_is_still_valid() {
 #[test]
 fn what_nobody_measured_and_is_known_too_poorly_is_in_no_file() {
     let flight = demo();
-    let scratch = Scratch::new();
     let written = |max_accuracy_m: &str| {
-        let file = scratch.path("out.ndjson");
         let mut replay = flight.replay(&[&flight.capture()]);
         replay.env("UTM_FUSION__OUTPUT__MAX_ACCURACY_M", max_accuracy_m);
-        let ran = ran(replay.args(["--profile", "operational", "-o"]).arg(&file));
+        replay.args(["--profile", "operational", "-o", "-", "--output-format", "ndjson"]);
+        let ran = ran(&mut replay);
         assert_eq!(ran.code, 0, "{}", ran.stderr);
-        std::fs::read_to_string(file).unwrap().lines().map(str::to_owned).collect::<Vec<_>>()
+        ran.text().lines().map(str::to_owned).collect::<Vec<_>>()
     };
     let (all, few) = (written("10000"), written("10"));
     let track = |line: &String| serde_json::from_str::<Map<String, Value>>(line).unwrap();
