@@ -184,10 +184,12 @@ fn replayed(input: &Path, received: impl Iterator<Item = (Time, Vec<u8>)>) -> Re
     for (received, payload) in received {
         let (received, kind) = (Some(received), ReceptionKind::Datagram);
         pipeline.receive(&Reception { received, input: 0, from: None, kind, origin: 0, payload });
-        sent.extend(pipeline.emissions().flat_map(|emission| pack(&maker.picture(emission), &encoder)));
+        sent.extend(
+            pipeline.emissions().flat_map(|emission| pack(&maker.picture(emission).tracks, &encoder)),
+        );
     }
     pipeline.finish();
-    sent.extend(pipeline.emissions().flat_map(|emission| pack(&maker.picture(emission), &encoder)));
+    sent.extend(pipeline.emissions().flat_map(|emission| pack(&maker.picture(emission).tracks, &encoder)));
     Ok(sent)
 }
 

@@ -6,16 +6,20 @@ use super::piece::{Piece, SOURCES};
 use super::problem::Problem;
 use super::query::Query;
 use crate::config::Sensor;
+use crate::picture::MAX_ACCURACY_M;
 
 /// Rule of `bbox`.
 const BBOX: &str = "four numbers lon_min,lat_min,lon_max,lat_max in degrees, ±180 and ±90; lat_min is not above \
                     lat_max; lon_min above lon_max spans the antimeridian";
 /// Rule of `alt_min` and `alt_max`.
 const ALTITUDE: &str = "a height above mean sea level in metres, -1000 to 100000";
+/// Rule of `max_accuracy_m`.
+const ACCURACY: &str = "a radius in metres, 1 to 10000";
 /// Most tracks in one answer.
 const MOST: usize = 10_000;
 
-/// A choice among tracks; the default is all of them.
+/// A choice among tracks; the default is what readers get who ask for nothing else: all but those that no sensor measured
+/// and that are known too poorly, [`MAX_ACCURACY_M`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Filter {
     /// Longitude and latitude at least, at most.
@@ -26,6 +30,7 @@ pub struct Filter {
     alt_min: Option<f64>,
     alt_max: Option<f64>,
     ids: Option<HashSet<String>>,
+    max_accuracy_m: Option<f64>,
     limit: Option<usize>,
     competitors: bool,
 }
@@ -55,6 +60,7 @@ impl Filter {
         };
         let sensors = query.list("sensor", known, names)?;
         let altitude = |name| query.value(name, ALTITUDE, |alt: &f64| (-1_000.0..=100_000.0).contains(alt));
+        let within_m = |metres: &f64| (1.0..=10_000.0).contains(metres);
         let limit = query.value("limit", "a whole number, 1 to 10000", |limit| (1..=MOST).contains(limit))?;
         let extra = |name: &str| (name == "competitors").then_some(());
         let include = query.list("include", extra, || "competitors, or nothing".to_owned())?;
@@ -67,19 +73,22 @@ impl Filter {
             alt_min: altitude("alt_min")?,
             alt_max: altitude("alt_max")?,
             ids: ids.map(|ids| ids.into_iter().collect()),
+            max_accuracy_m: query.value("max_accuracy_m", ACCURACY, within_m)?,
             limit,
             competitors: include.is_some(),
         })
     }
 
-    /// Whether it lets everything through, and nothing is added.
-    pub fn is_all(&self) -> bool {
+    /// Whether it is what readers get who ask for nothing else.
+    pub fn is_default(&self) -> bool {
         *self == Self::default()
     }
 
     /// Whether the track is wanted. One whose height is unknown is within no height.
     pub fn wants(&self, piece: &Piece) -> bool {
-        self.bbox.is_none_or(|bbox| within(bbox, piece.lng, piece.lat))
+        let max_accuracy_m = self.max_accuracy_m.unwrap_or(MAX_ACCURACY_M);
+        piece.unmeasured_accuracy_m.is_none_or(|accuracy_m| accuracy_m <= max_accuracy_m)
+            && self.bbox.is_none_or(|bbox| within(bbox, piece.lng, piece.lat))
             && self.sources.as_ref().is_none_or(|sources| sources.contains(&piece.source))
             && self
                 .sensors

@@ -122,10 +122,10 @@ impl Keeper {
         }
         let head = format!("id: {}\nevent: tracks\ndata: ", self.next_id());
         let shown = Arc::new(Shown::new(frame, hub, before.as_deref(), &head));
-        let ended = self.endings.note(shown.time(), shown.pieces.iter());
+        let ended = self.endings.note(shown.time(), shown.usual());
         let time = shown.time();
         self.state.note_slot();
-        self.state.trails().note(time, &shown.pieces);
+        self.state.trails().note(time, shown.usual());
         let is_back = before.is_some_and(|before| time < before.time());
         self.state.log.push(if is_back { Event::Back(shown) } else { Event::Slot(shown) });
         if !ended.is_empty() {

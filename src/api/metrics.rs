@@ -29,7 +29,7 @@ pub fn text(ask: &Ask) -> Answer {
     out.sample("info", &[("version", env!("CARGO_PKG_VERSION")), ("site", &hub.config.site.name)], 1);
     out.one("start_time_seconds", "When the service started", hub.started.as_seconds());
     out.one("slots_published_total", "Slots published", latest.as_ref().map_or(0, |shown| shown.frame.seq));
-    out.one("tracks", "Tracks in the latest slot", latest.map_or(0, |shown| shown.pieces.len()));
+    out.one("tracks", "Tracks in the latest slot", latest.map_or(0, |shown| shown.usual().count()));
     out.one("streams", "Open event streams", state.seats.taken());
     out.one("http_connections", "Open HTTP connections", state.door.open());
     out.by(

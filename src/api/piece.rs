@@ -24,6 +24,8 @@ pub struct Piece {
     pub alt_msl: Option<f64>,
     /// Metres above the ellipsoid, where it was measured.
     pub height_m: Option<f64>,
+    /// Radius that holds 95 % of its horizontal errors, metres, where no sensor measured it in its slot.
+    pub unmeasured_accuracy_m: Option<f64>,
     pub(super) radar: Option<usize>,
     pub(super) transponder: Option<usize>,
     /// Whether it differs from the slot before.

@@ -69,8 +69,7 @@ pub fn aircraft(ask: &Ask) -> Result<Picture, Problem> {
         return Ok(Picture { now: ask.state.now().as_seconds(), messages, aircraft: Vec::new() });
     };
     let mut taken = BTreeSet::new();
-    let aircraft =
-        shown.pieces.iter().map(|piece| entry(piece, &shown, hex(&piece.id, &mut taken))).collect();
+    let aircraft = shown.usual().map(|piece| entry(piece, &shown, hex(&piece.id, &mut taken))).collect();
     Ok(Picture { now: rounded(shown.frame.published_at.as_seconds(), 3), messages, aircraft })
 }
 

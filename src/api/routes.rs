@@ -16,7 +16,7 @@ use super::{
     correlations, history, metrics, openapi, page, raw, readsb, replay, service, sites, stream, tracks, uss,
 };
 
-const FILTER: [Parameter; 9] = [
+const FILTER: [Parameter; 10] = [
     Parameter::new(
         "bbox",
         "string",
@@ -37,6 +37,13 @@ const FILTER: [Parameter; 9] = [
     )
     .within(-1_000.0, 100_000.0),
     Parameter::new("ids", "string", "ids of tracks, separated by commas"),
+    Parameter::new(
+        "max_accuracy_m",
+        "number",
+        "interpolated and extrapolated tracks are left out where accuracy_h_m is above it, 1 to 10000; default: 100; what a \
+         sensor measured is always there",
+    )
+    .within(1.0, 10_000.0),
     Parameter::new("limit", "integer", "tracks at most, 1 to 10000").within(1.0, 10_000.0),
     Parameter::new("trail_s", "integer", "each track with its trail of the last seconds, 1 to 600")
         .within(1.0, 600.0),
@@ -47,8 +54,8 @@ const FILTER: [Parameter; 9] = [
     ),
 ];
 
-const STREAM: [Parameter; 11] = {
-    let [a, b, c, d, e, f, g, h, i] = FILTER;
+const STREAM: [Parameter; 12] = {
+    let [a, b, c, d, e, f, g, h, i, j] = FILTER;
     let interval = Parameter::new(
         "interval_ms",
         "integer",
@@ -56,7 +63,7 @@ const STREAM: [Parameter; 11] = {
     )
     .within(250.0, 10_000.0);
     let ticket = Parameter::new("ticket", "string", "from POST /api/v1/stream-tickets, for browsers");
-    [a, b, c, d, e, f, g, h, i, interval, ticket]
+    [a, b, c, d, e, f, g, h, i, j, interval, ticket]
 };
 
 const VIEW: [Parameter; 2] = [

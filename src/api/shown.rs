@@ -24,7 +24,7 @@ use fusion::time::Time;
 pub struct Shown {
     /// As the engine put it out.
     pub frame: Arc<PublishedPicture>,
-    /// Its tracks, in the order of the picture.
+    /// All its tracks, in the order of the picture.
     pub pieces: Vec<Piece>,
     config: Arc<Config>,
     maker: Arc<PictureMaker>,
@@ -106,6 +106,7 @@ impl Shown {
             lat: rounded(track.position.latitude_deg(), 9),
             alt_msl: track.altitude_amsl_m.map(|metres| rounded(metres, 3)),
             height_m: track.altitude_amsl_m.map(|_| track.position.height_m),
+            unmeasured_accuracy_m: track.unmeasured_accuracy_m(),
             radar: track.point.source.radar().map(|radar| usize::from(radar.track.sensor.0)),
             transponder: track.point.source.transponder().map(|part| usize::from(part.sensor.0)),
             is_new: !known.has(track),
@@ -122,8 +123,13 @@ impl Shown {
             event: event.into(),
             collection: collection.into(),
         };
-        if shown.pieces.iter().any(|piece| !piece.is_new) {
-            let changes = shown.changes(&Filter::default());
+        let usual = Filter::default();
+        let is_whole = shown.pieces.iter().all(|piece| usual.wants(piece));
+        if !is_whole {
+            shown.collection = shown.join(shown.all(), &usual).into();
+        }
+        if !is_whole || shown.pieces.iter().any(|piece| !piece.is_new) {
+            let changes = shown.changes(&usual);
             shown.event = [event_head.as_bytes(), &changes, b"\n\n"].concat().into();
         }
         shown
@@ -136,7 +142,13 @@ impl Shown {
 
     /// The feature collection of what a filter lets through.
     pub fn filtered(&self, filter: &Filter) -> Payload {
-        if filter.is_all() { self.collection.clone() } else { self.join(self.all(), filter).into() }
+        if filter.is_default() { self.collection.clone() } else { self.join(self.all(), filter).into() }
+    }
+
+    /// What readers get who ask for nothing else.
+    pub fn usual(&self) -> impl Iterator<Item = &Piece> {
+        let usual = Filter::default();
+        self.pieces.iter().filter(move |piece| usual.wants(piece))
     }
 
     /// Its pieces, each with the slot that it is of.

@@ -189,7 +189,7 @@ impl Reader {
 
     /// Whether it gets the events as they are made for everybody.
     fn is_plain(&self) -> bool {
-        self.filter.is_all() && self.interval_ns.is_none()
+        self.filter.is_default() && self.interval_ns.is_none()
     }
 
     fn slot(&mut self, shown: Arc<Shown>) {

@@ -63,7 +63,7 @@ impl Trail {
 
 impl Trails {
     /// Keeps the first slot of each second. A replay that went back takes back what it will show again.
-    pub fn note(&mut self, time: Time, pieces: &[Piece]) {
+    pub fn note<'a>(&mut self, time: Time, pieces: impl Iterator<Item = &'a Piece>) {
         while self.seconds.back().is_some_and(|second| second.time >= time) {
             self.seconds.pop_back().inspect(|second| self.places -= second.places.len());
         }
@@ -82,7 +82,7 @@ impl Trails {
             });
             (name, place)
         };
-        let places: Vec<_> = pieces.iter().map(place).collect();
+        let places: Vec<_> = pieces.map(place).collect();
         self.places += places.len();
         self.seconds.push_back(Second { time, places });
         let oldest = Time::from_nanos(time.nanos() - i64::from(LONGEST_S) * SECOND);

@@ -177,7 +177,7 @@ fn identified(shown: &Shown) -> impl Iterator<Item = (&Piece, &PictureTrack, &Tr
         let track = shown.track(piece);
         Some((piece, track, track.point.source.transponder()?))
     };
-    shown.pieces.iter().filter_map(known)
+    shown.usual().filter_map(known)
 }
 
 fn flight(piece: &Piece, track: &PictureTrack, accuracy_s: f64) -> Flight {

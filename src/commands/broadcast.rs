@@ -72,7 +72,7 @@ impl Broadcast {
             let degraded = sensors.iter().any(|sensor| sensor.state != SensorState::Operational);
             self.failed += self.sinks.send(&status_block(self.encoder.source, at, degraded));
         }
-        for payload in pack(picture, &self.encoder) {
+        for payload in pack(&picture.tracks, &self.encoder) {
             self.failed += self.sinks.send(&payload);
         }
         if before == 0 && self.failed > 0 {

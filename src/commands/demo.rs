@@ -18,7 +18,7 @@ use super::{CommandResult, Outcome};
 use crate::app::Failure;
 use crate::areas::Masks;
 use crate::evaluate::{self, InputsAlone, Labels, Scoring};
-use crate::picture::{Picture, PictureMaker, PictureTrack};
+use crate::picture::{MAX_ACCURACY_M, Picture, PictureMaker, PictureTrack};
 use crate::pipeline::{Output, Pipeline, Tally};
 use crate::simulate::{Scenario, Simulation, TRANSPONDER_ID, simulate};
 use fusion::Enu;
@@ -129,7 +129,8 @@ impl Show<'_> {
     }
 
     fn slot(&mut self, emission: Emission, tally: &Tally) -> io::Result<()> {
-        let picture = self.maker.picture(emission);
+        let mut picture = self.maker.picture(emission);
+        picture.keep_within(MAX_ACCURACY_M);
         self.summary.count(&picture);
         self.pace.wait_for(picture.time);
         self.update(&picture);

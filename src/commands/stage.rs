@@ -94,7 +94,8 @@ impl<'a> Stage<'a> {
         if self.failed.is_some() || self.is_over {
             return;
         }
-        let picture = self.maker.picture(emission);
+        let mut picture = self.maker.picture(emission);
+        picture.keep_within(self.config.output.max_accuracy_m);
         if !self.is_wanted(&picture) {
             return;
         }

@@ -6,15 +6,19 @@ use super::kinds::{directory, flag, inline, named, number, tables, whole};
 use super::names::{names, written_by_name};
 use super::network::Sink;
 use super::table::{absent, need, section};
+use crate::picture::MAX_ACCURACY_M;
 
 section! {
     /// What is sent and recorded.
-    #[derive(Eq)]
     Output {
         /// Destinations of the fused CAT129. One that cannot be opened at SIGHUP leaves those before.
         asterix: Vec<Sink> = Vec::new(), tables(), reloaded;
         /// What I129/040 of a record with a transponder holds.
         serial: SerialSource = SerialSource::Uas, named();
+        /// Of positions that no sensor measured in their slot (interpolated, extrapolated) those are left out, here and in the
+        /// files of `replay`, whose horizontal 95 % radius is above this, metres. The API has a parameter of this name.
+        max_accuracy_m: f64 = MAX_ACCURACY_M,
+            number("an accuracy is a radius of 1 to 10000 metres", |metres| (1.0..=10_000.0).contains(&metres));
         /// Whether a CAT065 service status is sent to the destinations each second, so that silence is a failure.
         status: bool = true, flag();
         /// Whether the slots that the window still holds are published when the service stops.

@@ -70,6 +70,7 @@ fn the_base_is_valid_and_its_defaults_are_those_of_the_reference() {
     assert_eq!(radar.classification, Classification::SpecialPurpose { octet: 0 });
     assert_eq!(config.output.asterix[0].ttl, 1);
     assert_eq!((config.output.status, config.output.flush_on_stop), (true, true));
+    assert_eq!(config.output.max_accuracy_m, 100.0);
     assert_eq!(config.state.dir.to_str(), Some("state"));
     assert!(config.http.listen.ip().is_loopback());
 }
@@ -334,6 +335,13 @@ fn output_http_state_and_areas() {
         (output, under("serial = \"uav\""), "26: output.serial = \"uav\"", "\"uas\" or \"track-number\""),
         (output, under("status = \"yes\""), "26: output.status = \"yes\"", "true or false, without quotes"),
         (output, under("flush_on_stop = 1"), "26: output.flush_on_stop = 1", "true or false"),
+        (
+            output,
+            under("max_accuracy_m = 0.5"),
+            "26: output.max_accuracy_m = 0.5",
+            "a radius of 1 to 10000 metres",
+        ),
+        (output, under("max_accuracy_m = 10001"), "26: output.max_accuracy_m = 10001", "1 to 10000"),
         (output, under("record = {}"), "26: output.record.dir", "missing"),
         (
             output,

@@ -18,7 +18,7 @@ pub struct InputsAlone {
     pub transponder: Vec<OutputPoint>,
 }
 
-/// The points that the engine publishes for a capture.
+/// The points that a capture gives, as its replay writes them.
 ///
 /// # Errors
 /// The capture cannot be read to its end.
@@ -31,8 +31,9 @@ pub fn output(
     let maker = PictureMaker::new(config, pipeline.normaliser());
     let mut points = Vec::new();
     let mut publish = |emission| {
-        let tracks = maker.picture(emission).tracks;
-        points.extend(tracks.iter().map(|track| OutputPoint::of_track(track, &maker)));
+        let picture = maker.picture(emission);
+        let tracks = picture.within(config.output.max_accuracy_m);
+        points.extend(tracks.map(|track| OutputPoint::of_track(track, &maker)));
     };
     for reception in receptions {
         pipeline.receive(&reception?);

@@ -95,7 +95,9 @@ impl<W: Write> PictureWriter<W> {
             }
             Form::Pcap { out, flow } => {
                 let sent: Time = picture.time + self.latency;
-                pack(picture, &self.encoder).iter().try_for_each(|datagram| out.write(*flow, sent, datagram))
+                pack(&picture.tracks, &self.encoder)
+                    .iter()
+                    .try_for_each(|datagram| out.write(*flow, sent, datagram))
             }
             Form::Ndjson(out) => picture.tracks.iter().try_for_each(|track| {
                 serde_json::to_writer(&mut *out, &TrackJson::new(track, maker))?;

@@ -10,7 +10,7 @@ use tracing::{error, info};
 
 use super::{SavedTrack, Snapshot, Store};
 use crate::live::{Archive, Severity, Trouble};
-use crate::picture::{Picture, PictureMaker};
+use crate::picture::{MAX_ACCURACY_M, Picture, PictureMaker};
 use fusion::time::SECOND;
 
 /// Pictures that may wait: a minute of them.
@@ -52,7 +52,7 @@ impl Archive for Historian {
         if std::mem::replace(&mut self.second, second) == second {
             return;
         }
-        let tracks = picture.tracks.iter().map(|track| SavedTrack::of(track, maker)).collect();
+        let tracks = picture.within(MAX_ACCURACY_M).map(|track| SavedTrack::of(track, maker)).collect();
         let snapshot = Snapshot { time: picture.time, tracks };
         if self.queue.as_ref().is_none_or(|queue| queue.try_send(snapshot).is_err()) {
             self.store.0.counters.lost.fetch_add(1, Ordering::Relaxed);

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use super::health::{SensorState, SensorStatus};
 use crate::areas::AlertAreas;
 use crate::current::Current;
-use crate::picture::{Picture, PictureMaker, PictureTrack};
+use crate::picture::{MAX_ACCURACY_M, Picture, PictureMaker, PictureTrack};
 use fusion::time::{SECOND, Time};
 
 /// A track has left an area when it was not seen inside for this long, nanoseconds: it may flicker at the edge, or be
@@ -163,7 +163,7 @@ impl Alerts {
             self.changes.clear();
         }
         let mut found = Vec::new();
-        for track in &picture.tracks {
+        for track in picture.within(MAX_ACCURACY_M) {
             let place = &track.position;
             for area in areas.around(place.longitude_deg(), place.latitude_deg()) {
                 let id = maker.track_id(track);

@@ -316,7 +316,10 @@ impl Engine {
     fn hand_out(&mut self, are_owed: bool) {
         while let Some(made) = self.driver.poll() {
             match made {
-                Made::Slot(frame) => self.ready.push_back(ReadySlot::new(frame, &self.encoder)),
+                Made::Slot(frame) => {
+                    let max_accuracy_m = self.config.output.max_accuracy_m;
+                    self.ready.push_back(ReadySlot::new(frame, &self.encoder, max_accuracy_m));
+                }
                 Made::Number(change) => self.note_number(change),
                 Made::Event(event) if event.is_warning() => {
                     if self.quiet.may_tell(event.kind(), self.clock.now()) {

@@ -22,6 +22,9 @@ pub use track_json::{TrackJson, TransponderId, serial_text};
 /// best (`fusion::operational`).
 const HEIGHT_KNOWN_M: f64 = 30.0;
 
+/// What readers get unless they or the configuration say otherwise, [`PictureTrack::is_within`], metres.
+pub const MAX_ACCURACY_M: f64 = 100.0;
+
 /// Everything of one slot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
@@ -31,6 +34,18 @@ pub struct Picture {
     pub time: Time,
     /// Fused, then radar, then transponder; each by track number.
     pub tracks: Vec<PictureTrack>,
+}
+
+impl Picture {
+    /// Its tracks but those that nobody measured and that are known too poorly, [`PictureTrack::is_within`].
+    pub fn within(&self, max_accuracy_m: f64) -> impl Iterator<Item = &PictureTrack> {
+        self.tracks.iter().filter(move |track| track.is_within(max_accuracy_m))
+    }
+
+    /// Leaves the others out.
+    pub fn keep_within(&mut self, max_accuracy_m: f64) {
+        self.tracks.retain(|track| track.is_within(max_accuracy_m));
+    }
 }
 
 /// One point of the engine's output with its position on Earth.
@@ -66,6 +81,19 @@ impl PictureTrack {
     /// Whether it lies after the last one.
     pub fn is_coasting(&self) -> bool {
         self.is_extrapolated() && self.motion.is_some_and(|motion| motion.last_measurement.is_some())
+    }
+
+    /// Whether a reader wants it that leaves out what is known too poorly: a position that no sensor measured in its slot,
+    /// where the radius that holds 95 % of its horizontal errors is above this, metres. What a sensor measured is there,
+    /// however poorly it is known.
+    pub fn is_within(&self, max_accuracy_m: f64) -> bool {
+        self.unmeasured_accuracy_m().is_none_or(|accuracy_m| accuracy_m <= max_accuracy_m)
+    }
+
+    /// The radius that holds 95 % of its horizontal errors, metres, where no sensor measured it in its slot: never in the
+    /// `reference` profile.
+    pub fn unmeasured_accuracy_m(&self) -> Option<f64> {
+        self.motion.filter(|motion| motion.basis != Basis::Measured).map(|motion| motion.accuracy_h_m)
     }
 
     /// Motion with a vertical part: `None` where the height is not known.
@@ -175,3 +203,6 @@ impl PictureMaker {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

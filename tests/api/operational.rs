@@ -10,6 +10,7 @@ use fusion::time::Time;
 use serde_json::Value;
 use utm_fusion::config::SerialSource;
 use utm_fusion::formats::Cat129Encoder;
+use utm_fusion::live::PublishedPicture;
 use utm_fusion::simulate::TruthSample;
 
 use crate::common::{Reader, Site, estimated, flown};
@@ -276,4 +277,85 @@ fn what_goes_out_as_cat129_says_the_same() {
         assert!(record.vertical_velocity.is_none());
         assert_eq!((report.horizontal_deviation.metres(), report.vertical_deviation.metres()), (None, None));
     }
+}
+
+/// A slot in which the first two tracks are as poor as that; the first is extrapolated, the second measured.
+fn poor_slot(accuracy_h_m: f64) -> (PublishedPicture, [String; 2]) {
+    let mut frame = estimated().frames[estimated().frames.len() / 2].clone();
+    assert!(frame.picture.tracks.len() > 2);
+    let ids = [0, 1].map(|index| estimated().maker.track_id(&frame.picture.tracks[index]));
+    for (track, basis) in frame.picture.tracks.iter_mut().zip([Basis::Extrapolated, Basis::Measured]) {
+        let motion = track.motion.as_mut().unwrap();
+        (motion.basis, motion.accuracy_h_m) = (basis, accuracy_h_m);
+    }
+    (frame, ids)
+}
+
+fn ids(collection: &Value) -> Vec<String> {
+    let id = |feature: &Value| feature["id"].as_str().unwrap().to_owned();
+    collection["features"].as_array().unwrap().iter().map(id).collect()
+}
+
+#[tokio::test]
+async fn how_poor_is_too_poor_is_the_readers_choice_but_poor_is_not_absent() {
+    let site = Site::operational();
+    let (frame, [unseen, measured]) = poor_slot(150.0);
+    let all: Vec<String> =
+        frame.picture.tracks.iter().map(|track| estimated().maker.track_id(track)).collect();
+    let seq = frame.seq;
+    site.writer.publish(frame);
+    site.shown(seq).await;
+    for (query, is_there) in [
+        ("", false),
+        ("?max_accuracy_m=149.9", false),
+        ("?max_accuracy_m=150", true),
+        ("?max_accuracy_m=250", true),
+        ("?max_accuracy_m=250&include=competitors", true),
+        ("?include=competitors", false),
+        ("?trail_s=10", false),
+        ("?limit=10000", false),
+        ("?max_accuracy_m=1", false),
+    ] {
+        let picture = site.get(&format!("/api/v1/tracks{query}")).await.json();
+        let ids = ids(&picture);
+        assert_eq!(ids.contains(&unseen), is_there, "{query}");
+        assert!(ids.contains(&measured), "{query}");
+        assert_eq!(picture["numberMatched"], ids.len(), "{query}");
+        if query != "?max_accuracy_m=1" {
+            assert_eq!(ids.len(), all.len() - usize::from(!is_there), "{query}: the others are there");
+        }
+    }
+    let one = site.get(&format!("/api/v1/tracks/{unseen}")).await;
+    assert_eq!(one.json()["id"], unseen.as_str(), "who asks for it by name gets it");
+    let aircraft = site.get("/data/aircraft.json").await.json();
+    assert_eq!(aircraft["aircraft"].as_array().unwrap().len(), all.len() - 1);
+}
+
+#[tokio::test]
+async fn a_track_that_gets_too_poor_ends_for_those_who_do_not_want_it() {
+    let site = Site::operational();
+    let address = site.listen().await;
+    let (mut frame, [id, _]) = poor_slot(90.0);
+    site.writer.publish(frame.clone());
+    site.shown(frame.seq).await;
+    let mut usual = Reader::open(address, "/api/v1/stream", "").await;
+    let mut patient = Reader::open(address, "/api/v1/stream?max_accuracy_m=250", "").await;
+    for reader in [&mut usual, &mut patient] {
+        assert!(ids(&reader.next().await.unwrap().data).contains(&id));
+    }
+    let later = |time: &mut Time| *time = *time + jiff::SignedDuration::from_millis(250);
+    for slot in 1..=8 {
+        frame.seq += 1;
+        let picture = &mut frame.picture;
+        picture.tracks[0].motion.as_mut().unwrap().accuracy_h_m = 150.0;
+        [&mut frame.due, &mut frame.published_at, &mut picture.time].into_iter().for_each(later);
+        picture.tracks.iter_mut().for_each(|track| later(&mut track.time));
+        site.writer.publish(frame.clone());
+        for (reader, is_there) in [(&mut usual, false), (&mut patient, true)] {
+            let event = reader.next().await.unwrap();
+            assert_eq!((&*event.name, ids(&event.data).contains(&id)), ("tracks", is_there), "slot {slot}");
+        }
+    }
+    let event = usual.next().await.unwrap();
+    assert_eq!((&*event.name, &event.data["ids"]), ("ended", &serde_json::json!([id])));
 }

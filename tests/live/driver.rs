@@ -115,7 +115,7 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
                             flown.radar.push((frame.picture.time, is_fused, part.track.number));
                         }
                     }
-                    for payload in pack(&frame.picture, &encoder) {
+                    for payload in pack(&frame.picture.tracks, &encoder) {
                         assert!(recorder.wait(Recorded::Output { due: frame.due, payload }));
                     }
                 }
@@ -430,7 +430,7 @@ fn own_output_that_comes_back_is_counted_and_not_taken_in() {
         driver.receive(&reception(0, received, datagram.payload.clone()));
         while let Some(made) = driver.poll() {
             if let Made::Slot(frame) = made {
-                sent.extend(pack(&frame.picture, &encoder));
+                sent.extend(pack(&frame.picture.tracks, &encoder));
             }
         }
         for payload in sent {

@@ -207,3 +207,28 @@ fn without_a_point_every_format_is_still_valid() {
         assert!(summary.text().contains("output     no point in "), "{}", summary.text());
     }
 }
+
+#[test]
+fn what_nobody_measured_and_is_known_too_poorly_is_in_no_file() {
+    let flight = demo();
+    let written = |max_accuracy_m: &str| {
+        let mut replay = flight.replay(&[&flight.capture()]);
+        replay.env("UTM_FUSION__OUTPUT__MAX_ACCURACY_M", max_accuracy_m);
+        replay.args(["--profile", "operational", "-o", "-", "--output-format", "ndjson"]);
+        let ran = ran(&mut replay);
+        assert_eq!(ran.code, 0, "{}", ran.stderr);
+        ran.text().lines().map(str::to_owned).collect::<Vec<_>>()
+    };
+    let (all, few) = (written("10000"), written("10"));
+    let track = |line: &String| serde_json::from_str::<Map<String, Value>>(line).unwrap();
+    let is_poor = |line: &&String| number(&track(line), "accuracy_h_m") > 10.0;
+    let is_measured = |line: &&String| {
+        let track = track(line);
+        track["interpolated"] == false && track["extrapolated"] == false
+    };
+    let expected: Vec<&String> = all.iter().filter(|line| is_measured(line) || !is_poor(line)).collect();
+    assert_eq!(few.iter().collect::<Vec<_>>(), expected);
+    assert!(few.len() < all.len(), "some are left out");
+    assert!(few.iter().any(|line| is_poor(&line)), "measured, however poorly");
+    assert!(few.iter().any(|line| !is_measured(&line)), "not measured, but known well");
+}

@@ -265,8 +265,9 @@ pub(super) const RADAR_VELOCITY_CORRELATION_S: f64 = 3.0;
 // --- Output
 
 /// An aircraft whose transponder is silent and that no radar sees is published while the sigma of its position is below
-/// this, metres: the radius that holds 95 % of its positions is then 100 m.
-pub(super) const UNSEEN_SIGMA_MAX_M: f64 = 41.0;
+/// this, metres: the radius that holds 95 % of its positions is then 250 m. By judgement the most that any reader has a use
+/// for; which of it a reader wants is its own choice.
+pub(super) const UNSEEN_SIGMA_MAX_M: f64 = 102.0;
 /// Published competitors of each kind.
 pub(super) const COMPETITORS_MAX: usize = 3;
 /// Track number T · this + R.

@@ -17,8 +17,8 @@ pub(super) struct ReadySlot {
 }
 
 impl ReadySlot {
-    pub(super) fn new(frame: PublishedPicture, encoder: &Cat129Encoder) -> Self {
-        Self { payloads: pack(&frame.picture, encoder), frame }
+    pub(super) fn new(frame: PublishedPicture, encoder: &Cat129Encoder, max_accuracy_m: f64) -> Self {
+        Self { payloads: pack(frame.picture.within(max_accuracy_m), encoder), frame }
     }
 
     pub(super) fn due(&self) -> Time {

@@ -108,7 +108,7 @@ fn competitors_are_told_the_likeliest_first_and_no_more_than_three_of_a_kind() {
 }
 
 #[test]
-fn a_silent_transponder_is_published_while_its_place_is_known_to_100_m() {
+fn a_silent_transponder_is_published_while_its_place_is_known_to_250_m() {
     let mut case = Case::new();
     case.transponder(0, &halves(80.0, 100.0), 0.0);
     let published = case.publish(95.0, 125.0, |_, _| ());

@@ -1,0 +1,77 @@
+//! Which tracks a reader gets.
+
+use fusion::RadarTrackKey;
+use fusion::point::RadarPart;
+use nalgebra::{Matrix2, Vector3};
+
+use super::*;
+
+/// A radar's track, known to this sigma on each axis, metres; `None`: without an estimate.
+fn track(estimate: Option<(Basis, f64)>) -> PictureTrack {
+    let place = Geodetic::from_degrees(52.5, -0.5, 200.0);
+    let frame = TangentPlane::at_site(place);
+    let time = Time::default();
+    let key = RadarTrackKey { sensor: SensorIndex(0), number: 7 };
+    let estimate = estimate.map(|(basis, sigma_m)| Estimate {
+        velocity: Vector3::new(10.0, 0.0, 0.0),
+        horizontal: Matrix2::identity() * sigma_m * sigma_m,
+        vertical_m2: 100.0,
+        velocity_covariance: Matrix2::identity(),
+        basis,
+        last_measurement: None,
+    });
+    let position = Enu::new(0.0, 0.0, 0.0);
+    PictureTrack {
+        motion: estimate.map(|estimate| Motion::new(&estimate, position, place, &frame)),
+        point: Point {
+            number: 7,
+            position,
+            first_seen: time,
+            source: Source::Radar(RadarPart {
+                track: key,
+                time,
+                height_measured: true,
+                uav_probability: None,
+            }),
+            estimate,
+            competitors: Vec::new(),
+        },
+        time,
+        position: place,
+        altitude_amsl_m: None,
+    }
+}
+
+#[test]
+fn what_nobody_measured_is_left_out_beyond_the_radius_that_holds_95_of_100_places() {
+    for basis in [Basis::Interpolated, Basis::Extrapolated] {
+        // 2.4477 sigma: 99.87 and 100.11 m.
+        assert!(track(Some((basis, 40.8))).is_within(MAX_ACCURACY_M));
+        assert!(!track(Some((basis, 40.9))).is_within(MAX_ACCURACY_M));
+        assert!(track(Some((basis, 102.0))).is_within(250.0));
+        assert!(!track(Some((basis, 102.2))).is_within(250.0));
+    }
+}
+
+#[test]
+fn what_a_sensor_measured_is_never_left_out() {
+    assert!(track(Some((Basis::Measured, 5_000.0))).is_within(1.0));
+    assert!(track(None).is_within(1.0), "the reference profile estimates nothing");
+}
+
+#[test]
+fn a_picture_keeps_its_others_in_their_order() {
+    let tracks = [
+        Some((Basis::Measured, 90.0)),
+        Some((Basis::Extrapolated, 90.0)),
+        Some((Basis::Interpolated, 10.0)),
+        Some((Basis::Interpolated, 60.0)),
+        None,
+    ];
+    let mut picture =
+        Picture { slot: Slot(0), time: Time::default(), tracks: tracks.map(track).into_iter().collect() };
+    let kept: Vec<PictureTrack> = [0, 2, 4].map(|index| picture.tracks[index].clone()).into();
+    assert_eq!(picture.within(100.0).cloned().collect::<Vec<_>>(), kept);
+    picture.keep_within(100.0);
+    assert_eq!(picture.tracks, kept);
+}
