@@ -130,19 +130,14 @@ impl PairLikelihood {
     /// Takes in a plot, `dt` seconds after the one before.
     fn add(&mut self, offset: &Offset, time: Time, dt: f64) {
         let errors = &offset.errors;
-        let axes = match self.expected {
-            Some(mut axes) => {
-                let kept = (-dt / offset.correlation_s).exp();
-                for (index, axis) in axes.iter_mut().enumerate() {
-                    axis.predict(dt, kept, &errors[index], &SEPARATIONS[index]);
-                }
-                self.expected.insert(axes)
+        if let Some(axes) = &mut self.expected {
+            let kept = (-dt / offset.correlation_s).exp();
+            for ((axis, errors), separation) in axes.iter_mut().zip(errors).zip(&SEPARATIONS) {
+                axis.predict(dt, kept, errors, separation);
             }
-            None => {
-                let new = |index: usize| Axis::new(&errors[index], &SEPARATIONS[index]);
-                self.expected.insert(std::array::from_fn(new))
-            }
-        };
+        }
+        let new = |index: usize| Axis::new(&errors[index], &SEPARATIONS[index]);
+        let axes = self.expected.get_or_insert_with(|| std::array::from_fn(new));
         self.bias_penalty = 0.0;
         for ((axis, metres), errors) in axes.iter_mut().zip(offset.metres).zip(errors) {
             if let Some(metres) = metres {
