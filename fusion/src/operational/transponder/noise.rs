@@ -61,11 +61,7 @@ fn weighed(logs: &[f64; COUNT]) -> (f64, f64) {
     let weights = logs.map(f64::exp);
     let sum: f64 = weights.iter().sum();
     let moment = |power: i32| {
-        weights
-            .iter()
-            .zip(NOISE_SCALES)
-            .map(|(weight, scale)| weight * scale.ln().powi(power))
-            .sum::<f64>()
+        weights.iter().zip(NOISE_SCALES).map(|(weight, scale)| weight * scale.ln().powi(power)).sum::<f64>()
             / sum
     };
     let (mean, square) = (moment(1), moment(2));
