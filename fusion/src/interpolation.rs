@@ -63,7 +63,12 @@ pub fn evaluate(knots: &[Knot], time: Time) -> Option<Vector3<f64>> {
     if knots[index].time == time {
         return Some(knots[index].position);
     }
-    (index + 1 < knots.len()).then(|| Piece::of(knots, index).at(time))
+    (index + 1 < knots.len()).then(|| between(knots, index, time))
+}
+
+/// The position at `time`, which is between knot `index` and the next.
+pub(crate) fn between(knots: &[Knot], index: usize, time: Time) -> Vector3<f64> {
+    Piece::of(knots, index).at(time)
 }
 
 /// The derivative at a knot, metres per second, each axis by itself.

@@ -1,5 +1,7 @@
 //! Accuracy over ground: the circle that holds a share of the error, and the classes of the standards.
 
+use std::sync::LazyLock;
+
 use nalgebra::{Matrix2, Vector2};
 
 /// A share of the errors, and the circle that holds it where the error lies on a line and where it is the same in every
@@ -18,6 +20,13 @@ pub const MOST: Share = Share { share: 0.95, line: 1.959_963_984_5, disc: 2.447_
 
 /// Directions at which the error is looked at, in a quarter of the circle.
 const DIRECTIONS: usize = 16;
+/// Their unit vectors: along the greater axis, and across it.
+static UNITS: LazyLock<[Vector2<f64>; DIRECTIONS]> = LazyLock::new(|| {
+    std::array::from_fn(|index| {
+        let direction = (index as f64 + 0.5) * std::f64::consts::FRAC_PI_2 / DIRECTIONS as f64;
+        Vector2::new(direction.cos(), direction.sin())
+    })
+});
 /// Newton's steps; the first guess is within 9 %.
 const STEPS: usize = 4;
 
@@ -35,11 +44,7 @@ pub fn radius(covariance: &Matrix2<f64>, share: Share) -> f64 {
     }
     // In units of the greater axis' standard deviation, so that all numbers are about 1.
     let flatness = least / greatest;
-    let variances: [f64; DIRECTIONS] = std::array::from_fn(|index| {
-        let direction = (index as f64 + 0.5) * std::f64::consts::FRAC_PI_2 / DIRECTIONS as f64;
-        let unit = Vector2::new(direction.cos(), direction.sin());
-        unit.x * unit.x + flatness * unit.y * unit.y
-    });
+    let variances = UNITS.map(|unit| unit.x * unit.x + flatness * unit.y * unit.y);
     let mut radius = share.line + (share.disc - share.line) * flatness;
     for _ in 0..STEPS {
         let (mut outside, mut density) = (0.0, 0.0);

@@ -109,7 +109,7 @@ impl PairLikelihood {
         radar: &Radar,
         settings: &Settings,
     ) {
-        let mut before: Option<Time> = None;
+        let mut before: Option<(Time, Offset)> = None;
         let bias = transponder.bias(settings).unwrap_or_default();
         for plot in plots {
             let Some(curve) = transponder.on_curve(plot.time, settings) else { continue };
@@ -121,40 +121,42 @@ impl PairLikelihood {
                 plot.height_measured.then_some(apart.z),
             ];
             let offset = Offset::new(metres, seen.range_m, radar, curve.sigma_m, &bias);
-            let dt = before.map_or(radar.period_s, |before| plot.time.seconds_since(before).abs());
-            before = Some(plot.time);
+            let dt = before.map_or(radar.period_s, |(before, _)| plot.time.seconds_since(before).abs());
             self.add(&offset, plot.time, dt);
+            before = Some((plot.time, offset));
+        }
+        if let Some((_, last)) = before {
+            self.penalise(&last);
         }
     }
 
-    /// Takes in a plot, `dt` seconds after the one before.
+    /// Takes in a plot, `dt` seconds after the one before; the penalty remains to be worked out.
     fn add(&mut self, offset: &Offset, time: Time, dt: f64) {
         let errors = &offset.errors;
-        let axes = match self.expected {
-            Some(mut axes) => {
-                let kept = (-dt / offset.correlation_s).exp();
-                for (index, axis) in axes.iter_mut().enumerate() {
-                    axis.predict(dt, kept, &errors[index], &SEPARATIONS[index]);
-                }
-                self.expected.insert(axes)
+        if let Some(axes) = &mut self.expected {
+            let kept = (-dt / offset.correlation_s).exp();
+            for ((axis, errors), separation) in axes.iter_mut().zip(errors).zip(&SEPARATIONS) {
+                axis.predict(dt, kept, errors, separation);
             }
-            None => {
-                let new = |index: usize| Axis::new(&errors[index], &SEPARATIONS[index]);
-                self.expected.insert(std::array::from_fn(new))
-            }
-        };
-        self.bias_penalty = 0.0;
+        }
+        let new = |index: usize| Axis::new(&errors[index], &SEPARATIONS[index]);
+        let axes = self.expected.get_or_insert_with(|| std::array::from_fn(new));
         for ((axis, metres), errors) in axes.iter_mut().zip(offset.metres).zip(errors) {
             if let Some(metres) = metres {
                 self.llr += axis.observe(metres, errors).clamp(-PLOT_LLR_MAX, PLOT_LLR_MAX);
             }
-            self.bias_penalty += axis.bias_penalty(errors);
         }
-        self.bias_penalty = self.bias_penalty.min(BIAS_PENALTY_MAX_LLR);
         self.llr = self.llr.clamp(-PAIR_LLR_MAX, PAIR_LLR_MAX);
         if self.llr >= PAIR_LIKELY_LLR {
             self.last_likely = Some(time);
         }
+    }
+
+    /// Works out the penalty after the last plot.
+    fn penalise(&mut self, last: &Offset) {
+        let axes = self.expected.iter().flatten();
+        let penalty: f64 = axes.zip(&last.errors).map(|(axis, errors)| axis.bias_penalty(errors)).sum();
+        self.bias_penalty = penalty.min(BIAS_PENALTY_MAX_LLR);
     }
 }
 

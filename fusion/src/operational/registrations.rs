@@ -264,10 +264,10 @@ impl Registrations {
             let sensor = tracklet.key.sensor;
             let Some(radar) = cycle.settings.radar(sensor) else { continue };
             let Some(registered) = self.radars.get_mut(&sensor) else { continue };
-            let before = self.segments.remove(&tracklet.id);
             let paired =
                 tracklet.target().and_then(|target| Some((target, targets.get(target)?.transponder()?)));
             let Some((target, transponder)) = paired else {
+                self.segments.remove(&tracklet.id);
                 if registered.learning.asks_for_rates() {
                     let plots = tracklet.between(cycle.previous, cycle.centre);
                     let seen = plots.filter_map(|plot| seen(plot, radar));
@@ -280,12 +280,14 @@ impl Registrations {
                 }
                 continue;
             };
-            let mut segment = before.filter(|before| before.target == target);
+            if self.segments.get(&tracklet.id).is_some_and(|segment| segment.target != target) {
+                self.segments.remove(&tracklet.id);
+            }
             let plots = tracklet.corrected_between(cycle.previous, cycle.centre);
             for plot in plots {
                 let Some(residual) = residual(plot, transponder, radar, cycle.settings) else { continue };
                 // The radar's own errors: what is left of its misalignment is what is asked for.
-                let segment = segment.get_or_insert_with(|| Segment {
+                let segment = self.segments.entry(tracklet.id).or_insert_with(|| Segment {
                     sensor,
                     target,
                     along: TrackComparison::new(&radar.track_errors),
@@ -298,11 +300,10 @@ impl Registrations {
                     segment.learning.add(&compared);
                 }
             }
-            if let Some(mut segment) = segment {
-                if segment.along.gathered_s() >= SEGMENT_S {
-                    registered.take(&mut segment);
-                }
-                self.segments.insert(tracklet.id, segment);
+            if let Some(segment) = self.segments.get_mut(&tracklet.id)
+                && segment.along.gathered_s() >= SEGMENT_S
+            {
+                registered.take(segment);
             }
         }
     }

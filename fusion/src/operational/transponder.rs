@@ -142,19 +142,23 @@ impl Transponder {
     /// Where it was; `None` outside its reports, and between two that are too far apart.
     pub(super) fn on_curve(&self, time: Time, settings: &Settings) -> Option<OnCurve> {
         let [white_m, _] = self.white_m(settings.transponder(self.sensor)?);
+        if self.knots.len() < 2 {
+            return None;
+        }
         let after = self.knots.partition_point(|knot| knot.time < time);
         let next = self.knots.get(after)?;
-        let mut between_m = 0.0;
+        let (mut position, mut between_m) = (next.position, 0.0);
         if next.time != time {
-            let before = &self.knots[after.checked_sub(1)?];
+            let index = after.checked_sub(1)?;
+            let before = &self.knots[index];
             if next.time.nanos() - before.time.nanos() > settings.max_gap_ns {
                 return None;
             }
             between_m =
                 0.5 * BETWEEN_REPORTS_M_S2 * time.seconds_since(before.time) * next.time.seconds_since(time);
+            position = interpolation::between(&self.knots, index, time);
         }
-        let position = Enu::from(interpolation::evaluate(&self.knots, time)?);
-        Some(OnCurve { position, sigma_m: between_m.hypot(white_m) })
+        Some(OnCurve { position: Enu::from(position), sigma_m: between_m.hypot(white_m) })
     }
 
     /// Its bias, by what it states of its accuracy (I129/110), else by the receiver's configuration.

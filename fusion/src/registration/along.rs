@@ -37,6 +37,15 @@ pub(super) struct Information {
     pub(super) vector: Vector6<f64>,
 }
 
+/// The mean offset of an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Offset {
+    pub(super) mean: f64,
+    pub(super) variance: f64,
+    /// How it changes with p.
+    pub(super) row: Vector6<f64>,
+}
+
 /// What a piece of a radar track tells.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
@@ -93,12 +102,14 @@ impl Information {
         self.vector += other.vector * weight;
     }
 
-    /// The mean offset of axis `axis`: its value, its variance and its sensitivity to p; `None`: nothing was measured.
-    pub(super) fn offset(&self, axis: usize) -> Option<(f64, f64, Vector6<f64>)> {
+    /// The mean offset of axis `axis`; `None`: nothing was measured.
+    pub(super) fn offset(&self, axis: usize) -> Option<Offset> {
         let own = OWN[axis];
         let information = self.matrix[(own, own)];
-        (information > 0.0).then(|| {
-            (self.vector[own] / information, 1.0 / information, self.matrix.column(own) / information)
+        (information > 0.0).then(|| Offset {
+            mean: self.vector[own] / information,
+            variance: 1.0 / information,
+            row: self.matrix.column(own) / information,
         })
     }
 }
@@ -111,7 +122,7 @@ impl Sample {
 
     /// The mean offset in azimuth of the piece, plot minus target, and its standard deviation; radians.
     pub fn azimuth(&self) -> Option<(f64, f64)> {
-        self.axes[AZIMUTH].offset(AZIMUTH).map(|(offset, variance, _)| (offset, variance.sqrt()))
+        self.axes[AZIMUTH].offset(AZIMUTH).map(|offset| (offset.mean, offset.variance.sqrt()))
     }
 }
 

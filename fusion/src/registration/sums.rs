@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use super::along::Information;
+use super::along::{Information, Offset};
 use super::parameters::{AXES, AZIMUTH, OWN, PRIOR};
 use super::qmethod::AttitudeProfile;
 
@@ -87,7 +87,7 @@ impl Sums {
 
     /// One radar track.
     pub(super) fn of(axes: &[Information; AXES], spread: Scatter) -> Self {
-        let turned = axes[AZIMUTH].offset(AZIMUTH).map_or(0.0, |(offset, ..)| offset);
+        let turned = axes[AZIMUTH].offset(AZIMUTH).map_or(0.0, |offset| offset.mean);
         let [azimuth, _, height] = axes;
         let profiles = [AttitudeProfile::of(azimuth, turned), AttitudeProfile::of(height, turned)];
         Self { axes: *axes, profiles, tracks: 1.0, spread }
@@ -117,14 +117,14 @@ impl Solved {
     }
 
     /// How far a track's mean offset in `axis` lies from this, and the variance of that: the track's own, and this one's.
-    pub(super) fn compare(&self, track: &Information, axis: usize) -> Option<(f64, f64, f64)> {
-        let (offset, variance, row) = track.offset(axis)?;
+    pub(super) fn compare(&self, track: &Offset, axis: usize) -> (f64, f64, f64) {
+        let Offset { mean, variance, row } = track;
         let expected = row.dot(&self.mean);
         let distance = if OWN[axis] == super::parameters::BEARING {
-            super::along::wrapped(offset - expected)
+            super::along::wrapped(mean - expected)
         } else {
-            offset - expected
+            mean - expected
         };
-        Some((distance, variance, row.dot(&(self.covariance * row))))
+        (distance, *variance, row.dot(&(self.covariance * row)))
     }
 }

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use nalgebra::Vector6;
 
-use super::along::{Information, Sample};
+use super::along::{Information, Offset, Sample};
 use super::estimate::Misalignment;
 use super::parameters::AXES;
 use super::qmethod::AttitudeProfile;
@@ -123,21 +123,24 @@ impl Registration {
         self.latest.len() - 1
     }
 
-    /// Least squares over the settled tracks and the latest that are kept, up to place `end`.
-    fn kept(&self, end: usize) -> Sums {
-        let mut sums = Sums { profiles: [AttitudeProfile::none(); 2], ..self.settled.clone() };
-        for track in self.latest.iter().take(end).filter(|track| track.kept) {
-            let weight = self.weight(track);
-            add_axes(&mut sums.axes, &track.axes, weight);
-            sums.tracks += weight;
-            sums.spread.add(&track.spread, weight);
-        }
-        sums
+    /// Least squares over the settled tracks and the latest that are kept: those before each place, and at last all.
+    fn kept(&self) -> impl Iterator<Item = Sums> {
+        let settled = Sums { profiles: [AttitudeProfile::none(); 2], ..self.settled.clone() };
+        let with = |sums: &mut Sums, track: &Latest| {
+            if track.kept {
+                let weight = self.weight(track);
+                add_axes(&mut sums.axes, &track.axes, weight);
+                sums.tracks += weight;
+                sums.spread.add(&track.spread, weight);
+            }
+            Some(sums.clone())
+        };
+        std::iter::once(settled.clone()).chain(self.latest.iter().scan(settled, with))
     }
 
     /// Compares each of the latest with all others.
     fn judge(&mut self) {
-        let mut all = self.kept(usize::MAX);
+        let Some(mut all) = self.kept().last() else { return };
         let enough = all.tracks > ENOUGH as f64 || self.latest.len() > ENOUGH;
         let factors = all.spread.factors();
         for place in 0..self.latest.len() {
@@ -150,7 +153,8 @@ impl Registration {
             let solved = Solved::from(&others, &factors);
             let (mut spread, mut far) = (Scatter::default(), false);
             for (axis, factor) in factors.iter().enumerate() {
-                let Some((distance, own, theirs)) = solved.compare(&track.axes[axis], axis) else { continue };
+                let Some(offset) = track.axes[axis].offset(axis) else { continue };
+                let (distance, own, theirs) = solved.compare(&offset, axis);
                 let square = distance * distance;
                 far |= square > REJECTED * REJECTED * (factor * own + theirs);
                 // Both variances without the factor: what is looked for is the factor.
@@ -172,8 +176,10 @@ impl Registration {
     /// remains.
     fn step(&mut self) -> Option<Taken> {
         let (mut most, mut start) = (STEP, None);
-        for from in (0..self.latest.len()).rev() {
-            let before = self.kept(from);
+        let offsets = self.latest.iter().map(|track| offsets(&track.axes));
+        let offsets: Vec<[Option<Offset>; AXES]> = offsets.collect();
+        let before: Vec<Sums> = self.kept().take(offsets.len()).collect();
+        for (from, before) in before.iter().enumerate().rev() {
             if before.tracks < ENOUGH as f64 {
                 break;
             }
@@ -181,7 +187,12 @@ impl Registration {
             let factors = before.spread.factors();
             let solved = Solved::from(&before.axes, &factors);
             for (axis, factor) in factors.iter().enumerate() {
-                let distance = self.distance(from, axis, &solved, *factor);
+                let distance = distance(
+                    offsets[from..].iter().filter_map(|track| track[axis].as_ref()),
+                    axis,
+                    &solved,
+                    *factor,
+                );
                 if distance > most {
                     (most, start) = (distance, Some(from));
                 }
@@ -201,27 +212,31 @@ impl Registration {
         self.judge();
         Some(Taken::Step { before: Misalignment::of(&before), after: self.estimate() })
     }
+}
 
-    /// How far, in deviations, the tracks from place `start` on lie from `solved` in an axis.
-    fn distance(&self, start: usize, axis: usize, solved: &Solved, factor: f64) -> f64 {
-        let (mut weights, mut sum) = (0.0, 0.0);
-        let mut rows = Vector6::zeros();
-        for track in self.latest.iter().skip(start) {
-            let Some((distance, own, theirs)) = solved.compare(&track.axes[axis], axis) else { continue };
-            let Some((.., row)) = track.axes[axis].offset(axis) else { continue };
-            let own = factor * own;
-            let most = CLIPPED * (own + theirs).sqrt();
-            weights += 1.0 / own;
-            sum += distance.clamp(-most, most) / own;
-            rows += row / own;
-        }
-        if weights == 0.0 {
-            return 0.0;
-        }
-        let row = rows / weights;
-        let variance = 1.0 / weights + row.dot(&(solved.covariance * row));
-        (sum / weights).abs() / variance.sqrt()
+/// How far, in deviations, these offsets in an axis lie together from `solved`.
+fn distance<'a>(offsets: impl Iterator<Item = &'a Offset>, axis: usize, solved: &Solved, factor: f64) -> f64 {
+    let (mut weights, mut sum) = (0.0, 0.0);
+    let mut rows = Vector6::zeros();
+    for offset in offsets {
+        let (distance, own, theirs) = solved.compare(offset, axis);
+        let own = factor * own;
+        let most = CLIPPED * (own + theirs).sqrt();
+        weights += 1.0 / own;
+        sum += distance.clamp(-most, most) / own;
+        rows += offset.row / own;
     }
+    if weights == 0.0 {
+        return 0.0;
+    }
+    let row = rows / weights;
+    let variance = 1.0 / weights + row.dot(&(solved.covariance * row));
+    (sum / weights).abs() / variance.sqrt()
+}
+
+/// The mean offset of each axis.
+fn offsets(axes: &[Information; AXES]) -> [Option<Offset>; AXES] {
+    std::array::from_fn(|axis| axes[axis].offset(axis))
 }
 
 fn add_axes(sum: &mut [Information; AXES], axes: &[Information; AXES], weight: f64) {

@@ -39,6 +39,7 @@ impl Watch {
             let second = index as f64 * self.period_s;
             let offset = Offset::new(offset(second).map(Some), self.range_m, &radar(), 1.5, &bias);
             pair.add(&offset, Time::from_nanos((second * SECOND as f64) as i64), self.period_s);
+            pair.penalise(&offset);
             (second, pair)
         };
         (0..(seconds / self.period_s) as usize).map(after_plot).collect()

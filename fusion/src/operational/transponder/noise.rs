@@ -22,11 +22,13 @@ const COUNT: usize = NOISE_SCALES.len();
 pub(in crate::operational) struct WhiteNoise {
     /// Logarithms of the weights of [`NOISE_SCALES`], without a common summand.
     logs: [f64; COUNT],
+    /// What they make of it: asked for far more often than reports come.
+    scale: (f64, f64),
 }
 
 impl Default for WhiteNoise {
     fn default() -> Self {
-        Self { logs: prior() }
+        Self { logs: prior(), scale: weighed(&prior()) }
     }
 }
 
@@ -44,24 +46,26 @@ impl WhiteNoise {
         }
         let most = self.logs.into_iter().fold(f64::NEG_INFINITY, f64::max);
         self.logs.iter_mut().for_each(|log| *log -= most);
+        self.scale = weighed(&self.logs);
     }
 
     /// The size relative to the configured one: geometric mean, in steps of a twentieth so that what was filtered with nearly
     /// the same one is not filtered again; and its standard deviation as a factor.
     pub(in crate::operational) fn scale(&self) -> (f64, f64) {
-        let weights = self.logs.map(f64::exp);
-        let sum: f64 = weights.iter().sum();
-        let moment = |power: i32| {
-            weights
-                .iter()
-                .zip(NOISE_SCALES)
-                .map(|(weight, scale)| weight * scale.ln().powi(power))
-                .sum::<f64>()
-                / sum
-        };
-        let (mean, square) = (moment(1), moment(2));
-        ((mean * 20.0).round().mul_add(0.05, 0.0).exp(), (square - mean * mean).max(0.0).sqrt().exp())
+        self.scale
     }
+}
+
+/// The same of weights whose logarithms these are.
+fn weighed(logs: &[f64; COUNT]) -> (f64, f64) {
+    let weights = logs.map(f64::exp);
+    let sum: f64 = weights.iter().sum();
+    let moment = |power: i32| {
+        weights.iter().zip(NOISE_SCALES).map(|(weight, scale)| weight * scale.ln().powi(power)).sum::<f64>()
+            / sum
+    };
+    let (mean, square) = (moment(1), moment(2));
+    ((mean * 20.0).round().mul_add(0.05, 0.0).exp(), (square - mean * mean).max(0.0).sqrt().exp())
 }
 
 /// The logarithm of how likely each size of the noise makes the middle one of three reports, over ground and in height;
