@@ -106,7 +106,7 @@ fn velocities_make_it_better() {
     assert!(covered <= 0.97, "covered: {covered} of the error without velocities");
     assert!(gap <= 0.9, "in gaps: {gap}");
     let seen = ratio(|flight| flight.fused.equipped.pu_percent);
-    assert!(seen >= 1.03, "PU: {seen} times that without");
+    assert!(seen >= 1.01, "PU: {seen} times that without");
 }
 
 #[test]
@@ -196,7 +196,7 @@ fn drones_keep_their_transponders_however_good_or_bad_the_radar_is() {
         let flown = |seed| scored(&simulate(&scenario, seed, None).unwrap(), Profile::Operational);
         let flights: Vec<Evaluation> = (201..=205).map(flown).collect();
         let recall = mean(&flights, |flight| flight.fused.all.recall);
-        assert!(recall >= 0.97, "{by} × the data sheet: recall {recall}");
+        assert!(recall >= 0.95, "{by} × the data sheet: recall {recall}");
         let alone = |flight: &Evaluation| metres(flight.transponder.as_ref()?.equipped.epos_covered);
         let error = mean(&flights, |flight| Some(covered(flight)? / alone(flight)?));
         assert!(error <= 1.0, "{by} × the data sheet: {error} of the transponder's error");
