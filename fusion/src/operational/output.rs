@@ -11,7 +11,7 @@ use super::tuning::{COAST_MAX_S, UNSEEN_SIGMA_MAX_M};
 use super::walk_off;
 use crate::filter::StateEstimate;
 use crate::numbering::Numbers;
-use crate::point::{self, Association, Basis, Because, Point, Source};
+use crate::point::{self, Association, Basis, Because, Point, RadarPart, Source};
 use crate::report::Plot;
 use crate::slots::SlotGrid;
 use crate::time::{SECOND, Time};
@@ -34,8 +34,10 @@ pub(super) fn publish(
         let Some(target) = targets.get_mut(id) else { continue };
         let tracklet = nearest_track(target, tracklets, cycle);
         let plot = tracklet.filter(|tracklet| tracklet.spans(cycle)).and_then(|own| own.nearest(centre));
-        // Where no radar track took part yet, the one that is still to begin does.
-        let ahead = || tracklet?.nearest(centre).filter(|_| target.radar().is_none());
+        // Where no radar track took part yet, or none lately, the one that is still to begin does.
+        let lately = |part: &RadarPart| centre.seconds_since(part.time) <= COAST_MAX_S;
+        let ahead =
+            || tracklet?.nearest(centre).filter(|_| !target.radar().is_some_and(|(part, _)| lately(&part)));
         if let Some(plot) = plot.or_else(ahead) {
             target.take_part(plot, settings);
         }
