@@ -12,14 +12,15 @@ use super::targets::Targets;
 use super::tracklets::{CorrectedPlot, Tracklets};
 use super::transponder::Transponder;
 use super::tuning::{
-    DELAY_PRIOR_S, ERROR_STEP, MISALIGNMENT_AZIMUTH_RAD, MISALIGNMENT_HEIGHT_M, MISALIGNMENT_RANGE_M, NEAR_M,
-    RADAR_VELOCITY_M_S, REMAINING_AT_NORTH_M, REMAINING_AT_UP_M, SEGMENT_S, STEEP, VELOCITY_HALF_BASE_S,
+    CAUTIOUS_SAMPLES, DELAY_PRIOR_S, ERROR_STEP, MISALIGNMENT_AZIMUTH_RAD, MISALIGNMENT_HEIGHT_M,
+    MISALIGNMENT_RANGE_M, NEAR_M, RADAR_VELOCITY_M_S, REMAINING_AT_NORTH_M, REMAINING_AT_UP_M, SEGMENT_S,
+    STEEP, VELOCITY_HALF_BASE_S,
 };
 use crate::filter::{LineOfSight, RadarErrors};
 use crate::frames::Enu;
 use crate::learning::{
-    Compared, LearningState, LearningStateError, LearntRadar, RadarLearning, RangeRate, Seen, TrackLearning,
-    VelocityVerdict,
+    Compared, LearningState, LearningStateError, LearntAxis, LearntRadar, RadarLearning, RangeRate, Seen,
+    TrackLearning, VelocityVerdict,
 };
 use crate::registration::{
     Correction, Misalignment, Registration, RegistrationState, RegistrationStateError, Residual, Taken,
@@ -104,10 +105,14 @@ impl Registered {
                 let sheet = of(&radar.data_sheet);
                 sheet * in_steps(of(&learnt.errors) / sheet)
             };
+            let bias = |of: fn(&RadarErrors) -> f64, axis: &LearntAxis| {
+                let sheet = of(&radar.data_sheet);
+                sheet * in_steps(cautious(of(&learnt.errors) / sheet, axis.tracks))
+            };
             radar.track_errors = RadarErrors {
-                bias_range_m: steps(|errors| errors.bias_range_m),
-                bias_azimuth: steps(|errors| errors.bias_azimuth),
-                bias_height_m: steps(|errors| errors.bias_height_m),
+                bias_range_m: bias(|errors| errors.bias_range_m, &learnt.range_m),
+                bias_azimuth: bias(|errors| errors.bias_azimuth, &learnt.azimuth),
+                bias_height_m: bias(|errors| errors.bias_height_m, &learnt.height_m),
                 noise_range_m: steps(|errors| errors.noise_range_m),
                 noise_azimuth: steps(|errors| errors.noise_azimuth),
                 noise_height_m: steps(|errors| errors.noise_height_m),
@@ -137,6 +142,12 @@ impl Registered {
             ..*errors
         }
     }
+}
+
+/// A bias over that of the data sheet, as far as so many independent samples let it be believed: that a radar is better than its
+/// sheet, a few do not show, because what is off most has not been seen yet; that it is worse, they do.
+fn cautious(of_sheet: f64, samples: f64) -> f64 {
+    if of_sheet < 1.0 { of_sheet.powf(samples / (samples + CAUTIOUS_SAMPLES)) } else { of_sheet }
 }
 
 /// As much of a mean as its standard deviation leaves evident: nothing within one deviation of zero, nearly all of it beyond

@@ -277,6 +277,9 @@ pub(super) const FIRST_FREE_NUMBER: u32 = 4096;
 
 // --- Registration
 
+/// That a radar is better than its data sheet is half believed with so many independent samples of its bias.
+pub(super) const CAUTIOUS_SAMPLES: f64 = 10.0;
+
 /// A radar track contributes in segments of this length, seconds: what turns out to be another drone spoils one of them.
 pub(super) const SEGMENT_S: f64 = 10.0;
 /// Misalignment of a radar set up by compass and spirit level, before its tracks tell of it; sigmas of range, azimuth, height.
