@@ -139,7 +139,7 @@ mod tests {
     fn a_few_drones_without_transponder_do_not_speak_against_themselves() {
         let mut evidence = ClassEvidence::default();
         with(&mut evidence, 20, [0.7, 0.8], true);
-        with(&mut evidence, 30, [0.55, 0.65], false);
+        with(&mut evidence, 14, [0.5, 0.7], false);
         assert_eq!(evidence.log_odds(0.6), told(0.6));
     }
 
