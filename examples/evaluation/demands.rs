@@ -79,8 +79,8 @@ fn covered(scores: &[Scores]) -> Vec<Asked> {
             }),
         )
         .why(
-            "one radar track of `2_1` walks off its drone for 15 s and is taken for another aircraft, \
-             whose points count as the drone's; without them it is below 1.",
+            "seven points of a radar track beside the drone in `1_4`, published by itself for two seconds, \
+             count as the drone's; the transponder's own are where it is.",
         )
         .now("1.01–3.7")
         .required(AtMost(1.05))
