@@ -2,7 +2,8 @@
 //!
 //! It runs when all radars' tracks have been compared, radar by radar: first the tracks that have begun, one to one at the
 //! least cost, then the tracks that begin in the seconds ahead. What is published is seconds old, so those are known; their
-//! plots tell where a target is that no sensor sees now.
+//! plots tell where a target is that no sensor sees now, or that another radar alone sees: between two times at which ranges
+//! cross the bias of the radar that is left is known best.
 //!
 //! Where no transponder tells, a track is compared with what other radars see, too ([`mutual`]): two targets that turn out to
 //! be one become the older of them.
@@ -228,7 +229,14 @@ impl RadarTracks<'_> {
         }))
     }
 
-    /// The tracks that begin in the seconds ahead, and are targets that no sensor sees now.
+    /// Whether a target is missing to this radar, and what other radars see of it does not speak against its being this track.
+    fn is_missing(&self, target: &Target, tracklet: &Tracklet) -> bool {
+        target.is_open_to(self.sensor, self.tracklets, self.cycle)
+            && mutual::llr_of_target(tracklet, target, self.tracklets, self.cycle.settings)
+                .is_none_or(|llr| llr > 0.0)
+    }
+
+    /// The tracks that begin in the seconds ahead, and are targets that this radar does not see now.
     fn assign_ahead(&self) -> Assignment {
         let mut problem = Problem::default();
         let mut freed = Vec::new();
@@ -240,14 +248,14 @@ impl RadarTracks<'_> {
                 }
                 continue;
             }
-            let is_unseen = |&(id, _): &(TargetId, f64)| {
-                self.targets.get(id).is_some_and(|target| target.is_unseen(self.tracklets, self.cycle))
+            let is_missing = |&(id, _): &(TargetId, f64)| {
+                self.targets.get(id).is_some_and(|target| self.is_missing(target, tracklet))
             };
             let plausible: Vec<(TargetId, f64)> =
                 reacquisition::plausible(tracklet, self.radar, self.targets, self.measured, self.decided)
                     .collect();
-            // One that could also be a target that is seen is left until it has begun.
-            if plausible.iter().all(is_unseen) {
+            // One that could also be a target that is not missing is left until it has begun.
+            if plausible.iter().all(is_missing) {
                 let likely = plausible.into_iter().filter(|&(_, llr)| llr > REACQUIRE_AHEAD_LLR);
                 problem.add(tracklet.id, likely.map(|(id, llr)| (id, DISSOCIATE_LLR - llr)));
             }

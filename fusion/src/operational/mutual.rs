@@ -104,6 +104,18 @@ pub(super) fn llr(one: &Tracklet, other: &Tracklet, settings: &Settings) -> Opti
     (!pair.is_empty()).then_some(pair.llr)
 }
 
+/// How likely a track is a target by all its plots and all those of the target's tracks of other radars; `None` where there
+/// is nothing to compare.
+pub(super) fn llr_of_target(
+    tracklet: &Tracklet,
+    target: &Target,
+    tracklets: &Tracklets,
+    settings: &Settings,
+) -> Option<f64> {
+    let others = target.followed(tracklets).filter(|other| other.key.sensor != tracklet.key.sensor);
+    others.filter_map(|other| llr(tracklet, other, settings)).reduce(|sum, llr| sum + llr)
+}
+
 /// Gate: whether a track begins where another radar's track is then.
 pub(super) fn begins_near(tracklet: &Tracklet, other: &Tracklet, settings: &Settings) -> bool {
     let is_near = || {

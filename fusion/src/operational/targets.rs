@@ -110,6 +110,13 @@ impl Target {
             && self.on_curve(cycle.centre, cycle.settings).is_none()
     }
 
+    /// Whether a track of that radar could begin to see it: none does now, and no transponder tells of it.
+    pub(super) fn is_open_to(&self, sensor: SensorIndex, tracklets: &Tracklets, cycle: &Cycle) -> bool {
+        self.followed(tracklets)
+            .all(|tracklet| tracklet.key.sensor != sensor || tracklet.last() < cycle.centre)
+            && self.on_curve(cycle.centre, cycle.settings).is_none()
+    }
+
     /// Brings the filter to what is known now; what lies up to `since` is settled.
     fn filter(&mut self, since: Time, tracklets: &Tracklets, cycle: &Cycle) {
         let settings = cycle.settings;

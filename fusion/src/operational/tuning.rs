@@ -128,8 +128,11 @@ pub(super) const MUTUAL_LOOK_S: f64 = 4.0;
 pub(super) const MUTUAL_MEMORY_S: f64 = 15.0;
 /// Least LLR of one plot: a track may be seduced for a while.
 pub(super) const MUTUAL_LOOK_MIN_LLR: f64 = -8.0;
+/// How often the offset between two radars is larger than their errors, and how many times as large their errors are then:
+/// turns make the bias of an azimuth 1.7 times as large. By judgement.
+pub(super) const MUTUAL_WIDE: (f64, f64) = (0.2, 1.7);
 /// A radar track becomes a target by the tracks of other radars from this LLR on.
-pub(super) const MUTUAL_ASSOCIATE_LLR: f64 = 4.0;
+pub(super) const MUTUAL_ASSOCIATE_LLR: f64 = 3.0;
 /// A radar track that could be such a target is one of its own below this LLR.
 pub(super) const MUTUAL_APART_LLR: f64 = -4.0;
 /// Two tracks with this LLR are likely to be one aircraft.

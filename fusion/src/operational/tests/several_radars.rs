@@ -118,6 +118,23 @@ fn radars_begin_and_end_by_themselves() {
 }
 
 #[test]
+fn a_radar_left_alone_is_held_by_the_track_that_another_is_about_to_begin() {
+    // The azimuth of the one that is left wanders meanwhile.
+    let wandering = |second: f64| {
+        let off_m = 9.0 * (second - 14.0).clamp(0.0, 6.0);
+        flight(second) + Vector3::new(off_m, -off_m, 0.0) * std::f64::consts::FRAC_1_SQRT_2
+    };
+    let track = |number, seconds| Track { radar: 1, number, seconds, place: &flight };
+    let left = || Track { radar: 0, number: 5, seconds: 2.0..40.0, place: &wandering };
+    let alone = published(&[left(), track(6, 2.0..14.0)], 36.0, 0);
+    let again = published(&[left(), track(6, 2.0..14.0), track(7, 20.0..40.0)], 36.0, 0);
+    // A track is looked for four seconds ahead: two of its own are known then.
+    let (alone_m, again_m) = (error_m(&alone, 17.0, 20.0), error_m(&again, 17.0, 20.0));
+    assert!(alone_m > 8.0 && again_m < 0.85 * alone_m, "{alone_m} m, bridged {again_m} m");
+    assert_eq!(numbers(&again, 4.0, 34.0), [[5]]);
+}
+
+#[test]
 fn what_turns_out_to_be_one_has_the_older_number() {
     // The second radar's track is led astray at first.
     let astray = |second: f64| flight(second) + Vector3::new(0.0, (350.0 - 20.0 * second).max(0.0), 0.0);
