@@ -105,11 +105,11 @@ fn a_track_ahead_reacquires_what_no_track_that_has_begun_is() {
 }
 
 #[test]
-fn what_one_radar_has_reacquired_is_not_missing_to_the_next() {
+fn what_one_radar_has_reacquired_is_missing_to_another_but_not_to_itself() {
     let (mut case, target, _, ahead) = unseen(700.0);
-    let next = case.track((2, 1), &halves(101.0, 104.0), 0.0, 0.9);
+    let [same, other] = [(0, 7), (2, 1)].map(|key| case.track(key, &halves(101.0, 104.0), 20.0, 0.9));
     case.associate();
-    assert_eq!([ahead, next].map(|track| case.target(track)), [Some(target), None]);
+    assert_eq!([ahead, same, other].map(|track| case.target(track)), [Some(target), None, Some(target)]);
 }
 
 #[test]
