@@ -5,8 +5,9 @@ use super::ids::TargetId;
 use super::mutual;
 use super::places::Places;
 use super::settings::Radar;
+use super::shared;
 use super::targets::{Target, Targets};
-use super::tracklets::Tracklets;
+use super::tracklets::{Tracklet, Tracklets};
 use super::tuning::{COMPARE_WITHIN_S, DRONE_SPEED_MAX_M_S, GATE_M, GATE_SIGMAS};
 use crate::filter::LineOfSight;
 use crate::report::Plot;
@@ -17,25 +18,28 @@ pub(super) fn compare(tracklets: &mut Tracklets, targets: &Targets, cycle: &Cycl
     let settings = cycle.settings;
     let place = |target: &Target| Some((target.on_curve(cycle.centre, settings)?.position, target.id()));
     let places = Places::of(targets.iter().filter_map(place));
-    let mut compared: Vec<TargetId> = Vec::new();
-    for tracklet in tracklets.iter_mut() {
-        let Some(radar) = settings.radar(tracklet.key.sensor) else { continue };
-        let Some(plot) = tracklet.nearest(cycle.centre).copied() else { continue };
-        let mut near: Vec<TargetId> = near(&places, &plot, cycle.centre, radar).collect();
-        near.sort_unstable();
-        compared.clear();
-        compared.extend(tracklet.pairs().iter().map(|pair| pair.0));
-        compared.extend(&near);
-        compared.sort_unstable();
-        compared.dedup();
-        for &id in &compared {
-            if let Some(transponder) = targets.get(id).and_then(Target::transponder) {
-                tracklet.compare(id, transponder, (cycle.previous, cycle.centre), radar, settings);
-            }
-        }
-        tracklet.end_pairs(&near, cycle.centre);
-    }
+    shared::on_each(settings.threads, tracklets.as_mut_slice(), |tracklet| {
+        compare_one(tracklet, targets, &places, cycle);
+    });
     mutual::compare(tracklets, targets, cycle);
+}
+
+fn compare_one(tracklet: &mut Tracklet, targets: &Targets, places: &Places<TargetId>, cycle: &Cycle) {
+    let Cycle { previous, centre, settings, .. } = *cycle;
+    let Some(radar) = settings.radar(tracklet.key.sensor) else { return };
+    let Some(plot) = tracklet.nearest(centre).copied() else { return };
+    let mut near: Vec<TargetId> = near(places, &plot, centre, radar).collect();
+    near.sort_unstable();
+    let mut compared: Vec<TargetId> = tracklet.pairs().iter().map(|pair| pair.0).collect();
+    compared.extend(&near);
+    compared.sort_unstable();
+    compared.dedup();
+    for id in compared {
+        if let Some(transponder) = targets.get(id).and_then(Target::transponder) {
+            tracklet.compare(id, transponder, (previous, centre), radar, settings);
+        }
+    }
+    tracklet.end_pairs(&near, centre);
 }
 
 /// Gate: those of the targets that the plot could be of. It is long across the line of sight, as the radar's bias is.

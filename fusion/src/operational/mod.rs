@@ -6,6 +6,7 @@
 
 mod admission;
 mod association;
+mod by_id;
 mod classes;
 mod comparison;
 mod competitors;
@@ -21,6 +22,7 @@ mod places;
 mod reacquisition;
 mod registrations;
 mod settings;
+mod shared;
 mod targets;
 #[cfg(test)]
 mod tests;

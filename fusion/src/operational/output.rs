@@ -5,6 +5,7 @@ use nalgebra::Matrix2;
 use super::competitors::competitors;
 use super::correlation::{Correlations, Verdict};
 use super::cycle::Cycle;
+use super::shared;
 use super::targets::{Target, Targets};
 use super::tracklets::{Tracklet, Tracklets};
 use super::tuning::{COAST_MAX_S, UNSEEN_SIGMA_MAX_M};
@@ -29,8 +30,8 @@ pub(super) fn publish(
     let mut competitors = competitors(tracklets, targets, correlations, cycle);
     let mut points = Vec::new();
     let mut returned = 0;
-    let ids: Vec<_> = targets.iter().map(Target::id).collect();
-    for id in ids {
+    let estimate = |target: &Target| (target.id(), target.estimate(centre));
+    for (id, estimate) in shared::map(settings.threads, targets.as_slice(), estimate) {
         let Some(target) = targets.get_mut(id) else { continue };
         let tracklet = nearest_track(target, tracklets, cycle);
         let plot = tracklet.filter(|tracklet| tracklet.spans(cycle)).and_then(|own| own.nearest(centre));
@@ -41,7 +42,7 @@ pub(super) fn publish(
         if let Some(plot) = plot.or_else(ahead) {
             target.take_part(plot, settings);
         }
-        let Some(mut estimate) = target.estimate(centre) else { continue };
+        let Some(mut estimate) = estimate else { continue };
         let is_covered = target.on_curve(centre, settings).is_some();
         if !is_covered {
             estimate.horizontal += Matrix2::identity() * walk_off::of_target(target, tracklets, cycle);

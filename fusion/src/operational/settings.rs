@@ -1,5 +1,7 @@
 //! Settings of the `operational` profile, and what registration adds to it.
 
+use std::num::NonZeroUsize;
+
 use jiff::SignedDuration;
 
 use super::likelihood::Scales;
@@ -21,6 +23,8 @@ pub struct Settings {
     pub max_gap_ns: i64,
     /// How drones move.
     pub motion: Dynamics,
+    /// Threads that share the work of a slot.
+    pub threads: NonZeroUsize,
 }
 
 impl Settings {
@@ -39,6 +43,7 @@ impl Settings {
             transponders: sensors.iter().map(transponder).collect(),
             max_gap_ns: rules.max_gap.as_nanos() as i64,
             motion: rules.dynamics,
+            threads: rules.threads,
         }
     }
 

@@ -1,7 +1,9 @@
 //! Radar tracks for as long as the radar keeps them.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::ops::Range;
 
+use super::by_id::ById;
 use super::classes::Classes;
 use super::cycle::{Cycle, EARLIEST, LATEST};
 use super::existence::Existence;
@@ -9,6 +11,7 @@ use super::ids::{TargetId, TrackletId};
 use super::likelihood::PairLikelihood;
 use super::mutual::Evidence;
 use super::settings::{Radar, Settings};
+use super::shared;
 use super::transponder::Transponder;
 use super::tuning::{
     CLASS_TOLD_AFTER_S, DRONE_SPEED_MAX_M_S, GATE_M, INITIATION_HOLD, PAIR_LLR_MAX, TRACK_GATE_SIGMAS,
@@ -138,12 +141,24 @@ impl Tracklet {
 
     /// The index of the first plot from `time` on.
     fn index(&self, time: Time) -> usize {
+        let (first, last) = (self.first(), self.last());
         // Most often asked for is what came last.
-        let is_before = |plot: &CorrectedPlot| plot.plot.time < time;
-        if self.plots.back().is_none_or(is_before) {
+        if self.plots.is_empty() || last < time {
             return self.plots.len();
         }
-        self.plots.partition_point(is_before)
+        if time <= first {
+            return 0;
+        }
+        // Plots come evenly: it is a step or two from where it would be if they did exactly.
+        let share = time.seconds_since(first) / last.seconds_since(first);
+        let mut index = (share * self.plots.len() as f64) as usize;
+        while self.plots.get(index).is_some_and(|plot| plot.plot.time < time) {
+            index += 1;
+        }
+        while index > 0 && self.plots.get(index - 1).is_none_or(|plot| plot.plot.time >= time) {
+            index -= 1;
+        }
+        index
     }
 
     /// Plots after `since`, up to `until`.
@@ -157,9 +172,14 @@ impl Tracklet {
         since: Time,
         until: Time,
     ) -> impl DoubleEndedIterator<Item = &CorrectedPlot> + Clone {
+        self.plots.range(self.indices(since, until))
+    }
+
+    /// The indices of the plots after `since`, up to `until`.
+    fn indices(&self, since: Time, until: Time) -> Range<usize> {
         let after = |time: Time| self.index(Time::from_nanos(time.nanos().saturating_add(1)));
         let from = after(since);
-        self.plots.range(from..after(until).max(from))
+        from..after(until).max(from)
     }
 
     /// Whether it is a drone, by all its plots.
@@ -246,16 +266,15 @@ impl Tracklet {
         radar: &Radar,
         settings: &Settings,
     ) {
-        let place = self.pairs.binary_search_by_key(&target, |pair| pair.0);
-        let (mut pair, from) = match place {
-            Ok(index) => (self.pairs[index].1, since),
-            Err(_) => (PairLikelihood::default(), EARLIEST),
+        let (index, from) = match self.pairs.binary_search_by_key(&target, |pair| pair.0) {
+            Ok(index) => (index, since),
+            Err(index) => {
+                self.pairs.insert(index, (target, PairLikelihood::default()));
+                (index, EARLIEST)
+            }
         };
-        pair.add_plots(self.between(from, until), transponder, radar, settings);
-        match place {
-            Ok(index) => self.pairs[index].1 = pair,
-            Err(index) => self.pairs.insert(index, (target, pair)),
-        }
+        let plots = self.plots.range(self.indices(from, until)).map(|plot| &plot.plot);
+        self.pairs[index].1.add_plots(plots, transponder, radar, settings);
     }
 
     /// Ends the pairs with targets that are not `near`, which are in order, where everything speaks against them and did
@@ -273,22 +292,22 @@ impl Tracklet {
 /// All of them.
 #[derive(Debug, Default)]
 pub(super) struct Tracklets {
-    all: BTreeMap<TrackletId, Tracklet>,
+    all: ById<TrackletId, Tracklet>,
     by_key: BTreeMap<RadarTrackKey, Vec<TrackletId>>,
     next: u64,
 }
 
 impl Tracklets {
     pub(super) fn get(&self, id: TrackletId) -> Option<&Tracklet> {
-        self.all.get(&id)
+        self.all.get(id)
     }
 
     pub(super) fn get_mut(&mut self, id: TrackletId) -> Option<&mut Tracklet> {
-        self.all.get_mut(&id)
+        self.all.get_mut(id)
     }
 
     pub(super) fn iter(&self) -> impl Iterator<Item = &Tracklet> {
-        self.all.values()
+        self.all.values().iter()
     }
 
     /// Those of one radar, in the order in which they began.
@@ -297,10 +316,15 @@ impl Tracklets {
         let ids = self.by_key.range(of(u16::MIN)..=of(u16::MAX)).flat_map(|(_, ids)| ids);
         let mut ids: Vec<TrackletId> = ids.copied().collect();
         ids.sort_unstable();
-        ids.into_iter().filter_map(|id| self.all.get(&id))
+        ids.into_iter().filter_map(|id| self.all.get(id))
     }
 
     pub(super) fn iter_mut(&mut self) -> impl Iterator<Item = &mut Tracklet> {
+        self.all.values_mut().iter_mut()
+    }
+
+    /// All of them, in the order in which they began.
+    pub(super) fn as_mut_slice(&mut self) -> &mut [Tracklet] {
         self.all.values_mut()
     }
 
@@ -309,9 +333,13 @@ impl Tracklets {
         let new = CorrectedPlot { plot, raw };
         let ids = self.by_key.entry(plot.track).or_default();
         let continues =
-            |id: &&TrackletId| self.all.get(id).is_some_and(|tracklet| tracklet.continues_with(&plot, radar));
+            |id: &&TrackletId| self.all.get(**id).is_some_and(|tracklet| tracklet.continues_with(&plot, radar));
         match ids.iter().rev().find(continues) {
-            Some(id) => _ = self.all.entry(*id).and_modify(|tracklet| tracklet.insert(new)),
+            Some(&id) => {
+                if let Some(tracklet) = self.all.get_mut(id) {
+                    tracklet.insert(new);
+                }
+            }
             None => {
                 let id = TrackletId(self.next);
                 self.next += 1;
@@ -323,24 +351,24 @@ impl Tracklets {
 
     /// Takes the plots that came into what is known of each one's class and flight.
     pub(super) fn look_ahead(&mut self, classes: &Classes, settings: &Settings) {
-        for tracklet in self.all.values_mut() {
+        shared::on_each(settings.threads, self.all.values_mut(), |tracklet| {
             if let Some(radar) = settings.radar(tracklet.key.sensor) {
                 let (existence, until) = tracklet.ahead;
                 let mut existence = existence.with(tracklet.between(until, LATEST), radar);
                 existence.classify(classes.of(tracklet.key.sensor));
                 tracklet.ahead = (existence, tracklet.last());
             }
-        }
+        });
     }
 
     /// The plots up to a slot that was published are settled.
     pub(super) fn settle(&mut self, until: Time, settings: &Settings) {
-        for tracklet in self.all.values_mut() {
+        shared::on_each(settings.threads, self.all.values_mut(), |tracklet| {
             if let Some(radar) = settings.radar(tracklet.key.sensor) {
                 let (existence, since) = tracklet.settled;
                 tracklet.settled = (existence.with(tracklet.between(since, until), radar), until);
             }
-        }
+        });
     }
 
     /// Forgets plots before `time`, and drops the tracklets that have no other.
@@ -349,7 +377,7 @@ impl Tracklets {
         all.retain(|id, tracklet| {
             let is_left = tracklet.forget_before(time);
             if !is_left && let Some(ids) = by_key.get_mut(&tracklet.key) {
-                ids.retain(|known| known != id);
+                ids.retain(|&known| known != id);
                 if ids.is_empty() {
                     by_key.remove(&tracklet.key);
                 }
@@ -360,7 +388,7 @@ impl Tracklets {
 
     /// Forgets targets that have been dropped.
     pub(super) fn forget_targets(&mut self, is_left: impl Fn(&TargetId) -> bool) {
-        for tracklet in self.all.values_mut() {
+        for tracklet in self.iter_mut() {
             tracklet.pairs.retain(|(id, _)| is_left(id));
             tracklet.target = tracklet.target.filter(&is_left);
         }
@@ -373,7 +401,7 @@ impl Tracklets {
         time: Time,
         settings: &Settings,
     ) -> Option<&Tracklet> {
-        let tracklets = self.by_key.get(&key)?.iter().filter_map(|id| self.all.get(id));
+        let tracklets = self.by_key.get(&key)?.iter().filter_map(|&id| self.all.get(id));
         let lasting = tracklets.filter(|tracklet| !tracklet.has_ended(time, settings));
         lasting.max_by_key(|tracklet| match tracklet.first() <= time {
             true => (true, tracklet.last().nanos()),
