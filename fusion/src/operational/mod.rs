@@ -149,6 +149,7 @@ impl Operational {
     fn forget(&mut self, cycle: &Cycle) {
         let Cycle { centre, settings, .. } = *cycle;
         self.tracklets.forget_before(centre + -tuning::PLOTS_KEPT);
+        self.tracklets.turn(centre);
         self.registrations.end(&self.tracklets);
         self.targets.forget_before(centre + -tuning::FIXES_KEPT, centre, &self.tracklets);
         self.tracklets.forget_targets(|&id| self.targets.get(id).is_some());

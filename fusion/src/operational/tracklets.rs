@@ -27,6 +27,31 @@ pub(super) struct CorrectedPlot {
     pub(super) raw: Enu,
 }
 
+/// What is asked of the plots in every slot.
+#[derive(Clone, Copy, Debug)]
+struct Marks {
+    /// Times of the first plot and of the last.
+    first: Time,
+    last: Time,
+    /// The centres of this slot and of the one before, each with how many plots there are up to it.
+    centres: [(Time, usize); 2],
+}
+
+impl Marks {
+    /// A plot came.
+    fn note(&mut self, time: Time) {
+        self.first = self.first.min(time);
+        self.last = self.last.max(time);
+        self.centres.iter_mut().filter(|centre| time <= centre.0).for_each(|centre| centre.1 += 1);
+    }
+
+    /// The first plot went; that was before the slot. `first`: the time of the next one.
+    fn forget_first(&mut self, first: Time) {
+        self.first = first;
+        self.centres.iter_mut().for_each(|centre| centre.1 = centre.1.saturating_sub(1));
+    }
+}
+
 /// The plots of one radar track without a long break.
 #[derive(Debug)]
 pub(super) struct Tracklet {
@@ -36,6 +61,7 @@ pub(super) struct Tracklet {
     target: Option<TargetId>,
     /// By time; one at least.
     plots: VecDeque<CorrectedPlot>,
+    marks: Marks,
     /// Likelihoods that it is one with the targets that came near; by target.
     pairs: Vec<(TargetId, PairLikelihood)>,
     /// Likelihoods that it is one with tracks of other radars that came near.
@@ -52,12 +78,14 @@ impl Tracklet {
     fn new(id: TrackletId, plot: CorrectedPlot) -> Self {
         let unknown = (Existence::default(), EARLIEST);
         let (key, plots) = (plot.plot.track, VecDeque::from([plot]));
+        let marks = Marks { first: plot.plot.time, last: plot.plot.time, centres: [(EARLIEST, 0); 2] };
         let (pairs, mutual) = (Vec::new(), Vec::new());
         Self {
             id,
             key,
             target: None,
             plots,
+            marks,
             pairs,
             mutual,
             settled: unknown,
@@ -76,7 +104,10 @@ impl Tracklet {
         let index = self.index(time);
         match self.plots.get_mut(index) {
             Some(same) if same.plot.time == time => *same = new,
-            _ => self.plots.insert(index, new),
+            _ => {
+                self.plots.insert(index, new);
+                self.marks.note(time);
+            }
         }
     }
 
@@ -97,8 +128,18 @@ impl Tracklet {
     fn forget_before(&mut self, time: Time) -> bool {
         while self.first() < time {
             self.plots.pop_front();
+            self.marks.forget_first(self.plots.front().map_or(LATEST, |first| first.plot.time));
         }
         !self.plots.is_empty()
+    }
+
+    /// The slot's centre is this one from now on.
+    fn turn(&mut self, centre: Time) {
+        let [(_, mut count), _] = self.marks.centres;
+        while self.plots.get(count).is_some_and(|plot| plot.plot.time <= centre) {
+            count += 1;
+        }
+        self.marks.centres = [(centre, count), self.marks.centres[0]];
     }
 
     /// Whether a plot with its number would at `time` be one of another track.
@@ -108,12 +149,12 @@ impl Tracklet {
 
     /// Time of the first plot that is kept.
     pub(super) fn first(&self) -> Time {
-        self.plots.front().map_or(LATEST, |first| first.plot.time)
+        self.marks.first
     }
 
     /// Time of the last plot.
     pub(super) fn last(&self) -> Time {
-        self.plots.back().map_or(LATEST, |last| last.plot.time)
+        self.marks.last
     }
 
     /// Time of the last plot before `time`.
@@ -133,7 +174,8 @@ impl Tracklet {
 
     /// The plot nearest to a time.
     pub(super) fn nearest(&self, time: Time) -> Option<&Plot> {
-        let index = self.index(time);
+        // Of two plots beside a time, also where one of them is at that time.
+        let index = self.count_until(time);
         let beside = [index.checked_sub(1), Some(index)].into_iter().flatten();
         let beside = beside.filter_map(|index| Some(&self.plots.get(index)?.plot));
         beside.min_by_key(|plot| (plot.time.nanos() - time.nanos()).abs())
@@ -142,8 +184,7 @@ impl Tracklet {
     /// The index of the first plot from `time` on.
     fn index(&self, time: Time) -> usize {
         let (first, last) = (self.first(), self.last());
-        // Most often asked for is what came last.
-        if self.plots.is_empty() || last < time {
+        if last < time {
             return self.plots.len();
         }
         if time <= first {
@@ -177,9 +218,16 @@ impl Tracklet {
 
     /// The indices of the plots after `since`, up to `until`.
     fn indices(&self, since: Time, until: Time) -> Range<usize> {
-        let after = |time: Time| self.index(Time::from_nanos(time.nanos().saturating_add(1)));
-        let from = after(since);
-        from..after(until).max(from)
+        let from = self.count_until(since);
+        from..self.count_until(until).max(from)
+    }
+
+    /// How many plots there are up to a time.
+    fn count_until(&self, time: Time) -> usize {
+        match self.marks.centres.iter().find(|centre| centre.0 == time) {
+            Some(&(_, count)) => count,
+            None => self.index(Time::from_nanos(time.nanos().saturating_add(1))),
+        }
     }
 
     /// Whether it is a drone, by all its plots.
@@ -359,6 +407,11 @@ impl Tracklets {
                 tracklet.ahead = (existence, tracklet.last());
             }
         });
+    }
+
+    /// The slot's centre is this one from now on.
+    pub(super) fn turn(&mut self, centre: Time) {
+        self.iter_mut().for_each(|tracklet| tracklet.turn(centre));
     }
 
     /// The plots up to a slot that was published are settled.
