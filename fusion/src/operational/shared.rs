@@ -32,17 +32,17 @@ pub(super) fn on_each<T: Send>(threads: NonZeroUsize, things: &mut [T], work: im
 }
 
 /// What becomes of each of these, in their order.
-pub(super) fn map<T: Sync, R: Send>(
+pub(super) fn map<'a, T: Sync, R: Send>(
     threads: NonZeroUsize,
-    things: &[T],
-    work: impl Fn(&T) -> R + Sync,
+    things: &'a [T],
+    work: impl Fn(&'a T) -> R + Sync,
 ) -> Vec<R> {
     let share = share(things.len(), threads);
     if things.len() <= share {
         return things.iter().map(work).collect();
     }
     let (own, others) = things.split_at(share);
-    let of_part = |part: &[T]| part.iter().map(&work).collect::<Vec<R>>();
+    let of_part = |part: &'a [T]| part.iter().map(&work).collect::<Vec<R>>();
     thread::scope(|scope| {
         let of_part = &of_part;
         let parts: Vec<_> =

@@ -367,6 +367,11 @@ impl Tracklets {
         ids.into_iter().filter_map(|id| self.all.get(id))
     }
 
+    /// All of them, in the order in which they began.
+    pub(super) fn as_slice(&self) -> &[Tracklet] {
+        self.all.values()
+    }
+
     pub(super) fn iter_mut(&mut self) -> impl Iterator<Item = &mut Tracklet> {
         self.all.values_mut().iter_mut()
     }
@@ -401,10 +406,12 @@ impl Tracklets {
     pub(super) fn look_ahead(&mut self, classes: &Classes, settings: &Settings) {
         shared::on_each(settings.threads, self.all.values_mut(), |tracklet| {
             if let Some(radar) = settings.radar(tracklet.key.sensor) {
-                let (existence, until) = tracklet.ahead;
-                let mut existence = existence.with(tracklet.between(until, LATEST), radar);
+                let last = tracklet.last();
+                let new = tracklet.indices(tracklet.ahead.1, last);
+                let (existence, until) = &mut tracklet.ahead;
+                existence.add(tracklet.plots.range(new).map(|plot| &plot.plot), radar);
                 existence.classify(classes.of(tracklet.key.sensor));
-                tracklet.ahead = (existence, tracklet.last());
+                *until = last;
             }
         });
     }
@@ -418,8 +425,10 @@ impl Tracklets {
     pub(super) fn settle(&mut self, until: Time, settings: &Settings) {
         shared::on_each(settings.threads, self.all.values_mut(), |tracklet| {
             if let Some(radar) = settings.radar(tracklet.key.sensor) {
-                let (existence, since) = tracklet.settled;
-                tracklet.settled = (existence.with(tracklet.between(since, until), radar), until);
+                let new = tracklet.indices(tracklet.settled.1, until);
+                let (existence, since) = &mut tracklet.settled;
+                existence.add(tracklet.plots.range(new).map(|plot| &plot.plot), radar);
+                *since = until;
             }
         });
     }

@@ -52,6 +52,7 @@ fn a_target_is_known_from_its_tracks_first_plot_on() {
     let mut case = Case::new();
     let track = case.track((0, 1), &halves(96.0, 101.0), 0.0, 0.9);
     assert!(is_initiated(&mut case, track));
+    case.run(|air, _, cycle| air.targets.filter_all(&air.tracklets, cycle));
     let target = case.air.targets.get(case.target(track).unwrap()).unwrap();
     assert_eq!(target.estimate(at(96.0)).unwrap().since_s, Some(0.0));
 }
