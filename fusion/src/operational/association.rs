@@ -124,8 +124,9 @@ impl RadarTracks<'_> {
     fn assign_begun(&self) -> Assignment {
         let cycle = self.cycle;
         let lasts_for = periods(TRACK_LASTS_PERIODS, self.radar.period_s).max(cycle.end - cycle.begin);
-        let lasts =
-            |tracklet: &&Tracklet| tracklet.first() < cycle.end && cycle.centre - tracklet.last() <= lasts_for;
+        let lasts = |tracklet: &&Tracklet| {
+            tracklet.first() < cycle.end && cycle.centre - tracklet.last() <= lasts_for
+        };
         let unseen = self.unseen();
         let lasting: Vec<&Tracklet> = self.tracklets().filter(lasts).collect();
         let threads = cycle.settings.threads;

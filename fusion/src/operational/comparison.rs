@@ -18,28 +18,44 @@ pub(super) fn compare(tracklets: &mut Tracklets, targets: &Targets, cycle: &Cycl
     let settings = cycle.settings;
     let place = |target: &Target| Some((target.on_curve(cycle.centre, settings)?.position, target.id()));
     let places = Places::of(targets.iter().filter_map(place));
-    shared::on_each(settings.threads, tracklets.as_mut_slice(), |tracklet| {
-        compare_one(tracklet, targets, &places, cycle);
+    shared::on_parts(settings.threads, tracklets.as_mut_slice(), |tracklets| {
+        let mut room = Room::default();
+        tracklets.iter_mut().for_each(|tracklet| compare_one(tracklet, targets, &places, cycle, &mut room));
     });
     mutual::compare(tracklets, targets, cycle);
 }
 
-fn compare_one(tracklet: &mut Tracklet, targets: &Targets, places: &Places<TargetId>, cycle: &Cycle) {
+/// Lists that are used again for each radar track.
+#[derive(Default)]
+struct Room {
+    near: Vec<TargetId>,
+    compared: Vec<TargetId>,
+}
+
+fn compare_one(
+    tracklet: &mut Tracklet,
+    targets: &Targets,
+    places: &Places<TargetId>,
+    cycle: &Cycle,
+    Room { near, compared }: &mut Room,
+) {
     let Cycle { previous, centre, settings, .. } = *cycle;
     let Some(radar) = settings.radar(tracklet.key.sensor) else { return };
     let Some(plot) = tracklet.nearest(centre).copied() else { return };
-    let mut near: Vec<TargetId> = near(places, &plot, centre, radar).collect();
+    near.clear();
+    near.extend(self::near(places, &plot, centre, radar));
     near.sort_unstable();
-    let mut compared: Vec<TargetId> = tracklet.pairs().iter().map(|pair| pair.0).collect();
-    compared.extend(&near);
+    compared.clear();
+    compared.extend(tracklet.pairs().iter().map(|pair| pair.0));
+    compared.extend(&*near);
     compared.sort_unstable();
     compared.dedup();
-    for id in compared {
+    for &mut id in compared {
         if let Some(transponder) = targets.get(id).and_then(Target::transponder) {
             tracklet.compare(id, transponder, (previous, centre), radar, settings);
         }
     }
-    tracklet.end_pairs(&near, centre);
+    tracklet.end_pairs(near, centre);
 }
 
 /// Gate: those of the targets that the plot could be of. It is long across the line of sight, as the radar's bias is.

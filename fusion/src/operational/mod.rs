@@ -117,7 +117,7 @@ impl Operational {
     /// Corrects the plots that came, and sorts them into tracklets.
     fn sort_plots(&mut self, settings: &Settings) {
         self.plots.sort_by_key(|plot| (plot.time, plot.track));
-        for plot in std::mem::take(&mut self.plots) {
+        for plot in self.plots.drain(..) {
             if let Some(radar) = settings.radar(plot.track.sensor) {
                 let corrected = self.registrations.correct(plot, radar);
                 self.tracklets.insert(corrected, plot.position, radar);
@@ -129,7 +129,7 @@ impl Operational {
     /// Puts the transponder reports that came to the time of their measurement, and sorts them into targets.
     fn sort_fixes(&mut self, settings: &Settings) {
         self.fixes.sort_by_key(|fix| (fix.time, fix.identity));
-        for mut fix in std::mem::take(&mut self.fixes) {
+        for mut fix in self.fixes.drain(..) {
             let Some(receiver) = settings.transponder(fix.sensor) else { continue };
             let delay_s = receiver.delay_s.unwrap_or(0.0);
             fix.time = Time::from_nanos(fix.time.nanos() - (delay_s * SECOND as f64).round() as i64);

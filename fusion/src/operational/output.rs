@@ -29,9 +29,10 @@ pub(super) fn publish(
 ) -> Vec<Point> {
     let Cycle { slot, centre, settings, .. } = *cycle;
     let mut competitors = competitors(tracklets, targets, correlations, cycle);
-    let mut points = Vec::new();
+    let mut points = Vec::with_capacity(targets.as_slice().len());
     let mut returned = 0;
-    let known = shared::map(settings.threads, targets.as_slice(), |target| Known::of(target, tracklets, cycle));
+    let known =
+        shared::map(settings.threads, targets.as_slice(), |target| Known::of(target, tracklets, cycle));
     for Known { id, tracklet, plot, estimate, is_covered, seen } in known {
         let Some(target) = targets.get_mut(id) else { continue };
         // Where no radar track took part yet, or none lately, the one that is still to begin does.

@@ -45,8 +45,7 @@ pub(super) fn map<'a, T: Sync, R: Send>(
     let of_part = |part: &'a [T]| part.iter().map(&work).collect::<Vec<R>>();
     thread::scope(|scope| {
         let of_part = &of_part;
-        let parts: Vec<_> =
-            others.chunks(share).map(|part| scope.spawn(move || of_part(part))).collect();
+        let parts: Vec<_> = others.chunks(share).map(|part| scope.spawn(move || of_part(part))).collect();
         let mut all = of_part(own);
         for part in parts {
             match part.join() {

@@ -385,8 +385,9 @@ impl Tracklets {
     pub(super) fn insert(&mut self, plot: Plot, raw: Enu, radar: &Radar) {
         let new = CorrectedPlot { plot, raw };
         let ids = self.by_key.entry(plot.track).or_default();
-        let continues =
-            |id: &&TrackletId| self.all.get(**id).is_some_and(|tracklet| tracklet.continues_with(&plot, radar));
+        let continues = |id: &&TrackletId| {
+            self.all.get(**id).is_some_and(|tracklet| tracklet.continues_with(&plot, radar))
+        };
         match ids.iter().rev().find(continues) {
             Some(&id) => {
                 if let Some(tracklet) = self.all.get_mut(id) {
