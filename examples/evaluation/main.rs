@@ -65,6 +65,9 @@ struct Args {
     /// This real flight as it was recorded, with --quick; repeat for more.
     #[arg(long, requires = "quick", value_name = "NAME", value_parser = RECORDINGS)]
     recording: Vec<String>,
+    /// Only what it costs, with --quick.
+    #[arg(long, requires = "quick")]
+    speed: bool,
     /// The first seed, with --quick: what was tuned on some is judged on others.
     #[arg(long, requires = "quick", default_value_t = 1)]
     first_seed: u64,
@@ -87,7 +90,14 @@ struct Args {
 
 fn main() -> Result<(), Failure> {
     let args = Args::parse();
-    if args.quick { quick(&args) } else { document(&args) }
+    match args {
+        Args { speed: true, .. } => {
+            println!("{:#?}", speed::measure(args.first_seed)?);
+            Ok(())
+        }
+        Args { quick: true, .. } => quick(&args),
+        Args { .. } => document(&args),
+    }
 }
 
 fn quick(args: &Args) -> Result<(), Failure> {

@@ -29,6 +29,7 @@ const LEAST_S: f64 = 0.5;
 const TICKS_HZ: f64 = 100.0;
 
 /// What was measured; pairs are of `reference` and `operational`.
+#[derive(Debug)]
 pub struct Speed {
     /// Seconds of flight of `dense` per second of processor time.
     pub times_real: [f64; 2],
