@@ -124,12 +124,22 @@ impl Registrations {
     pub fn restore(&self, config: &Config, now: Option<Time>, engine: &mut Engine) -> Vec<String> {
         let mut unused = Vec::new();
         for (id, entry) in &self.0 {
-            if let Err(reason) = entry.restore(id, config, now, engine) {
-                warn!(radar = %id, reason, "registration of a radar begins anew");
-                unused.push(reason);
-                continue;
-            }
-            if let Err(reason) = entry.restore_learning(id, config, now, engine) {
+            let restored = radar(config, id).and_then(|(index, radar)| {
+                entry.restore(index, radar, now, engine)?;
+                Ok((index, radar))
+            });
+            let (index, radar) = match restored {
+                Ok(restored) => restored,
+                Err(reason) => {
+                    warn!(radar = %id, reason, "registration of a radar begins anew");
+                    unused.push(reason);
+                    continue;
+                }
+            };
+            // One that is not configured to learn is not worth a word.
+            if radar.learn_accuracy
+                && let Err(reason) = entry.restore_learning(index, now, engine)
+            {
                 warn!(radar = %id, reason, "errors of a radar are learnt anew");
                 unused.push(reason);
             }
@@ -138,43 +148,39 @@ impl Registrations {
     }
 }
 
+/// The radar with this id.
+fn radar<'a>(config: &'a Config, id: &str) -> Result<(SensorIndex, &'a Radar), String> {
+    let found = config.sensors.iter().enumerate().find(|(_, sensor)| sensor.id == id);
+    let (index, sensor) = found.ok_or("there is no such sensor any more")?;
+    let SensorKind::Radar(radar) = &sensor.kind else { return Err("it is no radar any more".to_owned()) };
+    Ok((SensorIndex(index as u16), radar))
+}
+
 impl Entry {
-    /// What was learnt of a radar that is registered; one that is not configured to learn is not worth a word.
+    /// What was learnt of a radar that is registered.
     fn restore_learning(
         &self,
-        id: &str,
-        config: &Config,
+        radar: SensorIndex,
         now: Option<Time>,
         engine: &mut Engine,
     ) -> Result<(), String> {
         let Some(learning) = &self.learning else { return Ok(()) };
-        let found = config.sensors.iter().enumerate().find_map(|(index, sensor)| match &sensor.kind {
-            SensorKind::Radar(radar) if sensor.id == id => Some((index, radar)),
-            _ => None,
-        });
-        let Some((index, _)) = found.filter(|(_, radar)| radar.learn_accuracy) else { return Ok(()) };
         let state = LearningState::deserialize(learning).map_err(|error| error.to_string())?;
         if let Some(written) = state.time()
             && now.is_some_and(|now| written.nanos() > now.nanos().saturating_add(AHEAD_NS))
         {
             return Err(format!("it is of {written}, which is still to come"));
         }
-        engine
-            .restore_learning(SensorIndex(index as u16), &state)
-            .map(drop)
-            .map_err(|error| error.to_string())
+        engine.restore_learning(radar, &state).map(drop).map_err(|error| error.to_string())
     }
 
     fn restore(
         &self,
-        id: &str,
-        config: &Config,
+        index: SensorIndex,
+        radar: &Radar,
         now: Option<Time>,
         engine: &mut Engine,
     ) -> Result<(), String> {
-        let found = config.sensors.iter().enumerate().find(|(_, sensor)| sensor.id == id);
-        let (index, sensor) = found.ok_or("there is no such sensor any more")?;
-        let SensorKind::Radar(radar) = &sensor.kind else { return Err("it is no radar any more".to_owned()) };
         if radar.registration == Mode::Off {
             return Err("it is off".to_owned());
         }
@@ -197,7 +203,7 @@ impl Entry {
             return Err("nothing follows from its numbers".to_owned());
         }
         // The reference profile has no use for it, which is not worth a word.
-        engine.restore(SensorIndex(index as u16), &state).map(drop).map_err(|error| error.to_string())
+        engine.restore(index, &state).map(drop).map_err(|error| error.to_string())
     }
 }
 
