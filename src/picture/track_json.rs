@@ -357,7 +357,7 @@ pub fn serial_text(identity: Identity) -> String {
 }
 
 /// Octets as text without the padding; what is not printable ASCII is escaped. `None` where nothing is left.
-fn text(octets: &[u8]) -> Option<Cow<'_, str>> {
+pub fn text(octets: &[u8]) -> Option<Cow<'_, str>> {
     let text = match escaped(octets) {
         Cow::Borrowed(text) => Cow::Borrowed(text.trim()),
         Cow::Owned(text) => Cow::Owned(text.replace("\\x00", " ").trim().to_owned()),

@@ -107,3 +107,6 @@ impl TypeState {
         self.restored().map(drop)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -47,7 +47,9 @@ impl DelaySums {
             mean -= shared / own * value;
             variance += (shared / own * deviation).powi(2);
         }
-        TimeInformation { inverse_variance: variance.recip(), weighted_mean: mean / variance }
+        let known = TimeInformation { inverse_variance: variance.recip(), weighted_mean: mean / variance };
+        // Sums of before a restart may be any numbers.
+        if (known.inverse_variance + known.weighted_mean).is_finite() { known } else { none }
     }
 
     /// The same as numbers.
