@@ -23,6 +23,7 @@ mod flights;
 mod quick;
 mod registration;
 mod report;
+mod runs;
 mod score;
 mod sheet;
 mod speed;
@@ -34,7 +35,8 @@ mod variants;
 
 use std::path::PathBuf;
 
-use clap::Parser;
+use clap::{Parser, Subcommand};
+use utm_fusion::commands::replay;
 
 use crate::demands::Apart;
 use crate::flights::{CITY, Failure, Flight, RECORDINGS, Row, SCENARIOS};
@@ -49,7 +51,10 @@ const QUICK_SEEDS: u64 = 4;
 
 /// Makes docs/EVALUATION.md.
 #[derive(Parser)]
+#[command(args_conflicts_with_subcommands = true)]
 struct Args {
+    #[command(subcommand)]
+    program: Option<Program>,
     /// Print a short table of the operational profile and write nothing; city only where --scenario names it.
     #[arg(long)]
     quick: bool,
@@ -88,9 +93,17 @@ struct Args {
     threads: usize,
 }
 
+/// The program itself, for the processor time of its runs.
+#[derive(Subcommand)]
+enum Program {
+    #[command(hide = true)]
+    Replay(replay::Args),
+}
+
 fn main() -> Result<(), Failure> {
     let args = Args::parse();
     match args {
+        Args { program: Some(Program::Replay(args)), .. } => replay::run(&args).map(drop),
         Args { speed: true, .. } => {
             println!("{:#?}", speed::measure(args.first_seed)?);
             Ok(())

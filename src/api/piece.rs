@@ -4,6 +4,8 @@ use std::sync::{Arc, OnceLock};
 
 use axum::body::Bytes;
 
+use crate::picture::{PictureTrack, TrackJson};
+
 /// Where a track can come from.
 pub const SOURCES: [&str; 3] = ["fused", "radar", "transponder"];
 
@@ -37,6 +39,27 @@ pub struct Piece {
 }
 
 impl Piece {
+    /// Of a track of the picture, at that index, with its JSON; the feature is still to come. Filters compare what readers
+    /// see: the rounded values.
+    pub(super) fn new(index: usize, track: &PictureTrack, json: &TrackJson<'_>, is_new: bool) -> Self {
+        let source = &track.point.source;
+        Self {
+            index,
+            id: json.id().into(),
+            source: track.source_name(),
+            lng: json.lng(),
+            lat: json.lat(),
+            alt_msl: json.alt_msl(),
+            height_m: track.altitude_amsl_m.map(|_| track.position.height_m),
+            unmeasured_accuracy_m: track.unmeasured_accuracy_m(),
+            radar: source.radar().map(|radar| usize::from(radar.track.sensor.0)),
+            transponder: source.transponder().map(|part| usize::from(part.sensor.0)),
+            is_new,
+            feature: Bytes::new(),
+            full: OnceLock::new(),
+        }
+    }
+
     /// The sensors that took part, as indices.
     pub fn sensors(&self) -> impl Iterator<Item = usize> {
         self.radar.into_iter().chain(self.transponder)

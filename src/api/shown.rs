@@ -1,8 +1,7 @@
 //! A slot as readers get it: its JSON is made once, and everybody's answer is that or pieces of it.
 
 use std::collections::HashMap;
-use std::ops::Range;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use axum::body::Bytes;
 use schemars::JsonSchema;
@@ -16,7 +15,7 @@ use super::trails::Trail;
 use crate::config::Config;
 use crate::json::rounded;
 use crate::live::{Hub, PublishedPicture};
-use crate::picture::{PictureMaker, PictureTrack, Rfc3339, TrackJson};
+use crate::picture::{MAX_ACCURACY_M, PictureMaker, PictureTrack, Rfc3339, TrackJson};
 use fusion::time::Time;
 
 /// A published slot with its JSON.
@@ -28,6 +27,10 @@ pub struct Shown {
     pub pieces: Vec<Piece>,
     config: Arc<Config>,
     maker: Arc<PictureMaker>,
+    /// How many the features of all its tracks take.
+    octets: usize,
+    /// The feature collection of what readers get who ask for nothing else, and the event of what is new in it: parts of
+    /// the octets in which the features stand, where all of it is new.
     collection: Payload,
     event: Payload,
 }
@@ -80,56 +83,53 @@ impl Shown {
         };
         let tracks: Vec<(usize, &PictureTrack)> =
             frame.picture.tracks.iter().enumerate().filter(placed).collect();
-        let mut out = event_head.as_bytes().to_vec();
+        let known = Known::of(before, &tracks);
+        // One allocation as a rule, and nothing of it unused for as long as the slot is remembered.
+        let mut out = Vec::with_capacity(before.map_or(0, |before| before.octets + before.octets / 8));
+        out.extend_from_slice(event_head.as_bytes());
         let start = out.len();
-        write_head(&mut out, Some(frame), config, tracks.len(), tracks.len());
-        let mut places = Vec::with_capacity(tracks.len());
-        for &(_, track) in &tracks {
-            if !places.is_empty() {
+        let usual = |track: &PictureTrack| track.is_within(MAX_ACCURACY_M);
+        let count = tracks.iter().filter(|(_, track)| usual(track)).count();
+        write_head(&mut out, Some(frame), config, count, count);
+        let mut written = Vec::with_capacity(tracks.len());
+        let mut write = |out: &mut Vec<u8>, index: usize, track: &PictureTrack| {
+            let json = TrackJson::lean(track, maker);
+            let from = out.len();
+            write_feature(out, frame, &json, track.time, None);
+            written.push((Piece::new(index, track, &json, !known.has(track)), from..out.len()));
+        };
+        let mut is_first = true;
+        for &(index, track) in tracks.iter().filter(|(_, track)| usual(track)) {
+            if !std::mem::take(&mut is_first) {
                 out.push(b',');
             }
-            let from = out.len();
-            write_feature(&mut out, frame, &TrackJson::lean(track, maker), track.time, None);
-            places.push(from..out.len());
+            write(&mut out, index, track);
         }
         out.extend_from_slice(b"]}");
-        let end = out.len();
+        let collection = start..out.len();
         out.extend_from_slice(b"\n\n");
-        let event = Bytes::from(out);
-        let known = Known::of(before, &tracks);
-        // Filters compare what readers see: the rounded values.
-        let piece = |(&(index, track), place): (&(usize, &PictureTrack), Range<usize>)| Piece {
-            index,
-            id: maker.track_id(track).into(),
-            source: track.source_name(),
-            lng: rounded(track.position.longitude_deg(), 9),
-            lat: rounded(track.position.latitude_deg(), 9),
-            alt_msl: track.altitude_amsl_m.map(|metres| rounded(metres, 3)),
-            height_m: track.altitude_amsl_m.map(|_| track.position.height_m),
-            unmeasured_accuracy_m: track.unmeasured_accuracy_m(),
-            radar: track.point.source.radar().map(|radar| usize::from(radar.track.sensor.0)),
-            transponder: track.point.source.transponder().map(|part| usize::from(part.sensor.0)),
-            is_new: !known.has(track),
-            feature: event.slice(place),
-            full: OnceLock::new(),
-        };
-        let pieces: Vec<Piece> = tracks.iter().zip(places).map(piece).collect();
-        let collection = event.slice(start..end);
+        let event = 0..out.len();
+        // What only those get who ask for it stands behind.
+        for &(index, track) in tracks.iter().filter(|(_, track)| !usual(track)) {
+            write(&mut out, index, track);
+        }
+        out.shrink_to_fit();
+        let octets = Bytes::from(out);
+        written.sort_unstable_by_key(|(piece, _)| piece.index);
         let mut shown = Self {
             frame: frame.clone(),
-            pieces,
+            octets: octets.len(),
+            pieces: written
+                .into_iter()
+                .map(|(piece, place)| Piece { feature: octets.slice(place), ..piece })
+                .collect(),
             config: config.clone(),
             maker: maker.clone(),
-            event: event.into(),
-            collection: collection.into(),
+            event: octets.slice(event).into(),
+            collection: octets.slice(collection).into(),
         };
-        let usual = Filter::default();
-        let is_whole = shown.pieces.iter().all(|piece| usual.wants(piece));
-        if !is_whole {
-            shown.collection = shown.join(shown.all(), &usual).into();
-        }
-        if !is_whole || shown.pieces.iter().any(|piece| !piece.is_new) {
-            let changes = shown.changes(&usual);
+        if shown.usual().any(|piece| !piece.is_new) {
+            let changes = shown.changes(&Filter::default());
             shown.event = [event_head.as_bytes(), &changes, b"\n\n"].concat().into();
         }
         shown

@@ -4,43 +4,71 @@ use std::sync::LazyLock;
 
 use nalgebra::Matrix2;
 
-/// The circles that hold a share of the errors, by how flat the ellipse is: of a greater axis of one standard deviation.
-#[derive(Debug)]
-pub struct Circles {
-    /// By the lesser axis' standard deviation, evenly from 0 to 1.
-    radii: [f64; CELLS + 1],
-}
+/// A share of normal errors: how large the circle is that holds it, by how flat their ellipse is.
+pub struct Share(LazyLock<[f64; KNOTS]>);
 
 /// Half of the errors.
-pub static HALF: LazyLock<Circles> =
-    LazyLock::new(|| Circles::of(&Share { share: 0.5, line: 0.674_489_750_2, disc: 1.177_410_022_5 }));
+pub static HALF: Share =
+    Share(LazyLock::new(|| Circle { share: 0.5, line: 0.674_489_750_2, disc: 1.177_410_022_5 }.table()));
 /// 95 % of the errors.
-pub static MOST: LazyLock<Circles> =
-    LazyLock::new(|| Circles::of(&Share { share: 0.95, line: 1.959_963_984_5, disc: 2.447_746_830_7 }));
+pub static MOST: Share =
+    Share(LazyLock::new(|| Circle { share: 0.95, line: 1.959_963_984_5, disc: 2.447_746_830_7 }.table()));
 
-/// Steps of the lesser axis: the cubic through four neighbours is then off by less than a part in 10⁸.
-const CELLS: usize = 256;
-/// Directions at which the error is looked at, in a quarter of the circle.
-const DIRECTIONS: usize = 16;
-/// Newton's steps; the first guess is within 9 %.
-const STEPS: usize = 4;
+/// Steps of the flatness from a line to a disc; between them the radius is interpolated, to some 1e-10 of it.
+const FLATNESSES: usize = 512;
+const KNOTS: usize = FLATNESSES + 1;
+
+impl Share {
+    /// The radius about the mean that holds this share of a normal error with this covariance; in the unit whose square the
+    /// covariance has.
+    pub fn radius(&self, covariance: &Matrix2<f64>) -> f64 {
+        let (east, north, both) = (covariance.m11, covariance.m22, covariance.m21);
+        let (mean, half) = ((east + north) / 2.0, f64::hypot((east - north) / 2.0, both));
+        let (least, greatest) = ((mean - half).max(0.0), mean + half);
+        // A NaN is no accuracy either.
+        if !(greatest > 0.0 && greatest.is_finite()) {
+            return 0.0;
+        }
+        self.of_flatness(least / greatest) * greatest.sqrt()
+    }
+
+    /// The same where the greater variance of the ellipse's axes is 1 and the lesser this: by the cubic through the four
+    /// nearest knots.
+    fn of_flatness(&self, flatness: f64) -> f64 {
+        let at = flatness * FLATNESSES as f64;
+        let first = (at as usize).clamp(1, FLATNESSES - 2) - 1;
+        let [a, b, c, d] = [0, 1, 2, 3].map(|index| at - (first + index) as f64);
+        let knots = &self.0[first..first + 4];
+        (knots[3] * a * b * c - knots[0] * b * c * d) / 6.0
+            + (knots[1] * a * c * d - knots[2] * a * b * d) / 2.0
+    }
+}
 
 /// A share of the errors, and the circle that holds it where the error lies on a line and where it is the same in every
 /// direction; of one standard deviation.
-struct Share {
+#[derive(Clone, Copy, Debug)]
+struct Circle {
     share: f64,
     line: f64,
     disc: f64,
 }
 
-impl Share {
-    /// The circle's radius where the greater axis has one standard deviation and the lesser `axis`.
+/// Directions at which the error is looked at, in a quarter of the circle.
+const DIRECTIONS: usize = 16;
+/// Newton's steps; the first guess is within 9 %.
+const STEPS: usize = 4;
+
+impl Circle {
+    fn table(self) -> [f64; KNOTS] {
+        std::array::from_fn(|index| self.of_flatness(index as f64 / FLATNESSES as f64))
+    }
+
+    /// The radius where the variances along the axes of the ellipse are 1 and `flatness`.
     ///
-    /// With standard deviations a and b along the axes of the ellipse, r holds 1 - the mean of exp(-r² / 2s²) over all
-    /// directions t, s² = a² cos² t + b² sin² t (the normal distribution in polar coordinates of the ellipse): solved for r by
-    /// Newton's method.
-    fn radius(&self, axis: f64) -> f64 {
-        let flatness = axis * axis;
+    /// With standard deviations a and b along the axes, r holds 1 - the mean of exp(-r² / 2s²) over all directions t,
+    /// s² = a² cos² t + b² sin² t (the normal distribution in polar coordinates of the ellipse): solved for r by Newton's
+    /// method.
+    fn of_flatness(self, flatness: f64) -> f64 {
         let variances: [f64; DIRECTIONS] = std::array::from_fn(|index| {
             let direction = (index as f64 + 0.5) * std::f64::consts::FRAC_PI_2 / DIRECTIONS as f64;
             direction.cos().powi(2) + flatness * direction.sin().powi(2)
@@ -57,37 +85,6 @@ impl Share {
         }
         radius
     }
-}
-
-impl Circles {
-    fn of(share: &Share) -> Self {
-        Self { radii: std::array::from_fn(|cell| share.radius(cell as f64 / CELLS as f64)) }
-    }
-
-    /// The radius where the greater axis has one standard deviation and the lesser `axis`, 0 to 1.
-    fn radius(&self, axis: f64) -> f64 {
-        let place = axis * CELLS as f64;
-        let from = (place as usize).clamp(1, CELLS - 2);
-        // Lagrange's cubic through the values at -1, 0, 1 and 2.
-        let x = place - from as f64;
-        let [a, b, c, d] = [-1, 0, 1, 2].map(|step| self.radii[from.wrapping_add_signed(step)]);
-        (-a * x * (x - 1.0) * (x - 2.0) + d * (x + 1.0) * x * (x - 1.0)) / 6.0
-            + (b * (x + 1.0) * (x - 1.0) * (x - 2.0) - c * (x + 1.0) * x * (x - 2.0)) / 2.0
-    }
-}
-
-/// The radius about the mean that holds a share of a normal error with this covariance; in the unit whose square the
-/// covariance has.
-pub fn radius(covariance: &Matrix2<f64>, share: &Circles) -> f64 {
-    let (middle, apart) =
-        ((covariance[(0, 0)] + covariance[(1, 1)]) / 2.0, (covariance[(0, 0)] - covariance[(1, 1)]) / 2.0);
-    let half = (apart * apart + covariance[(0, 1)] * covariance[(0, 1)]).sqrt();
-    let (least, greatest) = ((middle - half).max(0.0), middle + half);
-    // A NaN is no accuracy either.
-    if !(greatest > 0.0 && greatest.is_finite()) {
-        return 0.0;
-    }
-    share.radius((least / greatest).sqrt()) * greatest.sqrt()
 }
 
 /// A class of accuracy: better than this holds 95 % of the errors.
@@ -179,11 +176,11 @@ mod tests {
     #[test]
     fn the_circle_holds_its_share_whatever_the_ellipse_and_however_it_is_turned() {
         for (long, short) in [(1.0, 1.0), (3.0, 2.5), (10.0, 5.0), (7.0, 2.0), (100.0, 12.0), (0.02, 0.001)] {
-            for (share, circles) in [(0.5, &HALF), (0.95, &MOST)] {
-                let expected = radius(&ellipse(long, short, 0.0), circles);
+            for (circle, share) in [(&HALF, 0.5), (&MOST, 0.95)] {
+                let expected = circle.radius(&ellipse(long, short, 0.0));
                 for turned in [0.3, 0.8, 2.0, 3.1] {
                     let covariance = ellipse(long, short, turned);
-                    let found = radius(&covariance, circles);
+                    let found = circle.radius(&covariance);
                     assert!((found / expected - 1.0).abs() < 1e-9, "{long} {short} {turned}");
                     let held = within(&covariance, found);
                     assert!((held - share).abs() < 5e-4, "{long} {short} {turned}: {held}");
@@ -193,32 +190,28 @@ mod tests {
     }
 
     #[test]
-    fn between_the_steps_the_radius_is_that_of_the_integral() {
-        for (share, line, disc, circles) in
-            [(0.5, 0.674_489_750_2, 1.177_410_022_5, &HALF), (0.95, 1.959_963_984_5, 2.447_746_830_7, &MOST)]
-        {
-            for step in 0..1000 {
-                let axis = (f64::from(step) + 0.5) / 1000.0;
-                let (found, expected) = (circles.radius(axis), Share { share, line, disc }.radius(axis));
-                assert!((found / expected - 1.0).abs() < 1e-8, "{axis}: {found} instead of {expected}");
-            }
+    fn a_circle_and_a_line_are_known_in_closed_form() {
+        for (circle, share, line) in [(&HALF, 0.5, 0.674_489_750_2), (&MOST, 0.95, 1.959_963_984_5)] {
+            let round = circle.radius(&ellipse(2.0, 2.0, 0.0));
+            assert!((round - 2.0 * (-2.0 * f64::ln(1.0 - share)).sqrt()).abs() < 1e-8, "{round}");
+            let flat = circle.radius(&ellipse(2.0, 0.0, 1.0));
+            assert!((flat - 2.0 * line).abs() < 1e-3, "{flat}");
         }
     }
 
-    #[test]
-    fn a_circle_and_a_line_are_known_in_closed_form() {
-        for (share, line, circles) in [(0.5_f64, 0.674_489_750_2, &HALF), (0.95, 1.959_963_984_5, &MOST)] {
-            let round = radius(&ellipse(2.0, 2.0, 0.0), circles);
-            assert!((round - 2.0 * (-2.0 * (1.0 - share).ln()).sqrt()).abs() < 1e-8, "{round}");
-            let flat = radius(&ellipse(2.0, 0.0, 1.0), circles);
-            assert!((flat - 2.0 * line).abs() < 1e-3, "{flat}");
+    proptest::proptest! {
+        #[test]
+        fn what_is_tabulated_is_what_is_solved(flatness in 0.0..=1.0_f64) {
+            let circle = Circle { share: 0.95, line: 1.959_963_984_5, disc: 2.447_746_830_7 };
+            let (tabulated, solved) = (MOST.of_flatness(flatness), circle.of_flatness(flatness));
+            proptest::prop_assert!((tabulated - solved).abs() < 2e-10, "{tabulated} {solved}");
         }
     }
 
     #[test]
     fn what_is_no_covariance_has_no_circle() {
         for number in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert_eq!(radius(&(Matrix2::identity() * number), &MOST), 0.0);
+            assert_eq!(MOST.radius(&(Matrix2::identity() * number)), 0.0);
         }
     }
 
