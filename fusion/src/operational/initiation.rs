@@ -108,9 +108,10 @@ fn is_unclaimed(
     };
     decided.target(tracklet.id).is_none()
         && tracklets.iter().all(is_apart)
-        && cycle.settings.radar(tracklet.key.sensor).is_some_and(|radar| {
-            reacquisition::plausible(tracklet, radar, targets, measured, decided).next().is_none()
-        })
+        && cycle
+            .settings
+            .radar(tracklet.key.sensor)
+            .is_some_and(|radar| !reacquisition::begins_over_one(tracklet, radar, targets, measured, decided))
 }
 
 /// Whether another radar's track is of a target that no other track of this one's radar is now.

@@ -10,6 +10,7 @@ use super::settings::{Radar, Settings};
 use super::track_numbers::{TrackNumber, TrackNumbers};
 use super::tracklets::{Tracklet, Tracklets};
 use super::transponder::{OnCurve, Transponder};
+use super::transponder_types::TransponderTypes;
 use super::tuning::{
     RADAR_VELOCITY_CORRELATION_S, TARGET_SILENT_MAX, TRANSPONDER_CLIMB_M_S, TRANSPONDER_SILENT_S,
     TRANSPONDER_VELOCITY_M_S,
@@ -215,10 +216,10 @@ impl Targets {
         }
     }
 
-    /// Each transponder's reports up to `until` tell of their white noise.
-    pub(super) fn learn(&mut self, until: Time, settings: &Settings) {
+    /// Learns from each transponder's reports up to `until` how large their white noise is.
+    pub(super) fn learn(&mut self, until: Time, types: &mut TransponderTypes, settings: &Settings) {
         let transponders = self.all.values_mut().filter_map(|target| target.transponder.as_mut());
-        transponders.for_each(|transponder| transponder.learn(until, settings));
+        transponders.for_each(|transponder| transponder.learn(until, types, settings));
     }
 
     /// Brings each target's filter to what is known now.

@@ -54,8 +54,8 @@ fn learnt(seed: u64, noise_m: f64, period_s: f64, count: usize) -> WhiteNoise {
     }
     let mut noise = WhiteNoise::default();
     for three in fixes.windows(3) {
-        if let Some([over_ground, _]) = told([&three[0], &three[1], &three[2]], CONFIGURED_M) {
-            noise.add(&over_ground, period_s);
+        if let Some([over_ground, _]) = likelihoods([&three[0], &three[1], &three[2]], CONFIGURED_M) {
+            noise.add(&over_ground, period_s, MEMORY_S);
         }
     }
     noise
@@ -69,7 +69,7 @@ fn without_evidence_it_is_as_configured() {
 #[test]
 fn reports_far_apart_tell_nothing() {
     let fixes = [0.0, 7.0, 14.0].map(|seconds| report(seconds, [0.0; 3]));
-    assert_eq!(told([&fixes[0], &fixes[1], &fixes[2]], CONFIGURED_M), None);
+    assert_eq!(likelihoods([&fixes[0], &fixes[1], &fixes[2]], CONFIGURED_M), None);
 }
 
 /// Flights of four minutes, half of them in turns, which look like some of the noise.
@@ -103,7 +103,7 @@ proptest! {
             .collect();
         let mut noise = WhiteNoise::default();
         for three in fixes.windows(3) {
-            if let Some([over_ground, _]) = told([&three[0], &three[1], &three[2]], CONFIGURED_M) {
+            if let Some([over_ground, _]) = likelihoods([&three[0], &three[1], &three[2]], CONFIGURED_M) {
                 noise.add(&over_ground, 1.0);
             }
         }
