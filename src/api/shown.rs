@@ -346,13 +346,16 @@ mod tests {
     use super::*;
     use crate::areas::Masks;
     use crate::capture::{Capture, Merged};
+    use crate::config::Profile;
     use crate::pipeline::Pipeline;
     use fusion::point::Basis;
 
     /// The slots of the demo, the latest last.
     fn slots() -> (Vec<Arc<PublishedPicture>>, Hub) {
         let site = include_str!("../../testdata/demo/site.toml");
-        let config = Arc::new(Config::parse(site, "site.toml", std::iter::empty()).unwrap());
+        let mut config = Config::parse(site, "site.toml", std::iter::empty()).unwrap();
+        config.fusion.profile = Profile::Operational;
+        let config = Arc::new(config);
         let mut pipeline = Pipeline::new(&config, Masks::default());
         let maker = Arc::new(PictureMaker::new(&config, pipeline.normaliser()));
         let capture = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/demo/capture.pcap");
