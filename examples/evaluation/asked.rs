@@ -64,7 +64,7 @@ pub fn against(scores: &[Scores], pairs: &[(Row, Row)], figure: fn(&Scores) -> O
     pairs.iter().map(case).collect()
 }
 
-/// A figure that no scores tell.
+/// A figure that is in no scores.
 pub fn measured(reached: Option<Mean>, reference: Option<Mean>) -> Vec<Case> {
     vec![Case { at: "", reached, reference }]
 }
@@ -139,8 +139,8 @@ impl Asked {
     /// The case that is furthest outside the bound.
     fn worst(&self) -> Option<(Mean, Case)> {
         let bound = if self.required == Bound::Nothing { self.ambition } else { self.required };
-        let told = self.cases.iter().filter_map(|case| Some((case.reached?, *case)));
-        told.max_by(|a, b| bound.excess(a.0).total_cmp(&bound.excess(b.0)))
+        let known = self.cases.iter().filter_map(|case| Some((case.reached?, *case)));
+        known.max_by(|a, b| bound.excess(a.0).total_cmp(&bound.excess(b.0)))
     }
 
     fn keeps_to(&self, bound: Bound) -> bool {

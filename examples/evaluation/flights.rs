@@ -20,8 +20,8 @@ pub const RECORDINGS: [&str; 3] = ["1_1", "1_4", "2_1"];
 pub struct Flight {
     pub row: Row,
     pub source: Source,
-    /// What the service is told otherwise than the site's configuration says.
-    pub told: fn(&mut Config),
+    /// What the service is configured otherwise than the site is.
+    pub configure: fn(&mut Config),
 }
 
 /// What the tables have rows for.
@@ -89,7 +89,7 @@ pub fn of_scenario(
     let flight = |seed| Flight {
         row: row.clone(),
         source: Source::Simulated { scenario: Box::new(scenario.clone()), seed, scored_from_s },
-        told: |_| {},
+        configure: |_| {},
     };
     seeds.map(flight).collect()
 }
@@ -107,7 +107,7 @@ pub fn recorded(recordings: &Path, seeds: RangeInclusive<u64>) -> Vec<Flight> {
         let recorded = |row, version, degraded_by| Flight {
             row,
             source: Source::Recorded { directory: trial.join(name), version, degraded_by },
-            told: |_| {},
+            configure: |_| {},
         };
         flights.push(recorded(Row::Clean(name), "", None));
         flights.push(recorded(Row::Prepared(name), "degraded", None));

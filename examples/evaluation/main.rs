@@ -23,6 +23,7 @@ mod flights;
 mod quick;
 mod registration;
 mod report;
+mod runs;
 mod score;
 mod sheet;
 mod speed;
@@ -34,7 +35,8 @@ mod variants;
 
 use std::path::PathBuf;
 
-use clap::Parser;
+use clap::{Parser, Subcommand};
+use utm_fusion::commands::replay;
 
 use crate::demands::Apart;
 use crate::flights::{CITY, Failure, Flight, RECORDINGS, Row, SCENARIOS};
@@ -49,7 +51,10 @@ const QUICK_SEEDS: u64 = 4;
 
 /// Makes docs/EVALUATION.md.
 #[derive(Parser)]
+#[command(args_conflicts_with_subcommands = true)]
 struct Args {
+    #[command(subcommand)]
+    program: Option<Program>,
     /// Print a short table of the operational profile and write nothing; city only where --scenario names it.
     #[arg(long)]
     quick: bool,
@@ -65,6 +70,9 @@ struct Args {
     /// This real flight as it was recorded, with --quick; repeat for more.
     #[arg(long, requires = "quick", value_name = "NAME", value_parser = RECORDINGS)]
     recording: Vec<String>,
+    /// Only what it costs, with --quick.
+    #[arg(long, requires = "quick")]
+    speed: bool,
     /// The first seed, with --quick: what was tuned on some is judged on others.
     #[arg(long, requires = "quick", default_value_t = 1)]
     first_seed: u64,
@@ -85,9 +93,24 @@ struct Args {
     threads: usize,
 }
 
+/// The program itself, for the processor time of its runs.
+#[derive(Subcommand)]
+enum Program {
+    #[command(hide = true)]
+    Replay(replay::Args),
+}
+
 fn main() -> Result<(), Failure> {
     let args = Args::parse();
-    if args.quick { quick(&args) } else { document(&args) }
+    match args {
+        Args { program: Some(Program::Replay(args)), .. } => replay::run(&args).map(drop),
+        Args { speed: true, .. } => {
+            println!("{:#?}", speed::measure(args.first_seed)?);
+            Ok(())
+        }
+        Args { quick: true, .. } => quick(&args),
+        Args { .. } => document(&args),
+    }
 }
 
 fn quick(args: &Args) -> Result<(), Failure> {

@@ -32,7 +32,7 @@ pub fn found(scenario: &Scenario, seeds: RangeInclusive<u64>, threads: usize) ->
     let mut found = Found::default();
     let seeds: Vec<u64> = seeds.collect();
     for some in seeds.chunks(threads.max(1)) {
-        let told: Vec<_> = std::thread::scope(|scope| {
+        let errors: Vec<_> = std::thread::scope(|scope| {
             let scenario = &scenario;
             let fly = |&seed: &u64| scope.spawn(move || of_flight(scenario, seed, marks_s));
             let flights: Vec<_> = some.iter().map(fly).collect();
@@ -41,8 +41,8 @@ pub fn found(scenario: &Scenario, seeds: RangeInclusive<u64>, threads: usize) ->
                 .map(|flight| flight.join().expect("a flight that panics is a fault"))
                 .collect()
         });
-        for told in told {
-            for (errors_deg, (error_deg, deviation_deg)) in found.errors_deg.iter_mut().zip(told?) {
+        for of_flight in errors {
+            for (errors_deg, (error_deg, deviation_deg)) in found.errors_deg.iter_mut().zip(of_flight?) {
                 errors_deg.push(error_deg.abs());
                 found.squares.push((error_deg / deviation_deg).powi(2));
             }
@@ -62,21 +62,21 @@ fn of_flight(
     config.fusion.profile = Profile::Operational;
     let mut pipeline = Pipeline::new(&config, Masks::default());
     let truth_deg = scenario.radars.first().map_or(0.0, |radar| radar.bias_azimuth_deg);
-    let mut told = marks_s.map(|_| None);
+    let mut errors = marks_s.map(|_| None);
     for reception in simulation.receptions() {
         let Some(received) = reception.received else { continue };
         pipeline.receive(&reception);
-        for (told, mark_s) in told.iter_mut().zip(marks_s) {
-            if told.is_none() && received.seconds_since(scenario.start) >= mark_s {
+        for (error, mark_s) in errors.iter_mut().zip(marks_s) {
+            if error.is_none() && received.seconds_since(scenario.start) >= mark_s {
                 let of = |(_, registered): (_, &Registered)| {
                     let bearing = registered.estimate.bearing;
                     (bearing.value.to_degrees() - truth_deg, bearing.deviation.to_degrees())
                 };
-                *told = pipeline.engine().registered().next().map(of);
+                *error = pipeline.engine().registered().next().map(of);
             }
         }
     }
-    let [Some(first), Some(second)] = told else { return Err("no registration was told".into()) };
+    let [Some(first), Some(second)] = errors else { return Err("a radar was not registered".into()) };
     Ok([first, second])
 }
 

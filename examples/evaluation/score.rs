@@ -136,7 +136,7 @@ impl Known<'_> {
         receptions: impl Fn() -> I,
     ) -> Result<Scores, Failure> {
         let mut config = self.config.clone();
-        (self.flight.told)(&mut config);
+        (self.flight.configure)(&mut config);
         let alone = InputsAlone::of(receptions(), &config, Masks::default())?;
         let under = |profile| -> Result<Evaluation, Failure> {
             let mut config = config.clone();

@@ -7,13 +7,14 @@ use utm_fusion::capture::Reception;
 use utm_fusion::config::{Config, Profile, SensorKind};
 use utm_fusion::picture::PictureMaker;
 use utm_fusion::pipeline::Pipeline;
-use utm_fusion::simulate::{Scenario, Span, simulate};
+use utm_fusion::simulate::{Scenario, Simulation, Span, simulate};
 
 use crate::flights::{self, CITY, Failure};
+use crate::runs::{Files, Pictures};
 use crate::summary::Mean;
 
 /// The profiles, in the order of every pair of figures.
-const PROFILES: [Profile; 2] = [Profile::Reference, Profile::Operational];
+pub const PROFILES: [Profile; 2] = [Profile::Reference, Profile::Operational];
 /// Flights of `dense` of which the processor time is taken.
 const DENSE_FLIGHTS: u64 = 4;
 /// Targets over which the exponent is taken, half of them birds.
@@ -23,20 +24,18 @@ const GROWTH_S: f64 = 30.0;
 /// Drones of the crowd, all of them equipped and always seen, and how long they fly, seconds.
 const CROWD: u32 = 2000;
 const CROWD_S: f64 = 75.0;
-/// A processor time is taken over so many seconds of it at least: the system counts in hundredths.
-const LEAST_S: f64 = 0.5;
-/// Ticks of the system's processor times per second (`USER_HZ`).
-const TICKS_HZ: f64 = 100.0;
 
 /// What was measured; pairs are of `reference` and `operational`.
+#[derive(Debug)]
 pub struct Speed {
     /// Seconds of flight of `dense` per second of processor time.
     pub times_real: [f64; 2],
-    /// Processor time of `operational` over that of `reference`, on `dense`.
-    pub processor: Option<Mean>,
+    /// Processor time of a run of `operational` over that of one of `reference`, on `dense`: with the pictures written,
+    /// and without.
+    pub processor: [Option<Mean>; 2],
     /// What a slot of `city` and its picture take, milliseconds: ninety-nine of a hundred take no more.
     pub city_p99_ms: [f64; 2],
-    /// Of processor time over the number of targets, at constant density.
+    /// Of the processor time of a run over the number of targets, at constant density.
     pub exponents: [Option<Mean>; 2],
     /// What a slot of 2,000 radar tracks and 2,000 transponders takes under `operational`, milliseconds: 999 of a thousand take
     /// no more.
@@ -61,30 +60,33 @@ fn live() -> [Option<Mean>; 2] {
 /// Measures everything, on flights with seeds from this one on.
 pub fn measure(first_seed: u64) -> Result<Speed, Failure> {
     let dense = flights::scenario("dense")?;
-    let (mut ratios, mut times_real) = (Vec::new(), [0.0; 2]);
+    let (mut ratios, mut spent_s) = ([Vec::new(), Vec::new()], [0.0; 2]);
     for seed in first_seed..first_seed + DENSE_FLIGHTS {
-        let flight = Recorded::of(&dense, seed)?;
-        let [reference_s, operational_s] =
-            [flight.processor_s(PROFILES[0])?, flight.processor_s(PROFILES[1])?];
-        ratios.push(operational_s / reference_s);
-        times_real = [reference_s, operational_s].map(|processor_s| dense.duration_s / processor_s);
+        let files = Files::of(&flown(&dense, seed)?)?;
+        for (ratios, pictures) in ratios.iter_mut().zip([Pictures::Written, Pictures::NotWritten]) {
+            let [reference_s, operational_s] = files.processor_s(pictures)?;
+            ratios.push(operational_s / reference_s);
+            if pictures == Pictures::Written {
+                spent_s = [spent_s[0] + reference_s, spent_s[1] + operational_s];
+            }
+        }
     }
-    let city = Recorded::of(&flights::scenario(CITY)?, first_seed)?;
+    let city = Recorded::of(&flown(&flights::scenario(CITY)?, first_seed)?);
     let city_p99_ms =
         PROFILES.map(|profile| city.slots_ms(profile)).map(|slots_ms| quantile(&slots_ms, 0.99));
 
     let mut costs = [Vec::new(), Vec::new()];
     for targets in TARGETS {
-        let flight = grown(targets, first_seed)?;
-        for (costs, profile) in costs.iter_mut().zip(PROFILES) {
-            costs.push((f64::from(targets), flight.processor_s(profile)?));
+        let spent_s = Files::of(&grown(targets, first_seed)?)?.processor_s(Pictures::Written)?;
+        for (costs, spent_s) in costs.iter_mut().zip(spent_s) {
+            costs.push((f64::from(targets), spent_s));
         }
     }
-    let crowd_ms = crowd(first_seed)?.slots_ms(Profile::Operational);
+    let crowd_ms = Recorded::of(&crowd(first_seed)?).slots_ms(Profile::Operational);
     Ok(Speed {
         live: live(),
-        times_real,
-        processor: Mean::of(&ratios),
+        times_real: spent_s.map(|spent_s| DENSE_FLIGHTS as f64 * dense.duration_s / spent_s),
+        processor: ratios.map(|ratios| Mean::of(&ratios)),
         city_p99_ms,
         exponents: costs.map(|costs| Mean::of(&[exponent(&costs)])),
         crowd_p999_ms: Mean::of(&[quantile(&crowd_ms, 0.999)]),
@@ -108,15 +110,9 @@ fn quantile(values: &[f64], share: f64) -> f64 {
     sorted.get(place).copied().unwrap_or(f64::INFINITY)
 }
 
-/// A flight as it is received.
-struct Recorded {
-    receptions: Vec<Reception>,
-    config: Config,
-}
-
 /// So many targets as dense as those of `city`, half of them birds. What the radar errs by in metres stays the same: a larger
 /// area is no harder, only larger.
-fn grown(targets: u32, seed: u64) -> Result<Recorded, Failure> {
+fn grown(targets: u32, seed: u64) -> Result<Simulation, Failure> {
     let mut scenario = flights::scenario(CITY)?;
     let city =
         scenario.drone_count() + scenario.birds.count + scenario.birds.flocks * scenario.birds.flock_size;
@@ -134,7 +130,7 @@ fn grown(targets: u32, seed: u64) -> Result<Recorded, Failure> {
 }
 
 /// Two thousand drones, each with a transponder without gaps and always on the radar.
-fn crowd(seed: u64) -> Result<Recorded, Failure> {
+fn crowd(seed: u64) -> Result<Simulation, Failure> {
     let mut scenario = flights::scenario(CITY)?;
     let share = f64::from(CROWD) / f64::from(scenario.drone_count());
     scenario.name = "crowd".to_owned();
@@ -153,7 +149,7 @@ fn crowd(seed: u64) -> Result<Recorded, Failure> {
 }
 
 /// The scenario over an airspace that is so many times as wide, by a radar that sees so many times as far.
-fn widened(mut scenario: Scenario, by: f64, seed: u64) -> Result<Recorded, Failure> {
+fn widened(mut scenario: Scenario, by: f64, seed: u64) -> Result<Simulation, Failure> {
     scenario.airspace.radius_m *= by;
     for radar in &mut scenario.radars {
         radar.max_range_m *= by;
@@ -161,36 +157,32 @@ fn widened(mut scenario: Scenario, by: f64, seed: u64) -> Result<Recorded, Failu
         radar.track_azimuth_deg /= by;
         radar.plot_azimuth_deg /= by;
     }
-    let mut recorded = Recorded::of(&scenario, seed)?;
-    for sensor in &mut recorded.config.sensors {
+    let mut simulation = flown(&scenario, seed)?;
+    for sensor in &mut simulation.config.sensors {
         if let SensorKind::Radar(radar) = &mut sensor.kind
             && let Some(accuracy) = &mut radar.accuracy
         {
             accuracy.azimuth_deg /= by;
         }
     }
-    recorded.config.fusion.threshold_m.iter_mut().for_each(|(range_m, _)| *range_m *= by);
-    Ok(recorded)
+    simulation.config.fusion.threshold_m.iter_mut().for_each(|(range_m, _)| *range_m *= by);
+    Ok(simulation)
+}
+
+fn flown(scenario: &Scenario, seed: u64) -> Result<Simulation, Failure> {
+    eprintln!("{} seed {seed}: how fast it is", scenario.name);
+    Ok(simulate(scenario, seed, None)?)
+}
+
+/// A flight as it is received, in this process.
+struct Recorded {
+    receptions: Vec<Reception>,
+    config: Config,
 }
 
 impl Recorded {
-    fn of(scenario: &Scenario, seed: u64) -> Result<Self, Failure> {
-        eprintln!("{} seed {seed}: how fast it is", scenario.name);
-        let simulation = simulate(scenario, seed, None)?;
-        Ok(Self { receptions: simulation.receptions().collect(), config: simulation.config })
-    }
-
-    /// Processor time of a replay, all threads of the process, seconds.
-    fn processor_s(&self, profile: Profile) -> Result<f64, Failure> {
-        let begin_s = process_s()?;
-        for times in 1.. {
-            self.replay(profile, |_| {});
-            let spent_s = process_s()? - begin_s;
-            if spent_s >= LEAST_S {
-                return Ok(spent_s / f64::from(times));
-            }
-        }
-        unreachable!("a replay takes time")
+    fn of(simulation: &Simulation) -> Self {
+        Self { receptions: simulation.receptions().collect(), config: simulation.config.clone() }
     }
 
     /// How long each slot and its picture take, milliseconds.
@@ -219,16 +211,6 @@ impl Recorded {
             (0..slots).for_each(|_| note(slot_ms));
         }
     }
-}
-
-/// Processor time of this process so far, seconds, as Linux tells it.
-fn process_s() -> Result<f64, Failure> {
-    let text = String::from_utf8(std::fs::read("/proc/self/stat")?)?;
-    // Behind the name, which is in brackets and may hold anything: utime and stime are the 12th and 13th.
-    let fields = text.rsplit_once(')').map_or("", |(_, fields)| fields);
-    let ticks: Vec<f64> =
-        fields.split_whitespace().skip(11).take(2).map(str::parse).collect::<Result<_, _>>()?;
-    Ok(ticks.iter().sum::<f64>() / TICKS_HZ)
 }
 
 #[expect(clippy::disallowed_methods, reason = "how long it takes is what is measured")]

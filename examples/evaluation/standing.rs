@@ -7,7 +7,7 @@ use crate::flights::{RECORDINGS, Row, SCENARIOS};
 use crate::registration;
 use crate::score::Scores;
 use crate::summary::Mean;
-use crate::variants::{BIAS_EQUIPPED, DELAY_TOLD};
+use crate::variants::{BIAS_EQUIPPED, DELAY_KNOWN};
 use Bound::{AtLeast, AtMost, Honest};
 
 /// Every row of the table.
@@ -31,8 +31,8 @@ fn places(scores: &[Scores]) -> Vec<Asked> {
     let against_paper: Measure = |seeds, of| seeds.ratio(of.equipped, REFERENCE.equipped, COVERED);
     let mut rows = vec![
         Asked::new(
-            "error on covered slots / transponder's, `crossing`, told the delay",
-            each(scores, &[Row::Variant(DELAY_TOLD)], |seeds, of| {
+            "error on covered slots / transponder's, `crossing`, known delay",
+            each(scores, &[Row::Variant(DELAY_KNOWN)], |seeds, of| {
                 seeds.ratio(of.equipped, TRANSPONDER.equipped, COVERED)
             }),
         )
@@ -45,7 +45,7 @@ fn places(scores: &[Scores]) -> Vec<Asked> {
             Asked::new(figure, each(scores, &[Row::Scenario(name)], against_paper))
                 .required(AtMost(required))
                 .ambition(AtMost(ambition))
-                .why("one or two drones tell the transponders' delay late."),
+                .why("with one or two drones the transponders' delay is known late."),
         );
     }
     rows
@@ -76,7 +76,7 @@ fn presence(scores: &[Scores]) -> Vec<Asked> {
             "error of drones without transponder / radar's, worst scenario",
             each(scores, &every(), against_radar),
         )
-.why("one drone a flight, whose tracks' slow errors nothing tells.")
+        .why("one drone a flight, whose tracks' slow errors nothing shows.")
         .required(AtMost(1.0)),
         Asked::new(
             "error of drones without transponder / radar's, `bias` after 40 drone-minutes",

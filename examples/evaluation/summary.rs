@@ -4,7 +4,7 @@ use crate::figures::{Each, Figure, Group};
 use crate::flights::Row;
 use crate::score::Scores;
 
-/// Mean over what tells the figure, and the standard error of that mean.
+/// Mean over what has the figure, and the standard error of that mean.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mean {
     pub mean: f64,
@@ -34,7 +34,7 @@ impl Mean {
     }
 }
 
-/// As [`Mean::show`], and a dash where nothing is told.
+/// As [`Mean::show`], and a dash where there is none.
 pub fn show(mean: Option<Mean>, decimals: usize) -> String {
     mean.map_or("–".to_owned(), |mean| mean.show(decimals))
 }
@@ -48,7 +48,7 @@ impl<'a> Seeds<'a> {
         Self(scores.iter().filter(|scores| scores.row == *row).collect())
     }
 
-    /// Mean of what `figure` tells of each flight.
+    /// Mean of `figure` of each flight.
     pub fn mean(&self, figure: impl Fn(&Scores) -> Option<f64>) -> Option<Mean> {
         Mean::of(&self.0.iter().filter_map(|scores| figure(scores)).collect::<Vec<_>>())
     }

@@ -6,12 +6,28 @@ use crate::table::Column;
 const US: Stream = OPERATIONAL;
 const PAPER: Stream = REFERENCE;
 
-/// A column of each profile.
-fn both(head: &str, of: fn(&Stream) -> Group, figure: Figure, decimals: usize) -> [Column; 2] {
-    [
-        Column::of(&format!("{head}: `reference`"), of(&PAPER), figure, decimals),
-        Column::of("`operational`", of(&US), figure, decimals),
-    ]
+/// In the order of the columns.
+const STREAMS: [(&str, Stream); 4] =
+    [("`reference`", PAPER), ("`operational`", US), ("radar", RADAR), ("transponder", TRANSPONDER)];
+/// How many of them: the profiles; with the radar; all.
+const PROFILES: usize = 2;
+const WITH_RADAR: usize = 3;
+const EVERY: usize = 4;
+
+/// A column of each of so many streams. The head stands over the first, where there is one.
+fn columns(
+    streams: usize,
+    head: &str,
+    of: fn(&Stream) -> Group,
+    figure: Figure,
+    decimals: usize,
+) -> Vec<Column> {
+    let column = |(index, (name, stream)): (usize, &(&str, Stream))| {
+        let name =
+            if index == 0 && !head.is_empty() { format!("{head}: {name}") } else { (*name).to_owned() };
+        Column::of(&name, of(stream), figure, decimals)
+    };
+    STREAMS.iter().take(streams).enumerate().map(column).collect()
 }
 
 const ALL: fn(&Stream) -> Group = |stream| stream.all;
@@ -32,55 +48,43 @@ pub fn simulated() -> Vec<(&'static str, Vec<Column>)> {
 }
 
 fn often() -> Vec<Column> {
-    let mut columns = Vec::from(both("PU, equipped", EQUIPPED, PU, 1));
-    columns.push(Column::of("radar", RADAR.equipped, PU, 1));
-    columns.push(Column::of("transponder", TRANSPONDER.equipped, PU, 1));
-    columns.extend(both("gap slots with a point within 50 m", EQUIPPED, GAP_WITHIN_50_M, 1));
-    columns.push(Column::of("radar", RADAR.equipped, GAP_WITHIN_50_M, 1));
-    columns.extend(both("PU, without transponder", UNEQUIPPED, PU, 1));
-    columns.push(Column::of("radar", RADAR.unequipped, PU, 1));
-    columns
+    let mut often = columns(EVERY, "PU, equipped", EQUIPPED, PU, 1);
+    often.extend(columns(WITH_RADAR, "gap slots with a point within 50 m", EQUIPPED, GAP_WITHIN_50_M, 1));
+    often.extend(columns(WITH_RADAR, "PU, without transponder", UNEQUIPPED, PU, 1));
+    often
 }
 
 fn equipped() -> Vec<Column> {
-    let mut columns = Vec::from(both("covered", EQUIPPED, COVERED, 2));
-    columns.push(Column::of("transponder", TRANSPONDER.equipped, COVERED, 2));
-    columns.push(Column::ratio("`operational` / transponder", US.equipped, TRANSPONDER.equipped, COVERED));
-    columns.extend(both("in gaps", EQUIPPED, GAP, 1));
-    columns.push(Column::of("radar", RADAR.equipped, GAP, 1));
-    columns.push(Column::ratio("`operational` / radar", US.equipped, RADAR.equipped, GAP));
-    columns
+    let mut equipped = columns(PROFILES, "covered", EQUIPPED, COVERED, 2);
+    equipped.push(Column::of("transponder", TRANSPONDER.equipped, COVERED, 2));
+    equipped.push(Column::ratio("`operational` / transponder", US.equipped, TRANSPONDER.equipped, COVERED));
+    equipped.extend(columns(WITH_RADAR, "in gaps", EQUIPPED, GAP, 1));
+    equipped.push(Column::ratio("`operational` / radar", US.equipped, RADAR.equipped, GAP));
+    equipped
 }
 
 fn unequipped() -> Vec<Column> {
-    vec![
-        Column::of("`reference`", PAPER.unequipped, EPOS, 1),
-        Column::of("`operational`", US.unequipped, EPOS, 1),
-        Column::of("radar", RADAR.unequipped, EPOS, 1),
-        Column::ratio("`reference` / radar", PAPER.unequipped, RADAR.unequipped, EPOS),
-        Column::ratio("`operational` / radar", US.unequipped, RADAR.unequipped, EPOS),
-    ]
+    let mut unequipped = columns(WITH_RADAR, "", UNEQUIPPED, EPOS, 1);
+    unequipped.push(Column::ratio("`reference` / radar", PAPER.unequipped, RADAR.unequipped, EPOS));
+    unequipped.push(Column::ratio("`operational` / radar", US.unequipped, RADAR.unequipped, EPOS));
+    unequipped
 }
 
 fn rightly() -> Vec<Column> {
-    let mut columns = Vec::from(both("association precision", ALL, PRECISION, 3));
-    columns.extend(both("recall", ALL, RECALL, 3));
-    columns.extend(both("identity changes a drone-minute, all", ALL, ID_CHANGES, 2));
-    columns.push(Column::of("without transponder", US.unequipped, ID_CHANGES, 2));
-    columns.push(Column::of("slots with two numbers, percent", US.all, TWO_NUMBERS, 2));
-    columns.push(Column::of("ghosts, s a minute", US.all, GHOSTS, 1));
-    columns.extend(both("false track, s a minute", ALL, FALSE_TRACK, 1));
-    columns
+    let mut rightly = columns(PROFILES, "association precision", ALL, PRECISION, 3);
+    rightly.extend(columns(PROFILES, "recall", ALL, RECALL, 3));
+    rightly.extend(columns(PROFILES, "identity changes a drone-minute, all", ALL, ID_CHANGES, 2));
+    rightly.push(Column::of("without transponder", US.unequipped, ID_CHANGES, 2));
+    rightly.push(Column::of("slots with two numbers, percent", US.all, TWO_NUMBERS, 2));
+    rightly.push(Column::of("ghosts, s a minute", US.all, GHOSTS, 1));
+    rightly.extend(columns(PROFILES, "false track, s a minute", ALL, FALSE_TRACK, 1));
+    rightly
 }
 
 fn gospa() -> Vec<Column> {
-    vec![
-        Column::of("`reference`", PAPER.all, GOSPA, 1),
-        Column::of("`operational`", US.all, GOSPA, 1),
-        Column::of("radar", RADAR.all, GOSPA, 1),
-        Column::of("transponder", TRANSPONDER.all, GOSPA, 1),
-        Column::ratio("`operational` / `reference`", US.all, PAPER.all, GOSPA),
-    ]
+    let mut gospa = columns(EVERY, "", ALL, GOSPA, 1);
+    gospa.push(Column::ratio("`operational` / `reference`", US.all, PAPER.all, GOSPA));
+    gospa
 }
 
 fn honestly() -> Vec<Column> {
@@ -137,18 +141,10 @@ pub fn sheet() -> Vec<Column> {
 
 /// Real flights.
 pub fn real() -> Vec<Column> {
-    let four = |head: &str, figure: Figure, decimals| {
-        [
-            Column::of(&format!("{head}: `reference`"), PAPER.all, figure, decimals),
-            Column::of("`operational`", US.all, figure, decimals),
-            Column::of("radar", RADAR.all, figure, decimals),
-            Column::of("transponder", TRANSPONDER.all, figure, decimals),
-        ]
-    };
-    let mut columns = Vec::from(four("PU", PU, 1));
-    columns.extend(four("ePosH", EPOSH, 2));
-    columns.extend(both("ghosts, s a minute", ALL, GHOSTS, 2));
-    columns
+    let mut real = columns(EVERY, "PU", ALL, PU, 1);
+    real.extend(columns(EVERY, "ePosH", ALL, EPOSH, 2));
+    real.extend(columns(PROFILES, "ghosts, s a minute", ALL, GHOSTS, 2));
+    real
 }
 
 /// Real flights, where the transponder speaks and where it is silent.

@@ -1,4 +1,4 @@
-//! Shipped scenarios with one thing changed: in the flight, or in what the service is told.
+//! Shipped scenarios with one thing changed: in the flight, or in the service's configuration.
 
 use std::ops::RangeInclusive;
 
@@ -13,7 +13,7 @@ pub struct Variant {
     base: &'static str,
     flown: Flown,
     change: fn(&mut Scenario),
-    told: fn(&mut Config),
+    configure: fn(&mut Config),
 }
 
 /// Which chance a variant is flown by.
@@ -31,8 +31,8 @@ pub const BIRDS: [&str; 2] = ["crossing-birds-half", "dense-birds-half"];
 pub const BIAS_EQUIPPED: &str = "bias-equipped";
 /// Sparse reports.
 pub const SPARSE: &str = "transponder-period-5s";
-/// The service is told how late transponders stamp.
-pub const DELAY_TOLD: &str = "delay-told";
+/// How late transponders stamp is configured.
+pub const DELAY_KNOWN: &str = "delay-known";
 /// Velocities of the radar that are worth nothing, each with the scenario that has none of them.
 pub const BOGUS: [(&str, &str); 4] = [
     ("velocities-frozen", "crossing"),
@@ -84,7 +84,7 @@ pub const VARIANTS: [Variant; 25] = [
         scenario.transponder.stamped_late_s = Span::new(0.0, 0.0);
     }),
     // The mean of what is flown.
-    told(DELAY_TOLD, "crossing", Flown::AsBase, |config| tell_delay(config, 0.125)),
+    configured(DELAY_KNOWN, "crossing", Flown::AsBase, |config| known_delay(config, 0.125)),
     changed(BIRDS[0], "crossing", Flown::Otherwise, birds_half),
     changed(BIRDS[1], "dense", Flown::Otherwise, birds_half),
     changed("azimuth-bias-minus-3", "bias", Flown::Otherwise, |scenario| {
@@ -93,22 +93,27 @@ pub const VARIANTS: [Variant; 25] = [
     changed("range-bias-15m", "crossing", Flown::Otherwise, |scenario| {
         scenario.radars[0].bias_range_m = 15.0;
     }),
-    told("singer", "crossing", Flown::Otherwise, |config| config.fusion.motion = Motion::Singer),
-    told("singer-gaps", "gaps", Flown::Otherwise, |config| config.fusion.motion = Motion::Singer),
+    configured("singer", "crossing", Flown::Otherwise, |config| config.fusion.motion = Motion::Singer),
+    configured("singer-gaps", "gaps", Flown::Otherwise, |config| config.fusion.motion = Motion::Singer),
     changed(TWO_RADARS, "two-radars", Flown::AsBase, |_| {}),
-    told(RADARS[0].1, "two-radars", Flown::AsBase, first_radar_only),
+    configured(RADARS[0].1, "two-radars", Flown::AsBase, first_radar_only),
     changed(TWO_RADARS_PATCHY, "two-radars", Flown::AsBase, patchy),
-    Variant { change: patchy, ..told(RADARS[1].1, "two-radars", Flown::AsBase, first_radar_only) },
+    Variant { change: patchy, ..configured(RADARS[1].1, "two-radars", Flown::AsBase, first_radar_only) },
     changed(THREE_RADARS, "three-radars", Flown::AsBase, |_| {}),
-    told(RADARS[2].1, "three-radars", Flown::AsBase, first_radar_only),
+    configured(RADARS[2].1, "three-radars", Flown::AsBase, first_radar_only),
 ];
 
 const fn changed(name: &'static str, base: &'static str, flown: Flown, change: fn(&mut Scenario)) -> Variant {
-    Variant { name, base, flown, change, told: |_| {} }
+    Variant { name, base, flown, change, configure: |_| {} }
 }
 
-const fn told(name: &'static str, base: &'static str, flown: Flown, told: fn(&mut Config)) -> Variant {
-    Variant { name, base, flown, change: |_| {}, told }
+const fn configured(
+    name: &'static str,
+    base: &'static str,
+    flown: Flown,
+    configure: fn(&mut Config),
+) -> Variant {
+    Variant { name, base, flown, change: |_| {}, configure }
 }
 
 fn birds_half(scenario: &mut Scenario) {
@@ -128,7 +133,7 @@ fn patchy(scenario: &mut Scenario) {
     scenario.radars.iter_mut().for_each(|radar| radar.unseen_s = 20.0);
 }
 
-fn tell_delay(config: &mut Config, delay_s: f64) {
+fn known_delay(config: &mut Config, delay_s: f64) {
     for sensor in &mut config.sensors {
         if let SensorKind::Transponder(transponder) = &mut sensor.kind {
             transponder.delay_s = Some(delay_s);
@@ -154,6 +159,6 @@ impl Variant {
         }
         (self.change)(&mut scenario);
         let flights = flights::of_scenario(&Row::Variant(self.name), &scenario, seeds, 0.0);
-        Ok(flights.into_iter().map(|flight| Flight { told: self.told, ..flight }).collect())
+        Ok(flights.into_iter().map(|flight| Flight { configure: self.configure, ..flight }).collect())
     }
 }

@@ -4,7 +4,7 @@
 
 use jiff::SignedDuration;
 
-use crate::learning::{LearningState, LearningStateError};
+use crate::learning::{LearningState, LearningStateError, LearntType, TypeState};
 use crate::numbering::{Given, Keeping, Numbers};
 use crate::operational::{
     self, Correlation, HeldCorrelation, NotCorrelated, Operational, Registered, ResumedCorrelation,
@@ -13,7 +13,7 @@ use crate::operational::{
 use crate::point::Emission;
 use crate::reference::Reference;
 use crate::registration::{RegistrationState, RegistrationStateError};
-use crate::report::{Identity, Report, SensorIndex};
+use crate::report::{Identity, Report, SensorIndex, TransponderType};
 use crate::settings::{Profile, Settings, SettingsError};
 use crate::slots::{Slot, Window};
 use crate::time::Time;
@@ -231,6 +231,31 @@ impl Engine {
     ) -> Result<bool, LearningStateError> {
         match &mut self.rules {
             Rules::Operational(operational, _) => operational.restore_learning(sensor, state).map(|()| true),
+            Rules::Reference(_) => Ok(false),
+        }
+    }
+
+    /// What was learnt of each type of transponders; nothing in the `reference` profile.
+    pub fn learnt_types(&self) -> Vec<(TransponderType, LearntType)> {
+        match &self.rules {
+            Rules::Operational(operational, settings) => operational.learnt_types(settings),
+            Rules::Reference(_) => Vec::new(),
+        }
+    }
+
+    /// The same, to outlive a restart.
+    pub fn type_states(&self) -> Vec<TypeState> {
+        self.operational().map(Operational::type_states).unwrap_or_default()
+    }
+
+    /// Takes over what was learnt of a type of transponders in an earlier life; whether it did. The `reference` profile learns
+    /// nothing.
+    ///
+    /// # Errors
+    /// The state is of another version, or its numbers are not what is written.
+    pub fn restore_type(&mut self, state: &TypeState) -> Result<bool, LearningStateError> {
+        match &mut self.rules {
+            Rules::Operational(operational, _) => operational.restore_type(state).map(|()| true),
             Rules::Reference(_) => Ok(false),
         }
     }

@@ -148,6 +148,25 @@ pub struct Fix {
     pub climb_m_s: Option<f64>,
 }
 
+impl Fix {
+    /// The type of its transponder.
+    pub fn transponder_type(&self) -> TransponderType {
+        let UasItems { manufacturer, model, .. } = self.items;
+        TransponderType { receiver: self.sensor, manufacturer, model }
+    }
+}
+
+/// Transponders of one make and model that one receiver hears: they are taken to err alike.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct TransponderType {
+    /// The receiver: it may stamp the time.
+    pub receiver: SensorIndex,
+    /// I129/020.
+    pub manufacturer: Option<[u8; 3]>,
+    /// I129/030.
+    pub model: Option<[u8; 3]>,
+}
+
 /// A plot or a fix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Report {

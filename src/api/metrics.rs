@@ -8,11 +8,11 @@ use super::ask::{Answer, Ask, live};
 use super::tls::Tls;
 use crate::config::Config;
 use crate::live::{
-    Level, LineStatus, RegistrationStatus, SensorState, SensorStatus, Status, of_data_sheet, values,
-    velocity_errors, verdict_name,
+    Level, LineStatus, RegistrationStatus, SensorState, SensorStatus, Status, of_data_sheet, type_name,
+    values, velocity_errors, verdict_name,
 };
 use fusion::SensorIndex;
-use fusion::learning::LearntValue;
+use fusion::learning::{LearntType, LearntValue};
 use fusion::numbering::LARGEST_TRANSPONDER_NUMBER;
 use fusion::operational::Verdict;
 use fusion::registration::Misalignment;
@@ -75,6 +75,7 @@ pub fn text(ask: &Ask) -> Answer {
         out.sensors(&status.sensors);
         out.registrations(&status.sensors);
         out.learnt(&status.sensors);
+        out.types(&status.sensors);
         out.lines(&status.sensors);
     }
     Ok(live(TEXT, out.0))
@@ -253,6 +254,45 @@ impl Metrics {
         let off =
             known.iter().filter_map(|(id, learnt)| Some((id, velocity_errors(&learnt.velocity)?.sigma_m_s)));
         self.by("learnt_velocity_error_metres_per_second", "How far they are off, each axis", "sensor", off);
+    }
+
+    /// What was learnt of the types of transponders.
+    fn types(&mut self, sensors: &[SensorStatus]) {
+        type Part = fn(&LearntType) -> f64;
+        let families: [(&str, &str, &[(&str, Part)]); 2] = [
+            (
+                "learnt_transponder_noise_metres",
+                "White noise of a type of transponders, each axis",
+                &[
+                    ("horizontal", |learnt| learnt.horizontal_m.value),
+                    ("vertical", |learnt| learnt.vertical_m.value),
+                ],
+            ),
+            (
+                "learnt_transponder_delay_seconds",
+                "How late the times of a type of transponders are",
+                &[
+                    ("value", |learnt| learnt.delay_s.value),
+                    ("deviation", |learnt| learnt.delay_s.deviation),
+                    ("applied", |learnt| learnt.applied_s),
+                ],
+            ),
+        ];
+        if sensors.iter().all(|sensor| sensor.types.is_empty()) {
+            return;
+        }
+        for (name, help, parts) in families {
+            self.family(name, help);
+            for sensor in sensors {
+                for (kind, learnt) in &sensor.types {
+                    for (part, number) in parts {
+                        let labels =
+                            [("sensor", sensor.id.as_str()), ("type", &type_name(kind)), ("part", part)];
+                        self.sample(name, &labels, number(learnt));
+                    }
+                }
+            }
+        }
     }
 
     /// Sensors may share a line: each line once.

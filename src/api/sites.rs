@@ -12,12 +12,13 @@ use super::problem::Problem;
 use crate::config::{Sensor, SensorKind};
 use crate::json::rounded;
 use crate::live::{
-    Alert, AlertKind, Contested, LineStatus, RegistrationStatus, SensorStatus, Unknown, in_words, values,
-    velocity_errors, verdict_name,
+    Alert, AlertKind, Contested, LineStatus, RegistrationStatus, SensorStatus, Unknown, in_words,
+    make_and_model, type_in_words, values, velocity_errors, verdict_name,
 };
 use crate::picture::{Rfc3339, serial_text};
-use fusion::learning::{LearntAxis, LearntRadar, LearntValue};
+use fusion::learning::{LearntAxis, LearntRadar, LearntType, LearntValue};
 use fusion::registration::{BiasValue, Misalignment};
+use fusion::report::TransponderType;
 
 /// GeoJSON, RFC 7946.
 #[derive(Serialize, JsonSchema)]
@@ -88,6 +89,8 @@ struct Known {
     registration: Option<Registration>,
     #[serde(skip_serializing_if = "Option::is_none")]
     learnt: Option<Learnt>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    transponder_types: Vec<LearntTypeJson>,
 }
 
 /// Datagrams of a multicast group or an address.
@@ -221,6 +224,62 @@ struct LearntVelocity {
     error_m_s: Option<LearntNumber>,
 }
 
+/// What transponders of one make and model that this receiver hears have in common; operational profile only.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "LearntTransponderType")]
+struct LearntTypeJson {
+    /// I129/020, where it is sent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    manufacturer: Option<String>,
+    /// I129/030, where it is sent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    model: Option<String>,
+    /// In a line.
+    summary: String,
+    /// Reports that the white noise rests upon.
+    reports: u64,
+    /// One standard deviation of the white noise, each axis over ground.
+    horizontal_m: LearntNumber,
+    /// One standard deviation of the white noise in height.
+    vertical_m: LearntNumber,
+    delay_s: LearntDelay,
+}
+
+/// How late the times of reports are.
+#[derive(Serialize, JsonSchema)]
+struct LearntDelay {
+    value: f64,
+    /// Standard deviation.
+    #[schemars(range(min = 0))]
+    deviation: f64,
+    /// As much of it as is evident: what reports are moved by.
+    #[schemars(range(min = 0))]
+    applied: f64,
+}
+
+impl From<&(TransponderType, LearntType)> for LearntTypeJson {
+    fn from((kind, learnt): &(TransponderType, LearntType)) -> Self {
+        let [manufacturer, model] = make_and_model(kind);
+        let number = |value: &LearntValue| LearntNumber {
+            value: rounded(value.value, 3),
+            deviation: rounded(value.deviation, 3),
+        };
+        Self {
+            manufacturer,
+            model,
+            summary: type_in_words(learnt),
+            reports: learnt.reports,
+            horizontal_m: number(&learnt.horizontal_m),
+            vertical_m: number(&learnt.vertical_m),
+            delay_s: LearntDelay {
+                value: rounded(learnt.delay_s.value, 3),
+                deviation: rounded(learnt.delay_s.deviation, 3),
+                applied: rounded(learnt.applied_s, 3),
+            },
+        }
+    }
+}
+
 impl From<&LearntRadar> for Learnt {
     fn from(learnt: &LearntRadar) -> Self {
         let errors = |axis: &LearntAxis, unit: f64| {
@@ -336,6 +395,7 @@ impl SensorProperties {
             contested: status.contested.iter().map(ContestedJson::from).collect(),
             registration: status.registration.as_ref().map(Registration::from),
             learnt: status.registration.as_ref().and_then(|status| status.learnt.as_ref()).map(Learnt::from),
+            transponder_types: status.types.iter().map(LearntTypeJson::from).collect(),
         };
         Self { id: sensor.id.clone(), kind: kind(sensor), status: status.map(known) }
     }

@@ -4,9 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::{self, Write as _};
 
 use crate::config::{Config, SensorKind};
-use crate::live::{in_words, values};
+use crate::live::{in_words, type_in_words, type_name, values};
 use crate::picture::Picture;
 use crate::pipeline::Tally;
+use fusion::learning::LearntType;
+use fusion::report::TransponderType;
 use fusion::time::Time;
 use fusion::{Engine, Source};
 use fusion::{Identity, RadarTrackKey, SensorIndex};
@@ -122,7 +124,7 @@ impl Summary {
 }
 
 /// The registration of each radar at the end, one per line; values that are not observable in brackets; and what
-/// was learnt of its errors.
+/// was learnt of its errors, and of each type of transponders.
 pub fn registered(engine: &Engine, config: &Config) -> String {
     let line = |(index, registered): (SensorIndex, &fusion::operational::Registered)| {
         let sensor = config.sensors.get(usize::from(index.0))?;
@@ -152,7 +154,15 @@ pub fn registered(engine: &Engine, config: &Config) -> String {
         }
         Some(line)
     };
-    engine.registered().filter_map(line).collect()
+    let of_type = |(kind, learnt): (TransponderType, LearntType)| {
+        let sensor = config.sensors.get(usize::from(kind.receiver.0))?;
+        Some(format!("learnt     {}, {}: {}\n", sensor.id, type_name(&kind), type_in_words(&learnt)))
+    };
+    engine
+        .registered()
+        .filter_map(line)
+        .chain(engine.learnt_types().into_iter().filter_map(of_type))
+        .collect()
 }
 
 fn received(text: &mut String, tally: &Tally) -> fmt::Result {

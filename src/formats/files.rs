@@ -50,7 +50,7 @@ pub struct PictureWriter<W> {
 enum Form<W> {
     Asterix { out: W, block: Vec<u8> },
     Pcap { out: PcapWriter<W>, flow: UdpFlow },
-    Ndjson(W),
+    Ndjson { out: W, lines: Vec<u8> },
     Geojson { out: W, features: u64 },
     Csv(W),
 }
@@ -67,7 +67,7 @@ impl<W: Write> PictureWriter<W> {
             OutputFormat::Pcap => {
                 Form::Pcap { out: PcapWriter::new(out)?, flow: flow(config.output.asterix.first()) }
             }
-            OutputFormat::Ndjson => Form::Ndjson(out),
+            OutputFormat::Ndjson => Form::Ndjson { out, lines: Vec::new() },
             OutputFormat::Geojson => {
                 out.write_all(b"{\"type\":\"FeatureCollection\",\"features\":[")?;
                 Form::Geojson { out, features: 0 }
@@ -99,10 +99,14 @@ impl<W: Write> PictureWriter<W> {
                     .iter()
                     .try_for_each(|datagram| out.write(*flow, sent, datagram))
             }
-            Form::Ndjson(out) => picture.tracks.iter().try_for_each(|track| {
-                serde_json::to_writer(&mut *out, &TrackJson::new(track, maker))?;
-                out.write_all(b"\n")
-            }),
+            Form::Ndjson { out, lines } => {
+                lines.clear();
+                for track in &picture.tracks {
+                    serde_json::to_writer(&mut *lines, &TrackJson::new(track, maker))?;
+                    lines.push(b'\n');
+                }
+                out.write_all(lines)
+            }
             Form::Geojson { out, features } => picture.tracks.iter().try_for_each(|track| {
                 out.write_all(if *features == 0 { b"\n" } else { b",\n" })?;
                 *features += 1;
@@ -115,7 +119,7 @@ impl<W: Write> PictureWriter<W> {
     /// Writes the format's end, and everything buffered.
     pub fn finish(self) -> io::Result<()> {
         match self.form {
-            Form::Asterix { mut out, .. } | Form::Ndjson(mut out) | Form::Csv(mut out) => out.flush(),
+            Form::Asterix { mut out, .. } | Form::Ndjson { mut out, .. } | Form::Csv(mut out) => out.flush(),
             Form::Pcap { mut out, .. } => out.flush(),
             Form::Geojson { mut out, .. } => {
                 out.write_all(b"\n]}\n")?;
@@ -150,7 +154,7 @@ struct Geometry {
 }
 
 impl<'a> Feature<'a> {
-    fn new(track: &PictureTrack, maker: &'a PictureMaker) -> Self {
+    fn new(track: &'a PictureTrack, maker: &'a PictureMaker) -> Self {
         let properties = TrackJson::new(track, maker);
         let mut coordinates = vec![properties.lng(), properties.lat()];
         coordinates.extend(properties.alt());

@@ -291,6 +291,7 @@ mod tests {
             refused: BTreeMap::new(),
             contested: Vec::new(),
             registration: None,
+            types: Vec::new(),
             lines: Vec::new(),
         }
     }

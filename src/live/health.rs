@@ -12,6 +12,8 @@ use crate::net::listen::LineCounters;
 use crate::normalise::{Refusal, Service};
 use crate::pipeline::Event;
 use fusion::SensorIndex;
+use fusion::learning::LearntType;
+use fusion::report::TransponderType;
 use fusion::time::{SECOND, Time};
 
 /// A sensor that is silent for this long, nanoseconds, and for [`SILENT_PERIODS`] of its periods, has an outage.
@@ -77,6 +79,8 @@ pub struct SensorStatus {
     pub contested: Vec<Contested>,
     /// Its registration, where it is a radar in the operational profile.
     pub registration: Option<RegistrationStatus>,
+    /// What was learnt of the types of transponders that it hears.
+    pub types: Vec<(TransponderType, LearntType)>,
     /// Its lines.
     pub lines: Vec<LineStatus>,
 }
@@ -354,6 +358,7 @@ impl Sensor {
             refused: self.refused.clone(),
             contested: Vec::new(),
             registration: None,
+            types: Vec::new(),
             lines,
         }
     }

@@ -1,6 +1,8 @@
-//! What was learnt of the radars' errors, for the interfaces.
+//! What was learnt of the sensors' errors, for the interfaces.
 
-use fusion::learning::{LearntRadar, LearntValue, VelocityErrors, VelocityVerdict};
+use crate::picture::text;
+use fusion::learning::{LearntRadar, LearntType, LearntValue, VelocityErrors, VelocityVerdict};
+use fusion::report::TransponderType;
 
 /// Before so many independent samples a radar's errors are those of its data sheet, more or less.
 const TELLING_TRACKS: f64 = 8.0;
@@ -41,4 +43,31 @@ pub fn in_words(learnt: &LearntRadar) -> String {
         VelocityVerdict::Ignored(errors) => format!("; velocities ignored: {:.1} m/s off", errors.sigma_m_s),
     };
     format!("{} of its data sheet ({tracks:.0} samples{few}){velocities}", parts.join(", "))
+}
+
+/// A type of transponders for people: make and model, "?" where they are not sent.
+pub fn type_name(kind: &TransponderType) -> String {
+    let [manufacturer, model] = make_and_model(kind).map(|text| text.unwrap_or_else(|| "?".to_owned()));
+    format!("{manufacturer} {model}")
+}
+
+/// Make and model of a type of transponders, where they are sent.
+pub fn make_and_model(kind: &TransponderType) -> [Option<String>; 2] {
+    [kind.manufacturer, kind.model].map(|octets| Some(text(&octets?)?.into_owned()))
+}
+
+/// In a line: "white noise 0.02 ± 0.01 m over ground, 0.05 ± 0.01 m in height (1500 reports); delay 0.10 ± 0.05 s, 0.08 s
+/// applied".
+pub fn type_in_words(learnt: &LearntType) -> String {
+    let LearntType { horizontal_m, vertical_m, reports, delay_s, applied_s } = learnt;
+    format!(
+        "white noise {:.2} ± {:.2} m over ground, {:.2} ± {:.2} m in height ({reports} reports); delay {:.2} ± {:.2} s, \
+         {applied_s:.2} s applied",
+        horizontal_m.value,
+        horizontal_m.deviation,
+        vertical_m.value,
+        vertical_m.deviation,
+        delay_s.value,
+        delay_s.deviation
+    )
 }

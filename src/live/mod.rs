@@ -37,7 +37,9 @@ pub(crate) use health::Health;
 pub use health::{LineStatus, SensorState, SensorStatus, Unknown};
 pub use hub::{Hub, HubWriter};
 pub use inputs::Inputs;
-pub use learning::{in_words, of_data_sheet, velocity_errors, verdict_name};
+pub use learning::{
+    in_words, make_and_model, of_data_sheet, type_in_words, type_name, velocity_errors, verdict_name,
+};
 pub(crate) use lines::{Listening, listen};
 pub use observer::observe;
 pub use player::{OpenCaptures, Order, Player, PlayerState};

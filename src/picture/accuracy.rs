@@ -2,60 +2,89 @@
 
 use std::sync::LazyLock;
 
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::Matrix2;
+
+/// A share of normal errors: how large the circle is that holds it, by how flat their ellipse is.
+pub struct Share(LazyLock<[f64; KNOTS]>);
+
+/// Half of the errors.
+pub static HALF: Share =
+    Share(LazyLock::new(|| Circle { share: 0.5, line: 0.674_489_750_2, disc: 1.177_410_022_5 }.table()));
+/// 95 % of the errors.
+pub static MOST: Share =
+    Share(LazyLock::new(|| Circle { share: 0.95, line: 1.959_963_984_5, disc: 2.447_746_830_7 }.table()));
+
+/// Steps of the flatness from a line to a disc; between them the radius is interpolated, to some 1e-10 of it.
+const FLATNESSES: usize = 512;
+const KNOTS: usize = FLATNESSES + 1;
+
+impl Share {
+    /// The radius about the mean that holds this share of a normal error with this covariance; in the unit whose square the
+    /// covariance has.
+    pub fn radius(&self, covariance: &Matrix2<f64>) -> f64 {
+        let (east, north, both) = (covariance.m11, covariance.m22, covariance.m21);
+        let (mean, half) = ((east + north) / 2.0, f64::hypot((east - north) / 2.0, both));
+        let (least, greatest) = ((mean - half).max(0.0), mean + half);
+        // A NaN is no accuracy either.
+        if !(greatest > 0.0 && greatest.is_finite()) {
+            return 0.0;
+        }
+        self.of_flatness(least / greatest) * greatest.sqrt()
+    }
+
+    /// The same where the greater variance of the ellipse's axes is 1 and the lesser this: by the cubic through the four
+    /// nearest knots.
+    fn of_flatness(&self, flatness: f64) -> f64 {
+        let at = flatness * FLATNESSES as f64;
+        let first = (at as usize).clamp(1, FLATNESSES - 2) - 1;
+        let [a, b, c, d] = [0, 1, 2, 3].map(|index| at - (first + index) as f64);
+        let knots = &self.0[first..first + 4];
+        (knots[3] * a * b * c - knots[0] * b * c * d) / 6.0
+            + (knots[1] * a * c * d - knots[2] * a * b * d) / 2.0
+    }
+}
 
 /// A share of the errors, and the circle that holds it where the error lies on a line and where it is the same in every
 /// direction; of one standard deviation.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Share {
+#[derive(Clone, Copy, Debug)]
+struct Circle {
     share: f64,
     line: f64,
     disc: f64,
 }
 
-/// Half of the errors.
-pub const HALF: Share = Share { share: 0.5, line: 0.674_489_750_2, disc: 1.177_410_022_5 };
-/// 95 % of the errors.
-pub const MOST: Share = Share { share: 0.95, line: 1.959_963_984_5, disc: 2.447_746_830_7 };
-
 /// Directions at which the error is looked at, in a quarter of the circle.
 const DIRECTIONS: usize = 16;
-/// Their unit vectors: along the greater axis, and across it.
-static UNITS: LazyLock<[Vector2<f64>; DIRECTIONS]> = LazyLock::new(|| {
-    std::array::from_fn(|index| {
-        let direction = (index as f64 + 0.5) * std::f64::consts::FRAC_PI_2 / DIRECTIONS as f64;
-        Vector2::new(direction.cos(), direction.sin())
-    })
-});
 /// Newton's steps; the first guess is within 9 %.
 const STEPS: usize = 4;
 
-/// The radius about the mean that holds this share of a normal error with this covariance; in the unit whose square the
-/// covariance has.
-///
-/// With standard deviations a and b along the axes of the ellipse, r holds 1 - the mean of exp(-r² / 2s²) over all directions t,
-/// s² = a² cos² t + b² sin² t (the normal distribution in polar coordinates of the ellipse): solved for r by Newton's method.
-pub fn radius(covariance: &Matrix2<f64>, share: Share) -> f64 {
-    let axes = covariance.symmetric_eigenvalues();
-    let (least, greatest) = (axes.min().max(0.0), axes.max());
-    // A NaN is no accuracy either.
-    if !(greatest > 0.0 && greatest.is_finite()) {
-        return 0.0;
+impl Circle {
+    fn table(self) -> [f64; KNOTS] {
+        std::array::from_fn(|index| self.of_flatness(index as f64 / FLATNESSES as f64))
     }
-    // In units of the greater axis' standard deviation, so that all numbers are about 1.
-    let flatness = least / greatest;
-    let variances = UNITS.map(|unit| unit.x * unit.x + flatness * unit.y * unit.y);
-    let mut radius = share.line + (share.disc - share.line) * flatness;
-    for _ in 0..STEPS {
-        let (mut outside, mut density) = (0.0, 0.0);
-        for variance in variances {
-            let beyond = (-radius * radius / (2.0 * variance)).exp();
-            outside += beyond / DIRECTIONS as f64;
-            density += radius / variance * beyond / DIRECTIONS as f64;
+
+    /// The radius where the variances along the axes of the ellipse are 1 and `flatness`.
+    ///
+    /// With standard deviations a and b along the axes, r holds 1 - the mean of exp(-r² / 2s²) over all directions t,
+    /// s² = a² cos² t + b² sin² t (the normal distribution in polar coordinates of the ellipse): solved for r by Newton's
+    /// method.
+    fn of_flatness(self, flatness: f64) -> f64 {
+        let variances: [f64; DIRECTIONS] = std::array::from_fn(|index| {
+            let direction = (index as f64 + 0.5) * std::f64::consts::FRAC_PI_2 / DIRECTIONS as f64;
+            direction.cos().powi(2) + flatness * direction.sin().powi(2)
+        });
+        let mut radius = self.line + (self.disc - self.line) * flatness;
+        for _ in 0..STEPS {
+            let (mut outside, mut density) = (0.0, 0.0);
+            for variance in variances {
+                let beyond = (-radius * radius / (2.0 * variance)).exp();
+                outside += beyond / DIRECTIONS as f64;
+                density += radius / variance * beyond / DIRECTIONS as f64;
+            }
+            radius += (outside - (1.0 - self.share)) / density;
         }
-        radius += (outside - (1.0 - share.share)) / density;
+        radius
     }
-    radius * greatest.sqrt()
 }
 
 /// A class of accuracy: better than this holds 95 % of the errors.
@@ -116,7 +145,7 @@ pub fn class_of<const N: usize>(classes: &'static [Class; N], accuracy: f64) -> 
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Rotation2;
+    use nalgebra::{Rotation2, Vector2};
 
     use super::*;
 
@@ -147,14 +176,14 @@ mod tests {
     #[test]
     fn the_circle_holds_its_share_whatever_the_ellipse_and_however_it_is_turned() {
         for (long, short) in [(1.0, 1.0), (3.0, 2.5), (10.0, 5.0), (7.0, 2.0), (100.0, 12.0), (0.02, 0.001)] {
-            for share in [HALF, MOST] {
-                let expected = radius(&ellipse(long, short, 0.0), share);
+            for (circle, share) in [(&HALF, 0.5), (&MOST, 0.95)] {
+                let expected = circle.radius(&ellipse(long, short, 0.0));
                 for turned in [0.3, 0.8, 2.0, 3.1] {
                     let covariance = ellipse(long, short, turned);
-                    let found = radius(&covariance, share);
+                    let found = circle.radius(&covariance);
                     assert!((found / expected - 1.0).abs() < 1e-9, "{long} {short} {turned}");
                     let held = within(&covariance, found);
-                    assert!((held - share.share).abs() < 5e-4, "{long} {short} {turned}: {held}");
+                    assert!((held - share).abs() < 5e-4, "{long} {short} {turned}: {held}");
                 }
             }
         }
@@ -162,18 +191,27 @@ mod tests {
 
     #[test]
     fn a_circle_and_a_line_are_known_in_closed_form() {
-        for share in [HALF, MOST] {
-            let round = radius(&ellipse(2.0, 2.0, 0.0), share);
-            assert!((round - 2.0 * (-2.0 * (1.0 - share.share).ln()).sqrt()).abs() < 1e-8, "{round}");
-            let flat = radius(&ellipse(2.0, 0.0, 1.0), share);
-            assert!((flat - 2.0 * share.line).abs() < 1e-3, "{flat}");
+        for (circle, share, line) in [(&HALF, 0.5, 0.674_489_750_2), (&MOST, 0.95, 1.959_963_984_5)] {
+            let round = circle.radius(&ellipse(2.0, 2.0, 0.0));
+            assert!((round - 2.0 * (-2.0 * f64::ln(1.0 - share)).sqrt()).abs() < 1e-8, "{round}");
+            let flat = circle.radius(&ellipse(2.0, 0.0, 1.0));
+            assert!((flat - 2.0 * line).abs() < 1e-3, "{flat}");
+        }
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn what_is_tabulated_is_what_is_solved(flatness in 0.0..=1.0_f64) {
+            let circle = Circle { share: 0.95, line: 1.959_963_984_5, disc: 2.447_746_830_7 };
+            let (tabulated, solved) = (MOST.of_flatness(flatness), circle.of_flatness(flatness));
+            proptest::prop_assert!((tabulated - solved).abs() < 2e-10, "{tabulated} {solved}");
         }
     }
 
     #[test]
     fn what_is_no_covariance_has_no_circle() {
         for number in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert_eq!(radius(&(Matrix2::identity() * number), MOST), 0.0);
+            assert_eq!(MOST.radius(&(Matrix2::identity() * number)), 0.0);
         }
     }
 

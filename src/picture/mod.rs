@@ -16,7 +16,7 @@ use fusion::{Emission, Enu, Point, SensorIndex, Source};
 pub use accuracy::{Class, HORIZONTAL, SPEED, VERTICAL};
 pub use motion::Motion;
 pub use rfc3339::Rfc3339;
-pub use track_json::{TrackJson, TransponderId, serial_text};
+pub use track_json::{TrackJson, TransponderId, serial_text, text};
 
 /// Standard deviation up to which an estimated height is published, metres; a height that was never measured has 60 m at
 /// best (`fusion::operational`).

@@ -45,15 +45,15 @@ impl Motion {
         let ahead = frame.to_ecef(Enu::from(place.0 + estimate.velocity));
         let velocity = TangentPlane::at_site(position).from_ecef(ahead).0;
         let speed = velocity.xy().norm();
-        let speed_accuracy = accuracy::radius(&estimate.velocity_covariance, MOST);
+        let speed_accuracy = MOST.radius(&estimate.velocity_covariance);
         // Where the circle of what it may be about holds standstill, any direction is possible.
         let is_known = speed >= SLOWEST && speed > speed_accuracy;
         let deviation_v_m = estimate.vertical_m2.max(0.0).sqrt();
         Self {
             velocity,
             track_deg: is_known.then(|| velocity.x.atan2(velocity.y).to_degrees().rem_euclid(360.0)),
-            half_h_m: accuracy::radius(&estimate.horizontal, HALF),
-            accuracy_h_m: accuracy::radius(&estimate.horizontal, MOST),
+            half_h_m: HALF.radius(&estimate.horizontal),
+            accuracy_h_m: MOST.radius(&estimate.horizontal),
             accuracy_v_m: MOST_OF_A_LINE * deviation_v_m,
             speed_accuracy,
             deviation_h_m: (estimate.horizontal.trace() / 2.0).max(0.0).sqrt(),

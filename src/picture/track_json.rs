@@ -1,5 +1,7 @@
 //! A track as JSON: the properties of the HTTP API, one object per line in `replay --output-format ndjson`.
 
+use std::borrow::Cow;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -71,7 +73,7 @@ pub struct TrackJson<'a> {
     #[schemars(range(min = 0, max = 1))]
     uav_probability: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    uas_id: Option<UasId>,
+    uas_id: Option<UasId<'a>>,
     /// Centre of the first slot with it.
     first_seen: Rfc3339,
     /// The latest one up to `time`, of any sensor; left out before the first.
@@ -82,15 +84,15 @@ pub struct TrackJson<'a> {
 
 /// Identity as the transponder reports it.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
-struct UasId {
-    serial_number: String,
+struct UasId<'a> {
+    serial_number: Cow<'a, str>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    manufacturer: Option<String>,
+    manufacturer: Option<Cow<'a, str>>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    model: Option<String>,
+    model: Option<Cow<'a, str>>,
     /// ISO 3166-1 alpha-2.
     #[serde(skip_serializing_if = "Option::is_none")]
-    registration_country: Option<String>,
+    registration_country: Option<Cow<'a, str>>,
 }
 
 /// A sensor's part in a track and, of a fused track's radar, why it was associated.
@@ -174,7 +176,8 @@ pub struct TransponderId {
 impl TransponderId {
     /// The published form of an identity.
     pub fn new(identity: Identity) -> Self {
-        Self { serial_number: serial_text(identity), registration_country: text(identity.country()) }
+        let country = text(identity.country()).map(Cow::into_owned);
+        Self { serial_number: serial_text(identity), registration_country: country }
     }
 }
 
@@ -189,16 +192,16 @@ struct Threshold {
 
 impl<'a> TrackJson<'a> {
     /// A track with its competitors; `maker` made the picture.
-    pub fn new(track: &PictureTrack, maker: &'a PictureMaker) -> Self {
+    pub fn new(track: &'a PictureTrack, maker: &'a PictureMaker) -> Self {
         Self::with(track, &track.point.competitors, maker)
     }
 
     /// The same without competitors.
-    pub fn lean(track: &PictureTrack, maker: &'a PictureMaker) -> Self {
+    pub fn lean(track: &'a PictureTrack, maker: &'a PictureMaker) -> Self {
         Self::with(track, &[], maker)
     }
 
-    fn with(track: &PictureTrack, competitors: &[Competitor], maker: &'a PictureMaker) -> Self {
+    fn with(track: &'a PictureTrack, competitors: &[Competitor], maker: &'a PictureMaker) -> Self {
         let source = &track.point.source;
         let (motion, vertical) = (track.motion.as_ref(), track.vertical_motion());
         Self {
@@ -253,13 +256,14 @@ impl TrackJson<'_> {
     }
 }
 
-impl UasId {
-    fn new(part: &TransponderPart) -> Self {
+impl<'a> UasId<'a> {
+    fn new(part: &'a TransponderPart) -> Self {
+        let TransponderPart { identity, items, .. } = part;
         Self {
-            serial_number: serial_text(part.identity),
-            manufacturer: part.items.manufacturer.and_then(|octets| text(&octets)),
-            model: part.items.model.and_then(|octets| text(&octets)),
-            registration_country: part.items.registration_country.and_then(|octets| text(&octets)),
+            serial_number: escaped(identity.serial()),
+            manufacturer: items.manufacturer.as_ref().and_then(|octets| text(octets)),
+            model: items.model.as_ref().and_then(|octets| text(octets)),
+            registration_country: items.registration_country.as_ref().and_then(|octets| text(octets)),
         }
     }
 }
@@ -344,12 +348,46 @@ fn competitor<'a>(rival: &Competitor, maker: &'a PictureMaker) -> CompetitorJson
 
 /// A serial number; what is not printable ASCII is escaped.
 pub fn serial_text(identity: Identity) -> String {
-    identity.serial().escape_ascii().to_string()
+    escaped(identity.serial()).into_owned()
 }
 
 /// Octets as text without the padding; what is not printable ASCII is escaped. `None` where nothing is left.
-fn text(octets: &[u8]) -> Option<String> {
-    let escaped = octets.escape_ascii().to_string().replace("\\x00", " ");
-    let trimmed = escaped.trim();
-    (!trimmed.is_empty()).then(|| trimmed.to_owned())
+pub fn text(octets: &[u8]) -> Option<Cow<'_, str>> {
+    let text = match escaped(octets) {
+        Cow::Borrowed(text) => Cow::Borrowed(text.trim()),
+        Cow::Owned(text) => Cow::Owned(text.replace("\\x00", " ").trim().to_owned()),
+    };
+    (!text.is_empty()).then_some(text)
+}
+
+/// Octets as text; what is not printable ASCII is escaped, and so are quotes and backslashes.
+fn escaped(octets: &[u8]) -> Cow<'_, str> {
+    let is_plain = |octet: &u8| matches!(octet, b' '..=b'~') && !matches!(octet, b'\'' | b'"' | b'\\');
+    match str::from_utf8(octets) {
+        Ok(text) if octets.iter().all(is_plain) => Cow::Borrowed(text),
+        _ => Cow::Owned(octets.escape_ascii().to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    proptest::proptest! {
+        #[test]
+        fn a_text_is_escaped_where_it_must_be(octets: Vec<u8>, ascii in "[ -~]{0,12}") {
+            for octets in [&octets[..], ascii.as_bytes()] {
+                proptest::prop_assert_eq!(escaped(octets), octets.escape_ascii().to_string());
+            }
+        }
+    }
+
+    #[test]
+    fn padding_is_no_text() {
+        assert_eq!(
+            [text(b" \0 "), text(b"DJI\0"), text(b" N O"), text(b"a\xff ")]
+                .map(|text| text.map(Cow::into_owned)),
+            [None, Some("DJI".to_owned()), Some("N O".to_owned()), Some("a\\xff".to_owned())]
+        );
+    }
 }

@@ -1,10 +1,12 @@
 //! `registration.json`: the misalignment of each radar as its tracks have shown it, with the radar's configuration at the
-//! time, and what was learnt of its errors.
+//! time, and what was learnt of its errors; and what was learnt of each type of transponders.
 //!
 //! ```json
 //! {"version":1,"radars":{
 //! "north":{"latitude_deg":60.1,"longitude_deg":10.5,"height_amsl_m":210.0,"bearing_correction_deg":0.0,"state":{},"learning":{}}
-//! }}
+//! },"transponders":{"sensors":["north","drone-it"],"types":[
+//! {"version":1,"receiver":1}
+//! ]}}
 //! ```
 //!
 //! The file of a recording (`<name>.registration.json`) is the same.
@@ -21,7 +23,7 @@ use super::read;
 use crate::config::{Config, Radar, Registration as Mode, SensorKind};
 use fusion::Engine;
 use fusion::SensorIndex;
-use fusion::learning::LearningState;
+use fusion::learning::{LearningState, TypeState};
 use fusion::registration::{Registration, RegistrationState};
 use fusion::time::{SECOND, Time};
 
@@ -38,15 +40,31 @@ const TRACKS: usize = 32;
 /// Most that the clock may have been ahead, nanoseconds.
 const AHEAD_NS: i64 = 60 * SECOND;
 
-/// The registration of each radar, by the sensor's id.
+/// The registration of each radar, by the sensor's id, and what is known of transponders.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Registrations(BTreeMap<String, Entry>);
+pub struct Registrations {
+    radars: BTreeMap<String, Entry>,
+    transponders: Transponders,
+}
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Contents {
     version: u32,
     radars: BTreeMap<String, Entry>,
+    /// Files of before it was learnt have none.
+    #[serde(default)]
+    transponders: Transponders,
+}
+
+/// What was learnt of each type of transponders.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Transponders {
+    /// The sensors' ids, by the numbers that the states have for them.
+    sensors: Vec<String>,
+    /// Checked when they are restored, one by one.
+    types: Vec<Value>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -105,17 +123,22 @@ impl Registrations {
             let learning = radar.learn_accuracy.then_some(learning);
             Some((sensor.id.clone(), Entry { setup: Setup::of(radar), state, learning }))
         };
-        Self(engine.registered().filter_map(entry).collect())
+        let json = |state| serde_json::to_value(state).expect("numbers and text are JSON");
+        let transponders = Transponders {
+            sensors: config.sensors.iter().map(|sensor| sensor.id.clone()).collect(),
+            types: engine.type_states().iter().map(json).collect(),
+        };
+        Self { radars: engine.registered().filter_map(entry).collect(), transponders }
     }
 
     /// The number of radars of which something is known.
     pub fn len(&self) -> usize {
-        self.0.len()
+        self.radars.len()
     }
 
-    /// Whether nothing is known.
+    /// Whether nothing is known of any radar.
     pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.radars.is_empty()
     }
 
     /// Gives the engine what fits its radars. Each radar whose registration does not is logged and returned, with the
@@ -123,14 +146,30 @@ impl Registrations {
     /// would count beside it.
     pub fn restore(&self, config: &Config, now: Option<Time>, engine: &mut Engine) -> Vec<String> {
         let mut unused = Vec::new();
-        for (id, entry) in &self.0 {
-            if let Err(reason) = entry.restore(id, config, now, engine) {
-                warn!(radar = %id, reason, "registration of a radar begins anew");
-                unused.push(reason);
-                continue;
-            }
-            if let Err(reason) = entry.restore_learning(id, config, now, engine) {
+        for (id, entry) in &self.radars {
+            let restored = radar(config, id).and_then(|(index, radar)| {
+                entry.restore(index, radar, now, engine)?;
+                Ok((index, radar))
+            });
+            let (index, radar) = match restored {
+                Ok(restored) => restored,
+                Err(reason) => {
+                    warn!(radar = %id, reason, "registration of a radar begins anew");
+                    unused.push(reason);
+                    continue;
+                }
+            };
+            // One that is not configured to learn is not worth a word.
+            if radar.learn_accuracy
+                && let Err(reason) = entry.restore_learning(index, now, engine)
+            {
                 warn!(radar = %id, reason, "errors of a radar are learnt anew");
+                unused.push(reason);
+            }
+        }
+        for state in &self.transponders.types {
+            if let Err(reason) = self.transponders.restore(state, config, now, engine) {
+                warn!(reason, "a type of transponders is learnt anew");
                 unused.push(reason);
             }
         }
@@ -138,43 +177,64 @@ impl Registrations {
     }
 }
 
+impl Transponders {
+    /// One type; without what the radars have shown that are no more, and not at all where its receiver is no more.
+    fn restore(
+        &self,
+        state: &Value,
+        config: &Config,
+        now: Option<Time>,
+        engine: &mut Engine,
+    ) -> Result<(), String> {
+        let state = TypeState::deserialize(state).map_err(|error| error.to_string())?;
+        is_past(state.time(), now)?;
+        let number = |before: SensorIndex| {
+            let id = self.sensors.get(usize::from(before.0))?;
+            let index = config.sensors.iter().position(|sensor| sensor.id == *id)?;
+            Some(SensorIndex(index as u16))
+        };
+        let Some(state) = state.renumbered(number) else { return Ok(()) };
+        engine.restore_type(&state).map(drop).map_err(|error| error.to_string())
+    }
+}
+
+/// Whether that was written before `now`, as far as clocks agree.
+fn is_past(written: Time, now: Option<Time>) -> Result<(), String> {
+    match now.is_some_and(|now| written.nanos() > now.nanos().saturating_add(AHEAD_NS)) {
+        true => Err(format!("it is of {written}, which is still to come")),
+        false => Ok(()),
+    }
+}
+
+/// The radar with this id.
+fn radar<'a>(config: &'a Config, id: &str) -> Result<(SensorIndex, &'a Radar), String> {
+    let found = config.sensors.iter().enumerate().find(|(_, sensor)| sensor.id == id);
+    let (index, sensor) = found.ok_or("there is no such sensor any more")?;
+    let SensorKind::Radar(radar) = &sensor.kind else { return Err("it is no radar any more".to_owned()) };
+    Ok((SensorIndex(index as u16), radar))
+}
+
 impl Entry {
-    /// What was learnt of a radar that is registered; one that is not configured to learn is not worth a word.
+    /// What was learnt of a radar that is registered.
     fn restore_learning(
         &self,
-        id: &str,
-        config: &Config,
+        radar: SensorIndex,
         now: Option<Time>,
         engine: &mut Engine,
     ) -> Result<(), String> {
         let Some(learning) = &self.learning else { return Ok(()) };
-        let found = config.sensors.iter().enumerate().find_map(|(index, sensor)| match &sensor.kind {
-            SensorKind::Radar(radar) if sensor.id == id => Some((index, radar)),
-            _ => None,
-        });
-        let Some((index, _)) = found.filter(|(_, radar)| radar.learn_accuracy) else { return Ok(()) };
         let state = LearningState::deserialize(learning).map_err(|error| error.to_string())?;
-        if let Some(written) = state.time()
-            && now.is_some_and(|now| written.nanos() > now.nanos().saturating_add(AHEAD_NS))
-        {
-            return Err(format!("it is of {written}, which is still to come"));
-        }
-        engine
-            .restore_learning(SensorIndex(index as u16), &state)
-            .map(drop)
-            .map_err(|error| error.to_string())
+        state.time().map_or(Ok(()), |written| is_past(written, now))?;
+        engine.restore_learning(radar, &state).map(drop).map_err(|error| error.to_string())
     }
 
     fn restore(
         &self,
-        id: &str,
-        config: &Config,
+        index: SensorIndex,
+        radar: &Radar,
         now: Option<Time>,
         engine: &mut Engine,
     ) -> Result<(), String> {
-        let found = config.sensors.iter().enumerate().find(|(_, sensor)| sensor.id == id);
-        let (index, sensor) = found.ok_or("there is no such sensor any more")?;
-        let SensorKind::Radar(radar) = &sensor.kind else { return Err("it is no radar any more".to_owned()) };
         if radar.registration == Mode::Off {
             return Err("it is off".to_owned());
         }
@@ -197,7 +257,7 @@ impl Entry {
             return Err("nothing follows from its numbers".to_owned());
         }
         // The reference profile has no use for it, which is not worth a word.
-        engine.restore(SensorIndex(index as u16), &state).map(drop).map_err(|error| error.to_string())
+        engine.restore(index, &state).map(drop).map_err(|error| error.to_string())
     }
 }
 
@@ -209,9 +269,7 @@ fn plausible(state: &Value, now: Option<Time>) -> Result<(), String> {
     }
     let time = |value: &Value| value.as_i64().unwrap_or(i64::MIN);
     let written = time(&state["now"]);
-    if now.is_some_and(|now| written > now.nanos().saturating_add(AHEAD_NS)) {
-        return Err(format!("it is of {}, which is still to come", Time::from_nanos(written)));
-    }
+    is_past(Time::from_nanos(written), now)?;
     if latest.iter().any(|track| time(&track["time"]) > written || time(&track["begun"]) > written) {
         return Err("it has tracks that are later than itself".to_owned());
     }
@@ -235,14 +293,21 @@ fn is_any(value: &Value, so: &dyn Fn(&str) -> bool) -> bool {
     }
 }
 
-/// The text of a file with these, one radar per line.
+/// The text of a file with these, one radar or type of transponders per line.
 pub fn registration_text(registrations: &Registrations) -> String {
     let line = |(id, entry): (&String, &Entry)| {
         let entry = serde_json::to_string(entry).expect("numbers and text are JSON");
         format!("{}:{entry}", Value::from(id.as_str()))
     };
-    let lines: Vec<String> = registrations.0.iter().map(line).collect();
-    format!("{{\"version\":{VERSION},\"radars\":{{\n{}\n}}}}\n", lines.join(",\n"))
+    let radars: Vec<String> = registrations.radars.iter().map(line).collect();
+    let Transponders { sensors, types } = &registrations.transponders;
+    let types: Vec<String> = types.iter().map(Value::to_string).collect();
+    format!(
+        "{{\"version\":{VERSION},\"radars\":{{\n{}\n}},\"transponders\":{{\"sensors\":{},\"types\":[\n{}\n]}}}}\n",
+        radars.join(",\n"),
+        Value::from(sensors.as_slice()),
+        types.join(",\n")
+    )
 }
 
 /// What a file's text holds.
@@ -256,7 +321,7 @@ pub fn parse_registration(text: &str) -> Result<Registrations, String> {
         return Err(format!("its version is {version}, and only {VERSION} is known"));
     }
     let contents = Contents::deserialize(value).map_err(|error| error.to_string())?;
-    Ok(Registrations(contents.radars))
+    Ok(Registrations { radars: contents.radars, transponders: contents.transponders })
 }
 
 /// Reads such a file.

@@ -112,6 +112,7 @@ export class Sensors {
       ...(sensor.lines?.length ? [element("h3", {}, "Lines"), this.lines.table(sensor)] : []),
       ...(sensor.registration ? registration(sensor.registration) : []),
       ...(sensor.learnt ? learnt(sensor.learnt) : []),
+      ...(sensor.transponder_types ? learntTypes(sensor.transponder_types) : []),
     ];
   }
 
@@ -130,7 +131,7 @@ function terms(rows) {
 const reasons = ({ reasons }) => (reasons ?? []).map((reason) => (typeof reason === "string" ? reason : format.words(reason)));
 const summary = (sensor) => [`${sensor.id}: ${sensor.state}`, ...reasons(sensor)].join("\n");
 
-const SAID = ["id", "kind", "sac", "sic", "state", "reasons", "last_seen", "rate_hz", "clock_offset_s", "registration", "learnt", "lines"];
+const SAID = ["id", "kind", "sac", "sic", "state", "reasons", "last_seen", "rate_hz", "clock_offset_s", "registration", "learnt", "transponder_types", "lines"];
 
 function details(sensor) {
   const rows = [
@@ -205,6 +206,16 @@ function learnt(told) {
   list.append(element("dt", {}, "Velocities"), element("dd", {}, text));
   list.append(element("dt", {}, "Samples"), element("dd", {}, told.azimuth_deg.samples.toFixed(0)));
   return [element("h3", {}, "Errors, as learnt"), list];
+}
+
+/** What transponders of one make and model have in common. */
+function learntTypes(types) {
+  const list = element("dl", { class: "registration" });
+  for (const { manufacturer, model, summary, reports, horizontal_m: noise, delay_s: delay } of types) {
+    const text = `noise ${noise.value.toFixed(2)} m, delay ${delay.value.toFixed(2)} ± ${delay.deviation.toFixed(2)} s, ${delay.applied.toFixed(2)} s applied; ${reports} reports`;
+    list.append(element("dt", { title: summary }, [manufacturer ?? "?", model ?? "?"].join(" ")), element("dd", { title: summary }, text));
+  }
+  return [element("h3", {}, "Transponders, as learnt"), list];
 }
 
 const unknownName = ({ sac, sic, id }) => (sac != null ? `SAC ${sac} SIC ${sic}` : String(id ?? "?"));

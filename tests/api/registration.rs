@@ -1,6 +1,6 @@
 //! How the radars are registered: what `/api/v1/sensors`, `/metrics` and the alerts say of it.
 
-use fusion::learning::{VelocityErrors, VelocityVerdict};
+use fusion::learning::{LearntValue, VelocityErrors, VelocityVerdict};
 use fusion::operational::Step;
 use jiff::SignedDuration;
 use serde_json::Value;
@@ -180,4 +180,32 @@ async fn what_was_learnt_of_a_radar_is_told_as_it_is() {
     ] {
         assert!(metrics.contains(&line), "{line}\n{metrics}");
     }
+}
+
+#[tokio::test]
+async fn what_was_learnt_of_transponders_is_beside_their_receiver() {
+    let site = Site::operational();
+    let mut status = site.status();
+    let receiver = status.sensors.iter_mut().find(|sensor| !sensor.types.is_empty()).unwrap();
+    let [(_, learnt)] = &mut receiver.types[..] else { panic!("{:?}", receiver.types) };
+    learnt.horizontal_m = LearntValue { value: 0.0214, deviation: 0.0041 };
+    learnt.delay_s = LearntValue { value: -0.031, deviation: 0.052 };
+    learnt.applied_s = 0.0;
+    let (id, reports) = (receiver.id.clone(), learnt.reports);
+    assert!(reports > 10);
+    site.tell(status).await;
+    let sensors = site.get("/api/v1/sensors").await.json();
+    let of_sensor = |sensor: &&Value| sensor["properties"]["id"] == id.as_str();
+    let types = &sensors["features"].as_array().unwrap().iter().find(of_sensor).unwrap()["properties"];
+    let of_type = &types["transponder_types"][0];
+    assert_eq!((&of_type["manufacturer"], &of_type["model"]), (&"SIM".into(), &"UAS".into()));
+    assert_eq!(of_type["horizontal_m"], serde_json::json!({ "value": 0.021, "deviation": 0.004 }));
+    assert_eq!(of_type["delay_s"]["value"], -0.031);
+    assert_eq!(of_type["reports"], reports);
+    assert!(of_type["summary"].as_str().unwrap().contains("delay -0.03 ± 0.05 s, 0.00 s applied"));
+    let metrics = site.get("/metrics").await.text;
+    let line = format!(
+        "utm_fusion_learnt_transponder_delay_seconds{{sensor=\"{id}\",type=\"SIM UAS\",part=\"value\"}} -0.031\n"
+    );
+    assert!(metrics.contains(&line), "{line}\n{metrics}");
 }

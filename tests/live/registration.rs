@@ -204,6 +204,22 @@ fn no_file_keeps_a_service_from_starting() {
         let (_, registered) = hurt.engine().registered().next().unwrap();
         assert_eq!(registered.learning_state().time(), None, "{place}");
     }
+    // And so is each type of transponders.
+    assert_eq!(contents["transponders"]["types"].as_array().map(Vec::len), Some(1));
+    for (place, value, why) in [
+        ("/version", json!(9), "learning state of version 9"),
+        ("/noise/0", json!("0.0 1.0"), "2 numbers where 17"),
+        ("/heard", json!(now + 400 * 86_400_000_000_000_i64), "is still to come"),
+        ("", json!({"x": 1}), "unknown field"),
+    ] {
+        let mut hostile = contents.clone();
+        *hostile.pointer_mut(&format!("/transponders/types/0{place}")).unwrap() = value;
+        let registrations = parse_registration(&hostile.to_string()).unwrap();
+        let mut hurt = Pipeline::new(&config, Masks::default());
+        let unused = registrations.restore(&config, Some(utm_fusion::live::now()), hurt.engine_mut());
+        assert!(unused.len() == 1 && unused[0].contains(why), "{place}: {why}: {unused:?}");
+        assert!(hurt.engine().learnt_types().is_empty() && hurt.engine().registered().count() == 1);
+    }
     let (log, after) = run(&config, 22_440, &text.replacen("\"settled\":{", "\"settled\":{\"x\":1,", 1));
     assert!(log.contains(&format!("begins anew radar={id} reason=\"unknown field")), "{log}");
     assert!(files(&after.path("state"), "registration.json.broken", "").is_empty());

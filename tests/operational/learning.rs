@@ -1,12 +1,12 @@
 //! What is learnt of radars whose errors are known.
 
-use fusion::learning::{LearntRadar, VelocityVerdict};
+use fusion::learning::{LearntRadar, LearntValue, VelocityVerdict};
 use fusion::time::{SECOND, Time};
 use utm_fusion::areas::Masks;
 use utm_fusion::capture::Reception;
 use utm_fusion::config::{Config, Profile, SensorKind};
 use utm_fusion::pipeline::Pipeline;
-use utm_fusion::simulate::{Simulation, simulate};
+use utm_fusion::simulate::{Simulation, Span, simulate};
 
 use crate::{scenario, site};
 
@@ -85,4 +85,26 @@ fn a_radar_that_is_not_to_be_learnt_is_as_it_is_configured() {
     }
     let receptions: Vec<Reception> = simulation.receptions().collect();
     assert_eq!(learnt(&receptions, &config).0, None);
+}
+
+#[test]
+fn what_transponders_of_a_type_have_in_common_is_learnt() {
+    let mut simulation = scenario("crossing");
+    (simulation.duration_s, simulation.drones.equipped) = (600.0, simulation.drones.multirotors);
+    simulation.transponder.stamped_late_s = Span::new(0.15, 0.15);
+    simulation.transponder.gnss_white_m = 0.2;
+    let simulation = simulate(&simulation, 7, None).unwrap();
+    let config = site(&simulation, Profile::Operational);
+    let mut pipeline = Pipeline::new(&config, Masks::default());
+    for reception in simulation.receptions() {
+        pipeline.receive(&reception);
+        pipeline.emissions().for_each(drop);
+    }
+    let types = pipeline.engine().learnt_types();
+    let [(kind, learnt)] = &types[..] else { panic!("{types:?}") };
+    assert_eq!((kind.manufacturer, kind.model), (Some(*b"SIM"), Some(*b"UAS")));
+    assert!((0.1..0.4).contains(&learnt.horizontal_m.value), "{learnt:?}");
+    let LearntValue { value, deviation } = learnt.delay_s;
+    assert!(deviation < 0.08 && (value - 0.15).abs() < 3.0 * deviation, "{learnt:?}");
+    assert!(learnt.applied_s > 0.0 && learnt.applied_s <= value, "{learnt:?}");
 }

@@ -6,6 +6,7 @@
 
 mod admission;
 mod association;
+mod by_id;
 mod classes;
 mod comparison;
 mod competitors;
@@ -21,20 +22,22 @@ mod places;
 mod reacquisition;
 mod registrations;
 mod settings;
+mod shared;
 mod targets;
 #[cfg(test)]
 mod tests;
 mod track_numbers;
 mod tracklets;
 mod transponder;
+mod transponder_types;
 mod tuning;
 mod walk_off;
 
-use crate::learning::{LearningState, LearningStateError};
+use crate::learning::{LearningState, LearningStateError, LearntType, TypeState};
 use crate::numbering::Numbers;
 use crate::point::{Newcomers, Point};
 use crate::registration::{RegistrationState, RegistrationStateError};
-use crate::report::{Fix, Identity, Plot, Report, SensorIndex};
+use crate::report::{Fix, Identity, Plot, Report, SensorIndex, TransponderType};
 use crate::slots::{Slot, SlotGrid};
 use crate::time::{SECOND, Time};
 use admission::{Admission, Admitted};
@@ -44,6 +47,7 @@ use cycle::Cycle;
 use registrations::Registrations;
 use targets::Targets;
 use tracklets::Tracklets;
+use transponder_types::TransponderTypes;
 
 pub use correlation::{
     Correlation, HeldCorrelation, NotCorrelated, ResumedCorrelation, SavedCorrelation, Verdict,
@@ -63,6 +67,7 @@ pub(super) struct Operational {
     correlations: Correlations,
     registrations: Registrations,
     classes: Classes,
+    types: TransponderTypes,
     /// Centre of the slot that was published last.
     published: Option<Time>,
 }
@@ -84,23 +89,23 @@ impl Operational {
         settings: &Settings,
         numbers: &mut Numbers,
     ) -> Vec<Point> {
-        let settings = &self.registrations.settings(settings);
+        let settings = &self.registrations.settings(settings, &mut self.types);
         let cycle = &Cycle::new(slot, grid, self.published, settings);
         self.pass(cycle.centre, settings);
         self.sort_plots(settings);
         self.sort_fixes(settings);
         self.forget(cycle);
-        let Self { tracklets, targets, correlations, registrations, classes, .. } = self;
+        let Self { tracklets, targets, correlations, registrations, classes, types, .. } = self;
         comparison::compare(tracklets, targets, cycle);
         let decided = &correlations.decided(tracklets, targets);
         let measured = &reacquisition::Measured::of(targets);
         association::associate(tracklets, targets, measured, decided, cycle);
-        registrations.register(tracklets, targets, cycle);
+        registrations.register(tracklets, targets, types, cycle);
         initiation::initiate(tracklets, targets, measured, decided, cycle);
         targets.filter_all(tracklets, cycle);
         let points = output::publish(targets, tracklets, correlations, numbers, grid, cycle);
         targets.settle(cycle.centre);
-        targets.learn(cycle.centre, settings);
+        targets.learn(cycle.centre, types, settings);
         tracklets.settle(cycle.centre, settings);
         classes.learn(tracklets, targets, cycle);
         self.published = Some(cycle.centre);
@@ -115,7 +120,7 @@ impl Operational {
     /// Corrects the plots that came, and sorts them into tracklets.
     fn sort_plots(&mut self, settings: &Settings) {
         self.plots.sort_by_key(|plot| (plot.time, plot.track));
-        for plot in std::mem::take(&mut self.plots) {
+        for plot in self.plots.drain(..) {
             if let Some(radar) = settings.radar(plot.track.sensor) {
                 let corrected = self.registrations.correct(plot, radar);
                 self.tracklets.insert(corrected, plot.position, radar);
@@ -127,9 +132,9 @@ impl Operational {
     /// Puts the transponder reports that came to the time of their measurement, and sorts them into targets.
     fn sort_fixes(&mut self, settings: &Settings) {
         self.fixes.sort_by_key(|fix| (fix.time, fix.identity));
-        for mut fix in std::mem::take(&mut self.fixes) {
+        for mut fix in self.fixes.drain(..) {
             let Some(receiver) = settings.transponder(fix.sensor) else { continue };
-            let delay_s = receiver.delay_s.unwrap_or(0.0);
+            let delay_s = settings.delay(&fix.transponder_type()).unwrap_or_default().applied_s;
             fix.time = Time::from_nanos(fix.time.nanos() - (delay_s * SECOND as f64).round() as i64);
             let known = self.targets.of_identity(fix.identity);
             if let Some(target) = known.and_then(|id| self.targets.get_mut(id)) {
@@ -147,7 +152,8 @@ impl Operational {
     fn forget(&mut self, cycle: &Cycle) {
         let Cycle { centre, settings, .. } = *cycle;
         self.tracklets.forget_before(centre + -tuning::PLOTS_KEPT);
-        self.registrations.end(&self.tracklets);
+        self.tracklets.turn(centre);
+        self.registrations.end(&self.tracklets, &mut self.types);
         self.targets.forget_before(centre + -tuning::FIXES_KEPT, centre, &self.tracklets);
         self.tracklets.forget_targets(|&id| self.targets.get(id).is_some());
         self.correlations.end(&self.tracklets, centre, settings);
@@ -181,9 +187,25 @@ impl Operational {
         self.registrations.restore_learning(sensor, state)
     }
 
-    /// Takes over what outlives a fresh start: the registrations.
+    /// What is known of each type of transponders.
+    pub(crate) fn learnt_types(&self, settings: &Settings) -> Vec<(TransponderType, LearntType)> {
+        self.types.learnt(settings)
+    }
+
+    /// The same, to outlive a restart.
+    pub(crate) fn type_states(&self) -> Vec<TypeState> {
+        self.types.to_states()
+    }
+
+    /// Takes over what was known of a type of transponders before a restart.
+    pub(crate) fn restore_type(&mut self, state: &TypeState) -> Result<(), LearningStateError> {
+        self.types.restore(state)
+    }
+
+    /// Takes over what outlives a fresh start: the registrations, and what is known of transponders.
     pub(crate) fn inherit(&mut self, before: Self) {
         self.registrations = before.registrations.without_tracks();
+        self.types = before.types;
     }
 
     /// Takes a decision over from the slot `since` on, which is the next one or, of a flight that is replayed, was.

@@ -24,17 +24,25 @@ pub(super) fn expected(target: &Target, time: Time) -> Option<StateEstimate> {
 
 /// LLR of a plot's being of a target that is expected there, against its being of another one; `None` outside the gate.
 fn llr(plot: &Plot, expected: &StateEstimate, radar: &Radar) -> Option<f64> {
-    let errors = &radar.errors;
-    let covariance = expected.horizontal + plot_spread(plot, radar);
-    let apart = plot.position.0 - expected.position.0;
-    let mut distance = (apart.xy().transpose() * covariance.try_inverse()? * apart.xy()).x;
-    let mut llr = -0.5 * covariance.determinant().ln() + 2.0 * SEPARATION_OVER_GROUND.distance_m.ln();
+    let (mut llr, mut distance) = over_ground(plot, expected, radar)?;
     if plot.height_measured {
+        let errors = &radar.errors;
+        let apart_m = plot.position.0.z - expected.position.0.z;
         let variance = expected.vertical + errors.bias_height_m.powi(2) + errors.noise_height_m.powi(2);
-        distance += apart.z * apart.z / variance;
-        llr += -0.5 * variance.ln() + SEPARATION_IN_HEIGHT.distance_m.ln();
+        distance += apart_m * apart_m / variance;
+        llr +=
+            -0.5 * variance.ln() + SEPARATION_IN_HEIGHT.distance_m.ln() - 0.5 * apart_m * apart_m / variance;
     }
-    (distance < REACQUIRE_GATE).then_some(llr - 0.5 * distance)
+    (distance < REACQUIRE_GATE).then_some(llr)
+}
+
+/// The same over ground alone, with the squared Mahalanobis distance.
+fn over_ground(plot: &Plot, expected: &StateEstimate, radar: &Radar) -> Option<(f64, f64)> {
+    let covariance = expected.horizontal + plot_spread(plot, radar);
+    let apart = (plot.position.0 - expected.position.0).xy();
+    let distance = (apart.transpose() * covariance.try_inverse()? * apart).x;
+    let llr = -0.5 * covariance.determinant().ln() + 2.0 * SEPARATION_OVER_GROUND.distance_m.ln();
+    (distance < REACQUIRE_GATE).then_some((llr - 0.5 * distance, distance))
 }
 
 /// Covariance of a plot over ground, m².
@@ -65,6 +73,25 @@ pub(super) fn plausible<'a>(
         let llr = decided.leaves(tracklet, target.id()).then(|| llr(plot, &there, radar))??;
         let llr = tracklet.pair_llr(target.id()).unwrap_or(0.0) + llr + log_odds.min(CLASS_LLR_MAX);
         (llr > PLAUSIBLE_LLR).then_some((target.id(), llr))
+    })
+}
+
+/// Whether a radar track that is still to begin does so over ground where a target may be, at whatever height: height is what
+/// radars are worst at, and often off by more than they state.
+pub(super) fn begins_over_one(
+    tracklet: &Tracklet,
+    radar: &Radar,
+    targets: &Targets,
+    measured: &Measured,
+    decided: &Decided,
+) -> bool {
+    let is_there = |plot: &Plot, target: &Target| {
+        let there = expected(target, plot.time).filter(|_| decided.leaves(tracklet, target.id()));
+        let llr = there.and_then(|there| over_ground(plot, &there, radar));
+        llr.is_some_and(|(llr, _)| llr + tracklet.existence().log_odds().min(CLASS_LLR_MAX) > PLAUSIBLE_LLR)
+    };
+    tracklet.nearest(tracklet.first()).is_some_and(|plot| {
+        near(plot, targets, measured, radar).into_iter().any(|target| is_there(plot, target))
     })
 }
 

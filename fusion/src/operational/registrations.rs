@@ -7,10 +7,12 @@ use nalgebra::Vector2;
 use super::cycle::Cycle;
 use super::ids::{TargetId, TrackletId};
 use super::likelihood::Scales;
-use super::settings::{Radar, Settings};
+use super::settings::{Delay, Radar, Settings};
+use super::shared;
 use super::targets::Targets;
-use super::tracklets::{CorrectedPlot, Tracklets};
+use super::tracklets::{CorrectedPlot, Tracklet, Tracklets};
 use super::transponder::Transponder;
+use super::transponder_types::TransponderTypes;
 use super::tuning::{
     CAUTIOUS_SAMPLES, DELAY_PRIOR_S, ERROR_STEP, MISALIGNMENT_AZIMUTH_RAD, MISALIGNMENT_HEIGHT_M,
     MISALIGNMENT_RANGE_M, NEAR_M, RADAR_VELOCITY_M_S, REMAINING_AT_NORTH_M, REMAINING_AT_UP_M, SEGMENT_S,
@@ -26,7 +28,7 @@ use crate::registration::{
     Correction, Misalignment, Registration, RegistrationState, RegistrationStateError, Residual, Taken,
     TrackComparison,
 };
-use crate::report::{Plot, SensorIndex};
+use crate::report::{Plot, SensorIndex, TransponderType};
 use crate::settings::RegistrationMode;
 use crate::time::{SECOND, Time};
 
@@ -81,12 +83,17 @@ impl Registered {
         self.registration.to_state()
     }
 
-    /// Takes in what a segment of a radar track told.
-    fn take(&mut self, segment: &mut Segment) {
+    /// Takes in a segment of a radar track, and gives to its transponder's type what it shows of that.
+    fn take(&mut self, segment: &mut Segment, types: &mut TransponderTypes) {
         let Some(sample) = segment.along.take() else { return };
         self.learning.take(&mut segment.learning, sample.time());
-        if let Taken::Step { before, after } = self.registration.take(&sample) {
-            self.step = Some(Step { time: sample.time(), before, after });
+        match self.registration.take(&sample) {
+            Taken::Kept => types.take_sample(segment.kind, segment.sensor, &sample),
+            Taken::Rejected => {}
+            Taken::Step { before, after } => {
+                self.step = Some(Step { time: sample.time(), before, after });
+                types.forget_radar(segment.sensor);
+            }
         }
         self.estimate = self.registration.estimate();
         self.correction = Correction::of(&self.estimate);
@@ -150,12 +157,6 @@ fn cautious(of_sheet: f64, samples: f64) -> f64 {
     if of_sheet < 1.0 { of_sheet.powf(samples / (samples + CAUTIOUS_SAMPLES)) } else { of_sheet }
 }
 
-/// As much of a mean as its standard deviation leaves evident: nothing within one deviation of zero, nearly all of it beyond
-/// three (the positive-part estimator of James and Stein, 1961, for one dimension).
-fn evident(mean: f64, sigma: f64) -> f64 {
-    mean * (1.0 - (sigma / mean).powi(2)).max(0.0)
-}
-
 /// An error in relative steps.
 fn in_steps(sigma: f64) -> f64 {
     ((sigma.ln() / ERROR_STEP).round() * ERROR_STEP).exp()
@@ -166,6 +167,7 @@ fn in_steps(sigma: f64) -> f64 {
 struct Segment {
     sensor: SensorIndex,
     target: TargetId,
+    kind: TransponderType,
     along: TrackComparison,
     learning: TrackLearning,
 }
@@ -228,50 +230,61 @@ impl Registrations {
         plot
     }
 
-    /// The settings with what the registrations tell now: errors and delays.
-    pub(super) fn settings(&mut self, settings: &Settings) -> Settings {
+    /// The settings with what is known now: errors and delays.
+    pub(super) fn settings(&mut self, settings: &Settings, types: &mut TransponderTypes) -> Settings {
         let mut now = settings.clone();
         let (mean_s, sigma_s) = DELAY_PRIOR_S;
         let (mut information, mut vector) = (sigma_s.powi(-2), mean_s * sigma_s.powi(-2));
+        let mut applied: Vec<SensorIndex> = Vec::new();
         for (index, radar) in now.radars.iter_mut().enumerate() {
             let Some(radar) = radar.as_mut().filter(|radar| radar.registration != RegistrationMode::Off)
             else {
                 continue;
             };
-            let registered = self.radars.entry(SensorIndex(index as u16)).or_default();
+            let sensor = SensorIndex(index as u16);
+            let registered = self.radars.entry(sensor).or_default();
             registered.apply_to(radar);
             if radar.registration == RegistrationMode::Apply {
-                let told = registered.estimate.time_information();
-                information += told.inverse_variance;
-                vector += told.weighted_mean;
+                let time = registered.estimate.time_information();
+                information += time.inverse_variance;
+                vector += time.weighted_mean;
+                applied.push(sensor);
             }
         }
-        // What radars tell of time is the transponders' delay: radars have clocks to go by, a transponder's time is that of
-        // its transmission. Nothing is sent before it is measured.
-        let learnt_s = evident(vector / information, information.powf(-0.5)).max(0.0);
-        for receiver in now.transponders.iter_mut().flatten().filter(|receiver| receiver.delay_s.is_none()) {
-            receiver.delay_s = Some(learnt_s);
-            receiver.delay_sigma_s = information.powf(-0.5);
-        }
+        // What radars show of time is the transponders' delay: radars have clocks to go by, a transponder's time is that of
+        // its transmission.
+        now.delay = Delay::default().apart(vector / information, information.powf(-0.5));
+        now.delays = types.delays(now.delay, |sensor, sums| {
+            let radar = applied.contains(&sensor).then(|| self.radars.get(&sensor))??;
+            Some(sums.given(&radar.estimate))
+        });
         now
     }
 
     /// Takes in the segments of tracklets that have been dropped.
-    pub(super) fn end(&mut self, tracklets: &Tracklets) {
+    pub(super) fn end(&mut self, tracklets: &Tracklets, types: &mut TransponderTypes) {
         let Self { radars, segments, rates } = self;
         rates.retain(|&id, _| tracklets.get(id).is_some());
         segments.retain(|&id, segment| {
             let is_left = tracklets.get(id).is_some();
             if !is_left && let Some(registered) = radars.get_mut(&segment.sensor) {
-                registered.take(segment);
+                registered.take(segment, types);
             }
             is_left
         });
     }
 
     /// Compares radar tracks with the transponders they go with, for the plots since the last slot.
-    pub(super) fn register(&mut self, tracklets: &Tracklets, targets: &Targets, cycle: &Cycle) {
-        for tracklet in tracklets.iter() {
+    pub(super) fn register(
+        &mut self,
+        tracklets: &Tracklets,
+        targets: &Targets,
+        types: &mut TransponderTypes,
+        cycle: &Cycle,
+    ) {
+        let residuals =
+            shared::map(cycle.settings.threads, tracklets.as_slice(), |one| residuals(one, targets, cycle));
+        for (tracklet, residuals) in tracklets.iter().zip(residuals) {
             let sensor = tracklet.key.sensor;
             let Some(radar) = cycle.settings.radar(sensor) else { continue };
             let Some(registered) = self.radars.get_mut(&sensor) else { continue };
@@ -294,13 +307,12 @@ impl Registrations {
             if self.segments.get(&tracklet.id).is_some_and(|segment| segment.target != target) {
                 self.segments.remove(&tracklet.id);
             }
-            let plots = tracklet.corrected_between(cycle.previous, cycle.centre);
-            for plot in plots {
-                let Some(residual) = residual(plot, transponder, radar, cycle.settings) else { continue };
+            for (plot, residual) in residuals {
                 // The radar's own errors: what is left of its misalignment is what is asked for.
                 let segment = self.segments.entry(tracklet.id).or_insert_with(|| Segment {
                     sensor,
                     target,
+                    kind: transponder.kind(),
                     along: TrackComparison::new(&radar.track_errors),
                     learning: TrackLearning::new(radar.track_errors.correlation_s),
                 });
@@ -314,10 +326,23 @@ impl Registrations {
             if let Some(segment) = self.segments.get_mut(&tracklet.id)
                 && segment.along.gathered_s() >= SEGMENT_S
             {
-                registered.take(segment);
+                registered.take(segment, types);
             }
         }
     }
+}
+
+/// The plots since the last slot, each against where the transponder was that the radar track goes with.
+fn residuals<'a>(
+    tracklet: &'a Tracklet,
+    targets: &Targets,
+    cycle: &Cycle,
+) -> Vec<(&'a CorrectedPlot, Residual)> {
+    let radar = cycle.settings.radar(tracklet.key.sensor);
+    let transponder = tracklet.target().and_then(|target| targets.get(target)?.transponder());
+    let Some((radar, transponder)) = radar.zip(transponder) else { return Vec::new() };
+    let plots = tracklet.corrected_between(cycle.previous, cycle.centre);
+    plots.filter_map(|plot| Some((plot, residual(plot, transponder, radar, cycle.settings)?))).collect()
 }
 
 /// A plot, uncorrected, against where the transponder was by its time as it is stamped.
@@ -328,7 +353,7 @@ fn residual(
     settings: &Settings,
 ) -> Option<Residual> {
     let receiver = settings.transponder(transponder.sensor)?;
-    let delay_s = receiver.delay_s.unwrap_or(0.0);
+    let delay_s = settings.delay(&transponder.kind())?.applied_s;
     let CorrectedPlot { plot, raw } = plot;
     let at = |after_s: f64| {
         let time = plot.time.nanos() + ((after_s - delay_s) * SECOND as f64).round() as i64;

@@ -1,12 +1,15 @@
 //! Settings of the `operational` profile, and what registration adds to it.
 
+use std::collections::BTreeMap;
+use std::num::NonZeroUsize;
+
 use jiff::SignedDuration;
 
 use super::likelihood::Scales;
 use super::tuning;
 use crate::filter::{Dynamics, LineOfSight, RadarErrors};
 use crate::frames::{Enu, RadarFrame};
-use crate::report::SensorIndex;
+use crate::report::{SensorIndex, TransponderType};
 use crate::settings::{self, OperationalRules, RegistrationMode, Sensor};
 use crate::time::SECOND;
 
@@ -21,6 +24,11 @@ pub struct Settings {
     pub max_gap_ns: i64,
     /// How drones move.
     pub motion: Dynamics,
+    /// Threads that share the work of a slot.
+    pub threads: NonZeroUsize,
+    /// Delay of transponders of which no more is known, and by type; not read from the settings but learnt.
+    pub(super) delay: Delay,
+    pub(super) delays: BTreeMap<TransponderType, Delay>,
 }
 
 impl Settings {
@@ -39,6 +47,9 @@ impl Settings {
             transponders: sensors.iter().map(transponder).collect(),
             max_gap_ns: rules.max_gap.as_nanos() as i64,
             motion: rules.dynamics,
+            threads: rules.threads,
+            delay: Delay::default(),
+            delays: BTreeMap::new(),
         }
     }
 
@@ -57,6 +68,47 @@ impl Settings {
     pub(super) fn transponder(&self, sensor: SensorIndex) -> Option<&Transponder> {
         self.transponders.get(usize::from(sensor.0))?.as_ref()
     }
+
+    /// The delay of a type of transponders; `None`: there is no such receiver.
+    pub(super) fn delay(&self, kind: &TransponderType) -> Option<Delay> {
+        let receiver = self.transponder(kind.receiver)?;
+        let learnt = || self.delays.get(kind).copied().unwrap_or(self.delay);
+        Some(receiver.delay_s.map_or_else(learnt, Delay::configured))
+    }
+}
+
+/// Delay of transponders' times behind the measurement, seconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Delay {
+    /// The best guess, and its standard deviation.
+    pub(super) mean_s: f64,
+    pub(super) sigma_s: f64,
+    /// As much of it as is evident: what is taken off.
+    pub(super) applied_s: f64,
+}
+
+impl Delay {
+    pub(super) fn configured(delay_s: f64) -> Self {
+        Self { mean_s: delay_s, sigma_s: 0.0, applied_s: delay_s }
+    }
+
+    /// Apart from the part of this that is applied by so much, with this standard deviation. Nothing is sent before it is
+    /// measured.
+    pub(super) fn apart(&self, mean_s: f64, sigma_s: f64) -> Self {
+        let applied_s = (self.applied_s + evident(mean_s, sigma_s)).max(0.0);
+        Self { mean_s: self.applied_s + mean_s, sigma_s, applied_s }
+    }
+
+    /// How wrong the part that is applied may be: standard deviation, seconds.
+    pub(super) fn error_s(&self) -> f64 {
+        self.sigma_s
+    }
+}
+
+/// As much of a mean as its standard deviation leaves evident: nothing within one deviation of zero, nearly all of it beyond
+/// three (the positive-part estimator of James and Stein, 1961, for one dimension).
+fn evident(mean: f64, sigma: f64) -> f64 {
+    if mean == 0.0 { 0.0 } else { mean * (1.0 - (sigma / mean).powi(2)).max(0.0) }
 }
 
 /// A radar.
@@ -108,8 +160,6 @@ pub struct Transponder {
     pub vertical_m: f64,
     /// Delay of the reports' time stamps behind the measurement, seconds; `None`: learnt with the registration of the radars.
     pub delay_s: Option<f64>,
-    /// Standard deviation of that delay, seconds: 0 where it is configured.
-    pub delay_sigma_s: f64,
     /// Time between two reports of one transponder, seconds.
     pub period_s: f64,
     /// Long-run limit of previously unknown identities admitted, per second; at least 1.
@@ -137,7 +187,7 @@ impl From<&settings::Radar> for Radar {
 impl From<&settings::Receiver> for Transponder {
     fn from(receiver: &settings::Receiver) -> Self {
         let settings::Receiver { horizontal_m, vertical_m, delay_s, period_s, max_new_per_s } = *receiver;
-        Self { horizontal_m, vertical_m, delay_s, delay_sigma_s: 0.0, period_s, max_new_per_s }
+        Self { horizontal_m, vertical_m, delay_s, period_s, max_new_per_s }
     }
 }
 

@@ -1,19 +1,20 @@
 //! A transponder's reports, and the curve through them.
 
-mod noise;
-
 use std::f64::consts::{LN_2, SQRT_2};
 
 use super::cycle::EARLIEST;
 use super::settings::{self, Settings};
-use super::tuning::{BETWEEN_REPORTS_M_S2, DELAY_BETWEEN_TRANSPONDERS_S, FRESH_SHARE, SAME_REPORT};
+use super::transponder_types::TransponderTypes;
+use super::tuning::{
+    BETWEEN_REPORTS_M_S2, DELAY_BETWEEN_TRANSPONDERS_S, FRESH_SHARE, NOISE_CHANGE_S, SAME_REPORT,
+};
 use crate::frames::Enu;
-use crate::interpolation::{self, Knot};
+use crate::interpolation::{Curve, Knot};
+use crate::learning::{WhiteNoise, likelihoods};
 use crate::numbering::Numbered;
 use crate::point::TransponderPart;
-use crate::report::{Fix, Identity, SensorIndex, UasItems};
+use crate::report::{Fix, Identity, SensorIndex, TransponderType, UasItems};
 use crate::time::Time;
-use noise::WhiteNoise;
 
 /// A transponder.
 #[derive(Clone, Debug)]
@@ -25,17 +26,17 @@ pub(super) struct Transponder {
     items: UasItems,
     /// By time; at the time at which the position was measured.
     fixes: Vec<Fix>,
-    /// The same as knots of the curve.
-    knots: Vec<Knot>,
+    /// Through their positions.
+    curve: Curve,
     noise: Noise,
 }
 
 /// The white noise of its positions.
 #[derive(Clone, Copy, Debug)]
 struct Noise {
-    over_ground: WhiteNoise,
-    in_height: WhiteNoise,
-    /// Its reports up to then have told of it.
+    /// Over ground, and in height.
+    axes: [WhiteNoise; 2],
+    /// Its reports up to then are in it; [`EARLIEST`]: none, and what its type has shown is not either.
     until: Time,
 }
 
@@ -65,12 +66,8 @@ impl Transponder {
             numbered: None,
             items: fix.items,
             fixes: Vec::new(),
-            knots: Vec::new(),
-            noise: Noise {
-                over_ground: WhiteNoise::default(),
-                in_height: WhiteNoise::default(),
-                until: EARLIEST,
-            },
+            curve: Curve::default(),
+            noise: Noise { axes: Default::default(), until: EARLIEST },
         }
     }
 
@@ -84,11 +81,11 @@ impl Transponder {
         match self.fixes.get_mut(index) {
             Some(same) if same.time - fix.time <= SAME_REPORT => {
                 *same = fix;
-                self.knots[index] = knot;
+                self.curve.replace(index, knot);
             }
             _ => {
                 self.fixes.insert(index, fix);
-                self.knots.insert(index, knot);
+                self.curve.insert(index, knot);
             }
         }
     }
@@ -97,7 +94,7 @@ impl Transponder {
     pub(super) fn forget_before(&mut self, time: Time) {
         let old = self.fixes.partition_point(|fix| fix.time < time).saturating_sub(2);
         self.fixes.drain(..old);
-        self.knots.drain(..old);
+        self.curve.forget(old);
     }
 
     /// The reports after `time`.
@@ -114,27 +111,39 @@ impl Transponder {
         Some((last, next.seconds_since(last)))
     }
 
-    /// What the reports up to `until` tell of their white noise.
-    pub(super) fn learn(&mut self, until: Time, settings: &Settings) {
+    /// Its type.
+    pub(super) fn kind(&self) -> TransponderType {
+        let UasItems { manufacturer, model, .. } = self.items;
+        TransponderType { receiver: self.sensor, manufacturer, model }
+    }
+
+    /// Learns from the reports up to `until` how large their white noise is, its own and that of its type.
+    pub(super) fn learn(&mut self, until: Time, types: &mut TransponderTypes, settings: &Settings) {
         let Some(receiver) = settings.transponder(self.sensor) else { return };
-        let sigma_m = [receiver.horizontal_m, receiver.vertical_m].map(|sigma_m| sigma_m * FRESH_SHARE);
+        let kind = self.kind();
+        if self.noise.until == EARLIEST {
+            self.noise.axes = types.noise(&kind);
+        }
+        let configured_m = [receiver.horizontal_m, receiver.vertical_m].map(|sigma_m| sigma_m * FRESH_SHARE);
         for three in self.fixes.windows(3) {
             let [before, at, after] = three else { continue };
             if after.time <= self.noise.until || after.time > until {
                 continue;
             }
             self.noise.until = after.time;
-            if let Some([over_ground, in_height]) = noise::told([before, at, after], sigma_m) {
+            if let Some(report) = likelihoods([before, at, after], configured_m) {
                 let dt = after.time.seconds_since(at.time);
-                self.noise.over_ground.add(&over_ground, dt);
-                self.noise.in_height.add(&in_height, dt);
+                for (noise, report) in self.noise.axes.iter_mut().zip(&report) {
+                    noise.add(report, dt, NOISE_CHANGE_S);
+                }
+                types.take_report(kind, after.time, &report, dt);
             }
         }
     }
 
     /// Sigma of the white noise of its positions: each axis over ground, and in height, metres.
     pub(super) fn white_m(&self, receiver: &settings::Transponder) -> [f64; 2] {
-        let Noise { over_ground, in_height, .. } = &self.noise;
+        let [over_ground, in_height] = &self.noise.axes;
         [over_ground.scale().0 * receiver.horizontal_m, in_height.scale().0 * receiver.vertical_m]
             .map(|sigma_m| sigma_m * FRESH_SHARE)
     }
@@ -142,21 +151,22 @@ impl Transponder {
     /// Where it was; `None` outside its reports, and between two that are too far apart.
     pub(super) fn on_curve(&self, time: Time, settings: &Settings) -> Option<OnCurve> {
         let [white_m, _] = self.white_m(settings.transponder(self.sensor)?);
-        if self.knots.len() < 2 {
+        let knots = self.curve.knots();
+        if knots.len() < 2 {
             return None;
         }
-        let after = self.knots.partition_point(|knot| knot.time < time);
-        let next = self.knots.get(after)?;
+        let after = knots.partition_point(|knot| knot.time < time);
+        let next = knots.get(after)?;
         let (mut position, mut between_m) = (next.position, 0.0);
         if next.time != time {
             let index = after.checked_sub(1)?;
-            let before = &self.knots[index];
+            let before = &knots[index];
             if next.time.nanos() - before.time.nanos() > settings.max_gap_ns {
                 return None;
             }
             between_m =
                 0.5 * BETWEEN_REPORTS_M_S2 * time.seconds_since(before.time) * next.time.seconds_since(time);
-            position = interpolation::between(&self.knots, index, time);
+            position = self.curve.between(index, time);
         }
         Some(OnCurve { position: Enu::from(position), sigma_m: between_m.hypot(white_m) })
     }
@@ -165,7 +175,7 @@ impl Transponder {
     pub(super) fn bias(&self, settings: &Settings) -> Option<TransponderBias> {
         let receiver = settings.transponder(self.sensor)?;
         let share = 1.0 - FRESH_SHARE * FRESH_SHARE;
-        let delay_s = DELAY_BETWEEN_TRANSPONDERS_S.hypot(receiver.delay_sigma_s);
+        let delay_s = DELAY_BETWEEN_TRANSPONDERS_S.hypot(settings.delay(&self.kind())?.error_s());
         Some(TransponderBias {
             horizontal_m2: self.axis_sigma_m(receiver).powi(2) * share,
             vertical_m2: receiver.vertical_m.powi(2) * share,

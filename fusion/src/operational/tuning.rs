@@ -53,28 +53,18 @@ pub(super) const SAME_REPORT: SignedDuration = SignedDuration::from_millis(20);
 
 /// Share of a transponder's position error that is new with each report: most of a GNSS receiver's lasts for a minute.
 pub(super) const FRESH_SHARE: f64 = 0.3;
-/// Sizes of a transponder's white noise that are weighed, as multiples of that share of what is configured.
-pub(super) const NOISE_SCALES: [f64; 17] = [
-    0.0625, 0.0884, 0.125, 0.177, 0.25, 0.354, 0.5, 0.707, 1.0, 1.414, 2.0, 2.828, 4.0, 5.657, 8.0, 11.31,
-    16.0,
-];
-/// Logarithm of how much less likely each doubling or halving is before reports tell.
-pub(super) const NOISE_PRIOR_FALL: f64 = 1.5;
-/// What reports tell of it is forgotten to 1/e in this time, seconds.
+/// How large a transponder's white noise is, is forgotten to 1/e in this time, seconds; that of its type in this flying time.
 pub(super) const NOISE_CHANGE_S: f64 = 900.0;
-/// How an aircraft moves between three reports: power spectral density of the acceleration, m²/s³, and how often.
-pub(super) const REPORT_MOTIONS: [(f64, f64); 6] =
-    [(0.0005, 0.2), (0.05, 0.2), (0.6, 0.1), (6.0, 0.15), (60.0, 0.25), (600.0, 0.1)];
-/// A report that is off for another reason: sigma, metres, and how often.
-pub(super) const REPORT_OUTLIER: (f64, f64) = (50.0, 0.01);
-/// Three reports over a longer time than this tell nothing of noise, seconds.
-pub(super) const CHORD_MAX_S: f64 = 12.0;
+pub(super) const TYPE_NOISE_CHANGE_S: f64 = 14_400.0;
+/// The types of transponders that are remembered; one that is new then takes the place of the one not heard for longest.
+pub(super) const TYPES_MAX: usize = 64;
 /// Sigma of a transponder's velocity on each axis over ground, metres a second: from Doppler, so better than its positions.
 pub(super) const TRANSPONDER_VELOCITY_M_S: f64 = 0.3;
 /// Sigma of its climb rate: satellites are all above it.
 pub(super) const TRANSPONDER_CLIMB_M_S: f64 = 0.5;
-/// Sigma by which transponders differ in their delay, seconds.
+/// Sigma by which transponders of one type differ in their delay, and types from one another, seconds.
 pub(super) const DELAY_BETWEEN_TRANSPONDERS_S: f64 = 0.08;
+pub(super) const DELAY_BETWEEN_TYPES_S: f64 = 0.08;
 /// Delay of transponder reports before any radar tells of it: mean and sigma, seconds. Receivers that stamp a report when they
 /// send it are late by up to a quarter of a second; others stamp the measurement, and are not late at all.
 pub(super) const DELAY_PRIOR_S: (f64, f64) = (0.0, 0.1);
@@ -264,6 +254,11 @@ pub(super) const TRANSPONDER_SILENT_S: f64 = 5.0;
 pub(super) const RADAR_VELOCITY_M_S: f64 = 1.5;
 /// Correlation time of its error, seconds.
 pub(super) const RADAR_VELOCITY_CORRELATION_S: f64 = 3.0;
+
+// --- Threads
+
+/// Fewer radar tracks or targets than this are not worth a thread: each costs microseconds, and so does a start.
+pub(super) const THREAD_LEAST: usize = 100;
 
 // --- Output
 

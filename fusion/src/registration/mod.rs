@@ -10,6 +10,7 @@
 //! | `tracks` | a radar's tracks in order of arrival: kept or rejected, and steps |
 //! | `estimate` | misalignment and its covariance, from the sums |
 //! | `correction` | the correction of a plot |
+//! | `delay` | the delay of one type of transponders |
 //! | `state` | what outlives a restart |
 //!
 //! Positions are [`Enu<AtRadar>`](crate::frames::AtRadar). A bias is measured minus true. The method: `docs/REGISTRATION.md`.
@@ -21,6 +22,7 @@
 
 mod along;
 mod correction;
+mod delay;
 mod estimate;
 mod parameters;
 mod qmethod;
@@ -30,8 +32,10 @@ mod sums;
 mod tests;
 mod tracks;
 
-pub(crate) use along::{Residual, TrackComparison};
+pub(crate) use along::{Residual, Sample, TrackComparison};
 pub(crate) use correction::Correction;
+pub(crate) use delay::DelaySums;
+pub(crate) use estimate::TimeInformation;
 pub use estimate::{BiasValue, Misalignment};
 pub use state::{RegistrationState, RegistrationStateError};
 pub use tracks::{Registration, Taken};

@@ -6,14 +6,7 @@ const SENSOR: SensorIndex = SensorIndex(1);
 const SLOT: i64 = SECOND / 4;
 
 fn receiver(max_new_per_s: u32) -> Transponder {
-    Transponder {
-        horizontal_m: 3.0,
-        vertical_m: 5.0,
-        delay_s: Some(0.0),
-        delay_sigma_s: 0.0,
-        period_s: 3.0,
-        max_new_per_s,
-    }
+    Transponder { horizontal_m: 3.0, vertical_m: 5.0, delay_s: Some(0.0), period_s: 3.0, max_new_per_s }
 }
 
 fn at(seconds: f64) -> Time {

@@ -122,3 +122,25 @@ fn a_radar_track_that_will_begin_at_a_drone_that_is_heard_is_neither_a_new_one_n
     let fused = |emission: &Emission| emission.points.iter().any(|point| point.source.radar().is_some());
     assert!(between(&emissions, 30.0, 50.0).all(fused));
 }
+
+#[test]
+fn a_radar_track_that_will_begin_over_a_drone_that_is_heard_waits_for_its_plots_whatever_its_height() {
+    const LOW_M: f64 = 60.0;
+    let mut engine = Engine::new(settings(true)).unwrap();
+    let mut emissions = Vec::new();
+    for (received, mut report) in reports(60) {
+        emissions.extend(engine.advance(received));
+        let second = received.nanos() / SECOND - START;
+        if let Report::Plot(plot) = &mut report {
+            plot.position.0.z -= LOW_M;
+        }
+        if of(&report, 0) && (!is_plot(&report) || second >= 20) {
+            engine.handle(report).unwrap();
+        }
+    }
+    assert!(between(&emissions, 5.0, 20.0).count() > 50);
+    for emission in between(&emissions, 5.0, 20.0) {
+        let [point] = &emission.points[..] else { panic!("{emission:?}") };
+        assert_eq!((transponder(point), point.source.radar()), (Some(identity(0)), None));
+    }
+}

@@ -2,6 +2,7 @@
 
 mod along;
 mod correction;
+mod delay;
 mod honest;
 mod qmethod;
 mod state;

@@ -10,39 +10,61 @@
 
 use std::array;
 
-use super::super::tuning::{
-    CHORD_MAX_S, NOISE_CHANGE_S, NOISE_PRIOR_FALL, NOISE_SCALES, REPORT_MOTIONS, REPORT_OUTLIER,
-};
 use crate::report::Fix;
 
-const COUNT: usize = NOISE_SCALES.len();
+/// Sizes of a transponder's white noise that are weighed, as multiples of what is configured.
+const NOISE_SCALES: [f64; COUNT] = [
+    0.0625, 0.0884, 0.125, 0.177, 0.25, 0.354, 0.5, 0.707, 1.0, 1.414, 2.0, 2.828, 4.0, 5.657, 8.0, 11.31,
+    16.0,
+];
+pub(crate) const COUNT: usize = 17;
+/// Logarithm of how much less likely each doubling or halving is before there are reports.
+const NOISE_PRIOR_FALL: f64 = 1.5;
+/// What its type has shown makes no size less likely for one transponder than this, logarithm: units differ.
+const TYPE_FALL_MAX: f64 = 6.0;
+/// How an aircraft moves between three reports: power spectral density of the acceleration, m²/s³, and how often.
+const REPORT_MOTIONS: [(f64, f64); 6] =
+    [(0.0005, 0.2), (0.05, 0.2), (0.6, 0.1), (6.0, 0.15), (60.0, 0.25), (600.0, 0.1)];
+/// A report that is off for another reason: sigma, metres, and how often.
+const REPORT_OUTLIER: (f64, f64) = (50.0, 0.01);
+/// Three reports over a longer time than this show nothing of noise, seconds.
+const CHORD_MAX_S: f64 = 12.0;
+
+/// Logarithm of how likely each of [`NOISE_SCALES`] makes a report, without a common summand.
+pub(crate) type Likelihoods = [f64; COUNT];
 
 /// What is known of the size of the white noise along one axis, relative to what is configured.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::operational) struct WhiteNoise {
-    /// Logarithms of the weights of [`NOISE_SCALES`], without a common summand.
-    logs: [f64; COUNT],
+pub(crate) struct WhiteNoise {
+    /// Logarithms of the weights before any report, and now.
+    prior: Likelihoods,
+    logs: Likelihoods,
     /// What they make of it: asked for far more often than reports come.
     scale: (f64, f64),
 }
 
+/// The configured size is likeliest; each step away from it is less so.
 impl Default for WhiteNoise {
     fn default() -> Self {
-        Self { logs: prior(), scale: weighed(&prior()) }
+        Self::starting_at(NOISE_SCALES.map(|scale| -NOISE_PRIOR_FALL * scale.log2().abs()))
     }
 }
 
-/// The configured size is likeliest; each step away from it is less so.
-fn prior() -> [f64; COUNT] {
-    NOISE_SCALES.map(|scale| -NOISE_PRIOR_FALL * scale.log2().abs())
-}
-
 impl WhiteNoise {
-    /// Takes in what a report tells that came `dt` seconds after the one before; what was long ago fades.
-    pub(in crate::operational) fn add(&mut self, told: &[f64; COUNT], dt: f64) {
-        let kept = (-dt / NOISE_CHANGE_S).exp();
-        for ((log, told), prior) in self.logs.iter_mut().zip(told).zip(prior()) {
-            *log = prior + (*log - prior) * kept + told;
+    fn starting_at(prior: Likelihoods) -> Self {
+        Self { prior, logs: prior, scale: weighed(&prior) }
+    }
+
+    /// Of a transponder of a type whose white noise is this.
+    pub(crate) fn of_type(of_type: &Self) -> Self {
+        Self::starting_at(of_type.logs.map(|log| log.max(-TYPE_FALL_MAX)))
+    }
+
+    /// Takes in a report `dt` seconds of flight after the one before; what is long ago fades to 1/e in `memory_s`.
+    pub(crate) fn add(&mut self, report: &Likelihoods, dt: f64, memory_s: f64) {
+        let kept = (-dt / memory_s).exp();
+        for ((log, report), prior) in self.logs.iter_mut().zip(report).zip(self.prior) {
+            *log = prior + (*log - prior) * kept + report;
         }
         let most = self.logs.into_iter().fold(f64::NEG_INFINITY, f64::max);
         self.logs.iter_mut().for_each(|log| *log -= most);
@@ -51,13 +73,23 @@ impl WhiteNoise {
 
     /// The size relative to the configured one: geometric mean, in steps of a twentieth so that what was filtered with nearly
     /// the same one is not filtered again; and its standard deviation as a factor.
-    pub(in crate::operational) fn scale(&self) -> (f64, f64) {
+    pub(crate) fn scale(&self) -> (f64, f64) {
         self.scale
+    }
+
+    /// What outlives a restart.
+    pub(super) fn weights(&self) -> &Likelihoods {
+        &self.logs
+    }
+
+    /// Goes on where these weights were written.
+    pub(super) fn from_weights(logs: &Likelihoods) -> Self {
+        Self { logs: *logs, scale: weighed(logs), ..Self::default() }
     }
 }
 
 /// The same of weights whose logarithms these are.
-fn weighed(logs: &[f64; COUNT]) -> (f64, f64) {
+fn weighed(logs: &Likelihoods) -> (f64, f64) {
     let weights = logs.map(f64::exp);
     let sum: f64 = weights.iter().sum();
     let moment = |power: i32| {
@@ -69,8 +101,8 @@ fn weighed(logs: &[f64; COUNT]) -> (f64, f64) {
 }
 
 /// The logarithm of how likely each size of the noise makes the middle one of three reports, over ground and in height;
-/// `sigma_m`: the configured white noise of an axis of either. `None`: they are too far apart to tell.
-pub(super) fn told([before, at, after]: [&Fix; 3], sigma_m: [f64; 2]) -> Option<[[f64; COUNT]; 2]> {
+/// `sigma_m`: the configured white noise of an axis of either. `None`: they are too far apart to show it.
+pub(crate) fn likelihoods([before, at, after]: [&Fix; 3], sigma_m: [f64; 2]) -> Option<[Likelihoods; 2]> {
     let (first_s, second_s) = (at.time.seconds_since(before.time), after.time.seconds_since(at.time));
     let span_s = first_s + second_s;
     if first_s <= 0.0 || second_s <= 0.0 || span_s > CHORD_MAX_S {

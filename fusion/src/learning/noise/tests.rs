@@ -23,6 +23,9 @@ fn report(seconds: f64, [x, y, z]: [f64; 3]) -> Fix {
     }
 }
 
+/// What is known is forgotten to 1/e in this time, seconds.
+const MEMORY_S: f64 = 900.0;
+
 /// Normal numbers from a counter.
 struct Normal(u64);
 
@@ -54,8 +57,8 @@ fn learnt(seed: u64, noise_m: f64, period_s: f64, count: usize) -> WhiteNoise {
     }
     let mut noise = WhiteNoise::default();
     for three in fixes.windows(3) {
-        if let Some([over_ground, _]) = told([&three[0], &three[1], &three[2]], CONFIGURED_M) {
-            noise.add(&over_ground, period_s);
+        if let Some([over_ground, _]) = likelihoods([&three[0], &three[1], &three[2]], CONFIGURED_M) {
+            noise.add(&over_ground, period_s, MEMORY_S);
         }
     }
     noise
@@ -69,7 +72,7 @@ fn without_evidence_it_is_as_configured() {
 #[test]
 fn reports_far_apart_tell_nothing() {
     let fixes = [0.0, 7.0, 14.0].map(|seconds| report(seconds, [0.0; 3]));
-    assert_eq!(told([&fixes[0], &fixes[1], &fixes[2]], CONFIGURED_M), None);
+    assert_eq!(likelihoods([&fixes[0], &fixes[1], &fixes[2]], CONFIGURED_M), None);
 }
 
 /// Flights of four minutes, half of them in turns, which look like some of the noise.
@@ -103,11 +106,22 @@ proptest! {
             .collect();
         let mut noise = WhiteNoise::default();
         for three in fixes.windows(3) {
-            if let Some([over_ground, _]) = told([&three[0], &three[1], &three[2]], CONFIGURED_M) {
-                noise.add(&over_ground, 1.0);
+            if let Some([over_ground, _]) = likelihoods([&three[0], &three[1], &three[2]], CONFIGURED_M) {
+                noise.add(&over_ground, 1.0, MEMORY_S);
             }
         }
         let (scale, factor) = noise.scale();
         prop_assert!((0.06..=16.4).contains(&scale) && factor.is_finite(), "{scale} {factor}");
     }
+}
+
+#[test]
+fn a_transponder_begins_with_what_its_type_has_shown_and_soon_goes_by_its_own() {
+    let of_type = learnt(3, 0.1, 2.0, 2000);
+    let mut own = WhiteNoise::of_type(&of_type);
+    assert!((0.8..1.3).contains(&(own.scale().0 / of_type.scale().0)), "{own:?}");
+    assert!(own.scale().1 > of_type.scale().1);
+    let poor = Likelihoods::from(NOISE_SCALES.map(|scale| -(scale / 4.0_f64).log2().abs()));
+    (0..15).for_each(|_| own.add(&poor, 2.0, MEMORY_S));
+    assert!(own.scale().0 > 2.0, "{:?}", own.scale());
 }
