@@ -292,19 +292,36 @@ fn radars(scores: &[Scores]) -> Vec<Asked> {
     let [steady, patchy] = two.as_slice() else { unreachable!("there are two of them") };
     let error = |scores: &Scores| EPOS((OPERATIONAL.unequipped)(scores));
     let rows: Vec<Row> = two.iter().map(|(row, _)| row.clone()).collect();
+    let seen = |figure: &'static str, error: Measure| Asked::new(figure, each(scores, &rows, error));
     vec![
+        seen(
+            "two radars, drone without transponder: error / one radar's, in slots where both see it",
+            |seeds, of| seeds.ratio(of.unequipped, RADAR.unequipped, SEVERAL_RADARS),
+        )
+        .why(
+            "tracks of both that are not yet taken for one aircraft: their offset is more than three \
+             sigma, or one of the radars takes the drone for a bird.",
+        )
+        .required(AtMost(0.40))
+        .ambition(AtMost(0.25)),
+        seen("the same, in slots where one of them sees it", |seeds, of| {
+            seeds.ratio(of.unequipped, RADAR.unequipped, ONE_RADAR)
+        }),
         Asked::new(
             "two radars, drone without transponder: error / one radar's, each seeing it most of the time",
             against(scores, std::slice::from_ref(steady), error),
         )
-        .why("where one of the radars has walked off, or follows another drone nearby.")
+        .why(
+            "over all slots: in a third of them one radar alone sees the drone, or none, and in one of \
+             eight one of the two has walked off.",
+        )
         .required(AtMost(0.40))
         .ambition(AtMost(0.25)),
         Asked::new(
             "two radars, drone without transponder: error / one radar's, each seeing it half of the time",
             against(scores, std::slice::from_ref(patchy), error),
         )
-        .why("both see it a quarter of the time; the rest is one radar's alone.")
+        .why("over all slots: both see it in one of six, the rest is one radar's alone.")
         .required(AtMost(0.40))
         .ambition(AtMost(0.25)),
         Asked::new(
@@ -312,8 +329,8 @@ fn radars(scores: &[Scores]) -> Vec<Asked> {
             each(scores, &rows, |seeds, of| seeds.of_group(of.all, TWO_NUMBERS)),
         )
         .why(
-            "a track that walks off its drone for up to 10 s becomes a second one where the other \
-             radar goes on to see the drone.",
+            "two tracks whose offset is more than three sigma, mostly in turns, are two aircraft until it \
+             is less; where drones fly within 100 m of each other one may hold the other's track.",
         )
         .required(AtMost(0.5))
         .ambition(AtMost(0.0)),

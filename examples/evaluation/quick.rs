@@ -8,7 +8,7 @@ use crate::summary::{Mean, Seeds};
 use crate::variants::VARIANTS;
 
 /// Heads and widths of the columns behind the row's name.
-const COLUMNS: [(&str, usize); 22] = [
+const COLUMNS: [(&str, usize); 24] = [
     ("covered/T", 9),
     ("gap/radar", 9),
     ("gap50 %", 7),
@@ -31,6 +31,8 @@ const COLUMNS: [(&str, usize); 22] = [
     ("turning", 7),
     ("off", 7),
     ("err m", 6),
+    ("radars", 6),
+    ("one", 5),
 ];
 
 /// The table, of the rows that were flown.
@@ -84,5 +86,7 @@ fn cells(seeds: &Seeds<'_>) -> Vec<String> {
         nees(us.each_unequipped, NEES_TURNING),
         nees(us.each_unequipped, NEES_WALKED_OFF),
         of(us.unequipped, EPOS, 1),
+        ratio(us.unequipped, RADAR.unequipped, SEVERAL_RADARS),
+        ratio(us.unequipped, RADAR.unequipped, ONE_RADAR),
     ]
 }

@@ -58,6 +58,7 @@ pub fn evaluate(
     let inputs = alone.as_ref().map(|(radar, transponder)| Inputs {
         covered: Inputs::slots(transponder, drones.len(), |_| true),
         detected: Inputs::slots(radar, drones.len(), |plot| !plot.seduced),
+        radars: Inputs::radars(radar, drones.len()),
         equipped: drones.iter().map(|drone| drone.equipped == Some(true)).collect(),
     });
     let scored = |judged: &[Judged<'_>], kind: Kind| {

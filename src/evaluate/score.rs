@@ -81,6 +81,13 @@ impl Of<'_> {
             let is_covered = |judged: &Judged<'_>| scene.inputs?.is_covered(judged.drone?, judged.slot);
             scene.points(group).filter(move |judged| is_covered(judged) == Some(wanted))
         };
+        let where_seen = |is_wanted: fn(usize) -> bool| {
+            let radars = |judged: &Judged<'_>| {
+                let radars = &scene.inputs?.radars[judged.drone?];
+                Some(radars.get(&judged.slot).copied().unwrap_or(0))
+            };
+            scene.points(group).filter(move |judged| radars(judged).is_some_and(is_wanted))
+        };
         let in_state = |state| {
             let points = scene.points(group).filter(move |judged| judged.state == Some(state));
             nees::mean(points)
@@ -102,6 +109,8 @@ impl Of<'_> {
             eposv: statistics(all_errors().filter_map(|error| error.vertical_m())),
             epos_covered: distances(&mut where_covered(true)),
             epos_gap: distances(&mut where_covered(false)),
+            epos_one_radar: distances(&mut where_seen(|radars| radars == 1)),
+            epos_radars: distances(&mut where_seen(|radars| radars > 1)),
             nees: nees::mean(scene.points(group)),
             nees_covered: nees::mean(where_covered(true)),
             nees_gap: nees::mean(where_covered(false)),

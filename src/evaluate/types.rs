@@ -221,6 +221,12 @@ pub struct Score {
     /// Position error in the other slots of an equipped drone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub epos_gap: Option<ErrorStatistics>,
+    /// Position error in slots where one radar alone has a plot of the drone, of a track that is not seduced.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub epos_one_radar: Option<ErrorStatistics>,
+    /// Position error in slots where several radars have one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub epos_radars: Option<ErrorStatistics>,
     /// Consistency of the stated covariances, over all points that state one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nees: Option<Nees>,

@@ -1,6 +1,6 @@
 //! The points of one stream by drone, and the slots in which each input has the drone.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::evaluate::counted::Counted;
 use crate::evaluate::judged::Judged;
@@ -23,6 +23,8 @@ pub(in crate::evaluate) struct Inputs {
     pub(in crate::evaluate) covered: Vec<BTreeSet<Slot>>,
     /// Per drone: slots with a plot of it whose track is not seduced.
     pub(in crate::evaluate) detected: Vec<BTreeSet<Slot>>,
+    /// Per drone: how many radars have a plot of it whose track is not seduced, in the slots where any has.
+    pub(in crate::evaluate) radars: Vec<BTreeMap<Slot, usize>>,
     /// Per drone: whether it carries a transponder.
     pub(in crate::evaluate) equipped: Vec<bool>,
 }
@@ -70,6 +72,19 @@ impl Inputs {
             }
         }
         slots
+    }
+
+    /// Per drone, how many radars have a plot of it in a slot whose track is not seduced.
+    pub(in crate::evaluate) fn radars(plots: &[Judged<'_>], drones: usize) -> Vec<BTreeMap<Slot, usize>> {
+        let mut seeing: BTreeSet<(usize, Slot, Option<&str>)> = BTreeSet::new();
+        for plot in plots.iter().filter(|plot| !plot.seduced) {
+            seeing.extend(plot.drone.map(|drone| (drone, plot.slot, plot.point.sensor.as_deref())));
+        }
+        let mut radars = vec![BTreeMap::new(); drones];
+        for (drone, slot, _) in seeing {
+            *radars[drone].entry(slot).or_default() += 1;
+        }
+        radars
     }
 
     /// Whether the drone's transponder interpolates in the slot; `None` for a drone that carries none.
