@@ -92,3 +92,46 @@ impl Inputs {
         self.equipped[drone].then(|| self.covered[drone].contains(&slot))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluate::{OutputPoint, Place, PointSource};
+    use fusion::time::Time;
+
+    #[test]
+    fn radars_count_once_a_slot_and_only_while_they_follow_the_drone() {
+        let plot = |sensor: &str| OutputPoint {
+            time: Time::default(),
+            place: Place { latitude_deg: 0.0, longitude_deg: 0.0, altitude_amsl_m: None },
+            source: PointSource::Radar,
+            number: 1,
+            radar_track: Some(1),
+            sensor: Some(sensor.to_owned()),
+            transponder: None,
+            covariance: None,
+        };
+        let (east, west) = (plot("east"), plot("west"));
+        let judged = |point, slot, drone, seduced| Judged {
+            point,
+            slot: Slot(slot),
+            drone,
+            truth: None,
+            error: None,
+            paired: None,
+            seduced,
+            state: None,
+        };
+        let plots = [
+            judged(&east, 0, Some(1), false),
+            judged(&east, 0, Some(1), false),
+            judged(&west, 0, Some(1), false),
+            judged(&east, 1, Some(1), false),
+            judged(&west, 1, Some(1), true),
+            judged(&west, 2, Some(1), true),
+            judged(&west, 0, None, false),
+        ];
+        let radars = Inputs::radars(&plots, 2);
+        assert_eq!(radars, [BTreeMap::new(), BTreeMap::from([(Slot(0), 2), (Slot(1), 1)])]);
+    }
+}
