@@ -39,8 +39,8 @@ fn reports(slot: i64, errors: &mut ChaCha8Rng) -> Vec<Report> {
             }
         }
         if drone % EQUIPPED != 0 && (slot + i64::from(drone)) % 8 == 0 {
-            let serial: [u8; 12] = format!("{drone:012}").into_bytes().try_into().unwrap();
-            let identity = Identity::new(&serial, None).unwrap();
+            let serial: [u8; 12] = format!("{drone:012}").into_bytes().try_into().expect("twelve digits");
+            let identity = Identity::new(&serial, None).expect("it is not blank");
             reports.push(Report::Fix(Fix::new(SensorIndex(1), identity, time, near(3.0))));
         }
     }
@@ -48,20 +48,20 @@ fn reports(slot: i64, errors: &mut ChaCha8Rng) -> Vec<Report> {
 }
 
 fn fly(threads: usize) -> Vec<Emission> {
-    let threads = NonZeroUsize::new(threads).unwrap();
+    let threads = NonZeroUsize::new(threads).expect("one at least");
     let profile = Profile::Operational(OperationalRules { threads, ..OperationalRules::default() });
     let mut settings = Settings { profile, ..Settings::default() };
     settings.add_radar(Radar::default());
     settings.add_receiver(Receiver { max_new_per_s: 1000, ..Receiver::default() });
     settings
         .add_radar(Radar { frame: RadarFrame::parallel(Enu::new(-3000.0, 4000.0, 0.0)), ..Radar::default() });
-    let mut engine = Engine::new(settings).unwrap();
+    let mut engine = Engine::new(settings).expect("the settings are right");
     let mut errors = ChaCha8Rng::seed_from_u64(1);
     let mut emissions = Vec::new();
     for slot in 0..SLOTS {
         emissions.extend(engine.advance(Time::from_nanos((slot + 1) * SLOT_NS)));
         for report in reports(slot, &mut errors) {
-            engine.handle(report).unwrap();
+            engine.handle(report).expect("it is in time");
         }
     }
     emissions

@@ -81,7 +81,7 @@ fn a_track_that_is_likely_somebodys_waits() {
 #[test]
 fn a_track_ahead_that_could_be_a_known_target_waits() {
     let mut case = Case::new();
-    let target = case.transponder(0, &halves(80.0, 99.0), 0.0);
+    case.transponder(0, &halves(80.0, 99.0), 0.0);
     let [there, elsewhere] = [(1, 0.0), (2, 900.0)]
         .map(|(number, east_m)| case.track((0, number), &halves(101.0, 104.0), east_m, 0.9));
     case.run(|air, _, cycle| air.targets.filter_all(&air.tracklets, cycle));
