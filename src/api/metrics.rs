@@ -258,8 +258,8 @@ impl Metrics {
 
     /// What was learnt of the types of transponders.
     fn types(&mut self, sensors: &[SensorStatus]) {
-        type Part = fn(&LearntType) -> f64;
-        let families: [(&str, &str, &[(&str, Part)]); 2] = [
+        type Part = (&'static str, fn(&LearntType) -> f64);
+        let families: [(&str, &str, &[Part]); 2] = [
             (
                 "learnt_transponder_noise_metres",
                 "White noise of a type of transponders, each axis",
