@@ -22,6 +22,9 @@ pub(super) fn compare(tracklets: &mut Tracklets, targets: &Targets, cycle: &Cycl
         let Some(radar) = settings.radar(tracklet.key.sensor) else { continue };
         let Some(plot) = tracklet.nearest(cycle.centre).copied() else { continue };
         let mut near: Vec<TargetId> = near(&places, &plot, cycle.centre, radar).collect();
+        // What it is taken for is looked at wherever that is.
+        let is_heard = |id: &TargetId| targets.get(*id).is_some_and(|target| place(target).is_some());
+        near.extend(tracklet.target().filter(is_heard).filter(|own| !near.contains(own)));
         near.sort_unstable();
         compared.clear();
         compared.extend(tracklet.pairs().iter().map(|pair| pair.0));

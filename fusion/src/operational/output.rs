@@ -44,7 +44,8 @@ pub(super) fn publish(
         let Some(mut estimate) = target.estimate(centre) else { continue };
         let is_covered = target.on_curve(centre, settings).is_some();
         if !is_covered {
-            estimate.horizontal += Matrix2::identity() * walk_off::of_target(target, tracklets, cycle);
+            let otherwise_m2 = walk_off::of_target(target, tracklets, cycle) + target.doubted_m2(centre);
+            estimate.horizontal += Matrix2::identity() * otherwise_m2;
         }
         // What a sensor sees is published, however badly it is known.
         if !is_covered && plot.is_none() && !is_known(target, &estimate) {
