@@ -17,6 +17,63 @@ pub struct Knot {
     pub position: Vector3<f64>,
 }
 
+/// A curve that is evaluated more often than its knots change: with the slopes at hand.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Curve {
+    knots: Vec<Knot>,
+    /// At each knot; of a single knot none.
+    slopes: Vec<Vector3<f64>>,
+}
+
+impl Curve {
+    /// By time.
+    pub(crate) fn knots(&self) -> &[Knot] {
+        &self.knots
+    }
+
+    /// Puts a knot between those before `index` and the others.
+    pub(crate) fn insert(&mut self, index: usize, knot: Knot) {
+        self.knots.insert(index, knot);
+        self.slopes.insert(index, Vector3::zeros());
+        self.slope_around(index);
+    }
+
+    /// Puts a knot in the place of another one.
+    pub(crate) fn replace(&mut self, index: usize, knot: Knot) {
+        self.knots[index] = knot;
+        self.slope_around(index);
+    }
+
+    /// Forgets the first knots.
+    pub(crate) fn forget(&mut self, count: usize) {
+        if count > 0 {
+            self.knots.drain(..count);
+            self.slopes.drain(..count);
+            self.slope_around(0);
+        }
+    }
+
+    /// Works out the slopes that a change at a knot changes: that at an end rests on the next two knots.
+    fn slope_around(&mut self, index: usize) {
+        let Self { knots, slopes } = self;
+        if knots.len() < 2 {
+            return;
+        }
+        let (first, last) = (index.saturating_sub(2), (index + 2).min(knots.len() - 1));
+        for (index, slope) in slopes.iter_mut().enumerate().take(last + 1).skip(first) {
+            *slope = self::slope(knots, index);
+        }
+    }
+
+    /// The position at `time`, which is between knot `index` and the next.
+    pub(crate) fn between(&self, index: usize, time: Time) -> Vector3<f64> {
+        let (from, to) = (self.knots[index], self.knots[index + 1]);
+        let length_s = to.time.seconds_since(from.time);
+        let (from_slope, to_slope) = (self.slopes[index], self.slopes[index + 1]);
+        Piece { from, to, length_s, from_slope, to_slope }.at(time)
+    }
+}
+
 /// The cubic between two neighbouring knots.
 #[derive(Clone, Copy, Debug)]
 struct Piece {
@@ -63,12 +120,7 @@ pub fn evaluate(knots: &[Knot], time: Time) -> Option<Vector3<f64>> {
     if knots[index].time == time {
         return Some(knots[index].position);
     }
-    (index + 1 < knots.len()).then(|| between(knots, index, time))
-}
-
-/// The position at `time`, which is between knot `index` and the next.
-pub(crate) fn between(knots: &[Knot], index: usize, time: Time) -> Vector3<f64> {
-    Piece::of(knots, index).at(time)
+    (index + 1 < knots.len()).then(|| Piece::of(knots, index).at(time))
 }
 
 /// The derivative at a knot, metres per second, each axis by itself.
@@ -109,4 +161,35 @@ fn end_slope(near: f64, far: f64, d0: Vector3<f64>, d1: Vector3<f64>) -> Vector3
             slope
         }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn a_curve_is_what_its_knots_are_evaluated_to(
+            steps in prop::collection::vec((0..5_u8, 0..40_i64, -50.0..50.0_f64), 1..60),
+        ) {
+            let mut curve = Curve::default();
+            for (step, second, east_m) in steps {
+                let knot = Knot { time: Time::from_nanos(second), position: Vector3::new(east_m, 7.0, -east_m) };
+                match curve.knots().binary_search_by_key(&knot.time, |knot| knot.time) {
+                    _ if step == 0 => curve.forget(curve.knots().len().min(2)),
+                    Ok(index) => curve.replace(index, knot),
+                    Err(index) => curve.insert(index, knot),
+                }
+                let knots = curve.knots();
+                for index in 1..knots.len() {
+                    let time = Time::from_nanos(knots[index - 1].time.nanos().midpoint(knots[index].time.nanos()));
+                    if time > knots[index - 1].time {
+                        prop_assert_eq!(Some(curve.between(index - 1, time)), evaluate(knots, time));
+                    }
+                }
+            }
+        }
+    }
 }

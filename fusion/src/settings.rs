@@ -1,6 +1,7 @@
 //! The settings of an engine: slots, sensors, and the rules of a profile.
 
 use std::collections::BTreeMap;
+use std::num::NonZeroUsize;
 
 use jiff::SignedDuration;
 
@@ -88,6 +89,8 @@ pub struct OperationalRules {
     pub dynamics: Dynamics,
     /// Longest gap between two reports of a transponder across which it is compared with radar tracks (8 s).
     pub max_gap: SignedDuration,
+    /// Threads that share the work of a slot with much traffic (1). What is published is the same with any number.
+    pub threads: NonZeroUsize,
 }
 
 /// A sensor.
@@ -197,7 +200,11 @@ impl Default for ReferenceRules {
 
 impl Default for OperationalRules {
     fn default() -> Self {
-        Self { dynamics: Dynamics::Imm(Models::default()), max_gap: SignedDuration::from_secs(8) }
+        Self {
+            dynamics: Dynamics::Imm(Models::default()),
+            max_gap: SignedDuration::from_secs(8),
+            threads: NonZeroUsize::MIN,
+        }
     }
 }
 

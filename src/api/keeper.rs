@@ -121,7 +121,7 @@ impl Keeper {
             return;
         }
         let head = format!("id: {}\nevent: tracks\ndata: ", self.next_id());
-        let shown = Arc::new(Shown::new(frame, hub, before.as_deref(), &head));
+        let shown = Arc::new(Shown::new(frame, hub, before.as_deref(), head));
         let ended = self.endings.note(shown.time(), shown.usual());
         let time = shown.time();
         self.state.note_slot();

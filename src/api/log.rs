@@ -12,6 +12,8 @@ use super::shown::Shown;
 
 /// Slots that are remembered: 16 s, as in the hub. What happened between them is remembered with them.
 const SLOTS: usize = 64;
+/// Slots of which the JSON is kept: 2 s, by when all but slow readers have it.
+const WRITTEN: usize = 8;
 /// Events that are remembered where no slots come.
 const EVENTS: usize = 512;
 
@@ -61,6 +63,16 @@ pub enum Next {
     Forgotten,
 }
 
+impl Event {
+    /// The slot that it brings.
+    fn slot(&self) -> Option<&Arc<Shown>> {
+        match self {
+            Self::Slot(shown) | Self::Back(shown) => Some(shown),
+            _ => None,
+        }
+    }
+}
+
 impl Default for Log {
     fn default() -> Self {
         Self { memory: Mutex::default(), last: watch::Sender::new(0) }
@@ -76,14 +88,22 @@ impl Log {
     /// Appends an event and wakes the readers that wait.
     pub fn push(&self, event: Event) {
         let mut memory = self.memory();
-        if let Event::Slot(shown) | Event::Back(shown) = &event {
+        if let Some(shown) = event.slot() {
             memory.latest = Some(shown.clone());
             memory.slots += 1;
         }
         memory.events.push_back(event);
         memory.last += 1;
+        memory
+            .events
+            .iter()
+            .rev()
+            .filter_map(Event::slot)
+            .nth(WRITTEN)
+            .into_iter()
+            .for_each(|old| old.forget());
         while memory.slots > SLOTS || memory.events.len() > EVENTS {
-            if let Some(Event::Slot(_) | Event::Back(_)) = memory.events.pop_front() {
+            if memory.events.pop_front().is_some_and(|event| event.slot().is_some()) {
                 memory.slots -= 1;
             }
         }
@@ -113,11 +133,8 @@ impl Log {
     pub fn slots_until(&self, number: u64) -> Vec<Arc<Shown>> {
         let memory = self.memory();
         let newer = usize::try_from(memory.last.saturating_sub(number)).unwrap_or(usize::MAX);
-        let slot = |event: &Event| match event {
-            Event::Slot(shown) | Event::Back(shown) => Some(shown.clone()),
-            _ => None,
-        };
-        memory.events.iter().take(memory.events.len().saturating_sub(newer)).filter_map(slot).collect()
+        let until = memory.events.len().saturating_sub(newer);
+        memory.events.iter().take(until).filter_map(Event::slot).cloned().collect()
     }
 
     /// Told of each new event.

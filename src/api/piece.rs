@@ -4,12 +4,13 @@ use std::sync::{Arc, OnceLock};
 
 use axum::body::Bytes;
 
-use crate::picture::{PictureTrack, TrackJson};
+use crate::json::rounded;
+use crate::picture::{PictureMaker, PictureTrack};
 
 /// Where a track can come from.
 pub const SOURCES: [&str; 3] = ["fused", "radar", "transponder"];
 
-/// A track's feature, and what filters ask of it.
+/// A track of a slot, and what filters ask of it.
 #[derive(Clone, Debug)]
 pub struct Piece {
     /// Index in the picture.
@@ -32,30 +33,26 @@ pub struct Piece {
     pub(super) transponder: Option<usize>,
     /// Whether it differs from the slot before.
     pub is_new: bool,
-    /// The GeoJSON feature, without competitors.
-    pub(super) feature: Bytes,
-    /// With them, once somebody has asked for them.
+    /// The GeoJSON feature with competitors, once somebody has asked for them.
     pub(super) full: OnceLock<Bytes>,
 }
 
 impl Piece {
-    /// Of a track of the picture, at that index, with its JSON; the feature is still to come. Filters compare what readers
-    /// see: the rounded values.
-    pub(super) fn new(index: usize, track: &PictureTrack, json: &TrackJson<'_>, is_new: bool) -> Self {
+    /// Of a track of the picture, which `maker` made, at that index. Filters compare what readers see: the rounded values.
+    pub(super) fn new(index: usize, track: &PictureTrack, maker: &PictureMaker, is_new: bool) -> Self {
         let source = &track.point.source;
         Self {
             index,
-            id: json.id().into(),
+            id: maker.track_id(track).into(),
             source: track.source_name(),
-            lng: json.lng(),
-            lat: json.lat(),
-            alt_msl: json.alt_msl(),
+            lng: rounded(track.position.longitude_deg(), 9),
+            lat: rounded(track.position.latitude_deg(), 9),
+            alt_msl: track.altitude_amsl_m.map(|metres| rounded(metres, 3)),
             height_m: track.altitude_amsl_m.map(|_| track.position.height_m),
             unmeasured_accuracy_m: track.unmeasured_accuracy_m(),
             radar: source.radar().map(|radar| usize::from(radar.track.sensor.0)),
             transponder: source.transponder().map(|part| usize::from(part.sensor.0)),
             is_new,
-            feature: Bytes::new(),
             full: OnceLock::new(),
         }
     }

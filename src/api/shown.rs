@@ -1,7 +1,8 @@
 //! A slot as readers get it: its JSON is made once, and everybody's answer is that or pieces of it.
 
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::ops::Range;
+use std::sync::{Arc, PoisonError, RwLock};
 
 use axum::body::Bytes;
 use schemars::JsonSchema;
@@ -15,11 +16,11 @@ use super::trails::Trail;
 use crate::config::Config;
 use crate::json::rounded;
 use crate::live::{Hub, PublishedPicture};
-use crate::picture::{MAX_ACCURACY_M, PictureMaker, PictureTrack, Rfc3339, TrackJson};
+use crate::picture::{PictureMaker, PictureTrack, Rfc3339, TrackJson};
 use fusion::time::Time;
 
-/// A published slot with its JSON.
-#[derive(Clone, Debug)]
+/// A published slot, and its JSON for as long as most readers ask for it.
+#[derive(Debug)]
 pub struct Shown {
     /// As the engine put it out.
     pub frame: Arc<PublishedPicture>,
@@ -27,11 +28,20 @@ pub struct Shown {
     pub pieces: Vec<Piece>,
     config: Arc<Config>,
     maker: Arc<PictureMaker>,
-    /// How many the features of all its tracks take.
-    octets: usize,
-    /// The feature collection of what readers get who ask for nothing else, and the event of what is new in it: parts of
-    /// the octets in which the features stand, where all of it is new.
+    /// The lines with which its event begins.
+    event_head: String,
+    written: RwLock<Option<Written>>,
+}
+
+/// The JSON of a slot. All of it is in the same octets, unless something is not new.
+#[derive(Clone, Debug)]
+struct Written {
+    octets: Bytes,
+    /// Where the feature of each track of the picture stands in them, without competitors.
+    features: Arc<[Range<usize>]>,
+    /// The feature collection of what readers get who ask for nothing else.
     collection: Payload,
+    /// The event of what is new in that.
     event: Payload,
 }
 
@@ -75,8 +85,7 @@ pub struct TrackProperties<'a> {
 
 impl Shown {
     /// Writes the JSON of a slot, and its event, which begins with these lines, with what is new since the slot before.
-    pub fn new(frame: &Arc<PublishedPicture>, hub: &Hub, before: Option<&Self>, event_head: &str) -> Self {
-        let (maker, config) = (&hub.maker, &hub.config);
+    pub fn new(frame: &Arc<PublishedPicture>, hub: &Hub, before: Option<&Self>, event_head: String) -> Self {
         // A place that is no number has no place on a map; the engine gives none, and none is passed on.
         let placed = |(_, track): &(usize, &PictureTrack)| {
             track.position.latitude_deg().is_finite() && track.position.longitude_deg().is_finite()
@@ -84,65 +93,83 @@ impl Shown {
         let tracks: Vec<(usize, &PictureTrack)> =
             frame.picture.tracks.iter().enumerate().filter(placed).collect();
         let known = Known::of(before, &tracks);
-        // One allocation as a rule, and nothing of it unused for as long as the slot is remembered.
-        let mut out = Vec::with_capacity(before.map_or(0, |before| before.octets + before.octets / 8));
-        out.extend_from_slice(event_head.as_bytes());
-        let start = out.len();
-        let usual = |track: &PictureTrack| track.is_within(MAX_ACCURACY_M);
-        let count = tracks.iter().filter(|(_, track)| usual(track)).count();
-        write_head(&mut out, Some(frame), config, count, count);
-        let mut written = Vec::with_capacity(tracks.len());
-        let mut write = |out: &mut Vec<u8>, index: usize, track: &PictureTrack| {
-            let json = TrackJson::lean(track, maker);
-            let from = out.len();
-            write_feature(out, frame, &json, track.time, None);
-            written.push((Piece::new(index, track, &json, !known.has(track)), from..out.len()));
+        let piece = |&(index, track): &(usize, &PictureTrack)| {
+            Piece::new(index, track, &hub.maker, !known.has(track))
         };
-        let mut is_first = true;
-        for &(index, track) in tracks.iter().filter(|(_, track)| usual(track)) {
-            if !std::mem::take(&mut is_first) {
+        let shown = Self {
+            frame: frame.clone(),
+            pieces: tracks.iter().map(piece).collect(),
+            config: hub.config.clone(),
+            maker: hub.maker.clone(),
+            event_head,
+            written: RwLock::default(),
+        };
+        shown.write_all();
+        shown
+    }
+
+    /// Forgets its JSON; who still asks has it written once more.
+    pub fn forget(&self) {
+        *self.written.write().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+
+    fn written(&self) -> Written {
+        let written = self.written.read().unwrap_or_else(PoisonError::into_inner).clone();
+        written.unwrap_or_else(|| self.write_all())
+    }
+
+    fn write_all(&self) -> Written {
+        let usual = self.usual().count();
+        let mut out = Vec::with_capacity(512 + FEATURE * self.pieces.len());
+        out.extend_from_slice(self.event_head.as_bytes());
+        let start = out.len();
+        write_head(&mut out, Some(&self.frame), &self.config, usual, usual);
+        let mut features = vec![0..0; self.frame.picture.tracks.len()];
+        let mut write = |out: &mut Vec<u8>, piece: &Piece| {
+            let (track, from) = (self.track(piece), out.len());
+            write_feature(out, &self.frame, &TrackJson::lean(track, &self.maker), track.time, None);
+            features[piece.index] = from..out.len();
+        };
+        for (index, piece) in self.usual().enumerate() {
+            if index > 0 {
                 out.push(b',');
             }
-            write(&mut out, index, track);
+            write(&mut out, piece);
         }
         out.extend_from_slice(b"]}");
         let collection = start..out.len();
         out.extend_from_slice(b"\n\n");
         let event = 0..out.len();
-        // What only those get who ask for it stands behind.
-        for &(index, track) in tracks.iter().filter(|(_, track)| !usual(track)) {
-            write(&mut out, index, track);
-        }
+        // Behind it what only those get who ask for it.
+        let filter = Filter::default();
+        self.pieces.iter().filter(|piece| !filter.wants(piece)).for_each(|piece| write(&mut out, piece));
         out.shrink_to_fit();
         let octets = Bytes::from(out);
-        written.sort_unstable_by_key(|(piece, _)| piece.index);
-        let mut shown = Self {
-            frame: frame.clone(),
-            octets: octets.len(),
-            pieces: written
-                .into_iter()
-                .map(|(piece, place)| Piece { feature: octets.slice(place), ..piece })
-                .collect(),
-            config: config.clone(),
-            maker: maker.clone(),
-            event: octets.slice(event).into(),
+        let mut written = Written {
+            features: features.into(),
             collection: octets.slice(collection).into(),
+            event: octets.slice(event).into(),
+            octets,
         };
-        if shown.usual().any(|piece| !piece.is_new) {
-            let changes = shown.changes(&Filter::default());
-            shown.event = [event_head.as_bytes(), &changes, b"\n\n"].concat().into();
+        let keep = |written: &Written| {
+            *self.written.write().unwrap_or_else(PoisonError::into_inner) = Some(written.clone());
+        };
+        keep(&written);
+        if self.usual().any(|piece| !piece.is_new) {
+            written.event = [self.event_head.as_bytes(), &self.changes(&filter), b"\n\n"].concat().into();
+            keep(&written);
         }
-        shown
+        written
     }
 
     /// The `tracks` event of what is new in it.
     pub fn event(&self) -> Payload {
-        self.event.clone()
+        self.written().event
     }
 
     /// The feature collection of what a filter lets through.
     pub fn filtered(&self, filter: &Filter) -> Payload {
-        if filter.is_default() { self.collection.clone() } else { self.join(self.all(), filter).into() }
+        if filter.is_default() { self.written().collection } else { self.join(self.all(), filter).into() }
     }
 
     /// What readers get who ask for nothing else.
@@ -164,15 +191,17 @@ impl Shown {
     /// The GeoJSON feature of a piece of this slot, with competitors or without.
     pub fn feature(&self, piece: &Piece, competitors: bool) -> Bytes {
         let track = self.track(piece);
-        if !competitors || track.point.competitors.is_empty() {
-            return piece.feature.clone();
-        }
-        let full = piece.full.get_or_init(|| {
-            let mut out = Vec::with_capacity(2 * piece.feature.len());
-            write_feature(&mut out, &self.frame, &TrackJson::new(track, &self.maker), track.time, None);
+        let write = |json: &TrackJson<'_>| {
+            let mut out = Vec::new();
+            write_feature(&mut out, &self.frame, json, track.time, None);
             out.into()
-        });
-        full.clone()
+        };
+        if competitors && !track.point.competitors.is_empty() {
+            return piece.full.get_or_init(|| write(&TrackJson::new(track, &self.maker))).clone();
+        }
+        let written = self.written.read().unwrap_or_else(PoisonError::into_inner);
+        let slice = |written: &Written| written.octets.slice(written.features[piece.index].clone());
+        written.as_ref().map_or_else(|| write(&TrackJson::lean(track, &self.maker)), slice)
     }
 
     /// The feature collection of what a filter lets through and is new.
@@ -205,9 +234,7 @@ impl Shown {
     ) -> Bytes {
         let wanted: Vec<(&Self, &Piece)> = pieces.filter(|(_, piece)| filter.wants(piece)).collect();
         let returned = &wanted[..wanted.len().min(filter.limit())];
-        let mut out = Vec::with_capacity(
-            512 + returned.iter().map(|(_, piece)| piece.feature.len() + 1).sum::<usize>(),
-        );
+        let mut out = Vec::with_capacity(512 + FEATURE * returned.len());
         write_head(&mut out, Some(&self.frame), &self.config, wanted.len(), returned.len());
         for (index, (shown, piece)) in returned.iter().enumerate() {
             if index > 0 {
@@ -234,6 +261,9 @@ impl Shown {
         latency_s(&self.frame, &self.config)
     }
 }
+
+/// Octets of a feature, about.
+const FEATURE: usize = 1024;
 
 /// The tracks of the slot before, where any of them could be as it was. By then a track that says its time anew is new.
 struct Known<'a>(HashMap<(&'static str, u32), Vec<&'a PictureTrack>>);
@@ -307,4 +337,68 @@ fn write_feature(
 fn append(out: &mut Vec<u8>, value: &impl Serialize) {
     serde_json::to_writer(out, value)
         .expect("texts, numbers and lists are written to memory without failing");
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::areas::Masks;
+    use crate::capture::{Capture, Merged};
+    use crate::config::Profile;
+    use crate::pipeline::Pipeline;
+    use fusion::point::Basis;
+
+    /// The slots of the demo, the latest last.
+    fn slots() -> (Vec<Arc<PublishedPicture>>, Hub) {
+        let site = include_str!("../../testdata/demo/site.toml");
+        let mut config = Config::parse(site, "site.toml", std::iter::empty()).unwrap();
+        config.fusion.profile = Profile::Operational;
+        let config = Arc::new(config);
+        let mut pipeline = Pipeline::new(&config, Masks::default());
+        let maker = Arc::new(PictureMaker::new(&config, pipeline.normaliser()));
+        let capture = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/demo/capture.pcap");
+        let receptions = Merged::new(vec![Capture::open(&capture).unwrap()], jiff::civil::Date::default());
+        let mut slots = Vec::new();
+        for reception in receptions {
+            pipeline.receive(&reception.unwrap());
+            slots.extend(pipeline.emissions().map(|emission| {
+                let mut picture = maker.picture(emission);
+                // Every third is known too poorly for who asks for nothing else.
+                for motion in picture.tracks.iter_mut().step_by(3).filter_map(|track| track.motion.as_mut()) {
+                    (motion.basis, motion.accuracy_h_m) = (Basis::Extrapolated, 500.0);
+                }
+                Arc::new(PublishedPicture { seq: 1, due: picture.time, published_at: picture.time, picture })
+            }));
+        }
+        let (_, hub) = Hub::new(config, maker, Time::default());
+        (slots, hub)
+    }
+
+    #[test]
+    fn what_is_forgotten_is_written_once_more_as_it_was() {
+        let (slots, hub) = slots();
+        let mut before: Option<Shown> = None;
+        let mut unusual = 0;
+        for frame in &slots {
+            let shown = Shown::new(frame, &hub, before.as_ref(), format!("id: {}\ndata: ", frame.seq));
+            let all = |shown: &Shown| {
+                let features: Vec<Bytes> =
+                    shown.pieces.iter().map(|piece| shown.feature(piece, false)).collect();
+                (features, shown.filtered(&Filter::default()).plain(), shown.event().plain())
+            };
+            let (features, collection, event) = all(&shown);
+            shown.forget();
+            let again: Vec<Bytes> = shown.pieces.iter().map(|piece| shown.feature(piece, false)).collect();
+            assert_eq!(again, features, "one by one");
+            assert_eq!(all(&shown), (features, collection.clone(), event.clone()));
+            assert_eq!(collection, shown.join(shown.all(), &Filter::default()));
+            let changes = shown.changes(&Filter::default());
+            assert_eq!(event, [shown.event_head.as_bytes(), &changes, b"\n\n"].concat());
+            unusual += shown.pieces.len() - shown.usual().count();
+            before = Some(shown);
+        }
+        assert!(slots.len() > 100 && unusual > 0, "{unusual} of {} slots", slots.len());
+    }
 }

@@ -60,6 +60,9 @@ section! {
             number("a time is between 0 and 86400 seconds", |s| (0.0..=86_400.0).contains(&s));
         /// Time before and after an association in which the transponder alone is held back, seconds; at most `window_s`.
         suppress_slots as "suppress_s": u32 = 16, whole_slots();
+        /// Threads that share the work of a slot; 0: as many as the machine runs at once. What is published is the same with any
+        /// number. Not used by the `reference` profile.
+        threads: u32 = 0, whole("threads is a whole number from 0, all there are, to 64", 0..=64);
         /// Transponder number of each serial (I129/040, trimmed). Other serials get free numbers.
         transponder_numbers: BTreeMap<String, u32> = BTreeMap::new(), numbers();
     } by hand {}

@@ -28,8 +28,8 @@ const SIZES: TableDefinition<'_, u8, u64> = TableDefinition::new("sizes");
 
 /// Cost of a place in a trail besides its octets: its key's time, and the database's own bookkeeping.
 const OVERHEAD: u64 = 24;
-/// Cache of the database, octets; by default it takes up to a gigabyte.
-const CACHE: usize = 16 << 20;
+/// Cache of the database, octets: the system caches the file as well. By default it takes up to a gigabyte.
+const CACHE: usize = 4 << 20;
 /// Pictures removed in one transaction.
 const BATCH: usize = 256;
 

@@ -30,19 +30,18 @@ fn text(time: Time) -> [u8; 24] {
     let milliseconds = time.since_midnight() / 1_000_000;
     let seconds = milliseconds / 1000;
     let mut text = *b"0000-00-00T00:00:00.000Z";
-    for (end, number) in [
-        (4, year),
-        (7, month),
-        (10, day),
-        (13, seconds / 3600),
-        (16, seconds / 60 % 60),
-        (19, seconds % 60),
-        (23, milliseconds % 1000),
+    for (place, number) in [
+        (0..4, year),
+        (5..7, month),
+        (8..10, day),
+        (11..13, seconds / 3600),
+        (14..16, seconds / 60 % 60),
+        (17..19, seconds % 60),
+        (20..23, milliseconds % 1000),
     ] {
-        let digits = text[..end].iter_mut().rev().take_while(|place| **place == b'0');
         let mut left = number;
-        for digit in digits {
-            *digit += (left % 10) as u8;
+        for digit in text[place].iter_mut().rev() {
+            *digit = b'0' + (left % 10) as u8;
             left /= 10;
         }
     }

@@ -250,11 +250,6 @@ impl TrackJson<'_> {
         self.lat
     }
 
-    /// Height above mean sea level, metres, where it was measured.
-    pub fn alt_msl(&self) -> Option<f64> {
-        self.alt_msl
-    }
-
     /// Height above the ellipsoid, metres, where it was measured.
     pub fn alt(&self) -> Option<f64> {
         self.alt

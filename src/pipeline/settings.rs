@@ -1,5 +1,8 @@
 //! What the engine is told once, from the configuration.
 
+use std::num::NonZeroUsize;
+use std::thread;
+
 use crate::config::{self, Config, Motion, Registration, SensorKind};
 use crate::normalise::Normaliser;
 use fusion::frames::{Geodetic, RadarFrame};
@@ -54,7 +57,13 @@ fn operational(fusion: &config::Fusion) -> OperationalRules {
         Motion::Imm => Dynamics::Imm(Models::default()),
         Motion::Singer => Dynamics::Singer(Singer::default()),
     };
-    OperationalRules { dynamics, ..OperationalRules::default() }
+    OperationalRules { dynamics, threads: threads(fusion.threads), ..OperationalRules::default() }
+}
+
+/// How many threads share the work of a slot: as configured, or as many as there are.
+fn threads(configured: u32) -> NonZeroUsize {
+    let all = || thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    NonZeroUsize::new(configured as usize).unwrap_or_else(all)
 }
 
 /// What a sensor's data sheet says.

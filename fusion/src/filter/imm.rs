@@ -31,6 +31,7 @@ impl<const D: usize, const M: usize> Mixture<D, M> {
 
     /// Prediction with each model's motion; `switch`: the probability of each to have become another one meanwhile. Also
     /// the bridge of the combined Gaussian, which is `before` now.
+    #[inline]
     pub(super) fn predicted(
         &self,
         before: &Gaussian<D>,

@@ -84,11 +84,13 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
     }
 
     /// The same `dt` seconds later, without a measurement.
+    #[inline]
     pub(super) fn moved_to(&self, dt: f64, models: &impl Moves<P, M, H>) -> Self {
         self.moved(dt, &self.changes(dt), models).0
     }
 
     /// The bridges to here from where the next measurement is.
+    #[inline]
     pub(super) fn bridges(&self, next: &Measurement, dt: f64, models: &impl Moves<P, M, H>) -> Bridges<P, H> {
         self.ahead_to(next, dt, models).1
     }
@@ -124,6 +126,7 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
     }
 
     /// The state where the next measurement is; of its radar track, if it is another one, the bias begins there.
+    #[inline]
     fn ahead_to(&self, next: &Measurement, dt: f64, models: &impl Moves<P, M, H>) -> (Self, Bridges<P, H>) {
         let mut changes = self.changes(dt);
         let mut held = self.held;
@@ -137,6 +140,7 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
         (Self { held, ..state }, bridges)
     }
 
+    #[inline]
     fn moved(
         &self,
         dt: f64,

@@ -10,8 +10,8 @@
 //! The order counts. A target that a track of this radar has just been found to be is seen again, so no track ahead may
 //! claim it; and what one radar has found, begun or ahead, is no longer missing to the next radar.
 
-use std::cell::OnceCell;
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
 use super::correlation::Decided;
 use super::cycle::{Cycle, LATEST};
@@ -21,6 +21,7 @@ use super::likelihood::PairLikelihood;
 use super::mutual;
 use super::reacquisition::{self, Measured, Unseen};
 use super::settings::{Radar, periods};
+use super::shared;
 use super::targets::{Target, Targets};
 use super::tracklets::{Tracklet, Tracklets};
 use super::tuning::{
@@ -87,14 +88,14 @@ struct RadarTracks<'a> {
 /// A target that no transponder tells of in this slot. Where it must be is worked out once, and only where that is asked.
 struct Silent {
     target: TargetId,
-    expected: OnceCell<Option<StateEstimate>>,
+    expected: OnceLock<Option<StateEstimate>>,
 }
 
 impl Silent {
     /// All of them, by target.
     fn all(targets: &Targets, cycle: &Cycle) -> Vec<Self> {
         let silent = targets.iter().filter(|target| target.on_curve(cycle.centre, cycle.settings).is_none());
-        silent.map(|target| Self { target: target.id(), expected: OnceCell::new() }).collect()
+        silent.map(|target| Self { target: target.id(), expected: OnceLock::new() }).collect()
     }
 }
 
@@ -135,12 +136,16 @@ impl RadarTracks<'_> {
     /// The tracks that have begun, and have a plot now or had one lately.
     fn assign_begun(&self) -> Assignment {
         let cycle = self.cycle;
-        let lasting = periods(TRACK_LASTS_PERIODS, self.radar.period_s).max(cycle.end - cycle.begin);
-        let lasts =
-            |tracklet: &&Tracklet| tracklet.first() < cycle.end && cycle.centre - tracklet.last() <= lasting;
+        let lasts_for = periods(TRACK_LASTS_PERIODS, self.radar.period_s).max(cycle.end - cycle.begin);
+        let lasts = |tracklet: &&Tracklet| {
+            tracklet.first() < cycle.end && cycle.centre - tracklet.last() <= lasts_for
+        };
         let unseen = self.unseen();
+        let lasting: Vec<&Tracklet> = self.tracklets().filter(lasts).collect();
+        let threads = cycle.settings.threads;
+        let scores = shared::map(threads, &lasting, |tracklet| self.scores(tracklet, &unseen));
         let mut problem = Problem::default();
-        for tracklet in self.tracklets().filter(lasts) {
+        for (tracklet, scores) in lasting.into_iter().zip(scores) {
             let candidate = |score: Score| {
                 let (least, bonus) = match tracklet.target() == Some(score.target) {
                     true => (DISSOCIATE_LLR, HYSTERESIS_LLR),
@@ -149,7 +154,6 @@ impl RadarTracks<'_> {
                 let is_free = self.decided.leaves(tracklet, score.target);
                 (is_free && score.llr > least).then_some((score.target, DISSOCIATE_LLR - bonus - score.llr))
             };
-            let scores = self.scores(tracklet, &unseen);
             let finds = scores.iter().filter(|score| matches!(score.by, Evidence::Place));
             problem.doubt(self.doubts(tracklet, finds.map(|score| (score.target, score.llr)).collect()));
             problem.add(tracklet.id, scores.into_iter().filter_map(candidate));

@@ -5,8 +5,9 @@ use super::ids::TargetId;
 use super::mutual;
 use super::places::Places;
 use super::settings::Radar;
+use super::shared;
 use super::targets::{Target, Targets};
-use super::tracklets::Tracklets;
+use super::tracklets::{Tracklet, Tracklets};
 use super::tuning::{COMPARE_WITHIN_S, DRONE_SPEED_MAX_M_S, GATE_M, GATE_SIGMAS};
 use crate::filter::LineOfSight;
 use crate::report::Plot;
@@ -17,28 +18,50 @@ pub(super) fn compare(tracklets: &mut Tracklets, targets: &Targets, cycle: &Cycl
     let settings = cycle.settings;
     let place = |target: &Target| Some((target.on_curve(cycle.centre, settings)?.position, target.id()));
     let places = Places::of(targets.iter().filter_map(place));
-    let mut compared: Vec<TargetId> = Vec::new();
-    for tracklet in tracklets.iter_mut() {
-        let Some(radar) = settings.radar(tracklet.key.sensor) else { continue };
-        let Some(plot) = tracklet.nearest(cycle.centre).copied() else { continue };
-        let mut near: Vec<TargetId> = near(&places, &plot, cycle.centre, radar).collect();
-        // What it is taken for is looked at wherever that is.
-        let is_heard = |id: &TargetId| targets.get(*id).is_some_and(|target| place(target).is_some());
-        near.extend(tracklet.target().filter(is_heard).filter(|own| !near.contains(own)));
-        near.sort_unstable();
-        compared.clear();
-        compared.extend(tracklet.pairs().iter().map(|pair| pair.0));
-        compared.extend(&near);
-        compared.sort_unstable();
-        compared.dedup();
-        for &id in &compared {
-            if let Some(transponder) = targets.get(id).and_then(Target::transponder) {
-                tracklet.compare(id, transponder, (cycle.previous, cycle.centre), radar, settings);
-            }
-        }
-        tracklet.end_pairs(&near, cycle.centre);
-    }
+    shared::on_parts(settings.threads, tracklets.as_mut_slice(), |tracklets| {
+        let mut room = Room::default();
+        tracklets.iter_mut().for_each(|tracklet| compare_one(tracklet, targets, &places, cycle, &mut room));
+    });
     mutual::compare(tracklets, targets, cycle);
+}
+
+/// Lists that are used again for each radar track.
+#[derive(Default)]
+struct Room {
+    near: Vec<TargetId>,
+    compared: Vec<TargetId>,
+}
+
+fn compare_one(
+    tracklet: &mut Tracklet,
+    targets: &Targets,
+    places: &Places<TargetId>,
+    cycle: &Cycle,
+    Room { near, compared }: &mut Room,
+) {
+    let Cycle { previous, centre, settings, .. } = *cycle;
+    let Some(radar) = settings.radar(tracklet.key.sensor) else { return };
+    let Some(plot) = tracklet.nearest(centre).copied() else { return };
+    near.clear();
+    near.extend(self::near(places, &plot, centre, radar));
+    // What it is taken for is looked at wherever that is.
+    let is_heard =
+        |id: &TargetId| targets.get(*id).is_some_and(|own| own.on_curve(centre, settings).is_some());
+    if let Some(own) = tracklet.target().filter(|own| !near.contains(own)).filter(is_heard) {
+        near.push(own);
+    }
+    near.sort_unstable();
+    compared.clear();
+    compared.extend(tracklet.pairs().iter().map(|pair| pair.0));
+    compared.extend(&*near);
+    compared.sort_unstable();
+    compared.dedup();
+    for &mut id in compared {
+        if let Some(transponder) = targets.get(id).and_then(Target::transponder) {
+            tracklet.compare(id, transponder, (previous, centre), radar, settings);
+        }
+    }
+    tracklet.end_pairs(near, centre);
 }
 
 /// Gate: those of the targets that the plot could be of. It is long across the line of sight, as the radar's bias is.

@@ -21,15 +21,14 @@ pub(super) struct Existence {
 }
 
 impl Existence {
-    /// With these plots as well, in the order of their time.
-    pub(super) fn with<'a>(mut self, plots: impl Iterator<Item = &'a Plot> + Clone, radar: &Radar) -> Self {
+    /// Takes plots in, in the order of their time.
+    pub(super) fn add<'a>(&mut self, plots: impl Iterator<Item = &'a Plot> + Clone, radar: &Radar) {
         for probability in plots.clone().filter_map(|plot| plot.uav_probability) {
             let period_s = radar.period_s.min(CLASS_PLOT_MAX_S);
             self.class_s = (self.class_s + period_s).min(CLASS_MEMORY_S);
             self.class_mean += (probability - self.class_mean) * period_s / self.class_s;
         }
         plots.for_each(|plot| self.kinematics.add(plot, radar));
-        self
     }
 
     /// What the site's radar tracks make of its class.

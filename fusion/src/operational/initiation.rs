@@ -1,7 +1,7 @@
 //! The pass that makes targets of radar tracks that are nobody's, once they are confirmed as drones.
 
 use super::correlation::Decided;
-use super::cycle::{Cycle, EARLIEST};
+use super::cycle::Cycle;
 use super::ids::{TargetId, TrackletId};
 use super::likelihood::PairLikelihood;
 use super::mutual::{self, Evidence};
@@ -11,6 +11,7 @@ use super::tracklets::{Tracklet, Tracklets};
 use super::tuning::{
     COAST_MAX_S, CONFIRM_LOG_ODDS, INITIATION_HOLD, MUTUAL_APART_LLR, MUTUAL_ASSOCIATE_LLR, NOBODYS_LLR,
 };
+use crate::report::SensorIndex;
 use crate::time::Time;
 
 /// Initiates a target, at once back to its first plot, of each radar track that is confirmed and nobody's.
@@ -34,9 +35,10 @@ pub(super) fn initiate(
         };
         tracklet.target().is_none() && is_track && is_confirmed && is_free()
     };
-    let new: Vec<TrackletId> = tracklets.iter().filter(is_initiated).map(|tracklet| tracklet.id).collect();
-    let mut initiated: Vec<TargetId> = Vec::new();
-    for id in new {
+    let new = tracklets.iter().filter(is_initiated).map(|tracklet| (tracklet.id, tracklet.key.sensor));
+    let new: Vec<(TrackletId, SensorIndex)> = new.collect();
+    let mut initiated: Vec<(SensorIndex, TargetId)> = Vec::new();
+    for (id, sensor) in new {
         // Two radars may begin to see a drone at once.
         let target = match of_other_radar(id, &initiated, tracklets, targets, cycle) {
             Some((target, llr)) if llr > MUTUAL_ASSOCIATE_LLR => target,
@@ -44,27 +46,30 @@ pub(super) fn initiate(
             None => targets.insert_unknown(cycle),
         };
         targets.follow(tracklets, id, Some(target));
-        targets.filter(target, EARLIEST, tracklets, cycle);
-        initiated.push(target);
+        initiated.push((sensor, target));
     }
 }
 
-/// Which of the targets that have just been initiated by tracks of other radars this track could be, and its LLR.
+/// Which of the targets that have just been initiated, each with the radar that did, this track of another one could be, and
+/// its LLR.
 fn of_other_radar(
     id: TrackletId,
-    initiated: &[TargetId],
+    initiated: &[(SensorIndex, TargetId)],
     tracklets: &Tracklets,
     targets: &Targets,
     cycle: &Cycle,
 ) -> Option<(TargetId, f64)> {
     let tracklet = tracklets.get(id)?;
-    let llr = |&target: &TargetId| {
+    let others = initiated.iter().filter(|initiated| initiated.0 != tracklet.key.sensor);
+    let llr = |&(_, target): &(SensorIndex, TargetId)| {
         let followed = || targets.get(target).into_iter().flat_map(|target| target.followed(tracklets));
-        let is_free = followed().all(|other| other.key.sensor != tracklet.key.sensor);
+        if followed().any(|other| other.key.sensor == tracklet.key.sensor) {
+            return None;
+        }
         let llr = followed().find_map(|other| mutual::llr(tracklet, other, cycle.settings))?;
-        (is_free && llr > MUTUAL_APART_LLR).then_some((target, llr))
+        (llr > MUTUAL_APART_LLR).then_some((target, llr))
     };
-    initiated.iter().filter_map(llr).max_by(|a, b| a.1.total_cmp(&b.1))
+    others.filter_map(llr).max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// Whether a track that has begun is not likely to be a transponder's or another radar's, and was not lately.
@@ -102,7 +107,8 @@ fn is_unclaimed(
     cycle: &Cycle,
 ) -> bool {
     let is_apart = |other: &Tracklet| {
-        !could_be(tracklet, other, tracklets, targets, cycle)
+        other.key.sensor == tracklet.key.sensor
+            || !could_be(tracklet, other, tracklets, targets, cycle)
             || !mutual::begins_near(tracklet, other, cycle.settings)
             || mutual::llr(tracklet, other, cycle.settings).is_none_or(|llr| llr < MUTUAL_APART_LLR)
     };

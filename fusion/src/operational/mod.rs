@@ -7,6 +7,7 @@
 mod admission;
 mod aircraft_class;
 mod association;
+mod by_id;
 mod classes;
 mod comparison;
 mod competitors;
@@ -23,6 +24,7 @@ mod places;
 mod reacquisition;
 mod registrations;
 mod settings;
+mod shared;
 mod targets;
 #[cfg(test)]
 mod tests;
@@ -120,7 +122,7 @@ impl Operational {
     /// Corrects the plots that came, and sorts them into tracklets.
     fn sort_plots(&mut self, settings: &Settings) {
         self.plots.sort_by_key(|plot| (plot.time, plot.track));
-        for plot in std::mem::take(&mut self.plots) {
+        for plot in self.plots.drain(..) {
             if let Some(radar) = settings.radar(plot.track.sensor) {
                 let corrected = self.registrations.correct(plot, radar);
                 self.tracklets.insert(corrected, plot.position, radar);
@@ -132,7 +134,7 @@ impl Operational {
     /// Puts the transponder reports that came to the time of their measurement, and sorts them into targets.
     fn sort_fixes(&mut self, settings: &Settings) {
         self.fixes.sort_by_key(|fix| (fix.time, fix.identity));
-        for mut fix in std::mem::take(&mut self.fixes) {
+        for mut fix in self.fixes.drain(..) {
             let Some(receiver) = settings.transponder(fix.sensor) else { continue };
             let delay_s = settings.delay(&fix.transponder_type()).unwrap_or_default().applied_s;
             fix.time = Time::from_nanos(fix.time.nanos() - (delay_s * SECOND as f64).round() as i64);
@@ -152,6 +154,7 @@ impl Operational {
     fn forget(&mut self, cycle: &Cycle) {
         let Cycle { centre, settings, .. } = *cycle;
         self.tracklets.forget_before(centre + -tuning::PLOTS_KEPT);
+        self.tracklets.turn(centre);
         self.registrations.end(&self.tracklets, &mut self.types);
         self.targets.forget_before(centre + -tuning::FIXES_KEPT, centre, &self.tracklets);
         self.tracklets.forget_targets(|&id| self.targets.get(id).is_some());

@@ -5,6 +5,8 @@ use nalgebra::Matrix2;
 use super::competitors::competitors;
 use super::correlation::{Correlations, Verdict};
 use super::cycle::Cycle;
+use super::ids::TargetId;
+use super::shared;
 use super::targets::{Target, Targets};
 use super::tracklets::{Tracklet, Tracklets};
 use super::tuning::{COAST_MAX_S, UNSEEN_SIGMA_MAX_M};
@@ -27,13 +29,12 @@ pub(super) fn publish(
 ) -> Vec<Point> {
     let Cycle { slot, centre, settings, .. } = *cycle;
     let mut competitors = competitors(tracklets, targets, correlations, cycle);
-    let mut points = Vec::new();
+    let mut points = Vec::with_capacity(targets.as_slice().len());
     let mut returned = 0;
-    let ids: Vec<_> = targets.iter().map(Target::id).collect();
-    for id in ids {
+    let known =
+        shared::map(settings.threads, targets.as_slice(), |target| Known::of(target, tracklets, cycle));
+    for Known { id, tracklet, plot, estimate, is_covered, seen } in known {
         let Some(target) = targets.get_mut(id) else { continue };
-        let tracklet = nearest_track(target, tracklets, cycle);
-        let plot = tracklet.filter(|tracklet| tracklet.spans(cycle)).and_then(|own| own.nearest(centre));
         // Where no radar track took part yet, or none lately, the one that is still to begin does.
         let lately = |part: &RadarPart| centre.seconds_since(part.time) <= COAST_MAX_S;
         let ahead =
@@ -41,12 +42,7 @@ pub(super) fn publish(
         if let Some(plot) = plot.or_else(ahead) {
             target.take_part(plot, settings);
         }
-        let Some(mut estimate) = target.estimate(centre) else { continue };
-        let is_covered = target.on_curve(centre, settings).is_some();
-        if !is_covered {
-            let otherwise_m2 = walk_off::of_target(target, tracklets, cycle) + target.doubted_m2(centre);
-            estimate.horizontal += Matrix2::identity() * otherwise_m2;
-        }
+        let Some(estimate) = estimate else { continue };
         // What a sensor sees is published, however badly it is known.
         if !is_covered && plot.is_none() && !is_known(target, &estimate) {
             continue;
@@ -57,7 +53,6 @@ pub(super) fn publish(
         let Some(target) = targets.get(id) else { continue };
         let because = because(target, tracklet, correlations);
         let Some(source) = source(target, plot, because, &estimate, cycle) else { continue };
-        let seen = target.followed(tracklets).filter_map(|tracklet| tracklet.last_before(cycle.end)).max();
         let estimated = estimated(target, &estimate, seen, cycle);
         let Some(number) = targets.number(id, &source, slot) else { continue };
         points.push(Point {
@@ -69,8 +64,45 @@ pub(super) fn publish(
             competitors: competitors.remove(&id).unwrap_or_default(),
         });
     }
-    points.sort_by_key(|point| (point.source.rank(), point.number));
+    // Stable, and each is moved but once.
+    points.sort_by_cached_key(|point| (point.source.rank(), point.number));
     points
+}
+
+/// What is known of a target, whatever is known of others.
+struct Known<'a> {
+    id: TargetId,
+    /// Of its radar tracks the one with the plot nearest to the slot's centre, and that plot where it spans the slot.
+    tracklet: Option<&'a Tracklet>,
+    plot: Option<&'a Plot>,
+    /// Where it is, as far as its radar tracks may have walked off.
+    estimate: Option<StateEstimate>,
+    /// Whether its transponder tells of the slot.
+    is_covered: bool,
+    /// The last plot of its radar tracks up to the slot's end.
+    seen: Option<Time>,
+}
+
+impl<'a> Known<'a> {
+    fn of(target: &Target, tracklets: &'a Tracklets, cycle: &Cycle) -> Self {
+        let tracklet = nearest_track(target, tracklets, cycle);
+        let spans = tracklet.filter(|tracklet| tracklet.spans(cycle));
+        let is_covered = target.on_curve(cycle.centre, cycle.settings).is_some();
+        let mut estimate = target.estimate(cycle.centre);
+        if let Some(estimate) = estimate.as_mut().filter(|_| !is_covered) {
+            let otherwise_m2 =
+                walk_off::of_target(target, tracklets, cycle) + target.doubted_m2(cycle.centre);
+            estimate.horizontal += Matrix2::identity() * otherwise_m2;
+        }
+        Self {
+            id: target.id(),
+            tracklet,
+            plot: spans.and_then(|own| own.nearest(cycle.centre)),
+            estimate,
+            is_covered,
+            seen: target.followed(tracklets).filter_map(|tracklet| tracklet.last_before(cycle.end)).max(),
+        }
+    }
 }
 
 /// Of the radar tracks that a target is followed by, the one with the plot nearest to the slot's centre.

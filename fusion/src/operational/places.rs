@@ -15,8 +15,9 @@ pub(super) struct Places<T> {
 
 impl<T> Places<T> {
     /// Of these.
-    pub(super) fn of(all: impl Iterator<Item = (Enu, T)>) -> Self {
-        let all: Vec<(Enu, T)> = all.collect();
+    pub(super) fn of(things: impl Iterator<Item = (Enu, T)>) -> Self {
+        let mut all = Vec::with_capacity(things.size_hint().1.unwrap_or(0));
+        all.extend(things);
         let mut cells = Cells::default();
         cells.fill(all.iter().map(|thing| thing.0), SIDE_M);
         Self { cells, all }

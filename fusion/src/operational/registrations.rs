@@ -8,8 +8,9 @@ use super::cycle::Cycle;
 use super::ids::{TargetId, TrackletId};
 use super::likelihood::Scales;
 use super::settings::{Delay, Radar, Settings};
+use super::shared;
 use super::targets::Targets;
-use super::tracklets::{CorrectedPlot, Tracklets};
+use super::tracklets::{CorrectedPlot, Tracklet, Tracklets};
 use super::transponder::Transponder;
 use super::transponder_types::TransponderTypes;
 use super::tuning::{
@@ -281,7 +282,9 @@ impl Registrations {
         types: &mut TransponderTypes,
         cycle: &Cycle,
     ) {
-        for tracklet in tracklets.iter() {
+        let residuals =
+            shared::map(cycle.settings.threads, tracklets.as_slice(), |one| residuals(one, targets, cycle));
+        for (tracklet, residuals) in tracklets.iter().zip(residuals) {
             let sensor = tracklet.key.sensor;
             let Some(radar) = cycle.settings.radar(sensor) else { continue };
             let Some(registered) = self.radars.get_mut(&sensor) else { continue };
@@ -304,9 +307,7 @@ impl Registrations {
             if self.segments.get(&tracklet.id).is_some_and(|segment| segment.target != target) {
                 self.segments.remove(&tracklet.id);
             }
-            let plots = tracklet.corrected_between(cycle.previous, cycle.centre);
-            for plot in plots {
-                let Some(residual) = residual(plot, transponder, radar, cycle.settings) else { continue };
+            for (plot, residual) in residuals {
                 // The radar's own errors: what is left of its misalignment is what is asked for.
                 let segment = self.segments.entry(tracklet.id).or_insert_with(|| Segment {
                     sensor,
@@ -329,6 +330,19 @@ impl Registrations {
             }
         }
     }
+}
+
+/// The plots since the last slot, each against where the transponder was that the radar track goes with.
+fn residuals<'a>(
+    tracklet: &'a Tracklet,
+    targets: &Targets,
+    cycle: &Cycle,
+) -> Vec<(&'a CorrectedPlot, Residual)> {
+    let radar = cycle.settings.radar(tracklet.key.sensor);
+    let transponder = tracklet.target().and_then(|target| targets.get(target)?.transponder());
+    let Some((radar, transponder)) = radar.zip(transponder) else { return Vec::new() };
+    let plots = tracklet.corrected_between(cycle.previous, cycle.centre);
+    plots.filter_map(|plot| Some((plot, residual(plot, transponder, radar, cycle.settings)?))).collect()
 }
 
 /// A plot, uncorrected, against where the transponder was by its time as it is stamped.

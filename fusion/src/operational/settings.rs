@@ -1,6 +1,7 @@
 //! Settings of the `operational` profile, and what registration adds to it.
 
 use std::collections::BTreeMap;
+use std::num::NonZeroUsize;
 
 use jiff::SignedDuration;
 
@@ -23,6 +24,8 @@ pub struct Settings {
     pub max_gap_ns: i64,
     /// How drones move.
     pub motion: Dynamics,
+    /// Threads that share the work of a slot.
+    pub threads: NonZeroUsize,
     /// Delay of transponders of which no more is known, and by type; not read from the settings but learnt.
     pub(super) delay: Delay,
     pub(super) delays: BTreeMap<TransponderType, Delay>,
@@ -44,6 +47,7 @@ impl Settings {
             transponders: sensors.iter().map(transponder).collect(),
             max_gap_ns: rules.max_gap.as_nanos() as i64,
             motion: rules.dynamics,
+            threads: rules.threads,
             delay: Delay::default(),
             delays: BTreeMap::new(),
         }

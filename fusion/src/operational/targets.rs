@@ -4,11 +4,13 @@ use std::cell::OnceCell;
 use std::collections::BTreeMap;
 
 use super::aircraft_class::AircraftClass;
+use super::by_id::ById;
 use super::cycle::{Cycle, EARLIEST, LATEST};
 use super::doubt::Doubt;
 use super::ids::{TargetId, TrackletId};
 use super::likelihood::PairLikelihood;
 use super::settings::{Radar, Settings};
+use super::shared;
 use super::track_numbers::{TrackNumber, TrackNumbers};
 use super::tracklets::{Tracklet, Tracklets};
 use super::transponder::{OnCurve, Transponder};
@@ -157,9 +159,11 @@ impl Target {
     fn filter(&mut self, since: Time, tracklets: &Tracklets, cycle: &Cycle) {
         let settings = cycle.settings;
         let mut measurements: Vec<Measurement> = Vec::new();
-        // Of a target that was admitted just now nothing is settled, however long its first report has waited.
-        let is_new = self.transponder.is_some() && self.filter.newest().is_none();
+        // Of a target that is new nothing is settled: however long its transponder's first report has waited or, where it has
+        // none, whenever its radar track began.
+        let is_new = self.filter.newest().is_none();
         let settled = if is_new { EARLIEST } else { since };
+        let since = if self.transponder.is_none() { settled } else { since };
         if let Some(transponder) = &self.transponder {
             let fixes = transponder.after(settled).iter();
             let measured = |fix: &Fix| measured_by_transponder(fix, transponder, settings);
@@ -195,7 +199,7 @@ impl Target {
 /// All of them.
 #[derive(Debug, Default)]
 pub(super) struct Targets {
-    all: BTreeMap<TargetId, Target>,
+    all: ById<TargetId, Target>,
     by_identity: BTreeMap<Identity, TargetId>,
     next: u64,
     numbers: TrackNumbers,
@@ -203,14 +207,19 @@ pub(super) struct Targets {
 
 impl Targets {
     pub(super) fn get(&self, id: TargetId) -> Option<&Target> {
-        self.all.get(&id)
+        self.all.get(id)
     }
 
     pub(super) fn get_mut(&mut self, id: TargetId) -> Option<&mut Target> {
-        self.all.get_mut(&id)
+        self.all.get_mut(id)
     }
 
     pub(super) fn iter(&self) -> impl Iterator<Item = &Target> {
+        self.all.values().iter()
+    }
+
+    /// All of them, in the order in which they began.
+    pub(super) fn as_slice(&self) -> &[Target] {
         self.all.values()
     }
 
@@ -251,27 +260,21 @@ impl Targets {
         id
     }
 
-    /// Brings a target's filter to what is known now; what lies up to `since` is settled.
-    pub(super) fn filter(&mut self, id: TargetId, since: Time, tracklets: &Tracklets, cycle: &Cycle) {
-        if let Some(target) = self.all.get_mut(&id) {
-            target.filter(since, tracklets, cycle);
-        }
-    }
-
     /// Learns from each transponder's reports up to `until` how large their white noise is.
     pub(super) fn learn(&mut self, until: Time, types: &mut TransponderTypes, settings: &Settings) {
-        let transponders = self.all.values_mut().filter_map(|target| target.transponder.as_mut());
+        let transponders = self.all.values_mut().iter_mut().filter_map(|target| target.transponder.as_mut());
         transponders.for_each(|transponder| transponder.learn(until, types, settings));
     }
 
     /// Brings each target's filter to what is known now.
     pub(super) fn filter_all(&mut self, tracklets: &Tracklets, cycle: &Cycle) {
-        self.all.values_mut().for_each(|target| target.filter(cycle.previous, tracklets, cycle));
+        let filter = |target: &mut Target| target.filter(cycle.previous, tracklets, cycle);
+        shared::on_each(cycle.settings.threads, self.all.values_mut(), filter);
     }
 
     /// What was filtered up to a slot that was published is settled.
     pub(super) fn settle(&mut self, tracklets: &Tracklets, cycle: &Cycle) {
-        self.all.values_mut().for_each(|target| target.settle(tracklets, cycle));
+        self.all.values_mut().iter_mut().for_each(|target| target.settle(tracklets, cycle));
     }
 
     /// Forgets reports from before `kept`, and drops the targets of which nothing was measured for too long at `time`.
@@ -295,7 +298,7 @@ impl Targets {
 
     /// A target that carries a transponder is a radar track from now on, by its place where that is in doubt.
     pub(super) fn find(&mut self, id: TargetId, doubt: Option<Doubt>) {
-        if let Some(target) = self.all.get_mut(&id).filter(|target| target.transponder.is_some())
+        if let Some(target) = self.all.get_mut(id).filter(|target| target.transponder.is_some())
             && let Some(doubt) = doubt
         {
             target.doubt = Some(doubt.after(target.doubt));
@@ -306,7 +309,7 @@ impl Targets {
     /// it is filtered anew, from its transponder's reports.
     pub(super) fn disbelieve(&mut self, tracklets: &Tracklets, id: TrackletId, cycle: &Cycle) {
         let Some(tracklet) = tracklets.get(id) else { return };
-        let Some(left) = tracklet.target().and_then(|left| self.all.get_mut(&left)) else { return };
+        let Some(left) = tracklet.target().and_then(|left| self.all.get_mut(left)) else { return };
         let is_alone = left.followed.len() == 1 && left.is_followed_by(id);
         let is_silent = left.on_curve(cycle.centre, cycle.settings).is_none();
         let is_wrong = is_alone && is_silent && tracklet.spans(cycle) && !was_likely(tracklet, left.id);
@@ -327,15 +330,15 @@ impl Targets {
         }
         let mut number = None;
         if let Some(before) = before
-            && let Some(left) = self.all.get_mut(&before).filter(|left| left.is_followed_by(id))
+            && let Some(left) = self.all.get_mut(before).filter(|left| left.is_followed_by(id))
         {
             left.followed.retain(|followed| followed.1 != id);
             if left.followed.is_empty() && left.transponder.is_none() && now.is_some() {
                 number = left.number;
-                self.all.remove(&before);
+                self.all.remove(before);
             }
         }
-        if let Some(target) = now.and_then(|id| self.all.get_mut(&id)) {
+        if let Some(target) = now.and_then(|id| self.all.get_mut(id)) {
             target.followed.retain(|followed| followed.0 != sensor);
             target.followed.push((sensor, id));
             let known = target.identity().and_then(|identity| self.numbers.of(identity));
@@ -349,11 +352,11 @@ impl Targets {
     /// Makes a tracklet part of that target, together with those of other radars that are likely to be one with it.
     pub(super) fn follow_together(&mut self, tracklets: &mut Tracklets, id: TrackletId, now: TargetId) {
         let before = tracklets.get(id).and_then(Tracklet::target).filter(|&before| before != now);
-        let left = before.and_then(|before| self.all.get(&before)).filter(|left| left.transponder.is_none());
+        let left = before.and_then(|before| self.all.get(before)).filter(|left| left.transponder.is_none());
         let goes_along = |other: &&Tracklet| {
             let pair = other.mutual_with(id);
             let is_free = |now: &Target| now.followed.iter().all(|followed| followed.0 != other.key.sensor);
-            pair.is_some_and(|pair| pair.llr > 0.0) && self.all.get(&now).is_some_and(is_free)
+            pair.is_some_and(|pair| pair.llr > 0.0) && self.all.get(now).is_some_and(is_free)
         };
         let others: Vec<TrackletId> = left
             .into_iter()
@@ -374,7 +377,7 @@ impl Targets {
         numbers: &mut Numbers,
         returned: &mut usize,
     ) -> bool {
-        let Some(transponder) = self.all.get_mut(&id).and_then(|target| target.transponder.as_mut()) else {
+        let Some(transponder) = self.all.get_mut(id).and_then(|target| target.transponder.as_mut()) else {
             return true;
         };
         transponder.numbered = numbers.of(transponder.identity, slot);
@@ -396,7 +399,7 @@ impl Targets {
 
     /// The number of a target that is published as `source`.
     pub(super) fn number(&mut self, id: TargetId, source: &Source, slot: Slot) -> Option<TrackNumber> {
-        let target = self.all.get_mut(&id)?;
+        let target = self.all.get_mut(id)?;
         let identity = target.identity();
         let known = target.number.or_else(|| self.numbers.of(identity?));
         let number = known.unwrap_or_else(|| self.numbers.give(source, slot));

@@ -1,7 +1,9 @@
 //! Radar tracks for as long as the radar keeps them.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::ops::Range;
 
+use super::by_id::ById;
 use super::classes::Classes;
 use super::cycle::{Cycle, EARLIEST, LATEST};
 use super::existence::Existence;
@@ -9,6 +11,7 @@ use super::ids::{TargetId, TrackletId};
 use super::likelihood::PairLikelihood;
 use super::mutual::Evidence;
 use super::settings::{Radar, Settings};
+use super::shared;
 use super::transponder::Transponder;
 use super::tuning::{
     CLASS_TOLD_AFTER_S, DRONE_SPEED_MAX_M_S, GATE_M, INITIATION_HOLD, PAIR_LLR_MAX, TRACK_GATE_SIGMAS,
@@ -24,6 +27,31 @@ pub(super) struct CorrectedPlot {
     pub(super) raw: Enu,
 }
 
+/// What is asked of the plots in every slot.
+#[derive(Clone, Copy, Debug)]
+struct Marks {
+    /// Times of the first plot and of the last.
+    first: Time,
+    last: Time,
+    /// The centres of this slot and of the one before, each with how many plots there are up to it.
+    centres: [(Time, usize); 2],
+}
+
+impl Marks {
+    /// A plot came.
+    fn note(&mut self, time: Time) {
+        self.first = self.first.min(time);
+        self.last = self.last.max(time);
+        self.centres.iter_mut().filter(|centre| time <= centre.0).for_each(|centre| centre.1 += 1);
+    }
+
+    /// The first plot went; that was before the slot. `first`: the time of the next one.
+    fn forget_first(&mut self, first: Time) {
+        self.first = first;
+        self.centres.iter_mut().for_each(|centre| centre.1 = centre.1.saturating_sub(1));
+    }
+}
+
 /// The plots of one radar track without a long break.
 #[derive(Debug)]
 pub(super) struct Tracklet {
@@ -33,6 +61,7 @@ pub(super) struct Tracklet {
     target: Option<TargetId>,
     /// By time; one at least.
     plots: VecDeque<CorrectedPlot>,
+    marks: Marks,
     /// Likelihoods that it is one with the targets that came near; by target.
     pairs: Vec<(TargetId, PairLikelihood)>,
     /// Likelihoods that it is one with tracks of other radars that came near.
@@ -49,12 +78,14 @@ impl Tracklet {
     fn new(id: TrackletId, plot: CorrectedPlot) -> Self {
         let unknown = (Existence::default(), EARLIEST);
         let (key, plots) = (plot.plot.track, VecDeque::from([plot]));
+        let marks = Marks { first: plot.plot.time, last: plot.plot.time, centres: [(EARLIEST, 0); 2] };
         let (pairs, mutual) = (Vec::new(), Vec::new());
         Self {
             id,
             key,
             target: None,
             plots,
+            marks,
             pairs,
             mutual,
             settled: unknown,
@@ -73,7 +104,10 @@ impl Tracklet {
         let index = self.index(time);
         match self.plots.get_mut(index) {
             Some(same) if same.plot.time == time => *same = new,
-            _ => self.plots.insert(index, new),
+            _ => {
+                self.plots.insert(index, new);
+                self.marks.note(time);
+            }
         }
     }
 
@@ -94,8 +128,18 @@ impl Tracklet {
     fn forget_before(&mut self, time: Time) -> bool {
         while self.first() < time {
             self.plots.pop_front();
+            self.marks.forget_first(self.plots.front().map_or(LATEST, |first| first.plot.time));
         }
         !self.plots.is_empty()
+    }
+
+    /// The slot's centre is this one from now on.
+    fn turn(&mut self, centre: Time) {
+        let [(_, mut count), _] = self.marks.centres;
+        while self.plots.get(count).is_some_and(|plot| plot.plot.time <= centre) {
+            count += 1;
+        }
+        self.marks.centres = [(centre, count), self.marks.centres[0]];
     }
 
     /// Whether a plot with its number would at `time` be one of another track.
@@ -105,12 +149,12 @@ impl Tracklet {
 
     /// Time of the first plot that is kept.
     pub(super) fn first(&self) -> Time {
-        self.plots.front().map_or(LATEST, |first| first.plot.time)
+        self.marks.first
     }
 
     /// Time of the last plot.
     pub(super) fn last(&self) -> Time {
-        self.plots.back().map_or(LATEST, |last| last.plot.time)
+        self.marks.last
     }
 
     /// Time of the last plot before `time`.
@@ -130,7 +174,8 @@ impl Tracklet {
 
     /// The plot nearest to a time.
     pub(super) fn nearest(&self, time: Time) -> Option<&Plot> {
-        let index = self.index(time);
+        // Of two plots beside a time, also where one of them is at that time.
+        let index = self.count_until(time);
         let beside = [index.checked_sub(1), Some(index)].into_iter().flatten();
         let beside = beside.filter_map(|index| Some(&self.plots.get(index)?.plot));
         beside.min_by_key(|plot| (plot.time.nanos() - time.nanos()).abs())
@@ -138,12 +183,23 @@ impl Tracklet {
 
     /// The index of the first plot from `time` on.
     fn index(&self, time: Time) -> usize {
-        // Most often asked for is what came last.
-        let is_before = |plot: &CorrectedPlot| plot.plot.time < time;
-        if self.plots.back().is_none_or(is_before) {
+        let (first, last) = (self.first(), self.last());
+        if last < time {
             return self.plots.len();
         }
-        self.plots.partition_point(is_before)
+        if time <= first {
+            return 0;
+        }
+        // Plots come evenly: it is a step or two from where it would be if they did exactly.
+        let share = time.seconds_since(first) / last.seconds_since(first);
+        let mut index = (share * self.plots.len() as f64) as usize;
+        while self.plots.get(index).is_some_and(|plot| plot.plot.time < time) {
+            index += 1;
+        }
+        while index > 0 && self.plots.get(index - 1).is_none_or(|plot| plot.plot.time >= time) {
+            index -= 1;
+        }
+        index
     }
 
     /// Plots after `since`, up to `until`.
@@ -157,9 +213,21 @@ impl Tracklet {
         since: Time,
         until: Time,
     ) -> impl DoubleEndedIterator<Item = &CorrectedPlot> + Clone {
-        let after = |time: Time| self.index(Time::from_nanos(time.nanos().saturating_add(1)));
-        let from = after(since);
-        self.plots.range(from..after(until).max(from))
+        self.plots.range(self.indices(since, until))
+    }
+
+    /// The indices of the plots after `since`, up to `until`.
+    fn indices(&self, since: Time, until: Time) -> Range<usize> {
+        let from = self.count_until(since);
+        from..self.count_until(until).max(from)
+    }
+
+    /// How many plots there are up to a time.
+    fn count_until(&self, time: Time) -> usize {
+        match self.marks.centres.iter().find(|centre| centre.0 == time) {
+            Some(&(_, count)) => count,
+            None => self.index(Time::from_nanos(time.nanos().saturating_add(1))),
+        }
     }
 
     /// Whether it is a drone, by all its plots.
@@ -246,16 +314,15 @@ impl Tracklet {
         radar: &Radar,
         settings: &Settings,
     ) {
-        let place = self.pairs.binary_search_by_key(&target, |pair| pair.0);
-        let (mut pair, from) = match place {
-            Ok(index) => (self.pairs[index].1, since),
-            Err(_) => (PairLikelihood::default(), EARLIEST),
+        let (index, from) = match self.pairs.binary_search_by_key(&target, |pair| pair.0) {
+            Ok(index) => (index, since),
+            Err(index) => {
+                self.pairs.insert(index, (target, PairLikelihood::default()));
+                (index, EARLIEST)
+            }
         };
-        pair.add_plots(self.between(from, until), transponder, radar, settings);
-        match place {
-            Ok(index) => self.pairs[index].1 = pair,
-            Err(index) => self.pairs.insert(index, (target, pair)),
-        }
+        let plots = self.plots.range(self.indices(from, until)).map(|plot| &plot.plot);
+        self.pairs[index].1.add_plots(plots, transponder, radar, settings);
     }
 
     /// Ends the pairs with targets that are not `near`, which are in order, where everything speaks against them and did
@@ -273,22 +340,22 @@ impl Tracklet {
 /// All of them.
 #[derive(Debug, Default)]
 pub(super) struct Tracklets {
-    all: BTreeMap<TrackletId, Tracklet>,
+    all: ById<TrackletId, Tracklet>,
     by_key: BTreeMap<RadarTrackKey, Vec<TrackletId>>,
     next: u64,
 }
 
 impl Tracklets {
     pub(super) fn get(&self, id: TrackletId) -> Option<&Tracklet> {
-        self.all.get(&id)
+        self.all.get(id)
     }
 
     pub(super) fn get_mut(&mut self, id: TrackletId) -> Option<&mut Tracklet> {
-        self.all.get_mut(&id)
+        self.all.get_mut(id)
     }
 
     pub(super) fn iter(&self) -> impl Iterator<Item = &Tracklet> {
-        self.all.values()
+        self.all.values().iter()
     }
 
     /// Those of one radar, in the order in which they began.
@@ -297,10 +364,20 @@ impl Tracklets {
         let ids = self.by_key.range(of(u16::MIN)..=of(u16::MAX)).flat_map(|(_, ids)| ids);
         let mut ids: Vec<TrackletId> = ids.copied().collect();
         ids.sort_unstable();
-        ids.into_iter().filter_map(|id| self.all.get(&id))
+        ids.into_iter().filter_map(|id| self.all.get(id))
+    }
+
+    /// All of them, in the order in which they began.
+    pub(super) fn as_slice(&self) -> &[Tracklet] {
+        self.all.values()
     }
 
     pub(super) fn iter_mut(&mut self) -> impl Iterator<Item = &mut Tracklet> {
+        self.all.values_mut().iter_mut()
+    }
+
+    /// All of them, in the order in which they began.
+    pub(super) fn as_mut_slice(&mut self) -> &mut [Tracklet] {
         self.all.values_mut()
     }
 
@@ -308,10 +385,15 @@ impl Tracklets {
     pub(super) fn insert(&mut self, plot: Plot, raw: Enu, radar: &Radar) {
         let new = CorrectedPlot { plot, raw };
         let ids = self.by_key.entry(plot.track).or_default();
-        let continues =
-            |id: &&TrackletId| self.all.get(id).is_some_and(|tracklet| tracklet.continues_with(&plot, radar));
+        let continues = |id: &&TrackletId| {
+            self.all.get(**id).is_some_and(|tracklet| tracklet.continues_with(&plot, radar))
+        };
         match ids.iter().rev().find(continues) {
-            Some(id) => _ = self.all.entry(*id).and_modify(|tracklet| tracklet.insert(new)),
+            Some(&id) => {
+                if let Some(tracklet) = self.all.get_mut(id) {
+                    tracklet.insert(new);
+                }
+            }
             None => {
                 let id = TrackletId(self.next);
                 self.next += 1;
@@ -323,24 +405,33 @@ impl Tracklets {
 
     /// Takes the plots that came into what is known of each one's class and flight.
     pub(super) fn look_ahead(&mut self, classes: &Classes, settings: &Settings) {
-        for tracklet in self.all.values_mut() {
+        shared::on_each(settings.threads, self.all.values_mut(), |tracklet| {
             if let Some(radar) = settings.radar(tracklet.key.sensor) {
-                let (existence, until) = tracklet.ahead;
-                let mut existence = existence.with(tracklet.between(until, LATEST), radar);
+                let last = tracklet.last();
+                let new = tracklet.indices(tracklet.ahead.1, last);
+                let (existence, until) = &mut tracklet.ahead;
+                existence.add(tracklet.plots.range(new).map(|plot| &plot.plot), radar);
                 existence.classify(classes.of(tracklet.key.sensor));
-                tracklet.ahead = (existence, tracklet.last());
+                *until = last;
             }
-        }
+        });
+    }
+
+    /// The slot's centre is this one from now on.
+    pub(super) fn turn(&mut self, centre: Time) {
+        self.iter_mut().for_each(|tracklet| tracklet.turn(centre));
     }
 
     /// The plots up to a slot that was published are settled.
     pub(super) fn settle(&mut self, until: Time, settings: &Settings) {
-        for tracklet in self.all.values_mut() {
+        shared::on_each(settings.threads, self.all.values_mut(), |tracklet| {
             if let Some(radar) = settings.radar(tracklet.key.sensor) {
-                let (existence, since) = tracklet.settled;
-                tracklet.settled = (existence.with(tracklet.between(since, until), radar), until);
+                let new = tracklet.indices(tracklet.settled.1, until);
+                let (existence, since) = &mut tracklet.settled;
+                existence.add(tracklet.plots.range(new).map(|plot| &plot.plot), radar);
+                *since = until;
             }
-        }
+        });
     }
 
     /// Forgets plots before `time`, and drops the tracklets that have no other.
@@ -349,7 +440,7 @@ impl Tracklets {
         all.retain(|id, tracklet| {
             let is_left = tracklet.forget_before(time);
             if !is_left && let Some(ids) = by_key.get_mut(&tracklet.key) {
-                ids.retain(|known| known != id);
+                ids.retain(|&known| known != id);
                 if ids.is_empty() {
                     by_key.remove(&tracklet.key);
                 }
@@ -360,7 +451,7 @@ impl Tracklets {
 
     /// Forgets targets that have been dropped.
     pub(super) fn forget_targets(&mut self, is_left: impl Fn(&TargetId) -> bool) {
-        for tracklet in self.all.values_mut() {
+        for tracklet in self.iter_mut() {
             tracklet.pairs.retain(|(id, _)| is_left(id));
             tracklet.target = tracklet.target.filter(&is_left);
         }
@@ -373,7 +464,7 @@ impl Tracklets {
         time: Time,
         settings: &Settings,
     ) -> Option<&Tracklet> {
-        let tracklets = self.by_key.get(&key)?.iter().filter_map(|id| self.all.get(id));
+        let tracklets = self.by_key.get(&key)?.iter().filter_map(|&id| self.all.get(id));
         let lasting = tracklets.filter(|tracklet| !tracklet.has_ended(time, settings));
         lasting.max_by_key(|tracklet| match tracklet.first() <= time {
             true => (true, tracklet.last().nanos()),

@@ -9,7 +9,7 @@ use super::tuning::{
     BETWEEN_REPORTS_M_S2, DELAY_BETWEEN_TRANSPONDERS_S, FRESH_SHARE, NOISE_CHANGE_S, SAME_REPORT,
 };
 use crate::frames::Enu;
-use crate::interpolation::{self, Knot};
+use crate::interpolation::{Curve, Knot};
 use crate::learning::{WhiteNoise, likelihoods};
 use crate::numbering::Numbered;
 use crate::point::TransponderPart;
@@ -26,8 +26,8 @@ pub(super) struct Transponder {
     items: UasItems,
     /// By time; at the time at which the position was measured.
     fixes: Vec<Fix>,
-    /// The same as knots of the curve.
-    knots: Vec<Knot>,
+    /// Through their positions.
+    curve: Curve,
     noise: Noise,
 }
 
@@ -66,7 +66,7 @@ impl Transponder {
             numbered: None,
             items: fix.items,
             fixes: Vec::new(),
-            knots: Vec::new(),
+            curve: Curve::default(),
             noise: Noise { axes: Default::default(), until: EARLIEST },
         }
     }
@@ -81,11 +81,11 @@ impl Transponder {
         match self.fixes.get_mut(index) {
             Some(same) if same.time - fix.time <= SAME_REPORT => {
                 *same = fix;
-                self.knots[index] = knot;
+                self.curve.replace(index, knot);
             }
             _ => {
                 self.fixes.insert(index, fix);
-                self.knots.insert(index, knot);
+                self.curve.insert(index, knot);
             }
         }
     }
@@ -94,7 +94,7 @@ impl Transponder {
     pub(super) fn forget_before(&mut self, time: Time) {
         let old = self.fixes.partition_point(|fix| fix.time < time).saturating_sub(2);
         self.fixes.drain(..old);
-        self.knots.drain(..old);
+        self.curve.forget(old);
     }
 
     /// The reports after `time`.
@@ -151,21 +151,22 @@ impl Transponder {
     /// Where it was; `None` outside its reports, and between two that are too far apart.
     pub(super) fn on_curve(&self, time: Time, settings: &Settings) -> Option<OnCurve> {
         let [white_m, _] = self.white_m(settings.transponder(self.sensor)?);
-        if self.knots.len() < 2 {
+        let knots = self.curve.knots();
+        if knots.len() < 2 {
             return None;
         }
-        let after = self.knots.partition_point(|knot| knot.time < time);
-        let next = self.knots.get(after)?;
+        let after = knots.partition_point(|knot| knot.time < time);
+        let next = knots.get(after)?;
         let (mut position, mut between_m) = (next.position, 0.0);
         if next.time != time {
             let index = after.checked_sub(1)?;
-            let before = &self.knots[index];
+            let before = &knots[index];
             if next.time.nanos() - before.time.nanos() > settings.max_gap_ns {
                 return None;
             }
             between_m =
                 0.5 * BETWEEN_REPORTS_M_S2 * time.seconds_since(before.time) * next.time.seconds_since(time);
-            position = interpolation::between(&self.knots, index, time);
+            position = self.curve.between(index, time);
         }
         Some(OnCurve { position: Enu::from(position), sigma_m: between_m.hypot(white_m) })
     }

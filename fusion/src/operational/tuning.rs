@@ -272,6 +272,11 @@ pub(super) const RADAR_VELOCITY_M_S: f64 = 1.5;
 /// Correlation time of its error, seconds.
 pub(super) const RADAR_VELOCITY_CORRELATION_S: f64 = 3.0;
 
+// --- Threads
+
+/// Fewer radar tracks or targets than this are not worth a thread: each costs microseconds, and so does a start.
+pub(super) const THREAD_LEAST: usize = 100;
+
 // --- Output
 
 /// An aircraft whose transponder is silent and that no radar sees is published while the sigma of its position is below

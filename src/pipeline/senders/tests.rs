@@ -16,7 +16,7 @@ fn senders(source: Option<&str>) -> Senders {
 }
 
 fn at(second: f64) -> Time {
-    Time::from_nanos((second * 1e9) as i64)
+    Time::from_nanos((second * 1e9).round() as i64)
 }
 
 fn from(text: &str) -> SocketAddr {

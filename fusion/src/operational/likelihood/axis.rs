@@ -134,7 +134,9 @@ impl Axis {
         // Relative to the largest, so that nothing underflows but what is negligible.
         let most = logs.into_iter().fold(f64::NEG_INFINITY, f64::max);
         for (one, log) in self.one.iter_mut().zip(logs) {
-            one.weight *= (log - most).exp();
+            if log < most {
+                one.weight *= (log - most).exp();
+            }
         }
         let sum = self.normalise();
         for one in &mut self.one {
