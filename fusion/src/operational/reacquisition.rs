@@ -63,16 +63,20 @@ pub(super) fn plausible<'a>(
     measured: &'a Measured,
     decided: &'a Decided,
 ) -> impl Iterator<Item = (TargetId, f64)> + 'a {
+    let as_such = tracklet.existence().log_odds().min(CLASS_LLR_MAX);
     let first = tracklet.nearest(tracklet.first()).filter(|_| !tracklet.existence().is_vetoed());
     let near = first.into_iter().flat_map(move |plot| {
         near(plot, targets, measured, radar).into_iter().map(move |target| (plot, target))
     });
     near.filter_map(move |(plot, target)| {
-        let class = Some(target.class().llr(tracklet)).filter(|&class| class >= PLAUSIBLE_CLASS_LLR)?;
+        let class = target.class().llr(tracklet);
+        // What could be a target is not ruled out because it looks otherwise for once.
+        let could = Some(class.max(as_such)).filter(|&could| could > 0.0)?;
         let there = expected(target, plot.time)?;
         let llr = decided.leaves(tracklet, target.id()).then(|| llr(plot, &there, radar))??;
-        let llr = tracklet.pair_llr(target.id()).unwrap_or(0.0) + llr + class;
-        (llr > PLAUSIBLE_LLR).then_some((target.id(), llr))
+        let llr = tracklet.pair_llr(target.id()).unwrap_or(0.0) + llr;
+        let most = if class < PLAUSIBLE_CLASS_LLR { PLAUSIBLE_LLR } else { f64::INFINITY };
+        (llr + could > PLAUSIBLE_LLR).then_some((target.id(), (llr + class).min(most)))
     })
 }
 

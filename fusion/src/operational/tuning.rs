@@ -158,7 +158,7 @@ pub(super) const REACQUIRE_SIGMA_MAX_M: f64 = 500.0;
 /// Gate: squared Mahalanobis distance in three dimensions.
 pub(super) const REACQUIRE_GATE: f64 = 16.0;
 
-/// A radar track whose class speaks against a target by more than this is not looked at, LLR.
+/// A radar track whose class speaks against a target by more than this is not found to be it, LLR.
 pub(super) const PLAUSIBLE_CLASS_LLR: f64 = -1.5;
 /// Sigma of the mean class probability between radar tracks of one aircraft; as simulated, where it was 0.06 to 0.11 that made
 /// no difference.
