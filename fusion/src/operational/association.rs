@@ -16,6 +16,7 @@ use std::sync::OnceLock;
 
 use super::correlation::Decided;
 use super::cycle::{Cycle, LATEST};
+use super::doubt::Doubt;
 use super::ids::{TargetId, TrackletId};
 use super::likelihood::PairLikelihood;
 use super::mutual;
@@ -33,7 +34,15 @@ use crate::filter::StateEstimate;
 use crate::report::SensorIndex;
 
 /// Which target each of these tracklets is from now on, in the order in which that takes effect.
-type Assignment = Vec<(TrackletId, Option<TargetId>)>;
+type Assignment = Vec<Assigned>;
+
+/// Which target a tracklet is from now on, and how doubtful that is where it was found by its place.
+#[derive(Clone, Copy, Debug)]
+struct Assigned {
+    tracklet: TrackletId,
+    target: Option<TargetId>,
+    doubt: Option<Doubt>,
+}
 
 /// In this order.
 const STEPS: [fn(&RadarTracks) -> Assignment; 2] =
@@ -51,10 +60,14 @@ pub(super) fn associate(
     for (sensor, radar) in cycle.settings.radars() {
         for assign in STEPS {
             let tracks = RadarTracks { sensor, radar, tracklets, targets, measured, silent, decided, cycle };
-            for (id, target) in assign(&tracks) {
+            for Assigned { tracklet, target, doubt } in assign(&tracks) {
+                if tracklets.get(tracklet).is_some_and(|known| known.target() != target) {
+                    targets.disbelieve(tracklets, tracklet, cycle);
+                    target.into_iter().for_each(|target| targets.find(target, doubt));
+                }
                 match target {
-                    Some(target) => targets.follow_together(tracklets, id, target),
-                    None => targets.follow(tracklets, id, None),
+                    Some(target) => targets.follow_together(tracklets, tracklet, target),
+                    None => targets.follow(tracklets, tracklet, None),
                 }
             }
         }
@@ -142,29 +155,54 @@ impl RadarTracks<'_> {
                 let is_free = self.decided.leaves(tracklet, score.target);
                 (is_free && score.llr > least).then_some((score.target, DISSOCIATE_LLR - bonus - score.llr))
             };
+            let finds = scores.iter().filter(|score| matches!(score.by, Evidence::Place));
+            problem.doubt(self.doubts(tracklet, finds.map(|score| (score.target, score.llr)).collect()));
             problem.add(tracklet.id, scores.into_iter().filter_map(candidate));
         }
         let assigned = problem.solve().into_iter();
-        assigned.map(|(id, target)| (id, self.decided.target(id).or(target))).collect()
+        assigned
+            .map(|assigned| match self.decided.target(assigned.tracklet) {
+                Some(target) => Assigned { target: Some(target), doubt: None, ..assigned },
+                None => assigned,
+            })
+            .collect()
+    }
+
+    /// How doubtful it is that a track is each of these targets, by their LLRs.
+    fn doubts(
+        &self,
+        tracklet: &Tracklet,
+        finds: Vec<(TargetId, f64)>,
+    ) -> Vec<((TrackletId, TargetId), Doubt)> {
+        let all: Vec<f64> = finds.iter().map(|find| find.1).collect();
+        let since = tracklet.first().max(self.cycle.centre);
+        let doubt = |(id, llr): (TargetId, f64)| {
+            let expected = self.targets.get(id)?.estimate(since)?;
+            Some(((tracklet.id, id), Doubt::new(llr, &all, expected.sigma_m().powi(2), since)))
+        };
+        finds.into_iter().filter_map(doubt).collect()
     }
 
     /// The targets that a track could be.
     fn scores(&self, tracklet: &Tracklet, unseen: &Unseen) -> Vec<Score> {
-        let Cycle { centre, settings, .. } = *self.cycle;
+        let centre = self.cycle.centre;
         let existence = tracklet.existence();
         if existence.is_vetoed() {
             return Vec::new();
         }
         let class = existence.log_odds().min(CLASS_LLR_MAX);
-        let compared = tracklet.pairs().iter().filter_map(|&(target, pair)| {
+        // What it is taken for was perhaps never compared with it, and is only now heard again.
+        let unheard = tracklet.target().filter(|&own| tracklet.pair(own).is_none());
+        let unheard = unheard.map(|own| (own, PairLikelihood::default()));
+        let compared = tracklet.pairs().iter().copied().chain(unheard).filter_map(|(target, pair)| {
+            let pair = pair.at(centre);
             let is_own = tracklet.target() == Some(target);
             let so_far = pair.llr + class - pair.bias_penalty;
             if so_far + PAIR_LLR_MAX <= if is_own { DISSOCIATE_LLR } else { ASSOCIATE_LLR } {
                 return None; // whatever the plots ahead tell
             }
-            let mut ahead = PairLikelihood::default();
-            let plots = tracklet.between(centre, LATEST).rev();
-            ahead.add_plots(plots, self.targets.get(target)?.transponder()?, self.radar, settings);
+            let ahead = self.ahead(tracklet, target)?;
+            ahead.total().or(pair.total())?;
             let llr = pair.llr + ahead.llr + class - pair.bias_penalty.max(ahead.bias_penalty);
             Some(Score { target, llr, by: Evidence::Transponder })
         });
@@ -176,7 +214,8 @@ impl RadarTracks<'_> {
         match tracklet.target() {
             // Nothing to compare it with: it stays what it is.
             Some(target)
-                if tracklet.pair(target).is_none() && !scores.iter().any(|score| score.target == target) =>
+                if tracklet.pair_llr(target).is_none()
+                    && !scores.iter().any(|score| score.target == target) =>
             {
                 scores.push(Score { target, llr: 0.0, by: Evidence::Transponder });
             }
@@ -186,12 +225,31 @@ impl RadarTracks<'_> {
                 for (target, llr) in plot.into_iter().flat_map(|plot| unseen.near(plot, self.radar)) {
                     scores.retain(|compared| compared.target != target);
                     // The likelihood from before it was out of sight counts as well.
+                    let class = self.targets.get(target).map_or(class, |target| target.class().llr(tracklet));
                     let llr = tracklet.pair_llr(target).unwrap_or(0.0) + llr + class;
-                    scores.push(Score { target, llr, by: Evidence::Place });
+                    scores.push(Score {
+                        target,
+                        llr: llr + self.total_ahead(tracklet, target),
+                        by: Evidence::Place,
+                    });
                 }
             }
         }
         scores
+    }
+
+    /// How likely a track is a target's, by its plots after the slot, back to it, and the target's transponder.
+    fn ahead(&self, tracklet: &Tracklet, target: TargetId) -> Option<PairLikelihood> {
+        let Cycle { centre, settings, .. } = *self.cycle;
+        let mut ahead = PairLikelihood::default();
+        let plots = tracklet.between(centre, LATEST).rev();
+        ahead.add_plots(plots, self.targets.get(target)?.transponder()?, self.radar, settings);
+        Some(ahead)
+    }
+
+    /// The sum of that; 0 where there is nothing to compare.
+    fn total_ahead(&self, tracklet: &Tracklet, target: TargetId) -> f64 {
+        self.ahead(tracklet, target).and_then(|ahead| ahead.total()).unwrap_or(0.0)
     }
 
     /// The targets that a track could be by what other radars see of them.
@@ -249,7 +307,7 @@ impl RadarTracks<'_> {
             if let Some(own) = tracklet.target() {
                 // The target is followed by another track meanwhile.
                 if self.targets.get(own).is_none_or(|own| !own.is_followed_by(tracklet.id)) {
-                    freed.push((tracklet.id, None));
+                    freed.push(Assigned { tracklet: tracklet.id, target: None, doubt: None });
                 }
                 continue;
             }
@@ -261,11 +319,14 @@ impl RadarTracks<'_> {
                     .collect();
             // One that could also be a target that is not missing is left until it has begun.
             if plausible.iter().all(is_missing) {
+                let with_ahead = |(id, llr)| (id, llr + self.total_ahead(tracklet, id));
+                let plausible: Vec<(TargetId, f64)> = plausible.into_iter().map(with_ahead).collect();
+                problem.doubt(self.doubts(tracklet, plausible.clone()));
                 let likely = plausible.into_iter().filter(|&(_, llr)| llr > REACQUIRE_AHEAD_LLR);
                 problem.add(tracklet.id, likely.map(|(id, llr)| (id, DISSOCIATE_LLR - llr)));
             }
         }
-        let found = problem.solve().into_iter().filter(|(_, target)| target.is_some());
+        let found = problem.solve().into_iter().filter(|found| found.target.is_some());
         freed.into_iter().chain(found).collect()
     }
 }
@@ -277,6 +338,7 @@ struct Problem {
     columns: Vec<TargetId>,
     column_of: BTreeMap<TargetId, usize>,
     candidates: Vec<Vec<Candidate>>,
+    doubts: BTreeMap<(TrackletId, TargetId), Doubt>,
 }
 
 impl Problem {
@@ -294,10 +356,19 @@ impl Problem {
             .push(costs.map(|(target, cost)| Candidate { column: column(target), cost }).collect());
     }
 
+    /// How doubtful some of that is.
+    fn doubt(&mut self, doubts: Vec<((TrackletId, TargetId), Doubt)>) {
+        self.doubts.extend(doubts);
+    }
+
     /// The target of each track, at the least sum of costs.
     fn solve(self) -> Assignment {
         let chosen = assign(&self.candidates, self.columns.len(), 0.0);
-        let target = |column: usize| self.columns[column];
-        self.rows.into_iter().zip(chosen).map(|(id, column)| (id, column.map(target))).collect()
+        let assigned = |(tracklet, column): (TrackletId, Option<usize>)| {
+            let target = column.map(|column| self.columns[column]);
+            let doubt = target.and_then(|target| self.doubts.get(&(tracklet, target)).copied());
+            Assigned { tracklet, target, doubt }
+        };
+        self.rows.into_iter().zip(chosen).map(assigned).collect()
     }
 }

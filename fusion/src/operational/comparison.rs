@@ -44,6 +44,12 @@ fn compare_one(
     let Some(plot) = tracklet.nearest(centre).copied() else { return };
     near.clear();
     near.extend(self::near(places, &plot, centre, radar));
+    // What it is taken for is looked at wherever that is.
+    let is_heard =
+        |id: &TargetId| targets.get(*id).is_some_and(|own| own.on_curve(centre, settings).is_some());
+    if let Some(own) = tracklet.target().filter(|own| !near.contains(own)).filter(is_heard) {
+        near.push(own);
+    }
     near.sort_unstable();
     compared.clear();
     compared.extend(tracklet.pairs().iter().map(|pair| pair.0));

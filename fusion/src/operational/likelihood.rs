@@ -12,8 +12,8 @@ use axis::{Axis, Errors};
 use super::settings::{Radar, Settings};
 use super::transponder::{Transponder, TransponderBias};
 use super::tuning::{
-    BIAS_PENALTY_MAX_LLR, PAIR_LIKELY_LLR, PAIR_LLR_MAX, PLOT_LLR_MAX, SEPARATION_IN_HEIGHT,
-    SEPARATION_OVER_GROUND, Separation,
+    BIAS_PENALTY_MAX_LLR, CHANGE_OVER_HZ, COMPARE_WITHIN_S, PAIR_LIKELY_LLR, PAIR_LLR_MAX, PLOT_LLR_MAX,
+    SEPARATION_IN_HEIGHT, SEPARATION_OVER_GROUND, Separation,
 };
 use crate::filter::{Bias, LineOfSight, Moments, RadarErrors};
 use crate::report::Plot;
@@ -82,6 +82,16 @@ impl PairLikelihood {
     /// The sum with the penalty; `None` where nothing was compared.
     pub(super) fn total(&self) -> Option<f64> {
         self.expected.map(|_| self.llr - self.bias_penalty)
+    }
+
+    /// The same as it counts at `time`: a track may have changed over to something else since it was compared last, so what
+    /// was said for the pair then is worth no more than the chance that it has not.
+    pub(super) fn at(mut self, time: Time) -> Self {
+        let unheard_s = self.last_likely.map_or(0.0, |last| time.seconds_since(last) - COMPARE_WITHIN_S);
+        if unheard_s > 0.0 {
+            self.llr = self.llr.min(-(CHANGE_OVER_HZ * unheard_s).min(1.0).ln());
+        }
+        self
     }
 
     /// The radar's bias as known now, for a plot at this distance over ground, `dt` seconds later; `None`: nothing is known.

@@ -5,6 +5,7 @@
 //! then, not on the order in which they came.
 
 mod admission;
+mod aircraft_class;
 mod association;
 mod by_id;
 mod classes;
@@ -12,6 +13,7 @@ mod comparison;
 mod competitors;
 mod correlation;
 mod cycle;
+mod doubt;
 mod existence;
 mod ids;
 mod initiation;
@@ -104,7 +106,7 @@ impl Operational {
         initiation::initiate(tracklets, targets, measured, decided, cycle);
         targets.filter_all(tracklets, cycle);
         let points = output::publish(targets, tracklets, correlations, numbers, grid, cycle);
-        targets.settle(cycle.centre);
+        targets.settle(tracklets, cycle);
         targets.learn(cycle.centre, types, settings);
         tracklets.settle(cycle.centre, settings);
         classes.learn(tracklets, targets, cycle);

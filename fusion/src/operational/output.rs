@@ -90,7 +90,9 @@ impl<'a> Known<'a> {
         let is_covered = target.on_curve(cycle.centre, cycle.settings).is_some();
         let mut estimate = target.estimate(cycle.centre);
         if let Some(estimate) = estimate.as_mut().filter(|_| !is_covered) {
-            estimate.horizontal += Matrix2::identity() * walk_off::of_target(target, tracklets, cycle);
+            let otherwise_m2 =
+                walk_off::of_target(target, tracklets, cycle) + target.doubted_m2(cycle.centre);
+            estimate.horizontal += Matrix2::identity() * otherwise_m2;
         }
         Self {
             id: target.id(),

@@ -9,8 +9,8 @@ use super::settings::Radar;
 use super::targets::{Target, Targets};
 use super::tracklets::Tracklet;
 use super::tuning::{
-    CLASS_LLR_MAX, DRONE_SPEED_MAX_M_S, GATE_M, GATE_SIGMAS, PLAUSIBLE_LLR, REACQUIRE_GATE,
-    REACQUIRE_SIGMA_MAX_M, SEPARATION_IN_HEIGHT, SEPARATION_OVER_GROUND,
+    CLASS_LLR_MAX, DRONE_SPEED_MAX_M_S, GATE_M, GATE_SIGMAS, PLAUSIBLE_CLASS_LLR, PLAUSIBLE_LLR,
+    REACQUIRE_GATE, REACQUIRE_SIGMA_MAX_M, SEPARATION_IN_HEIGHT, SEPARATION_OVER_GROUND,
 };
 use crate::filter::{LineOfSight, StateEstimate};
 use crate::frames::Enu;
@@ -63,16 +63,20 @@ pub(super) fn plausible<'a>(
     measured: &'a Measured,
     decided: &'a Decided,
 ) -> impl Iterator<Item = (TargetId, f64)> + 'a {
-    let log_odds = tracklet.existence().log_odds();
-    let first = tracklet.nearest(tracklet.first()).filter(|_| log_odds > 0.0);
+    let as_such = tracklet.existence().log_odds().min(CLASS_LLR_MAX);
+    let first = tracklet.nearest(tracklet.first()).filter(|_| !tracklet.existence().is_vetoed());
     let near = first.into_iter().flat_map(move |plot| {
         near(plot, targets, measured, radar).into_iter().map(move |target| (plot, target))
     });
     near.filter_map(move |(plot, target)| {
+        let class = target.class().llr(tracklet);
+        // What could be a target is not ruled out because it looks otherwise for once.
+        let could = Some(class.max(as_such)).filter(|&could| could > 0.0)?;
         let there = expected(target, plot.time)?;
         let llr = decided.leaves(tracklet, target.id()).then(|| llr(plot, &there, radar))??;
-        let llr = tracklet.pair_llr(target.id()).unwrap_or(0.0) + llr + log_odds.min(CLASS_LLR_MAX);
-        (llr > PLAUSIBLE_LLR).then_some((target.id(), llr))
+        let llr = tracklet.pair_llr(target.id()).unwrap_or(0.0) + llr;
+        let most = if class < PLAUSIBLE_CLASS_LLR { PLAUSIBLE_LLR } else { f64::INFINITY };
+        (llr + could > PLAUSIBLE_LLR).then_some((target.id(), (llr + class).min(most)))
     })
 }
 

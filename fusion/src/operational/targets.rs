@@ -3,8 +3,10 @@
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
 
+use super::aircraft_class::AircraftClass;
 use super::by_id::ById;
 use super::cycle::{Cycle, EARLIEST, LATEST};
+use super::doubt::Doubt;
 use super::ids::{TargetId, TrackletId};
 use super::likelihood::PairLikelihood;
 use super::settings::{Radar, Settings};
@@ -35,6 +37,9 @@ pub(super) struct Target {
     radar: Option<(RadarPart, f64)>,
     filter: TargetFilter,
     number: Option<TrackNumber>,
+    class: AircraftClass,
+    /// That the radar tracks since its transponder was heard last are not its own.
+    doubt: Option<Doubt>,
     /// Time of the newest measurement.
     newest: Time,
 }
@@ -42,7 +47,17 @@ pub(super) struct Target {
 impl Target {
     fn new(id: TargetId, newest: Time, settings: &Settings) -> Self {
         let filter = TargetFilter::new(&settings.motion, settings.radars().count());
-        Self { id, transponder: None, followed: Vec::new(), radar: None, filter, number: None, newest }
+        Self {
+            id,
+            transponder: None,
+            followed: Vec::new(),
+            radar: None,
+            filter,
+            number: None,
+            class: AircraftClass::default(),
+            doubt: None,
+            newest,
+        }
     }
 
     pub(super) fn id(&self) -> TargetId {
@@ -72,6 +87,33 @@ impl Target {
 
     pub(super) fn radar(&self) -> Option<(RadarPart, f64)> {
         self.radar
+    }
+
+    /// How it looks to the radars.
+    pub(super) fn class(&self) -> &AircraftClass {
+        &self.class
+    }
+
+    /// What it adds to the variance of its place, on each axis over ground, m², that it may be another aircraft that radars see.
+    pub(super) fn doubted_m2(&self, time: Time) -> f64 {
+        self.doubt.map_or(0.0, |doubt| doubt.variance_m2(time))
+    }
+
+    /// What was published up to the slot is settled.
+    fn settle(&mut self, tracklets: &Tracklets, cycle: &Cycle) {
+        let Cycle { centre, previous, .. } = *cycle;
+        self.filter.forget_before(centre);
+        let is_heard = |doubt: &Doubt| {
+            let since = self.transponder.as_ref().and_then(|own| own.after(doubt.since()).first());
+            since.is_some_and(|fix| fix.time <= centre)
+        };
+        self.doubt = self.doubt.filter(|doubt| !is_heard(doubt));
+        for tracklet in self.followed.iter().filter_map(|&(_, id)| tracklets.get(id)) {
+            let is_now = tracklet.first() <= centre && tracklet.last() >= centre;
+            if is_now && (self.transponder.is_none() || was_likely(tracklet, self.id)) {
+                self.class.take(tracklet, centre.seconds_since(previous));
+            }
+        }
     }
 
     /// A report of its transponder.
@@ -238,8 +280,8 @@ impl Targets {
     }
 
     /// What was filtered up to a slot that was published is settled.
-    pub(super) fn settle(&mut self, until: Time) {
-        self.all.values_mut().iter_mut().for_each(|target| target.filter.forget_before(until));
+    pub(super) fn settle(&mut self, tracklets: &Tracklets, cycle: &Cycle) {
+        self.all.values_mut().iter_mut().for_each(|target| target.settle(tracklets, cycle));
     }
 
     /// Forgets reports from before `kept`, and drops the targets of which nothing was measured for too long at `time`.
@@ -259,6 +301,29 @@ impl Targets {
             }
             is_left
         });
+    }
+
+    /// A target that carries a transponder is a radar track from now on, by its place where that is in doubt.
+    pub(super) fn find(&mut self, id: TargetId, doubt: Option<Doubt>) {
+        if let Some(target) = self.all.get_mut(id).filter(|target| target.transponder.is_some())
+            && let Some(doubt) = doubt
+        {
+            target.doubt = Some(doubt.after(target.doubt));
+        }
+    }
+
+    /// What a tracklet is taken for, by its place alone, it is not. The target was not where the tracklet was: while it is silent
+    /// it is filtered anew, from its transponder's reports.
+    pub(super) fn disbelieve(&mut self, tracklets: &Tracklets, id: TrackletId, cycle: &Cycle) {
+        let Some(tracklet) = tracklets.get(id) else { return };
+        let Some(left) = tracklet.target().and_then(|left| self.all.get_mut(left)) else { return };
+        let is_alone = left.followed.len() == 1 && left.is_followed_by(id);
+        let is_silent = left.on_curve(cycle.centre, cycle.settings).is_none();
+        let is_wrong = is_alone && is_silent && tracklet.spans(cycle) && !was_likely(tracklet, left.id);
+        if left.transponder.is_some() && is_wrong {
+            left.doubt = None;
+            left.filter = TargetFilter::new(&cycle.settings.motion, cycle.settings.radars().count());
+        }
     }
 
     /// Makes a tracklet part of that target, or of none. A target that was this tracklet alone has then turned out to be the
@@ -349,6 +414,11 @@ impl Targets {
         identity.into_iter().for_each(|identity| self.numbers.keep(identity, number));
         Some(number)
     }
+}
+
+/// Whether a transponder has ever spoken for a tracklet's being that target.
+fn was_likely(tracklet: &Tracklet, target: TargetId) -> bool {
+    tracklet.pair(target).is_some_and(|pair| pair.last_likely.is_some())
 }
 
 fn measured_by_transponder(fix: &Fix, transponder: &Transponder, settings: &Settings) -> Option<Measurement> {

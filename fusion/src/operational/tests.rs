@@ -3,6 +3,7 @@
 mod ahead;
 mod associating;
 mod comparing;
+mod hypotheses;
 mod initiating;
 mod publishing;
 mod several_radars;

@@ -1,8 +1,9 @@
-//! That a radar track may have walked off its aircraft before it ended.
+//! That a radar track may have walked off its aircraft.
 //!
 //! A radar that loses a target follows something else for some seconds: clutter, a bird, its own prediction. Then the track
 //! ends. What is published is seconds old, so by then it is known whether the track goes on; where it does not, its last
-//! seconds may have been such a walk, and the place is known that much less well.
+//! seconds may have been such a walk, and the place is known that much less well. Where it goes on for as long as is known, it
+//! may be on a walk that lasts for longer still, which is much less likely.
 
 use super::cycle::Cycle;
 use super::settings::periods;
@@ -10,10 +11,11 @@ use super::targets::Target;
 use super::tracklets::Tracklets;
 use super::tuning::{
     ENDED_AFTER_S, KNOWN_AHEAD_S, TRACK_LASTS_PERIODS, WALK_OFF_LASTS_S, WALK_OFF_SHARE, WALK_OFF_SPEED_M_S,
+    WALK_OFFS_HZ,
 };
 
-/// What that adds to the variance of a target's place on each axis over ground, m²: nothing while one of its radar tracks goes
-/// on.
+/// What that adds to the variance of a target's place on each axis over ground, m²: nothing while two
+/// radars see it.
 pub(super) fn of_target(target: &Target, tracklets: &Tracklets, cycle: &Cycle) -> f64 {
     let Some(last) = target.followed(tracklets).max_by_key(|tracklet| tracklet.last()) else { return 0.0 };
     let lasting_s = cycle
@@ -22,7 +24,21 @@ pub(super) fn of_target(target: &Target, tracklets: &Tracklets, cycle: &Cycle) -
         .map_or(0.0, |radar| periods(TRACK_LASTS_PERIODS, radar.period_s).as_secs_f64());
     let remaining_s = last.last().seconds_since(cycle.centre);
     let has_ended = KNOWN_AHEAD_S - remaining_s > ENDED_AFTER_S.max(lasting_s);
-    if has_ended { variance_m2(remaining_s.max(0.0)) } else { 0.0 }
+    match has_ended {
+        true => variance_m2(remaining_s.max(0.0)),
+        // Another radar's track would have parted from it.
+        false if target.followed(tracklets).nth(1).is_some() => 0.0,
+        false => going_on_m2(remaining_s),
+    }
+}
+
+/// The same of a track that goes on for `known_s` at least: how often a walk begins, times the integral, over when it may have
+/// begun, of the mean square of how far it has got, where it lasts for longer still.
+fn going_on_m2(known_s: f64) -> f64 {
+    let [least_s, most_s] = WALK_OFF_LASTS_S;
+    let fourth = |lasts_s: f64| (lasts_s - known_s).max(0.0).powi(4);
+    let elapsed_s3 = (fourth(most_s) - fourth(least_s)) / (12.0 * (most_s - least_s));
+    0.5 * WALK_OFFS_HZ * WALK_OFF_SPEED_M_S * WALK_OFF_SPEED_M_S * elapsed_s3
 }
 
 /// Variance of the place on each axis over ground, m², of a track that ends `remaining_s` later: the share of tracks that end
@@ -37,6 +53,29 @@ pub(super) fn variance_m2(remaining_s: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_variance_of_a_track_that_goes_on_is_that_of_simulated_walks() {
+        for known_s in [0.0, 3.5, 6.0, 9.9, 12.0] {
+            let [least_s, most_s] = WALK_OFF_LASTS_S;
+            let (steps, step_s) = (1000, 0.01);
+            let mut sum = 0.0;
+            for lasting in 0..steps {
+                let lasts_s = least_s + (most_s - least_s) * (f64::from(lasting) + 0.5) / f64::from(steps);
+                // It began so long ago, and is not over for as long as is known.
+                let began = (0..1000).map(|index| (f64::from(index) + 0.5) * step_s);
+                let on_it = began.take_while(|began_s| began_s + known_s < lasts_s);
+                sum += on_it.map(|began_s| (began_s * WALK_OFF_SPEED_M_S).powi(2) * step_s).sum::<f64>();
+            }
+            let expected_m2 = 0.5 * WALK_OFFS_HZ * sum / f64::from(steps);
+            let is_m2 = going_on_m2(known_s);
+            assert!(
+                (is_m2 - expected_m2).abs() < 0.01 + 1e-3 * expected_m2,
+                "{known_s}: {is_m2} {expected_m2}"
+            );
+            assert!(is_m2 < variance_m2(0.0), "a walk that is over was likelier");
+        }
+    }
 
     #[test]
     fn the_variance_is_that_of_simulated_walks() {
