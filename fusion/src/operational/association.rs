@@ -225,7 +225,7 @@ impl RadarTracks<'_> {
                 for (target, llr) in plot.into_iter().flat_map(|plot| unseen.near(plot, self.radar)) {
                     scores.retain(|compared| compared.target != target);
                     // The likelihood from before it was out of sight counts as well.
-                    let class = self.targets.get(target).map_or(class, |target| target.class().llr(tracklet));
+                    let class = self.targets.get(target).map_or(class, |target| target.class_llr(tracklet));
                     let llr = tracklet.pair_llr(target).unwrap_or(0.0) + llr + class;
                     scores.push(Score {
                         target,

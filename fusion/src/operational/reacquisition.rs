@@ -69,7 +69,7 @@ pub(super) fn plausible<'a>(
         near(plot, targets, measured, radar).into_iter().map(move |target| (plot, target))
     });
     near.filter_map(move |(plot, target)| {
-        let class = target.class().llr(tracklet);
+        let class = target.class_llr(tracklet);
         // What could be a target is not ruled out because it looks otherwise for once.
         let could = Some(class.max(as_such)).filter(|&could| could > 0.0)?;
         let there = expected(target, plot.time)?;

@@ -89,9 +89,14 @@ impl Target {
         self.radar
     }
 
-    /// How it looks to the radars.
-    pub(super) fn class(&self) -> &AircraftClass {
-        &self.class
+    /// LLR that a track is of this aircraft, by how both look to the radar. That it is a drone at all, one without a
+    /// transponder has to show again and again.
+    pub(super) fn class_llr(&self, tracklet: &Tracklet) -> f64 {
+        let is_drone = match self.transponder {
+            Some(_) => 0.0,
+            None => tracklet.existence().log_odds().min(0.0),
+        };
+        self.class.llr(tracklet) + is_drone
     }
 
     /// What it adds to the variance of its place, on each axis over ground, m², that it may be another aircraft that radars see.
