@@ -1,7 +1,7 @@
 //! How an aircraft looks to each radar: the class probability that its tracks show.
 //!
 //! A radar shows much the same probability of one aircraft in track after track, so it is a mark of it: a track that shows it
-//! again is more likely to be that aircraft than one that shows another, whatever either says of drones and birds.
+//! again is more likely to be that aircraft than one that shows another, the more so the fewer of the site's tracks show it.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -31,13 +31,14 @@ impl AircraftClass {
         let existence = tracklet.existence();
         let (class_s, mean) = existence.class();
         self.0.get(&tracklet.key.sensor).map_or(existence.log_odds().min(CLASS_LLR_MAX), |own| {
-            alike(mean - own) * (class_s / CLASS_SETTLED_S).min(1.0) + OWN_CLASS_LLR
+            let mark = alike(mean - own) - existence.class_log_commonness().max(0.0);
+            mark * (class_s / CLASS_SETTLED_S).min(1.0) + OWN_CLASS_LLR
         })
     }
 }
 
-/// Logarithm of the density of such a difference between tracks of one aircraft, over that between any two: a normal one, but
-/// for those that look otherwise for once.
+/// Logarithm of the density of such a difference between tracks of one aircraft, over that where every probability is as
+/// common: a normal one, but for those that look otherwise for once.
 fn alike(difference: f64) -> f64 {
     let normal = (-0.5 * (difference / OWN_CLASS_SIGMA).powi(2)).exp() / (OWN_CLASS_SIGMA * TAU.sqrt());
     ((1.0 - OWN_CLASS_ELSE) * normal + OWN_CLASS_ELSE).ln()

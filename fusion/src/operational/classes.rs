@@ -12,7 +12,7 @@ use super::cycle::Cycle;
 use super::targets::Targets;
 use super::tracklets::Tracklets;
 use super::tuning::{
-    ASSOCIATE_LLR, CLASS_BINS, CLASS_EVIDENCE_S, CLASS_KERNEL, CLASS_LOG_ODDS_MAX, CLASS_NEUTRAL,
+    ASSOCIATE_LLR, CLASS_BINS, CLASS_EVEN_TRACKS, CLASS_EVIDENCE_S, CLASS_KERNEL, CLASS_LOG_ODDS_MAX, CLASS_NEUTRAL,
     CLASS_SHARE_PRIOR, CLASS_SLOPE, CLASS_SPARE_TRACKS, CLASS_SURE, CLASS_UNDECIDED_LLR,
 };
 use crate::report::SensorIndex;
@@ -70,6 +70,15 @@ impl ClassEvidence {
             true => told.min((drones / self.background[bin]).ln()),
             false => told,
         }
+    }
+
+    /// How common this mean class probability is among the site's tracks: natural logarithm of its density over that of a
+    /// site at which every probability is as common.
+    pub(super) fn log_commonness(&self, mean: f64) -> f64 {
+        let bin = ((mean.clamp(0.0, 1.0) * CLASS_BINS as f64) as usize).min(CLASS_BINS - 1);
+        let all: f64 = self.drones.iter().chain(&self.background).sum();
+        let share = self.drones[bin] + self.background[bin] + CLASS_EVEN_TRACKS / CLASS_BINS as f64;
+        (share * CLASS_BINS as f64 / (all + CLASS_EVEN_TRACKS)).ln()
     }
 }
 
@@ -150,6 +159,15 @@ mod tests {
         for mean in [0.0, 0.4, 0.57, 0.7, 1.0] {
             assert_eq!(evidence.log_odds(mean), told(mean));
         }
+    }
+
+    #[test]
+    fn a_probability_that_many_show_is_common() {
+        let mut evidence = ClassEvidence::default();
+        assert_eq!(evidence.log_commonness(0.3), 0.0);
+        with(&mut evidence, 480, [0.4, 0.6], false);
+        assert!((1.0..1.8).contains(&evidence.log_commonness(0.5)), "{}", evidence.log_commonness(0.5));
+        assert!(evidence.log_commonness(0.9) < -2.0);
     }
 
     #[test]

@@ -17,6 +17,8 @@ pub(super) struct Existence {
     class_mean: f64,
     /// Natural logarithm of the odds by that mean alone, as the site's radar tracks have it.
     class_log_odds: f64,
+    /// How common that mean is among them: natural logarithm of the density.
+    class_log_commonness: f64,
     kinematics: Kinematics,
 }
 
@@ -34,11 +36,17 @@ impl Existence {
     /// What the site's radar tracks make of its class.
     pub(super) fn classify(&mut self, evidence: &ClassEvidence) {
         self.class_log_odds = evidence.log_odds(self.class_mean);
+        self.class_log_commonness = evidence.log_commonness(self.class_mean);
     }
 
     /// Seconds of plots that told a class, and their mean probability of a drone.
     pub(super) fn class(&self) -> (f64, f64) {
         (self.class_s, self.class_mean)
+    }
+
+    /// How common that mean is among the site's tracks: natural logarithm of its density.
+    pub(super) fn class_log_commonness(&self) -> f64 {
+        self.class_log_commonness
     }
 
     /// Veto: the radar is certain that it is no drone.

@@ -168,6 +168,8 @@ pub(super) const PLAUSIBLE_CLASS_LLR: f64 = -1.5;
 pub(super) const OWN_CLASS_SIGMA: f64 = 0.09;
 /// Share of tracks that look otherwise for once.
 pub(super) const OWN_CLASS_ELSE: f64 = 0.01;
+/// How common a class probability is, is known of an even spread before any tracks: as if so many had shown it.
+pub(super) const CLASS_EVEN_TRACKS: f64 = 10.0;
 /// Of a new radar track where an aircraft was lost that is known by its class: LLR that it is the aircraft's, before place and class
 /// tell. Measured on 24 seeds of `crossing` and `gaps`: with 2, finds of an LLR of 3 to 12 are as often wrong as that says.
 pub(super) const OWN_CLASS_LLR: f64 = 2.0;
