@@ -79,8 +79,7 @@ fn covered(scores: &[Scores]) -> Vec<Asked> {
             }),
         )
         .why(
-            "seven points of a radar track beside the drone in `1_4`, published by itself for two seconds, \
-             count as the drone's; the transponder's own are where it is.",
+            "what a radar shows beside a drone, and is not taken for it, counts as the drone's.",
         )
         .now("1.01–3.7")
         .required(AtMost(1.05))
@@ -260,14 +259,14 @@ fn honest(scores: &[Scores]) -> Vec<Asked> {
         row("NEES over ground, covered slots: standard sets", |seeds, of| {
             seeds.of_drones(of.each_equipped, NEES_COVERED)
         })
-        .why("the radar's plots of a track that has walked off weigh in where reports are rare.")
+        .why("half of the transponders state an accuracy that is rounded up to whole metres: 3 where 2.2 are flown.")
         .now("0.7–1.4")
         .required(Between(0.7, 1.3))
         .ambition(near_one),
         row("NEES over ground, gaps: standard sets", |seeds, of| seeds.of_drones(of.each_equipped, NEES_GAP))
             .why(
-                "tracks that have exchanged their numbers or walked off and go on: only one that ends is \
-             known to have ended so.",
+                "a silent drone that is found as another one's radar track, with less doubt than there should be; a \
+             few such stretches make the mean.",
             )
             .now("1.3–17")
             .required(AtMost(1.8))
@@ -346,8 +345,8 @@ fn speed(speed: &Speed) -> Vec<Asked> {
             measured(written, None),
         )
         .why(
-            "no part stands out any longer: a tenth each for the likelihoods ahead, comparing, and \
-             writing the picture; both cores are not used yet.",
+            "no part stands out: of the engine's time a fifth each for estimates to publish, association and \
+             filters, a seventh for comparing. Writing takes half of a run of `reference`.",
         )
         .decimals(1)
         .now("9.6")
@@ -378,8 +377,8 @@ fn speed(speed: &Speed) -> Vec<Asked> {
             measured(speed.crowd_p999_ms, None),
         )
         .why(
-            "the plots of the six seconds ahead are compared anew with each transponder near them in \
-             each slot, on one core.",
+            "likelihoods over the six seconds ahead, in each slot anew; registration and numbering on one \
+             core.",
         )
         .decimals(1)
         .now("~ 120")

@@ -13,7 +13,7 @@ use crate::speed::PROFILES;
 
 /// Rounds in which the profiles take turns; the median counts.
 const ROUNDS: usize = 5;
-/// In each round a profile runs until it has taken so much processor time, seconds: the system counts in hundredths.
+/// In each round a profile runs until it has taken that much processor time, seconds: the system counts in hundredths.
 const LEAST_S: f64 = 0.5;
 /// Ticks of the system's processor times per second (`USER_HZ`).
 const TICKS_HZ: f64 = 100.0;

@@ -77,7 +77,7 @@ struct Known<'a> {
     plot: Option<&'a Plot>,
     /// Where it is, as far as its radar tracks may have walked off.
     estimate: Option<StateEstimate>,
-    /// Whether its transponder tells of the slot.
+    /// Whether its transponder was heard around the slot.
     is_covered: bool,
     /// The last plot of its radar tracks up to the slot's end.
     seen: Option<Time>,

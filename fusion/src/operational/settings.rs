@@ -92,7 +92,7 @@ impl Delay {
         Self { mean_s: delay_s, sigma_s: 0.0, applied_s: delay_s }
     }
 
-    /// Apart from the part of this that is applied by so much, with this standard deviation. Nothing is sent before it is
+    /// Apart from the part of this that is applied by `mean_s`, with this standard deviation. Nothing is sent before it is
     /// measured.
     pub(super) fn apart(&self, mean_s: f64, sigma_s: f64) -> Self {
         let applied_s = (self.applied_s + evident(mean_s, sigma_s)).max(0.0);

@@ -160,7 +160,7 @@ impl Target {
             && self.on_curve(cycle.centre, cycle.settings).is_none()
     }
 
-    /// Whether a track of that radar could begin to see it: none does now, and no transponder tells of it.
+    /// Whether a track of that radar could begin to see it: none does now, and no transponder is heard.
     pub(super) fn is_open_to(&self, sensor: SensorIndex, tracklets: &Tracklets, cycle: &Cycle) -> bool {
         self.followed(tracklets)
             .all(|tracklet| tracklet.key.sensor != sensor || tracklet.last() < cycle.centre)
