@@ -78,9 +78,7 @@ fn covered(scores: &[Scores]) -> Vec<Asked> {
                 seeds.ratio(of.all, TRANSPONDER.all, EPOSH)
             }),
         )
-        .why(
-            "what a radar shows beside a drone, and is not taken for it, counts as the drone's.",
-        )
+        .why("what a radar shows beside a drone, and is not taken for it, counts as the drone's.")
         .now("1.01–3.7")
         .required(AtMost(1.05))
         .ambition(AtMost(1.0)),

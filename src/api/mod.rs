@@ -23,6 +23,7 @@ mod gzip;
 mod history;
 mod hosts;
 mod keeper;
+mod learnt;
 mod log;
 mod metrics;
 mod openapi;

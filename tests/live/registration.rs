@@ -163,6 +163,16 @@ fn no_file_keeps_a_service_from_starting() {
     let azimuths = state["settled"]["axes"][0].as_str().unwrap();
     let now = state["now"].as_i64().unwrap();
     let much = vec![state["latest"][0].clone(); 1000];
+    // One entry is refused for this reason, and no other.
+    let refused = |place: &str, value: Value, why: &str| {
+        let mut hostile = contents.clone();
+        *hostile.pointer_mut(place).unwrap() = value;
+        let registrations = parse_registration(&hostile.to_string()).unwrap();
+        let mut hurt = Pipeline::new(&config, Masks::default());
+        let unused = registrations.restore(&config, Some(utm_fusion::live::now()), hurt.engine_mut());
+        assert!(unused.len() == 1 && unused[0].contains(why), "{place}: {why}: {unused:?}");
+        hurt
+    };
     for (place, value, why) in [
         ("/version", json!(9), "registration state of version 9"),
         ("/settled/axes/0", first(azimuths, "NaN"), "has numbers beyond"),
@@ -177,12 +187,7 @@ fn no_file_keeps_a_service_from_starting() {
         ("/latest", json!(much), "it has 1000 tracks"),
         ("", json!(null), "invalid type"),
     ] {
-        let mut hostile = contents.clone();
-        *hostile.pointer_mut(&format!("/radars/{id}/state{place}")).unwrap() = value;
-        let registrations = parse_registration(&hostile.to_string()).unwrap();
-        let mut hurt = Pipeline::new(&config, Masks::default());
-        let unused = registrations.restore(&config, Some(utm_fusion::live::now()), hurt.engine_mut());
-        assert!(unused.len() == 1 && unused[0].contains(why), "{place}: {why}: {unused:?}");
+        let hurt = refused(&format!("/radars/{id}/state{place}"), value, why);
         assert!(Registrations::of(&config, hurt.engine()).is_empty());
     }
     // What was learnt of its errors is begun anew by itself.
@@ -195,12 +200,7 @@ fn no_file_keeps_a_service_from_starting() {
         ("/now", json!(now + 400 * 86_400_000_000_000_i64), "is still to come"),
         ("", json!({"x": 1}), "unknown field"),
     ] {
-        let mut hostile = contents.clone();
-        *hostile.pointer_mut(&format!("/radars/{id}/learning{place}")).unwrap() = value;
-        let registrations = parse_registration(&hostile.to_string()).unwrap();
-        let mut hurt = Pipeline::new(&config, Masks::default());
-        let unused = registrations.restore(&config, Some(utm_fusion::live::now()), hurt.engine_mut());
-        assert!(unused.len() == 1 && unused[0].contains(why), "{place}: {why}: {unused:?}");
+        let hurt = refused(&format!("/radars/{id}/learning{place}"), value, why);
         let (_, registered) = hurt.engine().registered().next().unwrap();
         assert_eq!(registered.learning_state().time(), None, "{place}");
     }
@@ -212,12 +212,7 @@ fn no_file_keeps_a_service_from_starting() {
         ("/heard", json!(now + 400 * 86_400_000_000_000_i64), "is still to come"),
         ("", json!({"x": 1}), "unknown field"),
     ] {
-        let mut hostile = contents.clone();
-        *hostile.pointer_mut(&format!("/transponders/types/0{place}")).unwrap() = value;
-        let registrations = parse_registration(&hostile.to_string()).unwrap();
-        let mut hurt = Pipeline::new(&config, Masks::default());
-        let unused = registrations.restore(&config, Some(utm_fusion::live::now()), hurt.engine_mut());
-        assert!(unused.len() == 1 && unused[0].contains(why), "{place}: {why}: {unused:?}");
+        let hurt = refused(&format!("/transponders/types/0{place}"), value, why);
         assert!(hurt.engine().learnt_types().is_empty() && hurt.engine().registered().count() == 1);
     }
     let (log, after) = run(&config, 22_440, &text.replacen("\"settled\":{", "\"settled\":{\"x\":1,", 1));
