@@ -4,14 +4,14 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use super::{Flight, Simulation};
+use super::{Attacked, Flight, Simulation};
 use crate::config::SensorKind;
 use crate::evaluate::Label;
 use crate::formats::PcapWriter;
 use fusion::time::{SECOND, Time};
 
-/// Writes `radar.ast`, `transponder.ast`, `capture.pcap`, `truth.csv`, `labels.csv` and `site.toml` into `directory`,
-/// creating it if necessary. `about` becomes the comment at the head of `site.toml`.
+/// Writes `radar.ast`, `transponder.ast`, `capture.pcap`, `truth.csv`, `labels.csv`, `site.toml` and, where there are
+/// some, `attacks.csv` into `directory`, creating it if necessary. `about` becomes the comment at the head of `site.toml`.
 ///
 /// # Errors
 /// A file cannot be written; the error names it.
@@ -35,6 +35,9 @@ pub fn write(simulation: &Simulation, about: &str, directory: &Path) -> io::Resu
     file("capture.pcap", &|out| capture(simulation, out))?;
     file("truth.csv", &|out| truth(&simulation.flights, out))?;
     file("labels.csv", &|out| labels(&simulation.labels, out))?;
+    if !simulation.attacks.is_empty() {
+        file("attacks.csv", &|out| attacks(&simulation.attacks, out))?;
+    }
     file("site.toml", &|out| {
         about.lines().try_for_each(|line| writeln!(out, "# {line}"))?;
         write!(out, "{}", simulation.config)
@@ -87,6 +90,15 @@ fn labels(labels: &[Label], out: &mut impl Write) -> io::Result<()> {
         let id = label.id.as_deref().unwrap_or("");
         let seduced = u8::from(label.seduced);
         writeln!(out, "{},{},{},{id},{seduced}", seconds(label.time), label.sensor, label.number)
+    })
+}
+
+/// `id,number,attack,from,until`, by drone.
+fn attacks(attacks: &[Attacked], out: &mut impl Write) -> io::Result<()> {
+    writeln!(out, "id,number,attack,from,until")?;
+    attacks.iter().try_for_each(|Attacked { id, number, attack, from, until }| {
+        let attack = attack.map_or("jammed", |attack| attack.name());
+        writeln!(out, "{id},{number},{attack},{},{}", seconds(*from), seconds(*until))
     })
 }
 

@@ -7,6 +7,7 @@
 //! seed         truth      transponder       octets
 //! ```
 
+mod attack;
 mod files;
 mod ground;
 mod motion;
@@ -23,15 +24,15 @@ pub use files::write;
 pub use motion::Crowded;
 pub use network::Datagram;
 pub use scenario::{
-    Airspace, Birds, Clutter, Drones, FixedWing, Multirotor, Network, Pattern, Place, Radar, Scenario, Span,
-    TRANSPONDER_ID, Transponder, VelocityModel,
+    Airspace, Attack, Birds, Clutter, Drones, FixedWing, Multirotor, Network, Pattern, Place, Radar,
+    Scenario, Span, TRANSPONDER_ID, Transponder, VelocityModel,
 };
 
 use ground::Ground;
 use motion::{Path, RATE_HZ};
 use radar::{Detection, OTHERS, Target};
 use streams::{Entity, Stream, Streams};
-use transponder::{Attack, TransponderReport};
+use transponder::{Role, Transmissions, TransponderReport};
 
 use crate::capture::{Reception, ReceptionKind};
 use crate::config::Config;
@@ -48,6 +49,8 @@ pub struct Simulation {
     pub flights: Vec<Flight>,
     /// The drone behind each plot and report, in order of time.
     pub labels: Vec<Label>,
+    /// The attacks on transponders, by drone.
+    pub attacks: Vec<Attacked>,
     /// What the sensors sent, in order of arrival over a perfect network.
     sent: Vec<Sent>,
     /// What arrives, in order of arrival.
@@ -91,6 +94,21 @@ impl Simulation {
         };
         Truth::new(self.flights.iter().map(track))
     }
+}
+
+/// An attack on a transponder.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Attacked {
+    /// The drone's id.
+    pub id: String,
+    /// The number of its transponder, which is its serial number.
+    pub number: u32,
+    /// What is done; `None`: it is jammed.
+    pub attack: Option<Attack>,
+    /// When the attack begins and ends, by the time of measurement.
+    pub from: Time,
+    /// When it ends.
+    pub until: Time,
 }
 
 /// A drone's true flight.
@@ -150,14 +168,18 @@ pub fn simulate(scenario: &Scenario, seed: u64, start: Option<Time>) -> Result<S
         ));
     }
     let receiver = scenario.radars.len();
+    let model = &scenario.transponder;
+    let mut transponders: Vec<(usize, Transmissions)> = Vec::new();
     for (drone, path) in paths.iter().enumerate() {
-        let Some(attack) = roles[drone] else { continue };
+        let Some(role) = roles[drone] else { continue };
         let stream = streams.of(Entity::Transponder, motion::number(&scenario.drones, drone));
-        let model = &scenario.transponder;
-        for report in transponder::reports(model, drone, path, attack, scenario.duration_s, stream) {
-            labels.push(report_label(&report, start));
-            sent.extend(wire::transponder_datagram(model, receiver, &ground, &report, start));
-        }
+        transponders
+            .push((drone, transponder::reports(model, drone, path, role, scenario.duration_s, stream)));
+    }
+    let attacks = attacked(&mut transponders, scenario.duration_s, start);
+    for report in transponders.iter().flat_map(|(_, sends)| &sends.reports) {
+        labels.push(report_label(report, start));
+        sent.extend(wire::transponder_datagram(model, receiver, &ground, report, start));
     }
     // Stable sorts: at equal times sensors stay in the order of the configuration.
     labels.sort_by_key(|label| label.time);
@@ -170,7 +192,7 @@ pub fn simulate(scenario: &Scenario, seed: u64, start: Option<Time>) -> Result<S
         .enumerate()
         .map(|(drone, path)| flight(drone, roles[drone].is_some(), path, &ground, start))
         .collect();
-    Ok(Simulation { config, flights, labels, sent, datagrams })
+    Ok(Simulation { config, flights, labels, attacks, sent, datagrams })
 }
 
 /// All that radars may detect: the drones, then everything else.
@@ -211,7 +233,7 @@ fn targets(scenario: &Scenario, drones: &[Path], steps: usize, streams: &Streams
 
 /// Which drones carry a transponder, and how it is attacked: drawn by lot, so that multirotors and fixed wings, equipped or
 /// not, come in all combinations.
-fn roles(drones: &Drones, count: usize, streams: &Streams) -> Vec<Option<Attack>> {
+fn roles(drones: &Drones, count: usize, streams: &Streams) -> Vec<Option<Role>> {
     let lot = |drone| streams.of(Entity::Role, motion::number(drones, drone)).within(Span::new(0.0, 1.0));
     let mut lots: Vec<(f64, usize)> = (0..count).map(|drone| (lot(drone), drone)).collect();
     lots.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -219,9 +241,9 @@ fn roles(drones: &Drones, count: usize, streams: &Streams) -> Vec<Option<Attack>
     for (rank, &(_, drone)) in lots.iter().take(drones.equipped as usize).enumerate() {
         let rank = rank as u32;
         roles[drone] = Some(match rank {
-            _ if rank < drones.spoofed => Attack::Spoofed,
-            _ if rank < drones.spoofed + drones.jammed => Attack::Jammed,
-            _ => Attack::None,
+            _ if rank < drones.spoofed => Role::Spoofed,
+            _ if rank < drones.spoofed + drones.jammed => Role::Jammed,
+            _ => Role::Honest,
         });
     }
     roles
@@ -241,10 +263,34 @@ fn report_label(report: &TransponderReport, start: Time) -> Label {
     Label {
         time: stamped(after(start, report.stamped_s)),
         sensor: TRANSPONDER_ID.to_owned(),
-        number: wire::transponder_number(report.drone),
-        id: Some(drone_id(report.drone)),
+        number: wire::transponder_number(report.identity),
+        id: report.is_own.then(|| drone_id(report.drone)),
         seduced: false,
     }
+}
+
+/// Exchanges the identities of those that are swapped, two by two; all attacks.
+fn attacked(transponders: &mut [(usize, Transmissions)], duration_s: f64, start: Time) -> Vec<Attacked> {
+    let is_swapped = |sends: &Transmissions| sends.lie.is_some_and(|lie| lie.attack == Attack::Swapped);
+    let mut swapped = transponders.iter_mut().map(|(_, sends)| sends).filter(|sends| is_swapped(sends));
+    while let (Some(one), Some(other)) = (swapped.next(), swapped.next()) {
+        let Some(lie) = one.lie else { continue };
+        attack::swap(lie.span, &mut one.reports, &mut other.reports);
+        // Both at once.
+        other.lie = Some(lie);
+    }
+    let attacked = |(drone, sends): &(usize, Transmissions)| {
+        let lie = sends.lie.map(|lie| (Some(lie.attack), lie.span));
+        let (attack, span) = lie.or_else(|| Some((None, sends.jammed_s?)))?;
+        Some(Attacked {
+            id: drone_id(*drone),
+            number: wire::transponder_number(*drone),
+            attack,
+            from: after(start, span.low),
+            until: after(start, span.high.min(duration_s)),
+        })
+    };
+    transponders.iter().filter_map(attacked).collect()
 }
 
 fn drone_id(drone: usize) -> String {

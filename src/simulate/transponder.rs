@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::attack::Lie;
 use super::motion::Path;
 use super::scenario::{Span, Transponder};
 use super::streams::{GaussMarkov, Stream};
@@ -11,6 +12,10 @@ use super::streams::{GaussMarkov, Stream};
 pub struct TransponderReport {
     /// The drone.
     pub drone: usize,
+    /// The drone whose identity is sent: its own, unless transponders are swapped.
+    pub identity: usize,
+    /// Whether the drone sent it where it was: false of what an attacker sends in its name.
+    pub is_own: bool,
     /// When its position was measured, s since take-off.
     pub measured_s: f64,
     /// Its time stamp, s since take-off.
@@ -25,26 +30,37 @@ pub struct TransponderReport {
     pub accuracy_m: Option<f64>,
 }
 
-/// An attack on a transponder.
+/// What happens to a transponder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Attack {
-    /// None.
-    None,
-    /// Its position drifts away.
+pub enum Role {
+    /// Nothing.
+    Honest,
+    /// Its reports are false from some moment on.
     Spoofed,
     /// It is not received for a while.
     Jammed,
 }
 
-/// All reports of drone number `drone` within `duration_s` seconds, in order of measurement.
+/// What one transponder sends.
+#[derive(Clone, Debug)]
+pub struct Transmissions {
+    /// In order of measurement.
+    pub reports: Vec<TransponderReport>,
+    /// How it lies, where it is spoofed.
+    pub lie: Option<Lie>,
+    /// When it is silent, where it is jammed, s since take-off.
+    pub jammed_s: Option<Span>,
+}
+
+/// All reports of drone number `drone` within `duration_s` seconds.
 pub fn reports(
     model: &Transponder,
     drone: usize,
     path: &Path,
-    attack: Attack,
+    role: Role,
     duration_s: f64,
     mut stream: Stream,
-) -> Vec<TransponderReport> {
+) -> Transmissions {
     let stream = &mut stream;
     let period_s = stream.within(model.period_s);
     let late_s = stream.within(model.stamped_late_s);
@@ -55,15 +71,21 @@ pub fn reports(
     let jumps = episodes(model.jump_every_s, model.jump_s, duration_s, stream);
     let jump_offsets: Vec<Vector3<f64>> =
         jumps.iter().map(|_| horizontal(stream.heading(), stream.within(model.jump_m))).collect();
-    let attack_s = match attack {
-        Attack::None => Span::new(f64::INFINITY, f64::INFINITY),
-        Attack::Spoofed => Span::new(stream.within(model.spoof_after_s), f64::INFINITY),
-        Attack::Jammed => {
+    // Drawn in this order since the first version: a seed stays the same flight.
+    let attack_s = match role {
+        Role::Honest => None,
+        Role::Spoofed => {
+            let from_s = stream.within(model.spoof_after_s);
+            let until_s = if model.spoof_lasts_s > 0.0 { from_s + model.spoof_lasts_s } else { duration_s };
+            Some(Span::new(from_s, until_s))
+        }
+        Role::Jammed => {
             let from_s = stream.within(model.jam_after_s);
-            Span::new(from_s, from_s + stream.within(model.jam_s))
+            Some(Span::new(from_s, from_s + stream.within(model.jam_s)))
         }
     };
-    let away = horizontal(stream.heading(), model.spoof_drift_m);
+    let away = horizontal(stream.heading(), 1.0);
+    let jammed_s = attack_s.filter(|_| role == Role::Jammed);
     let mut bias = [model.gnss_horizontal_m, model.gnss_horizontal_m, model.gnss_vertical_m]
         .map(|sigma_m| GaussMarkov::new(sigma_m, model.gnss_time_s, 0.0, stream));
 
@@ -74,12 +96,8 @@ pub fn reports(
         let error = Vector3::from(bias.each_mut().map(|axis| axis.at(time_s, stream)))
             + Vector3::from_fn(|_, _| stream.normal(model.gnss_white_m));
         let jump = jumps.iter().position(|jump| within(*jump, time_s)).map(|jump| jump_offsets[jump]);
-        let spoofed = match attack {
-            Attack::Spoofed => away * ((time_s - attack_s.low) / model.spoof_drift_s).clamp(0.0, 1.0),
-            _ => Vector3::zeros(),
-        };
         let silent = gaps.iter().any(|gap| within(*gap, time_s))
-            || (attack == Attack::Jammed && within(attack_s, time_s))
+            || jammed_s.is_some_and(|jammed_s| within(jammed_s, time_s))
             || stream.chance(model.dropped);
         let stamped_s = time_s + late_s;
         let held_s = if stream.chance(model.held_up) { stream.within(model.held_up_s) } else { 0.0 };
@@ -87,17 +105,29 @@ pub fn reports(
         if !silent {
             reports.push(TransponderReport {
                 drone,
+                identity: drone,
+                is_own: true,
                 measured_s: time_s,
                 stamped_s,
                 arrives_s,
-                position: state.position + error + jump.unwrap_or_default() + spoofed,
+                position: state.position + error + jump.unwrap_or_default(),
                 velocity: state.velocity,
                 accuracy_m,
             });
         }
         time_s += period_s * (1.0 + model.jitter * stream.within(Span::new(-1.0, 1.0)));
     }
-    reports
+    let lie = attack_s.filter(|_| role == Role::Spoofed).map(|span| Lie {
+        attack: model.attack,
+        span,
+        away,
+        period_s,
+    });
+    let reports = match &lie {
+        Some(lie) => lie.tell(model, reports),
+        None => reports,
+    };
+    Transmissions { reports, lie, jammed_s }
 }
 
 /// The radius that holds half of the positions: 1.18 standard deviations (Rayleigh's median), in whole metres.

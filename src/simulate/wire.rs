@@ -168,7 +168,7 @@ fn service_block(radar: &Radar, source: DataSource, antenna: &Antenna, time: Tim
     block
 }
 
-/// A transponder's report as its receiver forwards it; its serial number is the drone's number.
+/// A transponder's report as its receiver forwards it; its serial number is the number of the drone that it says it is.
 pub fn transponder_datagram(
     model: &Transponder,
     sensor: usize,
@@ -183,7 +183,7 @@ pub fn transponder_datagram(
     let mut record = cat129::Record::builder(source, *b"GB", time, position)
         .manufacturer(*b"SIM")
         .model(*b"UAS")
-        .serial_number(serial(report.drone))
+        .serial_number(serial(report.identity))
         .altitude_amsl(Altitude::from_metres(ground.altitude_amsl_m(&report.position)));
     if let Some(accuracy_m) = report.accuracy_m {
         record = record.gnss_accuracy(GnssAccuracy::from_metres(accuracy_m));

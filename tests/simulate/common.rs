@@ -181,7 +181,8 @@ impl Flown {
                         let fix = normaliser.fix(&record, received).unwrap();
                         let number: u32 = str::from_utf8(fix.identity.serial()).unwrap().parse().unwrap();
                         let label = labels[&("drone-it", fix.time, number)];
-                        let drone = drones[label.id.as_deref().unwrap()];
+                        // What an attacker sends is nobody's: then the one whose serial it has.
+                        let drone = label.id.as_deref().map_or(number as usize - 1, |id| drones[id]);
                         fixes.push(Fix { time: fix.time, received, position: fix.position.0, record, drone });
                     }
                 }

@@ -3,6 +3,7 @@
 #![expect(clippy::disallowed_methods, reason = "files that the command wrote, and how long it took")]
 
 mod animals;
+mod attacks;
 mod common;
 mod continuity;
 mod errors;

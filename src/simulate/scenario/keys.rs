@@ -46,6 +46,28 @@ names! {
     }
 }
 
+names! {
+    /// What a spoofed transponder reports.
+    #[derive(Copy, Eq)]
+    Attack, "attack" {
+        /// Positions that drift away, and velocities to match.
+        Drift = "drift",
+        /// Positions that are off by the same distance at once.
+        Jump = "jump",
+        /// The last position and velocity before, for good.
+        Frozen = "frozen",
+        /// What it reported some time before, again and again.
+        Replay = "replay",
+        /// Its own, and those of a second transmitter of the same identity elsewhere.
+        Duplicate = "duplicate",
+        /// Its own under the identity of the next spoofed one, which sends its.
+        Swapped = "swapped",
+        /// Its own with time stamps that are off.
+        Time = "time",
+    }
+}
+
+written_by_name!(Attack);
 written_by_name!(Pattern);
 written_by_name!(VelocityModel);
 

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use jiff::Timestamp;
 
-pub use keys::{Pattern, Span, VelocityModel};
+pub use keys::{Attack, Pattern, Span, VelocityModel};
 pub use sections::{
     Airspace, Birds, Clutter, Drones, FixedWing, Multirotor, Network, Place, Radar, Transponder,
 };
@@ -80,6 +80,10 @@ impl ByHand for Scenario {
         }
         if drones.spoofed + drones.jammed > drones.equipped {
             let message = "spoofed and jammed together are more than equipped";
+            refuse(table("drones").as_ref(), "spoofed", message);
+        }
+        if self.transponder.attack == Attack::Swapped && drones.spoofed % 2 == 1 {
+            let message = "attack \"swapped\" takes two transponders each";
             refuse(table("drones").as_ref(), "spoofed", message);
         }
         let service = (self.place.sac, self.place.sic);

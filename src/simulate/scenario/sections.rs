@@ -1,6 +1,6 @@
 //! The sections. Defaults are those of the error model in `docs/SIMULATION.md`.
 
-use super::keys::{COUNT, METRES, Pattern, SECONDS, SHARE, Span, VelocityModel, plain_name};
+use super::keys::{Attack, COUNT, METRES, Pattern, SECONDS, SHARE, Span, VelocityModel, plain_name};
 use crate::config::kinds::{flag, named};
 use crate::config::table::section;
 
@@ -261,12 +261,22 @@ section! {
         jump_m: Span = Span::new(20.0, 60.0), METRES;
         /// duration of a jump, seconds
         jump_s: Span = Span::new(5.0, 20.0), SECONDS;
+        /// what a spoofed transponder does: "drift", "jump", "frozen", "replay", "duplicate", "swapped" or "time"
+        attack: Attack = Attack::Drift, named();
         /// time from take-off to the beginning of spoofing, seconds
         spoof_after_s: Span = Span::new(60.0, 120.0), SECONDS;
-        /// distance to which the spoofed position drifts, metres
+        /// how long spoofing lasts, seconds; 0: to the end
+        spoof_lasts_s: f64 = 0.0, SECONDS;
+        /// distance to which the spoofed position drifts, or jumps, metres
         spoof_drift_m: f64 = 100.0, METRES;
         /// duration of the drift, seconds; then the distance stays
         spoof_drift_s: f64 = 60.0, 1.0..=1e6;
+        /// attack "replay": the time before it that is sent again and again, seconds
+        replay_s: f64 = 60.0, 1.0..=1e6;
+        /// attack "duplicate": distance of the second transmitter, metres
+        duplicate_m: f64 = 500.0, METRES;
+        /// attack "time": how much later time stamps are, seconds; negative: earlier
+        time_shift_s: f64 = 2.0, -60.0..=60.0;
         /// time from take-off to the beginning of jamming, seconds
         jam_after_s: Span = Span::new(60.0, 120.0), SECONDS;
         /// how long a jammed transponder is silent, seconds
