@@ -2,18 +2,17 @@
 //!
 //! Sans-IO: no clock, no socket, no randomness. [`Engine::advance`] first, drained; then [`Engine::handle`].
 
+mod learnt;
+
 use jiff::SignedDuration;
 
-use crate::learning::{LearningState, LearningStateError, LearntType, TypeState};
 use crate::numbering::{Given, Keeping, Numbers};
 use crate::operational::{
-    self, Correlation, HeldCorrelation, NotCorrelated, Operational, Registered, ResumedCorrelation,
-    SavedCorrelation,
+    self, Correlation, HeldCorrelation, NotCorrelated, Operational, ResumedCorrelation, SavedCorrelation,
 };
 use crate::point::Emission;
 use crate::reference::Reference;
-use crate::registration::{RegistrationState, RegistrationStateError};
-use crate::report::{Identity, Report, SensorIndex, TransponderType};
+use crate::report::{Identity, Report};
 use crate::settings::{Profile, Settings, SettingsError};
 use crate::slots::{Slot, Window};
 use crate::time::Time;
@@ -197,67 +196,6 @@ impl Engine {
     /// The transponder numbers that somebody has.
     pub fn numbers(&self) -> &Numbers {
         &self.numbers
-    }
-
-    /// What is known of each radar's registration; nothing in the `reference` profile.
-    pub fn registered(&self) -> impl Iterator<Item = (SensorIndex, &Registered)> {
-        self.operational().into_iter().flat_map(Operational::registered)
-    }
-
-    /// Takes over what was known of a radar's registration in an earlier life; whether it did. The `reference` profile knows
-    /// none.
-    ///
-    /// # Errors
-    /// The state is of another version, or its numbers are not what is written.
-    pub fn restore(
-        &mut self,
-        sensor: SensorIndex,
-        state: &RegistrationState,
-    ) -> Result<bool, RegistrationStateError> {
-        match &mut self.rules {
-            Rules::Operational(operational, _) => operational.restore(sensor, state).map(|()| true),
-            Rules::Reference(_) => Ok(false),
-        }
-    }
-
-    /// Takes over what was learnt of a radar's errors in an earlier life; whether it did. The `reference` profile learns none.
-    ///
-    /// # Errors
-    /// The state is of another version, or its numbers are not what is written.
-    pub fn restore_learning(
-        &mut self,
-        sensor: SensorIndex,
-        state: &LearningState,
-    ) -> Result<bool, LearningStateError> {
-        match &mut self.rules {
-            Rules::Operational(operational, _) => operational.restore_learning(sensor, state).map(|()| true),
-            Rules::Reference(_) => Ok(false),
-        }
-    }
-
-    /// What was learnt of each type of transponders; nothing in the `reference` profile.
-    pub fn learnt_types(&self) -> Vec<(TransponderType, LearntType)> {
-        match &self.rules {
-            Rules::Operational(operational, settings) => operational.learnt_types(settings),
-            Rules::Reference(_) => Vec::new(),
-        }
-    }
-
-    /// The same, to outlive a restart.
-    pub fn type_states(&self) -> Vec<TypeState> {
-        self.operational().map(Operational::type_states).unwrap_or_default()
-    }
-
-    /// Takes over what was learnt of a type of transponders in an earlier life; whether it did. The `reference` profile learns
-    /// nothing.
-    ///
-    /// # Errors
-    /// The state is of another version, or its numbers are not what is written.
-    pub fn restore_type(&mut self, state: &TypeState) -> Result<bool, LearningStateError> {
-        match &mut self.rules {
-            Rules::Operational(operational, _) => operational.restore_type(state).map(|()| true),
-            Rules::Reference(_) => Ok(false),
-        }
     }
 
     /// Numbers are given for good, whatever the profile: for a replay that begins with none.

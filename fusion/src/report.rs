@@ -151,8 +151,7 @@ pub struct Fix {
 impl Fix {
     /// The type of its transponder.
     pub fn transponder_type(&self) -> TransponderType {
-        let UasItems { manufacturer, model, .. } = self.items;
-        TransponderType { receiver: self.sensor, manufacturer, model }
+        TransponderType::of(self.sensor, &self.items)
     }
 }
 
@@ -165,6 +164,14 @@ pub struct TransponderType {
     pub manufacturer: Option<[u8; 3]>,
     /// I129/030.
     pub model: Option<[u8; 3]>,
+}
+
+impl TransponderType {
+    /// That of a transponder that this receiver hears send these items.
+    pub(crate) fn of(receiver: SensorIndex, items: &UasItems) -> Self {
+        let &UasItems { manufacturer, model, .. } = items;
+        Self { receiver, manufacturer, model }
+    }
 }
 
 /// A plot or a fix.

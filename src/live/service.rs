@@ -36,6 +36,7 @@ use fusion::SensorIndex;
 use fusion::numbering::{LARGEST_TRANSPONDER_NUMBER, NumberChange};
 use fusion::operational::HeldCorrelation;
 use fusion::registration::Misalignment;
+use fusion::report::TransponderType;
 use fusion::time::{SECOND, Time};
 use publication::ReadySlot;
 
@@ -49,8 +50,23 @@ const WAITED: jiff::SignedDuration = jiff::SignedDuration::from_millis(500);
 /// Share of the transponder numbers in use from which an alert is raised.
 const NUMBERS_LOW: f64 = 0.9;
 
-/// The radars' registrations.
-type Estimates = Vec<(SensorIndex, Misalignment)>;
+/// What was learnt of the sensors, as far as it shows that there is more of it.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Estimates {
+    radars: Vec<(SensorIndex, Misalignment)>,
+    /// Reports of each type of transponders.
+    reports: Vec<(TransponderType, u64)>,
+}
+
+impl Estimates {
+    fn of(engine: &fusion::Engine) -> Self {
+        let types = engine.learnt_types().into_iter();
+        Self {
+            radars: engine.registered().map(|(sensor, now)| (sensor, now.estimate)).collect(),
+            reports: types.map(|(kind, learnt)| (kind, learnt.reports)).collect(),
+        }
+    }
+}
 
 /// Where the engine's thread hands its results.
 pub struct Outlets {
@@ -195,7 +211,7 @@ impl Engine {
             quiet: Quiet::default(),
             unkept: BTreeMap::new(),
             unrecorded_numbers: BTreeMap::new(),
-            registered: Vec::new(),
+            registered: Estimates::default(),
             next_registration: Time::default(),
             held: Vec::new(),
             unrecorded: VecDeque::new(),

@@ -21,7 +21,7 @@ pub struct Lie {
 impl Lie {
     /// What is sent instead of the honest reports of one drone, in order of measurement. [`Attack::Swapped`] takes two drones:
     /// see [`swap`].
-    pub fn tell(&self, model: &Transponder, honest: Vec<TransponderReport>) -> Vec<TransponderReport> {
+    pub fn apply(&self, model: &Transponder, honest: Vec<TransponderReport>) -> Vec<TransponderReport> {
         match self.attack {
             Attack::Drift => self.each(honest, |report| {
                 let share = (report.measured_s - self.span.low) / model.spoof_drift_s;

@@ -124,7 +124,7 @@ pub fn reports(
         period_s,
     });
     let reports = match &lie {
-        Some(lie) => lie.tell(model, reports),
+        Some(lie) => lie.apply(model, reports),
         None => reports,
     };
     Transmissions { reports, lie, jammed_s }

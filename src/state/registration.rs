@@ -146,6 +146,7 @@ impl Registrations {
     /// would count beside it.
     pub fn restore(&self, config: &Config, now: Option<Time>, engine: &mut Engine) -> Vec<String> {
         let mut unused = Vec::new();
+        let mut kept: Vec<&str> = Vec::new();
         for (id, entry) in &self.radars {
             let restored = radar(config, id).and_then(|(index, radar)| {
                 entry.restore(index, radar, now, engine)?;
@@ -159,6 +160,7 @@ impl Registrations {
                     continue;
                 }
             };
+            kept.push(id);
             // One that is not configured to learn is not worth a word.
             if radar.learn_accuracy
                 && let Err(reason) = entry.restore_learning(index, now, engine)
@@ -168,7 +170,7 @@ impl Registrations {
             }
         }
         for state in &self.transponders.types {
-            if let Err(reason) = self.transponders.restore(state, config, now, engine) {
+            if let Err(reason) = self.transponders.restore(state, &kept, config, now, engine) {
                 warn!(reason, "a type of transponders is learnt anew");
                 unused.push(reason);
             }
@@ -178,10 +180,12 @@ impl Registrations {
 }
 
 impl Transponders {
-    /// One type; without what the radars have shown that are no more, and not at all where its receiver is no more.
+    /// One type; without what radars have shown of its delay whose registration is not `kept`, since that is relative to it, and
+    /// not at all where its receiver is no more.
     fn restore(
         &self,
         state: &Value,
+        kept: &[&str],
         config: &Config,
         now: Option<Time>,
         engine: &mut Engine,
@@ -191,7 +195,8 @@ impl Transponders {
         let number = |before: SensorIndex| {
             let id = self.sensors.get(usize::from(before.0))?;
             let index = config.sensors.iter().position(|sensor| sensor.id == *id)?;
-            Some(SensorIndex(index as u16))
+            let is_radar = matches!(config.sensors[index].kind, SensorKind::Radar(_));
+            (!is_radar || kept.contains(&id.as_str())).then_some(SensorIndex(index as u16))
         };
         let Some(state) = state.renumbered(number) else { return Ok(()) };
         engine.restore_type(&state).map(drop).map_err(|error| error.to_string())

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use fusion::Engine;
 use fusion::time::Time;
 use jiff::SignedDuration;
 use serde_json::{Value, json};
@@ -173,6 +174,10 @@ fn no_file_keeps_a_service_from_starting() {
         assert!(unused.len() == 1 && unused[0].contains(why), "{place}: {why}: {unused:?}");
         hurt
     };
+    let delays = |engine: &Engine| serde_json::to_value(engine.type_states()).unwrap()[0]["delays"].clone();
+    let mut whole = Pipeline::new(&config, Masks::default());
+    parse_registration(&text).unwrap().restore(&config, None, whole.engine_mut());
+    assert_eq!(delays(whole.engine()).as_object().map(serde_json::Map::len), Some(1));
     for (place, value, why) in [
         ("/version", json!(9), "registration state of version 9"),
         ("/settled/axes/0", first(azimuths, "NaN"), "has numbers beyond"),
@@ -188,6 +193,7 @@ fn no_file_keeps_a_service_from_starting() {
         ("", json!(null), "invalid type"),
     ] {
         let hurt = refused(&format!("/radars/{id}/state{place}"), value, why);
+        assert_eq!(delays(hurt.engine()), json!({}), "what it showed of delays is relative to it");
         assert!(Registrations::of(&config, hurt.engine()).is_empty());
     }
     // What was learnt of its errors is begun anew by itself.

@@ -98,11 +98,6 @@ impl Delay {
         let applied_s = (self.applied_s + evident(mean_s, sigma_s)).max(0.0);
         Self { mean_s: self.applied_s + mean_s, sigma_s, applied_s }
     }
-
-    /// How wrong the part that is applied may be: standard deviation, seconds.
-    pub(super) fn error_s(&self) -> f64 {
-        self.sigma_s
-    }
 }
 
 /// As much of a mean as its standard deviation leaves evident: nothing within one deviation of zero, nearly all of it beyond

@@ -113,8 +113,7 @@ impl Transponder {
 
     /// Its type.
     pub(super) fn kind(&self) -> TransponderType {
-        let UasItems { manufacturer, model, .. } = self.items;
-        TransponderType { receiver: self.sensor, manufacturer, model }
+        TransponderType::of(self.sensor, &self.items)
     }
 
     /// Learns from the reports up to `until` how large their white noise is, its own and that of its type.
@@ -175,7 +174,7 @@ impl Transponder {
     pub(super) fn bias(&self, settings: &Settings) -> Option<TransponderBias> {
         let receiver = settings.transponder(self.sensor)?;
         let share = 1.0 - FRESH_SHARE * FRESH_SHARE;
-        let delay_s = DELAY_BETWEEN_TRANSPONDERS_S.hypot(settings.delay(&self.kind())?.error_s());
+        let delay_s = DELAY_BETWEEN_TRANSPONDERS_S.hypot(settings.delay(&self.kind())?.sigma_s);
         Some(TransponderBias {
             horizontal_m2: self.axis_sigma_m(receiver).powi(2) * share,
             vertical_m2: receiver.vertical_m.powi(2) * share,

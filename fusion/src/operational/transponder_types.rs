@@ -58,6 +58,8 @@ impl TransponderTypes {
             if of_type.inverse_variance <= 0.0 {
                 return common;
             }
+            // Its tracks are among those of all, whose delay is only what this begins with: where there is one type, what
+            // is apart of it is next to nothing.
             let information = of_type.inverse_variance + DELAY_BETWEEN_TYPES_S.powi(-2);
             let apart_s = (of_type.weighted_mean - common.applied_s * of_type.inverse_variance) / information;
             common.apart(apart_s, information.powf(-0.5))

@@ -120,7 +120,7 @@ impl Engine {
     /// The registration, and the text of its file, where it is not what was handed on.
     pub(super) fn new_registration(&self) -> Option<(Estimates, Arc<str>)> {
         let engine = self.driver.pipeline().engine();
-        let now: Estimates = engine.registered().map(|(sensor, now)| (sensor, now.estimate)).collect();
+        let now = Estimates::of(engine);
         (now != self.registered).then(|| {
             let text = registration_text(&Registrations::of(&self.config, engine));
             (now, text.into())
