@@ -6,6 +6,7 @@ mod learnt;
 
 use jiff::SignedDuration;
 
+use crate::integrity::{Assessment, HeldWord, Word};
 use crate::numbering::{Given, Keeping, Numbers};
 use crate::operational::{
     self, Correlation, HeldCorrelation, NotCorrelated, Operational, ResumedCorrelation, SavedCorrelation,
@@ -34,6 +35,8 @@ pub struct Engine {
 struct Plan {
     /// By slot, those of one slot in their order.
     correlations: Vec<(Slot, Correlation)>,
+    /// Operators' words on identities, by slot, those of one slot in their order.
+    words: Vec<(Slot, Word)>,
     /// The first slot of the replay.
     first: Option<Slot>,
     /// Correlations on what never was there.
@@ -259,6 +262,35 @@ impl Engine {
         self.operational().map_or_else(Vec::new, Operational::correlations)
     }
 
+    /// An operator's word on an identity; it counts from the next slot on, until another one does. `false`: the profile knows
+    /// none, or nothing was received yet.
+    pub fn say(&mut self, word: Word) -> bool {
+        match (&mut self.rules, self.clock) {
+            (Rules::Operational(operational, _), Some(clock)) => {
+                operational.say(word, clock.next);
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// What was said in a flight that is replayed, or before a restart, each with its slot: it counts from that slot on, as it
+    /// did then.
+    pub fn plan_words(&mut self, mut words: Vec<(Slot, Word)>) {
+        words.sort_by_key(|planned| planned.0);
+        self.plan.words = words;
+    }
+
+    /// The operators' words in force, by identity.
+    pub fn words(&self) -> Vec<HeldWord> {
+        self.operational().into_iter().flat_map(Operational::words).collect()
+    }
+
+    /// What is known of each identity heard lately; nothing in the `reference` profile.
+    pub fn assessments(&self) -> impl Iterator<Item = &Assessment> {
+        self.operational().into_iter().flat_map(Operational::assessments)
+    }
+
     /// The transponders that something can be decided of; none in the `reference` profile.
     pub fn transponders(&self) -> impl Iterator<Item = Identity> {
         self.operational().into_iter().flat_map(Operational::transponders)
@@ -324,12 +356,12 @@ impl Engine {
             plan.carry_out(slot, settings.window_slots, operational, profile);
             plan.resume((slot, settings.grid.centre(slot)), operational, profile);
         }
-        let points = match rules {
-            Rules::Reference(reference) => reference.emit(&window, numbers),
+        let (points, concerns) = match rules {
+            Rules::Reference(reference) => (reference.emit(&window, numbers), Vec::new()),
             // Behind the last report of all nobody is extrapolated: a replay ends there, too.
             Rules::Operational(operational, profile) if self.newest.is_none_or(|newest| slot > newest) => {
                 operational.pass(settings.grid.centre(slot), profile);
-                Vec::new()
+                (Vec::new(), Vec::new())
             }
             Rules::Operational(operational, profile) => {
                 operational.emit(slot, settings.grid, profile, numbers)
@@ -340,7 +372,7 @@ impl Engine {
             Rules::Operational(operational, _) => operational.take_newcomers(),
         };
         let numbers = numbers.take_changes();
-        Some(Emission { slot, time: settings.grid.centre(slot), points, numbers, newcomers })
+        Some(Emission { slot, time: settings.grid.centre(slot), points, numbers, newcomers, concerns })
     }
 }
 
@@ -354,6 +386,8 @@ impl Plan {
         profile: &operational::Settings,
     ) {
         let is_beginning = self.first.is_some_and(|first| slot < first.plus(window_slots));
+        let due = self.words.partition_point(|planned| planned.0 <= slot);
+        self.words.drain(..due).for_each(|(since, word)| operational.say(word, since));
         let missed = &mut self.missed;
         self.correlations.retain(|&(at, correlation)| {
             if at > slot {
@@ -398,7 +432,9 @@ impl Rules {
         match &settings.profile {
             Profile::Reference(rules) => Self::Reference(Reference::new(settings, rules)),
             Profile::Operational(rules) => {
-                Self::Operational(Box::default(), operational::Settings::new(&settings.sensors, rules))
+                let latency = settings.grid.slot() * settings.latency_slots as i32;
+                let rules = operational::Settings::new(&settings.sensors, latency, rules);
+                Self::Operational(Box::default(), rules)
             }
         }
     }

@@ -22,6 +22,7 @@
 //! | [`operational`] | an operator's correlations, and what is known of each radar |
 //! | [`registration`] | a radar's misalignment, and what a restart must know of it |
 //! | [`learning`] | a radar's errors as they have shown themselves, and what a restart must know of them |
+//! | [`integrity`] | whether a transponder can be trusted, and what speaks against it |
 //! | [`interpolation`], [`assignment`] | shape-preserving interpolation; the optimal one-to-one assignment |
 
 pub mod assignment;
@@ -30,6 +31,7 @@ mod decimals;
 mod engine;
 mod filter;
 pub mod frames;
+pub mod integrity;
 pub mod interpolation;
 pub mod learning;
 pub mod numbering;

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix2, Vector3};
 
 use crate::frames::Enu;
+use crate::integrity::{Concern, PointIntegrity};
 use crate::numbering::NumberChange;
 use crate::report::{Identity, RadarTrackKey, SensorIndex, UasItems};
 use crate::slots::Slot;
@@ -21,6 +22,8 @@ pub struct Emission {
     pub numbers: Vec<NumberChange>,
     /// What became of new identities, a transponder receiver each that has some (`operational` profile).
     pub newcomers: Vec<Newcomers>,
+    /// What is wrong with transponders at this slot (`operational` profile).
+    pub concerns: Vec<Concern>,
 }
 
 /// One output point.
@@ -38,6 +41,12 @@ pub struct Point {
     pub estimate: Option<Estimate>,
     /// Who else its radar track or its transponder could be, the likeliest first (`operational` profile).
     pub competitors: Vec<Competitor>,
+    /// Whether its transponder can be trusted, where it has one (`operational` profile).
+    pub integrity: Option<PointIntegrity>,
+    /// Track numbers of the points that claim to be the same aircraft elsewhere (`operational` profile).
+    pub disputed: Vec<u32>,
+    /// A confirmed drone seen by radar alone that no transponder heard lately explains (`operational` profile).
+    pub is_unexplained: bool,
 }
 
 /// Velocity and covariance of a point's aircraft, in the site's axes.

@@ -157,6 +157,9 @@ impl Aircraft {
                     source: Source::Fused(RadarPart::of(detection), transponder, association),
                     estimate: None,
                     competitors: Vec::new(),
+                    integrity: None,
+                    disputed: Vec::new(),
+                    is_unexplained: false,
                 });
             }
         }
@@ -169,6 +172,9 @@ impl Aircraft {
                 source: Source::Transponder(transponder),
                 estimate: None,
                 competitors: Vec::new(),
+                integrity: None,
+                disputed: Vec::new(),
+                is_unexplained: false,
             });
         }
     }
@@ -198,6 +204,9 @@ fn radar_only(
         source: Source::Radar(RadarPart::of(detection)),
         estimate: None,
         competitors: Vec::new(),
+        integrity: None,
+        disputed: Vec::new(),
+        is_unexplained: false,
     })
 }
 

@@ -7,6 +7,7 @@ use jiff::SignedDuration;
 
 pub use crate::filter::{Dynamics, Model, Models, RadarErrors, Singer};
 use crate::frames::{Enu, RadarFrame};
+pub use crate::integrity::{Action, IntegrityRules};
 use crate::report::SensorIndex;
 use crate::slots::{RING, SlotGrid};
 
@@ -91,6 +92,8 @@ pub struct OperationalRules {
     pub max_gap: SignedDuration,
     /// Threads that share the work of a slot with much traffic (1). What is published is the same with any number.
     pub threads: NonZeroUsize,
+    /// Whether transponders can be trusted.
+    pub integrity: IntegrityRules,
 }
 
 /// A sensor.
@@ -204,6 +207,7 @@ impl Default for OperationalRules {
             dynamics: Dynamics::Imm(Models::default()),
             max_gap: SignedDuration::from_secs(8),
             threads: NonZeroUsize::MIN,
+            integrity: IntegrityRules::default(),
         }
     }
 }
@@ -259,6 +263,12 @@ impl Settings {
             not_negative("weights.radar", weights.radar)?;
             not_negative("weights.transponder", weights.transponder)?;
             above_zero("weights.radar + weights.transponder", weights.radar + weights.transponder)?;
+        }
+        if let Profile::Operational(OperationalRules { integrity, .. }) = &self.profile {
+            let IntegrityRules { on, off, alert_limit_m, .. } = *integrity;
+            not_negative("integrity.off", off)?;
+            above_zero("integrity.on - integrity.off", on - off)?;
+            above_zero("integrity.alert_limit_m", alert_limit_m)?;
         }
         self.sensors.iter().try_for_each(Sensor::check)
     }

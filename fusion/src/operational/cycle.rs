@@ -16,6 +16,8 @@ pub(super) struct Cycle<'a> {
     pub(super) begin: Time,
     pub(super) centre: Time,
     pub(super) end: Time,
+    /// What was received by then is known.
+    pub(super) deadline: Time,
     /// Centre of the slot that was published before.
     pub(super) previous: Time,
     pub(super) settings: &'a Settings,
@@ -28,6 +30,7 @@ impl<'a> Cycle<'a> {
             begin: grid.open(slot),
             centre: grid.centre(slot),
             end: grid.open(slot.plus(1)),
+            deadline: grid.open(slot) + settings.latency,
             previous: previous.unwrap_or(grid.centre(slot.plus(-1))),
             settings,
         }

@@ -17,6 +17,7 @@ mod doubt;
 mod existence;
 mod ids;
 mod initiation;
+mod integrity;
 mod likelihood;
 mod mutual;
 mod output;
@@ -35,6 +36,7 @@ mod transponder_types;
 mod tuning;
 mod walk_off;
 
+use crate::integrity::{Assessment, Concern, HeldWord, Word};
 use crate::learning::{LearningState, LearningStateError, LearntType, TypeState};
 use crate::numbering::Numbers;
 use crate::point::{Newcomers, Point};
@@ -46,6 +48,7 @@ use admission::{Admission, Admitted};
 use classes::Classes;
 use correlation::Correlations;
 use cycle::Cycle;
+use integrity::Integrities;
 use registrations::Registrations;
 use targets::Targets;
 use tracklets::Tracklets;
@@ -70,6 +73,7 @@ pub(super) struct Operational {
     registrations: Registrations,
     classes: Classes,
     types: TransponderTypes,
+    integrities: Integrities,
     /// Centre of the slot that was published last.
     published: Option<Time>,
 }
@@ -90,28 +94,30 @@ impl Operational {
         grid: SlotGrid,
         settings: &Settings,
         numbers: &mut Numbers,
-    ) -> Vec<Point> {
+    ) -> (Vec<Point>, Vec<Concern>) {
         let settings = &self.registrations.settings(settings, &mut self.types);
         let cycle = &Cycle::new(slot, grid, self.published, settings);
         self.pass(cycle.centre, settings);
         self.sort_plots(settings);
         self.sort_fixes(settings);
         self.forget(cycle);
-        let Self { tracklets, targets, correlations, registrations, classes, types, .. } = self;
+        let Self { tracklets, targets, correlations, registrations, classes, types, integrities, .. } = self;
         comparison::compare(tracklets, targets, cycle);
         let decided = &correlations.decided(tracklets, targets);
         let measured = &reacquisition::Measured::of(targets);
         association::associate(tracklets, targets, measured, decided, cycle);
         registrations.register(tracklets, targets, types, cycle);
         initiation::initiate(tracklets, targets, measured, decided, cycle);
+        integrities.assess(tracklets, targets, cycle);
         targets.filter_all(tracklets, cycle);
-        let points = output::publish(targets, tracklets, correlations, numbers, grid, cycle);
+        let mut points = output::publish(targets, tracklets, correlations, numbers, grid, cycle);
+        let concerns = integrities.mark(&mut points);
         targets.settle(tracklets, cycle);
         targets.learn(cycle.centre, types, settings);
         tracklets.settle(cycle.centre, settings);
         classes.learn(tracklets, targets, cycle);
         self.published = Some(cycle.centre);
-        points
+        (points, concerns)
     }
 
     /// A slot behind the last report of all passes.
@@ -134,6 +140,7 @@ impl Operational {
     /// Puts the transponder reports that came to the time of their measurement, and sorts them into targets.
     fn sort_fixes(&mut self, settings: &Settings) {
         self.fixes.sort_by_key(|fix| (fix.time, fix.identity));
+        self.integrities.hear(&self.fixes, settings);
         for mut fix in self.fixes.drain(..) {
             let Some(receiver) = settings.transponder(fix.sensor) else { continue };
             let delay_s = settings.delay(&fix.transponder_type()).unwrap_or_default().applied_s;
@@ -268,6 +275,21 @@ impl Operational {
     /// The correlations in force, by radar track.
     pub(crate) fn correlations(&self) -> Vec<HeldCorrelation> {
         self.kept().into_iter().map(|kept| kept.held).collect()
+    }
+
+    /// An operator's word on an identity, from the slot `since` on.
+    pub(crate) fn say(&mut self, word: Word, since: Slot) {
+        self.integrities.say(word, since);
+    }
+
+    /// The operators' words in force, by identity.
+    pub(crate) fn words(&self) -> impl Iterator<Item = HeldWord> {
+        self.integrities.words()
+    }
+
+    /// What is known of each identity heard lately.
+    pub(crate) fn assessments(&self) -> impl Iterator<Item = &Assessment> {
+        self.integrities.assessments()
     }
 
     /// The transponders that can be correlated.

@@ -62,6 +62,9 @@ pub(super) fn publish(
             source,
             estimate: Some(estimated),
             competitors: competitors.remove(&id).unwrap_or_default(),
+            integrity: None,
+            disputed: Vec::new(),
+            is_unexplained: false,
         });
     }
     // Stable, and each is moved but once.

@@ -10,7 +10,7 @@ use super::tuning;
 use crate::filter::{Dynamics, LineOfSight, RadarErrors};
 use crate::frames::{Enu, RadarFrame};
 use crate::report::{SensorIndex, TransponderType};
-use crate::settings::{self, OperationalRules, RegistrationMode, Sensor};
+use crate::settings::{self, IntegrityRules, OperationalRules, RegistrationMode, Sensor};
 use crate::time::SECOND;
 
 /// The sensors as their data sheets have them, and how drones move.
@@ -26,14 +26,18 @@ pub struct Settings {
     pub motion: Dynamics,
     /// Threads that share the work of a slot.
     pub threads: NonZeroUsize,
+    /// From the opening of a slot to its deadline.
+    pub latency: SignedDuration,
+    /// Whether transponders can be trusted.
+    pub integrity: IntegrityRules,
     /// Delay of transponders of which no more is known, and by type; not read from the settings but learnt.
     pub(super) delay: Delay,
     pub(super) delays: BTreeMap<TransponderType, Delay>,
 }
 
 impl Settings {
-    /// From the sensors and the profile's rules.
-    pub(crate) fn new(sensors: &[Sensor], rules: &OperationalRules) -> Self {
+    /// From the sensors, the time from the opening of a slot to its deadline, and the profile's rules.
+    pub(crate) fn new(sensors: &[Sensor], latency: SignedDuration, rules: &OperationalRules) -> Self {
         let radar = |sensor: &Sensor| match sensor {
             Sensor::Radar(radar) => Some(Radar::from(radar)),
             Sensor::Receiver(_) => None,
@@ -48,6 +52,8 @@ impl Settings {
             max_gap_ns: rules.max_gap.as_nanos() as i64,
             motion: rules.dynamics,
             threads: rules.threads,
+            latency,
+            integrity: rules.integrity,
             delay: Delay::default(),
             delays: BTreeMap::new(),
         }

@@ -21,6 +21,7 @@ use crate::report::{RadarTrackKey, UasItems};
 use crate::settings::OperationalRules;
 
 const GRID: SlotGrid = SlotGrid::new(jiff::SignedDuration::from_millis(250));
+const LATENCY: jiff::SignedDuration = jiff::SignedDuration::from_millis(6250);
 /// The slot of most cases has its centre here, seconds.
 const NOW_S: f64 = 100.125;
 
@@ -50,7 +51,7 @@ impl Case {
     fn new() -> Self {
         let mut sensors = two_drones::settings(true).sensors;
         sensors.push(sensors[0].clone());
-        let settings = Settings::new(&sensors, &OperationalRules::default());
+        let settings = Settings::new(&sensors, LATENCY, &OperationalRules::default());
         let numbers = Numbers::new(GRID, Keeping::ADay, std::collections::BTreeMap::new());
         Self { air: Operational::default(), settings, numbers }
     }
@@ -135,7 +136,7 @@ impl Case {
         let publish = |slot| {
             heard(self, slot as f64 / 4.0);
             self.numbers.turn(Slot(slot));
-            let points = self.air.emit(Slot(slot), GRID, &self.settings, &mut self.numbers);
+            let points = self.air.emit(Slot(slot), GRID, &self.settings, &mut self.numbers).0;
             self.numbers.take_changes();
             (GRID.centre(Slot(slot)).seconds_since(at(0.0)), points)
         };

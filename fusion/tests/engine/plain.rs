@@ -169,6 +169,9 @@ impl Plain<'_> {
                         source: Source::Fused(radar_part(plot), transponder, association),
                         estimate: None,
                         competitors: Vec::new(),
+                        integrity: None,
+                        disputed: Vec::new(),
+                        is_unexplained: false,
                     },
                 ));
             }
@@ -186,6 +189,9 @@ impl Plain<'_> {
                         source,
                         estimate: None,
                         competitors: Vec::new(),
+                        integrity: None,
+                        disputed: Vec::new(),
+                        is_unexplained: false,
                     },
                 ));
             }
@@ -206,6 +212,9 @@ impl Plain<'_> {
                         source: Source::Radar(radar_part(plot)),
                         estimate: None,
                         competitors: Vec::new(),
+                        integrity: None,
+                        disputed: Vec::new(),
+                        is_unexplained: false,
                     },
                 ));
             }
@@ -225,6 +234,7 @@ impl Plain<'_> {
             points,
             numbers,
             newcomers: Vec::new(),
+            concerns: Vec::new(),
         });
     }
 }

@@ -33,7 +33,7 @@ fn one_plot_is_no_track_however_sure_the_radar_is() {
     let mut sensors = two_drones::settings(true).sensors;
     let Sensor::Radar(radar) = &mut sensors[0] else { unreachable!("sensor 0 is a radar") };
     radar.period_s = 1.0;
-    let settings = Settings::new(&sensors, &OperationalRules::default());
+    let settings = Settings::new(&sensors, LATENCY, &OperationalRules::default());
     for (seconds, is_track) in [(&[100.5][..], false), (&[99.5, 100.5], true)] {
         let mut case = Case { settings: settings.clone(), ..Case::new() };
         let track = case.track((0, 1), seconds, 0.0, 1.0);

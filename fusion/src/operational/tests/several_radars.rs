@@ -33,7 +33,7 @@ fn published(tracks: &[Track], seconds: f64, order: u64) -> Vec<(f64, Vec<Point>
     };
     let sensors: Vec<Sensor> = RADARS.iter().map(radar).collect();
     let mut case = Case::new();
-    case.settings = Settings::new(&sensors, &OperationalRules::default());
+    case.settings = Settings::new(&sensors, LATENCY, &OperationalRules::default());
     let mut noise = ChaCha8Rng::seed_from_u64(7);
     let mut plots: Vec<Plot> = Vec::new();
     for track in tracks {
