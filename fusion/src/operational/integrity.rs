@@ -13,7 +13,7 @@ use super::cycle::Cycle;
 use super::ids::TrackletId;
 use super::places::Places;
 use super::settings::Settings;
-use super::targets::Targets;
+use super::targets::{Target, Targets};
 use super::tracklets::{Tracklet, Tracklets};
 use super::tuning::{DELAY_BETWEEN_TRANSPONDERS_S, DRONE_SPEED_MAX_M_S};
 use crate::integrity::{
@@ -25,7 +25,7 @@ use crate::slots::Slot;
 use crate::time::Time;
 use choice::Claims;
 use judge::Judge;
-use watch::{SECOND, Watch};
+use watch::{SECOND, TakenFor, Watch};
 
 /// A radar track further away than this is not looked at, metres, beside so many deviations of its slow errors.
 const AROUND_M: f64 = 300.0;
@@ -104,8 +104,13 @@ impl Integrities {
                         continue;
                     }
                     let watch = judge.watches.entry(id).or_insert_with(Watch::new);
-                    let is_pair = tracklet.target() == Some(target.id());
-                    watch.look(tracklet, transponder, (end, cycle.deadline), is_pair, radar, settings);
+                    let taken_for = match tracklet.target() {
+                        Some(own) if own == target.id() => TakenFor::Own,
+                        Some(other) if targets.get(other).and_then(Target::transponder).is_some() => TakenFor::Another,
+                        Some(nobody) => TakenFor::Nobodys(nobody),
+                        None => TakenFor::Nothing,
+                    };
+                    watch.look(tracklet, transponder, (end, cycle.deadline), taken_for, radar, settings);
                 }
                 judge.weigh(transponder.identity, claims, tracklets);
             }

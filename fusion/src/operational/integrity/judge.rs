@@ -1,14 +1,14 @@
 //! One identity: what speaks for and against it, and the state that follows.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 
 use super::choice::{Claims, Own};
-use super::watch::{Judged, SECOND, Watches};
+use super::watch::{Judged, SECOND, TakenFor, Watch, Watches};
 use crate::integrity::{
     Assessment, Bank, Delay, Evidence, Finding, IntegrityRules, PointIntegrity, Reason, Reasons, State, Trust,
 };
 use crate::operational::cycle::Cycle;
-use crate::operational::ids::TrackletId;
+use crate::operational::ids::{TargetId, TrackletId};
 use crate::operational::tracklets::Tracklets;
 use crate::operational::transponder::Transponder;
 use crate::report::{Identity, RadarTrackKey};
@@ -17,6 +17,10 @@ use jiff::SignedDuration;
 
 /// Plots come within this after they were made.
 const PLOTS_COME_WITHIN: SignedDuration = SignedDuration::from_secs(1);
+/// How a radar track has flown before it is weighed counts no more than this, natural logarithm.
+const MOTION_MAX: f64 = 6.0;
+/// A radar track so far away is elsewhere, squared deviations.
+const ELSEWHERE_AWAY: f64 = 20.0;
 /// Evidences that are kept.
 const EVIDENCE_MAX: usize = 20;
 /// A suspect's offset is larger than this, metres.
@@ -50,6 +54,8 @@ pub(super) struct Judge {
     /// The last second that was looked at ended then; the last look that was weighed.
     looked: Option<Time>,
     weighed: Option<Time>,
+    /// Aircraft without a transponder that were elsewhere while this one was seen where it says.
+    others: BTreeSet<TargetId>,
 }
 
 /// The radar track that is evidence now.
@@ -74,6 +80,7 @@ impl Judge {
             index: 0.0,
             looked: None,
             weighed: None,
+            others: BTreeSet::new(),
         }
     }
 
@@ -97,6 +104,10 @@ impl Judge {
         let candidates = self.watches.iter().filter_map(|(&id, watch)| {
             let judged = watch.last().filter(|judged| !judged.is_weighed(self.weighed))?;
             let own = claims.own(id, identity, judged, current == Some(id), tracklets)?;
+            let is_other = matches!(judged.taken_for, TakenFor::Nobodys(target) if self.others.contains(&target));
+            if own == Own::Far && is_other {
+                return None;
+            }
             Some(((current == Some(id) && stays, own), judged, id))
         });
         let best = candidates.max_by(|a, b| a.0.cmp(&b.0).then(a.1.motion.total_cmp(&b.1.motion)));
@@ -104,6 +115,18 @@ impl Judge {
             && let Some(tracklet) = tracklets.get(id)
         {
             let judged = *judged;
+            if own != Own::Far && self.index < 0.0 {
+                // Who is elsewhere while it is here is another one.
+                let elsewhere = self.watches.values().filter_map(Watch::last).filter(|other| {
+                    let apart_s = other.second.look.time.seconds_since(judged.second.look.time);
+                    apart_s.abs() < 1.5 && other.away > ELSEWHERE_AWAY
+                });
+                let others = elsewhere.filter_map(|other| match other.taken_for {
+                    TakenFor::Nobodys(target) => Some(target),
+                    _ => None,
+                });
+                self.others.extend(others);
+            }
             self.weighed = Some(judged.second.look.time);
             if !judged.walks_off {
                 self.take(id, tracklet.key, &judged, own);
@@ -117,7 +140,8 @@ impl Judge {
         let same = self.current.filter(|current| current.tracklet == tracklet);
         let current = same.unwrap_or(Current { tracklet, before: self.index });
         self.current = Some(current);
-        self.bank.take(look, own.probability(), judged.other);
+        let odds = (own.probability() / (1.0 - own.probability())) * judged.so_far.clamp(-MOTION_MAX, MOTION_MAX).exp();
+        self.bank.take(look, odds / (1.0 + odds), judged.other);
         self.index = self.bank.index();
         if same.is_none() {
             let is_near = own != Own::Far;
