@@ -145,7 +145,7 @@ impl ReportRules {
     pub(crate) fn look(&mut self, deadline: Time) {
         self.deadline = deadline;
         self.places.forget_before(deadline - replay::REMEMBERED);
-        for (one, other, swap) in self.breaks.swapped(deadline) {
+        for (one, other, swap) in self.breaks.swapped(&self.ledgers, deadline) {
             Swap::note(self.ledgers.get_mut(&one).map(|ledger| &mut ledger.swap), other, swap);
             Swap::note(self.ledgers.get_mut(&other).map(|ledger| &mut ledger.swap), one, swap);
         }

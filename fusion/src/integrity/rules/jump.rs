@@ -6,16 +6,14 @@ use super::edge::{Edge, Miss};
 use super::history::History;
 use crate::time::Time;
 
-/// After a longer silence an aircraft may be anywhere, seconds.
+/// After a longer silence the motion before it says too little, seconds;
 const GAP_MAX_S: f64 = 8.0;
+/// after a longer one than this nothing.
+const BREAK_GAP_MAX_S: f64 = 30.0;
 /// A miss that reflections make at a poor receiver, metres: they shift it by 5 to 15.
 const RECEIVER_M: f64 = 20.0;
 /// Noise in standard deviations.
 const NOISE_SIGMAS: f64 = 5.0;
-/// Acceleration within the gap, m/s²: a fixed wing in a bank of 31°, a multirotor that brakes hard.
-const TURN_M_S2: f64 = 6.0;
-/// By how much a velocity changes in the time to the report before, m/s².
-const KEPT_M_S2: f64 = 0.5;
 /// What turns faster than this on one side of the gap, m/s², is no aircraft: more than one report lies.
 const MOTION_MAX_M_S2: f64 = 12.0;
 /// A miss of this share may be a change of places with another one near by.
@@ -58,13 +56,13 @@ impl Jump {
         let at = history.after(self.judged).max(1);
         let (earlier, later) = (history.get(at - 1)?, history.get(at)?);
         let gap_s = later.time.seconds_since(earlier.time);
-        let after = Edge::new(history.from(at), gap_s);
+        let after = Edge::new(history.from(at), gap_s).filter(Edge::is_whole);
         let is_waiting = history.newest().is_some_and(|newest| newest.time - later.time <= WAITED);
-        if after.is_none() && gap_s <= GAP_MAX_S && is_waiting {
+        if after.is_none() && gap_s <= BREAK_GAP_MAX_S && is_waiting {
             return None;
         }
         self.judged = later.time;
-        if gap_s > GAP_MAX_S {
+        if gap_s > BREAK_GAP_MAX_S {
             return Some(None);
         }
         let before = Edge::new(history.before(at), gap_s);
@@ -73,7 +71,7 @@ impl Jump {
 
     fn look(&mut self, before: Edge, after: Edge) -> Option<Break> {
         let miss = Miss::between(&before, &after);
-        let turns_m = miss.by_turns_m(TURN_M_S2, KEPT_M_S2);
+        let turns_m = miss.by_turns_m;
         let fresh_m = miss.distance_m / miss.noise_gain;
         if miss.distance_m <= BREAK_SHARE * (RECEIVER_M + turns_m) {
             self.noise.learn(fresh_m);
@@ -86,7 +84,7 @@ impl Jump {
             self.noise.learn(fresh_m);
             return None;
         }
-        if miss.distance_m > limit_m {
+        if miss.distance_m > limit_m && miss.gap_s <= GAP_MAX_S {
             self.last = Some(after.time);
         }
         Some(Break { before, after, miss_m: miss.distance_m, noise_m })

@@ -24,8 +24,6 @@ const EVIDENCE: f64 = 10.0;
 const NEW_BEFORE: f64 = 10.0;
 /// Candidates that are followed at a time.
 const CHAINS_MAX: usize = 4;
-/// Nothing that came again for so long: it is over.
-const OVER_AFTER: SignedDuration = SignedDuration::from_secs(12);
 
 /// What of a stream has come before.
 #[derive(Debug, Default)]
@@ -102,16 +100,9 @@ impl Replay {
         self.chains.push(chain);
     }
 
-    /// Whether it is one.
-    pub(super) fn holds(&self, deadline: Time, lasts_without: SignedDuration) -> bool {
-        // How often a place comes again by chance.
-        let chance = f64::from(self.strays + 1) / (f64::from(self.places) + NEW_BEFORE);
-        let over = OVER_AFTER.max(lasts_without);
-        self.chains.iter().any(|chain| {
-            chain.different == PLACES
-                && -chance.min(1.0).ln() * f64::from(chain.hits) >= EVIDENCE
-                && deadline <= chain.last + over
-        })
+    /// Whether it is one up to the newest report.
+    pub(super) fn holds(&self) -> bool {
+        self.chains.iter().any(|chain| chain.different == PLACES && chain.evidence(self) >= EVIDENCE)
     }
 }
 
@@ -129,6 +120,12 @@ impl Chain {
         };
         chain.hit(place, time);
         chain
+    }
+
+    /// Logarithm of how much likelier it is than a receiver of whose places as many come again by chance as of this one.
+    fn evidence(&self, replay: &Replay) -> f64 {
+        let chance = f64::from(replay.strays + 1) / (f64::from(replay.places) + NEW_BEFORE);
+        -chance.min(1.0).ln() * f64::from(self.hits)
     }
 
     fn hit(&mut self, place: [u64; 3], time: Time) {

@@ -2,28 +2,30 @@
 
 use jiff::SignedDuration;
 
-use super::history::History;
+use super::history::{Heard, History};
 use super::stream::Stream;
 use crate::time::Time;
 
-/// Silence of any transponder, seconds;
-const SILENT_S: f64 = 10.0;
-/// of one that reports rarely, in its median period.
-const SILENT_PERIODS: f64 = 3.0;
-/// Silence that is longer than those a single transponder falls into, by judgement: its gaps last up to 20 s.
-const LONG: SignedDuration = SignedDuration::from_secs(20);
+/// Silence of any transponder, seconds, and of one that reports rarely, in its median period.
+const SILENT: (f64, f64) = (10.0, 3.0);
+/// Silence that is longer than a single transponder's gaps, which last up to 20 s, and its period beside: likewise.
+const LONG: (f64, f64) = (26.0, 6.0);
 /// Reports without which nothing is usual.
 const REPORTS: usize = 3;
 
-/// After how long one with this period is silent.
-pub(super) fn after(period_s: Option<f64>) -> SignedDuration {
-    let after_s = (SILENT_PERIODS * period_s.unwrap_or_default()).max(SILENT_S);
-    SignedDuration::from_millis((after_s * 1e3) as i64)
+fn longer_of(least_s: f64, periods: f64, period_s: Option<f64>) -> SignedDuration {
+    let longer_s = (periods * period_s.unwrap_or_default()).max(least_s);
+    SignedDuration::from_millis((longer_s * 1e3) as i64)
+}
+
+fn is_past(silent: SignedDuration, (least_s, periods): (f64, f64), period_s: impl Fn() -> Option<f64>) -> bool {
+    silent > longer_of(least_s, periods, None) && silent > longer_of(least_s, periods, period_s())
 }
 
 /// Whether a receiver has not heard an identity for so long.
 pub(super) fn is_over(history: &History, deadline: Time) -> bool {
-    history.newest().is_none_or(|newest| deadline - newest.time > after(history.period_s()))
+    let is_silent = |newest: &Heard| is_past(deadline - newest.time, SILENT, || history.period_s());
+    history.newest().is_none_or(is_silent)
 }
 
 /// Whether no receiver hears an identity any longer.
@@ -41,8 +43,9 @@ impl Silence {
     pub(super) fn look(&mut self, streams: &[Stream], newest: Time, deadline: Time) {
         self.is_known = self.is_known || streams.iter().any(|stream| stream.history.len() >= REPORTS);
         let silent = deadline - newest;
-        self.is_silent = self.is_known && silent > after(None) && silent > after(period_s(streams));
-        let is_long = self.is_silent && silent > LONG && silent > after(period_s(streams)) * 2;
+        let period_s = || period_s(streams);
+        self.is_silent = self.is_known && is_past(silent, SILENT, period_s);
+        let is_long = self.is_silent && is_past(silent, LONG, period_s);
         self.long_since = is_long.then(|| self.long_since.unwrap_or(deadline));
     }
 }

@@ -62,15 +62,13 @@ impl Stream {
         if self.velocity.holds(deadline) {
             suspect.insert(Reason::Velocity);
         }
-        if self.is_heard(deadline) {
-            if self.frozen.is_suspect() {
-                suspect.insert(Reason::Frozen);
-            }
-            if self.frozen.has_failed() {
-                failed.insert(Reason::Frozen);
-            }
+        if self.frozen.is_suspect() && self.is_heard(deadline) {
+            suspect.insert(Reason::Frozen);
         }
-        if self.replay.holds(deadline, silence::after(self.history.period_s())) {
+        if self.frozen.has_failed() && self.is_heard(deadline) {
+            failed.insert(Reason::Frozen);
+        }
+        if self.replay.holds() && self.is_heard(deadline) {
             failed.insert(Reason::Replay);
         }
     }
