@@ -44,9 +44,9 @@ const PASSING_REPORTS: usize = 2;
 
 /// What has landed is as low as it ever was, within this, metres,
 const LANDED_HEIGHT_M: f64 = 5.0;
-/// was so much higher, metres,
+/// was so much higher before, but not where it was heard first, metres,
 const LANDED_DESCENT_M: f64 = 10.0;
-/// and slow, m/s, beside what its receiver wanders, metres.
+/// and is slow, m/s, beside what its receiver wanders, metres.
 const LANDED_SPEED_M_S: f64 = 0.5;
 const LANDED_WANDER_M: f64 = 2.0;
 
@@ -94,7 +94,7 @@ struct Ledger {
     /// Time stamp of its newest report.
     newest: Time,
     silence: Silence,
-    heights: Heights,
+    heights: Option<Heights>,
 }
 
 impl Default for ReportRules {
@@ -136,7 +136,7 @@ impl ReportRules {
         for found in streams[at].breaks() {
             self.breaks.add(fix.identity, found);
         }
-        ledger.heights.hear(heard.position.z);
+        Heights::hear(&mut ledger.heights, heard.position.z);
         ledger.newest = ledger.newest.max(heard.time);
         ledger.duplicate.hear(heard, fix.sensor, &ledger.streams);
     }
@@ -145,10 +145,7 @@ impl ReportRules {
     pub(crate) fn look(&mut self, deadline: Time) {
         self.deadline = deadline;
         self.places.forget_before(deadline - replay::REMEMBERED);
-        for (one, other, swap) in self.breaks.swapped(&self.ledgers, deadline) {
-            Swap::note(self.ledgers.get_mut(&one).map(|ledger| &mut ledger.swap), other, swap);
-            Swap::note(self.ledgers.get_mut(&other).map(|ledger| &mut ledger.swap), one, swap);
-        }
+        self.breaks.look(&mut self.ledgers, deadline);
         self.forget(deadline);
         for ledger in self.ledgers.values_mut() {
             ledger.silence.look(&ledger.streams, ledger.newest, deadline);
@@ -209,23 +206,27 @@ impl ReportRules {
     }
 }
 
-/// Between which heights an identity was heard, metres.
+/// Heights at which an identity was heard, metres.
 #[derive(Clone, Copy, Debug)]
 struct Heights {
+    first_m: f64,
     lowest_m: f64,
     highest_m: f64,
 }
 
-impl Default for Heights {
-    fn default() -> Self {
-        Self { lowest_m: f64::INFINITY, highest_m: f64::NEG_INFINITY }
-    }
-}
-
 impl Heights {
-    fn hear(&mut self, height_m: f64) {
-        self.lowest_m = self.lowest_m.min(height_m);
-        self.highest_m = self.highest_m.max(height_m);
+    fn hear(heights: &mut Option<Self>, height_m: f64) {
+        let first = Self { first_m: height_m, lowest_m: height_m, highest_m: height_m };
+        let heights = heights.get_or_insert(first);
+        heights.lowest_m = heights.lowest_m.min(height_m);
+        heights.highest_m = heights.highest_m.max(height_m);
+    }
+
+    /// Whether this is the ground from which it took off.
+    fn is_ground(&self, height_m: f64) -> bool {
+        height_m <= self.lowest_m + LANDED_HEIGHT_M
+            && height_m <= self.highest_m - LANDED_DESCENT_M
+            && self.first_m <= height_m + LANDED_DESCENT_M
     }
 }
 
@@ -247,15 +248,13 @@ impl Ledger {
         histories.max_by_key(|history| history.newest().map(Heard::order))
     }
 
-    /// Whether its last reports look like a landing: slow, and as low as it was ever heard after it was higher.
+    /// Whether its last reports look like a landing: slow, and back on the ground.
     fn has_landed(&self) -> bool {
         let Some(history) = self.latest() else { return false };
         let mut last = history.before(history.len());
         let (Some(newest), Some(before)) = (last.next(), last.next()) else { return false };
-        let Heights { lowest_m, highest_m } = self.heights;
-        let height_m = newest.position.z;
-        let is_low = height_m <= lowest_m + LANDED_HEIGHT_M && height_m <= highest_m - LANDED_DESCENT_M;
-        let apart_s = newest.apart_s(before);
-        is_low && newest.distance_m(before) <= LANDED_WANDER_M + LANDED_SPEED_M_S * apart_s
+        let rest_m = LANDED_WANDER_M + LANDED_SPEED_M_S * newest.apart_s(before);
+        let is_low = self.heights.is_some_and(|heights| heights.is_ground(newest.position.z));
+        is_low && newest.distance_m(before) <= rest_m
     }
 }

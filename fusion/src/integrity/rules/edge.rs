@@ -17,6 +17,8 @@ const SPACING: f64 = 0.3;
 const CHANGED_M_S2: f64 = 4.0;
 const LEFT_OVER_M_S2: f64 = 0.5;
 
+/// Speed of what shows none, m/s.
+const CRUISE_M_S: f64 = 30.0;
 /// An aircraft that turns with A m/s² between two velocities is at most A T²/4 off their mean. Who turns hard within a gap
 /// turns on one side of it or has another course behind it; measured over 320,000 gaps: beside this much, m/s²,
 const UNSEEN_M_S2: f64 = 2.0;
@@ -25,31 +27,73 @@ const MORE_THAN_SEEN: f64 = 1.4;
 /// and no harder than this, m/s².
 const TURN_MAX_M_S2: f64 = 10.0;
 
-/// Motion at the edge of a gap: a parabola through the three reports nearest to it, or the line through two of them.
+/// Motion at the edge of a gap: a parabola through the three reports nearest to it, the line through two, or one place.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Edge {
     pub(super) time: Time,
     /// Over ground, metres.
     pub(super) place: Vector2<f64>,
+    motion: Option<Motion>,
+}
+
+/// Velocity at an edge.
+#[derive(Clone, Copy, Debug)]
+struct Motion {
     /// Over ground, m/s.
     velocity: Vector2<f64>,
-    /// By how much the velocity may be wrong beside noise, m/s.
+    /// By how much it may be wrong beside noise, m/s.
     unsure_m_s: f64,
     /// Along the parabola, m/s²; `None`: two reports do not show it.
     acceleration: Option<Vector2<f64>>,
-    /// What each of the three weighs in the velocity, 1/s, the one at the edge first.
+    /// What each of the three reports weighs in the velocity, 1/s, the one at the edge first.
     velocity_weights: [f64; 3],
     /// The same for the acceleration, 1/s².
     acceleration_weights: [f64; 3],
 }
 
 impl Edge {
-    /// From reports that lead away from a gap of `gap_s` seconds; `None` where there are too few.
+    /// From reports that lead away from a gap of `gap_s` seconds, the one at the edge first; `None` where there is none.
     pub(super) fn new<'a>(away: impl Iterator<Item = &'a Heard>, gap_s: f64) -> Option<Self> {
-        let spacing_s = (SPACING * gap_s).max(NEAREST_S);
         let mut away = away.peekable();
         let edge = *away.peek()?;
-        let mut away = away.take_while(|heard| heard.apart_s(edge) <= REACH_S);
+        let motion = Motion::new(edge, away.take_while(|heard| heard.apart_s(edge) <= REACH_S), gap_s);
+        Some(Self { time: edge.time, place: edge.position.xy(), motion })
+    }
+
+    /// Whether an aircraft moves so: it turns or speeds up no harder than this, beyond what noise of `noise_m` an axis feigns.
+    pub(super) fn is_motion(&self, most_m_s2: f64, noise_m: f64) -> bool {
+        self.motion.is_none_or(|motion| {
+            let feigned_m_s2 = 5.0 * noise_m * norm(motion.acceleration_weights);
+            motion.acceleration_m_s2() <= most_m_s2 + feigned_m_s2
+        })
+    }
+
+    /// Whether anything is known of its velocity.
+    pub(super) fn has_motion(&self) -> bool {
+        self.motion.is_some()
+    }
+
+    /// Whether three reports show it.
+    pub(super) fn is_whole(&self) -> bool {
+        self.motion.is_some_and(|motion| motion.acceleration.is_some())
+    }
+
+    /// How far a report is from where the motion led, metres, and how far an aircraft's turns can bring it off.
+    pub(super) fn miss_m(&self, later: &Heard) -> (f64, f64) {
+        let ahead_s = later.time.seconds_since(self.time);
+        let Some(motion) = self.motion else {
+            return ((later.position.xy() - self.place).norm(), CRUISE_M_S * ahead_s.abs());
+        };
+        let led = self.place + motion.velocity * ahead_s;
+        let turned_m = turn_m_s2(motion.acceleration_m_s2()) * ahead_s * ahead_s / 2.0;
+        ((later.position.xy() - led).norm(), turned_m + motion.unsure_m_s * ahead_s.abs())
+    }
+}
+
+impl Motion {
+    /// From the report at the edge, and all reports from there on.
+    fn new<'a>(edge: &Heard, mut away: impl Iterator<Item = &'a Heard>, gap_s: f64) -> Option<Self> {
+        let spacing_s = (SPACING * gap_s).max(NEAREST_S);
         let middle = away.find(|heard| heard.apart_s(edge) >= spacing_s)?;
         let far = away.find(|heard| heard.apart_s(middle) >= spacing_s);
         let x1 = middle.time.seconds_since(edge.time);
@@ -61,6 +105,8 @@ impl Edge {
                 let velocity_weights = [-(x1 + x2) / at, -x2 / of_middle, -x1 / of_far];
                 (velocity_weights, [2.0 / at, 2.0 / of_middle, 2.0 / of_far], LEFT_OVER_M_S2)
             }
+            // A mean over longer than the gap says less of the edge than what is on the other side of the gap.
+            None if x1.abs() > gap_s => return None,
             None => ([-1.0 / x1, 1.0 / x1, 0.0], [0.0; 3], CHANGED_M_S2 / 2.0),
         };
         let weigh = |weights: [f64; 3]| {
@@ -68,8 +114,6 @@ impl Edge {
             places.iter().zip(weights).map(|(place, weight)| place * weight).sum()
         };
         Some(Self {
-            time: edge.time,
-            place: edge.position.xy(),
             velocity: weigh(velocity_weights),
             unsure_m_s: changed_m_s2 * x1.abs(),
             acceleration: far.map(|_| weigh(acceleration_weights)),
@@ -78,20 +122,9 @@ impl Edge {
         })
     }
 
-    /// Whether an aircraft moves so: no faster than `most_m_s2` turns or speeds it up, beyond what noise of `noise_m` an axis feigns.
-    pub(super) fn is_motion(&self, most_m_s2: f64, noise_m: f64) -> bool {
-        let feigned_m_s2 = 5.0 * noise_m * norm(self.acceleration_weights);
-        self.acceleration.is_none_or(|acceleration| acceleration.norm() <= most_m_s2 + feigned_m_s2)
-    }
-
     /// What it turns with, m/s²; where two reports do not show it, what it may.
     fn acceleration_m_s2(&self) -> f64 {
         self.acceleration.map_or(CHANGED_M_S2, |acceleration| acceleration.norm())
-    }
-
-    /// Whether three reports show it.
-    pub(super) fn is_whole(&self) -> bool {
-        self.acceleration.is_some()
     }
 }
 
@@ -108,25 +141,37 @@ pub(super) struct Miss {
 }
 
 impl Miss {
-    /// Between what was and what is.
-    pub(super) fn between(before: &Edge, after: &Edge) -> Self {
+    /// Between what was and what is; `None` where neither side has a velocity.
+    pub(super) fn between(before: &Edge, after: &Edge) -> Option<Self> {
         let gap_s = after.time.seconds_since(before.time);
         let half_s = gap_s / 2.0;
-        let led = before.place + (before.velocity + after.velocity) * half_s;
-        let gain = |edge: &Edge| {
-            let [at, middle, far] = edge.velocity_weights.map(|weight| weight.abs() * half_s);
-            norm([1.0 + at, middle, far])
+        // A side without a velocity is taken to have that of the other side; turns then move it by A T²/2.
+        let (sides, apart_s) = match (before.motion, after.motion) {
+            (Some(before), Some(after)) => ([before, after], half_s * half_s),
+            (Some(one), None) | (None, Some(one)) => ([one, one], gap_s * half_s),
+            (None, None) => return None,
         };
-        let turns = [before.acceleration_m_s2(), after.acceleration_m_s2()];
-        let seen_m_s2 = turns.into_iter().fold((after.velocity - before.velocity).norm() / gap_s, f64::max);
-        let turn_m_s2 = (UNSEEN_M_S2 + MORE_THAN_SEEN * seen_m_s2).min(TURN_MAX_M_S2);
-        Self {
+        let [velocity_before, velocity_after] = sides.map(|side| side.velocity);
+        let led = before.place + (velocity_before + velocity_after) * half_s;
+        let gains = sides.map(|side| {
+            let [at, middle, far] = side.velocity_weights.map(|weight| weight.abs() * half_s);
+            norm([1.0 + at, middle, far])
+        });
+        let turned_m_s2 = (velocity_after - velocity_before).norm() / gap_s;
+        let seen_m_s2 = sides.iter().map(Motion::acceleration_m_s2).fold(turned_m_s2, f64::max);
+        let unsure_m_s: f64 = sides.iter().map(|side| side.unsure_m_s).sum();
+        Some(Self {
             distance_m: (after.place - led).norm(),
-            noise_gain: gain(before).hypot(gain(after)),
+            noise_gain: gains[0].hypot(gains[1]),
             gap_s,
-            by_turns_m: turn_m_s2 * gap_s * gap_s / 4.0 + (before.unsure_m_s + after.unsure_m_s) * half_s,
-        }
+            by_turns_m: turn_m_s2(seen_m_s2) * apart_s + unsure_m_s * half_s,
+        })
     }
+}
+
+/// How hard an aircraft may turn that is seen to turn so hard, m/s².
+fn turn_m_s2(seen_m_s2: f64) -> f64 {
+    (UNSEEN_M_S2 + MORE_THAN_SEEN * seen_m_s2).min(TURN_MAX_M_S2)
 }
 
 fn norm(values: [f64; 3]) -> f64 {

@@ -32,6 +32,8 @@ pub(super) struct Break {
     pub(super) miss_m: f64,
     /// White noise of its receiver, metres an axis.
     pub(super) noise_m: f64,
+    /// Whether it cannot be one motion; otherwise it only was not heard for long.
+    pub(super) is_certain: bool,
 }
 
 /// What is known of the jumps of a stream.
@@ -70,24 +72,25 @@ impl Jump {
     }
 
     fn look(&mut self, before: Edge, after: Edge) -> Option<Break> {
-        let miss = Miss::between(&before, &after);
-        let turns_m = miss.by_turns_m;
+        let miss = Miss::between(&before, &after)?;
+        let was_silent = miss.gap_s > GAP_MAX_S;
         let fresh_m = miss.distance_m / miss.noise_gain;
-        if miss.distance_m <= BREAK_SHARE * (RECEIVER_M + turns_m) {
+        if miss.distance_m <= BREAK_SHARE * (RECEIVER_M + miss.by_turns_m) && !was_silent {
             self.noise.learn(fresh_m);
             return None;
         }
-        let noise_m = self.noise.sigma_m();
-        let limit_m = RECEIVER_M.max(NOISE_SIGMAS * noise_m * miss.noise_gain) + turns_m;
+        let noise_m = self.noise_m();
+        let limit_m = RECEIVER_M.max(NOISE_SIGMAS * noise_m * miss.noise_gain) + miss.by_turns_m;
         let is_motion = [&before, &after].iter().all(|edge| edge.is_motion(MOTION_MAX_M_S2, noise_m));
-        if miss.distance_m <= BREAK_SHARE * limit_m || !is_motion {
+        let is_certain = before.has_motion() && miss.distance_m > BREAK_SHARE * limit_m;
+        if !is_motion || !is_certain && !was_silent {
             self.noise.learn(fresh_m);
             return None;
         }
-        if miss.distance_m > limit_m && miss.gap_s <= GAP_MAX_S {
+        if is_certain && miss.distance_m > limit_m && !was_silent {
             self.last = Some(after.time);
         }
-        Some(Break { before, after, miss_m: miss.distance_m, noise_m })
+        Some(Break { before, after, miss_m: miss.distance_m, noise_m, is_certain })
     }
 
     /// White noise of the receiver, metres an axis.

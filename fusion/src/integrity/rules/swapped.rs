@@ -1,37 +1,38 @@
-//! `swapped`: two identities break off at once, and each goes on where the other one would have.
+//! `swapped`: an identity breaks off and goes on where another one would have, and that one does not.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 
 use jiff::SignedDuration;
 
 use super::Ledger;
 use super::edge::{Edge, Miss};
-use super::history::History;
+use super::history::{Heard, History};
 use super::jump::Break;
 use crate::report::Identity;
 use crate::time::Time;
 
-/// Both break off within this time.
-const TOGETHER: SignedDuration = SignedDuration::from_secs(10);
-/// How long after it a break may still become known, by late reports and slow periods.
-const KNOWN_WITHIN: SignedDuration = SignedDuration::from_secs(40);
-/// Breaks that are remembered.
-const BREAKS_MAX: usize = 64;
+/// From the last report of the one to the first of the other, seconds: what is over a longer gap may be anyone's motion.
+const GAP_MAX_S: f64 = 8.0;
+/// Breaks that are looked into at a slot.
+const BREAKS_MAX: usize = 32;
 /// Errors of two transponders that differ, metres, beside noise and turns: slow errors of both receivers.
 const RECEIVERS_M: f64 = 10.0;
+/// Errors of a receiver that lead it off its own motion, metres.
+const RECEIVER_M: f64 = 20.0;
 /// Noise in standard deviations.
 const NOISE_SIGMAS: f64 = 4.0;
-/// What is over a longer gap than this, seconds, may be anyone's motion.
-const GAP_MAX_S: f64 = 8.0;
+/// A motion goes on so many times better as another identity than as its own, at least.
+const BETTER: f64 = 2.0;
 /// An identity has vanished when it has missed so many of its periods, and so much time, seconds.
 const VANISHED_PERIODS: f64 = 2.0;
 const VANISHED_S: f64 = 4.0;
-/// A motion goes on the other way so much better than its own, at least.
-const BETTER: f64 = 2.0;
+/// The other way round: an aircraft gets there, m/s and metres.
+const SPEED_MAX_M_S: f64 = 60.0;
+const REACH_M: f64 = 30.0;
 /// It holds so long, unless they change back: nothing of their motion shows it any longer.
 const HOLDS: SignedDuration = SignedDuration::from_mins(5);
-/// The same change, found again at another receiver.
-const SAME_CHANGE: SignedDuration = SignedDuration::from_secs(15);
+/// The same change, found again by the other one's reports or at another receiver.
+const SAME_CHANGE: SignedDuration = SignedDuration::from_secs(30);
 
 /// An identity sends what another one's aircraft does.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,7 +46,7 @@ impl Swap {
     pub(super) fn note(swap: Option<&mut Option<Self>>, with: Identity, at: Time) {
         let Some(swap) = swap else { return };
         match swap {
-            Some(known) if known.with == with && at - known.at <= SAME_CHANGE => {}
+            Some(known) if known.with == with && (at - known.at).abs() <= SAME_CHANGE => {}
             Some(known) if known.with == with => *swap = None,
             Some(_) | None => *swap = Some(Self { with, at }),
         }
@@ -56,75 +57,96 @@ impl Swap {
     }
 }
 
-/// Where motions broke off lately.
-#[derive(Debug, Default)]
-pub(super) struct Breaks {
-    lately: VecDeque<(Identity, Break)>,
-    /// How many of them, the last, have not been compared.
-    fresh: usize,
+/// How well an identity explains where another one goes on: the greater the better.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+struct Likeness {
+    /// It was heard elsewhere since; else it has vanished.
+    departed: bool,
+    /// How much is left of the limit, metres.
+    left_m: f64,
 }
+
+/// The breaks that have not been looked into.
+#[derive(Debug, Default)]
+pub(super) struct Breaks(Vec<(Identity, Break)>);
 
 impl Breaks {
     pub(super) fn add(&mut self, identity: Identity, found: Break) {
-        if self.lately.len() == BREAKS_MAX {
-            self.lately.pop_front();
+        if self.0.len() < BREAKS_MAX {
+            self.0.push((identity, found));
         }
-        self.lately.push_back((identity, found));
-        self.fresh = (self.fresh + 1).min(BREAKS_MAX);
     }
 
-    /// Who has changed places as far as is known now, and when; who was found before is not found again.
-    pub(super) fn swapped(
-        &mut self,
-        ledgers: &BTreeMap<Identity, Ledger>,
-        deadline: Time,
-    ) -> Vec<(Identity, Identity, Time)> {
-        let mut swapped = Vec::new();
-        for at in self.lately.len() - self.fresh..self.lately.len() {
-            let (one, found) = &self.lately[at];
-            for (other, earlier) in self.lately.range(..at).filter(|(other, _)| other != one) {
-                if have_swapped(found, earlier) {
-                    swapped.push((*one, *other, found.after.time.max(earlier.after.time)));
-                }
-            }
-            for (other, ledger) in ledgers.iter().filter(|(other, _)| *other != one) {
-                if ledger.latest().is_some_and(|history| has_become(history, found, deadline)) {
-                    swapped.push((*one, *other, found.after.time));
-                }
+    /// Notes who changed places, as far as the breaks since the last call show.
+    pub(super) fn look(&mut self, ledgers: &mut BTreeMap<Identity, Ledger>, deadline: Time) {
+        for (one, found) in self.0.drain(..) {
+            let liken = |(&other, ledger): (&Identity, &Ledger)| {
+                let histories = ledger.streams.iter().map(|stream| &stream.history);
+                let best = histories.filter_map(|history| liken(history, &found, deadline));
+                best.max_by(compare).map(|likeness| (other, likeness))
+            };
+            let others = ledgers.iter().filter(|(other, _)| **other != one);
+            let best = others.filter_map(liken).max_by(|(_, one), (_, other)| compare(one, other));
+            if let Some((other, _)) = best {
+                Swap::note(ledgers.get_mut(&one).map(|ledger| &mut ledger.swap), other, found.after.time);
+                Swap::note(ledgers.get_mut(&other).map(|ledger| &mut ledger.swap), one, found.after.time);
             }
         }
-        self.fresh = 0;
-        self.lately.retain(|(_, found)| found.after.time >= deadline - KNOWN_WITHIN);
-        swapped
     }
 }
 
-/// Whether two that broke off went on as each other: one of them beyond doubt.
-fn have_swapped(one: &Break, other: &Break) -> bool {
-    let apart = one.after.time - other.after.time;
-    let [forth, back] = [(one, other), (other, one)].map(|(from, to)| {
-        let miss = Miss::between(&from.before, &to.after);
-        goes_on(&miss, from.noise_m.max(to.noise_m), from.miss_m.min(to.miss_m)).then_some(miss.gap_s)
-    });
-    let is_certain = |gaps_s: (f64, f64)| gaps_s.0.min(gaps_s.1) <= GAP_MAX_S;
-    apart.abs() <= TOGETHER && forth.zip(back).is_some_and(is_certain)
+fn compare(one: &Likeness, other: &Likeness) -> std::cmp::Ordering {
+    one.departed.cmp(&other.departed).then(one.left_m.total_cmp(&other.left_m))
 }
 
-/// Whether what broke off went on as one that was never heard again.
-fn has_become(history: &History, found: &Break, deadline: Time) -> bool {
-    let Some(newest) = history.newest() else { return false };
-    let gap_s = found.after.time.seconds_since(newest.time);
-    if !(0.0..=GAP_MAX_S).contains(&gap_s) {
-        return false;
+/// Whether what broke off went on as this identity would have, which did not.
+fn liken(history: &History, found: &Break, deadline: Time) -> Option<Likeness> {
+    let resumed = found.after.time;
+    if history.newest()?.time.seconds_since(resumed) < -GAP_MAX_S {
+        return None;
     }
+    let mut best: Option<Likeness> = None;
+    for at in (1..=history.after(resumed)).rev() {
+        let gap_s = resumed.seconds_since(history.get(at - 1)?.time);
+        if gap_s > GAP_MAX_S {
+            break;
+        }
+        let Some(left_m) = Edge::new(history.before(at), gap_s).and_then(|before| {
+            let left_m = goes_on(&before, found)?;
+            let departed = history.get(at).is_none_or(|next| departs(&before, next, found));
+            departed.then_some(left_m)
+        }) else {
+            continue;
+        };
+        let departed = history.get(at).is_some();
+        if departed || found.is_certain && has_vanished(history, deadline) {
+            let likeness = Likeness { departed, left_m };
+            best = best.filter(|best| compare(best, &likeness).is_ge()).or(Some(likeness));
+        }
+    }
+    best
+}
+
+/// Whether a motion goes on where another one broke off to, and so much better than that one itself: how much is left of the
+/// limit, metres.
+fn goes_on(before: &Edge, found: &Break) -> Option<f64> {
+    let miss = Miss::between(before, &found.after)?;
+    let limit_m = RECEIVERS_M + NOISE_SIGMAS * found.noise_m * miss.noise_gain + miss.by_turns_m;
+    let left_m = limit_m.min(found.miss_m / BETTER) - miss.distance_m;
+    (miss.gap_s > 0.0 && left_m >= 0.0).then_some(left_m)
+}
+
+/// Whether the next report of an identity is not of its own motion, and may be of that which broke off.
+fn departs(before: &Edge, next: &Heard, found: &Break) -> bool {
+    let (miss_m, by_turns_m) = before.miss_m(next);
+    let since_s = next.time.seconds_since(found.before.time);
+    let reach_m = REACH_M + SPEED_MAX_M_S * since_s;
+    let far_m = (next.position.xy() - found.before.place).norm();
+    miss_m > RECEIVER_M + by_turns_m && since_s > 0.0 && far_m <= reach_m
+}
+
+/// Whether it should have been heard again by now.
+fn has_vanished(history: &History, deadline: Time) -> bool {
     let missed_s = (VANISHED_PERIODS * history.period_s().unwrap_or_default()).max(VANISHED_S);
-    let Some(before) = Edge::new(history.before(history.len()), gap_s).filter(Edge::is_whole) else { return false };
-    let miss = Miss::between(&before, &found.after);
-    deadline.seconds_since(newest.time) > missed_s && goes_on(&miss, found.noise_m, found.miss_m)
-}
-
-/// Whether a motion goes on over a gap, and so much better than the one that it is said to be, which is `own_m` off.
-fn goes_on(miss: &Miss, noise_m: f64, own_m: f64) -> bool {
-    let limit_m = RECEIVERS_M + NOISE_SIGMAS * noise_m * miss.noise_gain + miss.by_turns_m;
-    miss.gap_s > 0.0 && miss.distance_m <= limit_m.min(own_m / BETTER)
+    history.newest().is_some_and(|newest| deadline.seconds_since(newest.time) > missed_s)
 }
