@@ -12,11 +12,10 @@ const NEAREST_S: f64 = 0.05;
 /// How far apart the three lie, at least, for a gap of 1 s: what they leave open of the velocity counts over the gap.
 const SPACING: f64 = 0.3;
 
-/// By how much a velocity may have changed since the time of which it is known, m/s²: where a parabola tells the change it is
-/// what that leaves over.
-const CHANGED_M_S2: f64 = 4.0;
+/// By how much a velocity may have changed since the time of which it is known, m/s²: a parabola tells most of it.
 const LEFT_OVER_M_S2: f64 = 0.5;
-
+/// What two reports, which show no turn, may hide, m/s².
+const UNKNOWN_M_S2: f64 = 2.0;
 /// Speed of what shows none, m/s.
 const CRUISE_M_S: f64 = 30.0;
 /// An aircraft that turns with A m/s² between two velocities is at most A T²/4 off their mean. Who turns hard within a gap
@@ -105,9 +104,7 @@ impl Motion {
                 let velocity_weights = [-(x1 + x2) / at, -x2 / of_middle, -x1 / of_far];
                 (velocity_weights, [2.0 / at, 2.0 / of_middle, 2.0 / of_far], LEFT_OVER_M_S2)
             }
-            // A mean over longer than the gap says less of the edge than what is on the other side of the gap.
-            None if x1.abs() > gap_s => return None,
-            None => ([-1.0 / x1, 1.0 / x1, 0.0], [0.0; 3], CHANGED_M_S2 / 2.0),
+            None => ([-1.0 / x1, 1.0 / x1, 0.0], [0.0; 3], LEFT_OVER_M_S2),
         };
         let weigh = |weights: [f64; 3]| {
             let places = [edge, middle, far.unwrap_or(edge)].map(|heard| heard.position.xy());
@@ -124,7 +121,14 @@ impl Motion {
 
     /// What it turns with, m/s²; where two reports do not show it, what it may.
     fn acceleration_m_s2(&self) -> f64 {
-        self.acceleration.map_or(CHANGED_M_S2, |acceleration| acceleration.norm())
+        self.acceleration.map_or(UNKNOWN_M_S2, |acceleration| acceleration.norm())
+    }
+
+    /// By how much its velocity may be wrong, m/s, where that on the other side of the gap is `other`: what a mean over a longer
+    /// time hides, both differ by.
+    fn unsure_m_s(&self, other: &Self) -> f64 {
+        let hidden_m_s = if self.acceleration.is_none() { (self.velocity - other.velocity).norm() } else { 0.0 };
+        self.unsure_m_s + hidden_m_s
     }
 }
 
@@ -159,7 +163,7 @@ impl Miss {
         });
         let turned_m_s2 = (velocity_after - velocity_before).norm() / gap_s;
         let seen_m_s2 = sides.iter().map(Motion::acceleration_m_s2).fold(turned_m_s2, f64::max);
-        let unsure_m_s: f64 = sides.iter().map(|side| side.unsure_m_s).sum();
+        let unsure_m_s = sides[0].unsure_m_s(&sides[1]) + sides[1].unsure_m_s(&sides[0]);
         Some(Self {
             distance_m: (after.place - led).norm(),
             noise_gain: gains[0].hypot(gains[1]),

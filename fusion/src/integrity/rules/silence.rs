@@ -9,7 +9,7 @@ use crate::time::Time;
 /// Silence of any transponder, seconds, and of one that reports rarely, in its median period.
 const SILENT: (f64, f64) = (10.0, 3.0);
 /// Silence that is longer than a single transponder's gaps, which last up to 20 s, and its period beside: likewise.
-const LONG: (f64, f64) = (26.0, 6.0);
+const LONG: (f64, f64) = (27.0, 6.0);
 /// Reports without which nothing is usual.
 const REPORTS: usize = 3;
 

@@ -19,6 +19,8 @@ const BREAKS_MAX: usize = 32;
 const RECEIVERS_M: f64 = 10.0;
 /// Errors of a receiver that lead it off its own motion, metres.
 const RECEIVER_M: f64 = 20.0;
+/// So many times as far where the other one was only not heard for long, and may have flown there.
+const UNCERTAIN: f64 = 2.0;
 /// Noise in standard deviations.
 const NOISE_SIGMAS: f64 = 4.0;
 /// A motion goes on so many times better as another identity than as its own, at least.
@@ -142,7 +144,8 @@ fn departs(before: &Edge, next: &Heard, found: &Break) -> bool {
     let since_s = next.time.seconds_since(found.before.time);
     let reach_m = REACH_M + SPEED_MAX_M_S * since_s;
     let far_m = (next.position.xy() - found.before.place).norm();
-    miss_m > RECEIVER_M + by_turns_m && since_s > 0.0 && far_m <= reach_m
+    let sure = if found.is_certain { 1.0 } else { UNCERTAIN };
+    miss_m > sure * (RECEIVER_M + by_turns_m) && since_s > 0.0 && far_m <= reach_m
 }
 
 /// Whether it should have been heard again by now.
