@@ -1,20 +1,45 @@
 //! The pass that judges transponders: states from the evidence of radar tracks and from their own reports.
+//!
+//! Second by second each radar track is compared with the transponders around. It is evidence of one at most: *near* where it is
+//! where the transponder says, or has been and does not fly otherwise since; *far* where it is elsewhere and flies alike.
+
+mod choice;
+mod judge;
+mod watch;
 
 use std::collections::BTreeMap;
 
 use super::cycle::Cycle;
+use super::ids::TrackletId;
+use super::places::Places;
 use super::settings::Settings;
 use super::targets::Targets;
-use super::tracklets::Tracklets;
-use crate::integrity::{Action, Assessment, Concern, HeldWord, ReportRules, Trust, Word};
+use super::tracklets::{Tracklet, Tracklets};
+use super::tuning::{DELAY_BETWEEN_TRANSPONDERS_S, DRONE_SPEED_MAX_M_S};
+use crate::integrity::{
+    Action, Assessment, Concern, Delay, HeldWord, PointIntegrity, ReportRules, Trust, Word,
+};
 use crate::point::Point;
 use crate::report::{Fix, Identity};
 use crate::slots::Slot;
+use crate::time::Time;
+use choice::Claims;
+use judge::Judge;
+use watch::{SECOND, Watch};
+
+/// A radar track further away than this is not looked at, metres, beside so many deviations of its slow errors.
+const AROUND_M: f64 = 300.0;
+const AROUND_SIGMAS: f64 = 2.0;
+/// Identities not heard for longer are forgotten, seconds.
+const FORGOTTEN_S: f64 = 3600.0;
 
 /// What is known of every identity heard lately.
 #[derive(Debug, Default)]
 pub(super) struct Integrities {
     reports: ReportRules,
+    judges: BTreeMap<Identity, Judge>,
+    /// Time of the newest report of each.
+    heard: BTreeMap<Identity, Time>,
     assessments: BTreeMap<Identity, Assessment>,
     /// What operators say, by identity.
     words: BTreeMap<Identity, HeldWord>,
@@ -23,30 +48,123 @@ pub(super) struct Integrities {
 impl Integrities {
     /// Takes the reports that came since the last slot, by time.
     pub(super) fn hear(&mut self, fixes: &[Fix], settings: &Settings) {
-        if settings.integrity.action != Action::Off {
-            self.reports.take(fixes);
+        if settings.integrity.action == Action::Off {
+            return;
+        }
+        self.reports.take(fixes);
+        for fix in fixes {
+            let heard = self.heard.entry(fix.identity).or_insert(fix.time);
+            *heard = (*heard).max(fix.time);
         }
     }
 
     /// Judges every identity by what is known at the slot's deadline.
-    pub(super) fn assess(&mut self, _tracklets: &Tracklets, _targets: &Targets, cycle: &Cycle) {
-        if cycle.settings.integrity.action != Action::Off {
-            self.reports.look(cycle.deadline);
+    pub(super) fn assess(&mut self, tracklets: &Tracklets, targets: &Targets, cycle: &Cycle) {
+        if cycle.settings.integrity.action == Action::Off {
+            return;
+        }
+        self.reports.look(cycle.deadline);
+        for judge in self.judges.values_mut() {
+            judge.watches.retain(|&id, _| tracklets.get(id).is_some());
+        }
+        let claims = self.claims(cycle);
+        self.watch(tracklets, targets, &claims, cycle);
+        self.settle(cycle);
+    }
+
+    /// Looks at the radar tracks around each transponder, second by second as soon as both are known.
+    fn watch(&mut self, tracklets: &Tracklets, targets: &Targets, claims: &Claims, cycle: &Cycle) {
+        let settings = cycle.settings;
+        let last = |tracklet: &Tracklet| {
+            let plot = tracklet.nearest(cycle.deadline)?;
+            Some((plot.position, tracklet.id))
+        };
+        let places = Places::of(tracklets.iter().filter_map(last));
+        let widest = settings.radars().map(|(_, radar)| radar.track_errors.bias_azimuth).fold(0.0, f64::max);
+        for target in targets.iter() {
+            let Some(transponder) = target.transponder() else { continue };
+            let delay = settings.delay(&transponder.kind()).unwrap_or_default();
+            let judge = self.judges.entry(transponder.identity).or_insert_with(|| {
+                let sigma_s = DELAY_BETWEEN_TRANSPONDERS_S.hypot(delay.sigma_s);
+                Judge::new(cycle.centre, Delay { mean_s: delay.mean_s - delay.applied_s, sigma_s })
+            });
+            for end in judge.pending(transponder, cycle) {
+                let Some(curve) = transponder.on_curve(end + -SECOND / 2, settings) else { continue };
+                let range_m = curve.position.0.xy().norm();
+                let around_m = AROUND_M + AROUND_SIGMAS * range_m * widest;
+                let flown_m = DRONE_SPEED_MAX_M_S * cycle.deadline.seconds_since(end);
+                let mut around: Vec<TrackletId> =
+                    places.within(curve.position, around_m + flown_m).map(|near| near.1).collect();
+                around.sort_unstable();
+                for id in around {
+                    let Some(tracklet) = tracklets.get(id) else { continue };
+                    let Some(radar) = settings.radar(tracklet.key.sensor) else { continue };
+                    let Some(plot) = tracklet.between(end + -SECOND, end).next_back() else { continue };
+                    if (plot.position.0 - curve.position.0).xy().norm() > around_m {
+                        continue;
+                    }
+                    let watch = judge.watches.entry(id).or_insert_with(Watch::new);
+                    let is_pair = tracklet.target() == Some(target.id());
+                    watch.look(tracklet, transponder, (end, cycle.deadline), is_pair, radar, settings);
+                }
+                judge.weigh(transponder.identity, claims, tracklets);
+            }
+        }
+    }
+
+    /// Whose each radar track is that is near somebody, or was for long: that of the pair, else of the nearest.
+    fn claims(&self, cycle: &Cycle) -> Claims {
+        let mut claims = Claims::default();
+        let since = cycle.centre + SECOND * -5;
+        for (&identity, judge) in &self.judges {
+            for (&tracklet, watch) in &judge.watches {
+                let Some(judged) = watch.last().filter(|judged| judged.second.look.time >= since) else { continue };
+                claims.note(tracklet, identity, judged);
+            }
+        }
+        claims
+    }
+
+    /// The states that follow.
+    fn settle(&mut self, cycle: &Cycle) {
+        let Self { reports, judges, heard, assessments, words, .. } = self;
+        heard.retain(|_, heard| cycle.centre.seconds_since(*heard) <= FORGOTTEN_S);
+        judges.retain(|identity, _| heard.contains_key(identity));
+        assessments.clear();
+        for (&identity, &heard) in &*heard {
+            let trust = words.get(&identity).map(|held| held.word.trust);
+            let judge =
+                judges.entry(identity).or_insert_with(|| Judge::new(cycle.centre, Delay { mean_s: 0.0, sigma_s: 0.1 }));
+            judge.judge(cycle.centre, &reports.finding(identity), trust, &cycle.settings.integrity);
+            let mut assessment = judge.assessment(identity, cycle.centre, heard, trust);
+            assessment.is_silent = reports.silent_since(identity).is_some();
+            assessments.insert(identity, assessment);
         }
     }
 
     /// Marks the points of the slot, and says what is wrong at it.
-    pub(super) fn mark(&self, _points: &mut [Point]) -> Vec<Concern> {
-        Vec::new()
+    pub(super) fn mark(&self, points: &mut [Point]) -> Vec<Concern> {
+        let mut tracks = BTreeMap::new();
+        for point in points {
+            let Some(part) = point.source.transponder() else { continue };
+            tracks.insert(part.identity, point.number);
+            point.integrity = self.assessments.get(&part.identity).map(|known| known.integrity);
+        }
+        let flagged = self.assessments.values().filter(|known| known.integrity.state.is_flagged());
+        flagged
+            .map(|known| {
+                let PointIntegrity { state, reasons, offset_m, .. } = known.integrity;
+                let track = tracks.get(&known.identity).copied();
+                Concern::Integrity { identity: known.identity, track, twin: known.twin, state, reasons, offset_m }
+            })
+            .collect()
     }
 
     /// An operator's word, from the slot `since` on.
     pub(super) fn say(&mut self, word: Word, since: Slot) {
         match word.trust {
             Trust::Automatic => _ = self.words.remove(&word.identity),
-            Trust::Trusted | Trust::Distrusted => {
-                _ = self.words.insert(word.identity, HeldWord { word, since })
-            }
+            Trust::Trusted | Trust::Distrusted => _ = self.words.insert(word.identity, HeldWord { word, since }),
         }
     }
 

@@ -1,0 +1,320 @@
+//! One row of the bank: what the offsets would be if the transponder were honest, or lied since then.
+
+use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
+use std::f64::consts::TAU;
+
+use super::{Delay, ELSEWHERE_M, Look, Slow};
+use crate::time::Time;
+
+/// Offset and drift of the transponder's places, east and north; how late its stamps are; the radar's misalignment, and the
+/// slow error of its track, each in range and azimuth.
+const STATES: usize = 9;
+const OFFSET: usize = 0;
+const DRIFT: usize = 2;
+const LATE: usize = 4;
+const MISALIGNED: usize = 5;
+const SLOW: usize = 7;
+
+/// Offset of an honest receiver, each axis, metres, and how long it lasts, seconds.
+const HONEST_M: f64 = 2.2;
+const HONEST_LASTS_S: f64 = 60.0;
+/// White acceleration of a lie, m²/s³.
+const LIE_ACCELERATION_M2_S3: f64 = 0.02;
+/// A residual beyond so many standard deviations counts no more than linearly (Huber).
+const HUBER: f64 = 3.5;
+/// A radar track leaves its aircraft after this, on average, seconds: it walks off, or exchanges its number with another one.
+const LEAVES_AFTER_S: f64 = 70.0;
+/// What one look adds to the log-likelihood that it is the aircraft's own: least and most.
+const LOOK_ADDS: [f64; 2] = [-6.0, 4.0];
+/// It is the aircraft's own for sure where that is so much likelier, natural logarithm.
+const SURELY_OWN: f64 = 3.0;
+
+/// What a row supposes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Honest,
+    /// Honest; the radar track begins to walk off.
+    Walk,
+    /// The places begin to drift away.
+    Drift,
+    /// They are off at once.
+    Jump,
+    /// The time stamps are off at once.
+    Late,
+}
+
+impl Kind {
+    /// Standard deviations that a row begins with beside those of honesty: offset and drift, each axis, metres and metres a
+    /// second; how late, seconds.
+    fn begins_with(self) -> [f64; 3] {
+        match self {
+            Self::Honest => [0.0; 3],
+            Self::Walk => [3.0, 10.0, 0.0],
+            Self::Drift => [8.0, 2.0, 0.0],
+            Self::Jump => [70.0, 0.5, 0.0],
+            Self::Late => [0.0, 0.0, 1.5],
+        }
+    }
+
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Row {
+    pub(super) kind: Kind,
+    pub(super) since: Time,
+    /// How many times rows were begun before.
+    pub(super) number: u32,
+    /// Natural logarithm of the likelihood, but for the radar track that is looked at.
+    log: f64,
+    /// Of the state.
+    pub(super) at: Time,
+    mean: SVector<f64, STATES>,
+    covariance: SMatrix<f64, STATES, STATES>,
+    track: Option<Track>,
+}
+
+/// The radar track that is looked at: natural logarithms of the likelihoods that it is the aircraft's own, and that it is
+/// another one's or has become one, beside that of another one's.
+#[derive(Clone, Debug)]
+struct Track {
+    own: f64,
+    other: f64,
+    /// Mean and covariance when it was the aircraft's own for sure, or before it.
+    saved: (SVector<f64, STATES>, SMatrix<f64, STATES, STATES>),
+}
+
+impl Row {
+    pub(super) fn honest(time: Time, delay: Delay) -> Self {
+        let mut row = Self {
+            kind: Kind::Honest,
+            since: time,
+            number: 0,
+            log: 0.0,
+            at: time,
+            mean: SVector::zeros(),
+            covariance: SMatrix::zeros(),
+            track: None,
+        };
+        row.forget_offset();
+        row.mean[LATE] = delay.mean_s;
+        row.covariance[(LATE, LATE)] = delay.sigma_s * delay.sigma_s;
+        row
+    }
+
+    /// From here on it is of another kind.
+    pub(super) fn branch(&self, kind: Kind, since: Time) -> Self {
+        let mut row = Self { kind, since, ..self.clone() };
+        let [offset_m, drift_m_s, late_s] = kind.begins_with();
+        for axis in 0..2 {
+            row.covariance[(OFFSET + axis, OFFSET + axis)] += offset_m * offset_m;
+            row.covariance[(DRIFT + axis, DRIFT + axis)] += drift_m_s * drift_m_s;
+        }
+        row.covariance[(LATE, LATE)] += late_s * late_s;
+        row
+    }
+
+    /// Takes so much off the logarithm of the likelihood.
+    pub(super) fn relate(&mut self, to: f64) {
+        self.log -= to;
+    }
+
+    /// Nothing is known of the offset but that the receiver is honest.
+    pub(super) fn forget_offset(&mut self) {
+        for state in OFFSET..LATE {
+            self.reset(state, if state < DRIFT { HONEST_M } else { 0.0 });
+        }
+    }
+
+    /// The state at that time.
+    pub(super) fn turn(&mut self, time: Time, slow: &Slow) {
+        let dt = time.seconds_since(self.at);
+        if dt <= 0.0 {
+            return;
+        }
+        self.at = time;
+        let kept = (-dt / slow.lasts_s).exp();
+        self.fade(SLOW, kept, slow.range_m);
+        self.fade(SLOW + 1, kept, slow.azimuth);
+        match self.kind {
+            Kind::Honest | Kind::Late => {
+                let kept = (-dt / HONEST_LASTS_S).exp();
+                for axis in 0..2 {
+                    self.fade(OFFSET + axis, kept, HONEST_M);
+                }
+            }
+            Kind::Walk | Kind::Drift | Kind::Jump => self.drift(dt),
+        }
+    }
+
+    /// The offset goes on with its drift.
+    fn drift(&mut self, dt: f64) {
+        let white = if self.kind == Kind::Walk { 0.0 } else { LIE_ACCELERATION_M2_S3 };
+        for axis in 0..2 {
+            let (offset, drift) = (OFFSET + axis, DRIFT + axis);
+            self.mean[offset] += dt * self.mean[drift];
+            for other in 0..STATES {
+                let added = dt * self.covariance[(drift, other)];
+                self.covariance[(offset, other)] += added;
+            }
+            for other in 0..STATES {
+                let added = dt * self.covariance[(other, drift)];
+                self.covariance[(other, offset)] += added;
+            }
+            self.covariance[(offset, offset)] += white * dt * dt * dt / 3.0;
+            self.covariance[(offset, drift)] += white * dt * dt / 2.0;
+            self.covariance[(drift, offset)] += white * dt * dt / 2.0;
+            self.covariance[(drift, drift)] += white * dt;
+        }
+    }
+
+    /// A state that lasts for a while: x' = kept · x, and what is new.
+    fn fade(&mut self, state: usize, kept: f64, sigma: f64) {
+        self.mean[state] *= kept;
+        for other in 0..STATES {
+            self.covariance[(state, other)] *= kept;
+            self.covariance[(other, state)] *= kept;
+        }
+        self.covariance[(state, state)] += sigma * sigma * (1.0 - kept * kept);
+    }
+
+    /// Nothing is known of a state but its standard deviation.
+    fn reset(&mut self, state: usize, sigma: f64) {
+        self.mean[state] = 0.0;
+        for other in 0..STATES {
+            self.covariance[(state, other)] = 0.0;
+            self.covariance[(other, state)] = 0.0;
+        }
+        self.covariance[(state, state)] = sigma * sigma;
+    }
+
+    /// Another radar, with a misalignment of its own.
+    pub(super) fn meet_radar(&mut self, look: &Look) {
+        self.reset(MISALIGNED, look.alignment[0]);
+        self.reset(MISALIGNED + 1, look.alignment[1]);
+    }
+
+    /// Another radar track, with slow errors of its own.
+    pub(super) fn meet_track(&mut self, look: &Look) {
+        self.reset(SLOW, look.slow.range_m);
+        self.reset(SLOW + 1, look.slow.azimuth);
+    }
+
+    /// Begins to look at another radar track, that is the aircraft's own with probability `own` before it is looked at.
+    pub(super) fn begin_track(&mut self, look: &Look, own: f64) {
+        let place = self.place(look);
+        let saved = (self.mean, self.covariance);
+        self.track = Some(Track { own: own.ln() + place, other: (1.0 - own).ln(), saved });
+        self.observe(look, 0);
+        self.observe(look, 1);
+    }
+
+    /// Takes in the next look at it, `dt` seconds later. `other`: log-likelihood of the look if it is another aircraft.
+    pub(super) fn take(&mut self, look: &Look, other: f64, dt: f64) {
+        let observed = self.observe(look, 0) + self.observe(look, 1);
+        let Some(track) = &mut self.track else { return };
+        let leaves = (dt / LEAVES_AFTER_S).min(0.5);
+        track.other = sum(track.other, track.own + leaves.ln());
+        track.own += (1.0 - leaves).ln() + (observed - other).clamp(LOOK_ADDS[0], LOOK_ADDS[1]);
+        if track.own - track.other > SURELY_OWN {
+            track.saved = (self.mean, self.covariance);
+        }
+    }
+
+    /// The radar track has ended, or another one is looked at.
+    pub(super) fn end_track(&mut self) {
+        if let Some(track) = self.track.take() {
+            self.log += sum(track.own, track.other);
+            if track.own < track.other {
+                (self.mean, self.covariance) = track.saved;
+            }
+        }
+    }
+
+    /// The radar track has ended and had walked off: it is worth what that says.
+    pub(super) fn end_walked(&mut self, log: f64) {
+        if let Some(track) = self.track.take() {
+            (self.mean, self.covariance) = track.saved;
+        }
+        self.log = log;
+    }
+
+    /// Natural logarithm of the likelihood.
+    pub(super) fn log(&self) -> f64 {
+        self.log + self.track.as_ref().map_or(0.0, |track| sum(track.own, track.other))
+    }
+
+    /// Whether the radar track that is looked at is rather the aircraft's own.
+    pub(super) fn is_own(&self) -> bool {
+        self.track.as_ref().is_some_and(|track| track.own > track.other)
+    }
+
+    /// How much likelier the place is for the aircraft itself than for one somewhere around.
+    fn place(&self, look: &Look) -> f64 {
+        let sights = [0, 1].map(|axis| sight(look, axis));
+        let mut expected = Matrix2::zeros();
+        let mut elsewhere = Matrix2::zeros();
+        let apart = Vector2::from_fn(|axis, _| look.offset_m[axis] - sights[axis].dot(&self.mean));
+        let found = Vector2::from(look.offset_m);
+        for one in 0..2 {
+            for other in 0..2 {
+                expected[(one, other)] = sights[one].dot(&(self.covariance * sights[other]));
+            }
+            expected[(one, one)] += look.white_m2[one];
+            let slow_m = [look.slow.range_m, look.range_m * look.slow.azimuth][one];
+            elsewhere[(one, one)] = ELSEWHERE_M * ELSEWHERE_M + slow_m * slow_m + look.white_m2[one];
+        }
+        log_density(&apart, &expected) - log_density(&found, &elsewhere)
+    }
+
+    /// Takes one axis of a look in; the logarithm of its likelihood.
+    fn observe(&mut self, look: &Look, axis: usize) -> f64 {
+        let sight = sight(look, axis);
+        let spread = self.covariance * sight;
+        let variance = sight.dot(&spread) + look.white_m2[axis];
+        let residual = (look.offset_m[axis] - sight.dot(&self.mean)) / variance.sqrt();
+        let (size, weight) = (residual.abs(), (HUBER / residual.abs()).min(1.0));
+        let cost = if size <= HUBER { 0.5 * size * size } else { HUBER * (size - 0.5 * HUBER) };
+        self.mean += spread * (weight * residual / variance.sqrt());
+        self.covariance -= spread * spread.transpose() * (weight / variance);
+        -cost - 0.5 * (TAU * variance).ln()
+    }
+
+    /// Offset of the places, east and north, metres, and its covariance.
+    pub(super) fn offset(&self) -> (Vector2<f64>, Matrix2<f64>) {
+        (
+            self.mean.fixed_rows::<2>(OFFSET).into_owned(),
+            self.covariance.fixed_view::<2, 2>(OFFSET, OFFSET).into_owned(),
+        )
+    }
+
+    /// How late its stamps are, seconds.
+    pub(super) fn late_s(&self) -> f64 {
+        self.mean[LATE]
+    }
+}
+
+/// Logarithm of the sum of two numbers that are given by their logarithms.
+fn sum(one: f64, other: f64) -> f64 {
+    let (less, more) = if one < other { (one, other) } else { (other, one) };
+    more + (less - more).exp().ln_1p()
+}
+
+/// What each state adds to the offset of a plot from the transponder's curve, along one axis.
+fn sight(look: &Look, axis: usize) -> SVector<f64, STATES> {
+    let along = look.axes[axis];
+    let arm = if axis == 0 { 1.0 } else { look.range_m };
+    let mut sight = SVector::zeros();
+    sight[OFFSET] = -along.x;
+    sight[OFFSET + 1] = -along.y;
+    sight[LATE] = along.dot(&look.velocity);
+    sight[MISALIGNED + axis] = arm;
+    sight[SLOW + axis] = arm;
+    sight
+}
+
+/// Natural logarithm of a normal density of zero mean.
+fn log_density(apart: &Vector2<f64>, covariance: &Matrix2<f64>) -> f64 {
+    let determinant = covariance.determinant().max(f64::MIN_POSITIVE);
+    let inverse = covariance.try_inverse().unwrap_or_else(Matrix2::zeros);
+    -0.5 * apart.dot(&(inverse * apart)) - TAU.ln() - 0.5 * determinant.ln()
+}
