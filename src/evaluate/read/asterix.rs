@@ -13,7 +13,7 @@ use super::error::FileError;
 use super::parsed::OutputFile;
 use crate::capture::{Capture, Contents, Datagram, OpenError};
 use crate::evaluate::place::Place;
-use crate::evaluate::types::{OutputPoint, PointSource};
+use crate::evaluate::types::{Flags, OutputPoint, PointSource};
 use crate::normalise::nearest_day;
 use fusion::time::Time;
 
@@ -130,6 +130,7 @@ impl Reader<'_> {
             sensor: None,
             transponder: report.as_ref().and_then(|report| report.transponder),
             covariance: None,
+            flags: Flags::default(),
         };
         self.points.push((point, report.is_some()));
         Ok(())

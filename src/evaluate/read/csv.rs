@@ -10,7 +10,7 @@ use super::error::FileError;
 use super::parsed::Tracks;
 use crate::evaluate::labels::Label;
 use crate::evaluate::place::Place;
-use crate::evaluate::types::{OutputPoint, PointSource};
+use crate::evaluate::types::{Flags, OutputPoint, PointSource};
 use fusion::time::Time;
 
 /// Heights that something which flies can have, metres.
@@ -85,6 +85,7 @@ fn point(row: &Row<'_>, source: &str, number: &str) -> Result<OutputPoint, FileE
         sensor: sensor(row.text("id")).map(str::to_owned),
         transponder: row.optional("transponder")?,
         covariance: None,
+        flags: Flags::default(),
     })
 }
 

@@ -5,7 +5,7 @@ use serde::Deserialize;
 use super::cells;
 use super::error::FileError;
 use crate::evaluate::place::Place;
-use crate::evaluate::types::{OutputPoint, PointSource};
+use crate::evaluate::types::{Flags, OutputPoint, PointSource};
 
 /// The fields of a track that are scored (`src/picture/track_json.rs`).
 #[derive(Deserialize)]
@@ -76,6 +76,7 @@ fn point(name: &str, line: u64, track: TrackRow) -> Result<OutputPoint, FileErro
         sensor: None,
         transponder: None,
         covariance: None,
+        flags: Flags::default(),
     };
     for contributor in track.contributors {
         match contributor {
