@@ -19,7 +19,9 @@ mod truth;
 mod types;
 
 pub use alone::{InputsAlone, output, reports};
-pub use integrity::{Attack, AttackKind, Clean, Detection, FalseFlag, Flight, Integrity, Shown, integrity};
+pub use integrity::{
+    Alert, Attack, AttackKind, Clean, Detection, FalseFlag, Flight, Integrity, Jamming, Shown, Uncooperative, integrity,
+};
 pub use labels::{Attribution, Label, Labels};
 pub use metrics::gospa::{Gospa, Near, gospa};
 pub use metrics::nees::honest_band;

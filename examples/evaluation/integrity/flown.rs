@@ -64,6 +64,7 @@ fn of(flight: &Flight) -> Result<Outcome, Failure> {
         reports: &reports,
         attacks: &attacks,
         output: &output,
+        alerts: None,
         settings: &Scoring::of(&config),
     });
     Ok(Outcome { flight: Flown { what: flight.what, seed: flight.seed }, integrity })

@@ -5,7 +5,9 @@ mod clean;
 mod course;
 mod detection;
 mod flags;
+mod jamming;
 mod shown;
+mod uncooperative;
 
 use std::collections::BTreeMap;
 
@@ -14,7 +16,9 @@ use serde::Serialize;
 pub use attacks::{Attack, AttackKind};
 pub use clean::{Clean, FalseFlag};
 pub use detection::Detection;
+pub use jamming::{Alert, Jamming};
 pub use shown::Shown;
+pub use uncooperative::Uncooperative;
 
 use super::counted::Counted;
 use super::judged::{Reference, judge};
@@ -37,6 +41,8 @@ pub struct Flight<'a> {
     pub attacks: &'a [Attack],
     /// The output.
     pub output: &'a [OutputPoint],
+    /// The alerts of the output, where they are known.
+    pub alerts: Option<&'a [Alert]>,
     /// Slots and latency.
     pub settings: &'a Scoring,
 }
@@ -48,6 +54,11 @@ pub struct Integrity {
     pub attacks: Vec<Detection>,
     /// Flags where there was none.
     pub clean: Clean,
+    /// Marks of those that fly without a transponder.
+    pub uncooperative: Uncooperative,
+    /// The alert `jamming`; `None` where alerts are not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jamming: Option<Jamming>,
 }
 
 /// Scores the flags of an output.
@@ -74,5 +85,7 @@ pub fn integrity(flight: &Flight<'_>) -> Integrity {
     Integrity {
         attacks: attacks.iter().filter(|attack| attack.kind.is_lie()).filter_map(detection).collect(),
         clean: Clean::of(&reports, &flagged, attacks),
+        uncooperative: Uncooperative::of(&points, truth, labels, settings.grid.slot_s()),
+        jamming: flight.alerts.map(|alerts| Jamming::of(alerts, attacks, settings)),
     }
 }
