@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use fusion::slots::{Slot, SlotGrid};
 use fusion::time::Time;
 use utm_fusion::evaluate::{
-    Covariance, Evaluation, InputsAlone, Label, Labels, Nees, OutputPoint, Place, PointSource, Scoring,
+    Covariance, Evaluation, Flags, InputsAlone, Label, Labels, Nees, OutputPoint, Place, PointSource, Scoring,
     Truth, evaluate,
 };
 
