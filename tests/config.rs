@@ -249,7 +249,7 @@ fn integrity() {
         ),
         ("on = 2.0", ":25: integrity.on = 2.0: on is above off"),
         ("alert_limit_m = 9\noff = 14.5", ":26: integrity.off = 14.5: on is above off"),
-        ("on = nan", ":25: integrity.on = nan: an index is at least 0"),
+        ("on = nan", ":25: integrity.on = NaN: an index is at least 0"),
         ("off = -1", ":25: integrity.off = -1: an index is at least 0"),
         ("alert_limit_m = inf", ":25: integrity.alert_limit_m = inf: an alert limit is above 0"),
         ("protect = 1", ":25: integrity.protect = 1: expected true or false"),

@@ -155,6 +155,11 @@ impl Config {
         self.state.reload(&wanted.state);
     }
 
+    /// Whether it is found out if transponders are what they say they are.
+    pub fn judges_integrity(&self) -> bool {
+        self.fusion.profile == Profile::Operational && self.integrity.action != Action::Off
+    }
+
     /// The radars, in the order of the file; the first is the origin of the ENU frame.
     pub fn radars(&self) -> impl Iterator<Item = (&Sensor, &Radar)> {
         self.sensors.iter().filter_map(|sensor| match &sensor.kind {

@@ -304,7 +304,7 @@ mod tests {
         let maker = PictureMaker::new(&config, pipeline.normaliser());
         let at = |second: i64| Time::from_nanos(second * SECOND);
         let picture =
-            |second| Picture { slot: fusion::slots::Slot(4 * second), time: at(second), tracks: vec![] };
+            |second| Picture { slot: fusion::slots::Slot(4 * second), time: at(second), tracks: vec![], concerns: vec![] };
         let mut alerts = Alerts::new(AlertAreas::default(), at(-10));
         assert!(alerts.note_sensors(&[sensor(SensorState::Outage, "silent")], at(20)));
         assert!(!alerts.note_picture(&picture(20), &maker) && !alerts.note_picture(&picture(21), &maker));
