@@ -12,10 +12,10 @@ use tokio::time::{Instant, MissedTickBehavior};
 use super::endings::{Endings, ended_event, event, reason_event};
 use super::log::Event;
 use super::shown::Shown;
-use super::sites::{AlertJson, SensorProperties};
+use super::sites::SensorProperties;
 use super::state::ApiState;
 use crate::json::rounded;
-use crate::live::{Alert, Lateness, PublishedPicture, SensorState, Severity, Status};
+use crate::live::{Alert, AlertJson, Lateness, PublishedPicture, SensorState, Status};
 use crate::picture::Rfc3339;
 use fusion::time::Time;
 
@@ -29,8 +29,8 @@ pub(super) struct Keeper {
     /// Whether readers know the picture as late.
     told_late: bool,
     sensors: BTreeMap<String, SensorState>,
-    /// Severity and end of each alert as published.
-    alerts: BTreeMap<u64, (Severity, Option<Time>)>,
+    /// Revision and end of each alert as published.
+    alerts: BTreeMap<u64, (u32, Option<Time>)>,
 }
 
 /// The data of `heartbeat`.
@@ -168,11 +168,11 @@ impl Keeper {
         }
     }
 
-    /// Alerts that began, ended, or got better or worse.
+    /// Alerts that began, changed or ended.
     fn alert(&mut self, alerts: &[Alert]) {
         let mut known = BTreeMap::new();
         for alert in alerts {
-            let told = (alert.severity, alert.until);
+            let told = (alert.revision, alert.until);
             if self.alerts.get(&alert.id) != Some(&told) {
                 let octets = event(&self.next_id(), "alert", &AlertJson::from(alert));
                 self.state.log.push(Event::Told(octets));

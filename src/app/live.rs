@@ -13,6 +13,7 @@ use crate::areas::{AlertAreas, Areas};
 use crate::config::Config;
 use crate::current::Current;
 use crate::history::{Historian, Limits, Store};
+use crate::integrity::Lookout;
 use crate::live::{Alerts, Archive, Clock, Driver, Hub, KeeperQueues, Outlets, Service, now};
 use crate::net::listen::lines;
 use crate::net::send::Sinks;
@@ -61,7 +62,8 @@ impl LiveBuilder {
     pub fn new(config: Arc<Config>, areas: Areas, listener: TcpListener) -> Self {
         let started = now();
         Self {
-            driver: Driver::new(&config, areas.masks(), started, lines(&config).len()),
+            driver: Driver::new(&config, areas.masks(), started, lines(&config).len())
+                .with_lookout(Lookout::new(&config, &areas)),
             config,
             areas,
             listener,

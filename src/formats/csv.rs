@@ -22,7 +22,10 @@ impl Columns {
     pub(super) fn header(self, out: &mut impl Write) -> io::Result<()> {
         write!(out, "time,id,source,track_number,radar_track,transponder,lat,lon,alt_msl,flags")?;
         if self.with_integrity {
-            write!(out, ",integrity,integrity_index,protection_level_m,offset_m,reasons,linked,uncooperative")?;
+            write!(
+                out,
+                ",integrity,integrity_index,protection_level_m,offset_m,reasons,linked,uncooperative"
+            )?;
         }
         writeln!(out)
     }

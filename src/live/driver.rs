@@ -11,6 +11,7 @@ use super::registration::Registrar;
 use crate::areas::Masks;
 use crate::capture::Reception;
 use crate::config::Config;
+use crate::integrity::{Flags, Lookout};
 use crate::picture::PictureMaker;
 use crate::pipeline::{Event, Output, Pipeline};
 use fusion::Engine;
@@ -40,6 +41,8 @@ pub struct Driver {
     maker: PictureMaker,
     health: Health,
     registrar: Registrar,
+    lookout: Lookout,
+    flags: Flags,
     /// From a slot's centre to its deadline.
     due_after: SignedDuration,
     /// When the latest slot was to be made, or the time of a fresh start after it: nothing is handled at an earlier time.
@@ -59,6 +62,8 @@ impl Driver {
             maker: PictureMaker::new(config, pipeline.normaliser()),
             health: Health::new(config, started),
             registrar: Registrar::new(config),
+            lookout: Lookout::default(),
+            flags: Flags::default(),
             due_after: config.fusion.latency() - config.fusion.slot / 2,
             pipeline,
             made_at: None,
@@ -66,6 +71,11 @@ impl Driver {
             duplicates: vec![0; lines],
             made: VecDeque::new(),
         }
+    }
+
+    /// The same with somebody on the lookout for drones without a transponder.
+    pub fn with_lookout(self, lookout: Lookout) -> Self {
+        Self { lookout, ..self }
     }
 
     /// The time at which an arrival is handled, and recorded: its own, or just after the last slot was to be made where
@@ -121,7 +131,9 @@ impl Driver {
             match output {
                 Output::Emission(mut emission) => {
                     let numbers = std::mem::take(&mut emission.numbers);
-                    let picture = self.maker.picture(emission);
+                    self.flags.note(&emission.concerns);
+                    let mut picture = self.maker.picture(emission);
+                    self.lookout.look(&mut picture, &self.maker);
                     let due = picture.time + self.due_after;
                     self.made_at = Some(due + -self.lead());
                     self.seq += 1;
@@ -191,6 +203,11 @@ impl Driver {
     /// The pipeline.
     pub fn pipeline(&self) -> &Pipeline {
         &self.pipeline
+    }
+
+    /// How often transponders were flagged.
+    pub fn flags(&self) -> &Flags {
+        &self.flags
     }
 
     /// The health of the sensors.

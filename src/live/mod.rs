@@ -27,7 +27,7 @@ mod quiet;
 mod registration;
 mod service;
 
-pub use alerts::{Alert, AlertKind, Alerts, Change, Severity, Trouble};
+pub use alerts::{Alert, AlertJson, AlertKind, Alerts, Change, Details, Severity, Trouble};
 pub use clock::{Clock, now};
 pub use condition::{Cause, Condition, Facts, Lateness, Level, Punctuality, Reason};
 pub use contests::Contested;

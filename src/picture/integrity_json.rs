@@ -74,7 +74,8 @@ impl<'a> TrackIntegrity<'a> {
     pub(super) fn new(track: &'a PictureTrack) -> Self {
         let linked = track.disputed.iter().map(|id| Link { id, relation: "disputed" }).collect();
         let known = Self { linked, uncooperative: track.is_uncooperative, ..Self::default() };
-        let Some(PointIntegrity { state, index, protection_level_m, offset_m, reasons }) = track.point.integrity
+        let Some(PointIntegrity { state, index, protection_level_m, offset_m, reasons }) =
+            track.point.integrity
         else {
             return known;
         };

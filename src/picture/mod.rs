@@ -7,6 +7,7 @@ mod rfc3339;
 mod track_json;
 
 use crate::config::Config;
+use crate::integrity::Resolved;
 use crate::normalise::Normaliser;
 use fusion::frames::{Geodetic, TangentPlane};
 use fusion::integrity::Concern;
@@ -39,6 +40,8 @@ pub struct Picture {
     pub tracks: Vec<PictureTrack>,
     /// What is wrong with transponders at this slot.
     pub concerns: Vec<Concern>,
+    /// Aircraft that were uncooperative until now.
+    pub resolved: Vec<Resolved>,
 }
 
 impl Picture {
@@ -180,12 +183,14 @@ impl PictureMaker {
             time: emission.time,
             tracks: points.into_iter().zip(disputed).map(track).collect(),
             concerns,
+            resolved: Vec::new(),
         }
     }
 
     /// The ids of those of `points` that claim to be the same aircraft as `point`.
     fn disputed(&self, point: &Point, points: &[Point]) -> Vec<String> {
-        let others = point.disputed.iter().filter_map(|&number| points.iter().find(|other| other.number == number));
+        let others =
+            point.disputed.iter().filter_map(|&number| points.iter().find(|other| other.number == number));
         others.map(|other| self.id(other)).collect()
     }
 

@@ -78,6 +78,7 @@ fn a_picture_keeps_its_others_in_their_order() {
         time: Time::default(),
         tracks: tracks.map(track).into_iter().collect(),
         concerns: Vec::new(),
+        resolved: Vec::new(),
     };
     let kept: Vec<PictureTrack> = [0, 2, 4].map(|index| picture.tracks[index].clone()).into();
     assert_eq!(picture.within(100.0).cloned().collect::<Vec<_>>(), kept);
