@@ -73,6 +73,7 @@ pub fn run(args: &Args) -> CommandResult {
         }
         registrations.restore(&config, None, engine);
         engine.plan(plan.correlated.clone());
+        engine.plan_words(plan.words.clone());
         engine.resume(plan.kept.clone());
         let mut replay =
             Replay { pipeline, stage, warnings: 0, bar: None, unread: false, skipped: String::new() };

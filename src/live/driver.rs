@@ -15,6 +15,7 @@ use crate::integrity::{Flags, Lookout};
 use crate::picture::PictureMaker;
 use crate::pipeline::{Event, Output, Pipeline};
 use fusion::Engine;
+use fusion::integrity::Word;
 use fusion::numbering::{Given, NumberChange};
 use fusion::operational::{Correlation, NotCorrelated};
 use fusion::slots::Slot;
@@ -47,6 +48,8 @@ pub struct Driver {
     due_after: SignedDuration,
     /// When the latest slot was to be made, or the time of a fresh start after it: nothing is handled at an earlier time.
     made_at: Option<Time>,
+    /// The latest slot's centre.
+    latest: Option<Time>,
     seq: u64,
     /// Copies by line.
     duplicates: Vec<u64>,
@@ -67,6 +70,7 @@ impl Driver {
             due_after: config.fusion.latency() - config.fusion.slot / 2,
             pipeline,
             made_at: None,
+            latest: None,
             seq: 0,
             duplicates: vec![0; lines],
             made: VecDeque::new(),
@@ -134,6 +138,7 @@ impl Driver {
                     self.flags.note(&emission.concerns);
                     let mut picture = self.maker.picture(emission);
                     self.lookout.look(&mut picture, &self.maker);
+                    self.latest = Some(picture.time);
                     let due = picture.time + self.due_after;
                     self.made_at = Some(due + -self.lead());
                     self.seq += 1;
@@ -177,6 +182,18 @@ impl Driver {
         engine.correlate(correlation)?;
         // Before the first slot nothing is there.
         engine.next_slot().ok_or(NotCorrelated::NoRadarTrack)
+    }
+
+    /// An operator's word on a transponder; the first slot that is published by it. `None`: the profile knows none, or nothing
+    /// was received yet.
+    pub fn say(&mut self, word: Word) -> Option<Slot> {
+        let engine = self.pipeline.engine_mut();
+        engine.say(word).then(|| engine.next_slot()).flatten()
+    }
+
+    /// The centre of the latest slot that was made.
+    pub fn latest(&self) -> Option<Time> {
+        self.latest
     }
 
     /// The engine, for what it takes over from an earlier run ([`Pipeline::engine_mut`]).

@@ -182,6 +182,7 @@ impl Show {
             Driver::new(&self.config, self.masks.clone(), started, 0).with_lookout(self.lookout.clone());
         driver.engine_mut().plan(self.correlated.correlated.clone());
         driver.engine_mut().resume(self.correlated.kept.clone());
+        driver.engine_mut().plan_words(self.correlated.words.clone());
         self.anchor = None;
         let shown_before = self.shown;
         self.state.send_modify(|state| state.ended = false);
@@ -213,6 +214,8 @@ impl Show {
             }
             let made = self.hub.correlations.obey(&mut driver);
             self.correlated.correlated.extend(made);
+            let said = self.hub.integrity.obey(&mut driver);
+            self.correlated.words.extend(said);
         }
         driver.finish();
         match self.show_all(&mut driver) {
@@ -271,6 +274,7 @@ impl Show {
         }
         if is_new {
             self.hub.correlations.tell(driver.pipeline().engine().correlations());
+            self.hub.integrity.tell(driver);
         }
         Next::GoOn
     }
