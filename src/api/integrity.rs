@@ -179,15 +179,14 @@ impl IdentityJson {
         hub: &Hub,
         latest: Option<&Shown>,
     ) -> Self {
-        let Assessment {
-            identity, integrity, since, offset, heard, is_silent, trust, twin, evidence, ..
-        } = assessment;
+        let Assessment { identity, integrity, since, offset, heard, is_silent, twin, evidence, .. } =
+            assessment;
         let tracks = || latest.into_iter().flat_map(|shown| &shown.frame.picture.tracks);
         let id = |is_it: &dyn Fn(&PictureTrack) -> bool| {
             tracks().find(|track| is_it(track)).map(|track| hub.maker.track_id(track))
         };
         let own = |track: &PictureTrack| identity_of(track) == Some(*identity);
-        let word = known.words.iter().find(|held| held.word.identity == *identity);
+        let word = known.word(*identity);
         let grid = SlotGrid::new(hub.config.fusion.slot);
         Self {
             identity: serial_text(*identity),
@@ -205,7 +204,7 @@ impl IdentityJson {
             reasons: ReasonName::all(integrity.reasons),
             heard: (*heard).into(),
             silent: *is_silent,
-            verdict: trust.map(Trust::name),
+            verdict: word.map(|held| held.word.trust.name()),
             verdict_since: word.map(|held| grid.centre(held.since).into()),
             twin_id: twin.and_then(|twin| id(&|track| track.point.number == twin)),
             evidence: evidence.iter().map(|evidence| EvidenceJson::new(evidence, hub)).collect(),

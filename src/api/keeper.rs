@@ -186,11 +186,11 @@ impl Keeper {
         let latest = self.state.log.latest().1;
         let mut states = BTreeMap::new();
         for assessment in &known.assessments {
-            let (identity, state) = (assessment.identity, assessment.integrity.state);
-            let before = self.integrity.get(&identity).copied();
-            states.insert(identity, (state, assessment.trust));
+            let identity = assessment.identity;
+            let now = (assessment.integrity.state, known.word(identity).map(|held| held.word.trust));
+            states.insert(identity, now);
             // What is as it is from the start is no news.
-            if before.unwrap_or_default() != (state, assessment.trust) {
+            if self.integrity.get(&identity).copied().unwrap_or_default() != now {
                 let data = IdentityJson::new(assessment, known, &self.state.hub, latest.as_deref());
                 self.state.log.push(Event::Told(event(&self.next_id(), "integrity", &data)));
             }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::correlations::Named;
 use super::driver::Driver;
 use super::requests::{Denied, Operators, Requests, requests};
+use fusion::Identity;
 use fusion::integrity::{Assessment, HeldWord, Reason, Trust, Word};
 use fusion::operational::NotCorrelated;
 use fusion::slots::Slot;
@@ -60,6 +61,11 @@ impl IntegrityRequests {
 }
 
 impl Integrities {
+    /// The word in force on an identity.
+    pub fn word(&self, identity: Identity) -> Option<&HeldWord> {
+        self.words.iter().find(|held| held.word.identity == identity)
+    }
+
     fn of(driver: &Driver, at: Option<Time>) -> Self {
         let engine = driver.pipeline().engine();
         Self {
@@ -71,15 +77,16 @@ impl Integrities {
     }
 
     fn is_outdated(&self, driver: &Driver, at: Time) -> bool {
-        let second = |time: Time| time.nanos().div_euclid(SECOND);
-        let state =
-            |one: &Assessment| (one.identity, one.integrity.state, one.is_silent, one.trust, one.twin);
-        let now = driver.pipeline().engine().assessments();
         // It is asked far more often than there are slots.
         if self.at == Some(at) {
             return false;
         }
-        self.at.map(second) != Some(second(at)) || !self.assessments.iter().map(state).eq(now.map(state))
+        let second = |time: Time| time.nanos().div_euclid(SECOND);
+        let state = |one: &Assessment| (one.identity, one.integrity.state, one.is_silent, one.twin);
+        let engine = driver.pipeline().engine();
+        self.at.map(second) != Some(second(at))
+            || self.words != engine.words()
+            || !self.assessments.iter().map(state).eq(engine.assessments().map(state))
     }
 }
 
