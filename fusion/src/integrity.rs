@@ -304,7 +304,7 @@ impl Default for IntegrityRules {
     fn default() -> Self {
         Self {
             action: Action::Flag,
-            on: 14.0,
+            on: std::env::var("ON").ok().and_then(|v| v.parse().ok()).unwrap_or(14.0), // DBG
             off: 2.0,
             alert_limit_m: 60.0,
             accuracy: true,

@@ -3,19 +3,19 @@
 //! Second by second each radar track is compared with the transponders around. It is evidence of one at most: *near* where it is
 //! where the transponder says, or has been and does not fly otherwise since; *far* where it is elsewhere and flies alike.
 
+mod choice;
 mod judge;
 mod watch;
 
 use std::collections::BTreeMap;
 
 use super::cycle::Cycle;
-use super::ids::{TargetId, TrackletId};
+use super::ids::TrackletId;
 use super::places::Places;
 use super::settings::Settings;
 use super::targets::Targets;
-use super::tracklets::Tracklets;
-use super::tuning::DELAY_BETWEEN_TRANSPONDERS_S;
-use crate::filter::LineOfSight;
+use super::tracklets::{Tracklet, Tracklets};
+use super::tuning::{DELAY_BETWEEN_TRANSPONDERS_S, DRONE_SPEED_MAX_M_S};
 use crate::integrity::{
     Action, Assessment, Concern, Delay, HeldWord, PointIntegrity, ReportRules, Trust, Word,
 };
@@ -23,20 +23,13 @@ use crate::point::Point;
 use crate::report::{Fix, Identity};
 use crate::slots::Slot;
 use crate::time::Time;
+use choice::Claims;
 use judge::Judge;
-use watch::{Judged, SECOND, Watch};
+use watch::{SECOND, Watch};
 
 /// A radar track further away than this is not looked at, metres, beside so many deviations of its slow errors.
 const AROUND_M: f64 = 300.0;
 const AROUND_SIGMAS: f64 = 2.0;
-/// Far: it flies so much likelier as this aircraft than as another one, and than as any other transponder's.
-const FAR_MOTION: f64 = 3.0;
-const FAR_LEAD: f64 = 3.0;
-/// Far: the radar takes it for a drone with at least this mean probability, and it is no higher or lower than this, metres.
-const FAR_PROBABILITY: f64 = 0.3;
-const FAR_HEIGHT_M: f64 = 45.0;
-/// Far: no radar track was near for so long, seconds.
-const FAR_ALONE_S: f64 = 3.0;
 /// Identities not heard for longer are forgotten, seconds.
 const FORGOTTEN_S: f64 = 3600.0;
 
@@ -50,17 +43,6 @@ pub(super) struct Integrities {
     assessments: BTreeMap<Identity, Assessment>,
     /// What operators say, by identity.
     words: BTreeMap<Identity, HeldWord>,
-    /// The last second that was judged ended then.
-    judged: Option<Time>,
-}
-
-/// A radar track as seen from a transponder.
-struct Sighting {
-    identity: Identity,
-    tracklet: TrackletId,
-    judged: Judged,
-    /// Whether the association takes them for one.
-    is_pair: bool,
 }
 
 impl Integrities {
@@ -78,107 +60,69 @@ impl Integrities {
 
     /// Judges every identity by what is known at the slot's deadline.
     pub(super) fn assess(&mut self, tracklets: &Tracklets, targets: &Targets, cycle: &Cycle) {
-        let rules = &cycle.settings.integrity;
-        if rules.action == Action::Off {
+        if cycle.settings.integrity.action == Action::Off {
             return;
         }
         self.reports.look(cycle.deadline);
-        let length = SECOND.as_nanos() as i64;
-        let whole = Time::from_nanos(cycle.centre.nanos().div_euclid(length) * length);
-        let first = self.judged.map_or(whole, |judged| judged + SECOND).max(whole + SECOND * -5);
-        let mut end = first;
-        while end <= whole {
-            self.look(tracklets, targets, end, cycle);
-            end = end + SECOND;
-        }
-        self.judged = Some(whole);
-        self.settle(cycle);
-    }
-
-    /// Looks at the second that ends at `end`.
-    fn look(&mut self, tracklets: &Tracklets, targets: &Targets, end: Time, cycle: &Cycle) {
-        let sightings = self.sightings(tracklets, targets, end, cycle);
-        let near = claims(&sightings);
-        let mut by_identity: BTreeMap<Identity, Vec<&Sighting>> = BTreeMap::new();
-        for sighting in &sightings {
-            by_identity.entry(sighting.identity).or_default().push(sighting);
-        }
-        for (identity, own) in by_identity {
-            let Some(judge) = self.judges.get_mut(&identity) else { continue };
-            let current = judge.current();
-            let is_current = |one: &Sighting| current.is_some_and(|current| current.0 == one.tracklet);
-            let nearest =
-                own.iter().filter(|one| near.get(&one.tracklet) == Some(&identity)).min_by(|a, b| {
-                    let order = |one: &Sighting| (!is_current(one), !one.is_pair);
-                    order(a).cmp(&order(b)).then(a.judged.away.total_cmp(&b.judged.away))
-                });
-            let chosen = match nearest {
-                Some(one) => Some((one, true)),
-                None => {
-                    let is_alone = current
-                        .is_none_or(|(_, is_near, last)| !is_near || end.seconds_since(last) > FAR_ALONE_S);
-                    let far = own.iter().filter(|one| !near.contains_key(&one.tracklet));
-                    far.filter(|one| is_alone && is_far(one, &sightings, tracklets))
-                        .max_by(|a, b| {
-                            let order = |one: &Sighting| is_current(one);
-                            order(a).cmp(&order(b)).then(a.judged.motion.total_cmp(&b.judged.motion))
-                        })
-                        .map(|one| (one, false))
-                }
-            };
-            if let Some((one, is_near)) = chosen
-                && !one.judged.walks_off
-                && let Some(tracklet) = tracklets.get(one.tracklet)
-            {
-                judge.take(one.tracklet, tracklet.key, &one.judged, is_near);
-            }
-        }
-    }
-
-    /// Each radar track from each transponder around.
-    fn sightings(
-        &mut self,
-        tracklets: &Tracklets,
-        targets: &Targets,
-        end: Time,
-        cycle: &Cycle,
-    ) -> Vec<Sighting> {
-        let settings = cycle.settings;
-        let middle = end + -SECOND / 2;
-        let place = |target: &super::targets::Target| {
-            Some((target.on_curve(middle, settings)?.position, target.id()))
-        };
-        let places = Places::of(targets.iter().filter_map(place));
-        let mut sightings = Vec::new();
-        for tracklet in tracklets.iter() {
-            let Some(radar) = settings.radar(tracklet.key.sensor) else { continue };
-            let Some(plot) = tracklet.between(end + -SECOND, end).next_back() else { continue };
-            let range_m = LineOfSight::from(radar.position, plot.position).range_m;
-            let around_m = AROUND_M + AROUND_SIGMAS * range_m * radar.track_errors.bias_azimuth;
-            let mut around: Vec<TargetId> =
-                places.within(plot.position, around_m).map(|near| near.1).collect();
-            around.sort_unstable();
-            for id in around {
-                let Some(target) = targets.get(id) else { continue };
-                let Some(transponder) = target.transponder() else { continue };
-                let delay = settings.delay(&transponder.kind()).unwrap_or_default();
-                let judge = self.judges.entry(transponder.identity).or_insert_with(|| {
-                    let sigma_s = DELAY_BETWEEN_TRANSPONDERS_S.hypot(delay.sigma_s);
-                    Judge::new(end, Delay { mean_s: delay.mean_s - delay.applied_s, sigma_s })
-                });
-                let watch = judge.watches.entry(tracklet.id).or_insert_with(Watch::new);
-                let known = (end, cycle.deadline);
-                if let Some(judged) = watch.look(tracklet, transponder, known, radar, settings) {
-                    let is_pair = tracklet.target() == Some(id);
-                    let identity = transponder.identity;
-                    sightings.push(Sighting { identity, tracklet: tracklet.id, judged, is_pair });
-                }
-            }
-        }
         for judge in self.judges.values_mut() {
             judge.watches.retain(|&id, _| tracklets.get(id).is_some());
         }
-        sightings
+        let claims = self.claims(cycle);
+        self.watch(tracklets, targets, &claims, cycle);
+        self.settle(cycle);
+    }
+
+    /// Looks at the radar tracks around each transponder, second by second as soon as both are known.
+    fn watch(&mut self, tracklets: &Tracklets, targets: &Targets, claims: &Claims, cycle: &Cycle) {
+        let settings = cycle.settings;
+        let last = |tracklet: &Tracklet| {
+            let plot = tracklet.nearest(cycle.deadline)?;
+            Some((plot.position, tracklet.id))
+        };
+        let places = Places::of(tracklets.iter().filter_map(last));
+        let widest = settings.radars().map(|(_, radar)| radar.track_errors.bias_azimuth).fold(0.0, f64::max);
+        for target in targets.iter() {
+            let Some(transponder) = target.transponder() else { continue };
+            let delay = settings.delay(&transponder.kind()).unwrap_or_default();
+            let judge = self.judges.entry(transponder.identity).or_insert_with(|| {
+                let sigma_s = DELAY_BETWEEN_TRANSPONDERS_S.hypot(delay.sigma_s);
+                Judge::new(cycle.centre, Delay { mean_s: delay.mean_s - delay.applied_s, sigma_s })
+            });
+            for end in judge.pending(transponder, cycle) {
+                let Some(curve) = transponder.on_curve(end + -SECOND / 2, settings) else { continue };
+                let range_m = curve.position.0.xy().norm();
+                let around_m = AROUND_M + AROUND_SIGMAS * range_m * widest;
+                let flown_m = DRONE_SPEED_MAX_M_S * cycle.deadline.seconds_since(end);
+                let mut around: Vec<TrackletId> =
+                    places.within(curve.position, around_m + flown_m).map(|near| near.1).collect();
+                around.sort_unstable();
+                for id in around {
+                    let Some(tracklet) = tracklets.get(id) else { continue };
+                    let Some(radar) = settings.radar(tracklet.key.sensor) else { continue };
+                    let Some(plot) = tracklet.between(end + -SECOND, end).next_back() else { continue };
+                    if (plot.position.0 - curve.position.0).xy().norm() > around_m {
+                        continue;
+                    }
+                    let watch = judge.watches.entry(id).or_insert_with(Watch::new);
+                    let is_pair = tracklet.target() == Some(target.id());
+                    watch.look(tracklet, transponder, (end, cycle.deadline), is_pair, radar, settings);
+                }
+                judge.weigh(transponder.identity, claims, tracklets);
+            }
+        }
+    }
+
+    /// Whose each radar track is that is near somebody, or was for long: that of the pair, else of the nearest.
+    fn claims(&self, cycle: &Cycle) -> Claims {
+        let mut claims = Claims::default();
+        let since = cycle.centre + SECOND * -5;
+        for (&identity, judge) in &self.judges {
+            for (&tracklet, watch) in &judge.watches {
+                let Some(judged) = watch.last().filter(|judged| judged.second.look.time >= since) else { continue };
+                claims.note(tracklet, identity, judged);
+            }
+        }
+        claims
     }
 
     /// The states that follow.
@@ -189,9 +133,8 @@ impl Integrities {
         assessments.clear();
         for (&identity, &heard) in &*heard {
             let trust = words.get(&identity).map(|held| held.word.trust);
-            let judge = judges
-                .entry(identity)
-                .or_insert_with(|| Judge::new(cycle.centre, Delay { mean_s: 0.0, sigma_s: 0.1 }));
+            let judge =
+                judges.entry(identity).or_insert_with(|| Judge::new(cycle.centre, Delay { mean_s: 0.0, sigma_s: 0.1 }));
             judge.judge(cycle.centre, &reports.finding(identity), trust, &cycle.settings.integrity);
             let mut assessment = judge.assessment(identity, cycle.centre, heard, trust);
             assessment.is_silent = reports.silent_since(identity).is_some();
@@ -212,14 +155,7 @@ impl Integrities {
             .map(|known| {
                 let PointIntegrity { state, reasons, offset_m, .. } = known.integrity;
                 let track = tracks.get(&known.identity).copied();
-                Concern::Integrity {
-                    identity: known.identity,
-                    track,
-                    twin: known.twin,
-                    state,
-                    reasons,
-                    offset_m,
-                }
+                Concern::Integrity { identity: known.identity, track, twin: known.twin, state, reasons, offset_m }
             })
             .collect()
     }
@@ -228,9 +164,7 @@ impl Integrities {
     pub(super) fn say(&mut self, word: Word, since: Slot) {
         match word.trust {
             Trust::Automatic => _ = self.words.remove(&word.identity),
-            Trust::Trusted | Trust::Distrusted => {
-                _ = self.words.insert(word.identity, HeldWord { word, since })
-            }
+            Trust::Trusted | Trust::Distrusted => _ = self.words.insert(word.identity, HeldWord { word, since }),
         }
     }
 
@@ -243,32 +177,4 @@ impl Integrities {
     pub(super) fn assessments(&self) -> impl Iterator<Item = &Assessment> {
         self.assessments.values()
     }
-}
-
-/// Whose each radar track is that is near somebody, or was for long: that of the pair, else of the nearest.
-fn claims(sightings: &[Sighting]) -> BTreeMap<TrackletId, Identity> {
-    let mut claims: BTreeMap<TrackletId, &Sighting> = BTreeMap::new();
-    for one in sightings.iter().filter(|one| one.judged.is_near() || one.judged.is_loyal) {
-        let order = |one: &Sighting| (!one.judged.is_near(), !one.is_pair);
-        let is_better = |other: &&Sighting| {
-            order(one).cmp(&order(other)).then(one.judged.away.total_cmp(&other.judged.away)).is_lt()
-        };
-        if claims.get(&one.tracklet).is_none_or(is_better) {
-            claims.insert(one.tracklet, one);
-        }
-    }
-    claims.into_iter().map(|(tracklet, one)| (tracklet, one.identity)).collect()
-}
-
-/// Whether a radar track that is nobody's flies as this transponder does, and as no other.
-fn is_far(one: &Sighting, sightings: &[Sighting], tracklets: &Tracklets) -> bool {
-    let others =
-        sightings.iter().filter(|other| other.tracklet == one.tracklet && other.identity != one.identity);
-    let other = others.map(|other| other.judged.motion).fold(f64::NEG_INFINITY, f64::max);
-    let is_drone = tracklets.get(one.tracklet).is_some_and(|tracklet| {
-        let (seconds, mean) = tracklet.existence().class();
-        seconds == 0.0 || mean > FAR_PROBABILITY
-    });
-    let is_level = one.judged.second.height_m.is_none_or(|height_m| height_m.abs() < FAR_HEIGHT_M);
-    one.judged.motion > FAR_MOTION && one.judged.motion > other + FAR_LEAD && is_drone && is_level
 }

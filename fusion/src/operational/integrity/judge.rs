@@ -2,14 +2,21 @@
 
 use std::collections::VecDeque;
 
-use super::watch::{Judged, Watches};
+use super::choice::{Claims, Own};
+use super::watch::{Judged, SECOND, Watches};
 use crate::integrity::{
     Assessment, Bank, Delay, Evidence, Finding, IntegrityRules, PointIntegrity, Reason, Reasons, State, Trust,
 };
+use crate::operational::cycle::Cycle;
 use crate::operational::ids::TrackletId;
+use crate::operational::tracklets::Tracklets;
+use crate::operational::transponder::Transponder;
 use crate::report::{Identity, RadarTrackKey};
 use crate::time::Time;
+use jiff::SignedDuration;
 
+/// Plots come within this after they were made.
+const PLOTS_COME_WITHIN: SignedDuration = SignedDuration::from_secs(1);
 /// Evidences that are kept.
 const EVIDENCE_MAX: usize = 20;
 /// A suspect's offset is larger than this, metres.
@@ -40,16 +47,17 @@ pub(super) struct Judge {
     quiet: Option<Time>,
     /// Index at the last look.
     index: f64,
+    /// The last second that was looked at ended then; the last look that was weighed.
+    looked: Option<Time>,
+    weighed: Option<Time>,
 }
 
 /// The radar track that is evidence now.
 #[derive(Clone, Copy, Debug)]
 struct Current {
     tracklet: TrackletId,
-    is_near: bool,
     /// Index before it.
     before: f64,
-    last: Time,
 }
 
 impl Judge {
@@ -64,34 +72,56 @@ impl Judge {
             reasons: Reasons::default(),
             quiet: None,
             index: 0.0,
+            looked: None,
+            weighed: None,
         }
     }
 
-    /// The radar track that is evidence now, and whether it is near; its last look.
-    pub(super) fn current(&self) -> Option<(TrackletId, bool, Time)> {
-        self.current.map(|current| (current.tracklet, current.is_near, current.last))
+    /// The ends of the seconds that can be looked at now: those with the transponder's curve, but no later than the slot.
+    pub(super) fn pending(&mut self, transponder: &Transponder, cycle: &Cycle) -> impl Iterator<Item = Time> + use<> {
+        let length = SECOND.as_nanos() as i64;
+        let whole = |time: Time| Time::from_nanos(time.nanos().div_euclid(length) * length);
+        let received = cycle.deadline + -PLOTS_COME_WITHIN;
+        let heard = transponder.last_heard().unwrap_or(cycle.centre).min(received);
+        let until = whole(heard.max(cycle.centre));
+        let first = self.looked.map_or(until, |looked| looked + SECOND).max(whole(cycle.centre) + SECOND * -5);
+        self.looked = self.looked.max(Some(until));
+        let count = (until.nanos() - first.nanos()).div_euclid(length) + 1;
+        (0..count.max(0)).map(move |index| first + SECOND * index as i32)
     }
 
-    /// A look of a radar track, near or far.
-    pub(super) fn take(&mut self, tracklet: TrackletId, key: RadarTrackKey, judged: &Judged, is_near: bool) {
+    /// Weighs the looks at the radar track that is the likeliest to be its own.
+    pub(super) fn weigh(&mut self, identity: Identity, claims: &Claims, tracklets: &Tracklets) {
+        let current = self.current.map(|current| current.tracklet);
+        let stays = self.bank.is_own();
+        let candidates = self.watches.iter().filter_map(|(&id, watch)| {
+            let judged = watch.last().filter(|judged| !judged.is_weighed(self.weighed))?;
+            let own = claims.own(id, identity, judged, current == Some(id), tracklets)?;
+            Some(((current == Some(id) && stays, own), judged, id))
+        });
+        let best = candidates.max_by(|a, b| a.0.cmp(&b.0).then(a.1.motion.total_cmp(&b.1.motion)));
+        if let Some(((_, own), judged, id)) = best
+            && let Some(tracklet) = tracklets.get(id)
+        {
+            let judged = *judged;
+            self.weighed = Some(judged.second.look.time);
+            if !judged.walks_off {
+                self.take(id, tracklet.key, &judged, own);
+            }
+        }
+    }
+
+    /// A look of a radar track.
+    fn take(&mut self, tracklet: TrackletId, key: RadarTrackKey, judged: &Judged, own: Own) {
         let look = &judged.second.look;
-        let same = self.current.filter(|current| current.tracklet == tracklet && current.is_near == is_near);
-        let mut current = same.unwrap_or(Current { tracklet, is_near, before: self.index, last: look.time });
-        current.last = look.time;
+        let same = self.current.filter(|current| current.tracklet == tracklet);
+        let current = same.unwrap_or(Current { tracklet, before: self.index });
         self.current = Some(current);
-        match is_near {
-            true => self.bank.take_near(look),
-            false => self.bank.take_far(look, judged.motion),
-        }
+        self.bank.take(look, own.probability(), judged.other);
         self.index = self.bank.index();
         if same.is_none() {
-            self.evidence.push_front(Evidence {
-                track: key,
-                is_near,
-                from: look.time,
-                seconds: 0,
-                gain: 0.0,
-            });
+            let is_near = own != Own::Far;
+            self.evidence.push_front(Evidence { track: key, is_near, from: look.time, seconds: 0, gain: 0.0 });
             self.evidence.truncate(EVIDENCE_MAX);
         }
         if let Some(evidence) = self.evidence.front_mut() {
@@ -101,13 +131,7 @@ impl Judge {
     }
 
     /// The state at `time`, by the looks so far and what the reports alone show.
-    pub(super) fn judge(
-        &mut self,
-        time: Time,
-        finding: &Finding,
-        trust: Option<Trust>,
-        rules: &IntegrityRules,
-    ) {
+    pub(super) fn judge(&mut self, time: Time, finding: &Finding, trust: Option<Trust>, rules: &IntegrityRules) {
         let index = self.index;
         let offset_m = self.bank.offset(time).map_or(0.0, |(offset, _)| offset.norm());
         let mut reasons = finding.suspect.or(finding.failed);
@@ -117,10 +141,9 @@ impl Judge {
         if self.bank.late_index().is_some_and(|late| late > rules.on) {
             reasons.insert(Reason::Time);
         }
-        let raising =
-            |evidence: &&Evidence| evidence.seconds >= FAILED_SECONDS && evidence.gain >= FAILED_GAIN;
-        let is_twofold =
-            reasons.contains(Reason::Radar) && self.evidence.iter().filter(raising).count() >= FAILED_TRACKS;
+        let raising = |evidence: &&Evidence| evidence.seconds >= FAILED_SECONDS && evidence.gain >= FAILED_GAIN;
+        let is_twofold = reasons.contains(Reason::Radar)
+            && self.evidence.iter().filter(raising).count() >= FAILED_TRACKS;
         let found = match () {
             () if !finding.failed.is_empty() || is_twofold => State::Failed,
             () if !reasons.is_empty() => State::Suspect,
@@ -136,13 +159,8 @@ impl Judge {
 
     fn unflagged(&self, time: Time, rules: &IntegrityRules) -> State {
         let is_looked_at = self.bank.looked().is_some_and(|last| time.seconds_since(last) < VERIFY_LASTS_S);
-        let is_bounded =
-            || self.bank.protection_level_m(time).is_some_and(|level_m| level_m <= rules.alert_limit_m);
-        if is_looked_at && self.index < rules.off && is_bounded() {
-            State::Verified
-        } else {
-            State::Unverified
-        }
+        let is_bounded = || self.bank.protection_level_m(time).is_some_and(|level_m| level_m <= rules.alert_limit_m);
+        if is_looked_at && self.index < rules.off && is_bounded() { State::Verified } else { State::Unverified }
     }
 
     /// A flag lasts until evidence says that it is over.
@@ -186,13 +204,7 @@ impl Judge {
     }
 
     /// What is known of it.
-    pub(super) fn assessment(
-        &self,
-        identity: Identity,
-        time: Time,
-        heard: Time,
-        trust: Option<Trust>,
-    ) -> Assessment {
+    pub(super) fn assessment(&self, identity: Identity, time: Time, heard: Time, trust: Option<Trust>) -> Assessment {
         let is_flagged = self.state.is_flagged();
         let by_radar = self.reasons.contains(Reason::Radar);
         let offset = self.bank.offset(time).filter(|_| is_flagged && by_radar);

