@@ -24,9 +24,8 @@ fn a_transponder_that_is_not_to_be_trusted_is_marked_and_an_operator_says_so() {
     let folder = fresh_folder("map-trust");
     service::fly(&folder, None);
     // Somebody has said so before.
-    let word = "{\"slot\":0,\"serial\":\"000000000001\",\"verdict\":\"distrusted\"}\n";
-    let country = word.replace("\"verdict\"", "\"country\":\"NO\",\"verdict\"");
-    fs::write(folder.join("kept.decisions.jsonl"), word.to_owned() + &country).unwrap();
+    let word = r#"{"slot":0,"serial":"000000000001","country":"GB","verdict":"distrusted"}"#;
+    fs::write(folder.join("kept.decisions.jsonl"), format!("{word}\n")).unwrap();
     fs::write(folder.join("kept.numbers.json"), "{\"version\":1,\"numbers\":[]}\n").unwrap();
     let kept = folder.join("kept");
     let service = Service::replay_with("operational", &folder, &["--state", kept.to_str().unwrap()]);

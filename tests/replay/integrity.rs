@@ -22,7 +22,7 @@ fn distrust(scratch: &Scratch) -> String {
     // The simulator's serial numbers count from 1.
     let serial = format!("{:0>12}", report.split(',').nth(2).unwrap());
     let line =
-        format!("{{\"slot\":0,\"serial\":\"{serial}\",\"country\":\"NO\",\"verdict\":\"distrusted\"}}\n");
+        format!("{{\"slot\":0,\"serial\":\"{serial}\",\"country\":\"GB\",\"verdict\":\"distrusted\"}}\n");
     fs::write(scratch.path("kept.decisions.jsonl"), line).unwrap();
     fs::write(scratch.path("kept.numbers.json"), "{\"version\":1,\"numbers\":[]}\n").unwrap();
     serial
