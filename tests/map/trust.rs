@@ -49,7 +49,7 @@ fn a_transponder_that_is_not_to_be_trusted_is_marked_and_an_operator_says_so() {
     let said = "document.getElementById('detail').textContent";
     browser.wait(&format!("{said}.includes('failed: its position is not to be used')"), SOON);
     browser.wait(&format!("{said}.includes('An operator has said: distrusted')"), SOON);
-    assert_eq!(browser.number("document.querySelectorAll('#trust-distrusted').length"), 0.0);
+    assert_eq!(browser.number("document.querySelectorAll('#trust-distrusted').length"), 0);
 
     // A replay that stands still decides nothing, and says so.
     browser.run("document.getElementById('trust-trusted').click()");
