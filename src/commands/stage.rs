@@ -8,6 +8,7 @@ use std::time::Duration;
 use jiff::SignedDuration;
 
 use super::Usage;
+use super::alert_file::AlertFile;
 use super::broadcast::Broadcast;
 use super::moment::{Moment, Speed};
 use super::pace::Pace;
@@ -16,6 +17,7 @@ use super::summary::Summary;
 use crate::app::{Failure, Stop};
 use crate::config::Config;
 use crate::formats::{OutputFormat, PictureWriter};
+use crate::integrity::Lookout;
 use crate::picture::{Picture, PictureMaker};
 use crate::pipeline::Event;
 use fusion::Emission;
@@ -29,6 +31,11 @@ pub(super) struct Stage<'a> {
     args: &'a Args,
     config: &'a Config,
     maker: PictureMaker,
+    /// As it is at the beginning of the recording, and now.
+    at_first: Lookout,
+    lookout: Lookout,
+    /// With `--alerts`.
+    alerts: Option<AlertFile>,
     /// With `-o`.
     output: Option<Writer>,
     /// With `--udp`.
@@ -44,13 +51,21 @@ pub(super) struct Stage<'a> {
 }
 
 impl<'a> Stage<'a> {
-    pub(super) fn open(args: &'a Args, config: &'a Config, maker: PictureMaker) -> Result<Self, Failure> {
+    pub(super) fn open(
+        args: &'a Args,
+        config: &'a Config,
+        maker: PictureMaker,
+        lookout: Lookout,
+    ) -> Result<Self, Failure> {
         let usual = if args.udp { Speed::Times(1.0) } else { Speed::Max };
         Ok(Self {
             args,
             config,
             maker,
+            lookout: lookout.clone(),
+            at_first: lookout,
             output: open_output(args, config)?,
+            alerts: open_alerts(args, config)?,
             broadcast: if args.udp { Some((Broadcast::open(config)?, Stop::listen()?)) } else { None },
             summary: Summary::default(),
             pace: Pace::new(args.speed.unwrap_or(usual)),
@@ -95,8 +110,13 @@ impl<'a> Stage<'a> {
             return;
         }
         let mut picture = self.maker.picture(emission);
+        self.lookout.look(&mut picture, &self.maker);
+        let is_wanted = self.is_wanted(&picture);
+        if let Some(alerts) = &mut self.alerts {
+            self.failed = alerts.note(&picture, &self.maker, is_wanted).err();
+        }
         picture.keep_within(self.config.output.max_accuracy_m);
-        if !self.is_wanted(&picture) {
+        if !is_wanted || self.failed.is_some() {
             return;
         }
         if let Some((_, stop)) = &self.broadcast {
@@ -120,6 +140,7 @@ impl<'a> Stage<'a> {
     /// The recording is replayed once more.
     pub(super) fn begin_anew(&mut self) {
         self.first = None;
+        self.lookout = self.at_first.clone();
         self.summary = Summary::default();
         self.pace.begin_anew(self.config.fusion.slot.unsigned_abs());
     }
@@ -128,6 +149,9 @@ impl<'a> Stage<'a> {
     pub(super) fn finish(self) -> Result<u64, io::Error> {
         if let Some(error) = self.failed {
             return Err(error);
+        }
+        if let Some(alerts) = self.alerts {
+            alerts.finish()?;
         }
         if let Some(writer) = self.output {
             writer.finish().map_err(|error| unwritten(self.args, &error))?;
@@ -157,6 +181,22 @@ fn unwritten(args: &Args, error: &io::Error) -> io::Error {
     io::Error::new(error.kind(), format!("{}: cannot be written: {error}", file.display()))
 }
 
+/// Opens what `--alerts` names.
+fn open_alerts(args: &Args, config: &Config) -> Result<Option<AlertFile>, Failure> {
+    let Some(path) = &args.alerts else { return Ok(None) };
+    refuse_input("--alerts", path, args)?;
+    Ok(Some(AlertFile::create(path, config)?))
+}
+
+/// An input is not written.
+fn refuse_input(option: &str, path: &Path, args: &Args) -> Result<(), Usage> {
+    let same = |input: &PathBuf| std::fs::canonicalize(input).ok() == std::fs::canonicalize(path).ok();
+    if path.exists() && args.inputs.iter().any(same) {
+        return Err(Usage(format!("{option} {} is also an input: it would be overwritten", path.display())));
+    }
+    Ok(())
+}
+
 /// Opens what `-o` names.
 fn open_output(args: &Args, config: &Config) -> Result<Option<Writer>, Failure> {
     let Some(path) = &args.output else {
@@ -173,10 +213,7 @@ fn open_output(args: &Args, config: &Config) -> Result<Option<Writer>, Failure> 
             path.display()
         ))
     })?;
-    let same = |input: &PathBuf| std::fs::canonicalize(input).ok() == std::fs::canonicalize(path).ok();
-    if path.exists() && args.inputs.iter().any(same) {
-        return Err(Usage(format!("-o {} is also an input: it would be overwritten", path.display())).into());
-    }
+    refuse_input("-o", path, args)?;
     let out: Box<dyn Write> = if path == Path::new("-") {
         Box::new(BufWriter::new(io::stdout().lock()))
     } else {

@@ -1,19 +1,23 @@
 //! The published picture: tracks with WGS-84 positions, made once per slot from the engine's emission.
 
 mod accuracy;
+mod integrity_json;
 mod motion;
 mod rfc3339;
 mod track_json;
 
 use crate::config::Config;
+use crate::integrity::Resolved;
 use crate::normalise::Normaliser;
 use fusion::frames::{Geodetic, TangentPlane};
+use fusion::integrity::Concern;
 use fusion::point::{Basis, Estimate};
 use fusion::slots::Slot;
 use fusion::time::Time;
 use fusion::{Emission, Enu, Point, SensorIndex, Source};
 
 pub use accuracy::{Class, HORIZONTAL, SPEED, VERTICAL};
+pub use integrity_json::{ReasonName, StateName};
 pub use motion::Motion;
 pub use rfc3339::Rfc3339;
 pub use track_json::{TrackJson, TransponderId, serial_text, text};
@@ -34,6 +38,10 @@ pub struct Picture {
     pub time: Time,
     /// Fused, then radar, then transponder; each by track number.
     pub tracks: Vec<PictureTrack>,
+    /// What is wrong with transponders at this slot.
+    pub concerns: Vec<Concern>,
+    /// Aircraft that were uncooperative until now.
+    pub resolved: Vec<Resolved>,
 }
 
 impl Picture {
@@ -61,6 +69,10 @@ pub struct PictureTrack {
     pub altitude_amsl_m: Option<f64>,
     /// Velocity and accuracy; `None` in the `reference` profile.
     pub motion: Option<Motion>,
+    /// Ids of the tracks of this picture that claim to be the same aircraft elsewhere.
+    pub disputed: Vec<String>,
+    /// Whether it flies without a transponder where one is to be heard; [`Lookout`](crate::integrity::Lookout) finds that out.
+    pub is_uncooperative: bool,
 }
 
 impl PictureTrack {
@@ -148,7 +160,10 @@ impl PictureMaker {
 
     /// The picture of an emission.
     pub fn picture(&self, emission: Emission) -> Picture {
-        let track = |point: Point| {
+        let Emission { points, concerns, .. } = emission;
+        // Before the points are taken apart: a link is by number, and readers know ids.
+        let disputed: Vec<Vec<String>> = points.iter().map(|point| self.disputed(point, &points)).collect();
+        let track = |(point, disputed): (Point, Vec<String>)| {
             let position = self.frame.to_geodetic(point.position);
             let estimate = point.estimate.as_ref();
             let known = |estimate: &Estimate| estimate.vertical_m2 < HEIGHT_KNOWN_M * HEIGHT_KNOWN_M;
@@ -158,14 +173,25 @@ impl PictureMaker {
                 position,
                 altitude_amsl_m: measured.then_some(position.height_m - self.undulation_m),
                 motion: estimate.map(|estimate| Motion::new(estimate, point.position, position, &self.frame)),
+                disputed,
+                is_uncooperative: false,
                 point,
             }
         };
         Picture {
             slot: emission.slot,
             time: emission.time,
-            tracks: emission.points.into_iter().map(track).collect(),
+            tracks: points.into_iter().zip(disputed).map(track).collect(),
+            concerns,
+            resolved: Vec::new(),
         }
+    }
+
+    /// The ids of those of `points` that claim to be the same aircraft as `point`.
+    fn disputed(&self, point: &Point, points: &[Point]) -> Vec<String> {
+        let others =
+            point.disputed.iter().filter_map(|&number| points.iter().find(|other| other.number == number));
+        others.map(|other| self.id(other)).collect()
     }
 
     /// The geoid above the ellipsoid at the site, metres.
@@ -187,8 +213,12 @@ impl PictureMaker {
     /// `U-<number>`, with `-<first seen>` where the number is one that comes again. In the `reference` profile
     /// `F-<number>`, `T-<number>`, or `R-<sensor>-<number>-<first seen>`, because a radar gives its numbers again.
     pub fn track_id(&self, track: &PictureTrack) -> String {
-        let Point { number, first_seen, source, .. } = &track.point;
-        if track.point.estimate.is_some() {
+        self.id(&track.point)
+    }
+
+    fn id(&self, point: &Point) -> String {
+        let Point { number, first_seen, source, .. } = point;
+        if point.estimate.is_some() {
             return match *number {
                 own @ 10_000.. => format!("U-{own}"),
                 comes_again => format!("U-{comes_again}-{}", first_seen.as_seconds()),

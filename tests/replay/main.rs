@@ -8,6 +8,7 @@ mod determinism;
 mod formats;
 mod hostile;
 mod inputs;
+mod integrity;
 mod masks;
 #[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "shared by several tests")]
