@@ -106,7 +106,9 @@ impl Integrities {
                     let watch = judge.watches.entry(id).or_insert_with(Watch::new);
                     let taken_for = match tracklet.target() {
                         Some(own) if own == target.id() => TakenFor::Own,
-                        Some(other) if targets.get(other).and_then(Target::transponder).is_some() => TakenFor::Another,
+                        Some(other) if targets.get(other).and_then(Target::transponder).is_some() => {
+                            TakenFor::Another
+                        }
                         Some(nobody) => TakenFor::Nobodys(nobody),
                         None => TakenFor::Nothing,
                     };
@@ -123,7 +125,9 @@ impl Integrities {
         let since = cycle.centre + SECOND * -5;
         for (&identity, judge) in &self.judges {
             for (&tracklet, watch) in &judge.watches {
-                let Some(judged) = watch.last().filter(|judged| judged.second.look.time >= since) else { continue };
+                let Some(judged) = watch.last().filter(|judged| judged.second.look.time >= since) else {
+                    continue;
+                };
                 claims.note(tracklet, identity, judged);
             }
         }
@@ -138,8 +142,9 @@ impl Integrities {
         assessments.clear();
         for (&identity, &heard) in &*heard {
             let trust = words.get(&identity).map(|held| held.word.trust);
-            let judge =
-                judges.entry(identity).or_insert_with(|| Judge::new(cycle.centre, Delay { mean_s: 0.0, sigma_s: 0.1 }));
+            let judge = judges
+                .entry(identity)
+                .or_insert_with(|| Judge::new(cycle.centre, Delay { mean_s: 0.0, sigma_s: 0.1 }));
             judge.judge(cycle.centre, &reports.finding(identity), trust, &cycle.settings.integrity);
             let mut assessment = judge.assessment(identity, cycle.centre, heard, trust);
             assessment.is_silent = reports.silent_since(identity).is_some();
@@ -160,7 +165,14 @@ impl Integrities {
             .map(|known| {
                 let PointIntegrity { state, reasons, offset_m, .. } = known.integrity;
                 let track = tracks.get(&known.identity).copied();
-                Concern::Integrity { identity: known.identity, track, twin: known.twin, state, reasons, offset_m }
+                Concern::Integrity {
+                    identity: known.identity,
+                    track,
+                    twin: known.twin,
+                    state,
+                    reasons,
+                    offset_m,
+                }
             })
             .collect()
     }
@@ -169,7 +181,9 @@ impl Integrities {
     pub(super) fn say(&mut self, word: Word, since: Slot) {
         match word.trust {
             Trust::Automatic => _ = self.words.remove(&word.identity),
-            Trust::Trusted | Trust::Distrusted => _ = self.words.insert(word.identity, HeldWord { word, since }),
+            Trust::Trusted | Trust::Distrusted => {
+                _ = self.words.insert(word.identity, HeldWord { word, since })
+            }
         }
     }
 

@@ -45,7 +45,10 @@ struct Silent {
 
 impl Jamming {
     pub(super) fn look(&mut self, ledgers: &BTreeMap<Identity, Ledger>, deadline: Time) {
-        let passed_s = self.looked.replace(deadline).map_or(0.0, |looked| deadline.seconds_since(looked).clamp(0.0, 1.0));
+        let passed_s = self
+            .looked
+            .replace(deadline)
+            .map_or(0.0, |looked| deadline.seconds_since(looked).clamp(0.0, 1.0));
         let (mut heard, mut began) = (0, 0);
         for ledger in ledgers.values() {
             heard += usize::from(ledger.silence.is_known && !ledger.silence.is_silent);
@@ -67,9 +70,8 @@ impl Jamming {
     /// Ends it when half of them are back.
     fn end(&mut self, ledgers: &BTreeMap<Identity, Ledger>, deadline: Time) {
         let is_over = |jammed: &Jammed| {
-            let is_back = |identity: &&Identity| {
-                ledgers.get(identity).is_some_and(|ledger| !ledger.silence.is_silent)
-            };
+            let is_back =
+                |identity: &&Identity| ledgers.get(identity).is_some_and(|ledger| !ledger.silence.is_silent);
             let back = jammed.identities.iter().filter(is_back).count();
             2 * back >= jammed.identities.len() || deadline > jammed.since + LASTS_MAX
         };

@@ -67,10 +67,14 @@ impl Claims {
 
     /// Whether a radar track that is nobody's flies as this transponder does, and as no other.
     fn is_far(&self, tracklet: TrackletId, identity: Identity, judged: &Judged) -> bool {
-        let others = self.flies.get(&tracklet).into_iter().flatten().filter(|other| other.0 != Some(identity));
+        let others =
+            self.flies.get(&tracklet).into_iter().flatten().filter(|other| other.0 != Some(identity));
         let other = others.map(|other| other.1).fold(f64::NEG_INFINITY, f64::max);
         let is_level = judged.second.height_m.is_none_or(|height_m| height_m.abs() < FAR_HEIGHT_M);
-        judged.taken_for != TakenFor::Another && judged.motion > FAR_MOTION && judged.motion > other + FAR_LEAD && is_level
+        judged.taken_for != TakenFor::Another
+            && judged.motion > FAR_MOTION
+            && judged.motion > other + FAR_LEAD
+            && is_level
     }
 }
 

@@ -209,7 +209,7 @@ impl Watch {
         taken_for: TakenFor,
         radar: &Radar,
         settings: &Settings,
-    ){
+    ) {
         let of = |end| Second::of(tracklet, transponder, end, radar, settings);
         let Some(now) = of(end) else { return };
         let other = take(&mut self.motion, self.past.back(), &now);

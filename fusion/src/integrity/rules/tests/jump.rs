@@ -85,11 +85,13 @@ fn hard_turns_and_stops_are_none() {
 fn a_gap_and_reports_out_of_order_are_no_evidence() {
     let mut reports = flight(1, 2.0, (0.0, 60.0), 0.5, eastward);
     // Silent for 20 s, meanwhile off to the north.
-    reports.extend(flight(1, 2.0, (80.0, 140.0), 0.5, |seconds| [720.0, 300.0 + 12.0 * (seconds - 60.0), 80.0]));
+    reports
+        .extend(flight(1, 2.0, (80.0, 140.0), 0.5, |seconds| [720.0, 300.0 + 12.0 * (seconds - 60.0), 80.0]));
     for (index, (arrives_s, _)) in reports.iter_mut().enumerate() {
         *arrives_s += if index % 7 == 3 { 5.0 } else { 0.0 };
     }
-    let doubled: Vec<Arrival> = reports.iter().step_by(3).map(|&(arrives_s, fix)| (arrives_s + 0.7, fix)).collect();
+    let doubled: Vec<Arrival> =
+        reports.iter().step_by(3).map(|&(arrives_s, fix)| (arrives_s + 0.7, fix)).collect();
     reports.extend(doubled);
     assert_silent(&reports, &[1]);
 }
