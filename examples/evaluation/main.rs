@@ -20,6 +20,7 @@ mod degrade;
 mod demands;
 mod figures;
 mod flights;
+mod lags;
 mod quick;
 mod registration;
 mod report;
@@ -70,6 +71,9 @@ struct Args {
     /// This real flight as it was recorded, with --quick; repeat for more.
     #[arg(long, requires = "quick", value_name = "NAME", value_parser = RECORDINGS)]
     recording: Vec<String>,
+    /// Only what shorter latencies cost, with --quick.
+    #[arg(long, requires = "quick")]
+    lags: bool,
     /// Only what it costs, with --quick.
     #[arg(long, requires = "quick")]
     speed: bool,
@@ -106,6 +110,11 @@ fn main() -> Result<(), Failure> {
         Args { program: Some(Program::Replay(args)), .. } => replay::run(&args).map(drop),
         Args { speed: true, .. } => {
             println!("{:#?}", speed::measure(args.first_seed)?);
+            Ok(())
+        }
+        Args { lags: true, .. } => {
+            let seeds = args.first_seed..=args.first_seed + args.seeds.unwrap_or(QUICK_SEEDS) - 1;
+            print!("{}", lags::table(&lags::measure(seeds, args.threads)?));
             Ok(())
         }
         Args { quick: true, .. } => quick(&args),
