@@ -43,11 +43,7 @@ pub fn measure(seeds: RangeInclusive<u64>, threads: usize) -> Result<Vec<Measure
     SCENARIOS.into_iter().map(|scenario| of_scenario(scenario, seeds.clone(), threads)).collect()
 }
 
-fn of_scenario(
-    name: &'static str,
-    seeds: RangeInclusive<u64>,
-    threads: usize,
-) -> Result<Measured, Failure> {
+fn of_scenario(name: &'static str, seeds: RangeInclusive<u64>, threads: usize) -> Result<Measured, Failure> {
     let scenario = flights::scenario(name)?;
     let seeds: Vec<u64> = seeds.collect();
     let (next, flown) = (AtomicUsize::new(0), Mutex::new(BTreeMap::new()));
@@ -55,7 +51,8 @@ fn of_scenario(
         for _ in 0..threads.max(1) {
             scope.spawn(|| {
                 while let Some(&seed) = seeds.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let lags = simulate(&scenario, seed, None).map_err(Failure::from).and_then(|s| of_flight(&s));
+                    let lags =
+                        simulate(&scenario, seed, None).map_err(Failure::from).and_then(|s| of_flight(&s));
                     flown.lock().expect("no other flight has panicked").insert(seed, lags);
                 }
             });
@@ -95,7 +92,14 @@ fn against(lagged: &Evaluation, usual: &Evaluation) -> Lagged {
     Lagged {
         error: sum / usual_sum,
         update: update(lagged) / update(usual),
-        nees: lagged.fused.drones.iter().zip(&lagged.drones).filter(|each| is_equipped(each.1)).filter_map(nees).collect(),
+        nees: lagged
+            .fused
+            .drones
+            .iter()
+            .zip(&lagged.drones)
+            .filter(|each| is_equipped(each.1))
+            .filter_map(nees)
+            .collect(),
     }
 }
 

@@ -368,7 +368,9 @@ impl Engine {
             plan.resume((slot, settings.grid.centre(slot)), operational, profile);
         }
         let Yield { points, concerns, now } = match rules {
-            Rules::Reference(reference) => Yield { points: reference.emit(&window, numbers), ..Yield::default() },
+            Rules::Reference(reference) => {
+                Yield { points: reference.emit(&window, numbers), ..Yield::default() }
+            }
             // Behind the last report of all nobody is extrapolated: a replay ends there, too.
             Rules::Operational(operational, profile) if last.is_none_or(|last| slot > last) => {
                 operational.skip(slot, settings.grid, profile)

@@ -153,7 +153,9 @@ pub enum RegistrationMode {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SettingsError {
     /// The latency is not shorter than the window, or too short for the profile.
-    #[error("a latency of {latency_slots} slots is not between {least} and {window_slots}, the window, less 1")]
+    #[error(
+        "a latency of {latency_slots} slots is not between {least} and {window_slots}, the window, less 1"
+    )]
     Latency {
         /// [`Settings::latency_slots`].
         latency_slots: i64,

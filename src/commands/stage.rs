@@ -14,7 +14,7 @@ use super::pace::Pace;
 use super::replay::args::Args;
 use super::summary::Summary;
 use crate::app::{Failure, Stop};
-use crate::config::Config;
+use crate::config::{Config, PictureKind};
 use crate::formats::{OutputFormat, PictureWriter};
 use crate::picture::{Picture, PictureMaker};
 use crate::pipeline::Event;
@@ -37,7 +37,7 @@ pub(super) struct Stage<'a> {
     pace: Pace,
     /// The first reception: what `--start` and `--end` may be relative to.
     first: Option<Time>,
-    /// From the opening of a slot to its emission.
+    /// From the opening of a slot to its emission, of the picture that is written.
     latency: SignedDuration,
     is_over: bool,
     failed: Option<io::Error>,
@@ -55,7 +55,7 @@ impl<'a> Stage<'a> {
             summary: Summary::default(),
             pace: Pace::new(args.speed.unwrap_or(usual)),
             first: None,
-            latency: config.fusion.latency(),
+            latency: config.fusion.latency_of(args.at),
             is_over: false,
             failed: None,
         })
@@ -90,15 +90,22 @@ impl<'a> Stage<'a> {
         }
     }
 
-    pub(super) fn emit(&mut self, emission: Emission) {
+    pub(super) fn emit(&mut self, mut emission: Emission) {
         if self.failed.is_some() || self.is_over {
             return;
         }
-        let mut picture = self.maker.picture(emission);
-        picture.keep_within(self.config.output.max_accuracy_m);
-        if !self.is_wanted(&picture) {
-            return;
-        }
+        let now = emission.now.take().map(|now| self.maker.now(now));
+        let lagged = self.maker.picture(emission);
+        let [lagged, now] = [Some(lagged), now].map(|picture| {
+            let mut picture = picture?;
+            picture.keep_within(self.config.output.max_accuracy_m);
+            Some(picture)
+        });
+        let picture = match self.args.at {
+            PictureKind::Lagged => lagged.as_ref(),
+            PictureKind::Now => now.as_ref(),
+        };
+        let Some(picture) = picture.filter(|picture| self.is_wanted(picture)) else { return };
         if let Some((_, stop)) = &self.broadcast {
             self.is_over = stop.comes_within(self.pace.due_in(picture.time));
             if self.is_over {
@@ -107,13 +114,13 @@ impl<'a> Stage<'a> {
         } else {
             self.pace.wait_for(picture.time);
         }
-        self.summary.count(&picture);
-        if let Some((broadcast, _)) = &mut self.broadcast {
-            broadcast.send(&picture);
+        self.summary.count(picture);
+        if let (Some((broadcast, _)), Some(lagged)) = (&mut self.broadcast, &lagged) {
+            broadcast.send(lagged, now.as_ref());
         }
         if let Some(writer) = &mut self.output {
             self.failed =
-                writer.write(&picture, &self.maker).map_err(|error| unwritten(self.args, &error)).err();
+                writer.write(picture, &self.maker).map_err(|error| unwritten(self.args, &error)).err();
         }
     }
 
@@ -185,5 +192,5 @@ fn open_output(args: &Args, config: &Config) -> Result<Option<Writer>, Failure> 
             File::create(path).map_err(|error| format!("{}: cannot be written: {error}", path.display()))?;
         Box::new(BufWriter::with_capacity(1 << 16, file))
     };
-    Ok(Some(PictureWriter::new(format, out, config)?))
+    Ok(Some(PictureWriter::new(format, out, config, args.at)?))
 }

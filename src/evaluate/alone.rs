@@ -57,6 +57,7 @@ impl InputsAlone {
     ) -> Result<Self, ReadError> {
         let mut config = config.clone();
         config.fusion.profile = Profile::Reference;
+        config.fusion.latency_slots = config.fusion.latency_slots.max(1);
         let mut pipeline = Pipeline::new(&config, masks).without_plots();
         let maker = PictureMaker::new(&config, pipeline.normaliser());
         let (mut plots, mut emissions) = (Vec::new(), Vec::new());

@@ -8,7 +8,7 @@ mod track_json;
 use crate::config::Config;
 use crate::normalise::Normaliser;
 use fusion::frames::{Geodetic, TangentPlane};
-use fusion::point::{Basis, Estimate};
+use fusion::point::{Basis, Estimate, NowPicture};
 use fusion::slots::Slot;
 use fusion::time::Time;
 use fusion::{Emission, Enu, Point, SensorIndex, Source};
@@ -146,26 +146,31 @@ impl PictureMaker {
         }
     }
 
-    /// The picture of an emission.
+    /// The picture of an emission's slot.
     pub fn picture(&self, emission: Emission) -> Picture {
+        self.of(emission.slot, emission.time, emission.points)
+    }
+
+    /// The picture of its deadline.
+    pub fn now(&self, now: NowPicture) -> Picture {
+        self.of(now.slot, now.time, now.points)
+    }
+
+    fn of(&self, slot: Slot, time: Time, points: Vec<Point>) -> Picture {
         let track = |point: Point| {
             let position = self.frame.to_geodetic(point.position);
             let estimate = point.estimate.as_ref();
             let known = |estimate: &Estimate| estimate.vertical_m2 < HEIGHT_KNOWN_M * HEIGHT_KNOWN_M;
             let measured = point.source.height_measured() || estimate.is_some_and(known);
             PictureTrack {
-                time: emission.time,
+                time,
                 position,
                 altitude_amsl_m: measured.then_some(position.height_m - self.undulation_m),
                 motion: estimate.map(|estimate| Motion::new(estimate, point.position, position, &self.frame)),
                 point,
             }
         };
-        Picture {
-            slot: emission.slot,
-            time: emission.time,
-            tracks: emission.points.into_iter().map(track).collect(),
-        }
+        Picture { slot, time, tracks: points.into_iter().map(track).collect() }
     }
 
     /// The geoid above the ellipsoid at the site, metres.

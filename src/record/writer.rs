@@ -87,7 +87,7 @@ impl Writer {
             with_output,
             site: config.to_string(),
             lines: udp::lines(config).iter().map(udp::Line::destination).collect(),
-            output: flow(config.output.asterix.first()),
+            output: flow(config.output.sink(PictureKind::Lagged)),
             grid,
             latency_slots: config.fusion.latency_slots.into(),
             window_slots: config.fusion.window_slots.into(),
