@@ -94,7 +94,8 @@ impl<'a> Stage<'a> {
         if self.failed.is_some() || self.is_over {
             return;
         }
-        let now = emission.now.take().map(|now| self.maker.now(now));
+        let needs_now = self.args.at == PictureKind::Now || self.broadcast.is_some();
+        let now = emission.now.take().filter(|_| needs_now).map(|now| self.maker.now(now));
         let lagged = self.maker.picture(emission);
         let [lagged, now] = [Some(lagged), now].map(|picture| {
             let mut picture = picture?;

@@ -174,7 +174,10 @@ impl ByHand for Fusion {
         let is_reference = self.profile == Profile::Reference;
         if is_reference && section.is_sound(&["profile"]) {
             if section.written("now").is_some() && self.now {
-                section.contradict(&["now"], "the reference profile has no picture of now; remove this, or the profile");
+                section.contradict(
+                    &["now"],
+                    "the reference profile has no picture of now; remove this, or the profile",
+                );
             }
             self.now = false;
         }

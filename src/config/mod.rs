@@ -134,7 +134,9 @@ impl Config {
         let has_none = !fusion.now && output.sink(PictureKind::Now).is_some();
         let sinks = || top.written("output")?.section()?.written("asterix");
         if has_none && let Some(sinks) = sinks() {
-            sinks.refuse("there is no picture of now to send; set fusion.now = true, in the operational profile");
+            sinks.refuse(
+                "there is no picture of now to send; set fusion.now = true, in the operational profile",
+            );
         }
         let http = Http::read(top.section("http"));
         let state = Persistence::read(top.section("state"));

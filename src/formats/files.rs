@@ -61,12 +61,7 @@ const DEFAULT_FLOW: UdpFlow =
 
 impl<W: Write> PictureWriter<W> {
     /// Writes the format's header. `picture`: which ones will be written.
-    pub fn new(
-        format: OutputFormat,
-        mut out: W,
-        config: &Config,
-        picture: PictureKind,
-    ) -> io::Result<Self> {
+    pub fn new(format: OutputFormat, mut out: W, config: &Config, picture: PictureKind) -> io::Result<Self> {
         let form = match format {
             OutputFormat::Asterix => Form::Asterix { out, block: Vec::new() },
             OutputFormat::Pcap => {

@@ -1,6 +1,7 @@
 //! The pipeline with its clock: arrivals and ticks in, slots out. Sans-IO, so that a test can own the time.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use jiff::SignedDuration;
 
@@ -121,6 +122,7 @@ impl Driver {
             match output {
                 Output::Emission(mut emission) => {
                     let numbers = std::mem::take(&mut emission.numbers);
+                    let now = emission.now.take().map(|now| Arc::new(self.maker.now(now)));
                     let picture = self.maker.picture(emission);
                     let due = picture.time + self.due_after;
                     self.made_at = Some(due + -self.lead());
@@ -130,6 +132,7 @@ impl Driver {
                         due,
                         published_at: due,
                         picture,
+                        now,
                     }));
                     self.made.extend(numbers.into_iter().map(Made::Number));
                 }

@@ -57,7 +57,12 @@ fn operational(fusion: &config::Fusion) -> OperationalRules {
         Motion::Imm => Dynamics::Imm(Models::default()),
         Motion::Singer => Dynamics::Singer(Singer::default()),
     };
-    OperationalRules { dynamics, now: fusion.now, threads: threads(fusion.threads), ..OperationalRules::default() }
+    OperationalRules {
+        dynamics,
+        now: fusion.now,
+        threads: threads(fusion.threads),
+        ..OperationalRules::default()
+    }
 }
 
 /// How many threads share the work of a slot: as configured, or as many as there are.

@@ -17,7 +17,7 @@ use super::names;
 use super::queue::Counters;
 use super::recorded::Recorded;
 use super::segment::{Beginning, Segment};
-use crate::config::{Config, Record};
+use crate::config::{Config, PictureKind, Record};
 use crate::formats::{UdpFlow, flow};
 use crate::net::listen as udp;
 use crate::state::{Registrations, registration_text};
