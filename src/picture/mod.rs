@@ -14,7 +14,7 @@ use fusion::time::Time;
 use fusion::{Emission, Enu, Point, SensorIndex, Source};
 
 pub use accuracy::{Class, HORIZONTAL, SPEED, VERTICAL};
-pub use motion::Motion;
+pub use motion::{Ellipse, Motion};
 pub use rfc3339::Rfc3339;
 pub use track_json::{TrackJson, TransponderId, serial_text, text};
 
@@ -153,7 +153,13 @@ impl PictureMaker {
 
     /// The picture of its deadline.
     pub fn now(&self, now: NowPicture) -> Picture {
-        self.of(now.slot, now.time, now.points)
+        let mut picture = self.of(now.slot, now.time, now.points);
+        for track in &mut picture.tracks {
+            if let Some((motion, estimate)) = track.motion.as_mut().zip(track.point.estimate.as_ref()) {
+                motion.ellipse = Some(Ellipse::of(&estimate.horizontal));
+            }
+        }
+        picture
     }
 
     fn of(&self, slot: Slot, time: Time, points: Vec<Point>) -> Picture {
