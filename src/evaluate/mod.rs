@@ -17,7 +17,7 @@ mod score;
 mod truth;
 mod types;
 
-pub use alone::{InputsAlone, output};
+pub use alone::{InputsAlone, output, output_at};
 pub use labels::{Attribution, Label, Labels};
 pub use metrics::gospa::{Gospa, Near, gospa};
 pub use metrics::nees::honest_band;

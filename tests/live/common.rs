@@ -172,6 +172,18 @@ pub(crate) fn beside(input: &Path, extension: &str) -> PathBuf {
 
 /// `replay` of a recording with what stands beside it, as a pcap file; its octets.
 pub(crate) fn replayed(input: &Path) -> Vec<u8> {
+    replayed_at("lagged", input)
+}
+
+/// The datagrams of its pictures of now.
+pub(crate) fn replayed_now(input: &Path) -> Vec<(Time, Vec<u8>)> {
+    let scratch = Scratch::new();
+    let file = scratch.path("now.pcap");
+    fs::write(&file, replayed_at("now", input)).unwrap();
+    datagrams(&file)
+}
+
+fn replayed_at(picture: &str, input: &Path) -> Vec<u8> {
     let scratch = Scratch::new();
     let out = scratch.path("out.pcap");
     let output = utm_fusion("replay")
@@ -180,6 +192,7 @@ pub(crate) fn replayed(input: &Path) -> Vec<u8> {
         .arg(beside(input, "site.toml"))
         .arg("--state")
         .arg(input.with_extension(""))
+        .args(["--at", picture])
         .arg("-o")
         .arg(&out)
         .output()
