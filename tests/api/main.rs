@@ -10,6 +10,7 @@ mod door;
 mod gzip;
 mod history;
 mod limits;
+mod now;
 mod operational;
 mod rate;
 mod registration;

@@ -9,6 +9,7 @@ mod formats;
 mod hostile;
 mod inputs;
 mod masks;
+mod now;
 #[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "shared by several tests")]
 mod program;
