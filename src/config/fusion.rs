@@ -233,13 +233,14 @@ impl ByHand for Fusion {
 
     fn arrange(&self, entries: &mut Vec<Entry>) {
         for entry in entries {
-            let time = match entry.key {
-                "latency_s" => self.latency(),
-                "window_s" => self.window(),
-                "suppress_s" => self.suppress(),
+            let value = match entry.key {
+                "latency_s" => format!("{:?}", self.latency().as_secs_f64()),
+                "window_s" => format!("{:?}", self.window().as_secs_f64()),
+                "suppress_s" => format!("{:?}", self.suppress().as_secs_f64()),
+                "now" => (self.now && self.profile == Profile::Operational).to_string(),
                 _ => continue,
             };
-            *entry = Entry::new(entry.key, format!("{:?}", time.as_secs_f64()));
+            *entry = Entry::new(entry.key, value);
         }
     }
 }
