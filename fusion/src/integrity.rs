@@ -2,6 +2,8 @@
 //!
 //! A flag informs: it moves no position. What each state means is in `docs/INTEGRITY.md`.
 
+mod bank;
+mod motion;
 mod rules;
 
 use nalgebra::{Matrix2, Vector2};
@@ -11,7 +13,9 @@ use crate::report::{Identity, RadarTrackKey};
 use crate::slots::Slot;
 use crate::time::Time;
 
-pub(crate) use rules::ReportRules;
+pub(crate) use bank::{Bank, Delay, Look, Slow};
+pub(crate) use motion::{Motion, Step};
+pub(crate) use rules::{Finding, ReportRules};
 
 /// How far a transponder's identity can be trusted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]

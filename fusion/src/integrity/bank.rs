@@ -1,0 +1,271 @@
+//! Does a transponder lie, and since when? A bank of change times (generalised likelihood ratio): one row that it is honest,
+//! and for every few seconds of the last minutes rows that it has begun to lie then. Every row is a Kalman filter of the same
+//! state over the same looks of radar tracks; the rows' likelihoods are compared.
+//!
+//! A. S. Willsky, H. L. Jones, *A generalized likelihood ratio approach to the detection and estimation of jumps in linear
+//! systems* (IEEE Trans. Automatic Control 21, 1976).
+
+mod row;
+
+use nalgebra::{Matrix2, Vector2};
+
+use crate::report::SensorIndex;
+use crate::time::Time;
+use row::{Kind, Row};
+
+/// Rows begin so far apart, seconds; those of a shifted time.
+const BEGIN_EVERY_S: f64 = 5.0;
+const LATE_EVERY_S: f64 = 30.0;
+/// A row is kept so long, seconds, or while it leads by this.
+const KEPT_S: f64 = 150.0;
+const LEADS: f64 = 3.0;
+/// Of the rows older than this every second is kept, of those older than the other every fourth, seconds.
+const THINNED_S: [f64; 2] = [30.0, 75.0];
+/// A radar track walks off for no longer than this, seconds.
+const WALK_MAX_S: f64 = 14.0;
+/// A row that is behind by more than this is given up once it is older than `BEHIND_AFTER_S`.
+const BEHIND: f64 = -12.0;
+const BEHIND_AFTER_S: f64 = 20.0;
+/// What one look adds to a row's log-likelihood beyond what it adds to that of honesty: least and most.
+const LOOK_ADDS: [f64; 2] = [-6.0, 4.0];
+/// Where a radar track of another aircraft may be: sigma of the offset, each axis, metres.
+pub(crate) const ELSEWHERE_M: f64 = 150.0;
+/// Probability that a radar track that could be the aircraft's own by the way it flies is, before it has flown.
+const OWN_SHARE: f64 = 0.3;
+/// The protection level is that of a lie which began this long ago, seconds.
+const PROTECTION_S: f64 = 60.0;
+/// A stamp that is this late or early is wrong, seconds.
+const LATE_MIN_S: f64 = 0.5;
+/// Radius that holds 95 % of a two-dimensional normal distribution, in standard deviations.
+const RADIUS_95: f64 = 2.447_746_830_680_816;
+
+/// What a radar track shows of an aircraft within a second.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Look {
+    /// Middle of the second.
+    pub(crate) time: Time,
+    /// The radar, and its track.
+    pub(crate) radar: SensorIndex,
+    pub(crate) track: u64,
+    /// Mean of the plots less the transponder's curve at their times: outward and clockwise, metres.
+    pub(crate) offset_m: [f64; 2],
+    /// Variance of these that is new with each look, m².
+    pub(crate) white_m2: [f64; 2],
+    /// Unit vectors outward and clockwise, and the distance over ground, metres.
+    pub(crate) axes: [Vector2<f64>; 2],
+    pub(crate) range_m: f64,
+    /// Velocity of the curve, metres a second.
+    pub(crate) velocity: Vector2<f64>,
+    /// The slow errors of a track of the radar.
+    pub(crate) slow: Slow,
+    /// Standard deviations of its alignment: range, metres, and azimuth, radians.
+    pub(crate) alignment: [f64; 2],
+}
+
+/// The errors of a radar track that last for a while: standard deviations, and correlation time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Slow {
+    /// Metres.
+    pub(crate) range_m: f64,
+    /// Radians.
+    pub(crate) azimuth: f64,
+    /// Seconds.
+    pub(crate) lasts_s: f64,
+}
+
+impl Slow {
+    /// Before any radar track was looked at.
+    const NONE: Self = Self { range_m: 0.0, azimuth: 0.0, lasts_s: 1.0 };
+}
+
+/// How late a transponder's stamps are by what is known without looking: mean and standard deviation, seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Delay {
+    pub(crate) mean_s: f64,
+    pub(crate) sigma_s: f64,
+}
+
+/// The rows.
+#[derive(Clone, Debug)]
+pub(crate) struct Bank {
+    honest: Row,
+    /// Honest, while the radar track walks off.
+    walks: Vec<Row>,
+    lies: Vec<Row>,
+    /// The time of the last look, and that of the last rows.
+    looked: Option<Time>,
+    begun: Option<Time>,
+    begun_late: Option<Time>,
+    /// How many times rows were begun.
+    count: u32,
+    track: Option<(SensorIndex, u64)>,
+    slow: Slow,
+}
+
+impl Bank {
+    /// Nothing is known of the transponder but how late its stamps are; what it had looked at would be from `time` on.
+    pub(crate) fn new(time: Time, delay: Delay) -> Self {
+        Self {
+            honest: Row::honest(time, delay),
+            walks: Vec::new(),
+            lies: Vec::new(),
+            looked: None,
+            begun: None,
+            begun_late: None,
+            count: 0,
+            track: None,
+            slow: Slow::NONE,
+        }
+    }
+
+    /// A radar track that is where the transponder says, or was when it was last in doubt.
+    pub(crate) fn take_near(&mut self, look: &Look) {
+        self.turn_to(look);
+        self.begin_rows(look);
+        let before = self.honest.log;
+        self.honest.take(look);
+        let honest = self.honest.log - before;
+        for row in self.walks.iter_mut().chain(&mut self.lies) {
+            let before = row.log;
+            row.take(look);
+            row.log = before + honest + (row.log - before - honest).clamp(LOOK_ADDS[0], LOOK_ADDS[1]);
+        }
+        self.looked = Some(look.time);
+        self.tidy(look.time);
+    }
+
+    /// A radar track that flies as the transponder does, elsewhere. `motion`: natural logarithm of how much likelier it flies so
+    /// as the aircraft itself than as another one, by all its looks so far.
+    pub(crate) fn take_far(&mut self, look: &Look, motion: f64) {
+        self.turn_to(look);
+        self.begin_rows(look);
+        for row in self.lies.iter_mut().filter(|row| row.kind != Kind::Late) {
+            row.take_far(look, motion, OWN_SHARE);
+        }
+        self.looked = Some(look.time);
+        self.tidy(look.time);
+    }
+
+    /// How much likelier a lie of this kind is than honesty, natural logarithm.
+    fn index_of(&self, is_kind: impl Fn(Kind) -> bool) -> f64 {
+        let count = self.lies.iter().filter(|row| is_kind(row.kind)).count();
+        match self.best(is_kind) {
+            Some(best) => best.log - self.honest_log() - 0.5 * (count as f64).ln(),
+            None => 0.0,
+        }
+    }
+
+    fn honest_log(&self) -> f64 {
+        self.walks.iter().map(|row| row.log).fold(self.honest.log, f64::max)
+    }
+
+    fn best(&self, is_kind: impl Fn(Kind) -> bool) -> Option<&Row> {
+        self.lies.iter().filter(|row| is_kind(row.kind)).max_by(|a, b| a.log.total_cmp(&b.log))
+    }
+
+    /// How much likelier it is that the place is a lie than that it is not, natural logarithm.
+    pub(crate) fn index(&self) -> f64 {
+        self.index_of(|kind| kind != Kind::Late)
+    }
+
+    /// The same for the time, where the stamps would be wrong by enough.
+    pub(crate) fn late_index(&self) -> Option<f64> {
+        let best = self.best(|kind| kind == Kind::Late)?;
+        (best.late_s().abs() > LATE_MIN_S).then(|| self.index_of(|kind| kind == Kind::Late))
+    }
+
+    /// The offset of the likeliest lie at `time`, east and north, metres, with its covariance, m².
+    pub(crate) fn offset(&self, time: Time) -> Option<(Vector2<f64>, Matrix2<f64>)> {
+        let mut best = self.best(|kind| kind != Kind::Late)?.clone();
+        best.turn(time, &self.slow);
+        Some(best.offset())
+    }
+
+    /// The lie that radar would not have shown at `time`, metres: radius that holds 95 %. `None`: any lie.
+    pub(crate) fn protection_level_m(&self, time: Time) -> Option<f64> {
+        self.looked?;
+        let age = |row: &&Row| (time.seconds_since(row.since) - PROTECTION_S).abs();
+        let drifts = self.lies.iter().filter(|row| row.kind == Kind::Drift);
+        let mut row = drifts.min_by(|a, b| age(a).total_cmp(&age(b)))?.clone();
+        row.turn(time, &self.slow);
+        let (mean, covariance) = row.offset();
+        Some(RADIUS_95 * covariance.symmetric_eigenvalues().max().max(0.0).sqrt() + mean.norm())
+    }
+
+    /// The last look.
+    pub(crate) fn looked(&self) -> Option<Time> {
+        self.looked
+    }
+
+    /// Brings all rows to the look's time, and to its radar track.
+    fn turn_to(&mut self, look: &Look) {
+        if self.track != Some((look.radar, look.track)) {
+            self.end_track();
+        }
+        let rest = self.looked.map_or(0.0, |looked| look.time.seconds_since(looked));
+        if rest >= BEGIN_EVERY_S && self.begun.is_some() {
+            // It may have begun while nobody looked.
+            self.begin(self.honest.at);
+        }
+        let radar_is_new = self.track.is_none_or(|track| track.0 != look.radar);
+        let track_is_new = self.track != Some((look.radar, look.track));
+        let all = [&mut self.honest].into_iter().chain(&mut self.walks).chain(&mut self.lies);
+        for row in all {
+            row.turn(look.time, &self.slow);
+            if radar_is_new {
+                row.meet_radar(look);
+            }
+            if track_is_new {
+                row.meet_track(look);
+            }
+        }
+        (self.track, self.slow) = (Some((look.radar, look.track)), look.slow);
+    }
+
+    /// The radar track has ended: if it had walked off, what was looked at then says nothing.
+    fn end_track(&mut self) {
+        let best = self.walks.drain(..).max_by(|a, b| a.log.total_cmp(&b.log));
+        if let Some(walked) = best.filter(|walked| walked.log > self.honest.log) {
+            self.honest.log = walked.log;
+            self.honest.forget_offset();
+        }
+    }
+
+    fn begin_rows(&mut self, look: &Look) {
+        if self.begun.is_none_or(|begun| look.time.seconds_since(begun) >= BEGIN_EVERY_S) {
+            self.begin(look.time);
+            self.walks.push(self.honest.branch(Kind::Walk, look.time));
+        }
+        if self.begun_late.is_none_or(|begun| look.time.seconds_since(begun) >= LATE_EVERY_S) {
+            self.lies.push(self.honest.branch(Kind::Late, look.time));
+            self.begun_late = Some(look.time);
+        }
+    }
+
+    fn begin(&mut self, time: Time) {
+        self.count = self.count.wrapping_add(1);
+        for kind in [Kind::Drift, Kind::Jump] {
+            let mut row = self.honest.branch(kind, time);
+            row.number = self.count;
+            self.lies.push(row);
+        }
+        self.begun = Some(time);
+    }
+
+    /// Gives up the rows that say nothing any more; likelihoods are relative to that of honesty.
+    fn tidy(&mut self, time: Time) {
+        let honest = self.honest.log;
+        let best = self.best(|_| true).map_or(0.0, |best| best.log);
+        self.lies.retain(|row| {
+            let (age_s, lead) = (time.seconds_since(row.since), row.log - honest);
+            let is_thin = (age_s > THINNED_S[0] && row.number % 2 != 0)
+                || (age_s > THINNED_S[1] && row.number % 4 != 0);
+            let is_thinned = is_thin && row.kind != Kind::Late && row.log < best;
+            let is_behind = lead < BEHIND && age_s > BEHIND_AFTER_S;
+            lead > LEADS && !is_thinned || age_s <= KEPT_S && !is_thinned && !is_behind
+        });
+        self.walks.retain(|row| time.seconds_since(row.since) <= WALK_MAX_S);
+        let all = [&mut self.honest].into_iter().chain(&mut self.walks).chain(&mut self.lies);
+        all.for_each(|row| row.log -= honest);
+    }
+}

@@ -1,0 +1,129 @@
+//! Does a radar track fly as a transponder does, wherever it is? Its plots, less the transponder's curve, are a constant offset
+//! that changes slowly if it is the same aircraft; if it is another one they move by themselves or hover.
+
+
+
+/// How fast the offset of the same aircraft may change, metres a second, and how much that changes, m²/s³.
+const SAME_RATE_M_S: f64 = 1.7;
+const SAME_ACCELERATION_M2_S3: f64 = 0.02;
+/// Speed of another aircraft on each axis, metres a second, and its changes, m²/s³.
+const OTHER_SPEED_M_S: f64 = 10.0;
+const OTHER_ACCELERATION_M2_S3: f64 = 3.0;
+/// Share of other aircraft that hover.
+const HOVER_SHARE: f64 = 0.4;
+/// Bound of what one look adds, and of the sum, natural logarithms.
+const LOOK_MAX: f64 = 4.0;
+const SUM: [f64; 2] = [-10.0, 14.0];
+
+/// A second of plots along one axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Step {
+    /// Mean of the plots less the transponder's curve, metres.
+    pub(crate) offset_m: f64,
+    /// Mean of the plots from where the track began, metres.
+    pub(crate) flown_m: f64,
+    /// Variance of the plots' mean that is new with each second, and that of the curve, m².
+    pub(crate) plots_m2: f64,
+    pub(crate) curve_m2: f64,
+    /// Slow error of the radar track, metres, and its correlation time, seconds.
+    pub(crate) slow_m: f64,
+    pub(crate) lasts_s: f64,
+}
+
+/// Sum of the log-likelihood ratios so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Motion {
+    /// Outward and clockwise; `None` before the first look.
+    axes: Option<[[Model; 3]; 2]>,
+    /// Log-likelihoods: the same aircraft; another one that moves; one that hovers.
+    logs: [f64; 3],
+    sum: f64,
+}
+
+impl Motion {
+    /// How much likelier it is the same aircraft than another one by the way it flies, natural logarithm.
+    pub(crate) fn llr(&self) -> f64 {
+        self.sum
+    }
+
+    /// Another second, `dt` after the one before.
+    pub(crate) fn take(&mut self, steps: [Step; 2], dt: f64) {
+        let Some(axes) = &mut self.axes else {
+            self.axes = Some(steps.map(|step| {
+                [
+                    Model::new(step.offset_m, step.plots_m2 + step.curve_m2, &step, SAME_RATE_M_S),
+                    Model::new(step.flown_m, step.plots_m2, &step, OTHER_SPEED_M_S),
+                    Model::new(step.flown_m, step.plots_m2, &step, 0.0),
+                ]
+            }));
+            return;
+        };
+        let before = ratio(&self.logs);
+        for (models, step) in axes.iter_mut().zip(&steps) {
+            let both_m2 = step.plots_m2 + step.curve_m2;
+            let [same, moving, hovering] = models;
+            self.logs[0] += same.take(step.offset_m, both_m2, step, SAME_ACCELERATION_M2_S3, dt);
+            self.logs[1] += moving.take(step.flown_m, step.plots_m2, step, OTHER_ACCELERATION_M2_S3, dt);
+            self.logs[2] += hovering.take(step.flown_m, step.plots_m2, step, 0.0, dt);
+        }
+        let added = (ratio(&self.logs) - before).clamp(-LOOK_MAX, LOOK_MAX);
+        self.sum = (self.sum + added).clamp(SUM[0], SUM[1]);
+    }
+}
+
+/// Same aircraft to another one.
+fn ratio([same, moving, hovering]: &[f64; 3]) -> f64 {
+    let most = moving.max(*hovering);
+    let other = (1.0 - HOVER_SHARE) * (moving - most).exp() + HOVER_SHARE * (hovering - most).exp();
+    same - most - other.ln()
+}
+
+/// Place, rate, and the radar track's slow error along one axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Model {
+    mean: [f64; 3],
+    covariance: [[f64; 3]; 3],
+}
+
+impl Model {
+    /// After the first look: the place is what was seen less the slow error.
+    fn new(seen_m: f64, white_m2: f64, step: &Step, rate_m_s: f64) -> Self {
+        let slow = step.slow_m * step.slow_m;
+        Self {
+            mean: [seen_m, 0.0, 0.0],
+            covariance: [
+                [white_m2 + slow, 0.0, -slow],
+                [0.0, rate_m_s * rate_m_s, 0.0],
+                [-slow, 0.0, slow],
+            ],
+        }
+    }
+
+    /// A look `dt` seconds later; the logarithm of its likelihood.
+    fn take(&mut self, seen_m: f64, white_m2: f64, step: &Step, acceleration_m2_s3: f64, dt: f64) -> f64 {
+        let kept = (-dt / step.lasts_s).exp();
+        let Self { mean: [place, rate, slow], covariance: [[pp, pr, ps], [_, rr, rs], [_, _, ss]] } = *self;
+        let q = acceleration_m2_s3;
+        let (place, slow) = (place + dt * rate, slow * kept);
+        let pp = pp + 2.0 * dt * pr + dt * dt * rr + q * dt * dt * dt / 3.0;
+        let pr = pr + dt * rr + q * dt * dt / 2.0;
+        let ps = (ps + dt * rs) * kept;
+        let rr = rr + q * dt;
+        let rs = rs * kept;
+        let ss = ss * kept * kept + step.slow_m * step.slow_m * (1.0 - kept * kept);
+        // Seen is place and slow error together.
+        let spread = [pp + ps, pr + rs, ps + ss];
+        let variance = spread[0] + spread[2] + white_m2;
+        let residual = seen_m - place - slow;
+        let gain = spread.map(|value| value / variance);
+        self.mean = [place + gain[0] * residual, rate + gain[1] * residual, slow + gain[2] * residual];
+        let prior = [[pp, pr, ps], [pr, rr, rs], [ps, rs, ss]];
+        for (row, values) in prior.iter().enumerate() {
+            for (column, value) in values.iter().enumerate() {
+                self.covariance[row][column] = value - gain[row] * spread[column];
+            }
+        }
+        -0.5 * (residual * residual / variance).min(25.0) - 0.5 * variance.ln()
+    }
+}
+

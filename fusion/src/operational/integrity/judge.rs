@@ -1,0 +1,195 @@
+//! One identity: what speaks for and against it, and the state that follows.
+
+use std::collections::VecDeque;
+
+use super::watch::{Judged, Watches};
+use crate::integrity::{
+    Assessment, Bank, Delay, Evidence, Finding, IntegrityRules, PointIntegrity, Reason, Reasons, State, Trust,
+};
+use crate::operational::ids::TrackletId;
+use crate::report::{Identity, RadarTrackKey};
+use crate::time::Time;
+
+/// Evidences that are kept.
+const EVIDENCE_MAX: usize = 20;
+/// A suspect's offset is larger than this, metres.
+const OFFSET_MIN_M: f64 = 15.0;
+/// A state ends only by a radar look of the last seconds, and after so long, seconds.
+const LOOKED_LATELY_S: f64 = 10.0;
+const SUSPECT_ENDS_S: f64 = 5.0;
+const FAILED_ENDS_S: f64 = 30.0;
+/// Without evidence for so long nobody stays verified, seconds.
+const VERIFY_LASTS_S: f64 = 60.0;
+/// Two radar tracks of at least so many seconds, each of which raises the index by so much, are enough.
+const FAILED_TRACKS: usize = 2;
+const FAILED_SECONDS: u32 = 5;
+const FAILED_GAIN: f64 = 3.0;
+
+/// One identity.
+#[derive(Debug)]
+pub(super) struct Judge {
+    pub(super) bank: Bank,
+    pub(super) watches: Watches,
+    /// The radar track that is evidence now.
+    current: Option<Current>,
+    evidence: VecDeque<Evidence>,
+    state: State,
+    since: Time,
+    reasons: Reasons,
+    /// Since when nothing speaks against it any more.
+    quiet: Option<Time>,
+    /// Index at the last look.
+    index: f64,
+}
+
+/// The radar track that is evidence now.
+#[derive(Clone, Copy, Debug)]
+struct Current {
+    tracklet: TrackletId,
+    is_near: bool,
+    /// Index before it.
+    before: f64,
+    last: Time,
+}
+
+impl Judge {
+    pub(super) fn new(time: Time, delay: Delay) -> Self {
+        Self {
+            bank: Bank::new(time, delay),
+            watches: Watches::new(),
+            current: None,
+            evidence: VecDeque::new(),
+            state: State::Unverified,
+            since: time,
+            reasons: Reasons::default(),
+            quiet: None,
+            index: 0.0,
+        }
+    }
+
+    /// The radar track that is evidence now, and whether it is near; its last look.
+    pub(super) fn current(&self) -> Option<(TrackletId, bool, Time)> {
+        self.current.map(|current| (current.tracklet, current.is_near, current.last))
+    }
+
+    /// A look of a radar track, near or far.
+    pub(super) fn take(&mut self, tracklet: TrackletId, key: RadarTrackKey, judged: &Judged, is_near: bool) {
+        let look = &judged.second.look;
+        let same = self.current.filter(|current| current.tracklet == tracklet && current.is_near == is_near);
+        let mut current =
+            same.unwrap_or(Current { tracklet, is_near, before: self.index, last: look.time });
+        current.last = look.time;
+        self.current = Some(current);
+        match is_near {
+            true => self.bank.take_near(look),
+            false => self.bank.take_far(look, judged.motion),
+        }
+        self.index = self.bank.index();
+        if same.is_none() {
+            self.evidence.push_front(Evidence { track: key, is_near, from: look.time, seconds: 0, gain: 0.0 });
+            self.evidence.truncate(EVIDENCE_MAX);
+        }
+        if let Some(evidence) = self.evidence.front_mut() {
+            evidence.seconds += 1;
+            evidence.gain = self.index - current.before;
+        }
+    }
+
+    /// The state at `time`, by the looks so far and what the reports alone show.
+    pub(super) fn judge(&mut self, time: Time, finding: &Finding, trust: Option<Trust>, rules: &IntegrityRules) {
+        let index = self.index;
+        let offset_m = self.bank.offset(time).map_or(0.0, |(offset, _)| offset.norm());
+        let mut reasons = finding.suspect.or(finding.failed);
+        if index > rules.on && offset_m > OFFSET_MIN_M {
+            reasons.insert(Reason::Radar);
+        }
+        if self.bank.late_index().is_some_and(|late| late > rules.on) {
+            reasons.insert(Reason::Time);
+        }
+        let raising = |evidence: &&Evidence| evidence.seconds >= FAILED_SECONDS && evidence.gain >= FAILED_GAIN;
+        let is_twofold = reasons.contains(Reason::Radar)
+            && self.evidence.iter().filter(raising).count() >= FAILED_TRACKS;
+        let found = match () {
+            () if !finding.failed.is_empty() || is_twofold => State::Failed,
+            () if !reasons.is_empty() => State::Suspect,
+            () => self.unflagged(time, rules),
+        };
+        self.settle(found, reasons, time, rules);
+        match trust {
+            Some(Trust::Trusted) if self.state.is_flagged() => self.enter(State::Unverified, time),
+            Some(Trust::Distrusted) => self.enter(State::Failed, time),
+            _ => {}
+        }
+    }
+
+    fn unflagged(&self, time: Time, rules: &IntegrityRules) -> State {
+        let is_looked_at = self.bank.looked().is_some_and(|last| time.seconds_since(last) < VERIFY_LASTS_S);
+        let is_bounded = || self.bank.protection_level_m(time).is_some_and(|level_m| level_m <= rules.alert_limit_m);
+        if is_looked_at && self.index < rules.off && is_bounded() { State::Verified } else { State::Unverified }
+    }
+
+    /// A flag lasts until evidence says that it is over.
+    fn settle(&mut self, found: State, reasons: Reasons, time: Time, rules: &IntegrityRules) {
+        if found.is_flagged() {
+            self.quiet = None;
+            self.reasons = if self.state.is_flagged() { self.reasons.or(reasons) } else { reasons };
+            self.enter(found.max(if self.state.is_flagged() { self.state } else { found }), time);
+            return;
+        }
+        if !self.state.is_flagged() {
+            self.enter(found, time);
+            return;
+        }
+        let by_radar = self.reasons.contains(Reason::Radar) || self.reasons.contains(Reason::Time);
+        let is_looked_at = self.bank.looked().is_some_and(|last| time.seconds_since(last) <= LOOKED_LATELY_S);
+        let is_over = if by_radar { self.index < rules.off && is_looked_at } else { true };
+        if !is_over {
+            self.quiet = None;
+            return;
+        }
+        let since = *self.quiet.get_or_insert(time);
+        let lasts_s = if self.state == State::Failed { FAILED_ENDS_S } else { SUSPECT_ENDS_S };
+        if time.seconds_since(since) >= lasts_s {
+            self.reasons = Reasons::default();
+            self.enter(State::Unverified, time);
+        }
+    }
+
+    fn enter(&mut self, state: State, time: Time) {
+        if state != self.state {
+            (self.state, self.since) = (state, time);
+        }
+        if !state.is_flagged() {
+            self.quiet = None;
+        }
+    }
+
+    pub(super) fn state(&self) -> State {
+        self.state
+    }
+
+    /// What is known of it.
+    pub(super) fn assessment(&self, identity: Identity, time: Time, heard: Time, trust: Option<Trust>) -> Assessment {
+        let is_flagged = self.state.is_flagged();
+        let by_radar = self.reasons.contains(Reason::Radar);
+        let offset = self.bank.offset(time).filter(|_| is_flagged && by_radar);
+        Assessment {
+            identity,
+            number: None,
+            integrity: PointIntegrity {
+                state: self.state,
+                index: self.index,
+                protection_level_m: self.bank.protection_level_m(time),
+                offset_m: offset.map(|(offset, _)| offset.norm()),
+                reasons: if is_flagged { self.reasons } else { Reasons::default() },
+            },
+            since: self.since,
+            offset,
+            heard,
+            is_silent: false,
+            trust,
+            twin: None,
+            evidence: self.evidence.iter().copied().collect(),
+        }
+    }
+}
