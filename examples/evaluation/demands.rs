@@ -3,6 +3,7 @@
 use crate::asked::{Asked, Bound, Measure, against, each, measured};
 use crate::figures::*;
 use crate::flights::{CITY, RECORDINGS, Row, SCENARIOS};
+use crate::lags;
 use crate::registration;
 use crate::score::Scores;
 use crate::sheet;
@@ -14,6 +15,8 @@ use Bound::{AtLeast, AtMost, Between};
 pub struct Apart {
     /// How well the registration is found.
     pub found: registration::Found,
+    /// What shorter latencies cost.
+    pub lags: Vec<lags::Measured>,
     pub speed: Speed,
 }
 
@@ -37,6 +40,7 @@ pub fn asked(scores: &[Scores], apart: &Apart) -> Vec<Asked> {
     rows.extend(named(scores));
     rows.extend(honest(scores));
     rows.extend(radars(scores));
+    rows.extend(lags::asked(&apart.lags));
     rows.extend(speed(&apart.speed));
     rows
 }

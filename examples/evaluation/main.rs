@@ -6,6 +6,7 @@
 //! cargo run --release --example evaluation -- --quick --seeds 6 --variant two-radars --variant singer
 //! cargo run --release --example evaluation -- --quick --seeds 6 --sheet three
 //! cargo run --release --example evaluation -- --quick --recording 1_4
+//! cargo run --release --example evaluation -- --quick --seeds 6 --lags
 //! ```
 //!
 //! `--quick` writes nothing: it prints a line a scenario of the `operational` profile, of variants of scenarios, of
@@ -172,7 +173,9 @@ fn document(args: &Args) -> Result<(), Failure> {
     let scored = score::score(&flights, args.threads)?;
     eprintln!("registration");
     let found = registration::found(&flights::scenario("crossing")?, seeds.clone(), args.threads)?;
-    let apart = Apart { found, speed: speed::measure(FIRST_SEED)? };
+    eprintln!("latencies");
+    let lags = lags::measure(seeds.clone(), args.threads)?;
+    let apart = Apart { found, lags, speed: speed::measure(FIRST_SEED)? };
     let before = String::from_utf8(std::fs::read(&args.out).unwrap_or_default())?;
     let (scores, apart, city_seeds) = (scored.as_slice(), &apart, args.city_seeds);
     let report = Report { scores, apart, seeds, city_seeds, before: &before };

@@ -1,8 +1,6 @@
 //! Does a radar track fly as a transponder does, wherever it is? Its plots, less the transponder's curve, are a constant offset
 //! that changes slowly if it is the same aircraft; if it is another one they move by themselves or hover.
 
-
-
 /// How fast the offset of the same aircraft may change, metres a second, and how much that changes, m²/s³.
 const SAME_RATE_M_S: f64 = 1.7;
 const SAME_ACCELERATION_M2_S3: f64 = 0.02;
@@ -91,11 +89,7 @@ impl Model {
         let slow = step.slow_m * step.slow_m;
         Self {
             mean: [seen_m, 0.0, 0.0],
-            covariance: [
-                [white_m2 + slow, 0.0, -slow],
-                [0.0, rate_m_s * rate_m_s, 0.0],
-                [-slow, 0.0, slow],
-            ],
+            covariance: [[white_m2 + slow, 0.0, -slow], [0.0, rate_m_s * rate_m_s, 0.0], [-slow, 0.0, slow]],
         }
     }
 
@@ -126,4 +120,3 @@ impl Model {
         -0.5 * (residual * residual / variance).min(25.0) - 0.5 * variance.ln()
     }
 }
-

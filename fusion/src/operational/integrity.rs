@@ -107,19 +107,16 @@ impl Integrities {
             let Some(judge) = self.judges.get_mut(&identity) else { continue };
             let current = judge.current();
             let is_current = |one: &Sighting| current.is_some_and(|current| current.0 == one.tracklet);
-            let nearest = own
-                .iter()
-                .filter(|one| near.get(&one.tracklet) == Some(&identity))
-                .min_by(|a, b| {
+            let nearest =
+                own.iter().filter(|one| near.get(&one.tracklet) == Some(&identity)).min_by(|a, b| {
                     let order = |one: &Sighting| (!is_current(one), !one.is_pair);
                     order(a).cmp(&order(b)).then(a.judged.away.total_cmp(&b.judged.away))
                 });
             let chosen = match nearest {
                 Some(one) => Some((one, true)),
                 None => {
-                    let is_alone = current.is_none_or(|(_, is_near, last)| {
-                        !is_near || end.seconds_since(last) > FAR_ALONE_S
-                    });
+                    let is_alone = current
+                        .is_none_or(|(_, is_near, last)| !is_near || end.seconds_since(last) > FAR_ALONE_S);
                     let far = own.iter().filter(|one| !near.contains_key(&one.tracklet));
                     far.filter(|one| is_alone && is_far(one, &sightings, tracklets))
                         .max_by(|a, b| {
@@ -139,7 +136,13 @@ impl Integrities {
     }
 
     /// Each radar track from each transponder around.
-    fn sightings(&mut self, tracklets: &Tracklets, targets: &Targets, end: Time, cycle: &Cycle) -> Vec<Sighting> {
+    fn sightings(
+        &mut self,
+        tracklets: &Tracklets,
+        targets: &Targets,
+        end: Time,
+        cycle: &Cycle,
+    ) -> Vec<Sighting> {
         let settings = cycle.settings;
         let middle = end + -SECOND / 2;
         let place = |target: &super::targets::Target| {
@@ -186,8 +189,9 @@ impl Integrities {
         assessments.clear();
         for (&identity, &heard) in &*heard {
             let trust = words.get(&identity).map(|held| held.word.trust);
-            let judge =
-                judges.entry(identity).or_insert_with(|| Judge::new(cycle.centre, Delay { mean_s: 0.0, sigma_s: 0.1 }));
+            let judge = judges
+                .entry(identity)
+                .or_insert_with(|| Judge::new(cycle.centre, Delay { mean_s: 0.0, sigma_s: 0.1 }));
             judge.judge(cycle.centre, &reports.finding(identity), trust, &cycle.settings.integrity);
             let mut assessment = judge.assessment(identity, cycle.centre, heard, trust);
             assessment.is_silent = reports.silent_since(identity).is_some();
@@ -208,7 +212,14 @@ impl Integrities {
             .map(|known| {
                 let PointIntegrity { state, reasons, offset_m, .. } = known.integrity;
                 let track = tracks.get(&known.identity).copied();
-                Concern::Integrity { identity: known.identity, track, twin: known.twin, state, reasons, offset_m }
+                Concern::Integrity {
+                    identity: known.identity,
+                    track,
+                    twin: known.twin,
+                    state,
+                    reasons,
+                    offset_m,
+                }
             })
             .collect()
     }
@@ -217,7 +228,9 @@ impl Integrities {
     pub(super) fn say(&mut self, word: Word, since: Slot) {
         match word.trust {
             Trust::Automatic => _ = self.words.remove(&word.identity),
-            Trust::Trusted | Trust::Distrusted => _ = self.words.insert(word.identity, HeldWord { word, since }),
+            Trust::Trusted | Trust::Distrusted => {
+                _ = self.words.insert(word.identity, HeldWord { word, since })
+            }
         }
     }
 
@@ -249,7 +262,8 @@ fn claims(sightings: &[Sighting]) -> BTreeMap<TrackletId, Identity> {
 
 /// Whether a radar track that is nobody's flies as this transponder does, and as no other.
 fn is_far(one: &Sighting, sightings: &[Sighting], tracklets: &Tracklets) -> bool {
-    let others = sightings.iter().filter(|other| other.tracklet == one.tracklet && other.identity != one.identity);
+    let others =
+        sightings.iter().filter(|other| other.tracklet == one.tracklet && other.identity != one.identity);
     let other = others.map(|other| other.judged.motion).fold(f64::NEG_INFINITY, f64::max);
     let is_drone = tracklets.get(one.tracklet).is_some_and(|tracklet| {
         let (seconds, mean) = tracklet.existence().class();
@@ -258,4 +272,3 @@ fn is_far(one: &Sighting, sightings: &[Sighting], tracklets: &Tracklets) -> bool
     let is_level = one.judged.second.height_m.is_none_or(|height_m| height_m.abs() < FAR_HEIGHT_M);
     one.judged.motion > FAR_MOTION && one.judged.motion > other + FAR_LEAD && is_drone && is_level
 }
-

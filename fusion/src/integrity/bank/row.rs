@@ -49,7 +49,6 @@ impl Kind {
             Self::Late => [0.0, 0.0, 1.5],
         }
     }
-
 }
 
 #[derive(Clone, Debug)]

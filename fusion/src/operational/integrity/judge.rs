@@ -76,8 +76,7 @@ impl Judge {
     pub(super) fn take(&mut self, tracklet: TrackletId, key: RadarTrackKey, judged: &Judged, is_near: bool) {
         let look = &judged.second.look;
         let same = self.current.filter(|current| current.tracklet == tracklet && current.is_near == is_near);
-        let mut current =
-            same.unwrap_or(Current { tracklet, is_near, before: self.index, last: look.time });
+        let mut current = same.unwrap_or(Current { tracklet, is_near, before: self.index, last: look.time });
         current.last = look.time;
         self.current = Some(current);
         match is_near {
@@ -86,7 +85,13 @@ impl Judge {
         }
         self.index = self.bank.index();
         if same.is_none() {
-            self.evidence.push_front(Evidence { track: key, is_near, from: look.time, seconds: 0, gain: 0.0 });
+            self.evidence.push_front(Evidence {
+                track: key,
+                is_near,
+                from: look.time,
+                seconds: 0,
+                gain: 0.0,
+            });
             self.evidence.truncate(EVIDENCE_MAX);
         }
         if let Some(evidence) = self.evidence.front_mut() {
@@ -96,7 +101,13 @@ impl Judge {
     }
 
     /// The state at `time`, by the looks so far and what the reports alone show.
-    pub(super) fn judge(&mut self, time: Time, finding: &Finding, trust: Option<Trust>, rules: &IntegrityRules) {
+    pub(super) fn judge(
+        &mut self,
+        time: Time,
+        finding: &Finding,
+        trust: Option<Trust>,
+        rules: &IntegrityRules,
+    ) {
         let index = self.index;
         let offset_m = self.bank.offset(time).map_or(0.0, |(offset, _)| offset.norm());
         let mut reasons = finding.suspect.or(finding.failed);
@@ -106,9 +117,10 @@ impl Judge {
         if self.bank.late_index().is_some_and(|late| late > rules.on) {
             reasons.insert(Reason::Time);
         }
-        let raising = |evidence: &&Evidence| evidence.seconds >= FAILED_SECONDS && evidence.gain >= FAILED_GAIN;
-        let is_twofold = reasons.contains(Reason::Radar)
-            && self.evidence.iter().filter(raising).count() >= FAILED_TRACKS;
+        let raising =
+            |evidence: &&Evidence| evidence.seconds >= FAILED_SECONDS && evidence.gain >= FAILED_GAIN;
+        let is_twofold =
+            reasons.contains(Reason::Radar) && self.evidence.iter().filter(raising).count() >= FAILED_TRACKS;
         let found = match () {
             () if !finding.failed.is_empty() || is_twofold => State::Failed,
             () if !reasons.is_empty() => State::Suspect,
@@ -124,8 +136,13 @@ impl Judge {
 
     fn unflagged(&self, time: Time, rules: &IntegrityRules) -> State {
         let is_looked_at = self.bank.looked().is_some_and(|last| time.seconds_since(last) < VERIFY_LASTS_S);
-        let is_bounded = || self.bank.protection_level_m(time).is_some_and(|level_m| level_m <= rules.alert_limit_m);
-        if is_looked_at && self.index < rules.off && is_bounded() { State::Verified } else { State::Unverified }
+        let is_bounded =
+            || self.bank.protection_level_m(time).is_some_and(|level_m| level_m <= rules.alert_limit_m);
+        if is_looked_at && self.index < rules.off && is_bounded() {
+            State::Verified
+        } else {
+            State::Unverified
+        }
     }
 
     /// A flag lasts until evidence says that it is over.
@@ -169,7 +186,13 @@ impl Judge {
     }
 
     /// What is known of it.
-    pub(super) fn assessment(&self, identity: Identity, time: Time, heard: Time, trust: Option<Trust>) -> Assessment {
+    pub(super) fn assessment(
+        &self,
+        identity: Identity,
+        time: Time,
+        heard: Time,
+        trust: Option<Trust>,
+    ) -> Assessment {
         let is_flagged = self.state.is_flagged();
         let by_radar = self.reasons.contains(Reason::Radar);
         let offset = self.bank.offset(time).filter(|_| is_flagged && by_radar);
