@@ -139,7 +139,8 @@ impl Operational {
         let concerns = integrities.mark(&mut points);
         let now = settings.now.then(|| {
             let cycle = &cycle_of(grid.of(deadline), None);
-            let points = now::predict(targets, tracklets, correlations, grid, cycle);
+            let mut points = now::predict(targets, tracklets, correlations, grid, cycle);
+            integrities.mark(&mut points); // what is wrong is told once, with the slot
             NowPicture { slot: cycle.slot, time: cycle.centre, points }
         });
         targets.settle(tracklets, cycle);

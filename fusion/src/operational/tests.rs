@@ -5,6 +5,7 @@ mod associating;
 mod comparing;
 mod hypotheses;
 mod initiating;
+mod now;
 mod publishing;
 mod several_radars;
 pub(super) mod two_drones;
