@@ -391,6 +391,12 @@ fn speed(speed: &Speed) -> Vec<Asked> {
             .now("118")
             .required(AtMost(20.0))
             .ambition(AtMost(5.0)),
+        Asked::new(
+            "`city` live: \"now\" after its deadline, p99.9 beyond a sleeping timer, ms",
+            measured(speed.live[2], None),
+        )
+        .required(AtMost(20.0))
+        .ambition(AtMost(5.0)),
         Asked::new("`city` live: resident memory, MB", measured(speed.live[1], None))
             .now("161 MiB")
             .required(AtMost(150.0))
