@@ -347,12 +347,7 @@ impl Engine {
 
     /// The last slot that is worth a picture: at its deadline the newest report is no older than one is at the usual latency.
     fn last(&self) -> Option<Slot> {
-        let Settings { grid, latency_slots, profile, .. } = &self.settings;
-        let later = match profile {
-            Profile::Reference(_) => 0,
-            Profile::Operational(_) => operational::lasting_slots(*grid) - latency_slots,
-        };
-        Some(self.newest?.plus(later.max(0)))
+        Some(self.newest?.plus(self.settings.lasting_slots()))
     }
 
     /// Emits the next slot.
@@ -367,10 +362,8 @@ impl Engine {
             plan.carry_out(slot, settings.window_slots, operational, profile);
             plan.resume((slot, settings.grid.centre(slot)), operational, profile);
         }
-        let Yield { points, concerns, now } = match rules {
-            Rules::Reference(reference) => {
-                Yield { points: reference.emit(&window, numbers), ..Yield::default() }
-            }
+        let Yield { points, concerns, newcomers, now } = match rules {
+            Rules::Reference(reference) => reference.emit(&window, numbers).into(),
             // Behind the last report of all nobody is extrapolated: a replay ends there, too.
             Rules::Operational(operational, profile) if last.is_none_or(|last| slot > last) => {
                 operational.skip(slot, settings.grid, profile)
@@ -378,10 +371,6 @@ impl Engine {
             Rules::Operational(operational, profile) => {
                 operational.emit(slot, settings.grid, profile, numbers)
             }
-        };
-        let newcomers = match rules {
-            Rules::Reference(_) => Vec::new(),
-            Rules::Operational(operational, _) => operational.take_newcomers(),
         };
         let numbers = numbers.take_changes();
         Some(Emission { slot, time: settings.grid.centre(slot), points, numbers, newcomers, concerns, now })

@@ -8,6 +8,7 @@ use jiff::SignedDuration;
 pub use crate::filter::{Dynamics, Model, Models, RadarErrors, Singer};
 use crate::frames::{Enu, RadarFrame};
 pub use crate::integrity::{Action, IntegrityRules};
+use crate::operational::DECIDED_AFTER;
 use crate::report::SensorIndex;
 use crate::slots::{RING, SlotGrid};
 
@@ -296,6 +297,17 @@ impl Settings {
         match self.profile {
             Profile::Operational(_) => self.grid.slot() * 2 / 5,
             Profile::Reference(_) => SignedDuration::ZERO,
+        }
+    }
+
+    /// For so many slots after the one of the last report something is worth showing: none at the usual latency.
+    pub(crate) fn lasting_slots(&self) -> i64 {
+        match self.profile {
+            Profile::Reference(_) => 0,
+            Profile::Operational(_) => {
+                let decided_slots = DECIDED_AFTER.as_nanos() / self.grid.slot().as_nanos();
+                (decided_slots as i64 - self.latency_slots).max(0)
+            }
         }
     }
 

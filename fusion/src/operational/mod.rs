@@ -60,6 +60,7 @@ pub use correlation::{
 };
 pub use registrations::{Registered, Step};
 pub(crate) use settings::Settings;
+pub(super) use tuning::DECIDED_AFTER;
 pub use tuning::{ASSOCIATE_LLR, DISSOCIATE_LLR};
 
 /// What the profile knows, and the reports since the last slot.
@@ -86,18 +87,22 @@ pub(super) struct Yield {
     pub(super) points: Vec<Point>,
     /// What is wrong with transponders at it.
     pub(super) concerns: Vec<Concern>,
+    /// What became of new identities.
+    pub(super) newcomers: Vec<Newcomers>,
     /// The picture of its deadline, where that is wanted.
     pub(super) now: Option<NowPicture>,
 }
 
-/// For so many slots after the last report of all something is worth showing.
-pub(super) fn lasting_slots(grid: SlotGrid) -> i64 {
-    (tuning::DECIDED_AFTER.as_nanos() / grid.slot().as_nanos()) as i64
+/// Of the other profile, which tells of nothing else.
+impl From<Vec<Point>> for Yield {
+    fn from(points: Vec<Point>) -> Self {
+        Self { points, ..Self::default() }
+    }
 }
 
 /// The slot that is decided on by what is received by a deadline, at which another one is shown.
 fn decided_slot(deadline: Time, shown: Slot, grid: SlotGrid) -> Slot {
-    grid.of(deadline + -tuning::DECIDED_AFTER).min(shown)
+    grid.of(deadline + -DECIDED_AFTER).min(shown)
 }
 
 impl Operational {
@@ -148,7 +153,7 @@ impl Operational {
         tracklets.settle(cycle.centre, settings);
         classes.learn(tracklets, targets, cycle);
         self.decided = Some(cycle.centre);
-        Yield { points, concerns, now }
+        Yield { points, concerns, newcomers: self.admission.take(), now }
     }
 
     /// A slot behind the last report of all, where nothing is to be shown.
@@ -157,7 +162,7 @@ impl Operational {
         self.pass(grid.centre(decided_slot(deadline, slot, grid)), settings);
         let slot = grid.of(deadline);
         let now = || NowPicture { slot, time: grid.centre(slot), points: Vec::new() };
-        Yield { now: settings.now.then(now), ..Yield::default() }
+        Yield { newcomers: self.admission.take(), now: settings.now.then(now), ..Yield::default() }
     }
 
     /// A slot is decided.
@@ -206,11 +211,6 @@ impl Operational {
         self.targets.forget_before(centre + -tuning::FIXES_KEPT, centre, &self.tracklets);
         self.tracklets.forget_targets(|&id| self.targets.get(id).is_some());
         self.correlations.end(&self.tracklets, centre, settings);
-    }
-
-    /// Fates of new identities in the slot that was published.
-    pub(crate) fn take_newcomers(&mut self) -> Vec<Newcomers> {
-        self.admission.take()
     }
 
     /// What is known of each radar that is registered.

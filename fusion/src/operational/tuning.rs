@@ -74,7 +74,7 @@ pub(super) const DELAY_PRIOR_S: (f64, f64) = (0.0, 0.1);
 /// Who is which aircraft is decided of a slot so long after its opening, however soon it is published: what walks off or changes
 /// over shows by what comes after it, and reports that come late are in time. With 3.25 s, eight seeds of `crossing` and `dense` had
 /// errors larger by 2 to 6 % at every shorter latency.
-pub(super) const DECIDED_AFTER: SignedDuration = SignedDuration::from_millis(6250);
+pub(crate) const DECIDED_AFTER: SignedDuration = SignedDuration::from_millis(6250);
 
 // --- Admission of transponder identities
 
