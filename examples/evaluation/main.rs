@@ -22,6 +22,7 @@ mod demands;
 mod figures;
 mod flights;
 mod integrity;
+mod parallel;
 mod quick;
 mod registration;
 mod report;
@@ -79,7 +80,7 @@ struct Args {
     /// Only how well transponders that lie are found, with --quick.
     #[arg(long, requires = "quick")]
     integrity: bool,
-    /// Of these only this attack, or this scenario without one, with --integrity; repeat for more.
+    /// Of that only this attack, or this scenario without one, with --integrity; repeat for more.
     #[arg(long, requires = "integrity", value_name = "NAME", value_parser = integrity::NAMES)]
     attack: Vec<String>,
     /// A line for each attack and each false flag, with --integrity.
@@ -129,7 +130,14 @@ fn main() -> Result<(), Failure> {
 /// The table of the transponders that lie.
 fn lies(args: &Args) -> Result<(), Failure> {
     let seeds = args.first_seed..=args.first_seed + args.seeds.unwrap_or(QUICK_SEEDS) - 1;
-    let measured = integrity::measure(&seeds, &args.attack, args.threads)?;
+    let recordings = args.recordings();
+    let order = integrity::Order {
+        seeds,
+        names: &args.attack,
+        recordings: recordings.as_deref(),
+        threads: args.threads,
+    };
+    let measured = integrity::measure(&order)?;
     if args.each {
         println!("{}", integrity::each(&measured));
     }

@@ -20,7 +20,8 @@ mod types;
 
 pub use alone::{InputsAlone, output, reports};
 pub use integrity::{
-    Alert, Attack, AttackKind, Clean, Detection, FalseFlag, Flight, Integrity, Jamming, Shown, Uncooperative, integrity,
+    Alert, Attack, AttackKind, Clean, Detection, FalseFlag, Flight, Integrity, Jamming, Shown, Uncooperative,
+    integrity,
 };
 pub use labels::{Attribution, Label, Labels};
 pub use metrics::gospa::{Gospa, Near, gospa};

@@ -164,7 +164,11 @@ fn a_drift_counts_from_forty_metres_on() {
     assert_eq!((found.seen_s, found.is_observable, found.is_silent), (10, true, false));
     scene.labels.retain(|label| label.time != at(118.7));
     let found = scene.detection();
-    assert_eq!((found.seen_s, found.is_observable), (9, false), "118.8 s is too late, at 90 s it had walked off");
+    assert_eq!(
+        (found.seen_s, found.is_observable),
+        (9, false),
+        "118.8 s is too late, at 90 s it had walked off"
+    );
 }
 
 #[test]
@@ -210,7 +214,8 @@ fn what_is_shown_of_a_flagged_drone() {
     // Seen in slots 464, 472, 476, and by drift() at 118.7 and 118.8 s in 474 and 475.
     scene.plots([116.0, 118.0, 119.1]);
     scene.output.extend([radars(464, 11, 59.9), radars(472, 11, 60.1), radars(480, 11, 0.0)]);
-    let covariance = Some(Covariance { east_m2: 900.0, north_m2: 900.0, east_north_m2: 0.0, vertical_m2: 1.0 });
+    let covariance =
+        Some(Covariance { east_m2: 900.0, north_m2: 900.0, east_north_m2: 0.0, vertical_m2: 1.0 });
     scene.output[0] = OutputPoint { place: place(30.0), covariance, ..scene.output[0].clone() };
     scene.output[1] = OutputPoint { place: place(60.0), covariance, ..scene.output[1].clone() };
     let shown = scene.detection().shown;
@@ -325,7 +330,8 @@ fn flight(scratch: &Scratch) {
     let scenario = "name = \"lie\"\nduration_s = 60\n[drones]\nmultirotors = 2\nequipped = 2\nspoofed = 1\n\
                     [transponder]\nattack = \"jump\"\nspoof_after_s = [20, 20]\n";
     let scenario = scratch.file("lie.toml", scenario);
-    let flown = ran(utm_fusion("simulate").arg(scenario).args(["--seed", "1", "--out"]).arg(scratch.path("flight")));
+    let flown =
+        ran(utm_fusion("simulate").arg(scenario).args(["--seed", "1", "--out"]).arg(scratch.path("flight")));
     assert_eq!(flown.code, 0, "{}", flown.stderr);
     let of = |name: &str| scratch.path("flight").join(name);
     let mut replay = utm_fusion("replay");
@@ -352,7 +358,10 @@ fn without_attacks_it_says_so() {
     let [attack] = &known["integrity"]["attacks"].as_array().unwrap()[..] else { panic!("{known}") };
     assert_eq!(attack["kind"], "jump");
     let clean_h = known["integrity"]["clean"]["identity_h"].as_f64().unwrap();
-    assert!(ran(evaluate(&scratch).arg("--json")).json().get("integrity").is_none(), "only where it is asked for");
+    assert!(
+        ran(evaluate(&scratch).arg("--json")).json().get("integrity").is_none(),
+        "only where it is asked for"
+    );
 
     let aside = scratch.path("aside.csv");
     std::fs::rename(scratch.path("flight").join("attacks.csv"), &aside).unwrap();
@@ -378,5 +387,9 @@ fn flags_need_what_they_are_scored_by() {
     command.arg(scratch.path("out.csv")).arg("--truth").arg(scratch.path("truth.csv")).arg("--integrity");
     let refused = ran(&mut command);
     assert_eq!(refused.code, 2);
-    assert!(refused.stderr.contains("--capture") && refused.stderr.contains("--labels"), "{}", refused.stderr);
+    assert!(
+        refused.stderr.contains("--capture") && refused.stderr.contains("--labels"),
+        "{}",
+        refused.stderr
+    );
 }

@@ -8,8 +8,8 @@ use std::collections::BTreeSet;
 use fusion::slots::{Slot, SlotGrid};
 use fusion::time::Time;
 use utm_fusion::evaluate::{
-    Covariance, Evaluation, Flags, InputsAlone, Label, Labels, Nees, OutputPoint, Place, PointSource, Scoring,
-    Truth, evaluate,
+    Covariance, Evaluation, Flags, InputsAlone, Label, Labels, Nees, OutputPoint, Place, PointSource,
+    Scoring, Truth, evaluate,
 };
 
 use super::common::{east, north};

@@ -198,8 +198,14 @@ mod tests {
             let evaluation =
                 Evaluation { drones: vec![], fused: scored.clone(), radar: None, transponder: None };
             let args = Args::default();
-            text(&Scores { args: &args, evaluation: &evaluation, reference_hz: 4.0, integrity: None, requirements: vec![] })
-                .unwrap()
+            text(&Scores {
+                args: &args,
+                evaluation: &evaluation,
+                reference_hz: 4.0,
+                integrity: None,
+                requirements: vec![],
+            })
+            .unwrap()
         };
         assert!(!told(&scored).contains("NEES"));
         scored.all.nees = Some(Nees { count: 8, horizontal: 1.25, vertical: None });

@@ -38,10 +38,10 @@ pub struct Jamming {
 
 impl Jamming {
     pub(super) fn of(alerts: &[Alert], attacks: &[Attack], settings: &Scoring) -> Self {
-        let jammed: Vec<&Attack> = attacks.iter().filter(|attack| attack.kind == AttackKind::Jammed).collect();
-        let at_a_time = |time: Time| {
-            jammed.iter().filter(|attack| (attack.from..=attack.until).contains(&time)).count()
-        };
+        let jammed: Vec<&Attack> =
+            attacks.iter().filter(|attack| attack.kind == AttackKind::Jammed).collect();
+        let at_a_time =
+            |time: Time| jammed.iter().filter(|attack| (attack.from..=attack.until).contains(&time)).count();
         let mut begins: Vec<Time> = jammed.iter().map(|attack| attack.from).collect();
         begins.sort();
         let begin = begins.into_iter().find(|&begin| at_a_time(begin) >= JAMMED);

@@ -29,7 +29,8 @@ impl Uncooperative {
     /// `points`: those of the output that count, of all drones.
     pub(super) fn of(points: &[Judged<'_>], truth: &Truth, labels: &Labels, slot_s: f64) -> Self {
         let equipped = labels.equipped();
-        let is_equipped: Vec<bool> = truth.tracks().iter().map(|track| equipped.contains(track.id())).collect();
+        let is_equipped: Vec<bool> =
+            truth.tracks().iter().map(|track| equipped.contains(track.id())).collect();
         // Whether each slot of an aircraft is marked, in order.
         let mut aircraft: BTreeMap<(usize, u32), BTreeMap<_, bool>> = BTreeMap::new();
         for judged in points.iter().filter(|judged| judged.point.source == PointSource::Radar) {
@@ -48,7 +49,8 @@ impl Uncooperative {
                 found.marked += usize::from(marks.values().take(enough).any(|&is_marked| is_marked));
             }
         }
-        let hours = |track: &crate::evaluate::TrueTrack| track.span().1.seconds_since(track.span().0) / 3600.0;
+        let hours =
+            |track: &crate::evaluate::TrueTrack| track.span().1.seconds_since(track.span().0) / 3600.0;
         let of_equipped = truth.tracks().iter().zip(&is_equipped).filter(|(_, is_equipped)| **is_equipped);
         found.equipped_h = of_equipped.map(|(track, _)| hours(track)).sum();
         found

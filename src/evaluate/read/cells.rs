@@ -37,10 +37,14 @@ pub(super) fn integrity<'a>(
     reasons: impl Iterator<Item = &'a str>,
 ) -> Result<(State, Reasons), String> {
     let known = State::ALL.into_iter().find(|known| known.name() == state);
-    let known = known.ok_or_else(|| format!("integrity: {state:?} is none of {}", State::ALL.map(State::name).join(", ")))?;
+    let known = known.ok_or_else(|| {
+        format!("integrity: {state:?} is none of {}", State::ALL.map(State::name).join(", "))
+    })?;
     let reason = |name: &str| {
         let reason = Reason::ALL.into_iter().find(|reason| reason.name() == name);
-        reason.ok_or_else(|| format!("reasons: {name:?} is none of {}", Reason::ALL.map(Reason::name).join(", ")))
+        reason.ok_or_else(|| {
+            format!("reasons: {name:?} is none of {}", Reason::ALL.map(Reason::name).join(", "))
+        })
     };
     Ok((known, reasons.map(reason).collect::<Result<_, _>>()?))
 }

@@ -58,7 +58,8 @@ pub(super) fn alerts(name: &str, text: &str) -> Result<Vec<Alert>, FileError> {
         let error = |what: String| FileError::at(name, number, what);
         let AlertRow { id, kind, since, until } = serde_json::from_str(line)
             .map_err(|cause| error(format!("this is no alert as `replay --alerts` writes it: {cause}")))?;
-        let time = |text: &str| cells::time(text).ok_or_else(|| error(format!("{text:?} is no time in RFC 3339")));
+        let time =
+            |text: &str| cells::time(text).ok_or_else(|| error(format!("{text:?} is no time in RFC 3339")));
         Ok(Alert { since: time(&since)?, until: until.as_deref().map(time).transpose()?, id, kind })
     };
     let lines = text.lines().zip(1_u64..).filter(|(line, _)| !line.trim().is_empty());
