@@ -7,6 +7,7 @@
 //! cargo run --release --example evaluation -- --quick --seeds 6 --sheet three
 //! cargo run --release --example evaluation -- --quick --recording 1_4
 //! cargo run --release --example evaluation -- --quick --integrity --seeds 20 --attack drift --attack crossing --each
+//! cargo run --release --example evaluation -- --quick --seeds 6 --lags
 //! ```
 //!
 //! `--quick` writes nothing: it prints a line a scenario of the `operational` profile, of variants of scenarios, of
@@ -22,6 +23,7 @@ mod demands;
 mod figures;
 mod flights;
 mod integrity;
+mod lags;
 mod parallel;
 mod quick;
 mod registration;
@@ -74,6 +76,9 @@ struct Args {
     /// This real flight as it was recorded, with --quick; repeat for more.
     #[arg(long, requires = "quick", value_name = "NAME", value_parser = RECORDINGS)]
     recording: Vec<String>,
+    /// Only what shorter latencies cost, with --quick.
+    #[arg(long, requires = "quick")]
+    lags: bool,
     /// Only what it costs, with --quick.
     #[arg(long, requires = "quick")]
     speed: bool,
@@ -122,6 +127,11 @@ fn main() -> Result<(), Failure> {
             Ok(())
         }
         Args { integrity: true, .. } => lies(&args),
+        Args { lags: true, .. } => {
+            let seeds = args.first_seed..=args.first_seed + args.seeds.unwrap_or(QUICK_SEEDS) - 1;
+            print!("{}", lags::table(&lags::measure(seeds, args.threads)?));
+            Ok(())
+        }
         Args { quick: true, .. } => quick(&args),
         Args { .. } => document(&args),
     }
@@ -195,7 +205,9 @@ fn document(args: &Args) -> Result<(), Failure> {
     let scored = score::score(&flights, args.threads)?;
     eprintln!("registration");
     let found = registration::found(&flights::scenario("crossing")?, seeds.clone(), args.threads)?;
-    let apart = Apart { found, speed: speed::measure(FIRST_SEED)? };
+    eprintln!("latencies");
+    let lags = lags::measure(seeds.clone(), args.threads)?;
+    let apart = Apart { found, lags, speed: speed::measure(FIRST_SEED)? };
     let before = String::from_utf8(std::fs::read(&args.out).unwrap_or_default())?;
     let (scores, apart, city_seeds) = (scored.as_slice(), &apart, args.city_seeds);
     let report = Report { scores, apart, seeds, city_seeds, before: &before };

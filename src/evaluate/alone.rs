@@ -6,7 +6,7 @@ use super::place::Place;
 use super::types::{Flags, OutputPoint, PointSource};
 use crate::areas::Masks;
 use crate::capture::{ReadError, Reception};
-use crate::config::{Config, Profile};
+use crate::config::{Config, PictureKind, Profile};
 use crate::normalise::Normaliser;
 use crate::picture::PictureMaker;
 use crate::pipeline::{Event, Output, Pipeline};
@@ -34,11 +34,28 @@ pub fn output(
     config: &Config,
     masks: Masks,
 ) -> Result<Vec<OutputPoint>, ReadError> {
+    output_at(PictureKind::Lagged, receptions, config, masks)
+}
+
+/// The same of one of the pictures, as `replay --at` writes them.
+///
+/// # Errors
+/// The capture cannot be read to its end.
+pub fn output_at(
+    picture: PictureKind,
+    receptions: impl Iterator<Item = Result<Reception, ReadError>>,
+    config: &Config,
+    masks: Masks,
+) -> Result<Vec<OutputPoint>, ReadError> {
     let mut pipeline = Pipeline::new(config, masks);
     let maker = PictureMaker::new(config, pipeline.normaliser());
     let mut points = Vec::new();
-    let mut publish = |emission| {
-        let picture = maker.picture(emission);
+    let mut publish = |emission: Emission| {
+        let picture = match picture {
+            PictureKind::Lagged => Some(maker.picture(emission)),
+            PictureKind::Now => emission.now.map(|now| maker.now(now)),
+        };
+        let Some(picture) = picture else { return };
         let tracks = picture.within(config.output.max_accuracy_m);
         points.extend(tracks.map(|track| OutputPoint::of_track(track, &maker)));
     };
@@ -64,6 +81,7 @@ impl InputsAlone {
     ) -> Result<Self, ReadError> {
         let mut config = config.clone();
         config.fusion.profile = Profile::Reference;
+        config.fusion.latency_slots = config.fusion.latency_slots.max(1);
         let mut pipeline = Pipeline::new(&config, masks).without_plots();
         let maker = PictureMaker::new(&config, pipeline.normaliser());
         let (mut plots, mut fixes, mut emissions) = (Vec::new(), Vec::new(), Vec::<Emission>::new());

@@ -18,7 +18,7 @@ mod score;
 mod truth;
 mod types;
 
-pub use alone::{InputsAlone, output, reports};
+pub use alone::{InputsAlone, output, output_at, reports};
 pub use integrity::{
     Alert, Attack, AttackKind, Clean, Detection, FalseFlag, Flight, Integrity, Jamming, Shown, Uncooperative,
     integrity,
