@@ -207,7 +207,14 @@ fn document(args: &Args) -> Result<(), Failure> {
     let found = registration::found(&flights::scenario("crossing")?, seeds.clone(), args.threads)?;
     eprintln!("latencies");
     let lags = lags::measure(seeds.clone(), args.threads)?;
-    let apart = Apart { found, lags, speed: speed::measure(FIRST_SEED)? };
+    let order = integrity::Order {
+        seeds: seeds.clone(),
+        names: &[],
+        recordings: recordings.as_deref(),
+        threads: args.threads,
+    };
+    let integrity = integrity::measure(&order)?;
+    let apart = Apart { found, lags, integrity, speed: speed::measure(FIRST_SEED)? };
     let before = String::from_utf8(std::fs::read(&args.out).unwrap_or_default())?;
     let (scores, apart, city_seeds) = (scored.as_slice(), &apart, args.city_seeds);
     let report = Report { scores, apart, seeds, city_seeds, before: &before };

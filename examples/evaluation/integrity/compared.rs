@@ -23,8 +23,9 @@ pub struct Compared {
     is_equal: bool,
     /// Sum and number of the errors of those equipped drones that nobody attacks: with `flag`, with `off`.
     others: [(f64, f64); 2],
-    /// Errors of the first radar's bearing at the end, degrees: with the attack, without any.
-    bearing_deg: Option<[f64; 2]>,
+    /// Errors of the first radar's bearing at the end, degrees: with the attack and another drone jammed, with that one alone,
+    /// with neither.
+    bearing_deg: Option<[f64; 3]>,
 }
 
 /// Flies each drift.
@@ -38,15 +39,19 @@ fn of(flight: &Flight) -> Result<Compared, Failure> {
     let off = Integrity { action: Action::Off, ..flag };
     let bare = Integrity { accuracy: false, show_twin: false, protect: false, ..flag };
     let [flag, off, bare] = [flag, off, bare].map(|integrity| replayed(&simulation, integrity));
-    let mut honest = flight.scenario.clone();
-    (honest.drones.spoofed, honest.drones.jammed) = (0, 0);
-    let honest = replayed(&simulate(&honest, flight.seed, None)?, Integrity::default());
+    let honest = |jammed: u32| -> Result<Replayed, Failure> {
+        let mut scenario = flight.scenario.clone();
+        (scenario.drones.spoofed, scenario.drones.jammed) = (0, jammed);
+        Ok(replayed(&simulate(&scenario, flight.seed, None)?, Integrity::default()))
+    };
+    let (jammed, honest) = (honest(flight.scenario.drones.jammed)?, honest(0)?);
     let truth_deg = flight.scenario.radars.first().map_or(0.0, |radar| radar.bias_azimuth_deg);
     let error_deg = |replayed: &Replayed| Some((replayed.bearing_deg? - truth_deg).abs());
+    let bearing_deg = || Some([error_deg(&flag)?, error_deg(&jammed)?, error_deg(&honest)?]);
     Ok(Compared {
         is_equal: unflagged(&bare.points) == unflagged(&off.points),
         others: [others(&simulation, &flag.points), others(&simulation, &off.points)],
-        bearing_deg: error_deg(&flag).zip(error_deg(&honest)).map(|(attacked, honest)| [attacked, honest]),
+        bearing_deg: bearing_deg(),
     })
 }
 
@@ -82,11 +87,10 @@ pub fn asked(compared: &[Compared]) -> Vec<Asked> {
         .map(|flight| flight.others.map(|(sum, count)| sum / count))
         .map(|[flag, off]| (flag, off))
         .collect();
-    let bearings: Vec<(f64, f64)> = compared
-        .iter()
-        .filter_map(|flight| flight.bearing_deg)
-        .map(|[attacked, honest]| (attacked, honest))
-        .collect();
+    let bearings = |over: fn([f64; 3]) -> f64| {
+        let errors_deg = compared.iter().filter_map(|flight| flight.bearing_deg);
+        ratio(&errors_deg.map(|errors_deg| (errors_deg[0], over(errors_deg))).collect::<Vec<_>>())
+    };
     vec![
         row(
             "`flag` without its three helpers: flights whose points are those of `off`, percent",
@@ -96,9 +100,14 @@ pub fn asked(compared: &[Compared]) -> Vec<Asked> {
         row("`flag` / `off`: error of equipped drones that are not attacked", ratio(&errors))
             .decimals(4)
             .required(AtMost(1.01)),
-        row("azimuth registration error: `spoof` / nothing attacked", ratio(&bearings))
+        row("azimuth registration error: `spoof` / nothing attacked", bearings(|[_, _, honest]| honest))
             .decimals(2)
             .required(AtMost(1.15))
             .ambition(AtMost(1.05)),
+        row(
+            "azimuth registration error: `spoof` / its other drone jammed alone",
+            bearings(|[_, jammed, _]| jammed),
+        )
+        .decimals(2),
     ]
 }

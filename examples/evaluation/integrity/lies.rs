@@ -128,3 +128,86 @@ impl Heard {
         Some(Reception { received: Some(self.received), payload, ..self.reception.clone() })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use asterix::DataSource;
+    use asterix::cat129::Altitude;
+    use utm_fusion::capture::ReceptionKind;
+
+    const NOON_S: f64 = 43_200.0;
+
+    /// A report every 2 s, 10 m further east each; heard half a second later.
+    fn honest() -> Vec<Reception> {
+        let report = |step: u32| {
+            let second = f64::from(step) * 2.0;
+            let record = cat129::Record {
+                data_source: Some(DataSource { sac: 0, sic: 0 }),
+                serial_number: Some(*b"ALPHA       "),
+                registration_country: Some(*b"GB"),
+                time_of_day: TimeOfDay::from_seconds(NOON_S + second),
+                position: Position::new(52.0, 1e-4 * f64::from(step)),
+                altitude_amsl: Altitude::from_metres(50.0),
+                ..cat129::Record::default()
+            };
+            let mut payload = Vec::new();
+            encode_block(&[record], &mut payload).unwrap();
+            Reception {
+                received: Some(at(second + 0.5)),
+                input: 0,
+                from: None,
+                kind: ReceptionKind::Datagram,
+                origin: 0,
+                payload,
+            }
+        };
+        (0..100).map(report).collect()
+    }
+
+    fn at(second: f64) -> Time {
+        Time::from_nanos(((NOON_S + second) * 1e9) as i64)
+    }
+
+    /// When each is received, how far north, metres, and its longitude in steps of the honest one; from 120 s on.
+    fn sent(kind: AttackKind) -> (Vec<(f64, f64, f64)>, Vec<f64>) {
+        let lied = lied(honest(), b"ALPHA", kind, at(120.0));
+        let seconds = |time: Time| time.seconds_since(at(0.0));
+        let report = |reception: &Reception| {
+            let heard = heard(reception, b"ALPHA").unwrap();
+            let position = heard.record.position.unwrap();
+            let north_m = (position.latitude_deg() - 52.0) * METRES_A_DEGREE;
+            (seconds(heard.received), north_m.round(), (position.longitude_deg() * 1e4).round())
+        };
+        let sent: Vec<_> = lied.receptions.iter().map(report).collect();
+        assert!(sent.is_sorted_by(|a, b| a.0 <= b.0));
+        assert_eq!(
+            sent.iter().take(60).map(|sent| sent.2).collect::<Vec<_>>(),
+            (0..60).map(f64::from).collect::<Vec<_>>()
+        );
+        (sent[60..].to_vec(), lied.foreign.into_iter().map(seconds).collect())
+    }
+
+    #[test]
+    fn each_attack_is_what_it_is_called() {
+        let (drift, _) = sent(AttackKind::Drift);
+        assert_eq!(
+            [drift[0], drift[15], drift[30]],
+            [(120.5, 1.0, 60.0), (150.5, 51.0, 75.0), (180.5, 100.0, 90.0)]
+        );
+        let (jump, foreign) = sent(AttackKind::Jump);
+        assert!(jump.iter().all(|report| report.1 == 100.0) && foreign.is_empty());
+        let (frozen, _) = sent(AttackKind::Frozen);
+        assert!(frozen.iter().all(|report| (report.1, report.2) == (0.0, 59.0)) && frozen.len() == 40);
+        let (duplicate, foreign) = sent(AttackKind::Duplicate);
+        assert_eq!(duplicate[..3], [(120.5, 0.0, 60.0), (121.5, 500.0, 60.0), (122.5, 0.0, 61.0)]);
+        assert_eq!((foreign.len(), foreign[0]), (40, 121.0), "by its stamp");
+        let (replay, foreign) = sent(AttackKind::Replay);
+        // What was received from 60.5 to 118.5 s, 60 s later and again.
+        assert_eq!(
+            [replay[0], replay[29], replay[30]],
+            [(120.5, 0.0, 30.0), (178.5, 0.0, 59.0), (180.5, 0.0, 30.0)]
+        );
+        assert_eq!((replay.len(), foreign[0]), (60, 120.0));
+    }
+}

@@ -196,7 +196,7 @@ fn uncooperative(outcomes: &[Outcome]) -> Vec<Asked> {
         )
         .decimals(2)
         .required(AtMost(1.0))
-        .ambition(AtMost(1.0 / 3.0)),
+        .ambition(AtMost(0.33)),
     ]
 }
 
