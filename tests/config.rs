@@ -255,7 +255,7 @@ fn integrity() {
         ("protect = 1", ":25: integrity.protect = 1: expected true or false"),
         (
             "alert_limit = 60",
-            ":25: integrity.alert_limit = 60: this key is unknown; did you mean alert_limit_m?",
+            ":25: integrity.alert_limit: this key is unknown; did you mean alert_limit_m?",
         ),
     ] {
         let errors = with(lines).unwrap_err().to_string();
