@@ -134,7 +134,7 @@ fn the_table_of_keys_the_page_and_the_example_have_the_same_keys() {
 fn the_trial_site_is_valid() {
     let config = load("deenethorpe.toml");
     // The paper's site, with the paper's method.
-    assert_eq!(config.fusion, Fusion { profile: Profile::Reference, ..Fusion::default() });
+    assert_eq!(config.fusion, Fusion { profile: Profile::Reference, now: false, ..Fusion::default() });
     let (sensor, radar) = config.radars().next().unwrap();
     assert_eq!((sensor.sac, sensor.sic, sensor.period_s), (25, 200, Some(0.25)));
     assert_eq!((radar.height_amsl_m, radar.assumed_height_amsl_m), (105.0, 150.0));

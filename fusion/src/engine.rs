@@ -12,6 +12,7 @@ use crate::integrity::{Assessment, HeldWord, Trust, Word};
 use crate::numbering::{Given, Keeping, Numbers};
 use crate::operational::{
     self, Correlation, HeldCorrelation, NotCorrelated, Operational, ResumedCorrelation, SavedCorrelation,
+    Yield,
 };
 use crate::point::Emission;
 use crate::reference::Reference;
@@ -108,7 +109,7 @@ impl Engine {
             return Due { engine: self, last: None, restart: None };
         };
         if received - clock.received > self.settings.window() {
-            return Due { last: self.newest, restart: Some(received), engine: self };
+            return Due { last: self.last(), restart: Some(received), engine: self };
         }
         clock.received = clock.received.max(received);
         self.until(received)
@@ -122,7 +123,7 @@ impl Engine {
         match self.clock {
             None => Due { engine: self, last: None, restart: None },
             Some(clock) if now - clock.now > window => {
-                Due { last: self.newest, restart: Some(now), engine: self }
+                Due { last: self.last(), restart: Some(now), engine: self }
             }
             Some(_) => self.until(now),
         }
@@ -138,7 +139,7 @@ impl Engine {
 
     /// The end of the input: yields every slot up to the last that holds a report.
     pub fn finish(&mut self) -> Due<'_> {
-        Due { last: self.newest, engine: self, restart: None }
+        Due { last: self.last(), engine: self, restart: None }
     }
 
     /// Looks at a report: where it is in time, [`Offer::take`] takes it in. An offer that is dropped changes nothing.
@@ -359,35 +360,35 @@ impl Engine {
         }
     }
 
+    /// The last slot that is worth a picture: at its deadline the newest report is no older than one is at the usual latency.
+    fn last(&self) -> Option<Slot> {
+        Some(self.newest?.plus(self.settings.lasting_slots()))
+    }
+
     /// Emits the next slot.
     fn emit(&mut self) -> Option<Emission> {
         let clock = self.clock.as_mut()?;
         let slot = clock.next;
         clock.next = slot.plus(1);
-        let window = self.window(slot);
+        let (window, last) = (self.window(slot), self.last());
         let Self { settings, rules, numbers, plan, .. } = self;
         numbers.turn(slot);
         if let Rules::Operational(operational, profile) = rules {
             plan.carry_out(slot, settings.window_slots, operational, profile);
             plan.resume((slot, settings.grid.centre(slot)), operational, profile);
         }
-        let (points, concerns) = match rules {
-            Rules::Reference(reference) => (reference.emit(&window, numbers), Vec::new()),
+        let Yield { points, concerns, newcomers, now } = match rules {
+            Rules::Reference(reference) => reference.emit(&window, numbers).into(),
             // Behind the last report of all nobody is extrapolated: a replay ends there, too.
-            Rules::Operational(operational, profile) if self.newest.is_none_or(|newest| slot > newest) => {
-                operational.pass(settings.grid.centre(slot), profile);
-                (Vec::new(), Vec::new())
+            Rules::Operational(operational, profile) if last.is_none_or(|last| slot > last) => {
+                operational.skip(slot, settings.grid, profile)
             }
             Rules::Operational(operational, profile) => {
                 operational.emit(slot, settings.grid, profile, numbers)
             }
         };
-        let newcomers = match rules {
-            Rules::Reference(_) => Vec::new(),
-            Rules::Operational(operational, _) => operational.take_newcomers(),
-        };
         let numbers = numbers.take_changes();
-        Some(Emission { slot, time: settings.grid.centre(slot), points, numbers, newcomers, concerns })
+        Some(Emission { slot, time: settings.grid.centre(slot), points, numbers, newcomers, concerns, now })
     }
 }
 

@@ -286,7 +286,7 @@ pub enum Concern {
 pub struct IntegrityRules {
     /// What is done about a transponder that lies.
     pub action: Action,
-    /// The index above which an identity is suspect (14).
+    /// The index above which an identity is suspect (8.5).
     pub on: f64,
     /// The index below which it is no longer (2).
     pub off: f64,
@@ -304,7 +304,7 @@ impl Default for IntegrityRules {
     fn default() -> Self {
         Self {
             action: Action::Flag,
-            on: std::env::var("ON").ok().and_then(|v| v.parse().ok()).unwrap_or(14.0), // DBG
+            on: 8.5,
             off: 2.0,
             alert_limit_m: 60.0,
             accuracy: true,

@@ -17,7 +17,7 @@ use super::{
     tracks, uss,
 };
 
-const FILTER: [Parameter; 10] = [
+const FILTER: [Parameter; 11] = [
     Parameter::new(
         "bbox",
         "string",
@@ -53,10 +53,15 @@ const FILTER: [Parameter; 10] = [
         "string",
         "competitors: who else could be each part of a track; default: left out",
     ),
+    Parameter::new(
+        "at",
+        "string",
+        "lagged (default): the slot as it is published; now: where aircraft are predicted to be by then",
+    ),
 ];
 
-const STREAM: [Parameter; 12] = {
-    let [a, b, c, d, e, f, g, h, i, j] = FILTER;
+const STREAM: [Parameter; 13] = {
+    let [a, b, c, d, e, f, g, h, i, j, k] = FILTER;
     let interval = Parameter::new(
         "interval_ms",
         "integer",
@@ -64,7 +69,7 @@ const STREAM: [Parameter; 12] = {
     )
     .within(250.0, 10_000.0);
     let ticket = Parameter::new("ticket", "string", "from POST /api/v1/stream-tickets, for browsers");
-    [a, b, c, d, e, f, g, h, i, j, interval, ticket]
+    [a, b, c, d, e, f, g, h, i, j, k, interval, ticket]
 };
 
 const VIEW: [Parameter; 2] = [

@@ -21,7 +21,7 @@ use super::{CommandResult, Outcome, Usage, progress};
 use crate::app::Failure;
 use crate::areas::Masks;
 use crate::capture::{Capture, Format, Merged, Reception, TrailerRules};
-use crate::config::{Config, Profile};
+use crate::config::{Config, PictureKind, Profile};
 use crate::integrity::Lookout;
 use crate::picture::PictureMaker;
 use crate::pipeline::{Event, Output, Pipeline};
@@ -35,7 +35,12 @@ pub fn run(args: &Args) -> CommandResult {
     let mut config = Config::load(&args.config)?;
     if let Some(name) = &args.profile {
         let profile = name.parse::<Profile>();
-        config.fusion.profile = profile.map_err(|error| Usage(format!("--profile {name}: {error}")))?;
+        let profile = profile.map_err(|error| Usage(format!("--profile {name}: {error}")))?;
+        let fusion = config.fusion.with_profile(profile);
+        config.fusion = fusion.map_err(|error| Usage(format!("--profile {name}: {error}")))?;
+    }
+    if args.at == PictureKind::Now && !config.fusion.now {
+        return Err(Usage("--at now: fusion.now is off, or the profile is reference".to_owned()).into());
     }
     let masks = Masks::load(&config.areas)?;
     if args.serve {

@@ -15,7 +15,7 @@ use super::pace::Pace;
 use super::replay::args::Args;
 use super::summary::Summary;
 use crate::app::{Failure, Stop};
-use crate::config::Config;
+use crate::config::{Config, PictureKind};
 use crate::formats::{OutputFormat, PictureWriter};
 use crate::integrity::Lookout;
 use crate::picture::{Picture, PictureMaker};
@@ -44,7 +44,7 @@ pub(super) struct Stage<'a> {
     pace: Pace,
     /// The first reception: what `--start` and `--end` may be relative to.
     first: Option<Time>,
-    /// From the opening of a slot to its emission.
+    /// From the opening of a slot to its emission, of the picture that is written.
     latency: SignedDuration,
     is_over: bool,
     failed: Option<io::Error>,
@@ -70,7 +70,7 @@ impl<'a> Stage<'a> {
             summary: Summary::default(),
             pace: Pace::new(args.speed.unwrap_or(usual)),
             first: None,
-            latency: config.fusion.latency(),
+            latency: config.fusion.latency_of(args.at),
             is_over: false,
             failed: None,
         })
@@ -105,20 +105,31 @@ impl<'a> Stage<'a> {
         }
     }
 
-    pub(super) fn emit(&mut self, emission: Emission) {
+    pub(super) fn emit(&mut self, mut emission: Emission) {
         if self.failed.is_some() || self.is_over {
             return;
         }
-        let mut picture = self.maker.picture(emission);
-        self.lookout.look(&mut picture, &self.maker);
-        let is_wanted = self.is_wanted(&picture);
+        let needs_now = self.args.at == PictureKind::Now || self.broadcast.is_some();
+        let now = emission.now.take().filter(|_| needs_now).map(|now| self.maker.now(now));
+        let mut lagged = self.maker.picture(emission);
+        self.lookout.look(&mut lagged, &self.maker);
+        let is_lagged_wanted = self.is_wanted(&lagged);
         if let Some(alerts) = &mut self.alerts {
-            self.failed = alerts.note(&picture, &self.maker, is_wanted).err();
+            self.failed = alerts.note(&lagged, &self.maker, is_lagged_wanted).err();
         }
-        picture.keep_within(self.config.output.max_accuracy_m);
-        if !is_wanted || self.failed.is_some() {
+        if self.failed.is_some() {
             return;
         }
+        let [lagged, now] = [Some(lagged), now].map(|picture| {
+            let mut picture = picture?;
+            picture.keep_within(self.config.output.max_accuracy_m);
+            Some(picture)
+        });
+        let picture = match self.args.at {
+            PictureKind::Lagged => lagged.as_ref(),
+            PictureKind::Now => now.as_ref(),
+        };
+        let Some(picture) = picture.filter(|picture| self.is_wanted(picture)) else { return };
         if let Some((_, stop)) = &self.broadcast {
             self.is_over = stop.comes_within(self.pace.due_in(picture.time));
             if self.is_over {
@@ -127,13 +138,13 @@ impl<'a> Stage<'a> {
         } else {
             self.pace.wait_for(picture.time);
         }
-        self.summary.count(&picture);
-        if let Some((broadcast, _)) = &mut self.broadcast {
-            broadcast.send(&picture);
+        self.summary.count(picture);
+        if let (Some((broadcast, _)), Some(lagged)) = (&mut self.broadcast, &lagged) {
+            broadcast.send(lagged, now.as_ref());
         }
         if let Some(writer) = &mut self.output {
             self.failed =
-                writer.write(&picture, &self.maker).map_err(|error| unwritten(self.args, &error)).err();
+                writer.write(picture, &self.maker).map_err(|error| unwritten(self.args, &error)).err();
         }
     }
 
@@ -222,5 +233,5 @@ fn open_output(args: &Args, config: &Config) -> Result<Option<Writer>, Failure> 
             File::create(path).map_err(|error| format!("{}: cannot be written: {error}", path.display()))?;
         Box::new(BufWriter::with_capacity(1 << 16, file))
     };
-    Ok(Some(PictureWriter::new(format, out, config)?))
+    Ok(Some(PictureWriter::new(format, out, config, args.at)?))
 }

@@ -41,7 +41,7 @@ pub use fusion::{Fusion, MAX_WINDOW_SLOTS, Motion, Profile};
 pub use http::{Auth, Http, RateLimit, Tiles, TlsFiles};
 pub use integrity::{Action, Integrity};
 pub use names::UnknownName;
-pub use network::{Address, Input, LONGEST_TRAILER, Sink};
+pub use network::{Address, Input, LONGEST_TRAILER, PictureKind, Sink};
 pub use output::{Output, Persistence, Record, SerialSource};
 pub use page::{keys, reference};
 pub use reader::FILL_IN;
@@ -137,6 +137,13 @@ impl Config {
         let areas =
             kinds::checked_tables(top.item("areas"), |area: &Area, section| area.check(section, &ids));
         let output = Output::read(top.section("output"));
+        let has_none = !fusion.now && output.sink(PictureKind::Now).is_some();
+        let sinks = || top.written("output")?.section()?.written("asterix");
+        if has_none && let Some(sinks) = sinks() {
+            sinks.refuse(
+                "there is no picture of now to send; set fusion.now = true, in the operational profile",
+            );
+        }
         let http = Http::read(top.section("http"));
         let state = Persistence::read(top.section("state"));
         top.finish();

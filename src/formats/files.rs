@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::csv::Columns;
 use super::{Cat129Encoder, PcapWriter, UdpFlow, pack};
-use crate::config::{Address, Config, Sink};
+use crate::config::{Address, Config, PictureKind, Sink};
 use crate::picture::{Picture, PictureMaker, PictureTrack, TrackJson};
 use fusion::time::Time;
 
@@ -61,12 +61,12 @@ const DEFAULT_FLOW: UdpFlow =
     UdpFlow { from: Ipv4Addr::LOCALHOST, to: Ipv4Addr::new(239, 192, 129, 2), port: 8130, ttl: 1 };
 
 impl<W: Write> PictureWriter<W> {
-    /// Writes the format's header.
-    pub fn new(format: OutputFormat, mut out: W, config: &Config) -> io::Result<Self> {
+    /// Writes the format's header. `picture`: which ones will be written.
+    pub fn new(format: OutputFormat, mut out: W, config: &Config, picture: PictureKind) -> io::Result<Self> {
         let form = match format {
             OutputFormat::Asterix => Form::Asterix { out, block: Vec::new() },
             OutputFormat::Pcap => {
-                Form::Pcap { out: PcapWriter::new(out)?, flow: flow(config.output.asterix.first()) }
+                Form::Pcap { out: PcapWriter::new(out)?, flow: flow(config.output.sink(picture)) }
             }
             OutputFormat::Ndjson => Form::Ndjson { out, lines: Vec::new() },
             OutputFormat::Geojson => {
@@ -81,7 +81,7 @@ impl<W: Write> PictureWriter<W> {
         };
         let encoder = Cat129Encoder::of(config);
         // A slot is sent this long after its centre.
-        let latency = config.fusion.latency() - config.fusion.slot / 2;
+        let latency = config.fusion.latency_of(picture) - config.fusion.slot / 2;
         Ok(Self { form, encoder, latency })
     }
 

@@ -1,6 +1,7 @@
 //! The pipeline with its clock: arrivals and ticks in, slots out. Sans-IO, so that a test can own the time.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use jiff::SignedDuration;
 
@@ -136,6 +137,7 @@ impl Driver {
                 Output::Emission(mut emission) => {
                     let numbers = std::mem::take(&mut emission.numbers);
                     self.flags.note(&emission.concerns);
+                    let now = emission.now.take().map(|now| Arc::new(self.maker.now(now)));
                     let mut picture = self.maker.picture(emission);
                     self.lookout.look(&mut picture, &self.maker);
                     self.latest = Some(picture.time);
@@ -147,6 +149,7 @@ impl Driver {
                         due,
                         published_at: due,
                         picture,
+                        now,
                     }));
                     self.made.extend(numbers.into_iter().map(Made::Number));
                 }

@@ -333,7 +333,8 @@ impl Engine {
             match made {
                 Made::Slot(frame) => {
                     let max_accuracy_m = self.config.output.max_accuracy_m;
-                    self.ready.push_back(ReadySlot::new(frame, &self.encoder, max_accuracy_m));
+                    let sinks = &self.outlets.sinks;
+                    self.ready.push_back(ReadySlot::new(frame, sinks, &self.encoder, max_accuracy_m));
                 }
                 Made::Number(change) => self.note_number(change),
                 Made::Event(event) if event.is_warning() => {

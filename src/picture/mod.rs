@@ -11,14 +11,14 @@ use crate::integrity::Resolved;
 use crate::normalise::Normaliser;
 use fusion::frames::{Geodetic, TangentPlane};
 use fusion::integrity::Concern;
-use fusion::point::{Basis, Estimate};
+use fusion::point::{Basis, Estimate, NowPicture};
 use fusion::slots::Slot;
 use fusion::time::Time;
 use fusion::{Emission, Enu, Point, SensorIndex, Source};
 
 pub use accuracy::{Class, HORIZONTAL, SPEED, VERTICAL};
 pub use integrity_json::{ReasonName, StateName};
-pub use motion::Motion;
+pub use motion::{Ellipse, Motion};
 pub use rfc3339::Rfc3339;
 pub use track_json::{TrackJson, TransponderId, serial_text, text};
 
@@ -158,9 +158,23 @@ impl PictureMaker {
         }
     }
 
-    /// The picture of an emission.
+    /// The picture of an emission's slot.
     pub fn picture(&self, emission: Emission) -> Picture {
-        let Emission { points, concerns, .. } = emission;
+        self.of(emission.slot, emission.time, emission.points, emission.concerns)
+    }
+
+    /// The picture of its deadline.
+    pub fn now(&self, now: NowPicture) -> Picture {
+        let mut picture = self.of(now.slot, now.time, now.points, Vec::new());
+        for track in &mut picture.tracks {
+            if let Some((motion, estimate)) = track.motion.as_mut().zip(track.point.estimate.as_ref()) {
+                motion.ellipse = Some(Ellipse::of(&estimate.horizontal));
+            }
+        }
+        picture
+    }
+
+    fn of(&self, slot: Slot, time: Time, points: Vec<Point>, concerns: Vec<Concern>) -> Picture {
         // Before the points are taken apart: a link is by number, and readers know ids.
         let disputed: Vec<Vec<String>> = points.iter().map(|point| self.disputed(point, &points)).collect();
         let track = |(point, disputed): (Point, Vec<String>)| {
@@ -169,7 +183,7 @@ impl PictureMaker {
             let known = |estimate: &Estimate| estimate.vertical_m2 < HEIGHT_KNOWN_M * HEIGHT_KNOWN_M;
             let measured = point.source.height_measured() || estimate.is_some_and(known);
             PictureTrack {
-                time: emission.time,
+                time,
                 position,
                 altitude_amsl_m: measured.then_some(position.height_m - self.undulation_m),
                 motion: estimate.map(|estimate| Motion::new(estimate, point.position, position, &self.frame)),
@@ -179,8 +193,8 @@ impl PictureMaker {
             }
         };
         Picture {
-            slot: emission.slot,
-            time: emission.time,
+            slot,
+            time,
             tracks: points.into_iter().zip(disputed).map(track).collect(),
             concerns,
             resolved: Vec::new(),

@@ -60,6 +60,7 @@ fn operational(config: &Config) -> OperationalRules {
     };
     OperationalRules {
         dynamics,
+        now: fusion.now,
         threads: threads(fusion.threads),
         integrity: integrity(&config.integrity),
         ..OperationalRules::default()

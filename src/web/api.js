@@ -27,9 +27,10 @@ export function post(path, parameters = {}, value = null) {
 }
 
 /** An EventSource cannot send a header: with a token, a short-lived ticket goes into its address. */
-async function streamAddress() {
+async function streamAddress(at) {
   const url = address("stream");
   url.searchParams.set("trail_s", TRAIL_S); // trails are there at once
+  if (at !== "lagged") url.searchParams.set("at", at);
   if (sessionStorage.getItem(TOKEN)) url.searchParams.set("ticket", (await post("stream-tickets")).ticket);
   return url;
 }
@@ -78,9 +79,12 @@ const DEAD_AFTER_MS = 10000; // the service sends a heartbeat each second
 
 /** The stream of events. It comes back by itself: the browser's own retry gives up for good on an HTTP error. */
 export class Stream {
-  /** `on` has a function for each event, `opened`, and `failed` with the seconds until the next attempt and the cause. */
-  constructor(on) {
-    this.on = on;
+  /**
+   * Of the picture `at` ("lagged" or "now"). `on` has a function for each event, `opened`, and `failed` with the seconds until
+   * the next attempt and the cause.
+   */
+  constructor(at, on) {
+    [this.at, this.on] = [at, on];
     this.wait = FIRST_WAIT_MS;
     this.source = null;
     this.open();
@@ -90,14 +94,26 @@ export class Stream {
     }, 1000);
   }
 
+  /** Another picture from now on. */
+  show(at) {
+    if (at === this.at) return;
+    this.at = at;
+    this.source?.close();
+    this.source = null;
+    this.open();
+  }
+
   async open() {
     this.heard = performance.now();
+    clearTimeout(this.waiting);
+    const { at } = this;
     let source;
     try {
-      source = new EventSource(await streamAddress());
+      source = new EventSource(await streamAddress(at));
     } catch (error) {
       return this.again(error.message);
     }
+    if (at !== this.at) return source.close(); // another one was asked for meanwhile
     this.source = source;
     source.onopen = () => this.on.opened();
     source.onerror = () => this.again("no connection to the stream");
@@ -122,7 +138,7 @@ export class Stream {
     this.source?.close();
     this.source = null;
     this.on.failed(this.wait / 1000, why);
-    setTimeout(() => this.open(), this.wait * (0.8 + 0.4 * Math.random()));
+    this.waiting = setTimeout(() => this.open(), this.wait * (0.8 + 0.4 * Math.random()));
     this.wait = Math.min(this.wait * 2, LONGEST_WAIT_MS);
   }
 }

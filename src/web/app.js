@@ -28,6 +28,7 @@ read();
 applyTheme();
 const map = new Map2d(byId("canvas"), showCursor);
 const status = new Status();
+let stream = null; // until the page has begun
 const table = new Table(isPictureKnown);
 const detail = new Detail();
 const replay = new Replay(status);
@@ -87,7 +88,8 @@ function takeInfo(info) {
   alerts.site = site ?? "";
   alerts.showTitle();
   byId("site").title = `version ${info.version ?? "?"}, profile ${info.profile}`;
-  if (Number.isFinite(info.latency_s)) status.latency = info.latency_s;
+  if (Number.isFinite(info.latency_s) && !status.isNow) status.latency = info.latency_s;
+  if (info.now !== true && settings.at !== "lagged") change({ at: "lagged" });
   ground.takeTiles(info.tiles);
   setText(byId("attribution"), info.tiles?.attribution ?? "");
   byId("layer-list").querySelector("[name=tiles]").closest("li").hidden = !info.tiles;
@@ -122,7 +124,7 @@ function keepSelection() {
 }
 
 function took(collection) {
-  status.heard(collection);
+  status.took(collection);
   keepSelection();
   frameOnce();
   if (status.isReplay) replay.at(Date.parse(collection.time));
@@ -130,7 +132,7 @@ function took(collection) {
 }
 
 function start() {
-  new Stream({
+  return new Stream(settings.at, {
     // What was missed meanwhile is in no event.
     opened: () => reads.renew("info", "sensors", "alerts", "integrity", "coverage", "areas"),
     failed(wait, why) {
@@ -240,6 +242,11 @@ function listen() {
   });
 }
 
+/** Where every track is by now, or the picture in which late measurements still count. */
+function toggleNow() {
+  if (status.info?.now === true) change({ at: settings.at === "now" ? "lagged" : "now" });
+}
+
 const toggleFollow = () => change({ follow: !settings.follow && settings.selected !== null });
 
 /** On a small screen the clock, the sensors and the tools are behind a button. */
@@ -257,6 +264,7 @@ function escape() {
 
 onChange((patch) => {
   if ("theme" in patch) applyTheme();
+  if ("at" in patch) stream?.show(settings.at);
   if ("selected" in patch) {
     chosen = map.picture?.tracks.get(settings.selected) ?? null;
     detail.refresh();
@@ -286,6 +294,7 @@ new Keyboard([
   [["0"], "Show all tracks", () => map.fit()],
   [["f"], "Follow the selected track", toggleFollow],
   [["/"], "Filter", () => byId("filter-input").focus()],
+  [["n"], "Now: where each is predicted to be", toggleNow],
   [["l"], "Labels", () => toggleLayer("labels")],
   [["r"], "Range rings and bearings", () => toggleLayer("rings")],
   [["v"], "Where each will be in 10 s", () => toggleLayer("vectors")],
@@ -302,4 +311,4 @@ for (const kind of ["error", "unhandledrejection"]) {
 }
 setTimeout(frameOnce, FRAME_MS);
 reads.renew("info", "sensors");
-start();
+stream = start();

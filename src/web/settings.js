@@ -28,6 +28,7 @@ export const settings = {
   theme: "auto",
   layers: defaultLayers(),
   labelBy: "number",
+  at: "lagged", // or "now": which of the service's pictures is shown
 };
 
 const listeners = [];
@@ -69,6 +70,7 @@ function write() {
   if (sort !== "number") hash.set("sort", sort);
   if (settings.theme !== "auto") hash.set("theme", settings.theme);
   if (settings.labelBy !== "number") hash.set("by", settings.labelBy);
+  if (settings.at !== "lagged") hash.set("at", settings.at);
   const layers = Object.keys(LAYERS).filter((name) => settings.layers[name]);
   if (Object.keys(LAYERS).some((name) => settings.layers[name] !== LAYERS[name][1])) hash.set("layers", layers.join(","));
   history.replaceState(null, "", `#${hash.toString().replaceAll("%2C", ",")}`);
@@ -91,6 +93,7 @@ export function read() {
     sort: { column: sort.replace("-", ""), descending: sort.startsWith("-") },
     theme: ["light", "dark"].includes(hash.get("theme")) ? hash.get("theme") : "auto",
     labelBy: hash.get("by") === "serial" ? "serial" : "number",
+    at: hash.get("at") === "now" ? "now" : "lagged",
     layers: hash.has("layers")
       ? Object.fromEntries(Object.keys(LAYERS).map((name) => [name, hash.get("layers").split(",").includes(name)]))
       : defaultLayers(),

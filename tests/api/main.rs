@@ -11,6 +11,7 @@ mod gzip;
 mod history;
 mod integrity;
 mod limits;
+mod now;
 mod operational;
 mod rate;
 mod registration;

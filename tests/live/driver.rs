@@ -28,7 +28,9 @@ use utm_fusion::record::{Recorded, Recorder, RecorderQueue};
 use utm_fusion::simulate::Datagram;
 use utm_fusion::state::{Registrations, correlation_line, registration_text, word_line};
 
-use crate::common::{Scratch, complete_from, datagrams, files, flight, only, replayed, replayed_datagrams};
+use crate::common::{
+    Scratch, complete_from, datagrams, files, flight, only, replayed, replayed_datagrams, replayed_now,
+};
 
 /// Two drones with transponders, one without, and birds.
 pub(crate) const SCENARIO: &str = "name = \"live\"\nduration_s = 60\n[drones]\nmultirotors = 3\nequipped = 2\n\
@@ -89,6 +91,8 @@ pub(crate) struct Flown {
     pub(crate) correlations: usize,
     /// How many words on transponders were said.
     pub(crate) words: usize,
+    /// Datagrams of the pictures of now, each with its deadline.
+    now: Vec<(Time, Vec<u8>)>,
 }
 
 pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder: &RecorderQueue) -> Flown {
@@ -102,8 +106,15 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
     let text = registration_text(&fate.registrations).into();
     assert!(recorder.wait(Recorded::Registered(text)));
     let registrations = Registrations::default();
-    let mut flown =
-        Flown { slots: 0, alarms: 0, radar: Vec::new(), registrations, correlations: 0, words: 0 };
+    let mut flown = Flown {
+        slots: 0,
+        alarms: 0,
+        radar: Vec::new(),
+        registrations,
+        correlations: 0,
+        words: 0,
+        now: Vec::new(),
+    };
     let shown = RefCell::new(Vec::new());
     let mut held = Vec::new();
     let mut hand_out = |driver: &mut Driver| {
@@ -120,6 +131,10 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
                             let is_fused = source.transponder().is_some();
                             flown.radar.push((frame.picture.time, is_fused, part.track.number));
                         }
+                    }
+                    if let Some(now) = &frame.now {
+                        let payloads = pack(now.within(config.output.max_accuracy_m), &encoder);
+                        flown.now.extend(payloads.into_iter().map(|payload| (frame.due, payload)));
                     }
                     for payload in pack(frame.picture.within(config.output.max_accuracy_m), &encoder) {
                         assert!(recorder.wait(Recorded::Output { due: frame.due, payload }));
@@ -281,6 +296,8 @@ fn recorded_equals_replayed(scenario: &str, start: Option<Time>, fate: &Fate) ->
         let output = fs::read(only(&directory, "output-", ".pcap")).unwrap();
         assert!(output.len() > 1000, "{fate:?}: nothing was sent");
         assert!(output == replayed(input), "{fate:?}");
+        assert!(flown.now.len() > 10, "{fate:?}: nothing is shown of now");
+        assert!(flown.now == replayed_now(input), "{fate:?}: of now");
     }
     flown
 }

@@ -10,6 +10,7 @@ mod hostile;
 mod inputs;
 mod integrity;
 mod masks;
+mod now;
 #[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "shared by several tests")]
 mod program;

@@ -13,7 +13,7 @@ use super::cycle::Cycle;
 use super::ids::TrackletId;
 use super::places::Places;
 use super::settings::Settings;
-use super::targets::Targets;
+use super::targets::{Target, Targets};
 use super::tracklets::{Tracklet, Tracklets};
 use super::tuning::{DELAY_BETWEEN_TRANSPONDERS_S, DRONE_SPEED_MAX_M_S};
 use crate::integrity::{
@@ -25,7 +25,7 @@ use crate::slots::Slot;
 use crate::time::Time;
 use choice::Claims;
 use judge::Judge;
-use watch::{SECOND, Watch};
+use watch::{SECOND, TakenFor, Watch};
 
 /// A radar track further away than this is not looked at, metres, beside so many deviations of its slow errors.
 const AROUND_M: f64 = 300.0;
@@ -104,8 +104,15 @@ impl Integrities {
                         continue;
                     }
                     let watch = judge.watches.entry(id).or_insert_with(Watch::new);
-                    let is_pair = tracklet.target() == Some(target.id());
-                    watch.look(tracklet, transponder, (end, cycle.deadline), is_pair, radar, settings);
+                    let taken_for = match tracklet.target() {
+                        Some(own) if own == target.id() => TakenFor::Own,
+                        Some(other) if targets.get(other).and_then(Target::transponder).is_some() => {
+                            TakenFor::Another
+                        }
+                        Some(nobody) => TakenFor::Nobodys(nobody),
+                        None => TakenFor::Nothing,
+                    };
+                    watch.look(tracklet, transponder, (end, cycle.deadline), taken_for, radar, settings);
                 }
                 judge.weigh(transponder.identity, claims, tracklets);
             }
@@ -118,7 +125,9 @@ impl Integrities {
         let since = cycle.centre + SECOND * -5;
         for (&identity, judge) in &self.judges {
             for (&tracklet, watch) in &judge.watches {
-                let Some(judged) = watch.last().filter(|judged| judged.second.look.time >= since) else { continue };
+                let Some(judged) = watch.last().filter(|judged| judged.second.look.time >= since) else {
+                    continue;
+                };
                 claims.note(tracklet, identity, judged);
             }
         }
@@ -133,8 +142,9 @@ impl Integrities {
         assessments.clear();
         for (&identity, &heard) in &*heard {
             let trust = words.get(&identity).map(|held| held.word.trust);
-            let judge =
-                judges.entry(identity).or_insert_with(|| Judge::new(cycle.centre, Delay { mean_s: 0.0, sigma_s: 0.1 }));
+            let judge = judges
+                .entry(identity)
+                .or_insert_with(|| Judge::new(cycle.centre, Delay { mean_s: 0.0, sigma_s: 0.1 }));
             judge.judge(cycle.centre, &reports.finding(identity), trust, &cycle.settings.integrity);
             let mut assessment = judge.assessment(identity, cycle.centre, heard, trust);
             assessment.is_silent = reports.silent_since(identity).is_some();
@@ -155,7 +165,14 @@ impl Integrities {
             .map(|known| {
                 let PointIntegrity { state, reasons, offset_m, .. } = known.integrity;
                 let track = tracks.get(&known.identity).copied();
-                Concern::Integrity { identity: known.identity, track, twin: known.twin, state, reasons, offset_m }
+                Concern::Integrity {
+                    identity: known.identity,
+                    track,
+                    twin: known.twin,
+                    state,
+                    reasons,
+                    offset_m,
+                }
             })
             .collect()
     }
@@ -164,7 +181,9 @@ impl Integrities {
     pub(super) fn say(&mut self, word: Word, since: Slot) {
         match word.trust {
             Trust::Automatic => _ = self.words.remove(&word.identity),
-            Trust::Trusted | Trust::Distrusted => _ = self.words.insert(word.identity, HeldWord { word, since }),
+            Trust::Trusted | Trust::Distrusted => {
+                _ = self.words.insert(word.identity, HeldWord { word, since })
+            }
         }
     }
 

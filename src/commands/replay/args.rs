@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::io;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use jiff::civil::Date;
 use tracing::warn;
@@ -12,6 +13,7 @@ use crate::capture::{Capture, OpenError, TrailerRules};
 use crate::commands::Usage;
 use crate::commands::address::listen_address;
 use crate::commands::moment::{Moment, Speed, day};
+use crate::config::PictureKind;
 use crate::formats::OutputFormat;
 use crate::state::{SavedState, read_beside, read_kept, read_numbers_beside};
 use fusion::numbering::Given;
@@ -37,6 +39,10 @@ pub struct Args {
     /// The output's format, where the extension does not tell.
     #[arg(long, value_enum, value_name = "FORMAT")]
     pub output_format: Option<OutputFormat>,
+    /// Which picture is written and counted: `lagged`, of the slots as they are published, or `now`, where aircraft were
+    /// predicted to be at the time of each publication. --udp sends each destination the one that it is configured for.
+    #[arg(long, value_name = "PICTURE", default_value = "lagged", value_parser = PictureKind::from_str, conflicts_with = "serve")]
+    pub at: PictureKind,
     /// The engine's profile, instead of the configuration's.
     #[arg(long, value_name = "PROFILE")]
     pub profile: Option<String>,

@@ -65,6 +65,7 @@ impl Field {
         for _ in 0..slots {
             self.slot += 1;
             let mut picture = self.maker.picture(Emission {
+                now: None,
                 slot: Slot(self.slot),
                 time: Time::from_nanos(self.slot * SLOT_NS),
                 points: points.to_vec(),

@@ -149,6 +149,7 @@ impl Slots {
             is_unexplained: false,
         };
         let mut picture = self.maker.picture(Emission {
+            now: None,
             slot: fusion::slots::Slot(4 * second),
             time,
             points: vec![point(7), point(8)],

@@ -1,14 +1,14 @@
 //! One identity: what speaks for and against it, and the state that follows.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 
 use super::choice::{Claims, Own};
-use super::watch::{Judged, SECOND, Watches};
+use super::watch::{Judged, SECOND, TakenFor, Watch, Watches};
 use crate::integrity::{
     Assessment, Bank, Delay, Evidence, Finding, IntegrityRules, PointIntegrity, Reason, Reasons, State, Trust,
 };
 use crate::operational::cycle::Cycle;
-use crate::operational::ids::TrackletId;
+use crate::operational::ids::{TargetId, TrackletId};
 use crate::operational::tracklets::Tracklets;
 use crate::operational::transponder::Transponder;
 use crate::report::{Identity, RadarTrackKey};
@@ -17,6 +17,10 @@ use jiff::SignedDuration;
 
 /// Plots come within this after they were made.
 const PLOTS_COME_WITHIN: SignedDuration = SignedDuration::from_secs(1);
+/// How a radar track has flown before it is weighed counts no more than this, natural logarithm.
+const MOTION_MAX: f64 = 6.0;
+/// A radar track so far away is elsewhere, squared deviations.
+const ELSEWHERE_AWAY: f64 = 20.0;
 /// Evidences that are kept.
 const EVIDENCE_MAX: usize = 20;
 /// A suspect's offset is larger than this, metres.
@@ -50,6 +54,8 @@ pub(super) struct Judge {
     /// The last second that was looked at ended then; the last look that was weighed.
     looked: Option<Time>,
     weighed: Option<Time>,
+    /// Aircraft without a transponder that were elsewhere while this one was seen where it says.
+    others: BTreeSet<TargetId>,
 }
 
 /// The radar track that is evidence now.
@@ -74,17 +80,23 @@ impl Judge {
             index: 0.0,
             looked: None,
             weighed: None,
+            others: BTreeSet::new(),
         }
     }
 
     /// The ends of the seconds that can be looked at now: those with the transponder's curve, but no later than the slot.
-    pub(super) fn pending(&mut self, transponder: &Transponder, cycle: &Cycle) -> impl Iterator<Item = Time> + use<> {
+    pub(super) fn pending(
+        &mut self,
+        transponder: &Transponder,
+        cycle: &Cycle,
+    ) -> impl Iterator<Item = Time> + use<> {
         let length = SECOND.as_nanos() as i64;
         let whole = |time: Time| Time::from_nanos(time.nanos().div_euclid(length) * length);
         let received = cycle.deadline + -PLOTS_COME_WITHIN;
         let heard = transponder.last_heard().unwrap_or(cycle.centre).min(received);
         let until = whole(heard.max(cycle.centre));
-        let first = self.looked.map_or(until, |looked| looked + SECOND).max(whole(cycle.centre) + SECOND * -5);
+        let first =
+            self.looked.map_or(until, |looked| looked + SECOND).max(whole(cycle.centre) + SECOND * -5);
         self.looked = self.looked.max(Some(until));
         let count = (until.nanos() - first.nanos()).div_euclid(length) + 1;
         (0..count.max(0)).map(move |index| first + SECOND * index as i32)
@@ -97,6 +109,11 @@ impl Judge {
         let candidates = self.watches.iter().filter_map(|(&id, watch)| {
             let judged = watch.last().filter(|judged| !judged.is_weighed(self.weighed))?;
             let own = claims.own(id, identity, judged, current == Some(id), tracklets)?;
+            let is_other =
+                matches!(judged.taken_for, TakenFor::Nobodys(target) if self.others.contains(&target));
+            if own == Own::Far && is_other {
+                return None;
+            }
             Some(((current == Some(id) && stays, own), judged, id))
         });
         let best = candidates.max_by(|a, b| a.0.cmp(&b.0).then(a.1.motion.total_cmp(&b.1.motion)));
@@ -104,6 +121,18 @@ impl Judge {
             && let Some(tracklet) = tracklets.get(id)
         {
             let judged = *judged;
+            if own != Own::Far && self.index < 0.0 {
+                // Who is elsewhere while it is here is another one.
+                let elsewhere = self.watches.values().filter_map(Watch::last).filter(|other| {
+                    let apart_s = other.second.look.time.seconds_since(judged.second.look.time);
+                    apart_s.abs() < 1.5 && other.away > ELSEWHERE_AWAY
+                });
+                let others = elsewhere.filter_map(|other| match other.taken_for {
+                    TakenFor::Nobodys(target) => Some(target),
+                    _ => None,
+                });
+                self.others.extend(others);
+            }
             self.weighed = Some(judged.second.look.time);
             if !judged.walks_off {
                 self.take(id, tracklet.key, &judged, own);
@@ -117,11 +146,19 @@ impl Judge {
         let same = self.current.filter(|current| current.tracklet == tracklet);
         let current = same.unwrap_or(Current { tracklet, before: self.index });
         self.current = Some(current);
-        self.bank.take(look, own.probability(), judged.other);
+        let odds = (own.probability() / (1.0 - own.probability()))
+            * judged.so_far.clamp(-MOTION_MAX, MOTION_MAX).exp();
+        self.bank.take(look, odds / (1.0 + odds), judged.other);
         self.index = self.bank.index();
         if same.is_none() {
             let is_near = own != Own::Far;
-            self.evidence.push_front(Evidence { track: key, is_near, from: look.time, seconds: 0, gain: 0.0 });
+            self.evidence.push_front(Evidence {
+                track: key,
+                is_near,
+                from: look.time,
+                seconds: 0,
+                gain: 0.0,
+            });
             self.evidence.truncate(EVIDENCE_MAX);
         }
         if let Some(evidence) = self.evidence.front_mut() {
@@ -131,7 +168,13 @@ impl Judge {
     }
 
     /// The state at `time`, by the looks so far and what the reports alone show.
-    pub(super) fn judge(&mut self, time: Time, finding: &Finding, trust: Option<Trust>, rules: &IntegrityRules) {
+    pub(super) fn judge(
+        &mut self,
+        time: Time,
+        finding: &Finding,
+        trust: Option<Trust>,
+        rules: &IntegrityRules,
+    ) {
         let index = self.index;
         let offset_m = self.bank.offset(time).map_or(0.0, |(offset, _)| offset.norm());
         let mut reasons = finding.suspect.or(finding.failed);
@@ -141,9 +184,10 @@ impl Judge {
         if self.bank.late_index().is_some_and(|late| late > rules.on) {
             reasons.insert(Reason::Time);
         }
-        let raising = |evidence: &&Evidence| evidence.seconds >= FAILED_SECONDS && evidence.gain >= FAILED_GAIN;
-        let is_twofold = reasons.contains(Reason::Radar)
-            && self.evidence.iter().filter(raising).count() >= FAILED_TRACKS;
+        let raising =
+            |evidence: &&Evidence| evidence.seconds >= FAILED_SECONDS && evidence.gain >= FAILED_GAIN;
+        let is_twofold =
+            reasons.contains(Reason::Radar) && self.evidence.iter().filter(raising).count() >= FAILED_TRACKS;
         let found = match () {
             () if !finding.failed.is_empty() || is_twofold => State::Failed,
             () if !reasons.is_empty() => State::Suspect,
@@ -159,8 +203,13 @@ impl Judge {
 
     fn unflagged(&self, time: Time, rules: &IntegrityRules) -> State {
         let is_looked_at = self.bank.looked().is_some_and(|last| time.seconds_since(last) < VERIFY_LASTS_S);
-        let is_bounded = || self.bank.protection_level_m(time).is_some_and(|level_m| level_m <= rules.alert_limit_m);
-        if is_looked_at && self.index < rules.off && is_bounded() { State::Verified } else { State::Unverified }
+        let is_bounded =
+            || self.bank.protection_level_m(time).is_some_and(|level_m| level_m <= rules.alert_limit_m);
+        if is_looked_at && self.index < rules.off && is_bounded() {
+            State::Verified
+        } else {
+            State::Unverified
+        }
     }
 
     /// A flag lasts until evidence says that it is over.
@@ -204,7 +253,13 @@ impl Judge {
     }
 
     /// What is known of it.
-    pub(super) fn assessment(&self, identity: Identity, time: Time, heard: Time, trust: Option<Trust>) -> Assessment {
+    pub(super) fn assessment(
+        &self,
+        identity: Identity,
+        time: Time,
+        heard: Time,
+        trust: Option<Trust>,
+    ) -> Assessment {
         let is_flagged = self.state.is_flagged();
         let by_radar = self.reasons.contains(Reason::Radar);
         let offset = self.bank.offset(time).filter(|_| is_flagged && by_radar);

@@ -8,7 +8,7 @@ use nalgebra::Vector2;
 use crate::filter::LineOfSight;
 use crate::frames::Enu;
 use crate::integrity::{Look, Motion, Slow, Step};
-use crate::operational::ids::TrackletId;
+use crate::operational::ids::{TargetId, TrackletId};
 use crate::operational::settings::{Radar, Settings};
 use crate::operational::tracklets::Tracklet;
 use crate::operational::transponder::Transponder;
@@ -16,6 +16,8 @@ use crate::time::Time;
 
 /// The length of a look.
 pub(super) const SECOND: SignedDuration = SignedDuration::from_secs(1);
+/// Turns make the slow error of an azimuth larger, by so much at worst: what is learnt is the mean over all flying.
+const TURNS: f64 = 1.8;
 /// A look is judged by those up to this before and after it, seconds;
 const AROUND_S: i64 = 6;
 /// and by how the offset changes within this, seconds.
@@ -83,7 +85,7 @@ impl Second {
         let plots_m2 = noise_m.map(|sigma_m| sigma_m * sigma_m / count);
         let slow = Slow {
             range_m: errors.bias_range_m,
-            azimuth: errors.bias_azimuth * std::env::var("AZ").ok().and_then(|v| v.parse::<f64>().ok()).unwrap_or(1.5), // DBG
+            azimuth: errors.bias_azimuth * TURNS,
             lasts_s: errors.correlation_s,
         };
         let misaligned = |with: f64, without: f64| (with * with - without * without).max(0.0).sqrt();
@@ -143,17 +145,32 @@ pub(super) struct Watch {
     last: Option<Judged>,
 }
 
+/// What the association takes a radar track for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum TakenFor {
+    /// The transponder's aircraft.
+    Own,
+    /// That of another transponder.
+    Another,
+    /// An aircraft without a transponder.
+    Nobodys(TargetId),
+    /// None yet.
+    Nothing,
+}
+
 /// What is made of a look.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Judged {
     pub(super) second: Second,
-    /// Whether the association takes them for one.
-    pub(super) is_pair: bool,
+    /// What the association takes the radar track for.
+    pub(super) taken_for: TakenFor,
     /// Log-likelihood of the look if it is another aircraft.
     pub(super) other: f64,
+    /// How much likelier it flies as the aircraft itself than as another one: by the looks up to this one;
+    pub(super) so_far: f64,
     /// How far the medians are from the transponder; below [`NEAR_MAX`] it is near.
     pub(super) away: f64,
-    /// How much likelier it flies as the aircraft itself than as another one.
+    /// and by those ahead, too.
     pub(super) motion: f64,
     /// Whether it was near for so long that it stays the aircraft's own.
     pub(super) is_loyal: bool,
@@ -162,6 +179,11 @@ pub(super) struct Judged {
 }
 
 impl Judged {
+    /// Whether the association takes them for one.
+    pub(super) fn is_pair(&self) -> bool {
+        self.taken_for == TakenFor::Own
+    }
+
     /// Whether looks up to that one were weighed.
     pub(super) fn is_weighed(&self, until: Option<Time>) -> bool {
         until.is_some_and(|until| self.second.look.time <= until)
@@ -184,10 +206,10 @@ impl Watch {
         tracklet: &Tracklet,
         transponder: &Transponder,
         (end, known): (Time, Time),
-        is_pair: bool,
+        taken_for: TakenFor,
         radar: &Radar,
         settings: &Settings,
-    ){
+    ) {
         let of = |end| Second::of(tracklet, transponder, end, radar, settings);
         let Some(now) = of(end) else { return };
         let other = take(&mut self.motion, self.past.back(), &now);
@@ -196,6 +218,7 @@ impl Watch {
         while self.past.front().is_some_and(|first| !around(first)) {
             self.past.pop_front();
         }
+        let so_far = self.motion.llr();
         let mut motion = self.motion;
         let mut seconds: Vec<Second> = self.past.iter().copied().collect();
         for ahead in (1..=AROUND_S).map(|ahead| end + SECOND * ahead as i32) {
@@ -211,8 +234,9 @@ impl Watch {
         self.near += u32::from(is_near);
         self.last = Some(Judged {
             second: now,
-            is_pair,
+            taken_for,
             other,
+            so_far,
             away,
             motion: motion.llr(),
             is_loyal: self.near >= LOYAL_LOOKS && motion.llr() > OTHER_LLR,
