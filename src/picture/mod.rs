@@ -122,8 +122,11 @@ impl PictureTrack {
     }
 
     /// The radius that holds 95 % of its horizontal errors, metres, where no sensor measured it in its slot: never in the
-    /// `reference` profile.
+    /// `reference` profile. Nor of a transponder that is believed no more: that its place is in dispute has to be seen.
     pub fn unmeasured_accuracy_m(&self) -> Option<f64> {
+        if self.point.estimate.is_some_and(|estimate| estimate.lie_m2 > 0.0) {
+            return None;
+        }
         self.motion.filter(|motion| motion.basis != Basis::Measured).map(|motion| motion.accuracy_h_m)
     }
 

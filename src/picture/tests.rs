@@ -17,6 +17,7 @@ fn track(estimate: Option<(Basis, f64)>) -> PictureTrack {
         horizontal: Matrix2::identity() * sigma_m * sigma_m,
         vertical_m2: 100.0,
         velocity_covariance: Matrix2::identity(),
+        lie_m2: 0.0,
         basis,
         last_measurement: None,
     });

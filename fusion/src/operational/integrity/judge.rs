@@ -21,6 +21,9 @@ const PLOTS_COME_WITHIN: SignedDuration = SignedDuration::from_secs(1);
 const MOTION_MAX: f64 = 6.0;
 /// A radar track so far away is elsewhere, squared deviations.
 const ELSEWHERE_AWAY: f64 = 20.0;
+/// It moves where it is this fast, metres a second, on average over so many seconds.
+const MOVING_M_S: f64 = 3.0;
+const MOVING_WITHIN_S: i32 = 5;
 /// Evidences that are kept.
 const EVIDENCE_MAX: usize = 20;
 /// A suspect's offset is larger than this, metres.
@@ -54,6 +57,8 @@ pub(super) struct Judge {
     /// The last second that was looked at ended then; the last look that was weighed.
     looked: Option<Time>,
     weighed: Option<Time>,
+    /// Number of the aircraft that a radar sees where its transponder is not.
+    twin_number: Option<u32>,
     /// Aircraft without a transponder that were elsewhere while this one was seen where it says.
     others: BTreeSet<TargetId>,
 }
@@ -80,6 +85,7 @@ impl Judge {
             index: 0.0,
             looked: None,
             weighed: None,
+            twin_number: None,
             others: BTreeSet::new(),
         }
     }
@@ -244,12 +250,38 @@ impl Judge {
             (self.state, self.since) = (state, time);
         }
         if !state.is_flagged() {
-            self.quiet = None;
+            (self.quiet, self.twin_number) = (None, None);
         }
     }
 
     pub(super) fn state(&self) -> State {
         self.state
+    }
+
+    /// Whether a radar that sees it sees it move.
+    pub(super) fn is_seen_moving(&self, tracklets: &Tracklets, time: Time) -> bool {
+        let seen = self.current.and_then(|current| tracklets.get(current.tracklet));
+        let Some(tracklet) = seen.filter(|tracklet| tracklet.last() >= time) else { return false };
+        let before = time + SECOND * -MOVING_WITHIN_S;
+        let (Some(now), Some(then)) = (tracklet.nearest(time), tracklet.nearest(before)) else {
+            return false;
+        };
+        let passed_s = now.time.seconds_since(then.time);
+        passed_s > 1.0 && (now.position.0 - then.position.0).xy().norm() > MOVING_M_S * passed_s
+    }
+
+    /// The radar track that sees the aircraft where its transponder is not, and by how much likelier that is by the way it
+    /// flies; while it is flagged by radar.
+    pub(super) fn twin(&self) -> Option<(TrackletId, f64)> {
+        let is_off = self.state.is_flagged() && self.reasons.contains(Reason::Radar) && self.bank.is_own();
+        let current = self.current.filter(|_| is_off)?;
+        let judged = self.watches.get(&current.tracklet)?.last()?;
+        Some((current.tracklet, judged.motion))
+    }
+
+    /// Number of the aircraft that a radar sees where its transponder is not.
+    pub(super) fn set_twin_number(&mut self, number: u32) {
+        self.twin_number = Some(number);
     }
 
     /// What is known of it.
@@ -261,8 +293,8 @@ impl Judge {
         trust: Option<Trust>,
     ) -> Assessment {
         let is_flagged = self.state.is_flagged();
+        let offset = self.bank.offset(time).filter(|_| is_flagged && self.index > 0.0);
         let by_radar = self.reasons.contains(Reason::Radar);
-        let offset = self.bank.offset(time).filter(|_| is_flagged && by_radar);
         Assessment {
             identity,
             number: None,
@@ -270,7 +302,7 @@ impl Judge {
                 state: self.state,
                 index: self.index,
                 protection_level_m: self.bank.protection_level_m(time),
-                offset_m: offset.map(|(offset, _)| offset.norm()),
+                offset_m: offset.filter(|_| by_radar).map(|(offset, _)| offset.norm()),
                 reasons: if is_flagged { self.reasons } else { Reasons::default() },
             },
             since: self.since,
@@ -278,7 +310,7 @@ impl Judge {
             heard,
             is_silent: false,
             trust,
-            twin: None,
+            twin: self.twin_number.filter(|_| is_flagged),
             evidence: self.evidence.iter().copied().collect(),
         }
     }
