@@ -6,6 +6,8 @@
 //! systems* (IEEE Trans. Automatic Control 21, 1976).
 
 mod row;
+#[cfg(test)]
+mod tests;
 
 use nalgebra::{Matrix2, Vector2};
 

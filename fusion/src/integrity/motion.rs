@@ -144,3 +144,66 @@ impl Model {
         -0.5 * (residual * residual / variance).min(25.0) - 0.5 * (TAU * variance).ln()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A track of 15 s against a transponder that flies so: range of both, metres.
+    fn motion(radar_m: impl Fn(f64) -> f64, transponder_m: impl Fn(f64) -> f64) -> f64 {
+        let mut motion = Motion::default();
+        for second in 0..15 {
+            let second = f64::from(second);
+            let (flown_m, curve_m) = (radar_m(second), transponder_m(second));
+            let step = Step {
+                offset_m: flown_m - curve_m,
+                flown_m,
+                plots_m2: 1.0,
+                curve_m2: 1.0,
+                slow_m: 4.0,
+                lasts_s: 20.0,
+            };
+            motion.take([step, Step { offset_m: 0.0, flown_m: 0.0, slow_m: 30.0, ..step }], 1.0);
+        }
+        motion.llr()
+    }
+
+    /// Out, and back again.
+    fn turns(second: f64) -> f64 {
+        12.0 * (7.0 - (second - 7.0).abs())
+    }
+
+    #[test]
+    fn who_turns_alike_elsewhere_flies_alike() {
+        assert!(motion(|second| 80.0 + turns(second), turns) > 3.0);
+    }
+
+    #[test]
+    fn who_flies_on_while_the_other_turns_is_another() {
+        assert!(motion(|second| 80.0 + 12.0 * second, turns) < -6.0);
+    }
+
+    #[test]
+    fn two_that_hover_are_no_evidence_of_each_other() {
+        assert!(motion(|_| 80.0, |_| 0.0) < 1.0);
+    }
+
+    #[test]
+    fn a_place_that_jumps_costs_nothing_where_that_is_known() {
+        let jumps = |known: bool| {
+            let mut motion = Motion::default();
+            for second in 0..16 {
+                let offset_m = if second < 8 { 0.0 } else { 100.0 };
+                let flown_m = turns(f64::from(second));
+                let step =
+                    Step { offset_m, flown_m, plots_m2: 1.0, curve_m2: 1.0, slow_m: 4.0, lasts_s: 20.0 };
+                match known && second == 8 {
+                    true => motion.take_elsewhere([step; 2], 1.0),
+                    false => motion.take([step; 2], 1.0),
+                };
+            }
+            motion.llr()
+        };
+        assert!(jumps(true) > jumps(false) + 3.0, "{} {}", jumps(true), jumps(false));
+    }
+}

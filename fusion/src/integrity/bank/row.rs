@@ -266,7 +266,7 @@ impl Row {
     }
 
     /// Takes one axis of a look in; the logarithm of its likelihood.
-    fn observe(&mut self, look: &Look, axis: usize) -> f64 {
+    pub(super) fn observe(&mut self, look: &Look, axis: usize) -> f64 {
         let sight = sight(look, axis);
         let spread = self.covariance * sight;
         let variance = sight.dot(&spread) + look.white_m2[axis];
