@@ -333,7 +333,6 @@ fn flight(scratch: &Scratch) {
     let flown =
         ran(utm_fusion("simulate").arg(scenario).args(["--seed", "2", "--out"]).arg(scratch.path("flight")));
     assert_eq!(flown.code, 0, "{}", flown.stderr);
-    let of = |name: &str| scratch.path("flight").join(name);
     replay(scratch, "out.csv");
 }
 

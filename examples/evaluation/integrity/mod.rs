@@ -13,6 +13,8 @@ use std::fmt::Write as _;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
+use fusion::integrity::Reason;
+
 use crate::asked::Asked;
 use crate::flights::Failure;
 pub use flights::NAMES;
@@ -85,7 +87,7 @@ pub fn each(measured: &Measured) -> String {
             );
         }
         for flag in &integrity.clean.flags {
-            let said: Vec<&str> = flag.reasons.iter().map(|reason| reason.name()).collect();
+            let said: Vec<&str> = flag.reasons.iter().map(Reason::name).collect();
             let _ = writeln!(
                 text,
                 "FALSE in {name} seed {seed}: number {} from {} for {:.1} s ({})",

@@ -3,6 +3,7 @@
 use std::fmt::{self, Write as _};
 use std::path::{Path, PathBuf};
 
+use fusion::integrity::Reason;
 use serde::Serialize;
 use tracing::warn;
 
@@ -88,7 +89,7 @@ pub(super) fn text(scored: &Scored) -> Result<String, fmt::Error> {
     write!(text, "{}", figures(score))?;
     let mut flags = Table::new("rllrl", &["clean transponder", "flagged from", "until", "s", "reasons"]);
     for FalseFlag { number, from, until, reasons } in &score.clean.flags {
-        let reasons: Vec<&str> = reasons.iter().map(|reason| reason.name()).collect();
+        let reasons: Vec<&str> = reasons.iter().map(Reason::name).collect();
         flags.row(vec![
             number.to_string(),
             from.to_string(),
