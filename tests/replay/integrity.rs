@@ -11,13 +11,17 @@ use crate::common::{Scratch, ran, utm_fusion};
 /// A flight of two drones, and an operator who distrusts one of them from the beginning.
 const SCENARIO: &str = "name = \"distrust\"\nduration_s = 40\n[drones]\nmultirotors = 2\nequipped = 2\n";
 
+fn text(path: &Path) -> String {
+    String::from_utf8(fs::read(path).unwrap()).unwrap()
+}
+
 /// The serial number of the drone that is not trusted.
 fn distrust(scratch: &Scratch) -> String {
     let scenario = scratch.path("distrust.toml");
     fs::write(&scenario, SCENARIO).unwrap();
     let flown = ran(utm_fusion("simulate").arg(scenario).arg("--out").arg(scratch.path("flight")));
     assert_eq!(flown.code, 0, "{}", flown.stderr);
-    let labels = fs::read_to_string(scratch.path("flight/labels.csv")).unwrap();
+    let labels = text(&scratch.path("flight/labels.csv"));
     let report = labels.lines().find(|line| line.contains(",drone-it,")).unwrap();
     // The simulator's serial numbers count from 1.
     let serial = format!("{:0>12}", report.split(',').nth(2).unwrap());
@@ -39,8 +43,7 @@ fn replayed(scratch: &Scratch, extension: &str, change: &[&str]) -> (String, Str
     }
     let ran = ran(&mut replay);
     assert_eq!(ran.code, 0, "{}", ran.stderr);
-    let read = |path: &Path| fs::read_to_string(path).unwrap();
-    (read(&out), read(&alerts), ran.text().to_owned())
+    (text(&out), text(&alerts), ran.text().to_owned())
 }
 
 #[test]
@@ -104,4 +107,32 @@ fn alerts_go_into_a_file_of_their_own() {
     assert!(usage(&["--alerts", capture.to_str().unwrap()]).contains("is also an input"));
     assert!(usage(&["--alerts", "x.ndjson", "-o", "x.ndjson"]).contains("the same file"));
     assert!(usage(&["--alerts", "x.ndjson", "--udp", "--loop"]).contains("grow without end"));
+}
+
+/// Of two drones one has no transponder; the other's is heard in a square of some ten kilometres around the radar.
+#[test]
+fn a_drone_without_a_transponder_is_uncooperative_where_one_would_be_heard() {
+    let scratch = Scratch::new();
+    let scenario = "name = \"alone\"\nduration_s = 90\n[drones]\nmultirotors = 2\nequipped = 1\n";
+    let scenario = scratch.file("alone.toml", scenario);
+    let flown = ran(utm_fusion("simulate").arg(scenario).arg("--out").arg(scratch.path("flight")));
+    assert_eq!(flown.code, 0, "{}", flown.stderr);
+    scratch.file("kept.numbers.json", "{\"version\":1,\"numbers\":[]}\n");
+    let (_, alerts, _) = replayed(&scratch, "ndjson", &[]);
+    assert!(!alerts.contains("uncooperative"), "nowhere without an area: {alerts}");
+
+    let corners = "[-0.62,52.46],[-0.54,52.46],[-0.54,52.56],[-0.62,52.56],[-0.62,52.46]";
+    let polygon = format!("{{\"type\":\"Polygon\",\"coordinates\":[[{corners}]]}}");
+    scratch.file("flight/heard.geojson", polygon);
+    let site = scratch.path("flight/site.toml");
+    let area = "\n[[areas]]\nkind = \"coverage\"\nfile = \"heard.geojson\"\nsensor = \"drone-it\"\n";
+    fs::write(&site, text(&site) + area).unwrap();
+    let (tracks, alerts, summary) = replayed(&scratch, "ndjson", &[]);
+    assert!(summary.contains("tracks without a transponder (uncooperative)"), "{summary}");
+    let marked = |line: &&str| line.contains("\"uncooperative\":true");
+    assert!(tracks.lines().any(|line| marked(&line)));
+    assert!(tracks.lines().filter(marked).all(|line| !line.contains("uas_id")));
+    let alert: Value = serde_json::from_str(alerts.lines().next().unwrap()).unwrap();
+    assert_eq!((&alert["kind"], &alert["severity"]), (&"uncooperative".into(), &"warning".into()));
+    assert!(alert["text"].as_str().unwrap().contains("without a transponder"), "{alert}");
 }
