@@ -82,11 +82,13 @@ fn who_is_not_to_be_trusted_is_flagged_in_every_format_and_in_the_alerts() {
 fn where_nothing_is_judged_nothing_is_said() {
     let scratch = Scratch::new();
     distrust(&scratch);
-    for change in [["UTM_FUSION__INTEGRITY__ACTION", "off"], ["UTM_FUSION__FUSION__PROFILE", "reference"]] {
-        let (text, alerts, summary) = replayed(&scratch, "ndjson", &change);
+    let off = ["UTM_FUSION__INTEGRITY__ACTION", "off"];
+    let reference = ["UTM_FUSION__FUSION__PROFILE", "reference", "UTM_FUSION__FUSION__NOW", "false"];
+    for change in [&off[..], &reference[..]] {
+        let (text, alerts, summary) = replayed(&scratch, "ndjson", change);
         assert!(!text.is_empty() && !text.contains("integrity") && !text.contains("uncooperative"));
         assert!(alerts.is_empty() && !summary.contains("flagged"), "{alerts}{summary}");
-        let (table, ..) = replayed(&scratch, "csv", &change);
+        let (table, ..) = replayed(&scratch, "csv", change);
         assert!(table.lines().next().unwrap().ends_with(",alt_msl,flags"), "{table}");
     }
 }
