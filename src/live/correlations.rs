@@ -46,8 +46,8 @@ impl Correlations {
     }
 
     /// Publishes the decisions in force; whether they have changed.
-    pub fn tell(&self, held: Vec<HeldCorrelation>) -> bool {
-        self.0.tell(|known| *known != held, || held.clone())
+    pub fn tell(&self, held: &[HeldCorrelation]) -> bool {
+        self.0.tell(|known| *known != held, || held.to_vec())
     }
 }
 

@@ -273,7 +273,7 @@ impl Show {
             }
         }
         if is_new {
-            self.hub.correlations.tell(driver.pipeline().engine().correlations());
+            self.hub.correlations.tell(&driver.pipeline().engine().correlations());
             self.hub.integrity.tell(driver);
         }
         Next::GoOn

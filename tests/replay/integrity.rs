@@ -11,13 +11,17 @@ use crate::common::{Scratch, ran, utm_fusion};
 /// A flight of two drones, and an operator who distrusts one of them from the beginning.
 const SCENARIO: &str = "name = \"distrust\"\nduration_s = 40\n[drones]\nmultirotors = 2\nequipped = 2\n";
 
+fn text(path: &Path) -> String {
+    String::from_utf8(fs::read(path).unwrap()).unwrap()
+}
+
 /// The serial number of the drone that is not trusted.
 fn distrust(scratch: &Scratch) -> String {
     let scenario = scratch.path("distrust.toml");
     fs::write(&scenario, SCENARIO).unwrap();
     let flown = ran(utm_fusion("simulate").arg(scenario).arg("--out").arg(scratch.path("flight")));
     assert_eq!(flown.code, 0, "{}", flown.stderr);
-    let labels = fs::read_to_string(scratch.path("flight/labels.csv")).unwrap();
+    let labels = text(&scratch.path("flight/labels.csv"));
     let report = labels.lines().find(|line| line.contains(",drone-it,")).unwrap();
     // The simulator's serial numbers count from 1.
     let serial = format!("{:0>12}", report.split(',').nth(2).unwrap());
@@ -39,8 +43,7 @@ fn replayed(scratch: &Scratch, extension: &str, change: &[&str]) -> (String, Str
     }
     let ran = ran(&mut replay);
     assert_eq!(ran.code, 0, "{}", ran.stderr);
-    let read = |path: &Path| fs::read_to_string(path).unwrap();
-    (read(&out), read(&alerts), ran.text().to_owned())
+    (text(&out), text(&alerts), ran.text().to_owned())
 }
 
 #[test]
@@ -79,11 +82,13 @@ fn who_is_not_to_be_trusted_is_flagged_in_every_format_and_in_the_alerts() {
 fn where_nothing_is_judged_nothing_is_said() {
     let scratch = Scratch::new();
     distrust(&scratch);
-    for change in [["UTM_FUSION__INTEGRITY__ACTION", "off"], ["UTM_FUSION__FUSION__PROFILE", "reference"]] {
-        let (text, alerts, summary) = replayed(&scratch, "ndjson", &change);
+    let off = ["UTM_FUSION__INTEGRITY__ACTION", "off"];
+    let reference = ["UTM_FUSION__FUSION__PROFILE", "reference", "UTM_FUSION__FUSION__NOW", "false"];
+    for change in [&off[..], &reference[..]] {
+        let (text, alerts, summary) = replayed(&scratch, "ndjson", change);
         assert!(!text.is_empty() && !text.contains("integrity") && !text.contains("uncooperative"));
         assert!(alerts.is_empty() && !summary.contains("flagged"), "{alerts}{summary}");
-        let (table, ..) = replayed(&scratch, "csv", &change);
+        let (table, ..) = replayed(&scratch, "csv", change);
         assert!(table.lines().next().unwrap().ends_with(",alt_msl,flags"), "{table}");
     }
 }
@@ -104,4 +109,33 @@ fn alerts_go_into_a_file_of_their_own() {
     assert!(usage(&["--alerts", capture.to_str().unwrap()]).contains("is also an input"));
     assert!(usage(&["--alerts", "x.ndjson", "-o", "x.ndjson"]).contains("the same file"));
     assert!(usage(&["--alerts", "x.ndjson", "--udp", "--loop"]).contains("grow without end"));
+}
+
+/// Of five drones four have no transponder; that of the fifth is heard in a square of some ten kilometres around the radar.
+#[test]
+fn a_drone_without_a_transponder_is_uncooperative_where_one_would_be_heard() {
+    let scratch = Scratch::new();
+    let scenario = "name = \"alone\"\nduration_s = 120\n[drones]\nmultirotors = 5\nequipped = 1\n";
+    let scenario = scratch.file("alone.toml", scenario);
+    let flown = ran(utm_fusion("simulate").arg(scenario).arg("--out").arg(scratch.path("flight")));
+    assert_eq!(flown.code, 0, "{}", flown.stderr);
+    scratch.file("kept.numbers.json", "{\"version\":1,\"numbers\":[]}\n");
+    let (_, alerts, _) = replayed(&scratch, "ndjson", &[]);
+    assert!(!alerts.contains("uncooperative"), "nowhere without an area: {alerts}");
+
+    let corners = "[-0.62,52.46],[-0.54,52.46],[-0.54,52.56],[-0.62,52.56],[-0.62,52.46]";
+    let polygon = format!("{{\"type\":\"Polygon\",\"coordinates\":[[{corners}]]}}");
+    scratch.file("flight/heard.geojson", polygon);
+    let site = scratch.path("flight/site.toml");
+    let area = "\n[[areas]]\nkind = \"coverage\"\nfile = \"heard.geojson\"\nsensor = \"drone-it\"\n";
+    fs::write(&site, text(&site) + area).unwrap();
+    let (tracks, alerts, summary) = replayed(&scratch, "ndjson", &[]);
+    assert!(summary.contains("tracks without a transponder (uncooperative)"), "{summary}");
+    let marked = |line: &&str| line.contains("\"uncooperative\":true");
+    assert!(tracks.lines().any(|line| marked(&line)));
+    assert!(tracks.lines().filter(marked).all(|line| !line.contains("uas_id")));
+    let raised = alerts.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+    let alert = raised.into_iter().find(|alert| alert["kind"] == "uncooperative").unwrap();
+    assert_eq!(alert["severity"], "warning");
+    assert!(alert["text"].as_str().unwrap().contains("without a transponder"), "{alert}");
 }

@@ -136,7 +136,7 @@ fn it_is_resolved_when_an_identity_joins_it() {
     for joined in [7, 70_000] {
         let mut field = Field::new();
         field.pass(60, &[drone(7, 0.0, 0.0)]);
-        let radar = drone(7, 0.0, 0.0).source.radar().cloned().unwrap();
+        let radar = drone(7, 0.0, 0.0).source.radar().copied().unwrap();
         let pair = fusion::point::Association {
             distance_m: 0.0,
             because: fusion::point::Because::Likelihood { score: 9.0 },

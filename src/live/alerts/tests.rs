@@ -141,7 +141,7 @@ impl Slots {
             number,
             position: Enu::new(100.0, 200.0, 50.0),
             first_seen: Time::default(),
-            source: Source::Radar(part.clone()),
+            source: Source::Radar(part),
             estimate: None,
             competitors: Vec::new(),
             integrity: None,

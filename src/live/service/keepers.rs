@@ -71,7 +71,7 @@ impl Engine {
         let held = InForce::of(self.driver.pipeline().engine());
         if held != self.held {
             self.unrecorded.push_back(Recorded::Correlations(held.lines(&self.config).into()));
-            self.outlets.hub.correlations.tell(held.correlations.clone());
+            self.outlets.hub.correlations.tell(&held.correlations);
             self.held = held;
         }
         self.outlets.hub.integrity.tell(&self.driver);
