@@ -1,8 +1,6 @@
 //! Does a radar track fly as a transponder does, wherever it is? Its plots, less the transponder's curve, are a constant offset
 //! that changes slowly if it is the same aircraft; if it is another one they move by themselves or hover.
 
-
-
 use std::f64::consts::TAU;
 
 /// How fast the offset of the same aircraft may change, metres a second, and how much that changes, m²/s³.
@@ -98,11 +96,7 @@ impl Model {
         let slow = step.slow_m * step.slow_m;
         Self {
             mean: [seen_m, 0.0, 0.0],
-            covariance: [
-                [white_m2 + slow, 0.0, -slow],
-                [0.0, rate_m_s * rate_m_s, 0.0],
-                [-slow, 0.0, slow],
-            ],
+            covariance: [[white_m2 + slow, 0.0, -slow], [0.0, rate_m_s * rate_m_s, 0.0], [-slow, 0.0, slow]],
         }
     }
 
@@ -133,4 +127,3 @@ impl Model {
         -0.5 * (residual * residual / variance).min(25.0) - 0.5 * (TAU * variance).ln()
     }
 }
-

@@ -118,7 +118,9 @@ impl Integrities {
         let since = cycle.centre + SECOND * -5;
         for (&identity, judge) in &self.judges {
             for (&tracklet, watch) in &judge.watches {
-                let Some(judged) = watch.last().filter(|judged| judged.second.look.time >= since) else { continue };
+                let Some(judged) = watch.last().filter(|judged| judged.second.look.time >= since) else {
+                    continue;
+                };
                 claims.note(tracklet, identity, judged);
             }
         }
@@ -133,8 +135,9 @@ impl Integrities {
         assessments.clear();
         for (&identity, &heard) in &*heard {
             let trust = words.get(&identity).map(|held| held.word.trust);
-            let judge =
-                judges.entry(identity).or_insert_with(|| Judge::new(cycle.centre, Delay { mean_s: 0.0, sigma_s: 0.1 }));
+            let judge = judges
+                .entry(identity)
+                .or_insert_with(|| Judge::new(cycle.centre, Delay { mean_s: 0.0, sigma_s: 0.1 }));
             judge.judge(cycle.centre, &reports.finding(identity), trust, &cycle.settings.integrity);
             let mut assessment = judge.assessment(identity, cycle.centre, heard, trust);
             assessment.is_silent = reports.silent_since(identity).is_some();
@@ -155,7 +158,14 @@ impl Integrities {
             .map(|known| {
                 let PointIntegrity { state, reasons, offset_m, .. } = known.integrity;
                 let track = tracks.get(&known.identity).copied();
-                Concern::Integrity { identity: known.identity, track, twin: known.twin, state, reasons, offset_m }
+                Concern::Integrity {
+                    identity: known.identity,
+                    track,
+                    twin: known.twin,
+                    state,
+                    reasons,
+                    offset_m,
+                }
             })
             .collect()
     }
@@ -164,7 +174,9 @@ impl Integrities {
     pub(super) fn say(&mut self, word: Word, since: Slot) {
         match word.trust {
             Trust::Automatic => _ = self.words.remove(&word.identity),
-            Trust::Trusted | Trust::Distrusted => _ = self.words.insert(word.identity, HeldWord { word, since }),
+            Trust::Trusted | Trust::Distrusted => {
+                _ = self.words.insert(word.identity, HeldWord { word, since })
+            }
         }
     }
 

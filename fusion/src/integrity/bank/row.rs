@@ -55,7 +55,6 @@ impl Kind {
             Self::Late => [0.0, 0.0, 1.5],
         }
     }
-
 }
 
 #[derive(Clone, Debug)]

@@ -127,7 +127,8 @@ impl Motion {
     /// By how much its velocity may be wrong, m/s, where that on the other side of the gap is `other`: what a mean over a longer
     /// time hides, both differ by.
     fn unsure_m_s(&self, other: &Self) -> f64 {
-        let hidden_m_s = if self.acceleration.is_none() { (self.velocity - other.velocity).norm() } else { 0.0 };
+        let hidden_m_s =
+            if self.acceleration.is_none() { (self.velocity - other.velocity).norm() } else { 0.0 };
         self.unsure_m_s + hidden_m_s
     }
 }

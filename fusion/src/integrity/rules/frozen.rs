@@ -1,6 +1,5 @@
 //! `frozen`: the same place to the octet again and again, after places that differed.
 
-
 use super::history::{Heard, History};
 use crate::time::Time;
 

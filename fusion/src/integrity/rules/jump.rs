@@ -13,7 +13,7 @@ const BREAK_GAP_MAX_S: f64 = 30.0;
 /// A miss that reflections make at a poor receiver, metres: they shift it by 5 to 15.
 const RECEIVER_M: f64 = 20.0;
 /// Noise in standard deviations.
-const NOISE_SIGMAS: f64 = 5.0;
+const NOISE_SIGMAS: f64 = 7.0;
 /// What turns faster than this on one side of the gap, m/s², is no aircraft: more than one report lies.
 const MOTION_MAX_M_S2: f64 = 12.0;
 /// A miss of this share may be a change of places with another one near by.
@@ -120,10 +120,10 @@ impl Default for Noise {
 }
 
 impl Noise {
-    const GAPS: usize = 32;
-    /// As if so many gaps had missed by so much, metres, before the first: a receiver of 1 to 2 m.
+    const GAPS: usize = 64;
+    /// As if so many gaps had missed by so much, metres, before the first: a poor receiver, until a few gaps show a better one.
     const ASSUMED_GAPS: usize = 8;
-    const ASSUMED_M: f32 = 2.0;
+    const ASSUMED_M: f32 = 10.0;
     /// Lower quartile of Rayleigh's distribution, in standard deviations of an axis: sqrt(2 ln(4/3)).
     const QUARTILE: f64 = 0.7585;
 

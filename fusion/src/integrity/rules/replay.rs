@@ -68,7 +68,8 @@ impl Replay {
             if lag <= lag_min || seen.time < oldest {
                 continue;
             }
-            let matches = |chain: &Chain| chain.source == seen.stream && (chain.lag - lag).abs() <= LAG_SPREAD;
+            let matches =
+                |chain: &Chain| chain.source == seen.stream && (chain.lag - lag).abs() <= LAG_SPREAD;
             match self.chains.iter().position(matches) {
                 Some(at) => {
                     is_known = true;

@@ -18,7 +18,11 @@ fn longer_of(least_s: f64, periods: f64, period_s: Option<f64>) -> SignedDuratio
     SignedDuration::from_millis((longer_s * 1e3) as i64)
 }
 
-fn is_past(silent: SignedDuration, (least_s, periods): (f64, f64), period_s: impl Fn() -> Option<f64>) -> bool {
+fn is_past(
+    silent: SignedDuration,
+    (least_s, periods): (f64, f64),
+    period_s: impl Fn() -> Option<f64>,
+) -> bool {
     silent > longer_of(least_s, periods, None) && silent > longer_of(least_s, periods, period_s())
 }
 

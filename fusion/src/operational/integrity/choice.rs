@@ -65,8 +65,15 @@ impl Claims {
     }
 
     /// Whether a radar track that is nobody's flies as this transponder does, and as no other.
-    fn is_far(&self, tracklet: TrackletId, identity: Identity, judged: &Judged, tracklets: &Tracklets) -> bool {
-        let others = self.flies.get(&tracklet).into_iter().flatten().filter(|other| other.0 != Some(identity));
+    fn is_far(
+        &self,
+        tracklet: TrackletId,
+        identity: Identity,
+        judged: &Judged,
+        tracklets: &Tracklets,
+    ) -> bool {
+        let others =
+            self.flies.get(&tracklet).into_iter().flatten().filter(|other| other.0 != Some(identity));
         let other = others.map(|other| other.1).fold(f64::NEG_INFINITY, f64::max);
         let is_drone = tracklets.get(tracklet).is_some_and(|tracklet| {
             let (seconds, mean) = tracklet.existence().class();

@@ -78,13 +78,18 @@ impl Judge {
     }
 
     /// The ends of the seconds that can be looked at now: those with the transponder's curve, but no later than the slot.
-    pub(super) fn pending(&mut self, transponder: &Transponder, cycle: &Cycle) -> impl Iterator<Item = Time> + use<> {
+    pub(super) fn pending(
+        &mut self,
+        transponder: &Transponder,
+        cycle: &Cycle,
+    ) -> impl Iterator<Item = Time> + use<> {
         let length = SECOND.as_nanos() as i64;
         let whole = |time: Time| Time::from_nanos(time.nanos().div_euclid(length) * length);
         let received = cycle.deadline + -PLOTS_COME_WITHIN;
         let heard = transponder.last_heard().unwrap_or(cycle.centre).min(received);
         let until = whole(heard.max(cycle.centre));
-        let first = self.looked.map_or(until, |looked| looked + SECOND).max(whole(cycle.centre) + SECOND * -5);
+        let first =
+            self.looked.map_or(until, |looked| looked + SECOND).max(whole(cycle.centre) + SECOND * -5);
         self.looked = self.looked.max(Some(until));
         let count = (until.nanos() - first.nanos()).div_euclid(length) + 1;
         (0..count.max(0)).map(move |index| first + SECOND * index as i32)
@@ -121,7 +126,13 @@ impl Judge {
         self.index = self.bank.index();
         if same.is_none() {
             let is_near = own != Own::Far;
-            self.evidence.push_front(Evidence { track: key, is_near, from: look.time, seconds: 0, gain: 0.0 });
+            self.evidence.push_front(Evidence {
+                track: key,
+                is_near,
+                from: look.time,
+                seconds: 0,
+                gain: 0.0,
+            });
             self.evidence.truncate(EVIDENCE_MAX);
         }
         if let Some(evidence) = self.evidence.front_mut() {
@@ -131,7 +142,13 @@ impl Judge {
     }
 
     /// The state at `time`, by the looks so far and what the reports alone show.
-    pub(super) fn judge(&mut self, time: Time, finding: &Finding, trust: Option<Trust>, rules: &IntegrityRules) {
+    pub(super) fn judge(
+        &mut self,
+        time: Time,
+        finding: &Finding,
+        trust: Option<Trust>,
+        rules: &IntegrityRules,
+    ) {
         let index = self.index;
         let offset_m = self.bank.offset(time).map_or(0.0, |(offset, _)| offset.norm());
         let mut reasons = finding.suspect.or(finding.failed);
@@ -141,9 +158,10 @@ impl Judge {
         if self.bank.late_index().is_some_and(|late| late > rules.on) {
             reasons.insert(Reason::Time);
         }
-        let raising = |evidence: &&Evidence| evidence.seconds >= FAILED_SECONDS && evidence.gain >= FAILED_GAIN;
-        let is_twofold = reasons.contains(Reason::Radar)
-            && self.evidence.iter().filter(raising).count() >= FAILED_TRACKS;
+        let raising =
+            |evidence: &&Evidence| evidence.seconds >= FAILED_SECONDS && evidence.gain >= FAILED_GAIN;
+        let is_twofold =
+            reasons.contains(Reason::Radar) && self.evidence.iter().filter(raising).count() >= FAILED_TRACKS;
         let found = match () {
             () if !finding.failed.is_empty() || is_twofold => State::Failed,
             () if !reasons.is_empty() => State::Suspect,
@@ -159,8 +177,13 @@ impl Judge {
 
     fn unflagged(&self, time: Time, rules: &IntegrityRules) -> State {
         let is_looked_at = self.bank.looked().is_some_and(|last| time.seconds_since(last) < VERIFY_LASTS_S);
-        let is_bounded = || self.bank.protection_level_m(time).is_some_and(|level_m| level_m <= rules.alert_limit_m);
-        if is_looked_at && self.index < rules.off && is_bounded() { State::Verified } else { State::Unverified }
+        let is_bounded =
+            || self.bank.protection_level_m(time).is_some_and(|level_m| level_m <= rules.alert_limit_m);
+        if is_looked_at && self.index < rules.off && is_bounded() {
+            State::Verified
+        } else {
+            State::Unverified
+        }
     }
 
     /// A flag lasts until evidence says that it is over.
@@ -204,7 +227,13 @@ impl Judge {
     }
 
     /// What is known of it.
-    pub(super) fn assessment(&self, identity: Identity, time: Time, heard: Time, trust: Option<Trust>) -> Assessment {
+    pub(super) fn assessment(
+        &self,
+        identity: Identity,
+        time: Time,
+        heard: Time,
+        trust: Option<Trust>,
+    ) -> Assessment {
         let is_flagged = self.state.is_flagged();
         let by_radar = self.reasons.contains(Reason::Radar);
         let offset = self.bank.offset(time).filter(|_| is_flagged && by_radar);

@@ -83,7 +83,8 @@ impl Second {
         let plots_m2 = noise_m.map(|sigma_m| sigma_m * sigma_m / count);
         let slow = Slow {
             range_m: errors.bias_range_m,
-            azimuth: errors.bias_azimuth * std::env::var("AZ").ok().and_then(|v| v.parse::<f64>().ok()).unwrap_or(1.5), // DBG
+            azimuth: errors.bias_azimuth
+                * std::env::var("AZ").ok().and_then(|v| v.parse::<f64>().ok()).unwrap_or(1.5), // DBG
             lasts_s: errors.correlation_s,
         };
         let misaligned = |with: f64, without: f64| (with * with - without * without).max(0.0).sqrt();
@@ -187,7 +188,7 @@ impl Watch {
         is_pair: bool,
         radar: &Radar,
         settings: &Settings,
-    ){
+    ) {
         let of = |end| Second::of(tracklet, transponder, end, radar, settings);
         let Some(now) = of(end) else { return };
         let other = take(&mut self.motion, self.past.back(), &now);

@@ -25,7 +25,8 @@ fn it_is_found_where_each_is_heard_by_a_receiver_of_its_own() {
 
 #[test]
 fn one_jump_there_and_back_is_none() {
-    let there_and_back = |seconds: f64| [12.0 * seconds, if (60.0..66.0).contains(&seconds) { 800.0 } else { 300.0 }, 80.0];
+    let there_and_back =
+        |seconds: f64| [12.0 * seconds, if (60.0..66.0).contains(&seconds) { 800.0 } else { 300.0 }, 80.0];
     for period_s in [1.0, 2.0, 3.0] {
         let fired = fired(&flight(1, period_s, (0.0, 120.0), 0.5, there_and_back), &[1]);
         assert_eq!(first(&fired, 1, Reason::Duplicate, true), None);

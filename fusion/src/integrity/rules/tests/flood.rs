@@ -8,7 +8,9 @@ fn a_flood_of_identities_is_bounded_and_drives_no_other_out() {
         rules.take(&[*fix]);
         let seconds = step as f64;
         let invented: Vec<Fix> = (0..4_000)
-            .map(|number| super::fix(10_000 + 4_000 * step as u32 + number, seconds, [f64::from(number), 0.0, 50.0]))
+            .map(|number| {
+                super::fix(10_000 + 4_000 * step as u32 + number, seconds, [f64::from(number), 0.0, 50.0])
+            })
             .collect();
         rules.take(&invented);
         rules.look(at(seconds + 0.5));

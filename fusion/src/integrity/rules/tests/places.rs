@@ -11,7 +11,8 @@ fn it_finds_what_a_list_finds() {
     for step in 0..30_000_u32 {
         let place = [random.random_range(0..4000), 7, random.random_range(0..2)];
         let found: Vec<Seen> = places.seen(place).collect();
-        let listed: Vec<Seen> = list.iter().rev().filter(|(known, _)| *known == place).map(|(_, seen)| *seen).collect();
+        let listed: Vec<Seen> =
+            list.iter().rev().filter(|(known, _)| *known == place).map(|(_, seen)| *seen).collect();
         assert_eq!(found, listed);
         let seen = Seen { stream: step, time: at(f64::from(step)) };
         places.insert(place, seen.stream, seen.time);

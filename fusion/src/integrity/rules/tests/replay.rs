@@ -57,7 +57,8 @@ fn what_comes_again_within_5_s_and_at_other_receivers_is_none() {
     for (lag_s, sensor) in [(4.9, 1), (4.9, 2), (7.0, 2)] {
         let mut reports = flight(1, 1.0, (0.0, 60.0), 0.5, |seconds| [2.0 * seconds, 0.0, 80.0]);
         let second = again(&reports, (0.0, 60.0), lag_s).into_iter();
-        reports.extend(second.map(|(arrives_s, fix)| (arrives_s, Fix { sensor: SensorIndex(sensor), ..fix })));
+        reports
+            .extend(second.map(|(arrives_s, fix)| (arrives_s, Fix { sensor: SensorIndex(sensor), ..fix })));
         assert_eq!(first(&fired(&reports, &[1]), 1, Reason::Replay, true), None, "{lag_s} {sensor}");
     }
 }
@@ -70,7 +71,11 @@ fn hovering_on_a_coarse_grid_is_none() {
             for (_, fix) in &mut reports {
                 fix.position.0 = fix.position.0.map(|axis| (axis / cell_m).round() * cell_m);
             }
-            assert_eq!(first(&fired(&reports, &[number]), number, Reason::Replay, true), None, "{cell_m} {period_s}");
+            assert_eq!(
+                first(&fired(&reports, &[number]), number, Reason::Replay, true),
+                None,
+                "{cell_m} {period_s}"
+            );
         }
     }
 }

@@ -8,10 +8,9 @@ fn westward(seconds: f64) -> [f64; 3] {
 fn swapped((from_s, until_s): (f64, f64), period_s: f64, apart_s: f64) -> Vec<Arrival> {
     let mut reports = flight(1, period_s, (0.0, 200.0), 0.5, eastward);
     reports.extend(flight(2, period_s, (apart_s, 200.0), 0.5, westward));
-    let other = |number| identity(3 - number);
     for (_, fix) in &mut reports {
         if (at(from_s)..at(until_s)).contains(&fix.time) {
-            fix.identity = if fix.identity == identity(1) { other(1) } else { other(2) };
+            fix.identity = identity(if fix.identity == identity(1) { 2 } else { 1 });
         }
     }
     reports
@@ -54,8 +53,11 @@ fn one_that_has_vanished_counts_as_well() {
 #[test]
 fn two_that_jump_at_once_to_other_places_are_none() {
     let off = |seconds: f64| if seconds >= 60.0 { 150.0 } else { 0.0 };
-    let mut reports = flight(1, 2.0, (0.0, 120.0), 0.5, |seconds| [12.0 * seconds, 300.0 + off(seconds), 80.0]);
-    reports.extend(flight(2, 2.0, (1.0, 120.0), 0.5, |seconds| [1200.0 - 9.0 * seconds, 700.0 + off(seconds), 90.0]));
+    let mut reports =
+        flight(1, 2.0, (0.0, 120.0), 0.5, |seconds| [12.0 * seconds, 300.0 + off(seconds), 80.0]);
+    reports.extend(flight(2, 2.0, (1.0, 120.0), 0.5, |seconds| {
+        [1200.0 - 9.0 * seconds, 700.0 + off(seconds), 90.0]
+    }));
     let fired = fired(&reports, &[1, 2]);
     for number in [1, 2] {
         assert_eq!(first(&fired, number, Reason::Swapped, true), None);
@@ -76,8 +78,10 @@ fn one_that_jumps_onto_another_ones_way_is_none_while_that_goes_on() {
 fn two_that_cross_are_none() {
     for period_s in [1.0, 2.0, 4.0] {
         // At one place at second 60, at a right angle.
-        let mut reports = flight(1, period_s, (0.0, 120.0), 0.5, |seconds| [12.0 * (seconds - 60.0), 0.0, 80.0]);
-        reports.extend(flight(2, period_s, (0.7, 120.0), 0.5, |seconds| [0.0, 15.0 * (seconds - 60.0), 80.0]));
+        let mut reports =
+            flight(1, period_s, (0.0, 120.0), 0.5, |seconds| [12.0 * (seconds - 60.0), 0.0, 80.0]);
+        reports
+            .extend(flight(2, period_s, (0.7, 120.0), 0.5, |seconds| [0.0, 15.0 * (seconds - 60.0), 80.0]));
         assert_silent(&reports, &[1, 2]);
     }
 }

@@ -40,9 +40,10 @@ fn velocities_cut_off_to_whole_m_s_and_a_second_old_are_honest() {
     for (period_s, noise_m) in [(0.2, 0.5), (1.0, 0.5), (1.0, 5.0), (3.0, 0.5), (4.0, 2.0)] {
         let reports = stating(flight(1, period_s, (0.0, 300.0), noise_m, circle), states);
         assert_silent(&reports, &[1]);
-        let slow = stating(flight(1, period_s, (0.0, 300.0), noise_m, |seconds| [1.9 * seconds, 0.0, 80.0]), |seconds| {
-            [1.0 + f64::from(seconds as i32 % 40 == 7), 0.0]
-        });
+        let slow = stating(
+            flight(1, period_s, (0.0, 300.0), noise_m, |seconds| [1.9 * seconds, 0.0, 80.0]),
+            |seconds| [1.0 + f64::from(seconds as i32 % 40 == 7), 0.0],
+        );
         assert_silent(&slow, &[1]);
     }
 }
@@ -50,7 +51,8 @@ fn velocities_cut_off_to_whole_m_s_and_a_second_old_are_honest() {
 #[test]
 fn a_jump_is_no_other_velocity() {
     let jumps = |seconds: f64| [12.0 * seconds, if seconds >= 60.0 { 400.0 } else { 300.0 }, 80.0];
-    let reports = stating(flight(1, 1.0, (0.0, 120.0), 0.5, jumps), |seconds| [12.0, 0.1 * (seconds * 0.3).sin()]);
+    let reports =
+        stating(flight(1, 1.0, (0.0, 120.0), 0.5, jumps), |seconds| [12.0, 0.1 * (seconds * 0.3).sin()]);
     assert_eq!(first(&fired(&reports, &[1]), 1, Reason::Velocity, false), None);
 }
 
