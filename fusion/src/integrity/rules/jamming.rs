@@ -20,7 +20,7 @@ const SHARE: f64 = 0.3;
 /// within this time.
 const LATELY: SignedDuration = SignedDuration::from_secs(60);
 /// Probability of as many by chance, at the rate at which single ones have fallen silent here.
-const BY_CHANCE: f64 = 2e-5;
+const BY_CHANCE: f64 = 1e-4;
 /// That rate is as if one had fallen silent in so many identity-seconds before the first, and
 const ASSUMED_S: f64 = 900.0;
 /// is forgotten to 1/e in so many seconds.

@@ -13,7 +13,7 @@ const BREAK_GAP_MAX_S: f64 = 30.0;
 /// A miss that reflections make at a poor receiver, metres: they shift it by 5 to 15.
 const RECEIVER_M: f64 = 20.0;
 /// Noise in standard deviations.
-const NOISE_SIGMAS: f64 = 7.0;
+const NOISE_SIGMAS: f64 = 6.0;
 /// What turns faster than this on one side of the gap, m/s², is no aircraft: more than one report lies.
 const MOTION_MAX_M_S2: f64 = 12.0;
 /// A miss of this share may be a change of places with another one near by.
