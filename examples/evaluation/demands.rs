@@ -3,6 +3,8 @@
 use crate::asked::{Asked, Bound, Measure, against, each, measured};
 use crate::figures::*;
 use crate::flights::{CITY, RECORDINGS, Row, SCENARIOS};
+use crate::integrity;
+use crate::lags;
 use crate::registration;
 use crate::score::Scores;
 use crate::sheet;
@@ -14,6 +16,10 @@ use Bound::{AtLeast, AtMost, Between};
 pub struct Apart {
     /// How well the registration is found.
     pub found: registration::Found,
+    /// What shorter latencies cost.
+    pub lags: Vec<lags::Measured>,
+    /// How well transponders that lie are found.
+    pub integrity: integrity::Measured,
     pub speed: Speed,
 }
 
@@ -37,6 +43,7 @@ pub fn asked(scores: &[Scores], apart: &Apart) -> Vec<Asked> {
     rows.extend(named(scores));
     rows.extend(honest(scores));
     rows.extend(radars(scores));
+    rows.extend(lags::asked(&apart.lags));
     rows.extend(speed(&apart.speed));
     rows
 }
@@ -352,6 +359,12 @@ fn speed(speed: &Speed) -> Vec<Asked> {
         .ambition(AtMost(2.5)),
         Asked::new("the same, pictures not written", measured(not_written, None)).decimals(1),
         Asked::new(
+            "integrity `flag` / `off`, processor time on `dense`, one run, pictures not written",
+            measured(speed.integrity, None),
+        )
+        .required(AtMost(1.10))
+        .ambition(AtMost(1.05)),
+        Asked::new(
             "exponent of processor time over 500 to 4,000 targets at constant density: `reference`",
             measured(of_paper, None),
         )
@@ -387,6 +400,12 @@ fn speed(speed: &Speed) -> Vec<Asked> {
             .now("118")
             .required(AtMost(20.0))
             .ambition(AtMost(5.0)),
+        Asked::new(
+            "`city` live: \"now\" after its deadline, p99.9 beyond a sleeping timer, ms",
+            measured(speed.live[2], None),
+        )
+        .required(AtMost(20.0))
+        .ambition(AtMost(5.0)),
         Asked::new("`city` live: resident memory, MB", measured(speed.live[1], None))
             .now("161 MiB")
             .required(AtMost(150.0))

@@ -6,6 +6,8 @@
 //! cargo run --release --example evaluation -- --quick --seeds 6 --variant two-radars --variant singer
 //! cargo run --release --example evaluation -- --quick --seeds 6 --sheet three
 //! cargo run --release --example evaluation -- --quick --recording 1_4
+//! cargo run --release --example evaluation -- --quick --integrity --seeds 20 --attack drift --attack crossing --each
+//! cargo run --release --example evaluation -- --quick --seeds 6 --lags
 //! ```
 //!
 //! `--quick` writes nothing: it prints a line a scenario of the `operational` profile, of variants of scenarios, of
@@ -20,6 +22,9 @@ mod degrade;
 mod demands;
 mod figures;
 mod flights;
+mod integrity;
+mod lags;
+mod parallel;
 mod quick;
 mod registration;
 mod report;
@@ -38,6 +43,7 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand};
 use utm_fusion::commands::replay;
 
+use crate::asked::Beside;
 use crate::demands::Apart;
 use crate::flights::{CITY, Failure, Flight, RECORDINGS, Row, SCENARIOS};
 use crate::report::Report;
@@ -70,9 +76,21 @@ struct Args {
     /// This real flight as it was recorded, with --quick; repeat for more.
     #[arg(long, requires = "quick", value_name = "NAME", value_parser = RECORDINGS)]
     recording: Vec<String>,
+    /// Only what shorter latencies cost, with --quick.
+    #[arg(long, requires = "quick")]
+    lags: bool,
     /// Only what it costs, with --quick.
     #[arg(long, requires = "quick")]
     speed: bool,
+    /// Only how well transponders that lie are found, with --quick.
+    #[arg(long, requires = "quick")]
+    integrity: bool,
+    /// Of that only this attack, or this scenario without one, with --integrity; repeat for more.
+    #[arg(long, requires = "integrity", value_name = "NAME", value_parser = integrity::NAMES)]
+    attack: Vec<String>,
+    /// A line for each attack and each false flag, with --integrity.
+    #[arg(long, requires = "integrity")]
+    each: bool,
     /// The first seed, with --quick: what was tuned on some is judged on others.
     #[arg(long, requires = "quick", default_value_t = 1)]
     first_seed: u64,
@@ -108,9 +126,33 @@ fn main() -> Result<(), Failure> {
             println!("{:#?}", speed::measure(args.first_seed)?);
             Ok(())
         }
+        Args { integrity: true, .. } => lies(&args),
+        Args { lags: true, .. } => {
+            let seeds = args.first_seed..=args.first_seed + args.seeds.unwrap_or(QUICK_SEEDS) - 1;
+            print!("{}", lags::table(&lags::measure(seeds, args.threads)?));
+            Ok(())
+        }
         Args { quick: true, .. } => quick(&args),
         Args { .. } => document(&args),
     }
+}
+
+/// The table of the transponders that lie.
+fn lies(args: &Args) -> Result<(), Failure> {
+    let seeds = args.first_seed..=args.first_seed + args.seeds.unwrap_or(QUICK_SEEDS) - 1;
+    let recordings = args.recordings();
+    let order = integrity::Order {
+        seeds,
+        names: &args.attack,
+        recordings: recordings.as_deref(),
+        threads: args.threads,
+    };
+    let measured = integrity::measure(&order)?;
+    if args.each {
+        println!("{}", integrity::each(&measured));
+    }
+    print!("{}", asked::table(&integrity::asked(&measured), Beside::Count));
+    Ok(())
 }
 
 fn quick(args: &Args) -> Result<(), Failure> {
@@ -163,7 +205,16 @@ fn document(args: &Args) -> Result<(), Failure> {
     let scored = score::score(&flights, args.threads)?;
     eprintln!("registration");
     let found = registration::found(&flights::scenario("crossing")?, seeds.clone(), args.threads)?;
-    let apart = Apart { found, speed: speed::measure(FIRST_SEED)? };
+    eprintln!("latencies");
+    let lags = lags::measure(seeds.clone(), args.threads)?;
+    let order = integrity::Order {
+        seeds: seeds.clone(),
+        names: &[],
+        recordings: recordings.as_deref(),
+        threads: args.threads,
+    };
+    let integrity = integrity::measure(&order)?;
+    let apart = Apart { found, lags, integrity, speed: speed::measure(FIRST_SEED)? };
     let before = String::from_utf8(std::fs::read(&args.out).unwrap_or_default())?;
     let (scores, apart, city_seeds) = (scored.as_slice(), &apart, args.city_seeds);
     let report = Report { scores, apart, seeds, city_seeds, before: &before };

@@ -14,6 +14,8 @@ pub struct Figures {
     pub measured: Duration,
     /// Of slots, at a member of the output's group.
     pub lateness: Quantiles,
+    /// Of the picture of now, at a member of the group of that.
+    pub now: Quantiles,
     /// Of a thread that only sleeps until each slot is due.
     pub timer: Quantiles,
     /// By each reader.
@@ -96,8 +98,10 @@ impl Figures {
         json!({
             "measured_s": self.measured.as_secs_f64(),
             "lateness_ms": self.lateness.to_json(),
+            "now_ms": self.now.to_json(),
             "timer_ms": self.timer.to_json(),
             "lateness_beyond_timer_p99.9_ms": (self.lateness.values[2] - self.timer.values[2]) * 1e3,
+            "now_beyond_timer_p99.9_ms": (self.now.values[2] - self.timer.values[2]) * 1e3,
             "memory_mib": mib(last.anonymous),
             "resident_mib": mib(last.resident),
             "most_resident_mib": mib(self.most_memory),
@@ -113,6 +117,7 @@ impl Figures {
             }
         };
         must(self.lateness.values[2] <= late_s, "slots were too late");
+        must(self.now.values[2] <= late_s, "pictures of now were too late");
         // Every slot of the time, but for those at its edges.
         must(self.lateness.count as f64 >= 4.0 * self.measured.as_secs_f64() - 2.0, "slots were not sent");
         must(self.counted("utm_fusion_line_kernel_dropped_total") == 0.0, "the kernel dropped datagrams");
@@ -146,9 +151,12 @@ impl fmt::Display for Figures {
         writeln!(f, "measured for                      {} s", self.measured.as_secs())?;
         writeln!(f, "milliseconds                        median      p99    p99.9      max")?;
         writeln!(f, "slot at a member of the group     {}", self.lateness)?;
+        writeln!(f, "picture of now                    {}", self.now)?;
         writeln!(f, "idle timer of the same run        {}", self.timer)?;
         let beyond_ms = (self.lateness.values[2] - self.timer.values[2]) * 1e3;
         writeln!(f, "slot beyond the timer, p99.9      {beyond_ms:8.2}")?;
+        let beyond_ms = (self.now.values[2] - self.timer.values[2]) * 1e3;
+        writeln!(f, "now beyond the timer, p99.9       {beyond_ms:8.2}")?;
         writeln!(f, "published to read, all readers    {}", self.delays())?;
         writeln!(
             f,

@@ -78,7 +78,8 @@ fn main() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
     let measured = Duration::try_from_secs_f64(60.0 * args.minutes.unwrap_or(minutes))?;
     let readers = args.readers.unwrap_or(readers);
     let stage = Stage::set(scenario, SETTLE + measured + Duration::from_secs(30))?;
-    let output = Output::listen(stage.sink())?;
+    let [output, of_now] = stage.sinks().map(Output::listen);
+    let (output, of_now) = (output?, of_now?);
     let address = stage.address();
     let stop = AtomicBool::new(false);
     let polled = AtomicU64::new(0);
@@ -86,6 +87,7 @@ fn main() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
     let figures = thread::scope(|scope| {
         let stop = &stop;
         let listening = scope.spawn(|| output.hear(stop));
+        let listening_to_now = scope.spawn(|| of_now.hear(stop));
         let timer = scope.spawn(|| output::idle_timer(stop));
         let reading: Vec<_> = (0..readers)
             .map(|index| {
@@ -118,6 +120,7 @@ fn main() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
         Ok::<_, Box<dyn Error + Send + Sync>>(Figures {
             measured,
             lateness: Quantiles::of(listening.join().expect("no panic").between(begin, end)),
+            now: Quantiles::of(listening_to_now.join().expect("no panic").between(begin, end)),
             timer: Quantiles::of(timer.join().expect("no panic").between(begin, end)),
             read,
             whole: args.load == Load::Streams,
@@ -141,7 +144,8 @@ fn main() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
 /// The flood.
 fn flooded() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
     let mut stage = Stage::set("crossing", flood::FLIGHT)?;
-    let output = Output::listen(stage.sink())?;
+    let [sink, _] = stage.sinks();
+    let output = Output::listen(sink)?;
     let stop = AtomicBool::new(false);
     let (sent, lateness, most_memory, metrics) = thread::scope(|scope| {
         let listening = scope.spawn(|| output.hear(&stop));

@@ -11,11 +11,12 @@ use asterix::blocks;
 use asterix::cat129::Record;
 use fusion::time::{SECOND, Time};
 use socket2::{Domain, Protocol, Socket, Type};
-use utm_fusion::config::{Address, Sink};
+use utm_fusion::config::{Address, PictureKind, Sink};
 use utm_fusion::live::now;
 
-/// A slot is due this long after its centre: 6.25 s after it opened.
+/// A slot is due this long after its centre: 6.25 s after it opened, and in the picture of now when it opens.
 const AFTER_CENTRE: i64 = 6_125_000_000;
+const NOW_AFTER_CENTRE: i64 = -125_000_000;
 const SLOT: i64 = SECOND / 4;
 const DAY: i64 = 86_400 * SECOND;
 
@@ -37,7 +38,11 @@ impl Lateness {
 }
 
 /// A member of the output's group.
-pub struct Output(UdpSocket);
+pub struct Output {
+    socket: UdpSocket,
+    /// From the centre of a slot until it is due, nanoseconds.
+    after_centre: i64,
+}
 
 impl Output {
     /// Joins.
@@ -51,7 +56,11 @@ impl Output {
         socket.bind(&SocketAddrV4::new(group, sink.port).into())?;
         socket.join_multicast_v4(&group, &Ipv4Addr::LOCALHOST)?;
         socket.set_read_timeout(Some(Duration::from_millis(200)))?;
-        Ok(Self(socket.into()))
+        let after_centre = match sink.picture {
+            PictureKind::Lagged => AFTER_CENTRE,
+            PictureKind::Now => NOW_AFTER_CENTRE,
+        };
+        Ok(Self { socket: socket.into(), after_centre })
     }
 
     /// Until it is to stop.
@@ -59,14 +68,14 @@ impl Output {
         let mut lateness = Lateness::default();
         let mut octets = [0; 2048];
         while !stop.load(Ordering::Relaxed) {
-            let Ok(length) = self.0.recv(&mut octets) else { continue };
+            let Ok(length) = self.socket.recv(&mut octets) else { continue };
             let at = now();
             let first = blocks(&octets[..length]).flatten().find(|block| block.category == 129);
             let time_of_day = first.and_then(|block| {
                 block.records::<Record>().flatten().find_map(|located| located.record.time_of_day)
             });
             if let Some(time_of_day) = time_of_day {
-                let since_midnight = (time_of_day.seconds() * SECOND as f64) as i64 + AFTER_CENTRE;
+                let since_midnight = (time_of_day.seconds() * SECOND as f64) as i64 + self.after_centre;
                 // The day that puts it nearest to now.
                 let late = (at.nanos() - since_midnight + DAY / 2).rem_euclid(DAY) - DAY / 2;
                 lateness.note(Time::from_nanos(at.nanos() - late), at);

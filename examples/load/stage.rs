@@ -8,7 +8,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use utm_fusion::config::{Config, Record, SensorKind, Sink};
+use utm_fusion::config::{Config, PictureKind, Record, SensorKind, Sink};
 
 use crate::readers;
 
@@ -59,6 +59,8 @@ impl Stage {
         config.http.listen = TcpListener::bind("127.0.0.1:0")?.local_addr()?;
         config.state.dir = directory.join("state");
         config.output.status = true;
+        let lagged = config.output.asterix[0];
+        config.output.asterix.push(Sink { port: lagged.port + 1, picture: PictureKind::Now, ..lagged });
         config.output.record = Some(Record { dir: directory.join("recordings"), rotate_mib: 64, keep: 4 });
         fs::write(&site, config.to_string())?;
 
@@ -112,9 +114,9 @@ impl Stage {
         self.config.http.listen
     }
 
-    /// Where the fused picture goes.
-    pub fn sink(&self) -> Sink {
-        self.config.output.asterix[0]
+    /// Where the slots go that are published, and where the picture of each deadline.
+    pub fn sinks(&self) -> [Sink; 2] {
+        [self.config.output.asterix[0], self.config.output.asterix[1]]
     }
 
     /// Latitude and longitude of the first radar, degrees.

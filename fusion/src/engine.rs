@@ -4,12 +4,15 @@
 
 mod learnt;
 
+use std::collections::BTreeMap;
+
 use jiff::SignedDuration;
 
-use crate::integrity::{Assessment, HeldWord, Word};
+use crate::integrity::{Assessment, HeldWord, Trust, Word};
 use crate::numbering::{Given, Keeping, Numbers};
 use crate::operational::{
     self, Correlation, HeldCorrelation, NotCorrelated, Operational, ResumedCorrelation, SavedCorrelation,
+    Yield,
 };
 use crate::point::Emission;
 use crate::reference::Reference;
@@ -106,7 +109,7 @@ impl Engine {
             return Due { engine: self, last: None, restart: None };
         };
         if received - clock.received > self.settings.window() {
-            return Due { last: self.newest, restart: Some(received), engine: self };
+            return Due { last: self.last(), restart: Some(received), engine: self };
         }
         clock.received = clock.received.max(received);
         self.until(received)
@@ -120,7 +123,7 @@ impl Engine {
         match self.clock {
             None => Due { engine: self, last: None, restart: None },
             Some(clock) if now - clock.now > window => {
-                Due { last: self.newest, restart: Some(now), engine: self }
+                Due { last: self.last(), restart: Some(now), engine: self }
             }
             Some(_) => self.until(now),
         }
@@ -136,7 +139,7 @@ impl Engine {
 
     /// The end of the input: yields every slot up to the last that holds a report.
     pub fn finish(&mut self) -> Due<'_> {
-        Due { last: self.newest, engine: self, restart: None }
+        Due { last: self.last(), engine: self, restart: None }
     }
 
     /// Looks at a report: where it is in time, [`Offer::take`] takes it in. An offer that is dropped changes nothing.
@@ -267,6 +270,10 @@ impl Engine {
     pub fn say(&mut self, word: Word) -> bool {
         match (&mut self.rules, self.clock) {
             (Rules::Operational(operational, _), Some(clock)) => {
+                // What was said before a restart may still wait for the first slot.
+                let is_over =
+                    |since: Slot, earlier: Word| earlier.identity == word.identity && since <= clock.next;
+                self.plan.words.retain(|&(since, earlier)| !is_over(since, earlier));
                 operational.say(word, clock.next);
                 true
             }
@@ -281,9 +288,18 @@ impl Engine {
         self.plan.words = words;
     }
 
-    /// The operators' words in force, by identity.
+    /// The operators' words in force, by identity; those of before a restart from the first report on.
     pub fn words(&self) -> Vec<HeldWord> {
-        self.operational().into_iter().flat_map(Operational::words).collect()
+        let (Some(operational), Some(clock)) = (self.operational(), self.clock) else { return Vec::new() };
+        let mut words: BTreeMap<Identity, HeldWord> =
+            operational.words().map(|held| (held.word.identity, held)).collect();
+        for &(since, word) in self.plan.words.iter().take_while(|(since, _)| *since <= clock.next) {
+            match word.trust {
+                Trust::Automatic => words.remove(&word.identity),
+                Trust::Trusted | Trust::Distrusted => words.insert(word.identity, HeldWord { word, since }),
+            };
+        }
+        words.into_values().collect()
     }
 
     /// What is known of each identity heard lately; nothing in the `reference` profile.
@@ -344,35 +360,35 @@ impl Engine {
         }
     }
 
+    /// The last slot that is worth a picture: at its deadline the newest report is no older than one is at the usual latency.
+    fn last(&self) -> Option<Slot> {
+        Some(self.newest?.plus(self.settings.lasting_slots()))
+    }
+
     /// Emits the next slot.
     fn emit(&mut self) -> Option<Emission> {
         let clock = self.clock.as_mut()?;
         let slot = clock.next;
         clock.next = slot.plus(1);
-        let window = self.window(slot);
+        let (window, last) = (self.window(slot), self.last());
         let Self { settings, rules, numbers, plan, .. } = self;
         numbers.turn(slot);
         if let Rules::Operational(operational, profile) = rules {
             plan.carry_out(slot, settings.window_slots, operational, profile);
             plan.resume((slot, settings.grid.centre(slot)), operational, profile);
         }
-        let (points, concerns) = match rules {
-            Rules::Reference(reference) => (reference.emit(&window, numbers), Vec::new()),
+        let Yield { points, concerns, newcomers, now } = match rules {
+            Rules::Reference(reference) => reference.emit(&window, numbers).into(),
             // Behind the last report of all nobody is extrapolated: a replay ends there, too.
-            Rules::Operational(operational, profile) if self.newest.is_none_or(|newest| slot > newest) => {
-                operational.pass(settings.grid.centre(slot), profile);
-                (Vec::new(), Vec::new())
+            Rules::Operational(operational, profile) if last.is_none_or(|last| slot > last) => {
+                operational.skip(slot, settings.grid, profile)
             }
             Rules::Operational(operational, profile) => {
                 operational.emit(slot, settings.grid, profile, numbers)
             }
         };
-        let newcomers = match rules {
-            Rules::Reference(_) => Vec::new(),
-            Rules::Operational(operational, _) => operational.take_newcomers(),
-        };
         let numbers = numbers.take_changes();
-        Some(Emission { slot, time: settings.grid.centre(slot), points, numbers, newcomers, concerns })
+        Some(Emission { slot, time: settings.grid.centre(slot), points, numbers, newcomers, concerns, now })
     }
 }
 

@@ -5,7 +5,7 @@ use nalgebra::{Matrix2, Vector3};
 use crate::frames::Enu;
 use crate::integrity::{Concern, PointIntegrity};
 use crate::numbering::NumberChange;
-use crate::report::{Identity, RadarTrackKey, SensorIndex, UasItems};
+use crate::report::{Identity, Plot, RadarTrackKey, SensorIndex, UasItems};
 use crate::slots::Slot;
 use crate::time::Time;
 
@@ -24,6 +24,19 @@ pub struct Emission {
     pub newcomers: Vec<Newcomers>,
     /// What is wrong with transponders at this slot (`operational` profile).
     pub concerns: Vec<Concern>,
+    /// Where its aircraft are by now (`operational` profile, where that is set).
+    pub now: Option<NowPicture>,
+}
+
+/// Where aircraft are predicted to be in the slot that opens with a deadline, by everything that was received before.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NowPicture {
+    /// The slot.
+    pub slot: Slot,
+    /// Its centre, the time of applicability.
+    pub time: Time,
+    /// In the order of [`Emission::points`], and under the numbers that they were last published with there.
+    pub points: Vec<Point>,
 }
 
 /// One output point.
@@ -60,10 +73,19 @@ pub struct Estimate {
     pub vertical_m2: f64,
     /// Covariance of the velocity over ground, east and north, m²/s².
     pub velocity_covariance: Matrix2<f64>,
+    /// What of the covariance is there only because the transponder is believed no more: mean of the axes, m².
+    pub lie_m2: f64,
     /// What the position rests on.
     pub basis: Basis,
     /// The latest measurement, of whichever sensor, up to the point's time; `None`: it was measured only later.
     pub last_measurement: Option<Time>,
+}
+
+impl Estimate {
+    /// Standard deviation of the position over ground: mean of the axes, metres.
+    pub fn sigma_m(&self) -> f64 {
+        (self.horizontal.trace() / 2.0).max(0.0).sqrt()
+    }
 }
 
 /// What a position rests on.
@@ -114,6 +136,17 @@ pub struct TransponderPart {
     pub time: Option<Time>,
     /// Its identifying items as last received.
     pub items: UasItems,
+}
+
+impl From<&Plot> for RadarPart {
+    fn from(plot: &Plot) -> Self {
+        Self {
+            track: plot.track,
+            time: plot.time,
+            height_measured: plot.height_measured,
+            uav_probability: plot.uav_probability,
+        }
+    }
 }
 
 /// Why a pair was fused.

@@ -8,6 +8,7 @@ use jiff::SignedDuration;
 pub use crate::filter::{Dynamics, Model, Models, RadarErrors, Singer};
 use crate::frames::{Enu, RadarFrame};
 pub use crate::integrity::{Action, IntegrityRules};
+use crate::operational::DECIDED_AFTER;
 use crate::report::SensorIndex;
 use crate::slots::{RING, SlotGrid};
 
@@ -90,6 +91,8 @@ pub struct OperationalRules {
     pub dynamics: Dynamics,
     /// Longest gap between two reports of a transponder across which it is compared with radar tracks (8 s).
     pub max_gap: SignedDuration,
+    /// Whether each deadline also yields the picture of where aircraft are by then (yes).
+    pub now: bool,
     /// Threads that share the work of a slot with much traffic (1). What is published is the same with any number.
     pub threads: NonZeroUsize,
     /// Whether transponders can be trusted.
@@ -150,11 +153,15 @@ pub enum RegistrationMode {
 /// Why an engine cannot work with its [`Settings`].
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SettingsError {
-    /// The latency is not shorter than the window, or not above zero.
-    #[error("a latency of {latency_slots} slots is not between 1 and {window_slots}, the window, less 1")]
+    /// The latency is not shorter than the window, or too short for the profile.
+    #[error(
+        "a latency of {latency_slots} slots is not between {least} and {window_slots}, the window, less 1"
+    )]
     Latency {
         /// [`Settings::latency_slots`].
         latency_slots: i64,
+        /// The shortest latency of the profile.
+        least: i64,
         /// [`Settings::window_slots`].
         window_slots: i64,
     },
@@ -206,6 +213,7 @@ impl Default for OperationalRules {
         Self {
             dynamics: Dynamics::Imm(Models::default()),
             max_gap: SignedDuration::from_secs(8),
+            now: true,
             threads: NonZeroUsize::MIN,
             integrity: IntegrityRules::default(),
         }
@@ -251,8 +259,13 @@ impl Settings {
     /// Whether an engine can work with these.
     pub(crate) fn check(&self) -> Result<(), SettingsError> {
         let Self { latency_slots, window_slots, .. } = *self;
-        if !(1..window_slots).contains(&latency_slots) {
-            return Err(SettingsError::Latency { latency_slots, window_slots });
+        let least = match self.profile {
+            Profile::Operational(_) => 0,
+            // Before, the slot is not over.
+            Profile::Reference(_) => 1,
+        };
+        if !(least..window_slots).contains(&latency_slots) {
+            return Err(SettingsError::Latency { latency_slots, least, window_slots });
         }
         // The ring also holds the slot that is about to leave the window.
         let held = 1 + window_slots + self.waiting_slots();
@@ -284,6 +297,17 @@ impl Settings {
         match self.profile {
             Profile::Operational(_) => self.grid.slot() * 2 / 5,
             Profile::Reference(_) => SignedDuration::ZERO,
+        }
+    }
+
+    /// For so many slots after the one of the last report something is worth showing: none at the usual latency.
+    pub(crate) fn lasting_slots(&self) -> i64 {
+        match self.profile {
+            Profile::Reference(_) => 0,
+            Profile::Operational(_) => {
+                let decided_slots = DECIDED_AFTER.as_nanos() / self.grid.slot().as_nanos();
+                (decided_slots as i64 - self.latency_slots).max(0)
+            }
         }
     }
 

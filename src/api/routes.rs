@@ -13,10 +13,11 @@ pub use super::route::{Parameter, Route};
 use super::shown::{TrackFeature, Tracks};
 use super::tokens::Scope;
 use super::{
-    correlations, history, metrics, openapi, page, raw, readsb, replay, service, sites, stream, tracks, uss,
+    correlations, history, integrity, metrics, openapi, page, raw, readsb, replay, service, sites, stream,
+    tracks, uss,
 };
 
-const FILTER: [Parameter; 10] = [
+const FILTER: [Parameter; 11] = [
     Parameter::new(
         "bbox",
         "string",
@@ -52,10 +53,15 @@ const FILTER: [Parameter; 10] = [
         "string",
         "competitors: who else could be each part of a track; default: left out",
     ),
+    Parameter::new(
+        "at",
+        "string",
+        "lagged (default): the slot as it is published; now: where aircraft are predicted to be by then",
+    ),
 ];
 
-const STREAM: [Parameter; 12] = {
-    let [a, b, c, d, e, f, g, h, i, j] = FILTER;
+const STREAM: [Parameter; 13] = {
+    let [a, b, c, d, e, f, g, h, i, j, k] = FILTER;
     let interval = Parameter::new(
         "interval_ms",
         "integer",
@@ -63,7 +69,7 @@ const STREAM: [Parameter; 12] = {
     )
     .within(250.0, 10_000.0);
     let ticket = Parameter::new("ticket", "string", "from POST /api/v1/stream-tickets, for browsers");
-    [a, b, c, d, e, f, g, h, i, j, interval, ticket]
+    [a, b, c, d, e, f, g, h, i, j, k, interval, ticket]
 };
 
 const VIEW: [Parameter; 2] = [
@@ -120,6 +126,12 @@ const PAIR: [Parameter; 5] = [
     .needed(),
 ];
 
+const WHOSE: [Parameter; 1] = [Parameter::new(
+    "country",
+    "string",
+    "registration country of the transponder, or none, where several have that serial number",
+)];
+
 /// All routes.
 pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
     vec![
@@ -163,6 +175,20 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
         )
         .with(&PAIR)
         .or(&[404, 409, 413, 503]),
+        Route::get(
+            "/api/v1/integrity",
+            "Whether the transponders heard in the last hour can be trusted, and why",
+            Reply::json(integrity::all),
+        ),
+        Route::post(
+            "/api/v1/integrity/{identity}",
+            "What an operator says of a transponder: it overrides the state, not the index",
+            Scope::Control,
+            Reply::later(integrity::say),
+        )
+        .with(&WHOSE)
+        .reads::<integrity::Body>()
+        .or(&[404, 408, 409, 503]),
         Route::post("/api/v1/replay/play", "The replay goes on", Scope::Control, Reply::json(replay::play))
             .or(&[409, 413]),
         Route::post(
@@ -190,7 +216,7 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
         .or(&[409, 413]),
         Route::get(
             "/api/v1/stream",
-            "Server-Sent Events: snapshot, tracks, ended, sensor, alert, heartbeat, resync, closed",
+            "Server-Sent Events: snapshot, tracks, ended, sensor, integrity, alert, heartbeat, resync, closed",
             Reply::octets::<String>("text/event-stream", stream::open),
         )
         .with(&STREAM)

@@ -208,6 +208,8 @@ pub struct Info {
     slot_s: f64,
     /// From the opening of a slot until it is due, seconds.
     latency_s: f64,
+    /// Whether there is a picture at=now as well.
+    now: bool,
     started: Rfc3339,
     #[schemars(extend("enum" = ["live", "replay"]))]
     mode: &'static str,
@@ -267,6 +269,7 @@ pub fn info(ask: &Ask) -> Result<Info, Problem> {
         profile: fusion.profile.name(),
         slot_s: fusion.slot.as_secs_f64(),
         latency_s: fusion.latency().as_secs_f64(),
+        now: fusion.now,
         started: hub.started.into(),
         mode: if replay.is_some() { "replay" } else { "live" },
         auth: if ask.state.needs_token() { "tokens" } else { "none" },

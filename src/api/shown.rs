@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::ops::Range;
-use std::sync::{Arc, PoisonError, RwLock};
+use std::sync::{Arc, OnceLock, PoisonError, RwLock};
 
 use axum::body::Bytes;
 use schemars::JsonSchema;
@@ -13,10 +13,10 @@ use super::geometry::{CollectionType, Feature, Point};
 use super::gzip::Payload;
 use super::piece::Piece;
 use super::trails::Trail;
-use crate::config::Config;
+use crate::config::{Config, PictureKind};
 use crate::json::rounded;
 use crate::live::{Hub, PublishedPicture};
-use crate::picture::{PictureMaker, PictureTrack, Rfc3339, TrackJson};
+use crate::picture::{Picture, PictureMaker, PictureTrack, Rfc3339, TrackJson};
 use fusion::time::Time;
 
 /// A published slot, and its JSON for as long as most readers ask for it.
@@ -24,6 +24,10 @@ use fusion::time::Time;
 pub struct Shown {
     /// As the engine put it out.
     pub frame: Arc<PublishedPicture>,
+    /// The picture that is shown, where it is not the slot's but that of its deadline.
+    predicted: Option<Arc<Picture>>,
+    /// That one as readers get it, once somebody has asked for it.
+    now: OnceLock<Option<Arc<Self>>>,
     /// All its tracks, in the order of the picture.
     pub pieces: Vec<Piece>,
     config: Arc<Config>,
@@ -49,6 +53,10 @@ struct Written {
 #[derive(Serialize, JsonSchema)]
 pub struct Tracks<'a> {
     r#type: CollectionType,
+    /// `now`: the picture of the deadline itself, predicted; left out where it is the slot's own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("enum" = ["now"]))]
+    at: Option<&'static str>,
     /// Of the tracks: the centre of the slot.
     #[serde(skip_serializing_if = "Option::is_none")]
     time: Option<Rfc3339>,
@@ -86,18 +94,16 @@ pub struct TrackProperties<'a> {
 impl Shown {
     /// Writes the JSON of a slot, and its event, which begins with these lines, with what is new since the slot before.
     pub fn new(frame: &Arc<PublishedPicture>, hub: &Hub, before: Option<&Self>, event_head: String) -> Self {
-        // A place that is no number has no place on a map; the engine gives none, and none is passed on.
-        let placed = |(_, track): &(usize, &PictureTrack)| {
-            track.position.latitude_deg().is_finite() && track.position.longitude_deg().is_finite()
-        };
         let tracks: Vec<(usize, &PictureTrack)> =
-            frame.picture.tracks.iter().enumerate().filter(placed).collect();
+            frame.picture.tracks.iter().enumerate().filter(|(_, track)| is_placed(track)).collect();
         let known = Known::of(before, &tracks);
         let piece = |&(index, track): &(usize, &PictureTrack)| {
             Piece::new(index, track, &hub.maker, !known.has(track))
         };
         let shown = Self {
             frame: frame.clone(),
+            predicted: None,
+            now: OnceLock::new(),
             pieces: tracks.iter().map(piece).collect(),
             config: hub.config.clone(),
             maker: hub.maker.clone(),
@@ -108,9 +114,51 @@ impl Shown {
         shown
     }
 
+    /// This picture of the slot's deadline; `None` where it is not made.
+    pub fn of(self: &Arc<Self>, kind: PictureKind) -> Option<Arc<Self>> {
+        match kind {
+            PictureKind::Lagged => Some(self.clone()),
+            PictureKind::Now => self.now.get_or_init(|| self.predict().map(Arc::new)).clone(),
+        }
+    }
+
+    fn predict(&self) -> Option<Self> {
+        let picture = self.frame.now.clone()?;
+        let tracks = picture.tracks.iter().enumerate().filter(|(_, track)| is_placed(track));
+        let shown = Self {
+            pieces: tracks.map(|(index, track)| Piece::new(index, track, &self.maker, true)).collect(),
+            frame: self.frame.clone(),
+            predicted: Some(picture),
+            now: OnceLock::new(),
+            config: self.config.clone(),
+            maker: self.maker.clone(),
+            event_head: self.event_head.clone(),
+            written: RwLock::default(),
+        };
+        shown.write_all();
+        Some(shown)
+    }
+
+    /// The picture that is shown.
+    fn picture(&self) -> &Picture {
+        self.predicted.as_deref().unwrap_or(&self.frame.picture)
+    }
+
+    /// What stands at the head of a collection of its tracks.
+    fn head(&self) -> Head {
+        Head {
+            at: self.predicted.as_ref().map(|_| PictureKind::Now.name()),
+            time: Some(self.time().into()),
+            published_at: Some(self.frame.published_at.into()),
+            latency_s: Some(self.latency_s()),
+            seq: self.frame.seq,
+        }
+    }
+
     /// Forgets its JSON; who still asks has it written once more.
     pub fn forget(&self) {
         *self.written.write().unwrap_or_else(PoisonError::into_inner) = None;
+        self.now.get().into_iter().flatten().for_each(|now| now.forget());
     }
 
     fn written(&self) -> Written {
@@ -123,8 +171,8 @@ impl Shown {
         let mut out = Vec::with_capacity(512 + FEATURE * self.pieces.len());
         out.extend_from_slice(self.event_head.as_bytes());
         let start = out.len();
-        write_head(&mut out, Some(&self.frame), &self.config, usual, usual);
-        let mut features = vec![0..0; self.frame.picture.tracks.len()];
+        write_head(&mut out, self.head(), &self.config, usual, usual);
+        let mut features = vec![0..0; self.picture().tracks.len()];
         let mut write = |out: &mut Vec<u8>, piece: &Piece| {
             let (track, from) = (self.track(piece), out.len());
             write_feature(out, &self.frame, &TrackJson::lean(track, &self.maker), track.time, None);
@@ -235,7 +283,7 @@ impl Shown {
         let wanted: Vec<(&Self, &Piece)> = pieces.filter(|(_, piece)| filter.wants(piece)).collect();
         let returned = &wanted[..wanted.len().min(filter.limit())];
         let mut out = Vec::with_capacity(512 + FEATURE * returned.len());
-        write_head(&mut out, Some(&self.frame), &self.config, wanted.len(), returned.len());
+        write_head(&mut out, self.head(), &self.config, wanted.len(), returned.len());
         for (index, (shown, piece)) in returned.iter().enumerate() {
             if index > 0 {
                 out.push(b',');
@@ -248,17 +296,19 @@ impl Shown {
 
     /// The track of a piece.
     pub fn track(&self, piece: &Piece) -> &PictureTrack {
-        &self.frame.picture.tracks[piece.index]
+        &self.picture().tracks[piece.index]
     }
 
     /// When its tracks were there.
     pub fn time(&self) -> Time {
-        self.frame.picture.time
+        self.picture().time
     }
 
-    /// From the opening of the slot to its publication, seconds.
+    /// From the opening of the slot to its publication, seconds: on time it is the one that the configuration says, and 0 of
+    /// the picture of now.
     pub fn latency_s(&self) -> f64 {
-        latency_s(&self.frame, &self.config)
+        let opened = self.time() + -(self.config.fusion.slot / 2);
+        rounded(self.frame.published_at.seconds_since(opened), 3)
     }
 }
 
@@ -283,33 +333,44 @@ impl<'a> Known<'a> {
     }
 }
 
-/// On time it is the one that the configuration says.
-fn latency_s(frame: &PublishedPicture, config: &Config) -> f64 {
-    let opened = frame.picture.time + -(config.fusion.slot / 2);
-    rounded(frame.published_at.seconds_since(opened), 3)
+/// A place that is no number has no place on a map; the engine gives none, and none is passed on.
+fn is_placed(track: &PictureTrack) -> bool {
+    track.position.latitude_deg().is_finite() && track.position.longitude_deg().is_finite()
+}
+
+/// What a collection says of its slot; of none before the first.
+#[derive(Default)]
+struct Head {
+    at: Option<&'static str>,
+    time: Option<Rfc3339>,
+    published_at: Option<Rfc3339>,
+    latency_s: Option<f64>,
+    seq: u64,
 }
 
 /// The picture before the first slot: nothing.
-pub fn nothing_yet(config: &Config) -> Payload {
+pub fn nothing_yet(config: &Config, kind: PictureKind) -> Payload {
     let mut out = Vec::new();
-    write_head(&mut out, None, config, 0, 0);
+    let at = (kind == PictureKind::Now).then(|| kind.name());
+    write_head(&mut out, Head { at, ..Head::default() }, config, 0, 0);
     out.extend_from_slice(b"]}");
     out.into()
 }
 
 fn write_head(
     out: &mut Vec<u8>,
-    frame: Option<&PublishedPicture>,
+    Head { at, time, published_at, latency_s, seq }: Head,
     config: &Config,
     matched: usize,
     returned: usize,
 ) {
     let head = Tracks {
         r#type: CollectionType::default(),
-        time: frame.map(|frame| frame.picture.time.into()),
-        published_at: frame.map(|frame| frame.published_at.into()),
-        latency_s: frame.map(|frame| latency_s(frame, config)),
-        seq: frame.map_or(0, |frame| frame.seq),
+        at,
+        time,
+        published_at,
+        latency_s,
+        seq,
         site: &config.site.name,
         matched,
         returned,
@@ -369,7 +430,13 @@ mod tests {
                 for motion in picture.tracks.iter_mut().step_by(3).filter_map(|track| track.motion.as_mut()) {
                     (motion.basis, motion.accuracy_h_m) = (Basis::Extrapolated, 500.0);
                 }
-                Arc::new(PublishedPicture { seq: 1, due: picture.time, published_at: picture.time, picture })
+                Arc::new(PublishedPicture {
+                    seq: 1,
+                    due: picture.time,
+                    published_at: picture.time,
+                    picture,
+                    now: None,
+                })
             }));
         }
         let (_, hub) = Hub::new(config, maker, Time::default());

@@ -24,7 +24,8 @@ use super::seats::Seat;
 use super::shown::Shown;
 use super::state::ApiState;
 use super::tokens::Pass;
-use super::tracks::{filter, picture, trail_s};
+use super::tracks::{filter, kind, picture, trail_s};
+use crate::config::PictureKind;
 use fusion::time::Time;
 
 const INTERVAL: &str = "a whole number of milliseconds, 250 to 10000";
@@ -32,7 +33,7 @@ const INTERVAL: &str = "a whole number of milliseconds, 250 to 10000";
 /// Opens a stream.
 pub fn open(ask: &Ask) -> Answer {
     let filter = filter(ask)?;
-    let trail_s = trail_s(ask)?;
+    let (kind, trail_s) = (kind(ask)?, trail_s(ask)?);
     let interval_ms = ask.query.value("interval_ms", INTERVAL, |ms: &i64| (250..=10_000).contains(ms))?;
     let state = ask.state.clone();
     if state.is_closing() {
@@ -45,7 +46,7 @@ pub fn open(ask: &Ask) -> Answer {
     let resume = ask.header("last-event-id").and_then(|id| state.number_of(id));
     let is_gzip = gzip::is_accepted(&ask.headers);
     let gzip = is_gzip.then(GzipStream::default);
-    let reader = Reader::new(state, (filter, trail_s), interval_ms, resume, (ask.pass, seat), gzip);
+    let reader = Reader::new(state, (kind, filter, trail_s), interval_ms, resume, (ask.pass, seat), gzip);
     let events = stream::unfold(reader, async |mut reader| {
         let octets = reader.next().await?;
         Some((Ok::<_, Infallible>(octets), reader))
@@ -59,6 +60,7 @@ pub fn open(ask: &Ask) -> Answer {
 
 struct Reader {
     state: ApiState,
+    kind: PictureKind,
     filter: Filter,
     /// How long the trails of a snapshot are.
     trail_s: Option<u32>,
@@ -86,7 +88,7 @@ struct Reader {
 impl Reader {
     fn new(
         state: ApiState,
-        (filter, trail_s): (Filter, Option<u32>),
+        (kind, filter, trail_s): (PictureKind, Filter, Option<u32>),
         interval_ms: Option<i64>,
         resume: Option<u64>,
         (pass, seat): (Pass, Seat),
@@ -104,6 +106,7 @@ impl Reader {
             closed: false,
             interval_ns: interval_ms.map(|ms| ms * 1_000_000),
             state,
+            kind,
             filter,
             pass,
             trail_s,
@@ -112,7 +115,8 @@ impl Reader {
         match resume.filter(|&place| !matches!(reader.state.log.after(place), Next::Forgotten)) {
             Some(place) => {
                 reader.place = place;
-                for shown in reader.state.log.slots_until(place) {
+                for slot in reader.state.log.slots_until(place) {
+                    let Some(shown) = slot.of(kind) else { continue };
                     reader.sent = Some(shown.time());
                     let ended = reader.note(&shown);
                     // The connection may have ended within an interval: better twice than never.
@@ -129,6 +133,7 @@ impl Reader {
     /// Everything as it is now.
     fn begin(&mut self) {
         let (last, latest) = self.state.log.latest();
+        let latest = latest.and_then(|shown| shown.of(self.kind));
         self.place = last;
         self.endings = Endings::default();
         self.waiting.clear();
@@ -137,7 +142,7 @@ impl Reader {
             self.sent = Some(shown.time());
             self.note(shown);
         }
-        let collection = picture(&self.state, latest.as_deref(), &self.filter, self.trail_s);
+        let collection = picture(&self.state, (latest.as_deref(), self.kind), &self.filter, self.trail_s);
         self.push("snapshot", &collection.plain());
     }
 
@@ -189,13 +194,14 @@ impl Reader {
 
     /// Whether it gets the events as they are made for everybody.
     fn is_plain(&self) -> bool {
-        self.filter.is_default() && self.interval_ns.is_none()
+        self.kind == PictureKind::Lagged && self.filter.is_default() && self.interval_ns.is_none()
     }
 
     fn slot(&mut self, shown: Arc<Shown>) {
         if self.is_plain() {
             return self.out.push_back(shown.event());
         }
+        let Some(shown) = shown.of(self.kind) else { return };
         let time = shown.time();
         let ended = self.note(&shown);
         self.hold(shown, ended);

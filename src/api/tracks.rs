@@ -9,21 +9,25 @@ use super::problem::Problem;
 use super::shown::{Shown, nothing_yet};
 use super::state::ApiState;
 use super::trails::LONGEST_S;
+use crate::config::PictureKind;
 
 /// The picture.
 pub fn all(ask: &Ask) -> Answer {
     let filter = filter(ask)?;
     let trail_s = trail_s(ask)?;
+    let kind = kind(ask)?;
     let (_, latest) = ask.state.log.latest();
+    let latest = latest.and_then(|shown| shown.of(kind));
     let seq = latest.as_ref().map_or(0, |shown| shown.frame.seq);
     // Weak: what a proxy may have compressed is the same picture.
-    let tag = HeaderValue::try_from(format!("W/\"{}\"", ask.state.event_id(seq)));
+    let of_kind = if kind == PictureKind::Now { "-now" } else { "" };
+    let tag = HeaderValue::try_from(format!("W/\"{}{of_kind}\"", ask.state.event_id(seq)));
     let tag = tag.expect("digits and dashes in quotes");
     let known = ask.header(header::IF_NONE_MATCH).is_some_and(|tags| matches(tags, &tag));
     let mut response = if known {
         not_modified()
     } else {
-        let payload = picture(&ask.state, latest.as_deref(), &filter, trail_s);
+        let payload = picture(&ask.state, (latest.as_deref(), kind), &filter, trail_s);
         // To be kept for the next comparison, and never to be used without one.
         let mut response = with_type(GEO_JSON, "no-cache", payload.plain());
         response.extensions_mut().insert(payload);
@@ -31,6 +35,15 @@ pub fn all(ask: &Ask) -> Answer {
     };
     response.headers_mut().insert(header::ETAG, tag);
     Ok(response)
+}
+
+/// Which of the pictures of a deadline is asked for.
+pub fn kind(ask: &Ask) -> Result<PictureKind, Problem> {
+    let kind = ask.query.value("at", "lagged or now", |_| true)?.unwrap_or(PictureKind::Lagged);
+    if kind == PictureKind::Now && !ask.state.hub.config.fusion.now {
+        return Err(Problem::parameter("at", "lagged: this service makes no picture of now (fusion.now)"));
+    }
+    Ok(kind)
 }
 
 /// Which tracks are asked for.
@@ -43,10 +56,15 @@ pub fn trail_s(ask: &Ask) -> Result<Option<u32>, Problem> {
     ask.query.value("trail_s", "a whole number of seconds, 1 to 600", |s| (1..=LONGEST_S).contains(s))
 }
 
-/// The picture of a slot, filtered, with trails where asked for.
-pub fn picture(state: &ApiState, shown: Option<&Shown>, filter: &Filter, trail_s: Option<u32>) -> Payload {
+/// A picture of this kind, filtered, with trails where asked for.
+pub fn picture(
+    state: &ApiState,
+    (shown, kind): (Option<&Shown>, PictureKind),
+    filter: &Filter,
+    trail_s: Option<u32>,
+) -> Payload {
     match (shown, trail_s) {
-        (None, _) => nothing_yet(&state.hub.config),
+        (None, _) => nothing_yet(&state.hub.config, kind),
         (Some(shown), None) => shown.filtered(filter),
         (Some(shown), Some(seconds)) => {
             let trails = state.trails().last(seconds, shown.time());

@@ -5,7 +5,7 @@ use tracing::warn;
 
 use super::Usage;
 use crate::app::{Failure, open_sinks};
-use crate::config::Config;
+use crate::config::{Config, PictureKind};
 use crate::formats::{Cat129Encoder, pack, status_block};
 use crate::live::{Health, SensorState};
 use crate::net::send::Sinks;
@@ -59,8 +59,8 @@ impl Broadcast {
         }
     }
 
-    /// Sends a slot, and before the first one of each second the status.
-    pub fn send(&mut self, picture: &Picture) {
+    /// Sends the pictures of a deadline, and before the first one of each second the status.
+    pub fn send(&mut self, picture: &Picture, now: Option<&Picture>) {
         let before = self.failed;
         let due = picture.time + self.due_after;
         if let Some(health) = &self.health
@@ -72,8 +72,10 @@ impl Broadcast {
             let degraded = sensors.iter().any(|sensor| sensor.state != SensorState::Operational);
             self.failed += self.sinks.send(&status_block(self.encoder.source, at, degraded));
         }
-        for payload in pack(&picture.tracks, &self.encoder) {
-            self.failed += self.sinks.send(&payload);
+        for (kind, picture) in [(PictureKind::Lagged, Some(picture)), (PictureKind::Now, now)] {
+            for payload in picture.iter().flat_map(|picture| pack(&picture.tracks, &self.encoder)) {
+                self.failed += self.sinks.send_of(kind, &payload);
+            }
         }
         if before == 0 && self.failed > 0 {
             warn!("a datagram could not be sent: more are only counted");

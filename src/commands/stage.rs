@@ -8,14 +8,16 @@ use std::time::Duration;
 use jiff::SignedDuration;
 
 use super::Usage;
+use super::alert_file::AlertFile;
 use super::broadcast::Broadcast;
 use super::moment::{Moment, Speed};
 use super::pace::Pace;
 use super::replay::args::Args;
 use super::summary::Summary;
 use crate::app::{Failure, Stop};
-use crate::config::Config;
+use crate::config::{Config, PictureKind};
 use crate::formats::{OutputFormat, PictureWriter};
+use crate::integrity::Lookout;
 use crate::picture::{Picture, PictureMaker};
 use crate::pipeline::Event;
 use fusion::Emission;
@@ -29,6 +31,11 @@ pub(super) struct Stage<'a> {
     args: &'a Args,
     config: &'a Config,
     maker: PictureMaker,
+    /// As it is at the beginning of the recording, and now.
+    at_first: Lookout,
+    lookout: Lookout,
+    /// With `--alerts`.
+    alerts: Option<AlertFile>,
     /// With `-o`.
     output: Option<Writer>,
     /// With `--udp`.
@@ -37,25 +44,33 @@ pub(super) struct Stage<'a> {
     pace: Pace,
     /// The first reception: what `--start` and `--end` may be relative to.
     first: Option<Time>,
-    /// From the opening of a slot to its emission.
+    /// From the opening of a slot to its emission, of the picture that is written.
     latency: SignedDuration,
     is_over: bool,
     failed: Option<io::Error>,
 }
 
 impl<'a> Stage<'a> {
-    pub(super) fn open(args: &'a Args, config: &'a Config, maker: PictureMaker) -> Result<Self, Failure> {
+    pub(super) fn open(
+        args: &'a Args,
+        config: &'a Config,
+        maker: PictureMaker,
+        lookout: Lookout,
+    ) -> Result<Self, Failure> {
         let usual = if args.udp { Speed::Times(1.0) } else { Speed::Max };
         Ok(Self {
             args,
             config,
             maker,
+            lookout: lookout.clone(),
+            at_first: lookout,
             output: open_output(args, config)?,
+            alerts: open_alerts(args, config)?,
             broadcast: if args.udp { Some((Broadcast::open(config)?, Stop::listen()?)) } else { None },
             summary: Summary::default(),
             pace: Pace::new(args.speed.unwrap_or(usual)),
             first: None,
-            latency: config.fusion.latency(),
+            latency: config.fusion.latency_of(args.at),
             is_over: false,
             failed: None,
         })
@@ -90,15 +105,34 @@ impl<'a> Stage<'a> {
         }
     }
 
-    pub(super) fn emit(&mut self, emission: Emission) {
+    pub(super) fn emit(&mut self, mut emission: Emission) {
         if self.failed.is_some() || self.is_over {
             return;
         }
-        let mut picture = self.maker.picture(emission);
-        picture.keep_within(self.config.output.max_accuracy_m);
-        if !self.is_wanted(&picture) {
+        let needs_now = self.args.at == PictureKind::Now || self.broadcast.is_some();
+        let mut now = emission.now.take().filter(|_| needs_now).map(|now| self.maker.now(now));
+        let mut lagged = self.maker.picture(emission);
+        self.lookout.look(&mut lagged, &self.maker);
+        if let Some(now) = &mut now {
+            now.mark_as(&lagged);
+        }
+        let is_lagged_wanted = self.is_wanted(&lagged);
+        if let Some(alerts) = &mut self.alerts {
+            self.failed = alerts.note(&lagged, &self.maker, is_lagged_wanted).err();
+        }
+        if self.failed.is_some() {
             return;
         }
+        let [lagged, now] = [Some(lagged), now].map(|picture| {
+            let mut picture = picture?;
+            picture.keep_within(self.config.output.max_accuracy_m);
+            Some(picture)
+        });
+        let picture = match self.args.at {
+            PictureKind::Lagged => lagged.as_ref(),
+            PictureKind::Now => now.as_ref(),
+        };
+        let Some(picture) = picture.filter(|picture| self.is_wanted(picture)) else { return };
         if let Some((_, stop)) = &self.broadcast {
             self.is_over = stop.comes_within(self.pace.due_in(picture.time));
             if self.is_over {
@@ -107,19 +141,20 @@ impl<'a> Stage<'a> {
         } else {
             self.pace.wait_for(picture.time);
         }
-        self.summary.count(&picture);
-        if let Some((broadcast, _)) = &mut self.broadcast {
-            broadcast.send(&picture);
+        self.summary.count(picture);
+        if let (Some((broadcast, _)), Some(lagged)) = (&mut self.broadcast, &lagged) {
+            broadcast.send(lagged, now.as_ref());
         }
         if let Some(writer) = &mut self.output {
             self.failed =
-                writer.write(&picture, &self.maker).map_err(|error| unwritten(self.args, &error)).err();
+                writer.write(picture, &self.maker).map_err(|error| unwritten(self.args, &error)).err();
         }
     }
 
     /// The recording is replayed once more.
     pub(super) fn begin_anew(&mut self) {
         self.first = None;
+        self.lookout = self.at_first.clone();
         self.summary = Summary::default();
         self.pace.begin_anew(self.config.fusion.slot.unsigned_abs());
     }
@@ -128,6 +163,9 @@ impl<'a> Stage<'a> {
     pub(super) fn finish(self) -> Result<u64, io::Error> {
         if let Some(error) = self.failed {
             return Err(error);
+        }
+        if let Some(alerts) = self.alerts {
+            alerts.finish()?;
         }
         if let Some(writer) = self.output {
             writer.finish().map_err(|error| unwritten(self.args, &error))?;
@@ -157,6 +195,22 @@ fn unwritten(args: &Args, error: &io::Error) -> io::Error {
     io::Error::new(error.kind(), format!("{}: cannot be written: {error}", file.display()))
 }
 
+/// Opens what `--alerts` names.
+fn open_alerts(args: &Args, config: &Config) -> Result<Option<AlertFile>, Failure> {
+    let Some(path) = &args.alerts else { return Ok(None) };
+    refuse_input("--alerts", path, args)?;
+    Ok(Some(AlertFile::create(path, config)?))
+}
+
+/// An input is not written.
+fn refuse_input(option: &str, path: &Path, args: &Args) -> Result<(), Usage> {
+    let same = |input: &PathBuf| std::fs::canonicalize(input).ok() == std::fs::canonicalize(path).ok();
+    if path.exists() && args.inputs.iter().any(same) {
+        return Err(Usage(format!("{option} {} is also an input: it would be overwritten", path.display())));
+    }
+    Ok(())
+}
+
 /// Opens what `-o` names.
 fn open_output(args: &Args, config: &Config) -> Result<Option<Writer>, Failure> {
     let Some(path) = &args.output else {
@@ -173,10 +227,7 @@ fn open_output(args: &Args, config: &Config) -> Result<Option<Writer>, Failure> 
             path.display()
         ))
     })?;
-    let same = |input: &PathBuf| std::fs::canonicalize(input).ok() == std::fs::canonicalize(path).ok();
-    if path.exists() && args.inputs.iter().any(same) {
-        return Err(Usage(format!("-o {} is also an input: it would be overwritten", path.display())).into());
-    }
+    refuse_input("-o", path, args)?;
     let out: Box<dyn Write> = if path == Path::new("-") {
         Box::new(BufWriter::new(io::stdout().lock()))
     } else {
@@ -185,5 +236,5 @@ fn open_output(args: &Args, config: &Config) -> Result<Option<Writer>, Failure> 
             File::create(path).map_err(|error| format!("{}: cannot be written: {error}", path.display()))?;
         Box::new(BufWriter::with_capacity(1 << 16, file))
     };
-    Ok(Some(PictureWriter::new(format, out, config)?))
+    Ok(Some(PictureWriter::new(format, out, config, args.at)?))
 }

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use jiff::SignedDuration;
 
-use super::kinds::{Kind, named, number, seconds, whole};
+use super::kinds::{Kind, flag, named, number, seconds, whole};
 use super::names::{names, written_by_name};
+use super::network::PictureKind;
 use super::reader::{Item, Section};
-use super::table::{ByHand, Entry, section};
+use super::table::{ByHand, Entry, depends, section};
 
 /// Slots of the window and of `max_future` together: the engine keeps sets of slots in 128-bit words, and needs room
 /// for the slot that leaves the window and for one that a waiting report has just begun.
@@ -35,12 +36,17 @@ section! {
             "a slot is a whole number of milliseconds, 0.001 to 60 seconds",
             |s| s > 0.0 && s <= 60.0 && (s * 1e9).round() % 1e6 == 0.0,
         );
-        /// Time from the opening of a slot to its publication, seconds; at least one slot, and shorter than `window_s`.
+        /// Time from the opening of a slot to its publication, seconds; shorter than `window_s`. The shorter it is, the less is
+        /// known by then (docs/OPERATIONAL.md). At least one slot in the `reference` profile.
         latency_slots as "latency_s": u32 = 25, whole_slots();
+        /// Whether the picture "now" is made as well: where aircraft are predicted to be at the time of its publication
+        /// (docs/OPERATIONAL.md). There is none in the `reference` profile.
+        now: bool = depends("true; false in the `reference` profile", true), flag();
         /// Length of the window, the newest slot included, seconds.
         window_slots as "window_s": u32 = 100, whole_slots();
         /// Longest time that a report may be ahead of its reception, seconds; one further ahead is dropped.
-        max_future as "max_future_s": SignedDuration = SignedDuration::from_secs(1),
+        max_future as "max_future_s": SignedDuration =
+            depends("1, or `latency_s` where that is less", SignedDuration::from_secs(1)),
             seconds("max_future_s is at least 0, and at most latency_s", |s| s >= 0.0);
         /// Longest gap between two reports of a transponder that is interpolated, seconds.
         max_gap as "max_gap_s": SignedDuration = SignedDuration::from_secs(25),
@@ -98,6 +104,30 @@ impl Fusion {
         self.slot.saturating_mul(self.latency_slots as i32)
     }
 
+    /// The same of one of the pictures.
+    pub fn latency_of(&self, picture: PictureKind) -> SignedDuration {
+        match picture {
+            PictureKind::Lagged => self.latency(),
+            PictureKind::Now => SignedDuration::ZERO,
+        }
+    }
+
+    /// These settings by the rules of another profile.
+    ///
+    /// # Errors
+    /// They do not allow the latency.
+    pub fn with_profile(self, profile: Profile) -> Result<Self, &'static str> {
+        if profile == self.profile {
+            return Ok(self);
+        }
+        match profile {
+            Profile::Reference if self.latency_slots == 0 => {
+                Err("the reference profile needs a latency_s of at least one slot")
+            }
+            _ => Ok(Self { now: profile == Profile::Operational, profile, ..self }),
+        }
+    }
+
     /// The length of the window.
     pub fn window(&self) -> SignedDuration {
         self.slot.saturating_mul(self.window_slots as i32)
@@ -141,15 +171,28 @@ impl ByHand for Fusion {
             );
             (self.latency_slots, self.window_slots, self.suppress_slots) = (latency, window, suppress);
         }
+        let is_reference = self.profile == Profile::Reference;
+        if is_reference && section.is_sound(&["profile"]) {
+            if section.written("now").is_some() && self.now {
+                section.contradict(
+                    &["now"],
+                    "the reference profile has no picture of now; remove this, or the profile",
+                );
+            }
+            self.now = false;
+        }
+        if section.written("max_future_s").is_none() {
+            self.max_future = usual.max_future.min(self.latency());
+        }
         let contradict = |is_wrong: bool, keys: &[&str], message: &str| {
             if is_wrong && section.is_sound(&["slot_s"]) {
                 section.contradict(keys, message);
             }
         };
         contradict(
-            self.latency_slots == 0,
+            self.latency_slots == 0 && is_reference,
             &["latency_s", "slot_s"],
-            "latency_s is at least one slot: before, the slot is not over",
+            "latency_s is at least one slot in the reference profile: before, the slot is not over",
         );
         contradict(
             self.latency_slots >= self.window_slots,
@@ -169,7 +212,7 @@ impl ByHand for Fusion {
         contradict(
             self.max_future > self.latency(),
             &["max_future_s", "latency_s", "slot_s"],
-            "max_future_s is at most latency_s (by default 1 and 6.25); lower it or raise latency_s",
+            "max_future_s is at most latency_s (by default 6.25); lower it or raise latency_s",
         );
         let slots = i128::from(self.window_slots) + self.max_future.as_nanos() / self.slot.as_nanos();
         let most = self.slot.saturating_mul(MAX_WINDOW_SLOTS as i32).as_secs_f64();
@@ -190,13 +233,14 @@ impl ByHand for Fusion {
 
     fn arrange(&self, entries: &mut Vec<Entry>) {
         for entry in entries {
-            let time = match entry.key {
-                "latency_s" => self.latency(),
-                "window_s" => self.window(),
-                "suppress_s" => self.suppress(),
+            let value = match entry.key {
+                "latency_s" => format!("{:?}", self.latency().as_secs_f64()),
+                "window_s" => format!("{:?}", self.window().as_secs_f64()),
+                "suppress_s" => format!("{:?}", self.suppress().as_secs_f64()),
+                "now" => (self.now && self.profile == Profile::Operational).to_string(),
                 _ => continue,
             };
-            *entry = Entry::new(entry.key, format!("{:?}", time.as_secs_f64()));
+            *entry = Entry::new(entry.key, value);
         }
     }
 }

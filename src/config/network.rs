@@ -2,7 +2,8 @@
 
 use std::net::Ipv4Addr;
 
-use super::kinds::{ipv4, whole};
+use super::kinds::{ipv4, named, whole};
+use super::names::{names, written_by_name};
 use super::reader::Section;
 use super::table::{ByHand, Entry, Row, Table, absent, depends, need, section};
 use super::tree::quoted;
@@ -40,11 +41,26 @@ section! {
         port: u16 = need("the UDP port, such as port = 8048"), whole("a UDP port is a whole number from 1 to 65535", 1..=65535);
         /// Time to live, hops.
         ttl: u8 = depends("1 for a group, 64 for an address", 64), whole("a time to live is 0 to 255 hops", 0..=255);
+        /// Which picture is sent. `now` needs `fusion.now`.
+        picture: PictureKind = PictureKind::Lagged, named();
     } by hand {
         /// The group or host to send to.
         address: Address = Address::Unicast(Ipv4Addr::UNSPECIFIED);
     }
 }
+
+names! {
+    /// Which of the pictures of a deadline.
+    #[derive(Copy, Eq, Hash)]
+    PictureKind, "picture" {
+        /// Of the slot that opened `latency_s` before.
+        Lagged = "lagged",
+        /// Where aircraft are predicted to be in the slot that opens.
+        Now = "now",
+    }
+}
+
+written_by_name!(PictureKind);
 
 /// A multicast group or a single address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

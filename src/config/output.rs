@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::kinds::{directory, flag, inline, named, number, tables, whole};
 use super::names::{names, written_by_name};
-use super::network::Sink;
+use super::network::{PictureKind, Sink};
 use super::table::{absent, need, section};
 use crate::picture::MAX_ACCURACY_M;
 
@@ -25,6 +25,13 @@ section! {
         flush_on_stop: bool = true, flag();
         /// Recording of what arrives, into rotating capture files.
         record: Option<Record> = absent("nothing is recorded"), inline::<Record>();
+    }
+}
+
+impl Output {
+    /// The first destination of a picture.
+    pub fn sink(&self, picture: PictureKind) -> Option<&Sink> {
+        self.asterix.iter().find(|sink| sink.picture == picture)
     }
 }
 

@@ -6,8 +6,9 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{Cat129Encoder, PcapWriter, UdpFlow, csv, pack};
-use crate::config::{Address, Config, Sink};
+use super::csv::Columns;
+use super::{Cat129Encoder, PcapWriter, UdpFlow, pack};
+use crate::config::{Address, Config, PictureKind, Sink};
 use crate::picture::{Picture, PictureMaker, PictureTrack, TrackJson};
 use fusion::time::Time;
 
@@ -52,7 +53,7 @@ enum Form<W> {
     Pcap { out: PcapWriter<W>, flow: UdpFlow },
     Ndjson { out: W, lines: Vec<u8> },
     Geojson { out: W, features: u64 },
-    Csv(W),
+    Csv { out: W, columns: Columns },
 }
 
 /// Where the service sends when the configuration names no sink.
@@ -60,12 +61,12 @@ const DEFAULT_FLOW: UdpFlow =
     UdpFlow { from: Ipv4Addr::LOCALHOST, to: Ipv4Addr::new(239, 192, 129, 2), port: 8130, ttl: 1 };
 
 impl<W: Write> PictureWriter<W> {
-    /// Writes the format's header.
-    pub fn new(format: OutputFormat, mut out: W, config: &Config) -> io::Result<Self> {
+    /// Writes the format's header. `picture`: which ones will be written.
+    pub fn new(format: OutputFormat, mut out: W, config: &Config, picture: PictureKind) -> io::Result<Self> {
         let form = match format {
             OutputFormat::Asterix => Form::Asterix { out, block: Vec::new() },
             OutputFormat::Pcap => {
-                Form::Pcap { out: PcapWriter::new(out)?, flow: flow(config.output.asterix.first()) }
+                Form::Pcap { out: PcapWriter::new(out)?, flow: flow(config.output.sink(picture)) }
             }
             OutputFormat::Ndjson => Form::Ndjson { out, lines: Vec::new() },
             OutputFormat::Geojson => {
@@ -73,13 +74,14 @@ impl<W: Write> PictureWriter<W> {
                 Form::Geojson { out, features: 0 }
             }
             OutputFormat::Csv => {
-                csv::header(&mut out)?;
-                Form::Csv(out)
+                let columns = Columns::of(config);
+                columns.header(&mut out)?;
+                Form::Csv { out, columns }
             }
         };
         let encoder = Cat129Encoder::of(config);
         // A slot is sent this long after its centre.
-        let latency = config.fusion.latency() - config.fusion.slot / 2;
+        let latency = config.fusion.latency_of(picture) - config.fusion.slot / 2;
         Ok(Self { form, encoder, latency })
     }
 
@@ -112,14 +114,16 @@ impl<W: Write> PictureWriter<W> {
                 *features += 1;
                 Ok(serde_json::to_writer(&mut *out, &Feature::new(track, maker))?)
             }),
-            Form::Csv(out) => csv::picture(out, picture, maker),
+            Form::Csv { out, columns } => columns.picture(out, picture, maker),
         }
     }
 
     /// Writes the format's end, and everything buffered.
     pub fn finish(self) -> io::Result<()> {
         match self.form {
-            Form::Asterix { mut out, .. } | Form::Ndjson { mut out, .. } | Form::Csv(mut out) => out.flush(),
+            Form::Asterix { mut out, .. } | Form::Ndjson { mut out, .. } | Form::Csv { mut out, .. } => {
+                out.flush()
+            }
             Form::Pcap { mut out, .. } => out.flush(),
             Form::Geojson { mut out, .. } => {
                 out.write_all(b"\n]}\n")?;

@@ -1,5 +1,7 @@
 //! What readers are given: each slot's picture, and once a second how the service is.
 
+use std::sync::Arc;
+
 use super::alerts::Trouble;
 use super::health::{SensorStatus, Unknown};
 use crate::picture::{Picture, PictureMaker};
@@ -17,6 +19,8 @@ pub struct PublishedPicture {
     pub published_at: Time,
     /// The picture itself.
     pub picture: Picture,
+    /// Where aircraft are predicted to be by then, where that picture is made.
+    pub now: Option<Arc<Picture>>,
 }
 
 /// How the service is; published once a second.

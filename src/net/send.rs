@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 
 use socket2::{Domain, Protocol, Socket, Type};
 
-use crate::config::{Address, Sink};
+use crate::config::{Address, PictureKind, Sink};
 use crate::current::Current;
 
 /// A socket for each destination, shared by clones. Sending never waits: what cannot be sent at once is an error.
@@ -40,7 +40,22 @@ impl Sinks {
 
     /// Sends a datagram to all; returns how many of these failed.
     pub fn send(&self, datagram: &[u8]) -> u64 {
-        self.0.get().iter().filter(|opened| opened.send(datagram).is_err()).count() as u64
+        self.send_to(|_| true, datagram)
+    }
+
+    /// Sends a datagram of this picture to those that want it; returns how many of these failed.
+    pub fn send_of(&self, picture: PictureKind, datagram: &[u8]) -> u64 {
+        self.send_to(|sink| sink.picture == picture, datagram)
+    }
+
+    fn send_to(&self, is_wanted: impl Fn(&Sink) -> bool, datagram: &[u8]) -> u64 {
+        let failed = |opened: &&Opened| is_wanted(&opened.sink) && opened.send(datagram).is_err();
+        self.0.get().iter().filter(failed).count() as u64
+    }
+
+    /// Whether anybody wants this picture.
+    pub fn want(&self, picture: PictureKind) -> bool {
+        self.0.get().iter().any(|opened| opened.sink.picture == picture)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Velocity and accuracy of a track, as published: only for a track with an estimate.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix2, Vector3};
 
 use super::accuracy::{self, Class, HALF, HORIZONTAL, MOST, SPEED, VERTICAL};
 use fusion::Enu;
@@ -12,6 +12,8 @@ use fusion::time::Time;
 const SLOWEST: f64 = 0.5;
 /// Standard deviations of a normal error that hold 95 %.
 const MOST_OF_A_LINE: f64 = 1.96;
+/// Squared Mahalanobis distance in a plane that holds 95 %: -2 ln 0.05.
+const MOST_OF_A_PLANE: f64 = 5.991;
 
 /// Velocity of a track, and the accuracy of velocity and position.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,6 +38,30 @@ pub struct Motion {
     pub basis: Basis,
     /// The latest measurement up to the track's time; `None` before the first one.
     pub last_measurement: Option<Time>,
+    /// Where 95 % of its horizontal errors lie; told of predicted positions only.
+    pub ellipse: Option<Ellipse>,
+}
+
+/// An ellipse about a position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ellipse {
+    /// Its longer and its shorter half axis, metres.
+    pub half_axes_m: [f64; 2],
+    /// Direction of the longer one, degrees from north, 0 to 180.
+    pub azimuth_deg: f64,
+}
+
+impl Ellipse {
+    /// That holds 95 % of the errors with this covariance, east and north.
+    pub(super) fn of(covariance: &Matrix2<f64>) -> Self {
+        let (east, north, across) = (covariance[(0, 0)], covariance[(1, 1)], covariance[(0, 1)]);
+        let (mean, half) = (0.5 * (east + north), (0.5 * (north - east)).hypot(across));
+        Self {
+            half_axes_m: [mean + half, mean - half]
+                .map(|variance| (MOST_OF_A_PLANE * variance.max(0.0)).sqrt()),
+            azimuth_deg: (0.5 * (2.0 * across).atan2(north - east)).to_degrees().rem_euclid(180.0),
+        }
+    }
 }
 
 impl Motion {
@@ -60,6 +86,7 @@ impl Motion {
             deviation_v_m,
             basis: estimate.basis,
             last_measurement: estimate.last_measurement,
+            ellipse: None,
         }
     }
 

@@ -5,7 +5,8 @@ use std::borrow::Cow;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{HORIZONTAL, PictureMaker, PictureTrack, Rfc3339, VERTICAL};
+use super::integrity_json::TrackIntegrity;
+use super::{Ellipse, HORIZONTAL, PictureMaker, PictureTrack, Rfc3339, VERTICAL};
 use crate::json::rounded;
 use fusion::operational::{ASSOCIATE_LLR, DISSOCIATE_LLR};
 use fusion::point::{Because, Competitor, RadarPart, Rival, TransponderPart};
@@ -64,6 +65,9 @@ pub struct TrackJson<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("enum" = VERTICAL.map(|class| class.name)))]
     accuracy_v: Option<&'static str>,
+    /// Of a predicted position (at=now): holds 95 % of the horizontal error.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    accuracy_ellipse: Option<EllipseJson>,
     /// Operational: the position lies between two measurements; reference: there is a transponder.
     interpolated: bool,
     /// The position lies after the last measurement or before the first.
@@ -74,12 +78,33 @@ pub struct TrackJson<'a> {
     uav_probability: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     uas_id: Option<UasId<'a>>,
+    #[serde(flatten)]
+    integrity: TrackIntegrity<'a>,
     /// Centre of the first slot with it.
     first_seen: Rfc3339,
     /// The latest one up to `time`, of any sensor; left out before the first.
     #[serde(skip_serializing_if = "Option::is_none")]
     last_measurement: Option<Rfc3339>,
     contributors: Vec<Contributor<'a>>,
+}
+
+/// An ellipse about a position.
+#[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
+#[schemars(rename = "Ellipse")]
+struct EllipseJson {
+    /// Longer half axis, metres.
+    major_m: f64,
+    /// Shorter half axis, metres.
+    minor_m: f64,
+    /// Direction of the longer one, degrees true, 0 to 180.
+    azimuth_deg: f64,
+}
+
+impl From<Ellipse> for EllipseJson {
+    fn from(ellipse: Ellipse) -> Self {
+        let [major_m, minor_m] = ellipse.half_axes_m.map(|metres| rounded(metres, 2));
+        Self { major_m, minor_m, azimuth_deg: rounded(ellipse.azimuth_deg, 1) % 180.0 }
+    }
 }
 
 /// Identity as the transponder reports it.
@@ -223,10 +248,12 @@ impl<'a> TrackJson<'a> {
             accuracy_v_m: vertical.map(|motion| rounded(motion.accuracy_v_m, 2)),
             accuracy_h: motion.map(|motion| motion.class_h().name),
             accuracy_v: vertical.map(|motion| motion.class_v().name),
+            accuracy_ellipse: motion.and_then(|motion| motion.ellipse).map(EllipseJson::from),
             interpolated: track.is_interpolated(),
             extrapolated: track.is_extrapolated(),
             uav_probability: source.radar().and_then(|radar| radar.uav_probability).map(|p| rounded(p, 4)),
             uas_id: source.transponder().map(UasId::new),
+            integrity: TrackIntegrity::new(track),
             first_seen: track.point.first_seen.into(),
             last_measurement: motion.and_then(|motion| motion.last_measurement).map(Rfc3339),
             contributors: contributors(source, competitors, maker),

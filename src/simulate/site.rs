@@ -5,8 +5,8 @@ use std::net::Ipv4Addr;
 use super::ground::Ground;
 use super::scenario::{Radar, Scenario, TRANSPONDER_ID, Transponder};
 use crate::config::{
-    self, Address, Config, Fusion, Http, Input, Output, Persistence, RadarAccuracy, Sensor, SensorKind, Sink,
-    Site, TransponderAccuracy,
+    self, Address, Config, Fusion, Http, Input, Integrity, Output, Persistence, PictureKind, RadarAccuracy,
+    Sensor, SensorKind, Sink, Site, TransponderAccuracy,
 };
 
 /// The accuracy that a site knows from the data sheet, which is not the simulated one.
@@ -36,9 +36,15 @@ pub fn site(scenario: &Scenario, ground: &Ground) -> Config {
         },
         sensors,
         fusion: Fusion::default(),
+        integrity: Integrity::default(),
         areas: Vec::new(),
         output: Output {
-            asterix: vec![Sink { address: group(Ipv4Addr::new(239, 192, 129, 2)), port: 8130, ttl: 1 }],
+            asterix: vec![Sink {
+                address: group(Ipv4Addr::new(239, 192, 129, 2)),
+                port: 8130,
+                ttl: 1,
+                picture: PictureKind::Lagged,
+            }],
             status: false,
             ..Output::default()
         },

@@ -18,16 +18,19 @@ function headers() {
 
 export const get = (path) => answer(address(path), {});
 
-export function post(path, parameters = {}) {
+/** `value` goes into the body, as JSON. */
+export function post(path, parameters = {}, value = null) {
   const url = address(path);
   for (const [name, value] of Object.entries(parameters)) url.searchParams.set(name, value);
-  return answer(url, { method: "POST" });
+  const body = value === null ? {} : { body: JSON.stringify(value), headers: { "content-type": "application/json" } };
+  return answer(url, { method: "POST", ...body });
 }
 
 /** An EventSource cannot send a header: with a token, a short-lived ticket goes into its address. */
-async function streamAddress() {
+async function streamAddress(at) {
   const url = address("stream");
   url.searchParams.set("trail_s", TRAIL_S); // trails are there at once
+  if (at !== "lagged") url.searchParams.set("at", at);
   if (sessionStorage.getItem(TOKEN)) url.searchParams.set("ticket", (await post("stream-tickets")).ticket);
   return url;
 }
@@ -47,7 +50,7 @@ async function answer(url, options) {
 
 async function exchange(url, options) {
   try {
-    const response = await fetch(url, { ...options, headers: headers(), signal: AbortSignal.timeout(LONGEST_ANSWER_MS) });
+    const response = await fetch(url, { ...options, headers: { ...headers(), ...options.headers }, signal: AbortSignal.timeout(LONGEST_ANSWER_MS) });
     return [response, await response.text()];
   } catch (error) {
     throw new Error(error.name === "TimeoutError" ? `no answer within ${LONGEST_ANSWER_MS / 1000} s` : "no answer");
@@ -69,16 +72,19 @@ export function list(value, name) {
   return value[name];
 }
 
-const EVENTS = ["snapshot", "tracks", "ended", "sensor", "alert", "heartbeat", "resync", "closed"];
+const EVENTS = ["snapshot", "tracks", "ended", "sensor", "integrity", "alert", "heartbeat", "resync", "closed"];
 const FIRST_WAIT_MS = 1000;
 const LONGEST_WAIT_MS = 15000;
 const DEAD_AFTER_MS = 10000; // the service sends a heartbeat each second
 
 /** The stream of events. It comes back by itself: the browser's own retry gives up for good on an HTTP error. */
 export class Stream {
-  /** `on` has a function for each event, `opened`, and `failed` with the seconds until the next attempt and the cause. */
-  constructor(on) {
-    this.on = on;
+  /**
+   * Of the picture `at` ("lagged" or "now"). `on` has a function for each event, `opened`, and `failed` with the seconds until
+   * the next attempt and the cause.
+   */
+  constructor(at, on) {
+    [this.at, this.on] = [at, on];
     this.wait = FIRST_WAIT_MS;
     this.source = null;
     this.open();
@@ -88,14 +94,26 @@ export class Stream {
     }, 1000);
   }
 
+  /** Another picture from now on. */
+  show(at) {
+    if (at === this.at) return;
+    this.at = at;
+    this.source?.close();
+    this.source = null;
+    this.open();
+  }
+
   async open() {
     this.heard = performance.now();
+    clearTimeout(this.waiting);
+    const { at } = this;
     let source;
     try {
-      source = new EventSource(await streamAddress());
+      source = new EventSource(await streamAddress(at));
     } catch (error) {
       return this.again(error.message);
     }
+    if (at !== this.at) return source.close(); // another one was asked for meanwhile
     this.source = source;
     source.onopen = () => this.on.opened();
     source.onerror = () => this.again("no connection to the stream");
@@ -120,7 +138,7 @@ export class Stream {
     this.source?.close();
     this.source = null;
     this.on.failed(this.wait / 1000, why);
-    setTimeout(() => this.open(), this.wait * (0.8 + 0.4 * Math.random()));
+    this.waiting = setTimeout(() => this.open(), this.wait * (0.8 + 0.4 * Math.random()));
     this.wait = Math.min(this.wait * 2, LONGEST_WAIT_MS);
   }
 }

@@ -28,6 +28,7 @@ read();
 applyTheme();
 const map = new Map2d(byId("canvas"), showCursor);
 const status = new Status();
+let stream = null; // until the page has begun
 const table = new Table(isPictureKnown);
 const detail = new Detail();
 const replay = new Replay(status);
@@ -57,6 +58,7 @@ reads.add("tracks", "Tracks"); // by the stream
 reads.add("info", "Service", { ask: () => get("info"), take: takeInfo, everyMs: RENEW_MS });
 reads.add("sensors", "Sensors", { ask: () => get("sensors"), take: takeSensors, everyMs: RENEW_MS });
 reads.add("alerts", "Alerts", { ask: () => get("alerts"), take: (answer) => alerts.replace(answer), everyMs: RENEW_MS });
+reads.add("integrity", "Integrity", { ask: () => get("integrity"), take: (answer) => detail.verdicts.replace(list(answer, "identities")) });
 for (const [name, title] of [["coverage", "Coverage"], ["areas", "Areas"]]) {
   reads.add(name, title, { ask: () => get(name), take: (answer) => takeShapes(name, answer) });
 }
@@ -86,7 +88,8 @@ function takeInfo(info) {
   alerts.site = site ?? "";
   alerts.showTitle();
   byId("site").title = `version ${info.version ?? "?"}, profile ${info.profile}`;
-  if (Number.isFinite(info.latency_s)) status.latency = info.latency_s;
+  if (Number.isFinite(info.latency_s) && !status.isNow) status.latency = info.latency_s;
+  if (info.now !== true && settings.at !== "lagged") change({ at: "lagged" });
   ground.takeTiles(info.tiles);
   setText(byId("attribution"), info.tiles?.attribution ?? "");
   byId("layer-list").querySelector("[name=tiles]").closest("li").hidden = !info.tiles;
@@ -121,7 +124,7 @@ function keepSelection() {
 }
 
 function took(collection) {
-  status.heard(collection);
+  status.took(collection);
   keepSelection();
   frameOnce();
   if (status.isReplay) replay.at(Date.parse(collection.time));
@@ -129,9 +132,9 @@ function took(collection) {
 }
 
 function start() {
-  new Stream({
+  return new Stream(settings.at, {
     // What was missed meanwhile is in no event.
-    opened: () => reads.renew("info", "sensors", "alerts", "coverage", "areas"),
+    opened: () => reads.renew("info", "sensors", "alerts", "integrity", "coverage", "areas"),
     failed(wait, why) {
       status.failed(wait);
       reads.failed("tracks", why);
@@ -159,6 +162,10 @@ function start() {
       status.heard({});
       sensors.update(properties);
     },
+    integrity(one) {
+      status.heard({});
+      detail.verdicts.note(one);
+    },
     alert(alert) {
       status.heard({});
       alerts.update(alert);
@@ -167,7 +174,7 @@ function start() {
     // A snapshot of the tracks follows: what was missed is in it.
     resync() {
       status.heard({});
-      reads.renew("sensors", "alerts");
+      reads.renew("sensors", "alerts", "integrity");
     },
   });
 }
@@ -190,14 +197,15 @@ function showFilter() {
   setText(byId("filtered-text"), `Filtered: ${map.picture.visible().length} of ${total} tracks shown`);
 }
 
-const clearFilter = () => change({ text: "", sources: new Set(Object.keys(SOURCE_BUTTONS)) });
+const clearFilter = () => change({ text: "", flagged: false, sources: new Set(Object.keys(SOURCE_BUTTONS)) });
 const SOURCE_BUTTONS = Object.fromEntries([...byId("sources").children].map((button) => [button.dataset.source, button]));
 
 function showSettings() {
-  const { text, sources, layers, labelBy, follow, selected } = settings;
+  const { text, sources, flagged, layers, labelBy, follow, selected } = settings;
   if (byId("filter-input").value !== text) byId("filter-input").value = text;
   for (const [source, button] of Object.entries(SOURCE_BUTTONS)) setAttribute(button, "aria-pressed", String(sources.has(source)));
   for (const box of byId("layer-list").querySelectorAll("input")) box.checked = layers[box.name];
+  setAttribute(byId("flagged"), "aria-pressed", String(flagged));
   byId("label-by").value = labelBy;
   setAttribute(byId("follow"), "aria-pressed", String(follow && Boolean(selected)));
   setText(byId("theme-name"), settings.theme);
@@ -214,6 +222,7 @@ function listen() {
   byId("filter").addEventListener("submit", (event) => event.preventDefault());
   byId("filter-input").addEventListener("input", (event) => change({ text: event.target.value.trim() }));
   for (const [source, button] of Object.entries(SOURCE_BUTTONS)) button.addEventListener("click", () => toggleSource(source));
+  byId("flagged").addEventListener("click", () => change({ flagged: !settings.flagged }));
   byId("filter-clear").addEventListener("click", clearFilter);
   byId("zoom-in").addEventListener("click", () => map.zoom(1.5));
   byId("zoom-out").addEventListener("click", () => map.zoom(1 / 1.5));
@@ -233,6 +242,11 @@ function listen() {
   });
 }
 
+/** Where every track is by now, or the picture in which late measurements still count. */
+function toggleNow() {
+  if (status.info?.now === true) change({ at: settings.at === "now" ? "lagged" : "now" });
+}
+
 const toggleFollow = () => change({ follow: !settings.follow && settings.selected !== null });
 
 /** On a small screen the clock, the sensors and the tools are behind a button. */
@@ -250,6 +264,7 @@ function escape() {
 
 onChange((patch) => {
   if ("theme" in patch) applyTheme();
+  if ("at" in patch) stream?.show(settings.at);
   if ("selected" in patch) {
     chosen = map.picture?.tracks.get(settings.selected) ?? null;
     detail.refresh();
@@ -264,7 +279,7 @@ onUnauthorized(() => {
 byId("sign-in-form").addEventListener("submit", () => {
   setToken(byId("token").value);
   byId("token").value = "";
-  reads.renew("info", "sensors", "alerts", "coverage", "areas"); // the stream tries again by itself
+  reads.renew("info", "sensors", "alerts", "integrity", "coverage", "areas"); // the stream tries again by itself
 });
 
 listen();
@@ -279,6 +294,7 @@ new Keyboard([
   [["0"], "Show all tracks", () => map.fit()],
   [["f"], "Follow the selected track", toggleFollow],
   [["/"], "Filter", () => byId("filter-input").focus()],
+  [["n"], "Now: where each is predicted to be", toggleNow],
   [["l"], "Labels", () => toggleLayer("labels")],
   [["r"], "Range rings and bearings", () => toggleLayer("rings")],
   [["v"], "Where each will be in 10 s", () => toggleLayer("vectors")],
@@ -295,4 +311,4 @@ for (const kind of ["error", "unhandledrejection"]) {
 }
 setTimeout(frameOnce, FRAME_MS);
 reads.renew("info", "sensors");
-start();
+stream = start();

@@ -4,7 +4,8 @@ import { drawRadars, drawRings, drawScale, scaleBox } from "./furniture.js";
 import { palette } from "./palette.js";
 import { change, settings } from "./settings.js";
 import { drawAreas, drawCoverage, drawOverlay } from "./shapes.js";
-import { drawAccuracy, drawLabels, drawSymbols, drawTrails, drawVectors, place } from "./symbols.js";
+import { drawAccuracy, drawEllipses, drawLabels, drawSymbols, drawTrails, drawVectors, place } from "./symbols.js";
+import { drawTrust } from "./trust.js";
 import { steer, View } from "./view.js";
 
 const REACH_PX = 16; // how near a click must be
@@ -91,7 +92,9 @@ export class Map2d {
     if (layers.raw) this.raw?.draw(context, view, time);
     this.placed = place(view, tracks);
     if (selected) drawAccuracy(context, view, selected);
+    drawEllipses(context, view, this.placed);
     if (layers.vectors) drawVectors(context, view, this.placed);
+    drawTrust(context, view, this.placed);
     if (layers.labels) drawLabels(context, view, this.placed, this.alerted);
     drawSymbols(context, view, this.placed, time, this.alerted);
     drawScale(context, view);

@@ -23,10 +23,12 @@ export const settings = {
   follow: false,
   text: "",
   sources: new Set(SOURCES),
+  flagged: false, // only what cannot be trusted
   sort: { column: "number", descending: false },
   theme: "auto",
   layers: defaultLayers(),
   labelBy: "number",
+  at: "lagged", // or "now": which of the service's pictures is shown
 };
 
 const listeners = [];
@@ -46,7 +48,7 @@ export function toggleSource(source) {
   change({ sources });
 }
 
-export const isFiltering = () => settings.text !== "" || settings.sources.size < SOURCES.length;
+export const isFiltering = () => settings.text !== "" || settings.flagged || settings.sources.size < SOURCES.length;
 
 let timer = null;
 // Browsers refuse many history entries a second; a pan changes the centre at every frame.
@@ -63,10 +65,12 @@ function write() {
   if (settings.follow) hash.set("follow", "1");
   if (settings.text) hash.set("q", settings.text);
   if (settings.sources.size < SOURCES.length) hash.set("src", [...settings.sources].join(","));
+  if (settings.flagged) hash.set("flagged", "1");
   const sort = (settings.sort.descending ? "-" : "") + settings.sort.column;
   if (sort !== "number") hash.set("sort", sort);
   if (settings.theme !== "auto") hash.set("theme", settings.theme);
   if (settings.labelBy !== "number") hash.set("by", settings.labelBy);
+  if (settings.at !== "lagged") hash.set("at", settings.at);
   const layers = Object.keys(LAYERS).filter((name) => settings.layers[name]);
   if (Object.keys(LAYERS).some((name) => settings.layers[name] !== LAYERS[name][1])) hash.set("layers", layers.join(","));
   history.replaceState(null, "", `#${hash.toString().replaceAll("%2C", ",")}`);
@@ -85,9 +89,11 @@ export function read() {
     follow: hash.get("follow") === "1",
     text: hash.get("q") ?? "",
     sources: new Set(hash.has("src") ? hash.get("src").split(",").filter((name) => SOURCES.includes(name)) : SOURCES),
+    flagged: hash.get("flagged") === "1",
     sort: { column: sort.replace("-", ""), descending: sort.startsWith("-") },
     theme: ["light", "dark"].includes(hash.get("theme")) ? hash.get("theme") : "auto",
     labelBy: hash.get("by") === "serial" ? "serial" : "number",
+    at: hash.get("at") === "now" ? "now" : "lagged",
     layers: hash.has("layers")
       ? Object.fromEntries(Object.keys(LAYERS).map((name) => [name, hash.get("layers").split(",").includes(name)]))
       : defaultLayers(),

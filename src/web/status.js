@@ -4,6 +4,7 @@ import { byId, setAttribute, setText } from "./dom.js";
 import * as format from "./format.js";
 
 const STALE_MS = 3000; // the service sends something each second
+const PREDICTED = "each track is where it should be by now; it is within its ellipse 95 times of 100, and those less sure are left out";
 
 export class Status {
   info = null;
@@ -11,6 +12,7 @@ export class Status {
   publishedAt = null; // the page's monotonic clock and the service's UTC at the same moment
   pictureTime = NaN;
   latency = NaN;
+  isNow = false; // the picture is predicted, of now
   replay = null; // {speed, playing}
   late = null; // seconds, while the service says that its picture is late
   retry = null;
@@ -19,6 +21,12 @@ export class Status {
   constructor() {
     setInterval(() => this.show(), 250);
     document.addEventListener("visibilitychange", () => this.show());
+  }
+
+  /** A collection of tracks came. */
+  took(collection) {
+    this.isNow = collection.at === "now";
+    this.heard(collection);
   }
 
   heard({ time, published_at, latency_s }) {
@@ -45,7 +53,7 @@ export class Status {
   /** Each second: also where no picture comes. */
   beat(beat) {
     this.late = beat.late_s ?? null;
-    this.heard(beat);
+    this.heard(this.isNow ? {} : beat); // its times are those of the other picture
   }
 
   get isReplay() {
@@ -96,12 +104,14 @@ export class Status {
     if (this.isReplay) {
       const { speed, playing } = this.replay ?? {};
       const how = playing === false ? " paused" : speed && speed !== 1 ? ` ×${speed}` : "";
-      return ["replay", `REPLAY${how}`, "A recording, not the world now"];
+      const predicted = this.isNow ? " NOW (predicted)" : "";
+      return ["replay", `REPLAY${how}${predicted}`, `A recording, not the world now${this.isNow ? `; ${PREDICTED}` : ""}`];
     }
     if (this.late != null) {
       const late = this.late < 10 ? this.late.toFixed(1) : this.late.toFixed(0);
       return ["late", `LATE ${late} s`, "The service publishes later than it should: every track was somewhere else by now. The alerts say why."];
     }
+    if (this.isNow) return ["now", "NOW (predicted)", PREDICTED];
     const behind = Number.isFinite(this.latency) ? ` −${this.latency.toFixed(2)} s` : "";
     return ["live", `LIVE${behind}`, "The picture is this far behind the world, so that late measurements still count"];
   }

@@ -119,8 +119,25 @@ export function drawSymbols(context, view, placed, now, alerted) {
   }
 }
 
-/** Within this circle the selected track is, 95 times of 100; left out where the symbol covers it. */
+/** Within its ellipse each predicted track is, 95 times of 100; left out where the symbol covers it. */
+export function drawEllipses(context, view, placed) {
+  context.save();
+  context.lineWidth = 1;
+  for (const [track, px, py] of placed) {
+    const { major_m, minor_m, azimuth_deg } = track.properties.accuracy_ellipse ?? {};
+    const [major, minor] = [major_m * view.scale, minor_m * view.scale];
+    if (!(major > 6)) continue;
+    context.strokeStyle = track.id === settings.selected ? palette.selected : palette[track.source];
+    context.beginPath();
+    context.ellipse(px, py, major, minor, ((azimuth_deg - 90) * Math.PI) / 180, 0, 2 * Math.PI);
+    context.stroke();
+  }
+  context.restore();
+}
+
+/** Within this circle the selected track is, 95 times of 100; left out where the symbol covers it, and where it has an ellipse. */
 export function drawAccuracy(context, view, track) {
+  if (track.properties.accuracy_ellipse) return;
   const radius = track.properties.accuracy_h_m * view.scale;
   if (!(radius > 6)) return;
   const [px, py] = view.toScreen(track.x, track.y);

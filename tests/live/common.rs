@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use fusion::time::Time;
 use socket2::{Domain, Protocol, Socket, Type};
 use utm_fusion::capture::{Capture, Datagram};
-use utm_fusion::config::{Config, Record};
+use utm_fusion::config::{Config, PictureKind, Record};
 use utm_fusion::simulate::{Scenario, Simulation, simulate};
 
 pub(crate) use crate::program::{Scratch, utm_fusion};
@@ -99,7 +99,7 @@ pub(crate) fn on_own_ports(config: &Config, port: u16, scratch: &Scratch, record
         let (address, port) = (address(index as u8), port + index);
         sensor.inputs = vec![Input { address, port, source: None, trailer_octets: None }];
     }
-    config.output.asterix = vec![Sink { address: address(99), port, ttl: 1 }];
+    config.output.asterix = vec![Sink { address: address(99), port, ttl: 1, picture: PictureKind::Lagged }];
     config.output.record = record;
     config.state.dir = scratch.path("state");
     config.http.listen = ([127, 0, 0, 1], 0).into();
@@ -172,6 +172,18 @@ pub(crate) fn beside(input: &Path, extension: &str) -> PathBuf {
 
 /// `replay` of a recording with what stands beside it, as a pcap file; its octets.
 pub(crate) fn replayed(input: &Path) -> Vec<u8> {
+    replayed_at("lagged", input)
+}
+
+/// The datagrams of its pictures of now.
+pub(crate) fn replayed_now(input: &Path) -> Vec<(Time, Vec<u8>)> {
+    let scratch = Scratch::new();
+    let file = scratch.path("now.pcap");
+    fs::write(&file, replayed_at("now", input)).unwrap();
+    datagrams(&file)
+}
+
+fn replayed_at(picture: &str, input: &Path) -> Vec<u8> {
     let scratch = Scratch::new();
     let out = scratch.path("out.pcap");
     let output = utm_fusion("replay")
@@ -180,6 +192,7 @@ pub(crate) fn replayed(input: &Path) -> Vec<u8> {
         .arg(beside(input, "site.toml"))
         .arg("--state")
         .arg(input.with_extension(""))
+        .args(["--at", picture])
         .arg("-o")
         .arg(&out)
         .output()

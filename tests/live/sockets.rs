@@ -5,7 +5,12 @@ use std::net::Ipv4Addr;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use crate::common::{Running, Scratch, datagrams, files, group, joined, only, read, replayed, utm_fusion};
+use fusion::time::Time;
+use utm_fusion::config::{Address, PictureKind, Sink};
+
+use crate::common::{
+    Running, Scratch, datagrams, files, group, joined, only, read, replayed, replayed_now, utm_fusion,
+};
 use crate::stage::Stage;
 
 const SCENARIO: &str =
@@ -62,6 +67,39 @@ fn what_was_sent_what_was_recorded_and_what_is_replayed_are_the_same() {
     // The transponders' numbers are kept.
     let numbers = utm_fusion::state::read_numbers(&stage.scratch.path("state")).unwrap();
     assert_eq!(numbers.len(), 2);
+}
+
+/// A destination of now gets that picture and the status, and none of the other; the recording is of the other alone.
+#[test]
+fn a_sink_of_now_hears_what_a_replay_writes_of_now() {
+    let stage = Stage::new(SCENARIO, 21_600, |config, _| {
+        let lagged = config.output.asterix[0];
+        let address = Address::Multicast { group: group(98), interface: Ipv4Addr::LOCALHOST };
+        config.output.asterix.push(Sink {
+            address,
+            port: lagged.port + 1,
+            picture: PictureKind::Now,
+            ..lagged
+        });
+    });
+    let sinks = &stage.config.output.asterix;
+    let (stop, listener) = stage.listen();
+    let of_now = stage.listen_to(group(98), sinks[1].port, &stop);
+    let service = stage.run("run.log");
+    stage.send(0.0, 16.0);
+    std::thread::sleep(Duration::from_secs(1));
+    let (code, log) = service.stop();
+    assert_eq!(code, Some(0), "{log}");
+    stop.store(true, Ordering::Relaxed);
+    let (lagged, now) = (listener.join().unwrap(), of_now.join().unwrap());
+    let directory = stage.scratch.path("recordings");
+    let input = only(&directory, "input-", ".pcap");
+    let output = only(&directory, "output-", ".pcap");
+    assert!(fs::read(&output).unwrap() == replayed(&input));
+    let payloads = |sent: Vec<(Time, Vec<u8>)>| sent.into_iter().map(|sent| sent.1).collect::<Vec<_>>();
+    assert!(lagged == payloads(datagrams(&output)));
+    assert!(now.len() > 20 && now != lagged, "{} datagrams of now", now.len());
+    assert!(now == payloads(replayed_now(&input)));
 }
 
 /// A radar that puts a counter and a time behind the blocks of each datagram: told once, recorded as it came, no fault.

@@ -92,11 +92,21 @@ impl Stage {
 
     /// Hears the output; its datagrams of CAT129.
     pub(crate) fn listen(&self) -> (Arc<AtomicBool>, JoinHandle<Vec<Vec<u8>>>) {
-        let sink = &self.config.output.asterix[0];
-        let socket = joined(group(99), sink.port, self.interface());
         let stop = Arc::new(AtomicBool::new(false));
+        let listener = self.listen_to(group(99), self.config.output.asterix[0].port, &stop);
+        (stop, listener)
+    }
+
+    /// The same of any group, until it is to stop.
+    pub(crate) fn listen_to(
+        &self,
+        group: Ipv4Addr,
+        port: u16,
+        stop: &Arc<AtomicBool>,
+    ) -> JoinHandle<Vec<Vec<u8>>> {
+        let socket = joined(group, port, self.interface());
         let stopped = stop.clone();
-        let listener = std::thread::spawn(move || {
+        std::thread::spawn(move || {
             let mut heard = Vec::new();
             let mut octets = [0; 65536];
             loop {
@@ -107,7 +117,6 @@ impl Stage {
                     Err(_) => {}
                 }
             }
-        });
-        (stop, listener)
+        })
     }
 }

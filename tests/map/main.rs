@@ -24,6 +24,7 @@ mod phone;
 mod picture;
 mod service;
 mod tiles;
+mod trust;
 
 const SOON: Duration = Duration::from_secs(20);
 
@@ -94,10 +95,21 @@ fn the_live_picture_says_how_far_it_is_behind() {
     browser.wait("document.getElementById('replay').hidden", SOON);
     browser.wait("document.querySelectorAll('#sensors [data-look=ok]').length === 2", SOON);
     browser.wait(&format!("{ROWS} > 0"), SOON + SOON);
+    now_is_predicted(&mut browser);
     the_lines_of_a_sensor_are_a_table(&mut browser);
     a_late_picture_is_not_live(&mut browser, &service);
     assert_eq!(browser.complaints(), Vec::<String>::new(), "errors in the console");
     assert!(browser.requests().iter().all(|asked| asked.starts_with(&service.url())));
+}
+
+/// One key shows where everybody is by now, and again how it was.
+fn now_is_predicted(browser: &mut Browser) {
+    browser.press("n");
+    browser.wait(&format!("{BADGE} === 'NOW (predicted)' && {ROWS} > 0"), SOON);
+    browser.wait("location.hash.includes('at=now')", SOON);
+    browser.wait("Math.abs(Date.parse(document.getElementById('picture-time').textContent.replace('picture ', '1970-01-01T') + 'Z') - Date.parse('1970-01-01T' + document.getElementById('utc').textContent.replace(' UTC', 'Z'))) < 2500", SOON);
+    browser.press("n");
+    browser.wait(&format!("/^LIVE −6\\.[2-9]\\d s$/.test({BADGE}) && {ROWS} > 0"), SOON);
 }
 
 /// The service stands still for some seconds, and then publishes what it owes: too late, and says so.
@@ -143,6 +155,7 @@ fn estimates_are_shown_where_there_are_some() {
         browser.wait(&format!("/{words}/.test({said})"), SOON);
     }
     the_circle_of_the_accuracy_is_drawn(&mut browser);
+    the_ellipses_of_now_are_drawn(&mut browser);
     a_radars_registration_is_in_its_panel(&mut browser);
     an_operator_decides(&mut browser, &service);
 
@@ -184,6 +197,18 @@ fn the_circle_of_the_accuracy_is_drawn(browser: &mut Browser) {
             if (near && away > 22 && y > height / 2 + 22) count += 1; } \
         return count; })()";
     assert!(browser.number(far) > 20, "no circle is drawn");
+}
+
+/// Around every track, not around the selected one alone.
+fn the_ellipses_of_now_are_drawn(browser: &mut Browser) {
+    browser.press("n");
+    browser.wait(&format!("{BADGE} === 'REPLAY paused NOW (predicted)' && {ROWS} > 2"), SOON);
+    browser.wait(DRAWN, SOON);
+    let with_ellipses = browser.screenshot();
+    browser.press("n");
+    browser.wait(&format!("{BADGE} === 'REPLAY paused' && {ROWS} > 2"), SOON);
+    browser.wait(DRAWN, SOON);
+    assert!(browser.screenshot() != with_ellipses);
 }
 
 #[test]

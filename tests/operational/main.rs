@@ -6,6 +6,7 @@ mod flood;
 #[path = "../shared/invented.rs"]
 mod invented;
 mod learning;
+mod now;
 
 use fusion::time::Time;
 use utm_fusion::areas::Masks;

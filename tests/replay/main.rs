@@ -8,7 +8,9 @@ mod determinism;
 mod formats;
 mod hostile;
 mod inputs;
+mod integrity;
 mod masks;
+mod now;
 #[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "shared by several tests")]
 mod program;

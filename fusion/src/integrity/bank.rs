@@ -34,6 +34,8 @@ const WALK_MAX_S: f64 = 14.0;
 const WALK_COST: f64 = 2.6;
 /// A stamp that is this late or early is wrong, seconds.
 const LATE_MIN_S: f64 = 0.5;
+/// It is by more than so many standard deviations.
+const LATE_SIGMAS: f64 = 2.0;
 /// Radius that holds 95 % of a two-dimensional normal distribution, in standard deviations.
 const RADIUS_95: f64 = 2.447_746_830_680_816;
 
@@ -163,7 +165,8 @@ impl Bank {
     /// The same for the time, where the stamps would be wrong by enough.
     pub(crate) fn late_index(&self) -> Option<f64> {
         let best = self.best(|kind| kind == Kind::Late)?;
-        (best.late_s().abs() > LATE_MIN_S).then(|| self.index_of(|kind| kind == Kind::Late))
+        let (mean_s, sigma_s) = best.late_s();
+        (mean_s.abs() - LATE_SIGMAS * sigma_s > LATE_MIN_S).then(|| self.index_of(|kind| kind == Kind::Late))
     }
 
     /// The offset of the likeliest lie at `time`, east and north, metres, with its covariance, m².

@@ -8,6 +8,7 @@ use super::ids::TargetId;
 use super::targets::{Target, Targets};
 use super::tracklets::Tracklets;
 use super::tuning::{COMPETITORS_MAX, PAIR_LLR_MAX};
+use super::walk_off;
 use crate::point::{Competitor, Rival};
 
 /// By target: the transponders that its radar track could be and the radar tracks that its transponder could be, the
@@ -19,7 +20,7 @@ pub(super) fn competitors(
     cycle: &Cycle,
 ) -> BTreeMap<TargetId, Vec<Competitor>> {
     let mut all: BTreeMap<TargetId, Vec<Competitor>> = BTreeMap::new();
-    for tracklet in tracklets.iter().filter(|tracklet| tracklet.spans(cycle)) {
+    for tracklet in tracklets.iter().filter(|tracklet| walk_off::is_there(tracklet, cycle)) {
         let follows =
             |id: &TargetId| targets.get(*id).is_some_and(|target| target.is_followed_by(tracklet.id));
         let own = tracklet.target().filter(follows);

@@ -5,19 +5,22 @@
 
 mod choice;
 mod judge;
+mod marks;
 mod watch;
 
 use std::collections::BTreeMap;
 
+use super::correlation::Decided;
 use super::cycle::Cycle;
-use super::ids::TrackletId;
+use super::ids::{TargetId, TrackletId};
 use super::places::Places;
+use super::registrations::Registrations;
 use super::settings::Settings;
-use super::targets::Targets;
+use super::targets::{Target, Targets};
 use super::tracklets::{Tracklet, Tracklets};
 use super::tuning::{DELAY_BETWEEN_TRANSPONDERS_S, DRONE_SPEED_MAX_M_S};
 use crate::integrity::{
-    Action, Assessment, Concern, Delay, HeldWord, PointIntegrity, ReportRules, Trust, Word,
+    Action, Assessment, Concern, Delay, HeldWord, Jammed, PointIntegrity, Reason, ReportRules, Trust, Word,
 };
 use crate::point::Point;
 use crate::report::{Fix, Identity};
@@ -25,13 +28,27 @@ use crate::slots::Slot;
 use crate::time::Time;
 use choice::Claims;
 use judge::Judge;
-use watch::{SECOND, Watch};
+use watch::{SECOND, TakenFor, Watch};
 
 /// A radar track further away than this is not looked at, metres, beside so many deviations of its slow errors.
 const AROUND_M: f64 = 300.0;
 const AROUND_SIGMAS: f64 = 2.0;
+/// Delay of a transponder that no radar was compared with, seconds.
+const UNKNOWN_DELAY: Delay = Delay { mean_s: 0.0, sigma_s: 0.1 };
 /// Identities not heard for longer are forgotten, seconds.
 const FORGOTTEN_S: f64 = 3600.0;
+
+/// A radar track that sees an aircraft where its transponder is not.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Twin {
+    /// The target of that transponder.
+    liar: TargetId,
+    /// How much likelier it flies as the transponder does than as another aircraft, natural logarithm.
+    pub(super) motion: f64,
+}
+
+/// All of them.
+pub(super) type Twins = BTreeMap<TrackletId, Twin>;
 
 /// What is known of every identity heard lately.
 #[derive(Debug, Default)]
@@ -41,6 +58,7 @@ pub(super) struct Integrities {
     /// Time of the newest report of each.
     heard: BTreeMap<Identity, Time>,
     assessments: BTreeMap<Identity, Assessment>,
+    twins: Twins,
     /// What operators say, by identity.
     words: BTreeMap<Identity, HeldWord>,
 }
@@ -69,7 +87,7 @@ impl Integrities {
         }
         let claims = self.claims(cycle);
         self.watch(tracklets, targets, &claims, cycle);
-        self.settle(cycle);
+        self.settle(tracklets, targets, cycle);
     }
 
     /// Looks at the radar tracks around each transponder, second by second as soon as both are known.
@@ -88,6 +106,7 @@ impl Integrities {
                 let sigma_s = DELAY_BETWEEN_TRANSPONDERS_S.hypot(delay.sigma_s);
                 Judge::new(cycle.centre, Delay { mean_s: delay.mean_s - delay.applied_s, sigma_s })
             });
+            let jumps = self.reports.finding(transponder.identity).suspect.contains(Reason::Jump);
             for end in judge.pending(transponder, cycle) {
                 let Some(curve) = transponder.on_curve(end + -SECOND / 2, settings) else { continue };
                 let range_m = curve.position.0.xy().norm();
@@ -104,8 +123,15 @@ impl Integrities {
                         continue;
                     }
                     let watch = judge.watches.entry(id).or_insert_with(Watch::new);
-                    let is_pair = tracklet.target() == Some(target.id());
-                    watch.look(tracklet, transponder, (end, cycle.deadline), is_pair, radar, settings);
+                    let taken_for = match tracklet.target() {
+                        Some(own) if own == target.id() => TakenFor::Own,
+                        Some(other) if targets.get(other).and_then(Target::transponder).is_some() => {
+                            TakenFor::Another
+                        }
+                        Some(nobody) => TakenFor::Nobodys(nobody),
+                        None => TakenFor::Nothing,
+                    };
+                    watch.look(tracklet, transponder, (end, cycle.deadline), taken_for, jumps, radar, settings);
                 }
                 judge.weigh(transponder.identity, claims, tracklets);
             }
@@ -128,13 +154,15 @@ impl Integrities {
     }
 
     /// The states that follow.
-    fn settle(&mut self, cycle: &Cycle) {
-        let Self { reports, judges, heard, assessments, words, .. } = self;
+    fn settle(&mut self, tracklets: &Tracklets, targets: &Targets, cycle: &Cycle) {
+        let Self { reports, judges, heard, words, twins, .. } = self;
+        let rules = &cycle.settings.integrity;
         heard.retain(|_, heard| cycle.centre.seconds_since(*heard) <= FORGOTTEN_S);
         judges.retain(|identity, _| heard.contains_key(identity));
-        assessments.clear();
-        for (&identity, &heard) in &*heard {
+        twins.clear();
+        for &identity in heard.keys() {
             let trust = words.get(&identity).map(|held| held.word.trust);
+<<<<<<< HEAD
             let judge = judges
                 .entry(identity)
                 .or_insert_with(|| Judge::new(cycle.centre, Delay { mean_s: 0.0, sigma_s: 0.1 }));
@@ -142,17 +170,38 @@ impl Integrities {
             let mut assessment = judge.assessment(identity, cycle.centre, heard, trust);
             assessment.is_silent = reports.silent_since(identity).is_some();
             assessments.insert(identity, assessment);
+=======
+            let judge = judges.entry(identity).or_insert_with(|| Judge::new(cycle.centre, UNKNOWN_DELAY));
+            let mut finding = reports.finding(identity);
+            let stands = reports.still_since(identity).is_some();
+            if stands && judge.is_seen_moving(tracklets, cycle.centre) {
+                finding.failed.insert(Reason::Frozen);
+            }
+            judge.judge(cycle.centre, &finding, trust, rules);
+            if let Some((tracklet, motion)) = judge.twin()
+                && let Some(liar) = targets.of_identity(identity)
+            {
+                twins.insert(tracklet, Twin { liar, motion });
+            }
+>>>>>>> main
         }
     }
 
-    /// Marks the points of the slot, and says what is wrong at it.
-    pub(super) fn mark(&self, points: &mut [Point]) -> Vec<Concern> {
-        let mut tracks = BTreeMap::new();
-        for point in points {
-            let Some(part) = point.source.transponder() else { continue };
-            tracks.insert(part.identity, point.number);
-            point.integrity = self.assessments.get(&part.identity).map(|known| known.integrity);
+    /// What radars see where a suspect is not is another aircraft than what the suspect says; with `split` all they see is.
+    pub(super) fn part(
+        &self,
+        decided: &mut Decided,
+        tracklets: &Tracklets,
+        targets: &Targets,
+        settings: &Settings,
+    ) {
+        let rules = &settings.integrity;
+        if rules.show_twin {
+            for (&id, twin) in &self.twins {
+                tracklets.get(id).into_iter().for_each(|tracklet| decided.part(tracklet, twin.liar));
+            }
         }
+<<<<<<< HEAD
         let flagged = self.assessments.values().filter(|known| known.integrity.state.is_flagged());
         flagged
             .map(|known| {
@@ -168,6 +217,89 @@ impl Integrities {
                 }
             })
             .collect()
+=======
+        if rules.action == Action::Split {
+            for liar in self.flagged(targets) {
+                tracklets.iter().for_each(|tracklet| decided.part(tracklet, liar));
+            }
+        }
+    }
+
+    /// A suspect says nothing of registration and delays.
+    pub(super) fn protect(
+        &self,
+        registrations: &mut Registrations,
+        targets: &Targets,
+        settings: &Settings,
+        now: Time,
+    ) {
+        if settings.integrity.protect {
+            registrations.disbelieve(self.flagged(targets).collect(), now);
+        }
+    }
+
+    fn flagged(&self, targets: &Targets) -> impl Iterator<Item = TargetId> {
+        let flagged = self.judges.iter().filter(|(_, judge)| judge.state().is_flagged());
+        flagged.filter_map(|(&identity, _)| targets.of_identity(identity))
+    }
+
+    /// Radar tracks that see an aircraft where its transponder is not, as far as that is to be shown.
+    pub(super) fn twins(&self) -> &Twins {
+        &self.twins
+    }
+
+    /// Marks the points of the slot, and says what is wrong at it.
+    pub(super) fn mark(
+        &mut self,
+        points: &mut [Point],
+        tracklets: &Tracklets,
+        targets: &Targets,
+        cycle: &Cycle,
+    ) -> Vec<Concern> {
+        let rules = &cycle.settings.integrity;
+        if rules.action == Action::Off {
+            return Vec::new();
+        }
+        let Self { reports, judges, heard, assessments, words, twins, .. } = self;
+        let lost = marks::Lost::of(targets, heard, cycle);
+        let mut tracks = BTreeMap::new();
+        for point in points.iter_mut() {
+            match point.source.transponder() {
+                Some(part) => _ = tracks.insert(part.identity, (point.number, marks::is_seen(point, cycle))),
+                None => marks::note_radar_only(point, judges, twins, tracklets, targets, &lost, cycle),
+            }
+        }
+        assessments.clear();
+        let mut concerns = Vec::new();
+        for (&identity, &heard) in &*heard {
+            let Some(judge) = judges.get(&identity) else { continue };
+            let trust = words.get(&identity).map(|held| held.word.trust);
+            let track = tracks.get(&identity).copied();
+            let mut known = judge.assessment(identity, cycle.centre, heard, trust);
+            let silent = reports.silent_since(identity);
+            known.is_silent = silent.is_some();
+            let PointIntegrity { state, reasons, offset_m, .. } = known.integrity;
+            if state.is_flagged() {
+                let (track, twin) = (track.map(|track| track.0), known.twin);
+                concerns.push(Concern::Integrity { identity, track, twin, state, reasons, offset_m });
+            }
+            if let (Some(heard), Some((track, true))) = (silent, track) {
+                concerns.push(Concern::Silent { identity, track: Some(track), heard });
+            }
+            assessments.insert(identity, known);
+        }
+        if let Some(Jammed { identities, places, since }) = reports.jammed().cloned() {
+            concerns.push(Concern::Jamming { identities, places, since });
+        }
+        marks::flag(points, assessments, rules);
+        concerns
+    }
+
+    /// The same without radar tracks: what outlives a silence of all sensors.
+    pub(super) fn without_tracks(self) -> Self {
+        let Self { reports, heard, words, .. } = self;
+        Self { reports, heard, words, ..Self::default() }
+>>>>>>> main
     }
 
     /// An operator's word, from the slot `since` on.

@@ -20,6 +20,7 @@ mod initiation;
 mod integrity;
 mod likelihood;
 mod mutual;
+mod now;
 mod output;
 mod places;
 mod reacquisition;
@@ -39,7 +40,7 @@ mod walk_off;
 use crate::integrity::{Assessment, Concern, HeldWord, Word};
 use crate::learning::{LearningState, LearningStateError, LearntType, TypeState};
 use crate::numbering::Numbers;
-use crate::point::{Newcomers, Point};
+use crate::point::{Newcomers, NowPicture, Point};
 use crate::registration::{RegistrationState, RegistrationStateError};
 use crate::report::{Fix, Identity, Plot, Report, SensorIndex, TransponderType};
 use crate::slots::{Slot, SlotGrid};
@@ -59,6 +60,7 @@ pub use correlation::{
 };
 pub use registrations::{Registered, Step};
 pub(crate) use settings::Settings;
+pub(super) use tuning::DECIDED_AFTER;
 pub use tuning::{ASSOCIATE_LLR, DISSOCIATE_LLR};
 
 /// What the profile knows, and the reports since the last slot.
@@ -74,8 +76,33 @@ pub(super) struct Operational {
     classes: Classes,
     types: TransponderTypes,
     integrities: Integrities,
-    /// Centre of the slot that was published last.
-    published: Option<Time>,
+    /// Centre of the slot that was decided last.
+    decided: Option<Time>,
+}
+
+/// What a slot yields.
+#[derive(Debug, Default)]
+pub(super) struct Yield {
+    /// Its points, in order.
+    pub(super) points: Vec<Point>,
+    /// What is wrong with transponders at it.
+    pub(super) concerns: Vec<Concern>,
+    /// What became of new identities.
+    pub(super) newcomers: Vec<Newcomers>,
+    /// The picture of its deadline, where that is wanted.
+    pub(super) now: Option<NowPicture>,
+}
+
+/// Of the other profile, which tells of nothing else.
+impl From<Vec<Point>> for Yield {
+    fn from(points: Vec<Point>) -> Self {
+        Self { points, ..Self::default() }
+    }
+}
+
+/// The slot that is decided on by what is received by a deadline, at which another one is shown.
+fn decided_slot(deadline: Time, shown: Slot, grid: SlotGrid) -> Slot {
+    grid.of(deadline + -DECIDED_AFTER).min(shown)
 }
 
 impl Operational {
@@ -87,41 +114,62 @@ impl Operational {
         }
     }
 
-    /// Publishes a slot: its points, in order.
+    /// Publishes a slot.
     pub(super) fn emit(
         &mut self,
         slot: Slot,
         grid: SlotGrid,
         settings: &Settings,
         numbers: &mut Numbers,
-    ) -> (Vec<Point>, Vec<Concern>) {
+    ) -> Yield {
         let settings = &self.registrations.settings(settings, &mut self.types);
-        let cycle = &Cycle::new(slot, grid, self.published, settings);
+        let deadline = grid.open(slot) + settings.latency;
+        let cycle_of = |slot, previous| Cycle::new(slot, deadline, grid, previous, settings);
+        let cycle = &cycle_of(decided_slot(deadline, slot, grid), self.decided);
+        let shown = &cycle_of(slot, None);
         self.pass(cycle.centre, settings);
         self.sort_plots(settings);
         self.sort_fixes(settings);
         self.forget(cycle);
         let Self { tracklets, targets, correlations, registrations, classes, types, integrities, .. } = self;
         comparison::compare(tracklets, targets, cycle);
-        let decided = &correlations.decided(tracklets, targets);
+        integrities.assess(tracklets, targets, cycle);
+        let decided = &mut correlations.decided(tracklets, targets);
+        integrities.part(decided, tracklets, targets, settings);
+        let decided = &*decided;
         let measured = &reacquisition::Measured::of(targets);
         association::associate(tracklets, targets, measured, decided, cycle);
+        integrities.protect(registrations, targets, settings, cycle.centre);
         registrations.register(tracklets, targets, types, cycle);
-        initiation::initiate(tracklets, targets, measured, decided, cycle);
-        integrities.assess(tracklets, targets, cycle);
+        initiation::initiate(tracklets, targets, measured, decided, integrities.twins(), cycle);
         targets.filter_all(tracklets, cycle);
-        let mut points = output::publish(targets, tracklets, correlations, numbers, grid, cycle);
-        let concerns = integrities.mark(&mut points);
+        let mut points = output::publish(targets, tracklets, correlations, numbers, grid, shown);
+        let concerns = integrities.mark(&mut points, tracklets, targets, cycle);
+        let now = settings.now.then(|| {
+            let cycle = &cycle_of(grid.of(deadline), None);
+            let mut points = now::predict(targets, tracklets, correlations, grid, cycle);
+            integrities.mark(&mut points, tracklets, targets, cycle); // what is wrong is told once, with the slot
+            NowPicture { slot: cycle.slot, time: cycle.centre, points }
+        });
         targets.settle(tracklets, cycle);
         targets.learn(cycle.centre, types, settings);
         tracklets.settle(cycle.centre, settings);
         classes.learn(tracklets, targets, cycle);
-        self.published = Some(cycle.centre);
-        (points, concerns)
+        self.decided = Some(cycle.centre);
+        Yield { points, concerns, newcomers: self.admission.take(), now }
     }
 
-    /// A slot behind the last report of all passes.
-    pub(super) fn pass(&mut self, time: Time, settings: &Settings) {
+    /// A slot behind the last report of all, where nothing is to be shown.
+    pub(super) fn skip(&mut self, slot: Slot, grid: SlotGrid, settings: &Settings) -> Yield {
+        let deadline = grid.open(slot) + settings.latency;
+        self.pass(grid.centre(decided_slot(deadline, slot, grid)), settings);
+        let slot = grid.of(deadline);
+        let now = || NowPicture { slot, time: grid.centre(slot), points: Vec::new() };
+        Yield { newcomers: self.admission.take(), now: settings.now.then(now), ..Yield::default() }
+    }
+
+    /// A slot is decided.
+    fn pass(&mut self, time: Time, settings: &Settings) {
         self.admission.turn(time, |sensor| settings.transponder(sensor).copied());
     }
 
@@ -168,11 +216,6 @@ impl Operational {
         self.correlations.end(&self.tracklets, centre, settings);
     }
 
-    /// Fates of new identities in the slot that was published.
-    pub(crate) fn take_newcomers(&mut self) -> Vec<Newcomers> {
-        self.admission.take()
-    }
-
     /// What is known of each radar that is registered.
     pub(crate) fn registered(&self) -> impl Iterator<Item = (SensorIndex, &Registered)> {
         self.registrations.radars()
@@ -215,6 +258,7 @@ impl Operational {
     pub(crate) fn inherit(&mut self, before: Self) {
         self.registrations = before.registrations.without_tracks();
         self.types = before.types;
+        self.integrities = before.integrities.without_tracks();
     }
 
     /// Takes a decision over from the slot `since` on, which is the next one or, of a flight that is replayed, was.
@@ -225,7 +269,7 @@ impl Operational {
         settings: &Settings,
     ) -> Result<(), NotCorrelated> {
         let Correlation { radar, transponder, .. } = correlation;
-        let time = self.published.ok_or(NotCorrelated::NoRadarTrack)?;
+        let time = self.decided.ok_or(NotCorrelated::NoRadarTrack)?;
         let tracklet = self.tracklets.with_number(radar, time, settings);
         let id = tracklet.ok_or(NotCorrelated::NoRadarTrack)?.id;
         let is_known = self.targets.of_identity(transponder).is_some();
@@ -256,8 +300,7 @@ impl Operational {
         let ended = Some(ResumedCorrelation::Ended(kept.held));
         let Some(radar) = settings.radar(correlation.radar.sensor) else { return ended };
         let until = heard + radar.track_break();
-        let published = self.published;
-        match published.and_then(|time| self.tracklets.with_number(correlation.radar, time, settings)) {
+        match self.decided.and_then(|time| self.tracklets.with_number(correlation.radar, time, settings)) {
             Some(tracklet) if tracklet.first() <= until => {
                 self.correlations.hold(tracklet.id, correlation, since, &self.tracklets);
                 Some(ResumedCorrelation::Holds(kept.held))

@@ -33,7 +33,8 @@ pub(super) fn publish(
     let mut returned = 0;
     let known =
         shared::map(settings.threads, targets.as_slice(), |target| Known::of(target, tracklets, cycle));
-    for Known { id, tracklet, plot, estimate, is_covered, seen } in known {
+    for known in known {
+        let Known { id, tracklet, plot, estimate, seen, .. } = known;
         let Some(target) = targets.get_mut(id) else { continue };
         // Where no radar track took part yet, or none lately, the one that is still to begin does.
         let lately = |part: &RadarPart| centre.seconds_since(part.time) <= COAST_MAX_S;
@@ -42,17 +43,14 @@ pub(super) fn publish(
         if let Some(plot) = plot.or_else(ahead) {
             target.take_part(plot, settings);
         }
-        let Some(estimate) = estimate else { continue };
-        // What a sensor sees is published, however badly it is known.
-        if !is_covered && plot.is_none() && !is_known(target, &estimate) {
-            continue;
-        }
+        let Some(estimate) = estimate.filter(|_| known.is_worth_showing(target)) else { continue };
         if !targets.number_transponder(id, slot, numbers, &mut returned) {
             continue;
         }
         let Some(target) = targets.get(id) else { continue };
         let because = because(target, tracklet, correlations);
-        let Some(source) = source(target, plot, because, &estimate, cycle) else { continue };
+        let radar = target.radar().map(|radar| radar.0);
+        let Some(source) = source(target, radar, plot, because, &estimate, cycle) else { continue };
         let estimated = estimated(target, &estimate, seen, cycle);
         let Some(number) = targets.number(id, &source, slot) else { continue };
         points.push(Point {
@@ -73,24 +71,24 @@ pub(super) fn publish(
 }
 
 /// What is known of a target, whatever is known of others.
-struct Known<'a> {
+pub(super) struct Known<'a> {
     id: TargetId,
-    /// Of its radar tracks the one with the plot nearest to the slot's centre, and that plot where it spans the slot.
-    tracklet: Option<&'a Tracklet>,
-    plot: Option<&'a Plot>,
+    /// Of its radar tracks the one with the plot nearest to the slot's centre, and that plot where it is there in the slot.
+    pub(super) tracklet: Option<&'a Tracklet>,
+    pub(super) plot: Option<&'a Plot>,
     /// Where it is, as far as its radar tracks may have walked off.
-    estimate: Option<StateEstimate>,
+    pub(super) estimate: Option<StateEstimate>,
     /// Whether its transponder was heard around the slot.
     is_covered: bool,
     /// The last plot of its radar tracks up to the slot's end.
-    seen: Option<Time>,
+    pub(super) seen: Option<Time>,
 }
 
 impl<'a> Known<'a> {
-    fn of(target: &Target, tracklets: &'a Tracklets, cycle: &Cycle) -> Self {
+    pub(super) fn of(target: &Target, tracklets: &'a Tracklets, cycle: &Cycle) -> Self {
         let tracklet = nearest_track(target, tracklets, cycle);
-        let spans = tracklet.filter(|tracklet| tracklet.spans(cycle));
-        let is_covered = target.on_curve(cycle.centre, cycle.settings).is_some();
+        let here = tracklet.filter(|tracklet| walk_off::is_there(tracklet, cycle));
+        let is_covered = target.is_heard(cycle);
         let mut estimate = target.estimate(cycle.centre);
         if let Some(estimate) = estimate.as_mut().filter(|_| !is_covered) {
             let otherwise_m2 =
@@ -100,11 +98,18 @@ impl<'a> Known<'a> {
         Self {
             id: target.id(),
             tracklet,
-            plot: spans.and_then(|own| own.nearest(cycle.centre)),
+            plot: here.and_then(|own| own.nearest(cycle.centre)),
             estimate,
             is_covered,
             seen: target.followed(tracklets).filter_map(|tracklet| tracklet.last_before(cycle.end)).max(),
         }
+    }
+
+    /// Whether the target is published: what a sensor sees, however badly it is known.
+    pub(super) fn is_worth_showing(&self, target: &Target) -> bool {
+        self.is_covered
+            || self.plot.is_some()
+            || self.estimate.as_ref().is_some_and(|estimate| is_known(target, estimate))
     }
 }
 
@@ -113,7 +118,7 @@ fn nearest_track<'a>(target: &Target, tracklets: &'a Tracklets, cycle: &Cycle) -
     let away = |tracklet: &&Tracklet| {
         let plot = tracklet.nearest(cycle.centre);
         let away = plot.map(|plot| (plot.time.nanos() - cycle.centre.nanos()).abs());
-        (!tracklet.spans(cycle), away, tracklet.key)
+        (!walk_off::is_there(tracklet, cycle), away, tracklet.key)
     };
     target.followed(tracklets).min_by_key(away)
 }
@@ -132,7 +137,7 @@ fn is_known(target: &Target, estimate: &StateEstimate) -> bool {
 }
 
 /// Why the radar track is this target.
-fn because(target: &Target, tracklet: Option<&Tracklet>, correlations: &Correlations) -> Because {
+pub(super) fn because(target: &Target, tracklet: Option<&Tracklet>, correlations: &Correlations) -> Because {
     let score = tracklet.and_then(|tracklet| tracklet.pair_llr(target.id()));
     let pair = tracklet.zip(target.identity());
     match pair.map(|(tracklet, identity)| correlations.verdict(tracklet.id, identity)) {
@@ -141,15 +146,15 @@ fn because(target: &Target, tracklet: Option<&Tracklet>, correlations: &Correlat
     }
 }
 
-/// Who takes part now; where nobody does, who did last.
-fn source(
+/// Who takes part now; where nobody does, who did last (`radar`).
+pub(super) fn source(
     target: &Target,
+    radar: Option<RadarPart>,
     plot: Option<&Plot>,
     because: Because,
     estimate: &StateEstimate,
     cycle: &Cycle,
 ) -> Option<Source> {
-    let radar = target.radar().map(|(part, _)| part);
     let transponder = target.transponder().and_then(|transponder| transponder.part(cycle.end));
     Some(match (transponder, plot.zip(radar)) {
         (Some(transponder), Some((plot, radar))) => {
@@ -163,7 +168,7 @@ fn source(
 }
 
 /// How it moves, and what its place rests on. `seen`: the last plot of its radar track up to the slot's end.
-fn estimated(
+pub(super) fn estimated(
     target: &Target,
     estimate: &StateEstimate,
     seen: Option<Time>,
@@ -190,6 +195,7 @@ fn estimated(
             + bias.vertical_m2
             + estimate.velocity.z * estimate.velocity.z * bias.time_s2,
         velocity_covariance: estimate.velocity_covariance,
+        lie_m2: 0.0,
         basis: match (estimate.since_s, estimate.until_s) {
             _ if is_measured => Basis::Measured,
             (Some(_), Some(_)) => Basis::Interpolated,

@@ -28,6 +28,8 @@ pub struct Settings {
     pub threads: NonZeroUsize,
     /// From the opening of a slot to its deadline.
     pub latency: SignedDuration,
+    /// Whether each deadline also yields where aircraft are by then.
+    pub now: bool,
     /// Whether transponders can be trusted.
     pub integrity: IntegrityRules,
     /// Delay of transponders of which no more is known, and by type; not read from the settings but learnt.
@@ -53,6 +55,7 @@ impl Settings {
             motion: rules.dynamics,
             threads: rules.threads,
             latency,
+            now: rules.now,
             integrity: rules.integrity,
             delay: Delay::default(),
             delays: BTreeMap::new(),

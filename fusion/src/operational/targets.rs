@@ -85,6 +85,11 @@ impl Target {
         self.followed.iter().any(|followed| followed.1 == id)
     }
 
+    /// The number that it was published under.
+    pub(super) fn number(&self) -> Option<TrackNumber> {
+        self.number
+    }
+
     pub(super) fn radar(&self) -> Option<(RadarPart, f64)> {
         self.radar
     }
@@ -130,18 +135,20 @@ impl Target {
     /// A plot of its radar track takes part in the published slot.
     pub(super) fn take_part(&mut self, plot: &Plot, settings: &Settings) {
         let Some(radar) = settings.radar(plot.track.sensor) else { return };
-        let part = RadarPart {
-            track: plot.track,
-            time: plot.time,
-            height_measured: plot.height_measured,
-            uav_probability: plot.uav_probability,
-        };
-        self.radar = Some((part, radar.plot_sigma_m(plot.position)));
+        self.radar = Some((RadarPart::from(plot), radar.plot_sigma_m(plot.position)));
     }
 
     /// Where its transponder says it was.
     pub(super) fn on_curve(&self, time: Time, settings: &Settings) -> Option<OnCurve> {
         self.transponder.as_ref()?.on_curve(time, settings)
+    }
+
+    /// Whether its transponder is heard around the slot, or is not known yet to have fallen silent.
+    pub(super) fn is_heard(&self, cycle: &Cycle) -> bool {
+        let Some(transponder) = &self.transponder else { return false };
+        let since = |last: Time| cycle.silent_s(last) <= TRANSPONDER_SILENT_S;
+        transponder.on_curve(cycle.centre, cycle.settings).is_some()
+            || transponder.last_until(cycle.centre).is_some_and(since)
     }
 
     /// Where it is.

@@ -5,6 +5,7 @@ mod associating;
 mod comparing;
 mod hypotheses;
 mod initiating;
+mod now;
 mod publishing;
 mod several_radars;
 pub(super) mod two_drones;
@@ -108,7 +109,8 @@ impl Case {
     /// Runs these passes.
     fn run(&mut self, passes: impl FnOnce(&mut Operational, &mut Numbers, &Cycle)) {
         let slot = GRID.of(at(NOW_S));
-        passes(&mut self.air, &mut self.numbers, &Cycle::new(slot, GRID, None, &self.settings));
+        let deadline = GRID.open(slot) + self.settings.latency;
+        passes(&mut self.air, &mut self.numbers, &Cycle::new(slot, deadline, GRID, None, &self.settings));
     }
 
     fn decide(&mut self, tracklet: TrackletId, which: usize, verdict: Verdict) {
@@ -136,7 +138,7 @@ impl Case {
         let publish = |slot| {
             heard(self, slot as f64 / 4.0);
             self.numbers.turn(Slot(slot));
-            let points = self.air.emit(Slot(slot), GRID, &self.settings, &mut self.numbers).0;
+            let points = self.air.emit(Slot(slot), GRID, &self.settings, &mut self.numbers).points;
             self.numbers.take_changes();
             (GRID.centre(Slot(slot)).seconds_since(at(0.0)), points)
         };

@@ -102,6 +102,12 @@ impl Transponder {
         &self.fixes[self.fixes.partition_point(|fix| fix.time <= time)..]
     }
 
+    /// The time of the last report up to `time`.
+    pub(super) fn last_until(&self, time: Time) -> Option<Time> {
+        let after = self.fixes.partition_point(|fix| fix.time <= time);
+        Some(self.fixes[after.checked_sub(1)?].time)
+    }
+
     /// The last report up to `time`, and how long it is silent then, seconds: to the next one or, where there is none yet,
     /// to `until`.
     pub(super) fn silence(&self, time: Time, until: Time) -> Option<(Time, f64)> {

@@ -8,7 +8,7 @@
 use super::cycle::Cycle;
 use super::settings::periods;
 use super::targets::Target;
-use super::tracklets::Tracklets;
+use super::tracklets::{Tracklet, Tracklets};
 use super::tuning::{
     ENDED_AFTER_S, KNOWN_AHEAD_S, TRACK_LASTS_PERIODS, WALK_OFF_LASTS_S, WALK_OFF_SHARE, WALK_OFF_SPEED_M_S,
     WALK_OFFS_HZ,
@@ -18,18 +18,27 @@ use super::tuning::{
 /// radars see it.
 pub(super) fn of_target(target: &Target, tracklets: &Tracklets, cycle: &Cycle) -> f64 {
     let Some(last) = target.followed(tracklets).max_by_key(|tracklet| tracklet.last()) else { return 0.0 };
-    let lasting_s = cycle
-        .settings
-        .radar(last.key.sensor)
-        .map_or(0.0, |radar| periods(TRACK_LASTS_PERIODS, radar.period_s).as_secs_f64());
     let remaining_s = last.last().seconds_since(cycle.centre);
-    let has_ended = KNOWN_AHEAD_S - remaining_s > ENDED_AFTER_S.max(lasting_s);
-    match has_ended {
+    match cycle.silent_s(last.last()) > ended_after_s(last, cycle) {
         true => variance_m2(remaining_s.max(0.0)),
         // Another radar's track would have parted from it.
         false if target.followed(tracklets).nth(1).is_some() => 0.0,
         false => going_on_m2(remaining_s),
     }
+}
+
+/// A radar track has ended that has shown nothing for longer than this, seconds.
+fn ended_after_s(tracklet: &Tracklet, cycle: &Cycle) -> f64 {
+    let radar = cycle.settings.radar(tracklet.key.sensor);
+    let lasting_s = radar.map_or(0.0, |radar| periods(TRACK_LASTS_PERIODS, radar.period_s).as_secs_f64());
+    ENDED_AFTER_S.max(lasting_s)
+}
+
+/// Whether a radar track is there in the slot: it spans it or, where what comes after its last plot is not known yet, has not
+/// ended.
+pub(super) fn is_there(tracklet: &Tracklet, cycle: &Cycle) -> bool {
+    let may_go_on = || cycle.silent_s(tracklet.last()) <= ended_after_s(tracklet, cycle).min(KNOWN_AHEAD_S);
+    tracklet.first() < cycle.end && (tracklet.last() >= cycle.begin || may_go_on())
 }
 
 /// The same of a track that goes on for `known_s` at least: how often a walk begins, times the integral, over when it may have

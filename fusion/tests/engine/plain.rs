@@ -235,6 +235,7 @@ impl Plain<'_> {
             numbers,
             newcomers: Vec::new(),
             concerns: Vec::new(),
+            now: None,
         });
     }
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::io;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use jiff::civil::Date;
 use tracing::warn;
@@ -12,6 +13,7 @@ use crate::capture::{Capture, OpenError, TrailerRules};
 use crate::commands::Usage;
 use crate::commands::address::listen_address;
 use crate::commands::moment::{Moment, Speed, day};
+use crate::config::PictureKind;
 use crate::formats::OutputFormat;
 use crate::state::{SavedState, read_beside, read_kept, read_numbers_beside};
 use fusion::numbering::Given;
@@ -37,6 +39,10 @@ pub struct Args {
     /// The output's format, where the extension does not tell.
     #[arg(long, value_enum, value_name = "FORMAT")]
     pub output_format: Option<OutputFormat>,
+    /// Which picture is written and counted: `lagged`, of the slots as they are published, or `now`, where aircraft were
+    /// predicted to be at the time of each publication. --udp sends each destination the one that it is configured for.
+    #[arg(long, value_name = "PICTURE", default_value = "lagged", value_parser = PictureKind::from_str, conflicts_with = "serve")]
+    pub at: PictureKind,
     /// The engine's profile, instead of the configuration's.
     #[arg(long, value_name = "PROFILE")]
     pub profile: Option<String>,
@@ -72,6 +78,10 @@ pub struct Args {
     /// Where --serve listens, instead of the configuration's http.listen: 127.0.0.1:8080, or only a port of this machine.
     #[arg(long, value_name = "ADDR", requires = "serve", value_parser = listen_address)]
     pub http: Option<SocketAddr>,
+    /// Where every alert goes that follows from the picture (area, integrity, jamming, silent, uncooperative): a JSON object per
+    /// line as it is raised, changes and ends, as the stream of the API has it.
+    #[arg(long, value_name = "FILE", conflicts_with = "serve")]
+    pub alerts: Option<PathBuf>,
     /// Adds how long it took to the summary, and prints it to standard error where standard output holds data.
     #[arg(long)]
     pub stats: bool,
@@ -120,6 +130,15 @@ impl Args {
         }
         if self.again && self.output.is_some() {
             return refuse("--loop and -o exclude each other: the file would grow without end");
+        }
+        if self.again && self.alerts.is_some() {
+            return refuse("--loop and --alerts exclude each other: the file would grow without end");
+        }
+        if self.alerts.as_deref() == Some(Path::new("-")) {
+            return refuse("--alerts needs a file: standard output is for -o and the summary");
+        }
+        if self.alerts.is_some() && self.alerts == self.output {
+            return refuse("--alerts and -o name the same file");
         }
         if (self.again || self.serve) && self.inputs.iter().any(|path| path == Path::new("-")) {
             return refuse(

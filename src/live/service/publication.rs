@@ -1,8 +1,11 @@
 //! Slots between their making and their publication: the deadline finds them ready.
 
 use super::Engine;
+use crate::config::PictureKind;
 use crate::formats::{Cat129Encoder, pack};
 use crate::live::published::PublishedPicture;
+use crate::net::send::Sinks;
+use crate::picture::Picture;
 use crate::record::Recorded;
 use fusion::time::Time;
 
@@ -12,13 +15,21 @@ const LATENESS: usize = 2400;
 /// A slot that is made, and published when it is due.
 pub(super) struct ReadySlot {
     frame: PublishedPicture,
-    /// CAT129.
+    /// CAT129, and that of the picture of its deadline where somebody wants it.
     payloads: Vec<Vec<u8>>,
+    now: Vec<Vec<u8>>,
 }
 
 impl ReadySlot {
-    pub(super) fn new(frame: PublishedPicture, encoder: &Cat129Encoder, max_accuracy_m: f64) -> Self {
-        Self { payloads: pack(frame.picture.within(max_accuracy_m), encoder), frame }
+    pub(super) fn new(
+        frame: PublishedPicture,
+        sinks: &Sinks,
+        encoder: &Cat129Encoder,
+        max_accuracy_m: f64,
+    ) -> Self {
+        let pack = |picture: &Picture| pack(picture.within(max_accuracy_m), encoder);
+        let now = frame.now.as_deref().filter(|_| sinks.want(PictureKind::Now));
+        Self { payloads: pack(&frame.picture), now: now.map_or_else(Vec::new, pack), frame }
     }
 
     pub(super) fn due(&self) -> Time {
@@ -57,10 +68,13 @@ impl Engine {
         }
     }
 
-    /// Sends and records the slot, which is published now.
-    fn send(&mut self, ReadySlot { mut frame, payloads }: ReadySlot) -> PublishedPicture {
+    /// Sends the slot, which is published now, and records it.
+    fn send(&mut self, ReadySlot { mut frame, payloads, now }: ReadySlot) -> PublishedPicture {
+        for payload in now {
+            self.failed_sends += self.outlets.sinks.send_of(PictureKind::Now, &payload);
+        }
         for payload in payloads {
-            self.failed_sends += self.outlets.sinks.send(&payload);
+            self.failed_sends += self.outlets.sinks.send_of(PictureKind::Lagged, &payload);
             let due = frame.due;
             self.record(|| Recorded::Output { due, payload });
         }

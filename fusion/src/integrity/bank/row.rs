@@ -286,9 +286,9 @@ impl Row {
         )
     }
 
-    /// How late its stamps are, seconds.
-    pub(super) fn late_s(&self) -> f64 {
-        self.mean[LATE]
+    /// How late its stamps are, and the standard deviation of that, seconds.
+    pub(super) fn late_s(&self) -> (f64, f64) {
+        (self.mean[LATE], self.covariance[(LATE, LATE)].max(0.0).sqrt())
     }
 }
 

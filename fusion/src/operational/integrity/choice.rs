@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::watch::Judged;
+use super::watch::{Judged, TakenFor};
 use crate::operational::ids::TrackletId;
 use crate::operational::tracklets::Tracklets;
 use crate::report::Identity;
@@ -11,13 +11,13 @@ use crate::report::Identity;
 const FAR_MOTION: f64 = 0.0;
 const FAR_LEAD: f64 = 3.0;
 /// Far: the radar takes it for a drone with at least this mean probability, and it is no higher or lower than this, metres.
-const FAR_PROBABILITY: f64 = 0.3;
+const DRONE_PROBABILITY: f64 = 0.3;
 const FAR_HEIGHT_M: f64 = 45.0;
 /// Probability that a radar track is the aircraft's own before it is looked at: one that the association takes for it, one that
 /// is near, one that is elsewhere.
 const OWN_PAIR: f64 = 0.9;
 const OWN_NEAR: f64 = 0.7;
-const OWN_FAR: f64 = 0.2;
+const OWN_FAR: f64 = 0.35;
 
 /// Whose each radar track is that is near somebody, or was for long; and as whose it flies best.
 #[derive(Debug, Default)]
@@ -57,14 +57,16 @@ impl Claims {
         let another = self.near.get(&tracklet).filter(|claim| claim.0 != identity);
         match another {
             Some((_, other)) if !is_near || is_nearer(other, judged) => None,
-            _ if judged.is_pair => Some(Own::Pair),
+            _ if judged.is_pair() => Some(Own::Pair),
+            _ if !is_drone(tracklet, tracklets) => None,
             _ if is_near => Some(Own::Near),
-            _ if is_current || self.is_far(tracklet, identity, judged, tracklets) => Some(Own::Far),
+            _ if is_current || self.is_far(tracklet, identity, judged) => Some(Own::Far),
             _ => None,
         }
     }
 
     /// Whether a radar track that is nobody's flies as this transponder does, and as no other.
+<<<<<<< HEAD
     fn is_far(
         &self,
         tracklet: TrackletId,
@@ -72,21 +74,31 @@ impl Claims {
         judged: &Judged,
         tracklets: &Tracklets,
     ) -> bool {
+=======
+    fn is_far(&self, tracklet: TrackletId, identity: Identity, judged: &Judged) -> bool {
+>>>>>>> main
         let others =
             self.flies.get(&tracklet).into_iter().flatten().filter(|other| other.0 != Some(identity));
         let other = others.map(|other| other.1).fold(f64::NEG_INFINITY, f64::max);
-        let is_drone = tracklets.get(tracklet).is_some_and(|tracklet| {
-            let (seconds, mean) = tracklet.existence().class();
-            seconds == 0.0 || mean > FAR_PROBABILITY
-        });
         let is_level = judged.second.height_m.is_none_or(|height_m| height_m.abs() < FAR_HEIGHT_M);
-        judged.motion > FAR_MOTION && judged.motion > other + FAR_LEAD && is_drone && is_level
+        judged.taken_for != TakenFor::Another
+            && judged.motion > FAR_MOTION
+            && judged.motion > other + FAR_LEAD
+            && is_level
     }
+}
+
+/// Whether the radar takes it for a drone.
+fn is_drone(tracklet: TrackletId, tracklets: &Tracklets) -> bool {
+    tracklets.get(tracklet).is_some_and(|tracklet| {
+        let (seconds, mean) = tracklet.existence().class();
+        seconds == 0.0 || mean > DRONE_PROBABILITY
+    })
 }
 
 /// Whether a radar track is rather the first one's.
 fn is_nearer(one: &Judged, other: &Judged) -> bool {
-    let order = |one: &Judged| (!one.is_near(), !one.is_pair);
+    let order = |one: &Judged| (!one.is_near(), !one.is_pair());
     order(one).cmp(&order(other)).then(one.away.total_cmp(&other.away)).is_lt()
 }
 

@@ -8,7 +8,7 @@ use nalgebra::Vector2;
 use crate::filter::LineOfSight;
 use crate::frames::Enu;
 use crate::integrity::{Look, Motion, Slow, Step};
-use crate::operational::ids::TrackletId;
+use crate::operational::ids::{TargetId, TrackletId};
 use crate::operational::settings::{Radar, Settings};
 use crate::operational::tracklets::Tracklet;
 use crate::operational::transponder::Transponder;
@@ -16,6 +16,8 @@ use crate::time::Time;
 
 /// The length of a look.
 pub(super) const SECOND: SignedDuration = SignedDuration::from_secs(1);
+/// Turns make the slow error of an azimuth larger, by so much at worst: what is learnt is the mean over all flying.
+const TURNS: f64 = 1.8;
 /// A look is judged by those up to this before and after it, seconds;
 const AROUND_S: i64 = 6;
 /// and by how the offset changes within this, seconds.
@@ -83,8 +85,7 @@ impl Second {
         let plots_m2 = noise_m.map(|sigma_m| sigma_m * sigma_m / count);
         let slow = Slow {
             range_m: errors.bias_range_m,
-            azimuth: errors.bias_azimuth
-                * std::env::var("AZ").ok().and_then(|v| v.parse::<f64>().ok()).unwrap_or(1.5), // DBG
+            azimuth: errors.bias_azimuth * TURNS,
             lasts_s: errors.correlation_s,
         };
         let misaligned = |with: f64, without: f64| (with * with - without * without).max(0.0).sqrt();
@@ -140,21 +141,38 @@ pub(super) struct Watch {
     past: VecDeque<Second>,
     /// How many looks were near.
     near: u32,
+    /// Whether it moved against the transponder, as a radar track that walks off does, or as a transponder's place that jumps.
+    walked_off: bool,
     /// What is made of the last look.
     last: Option<Judged>,
+}
+
+/// What the association takes a radar track for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum TakenFor {
+    /// The transponder's aircraft.
+    Own,
+    /// That of another transponder.
+    Another,
+    /// An aircraft without a transponder.
+    Nobodys(TargetId),
+    /// None yet.
+    Nothing,
 }
 
 /// What is made of a look.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Judged {
     pub(super) second: Second,
-    /// Whether the association takes them for one.
-    pub(super) is_pair: bool,
+    /// What the association takes the radar track for.
+    pub(super) taken_for: TakenFor,
     /// Log-likelihood of the look if it is another aircraft.
     pub(super) other: f64,
+    /// How much likelier it flies as the aircraft itself than as another one: by the looks up to this one;
+    pub(super) so_far: f64,
     /// How far the medians are from the transponder; below [`NEAR_MAX`] it is near.
     pub(super) away: f64,
-    /// How much likelier it flies as the aircraft itself than as another one.
+    /// and by those ahead, too.
     pub(super) motion: f64,
     /// Whether it was near for so long that it stays the aircraft's own.
     pub(super) is_loyal: bool,
@@ -163,6 +181,11 @@ pub(super) struct Judged {
 }
 
 impl Judged {
+    /// Whether the association takes them for one.
+    pub(super) fn is_pair(&self) -> bool {
+        self.taken_for == TakenFor::Own
+    }
+
     /// Whether looks up to that one were weighed.
     pub(super) fn is_weighed(&self, until: Option<Time>) -> bool {
         until.is_some_and(|until| self.second.look.time <= until)
@@ -176,48 +199,56 @@ impl Judged {
 
 impl Watch {
     pub(super) fn new() -> Self {
-        Self { motion: Motion::default(), past: VecDeque::new(), near: 0, last: None }
+        Self { motion: Motion::default(), past: VecDeque::new(), near: 0, walked_off: false, last: None }
     }
 
-    /// Looks at the second that ends at `end`, knowing those up to `known`.
+    /// Looks at the second that ends at `end`, knowing those up to `known`. `jumps`: the transponder's places jump by
+    /// themselves, so that it is not the radar track that moves away from them.
     pub(super) fn look(
         &mut self,
         tracklet: &Tracklet,
         transponder: &Transponder,
         (end, known): (Time, Time),
-        is_pair: bool,
+        taken_for: TakenFor,
+        jumps: bool,
         radar: &Radar,
         settings: &Settings,
     ) {
         let of = |end| Second::of(tracklet, transponder, end, radar, settings);
         let Some(now) = of(end) else { return };
-        let other = take(&mut self.motion, self.past.back(), &now);
+        let before = self.past.back().copied();
         self.past.push_back(now);
         let around = |second: &Second| now.look.time.seconds_since(second.look.time) <= AROUND_S as f64;
         while self.past.front().is_some_and(|first| !around(first)) {
             self.past.pop_front();
         }
+        let ahead = (1..=AROUND_S).map(|ahead| end + SECOND * ahead as i32);
+        let ahead = ahead.take_while(|&ahead| ahead <= known).filter_map(of);
+        let seconds: Vec<Second> = self.past.iter().copied().chain(ahead).collect();
+        let walks_off = walks_off(&seconds, &now);
+        let other = match walks_off {
+            true if jumps => 0.0,
+            false if jumps && self.walked_off => self.motion.take_elsewhere(now.steps, elapsed_s(before.as_ref(), &now)),
+            _ => self.motion.take(now.steps, elapsed_s(before.as_ref(), &now)),
+        };
+        self.walked_off = walks_off;
+        let so_far = self.motion.llr();
         let mut motion = self.motion;
-        let mut seconds: Vec<Second> = self.past.iter().copied().collect();
-        for ahead in (1..=AROUND_S).map(|ahead| end + SECOND * ahead as i32) {
-            if ahead <= known
-                && let Some(second) = of(ahead)
-            {
-                take(&mut motion, seconds.last(), &second);
-                seconds.push(second);
-            }
+        for pair in seconds[self.past.len() - 1..].windows(2) {
+            motion.take(pair[1].steps, elapsed_s(Some(&pair[0]), &pair[1]));
         }
         let away = away(&seconds);
         let is_near = away < NEAR_MAX;
         self.near += u32::from(is_near);
         self.last = Some(Judged {
             second: now,
-            is_pair,
+            taken_for,
             other,
+            so_far,
             away,
             motion: motion.llr(),
-            is_loyal: self.near >= LOYAL_LOOKS && motion.llr() > OTHER_LLR,
-            walks_off: walks_off(&seconds, &now),
+            is_loyal: self.near >= LOYAL_LOOKS && so_far > OTHER_LLR,
+            walks_off,
         });
     }
 
@@ -227,9 +258,8 @@ impl Watch {
     }
 }
 
-fn take(motion: &mut Motion, before: Option<&Second>, now: &Second) -> f64 {
-    let dt = before.map_or(1.0, |before| now.look.time.seconds_since(before.look.time));
-    motion.take(now.steps, dt)
+fn elapsed_s(before: Option<&Second>, now: &Second) -> f64 {
+    before.map_or(1.0, |before| now.look.time.seconds_since(before.look.time))
 }
 
 /// How far the medians of the offsets are from nothing, in squared deviations.
