@@ -162,15 +162,6 @@ impl Integrities {
         twins.clear();
         for &identity in heard.keys() {
             let trust = words.get(&identity).map(|held| held.word.trust);
-<<<<<<< HEAD
-            let judge = judges
-                .entry(identity)
-                .or_insert_with(|| Judge::new(cycle.centre, Delay { mean_s: 0.0, sigma_s: 0.1 }));
-            judge.judge(cycle.centre, &reports.finding(identity), trust, &cycle.settings.integrity);
-            let mut assessment = judge.assessment(identity, cycle.centre, heard, trust);
-            assessment.is_silent = reports.silent_since(identity).is_some();
-            assessments.insert(identity, assessment);
-=======
             let judge = judges.entry(identity).or_insert_with(|| Judge::new(cycle.centre, UNKNOWN_DELAY));
             let mut finding = reports.finding(identity);
             let stands = reports.still_since(identity).is_some();
@@ -183,7 +174,6 @@ impl Integrities {
             {
                 twins.insert(tracklet, Twin { liar, motion });
             }
->>>>>>> main
         }
     }
 
@@ -201,23 +191,6 @@ impl Integrities {
                 tracklets.get(id).into_iter().for_each(|tracklet| decided.part(tracklet, twin.liar));
             }
         }
-<<<<<<< HEAD
-        let flagged = self.assessments.values().filter(|known| known.integrity.state.is_flagged());
-        flagged
-            .map(|known| {
-                let PointIntegrity { state, reasons, offset_m, .. } = known.integrity;
-                let track = tracks.get(&known.identity).copied();
-                Concern::Integrity {
-                    identity: known.identity,
-                    track,
-                    twin: known.twin,
-                    state,
-                    reasons,
-                    offset_m,
-                }
-            })
-            .collect()
-=======
         if rules.action == Action::Split {
             for liar in self.flagged(targets) {
                 tracklets.iter().for_each(|tracklet| decided.part(tracklet, liar));
@@ -299,7 +272,6 @@ impl Integrities {
     pub(super) fn without_tracks(self) -> Self {
         let Self { reports, heard, words, .. } = self;
         Self { reports, heard, words, ..Self::default() }
->>>>>>> main
     }
 
     /// An operator's word, from the slot `since` on.

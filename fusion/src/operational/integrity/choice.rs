@@ -66,17 +66,7 @@ impl Claims {
     }
 
     /// Whether a radar track that is nobody's flies as this transponder does, and as no other.
-<<<<<<< HEAD
-    fn is_far(
-        &self,
-        tracklet: TrackletId,
-        identity: Identity,
-        judged: &Judged,
-        tracklets: &Tracklets,
-    ) -> bool {
-=======
     fn is_far(&self, tracklet: TrackletId, identity: Identity, judged: &Judged) -> bool {
->>>>>>> main
         let others =
             self.flies.get(&tracklet).into_iter().flatten().filter(|other| other.0 != Some(identity));
         let other = others.map(|other| other.1).fold(f64::NEG_INFINITY, f64::max);
