@@ -59,11 +59,7 @@ fn it_ends_with_the_first_other_place_and_with_silence() {
     assert_eq!(held_s[held_s.len() - 1], 100.25);
     let silenced: Vec<Arrival> = freezes(1, 2.0, 160.0, hover)
         .into_iter()
-<<<<<<< HEAD
         .filter(|(_, fix)| fix.time <= at(80.0) || fix.time > at(157.0))
-=======
-        .filter(|(_, fix)| fix.time <= at(80.0) || fix.time > at(158.0))
->>>>>>> main
         .collect();
     let mut last_s = 0.0;
     run(&silenced, |at_s, rules| {
