@@ -1,6 +1,6 @@
 //! What one receiver hears of one identity, and the rules that need no more.
 
-use super::frozen::{self, Frozen};
+use super::frozen::Frozen;
 use super::history::{Heard, History};
 use super::jump::{Break, Jump};
 use super::places::Places;
