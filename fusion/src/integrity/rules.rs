@@ -248,6 +248,11 @@ impl Ledger {
         histories.max_by_key(|history| history.newest().map(Heard::order))
     }
 
+    /// Whether more than one aircraft is behind it, so that its motion says nothing.
+    fn is_several(&self, deadline: Time) -> bool {
+        self.duplicate.holds(deadline) || self.streams.iter().any(Stream::is_replay)
+    }
+
     /// Whether its last reports look like a landing: slow, and back on the ground.
     fn has_landed(&self) -> bool {
         let Some(history) = self.latest() else { return false };

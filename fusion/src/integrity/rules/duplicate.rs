@@ -9,8 +9,8 @@ use crate::time::Time;
 
 /// Speed of no drone, m/s, and
 const SPEED_MAX_M_S: f64 = 60.0;
-/// errors of its receiver, metres.
-const RECEIVER_M: f64 = 30.0;
+/// errors of its receiver, metres: four standard deviations between two reports of one of 10 m an axis.
+const RECEIVER_M: f64 = 60.0;
 /// By how much two receivers differ in their clocks, seconds.
 const RECEIVERS_APART_S: f64 = 2.0;
 /// Looked back over.

@@ -11,6 +11,8 @@ use crate::time::Time;
 
 /// Who fell silent within this time fell silent at once.
 const AT_ONCE: SignedDuration = SignedDuration::from_secs(15);
+/// Who is cut off at one moment was heard last within a period, which is 4 s at most with most transponders.
+const WITHIN_A_PERIOD: SignedDuration = SignedDuration::from_secs(5);
 /// So many of them at least,
 const IDENTITIES: usize = 3;
 /// and such a share of those heard
@@ -18,7 +20,7 @@ const SHARE: f64 = 0.3;
 /// within this time.
 const LATELY: SignedDuration = SignedDuration::from_secs(60);
 /// Probability of as many by chance, at the rate at which single ones have fallen silent here.
-const BY_CHANCE: f64 = 5e-4;
+const BY_CHANCE: f64 = 1e-4;
 /// That rate is as if one had fallen silent in so many identity-seconds before the first, and
 const ASSUMED_S: f64 = 900.0;
 /// is forgotten to 1/e in so many seconds.
@@ -89,32 +91,34 @@ impl Jamming {
         };
         let mut silent: Vec<Silent> = ledgers.iter().filter_map(silent).collect();
         silent.sort_by_key(|silent| (silent.newest, silent.identity));
-        let windows = (0..silent.len()).map(|from| {
-            let until = silent[from].newest + AT_ONCE;
-            from..silent.partition_point(|silent| silent.newest <= until)
-        });
-        // Of windows that are as full the first: nothing depends on what came behind it.
-        let Some(fullest) = windows.rev().max_by_key(|window| window.len()) else { return };
-        let at_once = &silent[fullest];
-        let is_many = at_once.len() >= IDENTITIES && at_once.len() as f64 >= SHARE * of_late as f64;
-        let is_growing = self.jammed.as_ref().is_some_and(|jammed| {
-            at_once[0].newest <= jammed.since + AT_ONCE && at_once.len() > jammed.identities.len()
-        });
-        let may_begin = self.jammed.is_none() && self.chance(at_once.len(), of_late) <= BY_CHANCE;
-        if is_many && (is_growing || may_begin) {
-            self.jammed = Some(Jammed {
-                identities: at_once.iter().map(|silent| silent.identity).collect(),
-                places: at_once.iter().map(|silent| silent.place).collect(),
-                since: at_once[0].newest,
+        for lasts in [WITHIN_A_PERIOD, AT_ONCE] {
+            let windows = (0..silent.len()).map(|from| {
+                let until = silent[from].newest + lasts;
+                from..silent.partition_point(|silent| silent.newest <= until)
             });
+            // Of windows that are as full the first: nothing depends on what came behind it.
+            let Some(fullest) = windows.rev().max_by_key(|window| window.len()) else { return };
+            let at_once = &silent[fullest];
+            let is_many = at_once.len() >= IDENTITIES && at_once.len() as f64 >= SHARE * of_late as f64;
+            let is_growing = self.jammed.as_ref().is_some_and(|jammed| {
+                at_once[0].newest <= jammed.since + AT_ONCE && at_once.len() > jammed.identities.len()
+            });
+            let may_begin = self.jammed.is_none() && self.chance(at_once.len(), of_late, lasts) <= BY_CHANCE;
+            if is_many && (is_growing || may_begin) {
+                self.jammed = Some(Jammed {
+                    identities: at_once.iter().map(|silent| silent.identity).collect(),
+                    places: at_once.iter().map(|silent| silent.place).collect(),
+                    since: at_once[0].newest,
+                });
+            }
         }
     }
 
-    /// Probability that as many of `all` fall silent at once by themselves (binomial).
-    fn chance(&self, many: usize, all: usize) -> f64 {
+    /// Probability that as many of `all` fall silent within so long by themselves (binomial).
+    fn chance(&self, many: usize, all: usize, within: SignedDuration) -> f64 {
         let before = (self.silences - many as f64).max(0.0);
         let rate = (before + 1.0) / (self.heard_s + ASSUMED_S);
-        let one = 1.0 - (-rate * AT_ONCE.as_secs_f64()).exp();
+        let one = 1.0 - (-rate * within.as_secs_f64()).exp();
         let mut term = (1.0 - one).powi(all as i32);
         let mut fewer = 0.0;
         for count in 0..many {

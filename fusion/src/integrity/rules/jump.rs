@@ -13,7 +13,7 @@ const BREAK_GAP_MAX_S: f64 = 30.0;
 /// A miss that reflections make at a poor receiver, metres: they shift it by 5 to 15.
 const RECEIVER_M: f64 = 20.0;
 /// Noise in standard deviations.
-const NOISE_SIGMAS: f64 = 5.0;
+const NOISE_SIGMAS: f64 = 6.0;
 /// What turns faster than this on one side of the gap, m/s², is no aircraft: more than one report lies.
 const MOTION_MAX_M_S2: f64 = 12.0;
 /// A miss of this share may be a change of places with another one near by.
@@ -103,8 +103,8 @@ impl Jump {
     }
 }
 
-/// White noise of a receiver, an axis, by how far motion misses over the gaps of late: the lower quartile, since turns add to
-/// most of the others.
+/// White noise of a receiver, an axis, by how far motion misses over the gaps of late: the lowest sixth, since turns add to
+/// many of the others.
 #[derive(Debug)]
 struct Noise {
     /// The newest overwrite the oldest, metres.
@@ -120,12 +120,14 @@ impl Default for Noise {
 }
 
 impl Noise {
-    const GAPS: usize = 32;
-    /// As if so many gaps had missed by so much, metres, before the first: a receiver of 1 to 2 m.
+    const GAPS: usize = 64;
+    /// As if so many gaps had missed by so much, metres, before the first: a poor receiver, until a few gaps show a better one.
     const ASSUMED_GAPS: usize = 8;
-    const ASSUMED_M: f32 = 2.0;
-    /// Lower quartile of Rayleigh's distribution, in standard deviations of an axis: sqrt(2 ln(4/3)).
-    const QUARTILE: f64 = 0.7585;
+    const ASSUMED_M: f32 = 10.0;
+    /// One in so many misses by less than
+    const LOWEST: usize = 6;
+    /// this, in standard deviations of an axis: sqrt(2 ln(6/5)), Rayleigh's distribution.
+    const LOWEST_SIGMAS: f64 = 0.6039;
 
     fn learn(&mut self, miss_m: f64) {
         self.lately_m[self.next] = miss_m as f32;
@@ -136,7 +138,7 @@ impl Noise {
     fn sigma_m(&self) -> f64 {
         let mut lately_m = self.lately_m;
         let known = &mut lately_m[..self.known];
-        let (_, quartile, _) = known.select_nth_unstable_by(self.known / 4, f32::total_cmp);
-        f64::from(*quartile) / Self::QUARTILE
+        let (_, lowest, _) = known.select_nth_unstable_by(self.known / Self::LOWEST, f32::total_cmp);
+        f64::from(*lowest) / Self::LOWEST_SIGMAS
     }
 }

@@ -1,6 +1,7 @@
 //! `replay`: earlier reports come again, octet by octet, at one constant time difference.
 
 use jiff::SignedDuration;
+use nalgebra::Vector3;
 
 use super::history::Heard;
 use super::places::{Places, Seen};
@@ -14,8 +15,10 @@ const LAG_MIN: SignedDuration = SignedDuration::from_secs(5);
 const LAG_MIN_RECEIVERS: SignedDuration = SignedDuration::from_secs(10);
 /// The time difference is constant within this.
 const LAG_SPREAD: SignedDuration = SignedDuration::from_millis(500);
-/// Places that must have come again, all of them different.
+/// Places that must have come again, all of them so far apart, metres: a smoothed position that wanders by some centimetres in
+/// hover comes back on its own way (seen of a real autopilot within half a minute).
 const PLACES: usize = 5;
+const APART_M: f64 = 0.3;
 /// Of the reports meanwhile so many may be new for one that is known: the earlier ones were not all received.
 const HITS_PER_MISS: u32 = 4;
 /// Logarithm of how much likelier a replay must be than a receiver with a coarse grid.
@@ -45,8 +48,8 @@ struct Chain {
     hits: u32,
     misses: u32,
     last: Time,
-    /// The first different places.
-    places: [[u64; 3]; PLACES],
+    /// The first different places, metres.
+    places: [Vector3<f64>; PLACES],
     different: usize,
 }
 
@@ -74,7 +77,7 @@ impl Replay {
                 Some(at) => {
                     is_known = true;
                     if !std::mem::replace(&mut is_hit[at], true) {
-                        self.chains[at].hit(place, time);
+                        self.chains[at].hit(heard);
                     }
                 }
                 None => first = first.or(Some(seen)),
@@ -86,7 +89,7 @@ impl Replay {
         self.chains.retain(|chain| chain.misses <= 1 + chain.hits / HITS_PER_MISS);
         if let (false, Some(seen)) = (is_known, first) {
             self.strays = self.strays.saturating_add(1);
-            self.begin(Chain::new(seen, place, time));
+            self.begin(Chain::new(seen, heard));
         }
         places.insert(place, own, time);
     }
@@ -108,18 +111,18 @@ impl Replay {
 }
 
 impl Chain {
-    fn new(seen: Seen, place: [u64; 3], time: Time) -> Self {
-        let lag = time - seen.time;
+    fn new(seen: Seen, heard: Heard) -> Self {
+        let lag = heard.time - seen.time;
         let mut chain = Self {
             source: seen.stream,
             lag,
             hits: 0,
             misses: 0,
-            last: time,
-            places: [[0; 3]; PLACES],
+            last: heard.time,
+            places: [Vector3::zeros(); PLACES],
             different: 0,
         };
-        chain.hit(place, time);
+        chain.hit(heard);
         chain
     }
 
@@ -129,11 +132,12 @@ impl Chain {
         -chance.min(1.0).ln() * f64::from(self.hits)
     }
 
-    fn hit(&mut self, place: [u64; 3], time: Time) {
+    fn hit(&mut self, heard: Heard) {
         self.hits += 1;
-        self.last = self.last.max(time);
-        if self.different < PLACES && !self.places[..self.different].contains(&place) {
-            self.places[self.different] = place;
+        self.last = self.last.max(heard.time);
+        let is_apart = |place: &Vector3<f64>| (place - heard.position).norm() >= APART_M;
+        if self.different < PLACES && self.places[..self.different].iter().all(is_apart) {
+            self.places[self.different] = heard.position;
             self.different += 1;
         }
     }

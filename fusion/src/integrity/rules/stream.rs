@@ -73,6 +73,11 @@ impl Stream {
         }
     }
 
+    /// Whether it sends what was sent before.
+    pub(super) fn is_replay(&self) -> bool {
+        self.replay.holds()
+    }
+
     /// Since when its place has stood still to the octet, while it is heard and does.
     pub(super) fn still_since(&self, deadline: Time) -> Option<Time> {
         self.frozen.still_since().filter(|_| self.is_heard(deadline))

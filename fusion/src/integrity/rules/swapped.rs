@@ -40,22 +40,26 @@ const SAME_CHANGE: SignedDuration = SignedDuration::from_secs(30);
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Swap {
     with: Identity,
+    /// When they changed places last.
     at: Time,
+    /// Whether they have not changed back.
+    lasts: bool,
 }
 
 impl Swap {
     /// Notes that an identity changed places with `with`. If it had done so before, it is itself again.
-    pub(super) fn note(swap: Option<&mut Option<Self>>, with: Identity, at: Time) {
-        let Some(swap) = swap else { return };
-        match swap {
-            Some(known) if known.with == with && (at - known.at).abs() <= SAME_CHANGE => {}
-            Some(known) if known.with == with => *swap = None,
-            Some(_) | None => *swap = Some(Self { with, at }),
-        }
+    fn note(swap: &mut Option<Self>, with: Identity, at: Time) {
+        let known = swap.filter(|known| known.with == with);
+        let lasts = match known {
+            Some(known) if (at - known.at).abs() <= SAME_CHANGE => return,
+            Some(known) => !known.lasts,
+            None => true,
+        };
+        *swap = Some(Self { with, at, lasts });
     }
 
     pub(super) fn holds(&self, deadline: Time) -> bool {
-        deadline <= self.at + HOLDS
+        self.lasts && deadline <= self.at + HOLDS
     }
 }
 
@@ -82,16 +86,29 @@ impl Breaks {
     /// Notes who changed places, as far as the breaks since the last call show.
     pub(super) fn look(&mut self, ledgers: &mut BTreeMap<Identity, Ledger>, deadline: Time) {
         for (one, found) in self.0.drain(..) {
+            if ledgers.get(&one).is_some_and(|ledger| ledger.is_several(deadline)) {
+                continue;
+            }
             let liken = |(&other, ledger): (&Identity, &Ledger)| {
                 let histories = ledger.streams.iter().map(|stream| &stream.history);
-                let best = histories.filter_map(|history| liken(history, &found, deadline));
-                best.max_by(compare).map(|likeness| (other, likeness))
+                let best =
+                    histories.filter_map(|history| liken(history, &found, deadline)).max_by(compare)?;
+                (other != one && !ledger.is_several(deadline)).then_some((other, best))
             };
-            let others = ledgers.iter().filter(|(other, _)| **other != one);
-            let best = others.filter_map(liken).max_by(|(_, one), (_, other)| compare(one, other));
-            if let Some((other, _)) = best {
-                Swap::note(ledgers.get_mut(&one).map(|ledger| &mut ledger.swap), other, found.after.time);
-                Swap::note(ledgers.get_mut(&other).map(|ledger| &mut ledger.swap), one, found.after.time);
+            let Some((other, likeness)) =
+                ledgers.iter().filter_map(liken).max_by(|(_, one), (_, other)| compare(one, other))
+            else {
+                continue;
+            };
+            let mut note = |who, with| {
+                if let Some(ledger) = ledgers.get_mut(who) {
+                    Swap::note(&mut ledger.swap, with, found.after.time);
+                }
+            };
+            note(&one, other);
+            // Who has vanished sends nothing that could be wrong.
+            if likeness.departed {
+                note(&other, one);
             }
         }
     }

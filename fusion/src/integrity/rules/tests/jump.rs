@@ -64,15 +64,14 @@ fn a_single_report_that_is_off_is_none() {
 
 #[test]
 fn hard_turns_and_stops_are_none() {
-    // 17 m/s in a bank of 35°; 16 m/s there and back; 12 m/s, braked to a hover of 9 s and on.
+    // 17 m/s in a bank of 35°; there and back with 4 m/s²; 12 m/s, braked with 4 m/s² to a hover of 9 s and on.
     let circle = |seconds: f64| [42.1 * (0.404 * seconds).sin(), 42.1 * (0.404 * seconds).cos(), 80.0];
-    let shuttle = |seconds: f64| {
-        let phase = seconds % 40.0;
-        [16.0 * if phase < 20.0 { phase } else { 40.0 - phase }, 0.0, 80.0]
-    };
+    let shuttle = |seconds: f64| [60.0 * (0.26 * seconds).sin(), 0.0, 80.0];
     let stops = |seconds: f64| {
         let (legs, phase) = ((seconds / 30.0).floor(), seconds % 30.0);
-        [216.0 * legs + 12.0 * phase.min(18.0), 0.0, 80.0]
+        let (braking, starting) = ((phase - 15.0).clamp(0.0, 3.0), (phase - 27.0).max(0.0));
+        let on_m = 12.0 * phase.min(18.0) - 2.0 * braking * braking + 2.0 * starting * starting;
+        [216.0 * legs + on_m, 0.0, 80.0]
     };
     for period_s in [0.2, 1.0, 2.0, 3.1, 4.0, 4.4] {
         assert_silent(&flight(1, period_s, (0.0, 300.0), 0.5, circle), &[1]);

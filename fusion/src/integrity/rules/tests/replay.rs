@@ -84,3 +84,21 @@ fn hovering_on_a_coarse_grid_is_none() {
 fn a_frozen_or_standing_one_is_none() {
     assert_silent(&flight(1, 0.5, (0.0, 600.0), 0.0, |_| [1.0, 2.0, 3.0]), &[1]);
 }
+
+#[test]
+fn a_wander_of_centimetres_that_comes_back_on_its_own_way_is_none() {
+    // To the octet, every 10 s.
+    let wanders = |seconds: f64| {
+        let step = f64::from((seconds * 5.0).round() as i32 % 50);
+        [0.02 * step.min(50.0 - step), 0.01 * (step % 7.0), 80.0]
+    };
+    assert_eq!(
+        first(
+            &fired(&flight(1, 0.2, (0.0, 60.0), 0.0, |s| wanders(s).map(|m| m * 0.4)), &[1]),
+            1,
+            Reason::Replay,
+            true
+        ),
+        None
+    );
+}

@@ -8,10 +8,9 @@ fn westward(seconds: f64) -> [f64; 3] {
 fn swapped((from_s, until_s): (f64, f64), period_s: f64, apart_s: f64) -> Vec<Arrival> {
     let mut reports = flight(1, period_s, (0.0, 200.0), 0.5, eastward);
     reports.extend(flight(2, period_s, (apart_s, 200.0), 0.5, westward));
-    let other = |number: u32| identity(3 - number);
     for (_, fix) in &mut reports {
         if (at(from_s)..at(until_s)).contains(&fix.time) {
-            fix.identity = if fix.identity == identity(1) { other(1) } else { other(2) };
+            fix.identity = identity(if fix.identity == identity(1) { 2 } else { 1 });
         }
     }
     reports
