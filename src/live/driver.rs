@@ -1,7 +1,6 @@
 //! The pipeline with its clock: arrivals and ticks in, slots out. Sans-IO, so that a test can own the time.
 
 use std::collections::VecDeque;
-use std::sync::Arc;
 
 use jiff::SignedDuration;
 
@@ -122,7 +121,7 @@ impl Driver {
             match output {
                 Output::Emission(mut emission) => {
                     let numbers = std::mem::take(&mut emission.numbers);
-                    let now = emission.now.take().map(|now| Arc::new(self.maker.now(now)));
+                    let now = emission.now.take().map(|now| self.maker.now(now));
                     let picture = self.maker.picture(emission);
                     let due = picture.time + self.due_after;
                     self.made_at = Some(due + -self.lead());
@@ -132,7 +131,7 @@ impl Driver {
                         due,
                         published_at: due,
                         picture,
-                        now,
+                        now: now.into(),
                     }));
                     self.made.extend(numbers.into_iter().map(Made::Number));
                 }
