@@ -11,6 +11,7 @@ pub mod evaluate;
 pub mod formats;
 mod hex;
 pub mod history;
+pub mod integrity;
 pub mod json;
 pub mod live;
 pub mod net;

@@ -4,7 +4,9 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use proptest::prelude::*;
-use utm_fusion::config::{AreaKind, Auth, Config, ConfigErrors, Fusion, Place, Profile, SensorKind};
+use utm_fusion::config::{
+    Action, AreaKind, Auth, Config, ConfigErrors, Fusion, Integrity, Place, Profile, SensorKind,
+};
 
 const EXAMPLE: &str = include_str!("../config/example.toml");
 
@@ -48,6 +50,7 @@ fn the_example_is_valid_and_shows_the_defaults() {
     let config = load("example.toml");
     let numbers = [("DRONE-ALPHA".to_owned(), 7)].into();
     assert_eq!(config.fusion, Fusion { transponder_numbers: numbers, ..Fusion::default() });
+    assert_eq!(config.integrity, Integrity::default());
     assert_eq!(config.areas, []);
 }
 
@@ -96,6 +99,7 @@ fn the_table_of_keys_the_page_and_the_example_have_the_same_keys() {
         "site",
         "sensors",
         "fusion",
+        "integrity",
         "areas",
         "output",
         "http",
@@ -226,6 +230,36 @@ fn an_override_that_is_wrong_is_named() {
         let rest = shown.strip_prefix(&format!("environment variable {name}: {key}"));
         assert!(rest.is_some_and(|rest| rest.starts_with([':', ' '])), "{shown}");
         assert!(shown.contains(message), "{shown}");
+    }
+}
+
+/// What stands in `[integrity]` is read, and what is wrong there is named with its line.
+#[test]
+fn integrity() {
+    let with = |lines: &str| parse(&format!("{SMALL}\n[integrity]\n{lines}\n"), &[]);
+    assert_eq!(parse(SMALL, &[]).unwrap().integrity, Integrity::default());
+    let read = with("action = \"split\"\non = 9\noff = 0\nprotect = false").unwrap().integrity;
+    let wanted =
+        Integrity { action: Action::Split, on: 9.0, off: 0.0, protect: false, ..Integrity::default() };
+    assert_eq!(read, wanted);
+    for (lines, told) in [
+        (
+            "action = \"correct\"",
+            ":25: integrity.action = \"correct\": there is no such action; use \"off\" or",
+        ),
+        ("on = 2.0", ":25: integrity.on = 2.0: on is above off"),
+        ("alert_limit_m = 9\noff = 14.5", ":26: integrity.off = 14.5: on is above off"),
+        ("on = nan", ":25: integrity.on = NaN: an index is at least 0"),
+        ("off = -1", ":25: integrity.off = -1: an index is at least 0"),
+        ("alert_limit_m = inf", ":25: integrity.alert_limit_m = inf: an alert limit is above 0"),
+        ("protect = 1", ":25: integrity.protect = 1: expected true or false"),
+        (
+            "alert_limit = 60",
+            ":25: integrity.alert_limit = 60: this key is unknown; did you mean alert_limit_m?",
+        ),
+    ] {
+        let errors = with(lines).unwrap_err().to_string();
+        assert!(errors.starts_with(&format!("config/site.toml{told}")), "{lines}: {errors}");
     }
 }
 

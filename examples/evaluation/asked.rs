@@ -177,6 +177,8 @@ pub enum Beside {
     Before,
     /// What the paper's method reaches.
     Paper,
+    /// Of how many.
+    Count,
 }
 
 /// The table.
@@ -184,6 +186,7 @@ pub fn table(asked: &[Asked], beside: Beside) -> String {
     let head = match beside {
         Beside::Before => "before",
         Beside::Paper => "paper (`reference`)",
+        Beside::Count => "n",
     };
     let mut text =
         format!("| figure | {head} | required | ambition | reached |\n|---|---:|---:|---:|---:|\n");
@@ -192,6 +195,7 @@ pub fn table(asked: &[Asked], beside: Beside) -> String {
         let samples = worst.map_or(0, |(mean, _)| mean.count);
         let beside = match beside {
             Beside::Before => row.now.to_owned(),
+            Beside::Count => samples.to_string(),
             Beside::Paper => show(worst.and_then(|(_, case)| case.reference), row.decimals),
         };
         let (required, ambition) = (row.required.show(samples), row.ambition.show(samples));

@@ -6,6 +6,7 @@
 //! cargo run --release --example evaluation -- --quick --seeds 6 --variant two-radars --variant singer
 //! cargo run --release --example evaluation -- --quick --seeds 6 --sheet three
 //! cargo run --release --example evaluation -- --quick --recording 1_4
+//! cargo run --release --example evaluation -- --quick --integrity --seeds 20 --attack drift --attack crossing --each
 //! cargo run --release --example evaluation -- --quick --seeds 6 --lags
 //! ```
 //!
@@ -21,6 +22,7 @@ mod degrade;
 mod demands;
 mod figures;
 mod flights;
+mod integrity;
 mod lags;
 mod quick;
 mod registration;
@@ -40,6 +42,7 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand};
 use utm_fusion::commands::replay;
 
+use crate::asked::Beside;
 use crate::demands::Apart;
 use crate::flights::{CITY, Failure, Flight, RECORDINGS, Row, SCENARIOS};
 use crate::report::Report;
@@ -78,6 +81,15 @@ struct Args {
     /// Only what it costs, with --quick.
     #[arg(long, requires = "quick")]
     speed: bool,
+    /// Only how well transponders that lie are found, with --quick.
+    #[arg(long, requires = "quick")]
+    integrity: bool,
+    /// Of these only this attack, or this scenario without one, with --integrity; repeat for more.
+    #[arg(long, requires = "integrity", value_name = "NAME", value_parser = integrity::NAMES)]
+    attack: Vec<String>,
+    /// A line for each attack and each false flag, with --integrity.
+    #[arg(long, requires = "integrity")]
+    each: bool,
     /// The first seed, with --quick: what was tuned on some is judged on others.
     #[arg(long, requires = "quick", default_value_t = 1)]
     first_seed: u64,
@@ -113,6 +125,7 @@ fn main() -> Result<(), Failure> {
             println!("{:#?}", speed::measure(args.first_seed)?);
             Ok(())
         }
+        Args { integrity: true, .. } => lies(&args),
         Args { lags: true, .. } => {
             let seeds = args.first_seed..=args.first_seed + args.seeds.unwrap_or(QUICK_SEEDS) - 1;
             print!("{}", lags::table(&lags::measure(seeds, args.threads)?));
@@ -121,6 +134,17 @@ fn main() -> Result<(), Failure> {
         Args { quick: true, .. } => quick(&args),
         Args { .. } => document(&args),
     }
+}
+
+/// The table of the transponders that lie.
+fn lies(args: &Args) -> Result<(), Failure> {
+    let seeds = args.first_seed..=args.first_seed + args.seeds.unwrap_or(QUICK_SEEDS) - 1;
+    let measured = integrity::measure(&seeds, &args.attack, args.threads)?;
+    if args.each {
+        println!("{}", integrity::each(&measured));
+    }
+    print!("{}", asked::table(&integrity::asked(&measured), Beside::Count));
+    Ok(())
 }
 
 fn quick(args: &Args) -> Result<(), Failure> {

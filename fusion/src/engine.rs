@@ -4,9 +4,11 @@
 
 mod learnt;
 
+use std::collections::BTreeMap;
+
 use jiff::SignedDuration;
 
-use crate::integrity::{Assessment, HeldWord, Word};
+use crate::integrity::{Assessment, HeldWord, Trust, Word};
 use crate::numbering::{Given, Keeping, Numbers};
 use crate::operational::{
     self, Correlation, HeldCorrelation, NotCorrelated, Operational, ResumedCorrelation, SavedCorrelation,
@@ -268,6 +270,10 @@ impl Engine {
     pub fn say(&mut self, word: Word) -> bool {
         match (&mut self.rules, self.clock) {
             (Rules::Operational(operational, _), Some(clock)) => {
+                // What was said before a restart may still wait for the first slot.
+                let is_over =
+                    |since: Slot, earlier: Word| earlier.identity == word.identity && since <= clock.next;
+                self.plan.words.retain(|&(since, earlier)| !is_over(since, earlier));
                 operational.say(word, clock.next);
                 true
             }
@@ -282,9 +288,18 @@ impl Engine {
         self.plan.words = words;
     }
 
-    /// The operators' words in force, by identity.
+    /// The operators' words in force, by identity; those of before a restart from the first report on.
     pub fn words(&self) -> Vec<HeldWord> {
-        self.operational().into_iter().flat_map(Operational::words).collect()
+        let (Some(operational), Some(clock)) = (self.operational(), self.clock) else { return Vec::new() };
+        let mut words: BTreeMap<Identity, HeldWord> =
+            operational.words().map(|held| (held.word.identity, held)).collect();
+        for &(since, word) in self.plan.words.iter().take_while(|(since, _)| *since <= clock.next) {
+            match word.trust {
+                Trust::Automatic => words.remove(&word.identity),
+                Trust::Trusted | Trust::Distrusted => words.insert(word.identity, HeldWord { word, since }),
+            };
+        }
+        words.into_values().collect()
     }
 
     /// What is known of each identity heard lately; nothing in the `reference` profile.

@@ -15,7 +15,7 @@ use crate::time::Time;
 
 pub(crate) use bank::{Bank, Delay, Look, Slow};
 pub(crate) use motion::{Motion, Step};
-pub(crate) use rules::{Finding, ReportRules};
+pub(crate) use rules::{Finding, Jammed, ReportRules};
 
 /// How far a transponder's identity can be trusted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -286,7 +286,7 @@ pub enum Concern {
 pub struct IntegrityRules {
     /// What is done about a transponder that lies.
     pub action: Action,
-    /// The index above which an identity is suspect (14).
+    /// The index above which an identity is suspect (9).
     pub on: f64,
     /// The index below which it is no longer (2).
     pub off: f64,
@@ -304,7 +304,7 @@ impl Default for IntegrityRules {
     fn default() -> Self {
         Self {
             action: Action::Flag,
-            on: 14.0,
+            on: 9.0,
             off: 2.0,
             alert_limit_m: 60.0,
             accuracy: true,

@@ -73,6 +73,8 @@ pub struct Estimate {
     pub vertical_m2: f64,
     /// Covariance of the velocity over ground, east and north, m²/s².
     pub velocity_covariance: Matrix2<f64>,
+    /// What of the covariance is there only because the transponder is believed no more: mean of the axes, m².
+    pub lie_m2: f64,
     /// What the position rests on.
     pub basis: Basis,
     /// The latest measurement, of whichever sensor, up to the point's time; `None`: it was measured only later.

@@ -2,7 +2,7 @@
 
 use std::net::IpAddr;
 
-use axum::body::Body;
+use axum::body::{Body, Bytes};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::Response;
 use serde::Serialize;
@@ -22,7 +22,7 @@ pub struct Ask {
     pub state: ApiState,
     /// Its parameters.
     pub query: Query,
-    /// The `{id}` in the path.
+    /// What is free in the path.
     pub id: String,
     /// Its headers.
     pub headers: HeaderMap,
@@ -30,6 +30,8 @@ pub struct Ask {
     pub client: Option<IpAddr>,
     /// The token of the request.
     pub pass: Pass,
+    /// Its body, where the route reads one.
+    pub body: Bytes,
 }
 
 impl Ask {

@@ -11,7 +11,7 @@ use super::ask::Ask;
 use super::problem::Problem;
 use super::route::Later;
 use crate::config::{Profile, SensorKind};
-use crate::live::{Denied, Player, Wish};
+use crate::live::{Denied, Named, Player, Wish};
 use crate::picture::{Rfc3339, TransponderId};
 use fusion::operational::{Correlation, HeldCorrelation, NotCorrelated, Verdict};
 use fusion::slots::SlotGrid;
@@ -61,7 +61,7 @@ pub fn correlate(ask: Ask) -> Later<Correlations> {
             "{} track {} and transponder {}: {}, by {who}{from}",
             ask.query.text("sensor").unwrap_or_default(),
             wish.radar.number,
-            wish.serial.escape_debug(),
+            wish.transponder.serial.escape_debug(),
             wish.verdict.name(),
         );
         Ok(correlations(&ask, &held))
@@ -88,30 +88,37 @@ fn wish(ask: &Ask) -> Result<Wish, Problem> {
     let index = index.ok_or_else(|| Problem::not_found(format!("there is no radar {id:?}")))?;
     Ok(Wish {
         radar: RadarTrackKey { sensor: SensorIndex(index as u16), number },
-        serial,
-        country: ask.query.text("country").map(str::to_owned),
+        transponder: Named { serial, country: ask.query.text("country").map(str::to_owned) },
         verdict,
     })
 }
 
 /// Fails where nothing can be decided.
 fn refuse(ask: &Ask) -> Result<(), Problem> {
-    let conflict = |detail: &str| Err(Problem::new(StatusCode::CONFLICT, detail));
     if ask.state.hub.config.fusion.profile == Profile::Reference {
         return Err(problem(&Denied::NotCorrelated(NotCorrelated::Reference)));
     }
+    refuse_standing(ask)
+}
+
+/// Fails where a replay stands still.
+pub(super) fn refuse_standing(ask: &Ask) -> Result<(), Problem> {
+    let conflict = |detail: &str| Err(Problem::new(StatusCode::CONFLICT, detail));
     match ask.state.options.player.as_ref().map(Player::state) {
         Some(state) if !state.playing => conflict("a replay that stands still decides nothing: let it go on"),
         _ => Ok(()),
     }
 }
 
-fn problem(denied: &Denied) -> Problem {
+/// Why something is not decided.
+pub(super) fn problem(denied: &Denied) -> Problem {
     let status = match denied {
         Denied::NotCorrelated(NotCorrelated::NoRadarTrack | NotCorrelated::NoTransponder) => {
             StatusCode::NOT_FOUND
         }
-        Denied::NotCorrelated(NotCorrelated::Reference) | Denied::Ambiguous(_) => StatusCode::CONFLICT,
+        Denied::NotCorrelated(NotCorrelated::Reference) | Denied::Ambiguous(_) | Denied::NotJudged => {
+            StatusCode::CONFLICT
+        }
         Denied::Busy | Denied::Gone => {
             return Problem::unavailable(denied.to_string(), Vec::new()).retry_after_s(1);
         }

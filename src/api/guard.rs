@@ -1,9 +1,10 @@
 //! What every request passes: limits, CORS, the token, the parameters' names; and what every response carries.
 
 use std::net::IpAddr;
+use std::time::Duration;
 
 use axum::Router;
-use axum::body::Body;
+use axum::body::{Body, Bytes, to_bytes};
 use axum::extract::rejection::RawPathParamsRejection;
 use axum::extract::{RawPathParams, Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
@@ -11,7 +12,7 @@ use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{MethodFilter, on};
 
-use super::ask::Ask;
+use super::ask::{Answer, Ask};
 use super::auth;
 use super::client::{Peer, Subscriber, client};
 use super::problem::Problem;
@@ -23,8 +24,10 @@ use super::state::ApiState;
 use super::tokens::Pass;
 use super::{gzip, hosts};
 
-/// Octets of a request's body; no route reads one.
+/// Octets of a request's body.
 const BODY: u64 = 64 * 1024;
+/// How long a body may take to come.
+const BODY_WITHIN: Duration = Duration::from_secs(5);
 /// Octets of the path and its parameters.
 const URI: usize = 8 * 1024;
 
@@ -39,7 +42,7 @@ pub fn router(state: ApiState) -> Router {
         let method = if route.post { MethodFilter::POST } else { MethodFilter::GET };
         let handler = move |State(state): State<ApiState>, id, request: Request| async move {
             let answered = match ask(route, state, id, &request) {
-                Ok(ask) => (route.reply.answer)(ask).await,
+                Ok(ask) => answer(route, ask, request).await,
                 Err(problem) => Err(problem),
             };
             answered.unwrap_or_else(IntoResponse::into_response)
@@ -59,6 +62,17 @@ pub fn router(state: ApiState) -> Router {
         .with_state(state)
 }
 
+/// The answer, once the body is there where one is read.
+async fn answer(route: &Route, mut ask: Ask, request: Request) -> Answer {
+    if route.body.is_some() {
+        let read = tokio::time::timeout(BODY_WITHIN, to_bytes(request.into_body(), BODY as usize)).await;
+        let body = read.map_err(|_| Problem::new(StatusCode::REQUEST_TIMEOUT, "the body did not come"))?;
+        // Who broke off hears no answer.
+        ask.body = body.map_err(|_| too_large())?;
+    }
+    (route.reply.answer)(ask).await
+}
+
 /// The request as the handlers see it, where it may be answered.
 fn ask(
     route: &Route,
@@ -75,7 +89,8 @@ fn ask(
     };
     let client = request.extensions().get::<Client>().map(|client| client.0);
     let headers = request.headers().clone();
-    let mut ask = Ask { state, query, id, headers, client, pass: Pass::default() };
+    let (pass, body) = (Pass::default(), Bytes::new());
+    let mut ask = Ask { state, query, id, headers, client, pass, body };
     ask.pass = auth::check(&ask, route)?;
     let known = route.parameters.unwrap_or(&[]);
     if let Some(name) = ask.query.names().find(|name| known.iter().all(|known| known.name != *name)) {
@@ -115,7 +130,7 @@ async fn guard(State(state): State<ApiState>, mut request: Request, next: Next) 
         headers.insert(header::ACCESS_CONTROL_ALLOW_METHODS, HeaderValue::from_static("GET, HEAD, POST"));
         headers.insert(
             header::ACCESS_CONTROL_ALLOW_HEADERS,
-            HeaderValue::from_static("authorization, if-none-match, last-event-id"),
+            HeaderValue::from_static("authorization, content-type, if-none-match, last-event-id"),
         );
         headers.insert(header::ACCESS_CONTROL_MAX_AGE, HeaderValue::from_static("600"));
         response
@@ -152,7 +167,11 @@ fn too_much(request: &Request) -> Result<(), Problem> {
     if length.is_none_or(|length| length.parse::<u64>().is_ok_and(|octets| octets <= BODY)) {
         return Ok(());
     }
-    Err(Problem::new(StatusCode::PAYLOAD_TOO_LARGE, format!("a body has at most {BODY} octets")))
+    Err(too_large())
+}
+
+fn too_large() -> Problem {
+    Problem::new(StatusCode::PAYLOAD_TOO_LARGE, format!("a body has at most {BODY} octets"))
 }
 
 /// Nothing here is guessed at or framed.

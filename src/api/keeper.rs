@@ -10,13 +10,16 @@ use tokio::sync::broadcast::error::{RecvError, TryRecvError};
 use tokio::time::{Instant, MissedTickBehavior};
 
 use super::endings::{Endings, ended_event, event, reason_event};
+use super::integrity::IdentityJson;
 use super::log::Event;
 use super::shown::Shown;
-use super::sites::{AlertJson, SensorProperties};
+use super::sites::SensorProperties;
 use super::state::ApiState;
 use crate::json::rounded;
-use crate::live::{Alert, Lateness, PublishedPicture, SensorState, Severity, Status};
+use crate::live::{Alert, AlertJson, Integrities, Lateness, PublishedPicture, SensorState, Status};
 use crate::picture::Rfc3339;
+use fusion::Identity;
+use fusion::integrity::{State, Trust};
 use fusion::time::Time;
 
 /// A heartbeat each second.
@@ -29,8 +32,10 @@ pub(super) struct Keeper {
     /// Whether readers know the picture as late.
     told_late: bool,
     sensors: BTreeMap<String, SensorState>,
-    /// Severity and end of each alert as published.
-    alerts: BTreeMap<u64, (Severity, Option<Time>)>,
+    /// State of each transponder as published, and what an operator says of it.
+    integrity: BTreeMap<Identity, (State, Option<Trust>)>,
+    /// Revision and end of each alert as published.
+    alerts: BTreeMap<u64, (u32, Option<Time>)>,
 }
 
 /// The data of `heartbeat`.
@@ -55,6 +60,7 @@ impl Keeper {
             endings: Endings::default(),
             told_late: false,
             sensors: BTreeMap::new(),
+            integrity: BTreeMap::new(),
             alerts: BTreeMap::new(),
         };
         if let Some(frame) = keeper.state.hub.latest() {
@@ -67,6 +73,8 @@ impl Keeper {
     pub(super) async fn run(mut self) {
         let mut statuses = self.state.hub.statuses();
         let mut alerts = self.state.hub.alert_changes();
+        let mut integrity = self.state.hub.integrity.changes();
+        let mut judged = true;
         if let Some(status) = self.state.hub.status() {
             self.tell(&status);
         }
@@ -87,6 +95,11 @@ impl Keeper {
                     if let Some(status) = status {
                         self.tell(&status);
                     }
+                }
+                changed = integrity.changed(), if judged => {
+                    judged = changed.is_ok();
+                    let known = integrity.borrow_and_update().clone();
+                    self.judge(&known);
                 }
                 // Its other end is the hub's, which lives as long as this does.
                 Ok(()) = alerts.changed() => {
@@ -168,11 +181,28 @@ impl Keeper {
         }
     }
 
-    /// Alerts that began, ended, or got better or worse.
+    /// Transponders whose state changed.
+    fn judge(&mut self, known: &Integrities) {
+        let latest = self.state.log.latest().1;
+        let mut states = BTreeMap::new();
+        for assessment in &known.assessments {
+            let identity = assessment.identity;
+            let now = (assessment.integrity.state, known.word(identity).map(|held| held.word.trust));
+            states.insert(identity, now);
+            // What is as it is from the start is no news.
+            if self.integrity.get(&identity).copied().unwrap_or_default() != now {
+                let data = IdentityJson::new(assessment, known, &self.state.hub, latest.as_deref());
+                self.state.log.push(Event::Told(event(&self.next_id(), "integrity", &data)));
+            }
+        }
+        self.integrity = states;
+    }
+
+    /// Alerts that began, changed or ended.
     fn alert(&mut self, alerts: &[Alert]) {
         let mut known = BTreeMap::new();
         for alert in alerts {
-            let told = (alert.severity, alert.until);
+            let told = (alert.revision, alert.until);
             if self.alerts.get(&alert.id) != Some(&told) {
                 let octets = event(&self.next_id(), "alert", &AlertJson::from(alert));
                 self.state.log.push(Event::Told(octets));

@@ -3,15 +3,18 @@
 //! Written by hand: the crate `prometheus-client` knows no summary and would name counters otherwise.
 
 use std::fmt::{Display, Write};
+use std::sync::Arc;
 
 use super::ask::{Answer, Ask, live};
+use super::shown::Shown;
 use super::tls::Tls;
 use crate::config::Config;
 use crate::live::{
-    Level, LineStatus, RegistrationStatus, SensorState, SensorStatus, Status, of_data_sheet, type_name,
-    values, velocity_errors, verdict_name,
+    Integrities, Level, LineStatus, RegistrationStatus, SensorState, SensorStatus, Status, of_data_sheet,
+    type_name, values, velocity_errors, verdict_name,
 };
 use fusion::SensorIndex;
+use fusion::integrity::{Reason, State};
 use fusion::learning::{LearntType, LearntValue};
 use fusion::numbering::LARGEST_TRANSPONDER_NUMBER;
 use fusion::operational::Verdict;
@@ -29,7 +32,7 @@ pub fn text(ask: &Ask) -> Answer {
     out.sample("info", &[("version", env!("CARGO_PKG_VERSION")), ("site", &hub.config.site.name)], 1);
     out.one("start_time_seconds", "When the service started", hub.started.as_seconds());
     out.one("slots_published_total", "Slots published", latest.as_ref().map_or(0, |shown| shown.frame.seq));
-    out.one("tracks", "Tracks in the latest slot", latest.map_or(0, |shown| shown.usual().count()));
+    out.one("tracks", "Tracks in the latest slot", latest.as_ref().map_or(0, |shown| shown.usual().count()));
     out.one("streams", "Open event streams", state.seats.taken());
     out.one("http_connections", "Open HTTP connections", state.door.open());
     out.by(
@@ -54,6 +57,11 @@ pub fn text(ask: &Ask) -> Answer {
     let verdicts =
         [Verdict::Correlated, Verdict::Decorrelated].map(|verdict| (verdict.name(), in_force(verdict)));
     out.by("decisions", "Correlations decided by operators that are in force", "verdict", verdicts);
+    out.integrity(&hub.integrity.held());
+    let uncooperative =
+        |shown: &Arc<Shown>| shown.frame.picture.tracks.iter().filter(|track| track.is_uncooperative).count();
+    let help = "Tracks in the latest slot that fly without a transponder where one would be heard";
+    out.one("uncooperative", help, latest.as_ref().map_or(0, uncooperative));
     let level = match state.condition().level() {
         Level::NotReady => 0,
         Level::Degraded => 1,
@@ -123,6 +131,21 @@ impl Metrics {
         for (value, number) in samples {
             self.sample(name, &[(label, &value.to_string())], number);
         }
+    }
+
+    /// Whether transponders can be trusted.
+    fn integrity(&mut self, known: &Integrities) {
+        let in_state = |state| known.assessments.iter().filter(|one| one.integrity.state == state).count();
+        let states = State::ALL.map(|state| (state.name(), in_state(state)));
+        self.by(
+            "integrity",
+            "Transponders heard in the last hour, by whether they can be trusted",
+            "state",
+            states,
+        );
+        let flags = Reason::ALL.map(|reason| (reason.name(), known.flags.get(&reason).copied().unwrap_or(0)));
+        let help = "Times that something began to speak against a transponder";
+        self.by("integrity_flags_total", help, "reason", flags);
     }
 
     fn tally(&mut self, status: &Status, config: &Config) {

@@ -22,6 +22,7 @@ mod guard;
 mod gzip;
 mod history;
 mod hosts;
+mod integrity;
 mod keeper;
 mod learnt;
 mod log;

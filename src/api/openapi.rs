@@ -80,9 +80,9 @@ fn exact(schema: &mut Schema) {
 
 fn operation(route: &Route, generator: &mut SchemaGenerator) -> Value {
     let mut parameters: Vec<Value> = Vec::new();
-    if route.path.contains("{id}") {
+    if let Some((name, _)) = route.path.split_once('{').and_then(|(_, rest)| rest.split_once('}')) {
         let schema = json!({ "type": "string" });
-        parameters.push(json!({ "name": "id", "in": "path", "required": true, "schema": schema }));
+        parameters.push(json!({ "name": name, "in": "path", "required": true, "schema": schema }));
     }
     for parameter in route.parameters.unwrap_or(&[]) {
         parameters.push(json!({
@@ -114,6 +114,10 @@ fn operation(route: &Route, generator: &mut SchemaGenerator) -> Value {
         responses.insert(status.to_string(), response);
     }
     let mut operation = json!({ "summary": route.summary, "parameters": parameters, "responses": responses });
+    if let Some(body) = route.body {
+        let schema = body(generator);
+        operation["requestBody"] = json!({ "required": true, "content": { JSON: { "schema": schema } } });
+    }
     if let Some(scope) = route.scope {
         operation["security"] = json!([{}, { "token": [] }]);
         operation["description"] = json!(format!("With tokens in force: scope {}.", scope.name()));

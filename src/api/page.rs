@@ -44,6 +44,7 @@ const FILES: &[(&str, &str, &str)] = &[
     ("/symbols.js", JAVASCRIPT, include_str!("../web/symbols.js")),
     ("/table.js", JAVASCRIPT, include_str!("../web/table.js")),
     ("/tiles.js", JAVASCRIPT, include_str!("../web/tiles.js")),
+    ("/trust.js", JAVASCRIPT, include_str!("../web/trust.js")),
     ("/view.js", JAVASCRIPT, include_str!("../web/view.js")),
 ];
 

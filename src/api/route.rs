@@ -21,6 +21,8 @@ pub struct Route {
     pub post: bool,
     /// One line for the document.
     pub summary: &'static str,
+    /// The type of the JSON in its body; `None`: no body is read.
+    pub body: Option<fn(&mut SchemaGenerator) -> Schema>,
     /// The only parameters that a query may have; `None`: the query is ignored.
     pub parameters: Option<&'static [Parameter]>,
     /// What a token needs; `None`: open to everybody.
@@ -37,7 +39,8 @@ impl Route {
     /// One that is read, without parameters.
     pub(super) fn get(path: &'static str, summary: &'static str, reply: Reply) -> Self {
         let scope = Some(Scope::Read);
-        Self { path, post: false, summary, parameters: Some(&[]), scope, problems: &[], limited: true, reply }
+        let (parameters, problems) = (Some(&[][..]), &[]);
+        Self { path, post: false, summary, body: None, parameters, scope, problems, limited: true, reply }
     }
 
     /// One that does something.
@@ -48,6 +51,11 @@ impl Route {
     /// With these parameters.
     pub(super) fn with(self, parameters: &'static [Parameter]) -> Self {
         Self { parameters: Some(parameters), ..self }
+    }
+
+    /// With this as JSON in its body.
+    pub(super) fn reads<T: JsonSchema>(self) -> Self {
+        Self { body: Some(SchemaGenerator::subschema_for::<T>), ..self }
     }
 
     /// Which ignores its query.

@@ -13,7 +13,8 @@ pub use super::route::{Parameter, Route};
 use super::shown::{TrackFeature, Tracks};
 use super::tokens::Scope;
 use super::{
-    correlations, history, metrics, openapi, page, raw, readsb, replay, service, sites, stream, tracks, uss,
+    correlations, history, integrity, metrics, openapi, page, raw, readsb, replay, service, sites, stream,
+    tracks, uss,
 };
 
 const FILTER: [Parameter; 11] = [
@@ -125,6 +126,12 @@ const PAIR: [Parameter; 5] = [
     .needed(),
 ];
 
+const WHOSE: [Parameter; 1] = [Parameter::new(
+    "country",
+    "string",
+    "registration country of the transponder, or none, where several have that serial number",
+)];
+
 /// All routes.
 pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
     vec![
@@ -168,6 +175,20 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
         )
         .with(&PAIR)
         .or(&[404, 409, 413, 503]),
+        Route::get(
+            "/api/v1/integrity",
+            "Whether the transponders heard in the last hour can be trusted, and why",
+            Reply::json(integrity::all),
+        ),
+        Route::post(
+            "/api/v1/integrity/{identity}",
+            "What an operator says of a transponder: it overrides the state, not the index",
+            Scope::Control,
+            Reply::later(integrity::say),
+        )
+        .with(&WHOSE)
+        .reads::<integrity::Body>()
+        .or(&[404, 408, 409, 503]),
         Route::post("/api/v1/replay/play", "The replay goes on", Scope::Control, Reply::json(replay::play))
             .or(&[409, 413]),
         Route::post(
@@ -195,7 +216,7 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
         .or(&[409, 413]),
         Route::get(
             "/api/v1/stream",
-            "Server-Sent Events: snapshot, tracks, ended, sensor, alert, heartbeat, resync, closed",
+            "Server-Sent Events: snapshot, tracks, ended, sensor, integrity, alert, heartbeat, resync, closed",
             Reply::octets::<String>("text/event-stream", stream::open),
         )
         .with(&STREAM)

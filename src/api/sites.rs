@@ -13,7 +13,7 @@ use super::problem::Problem;
 use crate::config::{Sensor, SensorKind};
 use crate::json::rounded;
 use crate::live::{
-    Alert, AlertKind, Contested, LineStatus, RegistrationStatus, SensorStatus, Unknown, values,
+    Alert, AlertJson, Contested, LineStatus, RegistrationStatus, SensorStatus, Unknown, values,
 };
 use crate::picture::{Rfc3339, serial_text};
 use fusion::registration::{BiasValue, Misalignment};
@@ -296,53 +296,6 @@ pub fn coverage(ask: &Ask) -> Answer {
 /// `/api/v1/areas`.
 pub fn areas(ask: &Ask) -> Answer {
     Ok(live(GEO_JSON, ask.state.terms().areas.clone()))
-}
-
-/// What is wrong, or was.
-#[derive(Serialize, JsonSchema)]
-#[schemars(rename = "Alert")]
-pub struct AlertJson {
-    id: String,
-    #[schemars(extend("enum" = ["sensor", "area", "service", "registration"]))]
-    kind: &'static str,
-    #[schemars(extend("enum" = ["warning", "critical"]))]
-    severity: &'static str,
-    since: Rfc3339,
-    /// In words.
-    text: String,
-    #[serde(flatten)]
-    subject: Subject,
-    /// Left out while it lasts.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    until: Option<Rfc3339>,
-}
-
-/// What an alert is about: the id of a sensor or a track, or a part of the service.
-#[derive(Serialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-enum Subject {
-    Sensor(String),
-    Track(String),
-    Part(String),
-}
-
-impl From<&Alert> for AlertJson {
-    fn from(alert: &Alert) -> Self {
-        let subject = match alert.kind {
-            AlertKind::Sensor | AlertKind::Registration => Subject::Sensor,
-            AlertKind::Area => Subject::Track,
-            AlertKind::Service => Subject::Part,
-        };
-        Self {
-            id: format!("{}-{}", alert.kind.name(), alert.id),
-            kind: alert.kind.name(),
-            severity: alert.severity.name(),
-            since: alert.since.into(),
-            text: alert.text.clone(),
-            subject: subject(alert.subject.clone()),
-            until: alert.until.map(Rfc3339),
-        }
-    }
 }
 
 #[derive(Serialize, JsonSchema)]

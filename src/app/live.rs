@@ -13,6 +13,7 @@ use crate::areas::{AlertAreas, Areas};
 use crate::config::Config;
 use crate::current::Current;
 use crate::history::{Historian, Limits, Store};
+use crate::integrity::Lookout;
 use crate::live::{Alerts, Archive, Clock, Driver, Hub, KeeperQueues, Outlets, Service, now};
 use crate::net::listen::lines;
 use crate::net::send::Sinks;
@@ -22,6 +23,7 @@ use crate::state::{
     CorrelationPlan, Keeper, Registrations, StateFile, kept_lines, read_correlations, read_numbers,
     read_registration, registration_text,
 };
+use fusion::integrity::HeldWord;
 use fusion::numbering::Given;
 use fusion::time::Time;
 
@@ -61,7 +63,8 @@ impl LiveBuilder {
     pub fn new(config: Arc<Config>, areas: Areas, listener: TcpListener) -> Self {
         let started = now();
         Self {
-            driver: Driver::new(&config, areas.masks(), started, lines(&config).len()),
+            driver: Driver::new(&config, areas.masks(), started, lines(&config).len())
+                .with_lookout(Lookout::new(&config, &areas)),
             config,
             areas,
             listener,
@@ -99,12 +102,17 @@ impl LiveBuilder {
             info!(radars = registrations.len(), "registration goes on");
         }
         let decisions = StateFile::DECISIONS.load(directory, now, read_correlations);
-        let CorrelationPlan { kept, .. } = decisions.plan(config);
+        let CorrelationPlan { kept, words, .. } = decisions.plan(config);
         if !kept.is_empty() {
             info!(decisions = kept.len(), "decisions hold again where their radar tracks are heard in time");
         }
-        let decisions = kept_lines(&kept, config).into();
+        if !words.is_empty() {
+            info!(words = words.len(), "what operators said of transponders holds again");
+        }
+        let held = words.iter().map(|&(since, word)| HeldWord { word, since });
+        let decisions = kept_lines(&kept, &held.collect::<Vec<_>>(), config).into();
         driver.engine_mut().resume(kept);
+        driver.engine_mut().plan_words(words);
 
         let by_number: BTreeMap<_, _> = numbers.iter().map(|&given| (given.number, given)).collect();
         let nothing = Arc::<str>::from("");

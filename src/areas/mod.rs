@@ -9,7 +9,7 @@ use geo::orient::{Direction, Orient};
 use geo::{BoundingRect, Geometry, Intersects, MultiPolygon, Point, Rect};
 use geojson::{Feature, GeoJson};
 
-use crate::config::{Area, AreaKind};
+use crate::config::{Area, AreaKind, Config, Sensor, SensorKind};
 
 /// The polygons of a file.
 type Polygons = Vec<Shape>;
@@ -58,6 +58,10 @@ pub struct AreaError {
 #[derive(Clone, Debug, Default)]
 pub struct AlertAreas(BTreeMap<String, Polygons>);
 
+/// Where a transponder is heard: the coverage of those receivers that have an area of it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct HeardAreas(Polygons);
+
 /// All areas of a configuration, masks first, as their files were when they were read.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Areas(Vec<(Area, Polygons)>);
@@ -88,6 +92,12 @@ impl Areas {
             }
         }
         AlertAreas(areas)
+    }
+
+    /// Those of kind `coverage` of a transponder receiver.
+    pub fn heard(&self, config: &Config) -> HeardAreas {
+        let heard = self.0.iter().filter(|(area, _)| is_heard(area, config));
+        HeardAreas(heard.flat_map(|(_, polygons)| polygons.iter().cloned()).collect())
     }
 
     /// Each polygon with its area and its name.
@@ -133,6 +143,34 @@ impl AlertAreas {
             move |(_, shapes): &(&String, &Polygons)| shapes.iter().any(|shape| shape.contains(&place));
         self.0.iter().filter(is_in).map(|(name, _)| name.as_str())
     }
+}
+
+impl HeardAreas {
+    /// Loads them.
+    ///
+    /// # Errors
+    /// A file cannot be read or holds something else than polygons.
+    pub fn load(config: &Config) -> Result<Self, AreaError> {
+        let areas: Vec<Area> = config.areas.iter().filter(|area| is_heard(area, config)).cloned().collect();
+        Ok(Areas::load(&areas)?.heard(config))
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Whether a place (degrees) is inside one of them or on its edge.
+    pub fn contain(&self, longitude_deg: f64, latitude_deg: f64) -> bool {
+        let place = Point::new(longitude_deg, latitude_deg);
+        self.0.iter().any(|area| area.contains(&place))
+    }
+}
+
+fn is_heard(area: &Area, config: &Config) -> bool {
+    let AreaKind::Coverage { sensor: id } = &area.kind else { return false };
+    let of_receiver = |sensor: &Sensor| sensor.id == *id && matches!(sensor.kind, SensorKind::Transponder(_));
+    config.sensors.iter().any(of_receiver)
 }
 
 impl Masks {

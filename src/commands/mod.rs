@@ -1,6 +1,7 @@
 //! The command line, one file per subcommand. Data go to standard output, everything else to standard error.
 
 pub mod address;
+mod alert_file;
 mod broadcast;
 pub mod check;
 pub mod completions;

@@ -22,6 +22,7 @@ use crate::app::Failure;
 use crate::areas::Masks;
 use crate::capture::{Capture, Format, Merged, Reception, TrailerRules};
 use crate::config::{Config, PictureKind, Profile};
+use crate::integrity::Lookout;
 use crate::picture::PictureMaker;
 use crate::pipeline::{Event, Output, Pipeline};
 use crate::state::SavedState;
@@ -57,7 +58,8 @@ pub fn run(args: &Args) -> CommandResult {
     let captures = args.open(&trailers)?;
     let day = args.day_of(&captures);
     let maker = PictureMaker::new(&config, Pipeline::new(&config, masks.clone()).normaliser());
-    let mut stage = Stage::open(args, &config, maker)?;
+    let lookout = Lookout::load(&config, masks.clone())?;
+    let mut stage = Stage::open(args, &config, maker, lookout)?;
     let to_stdout = args.output.as_deref() == Some(Path::new("-"));
     let SavedState { numbers, registrations, correlations } = args.saved_state()?;
     let plan = correlations.plan(&config);
@@ -76,6 +78,7 @@ pub fn run(args: &Args) -> CommandResult {
         }
         registrations.restore(&config, None, engine);
         engine.plan(plan.correlated.clone());
+        engine.plan_words(plan.words.clone());
         engine.resume(plan.kept.clone());
         let mut replay =
             Replay { pipeline, stage, warnings: 0, bar: None, unread: false, skipped: String::new() };

@@ -8,6 +8,7 @@ use std::time::Duration;
 use jiff::SignedDuration;
 
 use super::Usage;
+use super::alert_file::AlertFile;
 use super::broadcast::Broadcast;
 use super::moment::{Moment, Speed};
 use super::pace::Pace;
@@ -16,6 +17,7 @@ use super::summary::Summary;
 use crate::app::{Failure, Stop};
 use crate::config::{Config, PictureKind};
 use crate::formats::{OutputFormat, PictureWriter};
+use crate::integrity::Lookout;
 use crate::picture::{Picture, PictureMaker};
 use crate::pipeline::Event;
 use fusion::Emission;
@@ -29,6 +31,11 @@ pub(super) struct Stage<'a> {
     args: &'a Args,
     config: &'a Config,
     maker: PictureMaker,
+    /// As it is at the beginning of the recording, and now.
+    at_first: Lookout,
+    lookout: Lookout,
+    /// With `--alerts`.
+    alerts: Option<AlertFile>,
     /// With `-o`.
     output: Option<Writer>,
     /// With `--udp`.
@@ -44,13 +51,21 @@ pub(super) struct Stage<'a> {
 }
 
 impl<'a> Stage<'a> {
-    pub(super) fn open(args: &'a Args, config: &'a Config, maker: PictureMaker) -> Result<Self, Failure> {
+    pub(super) fn open(
+        args: &'a Args,
+        config: &'a Config,
+        maker: PictureMaker,
+        lookout: Lookout,
+    ) -> Result<Self, Failure> {
         let usual = if args.udp { Speed::Times(1.0) } else { Speed::Max };
         Ok(Self {
             args,
             config,
             maker,
+            lookout: lookout.clone(),
+            at_first: lookout,
             output: open_output(args, config)?,
+            alerts: open_alerts(args, config)?,
             broadcast: if args.udp { Some((Broadcast::open(config)?, Stop::listen()?)) } else { None },
             summary: Summary::default(),
             pace: Pace::new(args.speed.unwrap_or(usual)),
@@ -96,7 +111,15 @@ impl<'a> Stage<'a> {
         }
         let needs_now = self.args.at == PictureKind::Now || self.broadcast.is_some();
         let now = emission.now.take().filter(|_| needs_now).map(|now| self.maker.now(now));
-        let lagged = self.maker.picture(emission);
+        let mut lagged = self.maker.picture(emission);
+        self.lookout.look(&mut lagged, &self.maker);
+        let is_lagged_wanted = self.is_wanted(&lagged);
+        if let Some(alerts) = &mut self.alerts {
+            self.failed = alerts.note(&lagged, &self.maker, is_lagged_wanted).err();
+        }
+        if self.failed.is_some() {
+            return;
+        }
         let [lagged, now] = [Some(lagged), now].map(|picture| {
             let mut picture = picture?;
             picture.keep_within(self.config.output.max_accuracy_m);
@@ -128,6 +151,7 @@ impl<'a> Stage<'a> {
     /// The recording is replayed once more.
     pub(super) fn begin_anew(&mut self) {
         self.first = None;
+        self.lookout = self.at_first.clone();
         self.summary = Summary::default();
         self.pace.begin_anew(self.config.fusion.slot.unsigned_abs());
     }
@@ -136,6 +160,9 @@ impl<'a> Stage<'a> {
     pub(super) fn finish(self) -> Result<u64, io::Error> {
         if let Some(error) = self.failed {
             return Err(error);
+        }
+        if let Some(alerts) = self.alerts {
+            alerts.finish()?;
         }
         if let Some(writer) = self.output {
             writer.finish().map_err(|error| unwritten(self.args, &error))?;
@@ -165,6 +192,22 @@ fn unwritten(args: &Args, error: &io::Error) -> io::Error {
     io::Error::new(error.kind(), format!("{}: cannot be written: {error}", file.display()))
 }
 
+/// Opens what `--alerts` names.
+fn open_alerts(args: &Args, config: &Config) -> Result<Option<AlertFile>, Failure> {
+    let Some(path) = &args.alerts else { return Ok(None) };
+    refuse_input("--alerts", path, args)?;
+    Ok(Some(AlertFile::create(path, config)?))
+}
+
+/// An input is not written.
+fn refuse_input(option: &str, path: &Path, args: &Args) -> Result<(), Usage> {
+    let same = |input: &PathBuf| std::fs::canonicalize(input).ok() == std::fs::canonicalize(path).ok();
+    if path.exists() && args.inputs.iter().any(same) {
+        return Err(Usage(format!("{option} {} is also an input: it would be overwritten", path.display())));
+    }
+    Ok(())
+}
+
 /// Opens what `-o` names.
 fn open_output(args: &Args, config: &Config) -> Result<Option<Writer>, Failure> {
     let Some(path) = &args.output else {
@@ -181,10 +224,7 @@ fn open_output(args: &Args, config: &Config) -> Result<Option<Writer>, Failure> 
             path.display()
         ))
     })?;
-    let same = |input: &PathBuf| std::fs::canonicalize(input).ok() == std::fs::canonicalize(path).ok();
-    if path.exists() && args.inputs.iter().any(same) {
-        return Err(Usage(format!("-o {} is also an input: it would be overwritten", path.display())).into());
-    }
+    refuse_input("-o", path, args)?;
     let out: Box<dyn Write> = if path == Path::new("-") {
         Box::new(BufWriter::new(io::stdout().lock()))
     } else {

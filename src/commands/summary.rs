@@ -4,8 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::{self, Write as _};
 
 use crate::config::{Config, SensorKind};
+use crate::integrity::Flags;
 use crate::live::{in_words, type_in_words, type_name, values};
-use crate::picture::Picture;
+use crate::picture::{Picture, serial_text};
 use crate::pipeline::Tally;
 use fusion::learning::LearntType;
 use fusion::report::TransponderType;
@@ -21,6 +22,9 @@ pub struct Summary {
     span: Option<(Time, Time)>,
     aircraft: BTreeMap<u32, Aircraft>,
     radar_only: BTreeSet<RadarTrackKey>,
+    flags: Flags,
+    /// Numbers and first slots of uncooperative tracks.
+    uncooperative: BTreeSet<(u32, Time)>,
 }
 
 #[derive(Clone, Debug)]
@@ -40,8 +44,12 @@ impl Summary {
     /// Counts a picture.
     pub fn count(&mut self, picture: &Picture) {
         self.slots += 1;
+        self.flags.note(&picture.concerns);
         for track in &picture.tracks {
             let source = &track.point.source;
+            if track.is_uncooperative {
+                self.uncooperative.insert((track.point.number, track.point.first_seen));
+            }
             *self.points.entry(track.source_name()).or_default() += 1;
             let first = self.span.map_or(track.time, |(first, _)| first);
             self.span = Some((first, track.time));
@@ -119,7 +127,32 @@ impl Summary {
         if self.aircraft.len() > SHOWN {
             writeln!(text, "aircraft   and {} more", self.aircraft.len() - SHOWN)?;
         }
-        writeln!(text, "radar only {} tracks", self.radar_only.len())
+        writeln!(text, "radar only {} tracks", self.radar_only.len())?;
+        self.flagged(text)
+    }
+
+    /// Transponders that lie, and drones without one, where there are any.
+    fn flagged(&self, text: &mut String) -> fmt::Result {
+        let identities: Vec<String> =
+            self.flags.identities().iter().map(|identity| serial_text(*identity)).collect();
+        if !identities.is_empty() {
+            let reasons: Vec<String> = self
+                .flags
+                .counts()
+                .iter()
+                .map(|(reason, count)| format!("{count} {}", reason.name()))
+                .collect();
+            let reasons = if reasons.is_empty() { "by an operator".to_owned() } else { reasons.join(", ") };
+            writeln!(text, "flagged    {}: {reasons}", identities.join(", "))?;
+        }
+        if !self.uncooperative.is_empty() {
+            writeln!(
+                text,
+                "flagged    {} tracks without a transponder (uncooperative)",
+                self.uncooperative.len()
+            )?;
+        }
+        Ok(())
     }
 }
 

@@ -7,7 +7,7 @@
 //! (`UTM_FUSION__OUTPUT__RECORD__DIR`). Its value is read as a TOML value, and as text where it is none. `[[sensors]]`
 //! and `[[areas]]` are set in the file only.
 //!
-//! Each key is stated once, in the `section!` of its table (`site`, `sensors`, `network`, `fusion`, `output`, `http`), with
+//! Each key is stated once, in the `section!` of its table (`site`, `sensors`, `network`, `fusion`, `integrity`, `output`, `http`), with
 //! its field, default, check, meaning, and whether SIGHUP reloads it; `docs/CONFIGURATION.md` follows from there.
 //!
 //! On the way in: text → `tree` (values that know their line) → `overrides` → the tables, which ask for their keys and refuse
@@ -18,6 +18,7 @@ mod cidr;
 pub(crate) mod error;
 mod fusion;
 mod http;
+mod integrity;
 pub(crate) mod kinds;
 pub(crate) mod names;
 mod network;
@@ -38,6 +39,7 @@ pub use cidr::{Network, NotANetwork};
 pub use error::{ConfigError, ConfigErrors, Place};
 pub use fusion::{Fusion, MAX_WINDOW_SLOTS, Motion, Profile};
 pub use http::{Auth, Http, RateLimit, Tiles, TlsFiles};
+pub use integrity::{Action, Integrity};
 pub use names::UnknownName;
 pub use network::{Address, Input, LONGEST_TRAILER, PictureKind, Sink};
 pub use output::{Output, Persistence, Record, SerialSource};
@@ -62,6 +64,8 @@ pub struct Config {
     pub sensors: Vec<Sensor>,
     /// The engine.
     pub fusion: Fusion,
+    /// Whether transponders are what they say they are.
+    pub integrity: Integrity,
     /// Polygons, not yet loaded.
     pub areas: Vec<Area>,
     /// What is sent and recorded.
@@ -78,6 +82,7 @@ impl Display for Config {
         show(f, "[site]", &self.site)?;
         self.sensors.iter().try_for_each(|sensor| show(f, "\n[[sensors]]", sensor))?;
         show(f, "\n[fusion]", &self.fusion)?;
+        show(f, "\n[integrity]", &self.integrity)?;
         self.areas.iter().try_for_each(|area| show(f, "\n[[areas]]", area))?;
         show(f, "\n[output]", &self.output)?;
         show(f, "\n[http]", &self.http)?;
@@ -127,6 +132,7 @@ impl Config {
         let site = Site::read(top.need_section("site", "[site] with name, sac and sic"));
         let sensors = sensors::read(&mut top, &site, &faults);
         let fusion = Fusion::read(top.section("fusion"));
+        let integrity = Integrity::read(top.section("integrity"));
         let ids: Vec<&str> = sensors.iter().map(|sensor| &*sensor.id).collect();
         let areas =
             kinds::checked_tables(top.item("areas"), |area: &Area, section| area.check(section, &ids));
@@ -143,16 +149,22 @@ impl Config {
         top.finish();
         // What was refused or is missing is blank: it never leaves.
         faults.check()?;
-        Ok(Self { site, sensors, fusion, areas, output, http, state })
+        Ok(Self { site, sensors, fusion, integrity, areas, output, http, state })
     }
 
     /// Takes the keys that SIGHUP reloads from `wanted`; areas are reloaded by whoever has read their files.
     pub fn reload(&mut self, wanted: &Self) {
         self.site.reload(&wanted.site);
         self.fusion.reload(&wanted.fusion);
+        self.integrity.reload(&wanted.integrity);
         self.output.reload(&wanted.output);
         self.http.reload(&wanted.http);
         self.state.reload(&wanted.state);
+    }
+
+    /// Whether it is found out if transponders are what they say they are.
+    pub fn judges_integrity(&self) -> bool {
+        self.fusion.profile == Profile::Operational && self.integrity.action != Action::Off
     }
 
     /// The radars, in the order of the file; the first is the origin of the ENU frame.

@@ -38,7 +38,7 @@ section! {
 section! {
     /// Files of polygons (GeoJSON, RFC 7946). An area holds at every height and at all times: a file of UAS zones (ED-318,
     /// ED-269) with limits of height or time, circles or conditions is refused. SIGHUP reads the files again, but masks
-    /// change with a restart only.
+    /// change with a restart only, and so does where a drone is uncooperative.
     #[derive(Eq)]
     Area {
         /// What the polygons are for.
@@ -54,7 +54,7 @@ names! {
     AreaKind, "kind of area" {
         /// Plots inside are dropped.
         Mask = "mask",
-        /// Where a sensor sees, shown instead of the circle of `max_range_m`.
+        /// Where a sensor sees, shown instead of the circle of `max_range_m`; of a transponder receiver also where a drone without a transponder is uncooperative.
         Coverage {
             /// The id of that sensor.
             sensor: String

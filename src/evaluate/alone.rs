@@ -1,12 +1,16 @@
 //! The output of a capture, and each input alone as the yardstick beside it.
 
+use std::collections::BTreeMap;
+
 use super::place::Place;
-use super::types::{OutputPoint, PointSource};
+use super::types::{Flags, OutputPoint, PointSource};
 use crate::areas::Masks;
 use crate::capture::{ReadError, Reception};
 use crate::config::{Config, PictureKind, Profile};
+use crate::normalise::Normaliser;
 use crate::picture::PictureMaker;
 use crate::pipeline::{Event, Output, Pipeline};
+use fusion::report::{Fix, Identity};
 use fusion::{Emission, Plot, Report};
 
 /// The points of each input alone.
@@ -16,6 +20,9 @@ pub struct InputsAlone {
     pub radar: Vec<OutputPoint>,
     /// Every transponder's interpolated position, in each slot that has one, at the configured latency.
     pub transponder: Vec<OutputPoint>,
+    /// Every transponder report accepted by the engine, at its own time, under its transponder's number; those of a transponder
+    /// that never got a number are left out.
+    pub reports: Vec<OutputPoint>,
 }
 
 /// The points that a capture gives, as its replay writes them.
@@ -77,13 +84,14 @@ impl InputsAlone {
         config.fusion.latency_slots = config.fusion.latency_slots.max(1);
         let mut pipeline = Pipeline::new(&config, masks).without_plots();
         let maker = PictureMaker::new(&config, pipeline.normaliser());
-        let (mut plots, mut emissions) = (Vec::new(), Vec::new());
+        let (mut plots, mut fixes, mut emissions) = (Vec::new(), Vec::new(), Vec::<Emission>::new());
         for reception in receptions {
             pipeline.receive(&reception?);
             while let Some(output) = pipeline.poll() {
                 match output {
                     Output::Emission(emission) => emissions.push(emission),
                     Output::Event(Event::Accepted { report: Report::Plot(plot), .. }) => plots.push(plot),
+                    Output::Event(Event::Accepted { report: Report::Fix(fix), .. }) => fixes.push(fix),
                     Output::Event(_) => {}
                 }
             }
@@ -107,12 +115,46 @@ impl InputsAlone {
                 sensor: Some(maker.sensor(plot.track.sensor).to_owned()),
                 transponder: None,
                 covariance: None,
+                flags: Flags::default(),
             }
         };
+        let reports = reports(&fixes, &emissions, normaliser);
         let tracks = emissions.into_iter().flat_map(|emission| maker.picture(emission).tracks);
         Ok(Self {
             radar: plots.iter().map(radar).collect(),
             transponder: tracks.map(|track| OutputPoint::of_track(&track, &maker)).collect(),
+            reports,
         })
     }
+}
+
+/// These reports as points, under the numbers that their transponders have in the emissions.
+pub fn reports<'a>(
+    fixes: &[Fix],
+    emissions: impl IntoIterator<Item = &'a Emission>,
+    normaliser: &Normaliser,
+) -> Vec<OutputPoint> {
+    let parts = emissions.into_iter().flat_map(|emission| &emission.points);
+    let parts = parts.filter_map(|point| point.source.transponder());
+    let numbers: BTreeMap<Identity, u32> = parts.map(|part| (part.identity, part.number)).collect();
+    let point = |fix: &Fix| {
+        let number = *numbers.get(&fix.identity)?;
+        let position = normaliser.frame().to_geodetic(fix.position);
+        Some(OutputPoint {
+            time: fix.time,
+            place: Place {
+                latitude_deg: position.latitude_deg(),
+                longitude_deg: position.longitude_deg(),
+                altitude_amsl_m: Some(position.height_m - normaliser.undulation_m()),
+            },
+            source: PointSource::Transponder,
+            number,
+            radar_track: None,
+            sensor: None,
+            transponder: Some(number),
+            covariance: None,
+            flags: Flags::default(),
+        })
+    };
+    fixes.iter().filter_map(point).collect()
 }

@@ -33,6 +33,7 @@ pub struct Attribution<'a> {
 #[derive(Clone, Debug, Default)]
 pub struct Labels {
     rows: Vec<Label>,
+    receivers: BTreeSet<String>,
     /// By track number and sensor of a radar: its rows by time, of equal times in the order of the file.
     radar: BTreeMap<u32, BTreeMap<String, Vec<usize>>>,
     /// By number: the drones that carry a transponder of it.
@@ -50,7 +51,7 @@ impl Labels {
 
     /// Labels with known transponder receivers, by sensor id; all other sensors are radars.
     pub fn with_receivers(rows: Vec<Label>, receivers: &BTreeSet<String>) -> Self {
-        let mut labels = Self { rows, ..Self::default() };
+        let mut labels = Self { rows, receivers: receivers.clone(), ..Self::default() };
         for (place, row) in labels.rows.iter().enumerate() {
             if receivers.contains(&row.sensor) {
                 labels.transponders.entry(row.number).or_default().insert(row.id.clone());
@@ -134,6 +135,17 @@ impl Labels {
             (Some(id), 1) => Some(Attribution { id: id.as_deref(), seduced: false }),
             _ => None,
         }
+    }
+
+    /// What this drone's plots are labelled with, of every radar.
+    pub(super) fn plots_of<'a>(&'a self, id: &'a str) -> impl Iterator<Item = &'a Label> {
+        let plots = self.radar.values().flat_map(BTreeMap::values).flatten();
+        plots.map(|&place| &self.rows[place]).filter(move |row| row.id.as_deref() == Some(id))
+    }
+
+    /// What the reports under this transponder number are labelled with, of every receiver.
+    pub(super) fn reports_of(&self, number: u32) -> impl Iterator<Item = &Label> {
+        self.rows.iter().filter(move |row| row.number == number && self.receivers.contains(&row.sensor))
     }
 
     /// Ids of the drones that carry a transponder.

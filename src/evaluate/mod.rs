@@ -5,6 +5,7 @@
 
 mod alone;
 mod counted;
+mod integrity;
 mod judged;
 mod labels;
 mod metrics;
@@ -17,15 +18,19 @@ mod score;
 mod truth;
 mod types;
 
-pub use alone::{InputsAlone, output, output_at};
+pub use alone::{InputsAlone, output, output_at, reports};
+pub use integrity::{
+    Alert, Attack, AttackKind, Clean, Detection, FalseFlag, Flight, Integrity, Jamming, Shown, Uncooperative,
+    integrity,
+};
 pub use labels::{Attribution, Label, Labels};
 pub use metrics::gospa::{Gospa, Near, gospa};
 pub use metrics::nees::honest_band;
 pub use place::{Offset, Place};
 pub use truth::{TrueTrack, Truth};
 pub use types::{
-    Covariance, Drone, ErrorStatistics, Evaluation, GospaParts, Nees, OutputPoint, PointSource, PolarPlace,
-    Sample, Score, Scored, Scoring,
+    Covariance, Drone, ErrorStatistics, Evaluation, Flags, GospaParts, Nees, OutputPoint, PointSource,
+    PolarPlace, Sample, Score, Scored, Scoring,
 };
 
 use counted::Counted;

@@ -97,6 +97,12 @@ impl TrueTrack {
         Some(moves && across.atan2(along).to_degrees().abs() > TURNS_DEG_S)
     }
 
+    /// Its mean speed over ground in the second around `time`, metres per second; `None` where it is not known for so long.
+    pub(super) fn speed_m_s(&self, time: Time) -> Option<f64> {
+        let at = |later_ns: i64| self.at(Time::from_nanos(time.nanos() + later_ns));
+        Some(at(SECOND / 2)?.offset_from(&at(-SECOND / 2)?).horizontal_m())
+    }
+
     /// Its position, in a hole on the straight line across; `None` outside its span.
     pub(super) fn at_or_across_hole(&self, time: Time) -> Option<Place> {
         let ((before, from), (after, to)) = self.around(time)?;

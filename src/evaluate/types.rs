@@ -1,11 +1,13 @@
 //! The points that are scored, and the scores.
 
+use jiff::SignedDuration;
 use serde::{Deserialize, Serialize};
 
 use super::place::{Offset, Place};
 use crate::config::{Config, Radar, SensorKind};
 use crate::picture::{PictureMaker, PictureTrack};
 use fusion::Source;
+use fusion::integrity::{Reasons, State};
 use fusion::point::Estimate;
 use fusion::slots::SlotGrid;
 use fusion::time::Time;
@@ -41,6 +43,17 @@ pub struct OutputPoint {
     pub transponder: Option<u32>,
     /// Covariance of its position; `None` where the output has none, as in every file format.
     pub covariance: Option<Covariance>,
+    /// What the output says of its transponder, or for want of one.
+    pub flags: Flags,
+}
+
+/// What an output says of a point's transponder, or for want of one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Flags {
+    /// Whether the transponder can be trusted, and what speaks against it; `None` where that is not judged.
+    pub integrity: Option<(State, Reasons)>,
+    /// Whether the aircraft flies without a transponder where one would be heard.
+    pub is_uncooperative: bool,
 }
 
 /// The covariance that the output states for a position, in the axes of the site's frame. At 10 km these are turned by
@@ -76,6 +89,8 @@ pub struct Scoring {
     pub grid: SlotGrid,
     /// The first radar's position; `None` if unknown: errors are then not given over range and azimuth.
     pub site: Option<Place>,
+    /// From the opening of a slot to its publication.
+    pub latency: SignedDuration,
 }
 
 impl Scoring {
@@ -90,14 +105,18 @@ impl Scoring {
             longitude_deg: radar.longitude_deg,
             altitude_amsl_m: Some(radar.height_amsl_m),
         };
-        Self { grid: SlotGrid::new(config.fusion.slot), site: radar.map(site) }
+        Self {
+            grid: SlotGrid::new(config.fusion.slot),
+            site: radar.map(site),
+            latency: config.fusion.latency(),
+        }
     }
 }
 
-/// Slots of 0.25 s, and no site.
+/// Slots of 0.25 s, published 6.25 s after they open, and no site.
 impl Default for Scoring {
     fn default() -> Self {
-        Self { grid: SlotGrid::default(), site: None }
+        Self { grid: SlotGrid::default(), site: None, latency: SignedDuration::from_millis(6250) }
     }
 }
 
@@ -122,6 +141,16 @@ impl OutputPoint {
             sensor: source.radar().map(|part| maker.sensor(part.track.sensor).to_owned()),
             transponder: source.transponder().map(|part| part.number),
             covariance: track.point.estimate.as_ref().map(Covariance::from),
+            flags: Flags::of_track(track),
+        }
+    }
+}
+
+impl Flags {
+    fn of_track(track: &PictureTrack) -> Self {
+        Self {
+            integrity: track.point.integrity.map(|integrity| (integrity.state, integrity.reasons)),
+            is_uncooperative: track.point.is_unexplained,
         }
     }
 }

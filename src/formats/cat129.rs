@@ -10,6 +10,7 @@ use crate::config::{Config, SerialSource};
 use crate::normalise::time_of_day_count;
 use crate::picture::PictureTrack;
 use fusion::Source;
+use fusion::integrity::State;
 
 /// Encodes tracks: one record per block, as edition 1.2 of the category demands.
 #[derive(Clone, Copy, Debug)]
@@ -70,6 +71,7 @@ impl Cat129Encoder {
 fn report(track: &PictureTrack) -> FusionReport {
     let point = &track.point;
     let (radar, transponder) = (point.source.radar(), point.source.transponder());
+    let state = point.integrity.map(|integrity| integrity.state);
     let flag = |set, flag| if set { flag } else { Flags::default() };
     let deviation = |metres: Option<f64>| metres.map_or(Deviation::UNKNOWN, Deviation::from_metres);
     FusionReport {
@@ -85,7 +87,10 @@ fn report(track: &PictureTrack) -> FusionReport {
         vertical_deviation: deviation(track.vertical_motion().map(|motion| motion.deviation_v_m)),
         flags: flag(track.is_interpolated(), Flags::INTERPOLATED)
             .with(flag(track.is_extrapolated(), Flags::EXTRAPOLATED))
-            .with(flag(track.radar_height_missing(), Flags::HEIGHT_NOT_MEASURED)),
+            .with(flag(track.radar_height_missing(), Flags::HEIGHT_NOT_MEASURED))
+            .with(flag(state.is_some_and(State::is_flagged), Flags::INTEGRITY_SUSPECT))
+            .with(flag(state == Some(State::Failed), Flags::INTEGRITY_FAILED))
+            .with(flag(track.is_uncooperative, Flags::UNCOOPERATIVE)),
         uav_probability: radar
             .and_then(|part| part.uav_probability)
             .map_or(UavProbability::UNKNOWN, UavProbability::from_probability),

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{Cat129Encoder, PcapWriter, UdpFlow, csv, pack};
+use super::csv::Columns;
+use super::{Cat129Encoder, PcapWriter, UdpFlow, pack};
 use crate::config::{Address, Config, PictureKind, Sink};
 use crate::picture::{Picture, PictureMaker, PictureTrack, TrackJson};
 use fusion::time::Time;
@@ -52,7 +53,7 @@ enum Form<W> {
     Pcap { out: PcapWriter<W>, flow: UdpFlow },
     Ndjson { out: W, lines: Vec<u8> },
     Geojson { out: W, features: u64 },
-    Csv(W),
+    Csv { out: W, columns: Columns },
 }
 
 /// Where the service sends when the configuration names no sink.
@@ -73,8 +74,9 @@ impl<W: Write> PictureWriter<W> {
                 Form::Geojson { out, features: 0 }
             }
             OutputFormat::Csv => {
-                csv::header(&mut out)?;
-                Form::Csv(out)
+                let columns = Columns::of(config);
+                columns.header(&mut out)?;
+                Form::Csv { out, columns }
             }
         };
         let encoder = Cat129Encoder::of(config);
@@ -112,14 +114,16 @@ impl<W: Write> PictureWriter<W> {
                 *features += 1;
                 Ok(serde_json::to_writer(&mut *out, &Feature::new(track, maker))?)
             }),
-            Form::Csv(out) => csv::picture(out, picture, maker),
+            Form::Csv { out, columns } => columns.picture(out, picture, maker),
         }
     }
 
     /// Writes the format's end, and everything buffered.
     pub fn finish(self) -> io::Result<()> {
         match self.form {
-            Form::Asterix { mut out, .. } | Form::Ndjson { mut out, .. } | Form::Csv(mut out) => out.flush(),
+            Form::Asterix { mut out, .. } | Form::Ndjson { mut out, .. } | Form::Csv { mut out, .. } => {
+                out.flush()
+            }
             Form::Pcap { mut out, .. } => out.flush(),
             Form::Geojson { mut out, .. } => {
                 out.write_all(b"\n]}\n")?;

@@ -1,133 +1,53 @@
 //! An operator's decisions on their way to the engine, and which of them are in force.
 
-use std::sync::Arc;
-use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
-
-use tokio::sync::{oneshot, watch};
-
 use super::driver::Driver;
+use super::requests::{Denied, Operators, Requests, requests};
 use fusion::operational::{Correlation, HeldCorrelation, NotCorrelated, Verdict};
 use fusion::slots::Slot;
 use fusion::{Identity, RadarTrackKey};
-
-/// Most requests that may wait for the engine.
-const QUEUE: usize = 64;
 
 /// A decision that an operator asks for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Wish {
     /// The radar track as it is now.
     pub radar: RadarTrackKey,
-    /// The transponder's serial number, as it is shown.
-    pub serial: String,
-    /// Its registration country, as it is shown; needed where several have that serial number.
-    pub country: Option<String>,
+    /// The transponder.
+    pub transponder: Named,
     /// The decision.
     pub verdict: Verdict,
 }
 
-/// Why a decision is not made.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Denied {
-    /// The engine refuses it.
-    #[error(transparent)]
-    NotCorrelated(#[from] NotCorrelated),
-    /// Several transponders have that serial number.
-    #[error("several transponders have this serial number; their registration countries: {}", .0.join(", "))]
-    Ambiguous(Vec<String>),
-    /// Too many wait.
-    #[error("too many decisions wait for the engine")]
-    Busy,
-    /// The engine has ended.
-    #[error("the engine does not answer")]
-    Gone,
+/// A transponder as an operator names it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Named {
+    /// Its serial number, as it is shown.
+    pub serial: String,
+    /// Its registration country, as it is shown; needed where several have that serial number.
+    pub country: Option<String>,
 }
 
-/// The decisions in force.
-pub type AllCorrelations = Arc<Vec<HeldCorrelation>>;
-
-struct Asked {
-    wish: Wish,
-    answer: oneshot::Sender<Result<AllCorrelations, Denied>>,
-}
-
-/// The operators' side; cheap to clone.
-#[derive(Clone, Debug)]
-pub struct Correlator {
-    asked: SyncSender<Asked>,
-    held: watch::Receiver<AllCorrelations>,
-}
+/// The operators' side, with the decisions in force; cheap to clone.
+pub type Correlator = Operators<Wish, Vec<HeldCorrelation>>;
 
 /// The engine's side.
 #[derive(Debug)]
-pub struct Correlations {
-    asked: Receiver<Asked>,
-    held: watch::Sender<AllCorrelations>,
-}
+pub struct Correlations(Requests<Wish, Vec<HeldCorrelation>>);
 
 /// Both sides.
 pub(super) fn correlations() -> (Correlations, Correlator) {
-    let (sender, asked) = mpsc::sync_channel(QUEUE);
-    let (held, watched) = watch::channel(AllCorrelations::default());
-    (Correlations { asked, held }, Correlator { asked: sender, held: watched })
-}
-
-impl Correlator {
-    /// Asks the engine, which looks several times a second; the answer holds the decisions then in force.
-    ///
-    /// # Errors
-    /// Too many wait, or the engine has ended.
-    pub fn ask(&self, wish: Wish) -> Result<oneshot::Receiver<Result<AllCorrelations, Denied>>, Denied> {
-        let (answer, answered) = oneshot::channel();
-        match self.asked.try_send(Asked { wish, answer }) {
-            Ok(()) => Ok(answered),
-            Err(TrySendError::Full(_)) => Err(Denied::Busy),
-            Err(TrySendError::Disconnected(_)) => Err(Denied::Gone),
-        }
-    }
-
-    /// The decisions in force, as of the latest slot or decision.
-    pub fn held(&self) -> AllCorrelations {
-        self.held.borrow().clone()
-    }
+    let (requests, operators) = requests();
+    (Correlations(requests), operators)
 }
 
 impl Correlations {
     /// Carries out what was asked for; returns the decisions, each with the first slot that is published by it.
     pub fn obey(&self, driver: &mut Driver) -> Vec<(Slot, Correlation)> {
-        let mut made = Vec::new();
-        while let Ok(Asked { wish, answer }) = self.asked.try_recv() {
-            // A caller that gave up has been told that nothing was decided.
-            if answer.is_closed() {
-                continue;
-            }
-            let correlated = correlate(&wish, driver);
-            let answered = correlated.map(|correlated| {
-                made.push(correlated);
-                self.tell(driver.pipeline().engine().correlations());
-                self.held.borrow().clone()
-            });
-            // The caller may have gone this very moment.
-            let _ = answer.send(answered);
-        }
-        made
+        self.0.obey(|wish| Ok((correlate(wish, driver)?, driver.pipeline().engine().correlations())))
     }
 
     /// Publishes the decisions in force; whether they have changed.
     pub fn tell(&self, held: Vec<HeldCorrelation>) -> bool {
-        self.held.send_if_modified(|known| {
-            let is_new = **known != held;
-            if is_new {
-                *known = Arc::new(held);
-            }
-            is_new
-        })
-    }
-}
-
-impl std::fmt::Debug for Asked {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        self.wish.fmt(f)
+        self.0.tell(|known| *known != held, || held.clone())
     }
 }
 
@@ -135,30 +55,40 @@ fn correlate(wish: &Wish, driver: &mut Driver) -> Result<(Slot, Correlation), De
     let engine = driver.pipeline().engine();
     // A transponder with a decision may have fallen silent since.
     let correlated = engine.correlations().into_iter().map(|held| held.correlation.transponder);
-    let mut found: Vec<Identity> =
-        engine.transponders().chain(correlated).filter(|identity| wish.means(*identity)).collect();
-    found.sort_unstable();
-    found.dedup();
-    let transponder = match found[..] {
-        [transponder] => transponder,
-        [] if engine.knows_correlations() => return Err(NotCorrelated::NoTransponder.into()),
-        [] => return Err(NotCorrelated::Reference.into()),
-        _ => return Err(Denied::Ambiguous(found.iter().map(country).collect())),
+    let transponder = match wish.transponder.among(engine.transponders().chain(correlated))? {
+        Some(transponder) => transponder,
+        None if engine.knows_correlations() => return Err(NotCorrelated::NoTransponder.into()),
+        None => return Err(NotCorrelated::Reference.into()),
     };
     let correlation = Correlation { radar: wish.radar, transponder, verdict: wish.verdict };
     Ok((driver.correlate(correlation)?, correlation))
+}
+
+impl Named {
+    /// The one of these that is meant.
+    pub(super) fn among(
+        &self,
+        identities: impl Iterator<Item = Identity>,
+    ) -> Result<Option<Identity>, Denied> {
+        let mut found: Vec<Identity> = identities.filter(|identity| self.means(*identity)).collect();
+        found.sort_unstable();
+        found.dedup();
+        match found[..] {
+            [] => Ok(None),
+            [identity] => Ok(Some(identity)),
+            _ => Err(Denied::Ambiguous(found.iter().map(country).collect())),
+        }
+    }
+
+    fn means(&self, identity: Identity) -> bool {
+        let is_serial = identity.serial().escape_ascii().to_string() == self.serial;
+        is_serial && self.country.as_ref().is_none_or(|wanted| *wanted == country(&identity))
+    }
 }
 
 fn country(identity: &Identity) -> String {
     match identity.country() {
         [] => "none".to_owned(),
         octets => octets.escape_ascii().to_string(),
-    }
-}
-
-impl Wish {
-    fn means(&self, identity: Identity) -> bool {
-        let is_serial = identity.serial().escape_ascii().to_string() == self.serial;
-        is_serial && self.country.as_ref().is_none_or(|wanted| *wanted == country(&identity))
     }
 }

@@ -11,9 +11,11 @@ use super::registration::Registrar;
 use crate::areas::Masks;
 use crate::capture::Reception;
 use crate::config::Config;
+use crate::integrity::{Flags, Lookout};
 use crate::picture::PictureMaker;
 use crate::pipeline::{Event, Output, Pipeline};
 use fusion::Engine;
+use fusion::integrity::Word;
 use fusion::numbering::{Given, NumberChange};
 use fusion::operational::{Correlation, NotCorrelated};
 use fusion::slots::Slot;
@@ -40,10 +42,14 @@ pub struct Driver {
     maker: PictureMaker,
     health: Health,
     registrar: Registrar,
+    lookout: Lookout,
+    flags: Flags,
     /// From a slot's centre to its deadline.
     due_after: SignedDuration,
     /// When the latest slot was to be made, or the time of a fresh start after it: nothing is handled at an earlier time.
     made_at: Option<Time>,
+    /// The latest slot's centre.
+    latest: Option<Time>,
     seq: u64,
     /// Copies by line.
     duplicates: Vec<u64>,
@@ -59,13 +65,21 @@ impl Driver {
             maker: PictureMaker::new(config, pipeline.normaliser()),
             health: Health::new(config, started),
             registrar: Registrar::new(config),
+            lookout: Lookout::default(),
+            flags: Flags::default(),
             due_after: config.fusion.latency() - config.fusion.slot / 2,
             pipeline,
             made_at: None,
+            latest: None,
             seq: 0,
             duplicates: vec![0; lines],
             made: VecDeque::new(),
         }
+    }
+
+    /// The same with somebody on the lookout for drones without a transponder.
+    pub fn with_lookout(self, lookout: Lookout) -> Self {
+        Self { lookout, ..self }
     }
 
     /// The time at which an arrival is handled, and recorded: its own, or just after the last slot was to be made where
@@ -121,8 +135,11 @@ impl Driver {
             match output {
                 Output::Emission(mut emission) => {
                     let numbers = std::mem::take(&mut emission.numbers);
+                    self.flags.note(&emission.concerns);
                     let now = emission.now.take().map(|now| self.maker.now(now));
-                    let picture = self.maker.picture(emission);
+                    let mut picture = self.maker.picture(emission);
+                    self.lookout.look(&mut picture, &self.maker);
+                    self.latest = Some(picture.time);
                     let due = picture.time + self.due_after;
                     self.made_at = Some(due + -self.lead());
                     self.seq += 1;
@@ -169,6 +186,18 @@ impl Driver {
         engine.next_slot().ok_or(NotCorrelated::NoRadarTrack)
     }
 
+    /// An operator's word on a transponder; the first slot that is published by it. `None`: the profile knows none, or nothing
+    /// was received yet.
+    pub fn say(&mut self, word: Word) -> Option<Slot> {
+        let engine = self.pipeline.engine_mut();
+        engine.say(word).then(|| engine.next_slot()).flatten()
+    }
+
+    /// The centre of the latest slot that was made.
+    pub fn latest(&self) -> Option<Time> {
+        self.latest
+    }
+
     /// The engine, for what it takes over from an earlier run ([`Pipeline::engine_mut`]).
     pub fn engine_mut(&mut self) -> &mut Engine {
         self.pipeline.engine_mut()
@@ -193,6 +222,11 @@ impl Driver {
     /// The pipeline.
     pub fn pipeline(&self) -> &Pipeline {
         &self.pipeline
+    }
+
+    /// How often transponders were flagged.
+    pub fn flags(&self) -> &Flags {
+        &self.flags
     }
 
     /// The health of the sensors.

@@ -9,6 +9,7 @@ use super::alerts::{Alert, Trouble};
 use super::condition::{Condition, Facts, Lateness, Punctuality};
 use super::correlations::{Correlations, Correlator, correlations};
 use super::inputs::Inputs;
+use super::integrity::{IntegrityDesk, IntegrityRequests, integrity};
 use super::published::{PublishedPicture, Status};
 use crate::config::Config;
 use crate::picture::PictureMaker;
@@ -31,6 +32,8 @@ pub struct Hub {
     pub inputs: Arc<Inputs>,
     /// Takes operators' decisions.
     pub decider: Correlator,
+    /// Takes operators' words on transponders, and knows what is known of these.
+    pub integrity: IntegrityDesk,
     frames: broadcast::Sender<Arc<PublishedPicture>>,
     latest: watch::Receiver<Option<Arc<PublishedPicture>>>,
     status: watch::Receiver<Option<Arc<Status>>>,
@@ -45,6 +48,8 @@ pub struct HubWriter {
     pub inputs: Arc<Inputs>,
     /// Operators' decisions.
     pub correlations: Correlations,
+    /// Operators' words on transponders.
+    pub integrity: IntegrityRequests,
     frames: broadcast::Sender<Arc<PublishedPicture>>,
     latest: watch::Sender<Option<Arc<PublishedPicture>>>,
     status: watch::Sender<Option<Arc<Status>>>,
@@ -99,17 +104,34 @@ impl Hub {
         let (status_writer, status) = watch::channel(None);
         let inputs = Arc::<Inputs>::default();
         let (correlations, decider) = correlations();
+        let (integrity_requests, integrity) = integrity();
         let known = Arc::new(Known::new(config.fusion.slot.unsigned_abs()));
         let writer = HubWriter {
             inputs: inputs.clone(),
             correlations,
+            integrity: integrity_requests,
             frames: frames.clone(),
             latest: latest_writer,
             status: status_writer,
             known: known.clone(),
         };
         let (alerts, _) = watch::channel(Arc::default());
-        (writer, Self { config, maker, started, inputs, decider, frames, latest, status, alerts, known })
+        (
+            writer,
+            Self {
+                config,
+                maker,
+                started,
+                inputs,
+                decider,
+                integrity,
+                frames,
+                latest,
+                status,
+                alerts,
+                known,
+            },
+        )
     }
 
     /// The latest slot; `None` before the first.

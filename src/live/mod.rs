@@ -17,6 +17,7 @@ mod driver;
 mod health;
 mod hub;
 mod inputs;
+mod integrity;
 mod learning;
 mod lines;
 mod losses;
@@ -25,18 +26,20 @@ mod player;
 mod published;
 mod quiet;
 mod registration;
+mod requests;
 mod service;
 
-pub use alerts::{Alert, AlertKind, Alerts, Change, Severity, Trouble};
+pub use alerts::{Alert, AlertJson, AlertKind, Alerts, Change, Details, Severity, Trouble};
 pub use clock::{Clock, now};
 pub use condition::{Cause, Condition, Facts, Lateness, Level, Punctuality, Reason};
 pub use contests::Contested;
-pub use correlations::{AllCorrelations, Correlations, Correlator, Denied, Wish};
+pub use correlations::{Correlations, Correlator, Named, Wish};
 pub use driver::{Driver, Made};
 pub(crate) use health::Health;
 pub use health::{LineStatus, SensorState, SensorStatus, Unknown};
 pub use hub::{Hub, HubWriter};
 pub use inputs::Inputs;
+pub use integrity::{Integrities, IntegrityDesk, IntegrityRequests, Saying};
 pub use learning::{
     in_words, make_and_model, of_data_sheet, type_in_words, type_name, velocity_errors, verdict_name,
 };
@@ -45,4 +48,5 @@ pub use observer::observe;
 pub use player::{OpenCaptures, Order, Player, PlayerState};
 pub use published::{Archive, Fleeting, PublishedPicture, Status};
 pub use registration::{RegistrationStatus, values};
+pub use requests::{Denied, Operators};
 pub use service::{KeeperQueues, Outlets, Service};

@@ -73,6 +73,7 @@ fn log((change, alert): &(Change, Alert)) {
         (Change::Began, Severity::Warning) => warn!(text, kind, id, "alert began"),
         (Change::Changed, Severity::Critical) => error!(text, kind, id, "alert is critical now"),
         (Change::Changed, Severity::Warning) => warn!(text, kind, id, "alert is a warning now"),
+        (Change::Amended, _) => warn!(text, kind, id, "alert changed"),
         (Change::Ended, _) => {
             let lasted_s = until.map_or(0.0, |until| until.seconds_since(*since).max(0.0).round());
             info!(text, kind, id, lasted_s, "alert ended");

@@ -15,6 +15,7 @@ use super::published::{PublishedPicture, Status};
 use crate::areas::Masks;
 use crate::capture::{Capture, Merged, OpenError};
 use crate::config::Config;
+use crate::integrity::Lookout;
 use crate::pipeline::Event;
 use crate::state::CorrelationPlan;
 use fusion::time::{SECOND, Time};
@@ -69,7 +70,7 @@ impl Player {
         open: OpenCaptures,
         date: jiff::civil::Date,
         config: Arc<Config>,
-        masks: Masks,
+        (masks, lookout): (Masks, Lookout),
         hub: HubWriter,
         (speed, again): (f64, bool),
         correlated: CorrelationPlan,
@@ -86,6 +87,7 @@ impl Player {
         let show = Show {
             config,
             masks,
+            lookout,
             hub,
             state,
             orders: ordered,
@@ -138,6 +140,7 @@ enum Next {
 struct Show {
     config: Arc<Config>,
     masks: Masks,
+    lookout: Lookout,
     hub: HubWriter,
     state: watch::Sender<PlayerState>,
     orders: Receiver<Order>,
@@ -175,9 +178,11 @@ impl Show {
         let mut merged = Merged::new(open()?, date).peekable();
         // The sensors' rates and silences count from the recording's start, not from today.
         let started = merged.peek().and_then(|first| first.as_ref().ok()?.received).unwrap_or_default();
-        let mut driver = Driver::new(&self.config, self.masks.clone(), started, 0);
+        let mut driver =
+            Driver::new(&self.config, self.masks.clone(), started, 0).with_lookout(self.lookout.clone());
         driver.engine_mut().plan(self.correlated.correlated.clone());
         driver.engine_mut().resume(self.correlated.kept.clone());
+        driver.engine_mut().plan_words(self.correlated.words.clone());
         self.anchor = None;
         let shown_before = self.shown;
         self.state.send_modify(|state| state.ended = false);
@@ -209,6 +214,8 @@ impl Show {
             }
             let made = self.hub.correlations.obey(&mut driver);
             self.correlated.correlated.extend(made);
+            let said = self.hub.integrity.obey(&mut driver);
+            self.correlated.words.extend(said);
         }
         driver.finish();
         match self.show_all(&mut driver) {
@@ -267,6 +274,7 @@ impl Show {
         }
         if is_new {
             self.hub.correlations.tell(driver.pipeline().engine().correlations());
+            self.hub.integrity.tell(driver);
         }
         Next::GoOn
     }
@@ -375,7 +383,7 @@ mod tests {
             open,
             date,
             config,
-            Masks::default(),
+            Default::default(),
             writer,
             (speed, again),
             CorrelationPlan::default(),

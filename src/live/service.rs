@@ -31,13 +31,12 @@ use crate::net::listen::{self as udp, Arrival, Line, LineCounters};
 use crate::net::send::Sinks;
 use crate::pipeline::Event;
 use crate::record::{Recorded, RecorderQueue};
-use crate::state::correlation_line;
 use fusion::SensorIndex;
 use fusion::numbering::{LARGEST_TRANSPONDER_NUMBER, NumberChange};
-use fusion::operational::HeldCorrelation;
 use fusion::registration::Misalignment;
 use fusion::report::TransponderType;
 use fusion::time::{SECOND, Time};
+use keepers::InForce;
 use publication::ReadySlot;
 
 /// Longest time between two looks at whether to stop or to publish a status.
@@ -178,7 +177,7 @@ struct Engine {
     registered: Estimates,
     next_registration: Time,
     /// The decisions in force that the recorder has, and what waits for room in its queue.
-    held: Vec<HeldCorrelation>,
+    held: InForce,
     unrecorded: VecDeque<Recorded>,
     /// The text that the decisions' keeper has.
     kept: Arc<str>,
@@ -213,7 +212,7 @@ impl Engine {
             unrecorded_numbers: BTreeMap::new(),
             registered: Estimates::default(),
             next_registration: Time::default(),
-            held: Vec::new(),
+            held: InForce::default(),
             unrecorded: VecDeque::new(),
             kept: "".into(),
         }
@@ -226,7 +225,7 @@ impl Engine {
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,
             }
-            self.correlate();
+            self.decide();
             let at = self.clock.now();
             self.publish_due(at);
             let slot_is_due = self.driver.next_made().is_some_and(|made| made <= at);
@@ -352,15 +351,6 @@ impl Engine {
             false => self.publish_due(self.clock.now()),
         }
         self.tell_numbers();
-        self.tell_decisions();
-    }
-
-    /// Carries out operators' decisions.
-    fn correlate(&mut self) {
-        for (slot, correlation) in self.outlets.hub.correlations.obey(&mut self.driver) {
-            let line = correlation_line(slot, &correlation, &self.config).into();
-            self.unrecorded.push_back(Recorded::Decided(line));
-        }
         self.tell_decisions();
     }
 

@@ -1,19 +1,23 @@
 //! The published picture: tracks with WGS-84 positions, made once per slot from the engine's emission.
 
 mod accuracy;
+mod integrity_json;
 mod motion;
 mod rfc3339;
 mod track_json;
 
 use crate::config::Config;
+use crate::integrity::Resolved;
 use crate::normalise::Normaliser;
 use fusion::frames::{Geodetic, TangentPlane};
+use fusion::integrity::Concern;
 use fusion::point::{Basis, Estimate, NowPicture};
 use fusion::slots::Slot;
 use fusion::time::Time;
 use fusion::{Emission, Enu, Point, SensorIndex, Source};
 
 pub use accuracy::{Class, HORIZONTAL, SPEED, VERTICAL};
+pub use integrity_json::{ReasonName, StateName};
 pub use motion::{Ellipse, Motion};
 pub use rfc3339::Rfc3339;
 pub use track_json::{TrackJson, TransponderId, serial_text, text};
@@ -34,6 +38,10 @@ pub struct Picture {
     pub time: Time,
     /// Fused, then radar, then transponder; each by track number.
     pub tracks: Vec<PictureTrack>,
+    /// What is wrong with transponders at this slot.
+    pub concerns: Vec<Concern>,
+    /// Aircraft that were uncooperative until now.
+    pub resolved: Vec<Resolved>,
 }
 
 impl Picture {
@@ -61,6 +69,10 @@ pub struct PictureTrack {
     pub altitude_amsl_m: Option<f64>,
     /// Velocity and accuracy; `None` in the `reference` profile.
     pub motion: Option<Motion>,
+    /// Ids of the tracks of this picture that claim to be the same aircraft elsewhere.
+    pub disputed: Vec<String>,
+    /// Whether it flies without a transponder where one is to be heard; [`Lookout`](crate::integrity::Lookout) finds that out.
+    pub is_uncooperative: bool,
 }
 
 impl PictureTrack {
@@ -91,8 +103,11 @@ impl PictureTrack {
     }
 
     /// The radius that holds 95 % of its horizontal errors, metres, where no sensor measured it in its slot: never in the
-    /// `reference` profile.
+    /// `reference` profile. Nor of a transponder that is believed no more: that its place is in dispute has to be seen.
     pub fn unmeasured_accuracy_m(&self) -> Option<f64> {
+        if self.point.estimate.is_some_and(|estimate| estimate.lie_m2 > 0.0) {
+            return None;
+        }
         self.motion.filter(|motion| motion.basis != Basis::Measured).map(|motion| motion.accuracy_h_m)
     }
 
@@ -148,12 +163,12 @@ impl PictureMaker {
 
     /// The picture of an emission's slot.
     pub fn picture(&self, emission: Emission) -> Picture {
-        self.of(emission.slot, emission.time, emission.points)
+        self.of(emission.slot, emission.time, emission.points, emission.concerns)
     }
 
     /// The picture of its deadline.
     pub fn now(&self, now: NowPicture) -> Picture {
-        let mut picture = self.of(now.slot, now.time, now.points);
+        let mut picture = self.of(now.slot, now.time, now.points, Vec::new());
         for track in &mut picture.tracks {
             if let Some((motion, estimate)) = track.motion.as_mut().zip(track.point.estimate.as_ref()) {
                 motion.ellipse = Some(Ellipse::of(&estimate.horizontal));
@@ -162,8 +177,10 @@ impl PictureMaker {
         picture
     }
 
-    fn of(&self, slot: Slot, time: Time, points: Vec<Point>) -> Picture {
-        let track = |point: Point| {
+    fn of(&self, slot: Slot, time: Time, points: Vec<Point>, concerns: Vec<Concern>) -> Picture {
+        // Before the points are taken apart: a link is by number, and readers know ids.
+        let disputed: Vec<Vec<String>> = points.iter().map(|point| self.disputed(point, &points)).collect();
+        let track = |(point, disputed): (Point, Vec<String>)| {
             let position = self.frame.to_geodetic(point.position);
             let estimate = point.estimate.as_ref();
             let known = |estimate: &Estimate| estimate.vertical_m2 < HEIGHT_KNOWN_M * HEIGHT_KNOWN_M;
@@ -173,10 +190,25 @@ impl PictureMaker {
                 position,
                 altitude_amsl_m: measured.then_some(position.height_m - self.undulation_m),
                 motion: estimate.map(|estimate| Motion::new(estimate, point.position, position, &self.frame)),
+                disputed,
+                is_uncooperative: false,
                 point,
             }
         };
-        Picture { slot, time, tracks: points.into_iter().map(track).collect() }
+        Picture {
+            slot,
+            time,
+            tracks: points.into_iter().zip(disputed).map(track).collect(),
+            concerns,
+            resolved: Vec::new(),
+        }
+    }
+
+    /// The ids of those of `points` that claim to be the same aircraft as `point`.
+    fn disputed(&self, point: &Point, points: &[Point]) -> Vec<String> {
+        let others =
+            point.disputed.iter().filter_map(|&number| points.iter().find(|other| other.number == number));
+        others.map(|other| self.id(other)).collect()
     }
 
     /// The geoid above the ellipsoid at the site, metres.
@@ -198,8 +230,12 @@ impl PictureMaker {
     /// `U-<number>`, with `-<first seen>` where the number is one that comes again. In the `reference` profile
     /// `F-<number>`, `T-<number>`, or `R-<sensor>-<number>-<first seen>`, because a radar gives its numbers again.
     pub fn track_id(&self, track: &PictureTrack) -> String {
-        let Point { number, first_seen, source, .. } = &track.point;
-        if track.point.estimate.is_some() {
+        self.id(&track.point)
+    }
+
+    fn id(&self, point: &Point) -> String {
+        let Point { number, first_seen, source, .. } = point;
+        if point.estimate.is_some() {
             return match *number {
                 own @ 10_000.. => format!("U-{own}"),
                 comes_again => format!("U-{comes_again}-{}", first_seen.as_seconds()),

@@ -17,6 +17,7 @@ fn track(estimate: Option<(Basis, f64)>) -> PictureTrack {
         horizontal: Matrix2::identity() * sigma_m * sigma_m,
         vertical_m2: 100.0,
         velocity_covariance: Matrix2::identity(),
+        lie_m2: 0.0,
         basis,
         last_measurement: None,
     });
@@ -42,6 +43,8 @@ fn track(estimate: Option<(Basis, f64)>) -> PictureTrack {
         time,
         position: place,
         altitude_amsl_m: None,
+        disputed: Vec::new(),
+        is_uncooperative: false,
     }
 }
 
@@ -71,8 +74,13 @@ fn a_picture_keeps_its_others_in_their_order() {
         Some((Basis::Interpolated, 60.0)),
         None,
     ];
-    let mut picture =
-        Picture { slot: Slot(0), time: Time::default(), tracks: tracks.map(track).into_iter().collect() };
+    let mut picture = Picture {
+        slot: Slot(0),
+        time: Time::default(),
+        tracks: tracks.map(track).into_iter().collect(),
+        concerns: Vec::new(),
+        resolved: Vec::new(),
+    };
     let kept: Vec<PictureTrack> = [0, 2, 4].map(|index| picture.tracks[index].clone()).into();
     assert_eq!(picture.within(100.0).cloned().collect::<Vec<_>>(), kept);
     picture.keep_within(100.0);

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::integrity_json::TrackIntegrity;
 use super::{Ellipse, HORIZONTAL, PictureMaker, PictureTrack, Rfc3339, VERTICAL};
 use crate::json::rounded;
 use fusion::operational::{ASSOCIATE_LLR, DISSOCIATE_LLR};
@@ -77,6 +78,8 @@ pub struct TrackJson<'a> {
     uav_probability: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     uas_id: Option<UasId<'a>>,
+    #[serde(flatten)]
+    integrity: TrackIntegrity<'a>,
     /// Centre of the first slot with it.
     first_seen: Rfc3339,
     /// The latest one up to `time`, of any sensor; left out before the first.
@@ -250,6 +253,7 @@ impl<'a> TrackJson<'a> {
             extrapolated: track.is_extrapolated(),
             uav_probability: source.radar().and_then(|radar| radar.uav_probability).map(|p| rounded(p, 4)),
             uas_id: source.transponder().map(UasId::new),
+            integrity: TrackIntegrity::new(track),
             first_seen: track.point.first_seen.into(),
             last_measurement: motion.and_then(|motion| motion.last_measurement).map(Rfc3339),
             contributors: contributors(source, competitors, maker),

@@ -7,8 +7,8 @@ use crate::config::{self, Config, Motion, Registration, SensorKind};
 use crate::normalise::Normaliser;
 use fusion::frames::{Geodetic, RadarFrame};
 use fusion::settings::{
-    Dynamics, Models, OperationalRules, Radar, RadarErrors, Receiver, ReferenceRules, RegistrationMode,
-    Sensor, Singer, Threshold, Weights,
+    Action, Dynamics, IntegrityRules, Models, OperationalRules, Radar, RadarErrors, Receiver, ReferenceRules,
+    RegistrationMode, Sensor, Singer, Threshold, Weights,
 };
 use fusion::slots::SlotGrid;
 use fusion::{Profile, Settings};
@@ -34,7 +34,7 @@ pub(super) fn settings(config: &Config, normaliser: &Normaliser) -> Settings {
             .collect(),
         profile: match fusion.profile {
             config::Profile::Reference => Profile::Reference(reference(fusion)),
-            config::Profile::Operational => Profile::Operational(operational(fusion)),
+            config::Profile::Operational => Profile::Operational(operational(config)),
         },
     }
 }
@@ -52,7 +52,8 @@ fn reference(fusion: &config::Fusion) -> ReferenceRules {
     }
 }
 
-fn operational(fusion: &config::Fusion) -> OperationalRules {
+fn operational(config: &Config) -> OperationalRules {
+    let fusion = &config.fusion;
     let dynamics = match fusion.motion {
         Motion::Imm => Dynamics::Imm(Models::default()),
         Motion::Singer => Dynamics::Singer(Singer::default()),
@@ -61,8 +62,19 @@ fn operational(fusion: &config::Fusion) -> OperationalRules {
         dynamics,
         now: fusion.now,
         threads: threads(fusion.threads),
+        integrity: integrity(&config.integrity),
         ..OperationalRules::default()
     }
+}
+
+fn integrity(integrity: &config::Integrity) -> IntegrityRules {
+    let config::Integrity { action, on, off, alert_limit_m, accuracy, show_twin, protect } = *integrity;
+    let action = match action {
+        config::Action::Off => Action::Off,
+        config::Action::Flag => Action::Flag,
+        config::Action::Split => Action::Split,
+    };
+    IntegrityRules { action, on, off, alert_limit_m, accuracy, show_twin, protect }
 }
 
 /// How many threads share the work of a slot: as configured, or as many as there are.

@@ -1,12 +1,15 @@
-//! `<name>.decisions.jsonl` beside a recording: operators' decisions while it was made, one per line.
+//! `<name>.decisions.jsonl` beside a recording: operators' decisions while it was made, one per line: on a radar track and a
+//! transponder, and on whether a transponder can be trusted.
 //!
 //! ```json
 //! {"slot":7180675221,"time":"2026-11-20T10:05:05.125Z","sensor":"north","track_number":134,"serial":"1581F6GKB23C003","country":"NO","verdict":"correlated"}
+//! {"slot":7180675301,"time":"2026-11-20T10:05:25.125Z","serial":"1581F6GKB23C003","country":"NO","verdict":"distrusted"}
 //! ```
 //!
 //! In `[state] dir` `decisions.jsonl` holds what was in force when the service ended, each with `last_heard_ns`: the last
 //! plot of its radar track, nanoseconds since 1970. After a restart it holds again where the radar's number is heard again
-//! within its break; so such lines are at the beginning of the recording, too.
+//! within its break; so such lines are at the beginning of the recording, too. What was said of a transponder holds again from
+//! the first slot on.
 //!
 //! `slot` counts the slots since 1970, in the length of the configuration; `time`, its centre, is for people. Serial and
 //! country are written as in `numbers.json`. A file that is not a recording's first begins with what was in force.
@@ -19,6 +22,7 @@ use tracing::warn;
 
 use super::{octets, read};
 use crate::config::{Config, SensorKind};
+use fusion::integrity::{HeldWord, Trust, Word};
 use fusion::operational::{Correlation, HeldCorrelation, SavedCorrelation, Verdict};
 use fusion::slots::{Slot, SlotGrid};
 use fusion::time::Time;
@@ -35,8 +39,11 @@ struct Line {
     slot: i64,
     #[serde(default)]
     time: String,
-    sensor: String,
-    track_number: u16,
+    /// With `track_number`, of a radar's track; without both it is about the transponder alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    sensor: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    track_number: Option<u16>,
     serial: String,
     #[serde(default, skip_serializing_if = "String::is_empty")]
     country: String,
@@ -48,36 +55,68 @@ struct Line {
 
 /// The decisions of a flight, in the order of their slots.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Correlations(Vec<(Line, Identity, Verdict)>);
+pub struct Correlations(Vec<(Line, Decided)>);
+
+/// What a line says.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Decided {
+    /// Of the track of that number of the radar of that name.
+    Pair {
+        sensor: String,
+        track_number: u16,
+        transponder: Identity,
+        verdict: Verdict,
+    },
+    Word(Word),
+}
 
 /// The line of a decision that counts from that slot on, with its line feed.
 pub fn correlation_line(slot: Slot, correlation: &Correlation, config: &Config) -> String {
     text_of(slot, correlation, None, config)
 }
 
-/// The lines of decisions that are saved for a restart.
-pub fn kept_lines(kept: &[SavedCorrelation], config: &Config) -> String {
+/// The line of an operator's word that counts from that slot on, with its line feed.
+pub fn word_line(slot: Slot, word: &Word, config: &Config) -> String {
+    text(&Line { verdict: word.trust.name().to_owned(), ..line_of(slot, word.identity, config) })
+}
+
+/// The lines of decisions and words that are saved for a restart.
+pub fn kept_lines(kept: &[SavedCorrelation], words: &[HeldWord], config: &Config) -> String {
     let line = |&SavedCorrelation { held, heard }: &SavedCorrelation| {
         text_of(held.since, &held.correlation, Some(heard), config)
     };
-    kept.iter().map(line).collect()
+    let words = words.iter().map(|held| word_line(held.since, &held.word, config));
+    kept.iter().map(line).chain(words).collect()
 }
 
 fn text_of(slot: Slot, correlation: &Correlation, heard: Option<Time>, config: &Config) -> String {
     let Correlation { radar, transponder, verdict } = correlation;
-    let grid = SlotGrid::new(config.fusion.slot);
     let sensor = config.sensors.get(usize::from(radar.sensor.0));
-    let line = Line {
-        slot: slot.0,
-        time: grid.centre(slot).to_string(),
-        sensor: sensor.map(|sensor| sensor.id.clone()).unwrap_or_default(),
-        track_number: radar.number,
-        serial: transponder.serial().escape_ascii().to_string(),
-        country: transponder.country().escape_ascii().to_string(),
+    text(&Line {
+        sensor: Some(sensor.map(|sensor| sensor.id.clone()).unwrap_or_default()),
+        track_number: Some(radar.number),
         verdict: verdict.name().to_owned(),
         last_heard_ns: heard.map(Time::nanos),
-    };
-    serde_json::to_string(&line).expect("numbers and text are JSON") + "\n"
+        ..line_of(slot, *transponder, config)
+    })
+}
+
+/// About a transponder, from that slot on.
+fn line_of(slot: Slot, transponder: Identity, config: &Config) -> Line {
+    Line {
+        slot: slot.0,
+        time: SlotGrid::new(config.fusion.slot).centre(slot).to_string(),
+        sensor: None,
+        track_number: None,
+        serial: transponder.serial().escape_ascii().to_string(),
+        country: transponder.country().escape_ascii().to_string(),
+        verdict: String::new(),
+        last_heard_ns: None,
+    }
+}
+
+fn text(line: &Line) -> String {
+    serde_json::to_string(line).expect("numbers and text are JSON") + "\n"
 }
 
 /// The decisions in a file's text.
@@ -93,19 +132,34 @@ pub fn parse_decisions(text: &str) -> Result<Correlations, String> {
     Ok(correlations)
 }
 
-fn parsed(line: &str) -> Result<(Line, Identity, Verdict), String> {
+fn parsed(line: &str) -> Result<(Line, Decided), String> {
     let line: Line = serde_json::from_str(line).map_err(|error| error.to_string())?;
     let identity = octets::<12>(&line.serial).zip(octets::<2>(&line.country));
     let identity = identity.and_then(|(serial, country)| Identity::new(&serial, Some(&country)));
     let identity = identity
         .ok_or_else(|| format!("serial {:?} with country {:?} is no identity", line.serial, line.country))?;
-    let verdict = Verdict::of_name(&line.verdict).ok_or_else(|| {
-        format!("verdict {:?} is none of correlated, decorrelated, automatic", line.verdict)
-    })?;
-    if line.track_number > LARGEST {
-        return Err(format!("track_number {} is not 0 to {LARGEST}", line.track_number));
-    }
-    Ok((line, identity, verdict))
+    let verdict = |names: &str| format!("verdict {:?} is none of {names}", line.verdict);
+    let decided = match (&line.sensor, line.track_number) {
+        (Some(_), Some(number)) if number > LARGEST => {
+            return Err(format!("track_number {number} is not 0 to {LARGEST}"));
+        }
+        (Some(sensor), Some(track_number)) => Decided::Pair {
+            sensor: sensor.clone(),
+            track_number,
+            transponder: identity,
+            verdict: Verdict::of_name(&line.verdict)
+                .ok_or_else(|| verdict("correlated, decorrelated, automatic"))?,
+        },
+        (None, None) => {
+            let trust = Trust::of_name(&line.verdict);
+            Decided::Word(Word {
+                identity,
+                trust: trust.ok_or_else(|| verdict("trusted, distrusted, automatic"))?,
+            })
+        }
+        _ => return Err("a radar's track needs both its sensor and its track_number".to_owned()),
+    };
+    Ok((line, decided))
 }
 
 /// Reads such a file.
@@ -145,22 +199,27 @@ impl Correlations {
     /// What an engine of that configuration is given; decisions that it cannot be given are logged.
     pub fn plan(&self, config: &Config) -> CorrelationPlan {
         let mut plan = CorrelationPlan::default();
-        for (line, transponder, verdict) in &self.0 {
+        for (line, decided) in &self.0 {
+            let since = Slot(line.slot);
+            let (named, number, transponder, verdict) = match decided {
+                Decided::Pair { sensor, track_number, transponder, verdict } => {
+                    (sensor, *track_number, *transponder, *verdict)
+                }
+                Decided::Word(word) => {
+                    plan.words.push((since, *word));
+                    continue;
+                }
+            };
             let is_radar = |sensor: &crate::config::Sensor| {
-                sensor.id == line.sensor && matches!(sensor.kind, SensorKind::Radar(_))
+                sensor.id == *named && matches!(sensor.kind, SensorKind::Radar(_))
             };
             let Some(index) = config.sensors.iter().position(is_radar) else {
-                warn!(
-                    decided = line.time,
-                    radar = line.sensor,
-                    "decision is not used: there is no such radar"
-                );
+                warn!(decided = line.time, radar = named, "decision is not used: there is no such radar");
                 plan.unused += 1;
                 continue;
             };
-            let radar = RadarTrackKey { sensor: SensorIndex(index as u16), number: line.track_number };
-            let (since, verdict) = (Slot(line.slot), *verdict);
-            let correlation = Correlation { radar, transponder: *transponder, verdict };
+            let radar = RadarTrackKey { sensor: SensorIndex(index as u16), number };
+            let correlation = Correlation { radar, transponder, verdict };
             match line.last_heard_ns {
                 Some(nanos) => {
                     let held = HeldCorrelation { correlation, since };
@@ -180,6 +239,9 @@ pub struct CorrelationPlan {
     pub correlated: Vec<(Slot, Correlation)>,
     /// Decisions in force before a restart ([`Engine::resume`](fusion::Engine::resume)).
     pub kept: Vec<SavedCorrelation>,
+    /// What was said of transponders, each with the slot from which it counts
+    /// ([`Engine::plan_words`](fusion::Engine::plan_words)).
+    pub words: Vec<(Slot, Word)>,
     /// Decisions about radars that are not configured.
     pub unused: usize,
 }
@@ -221,10 +283,19 @@ mod tests {
         assert!(plan.unused == 0 && plan.kept.is_empty());
         let held = HeldCorrelation { correlation: correlations[0].1, since: Slot(12) };
         let kept = SavedCorrelation { held, heard: Time::from_nanos(1_795_000_000_123_456_789) };
-        let again = parse_decisions(&kept_lines(&[kept], &config)).unwrap().plan(&config);
+        let again = parse_decisions(&kept_lines(&[kept], &[], &config)).unwrap().plan(&config);
         assert_eq!((again.kept, again.correlated), (vec![kept], vec![]));
         read.join(parse_decisions(&text).unwrap());
         assert_eq!(read.len(), 3, "what is known already");
+
+        let word = |trust| Word { identity: correlations[0].1.transponder, trust };
+        let said = [(Slot(7), word(Trust::Distrusted)), (Slot(9), word(Trust::Automatic))];
+        let lines = said.map(|(slot, word)| word_line(slot, &word, &config)).concat();
+        let plan = parse_decisions(&(text.clone() + &lines)).unwrap().plan(&config);
+        assert_eq!((plan.words, plan.correlated.len()), (said.to_vec(), 3));
+        let held = HeldWord { word: word(Trust::Trusted), since: Slot(12) };
+        let again = parse_decisions(&kept_lines(&[kept], &[held], &config)).unwrap().plan(&config);
+        assert_eq!((again.kept, again.words), (vec![kept], vec![(held.since, held.word)]));
 
         let other = text.replace("\"sensor\":\"", "\"sensor\":\"no-");
         let CorrelationPlan { correlated, unused, .. } = parse_decisions(&other).unwrap().plan(&config);
@@ -242,6 +313,12 @@ mod tests {
             (&good.replace("\"A\"", "\"\""), "is no identity"),
             (&good.replace(":1,\"serial", ":4096,\"serial"), "track_number 4096"),
             (&good.replace("slot", "slots"), "unknown field"),
+            (&good.replace("\"sensor\":\"r\",", ""), "needs both"),
+            (
+                &good.replace("\"sensor\":\"r\",\"track_number\":1,", ""),
+                "none of trusted, distrusted, automatic",
+            ),
+            (&good.replace("correlated", "trusted"), "none of correlated"),
         ] {
             let error = parse_decisions(&format!("{good}\n{bad}\n")).unwrap_err();
             assert!(error.starts_with("line 2: ") && error.contains(why), "{error}");

@@ -27,7 +27,7 @@ use fusion::time::Time;
 
 pub use correlations::{
     CORRELATIONS, CorrelationPlan, Correlations, correlation_line, kept_lines, parse_decisions,
-    read_correlations,
+    read_correlations, word_line,
 };
 pub use keeper::{Keeper, StateContents, StateFile};
 pub use registration::{

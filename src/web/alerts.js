@@ -88,7 +88,7 @@ export class Alerts {
     if (note) items.unshift(element("li", { class: "empty" }, note));
     byId("alert-list").replaceChildren(...items);
     const byTrack = new Map();
-    for (const { track, severity } of sorted) {
+    for (const { track_id, track = track_id, severity } of sorted) {
       if (track && severity !== "info" && !byTrack.has(track)) byTrack.set(track, severity);
     }
     this.changed(byTrack);
@@ -112,7 +112,7 @@ export class Alerts {
   }
 }
 
-function item({ severity, kind, text, since, track }) {
+function item({ severity, kind, text, since, track_id, track = track_id }) {
   const head = element("span", { class: "severity" }, `${severity}`);
   const body = element("span", {}, ` ${text ?? kind}`);
   const when = element("small", {}, `${(kind ?? "").replaceAll("_", " ")} · since ${format.utc(Date.parse(since))}`);

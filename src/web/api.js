@@ -18,10 +18,12 @@ function headers() {
 
 export const get = (path) => answer(address(path), {});
 
-export function post(path, parameters = {}) {
+/** `value` goes into the body, as JSON. */
+export function post(path, parameters = {}, value = null) {
   const url = address(path);
   for (const [name, value] of Object.entries(parameters)) url.searchParams.set(name, value);
-  return answer(url, { method: "POST" });
+  const body = value === null ? {} : { body: JSON.stringify(value), headers: { "content-type": "application/json" } };
+  return answer(url, { method: "POST", ...body });
 }
 
 /** An EventSource cannot send a header: with a token, a short-lived ticket goes into its address. */
@@ -48,7 +50,7 @@ async function answer(url, options) {
 
 async function exchange(url, options) {
   try {
-    const response = await fetch(url, { ...options, headers: headers(), signal: AbortSignal.timeout(LONGEST_ANSWER_MS) });
+    const response = await fetch(url, { ...options, headers: { ...headers(), ...options.headers }, signal: AbortSignal.timeout(LONGEST_ANSWER_MS) });
     return [response, await response.text()];
   } catch (error) {
     throw new Error(error.name === "TimeoutError" ? `no answer within ${LONGEST_ANSWER_MS / 1000} s` : "no answer");
@@ -70,7 +72,7 @@ export function list(value, name) {
   return value[name];
 }
 
-const EVENTS = ["snapshot", "tracks", "ended", "sensor", "alert", "heartbeat", "resync", "closed"];
+const EVENTS = ["snapshot", "tracks", "ended", "sensor", "integrity", "alert", "heartbeat", "resync", "closed"];
 const FIRST_WAIT_MS = 1000;
 const LONGEST_WAIT_MS = 15000;
 const DEAD_AFTER_MS = 10000; // the service sends a heartbeat each second

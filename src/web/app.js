@@ -58,6 +58,7 @@ reads.add("tracks", "Tracks"); // by the stream
 reads.add("info", "Service", { ask: () => get("info"), take: takeInfo, everyMs: RENEW_MS });
 reads.add("sensors", "Sensors", { ask: () => get("sensors"), take: takeSensors, everyMs: RENEW_MS });
 reads.add("alerts", "Alerts", { ask: () => get("alerts"), take: (answer) => alerts.replace(answer), everyMs: RENEW_MS });
+reads.add("integrity", "Integrity", { ask: () => get("integrity"), take: (answer) => detail.verdicts.replace(list(answer, "identities")) });
 for (const [name, title] of [["coverage", "Coverage"], ["areas", "Areas"]]) {
   reads.add(name, title, { ask: () => get(name), take: (answer) => takeShapes(name, answer) });
 }
@@ -133,7 +134,7 @@ function took(collection) {
 function start() {
   return new Stream(settings.at, {
     // What was missed meanwhile is in no event.
-    opened: () => reads.renew("info", "sensors", "alerts", "coverage", "areas"),
+    opened: () => reads.renew("info", "sensors", "alerts", "integrity", "coverage", "areas"),
     failed(wait, why) {
       status.failed(wait);
       reads.failed("tracks", why);
@@ -161,6 +162,10 @@ function start() {
       status.heard({});
       sensors.update(properties);
     },
+    integrity(one) {
+      status.heard({});
+      detail.verdicts.note(one);
+    },
     alert(alert) {
       status.heard({});
       alerts.update(alert);
@@ -169,7 +174,7 @@ function start() {
     // A snapshot of the tracks follows: what was missed is in it.
     resync() {
       status.heard({});
-      reads.renew("sensors", "alerts");
+      reads.renew("sensors", "alerts", "integrity");
     },
   });
 }
@@ -192,14 +197,15 @@ function showFilter() {
   setText(byId("filtered-text"), `Filtered: ${map.picture.visible().length} of ${total} tracks shown`);
 }
 
-const clearFilter = () => change({ text: "", sources: new Set(Object.keys(SOURCE_BUTTONS)) });
+const clearFilter = () => change({ text: "", flagged: false, sources: new Set(Object.keys(SOURCE_BUTTONS)) });
 const SOURCE_BUTTONS = Object.fromEntries([...byId("sources").children].map((button) => [button.dataset.source, button]));
 
 function showSettings() {
-  const { text, sources, layers, labelBy, follow, selected } = settings;
+  const { text, sources, flagged, layers, labelBy, follow, selected } = settings;
   if (byId("filter-input").value !== text) byId("filter-input").value = text;
   for (const [source, button] of Object.entries(SOURCE_BUTTONS)) setAttribute(button, "aria-pressed", String(sources.has(source)));
   for (const box of byId("layer-list").querySelectorAll("input")) box.checked = layers[box.name];
+  setAttribute(byId("flagged"), "aria-pressed", String(flagged));
   byId("label-by").value = labelBy;
   setAttribute(byId("follow"), "aria-pressed", String(follow && Boolean(selected)));
   setText(byId("theme-name"), settings.theme);
@@ -216,6 +222,7 @@ function listen() {
   byId("filter").addEventListener("submit", (event) => event.preventDefault());
   byId("filter-input").addEventListener("input", (event) => change({ text: event.target.value.trim() }));
   for (const [source, button] of Object.entries(SOURCE_BUTTONS)) button.addEventListener("click", () => toggleSource(source));
+  byId("flagged").addEventListener("click", () => change({ flagged: !settings.flagged }));
   byId("filter-clear").addEventListener("click", clearFilter);
   byId("zoom-in").addEventListener("click", () => map.zoom(1.5));
   byId("zoom-out").addEventListener("click", () => map.zoom(1 / 1.5));
@@ -272,7 +279,7 @@ onUnauthorized(() => {
 byId("sign-in-form").addEventListener("submit", () => {
   setToken(byId("token").value);
   byId("token").value = "";
-  reads.renew("info", "sensors", "alerts", "coverage", "areas"); // the stream tries again by itself
+  reads.renew("info", "sensors", "alerts", "integrity", "coverage", "areas"); // the stream tries again by itself
 });
 
 listen();

@@ -1,9 +1,10 @@
 // Everything known of the selected track, in words, and why it is fused or not.
 
-import { get, post } from "./api.js";
+import { get, list, post } from "./api.js";
 import { byId, element } from "./dom.js";
 import * as format from "./format.js";
 import { change, settings } from "./settings.js";
+import { say, trustProperties, Verdicts } from "./trust.js";
 
 const SOURCE_WORDS = {
   fused: "radar and transponder, fused",
@@ -45,7 +46,7 @@ function properties(track, time) {
     ["Manufacturer", uas.manufacturer],
     ["Model", uas.model],
     ["Registered in", uas.registration_country],
-    ["Integrity", known(p.integrity, format.words)],
+    ...trustProperties(track),
     ["Interpolated", yes(p.interpolated)],
     ["Extrapolated", p.extrapolated ? "yes" : null],
     ["Time of position", `${format.utc(track.time, 2)} UTC`],
@@ -162,6 +163,7 @@ export class Detail {
   last = null; // the track as last seen, kept in view when it ends
   whole = null; // the selected track with its competitors
   asked = { id: null, next: 0 }; // of which track, and when it may be asked again
+  verdicts = new Verdicts();
   said = null; // what was answered to the last decision, and of which track
 
   constructor() {
@@ -220,6 +222,18 @@ export class Detail {
     this.refresh();
   }
 
+  /** Says whether a transponder can be trusted, for whoever may. */
+  async judge(transponder, verdict) {
+    const id = settings.selected;
+    try {
+      this.verdicts.replace(list(await say(transponder, verdict), "identities"));
+      this.said = { id, text: "Decided; it shows with the next slots." };
+    } catch (error) {
+      this.said = { id, text: error.message };
+    }
+    this.refresh();
+  }
+
   content(selected, isGone) {
     const track = this.last;
     const close = element("button", { type: "button", id: "detail-close", "aria-label": "Close the details", title: "Close (Esc)" }, "×");
@@ -229,18 +243,19 @@ export class Detail {
     if (!track) return [heading, element("p", { class: "empty" }, "Not in the picture (any more)")];
     const why = this.info?.profile === "operational" ? WHY_OPERATIONAL : WHY;
     const mayDecide = !isGone && this.info?.profile === "operational" && this.info.control;
-    const list = element("dl");
+    const entries = element("dl");
     for (const [term, text] of properties(track, this.picture.time)) {
-      list.append(element("dt", {}, term), element("dd", {}, text));
+      entries.append(element("dt", {}, term), element("dd", {}, text));
     }
     return [
       heading,
       isGone ? element("p", { class: "ended" }, `Ended; this is how it was at ${format.utc(track.time)} UTC`) : null,
       element("h3", {}, why[track.source] ?? "Contributors"),
       contributors(track, this.whole?.id === track.id ? this.whole : null, this.info, mayDecide ? (about, verdict) => this.decide(about, verdict) : null),
+      this.verdicts.section(track, mayDecide ? (transponder, verdict) => this.judge(transponder, verdict) : null),
       this.said?.id === selected ? element("p", { role: "status" }, this.said.text) : null,
       element("h3", {}, "Properties"),
-      list,
+      entries,
     ].filter(Boolean);
   }
 }

@@ -5,6 +5,7 @@ import { palette } from "./palette.js";
 import { change, settings } from "./settings.js";
 import { drawAreas, drawCoverage, drawOverlay } from "./shapes.js";
 import { drawAccuracy, drawEllipses, drawLabels, drawSymbols, drawTrails, drawVectors, place } from "./symbols.js";
+import { drawTrust } from "./trust.js";
 import { steer, View } from "./view.js";
 
 const REACH_PX = 16; // how near a click must be
@@ -93,6 +94,7 @@ export class Map2d {
     if (selected) drawAccuracy(context, view, selected);
     drawEllipses(context, view, this.placed);
     if (layers.vectors) drawVectors(context, view, this.placed);
+    drawTrust(context, view, this.placed);
     if (layers.labels) drawLabels(context, view, this.placed, this.alerted);
     drawSymbols(context, view, this.placed, time, this.alerted);
     drawScale(context, view);

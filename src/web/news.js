@@ -10,7 +10,7 @@ const OVER_MS = 60000; // a warning that is over stays in sight for this time; w
 const SHOWN = 3;
 
 /** What an alert is about. One that ends and begins anew has another id, and is about the same. */
-const about = ({ kind, sensor, track, part, text }) => [kind, sensor ?? track ?? part, kind === "area" ? text : ""].join(" ");
+const about = ({ kind, sensor, track, part, identity, text }) => [kind, sensor ?? track ?? part ?? identity, kind === "area" ? text : ""].join(" ");
 const rank = ({ severity }) => ({ critical: 2, warning: 1 })[severity] ?? 0;
 
 export class News {

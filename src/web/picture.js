@@ -3,6 +3,7 @@
 import { list, TRAIL_S } from "./api.js";
 import { bearing } from "./geo.js";
 import { settings } from "./settings.js";
+import { isFlagged } from "./trust.js";
 
 const TRAIL_STEP_MS = 1000; // one trail point a second is enough to see, and a quarter of the memory
 const TRAIL_POINTS = TRAIL_S + 4;
@@ -140,6 +141,7 @@ class Track {
 
   matches() {
     if (!settings.sources.has(this.source)) return false;
+    if (settings.flagged && !isFlagged(this)) return false;
     if (!settings.text) return true;
     const { contributors = [], uas_id = {} } = this.properties;
     const words = [this.id, this.name, ...Object.values(uas_id)];

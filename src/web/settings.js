@@ -23,6 +23,7 @@ export const settings = {
   follow: false,
   text: "",
   sources: new Set(SOURCES),
+  flagged: false, // only what cannot be trusted
   sort: { column: "number", descending: false },
   theme: "auto",
   layers: defaultLayers(),
@@ -47,7 +48,7 @@ export function toggleSource(source) {
   change({ sources });
 }
 
-export const isFiltering = () => settings.text !== "" || settings.sources.size < SOURCES.length;
+export const isFiltering = () => settings.text !== "" || settings.flagged || settings.sources.size < SOURCES.length;
 
 let timer = null;
 // Browsers refuse many history entries a second; a pan changes the centre at every frame.
@@ -64,6 +65,7 @@ function write() {
   if (settings.follow) hash.set("follow", "1");
   if (settings.text) hash.set("q", settings.text);
   if (settings.sources.size < SOURCES.length) hash.set("src", [...settings.sources].join(","));
+  if (settings.flagged) hash.set("flagged", "1");
   const sort = (settings.sort.descending ? "-" : "") + settings.sort.column;
   if (sort !== "number") hash.set("sort", sort);
   if (settings.theme !== "auto") hash.set("theme", settings.theme);
@@ -87,6 +89,7 @@ export function read() {
     follow: hash.get("follow") === "1",
     text: hash.get("q") ?? "",
     sources: new Set(hash.has("src") ? hash.get("src").split(",").filter((name) => SOURCES.includes(name)) : SOURCES),
+    flagged: hash.get("flagged") === "1",
     sort: { column: sort.replace("-", ""), descending: sort.startsWith("-") },
     theme: ["light", "dark"].includes(hash.get("theme")) ? hash.get("theme") : "auto",
     labelBy: hash.get("by") === "serial" ? "serial" : "number",

@@ -3,6 +3,7 @@
 import { byId, element, setAttribute, setText } from "./dom.js";
 import * as format from "./format.js";
 import { change, onChange, settings, SOURCES } from "./settings.js";
+import { isFlagged, markOf, rankOf, stateOf, wordsOf } from "./trust.js";
 
 const ROW_PX = 24; // as in the style sheet
 const HEAD_PX = 26;
@@ -16,6 +17,7 @@ const COLUMNS = [
   ["source", "", "Source", (track) => SOURCES.indexOf(track.source), () => ""],
   ["number", "No.", "Track number", (track) => track.properties.track_number ?? track.id, (track) => track.name],
   ["serial", "Serial", "Serial number", (track) => track.serial, (track) => track.serial || "–"],
+  ["trust", "", "Whether its transponder can be trusted", (track) => rankOf(track), (track) => markOf(track)],
   ["height", "Height", "Height above mean sea level, metres", (track) => track.properties.alt_msl, (track) => format.plain(track.properties.alt_msl)],
   ["speed", "m/s", "Speed over ground, metres a second", (track) => track.speed, (track) => (Number.isFinite(track.speed) ? approximate(track) : "") + format.plain(track.speed)],
   ["course", "Course", "Course over ground, degrees true", (track) => track.course, (track) => format.direction(track.course)],
@@ -23,6 +25,8 @@ const COLUMNS = [
   ["bearing", "Brg", "Bearing from the radar, degrees true", (track) => track.bearing, (track) => format.direction(track.bearing)],
   ["uav", "UAV", "Probability that it is a drone, from the radar's classifier", (track) => track.properties.uav_probability, (track) => format.percent(track.properties.uav_probability)],
 ];
+
+const HEADS = { source: "◇", trust: "✓" }; // of columns without a word
 
 const collator = new Intl.Collator("en", { numeric: true });
 
@@ -50,14 +54,14 @@ export class Table {
     onChange((patch) => {
       if ("sort" in patch) this.markSort();
       if ("selected" in patch) this.reveal();
-      if (["sort", "text", "sources", "selected"].some((name) => name in patch)) this.refresh();
+      if (["sort", "text", "sources", "flagged", "selected"].some((name) => name in patch)) this.refresh();
     });
     setInterval(() => this.refresh(), EVERY_MS);
   }
 
   makeHead() {
     for (const [name, heading, meaning] of COLUMNS) {
-      const button = element("button", { type: "button", title: `Sort by: ${meaning}`, "aria-label": heading ? null : meaning }, heading || "◇");
+      const button = element("button", { type: "button", title: `Sort by: ${meaning}`, "aria-label": heading ? null : meaning }, heading || HEADS[name]);
       button.addEventListener("click", () => {
         const { column, descending } = settings.sort;
         change({ sort: { column: name, descending: column === name && !descending } });
@@ -83,6 +87,10 @@ export class Table {
       const count = tracks.filter((track) => track.source === source).length;
       setText(button.querySelector(".count"), isKnown ? String(count) : "?");
     }
+    const flagged = byId("flagged");
+    const count = tracks.filter(isFlagged).length;
+    flagged.hidden = count === 0 && !settings.flagged;
+    setText(flagged.querySelector(".count"), isKnown ? String(count) : "?");
     this.rows = this.sorted(tracks.filter((track) => track.matches()));
     const total = isKnown ? tracks.length : "?";
     const empty = byId("table-empty");
@@ -138,6 +146,11 @@ export class Table {
         cell.classList.toggle("hollow", track.isDoubtful);
       } else {
         setText(cell, text(track));
+        if (name === "trust") {
+          setAttribute(cell, "data-trust", stateOf(track));
+          setAttribute(cell, "title", wordsOf(track));
+          setAttribute(cell, "aria-label", wordsOf(track));
+        }
         if (name === "serial") setAttribute(cell, "title", track.serial); // which may be too long for its column
       }
     });

@@ -23,7 +23,7 @@ async fn the_document_and_the_router_agree_both_ways() {
             // A stream does not end: that it is there is seen by what it refuses.
             let probe = match path.as_str() {
                 "/api/v1/stream" => format!("{path}?interval_ms=0"),
-                _ => path.replace("{id}", "nobody"),
+                _ => path.replace("{id}", "nobody").replace("{identity}", "nobody"),
             };
             let method = Method::from_bytes(method.to_uppercase().as_bytes()).unwrap();
             let answer = site.ask(Request::builder().method(method.clone()).uri(&probe)).await;

@@ -9,6 +9,7 @@ mod documents;
 mod door;
 mod gzip;
 mod history;
+mod integrity;
 mod limits;
 mod now;
 mod operational;

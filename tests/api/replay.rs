@@ -47,7 +47,7 @@ impl Show {
             open,
             date,
             config,
-            Masks::default(),
+            Default::default(),
             writer,
             (speed, false),
             CorrelationPlan::default(),

@@ -268,7 +268,8 @@ fn with_inputs_and(change: impl FnOnce(&mut [OutputPoint])) -> Evaluation {
     let radar: Vec<Point> = [(40, 11), (41, 11), (42, 11), (44, 12), (50, 13), (48, 99)]
         .map(|(slot, number)| (slot, "radar", number, "", "", 0.0, 20.0, "0"))
         .into();
-    let mut alone = InputsAlone { radar: points(&radar), transponder: points(&transponder) };
+    let mut alone =
+        InputsAlone { radar: points(&radar), transponder: points(&transponder), ..InputsAlone::default() };
     for plot in &mut alone.radar {
         plot.radar_track = u16::try_from(plot.number).ok();
     }

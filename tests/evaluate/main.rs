@@ -8,6 +8,7 @@ mod common;
 mod files;
 mod formats;
 mod gospa;
+mod integrity;
 #[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "shared by several tests")]
 mod program;

@@ -8,8 +8,8 @@ use std::collections::BTreeSet;
 use fusion::slots::{Slot, SlotGrid};
 use fusion::time::Time;
 use utm_fusion::evaluate::{
-    Covariance, Evaluation, InputsAlone, Label, Labels, Nees, OutputPoint, Place, PointSource, Scoring,
-    Truth, evaluate,
+    Covariance, Evaluation, Flags, InputsAlone, Label, Labels, Nees, OutputPoint, Place, PointSource,
+    Scoring, Truth, evaluate,
 };
 
 use super::common::{east, north};
@@ -35,6 +35,7 @@ fn own(slot: i64, east_m: f64) -> OutputPoint {
         sensor: None,
         transponder: Some(7),
         covariance: None,
+        flags: Flags::default(),
     }
 }
 
@@ -90,7 +91,8 @@ fn near(told: Option<f64>, expected: f64) {
 #[test]
 fn a_gap_slot_needs_a_point_near_the_drone() {
     // The transponder speaks in slots 40 to 49: 80 of ALPHA's 90 are gaps.
-    let alone = InputsAlone { transponder: (40..50).map(|slot| own(slot, 0.0)).collect(), radar: Vec::new() };
+    let alone =
+        InputsAlone { transponder: (40..50).map(|slot| own(slot, 0.0)).collect(), ..InputsAlone::default() };
     let high = |east_m, up_m| OutputPoint { place: place(east_m, 0.0, Some(up_m)), ..radars(63, 11, 0.0) };
     let output = [
         radars(45, 11, 0.0),                       // no gap
@@ -125,7 +127,7 @@ fn two_numbers_at_once_are_one_too_many() {
         radars(45, 12, 80.0),
         radars(45, 14, 81.0), // unlabelled, and BRAVO is nearest: two
     ];
-    let alone = InputsAlone { radar: output.to_vec(), transponder: Vec::new() };
+    let alone = InputsAlone { radar: output.to_vec(), ..InputsAlone::default() };
     let told = scored(&output, Some(&alone));
     near(told.fused.drones[0].two_numbers_percent, 100.0 / 90.0);
     near(told.fused.drones[1].two_numbers_percent, 100.0 / 90.0);
@@ -156,7 +158,7 @@ fn a_ghost_is_beside_a_drone_that_is_there_already() {
         radars(47, 14, 10.0), // unlabelled: ALPHA's, as the nearest, and a ghost
         radars(48, 13, 60.0), // beside BRAVO, which has no point of its own
     ];
-    let alone = InputsAlone { radar: output.to_vec(), transponder: Vec::new() };
+    let alone = InputsAlone { radar: output.to_vec(), ..InputsAlone::default() };
     let told = scored(&output, Some(&alone));
     let four_slots = 4.0 * 0.25 / MINUTES;
     near(told.fused.all.ghosts_s, four_slots);

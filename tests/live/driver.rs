@@ -10,6 +10,7 @@ use asterix::cat048::{self, TrackNumber};
 use asterix::{blocks, encode_block};
 use fusion::Identity;
 use fusion::Source;
+use fusion::integrity::{Trust, Word};
 use fusion::numbering::{Given, LARGEST_TRANSPONDER_NUMBER, NumberChange};
 use fusion::operational::{Correlation, HeldCorrelation, Verdict};
 use fusion::time::{SECOND, Time};
@@ -25,7 +26,7 @@ use utm_fusion::live::{Driver, Made};
 use utm_fusion::pipeline::Event;
 use utm_fusion::record::{Recorded, Recorder, RecorderQueue};
 use utm_fusion::simulate::Datagram;
-use utm_fusion::state::{Registrations, correlation_line, registration_text};
+use utm_fusion::state::{Registrations, correlation_line, registration_text, word_line};
 
 use crate::common::{
     Scratch, complete_from, datagrams, files, flight, only, replayed, replayed_datagrams, replayed_now,
@@ -55,6 +56,8 @@ pub(crate) struct Fate {
     pub(crate) registrations: Registrations,
     /// At these times of the flight an operator decides something of whoever is there, seconds.
     pub(crate) decide_s: Vec<i64>,
+    /// At these he says something of a transponder, seconds.
+    pub(crate) say_s: Vec<i64>,
 }
 
 fn seconds(seconds: i64) -> SignedDuration {
@@ -86,6 +89,8 @@ pub(crate) struct Flown {
     pub(crate) registrations: Registrations,
     /// How many decisions were made.
     pub(crate) correlations: usize,
+    /// How many words on transponders were said.
+    pub(crate) words: usize,
     /// Datagrams of the pictures of now, each with its deadline.
     now: Vec<(Time, Vec<u8>)>,
 }
@@ -101,8 +106,15 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
     let text = registration_text(&fate.registrations).into();
     assert!(recorder.wait(Recorded::Registered(text)));
     let registrations = Registrations::default();
-    let mut flown =
-        Flown { slots: 0, alarms: 0, radar: Vec::new(), registrations, correlations: 0, now: Vec::new() };
+    let mut flown = Flown {
+        slots: 0,
+        alarms: 0,
+        radar: Vec::new(),
+        registrations,
+        correlations: 0,
+        words: 0,
+        now: Vec::new(),
+    };
     let shown = RefCell::new(Vec::new());
     let mut held = Vec::new();
     let mut hand_out = |driver: &mut Driver| {
@@ -145,6 +157,8 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
     };
     let mut wishes = fate.decide_s.iter().enumerate().peekable();
     let mut correlations = 0;
+    let mut sayings = fate.say_s.iter().enumerate().peekable();
+    let mut words = 0;
     // The steady time, and the wall clock's.
     let wall = |steady: Time| match fate.step_s {
         Some((at, by)) if steady >= start + seconds(at) => steady + seconds(by),
@@ -192,6 +206,15 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
                 correlations += 1;
             }
         }
+        while let Some((index, _)) = sayings.next_if(|(_, at)| steady >= start + seconds(**at)) {
+            // First that two are not to be trusted, then nothing any more of the first.
+            let trust = if index < 2 { Trust::Distrusted } else { Trust::Automatic };
+            let identity = driver.pipeline().engine().transponders().nth(index % 2).unwrap();
+            let word = Word { identity, trust };
+            let slot = driver.say(word).unwrap();
+            assert!(recorder.wait(Recorded::Decided(word_line(slot, &word, config).into())));
+            words += 1;
+        }
         if random.random_bool(0.1) {
             driver.tick(wall(steady));
             hand_out(&mut driver);
@@ -206,7 +229,7 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
     }
     driver.finish();
     hand_out(&mut driver);
-    flown.correlations = correlations;
+    (flown.correlations, flown.words) = (correlations, words);
     flown.registrations = Registrations::of(config, driver.pipeline().engine());
     flown
 }

@@ -8,6 +8,7 @@ mod correlations;
 mod demo;
 mod driver;
 mod flood;
+mod integrity;
 #[path = "../shared/invented.rs"]
 mod invented;
 mod process;

@@ -24,6 +24,7 @@ mod phone;
 mod picture;
 mod service;
 mod tiles;
+mod trust;
 
 const SOON: Duration = Duration::from_secs(20);
 

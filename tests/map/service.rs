@@ -44,11 +44,20 @@ impl Service {
 
     /// The same in that profile.
     pub fn replay_in(profile: &str, folder: &Path, port: u16) -> Self {
+        Self::start(&mut Self::replaying(profile, folder), port)
+    }
+
+    fn replaying(profile: &str, folder: &Path) -> Command {
         let mut command = utm_fusion();
         command.arg("replay").arg(folder.join("radar.ast")).arg(folder.join("transponder.ast"));
         command.arg("--config").arg(folder.join("site.toml")).args(["--date", "2026-03-14", "--serve"]);
         command.args(["--profile", profile]);
-        Self::start(&mut command, port)
+        command
+    }
+
+    /// The same with more of the program's options, on a free port.
+    pub fn replay_with(profile: &str, folder: &Path, options: &[&str]) -> Self {
+        Self::start(Self::replaying(profile, folder).args(options), 0)
     }
 
     /// The live service over simulated sensors.

@@ -8,6 +8,7 @@ mod determinism;
 mod formats;
 mod hostile;
 mod inputs;
+mod integrity;
 mod masks;
 mod now;
 #[path = "../shared/program.rs"]

@@ -77,11 +77,11 @@ impl Flags {
     pub const INTERPOLATED: Self = Self(0x01);
     /// The position is extrapolated beyond the last report.
     pub const EXTRAPOLATED: Self = Self(0x02);
-    /// The transponder's integrity is in doubt.
+    /// Something speaks against the transponder.
     pub const INTEGRITY_SUSPECT: Self = Self(0x04);
-    /// The transponder's position contradicts the radar.
+    /// The transponder is not to be believed; it is suspect, too.
     pub const INTEGRITY_FAILED: Self = Self(0x08);
-    /// The radar track has no transponder.
+    /// Radar alone sees the aircraft, and where it is a transponder would be heard.
     pub const UNCOOPERATIVE: Self = Self(0x10);
     /// The radar did not measure the height.
     pub const HEIGHT_NOT_MEASURED: Self = Self(0x20);

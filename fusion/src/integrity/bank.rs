@@ -21,21 +21,21 @@ const KEPT_S: f64 = 150.0;
 const LEADS: f64 = 3.0;
 /// Of the rows older than this every second is kept, of those older than the other every fourth, seconds.
 const THINNED_S: [f64; 2] = [30.0, 75.0];
-/// A radar track walks off for no longer than this, seconds.
-const WALK_MAX_S: f64 = 14.0;
 /// A row that is behind by more than this is given up once it is older than `BEHIND_AFTER_S`.
 const BEHIND: f64 = -12.0;
 const BEHIND_AFTER_S: f64 = 20.0;
-/// What one look adds to a row's log-likelihood beyond what it adds to that of honesty: least and most.
-const LOOK_ADDS: [f64; 2] = [-6.0, 4.0];
 /// Where a radar track of another aircraft may be: sigma of the offset, each axis, metres.
 pub(crate) const ELSEWHERE_M: f64 = 150.0;
-/// Probability that a radar track that could be the aircraft's own by the way it flies is, before it has flown.
-const OWN_SHARE: f64 = 0.3;
 /// The protection level is that of a lie which began this long ago, seconds.
 const PROTECTION_S: f64 = 60.0;
+/// A radar track walks off for no longer than this, seconds; that it begins to within five of them costs so much, natural
+/// logarithm.
+const WALK_MAX_S: f64 = 14.0;
+const WALK_COST: f64 = 2.6;
 /// A stamp that is this late or early is wrong, seconds.
 const LATE_MIN_S: f64 = 0.5;
+/// It is by more than so many standard deviations.
+const LATE_SIGMAS: f64 = 2.0;
 /// Radius that holds 95 % of a two-dimensional normal distribution, in standard deviations.
 const RADIUS_95: f64 = 2.447_746_830_680_816;
 
@@ -118,49 +118,43 @@ impl Bank {
         }
     }
 
-    /// A radar track that is where the transponder says, or was when it was last in doubt.
-    pub(crate) fn take_near(&mut self, look: &Look) {
+    /// A look at a radar track. `own`: probability that it is the aircraft's own before it is looked at. `other`:
+    /// log-likelihood of the look if it is another aircraft.
+    pub(crate) fn take(&mut self, look: &Look, own: f64, other: f64) {
+        let track_is_new = self.track != Some((look.radar, look.track));
+        let dt = self.looked.map_or(1.0, |looked| look.time.seconds_since(looked));
         self.turn_to(look);
-        self.begin_rows(look);
-        let before = self.honest.log;
-        self.honest.take(look);
-        let honest = self.honest.log - before;
-        for row in self.walks.iter_mut().chain(&mut self.lies) {
-            let before = row.log;
-            row.take(look);
-            row.log = before + honest + (row.log - before - honest).clamp(LOOK_ADDS[0], LOOK_ADDS[1]);
+        for row in self.all() {
+            match track_is_new {
+                true => row.begin_track(look, own),
+                false => row.take(look, other, dt),
+            }
         }
         self.looked = Some(look.time);
         self.tidy(look.time);
     }
 
-    /// A radar track that flies as the transponder does, elsewhere. `motion`: natural logarithm of how much likelier it flies so
-    /// as the aircraft itself than as another one, by all its looks so far.
-    pub(crate) fn take_far(&mut self, look: &Look, motion: f64) {
-        self.turn_to(look);
-        self.begin_rows(look);
-        for row in self.lies.iter_mut().filter(|row| row.kind != Kind::Late) {
-            row.take_far(look, motion, OWN_SHARE);
-        }
-        self.looked = Some(look.time);
-        self.tidy(look.time);
+    /// The radar track that is looked at, where the likeliest row has it for the aircraft's own.
+    pub(crate) fn is_own(&self) -> bool {
+        let best = self.best(|_| true).filter(|best| best.log() > self.honest.log());
+        best.unwrap_or(&self.honest).is_own()
     }
 
     /// How much likelier a lie of this kind is than honesty, natural logarithm.
     fn index_of(&self, is_kind: impl Fn(Kind) -> bool) -> f64 {
         let count = self.lies.iter().filter(|row| is_kind(row.kind)).count();
         match self.best(is_kind) {
-            Some(best) => best.log - self.honest_log() - 0.5 * (count as f64).ln(),
+            Some(best) => best.log() - self.honest_log() - 0.5 * (count as f64).ln(),
             None => 0.0,
         }
     }
 
     fn honest_log(&self) -> f64 {
-        self.walks.iter().map(|row| row.log).fold(self.honest.log, f64::max)
+        self.walks.iter().map(Row::log).fold(self.honest.log(), f64::max)
     }
 
     fn best(&self, is_kind: impl Fn(Kind) -> bool) -> Option<&Row> {
-        self.lies.iter().filter(|row| is_kind(row.kind)).max_by(|a, b| a.log.total_cmp(&b.log))
+        self.lies.iter().filter(|row| is_kind(row.kind)).max_by(|a, b| a.log().total_cmp(&b.log()))
     }
 
     /// How much likelier it is that the place is a lie than that it is not, natural logarithm.
@@ -171,7 +165,8 @@ impl Bank {
     /// The same for the time, where the stamps would be wrong by enough.
     pub(crate) fn late_index(&self) -> Option<f64> {
         let best = self.best(|kind| kind == Kind::Late)?;
-        (best.late_s().abs() > LATE_MIN_S).then(|| self.index_of(|kind| kind == Kind::Late))
+        let (mean_s, sigma_s) = best.late_s();
+        (mean_s.abs() - LATE_SIGMAS * sigma_s > LATE_MIN_S).then(|| self.index_of(|kind| kind == Kind::Late))
     }
 
     /// The offset of the likeliest lie at `time`, east and north, metres, with its covariance, m².
@@ -197,44 +192,34 @@ impl Bank {
         self.looked
     }
 
-    /// Brings all rows to the look's time, and to its radar track.
+    /// Brings all rows to the look's time, and to its radar track; begins new ones.
     fn turn_to(&mut self, look: &Look) {
-        if self.track != Some((look.radar, look.track)) {
+        let (radar, track) = (self.track.map(|track| track.0), self.track.map(|track| track.1));
+        let is_new = track != Some(look.track);
+        if is_new {
             self.end_track();
         }
-        let rest = self.looked.map_or(0.0, |looked| look.time.seconds_since(looked));
-        if rest >= BEGIN_EVERY_S && self.begun.is_some() {
+        let rest_s = self.looked.map_or(0.0, |looked| look.time.seconds_since(looked));
+        if rest_s >= BEGIN_EVERY_S {
             // It may have begun while nobody looked.
             self.begin(self.honest.at);
         }
-        let radar_is_new = self.track.is_none_or(|track| track.0 != look.radar);
-        let track_is_new = self.track != Some((look.radar, look.track));
-        let all = [&mut self.honest].into_iter().chain(&mut self.walks).chain(&mut self.lies);
-        for row in all {
-            row.turn(look.time, &self.slow);
-            if radar_is_new {
+        let slow = self.slow;
+        for row in self.all() {
+            row.turn(look.time, &slow);
+            if radar != Some(look.radar) {
                 row.meet_radar(look);
             }
-            if track_is_new {
+            if is_new {
                 row.meet_track(look);
             }
         }
         (self.track, self.slow) = (Some((look.radar, look.track)), look.slow);
-    }
-
-    /// The radar track has ended: if it had walked off, what was looked at then says nothing.
-    fn end_track(&mut self) {
-        let best = self.walks.drain(..).max_by(|a, b| a.log.total_cmp(&b.log));
-        if let Some(walked) = best.filter(|walked| walked.log > self.honest.log) {
-            self.honest.log = walked.log;
-            self.honest.forget_offset();
-        }
-    }
-
-    fn begin_rows(&mut self, look: &Look) {
         if self.begun.is_none_or(|begun| look.time.seconds_since(begun) >= BEGIN_EVERY_S) {
             self.begin(look.time);
-            self.walks.push(self.honest.branch(Kind::Walk, look.time));
+            let mut walk = self.honest.branch(Kind::Walk, look.time);
+            walk.relate(WALK_COST);
+            self.walks.push(walk);
         }
         if self.begun_late.is_none_or(|begun| look.time.seconds_since(begun) >= LATE_EVERY_S) {
             self.lies.push(self.honest.branch(Kind::Late, look.time));
@@ -242,6 +227,20 @@ impl Bank {
         }
     }
 
+    /// The radar track has ended: if it had walked off, honesty is as likely as that.
+    fn end_track(&mut self) {
+        let walked = self.walks.drain(..).map(|row| row.log()).fold(f64::NEG_INFINITY, f64::max);
+        if walked > self.honest.log() {
+            self.honest.end_walked(walked);
+        }
+        self.all().for_each(Row::end_track);
+    }
+
+    fn all(&mut self) -> impl Iterator<Item = &mut Row> {
+        [&mut self.honest].into_iter().chain(&mut self.walks).chain(&mut self.lies)
+    }
+
+    /// Rows of lies that begin then.
     fn begin(&mut self, time: Time) {
         self.count = self.count.wrapping_add(1);
         for kind in [Kind::Drift, Kind::Jump] {
@@ -254,18 +253,17 @@ impl Bank {
 
     /// Gives up the rows that say nothing any more; likelihoods are relative to that of honesty.
     fn tidy(&mut self, time: Time) {
-        let honest = self.honest.log;
-        let best = self.best(|_| true).map_or(0.0, |best| best.log);
+        let honest = self.honest.log();
+        let best = self.best(|_| true).map_or(0.0, Row::log);
         self.lies.retain(|row| {
-            let (age_s, lead) = (time.seconds_since(row.since), row.log - honest);
+            let (age_s, lead) = (time.seconds_since(row.since), row.log() - honest);
             let is_thin = (age_s > THINNED_S[0] && row.number % 2 != 0)
                 || (age_s > THINNED_S[1] && row.number % 4 != 0);
-            let is_thinned = is_thin && row.kind != Kind::Late && row.log < best;
+            let is_thinned = is_thin && row.kind != Kind::Late && row.log() < best;
             let is_behind = lead < BEHIND && age_s > BEHIND_AFTER_S;
-            lead > LEADS && !is_thinned || age_s <= KEPT_S && !is_thinned && !is_behind
+            !is_thinned && (lead > LEADS || age_s <= KEPT_S && !is_behind)
         });
         self.walks.retain(|row| time.seconds_since(row.since) <= WALK_MAX_S);
-        let all = [&mut self.honest].into_iter().chain(&mut self.walks).chain(&mut self.lies);
-        all.for_each(|row| row.log -= honest);
+        self.all().for_each(|row| row.relate(honest));
     }
 }

@@ -1,6 +1,8 @@
 //! Does a radar track fly as a transponder does, wherever it is? Its plots, less the transponder's curve, are a constant offset
 //! that changes slowly if it is the same aircraft; if it is another one they move by themselves or hover.
 
+use std::f64::consts::TAU;
+
 /// How fast the offset of the same aircraft may change, metres a second, and how much that changes, m²/s³.
 const SAME_RATE_M_S: f64 = 1.7;
 const SAME_ACCELERATION_M2_S3: f64 = 0.02;
@@ -44,8 +46,8 @@ impl Motion {
         self.sum
     }
 
-    /// Another second, `dt` after the one before.
-    pub(crate) fn take(&mut self, steps: [Step; 2], dt: f64) {
+    /// Another second, `dt` after the one before; its log-likelihood if it is another aircraft, 0 of the first.
+    pub(crate) fn take(&mut self, steps: [Step; 2], dt: f64) -> f64 {
         let Some(axes) = &mut self.axes else {
             self.axes = Some(steps.map(|step| {
                 [
@@ -54,9 +56,9 @@ impl Motion {
                     Model::new(step.flown_m, step.plots_m2, &step, 0.0),
                 ]
             }));
-            return;
+            return 0.0;
         };
-        let before = ratio(&self.logs);
+        let before = (ratio(&self.logs), other(&self.logs));
         for (models, step) in axes.iter_mut().zip(&steps) {
             let both_m2 = step.plots_m2 + step.curve_m2;
             let [same, moving, hovering] = models;
@@ -64,16 +66,21 @@ impl Motion {
             self.logs[1] += moving.take(step.flown_m, step.plots_m2, step, OTHER_ACCELERATION_M2_S3, dt);
             self.logs[2] += hovering.take(step.flown_m, step.plots_m2, step, 0.0, dt);
         }
-        let added = (ratio(&self.logs) - before).clamp(-LOOK_MAX, LOOK_MAX);
+        let added = (ratio(&self.logs) - before.0).clamp(-LOOK_MAX, LOOK_MAX);
         self.sum = (self.sum + added).clamp(SUM[0], SUM[1]);
+        other(&self.logs) - before.1
     }
 }
 
 /// Same aircraft to another one.
-fn ratio([same, moving, hovering]: &[f64; 3]) -> f64 {
-    let most = moving.max(*hovering);
-    let other = (1.0 - HOVER_SHARE) * (moving - most).exp() + HOVER_SHARE * (hovering - most).exp();
-    same - most - other.ln()
+fn ratio(logs: &[f64; 3]) -> f64 {
+    logs[0] - other(logs)
+}
+
+/// Another aircraft.
+fn other(&[_, moving, hovering]: &[f64; 3]) -> f64 {
+    let most = moving.max(hovering);
+    most + ((1.0 - HOVER_SHARE) * (moving - most).exp() + HOVER_SHARE * (hovering - most).exp()).ln()
 }
 
 /// Place, rate, and the radar track's slow error along one axis.
@@ -117,6 +124,6 @@ impl Model {
                 self.covariance[row][column] = value - gain[row] * spread[column];
             }
         }
-        -0.5 * (residual * residual / variance).min(25.0) - 0.5 * variance.ln()
+        -0.5 * (residual * residual / variance).min(25.0) - 0.5 * (TAU * variance).ln()
     }
 }

@@ -123,6 +123,13 @@ impl Decided {
             && !self.are_apart(tracklet.id, target)
     }
 
+    /// A radar track that sees an aircraft where its transponder is not is not what that says, unless an operator has decided.
+    pub(super) fn part(&mut self, tracklet: &Tracklet, target: TargetId) {
+        if self.leaves(tracklet, target) {
+            self.apart.insert((tracklet.id, target));
+        }
+    }
+
     /// Whether they are known not to be one.
     pub(super) fn are_apart(&self, id: TrackletId, target: TargetId) -> bool {
         self.apart.contains(&(id, target))

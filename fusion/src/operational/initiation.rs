@@ -3,16 +3,21 @@
 use super::correlation::Decided;
 use super::cycle::Cycle;
 use super::ids::{TargetId, TrackletId};
+use super::integrity::Twins;
 use super::likelihood::PairLikelihood;
 use super::mutual::{self, Evidence};
 use super::reacquisition::{self, Measured};
 use super::targets::Targets;
 use super::tracklets::{Tracklet, Tracklets};
 use super::tuning::{
-    COAST_MAX_S, CONFIRM_LOG_ODDS, INITIATION_HOLD, MUTUAL_APART_LLR, MUTUAL_ASSOCIATE_LLR, NOBODYS_LLR,
+    CLASS_LLR_MAX, COAST_MAX_S, CONFIRM_LOG_ODDS, INITIATION_HOLD, MUTUAL_APART_LLR, MUTUAL_ASSOCIATE_LLR,
+    NOBODYS_LLR,
 };
 use crate::report::SensorIndex;
 use crate::time::Time;
+
+/// What a radar sees where a suspect transponder is not is an aircraft as soon as it lasts this long, seconds.
+const TWIN_LASTS_S: f64 = 2.0;
 
 /// Initiates a target, at once back to its first plot, of each radar track that is confirmed and nobody's.
 pub(super) fn initiate(
@@ -20,13 +25,22 @@ pub(super) fn initiate(
     targets: &mut Targets,
     measured: &Measured,
     decided: &Decided,
+    twins: &Twins,
     cycle: &Cycle,
 ) {
     let is_initiated = |tracklet: &&Tracklet| {
-        let is_confirmed = tracklet.existence().log_odds() >= CONFIRM_LOG_ODDS;
+        let log_odds = tracklet.existence().log_odds();
+        let is_confirmed = match twins.get(&tracklet.id) {
+            Some(twin) => {
+                let lasts_s = tracklet.last().seconds_since(tracklet.first());
+                lasts_s >= TWIN_LASTS_S && log_odds + twin.motion.min(CLASS_LLR_MAX) >= CONFIRM_LOG_ODDS
+            }
+            None => log_odds >= CONFIRM_LOG_ODDS,
+        };
         // Where one plot alone goes nobody knows.
         let is_track = tracklet.first() < tracklet.last() && tracklet.last() >= cycle.centre;
         let is_free = || match tracklet.first() < cycle.end {
+            true if twins.contains_key(&tracklet.id) => true,
             true => is_nobodys(tracklet, tracklets, targets, decided, cycle),
             false => {
                 tracklet.begins_within(COAST_MAX_S, cycle)

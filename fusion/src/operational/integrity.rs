@@ -3,42 +3,52 @@
 //! Second by second each radar track is compared with the transponders around. It is evidence of one at most: *near* where it is
 //! where the transponder says, or has been and does not fly otherwise since; *far* where it is elsewhere and flies alike.
 
+mod choice;
 mod judge;
+mod marks;
 mod watch;
 
 use std::collections::BTreeMap;
 
+use super::correlation::Decided;
 use super::cycle::Cycle;
 use super::ids::{TargetId, TrackletId};
 use super::places::Places;
+use super::registrations::Registrations;
 use super::settings::Settings;
-use super::targets::Targets;
-use super::tracklets::Tracklets;
-use super::tuning::DELAY_BETWEEN_TRANSPONDERS_S;
-use crate::filter::LineOfSight;
+use super::targets::{Target, Targets};
+use super::tracklets::{Tracklet, Tracklets};
+use super::tuning::{DELAY_BETWEEN_TRANSPONDERS_S, DRONE_SPEED_MAX_M_S};
 use crate::integrity::{
-    Action, Assessment, Concern, Delay, HeldWord, PointIntegrity, ReportRules, Trust, Word,
+    Action, Assessment, Concern, Delay, HeldWord, Jammed, PointIntegrity, Reason, ReportRules, Trust, Word,
 };
 use crate::point::Point;
 use crate::report::{Fix, Identity};
 use crate::slots::Slot;
 use crate::time::Time;
+use choice::Claims;
 use judge::Judge;
-use watch::{Judged, SECOND, Watch};
+use watch::{SECOND, TakenFor, Watch};
 
 /// A radar track further away than this is not looked at, metres, beside so many deviations of its slow errors.
 const AROUND_M: f64 = 300.0;
 const AROUND_SIGMAS: f64 = 2.0;
-/// Far: it flies so much likelier as this aircraft than as another one, and than as any other transponder's.
-const FAR_MOTION: f64 = 3.0;
-const FAR_LEAD: f64 = 3.0;
-/// Far: the radar takes it for a drone with at least this mean probability, and it is no higher or lower than this, metres.
-const FAR_PROBABILITY: f64 = 0.3;
-const FAR_HEIGHT_M: f64 = 45.0;
-/// Far: no radar track was near for so long, seconds.
-const FAR_ALONE_S: f64 = 3.0;
+/// Delay of a transponder that no radar was compared with, seconds.
+const UNKNOWN_DELAY: Delay = Delay { mean_s: 0.0, sigma_s: 0.1 };
 /// Identities not heard for longer are forgotten, seconds.
 const FORGOTTEN_S: f64 = 3600.0;
+
+/// A radar track that sees an aircraft where its transponder is not.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Twin {
+    /// The target of that transponder.
+    liar: TargetId,
+    /// How much likelier it flies as the transponder does than as another aircraft, natural logarithm.
+    pub(super) motion: f64,
+}
+
+/// All of them.
+pub(super) type Twins = BTreeMap<TrackletId, Twin>;
 
 /// What is known of every identity heard lately.
 #[derive(Debug, Default)]
@@ -48,19 +58,9 @@ pub(super) struct Integrities {
     /// Time of the newest report of each.
     heard: BTreeMap<Identity, Time>,
     assessments: BTreeMap<Identity, Assessment>,
+    twins: Twins,
     /// What operators say, by identity.
     words: BTreeMap<Identity, HeldWord>,
-    /// The last second that was judged ended then.
-    judged: Option<Time>,
-}
-
-/// A radar track as seen from a transponder.
-struct Sighting {
-    identity: Identity,
-    tracklet: TrackletId,
-    judged: Judged,
-    /// Whether the association takes them for one.
-    is_pair: bool,
 }
 
 impl Integrities {
@@ -78,150 +78,199 @@ impl Integrities {
 
     /// Judges every identity by what is known at the slot's deadline.
     pub(super) fn assess(&mut self, tracklets: &Tracklets, targets: &Targets, cycle: &Cycle) {
-        let rules = &cycle.settings.integrity;
-        if rules.action == Action::Off {
+        if cycle.settings.integrity.action == Action::Off {
             return;
         }
         self.reports.look(cycle.deadline);
-        let length = SECOND.as_nanos() as i64;
-        let whole = Time::from_nanos(cycle.centre.nanos().div_euclid(length) * length);
-        let first = self.judged.map_or(whole, |judged| judged + SECOND).max(whole + SECOND * -5);
-        let mut end = first;
-        while end <= whole {
-            self.look(tracklets, targets, end, cycle);
-            end = end + SECOND;
-        }
-        self.judged = Some(whole);
-        self.settle(cycle);
-    }
-
-    /// Looks at the second that ends at `end`.
-    fn look(&mut self, tracklets: &Tracklets, targets: &Targets, end: Time, cycle: &Cycle) {
-        let sightings = self.sightings(tracklets, targets, end, cycle);
-        let near = claims(&sightings);
-        let mut by_identity: BTreeMap<Identity, Vec<&Sighting>> = BTreeMap::new();
-        for sighting in &sightings {
-            by_identity.entry(sighting.identity).or_default().push(sighting);
-        }
-        for (identity, own) in by_identity {
-            let Some(judge) = self.judges.get_mut(&identity) else { continue };
-            let current = judge.current();
-            let is_current = |one: &Sighting| current.is_some_and(|current| current.0 == one.tracklet);
-            let nearest =
-                own.iter().filter(|one| near.get(&one.tracklet) == Some(&identity)).min_by(|a, b| {
-                    let order = |one: &Sighting| (!is_current(one), !one.is_pair);
-                    order(a).cmp(&order(b)).then(a.judged.away.total_cmp(&b.judged.away))
-                });
-            let chosen = match nearest {
-                Some(one) => Some((one, true)),
-                None => {
-                    let is_alone = current
-                        .is_none_or(|(_, is_near, last)| !is_near || end.seconds_since(last) > FAR_ALONE_S);
-                    let far = own.iter().filter(|one| !near.contains_key(&one.tracklet));
-                    far.filter(|one| is_alone && is_far(one, &sightings, tracklets))
-                        .max_by(|a, b| {
-                            let order = |one: &Sighting| is_current(one);
-                            order(a).cmp(&order(b)).then(a.judged.motion.total_cmp(&b.judged.motion))
-                        })
-                        .map(|one| (one, false))
-                }
-            };
-            if let Some((one, is_near)) = chosen
-                && !one.judged.walks_off
-                && let Some(tracklet) = tracklets.get(one.tracklet)
-            {
-                judge.take(one.tracklet, tracklet.key, &one.judged, is_near);
-            }
-        }
-    }
-
-    /// Each radar track from each transponder around.
-    fn sightings(
-        &mut self,
-        tracklets: &Tracklets,
-        targets: &Targets,
-        end: Time,
-        cycle: &Cycle,
-    ) -> Vec<Sighting> {
-        let settings = cycle.settings;
-        let middle = end + -SECOND / 2;
-        let place = |target: &super::targets::Target| {
-            Some((target.on_curve(middle, settings)?.position, target.id()))
-        };
-        let places = Places::of(targets.iter().filter_map(place));
-        let mut sightings = Vec::new();
-        for tracklet in tracklets.iter() {
-            let Some(radar) = settings.radar(tracklet.key.sensor) else { continue };
-            let Some(plot) = tracklet.between(end + -SECOND, end).next_back() else { continue };
-            let range_m = LineOfSight::from(radar.position, plot.position).range_m;
-            let around_m = AROUND_M + AROUND_SIGMAS * range_m * radar.track_errors.bias_azimuth;
-            let mut around: Vec<TargetId> =
-                places.within(plot.position, around_m).map(|near| near.1).collect();
-            around.sort_unstable();
-            for id in around {
-                let Some(target) = targets.get(id) else { continue };
-                let Some(transponder) = target.transponder() else { continue };
-                let delay = settings.delay(&transponder.kind()).unwrap_or_default();
-                let judge = self.judges.entry(transponder.identity).or_insert_with(|| {
-                    let sigma_s = DELAY_BETWEEN_TRANSPONDERS_S.hypot(delay.sigma_s);
-                    Judge::new(end, Delay { mean_s: delay.mean_s - delay.applied_s, sigma_s })
-                });
-                let watch = judge.watches.entry(tracklet.id).or_insert_with(Watch::new);
-                let known = (end, cycle.deadline);
-                if let Some(judged) = watch.look(tracklet, transponder, known, radar, settings) {
-                    let is_pair = tracklet.target() == Some(id);
-                    let identity = transponder.identity;
-                    sightings.push(Sighting { identity, tracklet: tracklet.id, judged, is_pair });
-                }
-            }
-        }
         for judge in self.judges.values_mut() {
             judge.watches.retain(|&id, _| tracklets.get(id).is_some());
         }
-        sightings
+        let claims = self.claims(cycle);
+        self.watch(tracklets, targets, &claims, cycle);
+        self.settle(tracklets, targets, cycle);
+    }
+
+    /// Looks at the radar tracks around each transponder, second by second as soon as both are known.
+    fn watch(&mut self, tracklets: &Tracklets, targets: &Targets, claims: &Claims, cycle: &Cycle) {
+        let settings = cycle.settings;
+        let last = |tracklet: &Tracklet| {
+            let plot = tracklet.nearest(cycle.deadline)?;
+            Some((plot.position, tracklet.id))
+        };
+        let places = Places::of(tracklets.iter().filter_map(last));
+        let widest = settings.radars().map(|(_, radar)| radar.track_errors.bias_azimuth).fold(0.0, f64::max);
+        for target in targets.iter() {
+            let Some(transponder) = target.transponder() else { continue };
+            let delay = settings.delay(&transponder.kind()).unwrap_or_default();
+            let judge = self.judges.entry(transponder.identity).or_insert_with(|| {
+                let sigma_s = DELAY_BETWEEN_TRANSPONDERS_S.hypot(delay.sigma_s);
+                Judge::new(cycle.centre, Delay { mean_s: delay.mean_s - delay.applied_s, sigma_s })
+            });
+            for end in judge.pending(transponder, cycle) {
+                let Some(curve) = transponder.on_curve(end + -SECOND / 2, settings) else { continue };
+                let range_m = curve.position.0.xy().norm();
+                let around_m = AROUND_M + AROUND_SIGMAS * range_m * widest;
+                let flown_m = DRONE_SPEED_MAX_M_S * cycle.deadline.seconds_since(end);
+                let mut around: Vec<TrackletId> =
+                    places.within(curve.position, around_m + flown_m).map(|near| near.1).collect();
+                around.sort_unstable();
+                for id in around {
+                    let Some(tracklet) = tracklets.get(id) else { continue };
+                    let Some(radar) = settings.radar(tracklet.key.sensor) else { continue };
+                    let Some(plot) = tracklet.between(end + -SECOND, end).next_back() else { continue };
+                    if (plot.position.0 - curve.position.0).xy().norm() > around_m {
+                        continue;
+                    }
+                    let watch = judge.watches.entry(id).or_insert_with(Watch::new);
+                    let taken_for = match tracklet.target() {
+                        Some(own) if own == target.id() => TakenFor::Own,
+                        Some(other) if targets.get(other).and_then(Target::transponder).is_some() => {
+                            TakenFor::Another
+                        }
+                        Some(nobody) => TakenFor::Nobodys(nobody),
+                        None => TakenFor::Nothing,
+                    };
+                    watch.look(tracklet, transponder, (end, cycle.deadline), taken_for, radar, settings);
+                }
+                judge.weigh(transponder.identity, claims, tracklets);
+            }
+        }
+    }
+
+    /// Whose each radar track is that is near somebody, or was for long: that of the pair, else of the nearest.
+    fn claims(&self, cycle: &Cycle) -> Claims {
+        let mut claims = Claims::default();
+        let since = cycle.centre + SECOND * -5;
+        for (&identity, judge) in &self.judges {
+            for (&tracklet, watch) in &judge.watches {
+                let Some(judged) = watch.last().filter(|judged| judged.second.look.time >= since) else {
+                    continue;
+                };
+                claims.note(tracklet, identity, judged);
+            }
+        }
+        claims
     }
 
     /// The states that follow.
-    fn settle(&mut self, cycle: &Cycle) {
-        let Self { reports, judges, heard, assessments, words, .. } = self;
+    fn settle(&mut self, tracklets: &Tracklets, targets: &Targets, cycle: &Cycle) {
+        let Self { reports, judges, heard, words, twins, .. } = self;
+        let rules = &cycle.settings.integrity;
         heard.retain(|_, heard| cycle.centre.seconds_since(*heard) <= FORGOTTEN_S);
         judges.retain(|identity, _| heard.contains_key(identity));
-        assessments.clear();
-        for (&identity, &heard) in &*heard {
+        twins.clear();
+        for &identity in heard.keys() {
             let trust = words.get(&identity).map(|held| held.word.trust);
-            let judge = judges
-                .entry(identity)
-                .or_insert_with(|| Judge::new(cycle.centre, Delay { mean_s: 0.0, sigma_s: 0.1 }));
-            judge.judge(cycle.centre, &reports.finding(identity), trust, &cycle.settings.integrity);
-            let mut assessment = judge.assessment(identity, cycle.centre, heard, trust);
-            assessment.is_silent = reports.silent_since(identity).is_some();
-            assessments.insert(identity, assessment);
+            let judge = judges.entry(identity).or_insert_with(|| Judge::new(cycle.centre, UNKNOWN_DELAY));
+            let mut finding = reports.finding(identity);
+            let stands = reports.still_since(identity).is_some();
+            if stands && judge.is_seen_moving(tracklets, cycle.centre) {
+                finding.failed.insert(Reason::Frozen);
+            }
+            judge.judge(cycle.centre, &finding, trust, rules);
+            if let Some((tracklet, motion)) = judge.twin()
+                && let Some(liar) = targets.of_identity(identity)
+            {
+                twins.insert(tracklet, Twin { liar, motion });
+            }
         }
     }
 
-    /// Marks the points of the slot, and says what is wrong at it.
-    pub(super) fn mark(&self, points: &mut [Point]) -> Vec<Concern> {
-        let mut tracks = BTreeMap::new();
-        for point in points {
-            let Some(part) = point.source.transponder() else { continue };
-            tracks.insert(part.identity, point.number);
-            point.integrity = self.assessments.get(&part.identity).map(|known| known.integrity);
+    /// What radars see where a suspect is not is another aircraft than what the suspect says; with `split` all they see is.
+    pub(super) fn part(
+        &self,
+        decided: &mut Decided,
+        tracklets: &Tracklets,
+        targets: &Targets,
+        settings: &Settings,
+    ) {
+        let rules = &settings.integrity;
+        if rules.show_twin {
+            for (&id, twin) in &self.twins {
+                tracklets.get(id).into_iter().for_each(|tracklet| decided.part(tracklet, twin.liar));
+            }
         }
-        let flagged = self.assessments.values().filter(|known| known.integrity.state.is_flagged());
-        flagged
-            .map(|known| {
-                let PointIntegrity { state, reasons, offset_m, .. } = known.integrity;
-                let track = tracks.get(&known.identity).copied();
-                Concern::Integrity {
-                    identity: known.identity,
-                    track,
-                    twin: known.twin,
-                    state,
-                    reasons,
-                    offset_m,
-                }
-            })
-            .collect()
+        if rules.action == Action::Split {
+            for liar in self.flagged(targets) {
+                tracklets.iter().for_each(|tracklet| decided.part(tracklet, liar));
+            }
+        }
+    }
+
+    /// A suspect says nothing of registration and delays.
+    pub(super) fn protect(
+        &self,
+        registrations: &mut Registrations,
+        targets: &Targets,
+        settings: &Settings,
+        now: Time,
+    ) {
+        if settings.integrity.protect {
+            registrations.disbelieve(self.flagged(targets).collect(), now);
+        }
+    }
+
+    fn flagged(&self, targets: &Targets) -> impl Iterator<Item = TargetId> {
+        let flagged = self.judges.iter().filter(|(_, judge)| judge.state().is_flagged());
+        flagged.filter_map(|(&identity, _)| targets.of_identity(identity))
+    }
+
+    /// Radar tracks that see an aircraft where its transponder is not, as far as that is to be shown.
+    pub(super) fn twins(&self) -> &Twins {
+        &self.twins
+    }
+
+    /// Marks the points of the slot, and says what is wrong at it.
+    pub(super) fn mark(
+        &mut self,
+        points: &mut [Point],
+        tracklets: &Tracklets,
+        targets: &Targets,
+        cycle: &Cycle,
+    ) -> Vec<Concern> {
+        let rules = &cycle.settings.integrity;
+        if rules.action == Action::Off {
+            return Vec::new();
+        }
+        let Self { reports, judges, heard, assessments, words, twins, .. } = self;
+        let lost = marks::Lost::of(targets, heard, cycle);
+        let mut tracks = BTreeMap::new();
+        for point in points.iter_mut() {
+            match point.source.transponder() {
+                Some(part) => _ = tracks.insert(part.identity, (point.number, marks::is_seen(point, cycle))),
+                None => marks::note_radar_only(point, judges, twins, tracklets, targets, &lost, cycle),
+            }
+        }
+        assessments.clear();
+        let mut concerns = Vec::new();
+        for (&identity, &heard) in &*heard {
+            let Some(judge) = judges.get(&identity) else { continue };
+            let trust = words.get(&identity).map(|held| held.word.trust);
+            let track = tracks.get(&identity).copied();
+            let mut known = judge.assessment(identity, cycle.centre, heard, trust);
+            let silent = reports.silent_since(identity);
+            known.is_silent = silent.is_some();
+            let PointIntegrity { state, reasons, offset_m, .. } = known.integrity;
+            if state.is_flagged() {
+                let (track, twin) = (track.map(|track| track.0), known.twin);
+                concerns.push(Concern::Integrity { identity, track, twin, state, reasons, offset_m });
+            }
+            if let (Some(heard), Some((track, true))) = (silent, track) {
+                concerns.push(Concern::Silent { identity, track: Some(track), heard });
+            }
+            assessments.insert(identity, known);
+        }
+        if let Some(Jammed { identities, places, since }) = reports.jammed().cloned() {
+            concerns.push(Concern::Jamming { identities, places, since });
+        }
+        marks::flag(points, assessments, rules);
+        concerns
+    }
+
+    /// The same without radar tracks: what outlives a silence of all sensors.
+    pub(super) fn without_tracks(self) -> Self {
+        let Self { reports, heard, words, .. } = self;
+        Self { reports, heard, words, ..Self::default() }
     }
 
     /// An operator's word, from the slot `since` on.
@@ -243,32 +292,4 @@ impl Integrities {
     pub(super) fn assessments(&self) -> impl Iterator<Item = &Assessment> {
         self.assessments.values()
     }
-}
-
-/// Whose each radar track is that is near somebody, or was for long: that of the pair, else of the nearest.
-fn claims(sightings: &[Sighting]) -> BTreeMap<TrackletId, Identity> {
-    let mut claims: BTreeMap<TrackletId, &Sighting> = BTreeMap::new();
-    for one in sightings.iter().filter(|one| one.judged.is_near() || one.judged.is_loyal) {
-        let order = |one: &Sighting| (!one.judged.is_near(), !one.is_pair);
-        let is_better = |other: &&Sighting| {
-            order(one).cmp(&order(other)).then(one.judged.away.total_cmp(&other.judged.away)).is_lt()
-        };
-        if claims.get(&one.tracklet).is_none_or(is_better) {
-            claims.insert(one.tracklet, one);
-        }
-    }
-    claims.into_iter().map(|(tracklet, one)| (tracklet, one.identity)).collect()
-}
-
-/// Whether a radar track that is nobody's flies as this transponder does, and as no other.
-fn is_far(one: &Sighting, sightings: &[Sighting], tracklets: &Tracklets) -> bool {
-    let others =
-        sightings.iter().filter(|other| other.tracklet == one.tracklet && other.identity != one.identity);
-    let other = others.map(|other| other.judged.motion).fold(f64::NEG_INFINITY, f64::max);
-    let is_drone = tracklets.get(one.tracklet).is_some_and(|tracklet| {
-        let (seconds, mean) = tracklet.existence().class();
-        seconds == 0.0 || mean > FAR_PROBABILITY
-    });
-    let is_level = one.judged.second.height_m.is_none_or(|height_m| height_m.abs() < FAR_HEIGHT_M);
-    one.judged.motion > FAR_MOTION && one.judged.motion > other + FAR_LEAD && is_drone && is_level
 }

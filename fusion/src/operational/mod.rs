@@ -133,19 +133,22 @@ impl Operational {
         self.forget(cycle);
         let Self { tracklets, targets, correlations, registrations, classes, types, integrities, .. } = self;
         comparison::compare(tracklets, targets, cycle);
-        let decided = &correlations.decided(tracklets, targets);
+        integrities.assess(tracklets, targets, cycle);
+        let decided = &mut correlations.decided(tracklets, targets);
+        integrities.part(decided, tracklets, targets, settings);
+        let decided = &*decided;
         let measured = &reacquisition::Measured::of(targets);
         association::associate(tracklets, targets, measured, decided, cycle);
+        integrities.protect(registrations, targets, settings, cycle.centre);
         registrations.register(tracklets, targets, types, cycle);
-        initiation::initiate(tracklets, targets, measured, decided, cycle);
-        integrities.assess(tracklets, targets, cycle);
+        initiation::initiate(tracklets, targets, measured, decided, integrities.twins(), cycle);
         targets.filter_all(tracklets, cycle);
         let mut points = output::publish(targets, tracklets, correlations, numbers, grid, shown);
-        let concerns = integrities.mark(&mut points);
+        let concerns = integrities.mark(&mut points, tracklets, targets, cycle);
         let now = settings.now.then(|| {
             let cycle = &cycle_of(grid.of(deadline), None);
             let mut points = now::predict(targets, tracklets, correlations, grid, cycle);
-            integrities.mark(&mut points); // what is wrong is told once, with the slot
+            integrities.mark(&mut points, tracklets, targets, cycle); // what is wrong is told once, with the slot
             NowPicture { slot: cycle.slot, time: cycle.centre, points }
         });
         targets.settle(tracklets, cycle);
@@ -255,6 +258,7 @@ impl Operational {
     pub(crate) fn inherit(&mut self, before: Self) {
         self.registrations = before.registrations.without_tracks();
         self.types = before.types;
+        self.integrities = before.integrities.without_tracks();
     }
 
     /// Takes a decision over from the slot `since` on, which is the next one or, of a flight that is replayed, was.

@@ -195,6 +195,7 @@ pub(super) fn estimated(
             + bias.vertical_m2
             + estimate.velocity.z * estimate.velocity.z * bias.time_s2,
         velocity_covariance: estimate.velocity_covariance,
+        lie_m2: 0.0,
         basis: match (estimate.since_s, estimate.until_s) {
             _ if is_measured => Basis::Measured,
             (Some(_), Some(_)) => Basis::Interpolated,

@@ -1,6 +1,6 @@
 //! How each radar is aligned: what its tracks of equipped drones tell, and the correction of its plots by that.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Vector2;
 
@@ -84,8 +84,12 @@ impl Registered {
     }
 
     /// Takes in a segment of a radar track, and gives to its transponder's type what it shows of that.
-    fn take(&mut self, segment: &mut Segment, types: &mut TransponderTypes) {
-        let Some(sample) = segment.along.take() else { return };
+    fn take(
+        &mut self,
+        segment: &mut Segment,
+        types: &mut TransponderTypes,
+    ) -> Option<(TargetId, SensorIndex, Time, Time)> {
+        let sample = segment.along.take()?;
         self.learning.take(&mut segment.learning, sample.time());
         match self.registration.take(&sample) {
             Taken::Kept => types.take_sample(segment.kind, segment.sensor, &sample),
@@ -95,6 +99,14 @@ impl Registered {
                 types.forget_radar(segment.sensor);
             }
         }
+        self.estimate = self.registration.estimate();
+        self.correction = Correction::of(&self.estimate);
+        Some((segment.target, segment.sensor, sample.begun(), sample.time()))
+    }
+
+    /// Takes the track that began then out again.
+    fn withdraw(&mut self, begun: Time) {
+        self.registration.withdraw(begun);
         self.estimate = self.registration.estimate();
         self.correction = Correction::of(&self.estimate);
     }
@@ -172,11 +184,18 @@ struct Segment {
     learning: TrackLearning,
 }
 
+/// What a transponder has said so long before it is disbelieved is taken back, seconds.
+const WITHDRAWN_S: f64 = 60.0;
+
 /// The registrations of all radars.
 #[derive(Debug, Default)]
 pub(super) struct Registrations {
     radars: BTreeMap<SensorIndex, Registered>,
     segments: BTreeMap<TrackletId, Segment>,
+    /// What was taken in lately: from which target, for which radar, the beginning of the track's part, and when.
+    lately: Vec<(TargetId, SensorIndex, Time, Time)>,
+    /// Targets whose transponders are believed nothing.
+    disbelieved: BTreeSet<TargetId>,
     /// Of radar tracks of which no transponder tells, where their radar tells velocities.
     rates: BTreeMap<TrackletId, RangeRate>,
 }
@@ -261,14 +280,31 @@ impl Registrations {
         now
     }
 
+    /// The transponders of these targets are believed nothing, nor are those that were not disbelieved before what they said of
+    /// the last minute.
+    pub(super) fn disbelieve(&mut self, targets: BTreeSet<TargetId>, now: Time) {
+        self.lately.retain(|taken| now.seconds_since(taken.3) <= WITHDRAWN_S);
+        let new: Vec<TargetId> = targets.difference(&self.disbelieved).copied().collect();
+        self.segments.retain(|_, segment| !targets.contains(&segment.target));
+        let Self { radars, lately, .. } = self;
+        lately.retain(|&(target, sensor, begun, _)| {
+            let is_lie = new.contains(&target);
+            if is_lie && let Some(registered) = radars.get_mut(&sensor) {
+                registered.withdraw(begun);
+            }
+            !is_lie
+        });
+        self.disbelieved = targets;
+    }
+
     /// Takes in the segments of tracklets that have been dropped.
     pub(super) fn end(&mut self, tracklets: &Tracklets, types: &mut TransponderTypes) {
-        let Self { radars, segments, rates } = self;
+        let Self { radars, segments, rates, lately, .. } = self;
         rates.retain(|&id, _| tracklets.get(id).is_some());
         segments.retain(|&id, segment| {
             let is_left = tracklets.get(id).is_some();
             if !is_left && let Some(registered) = radars.get_mut(&segment.sensor) {
-                registered.take(segment, types);
+                lately.extend(registered.take(segment, types));
             }
             is_left
         });
@@ -288,8 +324,8 @@ impl Registrations {
             let sensor = tracklet.key.sensor;
             let Some(radar) = cycle.settings.radar(sensor) else { continue };
             let Some(registered) = self.radars.get_mut(&sensor) else { continue };
-            let paired =
-                tracklet.target().and_then(|target| Some((target, targets.get(target)?.transponder()?)));
+            let believed = tracklet.target().filter(|target| !self.disbelieved.contains(target));
+            let paired = believed.and_then(|target| Some((target, targets.get(target)?.transponder()?)));
             let Some((target, transponder)) = paired else {
                 self.segments.remove(&tracklet.id);
                 if registered.learning.asks_for_rates() {
@@ -326,7 +362,7 @@ impl Registrations {
             if let Some(segment) = self.segments.get_mut(&tracklet.id)
                 && segment.along.gathered_s() >= SEGMENT_S
             {
-                registered.take(segment, types);
+                self.lately.extend(registered.take(segment, types));
             }
         }
     }

@@ -117,6 +117,11 @@ impl Transponder {
         Some((last, next.seconds_since(last)))
     }
 
+    /// The time of its newest report.
+    pub(super) fn last_heard(&self) -> Option<Time> {
+        self.fixes.last().map(|fix| fix.time)
+    }
+
     /// Its type.
     pub(super) fn kind(&self) -> TransponderType {
         TransponderType::of(self.sensor, &self.items)

@@ -115,6 +115,11 @@ impl Information {
 }
 
 impl Sample {
+    /// When the track began.
+    pub fn begun(&self) -> Time {
+        self.begun
+    }
+
     /// When the piece ended.
     pub fn time(&self) -> Time {
         self.time

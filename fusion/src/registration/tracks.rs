@@ -95,6 +95,12 @@ impl Registration {
         step.unwrap_or(taken)
     }
 
+    /// Takes the track that began then out again, where it is one of the latest.
+    pub fn withdraw(&mut self, begun: Time) {
+        self.latest.retain(|track| track.begun != begun);
+        self.judge();
+    }
+
     /// The misalignment, as far as it is known.
     pub fn estimate(&self) -> Misalignment {
         let mut sums = self.settled.clone();

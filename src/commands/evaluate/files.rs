@@ -16,14 +16,14 @@ use crate::commands::Usage;
 use crate::config::{Config, SensorKind};
 use crate::evaluate::plot::{self, TruthLine};
 use crate::evaluate::read::{self, Days, FileKind};
-use crate::evaluate::{Evaluation, Label, Labels, OutputPoint, Truth};
+use crate::evaluate::{Alert, Attack, Evaluation, Label, Labels, OutputPoint, Truth};
 use crate::normalise::{nearest_day, time_of_day_count};
 use fusion::time::Time;
 
 /// Octets by which the kind of a file is recognised.
 const BEGINNING: u64 = 4096;
 
-type Failure = Box<dyn Error + Send + Sync>;
+pub(super) type Failure = Box<dyn Error + Send + Sync>;
 
 /// Refuses a truth and an output that were exchanged.
 ///
@@ -75,6 +75,16 @@ pub(super) fn labels(path: &Path, config: Option<&Config>) -> Result<Labels, Fai
 pub(super) fn name_a_drone(labels: &Labels, truth: &Truth) -> bool {
     let ids: BTreeSet<&str> = labels.rows().iter().filter_map(|Label { id, .. }| id.as_deref()).collect();
     ids.into_iter().any(|id| truth.index_of(id).is_some())
+}
+
+/// What was done to transponders.
+pub(super) fn attacks(path: &Path) -> Result<Vec<Attack>, Failure> {
+    Ok(read::attacks(&name(path), &octets(path)?)?)
+}
+
+/// What `replay --alerts` wrote.
+pub(super) fn alerts(path: &Path) -> Result<Vec<Alert>, Failure> {
+    Ok(read::alerts(&name(path), &octets(path)?)?)
 }
 
 /// The points to be scored.

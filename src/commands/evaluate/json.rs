@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::Scores;
+use super::{Scores, integrity};
 use crate::evaluate::{Score, Scored};
 
 #[derive(Serialize)]
@@ -17,6 +17,8 @@ pub(super) struct Json<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     transponder: Option<Groups<'a>>,
     drones: Vec<DroneJson<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    integrity: Option<&'a integrity::Scored>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     requirements: Vec<RequirementJson>,
 }
@@ -73,6 +75,7 @@ pub(super) fn json<'a>(scores: &'a Scores<'a>) -> Json<'a> {
         radar: evaluation.radar.as_ref().map(Groups::of),
         transponder: evaluation.transponder.as_ref().map(Groups::of),
         drones: drones.collect(),
+        integrity: scores.integrity.as_ref(),
         requirements: requirements.collect(),
     }
 }

@@ -1,6 +1,7 @@
 //! `evaluate`: scores an output.
 
 mod files;
+mod integrity;
 mod json;
 mod require;
 mod text;
@@ -47,6 +48,15 @@ pub struct Args {
     /// UTC day of the first record of a file that does not say its day (raw ASTERIX); default: the day of the truth
     #[arg(long, value_name = "YYYY-MM-DD", value_parser = day)]
     pub date: Option<Date>,
+    /// Score the flags of transponders that lie, too
+    #[arg(long, requires_all = ["labels", "config", "capture"])]
+    pub integrity: bool,
+    /// What was done to transponders: CSV with id,number,attack,from,until; default: attacks.csv beside the truth
+    #[arg(long, value_name = "FILE", requires = "integrity")]
+    pub attacks: Option<PathBuf>,
+    /// The alerts of the output, as `replay --alerts` wrote them, to score that of jamming
+    #[arg(long, value_name = "FILE", requires = "integrity")]
+    pub alerts: Option<PathBuf>,
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
@@ -73,6 +83,8 @@ struct Scores<'a> {
     evaluation: &'a Evaluation,
     /// Reference rate of the PU, updates per second.
     reference_hz: f64,
+    /// With `--integrity`.
+    integrity: Option<integrity::Scored>,
     /// Each with its value and whether it is met.
     requirements: Vec<(&'a Requirement, Result<f64, String>, bool)>,
 }
@@ -95,6 +107,8 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
         );
     }
 
+    let known = args.integrity.then(|| integrity::Known::read(args)).transpose()?;
+    let integrity = known.and_then(|known| known.scored(&inputs, &settings));
     let requirements = args.require.iter().map(|requirement| {
         let value = requirement.value(&evaluation, args);
         let is_met = value.as_ref().is_ok_and(|&value| requirement.is_met_by(value));
@@ -104,6 +118,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
         args,
         evaluation: &evaluation,
         reference_hz: 1.0 / settings.grid.slot_s(),
+        integrity,
         requirements: requirements.collect(),
     };
     if args.json {

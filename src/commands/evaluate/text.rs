@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Write as _};
 
-use super::Scores;
+use super::{Scores, integrity};
 use crate::commands::table::Table;
 use crate::evaluate::{ErrorStatistics, Score, Scored};
 
@@ -64,6 +64,9 @@ pub(super) fn text(scores: &Scores<'_>) -> Result<String, fmt::Error> {
     let mut text = String::new();
     write!(text, "{}", metrics(scores))?;
     writeln!(text, "\n{}", drones(scores))?;
+    if let Some(scored) = &scores.integrity {
+        writeln!(text, "{}", integrity::text(scored)?)?;
+    }
     remarks(&mut text, scores)?;
     Ok(text)
 }
@@ -195,8 +198,14 @@ mod tests {
             let evaluation =
                 Evaluation { drones: vec![], fused: scored.clone(), radar: None, transponder: None };
             let args = Args::default();
-            text(&Scores { args: &args, evaluation: &evaluation, reference_hz: 4.0, requirements: vec![] })
-                .unwrap()
+            text(&Scores {
+                args: &args,
+                evaluation: &evaluation,
+                reference_hz: 4.0,
+                integrity: None,
+                requirements: vec![],
+            })
+            .unwrap()
         };
         assert!(!told(&scored).contains("NEES"));
         scored.all.nees = Some(Nees { count: 8, horizontal: 1.25, vertical: None });

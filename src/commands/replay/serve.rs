@@ -11,6 +11,7 @@ use crate::areas::{AlertAreas, Masks};
 use crate::capture::TrailerRules;
 use crate::commands::{CommandResult, Outcome, needs_tokens};
 use crate::config::Config;
+use crate::integrity::Lookout;
 use crate::live::{Alerts, Hub, OpenCaptures, Player, now};
 use crate::picture::PictureMaker;
 use crate::pipeline::Pipeline;
@@ -32,7 +33,8 @@ pub fn serve(args: &Args, config: Arc<Config>, masks: Masks, speed: f64) -> Comm
         let maker = PictureMaker::new(&config, Pipeline::new(&config, masks.clone()).normaliser());
         let (writer, hub) = Hub::new(config.clone(), Arc::new(maker), now());
         let areas = AlertAreas::load(&config.areas)?;
-        let (player, _) = Player::start(open, date, config, masks, writer, (speed, again), plan)?;
+        let lookout = Lookout::load(&config, masks.clone())?;
+        let (player, _) = Player::start(open, date, config, (masks, lookout), writer, (speed, again), plan)?;
         let options = api::Options { player: Some(player), ..Default::default() };
         // A recording has times of its own: its sensors are looked at from its start.
         let served = Served::start(listener, hub, options, Alerts::new(areas, Time::default()), None)?;

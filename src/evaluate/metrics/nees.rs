@@ -28,7 +28,7 @@ pub(in crate::evaluate) fn mean<'a>(points: impl Iterator<Item = &'a Judged<'a>>
 }
 
 /// eᵀ P⁻¹ e / 2 over ground, with the inverse of a 2 × 2 matrix written out.
-fn of_plane(error: &Offset, covariance: &Covariance) -> Option<f64> {
+pub(in crate::evaluate) fn of_plane(error: &Offset, covariance: &Covariance) -> Option<f64> {
     let Covariance { east_m2, north_m2, east_north_m2, .. } = *covariance;
     let determinant = east_m2 * north_m2 - east_north_m2 * east_north_m2;
     let (east_m, north_m) = (error.east_m, error.north_m);

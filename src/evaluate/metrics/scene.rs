@@ -96,7 +96,7 @@ impl Inputs {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluate::{OutputPoint, Place, PointSource};
+    use crate::evaluate::{Flags, OutputPoint, Place, PointSource};
     use fusion::time::Time;
 
     #[test]
@@ -110,6 +110,7 @@ mod tests {
             sensor: Some(sensor.to_owned()),
             transponder: None,
             covariance: None,
+            flags: Flags::default(),
         };
         let (east, west) = (plot("east"), plot("west"));
         let judged = |point, slot, drone, seduced| Judged {

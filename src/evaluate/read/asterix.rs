@@ -13,8 +13,9 @@ use super::error::FileError;
 use super::parsed::OutputFile;
 use crate::capture::{Capture, Contents, Datagram, OpenError};
 use crate::evaluate::place::Place;
-use crate::evaluate::types::{OutputPoint, PointSource};
+use crate::evaluate::types::{Flags, OutputPoint, PointSource};
 use crate::normalise::nearest_day;
+use fusion::integrity::{Reasons, State};
 use fusion::time::Time;
 
 /// The day of the first time of day in a file without days; each later one is taken nearest to the one before.
@@ -55,6 +56,20 @@ pub(super) fn output(name: &str, octets: Vec<u8>, days: Days) -> Result<OutputFi
         reader.datagram(&datagram?)?;
     }
     reader.finish()
+}
+
+/// The field has no room for reasons, nor for those that nothing speaks against.
+fn flags(flags: asterix::cat129::fusion_report::Flags) -> Flags {
+    use asterix::cat129::fusion_report::Flags as Bits;
+    let state = match flags {
+        _ if flags.contains(Bits::INTEGRITY_FAILED) => Some(State::Failed),
+        _ if flags.contains(Bits::INTEGRITY_SUSPECT) => Some(State::Suspect),
+        _ => None,
+    };
+    Flags {
+        integrity: state.map(|state| (state, Reasons::default())),
+        is_uncooperative: flags.contains(Bits::UNCOOPERATIVE),
+    }
 }
 
 struct Reader<'a> {
@@ -130,6 +145,7 @@ impl Reader<'_> {
             sensor: None,
             transponder: report.as_ref().and_then(|report| report.transponder),
             covariance: None,
+            flags: report.as_ref().map_or_else(Flags::default, |report| flags(report.flags)),
         };
         self.points.push((point, report.is_some()));
         Ok(())

@@ -2,6 +2,7 @@
 
 use jiff::Timestamp;
 
+use fusion::integrity::{Reason, Reasons, State};
 use fusion::time::{SECOND, Time};
 
 /// A time as seconds UTC since 1970-01-01 in decimal, kept to the nanosecond, or in RFC 3339; `None`: neither, or
@@ -28,6 +29,24 @@ fn decimal_seconds(text: &str) -> Option<Time> {
     let nanos = nanos.fold(0, |nanos, digit| nanos * 10 + i64::from(digit - b'0'));
     let nanos = whole.parse::<i64>().ok()?.checked_mul(SECOND)?.checked_add(nanos)?;
     Some(Time::from_nanos(if is_negative { -nanos } else { nanos }))
+}
+
+/// What is known of a transponder, by its names.
+pub(super) fn integrity<'a>(
+    state: &str,
+    reasons: impl Iterator<Item = &'a str>,
+) -> Result<(State, Reasons), String> {
+    let known = State::ALL.into_iter().find(|known| known.name() == state);
+    let known = known.ok_or_else(|| {
+        format!("integrity: {state:?} is none of {}", State::ALL.map(State::name).join(", "))
+    })?;
+    let reason = |name: &str| {
+        let reason = Reason::ALL.into_iter().find(|reason| reason.name() == name);
+        reason.ok_or_else(|| {
+            format!("reasons: {name:?} is none of {}", Reason::ALL.map(Reason::name).join(", "))
+        })
+    };
+    Ok((known, reasons.map(reason).collect::<Result<_, _>>()?))
 }
 
 /// A number that is finite and from `low` to `high`.

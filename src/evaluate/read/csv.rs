@@ -8,9 +8,10 @@ use csv::{ErrorKind, Position, ReaderBuilder, StringRecord, Trim};
 use super::cells;
 use super::error::FileError;
 use super::parsed::Tracks;
+use crate::evaluate::integrity::{Attack, AttackKind};
 use crate::evaluate::labels::Label;
 use crate::evaluate::place::Place;
-use crate::evaluate::types::{OutputPoint, PointSource};
+use crate::evaluate::types::{Flags, OutputPoint, PointSource};
 use fusion::time::Time;
 
 /// Heights that something which flies can have, metres.
@@ -26,7 +27,7 @@ pub(super) fn truth(name: &str, text: &str) -> Result<Tracks, FileError> {
         if id.is_empty() {
             return Err(row.error("the drone has no id; write one into the column `id`"));
         }
-        let sample = (row.time()?, row.place()?);
+        let sample = (row.time("time")?, row.place()?);
         match tracks.get_mut(id) {
             Some(samples) => samples.push(sample),
             None => {
@@ -50,12 +51,28 @@ fn label(row: &Row<'_>) -> Result<Label, FileError> {
         other => return Err(row.error(format!("seduced: {other:?} is neither 1 nor 0; an empty cell is 0"))),
     };
     Ok(Label {
-        time: row.time()?,
+        time: row.time("time")?,
         sensor: row.text("sensor").to_owned(),
         number: row.integer("number")?,
         id: Some(row.text("id")).filter(|id| !id.is_empty()).map(str::to_owned),
         seduced,
     })
+}
+
+/// `id,number,attack,from,until`.
+pub(super) fn attacks(name: &str, text: &str) -> Result<Vec<Attack>, FileError> {
+    let columns = Columns::of(name, text, &["id", "number", "attack", "from", "until"])?;
+    columns.rows(text).map(|row| attack(&row?)).collect()
+}
+
+fn attack(row: &Row<'_>) -> Result<Attack, FileError> {
+    let kind = AttackKind::of_name(row.text("attack")).ok_or_else(|| {
+        let names = AttackKind::ALL.map(AttackKind::name).join(", ");
+        row.error(format!("attack: {:?} is none of {names}", row.text("attack")))
+    })?;
+    let (from, until) = (row.time("from")?, row.time("until")?);
+    let (id, number) = (row.text("id").to_owned(), row.integer("number")?);
+    Ok(Attack { id, number, kind, from, until })
 }
 
 /// Points as `replay` writes them (`source`, `track_number`), or as the conformance flights have them (`kind`,
@@ -77,7 +94,7 @@ fn point(row: &Row<'_>, source: &str, number: &str) -> Result<OutputPoint, FileE
         }
     };
     Ok(OutputPoint {
-        time: row.time()?,
+        time: row.time("time")?,
         place: row.place()?,
         source,
         number: row.integer(number)?,
@@ -85,7 +102,23 @@ fn point(row: &Row<'_>, source: &str, number: &str) -> Result<OutputPoint, FileE
         sensor: sensor(row.text("id")).map(str::to_owned),
         transponder: row.optional("transponder")?,
         covariance: None,
+        flags: flags(row)?,
     })
+}
+
+/// Only where a transponder's integrity was judged are there columns for it.
+fn flags(row: &Row<'_>) -> Result<Flags, FileError> {
+    let reasons = row.text("reasons").split('+').filter(|reason| !reason.is_empty());
+    let integrity = match row.text("integrity") {
+        "" => None,
+        state => Some(cells::integrity(state, reasons).map_err(|what| row.error(what))?),
+    };
+    let is_uncooperative = match row.text("uncooperative") {
+        "" | "0" | "false" => false,
+        "1" | "true" => true,
+        other => return Err(row.error(format!("uncooperative: {other:?} is neither true nor false"))),
+    };
+    Ok(Flags { integrity, is_uncooperative })
 }
 
 /// The radar in the id of a radar's track, `R-<sensor>-<number>-<first seen>`.
@@ -174,11 +207,11 @@ impl Row<'_> {
         place.and_then(|place| self.cells.get(place)).unwrap_or_default()
     }
 
-    fn time(&self) -> Result<Time, FileError> {
-        let text = self.text("time");
+    fn time(&self, column: &str) -> Result<Time, FileError> {
+        let text = self.text(column);
         cells::time(text).ok_or_else(|| {
             self.error(format!(
-                "time: {text:?} is no time; write seconds UTC since 1970 (1773478800.25) or RFC 3339 (2026-03-14T09:00:00.25Z)"
+                "{column}: {text:?} is no time; write seconds UTC since 1970 (1773478800.25) or RFC 3339 (2026-03-14T09:00:00.25Z)"
             ))
         })
     }

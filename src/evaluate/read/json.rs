@@ -4,8 +4,9 @@ use serde::Deserialize;
 
 use super::cells;
 use super::error::FileError;
+use crate::evaluate::integrity::Alert;
 use crate::evaluate::place::Place;
-use crate::evaluate::types::{OutputPoint, PointSource};
+use crate::evaluate::types::{Flags, OutputPoint, PointSource};
 
 /// The fields of a track that are scored (`src/picture/track_json.rs`).
 #[derive(Deserialize)]
@@ -18,6 +19,11 @@ struct TrackRow {
     alt_msl: Option<f64>,
     #[serde(default)]
     contributors: Vec<Contributor>,
+    integrity: Option<String>,
+    #[serde(default)]
+    reasons: Vec<String>,
+    #[serde(default)]
+    uncooperative: bool,
 }
 
 #[derive(Deserialize)]
@@ -35,6 +41,29 @@ struct FeatureCollection {
 #[derive(Deserialize)]
 struct Feature {
     properties: TrackRow,
+}
+
+/// The fields of an alert that are scored (`src/live/alerts/json.rs`).
+#[derive(Deserialize)]
+struct AlertRow {
+    id: String,
+    kind: String,
+    since: String,
+    until: Option<String>,
+}
+
+/// One object a line: as an alert is raised, changes and ends.
+pub(super) fn alerts(name: &str, text: &str) -> Result<Vec<Alert>, FileError> {
+    let alert = |(line, number): (&str, u64)| {
+        let error = |what: String| FileError::at(name, number, what);
+        let AlertRow { id, kind, since, until } = serde_json::from_str(line)
+            .map_err(|cause| error(format!("this is no alert as `replay --alerts` writes it: {cause}")))?;
+        let time =
+            |text: &str| cells::time(text).ok_or_else(|| error(format!("{text:?} is no time in RFC 3339")));
+        Ok(Alert { since: time(&since)?, until: until.as_deref().map(time).transpose()?, id, kind })
+    };
+    let lines = text.lines().zip(1_u64..).filter(|(line, _)| !line.trim().is_empty());
+    lines.map(alert).collect()
 }
 
 /// One object a line, or one feature collection.
@@ -67,6 +96,9 @@ fn point(name: &str, line: u64, track: TrackRow) -> Result<OutputPoint, FileErro
         let what = format!("latitude {} and longitude {} are no place in degrees", track.lat, track.lng);
         return Err(FileError::at(name, line, what));
     }
+    let reasons = track.reasons.iter().map(String::as_str);
+    let integrity = track.integrity.as_deref().map(|state| cells::integrity(state, reasons)).transpose();
+    let integrity = integrity.map_err(|what| FileError::at(name, line, what))?;
     let mut point = OutputPoint {
         time,
         place: Place { latitude_deg: track.lat, longitude_deg: track.lng, altitude_amsl_m: track.alt_msl },
@@ -76,6 +108,7 @@ fn point(name: &str, line: u64, track: TrackRow) -> Result<OutputPoint, FileErro
         sensor: None,
         transponder: None,
         covariance: None,
+        flags: Flags { integrity, is_uncooperative: track.uncooperative },
     };
     for contributor in track.contributors {
         match contributor {

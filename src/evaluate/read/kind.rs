@@ -9,6 +9,8 @@ pub enum FileKind {
     Truth,
     /// Which drone each plot and transponder is.
     Labels,
+    /// What was done to transponders.
+    Attacks,
     /// A tracker's output.
     Output,
 }
@@ -19,6 +21,7 @@ impl FileKind {
         match self {
             Self::Truth => "--truth takes it",
             Self::Labels => "--labels takes them",
+            Self::Attacks => "--attacks takes them",
             Self::Output => "it stands without an option: utm-fusion evaluate OUTPUT --truth TRUTH",
         }
     }
@@ -29,6 +32,7 @@ impl fmt::Display for FileKind {
         f.write_str(match self {
             Self::Truth => "a truth (where the drones really were)",
             Self::Labels => "a file of labels (which drone each plot was)",
+            Self::Attacks => "a file of attacks (what was done to transponders)",
             Self::Output => "a tracker's output",
         })
     }
@@ -66,6 +70,8 @@ pub fn kind(octets: &[u8]) -> Option<FileKind> {
         Some(FileKind::Truth)
     } else if has(&["time", "sensor", "number", "id"]) {
         Some(FileKind::Labels)
+    } else if has(&["id", "number", "attack", "from", "until"]) {
+        Some(FileKind::Attacks)
     } else {
         None
     }

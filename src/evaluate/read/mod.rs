@@ -17,6 +17,7 @@ pub use self::error::FileError;
 pub use self::kind::{FileKind, kind};
 pub use self::parsed::{OutputFile, Tracks};
 
+use super::integrity::{Alert, Attack};
 use super::labels::Label;
 
 /// A truth: CSV with `time,id,lat,lon,alt_msl`, or GPX. `name` appears in messages; `stem` is the id of a GPX track
@@ -53,6 +54,23 @@ pub fn output(name: &str, octets: Vec<u8>, days: Days) -> Result<OutputFile, Fil
 pub fn labels(name: &str, octets: &[u8]) -> Result<Vec<Label>, FileError> {
     refuse_unless(FileKind::Labels, name, octets)?;
     csv::labels(name, text(name, octets)?)
+}
+
+/// Attacks on transponders: CSV with `id,number,attack,from,until`.
+///
+/// # Errors
+/// A column is missing, or a line cannot be read.
+pub fn attacks(name: &str, octets: &[u8]) -> Result<Vec<Attack>, FileError> {
+    refuse_unless(FileKind::Attacks, name, octets)?;
+    csv::attacks(name, text(name, octets)?)
+}
+
+/// Alerts as `replay --alerts` writes them. There may be none.
+///
+/// # Errors
+/// A line cannot be read.
+pub fn alerts(name: &str, octets: &[u8]) -> Result<Vec<Alert>, FileError> {
+    if octets.is_empty() { Ok(Vec::new()) } else { json::alerts(name, text(name, octets)?) }
 }
 
 /// Refuses a file that is evidently of another kind than `wanted`.

@@ -7,8 +7,10 @@ use std::sync::mpsc::TrySendError;
 use tracing::{error_span, info, warn};
 
 use super::{Engine, Estimates};
+use crate::config::Config;
 use crate::record::Recorded;
-use crate::state::{Registrations, correlation_line, kept_lines, registration_text};
+use crate::state::{Registrations, correlation_line, kept_lines, registration_text, word_line};
+use fusion::integrity::HeldWord;
 use fusion::numbering::NumberChange;
 use fusion::operational::{Correlation, HeldCorrelation, ResumedCorrelation};
 use fusion::time::Time;
@@ -18,7 +20,39 @@ const REGISTRATION: jiff::SignedDuration = jiff::SignedDuration::from_secs(10);
 /// Most items about decisions that wait for the recorder; more are lost.
 const UNRECORDED: usize = 1024;
 
+/// What operators have decided and is in force.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct InForce {
+    correlations: Vec<HeldCorrelation>,
+    words: Vec<HeldWord>,
+}
+
+impl InForce {
+    fn of(engine: &fusion::Engine) -> Self {
+        Self { correlations: engine.correlations(), words: engine.words() }
+    }
+
+    fn lines(&self, config: &Config) -> String {
+        let pairs =
+            self.correlations.iter().map(|held| correlation_line(held.since, &held.correlation, config));
+        pairs.chain(self.words.iter().map(|held| word_line(held.since, &held.word, config))).collect()
+    }
+}
+
 impl Engine {
+    /// Carries out operators' decisions.
+    pub(super) fn decide(&mut self) {
+        for (slot, correlation) in self.outlets.hub.correlations.obey(&mut self.driver) {
+            let line = correlation_line(slot, &correlation, &self.config).into();
+            self.unrecorded.push_back(Recorded::Decided(line));
+        }
+        for (slot, word) in self.outlets.hub.integrity.obey(&mut self.driver) {
+            let line = word_line(slot, &word, &self.config).into();
+            self.unrecorded.push_back(Recorded::Decided(line));
+        }
+        self.tell_decisions();
+    }
+
     /// Hands on which decisions are in force, where that has changed, and logs what became of those of before a restart.
     pub(super) fn tell_decisions(&mut self) {
         for resumed in self.driver.engine_mut().resumed() {
@@ -34,14 +68,13 @@ impl Engine {
                 }
             });
         }
-        let held = self.driver.pipeline().engine().correlations();
+        let held = InForce::of(self.driver.pipeline().engine());
         if held != self.held {
-            let line = |held: &HeldCorrelation| correlation_line(held.since, &held.correlation, &self.config);
-            let text: String = held.iter().map(line).collect();
-            self.unrecorded.push_back(Recorded::Correlations(text.into()));
-            self.outlets.hub.correlations.tell(held.clone());
+            self.unrecorded.push_back(Recorded::Correlations(held.lines(&self.config).into()));
+            self.outlets.hub.correlations.tell(held.correlations.clone());
             self.held = held;
         }
+        self.outlets.hub.integrity.tell(&self.driver);
         while let Some(next) = self.unrecorded.front() {
             let has_room =
                 self.outlets.recorder.as_ref().is_none_or(|recorder| recorder.has_room_for(next.clone()));
@@ -62,7 +95,10 @@ impl Engine {
 
     /// The text of the decisions' file, where it has changed.
     pub(super) fn new_decisions(&self) -> Option<Arc<str>> {
-        let text = kept_lines(&self.driver.pipeline().engine().kept(), &self.config);
+        let engine = self.driver.pipeline().engine();
+        // Before the first report nothing is new.
+        engine.next_slot()?;
+        let text = kept_lines(&engine.kept(), &engine.words(), &self.config);
         (*text != *self.kept).then(|| text.into())
     }
 

@@ -22,12 +22,18 @@ const HONEST_LASTS_S: f64 = 60.0;
 const LIE_ACCELERATION_M2_S3: f64 = 0.02;
 /// A residual beyond so many standard deviations counts no more than linearly (Huber).
 const HUBER: f64 = 3.5;
+/// A radar track leaves its aircraft after this, on average, seconds: it walks off, or exchanges its number with another one.
+const LEAVES_AFTER_S: f64 = 70.0;
+/// What one look adds to the log-likelihood that it is the aircraft's own: least and most.
+const LOOK_ADDS: [f64; 2] = [-6.0, 4.0];
+/// It is the aircraft's own for sure where that is so much likelier, natural logarithm.
+const SURELY_OWN: f64 = 3.0;
 
 /// What a row supposes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Honest,
-    /// The radar track walks off.
+    /// Honest; the radar track begins to walk off.
     Walk,
     /// The places begin to drift away.
     Drift,
@@ -57,24 +63,23 @@ pub(super) struct Row {
     pub(super) since: Time,
     /// How many times rows were begun before.
     pub(super) number: u32,
-    /// Natural logarithm of the likelihood.
-    pub(super) log: f64,
+    /// Natural logarithm of the likelihood, but for the radar track that is looked at.
+    log: f64,
     /// Of the state.
     pub(super) at: Time,
     mean: SVector<f64, STATES>,
     covariance: SMatrix<f64, STATES, STATES>,
-    /// The radar track elsewhere that was looked at last.
-    far: Option<Far>,
+    track: Option<Track>,
 }
 
-/// A radar track elsewhere.
-#[derive(Clone, Copy, Debug)]
-struct Far {
-    track: u64,
-    /// Likelihood before it.
-    before: f64,
-    /// How much likelier its first place is for the aircraft itself than for another one, natural logarithm.
-    place: f64,
+/// The radar track that is looked at: natural logarithms of the likelihoods that it is the aircraft's own, and that it is
+/// another one's or has become one, beside that of another one's.
+#[derive(Clone, Debug)]
+struct Track {
+    own: f64,
+    other: f64,
+    /// Mean and covariance when it was the aircraft's own for sure, or before it.
+    saved: (SVector<f64, STATES>, SMatrix<f64, STATES, STATES>),
 }
 
 impl Row {
@@ -87,7 +92,7 @@ impl Row {
             at: time,
             mean: SVector::zeros(),
             covariance: SMatrix::zeros(),
-            far: None,
+            track: None,
         };
         row.forget_offset();
         row.mean[LATE] = delay.mean_s;
@@ -105,6 +110,11 @@ impl Row {
         }
         row.covariance[(LATE, LATE)] += late_s * late_s;
         row
+    }
+
+    /// Takes so much off the logarithm of the likelihood.
+    pub(super) fn relate(&mut self, to: f64) {
+        self.log -= to;
     }
 
     /// Nothing is known of the offset but that the receiver is honest.
@@ -137,8 +147,7 @@ impl Row {
 
     /// The offset goes on with its drift.
     fn drift(&mut self, dt: f64) {
-        let is_walk = self.kind == Kind::Walk;
-        let white = if is_walk { 0.0 } else { LIE_ACCELERATION_M2_S3 };
+        let white = if self.kind == Kind::Walk { 0.0 } else { LIE_ACCELERATION_M2_S3 };
         for axis in 0..2 {
             let (offset, drift) = (OFFSET + axis, DRIFT + axis);
             self.mean[offset] += dt * self.mean[drift];
@@ -189,28 +198,53 @@ impl Row {
         self.reset(SLOW + 1, look.slow.azimuth);
     }
 
-    /// Takes a look in.
-    pub(super) fn take(&mut self, look: &Look) {
-        for axis in 0..2 {
-            self.log += self.observe(look, axis);
+    /// Begins to look at another radar track, that is the aircraft's own with probability `own` before it is looked at.
+    pub(super) fn begin_track(&mut self, look: &Look, own: f64) {
+        let place = self.place(look);
+        let saved = (self.mean, self.covariance);
+        self.track = Some(Track { own: own.ln() + place, other: (1.0 - own).ln(), saved });
+        self.observe(look, 0);
+        self.observe(look, 1);
+    }
+
+    /// Takes in the next look at it, `dt` seconds later. `other`: log-likelihood of the look if it is another aircraft.
+    pub(super) fn take(&mut self, look: &Look, other: f64, dt: f64) {
+        let observed = self.observe(look, 0) + self.observe(look, 1);
+        let Some(track) = &mut self.track else { return };
+        let leaves = (dt / LEAVES_AFTER_S).min(0.5);
+        track.other = sum(track.other, track.own + leaves.ln());
+        track.own += (1.0 - leaves).ln() + (observed - other).clamp(LOOK_ADDS[0], LOOK_ADDS[1]);
+        if track.own - track.other > SURELY_OWN {
+            track.saved = (self.mean, self.covariance);
         }
     }
 
-    /// Takes in a look at what may be another aircraft.
-    pub(super) fn take_far(&mut self, look: &Look, motion: f64, own_share: f64) {
-        let far = match self.far {
-            Some(far) if far.track == look.track => far,
-            _ => Far { track: look.track, before: self.log, place: self.place(look) },
-        };
-        self.far = Some(far);
-        let own = own_share * (motion + far.place).exp();
-        self.log = far.before + (1.0 - own_share + own).ln();
-        // Where it is likelier another one's it says nothing of this one's place.
-        if own > 1.0 - own_share {
-            for axis in 0..2 {
-                self.observe(look, axis);
+    /// The radar track has ended, or another one is looked at.
+    pub(super) fn end_track(&mut self) {
+        if let Some(track) = self.track.take() {
+            self.log += sum(track.own, track.other);
+            if track.own < track.other {
+                (self.mean, self.covariance) = track.saved;
             }
         }
+    }
+
+    /// The radar track has ended and had walked off: it is worth what that says.
+    pub(super) fn end_walked(&mut self, log: f64) {
+        if let Some(track) = self.track.take() {
+            (self.mean, self.covariance) = track.saved;
+        }
+        self.log = log;
+    }
+
+    /// Natural logarithm of the likelihood.
+    pub(super) fn log(&self) -> f64 {
+        self.log + self.track.as_ref().map_or(0.0, |track| sum(track.own, track.other))
+    }
+
+    /// Whether the radar track that is looked at is rather the aircraft's own.
+    pub(super) fn is_own(&self) -> bool {
+        self.track.as_ref().is_some_and(|track| track.own > track.other)
     }
 
     /// How much likelier the place is for the aircraft itself than for one somewhere around.
@@ -252,10 +286,16 @@ impl Row {
         )
     }
 
-    /// How late its stamps are, seconds.
-    pub(super) fn late_s(&self) -> f64 {
-        self.mean[LATE]
+    /// How late its stamps are, and the standard deviation of that, seconds.
+    pub(super) fn late_s(&self) -> (f64, f64) {
+        (self.mean[LATE], self.covariance[(LATE, LATE)].max(0.0).sqrt())
     }
+}
+
+/// Logarithm of the sum of two numbers that are given by their logarithms.
+fn sum(one: f64, other: f64) -> f64 {
+    let (less, more) = if one < other { (one, other) } else { (other, one) };
+    more + (less - more).exp().ln_1p()
 }
 
 /// What each state adds to the offset of a plot from the transponder's curve, along one axis.

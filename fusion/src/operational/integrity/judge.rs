@@ -1,15 +1,29 @@
 //! One identity: what speaks for and against it, and the state that follows.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 
-use super::watch::{Judged, Watches};
+use super::choice::{Claims, Own};
+use super::watch::{Judged, SECOND, TakenFor, Watch, Watches};
 use crate::integrity::{
     Assessment, Bank, Delay, Evidence, Finding, IntegrityRules, PointIntegrity, Reason, Reasons, State, Trust,
 };
-use crate::operational::ids::TrackletId;
+use crate::operational::cycle::Cycle;
+use crate::operational::ids::{TargetId, TrackletId};
+use crate::operational::tracklets::Tracklets;
+use crate::operational::transponder::Transponder;
 use crate::report::{Identity, RadarTrackKey};
 use crate::time::Time;
+use jiff::SignedDuration;
 
+/// Plots come within this after they were made.
+const PLOTS_COME_WITHIN: SignedDuration = SignedDuration::from_secs(1);
+/// How a radar track has flown before it is weighed counts no more than this, natural logarithm.
+const MOTION_MAX: f64 = 6.0;
+/// A radar track so far away is elsewhere, squared deviations.
+const ELSEWHERE_AWAY: f64 = 20.0;
+/// It moves where it is this fast, metres a second, on average over so many seconds.
+const MOVING_M_S: f64 = 3.0;
+const MOVING_WITHIN_S: i32 = 5;
 /// Evidences that are kept.
 const EVIDENCE_MAX: usize = 20;
 /// A suspect's offset is larger than this, metres.
@@ -40,16 +54,21 @@ pub(super) struct Judge {
     quiet: Option<Time>,
     /// Index at the last look.
     index: f64,
+    /// The last second that was looked at ended then; the last look that was weighed.
+    looked: Option<Time>,
+    weighed: Option<Time>,
+    /// Number of the aircraft that a radar sees where its transponder is not.
+    twin_number: Option<u32>,
+    /// Aircraft without a transponder that were elsewhere while this one was seen where it says.
+    others: BTreeSet<TargetId>,
 }
 
 /// The radar track that is evidence now.
 #[derive(Clone, Copy, Debug)]
 struct Current {
     tracklet: TrackletId,
-    is_near: bool,
     /// Index before it.
     before: f64,
-    last: Time,
 }
 
 impl Judge {
@@ -64,27 +83,81 @@ impl Judge {
             reasons: Reasons::default(),
             quiet: None,
             index: 0.0,
+            looked: None,
+            weighed: None,
+            twin_number: None,
+            others: BTreeSet::new(),
         }
     }
 
-    /// The radar track that is evidence now, and whether it is near; its last look.
-    pub(super) fn current(&self) -> Option<(TrackletId, bool, Time)> {
-        self.current.map(|current| (current.tracklet, current.is_near, current.last))
+    /// The ends of the seconds that can be looked at now: those with the transponder's curve, but no later than the slot.
+    pub(super) fn pending(
+        &mut self,
+        transponder: &Transponder,
+        cycle: &Cycle,
+    ) -> impl Iterator<Item = Time> + use<> {
+        let length = SECOND.as_nanos() as i64;
+        let whole = |time: Time| Time::from_nanos(time.nanos().div_euclid(length) * length);
+        let received = cycle.deadline + -PLOTS_COME_WITHIN;
+        let heard = transponder.last_heard().unwrap_or(cycle.centre).min(received);
+        let until = whole(heard.max(cycle.centre));
+        let first =
+            self.looked.map_or(until, |looked| looked + SECOND).max(whole(cycle.centre) + SECOND * -5);
+        self.looked = self.looked.max(Some(until));
+        let count = (until.nanos() - first.nanos()).div_euclid(length) + 1;
+        (0..count.max(0)).map(move |index| first + SECOND * index as i32)
     }
 
-    /// A look of a radar track, near or far.
-    pub(super) fn take(&mut self, tracklet: TrackletId, key: RadarTrackKey, judged: &Judged, is_near: bool) {
+    /// Weighs the looks at the radar track that is the likeliest to be its own.
+    pub(super) fn weigh(&mut self, identity: Identity, claims: &Claims, tracklets: &Tracklets) {
+        let current = self.current.map(|current| current.tracklet);
+        let stays = self.bank.is_own();
+        let candidates = self.watches.iter().filter_map(|(&id, watch)| {
+            let judged = watch.last().filter(|judged| !judged.is_weighed(self.weighed))?;
+            let own = claims.own(id, identity, judged, current == Some(id), tracklets)?;
+            let is_other =
+                matches!(judged.taken_for, TakenFor::Nobodys(target) if self.others.contains(&target));
+            if own == Own::Far && is_other {
+                return None;
+            }
+            Some(((current == Some(id) && stays, own), judged, id))
+        });
+        let best = candidates.max_by(|a, b| a.0.cmp(&b.0).then(a.1.motion.total_cmp(&b.1.motion)));
+        if let Some(((_, own), judged, id)) = best
+            && let Some(tracklet) = tracklets.get(id)
+        {
+            let judged = *judged;
+            if own != Own::Far && self.index < 0.0 {
+                // Who is elsewhere while it is here is another one.
+                let elsewhere = self.watches.values().filter_map(Watch::last).filter(|other| {
+                    let apart_s = other.second.look.time.seconds_since(judged.second.look.time);
+                    apart_s.abs() < 1.5 && other.away > ELSEWHERE_AWAY
+                });
+                let others = elsewhere.filter_map(|other| match other.taken_for {
+                    TakenFor::Nobodys(target) => Some(target),
+                    _ => None,
+                });
+                self.others.extend(others);
+            }
+            self.weighed = Some(judged.second.look.time);
+            if !judged.walks_off {
+                self.take(id, tracklet.key, &judged, own);
+            }
+        }
+    }
+
+    /// A look of a radar track.
+    fn take(&mut self, tracklet: TrackletId, key: RadarTrackKey, judged: &Judged, own: Own) {
         let look = &judged.second.look;
-        let same = self.current.filter(|current| current.tracklet == tracklet && current.is_near == is_near);
-        let mut current = same.unwrap_or(Current { tracklet, is_near, before: self.index, last: look.time });
-        current.last = look.time;
+        let same = self.current.filter(|current| current.tracklet == tracklet);
+        let current = same.unwrap_or(Current { tracklet, before: self.index });
         self.current = Some(current);
-        match is_near {
-            true => self.bank.take_near(look),
-            false => self.bank.take_far(look, judged.motion),
-        }
+        let odds = (own.probability() / (1.0 - own.probability()))
+            * judged.so_far.clamp(-MOTION_MAX, MOTION_MAX).exp();
+        self.bank.take(look, odds / (1.0 + odds), judged.other);
         self.index = self.bank.index();
         if same.is_none() {
+            let is_near = own != Own::Far;
             self.evidence.push_front(Evidence {
                 track: key,
                 is_near,
@@ -177,12 +250,38 @@ impl Judge {
             (self.state, self.since) = (state, time);
         }
         if !state.is_flagged() {
-            self.quiet = None;
+            (self.quiet, self.twin_number) = (None, None);
         }
     }
 
     pub(super) fn state(&self) -> State {
         self.state
+    }
+
+    /// Whether a radar that sees it sees it move.
+    pub(super) fn is_seen_moving(&self, tracklets: &Tracklets, time: Time) -> bool {
+        let seen = self.current.and_then(|current| tracklets.get(current.tracklet));
+        let Some(tracklet) = seen.filter(|tracklet| tracklet.last() >= time) else { return false };
+        let before = time + SECOND * -MOVING_WITHIN_S;
+        let (Some(now), Some(then)) = (tracklet.nearest(time), tracklet.nearest(before)) else {
+            return false;
+        };
+        let passed_s = now.time.seconds_since(then.time);
+        passed_s > 1.0 && (now.position.0 - then.position.0).xy().norm() > MOVING_M_S * passed_s
+    }
+
+    /// The radar track that sees the aircraft where its transponder is not, and by how much likelier that is by the way it
+    /// flies; while it is flagged by radar.
+    pub(super) fn twin(&self) -> Option<(TrackletId, f64)> {
+        let is_off = self.state.is_flagged() && self.reasons.contains(Reason::Radar) && self.bank.is_own();
+        let current = self.current.filter(|_| is_off)?;
+        let judged = self.watches.get(&current.tracklet)?.last()?;
+        Some((current.tracklet, judged.motion))
+    }
+
+    /// Number of the aircraft that a radar sees where its transponder is not.
+    pub(super) fn set_twin_number(&mut self, number: u32) {
+        self.twin_number = Some(number);
     }
 
     /// What is known of it.
@@ -194,8 +293,8 @@ impl Judge {
         trust: Option<Trust>,
     ) -> Assessment {
         let is_flagged = self.state.is_flagged();
+        let offset = self.bank.offset(time).filter(|_| is_flagged && self.index > 0.0);
         let by_radar = self.reasons.contains(Reason::Radar);
-        let offset = self.bank.offset(time).filter(|_| is_flagged && by_radar);
         Assessment {
             identity,
             number: None,
@@ -203,7 +302,7 @@ impl Judge {
                 state: self.state,
                 index: self.index,
                 protection_level_m: self.bank.protection_level_m(time),
-                offset_m: offset.map(|(offset, _)| offset.norm()),
+                offset_m: offset.filter(|_| by_radar).map(|(offset, _)| offset.norm()),
                 reasons: if is_flagged { self.reasons } else { Reasons::default() },
             },
             since: self.since,
@@ -211,7 +310,7 @@ impl Judge {
             heard,
             is_silent: false,
             trust,
-            twin: None,
+            twin: self.twin_number.filter(|_| is_flagged),
             evidence: self.evidence.iter().copied().collect(),
         }
     }

@@ -8,7 +8,7 @@ use nalgebra::Vector2;
 use crate::filter::LineOfSight;
 use crate::frames::Enu;
 use crate::integrity::{Look, Motion, Slow, Step};
-use crate::operational::ids::TrackletId;
+use crate::operational::ids::{TargetId, TrackletId};
 use crate::operational::settings::{Radar, Settings};
 use crate::operational::tracklets::Tracklet;
 use crate::operational::transponder::Transponder;
@@ -16,6 +16,8 @@ use crate::time::Time;
 
 /// The length of a look.
 pub(super) const SECOND: SignedDuration = SignedDuration::from_secs(1);
+/// Turns make the slow error of an azimuth larger, by so much at worst: what is learnt is the mean over all flying.
+const TURNS: f64 = 1.8;
 /// A look is judged by those up to this before and after it, seconds;
 const AROUND_S: i64 = 6;
 /// and by how the offset changes within this, seconds.
@@ -83,7 +85,7 @@ impl Second {
         let plots_m2 = noise_m.map(|sigma_m| sigma_m * sigma_m / count);
         let slow = Slow {
             range_m: errors.bias_range_m,
-            azimuth: errors.bias_azimuth,
+            azimuth: errors.bias_azimuth * TURNS,
             lasts_s: errors.correlation_s,
         };
         let misaligned = |with: f64, without: f64| (with * with - without * without).max(0.0).sqrt();
@@ -139,15 +141,36 @@ pub(super) struct Watch {
     past: VecDeque<Second>,
     /// How many looks were near.
     near: u32,
+    /// What is made of the last look.
+    last: Option<Judged>,
+}
+
+/// What the association takes a radar track for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum TakenFor {
+    /// The transponder's aircraft.
+    Own,
+    /// That of another transponder.
+    Another,
+    /// An aircraft without a transponder.
+    Nobodys(TargetId),
+    /// None yet.
+    Nothing,
 }
 
 /// What is made of a look.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Judged {
     pub(super) second: Second,
+    /// What the association takes the radar track for.
+    pub(super) taken_for: TakenFor,
+    /// Log-likelihood of the look if it is another aircraft.
+    pub(super) other: f64,
+    /// How much likelier it flies as the aircraft itself than as another one: by the looks up to this one;
+    pub(super) so_far: f64,
     /// How far the medians are from the transponder; below [`NEAR_MAX`] it is near.
     pub(super) away: f64,
-    /// How much likelier it flies as the aircraft itself than as another one.
+    /// and by those ahead, too.
     pub(super) motion: f64,
     /// Whether it was near for so long that it stays the aircraft's own.
     pub(super) is_loyal: bool,
@@ -156,6 +179,16 @@ pub(super) struct Judged {
 }
 
 impl Judged {
+    /// Whether the association takes them for one.
+    pub(super) fn is_pair(&self) -> bool {
+        self.taken_for == TakenFor::Own
+    }
+
+    /// Whether looks up to that one were weighed.
+    pub(super) fn is_weighed(&self, until: Option<Time>) -> bool {
+        until.is_some_and(|until| self.second.look.time <= until)
+    }
+
     /// Whether it is where the transponder says.
     pub(super) fn is_near(&self) -> bool {
         self.away < NEAR_MAX && self.motion > OTHER_LLR
@@ -164,7 +197,7 @@ impl Judged {
 
 impl Watch {
     pub(super) fn new() -> Self {
-        Self { motion: Motion::default(), past: VecDeque::new(), near: 0 }
+        Self { motion: Motion::default(), past: VecDeque::new(), near: 0, last: None }
     }
 
     /// Looks at the second that ends at `end`, knowing those up to `known`.
@@ -173,17 +206,19 @@ impl Watch {
         tracklet: &Tracklet,
         transponder: &Transponder,
         (end, known): (Time, Time),
+        taken_for: TakenFor,
         radar: &Radar,
         settings: &Settings,
-    ) -> Option<Judged> {
+    ) {
         let of = |end| Second::of(tracklet, transponder, end, radar, settings);
-        let now = of(end)?;
-        take(&mut self.motion, self.past.back(), &now);
+        let Some(now) = of(end) else { return };
+        let other = take(&mut self.motion, self.past.back(), &now);
         self.past.push_back(now);
         let around = |second: &Second| now.look.time.seconds_since(second.look.time) <= AROUND_S as f64;
         while self.past.front().is_some_and(|first| !around(first)) {
             self.past.pop_front();
         }
+        let so_far = self.motion.llr();
         let mut motion = self.motion;
         let mut seconds: Vec<Second> = self.past.iter().copied().collect();
         for ahead in (1..=AROUND_S).map(|ahead| end + SECOND * ahead as i32) {
@@ -197,19 +232,27 @@ impl Watch {
         let away = away(&seconds);
         let is_near = away < NEAR_MAX;
         self.near += u32::from(is_near);
-        Some(Judged {
+        self.last = Some(Judged {
             second: now,
+            taken_for,
+            other,
+            so_far,
             away,
             motion: motion.llr(),
             is_loyal: self.near >= LOYAL_LOOKS && motion.llr() > OTHER_LLR,
             walks_off: walks_off(&seconds, &now),
-        })
+        });
+    }
+
+    /// What is made of the last look.
+    pub(super) fn last(&self) -> Option<&Judged> {
+        self.last.as_ref()
     }
 }
 
-fn take(motion: &mut Motion, before: Option<&Second>, now: &Second) {
+fn take(motion: &mut Motion, before: Option<&Second>, now: &Second) -> f64 {
     let dt = before.map_or(1.0, |before| now.look.time.seconds_since(before.look.time));
-    motion.take(now.steps, dt);
+    motion.take(now.steps, dt)
 }
 
 /// How far the medians of the offsets are from nothing, in squared deviations.

@@ -8,7 +8,14 @@ fn is_initiated(case: &mut Case, track: TrackletId) -> bool {
     case.run(|air, _, cycle| {
         let decided = air.correlations.decided(&air.tracklets, &air.targets);
         let measured = Measured::of(&air.targets);
-        initiation::initiate(&mut air.tracklets, &mut air.targets, &measured, &decided, cycle);
+        initiation::initiate(
+            &mut air.tracklets,
+            &mut air.targets,
+            &measured,
+            &decided,
+            &Default::default(),
+            cycle,
+        );
     });
     case.target(track).is_some()
 }

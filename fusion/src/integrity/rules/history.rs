@@ -1,0 +1,129 @@
+//! The last reports of one identity at one receiver, by time.
+
+use std::collections::VecDeque;
+
+use jiff::SignedDuration;
+use nalgebra::{Vector2, Vector3};
+
+use crate::report::Fix;
+use crate::time::Time;
+
+/// How long reports are kept: the longest rule looks back over 20 s, a report may come 6 s late.
+const KEPT: SignedDuration = SignedDuration::from_secs(32);
+/// So many are kept longer: slow transponders need them for their period.
+const KEPT_REPORTS: usize = 12;
+/// So many are kept at most: 32 s at five reports a second.
+const REPORTS_MAX: usize = 160;
+
+/// A report, as received.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Heard {
+    pub(super) time: Time,
+    /// In the site's frame, metres; equal octets give equal bits.
+    pub(super) position: Vector3<f64>,
+    /// What it states, m/s, east and north.
+    pub(super) velocity: Option<Vector2<f64>>,
+}
+
+/// Orders reports by time, then by what they say: the same order whatever came first.
+pub(super) type Order = (Time, [u64; 6]);
+
+impl Heard {
+    pub(super) fn new(fix: &Fix) -> Self {
+        Self { time: fix.time, position: fix.position.0, velocity: fix.velocity }
+    }
+
+    pub(super) fn order(&self) -> Order {
+        let [east, north, up] = self.place();
+        let (said, [x, y]) = match self.velocity {
+            Some(velocity) => (1, [velocity.x, velocity.y].map(f64::to_bits)),
+            None => (0, [0; 2]),
+        };
+        (self.time, [east, north, up, said, x, y])
+    }
+
+    /// The bits of its position.
+    pub(super) fn place(&self) -> [u64; 3] {
+        [self.position.x, self.position.y, self.position.z].map(f64::to_bits)
+    }
+
+    /// Distance over ground, metres.
+    pub(super) fn distance_m(&self, other: &Self) -> f64 {
+        (self.position - other.position).xy().norm()
+    }
+
+    /// Seconds to `other`, never negative.
+    pub(super) fn apart_s(&self, other: &Self) -> f64 {
+        self.time.seconds_since(other.time).abs()
+    }
+}
+
+/// Reports by [`Heard::order`].
+#[derive(Debug, Default)]
+pub(super) struct History(VecDeque<Heard>);
+
+impl History {
+    /// Puts a report in its place and says where that is; `None` where it is there already, or is older than all that are kept.
+    pub(super) fn insert(&mut self, heard: Heard) -> Option<usize> {
+        let reports = &mut self.0;
+        let at = reports.partition_point(|known| known.order() < heard.order());
+        let doubled = |known: &Heard| known.time == heard.time && known.place() == heard.place();
+        let is_known =
+            reports.get(at).is_some_and(doubled) || at.checked_sub(1).is_some_and(|at| doubled(&reports[at]));
+        if is_known || at == 0 && reports.len() >= KEPT_REPORTS {
+            return None;
+        }
+        reports.insert(at, heard);
+        let mut dropped = 0;
+        let since = reports[reports.len() - 1].time - KEPT;
+        while reports.len() > REPORTS_MAX || reports.len() > KEPT_REPORTS && reports[0].time < since {
+            reports.pop_front();
+            dropped += 1;
+        }
+        at.checked_sub(dropped)
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    pub(super) fn get(&self, at: usize) -> Option<&Heard> {
+        self.0.get(at)
+    }
+
+    pub(super) fn newest(&self) -> Option<&Heard> {
+        self.0.back()
+    }
+
+    /// The first report after `time`.
+    pub(super) fn after(&self, time: Time) -> usize {
+        self.0.partition_point(|heard| heard.time <= time)
+    }
+
+    /// Median time between its last reports, seconds.
+    pub(super) fn period_s(&self) -> Option<f64> {
+        let mut periods_s = [0.0; KEPT_REPORTS - 1];
+        let mut known = 0;
+        for (later, earlier) in self.iter().rev().zip(self.iter().rev().skip(1)).take(periods_s.len()) {
+            periods_s[known] = later.apart_s(earlier);
+            known += 1;
+        }
+        let periods_s = &mut periods_s[..known];
+        (known > 0).then(|| *periods_s.select_nth_unstable_by(known / 2, f64::total_cmp).1)
+    }
+
+    /// From the report at `at` on.
+    pub(super) fn from(&self, at: usize) -> impl Iterator<Item = &Heard> {
+        self.0.range(at.min(self.0.len())..)
+    }
+
+    /// Those before the one at `at`, the latest first.
+    pub(super) fn before(&self, at: usize) -> impl Iterator<Item = &Heard> {
+        self.0.range(..at.min(self.0.len())).rev()
+    }
+
+    /// All, by time.
+    pub(super) fn iter(&self) -> impl DoubleEndedIterator<Item = &Heard> {
+        self.0.iter()
+    }
+}

@@ -1,0 +1,126 @@
+//! Jamming: many identities fall silent at once, more than by chance.
+
+use std::collections::BTreeMap;
+
+use jiff::SignedDuration;
+
+use super::{Jammed, Ledger};
+use crate::frames::Enu;
+use crate::report::Identity;
+use crate::time::Time;
+
+/// Who fell silent within this time fell silent at once.
+const AT_ONCE: SignedDuration = SignedDuration::from_secs(15);
+/// So many of them at least,
+const IDENTITIES: usize = 3;
+/// and such a share of those heard
+const SHARE: f64 = 0.3;
+/// within this time.
+const LATELY: SignedDuration = SignedDuration::from_secs(60);
+/// Probability of as many by chance, at the rate at which single ones have fallen silent here.
+const BY_CHANCE: f64 = 5e-4;
+/// That rate is as if one had fallen silent in so many identity-seconds before the first, and
+const ASSUMED_S: f64 = 900.0;
+/// is forgotten to 1/e in so many seconds.
+const FORGOTTEN_S: f64 = 3600.0;
+/// It is over without an end after this time: they have landed.
+const LASTS_MAX: SignedDuration = SignedDuration::from_mins(10);
+
+/// Who is jammed, and how often one falls silent by itself.
+#[derive(Debug, Default)]
+pub(super) struct Jamming {
+    jammed: Option<Jammed>,
+    /// Silences, and the identity-seconds in which they began.
+    silences: f64,
+    heard_s: f64,
+    looked: Option<Time>,
+}
+
+/// An identity that fell silent.
+struct Silent {
+    newest: Time,
+    identity: Identity,
+    place: Enu,
+}
+
+impl Jamming {
+    pub(super) fn look(&mut self, ledgers: &BTreeMap<Identity, Ledger>, deadline: Time) {
+        let passed_s = self
+            .looked
+            .replace(deadline)
+            .map_or(0.0, |looked| deadline.seconds_since(looked).clamp(0.0, 1.0));
+        let (mut heard, mut began) = (0, 0);
+        for ledger in ledgers.values() {
+            heard += usize::from(ledger.silence.is_known && !ledger.silence.is_silent);
+            began += usize::from(ledger.silence.long_since == Some(deadline));
+        }
+        let kept = (-passed_s / FORGOTTEN_S).exp();
+        self.heard_s = kept * self.heard_s + passed_s * heard as f64;
+        self.silences = kept * self.silences + began as f64;
+        self.end(ledgers, deadline);
+        if began > 0 {
+            self.begin(ledgers, deadline);
+        }
+    }
+
+    pub(super) fn jammed(&self) -> Option<&Jammed> {
+        self.jammed.as_ref()
+    }
+
+    /// Ends it when half of them are back.
+    fn end(&mut self, ledgers: &BTreeMap<Identity, Ledger>, deadline: Time) {
+        let is_over = |jammed: &Jammed| {
+            let is_back =
+                |identity: &&Identity| ledgers.get(identity).is_some_and(|ledger| !ledger.silence.is_silent);
+            let back = jammed.identities.iter().filter(is_back).count();
+            2 * back >= jammed.identities.len() || deadline > jammed.since + LASTS_MAX
+        };
+        self.jammed.take_if(|jammed| is_over(jammed));
+    }
+
+    /// Looks for those who fell silent at once; a jamming that lasts grows by those who fell silent with it.
+    fn begin(&mut self, ledgers: &BTreeMap<Identity, Ledger>, deadline: Time) {
+        let lately = |ledger: &&Ledger| ledger.newest >= deadline - LATELY;
+        let of_late = ledgers.values().filter(lately).filter(|ledger| ledger.silence.is_known).count();
+        let silent = |(&identity, ledger): (&Identity, &Ledger)| {
+            let place = Enu::from(ledger.latest()?.newest()?.position);
+            let counts = ledger.silence.long_since.is_some() && lately(&ledger) && !ledger.has_landed();
+            counts.then_some(Silent { newest: ledger.newest, identity, place })
+        };
+        let mut silent: Vec<Silent> = ledgers.iter().filter_map(silent).collect();
+        silent.sort_by_key(|silent| (silent.newest, silent.identity));
+        let windows = (0..silent.len()).map(|from| {
+            let until = silent[from].newest + AT_ONCE;
+            from..silent.partition_point(|silent| silent.newest <= until)
+        });
+        // Of windows that are as full the first: nothing depends on what came behind it.
+        let Some(fullest) = windows.rev().max_by_key(|window| window.len()) else { return };
+        let at_once = &silent[fullest];
+        let is_many = at_once.len() >= IDENTITIES && at_once.len() as f64 >= SHARE * of_late as f64;
+        let is_growing = self.jammed.as_ref().is_some_and(|jammed| {
+            at_once[0].newest <= jammed.since + AT_ONCE && at_once.len() > jammed.identities.len()
+        });
+        let may_begin = self.jammed.is_none() && self.chance(at_once.len(), of_late) <= BY_CHANCE;
+        if is_many && (is_growing || may_begin) {
+            self.jammed = Some(Jammed {
+                identities: at_once.iter().map(|silent| silent.identity).collect(),
+                places: at_once.iter().map(|silent| silent.place).collect(),
+                since: at_once[0].newest,
+            });
+        }
+    }
+
+    /// Probability that as many of `all` fall silent at once by themselves (binomial).
+    fn chance(&self, many: usize, all: usize) -> f64 {
+        let before = (self.silences - many as f64).max(0.0);
+        let rate = (before + 1.0) / (self.heard_s + ASSUMED_S);
+        let one = 1.0 - (-rate * AT_ONCE.as_secs_f64()).exp();
+        let mut term = (1.0 - one).powi(all as i32);
+        let mut fewer = 0.0;
+        for count in 0..many {
+            fewer += term;
+            term *= (all - count) as f64 / (count + 1) as f64 * one / (1.0 - one);
+        }
+        1.0 - fewer
+    }
+}

@@ -1,0 +1,101 @@
+//! `velocity`: where an identity goes is not what it states.
+
+use jiff::SignedDuration;
+use nalgebra::Vector2;
+
+use super::history::{Heard, History};
+use crate::time::Time;
+
+/// Looked back over, seconds;
+const LOOK_BACK_S: f64 = 20.0;
+/// so much of it must be heard,
+const HEARD_S: f64 = 14.0;
+/// without a longer gap.
+const GAP_MAX_S: f64 = 5.0;
+/// Reports in it.
+const REPORTS: u32 = 5;
+/// Deviations beyond which they differ.
+const SIGMAS: f64 = 5.0;
+/// Share of the difference in either half at least: a jump is in one of them.
+const HALF_SHARE: f64 = 0.25;
+/// Error of stated velocities that stays: some are cut off to whole m/s, m/s.
+const STATED_M_S: f64 = 0.5;
+/// How old a stated velocity may be, seconds: receivers filter it.
+const AGE_S: f64 = 1.0;
+/// Acceleration that is not seen between two reports, m/s².
+const HIDDEN_M_S2: f64 = 1.0;
+/// White noise of a position an axis, at least, metres: slow errors move in 20 s.
+const NOISE_MIN_M: f64 = 2.0;
+/// It holds so long.
+const HOLDS: SignedDuration = SignedDuration::from_secs(12);
+
+/// When stated velocity and change of place differed last.
+#[derive(Debug, Default)]
+pub(super) struct Velocity {
+    last: Option<Time>,
+}
+
+/// Change of place less what was stated, metres.
+#[derive(Debug, Default)]
+struct Excess {
+    /// In the later half and the earlier one.
+    halves: [Vector2<f64>; 2],
+    variance_m2: f64,
+    reports: u32,
+    /// Whether what is stated ever changed.
+    varies: bool,
+}
+
+impl Velocity {
+    /// Compares the motion up to the newest report; `noise_m` is that of its receiver, metres an axis.
+    pub(super) fn look(&mut self, history: &History, noise_m: impl Fn() -> f64) {
+        let Some((newest, velocity)) = history.newest().and_then(with_velocity) else { return };
+        let mut excess = Excess::default();
+        let (mut later, mut later_velocity) = (newest, velocity);
+        for (earlier, earlier_velocity) in history.before(history.len() - 1).map_while(with_velocity) {
+            let (step_s, ago_s) = (later.apart_s(earlier), newest.apart_s(earlier));
+            if step_s > GAP_MAX_S || ago_s > LOOK_BACK_S {
+                break;
+            }
+            let change = later_velocity - earlier_velocity;
+            let stated = (earlier_velocity + later_velocity) * (step_s / 2.0);
+            let half = usize::from(ago_s > LOOK_BACK_S / 2.0);
+            excess.halves[half] += (later.position - earlier.position).xy() - stated;
+            let turned_m = change.norm() * step_s / 6.0;
+            let hidden_m = HIDDEN_M_S2 * step_s * step_s / 2.0;
+            excess.variance_m2 += turned_m * turned_m + hidden_m * hidden_m;
+            excess.varies |= change != Vector2::zeros();
+            excess.reports += 1;
+            (later, later_velocity) = (earlier, earlier_velocity);
+        }
+        let heard_s = newest.apart_s(later);
+        if heard_s < HEARD_S || excess.reports + 1 < REPORTS || !excess.varies {
+            return;
+        }
+        let aged_m = AGE_S * (velocity - later_velocity).norm();
+        excess.variance_m2 += (STATED_M_S * heard_s).powi(2) + aged_m * aged_m;
+        if excess.differs(NOISE_MIN_M) && excess.differs(noise_m().max(NOISE_MIN_M)) {
+            self.last = Some(newest.time);
+        }
+    }
+
+    pub(super) fn holds(&self, deadline: Time) -> bool {
+        self.last.is_some_and(|last| deadline <= last + HOLDS)
+    }
+}
+
+impl Excess {
+    fn differs(&self, noise_m: f64) -> bool {
+        let [later, earlier] = self.halves;
+        let whole = later + earlier;
+        let square = whole.norm_squared();
+        // Both ends have it.
+        let variance_m2 = self.variance_m2 + 2.0 * noise_m * noise_m;
+        square > SIGMAS * SIGMAS * variance_m2
+            && self.halves.iter().all(|half| half.dot(&whole) >= HALF_SHARE * square)
+    }
+}
+
+fn with_velocity(heard: &Heard) -> Option<(&Heard, Vector2<f64>)> {
+    heard.velocity.map(|velocity| (heard, velocity))
+}

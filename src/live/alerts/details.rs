@@ -1,0 +1,59 @@
+//! What is known of an alert beside its text.
+
+use fusion::Identity;
+use fusion::integrity::{Reasons, State};
+
+/// What alerts about transponders say for programs.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Details {
+    /// Nothing but the text.
+    None,
+    /// A transponder is suspect or failed.
+    Integrity {
+        /// Who.
+        identity: Identity,
+        /// Id of its track.
+        track_id: Option<String>,
+        /// Id of the track that radar sees where it is not.
+        twin_id: Option<String>,
+        /// Suspect or failed.
+        state: State,
+        /// What speaks against it.
+        reasons: Reasons,
+        /// How far its positions are off, whole metres.
+        offset_m: Option<f64>,
+    },
+    /// Many transponders fell silent at once.
+    Jamming {
+        /// Who.
+        identities: Vec<Identity>,
+        /// Where they were heard last: longitude and latitude, degrees, a closed ring counterclockwise around all of them.
+        hull: Vec<(f64, f64)>,
+    },
+    /// A transponder fell silent.
+    Silent {
+        /// Who.
+        identity: Identity,
+        /// Id of its track.
+        track_id: Option<String>,
+    },
+    /// A drone without a transponder.
+    Uncooperative {
+        /// It has ended because one was heard after all, or because it is the twin of one that lies.
+        is_resolved: bool,
+    },
+}
+
+impl Details {
+    /// Whether `later` says something that an operator is told.
+    pub(super) fn are_news_to(&self, later: &Self) -> bool {
+        match (self, later) {
+            (
+                Self::Integrity { state, reasons, twin_id, .. },
+                Self::Integrity { state: state_now, reasons: reasons_now, twin_id: twin_now, .. },
+            ) => (state, reasons, twin_id) != (state_now, reasons_now, twin_now),
+            (Self::Jamming { identities, .. }, Self::Jamming { identities: now, .. }) => identities != now,
+            _ => false,
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! An alert as JSON: of `/api/v1/alerts`, of the stream, and a line of `replay --alerts`.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::{Alert, AlertKind, Details};
+use crate::picture::{ReasonName, Rfc3339, StateName, serial_text};
+use fusion::Identity;
+
+/// What is wrong, or was.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+#[schemars(rename = "Alert")]
+pub struct AlertJson {
+    id: String,
+    #[schemars(extend("enum" = AlertKind::ALL.map(AlertKind::name)))]
+    kind: &'static str,
+    #[schemars(extend("enum" = ["warning", "critical"]))]
+    severity: &'static str,
+    since: Rfc3339,
+    /// In words.
+    text: String,
+    /// Id of the sensor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sensor: Option<String>,
+    /// Id of the track.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    track: Option<String>,
+    /// Part of the service.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    part: Option<String>,
+    #[serde(flatten)]
+    about: About,
+    /// Left out while it lasts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    until: Option<Rfc3339>,
+}
+
+/// What alerts about transponders have beside the others.
+#[derive(Clone, Debug, Default, Serialize, JsonSchema)]
+struct About {
+    /// Serial number of the transponder.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    identity: Option<String>,
+    /// Id of its track.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    track_id: Option<String>,
+    /// Id of the track that radar sees where it is not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    twin_id: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    state: Option<StateName>,
+    /// What speaks against it; empty where only an operator does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reasons: Option<Vec<ReasonName>>,
+    /// How far its positions are off, metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0))]
+    offset_m: Option<f64>,
+    /// Serial numbers of those that fell silent together.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    identities: Vec<String>,
+    /// Where they were heard last, with 100 m around it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    hull: Option<Hull>,
+    /// It has ended because a transponder was heard after all, or because it is the twin of one that lies.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    resolved: bool,
+}
+
+/// GeoJSON, RFC 7946.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+struct Hull {
+    #[schemars(extend("const" = "Polygon"))]
+    r#type: &'static str,
+    coordinates: [Vec<(f64, f64)>; 1],
+}
+
+impl From<&Alert> for AlertJson {
+    fn from(alert: &Alert) -> Self {
+        let subject = |kinds: &[AlertKind]| kinds.contains(&alert.kind).then(|| alert.subject.clone());
+        Self {
+            id: format!("{}-{}", alert.kind.name(), alert.id),
+            kind: alert.kind.name(),
+            severity: alert.severity.name(),
+            since: alert.since.into(),
+            text: alert.text.clone(),
+            sensor: subject(&[AlertKind::Sensor, AlertKind::Registration]),
+            track: subject(&[AlertKind::Area, AlertKind::Uncooperative]),
+            part: subject(&[AlertKind::Service]),
+            about: About::from(&alert.details),
+            until: alert.until.map(Rfc3339),
+        }
+    }
+}
+
+impl From<&Details> for About {
+    fn from(details: &Details) -> Self {
+        let serial = |identity: &Identity| serial_text(*identity);
+        match details {
+            Details::None => Self::default(),
+            Details::Integrity { identity, track_id, twin_id, state, reasons, offset_m } => Self {
+                identity: Some(serial(identity)),
+                track_id: track_id.clone(),
+                twin_id: twin_id.clone(),
+                state: Some((*state).into()),
+                reasons: Some(ReasonName::all(*reasons)),
+                offset_m: *offset_m,
+                ..Self::default()
+            },
+            Details::Jamming { identities, hull } => Self {
+                identities: identities.iter().map(serial).collect(),
+                hull: Some(Hull { r#type: "Polygon", coordinates: [hull.clone()] }),
+                ..Self::default()
+            },
+            Details::Silent { identity, track_id } => {
+                Self { identity: Some(serial(identity)), track_id: track_id.clone(), ..Self::default() }
+            }
+            Details::Uncooperative { is_resolved } => Self { resolved: *is_resolved, ..Self::default() },
+        }
+    }
+}

@@ -1,0 +1,283 @@
+//! What begins, changes and ends.
+
+use serde_json::{Value, json};
+
+use super::*;
+use crate::integrity::Resolved;
+use crate::picture::{Picture, PictureMaker};
+use fusion::integrity::{Concern, Reason, State};
+use fusion::point::RadarPart;
+use fusion::{Emission, Enu, Identity, Point, RadarTrackKey, SensorIndex, Source};
+
+fn sensor(state: SensorState, reason: &str) -> SensorStatus {
+    SensorStatus {
+        id: "north".to_owned(),
+        state,
+        reasons: vec![reason.to_owned()],
+        last_seen: None,
+        accepted: 0,
+        rate_hz: 0.0,
+        clock_offset_s: None,
+        refused: BTreeMap::new(),
+        contested: Vec::new(),
+        registration: None,
+        types: Vec::new(),
+        lines: Vec::new(),
+    }
+}
+
+#[test]
+fn a_replay_that_goes_back_knows_no_later_alerts() {
+    let site = include_str!("../../../testdata/demo/site.toml");
+    let config = crate::config::Config::parse(site, "site.toml", std::iter::empty()).unwrap();
+    let pipeline = crate::pipeline::Pipeline::new(&config, crate::areas::Masks::default());
+    let maker = PictureMaker::new(&config, pipeline.normaliser());
+    let at = |second: i64| Time::from_nanos(second * SECOND);
+    let picture = |second| Picture {
+        slot: fusion::slots::Slot(4 * second),
+        time: at(second),
+        tracks: vec![],
+        concerns: vec![],
+        resolved: vec![],
+    };
+    let mut alerts = Alerts::new(AlertAreas::default(), at(-10));
+    assert!(alerts.note_sensors(&[sensor(SensorState::Outage, "silent")], at(20)));
+    assert!(!alerts.note_picture(&picture(20), &maker) && !alerts.note_picture(&picture(21), &maker));
+    assert_eq!(alerts.all().len(), 1);
+    assert!(alerts.note_picture(&picture(5), &maker));
+    assert_eq!(alerts.all(), []);
+    assert!(alerts.note_sensors(&[sensor(SensorState::Outage, "silent")], at(7)), "anew");
+}
+
+#[test]
+fn a_sensor_that_fails_and_comes_back_is_one_alert() {
+    let at = |second: i64| Time::from_nanos(second * SECOND);
+    let mut alerts = Alerts::new(AlertAreas::default(), at(-10));
+    assert!(!alerts.note_sensors(&[sensor(SensorState::Outage, "not heard yet")], at(-6)));
+    assert!(!alerts.note_sensors(&[sensor(SensorState::Operational, "")], at(1)));
+    assert!(alerts.note_sensors(&[sensor(SensorState::Degraded, "late")], at(2)));
+    assert!(
+        !alerts.note_sensors(&[sensor(SensorState::Degraded, "later")], at(3)),
+        "the same, in other words"
+    );
+    assert!(alerts.note_sensors(&[sensor(SensorState::Outage, "silent")], at(4)), "worse");
+    let told = alerts.all();
+    assert_eq!((told.len(), told[0].severity, told[0].since), (1, Severity::Critical, at(2)));
+    assert_eq!(told[0].text, "north outage: silent");
+    assert!(alerts.note_sensors(&[sensor(SensorState::Operational, "")], at(5)));
+    assert_eq!(alerts.all()[0].until, Some(at(5)));
+    assert!(alerts.note_sensors(&[sensor(SensorState::Outage, "silent")], at(6)));
+    assert_eq!(alerts.all().iter().map(|alert| alert.id).collect::<Vec<_>>(), [2, 1]);
+}
+
+#[test]
+fn each_of_two_that_begin_or_end_at_once_is_a_change() {
+    let at = |second: i64| Time::from_nanos(second * SECOND);
+    let mut alerts = Alerts::new(AlertAreas::default(), at(-10));
+    let south = |state| SensorStatus { id: "south".to_owned(), ..sensor(state, "silent") };
+    let both = |state| [sensor(state, "silent"), south(state)];
+    let mut changes = |state, second| {
+        alerts.note_sensors(&both(state), at(second));
+        let changes = alerts.take_changes();
+        changes.into_iter().map(|(change, alert)| (change, alert.subject)).collect::<Vec<_>>()
+    };
+    for (state, second, change) in [
+        (SensorState::Degraded, 1, Change::Began),
+        (SensorState::Outage, 2, Change::Changed),
+        (SensorState::Operational, 3, Change::Ended),
+    ] {
+        let told = ["north", "south"].map(|id| (change, id.to_owned()));
+        assert_eq!(changes(state, second), told);
+        assert_eq!(changes(state, second), [], "told once");
+    }
+}
+
+#[test]
+fn trouble_of_the_service_is_an_alert_for_as_long_as_it_lasts() {
+    let at = |second: i64| Time::from_nanos(second * SECOND);
+    let mut alerts = Alerts::new(AlertAreas::default(), at(0));
+    let full = Trouble { about: "recorder", severity: Severity::Warning, text: "full".to_owned() };
+    assert!(!alerts.note_troubles(std::iter::empty(), at(1)));
+    assert!(alerts.note_troubles([&full].into_iter(), at(2)));
+    assert!(!alerts.note_troubles([&full].into_iter(), at(3)));
+    let [alert] = &alerts.all()[..] else { panic!("{:?}", alerts.all()) };
+    assert_eq!((alert.kind.name(), alert.subject.as_str(), alert.since), ("service", "recorder", at(2)));
+    // Its end is reported also where the clock has stepped back.
+    assert!(alerts.note_troubles(std::iter::empty(), at(-3600)));
+    let (change, over) = alerts.take_changes().pop().unwrap();
+    assert_eq!((change, over.until), (Change::Ended, Some(at(-3600))));
+}
+
+/// A site, and pictures of a slot with concerns.
+struct Slots {
+    maker: PictureMaker,
+    alerts: Alerts,
+}
+
+impl Slots {
+    fn new() -> Self {
+        let site = include_str!("../../../testdata/demo/site.toml");
+        let config = crate::config::Config::parse(site, "site.toml", std::iter::empty()).unwrap();
+        let pipeline = crate::pipeline::Pipeline::new(&config, crate::areas::Masks::default());
+        let maker = PictureMaker::new(&config, pipeline.normaliser());
+        Self { maker, alerts: Alerts::new(AlertAreas::default(), Time::default()) }
+    }
+
+    /// What changed at that second.
+    fn pass(
+        &mut self,
+        second: i64,
+        concerns: &[Concern],
+        change: impl FnOnce(&mut Picture),
+    ) -> Vec<(Change, Value)> {
+        let time = Time::from_nanos(second * SECOND);
+        let part = RadarPart {
+            track: RadarTrackKey { sensor: SensorIndex(0), number: 9 },
+            time,
+            height_measured: true,
+            uav_probability: None,
+        };
+        let point = |number| Point {
+            number,
+            position: Enu::new(100.0, 200.0, 50.0),
+            first_seen: Time::default(),
+            source: Source::Radar(part.clone()),
+            estimate: None,
+            competitors: Vec::new(),
+            integrity: None,
+            disputed: Vec::new(),
+            is_unexplained: false,
+        };
+        let mut picture = self.maker.picture(Emission {
+            now: None,
+            slot: fusion::slots::Slot(4 * second),
+            time,
+            points: vec![point(7), point(8)],
+            numbers: Vec::new(),
+            newcomers: Vec::new(),
+            concerns: concerns.to_vec(),
+        });
+        change(&mut picture);
+        self.alerts.note_picture(&picture, &self.maker);
+        let changes = self.alerts.take_changes();
+        changes.iter().map(|(change, alert)| (*change, json!(AlertJson::from(alert)))).collect()
+    }
+}
+
+fn alpha() -> Identity {
+    Identity::new(b"ALPHA       ", Some(b"NO")).unwrap()
+}
+
+fn lies(state: State, reasons: &[Reason], twin: Option<u32>, offset_m: f64) -> Concern {
+    let reasons = reasons.iter().copied().collect();
+    Concern::Integrity { identity: alpha(), track: Some(7), twin, state, reasons, offset_m: Some(offset_m) }
+}
+
+#[test]
+fn a_transponder_that_lies_is_one_alert_and_each_news_of_it_is_told_once() {
+    let mut slots = Slots::new();
+    let [(Change::Began, began)] =
+        &slots.pass(3600, &[lies(State::Suspect, &[Reason::Radar], None, 41.2)], |_| {})[..]
+    else {
+        panic!("it begins")
+    };
+    let told = json!({
+        "id": "integrity-1", "kind": "integrity", "severity": "warning", "since": "1970-01-01T01:00:00.000Z",
+        "text": "transponder ALPHA (R-halfmoon-7-0) is suspect since 01:00:00 UTC, because radar sees the aircraft 41 m from \
+                 where it says it is; its position may be false: do not rely on it until that is cleared up",
+        "identity": "ALPHA", "track_id": "R-halfmoon-7-0", "state": "suspect", "reasons": ["radar"], "offset_m": 41.0,
+    });
+    assert_eq!(*began, told);
+    // How far it is off changes all the time.
+    assert_eq!(slots.pass(3601, &[lies(State::Suspect, &[Reason::Radar], None, 43.0)], |_| {}), []);
+    let changes =
+        slots.pass(3602, &[lies(State::Suspect, &[Reason::Radar, Reason::Jump], Some(8), 44.0)], |_| {});
+    assert_eq!((changes[0].0, &changes[0].1["reasons"]), (Change::Amended, &json!(["radar", "jump"])));
+    assert!(changes[0].1["twin_id"].is_string(), "{changes:?}");
+    let changes =
+        slots.pass(3603, &[lies(State::Failed, &[Reason::Radar, Reason::Jump], Some(8), 44.0)], |_| {});
+    let [(Change::Changed, failed)] = &changes[..] else { panic!("{changes:?}") };
+    assert_eq!(
+        (&failed["severity"], &failed["since"]),
+        (&json!("critical"), &json!("1970-01-01T01:00:00.000Z"))
+    );
+    assert!(failed["text"].as_str().unwrap().contains("is not to be trusted since 01:00:00 UTC"), "{failed}");
+    // A twin without a point in this slot is still the twin.
+    assert_eq!(
+        slots.pass(3604, &[lies(State::Failed, &[Reason::Radar, Reason::Jump], Some(8), 44.0)], |picture| {
+            picture.tracks.clear();
+        }),
+        []
+    );
+    let changes = slots.pass(3605, &[], |_| {});
+    let [(Change::Ended, over)] = &changes[..] else { panic!("{changes:?}") };
+    assert_eq!((&over["until"], &over["id"]), (&json!("1970-01-01T01:00:05.000Z"), &json!("integrity-1")));
+}
+
+#[test]
+fn jamming_has_a_hull_around_the_places_and_silence_a_track() {
+    let mut slots = Slots::new();
+    let place = |east_m: f64, north_m: f64| Enu::new(east_m, north_m, 30.0);
+    let places = [place(0.0, 0.0), place(1000.0, 0.0), place(0.0, 1000.0)];
+    let jamming = Concern::Jamming {
+        identities: vec![alpha()],
+        places: places.to_vec(),
+        since: Time::from_nanos(90 * SECOND),
+    };
+    let silent = Concern::Silent { identity: alpha(), track: Some(8), heard: Time::from_nanos(91 * SECOND) };
+    let changes = slots.pass(100, &[jamming, silent], |_| {});
+    let kinds: Vec<&Value> = changes.iter().map(|(_, alert)| &alert["kind"]).collect();
+    assert_eq!(kinds, [&json!("jamming"), &json!("silent")]);
+    let (jamming, silent) = (&changes[0].1, &changes[1].1);
+    assert_eq!((&jamming["severity"], &jamming["identities"]), (&json!("warning"), &json!(["ALPHA"])));
+    assert_eq!((&silent["severity"], &silent["identity"]), (&json!("warning"), &json!("ALPHA")));
+    assert!(silent["text"].as_str().unwrap().contains("silent since 00:01:31 UTC"), "{silent}");
+
+    let ring: Vec<(f64, f64)> = serde_json::from_value(jamming["hull"]["coordinates"][0].clone()).unwrap();
+    assert!(ring.len() > 20 && ring.first() == ring.last());
+    let polygon = geo::Polygon::new(ring.clone().into(), vec![]);
+    // Twice the signed area: counterclockwise.
+    let area: f64 = ring.windows(2).map(|pair| pair[0].0 * pair[1].1 - pair[1].0 * pair[0].1).sum();
+    assert!(area > 0.0);
+    for (corner, is_inside) in [
+        (place(-99.0, 0.0), true),
+        (place(-101.5, 0.0), false),
+        (place(0.0, 1099.0), true),
+        (place(0.0, 1102.0), false),
+        (place(500.0, 500.0), true),
+        // 141 m from the line between the two.
+        (place(650.0, 550.0), false),
+        (place(565.0, 565.0), true),
+    ] {
+        let on_earth = slots.maker.place(corner);
+        let point = geo::Point::new(on_earth.longitude_deg(), on_earth.latitude_deg());
+        assert_eq!(geo::Contains::contains(&polygon, &point), is_inside, "{corner:?}");
+    }
+    assert_eq!(slots.pass(101, &[], |_| {}).len(), 2, "both end");
+}
+
+#[test]
+fn an_uncooperative_drone_ends_resolved_or_ten_seconds_after_it_was_seen_last() {
+    let mark = |picture: &mut Picture| picture.tracks[0].is_uncooperative = true;
+    for identity in [Some(alpha()), None] {
+        let mut slots = Slots::new();
+        let changes = slots.pass(60, &[], mark);
+        let [(Change::Began, began)] = &changes[..] else { panic!("{changes:?}") };
+        assert_eq!((&began["kind"], &began["severity"]), (&json!("uncooperative"), &json!("warning")));
+        assert!(
+            began["text"].as_str().unwrap().contains("since 00:01:00 UTC without a transponder"),
+            "{began}"
+        );
+        let id = began["track"].as_str().unwrap().to_owned();
+        assert_eq!(slots.pass(65, &[], |_| {}), []);
+        let changes = slots.pass(66, &[], |picture| picture.resolved = vec![Resolved { id, identity }]);
+        let [(Change::Ended, over)] = &changes[..] else { panic!("{changes:?}") };
+        assert_eq!(over["resolved"], json!(true));
+        assert!(over["text"].as_str().unwrap().contains("is resolved"), "{over}");
+    }
+    let mut slots = Slots::new();
+    slots.pass(60, &[], mark);
+    assert_eq!(slots.pass(70, &[], |_| {}), []);
+    let changes = slots.pass(71, &[], |_| {});
+    assert!(changes[0].0 == Change::Ended && changes[0].1.get("resolved").is_none(), "{changes:?}");
+}

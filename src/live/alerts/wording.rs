@@ -1,0 +1,124 @@
+//! Alerts in words: what is wrong, since when, and what that means, in one sentence.
+
+use super::Details;
+use crate::picture::{PictureTrack, serial_text};
+use fusion::Identity;
+use fusion::integrity::{Reason, State};
+use fusion::time::Time;
+
+/// Most transponders that are named.
+const NAMED: usize = 5;
+
+/// `fused track 60000 (U-60000), serial 1596F3A2`: what is on the screen, and what its owner can be asked about.
+pub(super) fn described(track: &PictureTrack, id: &str) -> String {
+    let serial = track
+        .point
+        .source
+        .transponder()
+        .map(|part| format!(", serial {}", part.identity.serial().escape_ascii()));
+    format!("{} track {} ({id}){}", track.source_name(), track.point.number, serial.unwrap_or_default())
+}
+
+/// A transponder is suspect or failed.
+pub(super) fn lying(details: &Details, since: Time) -> String {
+    let Details::Integrity { identity, track_id, twin_id, state, reasons, offset_m } = details else {
+        return String::new();
+    };
+    let why: Vec<String> = reasons.iter().map(|reason| clause(reason, *offset_m)).collect();
+    let why = if why.is_empty() { "an operator distrusts it".to_owned() } else { listed(&why) };
+    let (is, then) = match (state, twin_id) {
+        (State::Failed, Some(twin)) => {
+            ("is not to be trusted", format!("do not use its position: the aircraft is most likely {twin}"))
+        }
+        (State::Failed, None) => {
+            ("is not to be trusted", "do not use its position: the aircraft may be elsewhere".to_owned())
+        }
+        (_, Some(twin)) => {
+            ("is suspect", format!("its position may be false: look at {twin}, which may be the aircraft"))
+        }
+        (_, None) => {
+            ("is suspect", "its position may be false: do not rely on it until that is cleared up".to_owned())
+        }
+    };
+    format!("{} {is} since {}, because {why}; {then}", who(*identity, track_id.as_deref()), at(since))
+}
+
+/// What a reason says, as the end of "because …".
+fn clause(reason: Reason, offset_m: Option<f64>) -> String {
+    match (reason, offset_m) {
+        (Reason::Radar, Some(metres)) => {
+            return format!("radar sees the aircraft {metres:.0} m from where it says it is");
+        }
+        (Reason::Radar, None) => "radar sees the aircraft elsewhere",
+        (Reason::Jump, _) => "its position jumped",
+        (Reason::Frozen, _) => "its position stands still to the last digit",
+        (Reason::Replay, _) => "it repeats earlier reports",
+        (Reason::Duplicate, _) => "two transmitters send under its serial number",
+        (Reason::Swapped, _) => "it changed places with another transponder",
+        (Reason::Velocity, _) => "the velocity that it states is not that of its positions",
+        (Reason::Time, _) => "its time stamps are off",
+    }
+    .to_owned()
+}
+
+/// A transponder fell silent, and radar still sees the aircraft.
+pub(super) fn silent(identity: Identity, track_id: Option<&str>, heard: Time) -> String {
+    format!(
+        "{} has been silent since {}, and radar still sees the aircraft: its track rests on radar alone",
+        who(identity, track_id),
+        at(heard)
+    )
+}
+
+/// Many transponders fell silent at once.
+pub(super) fn jamming(identities: &[Identity], since: Time) -> String {
+    let mut named: Vec<String> =
+        identities.iter().take(NAMED).map(|&identity| serial_text(identity)).collect();
+    if identities.len() > NAMED {
+        named.push(format!("{} more", identities.len() - NAMED));
+    }
+    format!(
+        "{} transponders fell silent together from {} on and may be jammed ({}): there, drones that radar does not see are \
+         not shown",
+        identities.len(),
+        at(since),
+        named.join(", ")
+    )
+}
+
+/// A drone without a transponder.
+pub(super) fn uncooperative(track: &PictureTrack, id: &str, since: Time) -> String {
+    format!(
+        "{} has flown since {} without a transponder where one would be heard: nobody knows whose it is",
+        described(track, id),
+        at(since)
+    )
+}
+
+/// It is none any more.
+pub(super) fn resolved(id: &str, identity: Option<Identity>) -> String {
+    match identity {
+        Some(identity) => format!("{id} is resolved: it flies with {}", who(identity, None)),
+        None => format!("{id} is resolved: it is where a transponder that is suspect should be"),
+    }
+}
+
+fn who(identity: Identity, track_id: Option<&str>) -> String {
+    let track = track_id.map_or_else(String::new, |id| format!(" ({id})"));
+    format!("transponder {}{track}", serial_text(identity))
+}
+
+/// `10:05:05 UTC`.
+fn at(time: Time) -> String {
+    let second = time.since_midnight() / fusion::time::SECOND;
+    format!("{:02}:{:02}:{:02} UTC", second / 3600, second / 60 % 60, second % 60)
+}
+
+/// `a, b and c`.
+fn listed(parts: &[String]) -> String {
+    match parts {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
