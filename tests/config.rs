@@ -253,10 +253,7 @@ fn integrity() {
         ("off = -1", ":25: integrity.off = -1: an index is at least 0"),
         ("alert_limit_m = inf", ":25: integrity.alert_limit_m = inf: an alert limit is above 0"),
         ("protect = 1", ":25: integrity.protect = 1: expected true or false"),
-        (
-            "alert_limit = 60",
-            ":25: integrity.alert_limit = 60: this key is unknown; did you mean alert_limit_m?",
-        ),
+        ("alert_limit = 60", ":25: integrity.alert_limit: this key is unknown; did you mean alert_limit_m?"),
     ] {
         let errors = with(lines).unwrap_err().to_string();
         assert!(errors.starts_with(&format!("config/site.toml{told}")), "{lines}: {errors}");

@@ -3,6 +3,7 @@
 use crate::asked::{Asked, Bound, Measure, against, each, measured};
 use crate::figures::*;
 use crate::flights::{CITY, RECORDINGS, Row, SCENARIOS};
+use crate::integrity;
 use crate::lags;
 use crate::registration;
 use crate::score::Scores;
@@ -17,6 +18,8 @@ pub struct Apart {
     pub found: registration::Found,
     /// What shorter latencies cost.
     pub lags: Vec<lags::Measured>,
+    /// How well transponders that lie are found.
+    pub integrity: integrity::Measured,
     pub speed: Speed,
 }
 
@@ -355,6 +358,12 @@ fn speed(speed: &Speed) -> Vec<Asked> {
         .required(AtMost(4.0))
         .ambition(AtMost(2.5)),
         Asked::new("the same, pictures not written", measured(not_written, None)).decimals(1),
+        Asked::new(
+            "integrity `flag` / `off`, processor time on `dense`, one run, pictures not written",
+            measured(speed.integrity, None),
+        )
+        .required(AtMost(1.10))
+        .ambition(AtMost(1.05)),
         Asked::new(
             "exponent of processor time over 500 to 4,000 targets at constant density: `reference`",
             measured(of_paper, None),

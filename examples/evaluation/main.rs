@@ -24,6 +24,7 @@ mod figures;
 mod flights;
 mod integrity;
 mod lags;
+mod parallel;
 mod quick;
 mod registration;
 mod report;
@@ -84,7 +85,7 @@ struct Args {
     /// Only how well transponders that lie are found, with --quick.
     #[arg(long, requires = "quick")]
     integrity: bool,
-    /// Of these only this attack, or this scenario without one, with --integrity; repeat for more.
+    /// Of that only this attack, or this scenario without one, with --integrity; repeat for more.
     #[arg(long, requires = "integrity", value_name = "NAME", value_parser = integrity::NAMES)]
     attack: Vec<String>,
     /// A line for each attack and each false flag, with --integrity.
@@ -139,7 +140,14 @@ fn main() -> Result<(), Failure> {
 /// The table of the transponders that lie.
 fn lies(args: &Args) -> Result<(), Failure> {
     let seeds = args.first_seed..=args.first_seed + args.seeds.unwrap_or(QUICK_SEEDS) - 1;
-    let measured = integrity::measure(&seeds, &args.attack, args.threads)?;
+    let recordings = args.recordings();
+    let order = integrity::Order {
+        seeds,
+        names: &args.attack,
+        recordings: recordings.as_deref(),
+        threads: args.threads,
+    };
+    let measured = integrity::measure(&order)?;
     if args.each {
         println!("{}", integrity::each(&measured));
     }
@@ -199,7 +207,14 @@ fn document(args: &Args) -> Result<(), Failure> {
     let found = registration::found(&flights::scenario("crossing")?, seeds.clone(), args.threads)?;
     eprintln!("latencies");
     let lags = lags::measure(seeds.clone(), args.threads)?;
-    let apart = Apart { found, lags, speed: speed::measure(FIRST_SEED)? };
+    let order = integrity::Order {
+        seeds: seeds.clone(),
+        names: &[],
+        recordings: recordings.as_deref(),
+        threads: args.threads,
+    };
+    let integrity = integrity::measure(&order)?;
+    let apart = Apart { found, lags, integrity, speed: speed::measure(FIRST_SEED)? };
     let before = String::from_utf8(std::fs::read(&args.out).unwrap_or_default())?;
     let (scores, apart, city_seeds) = (scored.as_slice(), &apart, args.city_seeds);
     let report = Report { scores, apart, seeds, city_seeds, before: &before };

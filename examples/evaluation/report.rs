@@ -7,6 +7,7 @@ use crate::asked::{self, Beside};
 use crate::demands::{self, Apart};
 use crate::figures::*;
 use crate::flights::{RECORDINGS, Row, SCENARIOS};
+use crate::integrity;
 use crate::score::Scores;
 use crate::sheet;
 use crate::standing;
@@ -51,13 +52,16 @@ impl<'a> Report<'a> {
     fn asked(&self) -> String {
         let asked = demands::asked(self.scores, self.apart);
         let standing = standing::asked(self.scores, self.apart);
+        let integrity = integrity::asked(&self.apart.integrity);
         [
             include_str!("words/asked.md").to_owned(),
             asked::table(&asked, Beside::Before),
+            include_str!("words/integrity.md").to_owned(),
+            asked::table(&integrity, Beside::Count),
             include_str!("words/standing.md").to_owned(),
             asked::table(&standing, Beside::Paper),
             "### What falls short, and why\n".to_owned(),
-            asked::missed(asked.iter().chain(&standing)),
+            asked::missed(asked.iter().chain(&integrity).chain(&standing)),
         ]
         .join("\n")
     }

@@ -5,6 +5,7 @@ use std::io::BufWriter;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
+use utm_fusion::config::{Action, Profile};
 use utm_fusion::formats::PcapWriter;
 use utm_fusion::simulate::Simulation;
 
@@ -26,6 +27,28 @@ pub enum Pictures {
     NotWritten,
 }
 
+/// What is run.
+#[derive(Clone, Copy)]
+pub struct Run {
+    pub profile: Profile,
+    /// What is done about transponders that lie.
+    pub action: Action,
+    pub pictures: Pictures,
+}
+
+impl Run {
+    /// Of each of the [`PROFILES`], as it is usually configured.
+    pub fn of_profiles(pictures: Pictures) -> [Self; 2] {
+        PROFILES.map(|profile| Self { profile, action: Action::Flag, pictures })
+    }
+
+    /// Of the `operational` profile with integrity and without, no pictures written.
+    pub fn of_integrity() -> [Self; 2] {
+        let (profile, pictures) = (Profile::Operational, Pictures::NotWritten);
+        [Action::Flag, Action::Off].map(|action| Self { profile, action, pictures })
+    }
+}
+
 /// A flight as files, which end with it.
 pub struct Files(PathBuf);
 
@@ -43,19 +66,19 @@ impl Files {
         Ok(files)
     }
 
-    /// Processor time of a run, all its threads, from its start to its end, under each of the [`PROFILES`], seconds.
-    pub fn processor_s(&self, pictures: Pictures) -> Result<[f64; 2], Failure> {
-        let mut rounds = PROFILES.map(|_| Vec::new());
+    /// Processor time of a run, all its threads, from its start to its end, of each kind, seconds.
+    pub fn processor_s<const N: usize>(&self, runs: [Run; N]) -> Result<[f64; N], Failure> {
+        let mut rounds = runs.map(|_| Vec::new());
         for _ in 0..ROUNDS {
-            for (round, profile) in rounds.iter_mut().zip(PROFILES) {
+            for (round, run) in rounds.iter_mut().zip(runs) {
                 let begin_s = children_s()?;
-                let mut runs = 0;
+                let mut count = 0;
                 round.push(loop {
-                    self.run(profile.name(), pictures)?;
-                    runs += 1;
+                    self.run(run)?;
+                    count += 1;
                     let spent_s = children_s()? - begin_s;
                     if spent_s >= LEAST_S {
-                        break spent_s / f64::from(runs);
+                        break spent_s / f64::from(count);
                     }
                 });
             }
@@ -66,10 +89,12 @@ impl Files {
         }))
     }
 
-    fn run(&self, profile: &str, pictures: Pictures) -> Result<(), Failure> {
+    fn run(&self, run: Run) -> Result<(), Failure> {
+        let Run { profile, action, pictures } = run;
         let mut program = Command::new(std::env::current_exe()?);
         program.arg("replay").arg(self.0.join("capture.pcap"));
-        program.arg("--config").arg(self.0.join("site.toml")).args(["--profile", profile]);
+        program.arg("--config").arg(self.0.join("site.toml")).args(["--profile", profile.name()]);
+        program.env("UTM_FUSION__INTEGRITY__ACTION", action.name());
         if pictures == Pictures::Written {
             program.arg("-o").arg(self.0.join("pictures.ndjson"));
         }

@@ -2,8 +2,6 @@
 
 use std::collections::BTreeSet;
 use std::path::Path;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fusion::time::Time;
 use utm_fusion::areas::Masks;
@@ -17,6 +15,7 @@ use utm_fusion::simulate::{TRANSPONDER_ID, simulate};
 
 use crate::degrade::degraded;
 use crate::flights::{Failure, Flight, Row, Source};
+use crate::parallel;
 
 /// The scores of one flight.
 pub struct Scores {
@@ -51,25 +50,11 @@ impl Groups {
 
 /// Scores the flights, `threads` at a time; in the order of the flights, whichever ends first.
 pub fn score(flights: &[Flight], threads: usize) -> Result<Vec<Scores>, Failure> {
-    let next = AtomicUsize::new(0);
-    let scored: Mutex<Vec<Option<Result<Scores, Failure>>>> =
-        Mutex::new(flights.iter().map(|_| None).collect());
-    std::thread::scope(|scope| {
-        for _ in 0..threads.max(1) {
-            scope.spawn(|| {
-                while let Some((place, flight)) = {
-                    let place = next.fetch_add(1, Ordering::Relaxed);
-                    flights.get(place).map(|flight| (place, flight))
-                } {
-                    eprintln!("{} of {}: {}", place + 1, flights.len(), flight.name());
-                    let scores = of_flight(flight);
-                    scored.lock().expect("no other flight has panicked")[place] = Some(scores);
-                }
-            });
-        }
+    let scored = parallel::each(flights, threads, |place, flight| {
+        eprintln!("{} of {}: {}", place + 1, flights.len(), flight.name());
+        of_flight(flight)
     });
-    let scored = scored.into_inner().expect("no flight has panicked");
-    scored.into_iter().map(|scores| scores.expect("every flight was taken")).collect()
+    scored.into_iter().collect()
 }
 
 fn of_flight(flight: &Flight) -> Result<Scores, Failure> {

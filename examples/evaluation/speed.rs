@@ -10,7 +10,7 @@ use utm_fusion::pipeline::Pipeline;
 use utm_fusion::simulate::{Scenario, Simulation, Span, simulate};
 
 use crate::flights::{self, CITY, Failure};
-use crate::runs::{Files, Pictures};
+use crate::runs::{Files, Pictures, Run};
 use crate::summary::Mean;
 
 /// The profiles, in the order of every pair of figures.
@@ -33,6 +33,8 @@ pub struct Speed {
     /// Processor time of a run of `operational` over that of one of `reference`, on `dense`: with the pictures written,
     /// and without.
     pub processor: [Option<Mean>; 2],
+    /// The same of `operational` with integrity over that without, no pictures written.
+    pub integrity: Option<Mean>,
     /// What a slot of `city` and its picture take, milliseconds: ninety-nine of a hundred take no more.
     pub city_p99_ms: [f64; 2],
     /// Of the processor time of a run over the number of targets, at constant density.
@@ -64,11 +66,13 @@ fn live() -> [Option<Mean>; 3] {
 /// Measures everything, on flights with seeds from this one on.
 pub fn measure(first_seed: u64) -> Result<Speed, Failure> {
     let dense = flights::scenario("dense")?;
-    let (mut ratios, mut spent_s) = ([Vec::new(), Vec::new()], [0.0; 2]);
+    let (mut ratios, mut integrity, mut spent_s) = ([Vec::new(), Vec::new()], Vec::new(), [0.0; 2]);
     for seed in first_seed..first_seed + DENSE_FLIGHTS {
         let files = Files::of(&flown(&dense, seed)?)?;
+        let [flag_s, off_s] = files.processor_s(Run::of_integrity())?;
+        integrity.push(flag_s / off_s);
         for (ratios, pictures) in ratios.iter_mut().zip([Pictures::Written, Pictures::NotWritten]) {
-            let [reference_s, operational_s] = files.processor_s(pictures)?;
+            let [reference_s, operational_s] = files.processor_s(Run::of_profiles(pictures))?;
             ratios.push(operational_s / reference_s);
             if pictures == Pictures::Written {
                 spent_s = [spent_s[0] + reference_s, spent_s[1] + operational_s];
@@ -81,7 +85,8 @@ pub fn measure(first_seed: u64) -> Result<Speed, Failure> {
 
     let mut costs = [Vec::new(), Vec::new()];
     for targets in TARGETS {
-        let spent_s = Files::of(&grown(targets, first_seed)?)?.processor_s(Pictures::Written)?;
+        let spent_s =
+            Files::of(&grown(targets, first_seed)?)?.processor_s(Run::of_profiles(Pictures::Written))?;
         for (costs, spent_s) in costs.iter_mut().zip(spent_s) {
             costs.push((f64::from(targets), spent_s));
         }
@@ -90,6 +95,7 @@ pub fn measure(first_seed: u64) -> Result<Speed, Failure> {
     Ok(Speed {
         live: live(),
         times_real: spent_s.map(|spent_s| DENSE_FLIGHTS as f64 * dense.duration_s / spent_s),
+        integrity: Mean::of(&integrity),
         processor: ratios.map(|ratios| Mean::of(&ratios)),
         city_p99_ms,
         exponents: costs.map(|costs| Mean::of(&[exponent(&costs)])),

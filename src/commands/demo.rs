@@ -20,8 +20,9 @@ use crate::areas::Masks;
 use crate::evaluate::{self, InputsAlone, Labels, Scoring};
 use crate::picture::{MAX_ACCURACY_M, Picture, PictureMaker, PictureTrack};
 use crate::pipeline::{Output, Pipeline, Tally};
-use crate::simulate::{Scenario, Simulation, TRANSPONDER_ID, simulate};
+use crate::simulate::{Attacked, Scenario, Simulation, TRANSPONDER_ID, simulate};
 use fusion::Enu;
+use fusion::integrity::PointIntegrity;
 use fusion::point::{Association, Because};
 use fusion::time::Time;
 use fusion::{Emission, Source};
@@ -29,7 +30,7 @@ use fusion::{Emission, Source};
 /// Shows the main job on a simulated flight: radar and transponders in, one air picture out.
 ///
 /// Ten drones through one point, two of them without a transponder, and birds (config/scenarios/crossing.toml): five
-/// minutes. In a terminal the table is live; elsewhere it is printed once a minute of the flight. With --http the flight
+/// minutes, and one of the transponders begins to lie. In a terminal the table is live; elsewhere it is printed once a minute of the flight. With --http the flight
 /// is sent as multicast on this machine, fused by the live service, and shown on its map.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
@@ -47,6 +48,8 @@ pub struct Args {
 /// How long the show takes in a terminal, seconds.
 const SHOW_S: f64 = 60.0;
 const SCENARIO: &str = include_str!("../../config/scenarios/crossing.toml");
+/// Transponders that lie.
+const LIARS: u32 = 1;
 /// A track stays in the table this long after its last point, seconds: the radar misses a detection now and then.
 const LINGER_S: f64 = 2.0;
 /// What the summary's lines begin with, characters.
@@ -58,7 +61,8 @@ const PRINT_EVERY_S: f64 = 60.0;
 
 /// Runs the command.
 pub fn run(args: &Args) -> CommandResult {
-    let scenario = Scenario::parse(SCENARIO, "config/scenarios/crossing.toml")?;
+    let mut scenario = Scenario::parse(SCENARIO, "config/scenarios/crossing.toml")?;
+    scenario.drones.spoofed = LIARS;
     if let Some(listen) = args.http {
         return http::serve(scenario, args.seed, listen, args.duration);
     }
@@ -76,6 +80,7 @@ pub fn run(args: &Args) -> CommandResult {
         pace: Pace::new(speed),
         summary: Summary::default(),
         shown: BTreeMap::new(),
+        flagged: BTreeMap::new(),
         next_print: None,
         painting: live.then(Painting::default),
     };
@@ -87,7 +92,9 @@ pub fn run(args: &Args) -> CommandResult {
     pipeline.finish();
     show.slots(&mut pipeline)?;
 
-    let end = format!("\n{}\n{}", show.summary.text(pipeline.tally(), config)?, score(&simulation)?);
+    let liars = simulation.attacks.iter().map(|attack| show.found_out(attack)).collect::<String>();
+    let summary = show.summary.text(pipeline.tally(), config)?;
+    let end = format!("\n{summary}\n{liars}\n{}", score(&simulation)?);
     let columns = Size::of_stdout().map_or(usize::MAX, |size| size.columns);
     io::stdout().write_all(broken(&end, columns, SUMMARY_INDENT).as_bytes())?;
     Ok(Outcome::Done)
@@ -113,6 +120,8 @@ struct Show<'a> {
     summary: Summary,
     /// By source and number: the tracks of the last moments.
     shown: BTreeMap<(u8, u32), PictureTrack>,
+    /// By transponder number: the first slot in which it was flagged.
+    flagged: BTreeMap<u32, Time>,
     next_print: Option<f64>,
     /// In a terminal.
     painting: Option<Painting>,
@@ -147,6 +156,10 @@ impl Show<'_> {
         self.shown.retain(|_, track| picture.time.seconds_since(track.time) < LINGER_S);
         for track in &picture.tracks {
             let source = &track.point.source;
+            let is_flagged = track.point.integrity.is_some_and(|integrity| integrity.state.is_flagged());
+            if let Some(part) = source.transponder().filter(|_| is_flagged) {
+                self.flagged.entry(part.number).or_insert(picture.time);
+            }
             let rank = u8::from(source.radar().is_none()) * 2 + u8::from(source.transponder().is_none());
             if let Some(part) = source.transponder() {
                 // One row an aircraft: fused and alone take turns.
@@ -156,6 +169,21 @@ impl Show<'_> {
             }
             self.shown.insert((rank, track.point.number), track.clone());
         }
+    }
+
+    /// When an attack began, and when it was found out.
+    fn found_out(&self, attack: &Attacked) -> String {
+        let Attacked { id, number, from, .. } = attack;
+        let found = match self.flagged.get(number) {
+            // It is published that much later.
+            Some(flagged) => {
+                format!("{:.0} s later it was flagged", flagged.seconds_since(*from) + self.latency_s)
+            }
+            None => "it was not flagged".to_owned(),
+        };
+        format!(
+            "The transponder of drone {id} (track {number}) lied from {from} on; {found}. Below, its lie counts as error.\n"
+        )
     }
 
     fn draw(&mut self, time: Time, tally: &Tally) -> io::Result<()> {
@@ -206,7 +234,9 @@ fn row(track: &PictureTrack, now: Time, columns: usize) -> String {
     let radar = source.radar().map_or("-".to_owned(), |part| part.track.number.to_string());
     let (bearing_deg, range_m) = bearing_and_range(track.point.position);
     let height = track.altitude_amsl_m.map_or("-".to_owned(), |metres| format!("{metres:.0} m"));
+    let flagged = track.point.integrity.filter(|integrity| integrity.state.is_flagged());
     let (apart, more) = match source {
+        _ if flagged.is_some() => flagged.as_ref().map(doubt).unwrap_or_default(),
         Source::Fused(_, _, Association { distance_m, because }) => {
             let why = match because {
                 Because::Ratio { threshold_m, ratio } => format!(
@@ -230,6 +260,12 @@ fn row(track: &PictureTrack, now: Time, columns: usize) -> String {
     );
     let has_room = line.chars().count() + more.chars().count() <= columns;
     if has_room { line + &more } else { line }
+}
+
+/// That a transponder is not to be trusted, and how far off it is.
+fn doubt(integrity: &PointIntegrity) -> (String, String) {
+    let off = integrity.offset_m.map_or_else(String::new, |metres| format!(", {metres:.0} m off"));
+    (integrity.state.name().to_uppercase(), off)
 }
 
 /// From the first radar: degrees clockwise from north, metres over ground.

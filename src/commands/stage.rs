@@ -110,9 +110,12 @@ impl<'a> Stage<'a> {
             return;
         }
         let needs_now = self.args.at == PictureKind::Now || self.broadcast.is_some();
-        let now = emission.now.take().filter(|_| needs_now).map(|now| self.maker.now(now));
+        let mut now = emission.now.take().filter(|_| needs_now).map(|now| self.maker.now(now));
         let mut lagged = self.maker.picture(emission);
         self.lookout.look(&mut lagged, &self.maker);
+        if let Some(now) = &mut now {
+            now.mark_as(&lagged);
+        }
         let is_lagged_wanted = self.is_wanted(&lagged);
         if let Some(alerts) = &mut self.alerts {
             self.failed = alerts.note(&lagged, &self.maker, is_lagged_wanted).err();

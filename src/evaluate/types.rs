@@ -150,7 +150,7 @@ impl Flags {
     fn of_track(track: &PictureTrack) -> Self {
         Self {
             integrity: track.point.integrity.map(|integrity| (integrity.state, integrity.reasons)),
-            is_uncooperative: track.point.is_unexplained,
+            is_uncooperative: track.is_uncooperative,
         }
     }
 }

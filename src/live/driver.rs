@@ -139,6 +139,10 @@ impl Driver {
                     let now = emission.now.take().map(|now| self.maker.now(now));
                     let mut picture = self.maker.picture(emission);
                     self.lookout.look(&mut picture, &self.maker);
+                    let now = now.map(|mut now| {
+                        now.mark_as(&picture);
+                        Arc::new(now)
+                    });
                     self.latest = Some(picture.time);
                     let due = picture.time + self.due_after;
                     self.made_at = Some(due + -self.lead());

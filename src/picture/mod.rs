@@ -6,6 +6,8 @@ mod motion;
 mod rfc3339;
 mod track_json;
 
+use std::collections::BTreeMap;
+
 use crate::config::Config;
 use crate::integrity::Resolved;
 use crate::normalise::Normaliser;
@@ -50,6 +52,18 @@ impl Picture {
         self.tracks.iter().filter(move |track| track.is_within(max_accuracy_m))
     }
 
+    /// Takes over what is known of the same tracks, and of transponders, in the picture that was made with it.
+    pub fn mark_as(&mut self, known: &Self) {
+        let by_number: BTreeMap<_, _> = known.tracks.iter().map(|track| (track.key(), track)).collect();
+        for track in &mut self.tracks {
+            let Some(known) = by_number.get(&track.key()) else { continue };
+            track.point.integrity = known.point.integrity;
+            track.disputed.clone_from(&known.disputed);
+            track.is_uncooperative = known.is_uncooperative;
+        }
+        self.concerns.clone_from(&known.concerns);
+    }
+
     /// Leaves the others out.
     pub fn keep_within(&mut self, max_accuracy_m: f64) {
         self.tracks.retain(|track| track.is_within(max_accuracy_m));
@@ -76,6 +90,11 @@ pub struct PictureTrack {
 }
 
 impl PictureTrack {
+    /// What tells its aircraft from all others: numbers come again.
+    fn key(&self) -> (u32, Time) {
+        (self.point.number, self.point.first_seen)
+    }
+
     /// Whether the position lies between two measurements. In the `reference` profile: whether there is a transponder, whose
     /// part always does.
     pub fn is_interpolated(&self) -> bool {

@@ -331,19 +331,29 @@ fn flight(scratch: &Scratch) {
                     [transponder]\nattack = \"jump\"\nspoof_after_s = [20, 20]\n";
     let scenario = scratch.file("lie.toml", scenario);
     let flown =
-        ran(utm_fusion("simulate").arg(scenario).args(["--seed", "1", "--out"]).arg(scratch.path("flight")));
+        ran(utm_fusion("simulate").arg(scenario).args(["--seed", "2", "--out"]).arg(scratch.path("flight")));
     assert_eq!(flown.code, 0, "{}", flown.stderr);
+    let of = |name: &str| scratch.path("flight").join(name);
+    replay(scratch, "out.csv");
+}
+
+fn replay(scratch: &Scratch, output: &str) {
     let of = |name: &str| scratch.path("flight").join(name);
     let mut replay = utm_fusion("replay");
     replay.arg(of("capture.pcap")).arg("--config").arg(of("site.toml"));
-    let replayed = ran(replay.arg("-o").arg(scratch.path("out.csv")));
+    replay.arg("--alerts").arg(scratch.path("alerts.ndjson"));
+    let replayed = ran(replay.arg("-o").arg(scratch.path(output)));
     assert_eq!(replayed.code, 0, "{}", replayed.stderr);
 }
 
 fn evaluate(scratch: &Scratch) -> std::process::Command {
+    evaluate_this(scratch, "out.csv")
+}
+
+fn evaluate_this(scratch: &Scratch, output: &str) -> std::process::Command {
     let of = |name: &str| scratch.path("flight").join(name);
     let mut command = utm_fusion("evaluate");
-    command.arg(scratch.path("out.csv")).arg("--truth").arg(of("truth.csv"));
+    command.arg(scratch.path(output)).arg("--truth").arg(of("truth.csv"));
     command.arg("--labels").arg(of("labels.csv")).arg("--config").arg(of("site.toml"));
     command.arg("--capture").arg(of("capture.pcap"));
     command
@@ -378,6 +388,31 @@ fn without_attacks_it_says_so() {
     assert_near(&named, "integrity.clean.identity_h", clean_h);
     let missing = ran(evaluate(&scratch).args(["--integrity", "--attacks"]).arg(scratch.path("none.csv")));
     assert_eq!(missing.code, 1, "{}", missing.stderr);
+}
+
+#[test]
+fn every_format_has_the_flags() {
+    let scratch = Scratch::new();
+    flight(&scratch);
+    let scored = |output: &str| {
+        replay(&scratch, output);
+        let mut evaluate = evaluate_this(&scratch, output);
+        evaluate.args(["--integrity", "--json", "--alerts"]).arg(scratch.path("alerts.ndjson"));
+        let mut scored = ran(&mut evaluate).json()["integrity"].take();
+        assert!(scored["attacks"][0]["delay_s"].as_f64().unwrap() < 15.0, "{scored}");
+        assert_eq!(scored["jamming"], serde_json::json!({ "jammed": 0, "false_alerts": 0 }));
+        // CAT129 has no room for them.
+        let reasons = scored["attacks"][0]["reasons"].take();
+        (scored, reasons)
+    };
+    let (csv, reasons) = scored("out.csv");
+    assert!(reasons["jump"].is_number(), "{reasons}");
+    for output in ["out.ndjson", "out.geojson", "out.ast", "out.pcap"] {
+        let (same, said) = scored(output);
+        assert_eq!(same, csv, "{output}");
+        let has_reasons = output.ends_with("json");
+        assert_eq!(said == reasons, has_reasons, "{output}: {said}");
+    }
 }
 
 #[test]

@@ -55,10 +55,19 @@ fn a_recording_with_decisions_replays_to_what_was_sent() {
 
 /// A whole answer of the service: its status and its JSON.
 fn ask(port: u16, method: &str, path: &str) -> (u16, Value) {
+    ask_with(port, method, path, "")
+}
+
+fn ask_with(port: u16, method: &str, path: &str, body: &str) -> (u16, Value) {
+    let length = body.len();
     let mut socket = TcpStream::connect(("127.0.0.1", port)).unwrap();
     socket
         .write_all(
-            format!("{method} {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").as_bytes(),
+            format!(
+                "{method} {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\
+                 Content-Length: {length}\r\n\r\n{body}"
+            )
+            .as_bytes(),
         )
         .unwrap();
     let mut answer = String::new();
@@ -206,6 +215,11 @@ fn a_decision_outlives_a_restart_that_is_short_and_no_other() {
         let wish =
             format!("/api/v1/correlations?sensor={sensor}&track={NUMBER}&uas=STRAIGHT&verdict=decorrelated");
         until("the track is there", &mut || ask(first, "POST", &wish).0 == 200);
+        // And it is not to be trusted.
+        let word = r#"{"verdict": "distrusted"}"#;
+        until("it is heard", &mut || ask_with(first, "POST", "/api/v1/integrity/STRAIGHT", word).0 == 200);
+        let said = |port: u16| ask(port, "GET", "/api/v1/integrity").1["identities"][0]["verdict"].clone();
+        assert_eq!(said(first), "distrusted");
         let correlated = held(first);
         assert_eq!(correlated.as_array().unwrap().len(), 1, "{correlated}");
         let (code, log) = service.stop();
@@ -214,7 +228,7 @@ fn a_decision_outlives_a_restart_that_is_short_and_no_other() {
         // At once: it holds again, as it was.
         let service = stage.run("second.log");
         let second = port(&service);
-        until("it holds again", &mut || held(second) == correlated);
+        until("it holds again", &mut || held(second) == correlated && said(second) == "distrusted");
         let (code, log) = service.stop();
         assert_eq!(code, Some(0), "{log}");
         let told = format!(
@@ -227,6 +241,8 @@ fn a_decision_outlives_a_restart_that_is_short_and_no_other() {
         let mut service = stage.run("third.log");
         service.says("decision ended with the restart");
         assert_eq!(held(port(&service)).as_array().unwrap().len(), 0);
+        let third = port(&service);
+        until("what was said lasts", &mut || said(third) == "distrusted");
         let (code, log) = service.stop();
         assert_eq!(code, Some(0), "{log}");
         drop(ended);
@@ -239,7 +255,7 @@ fn a_decision_outlives_a_restart_that_is_short_and_no_other() {
         assert!(fs::read(output).unwrap() == replayed(input), "{}", input.display());
     }
     let begun = fs::read_to_string(beside(&inputs[1], "decisions.jsonl")).unwrap();
-    assert!(begun.contains("last_heard_ns"), "{begun}");
+    assert!(begun.contains("last_heard_ns") && begun.contains("distrusted"), "{begun}");
 }
 
 /// Ends the flight, also where the test fails.

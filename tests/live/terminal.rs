@@ -1,7 +1,6 @@
 //! `demo` as it shows in a terminal, and what it says at its end.
 
 use std::num::NonZero;
-use std::path::Path;
 use std::process::{Command, Stdio};
 
 use serde_json::Value;
@@ -74,7 +73,13 @@ fn the_demo_ends_with_the_scores_of_evaluate() {
     let shown = ran(&mut utm_fusion("demo"));
     assert!(!shown.contains('\x1b'), "no terminal, no control characters");
 
-    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenarios/crossing.toml");
+    // One of the transponders lies, and is found out.
+    assert!(shown.contains("FAILED, ") && shown.contains("flagged    0000000000"), "{shown}");
+    let found = shown.lines().find(|line| line.starts_with("The transponder of drone D")).unwrap();
+    assert!(found.contains(" lied from 2026-") && found.contains(" s later it was flagged."), "{found}");
+
+    let kept = include_str!("../../config/scenarios/crossing.toml");
+    let scenario = scratch.file("crossing.toml", kept.replace("equipped = 8", "equipped = 8\nspoofed = 1"));
     let flight = scratch.path("flight");
     let file = |name: &str| flight.join(name);
     ran(utm_fusion("simulate").arg(scenario).arg("--out").arg(&flight));

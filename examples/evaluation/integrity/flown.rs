@@ -1,104 +1,132 @@
 //! Flights replayed in this process, and their flags scored.
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
-
+use fusion::Emission;
+use fusion::integrity::Concern;
 use fusion::report::Report;
-use utm_fusion::areas::Masks;
+use utm_fusion::areas::{Areas, Masks};
+use utm_fusion::capture::Reception;
 use utm_fusion::config::{Config, Profile};
 use utm_fusion::evaluate::{
-    self, Attack, AttackKind, Integrity, Labels, OutputPoint, Scoring, integrity, reports,
+    self, Alert, Attack, AttackKind, Integrity, Labels, OutputPoint, Scoring, integrity, reports,
 };
-use utm_fusion::picture::PictureMaker;
+use utm_fusion::integrity::Lookout;
+use utm_fusion::picture::{Picture, PictureMaker};
 use utm_fusion::pipeline::{Event, Output, Pipeline};
 use utm_fusion::simulate::{Attacked, Simulation, TRANSPONDER_ID, simulate};
 
-use super::flights::Flight;
+use super::coverage;
+use super::flights::{Flight, What};
 use crate::flights::Failure;
+use crate::parallel;
 
-/// A flight, and how well its flags were set.
+/// How well the flags of a flight were set.
 pub struct Outcome {
-    pub flight: Flown,
+    pub what: What,
+    pub seed: u64,
     pub integrity: Integrity,
 }
 
-/// Which flight it was.
-pub struct Flown {
-    pub what: super::flights::What,
-    pub seed: u64,
-}
-
-/// Flies these, `threads` at a time; in their order, whichever ends first.
+/// Flies these, `threads` at a time.
 pub fn all(flights: &[Flight], threads: usize) -> Result<Vec<Outcome>, Failure> {
-    let next = AtomicUsize::new(0);
-    let outcomes: Mutex<Vec<Option<Result<Outcome, Failure>>>> =
-        Mutex::new(flights.iter().map(|_| None).collect());
-    std::thread::scope(|scope| {
-        for _ in 0..threads.max(1) {
-            scope.spawn(|| {
-                while let Some((place, flight)) = {
-                    let place = next.fetch_add(1, Ordering::Relaxed);
-                    flights.get(place).map(|flight| (place, flight))
-                } {
-                    let outcome = of(flight);
-                    outcomes.lock().expect("no other flight has panicked")[place] = Some(outcome);
-                }
-            });
-        }
-    });
-    let outcomes = outcomes.into_inner().expect("no flight has panicked");
-    outcomes.into_iter().map(|outcome| outcome.expect("every flight was taken")).collect()
+    parallel::each(flights, threads, |_, flight| of(flight)).into_iter().collect()
 }
 
 fn of(flight: &Flight) -> Result<Outcome, Failure> {
-    let simulation = simulate(&flight.scenario, flight.seed, None)?;
-    let mut config = simulation.config.clone();
-    config.fusion.profile = Profile::Operational;
-    // Several flights are flown at a time.
-    config.fusion.threads = 1;
-    let (output, reports) = replayed(&simulation, &config);
-    let attacks: Vec<Attack> = simulation.attacks.iter().filter_map(attack).collect();
+    let Flight { what, scenario, seed } = flight;
+    let simulation = simulate(scenario, *seed, None)?;
+    let mut config = configured(&simulation.config);
+    let areas = coverage::add(&mut config, scenario)?;
+    let Replayed { points, reports, alerts, .. } = Replayed::of(simulation.receptions(), &config, &areas);
     let integrity = integrity(&evaluate::Flight {
         truth: &simulation.truth(),
-        labels: &Labels::with_receivers(simulation.labels.clone(), &[TRANSPONDER_ID.to_owned()].into()),
+        labels: &labels(&simulation),
         reports: &reports,
-        attacks: &attacks,
-        output: &output,
-        alerts: None,
+        attacks: &attacks(&simulation),
+        output: &points,
+        alerts: Some(&alerts),
         settings: &Scoring::of(&config),
     });
-    Ok(Outcome { flight: Flown { what: flight.what, seed: flight.seed }, integrity })
+    Ok(Outcome { what: *what, seed: *seed, integrity })
 }
 
-fn attack(attacked: &Attacked) -> Option<Attack> {
-    let Attacked { id, number, attack, from, until } = attacked;
-    let kind = attack.map_or(Some(AttackKind::Jammed), |attack| AttackKind::of_name(attack.name()))?;
-    Some(Attack { id: id.clone(), number: *number, kind, from: *from, until: *until })
+/// The `operational` profile, on one core: several flights are flown at a time.
+pub fn configured(site: &Config) -> Config {
+    let mut config = site.clone();
+    config.fusion.profile = Profile::Operational;
+    config.fusion.threads = 1;
+    config
 }
 
-/// The points of the output, and the reports that it was made from.
-fn replayed(simulation: &Simulation, config: &Config) -> (Vec<OutputPoint>, Vec<OutputPoint>) {
-    let mut pipeline = Pipeline::new(config, Masks::default());
-    let maker = PictureMaker::new(config, pipeline.normaliser());
-    let (mut fixes, mut emissions) = (Vec::new(), Vec::new());
-    for reception in simulation.receptions() {
-        pipeline.receive(&reception);
-        while let Some(output) = pipeline.poll() {
-            match output {
-                Output::Emission(emission) => emissions.push(emission),
-                Output::Event(Event::Accepted { report: Report::Fix(fix), .. }) => fixes.push(fix),
-                Output::Event(_) => {}
+pub fn labels(simulation: &Simulation) -> Labels {
+    Labels::with_receivers(simulation.labels.clone(), &[TRANSPONDER_ID.to_owned()].into())
+}
+
+pub fn attacks(simulation: &Simulation) -> Vec<Attack> {
+    let attack = |attacked: &Attacked| {
+        let Attacked { id, number, attack, from, until } = attacked;
+        let kind = attack.map_or(Some(AttackKind::Jammed), |attack| AttackKind::of_name(attack.name()))?;
+        Some(Attack { id: id.clone(), number: *number, kind, from: *from, until: *until })
+    };
+    simulation.attacks.iter().filter_map(attack).collect()
+}
+
+/// What a replay gives.
+pub struct Replayed {
+    /// The output.
+    pub points: Vec<OutputPoint>,
+    /// The transponder reports that it was made from.
+    pub reports: Vec<OutputPoint>,
+    /// The alerts of jamming.
+    pub alerts: Vec<Alert>,
+    /// The bearing of the first radar's registration at the end, degrees.
+    pub bearing_deg: Option<f64>,
+}
+
+impl Replayed {
+    pub fn of(receptions: impl Iterator<Item = Reception>, config: &Config, areas: &Areas) -> Self {
+        let mut pipeline = Pipeline::new(config, Masks::default());
+        let maker = PictureMaker::new(config, pipeline.normaliser());
+        let (mut fixes, mut emissions) = (Vec::new(), Vec::<Emission>::new());
+        for reception in receptions {
+            pipeline.receive(&reception);
+            while let Some(output) = pipeline.poll() {
+                match output {
+                    Output::Emission(emission) => emissions.push(emission),
+                    Output::Event(Event::Accepted { report: Report::Fix(fix), .. }) => fixes.push(fix),
+                    Output::Event(_) => {}
+                }
             }
         }
+        let registered = pipeline.engine().registered().next();
+        let bearing_deg = registered.map(|(_, radar)| radar.estimate.bearing.value.to_degrees());
+        pipeline.finish();
+        emissions.extend(pipeline.emissions());
+        let reports = reports(&fixes, &emissions, pipeline.normaliser());
+        let mut lookout = Lookout::new(config, areas);
+        let (mut points, mut alerts) = (Vec::new(), Vec::new());
+        for emission in emissions {
+            let mut picture = maker.picture(emission);
+            lookout.look(&mut picture, &maker);
+            note_jamming(&picture, &mut alerts);
+            let tracks = picture.within(config.output.max_accuracy_m);
+            points.extend(tracks.map(|track| OutputPoint::of_track(track, &maker)));
+        }
+        Self { points, reports, alerts, bearing_deg }
     }
-    pipeline.finish();
-    emissions.extend(pipeline.emissions());
-    let reports = reports(&fixes, &emissions, pipeline.normaliser());
-    let mut points = Vec::new();
-    for emission in emissions {
-        let picture = maker.picture(emission);
-        let tracks = picture.within(config.output.max_accuracy_m);
-        points.extend(tracks.map(|track| OutputPoint::of_track(track, &maker)));
+}
+
+/// The alert of jamming, as it is raised and as it ends.
+fn note_jamming(picture: &Picture, alerts: &mut Vec<Alert>) {
+    let is_jammed = picture.concerns.iter().any(|concern| matches!(concern, Concern::Jamming { .. }));
+    let lasting = alerts.len().checked_sub(1).filter(|&last| alerts[last].until.is_none());
+    match (lasting, is_jammed) {
+        (None, true) => alerts.push(Alert {
+            id: format!("jamming-{}", alerts.len()),
+            kind: "jamming".to_owned(),
+            since: picture.time,
+            until: None,
+        }),
+        (Some(last), false) => alerts[last].until = Some(picture.time),
+        _ => {}
     }
-    (points, reports)
 }

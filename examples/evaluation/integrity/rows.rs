@@ -1,17 +1,19 @@
 //! The rows of the table.
 
 use fusion::integrity::Reason;
-use utm_fusion::evaluate::{AttackKind, Detection, Shown};
+use utm_fusion::evaluate::{AttackKind, Detection, Jamming, Shown, Uncooperative};
 
+use super::flights::What;
 use super::flown::Outcome;
-use super::is_of;
-use super::shares::{median, rate, share};
+use super::shares::{median, rate, ratio, share};
 use crate::asked::Bound::{AtLeast, AtMost, Between};
 use crate::asked::{Asked, measured};
 use crate::summary::Mean;
 
 /// Hours in which one false flag is allowed.
 const FALSE_H: f64 = 12.0;
+/// The same of drones with a transponder that count as uncooperative.
+const UNCOOPERATIVE_H: f64 = 8.0;
 
 /// Every row.
 pub fn asked(outcomes: &[Outcome]) -> Vec<Asked> {
@@ -21,7 +23,17 @@ pub fn asked(outcomes: &[Outcome]) -> Vec<Asked> {
     rows.extend(named(outcomes));
     rows.extend(shift(outcomes));
     rows.extend(shown(outcomes));
+    rows.extend(uncooperative(outcomes));
+    rows.extend(jamming(outcomes));
     rows
+}
+
+fn is_of(outcome: &Outcome, kind: AttackKind) -> bool {
+    outcome.what == What::Attack(kind)
+}
+
+fn is_clean(outcome: &Outcome) -> bool {
+    matches!(outcome.what, What::Clean(_))
 }
 
 /// Attacks of a kind that count.
@@ -30,7 +42,7 @@ fn of(outcomes: &[Outcome], kind: AttackKind) -> impl Iterator<Item = &Detection
     of_kind.flat_map(|outcome| &outcome.integrity.attacks).filter(|attack| attack.begin.is_some())
 }
 
-fn row(figure: impl Into<String>, reached: Option<Mean>) -> Asked {
+pub fn row(figure: impl Into<String>, reached: Option<Mean>) -> Asked {
     Asked::new(figure, measured(reached, None)).decimals(0)
 }
 
@@ -73,10 +85,8 @@ fn by_radar(outcomes: &[Outcome], kind: AttackKind, reason: Option<Reason>) -> V
 
 /// Flags where nobody lies: in the flights without attack, in those of `spoof`, and there before the drift.
 fn clean(outcomes: &[Outcome]) -> Asked {
-    let is_attacked = |outcome: &&Outcome| {
-        !matches!(outcome.flight.what, super::flights::What::Clean(_)) && !is_of(outcome, AttackKind::Drift)
-    };
-    let clean = outcomes.iter().filter(|outcome| !is_attacked(outcome));
+    let is_spoof = |outcome: &Outcome| is_of(outcome, AttackKind::Drift);
+    let clean = outcomes.iter().filter(|outcome| is_clean(outcome) || is_spoof(outcome));
     let (mut flags, mut hours) = (0, 0.0);
     for outcome in clean {
         flags += outcome.integrity.clean.flags.len();
@@ -169,13 +179,40 @@ fn shown(outcomes: &[Outcome]) -> Vec<Asked> {
     ]
 }
 
-/// Ratio of two sums over flights that have something to divide by, with the standard error of a ratio of means.
-fn ratio(pairs: &[(f64, f64)]) -> Option<Mean> {
-    let pairs: Vec<_> = pairs.iter().filter(|pair| pair.1 > 0.0).collect();
-    let (count, n) = (pairs.len(), pairs.len() as f64);
-    let (over, under) = pairs.iter().fold((0.0, 0.0), |sum, pair| (sum.0 + pair.0, sum.1 + pair.1));
-    let mean = over / under;
-    let squares: f64 = pairs.iter().map(|pair| (pair.0 - mean * pair.1).powi(2)).sum();
-    let error = (count > 1).then(|| (squares * n / (n - 1.0)).sqrt() / under);
-    (count > 0).then_some(Mean { mean, error, count })
+/// Drones without a transponder, and those with one, in flights without an attack and in those of `spoof`.
+fn uncooperative(outcomes: &[Outcome]) -> Vec<Asked> {
+    let flights = outcomes.iter().filter(|outcome| is_clean(outcome) || is_of(outcome, AttackKind::Drift));
+    let each: Vec<Uncooperative> = flights.map(|outcome| outcome.integrity.uncooperative).collect();
+    let marked = each.iter().flat_map(|found| (0..found.aircraft).map(|aircraft| aircraft < found.marked));
+    let false_marks = each.iter().map(|found| found.false_marks).sum();
+    let hours = each.iter().map(|found| found.equipped_h).sum();
+    vec![
+        row("`uncooperative` within 20 s: drones without transponder, percent (n: aircraft)", share(marked))
+            .required(AtLeast(90.0))
+            .ambition(AtLeast(98.0)),
+        row(
+            "`uncooperative` in 8 h of drones with a transponder (n: hours)",
+            rate(false_marks, hours, UNCOOPERATIVE_H),
+        )
+        .decimals(2)
+        .required(AtMost(1.0))
+        .ambition(AtMost(0.33)),
+    ]
+}
+
+fn jamming(outcomes: &[Outcome]) -> Vec<Asked> {
+    let of = |outcome: &Outcome| outcome.integrity.jamming;
+    let jammed: Vec<Jamming> =
+        outcomes.iter().filter(|outcome| is_of(outcome, AttackKind::Jammed)).filter_map(of).collect();
+    let in_time = |jamming: &Jamming| jamming.delay_s.is_some_and(|delay_s| delay_s <= 30.0);
+    let others = || outcomes.iter().filter(|outcome| !is_of(outcome, AttackKind::Jammed));
+    let false_alerts = others().filter_map(of).map(|jamming| jamming.false_alerts).sum();
+    let hours = others().map(|outcome| outcome.integrity.clean.identity_h).sum();
+    vec![
+        row("3 of 8 jammed: alert within 30 s, percent", share(jammed.iter().map(in_time)))
+            .required(AtLeast(95.0)),
+        row("alerts of jamming in 100 h without any (n: hours)", rate(false_alerts, hours, 100.0))
+            .decimals(2)
+            .required(AtMost(0.0)),
+    ]
 }

@@ -43,6 +43,17 @@ pub fn rate(events: usize, hours: f64, per_h: f64) -> Option<Mean> {
     })
 }
 
+/// Ratio of two sums over flights that have something to divide by, with the standard error of a ratio of means.
+pub fn ratio(pairs: &[(f64, f64)]) -> Option<Mean> {
+    let pairs: Vec<_> = pairs.iter().filter(|pair| pair.1 > 0.0).collect();
+    let (count, n) = (pairs.len(), pairs.len() as f64);
+    let (over, under) = pairs.iter().fold((0.0, 0.0), |sum, pair| (sum.0 + pair.0, sum.1 + pair.1));
+    let mean = over / under;
+    let squares: f64 = pairs.iter().map(|pair| (pair.0 - mean * pair.1).powi(2)).sum();
+    let error = (count > 1).then(|| (squares * n / (n - 1.0)).sqrt() / under);
+    (count > 0).then_some(Mean { mean, error, count })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

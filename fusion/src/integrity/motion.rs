@@ -11,6 +11,8 @@ const OTHER_SPEED_M_S: f64 = 10.0;
 const OTHER_ACCELERATION_M2_S3: f64 = 3.0;
 /// Share of other aircraft that hover.
 const HOVER_SHARE: f64 = 0.4;
+/// How far a place may have jumped while nobody knew, metres.
+const ANEW_M: f64 = 50.0;
 /// Bound of what one look adds, and of the sum, natural logarithms.
 const LOOK_MAX: f64 = 4.0;
 const SUM: [f64; 2] = [-10.0, 14.0];
@@ -44,6 +46,16 @@ impl Motion {
     /// How much likelier it is the same aircraft than another one by the way it flies, natural logarithm.
     pub(crate) fn llr(&self) -> f64 {
         self.sum
+    }
+
+    /// The same where the offset may be another one than it was.
+    pub(crate) fn take_elsewhere(&mut self, steps: [Step; 2], dt: f64) -> f64 {
+        if let Some(axes) = &mut self.axes {
+            for models in axes {
+                models[0].place_anew();
+            }
+        }
+        self.take(steps, dt)
     }
 
     /// Another second, `dt` after the one before; its log-likelihood if it is another aircraft, 0 of the first.
@@ -98,6 +110,11 @@ impl Model {
             mean: [seen_m, 0.0, 0.0],
             covariance: [[white_m2 + slow, 0.0, -slow], [0.0, rate_m_s * rate_m_s, 0.0], [-slow, 0.0, slow]],
         }
+    }
+
+    /// Nothing is known of the place any more.
+    fn place_anew(&mut self) {
+        self.covariance[0][0] += ANEW_M * ANEW_M;
     }
 
     /// A look `dt` seconds later; the logarithm of its likelihood.

@@ -106,6 +106,7 @@ impl Integrities {
                 let sigma_s = DELAY_BETWEEN_TRANSPONDERS_S.hypot(delay.sigma_s);
                 Judge::new(cycle.centre, Delay { mean_s: delay.mean_s - delay.applied_s, sigma_s })
             });
+            let jumps = self.reports.finding(transponder.identity).suspect.contains(Reason::Jump);
             for end in judge.pending(transponder, cycle) {
                 let Some(curve) = transponder.on_curve(end + -SECOND / 2, settings) else { continue };
                 let range_m = curve.position.0.xy().norm();
@@ -130,7 +131,7 @@ impl Integrities {
                         Some(nobody) => TakenFor::Nobodys(nobody),
                         None => TakenFor::Nothing,
                     };
-                    watch.look(tracklet, transponder, (end, cycle.deadline), taken_for, radar, settings);
+                    watch.look(tracklet, transponder, (end, cycle.deadline), taken_for, jumps, radar, settings);
                 }
                 judge.weigh(transponder.identity, claims, tracklets);
             }

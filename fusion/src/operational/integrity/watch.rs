@@ -141,6 +141,8 @@ pub(super) struct Watch {
     past: VecDeque<Second>,
     /// How many looks were near.
     near: u32,
+    /// Whether it moved against the transponder, as a radar track that walks off does, or as a transponder's place that jumps.
+    walked_off: bool,
     /// What is made of the last look.
     last: Option<Judged>,
 }
@@ -197,37 +199,43 @@ impl Judged {
 
 impl Watch {
     pub(super) fn new() -> Self {
-        Self { motion: Motion::default(), past: VecDeque::new(), near: 0, last: None }
+        Self { motion: Motion::default(), past: VecDeque::new(), near: 0, walked_off: false, last: None }
     }
 
-    /// Looks at the second that ends at `end`, knowing those up to `known`.
+    /// Looks at the second that ends at `end`, knowing those up to `known`. `jumps`: the transponder's places jump by
+    /// themselves, so that it is not the radar track that moves away from them.
     pub(super) fn look(
         &mut self,
         tracklet: &Tracklet,
         transponder: &Transponder,
         (end, known): (Time, Time),
         taken_for: TakenFor,
+        jumps: bool,
         radar: &Radar,
         settings: &Settings,
     ) {
         let of = |end| Second::of(tracklet, transponder, end, radar, settings);
         let Some(now) = of(end) else { return };
-        let other = take(&mut self.motion, self.past.back(), &now);
+        let before = self.past.back().copied();
         self.past.push_back(now);
         let around = |second: &Second| now.look.time.seconds_since(second.look.time) <= AROUND_S as f64;
         while self.past.front().is_some_and(|first| !around(first)) {
             self.past.pop_front();
         }
+        let ahead = (1..=AROUND_S).map(|ahead| end + SECOND * ahead as i32);
+        let ahead = ahead.take_while(|&ahead| ahead <= known).filter_map(of);
+        let seconds: Vec<Second> = self.past.iter().copied().chain(ahead).collect();
+        let walks_off = walks_off(&seconds, &now);
+        let other = match walks_off {
+            true if jumps => 0.0,
+            false if jumps && self.walked_off => self.motion.take_elsewhere(now.steps, elapsed_s(before.as_ref(), &now)),
+            _ => self.motion.take(now.steps, elapsed_s(before.as_ref(), &now)),
+        };
+        self.walked_off = walks_off;
         let so_far = self.motion.llr();
         let mut motion = self.motion;
-        let mut seconds: Vec<Second> = self.past.iter().copied().collect();
-        for ahead in (1..=AROUND_S).map(|ahead| end + SECOND * ahead as i32) {
-            if ahead <= known
-                && let Some(second) = of(ahead)
-            {
-                take(&mut motion, seconds.last(), &second);
-                seconds.push(second);
-            }
+        for pair in seconds[self.past.len() - 1..].windows(2) {
+            motion.take(pair[1].steps, elapsed_s(Some(&pair[0]), &pair[1]));
         }
         let away = away(&seconds);
         let is_near = away < NEAR_MAX;
@@ -239,8 +247,8 @@ impl Watch {
             so_far,
             away,
             motion: motion.llr(),
-            is_loyal: self.near >= LOYAL_LOOKS && motion.llr() > OTHER_LLR,
-            walks_off: walks_off(&seconds, &now),
+            is_loyal: self.near >= LOYAL_LOOKS && so_far > OTHER_LLR,
+            walks_off,
         });
     }
 
@@ -250,9 +258,8 @@ impl Watch {
     }
 }
 
-fn take(motion: &mut Motion, before: Option<&Second>, now: &Second) -> f64 {
-    let dt = before.map_or(1.0, |before| now.look.time.seconds_since(before.look.time));
-    motion.take(now.steps, dt)
+fn elapsed_s(before: Option<&Second>, now: &Second) -> f64 {
+    before.map_or(1.0, |before| now.look.time.seconds_since(before.look.time))
 }
 
 /// How far the medians of the offsets are from nothing, in squared deviations.
