@@ -141,7 +141,7 @@ impl Driver {
                     self.lookout.look(&mut picture, &self.maker);
                     let now = now.map(|mut now| {
                         now.mark_as(&picture);
-                        Arc::new(now)
+                        now
                     });
                     self.latest = Some(picture.time);
                     let due = picture.time + self.due_after;

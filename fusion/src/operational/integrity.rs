@@ -131,7 +131,15 @@ impl Integrities {
                         Some(nobody) => TakenFor::Nobodys(nobody),
                         None => TakenFor::Nothing,
                     };
-                    watch.look(tracklet, transponder, (end, cycle.deadline), taken_for, jumps, radar, settings);
+                    watch.look(
+                        tracklet,
+                        transponder,
+                        (end, cycle.deadline),
+                        taken_for,
+                        jumps,
+                        radar,
+                        settings,
+                    );
                 }
                 judge.weigh(transponder.identity, claims, tracklets);
             }
