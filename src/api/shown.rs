@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::ops::Range;
-use std::sync::{Arc, OnceLock, PoisonError, RwLock};
+use std::sync::{Arc, Mutex, PoisonError, RwLock};
 
 use axum::body::Bytes;
 use schemars::JsonSchema;
@@ -26,8 +26,8 @@ pub struct Shown {
     pub frame: Arc<PublishedPicture>,
     /// The picture that is shown, where it is not the slot's but that of its deadline.
     predicted: Option<Arc<Picture>>,
-    /// That one as readers get it, once somebody has asked for it.
-    now: OnceLock<Option<Arc<Self>>>,
+    /// That one as readers get it, once somebody has asked for it, and while it is remembered.
+    now: Mutex<Option<Arc<Self>>>,
     /// All its tracks, in the order of the picture.
     pub pieces: Vec<Piece>,
     config: Arc<Config>,
@@ -103,7 +103,7 @@ impl Shown {
         let shown = Self {
             frame: frame.clone(),
             predicted: None,
-            now: OnceLock::new(),
+            now: Mutex::default(),
             pieces: tracks.iter().map(piece).collect(),
             config: hub.config.clone(),
             maker: hub.maker.clone(),
@@ -114,22 +114,29 @@ impl Shown {
         shown
     }
 
-    /// This picture of the slot's deadline; `None` where it is not made.
+    /// This picture of the slot's deadline; `None` where it is not made, or forgotten: it is as old as the JSON of the slot may
+    /// become.
     pub fn of(self: &Arc<Self>, kind: PictureKind) -> Option<Arc<Self>> {
         match kind {
             PictureKind::Lagged => Some(self.clone()),
-            PictureKind::Now => self.now.get_or_init(|| self.predict().map(Arc::new)).clone(),
+            PictureKind::Now => {
+                let mut now = self.now.lock().unwrap_or_else(PoisonError::into_inner);
+                if now.is_none() {
+                    *now = self.predict().map(Arc::new);
+                }
+                now.clone()
+            }
         }
     }
 
     fn predict(&self) -> Option<Self> {
-        let picture = self.frame.now.clone()?;
+        let picture = self.frame.now.get()?;
         let tracks = picture.tracks.iter().enumerate().filter(|(_, track)| is_placed(track));
         let shown = Self {
             pieces: tracks.map(|(index, track)| Piece::new(index, track, &self.maker, true)).collect(),
             frame: self.frame.clone(),
             predicted: Some(picture),
-            now: OnceLock::new(),
+            now: Mutex::default(),
             config: self.config.clone(),
             maker: self.maker.clone(),
             event_head: self.event_head.clone(),
@@ -155,10 +162,11 @@ impl Shown {
         }
     }
 
-    /// Forgets its JSON; who still asks has it written once more.
+    /// Forgets its JSON, and the picture of its deadline; who still asks for the first has it written once more.
     pub fn forget(&self) {
         *self.written.write().unwrap_or_else(PoisonError::into_inner) = None;
-        self.now.get().into_iter().flatten().for_each(|now| now.forget());
+        self.frame.now.forget();
+        *self.now.lock().unwrap_or_else(PoisonError::into_inner) = None;
     }
 
     fn written(&self) -> Written {
@@ -408,6 +416,7 @@ mod tests {
     use crate::areas::Masks;
     use crate::capture::{Capture, Merged};
     use crate::config::Profile;
+    use crate::live::Fleeting;
     use crate::pipeline::Pipeline;
     use fusion::point::Basis;
 
@@ -435,7 +444,7 @@ mod tests {
                     due: picture.time,
                     published_at: picture.time,
                     picture,
-                    now: None,
+                    now: Fleeting::default(),
                 })
             }));
         }

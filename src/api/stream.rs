@@ -177,7 +177,7 @@ impl Reader {
 
     fn take(&mut self, event: Event) {
         match event {
-            Event::Slot(shown) => self.slot(shown),
+            Event::Slot(shown) => self.slot(&shown),
             Event::Ended(octets) if self.is_plain() => self.out.push_back(octets),
             Event::Ended(_) => {}
             Event::Sensor(index, _) if !self.filter.wants_sensor(index) => {}
@@ -197,7 +197,7 @@ impl Reader {
         self.kind == PictureKind::Lagged && self.filter.is_default() && self.interval_ns.is_none()
     }
 
-    fn slot(&mut self, shown: Arc<Shown>) {
+    fn slot(&mut self, shown: &Arc<Shown>) {
         if self.is_plain() {
             return self.out.push_back(shown.event());
         }

@@ -1,7 +1,6 @@
 //! The pipeline with its clock: arrivals and ticks in, slots out. Sans-IO, so that a test can own the time.
 
 use std::collections::VecDeque;
-use std::sync::Arc;
 
 use jiff::SignedDuration;
 
@@ -142,7 +141,7 @@ impl Driver {
                     self.lookout.look(&mut picture, &self.maker);
                     let now = now.map(|mut now| {
                         now.mark_as(&picture);
-                        Arc::new(now)
+                        now
                     });
                     self.latest = Some(picture.time);
                     let due = picture.time + self.due_after;
@@ -153,7 +152,7 @@ impl Driver {
                         due,
                         published_at: due,
                         picture,
-                        now,
+                        now: now.into(),
                     }));
                     self.made.extend(numbers.into_iter().map(Made::Number));
                 }

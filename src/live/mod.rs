@@ -46,7 +46,7 @@ pub use learning::{
 pub(crate) use lines::{Listening, listen};
 pub use observer::observe;
 pub use player::{OpenCaptures, Order, Player, PlayerState};
-pub use published::{Archive, PublishedPicture, Status};
+pub use published::{Archive, Fleeting, PublishedPicture, Status};
 pub use registration::{RegistrationStatus, values};
 pub use requests::{Denied, Operators};
 pub use service::{KeeperQueues, Outlets, Service};

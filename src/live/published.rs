@@ -1,6 +1,6 @@
 //! What readers are given: each slot's picture, and once a second how the service is.
 
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError, RwLock};
 
 use super::alerts::Trouble;
 use super::health::{SensorStatus, Unknown};
@@ -20,7 +20,42 @@ pub struct PublishedPicture {
     /// The picture itself.
     pub picture: Picture,
     /// Where aircraft are predicted to be by then, where that picture is made.
-    pub now: Option<Arc<Picture>>,
+    pub now: Fleeting,
+}
+
+/// A picture that is forgotten before others are: nobody acts on where aircraft were predicted to be some seconds ago.
+#[derive(Debug, Default)]
+pub struct Fleeting(RwLock<Option<Arc<Picture>>>);
+
+impl Fleeting {
+    /// The picture, while it is remembered.
+    pub fn get(&self) -> Option<Arc<Picture>> {
+        self.0.read().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Forgets it.
+    pub fn forget(&self) {
+        *self.0.write().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+}
+
+impl From<Option<Picture>> for Fleeting {
+    fn from(picture: Option<Picture>) -> Self {
+        Self(RwLock::new(picture.map(Arc::new)))
+    }
+}
+
+/// Each is forgotten by itself.
+impl Clone for Fleeting {
+    fn clone(&self) -> Self {
+        Self(RwLock::new(self.get()))
+    }
+}
+
+impl PartialEq for Fleeting {
+    fn eq(&self, other: &Self) -> bool {
+        self.get() == other.get()
+    }
 }
 
 /// How the service is; published once a second.

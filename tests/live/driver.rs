@@ -132,7 +132,7 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
                             flown.radar.push((frame.picture.time, is_fused, part.track.number));
                         }
                     }
-                    if let Some(now) = &frame.now {
+                    if let Some(now) = frame.now.get() {
                         let payloads = pack(now.within(config.output.max_accuracy_m), &encoder);
                         flown.now.extend(payloads.into_iter().map(|payload| (frame.due, payload)));
                     }

@@ -187,7 +187,8 @@ fn a_shorter_latency_costs_what_it_may_and_says_so() {
     }
     let (error, seen, nees) = figures(&usual, 1);
     assert!(error <= 2.8 * usual_error, "now: {error} m of {usual_error} m");
-    assert!(seen >= 0.9 * usual_seen, "now: PU {seen} of {usual_seen}");
+    // Of five minutes the first 6.25 s are not in it, nor are those who are known to worse than 25 m.
+    assert!(seen >= 0.87 * usual_seen, "now: PU {seen} of {usual_seen}");
     assert!((0.5..=3.0).contains(&nees), "now: NEES {nees}");
 }
 

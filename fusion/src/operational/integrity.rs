@@ -8,7 +8,7 @@ mod judge;
 mod marks;
 mod watch;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::correlation::Decided;
 use super::cycle::Cycle;
@@ -131,7 +131,15 @@ impl Integrities {
                         Some(nobody) => TakenFor::Nobodys(nobody),
                         None => TakenFor::Nothing,
                     };
-                    watch.look(tracklet, transponder, (end, cycle.deadline), taken_for, jumps, radar, settings);
+                    watch.look(
+                        tracklet,
+                        transponder,
+                        (end, cycle.deadline),
+                        taken_for,
+                        jumps,
+                        radar,
+                        settings,
+                    );
                 }
                 judge.weigh(transponder.identity, claims, tracklets);
             }
@@ -272,6 +280,18 @@ impl Integrities {
     pub(super) fn without_tracks(self) -> Self {
         let Self { reports, heard, words, .. } = self;
         Self { reports, heard, words, ..Self::default() }
+    }
+
+    /// Marks the points of another picture of the deadline by what those of the slot have shown; nothing is learnt of them.
+    pub(super) fn flag(&self, points: &mut [Point], slot: &[Point], cycle: &Cycle) {
+        let rules = &cycle.settings.integrity;
+        if rules.action == Action::Off {
+            return;
+        }
+        let unexplained: BTreeSet<u32> =
+            slot.iter().filter(|point| point.is_unexplained).map(|point| point.number).collect();
+        points.iter_mut().for_each(|point| point.is_unexplained = unexplained.contains(&point.number));
+        marks::flag(points, &mut self.assessments.clone(), rules);
     }
 
     /// An operator's word, from the slot `since` on.

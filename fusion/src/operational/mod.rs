@@ -147,9 +147,9 @@ impl Operational {
         let concerns = integrities.mark(&mut points, tracklets, targets, cycle);
         let now = settings.now.then(|| {
             let cycle = &cycle_of(grid.of(deadline), None);
-            let mut points = now::predict(targets, tracklets, correlations, grid, cycle);
-            integrities.mark(&mut points, tracklets, targets, cycle); // what is wrong is told once, with the slot
-            NowPicture { slot: cycle.slot, time: cycle.centre, points }
+            let mut predicted = now::predict(targets, tracklets, correlations, grid, cycle);
+            integrities.flag(&mut predicted, &points, cycle);
+            NowPicture { slot: cycle.slot, time: cycle.centre, points: predicted }
         });
         targets.settle(tracklets, cycle);
         targets.learn(cycle.centre, types, settings);

@@ -28,8 +28,9 @@ impl ReadySlot {
         max_accuracy_m: f64,
     ) -> Self {
         let pack = |picture: &Picture| pack(picture.within(max_accuracy_m), encoder);
-        let now = frame.now.as_deref().filter(|_| sinks.want(PictureKind::Now));
-        Self { payloads: pack(&frame.picture), now: now.map_or_else(Vec::new, pack), frame }
+        let now = frame.now.get().filter(|_| sinks.want(PictureKind::Now));
+        let now = now.map_or_else(Vec::new, |now| pack(&now));
+        Self { payloads: pack(&frame.picture), now, frame }
     }
 
     pub(super) fn due(&self) -> Time {

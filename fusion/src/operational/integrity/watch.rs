@@ -228,7 +228,9 @@ impl Watch {
         let walks_off = walks_off(&seconds, &now);
         let other = match walks_off {
             true if jumps => 0.0,
-            false if jumps && self.walked_off => self.motion.take_elsewhere(now.steps, elapsed_s(before.as_ref(), &now)),
+            false if jumps && self.walked_off => {
+                self.motion.take_elsewhere(now.steps, elapsed_s(before.as_ref(), &now))
+            }
             _ => self.motion.take(now.steps, elapsed_s(before.as_ref(), &now)),
         };
         self.walked_off = walks_off;
