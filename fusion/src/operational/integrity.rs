@@ -177,7 +177,8 @@ impl Integrities {
                 finding.failed.insert(Reason::Frozen);
             }
             judge.judge(cycle.centre, &finding, trust, rules);
-            if let Some((tracklet, motion)) = judge.twin()
+            if rules.show_twin
+                && let Some((tracklet, motion)) = judge.twin()
                 && let Some(liar) = targets.of_identity(identity)
             {
                 twins.insert(tracklet, Twin { liar, motion });

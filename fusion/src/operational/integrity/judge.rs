@@ -24,6 +24,8 @@ const ELSEWHERE_AWAY: f64 = 20.0;
 /// It moves where it is this fast, metres a second, on average over so many seconds.
 const MOVING_M_S: f64 = 3.0;
 const MOVING_WITHIN_S: i32 = 5;
+/// That the stamps are late has to be so much likelier than that places are off: interpolation errs along the track, too.
+const LATE_MORE: f64 = 3.0;
 /// Evidences that are kept.
 const EVIDENCE_MAX: usize = 20;
 /// A suspect's offset is larger than this, metres.
@@ -187,7 +189,7 @@ impl Judge {
         if index > rules.on && offset_m > OFFSET_MIN_M {
             reasons.insert(Reason::Radar);
         }
-        if self.bank.late_index().is_some_and(|late| late > rules.on) {
+        if self.bank.late_index().is_some_and(|late| late > rules.on + LATE_MORE) {
             reasons.insert(Reason::Time);
         }
         let raising =
