@@ -135,8 +135,7 @@ impl Integrities {
                         tracklet,
                         transponder,
                         (end, cycle.deadline),
-                        taken_for,
-                        jumps,
+                        (taken_for, jumps),
                         radar,
                         settings,
                     );
@@ -298,9 +297,11 @@ impl Integrities {
     /// An operator's word, from the slot `since` on.
     pub(super) fn say(&mut self, word: Word, since: Slot) {
         match word.trust {
-            Trust::Automatic => _ = self.words.remove(&word.identity),
+            Trust::Automatic => {
+                self.words.remove(&word.identity);
+            }
             Trust::Trusted | Trust::Distrusted => {
-                _ = self.words.insert(word.identity, HeldWord { word, since })
+                self.words.insert(word.identity, HeldWord { word, since });
             }
         }
     }

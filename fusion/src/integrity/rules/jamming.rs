@@ -97,7 +97,7 @@ impl Jamming {
                 from..silent.partition_point(|silent| silent.newest <= until)
             });
             // Of windows that are as full the first: nothing depends on what came behind it.
-            let Some(fullest) = windows.rev().max_by_key(|window| window.len()) else { return };
+            let Some(fullest) = windows.rev().max_by_key(ExactSizeIterator::len) else { return };
             let at_once = &silent[fullest];
             let is_many = at_once.len() >= IDENTITIES && at_once.len() as f64 >= SHARE * of_late as f64;
             let is_growing = self.jammed.as_ref().is_some_and(|jammed| {

@@ -209,8 +209,7 @@ impl Watch {
         tracklet: &Tracklet,
         transponder: &Transponder,
         (end, known): (Time, Time),
-        taken_for: TakenFor,
-        jumps: bool,
+        (taken_for, jumps): (TakenFor, bool),
         radar: &Radar,
         settings: &Settings,
     ) {
