@@ -10,6 +10,23 @@ use crate::asked::Bound::{AtLeast, AtMost, Between};
 use crate::asked::{Asked, measured};
 use crate::summary::Mean;
 
+/// What is beyond the figures that are not reached.
+const WHY_BY_RADAR: &str = "one radar track seldom says enough, and in 10 to 20 % of attacks the radar shows the drone for less \
+                            than five seconds after the lie shows; a track that begins elsewhere later is one of several \
+                            that could be the drone's, and is believed only by the way it flies.";
+const WHY_FALSE: &str = "slow errors in azimuth beyond their learnt size, in turns and far out; drones without a transponder that \
+                         fly alike for half a minute.";
+const WHY_NAMED: &str = "drones within 100 m of each other when they exchange identities, or one that is silent then; receivers of \
+                         several metres of noise.";
+const WHY_SHIFT: &str = "a late stamp is an offset along the track, which interpolation between reports has, too; two seconds of \
+                         it show only where the drone turns or changes its speed under a radar track that is its own. With a \
+                         lower threshold honest ones were flagged, a real one among them.";
+const WHY_SHOWN: &str =
+    "until a radar track elsewhere is believed to be the drone's it is held back as one that has walked off.";
+const WHY_UNCOOPERATIVE: &str = "where a silent drone may be grows by the second, and explains what flies there for a minute; a \
+                                 drone that is jammed for longer, or lies and is not flagged yet, is one without a transponder.";
+const WHY_JAMMING: &str = "a drone that was silent before it was jammed counts for none.";
+
 /// Hours in which one false flag is allowed.
 const FALSE_H: f64 = 12.0;
 /// The same of drones with a transponder that count as uncooperative.
@@ -65,20 +82,24 @@ fn by_radar(outcomes: &[Outcome], kind: AttackKind, reason: Option<Reason>) -> V
             share(observable.clone().map(within(60.0))),
         )
         .required(AtLeast(60.0))
+        .why(WHY_BY_RADAR)
         .ambition(AtLeast(85.0)),
         row(format!("{name}, observable: flagged within 45 s, percent"), share(observable.map(within(45.0))))
             .required(AtLeast(40.0))
+            .why(WHY_BY_RADAR)
             .ambition(AtLeast(65.0)),
         row(
             format!("{name}, all: flagged before the flight ends, percent"),
             share(all.clone().map(|attack| delay_s(attack).is_some())),
         )
         .required(AtLeast(75.0))
+        .why(WHY_BY_RADAR)
         .ambition(AtLeast(92.0)),
         row(format!("{name}, all: flagged within 60 s, percent"), share(all.clone().map(within(60.0)))),
         row(format!("{name}, all: flagged within 45 s, percent"), share(all.clone().map(within(45.0)))),
         row(format!("{name}, all: median delay, s"), median(all.map(delay_s)))
             .required(AtMost(75.0))
+            .why(WHY_BY_RADAR)
             .ambition(AtMost(35.0)),
     ]
 }
@@ -95,6 +116,7 @@ fn clean(outcomes: &[Outcome]) -> Asked {
     row("false flags in 12 h of identities that do not lie (n: hours)", rate(flags, hours, FALSE_H))
         .decimals(2)
         .required(AtMost(1.0))
+        .why(WHY_FALSE)
         .ambition(AtMost(0.5))
 }
 
@@ -107,6 +129,7 @@ fn by_name(outcomes: &[Outcome], kind: AttackKind, limit_s: f64) -> Option<Mean>
 fn jump(outcomes: &[Outcome]) -> Vec<Asked> {
     let by_rule = row("jump of 100 m: named within 15 s, percent", by_name(outcomes, AttackKind::Jump, 15.0))
         .required(AtLeast(95.0))
+        .why(WHY_NAMED)
         .ambition(AtLeast(99.0));
     let mut rows = vec![by_rule];
     rows.extend(by_radar(outcomes, AttackKind::Jump, Some(Reason::Radar)));
@@ -120,7 +143,10 @@ fn named(outcomes: &[Outcome]) -> Vec<Asked> {
             AttackKind::Swapped => "swapped: named within 30 s at each identity, percent".to_owned(),
             _ => format!("{}: named within 30 s, percent", kind.name()),
         };
-        row(figure, by_name(outcomes, kind, 30.0)).required(AtLeast(95.0)).ambition(AtLeast(99.0))
+        row(figure, by_name(outcomes, kind, 30.0))
+            .required(AtLeast(95.0))
+            .why(WHY_NAMED)
+            .ambition(AtLeast(99.0))
     });
     let hours: f64 = outcomes.iter().map(|outcome| outcome.integrity.clean.identity_h).sum();
     let false_flags = outcomes.iter().flat_map(|outcome| &outcome.integrity.clean.flags);
@@ -130,7 +156,8 @@ fn named(outcomes: &[Outcome]) -> Vec<Asked> {
     rows.push(
         row("false flags by these names in 100 h (n: hours)", rate(of_rules.count(), hours, 100.0))
             .decimals(2)
-            .required(AtMost(0.0)),
+            .required(AtMost(0.0))
+            .why(WHY_NAMED),
     );
     rows
 }
@@ -146,7 +173,8 @@ fn shift(outcomes: &[Outcome]) -> Vec<Asked> {
             "time shift of 2 s, observable: named within 90 s, percent",
             share(observable.clone().map(named(90.0))),
         )
-        .required(AtLeast(70.0)),
+        .required(AtLeast(70.0))
+        .why(WHY_SHIFT),
         row(
             "time shift of 2 s, observable: named within 60 s, percent",
             share(observable.clone().map(named(60.0))),
@@ -171,10 +199,12 @@ fn shown(outcomes: &[Outcome]) -> Vec<Asked> {
             ratio(&near),
         )
         .required(AtLeast(80.0))
+        .why(WHY_SHOWN)
         .ambition(AtLeast(95.0)),
         row("drift, flagged: NEES over ground of its points", ratio(&squares))
             .decimals(2)
             .required(AtMost(4.0))
+            .why(WHY_SHOWN)
             .ambition(Between(0.5, 2.0)),
     ]
 }
@@ -189,6 +219,7 @@ fn uncooperative(outcomes: &[Outcome]) -> Vec<Asked> {
     vec![
         row("`uncooperative` within 20 s: drones without transponder, percent (n: aircraft)", share(marked))
             .required(AtLeast(90.0))
+            .why(WHY_UNCOOPERATIVE)
             .ambition(AtLeast(98.0)),
         row(
             "`uncooperative` in 8 h of drones with a transponder (n: hours)",
@@ -196,6 +227,7 @@ fn uncooperative(outcomes: &[Outcome]) -> Vec<Asked> {
         )
         .decimals(2)
         .required(AtMost(1.0))
+        .why(WHY_UNCOOPERATIVE)
         .ambition(AtMost(0.33)),
     ]
 }
@@ -210,9 +242,11 @@ fn jamming(outcomes: &[Outcome]) -> Vec<Asked> {
     let hours = others().map(|outcome| outcome.integrity.clean.identity_h).sum();
     vec![
         row("3 of 8 jammed: alert within 30 s, percent", share(jammed.iter().map(in_time)))
-            .required(AtLeast(95.0)),
+            .required(AtLeast(95.0))
+            .why(WHY_JAMMING),
         row("alerts of jamming in 100 h without any (n: hours)", rate(false_alerts, hours, 100.0))
             .decimals(2)
-            .required(AtMost(0.0)),
+            .required(AtMost(0.0))
+            .why(WHY_JAMMING),
     ]
 }
