@@ -10,6 +10,8 @@ mod watch;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use jiff::SignedDuration;
+
 use super::correlation::Decided;
 use super::cycle::Cycle;
 use super::ids::{TargetId, TrackletId};
@@ -33,10 +35,10 @@ use watch::{SECOND, TakenFor, Watch};
 /// A radar track further away than this is not looked at, metres, beside so many deviations of its slow errors.
 const AROUND_M: f64 = 300.0;
 const AROUND_SIGMAS: f64 = 2.0;
-/// Delay of a transponder that no radar was compared with, seconds.
-const UNKNOWN_DELAY: Delay = Delay { mean_s: 0.0, sigma_s: 0.1 };
-/// Identities not heard for longer are forgotten, seconds.
-const FORGOTTEN_S: f64 = 3600.0;
+/// What is known of an identity is kept this long after its last report, where a radar was compared with it or it was flagged;
+const FORGOTTEN: SignedDuration = SignedDuration::from_hours(1);
+/// of more than so many identities only as long as they are published.
+const JUDGES_MAX: usize = 16_384;
 
 /// A radar track that sees an aircraft where its transponder is not.
 #[derive(Clone, Copy, Debug)]
@@ -55,8 +57,8 @@ pub(super) type Twins = BTreeMap<TrackletId, Twin>;
 pub(super) struct Integrities {
     reports: ReportRules,
     judges: BTreeMap<Identity, Judge>,
-    /// Time of the newest report of each.
-    heard: BTreeMap<Identity, Time>,
+    /// The last second that all were judged in.
+    second: Option<i64>,
     assessments: BTreeMap<Identity, Assessment>,
     twins: Twins,
     /// What operators say, by identity.
@@ -70,10 +72,6 @@ impl Integrities {
             return;
         }
         self.reports.take(fixes);
-        for fix in fixes {
-            let heard = self.heard.entry(fix.identity).or_insert(fix.time);
-            *heard = (*heard).max(fix.time);
-        }
     }
 
     /// Judges every identity by what is known at the slot's deadline.
@@ -106,6 +104,7 @@ impl Integrities {
                 let sigma_s = DELAY_BETWEEN_TRANSPONDERS_S.hypot(delay.sigma_s);
                 Judge::new(cycle.centre, Delay { mean_s: delay.mean_s - delay.applied_s, sigma_s })
             });
+            judge.hear(transponder);
             let jumps = self.reports.finding(transponder.identity).suspect.contains(Reason::Jump);
             for end in judge.pending(transponder, cycle) {
                 let Some(curve) = transponder.on_curve(end + -SECOND / 2, settings) else { continue };
@@ -162,20 +161,29 @@ impl Integrities {
 
     /// The states that follow.
     fn settle(&mut self, tracklets: &Tracklets, targets: &Targets, cycle: &Cycle) {
-        let Self { reports, judges, heard, words, twins, .. } = self;
+        let Self { reports, judges, assessments, words, twins, second, .. } = self;
         let rules = &cycle.settings.integrity;
-        heard.retain(|_, heard| cycle.centre.seconds_since(*heard) <= FORGOTTEN_S);
-        judges.retain(|identity, _| heard.contains_key(identity));
+        let now = cycle.centre.nanos().div_euclid(SECOND.as_nanos() as i64);
+        let is_next = second.replace(now) != Some(now);
+        let is_crowd = judges.len() > JUDGES_MAX;
+        judges.retain(|&identity, judge| {
+            let is_of_note = !is_crowd && judge.is_of_note() && cycle.centre - judge.heard() <= FORGOTTEN;
+            targets.of_identity(identity).is_some() || is_of_note
+        });
+        assessments.retain(|identity, _| judges.contains_key(identity));
         twins.clear();
-        for &identity in heard.keys() {
+        for (&identity, judge) in judges {
             let trust = words.get(&identity).map(|held| held.word.trust);
-            let judge = judges.entry(identity).or_insert_with(|| Judge::new(cycle.centre, UNKNOWN_DELAY));
             let mut finding = reports.finding(identity);
             let stands = reports.still_since(identity).is_some();
             if stands && judge.is_seen_moving(tracklets, cycle.centre) {
                 finding.failed.insert(Reason::Frozen);
             }
-            judge.judge(cycle.centre, &finding, trust, rules);
+            // Where nothing has changed, once a second is enough.
+            if is_next || judge.has_news(&finding) {
+                judge.judge(cycle.centre, &finding, trust, rules);
+                assessments.insert(identity, judge.assessment(identity, cycle.centre, trust));
+            }
             if rules.show_twin
                 && let Some((tracklet, motion)) = judge.twin()
                 && let Some(liar) = targets.of_identity(identity)
@@ -241,8 +249,8 @@ impl Integrities {
         if rules.action == Action::Off {
             return Vec::new();
         }
-        let Self { reports, judges, heard, assessments, words, twins, .. } = self;
-        let lost = marks::Lost::of(targets, heard, cycle);
+        let Self { reports, judges, assessments, twins, .. } = self;
+        let lost = marks::Lost::of(targets, judges, cycle);
         let mut tracks = BTreeMap::new();
         for point in points.iter_mut() {
             match point.source.transponder() {
@@ -250,15 +258,12 @@ impl Integrities {
                 None => marks::note_radar_only(point, judges, twins, tracklets, targets, &lost, cycle),
             }
         }
-        assessments.clear();
         let mut concerns = Vec::new();
-        for (&identity, &heard) in &*heard {
-            let Some(judge) = judges.get(&identity) else { continue };
-            let trust = words.get(&identity).map(|held| held.word.trust);
-            let track = tracks.get(&identity).copied();
-            let mut known = judge.assessment(identity, cycle.centre, heard, trust);
+        for (&identity, known) in &mut *assessments {
             let silent = reports.silent_since(identity);
             known.is_silent = silent.is_some();
+            known.twin = judges.get(&identity).and_then(Judge::twin_number);
+            let track = tracks.get(&identity).copied();
             let PointIntegrity { state, reasons, offset_m, .. } = known.integrity;
             if state.is_flagged() {
                 let (track, twin) = (track.map(|track| track.0), known.twin);
@@ -267,7 +272,12 @@ impl Integrities {
             if let (Some(heard), Some((track, true))) = (silent, track) {
                 concerns.push(Concern::Silent { identity, track: Some(track), heard });
             }
-            assessments.insert(identity, known);
+        }
+        for part in points.iter().filter_map(|point| point.source.transponder()) {
+            assessments
+                .get_mut(&part.identity)
+                .into_iter()
+                .for_each(|known| known.number = Some(part.number));
         }
         if let Some(Jammed { identities, places, since }) = reports.jammed().cloned() {
             concerns.push(Concern::Jamming { identities, places, since });
@@ -278,8 +288,8 @@ impl Integrities {
 
     /// The same without radar tracks: what outlives a silence of all sensors.
     pub(super) fn without_tracks(self) -> Self {
-        let Self { reports, heard, words, .. } = self;
-        Self { reports, heard, words, ..Self::default() }
+        let Self { reports, words, .. } = self;
+        Self { reports, words, ..Self::default() }
     }
 
     /// Marks the points of another picture of the deadline by what those of the slot have shown; nothing is learnt of them.
@@ -291,11 +301,12 @@ impl Integrities {
         let unexplained: BTreeSet<u32> =
             slot.iter().filter(|point| point.is_unexplained).map(|point| point.number).collect();
         points.iter_mut().for_each(|point| point.is_unexplained = unexplained.contains(&point.number));
-        marks::flag(points, &mut self.assessments.clone(), rules);
+        marks::flag(points, &self.assessments, rules);
     }
 
     /// An operator's word, from the slot `since` on.
     pub(super) fn say(&mut self, word: Word, since: Slot) {
+        self.judges.get_mut(&word.identity).into_iter().for_each(Judge::wake);
         match word.trust {
             Trust::Automatic => {
                 self.words.remove(&word.identity);

@@ -59,6 +59,10 @@ pub(super) struct Judge {
     /// The last second that was looked at ended then; the last look that was weighed.
     looked: Option<Time>,
     weighed: Option<Time>,
+    /// Time of its newest report.
+    heard: Time,
+    /// Whether a look was weighed since it was judged last.
+    is_weighed_anew: bool,
     /// Number of the aircraft that a radar sees where its transponder is not.
     twin_number: Option<u32>,
     /// Aircraft without a transponder that were elsewhere while this one was seen where it says.
@@ -87,6 +91,8 @@ impl Judge {
             index: 0.0,
             looked: None,
             weighed: None,
+            heard: time,
+            is_weighed_anew: true,
             twin_number: None,
             others: BTreeSet::new(),
         }
@@ -158,6 +164,7 @@ impl Judge {
             * judged.so_far.clamp(-MOTION_MAX, MOTION_MAX).exp();
         self.bank.take(look, odds / (1.0 + odds), judged.other);
         self.index = self.bank.index();
+        self.is_weighed_anew = true;
         if same.is_none() {
             let is_near = own != Own::Far;
             self.evidence.push_front(Evidence {
@@ -183,6 +190,7 @@ impl Judge {
         trust: Option<Trust>,
         rules: &IntegrityRules,
     ) {
+        self.is_weighed_anew = false;
         let index = self.index;
         let offset_m = self.bank.offset(time).map_or(0.0, |(offset, _)| offset.norm());
         let mut reasons = finding.suspect.or(finding.failed);
@@ -281,19 +289,46 @@ impl Judge {
         Some((current.tracklet, judged.motion))
     }
 
+    /// It is to be judged in the next slot, whether there is news or not.
+    pub(super) fn wake(&mut self) {
+        self.is_weighed_anew = true;
+    }
+
+    /// Its transponder is heard.
+    pub(super) fn hear(&mut self, transponder: &Transponder) {
+        self.heard = self.heard.max(transponder.last_heard().unwrap_or(self.heard));
+    }
+
+    /// The time of its newest report.
+    pub(super) fn heard(&self) -> Time {
+        self.heard
+    }
+
+    /// Whether there is something to remember of it.
+    pub(super) fn is_of_note(&self) -> bool {
+        self.state.is_flagged() || !self.evidence.is_empty()
+    }
+
+    /// Whether its state may be another one than when it was judged last.
+    pub(super) fn has_news(&self, finding: &Finding) -> bool {
+        self.is_weighed_anew
+            || self.state.is_flagged()
+            || !finding.suspect.is_empty()
+            || !finding.failed.is_empty()
+    }
+
+    /// Number of the aircraft that a radar sees where its transponder is not, while it is flagged.
+    pub(super) fn twin_number(&self) -> Option<u32> {
+        self.twin_number.filter(|_| self.state.is_flagged())
+    }
+
     /// Number of the aircraft that a radar sees where its transponder is not.
     pub(super) fn set_twin_number(&mut self, number: u32) {
         self.twin_number = Some(number);
     }
 
     /// What is known of it.
-    pub(super) fn assessment(
-        &self,
-        identity: Identity,
-        time: Time,
-        heard: Time,
-        trust: Option<Trust>,
-    ) -> Assessment {
+    pub(super) fn assessment(&self, identity: Identity, time: Time, trust: Option<Trust>) -> Assessment {
         let is_flagged = self.state.is_flagged();
         let offset = self.bank.offset(time).filter(|_| is_flagged && self.index > 0.0);
         let by_radar = self.reasons.contains(Reason::Radar);
@@ -309,10 +344,10 @@ impl Judge {
             },
             since: self.since,
             offset,
-            heard,
+            heard: self.heard,
             is_silent: false,
             trust,
-            twin: self.twin_number.filter(|_| is_flagged),
+            twin: self.twin_number(),
             evidence: self.evidence.iter().copied().collect(),
         }
     }

@@ -13,7 +13,6 @@ use crate::operational::tracklets::Tracklets;
 use crate::operational::tuning::{COAST_MAX_S, CONFIRM_LOG_ODDS};
 use crate::point::{Point, Source};
 use crate::report::Identity;
-use crate::time::Time;
 
 /// Where a transponder that lies without a radar's seeing it may be: sigma of each axis over ground, metres.
 const ANYWHERE_M: f64 = 150.0;
@@ -25,10 +24,10 @@ const LOST_SIGMAS: f64 = 3.0;
 pub(super) struct Lost(Vec<(nalgebra::Vector2<f64>, Matrix2<f64>)>);
 
 impl Lost {
-    pub(super) fn of(targets: &Targets, heard: &BTreeMap<Identity, Time>, cycle: &Cycle) -> Self {
+    pub(super) fn of(targets: &Targets, judges: &BTreeMap<Identity, Judge>, cycle: &Cycle) -> Self {
         let lost = targets.iter().filter_map(|target| {
-            let heard = heard.get(&target.identity()?)?;
-            let silent_s = cycle.centre.seconds_since(*heard);
+            let heard = judges.get(&target.identity()?)?.heard();
+            let silent_s = cycle.centre.seconds_since(heard);
             let estimate = target.estimate(cycle.centre).filter(|_| (0.0..LOST_S).contains(&silent_s))?;
             Some((estimate.position.0.xy(), estimate.horizontal))
         });
@@ -75,7 +74,7 @@ pub(super) fn note_radar_only(
 /// Marks the points of transponders, and those that are at odds with them.
 pub(super) fn flag(
     points: &mut [Point],
-    assessments: &mut BTreeMap<Identity, Assessment>,
+    assessments: &BTreeMap<Identity, Assessment>,
     rules: &IntegrityRules,
 ) {
     let mut disputes: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
@@ -83,8 +82,7 @@ pub(super) fn flag(
         points.iter().map(|point| (point.number, matches!(point.source, Source::Radar(_)))).collect();
     for point in points.iter_mut() {
         let Some(part) = point.source.transponder() else { continue };
-        let Some(known) = assessments.get_mut(&part.identity) else { continue };
-        known.number = Some(part.number);
+        let Some(known) = assessments.get(&part.identity) else { continue };
         point.integrity = Some(known.integrity);
         if !known.integrity.state.is_flagged() {
             continue;
