@@ -304,7 +304,7 @@ impl Default for IntegrityRules {
     fn default() -> Self {
         Self {
             action: Action::Flag,
-            on: 9.0,
+            on: 8.5,
             off: 2.0,
             alert_limit_m: 60.0,
             accuracy: true,

@@ -16,7 +16,7 @@ section! {
         /// What is done about a transponder that lies.
         action: Action = Action::Flag, named();
         /// Index (natural logarithm of how much likelier a lie is than none, by radar) above which an identity is suspect.
-        on: f64 = 9.0, index();
+        on: f64 = 8.5, index();
         /// Index below which it is no longer; below `on`.
         off: f64 = 2.0, index();
         /// The offset that radar would not have shown by now is at most this, metres, where an identity is verified.

@@ -34,6 +34,8 @@ const PROTECTION_S: f64 = 60.0;
 /// logarithm.
 const WALK_MAX_S: f64 = 14.0;
 const WALK_COST: f64 = 2.6;
+/// A jump shows in the reports themselves: that it did not costs so much, natural logarithm.
+const JUMP_COST: f64 = 3.0;
 /// A stamp that is this late or early is wrong, seconds.
 const LATE_MIN_S: f64 = 0.5;
 /// It is by more than so many standard deviations.
@@ -123,13 +125,26 @@ impl Bank {
     /// A look at a radar track. `own`: probability that it is the aircraft's own before it is looked at. `other`:
     /// log-likelihood of the look if it is another aircraft.
     pub(crate) fn take(&mut self, look: &Look, own: f64, other: f64) {
-        let track_is_new = self.track != Some((look.radar, look.track));
+        let is_new = self.track != Some((look.radar, look.track));
+        self.see(look, is_new.then_some(own), other);
+    }
+
+    /// The same for a radar track that goes on with the aircraft of the last one: whose that is was found out before.
+    pub(crate) fn go_on(&mut self, look: &Look, other: f64) {
+        self.see(look, None, other);
+    }
+
+    /// `own`: where the radar track is another aircraft's than the last one.
+    fn see(&mut self, look: &Look, own: Option<f64>, other: f64) {
         let dt = self.looked.map_or(1.0, |looked| look.time.seconds_since(looked));
+        if own.is_some() {
+            self.end_track();
+        }
         self.turn_to(look);
         for row in self.all() {
-            match track_is_new {
-                true => row.begin_track(look, own),
-                false => row.take(look, other, dt),
+            match own {
+                Some(own) => row.begin_track(look, own),
+                None => row.take(look, other, dt),
             }
         }
         self.looked = Some(look.time);
@@ -198,9 +213,6 @@ impl Bank {
     fn turn_to(&mut self, look: &Look) {
         let (radar, track) = (self.track.map(|track| track.0), self.track.map(|track| track.1));
         let is_new = track != Some(look.track);
-        if is_new {
-            self.end_track();
-        }
         let rest_s = self.looked.map_or(0.0, |looked| look.time.seconds_since(looked));
         if rest_s >= BEGIN_EVERY_S {
             // It may have begun while nobody looked.
@@ -248,6 +260,9 @@ impl Bank {
         for kind in [Kind::Drift, Kind::Jump] {
             let mut row = self.honest.branch(kind, time);
             row.number = self.count;
+            if kind == Kind::Jump {
+                row.relate(JUMP_COST);
+            }
             self.lies.push(row);
         }
         self.begun = Some(time);

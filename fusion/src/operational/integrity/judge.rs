@@ -3,7 +3,7 @@
 use std::collections::{BTreeSet, VecDeque};
 
 use super::choice::{Claims, Own};
-use super::watch::{Judged, SECOND, TakenFor, Watch, Watches};
+use super::watch::{Judged, SECOND, Watch, Watches};
 use crate::integrity::{
     Assessment, Bank, Delay, Evidence, Finding, IntegrityRules, PointIntegrity, Reason, Reasons, State, Trust,
 };
@@ -73,6 +73,8 @@ pub(super) struct Judge {
 #[derive(Clone, Copy, Debug)]
 struct Current {
     tracklet: TrackletId,
+    /// Aircraft without a transponder that the association takes it for.
+    nobodys: Option<TargetId>,
     /// Index before it.
     before: f64,
 }
@@ -123,8 +125,7 @@ impl Judge {
         let candidates = self.watches.iter().filter_map(|(&id, watch)| {
             let judged = watch.last().filter(|judged| !judged.is_weighed(self.weighed))?;
             let own = claims.own(id, identity, judged, current == Some(id), tracklets)?;
-            let is_other =
-                matches!(judged.taken_for, TakenFor::Nobodys(target) if self.others.contains(&target));
+            let is_other = judged.taken_for.nobodys().is_some_and(|nobodys| self.others.contains(&nobodys));
             if own == Own::Far && is_other {
                 return None;
             }
@@ -141,11 +142,7 @@ impl Judge {
                     let apart_s = other.second.look.time.seconds_since(judged.second.look.time);
                     apart_s.abs() < 1.5 && other.away > ELSEWHERE_AWAY
                 });
-                let others = elsewhere.filter_map(|other| match other.taken_for {
-                    TakenFor::Nobodys(target) => Some(target),
-                    _ => None,
-                });
-                self.others.extend(others);
+                self.others.extend(elsewhere.filter_map(|other| other.taken_for.nobodys()));
             }
             self.weighed = Some(judged.second.look.time);
             if !judged.walks_off {
@@ -158,11 +155,19 @@ impl Judge {
     fn take(&mut self, tracklet: TrackletId, key: RadarTrackKey, judged: &Judged, own: Own) {
         let look = &judged.second.look;
         let same = self.current.filter(|current| current.tracklet == tracklet);
-        let current = same.unwrap_or(Current { tracklet, before: self.index });
-        self.current = Some(current);
+        let nobodys = judged.taken_for.nobodys();
+        let continues = same.is_none()
+            && nobodys.is_some()
+            && self.current.is_some_and(|current| current.nobodys == nobodys);
+        let before = same.map_or(self.index, |current| current.before);
+        self.current = Some(Current { tracklet, nobodys, before });
         let odds = (own.probability() / (1.0 - own.probability()))
             * judged.so_far.clamp(-MOTION_MAX, MOTION_MAX).exp();
-        self.bank.take(look, odds / (1.0 + odds), judged.other);
+        if continues {
+            self.bank.go_on(look, judged.other);
+        } else {
+            self.bank.take(look, odds / (1.0 + odds), judged.other);
+        }
         self.index = self.bank.index();
         self.is_weighed_anew = true;
         if same.is_none() {
@@ -178,7 +183,7 @@ impl Judge {
         }
         if let Some(evidence) = self.evidence.front_mut() {
             evidence.seconds += 1;
-            evidence.gain = self.index - current.before;
+            evidence.gain = self.index - before;
         }
     }
 

@@ -180,6 +180,16 @@ pub(super) struct Judged {
     pub(super) walks_off: bool,
 }
 
+impl TakenFor {
+    /// The aircraft without a transponder.
+    pub(super) fn nobodys(self) -> Option<TargetId> {
+        match self {
+            Self::Nobodys(target) => Some(target),
+            _ => None,
+        }
+    }
+}
+
 impl Judged {
     /// Whether the association takes them for one.
     pub(super) fn is_pair(&self) -> bool {
