@@ -28,7 +28,8 @@ impl Lost {
         let lost = targets.iter().filter_map(|target| {
             let heard = judges.get(&target.identity()?)?.heard();
             let silent_s = cycle.centre.seconds_since(heard);
-            let estimate = target.estimate(cycle.centre).filter(|_| (0.0..LOST_S).contains(&silent_s))?;
+            let is_lost = (0.0..LOST_S).contains(&silent_s);
+            let estimate = is_lost.then(|| target.estimate(cycle.centre))??;
             Some((estimate.position.0.xy(), estimate.horizontal))
         });
         Self(lost.collect())
