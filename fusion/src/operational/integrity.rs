@@ -242,12 +242,12 @@ impl Integrities {
             return Vec::new();
         }
         let Self { reports, judges, assessments, twins, .. } = self;
-        let lost = marks::Lost::of(targets, judges, cycle);
+        let mut lost = None;
         let mut tracks = BTreeMap::new();
         for point in points.iter_mut() {
             match point.source.transponder() {
                 Some(part) => _ = tracks.insert(part.identity, (point.number, marks::is_seen(point, cycle))),
-                None => marks::note_radar_only(point, judges, twins, tracklets, targets, &lost, cycle),
+                None => marks::note_radar_only(point, judges, twins, tracklets, targets, &mut lost, cycle),
             }
         }
         let mut concerns = Vec::new();

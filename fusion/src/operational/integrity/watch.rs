@@ -295,7 +295,8 @@ impl Watch {
             // It was too far away to be looked at then.
             self.foresee(self.ahead.iter().skip(passed).map(|ahead| ahead.second).collect());
         }
-        let next = self.ahead.pop_front_if(|next| next.second.look.time == now)?;
+        self.ahead.front().filter(|next| next.second.look.time == now)?;
+        let next = self.ahead.pop_front()?;
         self.judge(next, taken_for, jumps);
         self.last.as_ref()
     }
