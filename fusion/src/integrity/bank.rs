@@ -188,9 +188,7 @@ impl Bank {
 
     /// The offset of the likeliest lie at `time`, east and north, metres, with its covariance, m².
     pub(crate) fn offset(&self, time: Time) -> Option<(Vector2<f64>, Matrix2<f64>)> {
-        let mut best = self.best(|kind| kind != Kind::Late)?.clone();
-        best.turn(time, &self.slow);
-        Some(best.offset())
+        Some(self.best(|kind| kind != Kind::Late)?.offset(time))
     }
 
     /// The lie that radar would not have shown at `time`, metres: radius that holds 95 %. `None`: any lie.
@@ -198,9 +196,7 @@ impl Bank {
         self.looked?;
         let age = |row: &&Row| (time.seconds_since(row.since) - PROTECTION_S).abs();
         let drifts = self.lies.iter().filter(|row| row.kind == Kind::Drift);
-        let mut row = drifts.min_by(|a, b| age(a).total_cmp(&age(b)))?.clone();
-        row.turn(time, &self.slow);
-        let (mean, covariance) = row.offset();
+        let (mean, covariance) = drifts.min_by(|a, b| age(a).total_cmp(&age(b)))?.offset(time);
         Some(RADIUS_95 * covariance.symmetric_eigenvalues().max().max(0.0).sqrt() + mean.norm())
     }
 

@@ -13,6 +13,8 @@ const OTHER_ACCELERATION_M2_S3: f64 = 3.0;
 const HOVER_SHARE: f64 = 0.4;
 /// How far a place may have jumped while nobody knew, metres.
 const ANEW_M: f64 = 50.0;
+/// A residual counts no more than this, squared standard deviations.
+const SQUARED_MAX: f64 = 25.0;
 /// Bound of what one look adds, and of the sum, natural logarithms.
 const LOOK_MAX: f64 = 4.0;
 const SUM: [f64; 2] = [-10.0, 14.0];
@@ -39,6 +41,8 @@ pub(crate) struct Motion {
     axes: Option<[[Model; 3]; 2]>,
     /// Log-likelihoods: the same aircraft; another one that moves; one that hovers.
     logs: [f64; 3],
+    /// The last two of these together.
+    other: f64,
     sum: f64,
 }
 
@@ -70,23 +74,46 @@ impl Motion {
             }));
             return 0.0;
         };
-        let before = (ratio(&self.logs), other(&self.logs));
+        let before = (self.logs[0] - self.other, self.other);
+        let mut seen = [Seen::NOTHING; 3];
         for (models, step) in axes.iter_mut().zip(&steps) {
             let both_m2 = step.plots_m2 + step.curve_m2;
+            let kept = (-dt / step.lasts_s).exp();
             let [same, moving, hovering] = models;
-            self.logs[0] += same.take(step.offset_m, both_m2, step, SAME_ACCELERATION_M2_S3, dt);
-            self.logs[1] += moving.take(step.flown_m, step.plots_m2, step, OTHER_ACCELERATION_M2_S3, dt);
-            self.logs[2] += hovering.take(step.flown_m, step.plots_m2, step, 0.0, dt);
+            seen[0].add(same.take(step.offset_m, both_m2, step, SAME_ACCELERATION_M2_S3, (dt, kept)));
+            seen[1].add(moving.take(step.flown_m, step.plots_m2, step, OTHER_ACCELERATION_M2_S3, (dt, kept)));
+            seen[2].add(hovering.take(step.flown_m, step.plots_m2, step, 0.0, (dt, kept)));
         }
-        let added = (ratio(&self.logs) - before.0).clamp(-LOOK_MAX, LOOK_MAX);
+        self.logs.iter_mut().zip(&seen).for_each(|(log, seen)| *log += seen.log());
+        self.other = other(&self.logs);
+        let added = (self.logs[0] - self.other - before.0).clamp(-LOOK_MAX, LOOK_MAX);
         self.sum = (self.sum + added).clamp(SUM[0], SUM[1]);
-        other(&self.logs) - before.1
+        self.other - before.1
     }
 }
 
-/// Same aircraft to another one.
-fn ratio(logs: &[f64; 3]) -> f64 {
-    logs[0] - other(logs)
+/// How likely a look is along both axes: a normal density.
+#[derive(Clone, Copy)]
+struct Seen {
+    /// Sum of the squared residuals in standard deviations.
+    squared: f64,
+    /// Product of 2 π times the variances.
+    variances: f64,
+}
+
+impl Seen {
+    const NOTHING: Self = Self { squared: 0.0, variances: 1.0 };
+
+    /// Along another axis.
+    fn add(&mut self, other: Self) {
+        self.squared += other.squared;
+        self.variances *= other.variances;
+    }
+
+    /// Natural logarithm of the density.
+    fn log(&self) -> f64 {
+        -0.5 * (self.squared + self.variances.ln())
+    }
 }
 
 /// Another aircraft.
@@ -117,9 +144,16 @@ impl Model {
         self.covariance[0][0] += ANEW_M * ANEW_M;
     }
 
-    /// A look `dt` seconds later; the logarithm of its likelihood.
-    fn take(&mut self, seen_m: f64, white_m2: f64, step: &Step, acceleration_m2_s3: f64, dt: f64) -> f64 {
-        let kept = (-dt / step.lasts_s).exp();
+    /// A look `dt` seconds later, of which a share `kept` of the slow error lasts.
+    #[inline]
+    fn take(
+        &mut self,
+        seen_m: f64,
+        white_m2: f64,
+        step: &Step,
+        acceleration_m2_s3: f64,
+        (dt, kept): (f64, f64),
+    ) -> Seen {
         let Self { mean: [place, rate, slow], covariance: [[pp, pr, ps], [_, rr, rs], [_, _, ss]] } = *self;
         let q = acceleration_m2_s3;
         let (place, slow) = (place + dt * rate, slow * kept);
@@ -141,7 +175,7 @@ impl Model {
                 self.covariance[row][column] = value - gain[row] * spread[column];
             }
         }
-        -0.5 * (residual * residual / variance).min(25.0) - 0.5 * (TAU * variance).ln()
+        Seen { squared: (residual * residual / variance).min(SQUARED_MAX), variances: TAU * variance }
     }
 }
 

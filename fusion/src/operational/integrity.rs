@@ -28,13 +28,15 @@ use crate::point::Point;
 use crate::report::{Fix, Identity};
 use crate::slots::Slot;
 use crate::time::Time;
-use choice::Claims;
+use choice::{Claim, Claims};
 use judge::Judge;
-use watch::{SECOND, TakenFor, Watch};
+use watch::{Curve, SECOND, TakenFor, Watch};
 
 /// A radar track further away than this is not looked at, metres, beside so many deviations of its slow errors.
 const AROUND_M: f64 = 300.0;
 const AROUND_SIGMAS: f64 = 2.0;
+/// Who a radar track was seen to be counts for so long, seconds.
+const CLAIMED_S: i32 = 5;
 /// What is known of an identity is kept this long after its last report, where a radar was compared with it or it was flagged;
 const FORGOTTEN: SignedDuration = SignedDuration::from_hours(1);
 /// of more than so many identities only as long as they are published.
@@ -57,6 +59,7 @@ pub(super) type Twins = BTreeMap<TrackletId, Twin>;
 pub(super) struct Integrities {
     reports: ReportRules,
     judges: BTreeMap<Identity, Judge>,
+    claims: Claims,
     /// The last second that all were judged in.
     second: Option<i64>,
     assessments: BTreeMap<Identity, Assessment>,
@@ -80,23 +83,26 @@ impl Integrities {
             return;
         }
         self.reports.look(cycle.deadline);
-        for judge in self.judges.values_mut() {
-            judge.watches.retain(|&id, _| tracklets.get(id).is_some());
+        if self.claims.turn(cycle.centre + SECOND * -CLAIMED_S, tracklets) {
+            for judge in self.judges.values_mut() {
+                judge.watches.retain(|&id, _| tracklets.get(id).is_some());
+            }
         }
-        let claims = self.claims(cycle);
-        self.watch(tracklets, targets, &claims, cycle);
+        self.watch(tracklets, targets, cycle);
         self.settle(tracklets, targets, cycle);
     }
 
-    /// Looks at the radar tracks around each transponder, second by second as soon as both are known.
-    fn watch(&mut self, tracklets: &Tracklets, targets: &Targets, claims: &Claims, cycle: &Cycle) {
+    /// Looks at the radar tracks around each transponder, second by second as soon as both are known. Whose each of them is
+    /// goes by what was seen up to the slot before, so that the order of the transponders does not matter.
+    fn watch<'t>(&mut self, tracklets: &'t Tracklets, targets: &Targets, cycle: &Cycle) {
         let settings = cycle.settings;
-        let last = |tracklet: &Tracklet| {
+        let last = |tracklet: &'t Tracklet| {
             let plot = tracklet.nearest(cycle.deadline)?;
-            Some((plot.position, tracklet.id))
+            Some((plot.position, tracklet))
         };
         let places = Places::of(tracklets.iter().filter_map(last));
         let widest = settings.radars().map(|(_, radar)| radar.track_errors.bias_azimuth).fold(0.0, f64::max);
+        let mut seen = Vec::new();
         for target in targets.iter() {
             let Some(transponder) = target.transponder() else { continue };
             let delay = settings.delay(&transponder.kind()).unwrap_or_default();
@@ -105,23 +111,23 @@ impl Integrities {
                 Judge::new(cycle.centre, Delay { mean_s: delay.mean_s - delay.applied_s, sigma_s })
             });
             judge.hear(transponder);
+            let pending: Vec<Time> = judge.pending(transponder, cycle).collect();
+            let Some(&first) = pending.first() else { continue };
             let jumps = self.reports.finding(transponder.identity).suspect.contains(Reason::Jump);
-            for end in judge.pending(transponder, cycle) {
-                let Some(curve) = transponder.on_curve(end + -SECOND / 2, settings) else { continue };
-                let range_m = curve.position.0.xy().norm();
-                let around_m = AROUND_M + AROUND_SIGMAS * range_m * widest;
+            let mut curve = Curve::from(first, transponder, cycle);
+            for end in pending {
+                let Some(place) = curve.turn(end) else { continue };
+                let around_m = AROUND_M + AROUND_SIGMAS * place.0.xy().norm() * widest;
                 let flown_m = DRONE_SPEED_MAX_M_S * cycle.deadline.seconds_since(end);
-                let mut around: Vec<TrackletId> =
-                    places.within(curve.position, around_m + flown_m).map(|near| near.1).collect();
-                around.sort_unstable();
-                for id in around {
-                    let Some(tracklet) = tracklets.get(id) else { continue };
-                    let Some(radar) = settings.radar(tracklet.key.sensor) else { continue };
-                    let Some(plot) = tracklet.between(end + -SECOND, end).next_back() else { continue };
-                    if (plot.position.0 - curve.position.0).xy().norm() > around_m {
+                for &(_, tracklet) in places.within(place, around_m + flown_m) {
+                    if tracklet.first() > end || tracklet.last() <= end + -SECOND {
                         continue;
                     }
-                    let watch = judge.watches.entry(id).or_insert_with(Watch::new);
+                    let Some(radar) = settings.radar(tracklet.key.sensor) else { continue };
+                    let Some(plot) = tracklet.between(end + -SECOND, end).next_back() else { continue };
+                    if (plot.position.0 - place.0).xy().norm() > around_m {
+                        continue;
+                    }
                     let taken_for = match tracklet.target() {
                         Some(own) if own == target.id() => TakenFor::Own,
                         Some(other) if targets.get(other).and_then(Target::transponder).is_some() => {
@@ -130,47 +136,33 @@ impl Integrities {
                         Some(nobody) => TakenFor::Nobodys(nobody),
                         None => TakenFor::Nothing,
                     };
-                    watch.look(
-                        tracklet,
-                        transponder,
-                        (end, cycle.deadline),
-                        (taken_for, jumps),
-                        radar,
-                        settings,
-                    );
+                    let watch = judge.watches.entry(tracklet.id).or_insert_with(Watch::new);
+                    if let Some(judged) = watch.look(tracklet, &curve, (taken_for, jumps), radar) {
+                        seen.push((tracklet.id, Claim::of(transponder.identity, judged)));
+                    }
                 }
-                judge.weigh(transponder.identity, claims, tracklets);
+                judge.weigh(transponder.identity, &self.claims, tracklets);
             }
         }
-    }
-
-    /// Whose each radar track is that is near somebody, or was for long: that of the pair, else of the nearest.
-    fn claims(&self, cycle: &Cycle) -> Claims {
-        let mut claims = Claims::default();
-        let since = cycle.centre + SECOND * -5;
-        for (&identity, judge) in &self.judges {
-            for (&tracklet, watch) in &judge.watches {
-                let Some(judged) = watch.last().filter(|judged| judged.second.look.time >= since) else {
-                    continue;
-                };
-                claims.note(tracklet, identity, judged);
-            }
-        }
-        claims
+        seen.into_iter().for_each(|(tracklet, claim)| self.claims.note(tracklet, claim));
     }
 
     /// The states that follow.
     fn settle(&mut self, tracklets: &Tracklets, targets: &Targets, cycle: &Cycle) {
-        let Self { reports, judges, assessments, words, twins, second, .. } = self;
+        let Self { reports, judges, claims, assessments, words, twins, second, .. } = self;
         let rules = &cycle.settings.integrity;
         let now = cycle.centre.nanos().div_euclid(SECOND.as_nanos() as i64);
         let is_next = second.replace(now) != Some(now);
         let is_crowd = judges.len() > JUDGES_MAX;
         judges.retain(|&identity, judge| {
             let is_of_note = !is_crowd && judge.is_of_note() && cycle.centre - judge.heard() <= FORGOTTEN;
-            targets.of_identity(identity).is_some() || is_of_note
+            let is_kept = targets.of_identity(identity).is_some() || is_of_note;
+            if !is_kept {
+                assessments.remove(&identity);
+                claims.forget(identity);
+            }
+            is_kept
         });
-        assessments.retain(|identity, _| judges.contains_key(identity));
         twins.clear();
         for (&identity, judge) in judges {
             let trust = words.get(&identity).map(|held| held.word.trust);
@@ -250,12 +242,12 @@ impl Integrities {
             return Vec::new();
         }
         let Self { reports, judges, assessments, twins, .. } = self;
-        let lost = marks::Lost::of(targets, judges, cycle);
+        let mut lost = None;
         let mut tracks = BTreeMap::new();
         for point in points.iter_mut() {
             match point.source.transponder() {
                 Some(part) => _ = tracks.insert(part.identity, (point.number, marks::is_seen(point, cycle))),
-                None => marks::note_radar_only(point, judges, twins, tracklets, targets, &lost, cycle),
+                None => marks::note_radar_only(point, judges, twins, tracklets, targets, &mut lost, cycle),
             }
         }
         let mut concerns = Vec::new();

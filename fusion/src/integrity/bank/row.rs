@@ -78,6 +78,8 @@ pub(super) struct Row {
 struct Track {
     own: f64,
     other: f64,
+    /// The sum of both likelihoods.
+    either: f64,
     /// Mean and covariance when it was the aircraft's own for sure, or before it.
     saved: (SVector<f64, STATES>, SMatrix<f64, STATES, STATES>),
 }
@@ -202,7 +204,8 @@ impl Row {
     pub(super) fn begin_track(&mut self, look: &Look, own: f64) {
         let place = self.place(look);
         let saved = (self.mean, self.covariance);
-        self.track = Some(Track { own: own.ln() + place, other: (1.0 - own).ln(), saved });
+        let (own, other) = (own.ln() + place, (1.0 - own).ln());
+        self.track = Some(Track { own, other, either: sum(own, other), saved });
         self.observe(look, 0);
         self.observe(look, 1);
     }
@@ -214,6 +217,7 @@ impl Row {
         let leaves = (dt / LEAVES_AFTER_S).min(0.5);
         track.other = sum(track.other, track.own + leaves.ln());
         track.own += (1.0 - leaves).ln() + (observed - other).clamp(LOOK_ADDS[0], LOOK_ADDS[1]);
+        track.either = sum(track.own, track.other);
         if track.own - track.other > SURELY_OWN {
             track.saved = (self.mean, self.covariance);
         }
@@ -222,7 +226,7 @@ impl Row {
     /// The radar track has ended, or another one is looked at.
     pub(super) fn end_track(&mut self) {
         if let Some(track) = self.track.take() {
-            self.log += sum(track.own, track.other);
+            self.log += track.either;
             if track.own < track.other {
                 (self.mean, self.covariance) = track.saved;
             }
@@ -239,7 +243,7 @@ impl Row {
 
     /// Natural logarithm of the likelihood.
     pub(super) fn log(&self) -> f64 {
-        self.log + self.track.as_ref().map_or(0.0, |track| sum(track.own, track.other))
+        self.log + self.track.as_ref().map_or(0.0, |track| track.either)
     }
 
     /// Whether the radar track that is looked at is rather the aircraft's own.
@@ -249,14 +253,14 @@ impl Row {
 
     /// How much likelier the place is for the aircraft itself than for one somewhere around.
     fn place(&self, look: &Look) -> f64 {
-        let sights = [0, 1].map(|axis| sight(look, axis));
+        let sights = [0, 1].map(|axis| Sight::along(look, axis));
         let mut expected = Matrix2::zeros();
         let mut elsewhere = Matrix2::zeros();
-        let apart = Vector2::from_fn(|axis, _| look.offset_m[axis] - sights[axis].dot(&self.mean));
+        let apart = Vector2::from_fn(|axis, _| look.offset_m[axis] - sights[axis].of(&self.mean));
         let found = Vector2::from(look.offset_m);
         for one in 0..2 {
             for other in 0..2 {
-                expected[(one, other)] = sights[one].dot(&(self.covariance * sights[other]));
+                expected[(one, other)] = sights[one].of(&sights[other].spread(&self.covariance));
             }
             expected[(one, one)] += look.white_m2[one];
             let slow_m = [look.slow.range_m, look.range_m * look.slow.azimuth][one];
@@ -267,22 +271,36 @@ impl Row {
 
     /// Takes one axis of a look in; the logarithm of its likelihood.
     pub(super) fn observe(&mut self, look: &Look, axis: usize) -> f64 {
-        let sight = sight(look, axis);
-        let spread = self.covariance * sight;
-        let variance = sight.dot(&spread) + look.white_m2[axis];
-        let residual = (look.offset_m[axis] - sight.dot(&self.mean)) / variance.sqrt();
+        let sight = Sight::along(look, axis);
+        let spread = sight.spread(&self.covariance);
+        let variance = sight.of(&spread) + look.white_m2[axis];
+        let sigma = variance.sqrt();
+        let residual = (look.offset_m[axis] - sight.of(&self.mean)) / sigma;
         let (size, weight) = (residual.abs(), (HUBER / residual.abs()).min(1.0));
         let cost = if size <= HUBER { 0.5 * size * size } else { HUBER * (size - 0.5 * HUBER) };
-        self.mean += spread * (weight * residual / variance.sqrt());
-        self.covariance -= spread * spread.transpose() * (weight / variance);
+        self.mean += spread * (weight * residual / sigma);
+        for state in 0..STATES {
+            let gain = spread[state] * (weight / variance);
+            for other in 0..STATES {
+                self.covariance[(other, state)] -= spread[other] * gain;
+            }
+        }
         -cost - 0.5 * (TAU * variance).ln()
     }
 
-    /// Offset of the places, east and north, metres, and its covariance.
-    pub(super) fn offset(&self) -> (Vector2<f64>, Matrix2<f64>) {
+    /// Offset of the places at `time`, east and north, metres, and its covariance, of a row whose offset drifts:
+    /// o + Δt d, and cov(o) + Δt (cov(o, d) + cov(d, o)) + Δt² cov(d) + q Δt³ / 3.
+    pub(super) fn offset(&self, time: Time) -> (Vector2<f64>, Matrix2<f64>) {
+        let dt = time.seconds_since(self.at).max(0.0);
+        let block = |row, column| self.covariance.fixed_view::<2, 2>(row, column).into_owned();
+        let across = block(OFFSET, DRIFT);
+        let white = Matrix2::identity() * (LIE_ACCELERATION_M2_S3 * dt * dt * dt / 3.0);
         (
-            self.mean.fixed_rows::<2>(OFFSET).into_owned(),
-            self.covariance.fixed_view::<2, 2>(OFFSET, OFFSET).into_owned(),
+            self.mean.fixed_rows::<2>(OFFSET) + self.mean.fixed_rows::<2>(DRIFT) * dt,
+            block(OFFSET, OFFSET)
+                + (across + across.transpose()) * dt
+                + block(DRIFT, DRIFT) * (dt * dt)
+                + white,
         )
     }
 
@@ -298,17 +316,40 @@ fn sum(one: f64, other: f64) -> f64 {
     more + (less - more).exp().ln_1p()
 }
 
-/// What each state adds to the offset of a plot from the transponder's curve, along one axis.
-fn sight(look: &Look, axis: usize) -> SVector<f64, STATES> {
-    let along = look.axes[axis];
-    let arm = if axis == 0 { 1.0 } else { look.range_m };
-    let mut sight = SVector::zeros();
-    sight[OFFSET] = -along.x;
-    sight[OFFSET + 1] = -along.y;
-    sight[LATE] = along.dot(&look.velocity);
-    sight[MISALIGNED + axis] = arm;
-    sight[SLOW + axis] = arm;
-    sight
+/// What the states add to the offset of a plot from the transponder's curve along one axis: those that add something, and by
+/// how much.
+struct Sight([(usize, f64); 5]);
+
+impl Sight {
+    fn along(look: &Look, axis: usize) -> Self {
+        let along = look.axes[axis];
+        let arm = if axis == 0 { 1.0 } else { look.range_m };
+        Self([
+            (OFFSET, -along.x),
+            (OFFSET + 1, -along.y),
+            (LATE, along.dot(&look.velocity)),
+            (MISALIGNED + axis, arm),
+            (SLOW + axis, arm),
+        ])
+    }
+
+    /// hᵀ x.
+    #[inline]
+    fn of(&self, states: &SVector<f64, STATES>) -> f64 {
+        self.0.iter().map(|&(state, weight)| weight * states[state]).sum()
+    }
+
+    /// P h.
+    #[inline]
+    fn spread(&self, covariance: &SMatrix<f64, STATES, STATES>) -> SVector<f64, STATES> {
+        let mut spread = SVector::<f64, STATES>::zeros();
+        for (state, weight) in self.0 {
+            for other in 0..STATES {
+                spread[other] += covariance[(other, state)] * weight;
+            }
+        }
+        spread
+    }
 }
 
 /// Natural logarithm of a normal density of zero mean.

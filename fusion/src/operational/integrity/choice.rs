@@ -6,6 +6,7 @@ use super::watch::{Judged, TakenFor};
 use crate::operational::ids::TrackletId;
 use crate::operational::tracklets::Tracklets;
 use crate::report::Identity;
+use crate::time::Time;
 
 /// Far: it flies so much likelier as this aircraft than as another one, and than as any other transponder's.
 const FAR_MOTION: f64 = 0.0;
@@ -19,29 +20,86 @@ const OWN_PAIR: f64 = 0.9;
 const OWN_NEAR: f64 = 0.7;
 const OWN_FAR: f64 = 0.35;
 
-/// Whose each radar track is that is near somebody, or was for long; and as whose it flies best.
+/// How near a radar track is to a transponder: the least is the nearest.
+#[derive(Clone, Copy, Debug)]
+struct Nearness {
+    is_elsewhere: bool,
+    is_no_pair: bool,
+    /// Squared deviations.
+    away: f64,
+}
+
+impl Nearness {
+    fn of(judged: &Judged) -> Self {
+        Self { is_elsewhere: !judged.is_near(), is_no_pair: !judged.is_pair(), away: judged.away }
+    }
+
+    fn is_less(&self, other: &Self) -> bool {
+        let order = |one: &Self| (one.is_elsewhere, one.is_no_pair);
+        order(self).cmp(&order(other)).then(self.away.total_cmp(&other.away)).is_lt()
+    }
+}
+
+/// A radar track as it was seen from a transponder.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Claim {
+    identity: Identity,
+    time: Time,
+    /// How much likelier it flies as this aircraft than as another one, natural logarithm.
+    motion: f64,
+    nearness: Nearness,
+    /// Whether it is near, or was for long.
+    is_near: bool,
+}
+
+impl Claim {
+    /// What is made of a look.
+    pub(super) fn of(identity: Identity, judged: &Judged) -> Self {
+        Self {
+            identity,
+            time: judged.second.look.time,
+            motion: judged.motion,
+            nearness: Nearness::of(judged),
+            is_near: judged.is_near() || judged.is_loyal,
+        }
+    }
+}
+
+/// As whose each radar track was seen lately, up to the slot before.
 #[derive(Debug, Default)]
 pub(super) struct Claims {
-    near: BTreeMap<TrackletId, (Identity, Judged)>,
-    /// The two best by the way it flies.
-    flies: BTreeMap<TrackletId, [(Option<Identity>, f64); 2]>,
+    /// By identity.
+    all: BTreeMap<TrackletId, Vec<Claim>>,
+    /// Those before are out of date.
+    since: Option<Time>,
 }
 
 impl Claims {
+    /// A slot begins: claims count from `since` on. Whether a radar track has ended that was claimed.
+    pub(super) fn turn(&mut self, since: Time, tracklets: &Tracklets) -> bool {
+        self.since = Some(since);
+        let before = self.all.len();
+        self.all.retain(|&tracklet, _| tracklets.get(tracklet).is_some());
+        self.all.len() < before
+    }
+
     /// A radar track as seen from a transponder.
-    pub(super) fn note(&mut self, tracklet: TrackletId, identity: Identity, judged: &Judged) {
-        let best = self.flies.entry(tracklet).or_insert([(None, f64::NEG_INFINITY); 2]);
-        if judged.motion > best[0].1 {
-            *best = [(Some(identity), judged.motion), best[0]];
-        } else if judged.motion > best[1].1 {
-            best[1] = (Some(identity), judged.motion);
+    pub(super) fn note(&mut self, tracklet: TrackletId, claim: Claim) {
+        let claims = self.all.entry(tracklet).or_default();
+        match claims.binary_search_by_key(&claim.identity, |other| other.identity) {
+            Ok(index) => claims[index] = claim,
+            Err(index) => claims.insert(index, claim),
         }
-        if !judged.is_near() && !judged.is_loyal {
-            return;
-        }
-        if self.near.get(&tracklet).is_none_or(|(_, other)| is_nearer(judged, other)) {
-            self.near.insert(tracklet, (identity, *judged));
-        }
+    }
+
+    /// An identity is forgotten.
+    pub(super) fn forget(&mut self, identity: Identity) {
+        self.all.values_mut().for_each(|claims| claims.retain(|claim| claim.identity != identity));
+    }
+
+    fn of(&self, tracklet: TrackletId) -> impl Iterator<Item = &Claim> {
+        let claims = self.all.get(&tracklet).into_iter().flatten();
+        claims.filter(|claim| self.since.is_some_and(|since| claim.time >= since))
     }
 
     /// How likely the radar track is the transponder's own before it is weighed; `None`: it is not looked at.
@@ -54,9 +112,13 @@ impl Claims {
         tracklets: &Tracklets,
     ) -> Option<Own> {
         let is_near = judged.is_near() || judged.is_loyal;
-        let another = self.near.get(&tracklet).filter(|claim| claim.0 != identity);
+        // The pair's, else the nearest one's.
+        let nearer = |best: &'_ Claim, other: &Claim| other.nearness.is_less(&best.nearness);
+        let near = self.of(tracklet).filter(|claim| claim.is_near);
+        let nearest = near.reduce(|best, other| if nearer(best, other) { other } else { best });
+        let another = nearest.filter(|claim| claim.identity != identity);
         match another {
-            Some((_, other)) if !is_near || is_nearer(other, judged) => None,
+            Some(other) if !is_near || other.nearness.is_less(&Nearness::of(judged)) => None,
             _ if judged.is_pair() => Some(Own::Pair),
             _ if !is_drone(tracklet, tracklets) => None,
             _ if is_near => Some(Own::Near),
@@ -67,9 +129,8 @@ impl Claims {
 
     /// Whether a radar track that is nobody's flies as this transponder does, and as no other.
     fn is_far(&self, tracklet: TrackletId, identity: Identity, judged: &Judged) -> bool {
-        let others =
-            self.flies.get(&tracklet).into_iter().flatten().filter(|other| other.0 != Some(identity));
-        let other = others.map(|other| other.1).fold(f64::NEG_INFINITY, f64::max);
+        let others = self.of(tracklet).filter(|claim| claim.identity != identity);
+        let other = others.map(|other| other.motion).fold(f64::NEG_INFINITY, f64::max);
         let is_level = judged.second.height_m.is_none_or(|height_m| height_m.abs() < FAR_HEIGHT_M);
         judged.taken_for != TakenFor::Another
             && judged.motion > FAR_MOTION
@@ -84,12 +145,6 @@ fn is_drone(tracklet: TrackletId, tracklets: &Tracklets) -> bool {
         let (seconds, mean) = tracklet.existence().class();
         seconds == 0.0 || mean > DRONE_PROBABILITY
     })
-}
-
-/// Whether a radar track is rather the first one's.
-fn is_nearer(one: &Judged, other: &Judged) -> bool {
-    let order = |one: &Judged| (!one.is_near(), !one.is_pair());
-    order(one).cmp(&order(other)).then(one.away.total_cmp(&other.away)).is_lt()
 }
 
 /// How a radar track comes to be looked at.

@@ -197,9 +197,9 @@ impl Judge {
     ) {
         self.is_weighed_anew = false;
         let index = self.index;
-        let offset_m = self.bank.offset(time).map_or(0.0, |(offset, _)| offset.norm());
+        let is_off = || self.bank.offset(time).is_some_and(|(offset, _)| offset.norm() > OFFSET_MIN_M);
         let mut reasons = finding.suspect.or(finding.failed);
-        if index > rules.on && offset_m > OFFSET_MIN_M {
+        if index > rules.on && is_off() {
             reasons.insert(Reason::Radar);
         }
         if self.bank.late_index().is_some_and(|late| late > rules.on + LATE_MORE) {
@@ -335,7 +335,8 @@ impl Judge {
     /// What is known of it.
     pub(super) fn assessment(&self, identity: Identity, time: Time, trust: Option<Trust>) -> Assessment {
         let is_flagged = self.state.is_flagged();
-        let offset = self.bank.offset(time).filter(|_| is_flagged && self.index > 0.0);
+        let is_off = is_flagged && self.index > 0.0;
+        let offset = is_off.then(|| self.bank.offset(time)).flatten();
         let by_radar = self.reasons.contains(Reason::Radar);
         Assessment {
             identity,

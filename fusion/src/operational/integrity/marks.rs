@@ -28,7 +28,8 @@ impl Lost {
         let lost = targets.iter().filter_map(|target| {
             let heard = judges.get(&target.identity()?)?.heard();
             let silent_s = cycle.centre.seconds_since(heard);
-            let estimate = target.estimate(cycle.centre).filter(|_| (0.0..LOST_S).contains(&silent_s))?;
+            let is_lost = (0.0..LOST_S).contains(&silent_s);
+            let estimate = is_lost.then(|| target.estimate(cycle.centre))??;
             Some((estimate.position.0.xy(), estimate.horizontal))
         });
         Self(lost.collect())
@@ -51,14 +52,14 @@ pub(super) fn is_seen(point: &Point, cycle: &Cycle) -> bool {
     point.source.radar().is_some_and(|part| cycle.centre.seconds_since(part.time).abs() <= COAST_MAX_S)
 }
 
-/// Marks an aircraft that only radars see: as the twin of a liar, or as one that nothing explains.
+/// Marks an aircraft that only radars see: as the twin of a liar, or as one that nothing explains. `lost`: once it is needed.
 pub(super) fn note_radar_only(
     point: &mut Point,
     judges: &mut BTreeMap<Identity, Judge>,
     twins: &Twins,
     tracklets: &Tracklets,
     targets: &Targets,
-    lost: &Lost,
+    lost: &mut Option<Lost>,
     cycle: &Cycle,
 ) {
     let Some(key) = point.source.radar().map(|part| part.track) else { return };
@@ -67,8 +68,9 @@ pub(super) fn note_radar_only(
     if let Some(judge) = liar.and_then(|liar| judges.get_mut(&liar)) {
         judge.set_twin_number(point.number);
     }
-    point.is_unexplained =
-        liar.is_none() && tracklet.existence().log_odds() >= CONFIRM_LOG_ODDS && !lost.explain(point);
+    point.is_unexplained = liar.is_none()
+        && tracklet.existence().log_odds() >= CONFIRM_LOG_ODDS
+        && !lost.get_or_insert_with(|| Lost::of(targets, judges, cycle)).explain(point);
 }
 
 /// Marks the points of transponders, and those that are at odds with them.

@@ -8,6 +8,7 @@ use nalgebra::Vector2;
 use crate::filter::LineOfSight;
 use crate::frames::Enu;
 use crate::integrity::{Look, Motion, Slow, Step};
+use crate::operational::cycle::{Cycle, EARLIEST};
 use crate::operational::ids::{TargetId, TrackletId};
 use crate::operational::settings::{Radar, Settings};
 use crate::operational::tracklets::Tracklet;
@@ -19,7 +20,7 @@ pub(super) const SECOND: SignedDuration = SignedDuration::from_secs(1);
 /// Turns make the slow error of an azimuth larger, by so much at worst: what is learnt is the mean over all flying.
 const TURNS: f64 = 1.8;
 /// A look is judged by those up to this before and after it, seconds;
-const AROUND_S: i64 = 6;
+const AROUND_S: f64 = 6.0;
 /// and by how the offset changes within this, seconds.
 const RATE_AROUND_S: f64 = 3.0;
 /// Near: so many standard deviations of the medians in range and azimuth, and their squares' sum.
@@ -37,6 +38,52 @@ const OTHER_LLR: f64 = -4.0;
 /// Looks after which a radar track that was near stays the aircraft's own.
 const LOYAL_LOOKS: u32 = 6;
 
+/// A transponder's curve, second by second as far as it is known at a deadline.
+#[derive(Debug)]
+pub(super) struct Curve<'a> {
+    transponder: &'a Transponder,
+    settings: &'a Settings,
+    deadline: Time,
+    /// The second that is looked at ends then.
+    end: Time,
+    /// From there on.
+    seconds: VecDeque<Flown>,
+}
+
+/// A second of a curve.
+#[derive(Clone, Copy, Debug)]
+struct Flown {
+    end: Time,
+    /// Over ground in the middle, metres a second.
+    velocity: Vector2<f64>,
+}
+
+impl<'a> Curve<'a> {
+    /// From the second on that ends at `first`.
+    pub(super) fn from(first: Time, transponder: &'a Transponder, cycle: &Cycle<'a>) -> Self {
+        let Cycle { deadline, settings, .. } = *cycle;
+        let heard = transponder.last_heard().unwrap_or(EARLIEST);
+        let ends = (0..).map(|index| first + SECOND * index);
+        let known = ends.take_while(|&end| end <= deadline && end + -SECOND < heard);
+        let flown = |end| Some(Flown { end, velocity: velocity(transponder, middle(end), settings)? });
+        Self { transponder, settings, deadline, end: first, seconds: known.filter_map(flown).collect() }
+    }
+
+    /// The second that ends at `end` is looked at; where the transponder was in its middle.
+    pub(super) fn turn(&mut self, end: Time) -> Option<Enu> {
+        self.end = end;
+        while self.seconds.front().is_some_and(|first| first.end < end) {
+            self.seconds.pop_front();
+        }
+        Some(self.transponder.on_curve(middle(end), self.settings)?.position)
+    }
+}
+
+/// The middle of the second that ends at `end`.
+fn middle(end: Time) -> Time {
+    end + -SECOND / 2
+}
+
 /// The plots of a radar track within a second, and the transponder's curve.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Second {
@@ -47,21 +94,14 @@ pub(super) struct Second {
 }
 
 impl Second {
-    /// The second that ends at `end`; `None` where there is no plot, or no curve.
-    fn of(
-        tracklet: &Tracklet,
-        transponder: &Transponder,
-        end: Time,
-        radar: &Radar,
-        settings: &Settings,
-    ) -> Option<Self> {
-        let middle = end + -SECOND / 2;
-        let plots = tracklet.between(end + -SECOND, end);
+    /// That of the curve; `None` where there is no plot.
+    fn of(tracklet: &Tracklet, curve: &Curve, flown: &Flown, radar: &Radar) -> Option<Self> {
+        let plots = tracklet.between(flown.end + -SECOND, flown.end);
         let (mut count, mut heights) = (0.0, 0.0);
         let (mut up_m, mut curve_m2) = (0.0, 0.0);
         let (mut place, mut offset) = (Vector2::zeros(), [0.0; 2]);
         for plot in plots {
-            let Some(curve) = transponder.on_curve(plot.time, settings) else { continue };
+            let Some(curve) = curve.transponder.on_curve(plot.time, curve.settings) else { continue };
             let seen = LineOfSight::from(radar.position, plot.position);
             let apart = (plot.position.0 - curve.position.0).xy();
             offset[0] += seen.outward.dot(&apart);
@@ -77,7 +117,6 @@ impl Second {
         if count == 0.0 {
             return None;
         }
-        let velocity = velocity(transponder, middle, settings)?;
         let (place, offset, curve_m2) = (place / count, offset.map(|sum| sum / count), curve_m2 / count);
         let seen = LineOfSight::from(radar.position, Enu::new(place.x, place.y, 0.0));
         let errors = &radar.track_errors;
@@ -90,14 +129,14 @@ impl Second {
         };
         let misaligned = |with: f64, without: f64| (with * with - without * without).max(0.0).sqrt();
         let look = Look {
-            time: middle,
+            time: middle(flown.end),
             radar: tracklet.key.sensor,
             track: tracklet.id.0,
             offset_m: offset,
             white_m2: plots_m2.map(|white_m2| white_m2 + curve_m2),
             axes: [seen.outward, seen.clockwise],
             range_m: seen.range_m,
-            velocity,
+            velocity: flown.velocity,
             slow,
             alignment: [
                 misaligned(radar.errors.bias_range_m, errors.bias_range_m),
@@ -133,12 +172,38 @@ fn velocity(transponder: &Transponder, time: Time, settings: &Settings) -> Optio
     }
 }
 
+/// Where a radar track was seen from a transponder: mean of the plots less the transponder's curve, outward and clockwise,
+/// metres.
+#[derive(Clone, Copy, Debug)]
+struct Offset {
+    time: Time,
+    offset_m: [f64; 2],
+}
+
+impl From<&Look> for Offset {
+    fn from(&Look { time, offset_m, .. }: &Look) -> Self {
+        Self { time, offset_m }
+    }
+}
+
+/// A second that is known already, and how the radar track flies up to it.
+#[derive(Clone, Copy, Debug)]
+struct Ahead {
+    second: Second,
+    motion: Motion,
+    /// Log-likelihood of the second if it is another aircraft.
+    other: f64,
+}
+
 /// A radar track as it is seen from a transponder.
 #[derive(Debug)]
 pub(super) struct Watch {
     motion: Motion,
     /// The looks of the last seconds, up to that which is judged.
-    past: VecDeque<Second>,
+    past: VecDeque<Offset>,
+    /// The seconds after these, as they were known at a deadline.
+    ahead: VecDeque<Ahead>,
+    known: Time,
     /// How many looks were near.
     near: u32,
     /// Whether it moved against the transponder, as a radar track that walks off does, or as a transponder's place that jumps.
@@ -209,46 +274,85 @@ impl Judged {
 
 impl Watch {
     pub(super) fn new() -> Self {
-        Self { motion: Motion::default(), past: VecDeque::new(), near: 0, walked_off: false, last: None }
+        Self {
+            motion: Motion::default(),
+            past: VecDeque::new(),
+            ahead: VecDeque::new(),
+            known: EARLIEST,
+            near: 0,
+            walked_off: false,
+            last: None,
+        }
     }
 
-    /// Looks at the second that ends at `end`, knowing those up to `known`. `jumps`: the transponder's places jump by
+    /// Looks at the curve's second, knowing those after it; what is made of it. `jumps`: the transponder's places jump by
     /// themselves, so that it is not the radar track that moves away from them.
     pub(super) fn look(
         &mut self,
         tracklet: &Tracklet,
-        transponder: &Transponder,
-        (end, known): (Time, Time),
+        curve: &Curve,
         (taken_for, jumps): (TakenFor, bool),
         radar: &Radar,
-        settings: &Settings,
-    ) {
-        let of = |end| Second::of(tracklet, transponder, end, radar, settings);
-        let Some(now) = of(end) else { return };
-        let before = self.past.back().copied();
-        self.past.push_back(now);
-        let around = |second: &Second| now.look.time.seconds_since(second.look.time) <= AROUND_S as f64;
-        while self.past.front().is_some_and(|first| !around(first)) {
+    ) -> Option<&Judged> {
+        let now = middle(curve.end);
+        if self.known != curve.deadline {
+            self.known = curve.deadline;
+            let second = |flown| Second::of(tracklet, curve, flown, radar);
+            self.foresee(curve.seconds.iter().filter_map(second).collect());
+        }
+        let passed = self.ahead.iter().take_while(|next| next.second.look.time < now).count();
+        if passed > 0 {
+            // It was too far away to be looked at then.
+            self.foresee(self.ahead.iter().skip(passed).map(|ahead| ahead.second).collect());
+        }
+        self.ahead.front().filter(|next| next.second.look.time == now)?;
+        let next = self.ahead.pop_front()?;
+        self.judge(next, taken_for, jumps);
+        self.last.as_ref()
+    }
+
+    /// How it flies by the seconds ahead.
+    fn foresee(&mut self, seconds: Vec<Second>) {
+        let (mut motion, mut before) = (self.motion, self.past.back().map(|last| last.time));
+        self.ahead.clear();
+        self.ahead.extend(seconds.into_iter().map(|second| {
+            let time = second.look.time;
+            let other = motion.take(second.steps, elapsed_s(before.replace(time), time));
+            Ahead { second, motion, other }
+        }));
+    }
+
+    /// Judges a second by those around it.
+    fn judge(&mut self, next: Ahead, taken_for: TakenFor, jumps: bool) {
+        let now = next.second;
+        let time = now.look.time;
+        let before = self.past.back().map(|last| last.time);
+        self.past.push_back(Offset::from(&now.look));
+        let is_around = |one: Time, other: Time| other.seconds_since(one) <= AROUND_S;
+        while self.past.front().is_some_and(|first| !is_around(first.time, time)) {
             self.past.pop_front();
         }
-        let ahead = (1..=AROUND_S).map(|ahead| end + SECOND * ahead as i32);
-        let ahead = ahead.take_while(|&ahead| ahead <= known).filter_map(of);
-        let seconds: Vec<Second> = self.past.iter().copied().chain(ahead).collect();
-        let walks_off = walks_off(&seconds, &now);
-        let other = match walks_off {
-            true if jumps => 0.0,
-            false if jumps && self.walked_off => {
-                self.motion.take_elsewhere(now.steps, elapsed_s(before.as_ref(), &now))
+        let ahead = self.ahead.iter().map(|ahead| &ahead.second.look);
+        let ahead = ahead.take_while(|ahead| is_around(time, ahead.time));
+        let last = ahead.clone().last().unwrap_or(&now.look);
+        let offsets: Vec<Offset> = self.past.iter().copied().chain(ahead.clone().map(Offset::from)).collect();
+        let count_ahead = offsets.len() - self.past.len();
+        let (walks_off, away) = (walks_off(&offsets, &now.look), away(&offsets, last));
+        let is_special = jumps && (walks_off || self.walked_off);
+        let other = match (is_special, walks_off) {
+            (true, true) => 0.0,
+            (true, false) => self.motion.take_elsewhere(now.steps, elapsed_s(before, time)),
+            (false, _) => {
+                self.motion = next.motion;
+                next.other
             }
-            _ => self.motion.take(now.steps, elapsed_s(before.as_ref(), &now)),
         };
+        if is_special {
+            self.foresee(self.ahead.iter().map(|ahead| ahead.second).collect());
+        }
         self.walked_off = walks_off;
         let so_far = self.motion.llr();
-        let mut motion = self.motion;
-        for pair in seconds[self.past.len() - 1..].windows(2) {
-            motion.take(pair[1].steps, elapsed_s(Some(&pair[0]), &pair[1]));
-        }
-        let away = away(&seconds);
+        let furthest = count_ahead.checked_sub(1).and_then(|last| self.ahead.get(last));
         let is_near = away < NEAR_MAX;
         self.near += u32::from(is_near);
         self.last = Some(Judged {
@@ -257,7 +361,7 @@ impl Watch {
             other,
             so_far,
             away,
-            motion: motion.llr(),
+            motion: furthest.map_or(so_far, |ahead| ahead.motion.llr()),
             is_loyal: self.near >= LOYAL_LOOKS && so_far > OTHER_LLR,
             walks_off,
         });
@@ -269,19 +373,19 @@ impl Watch {
     }
 }
 
-fn elapsed_s(before: Option<&Second>, now: &Second) -> f64 {
-    before.map_or(1.0, |before| now.look.time.seconds_since(before.look.time))
+/// From the look before to one at `time`, seconds; a second where there is none.
+fn elapsed_s(before: Option<Time>, time: Time) -> f64 {
+    before.map_or(1.0, |before| time.seconds_since(before))
 }
 
-/// How far the medians of the offsets are from nothing, in squared deviations.
-fn away(seconds: &[Second]) -> f64 {
-    let Some(last) = seconds.last().map(|second| &second.look) else { return f64::INFINITY };
+/// How far the medians of the offsets are from nothing, in squared deviations as they are at the last of them.
+fn away(offsets: &[Offset], last: &Look) -> f64 {
     let sigmas = [
         last.slow.range_m.hypot(last.alignment[0]).hypot(HONEST_M),
         (last.slow.azimuth.hypot(last.alignment[1]) * last.range_m).hypot(HONEST_M),
     ];
     let squared = |axis: usize| {
-        let offsets = seconds.iter().map(|second| second.look.offset_m[axis]).collect();
+        let offsets = offsets.iter().map(|offset| offset.offset_m[axis]).collect();
         (median(offsets) / (NEAR_SIGMAS[axis] * sigmas[axis])).powi(2)
     };
     squared(0) + squared(1)
@@ -294,21 +398,23 @@ fn median(mut values: Vec<f64>) -> f64 {
 }
 
 /// Whether the radar track moves against the transponder faster than a lie drifts.
-fn walks_off(seconds: &[Second], now: &Second) -> bool {
-    let from_now = |second: &&Second| second.look.time.seconds_since(now.look.time);
-    let around: Vec<&Second> =
-        seconds.iter().filter(|second| from_now(second).abs() <= RATE_AROUND_S).collect();
+fn walks_off(offsets: &[Offset], now: &Look) -> bool {
+    let from_now = |offset: &Offset| offset.time.seconds_since(now.time);
+    // The offsets come by time.
+    let first = offsets.partition_point(|offset| from_now(offset) < -RATE_AROUND_S);
+    let behind = offsets.partition_point(|offset| from_now(offset) <= RATE_AROUND_S);
+    let around = &offsets[first..behind];
     let count = around.len() as f64;
     if around.len() < 3 {
         return false;
     }
     let mean_s = around.iter().map(from_now).sum::<f64>() / count;
-    let spread_s2: f64 = around.iter().map(|second| (from_now(second) - mean_s).powi(2)).sum();
+    let spread_s2: f64 = around.iter().map(|offset| (from_now(offset) - mean_s).powi(2)).sum();
     let rate = |axis: usize| {
-        let products = around.iter().map(|second| (from_now(second) - mean_s) * second.look.offset_m[axis]);
+        let products = around.iter().map(|offset| (from_now(offset) - mean_s) * offset.offset_m[axis]);
         products.sum::<f64>() / spread_s2
     };
-    let Look { slow, range_m, white_m2, .. } = now.look;
+    let Look { slow, range_m, white_m2, .. } = *now;
     let sigma = |axis: usize| {
         let slow_m = [slow.range_m, slow.azimuth * range_m][axis];
         // A slow error walks by its deviation times sqrt(2 t / τ) in a time t.
