@@ -200,6 +200,14 @@ impl ReportRules {
         self.ledgers.get(&identity).filter(|ledger| ledger.silence.is_silent).map(|ledger| ledger.newest)
     }
 
+    /// Each identity heard lately, the time of its newest report, and where it was.
+    pub(crate) fn newest(&self) -> impl Iterator<Item = (Identity, Time, Enu)> {
+        self.ledgers.iter().filter_map(|(&identity, ledger)| {
+            let newest = ledger.latest()?.newest()?;
+            Some((identity, newest.time, Enu::from(newest.position)))
+        })
+    }
+
     /// Who fell silent at once, while it lasts.
     pub(crate) fn jammed(&self) -> Option<&Jammed> {
         self.jamming.jammed()
