@@ -4,7 +4,7 @@ use nalgebra::{Matrix2, Vector2};
 
 use crate::integrity::ReportRules;
 use crate::operational::cycle::Cycle;
-use crate::operational::targets::Targets;
+use crate::operational::targets::{Target, Targets};
 use crate::point::Point;
 use crate::time::Time;
 
@@ -20,8 +20,8 @@ const AWAY_M_S: f64 = 15.0;
 
 /// Where an identity would be that is not heard at the slot.
 struct Lost {
-    /// Its newest report.
-    heard: Time,
+    /// Its last report up to the slot; `None`: it had not been heard often enough by then to be known from anything else.
+    heard: Option<Time>,
     /// Over ground.
     place: Vector2<f64>,
     covariance: Matrix2<f64>,
@@ -32,7 +32,11 @@ pub(super) fn explain(points: &mut [Point], reports: &ReportRules, targets: &Tar
     if points.iter().all(|point| !point.is_unexplained) {
         return;
     }
-    for lost in all(reports, targets, cycle) {
+    assign(points, all(reports, targets, cycle));
+}
+
+fn assign(points: &mut [Point], all: impl Iterator<Item = Lost>) {
+    for lost in all {
         let unexplained = points.iter_mut().filter(|point| point.is_unexplained);
         let near = unexplained.filter_map(|point| Some((lost.sigmas(point)?, point)));
         let likeliest = near.min_by(|(one, _), (other, _)| one.total_cmp(other));
@@ -44,7 +48,7 @@ pub(super) fn explain(points: &mut [Point], reports: &ReportRules, targets: &Tar
 
 /// Those that are not heard at the slot.
 fn all(reports: &ReportRules, targets: &Targets, cycle: &Cycle) -> impl Iterator<Item = Lost> {
-    reports.newest().filter_map(|(identity, heard, place)| {
+    reports.newest().filter_map(|(identity, heard, place, is_known)| {
         let away_s = cycle.centre.seconds_since(heard).abs();
         if away_s >= LOST_S {
             return None;
@@ -57,16 +61,17 @@ fn all(reports: &ReportRules, targets: &Targets, cycle: &Cycle) -> impl Iterator
             Some(estimate) => (estimate.position.0.xy(), estimate.horizontal),
             None => (place.0.xy(), Matrix2::identity() * (AWAY_M_S * away_s).powi(2)),
         };
-        // In a gap whose end is known already it was heard before it, too.
-        let before = target.and_then(|target| target.transponder()?.last_until(cycle.centre));
-        Some(Lost { heard: before.unwrap_or(heard), place, covariance })
+        // The end of a gap may be known already.
+        let until = |target: &Target| target.transponder()?.last_until(cycle.centre);
+        let heard = target.map_or((heard <= cycle.centre).then_some(heard), until).filter(|_| is_known);
+        Some(Lost { heard, place, covariance })
     })
 }
 
 impl Lost {
     /// How far an aircraft is from where it would be, in deviations; `None`: it is another one.
     fn sigmas(&self, point: &Point) -> Option<f64> {
-        if point.first_seen.seconds_since(self.heard) < -BEFORE_S {
+        if self.heard.is_some_and(|heard| point.first_seen.seconds_since(heard) < -BEFORE_S) {
             return None;
         }
         let own = point.estimate.map_or_else(Matrix2::zeros, |estimate| estimate.horizontal);
@@ -75,3 +80,6 @@ impl Lost {
         Some(apart.dot(&(inverse * apart)).sqrt())
     }
 }
+
+#[cfg(test)]
+mod tests;
