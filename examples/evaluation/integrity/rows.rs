@@ -23,8 +23,8 @@ const WHY_SHIFT: &str = "a late stamp is an offset along the track, which interp
                          lower threshold honest ones were flagged, a real one among them.";
 const WHY_SHOWN: &str =
     "until a radar track elsewhere is believed to be the drone's it is held back as one that has walked off.";
-const WHY_UNCOOPERATIVE: &str = "where a silent drone may be grows by the second, and explains what flies there for a minute; a \
-                                 drone that is jammed for longer, or lies and is not flagged yet, is one without a transponder.";
+const WHY_UNCOOPERATIVE: &str = "a silent drone explains the likeliest aircraft around, which may be another; a drone that is jammed \
+                                 for more than two minutes is one without a transponder.";
 const WHY_JAMMING: &str = "a drone that was silent before it was jammed counts for none.";
 
 /// Hours in which one false flag is allowed.
