@@ -11,8 +11,8 @@ use fusion::{Identity, RadarTrackKey};
 /// Time that a drone is published, seen by radar alone and inside the coverage of a transponder receiver, before it counts as
 /// uncooperative, nanoseconds: transponders are heard every few seconds. By judgement.
 const WAIT_NS: i64 = 15 * SECOND;
-/// An aircraft that has had no point for so long has ended, nanoseconds: longer than any gap that the engine bridges.
-const GONE_NS: u64 = 10 * SECOND as u64;
+/// An aircraft that has had no point for so long has ended, nanoseconds: the engine finds one again for as long.
+const GONE_NS: u64 = 50 * SECOND as u64;
 
 /// Watches for drones without a transponder, slot by slot.
 #[derive(Clone, Debug, Default)]

@@ -320,9 +320,19 @@ fn uncooperative_is_said_within_twenty_seconds() {
     scene.output.extend((100..179).map(|slot| mark(slot, 14, 4000.0, true)));
     scene.output.extend((100..110).map(|slot| mark(slot, 15, 0.0, slot == 105)));
     scene.output.extend((100..110).map(|slot| mark(slot, 16, 2000.0, false)));
+    // ALPHA lies from 50 s on; before that a mark is false.
     let found = scene.scored().uncooperative;
-    assert_eq!((found.aircraft, found.marked, found.false_marks), (2, 1, 1));
-    near(Some(found.equipped_h), 2.0 * 200.0 / 3600.0);
+    assert_eq!((found.aircraft, found.marked, found.false_marks, found.marked_liars), (2, 1, 1, 0));
+    let lied_s: f64 = scene.attacks.iter().map(|lie| lie.until.min(at(200.0)).seconds_since(lie.from)).sum();
+    near(Some(found.equipped_h), (2.0 * 200.0 - lied_s) / 3600.0);
+    // A mark that a number carries on to a drone with a transponder was not put there.
+    (301..=400).for_each(|slot| scene.label(0.25 * slot as f64, "radar", 12, Some("BRAVO"), false));
+    scene.output.extend((301..400).map(|slot| mark(slot, 12, 2000.0, true)));
+    // One that is put on a drone whose transponder lies is right.
+    (301..=400).for_each(|slot| scene.label(0.25 * slot as f64, "radar", 17, Some("ALPHA"), false));
+    scene.output.extend((301..400).map(|slot| mark(slot, 17, 0.0, slot > 350)));
+    let found = scene.scored().uncooperative;
+    assert_eq!((found.aircraft, found.marked, found.false_marks, found.marked_liars), (2, 1, 1, 1));
 }
 
 /// A simulated flight in which a transponder lies, replayed.

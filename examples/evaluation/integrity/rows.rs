@@ -23,8 +23,8 @@ const WHY_SHIFT: &str = "a late stamp is an offset along the track, which interp
                          lower threshold honest ones were flagged, a real one among them.";
 const WHY_SHOWN: &str =
     "until a radar track elsewhere is believed to be the drone's it is held back as one that has walked off.";
-const WHY_UNCOOPERATIVE: &str = "where a silent drone may be grows by the second, and explains what flies there for a minute; a \
-                                 drone that is jammed for longer, or lies and is not flagged yet, is one without a transponder.";
+const WHY_UNCOOPERATIVE: &str = "a silent drone explains the likeliest aircraft around, which may be another; a drone that is jammed \
+                                 for more than two minutes is one without a transponder.";
 const WHY_JAMMING: &str = "a drone that was silent before it was jammed counts for none.";
 
 /// Hours in which one false flag is allowed.
@@ -214,7 +214,8 @@ fn uncooperative(outcomes: &[Outcome]) -> Vec<Asked> {
     let flights = outcomes.iter().filter(|outcome| is_clean(outcome) || is_of(outcome, AttackKind::Drift));
     let each: Vec<Uncooperative> = flights.map(|outcome| outcome.integrity.uncooperative).collect();
     let marked = each.iter().flat_map(|found| (0..found.aircraft).map(|aircraft| aircraft < found.marked));
-    let false_marks = each.iter().map(|found| found.false_marks).sum();
+    let false_marks: usize = each.iter().map(|found| found.false_marks).sum();
+    let marked_liars: usize = each.iter().map(|found| found.marked_liars).sum();
     let hours = each.iter().map(|found| found.equipped_h).sum();
     vec![
         row("`uncooperative` within 20 s: drones without transponder, percent (n: aircraft)", share(marked))
@@ -229,6 +230,11 @@ fn uncooperative(outcomes: &[Outcome]) -> Vec<Asked> {
         .required(AtMost(1.0))
         .why(WHY_UNCOOPERATIVE)
         .ambition(AtMost(0.33)),
+        row(
+            "the same, with marks on drones while their transponders lie",
+            rate(false_marks + marked_liars, hours, UNCOOPERATIVE_H),
+        )
+        .decimals(2),
     ]
 }
 

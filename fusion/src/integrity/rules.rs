@@ -200,6 +200,15 @@ impl ReportRules {
         self.ledgers.get(&identity).filter(|ledger| ledger.silence.is_silent).map(|ledger| ledger.newest)
     }
 
+    /// Each identity heard lately, the time of its newest report, where it was, and whether it was heard often enough to be
+    /// missed.
+    pub(crate) fn newest(&self) -> impl Iterator<Item = (Identity, Time, Enu, bool)> {
+        self.ledgers.iter().filter_map(|(&identity, ledger)| {
+            let newest = ledger.latest()?.newest()?;
+            Some((identity, newest.time, Enu::from(newest.position), ledger.silence.is_known))
+        })
+    }
+
     /// Who fell silent at once, while it lasts.
     pub(crate) fn jammed(&self) -> Option<&Jammed> {
         self.jamming.jammed()

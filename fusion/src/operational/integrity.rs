@@ -5,6 +5,7 @@
 
 mod choice;
 mod judge;
+mod lost;
 mod marks;
 mod watch;
 
@@ -242,14 +243,14 @@ impl Integrities {
             return Vec::new();
         }
         let Self { reports, judges, assessments, twins, .. } = self;
-        let mut lost = None;
         let mut tracks = BTreeMap::new();
         for point in points.iter_mut() {
             match point.source.transponder() {
                 Some(part) => _ = tracks.insert(part.identity, (point.number, marks::is_seen(point, cycle))),
-                None => marks::note_radar_only(point, judges, twins, tracklets, targets, &mut lost, cycle),
+                None => marks::note_radar_only(point, judges, twins, tracklets, targets, cycle),
             }
         }
+        lost::explain(points, reports, targets, cycle);
         let mut concerns = Vec::new();
         for (&identity, known) in &mut *assessments {
             let silent = reports.silent_since(identity);

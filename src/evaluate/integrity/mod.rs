@@ -85,7 +85,7 @@ pub fn integrity(flight: &Flight<'_>) -> Integrity {
     Integrity {
         attacks: attacks.iter().filter(|attack| attack.kind.is_lie()).filter_map(detection).collect(),
         clean: Clean::of(&reports, &flagged, attacks),
-        uncooperative: Uncooperative::of(&points, truth, labels, settings.grid.slot_s()),
+        uncooperative: Uncooperative::of(&points, attacks, truth, labels, settings.grid.slot_s()),
         jamming: flight.alerts.map(|alerts| Jamming::of(alerts, attacks, settings)),
     }
 }

@@ -166,8 +166,8 @@ fn the_twin_of_a_transponder_that_lies_is_none() {
 fn what_has_ended_is_forgotten() {
     let mut field = Field::new();
     field.pass(60, &[drone(7, 0.0, 0.0)]);
-    field.pass(39, &[]);
-    assert_eq!(field.pass(1, &[drone(7, 0.0, 0.0)]).len(), 1, "a gap of ten seconds");
-    field.pass(42, &[]);
+    field.pass(199, &[]);
+    assert_eq!(field.pass(1, &[drone(7, 0.0, 0.0)]).len(), 1, "a gap of fifty seconds");
+    field.pass(202, &[]);
     assert_eq!(field.pass(1, &[drone(7, 0.0, 0.0)]).len(), 0);
 }

@@ -10,42 +10,14 @@ use crate::integrity::{Assessment, IntegrityRules, Reason};
 use crate::operational::cycle::Cycle;
 use crate::operational::targets::Targets;
 use crate::operational::tracklets::Tracklets;
-use crate::operational::tuning::{COAST_MAX_S, CONFIRM_LOG_ODDS};
+use crate::operational::tuning::COAST_MAX_S;
 use crate::point::{Point, Source};
 use crate::report::Identity;
 
 /// Where a transponder that lies without a radar's seeing it may be: sigma of each axis over ground, metres.
 const ANYWHERE_M: f64 = 150.0;
-/// An identity that fell silent within so many seconds explains what is within so many deviations of where it would be.
-const LOST_S: f64 = 60.0;
-const LOST_SIGMAS: f64 = 3.0;
-
-/// Where those would be that fell silent lately.
-pub(super) struct Lost(Vec<(nalgebra::Vector2<f64>, Matrix2<f64>)>);
-
-impl Lost {
-    pub(super) fn of(targets: &Targets, judges: &BTreeMap<Identity, Judge>, cycle: &Cycle) -> Self {
-        let lost = targets.iter().filter_map(|target| {
-            let heard = judges.get(&target.identity()?)?.heard();
-            let silent_s = cycle.centre.seconds_since(heard);
-            let is_lost = (0.0..LOST_S).contains(&silent_s);
-            let estimate = is_lost.then(|| target.estimate(cycle.centre))??;
-            Some((estimate.position.0.xy(), estimate.horizontal))
-        });
-        Self(lost.collect())
-    }
-
-    /// Whether one of them may be this.
-    fn explain(&self, point: &Point) -> bool {
-        let own = point.estimate.map_or_else(Matrix2::zeros, |estimate| estimate.horizontal);
-        self.0.iter().any(|(place, covariance)| {
-            let apart = point.position.0.xy() - place;
-            (own + covariance)
-                .try_inverse()
-                .is_none_or(|inverse| apart.dot(&(inverse * apart)) < LOST_SIGMAS * LOST_SIGMAS)
-        })
-    }
-}
+/// An aircraft is published once it is confirmed as a drone; it stays one while these are its log-odds at least.
+const STAYS_LOG_ODDS: f64 = 1.0;
 
 /// Whether a radar sees it now.
 pub(super) fn is_seen(point: &Point, cycle: &Cycle) -> bool {
@@ -59,7 +31,6 @@ pub(super) fn note_radar_only(
     twins: &Twins,
     tracklets: &Tracklets,
     targets: &Targets,
-    lost: &mut Option<Lost>,
     cycle: &Cycle,
 ) {
     let Some(key) = point.source.radar().map(|part| part.track) else { return };
@@ -68,9 +39,7 @@ pub(super) fn note_radar_only(
     if let Some(judge) = liar.and_then(|liar| judges.get_mut(&liar)) {
         judge.set_twin_number(point.number);
     }
-    point.is_unexplained = liar.is_none()
-        && tracklet.existence().log_odds() >= CONFIRM_LOG_ODDS
-        && !lost.get_or_insert_with(|| Lost::of(targets, judges, cycle)).explain(point);
+    point.is_unexplained = liar.is_none() && tracklet.existence().log_odds() >= STAYS_LOG_ODDS;
 }
 
 /// Marks the points of transponders, and those that are at odds with them.
