@@ -362,6 +362,10 @@ fn speed(speed: &Speed) -> Vec<Asked> {
             "integrity `flag` / `off`, processor time on `dense`, one run, pictures not written",
             measured(speed.integrity, None),
         )
+        .why(
+            "each second of each radar track near a transponder is compared with its curve, and some fifty filters a \
+             transponder take it in; the seconds ahead are looked at anew in each second.",
+        )
         .required(AtMost(1.10))
         .ambition(AtMost(1.05)),
         Asked::new(
