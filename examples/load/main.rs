@@ -132,6 +132,7 @@ fn main() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
     })?;
     let stopped_s = stage.stop()?;
     println!("{figures}");
+    fs::create_dir_all("target")?;
     fs::write(format!("target/load-{scenario}.json"), format!("{:#}\n", figures.to_json()))?;
     println!("stopped after SIGTERM within      {stopped_s:.2} s");
     let missed = figures.missed(LATE_S, GROWTH);
