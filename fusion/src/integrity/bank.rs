@@ -34,7 +34,7 @@ const PROTECTION_S: f64 = 60.0;
 /// logarithm.
 const WALK_MAX_S: f64 = 14.0;
 const WALK_COST: f64 = 2.6;
-/// A jump shows in the reports themselves: that it did not costs so much, natural logarithm.
+/// A jump shows in the reports themselves: a row of one that did not begins behind by this, natural logarithm.
 const JUMP_COST: f64 = 3.0;
 /// A stamp that is this late or early is wrong, seconds.
 const LATE_MIN_S: f64 = 0.5;
@@ -134,7 +134,7 @@ impl Bank {
         self.see(look, None, other);
     }
 
-    /// `own`: where the radar track is another aircraft's than the last one.
+    /// `own`: as of [`Self::take`], where a radar track begins; `None`: it goes on.
     fn see(&mut self, look: &Look, own: Option<f64>, other: f64) {
         let dt = self.looked.map_or(1.0, |looked| look.time.seconds_since(looked));
         if own.is_some() {

@@ -16,7 +16,7 @@ use crate::report::Identity;
 
 /// Where a transponder that lies without a radar's seeing it may be: sigma of each axis over ground, metres.
 const ANYWHERE_M: f64 = 150.0;
-/// An aircraft is published once it is confirmed as a drone; it stays one while these are its log-odds at least.
+/// What is published was confirmed as a drone; it counts as one for as long as its log-odds are at least this.
 const STAYS_LOG_ODDS: f64 = 1.0;
 
 /// Whether a radar sees it now.
@@ -24,7 +24,7 @@ pub(super) fn is_seen(point: &Point, cycle: &Cycle) -> bool {
     point.source.radar().is_some_and(|part| cycle.centre.seconds_since(part.time).abs() <= COAST_MAX_S)
 }
 
-/// Marks an aircraft that only radars see: as the twin of a liar, or as one that nothing explains. `lost`: once it is needed.
+/// Marks an aircraft that only radars see: as the twin of a liar, or as one that no liar explains.
 pub(super) fn note_radar_only(
     point: &mut Point,
     judges: &mut BTreeMap<Identity, Judge>,
