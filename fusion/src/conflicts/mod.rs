@@ -170,6 +170,8 @@ pub struct Evaluation {
     pub aircraft: Vec<Aircraft>,
     /// Those with a level, or with a probability of at least 0.01; by pair, then by volume.
     pub conflicts: Vec<Conflict>,
+    /// Those that hold although one of both is missing: ids and volumes.
+    pub unseen: Vec<(u64, usize)>,
     /// Pairs that were near enough to be looked at.
     pub tested: usize,
     /// Aircraft that were left out, because their covariance is none.
@@ -225,14 +227,16 @@ impl Conflicts {
         for pair in pairs {
             self.judge(time, &aircraft, pair, &mut conflicts);
         }
+        let mut unseen = Vec::new();
         self.known.retain(|_, known| {
             if known.judged != time {
                 known.levels.iter_mut().for_each(|levels| levels.note(time, [Say::default(); 3]));
                 known.drop_id();
+                unseen.extend(known.held());
             }
             !known.levels.iter().all(Levels::is_blank)
         });
-        Evaluation { aircraft, conflicts, tested, left_out }
+        Evaluation { aircraft, conflicts, unseen, tested, left_out }
     }
 
     /// The pairs that are remembered, wherever both are by now.
@@ -288,6 +292,13 @@ impl Conflicts {
 impl Known {
     fn new(rules: &Rules, time: Time) -> Self {
         Self { id: None, levels: vec![Levels::default(); rules.volumes.len()], judged: time }
+    }
+
+    /// Its id with each volume of which a level holds.
+    fn held(&self) -> impl Iterator<Item = (u64, usize)> {
+        let volumes = self.levels.iter().enumerate().filter(|(_, levels)| levels.worst().is_some());
+        let id = self.id;
+        volumes.filter_map(move |(volume, _)| Some((id?, volume)))
     }
 
     /// Without a level it is no conflict any more.
