@@ -15,7 +15,7 @@ use fusion::frames::Geodetic;
 use fusion::integrity::State;
 use fusion::time::{SECOND, Time};
 
-pub use json::{ConflictJson, VolumeJson};
+pub use json::{ConflictJson, ConflictLine, VolumeJson};
 
 /// A radar's track that is a drone with a lower probability than this takes no part: birds are near each other all day.
 const DRONE_PROBABILITY: f64 = 0.5;
@@ -103,6 +103,24 @@ impl ConflictWatch {
         &self.conflicts.rules().volumes
     }
 
+    /// The picture that it looks at.
+    pub fn on(&self) -> PictureKind {
+        self.on
+    }
+
+    /// Whether anything is looked for in the picture of a slot.
+    pub fn is_due(&self, published: &PublishedPicture) -> bool {
+        match self.on {
+            PictureKind::Lagged => self.is_full_second(&published.picture),
+            PictureKind::Now => published.now.get().is_some_and(|now| self.is_full_second(&now)),
+        }
+    }
+
+    /// Once a second.
+    fn is_full_second(&self, picture: &Picture) -> bool {
+        picture.slot.0.rem_euclid(self.every) == 0
+    }
+
     /// What is found in the picture of a slot; `None` between two evaluations, and where there is no such picture.
     pub fn look(&mut self, published: &PublishedPicture, maker: &PictureMaker) -> Option<Outlook> {
         match self.on {
@@ -113,7 +131,7 @@ impl ConflictWatch {
 
     /// The same of the picture itself.
     pub fn look_at(&mut self, picture: &Picture, maker: &PictureMaker) -> Option<Outlook> {
-        if picture.slot.0.rem_euclid(self.every) != 0 {
+        if !self.is_full_second(picture) {
             return None;
         }
         let time = Time::from_nanos(picture.time.nanos() + (self.age_s * SECOND as f64) as i64);
