@@ -157,6 +157,11 @@ impl Tracklet {
         self.marks.last
     }
 
+    /// The last plot up to `time`.
+    pub(super) fn last_until(&self, time: Time) -> Option<&Plot> {
+        Some(&self.plots[self.count_until(time).checked_sub(1)?].plot)
+    }
+
     /// Time of the last plot before `time`.
     pub(super) fn last_before(&self, time: Time) -> Option<Time> {
         Some(self.plots[self.index(time).checked_sub(1)?].plot.time)
