@@ -13,7 +13,7 @@ use nalgebra::{Matrix2, Vector2};
 
 use crate::report::SensorIndex;
 use crate::time::Time;
-use row::{Kind, Row};
+use row::{Kind, Row, Sight};
 
 /// Rows begin so far apart, seconds; those of a shifted time.
 const BEGIN_EVERY_S: f64 = 5.0;
@@ -141,10 +141,11 @@ impl Bank {
             self.end_track();
         }
         self.turn_to(look);
+        let sights = Sight::of_look(look);
         for row in self.all() {
             match own {
-                Some(own) => row.begin_track(look, own),
-                None => row.take(look, other, dt),
+                Some(own) => row.begin_track(look, &sights, own),
+                None => row.take(look, &sights, other, dt),
             }
         }
         self.looked = Some(look.time);

@@ -83,10 +83,10 @@ impl Integrities {
             return;
         }
         self.reports.look(cycle.deadline);
-        if self.claims.turn(cycle.centre + SECOND * -CLAIMED_S, tracklets) {
-            for judge in self.judges.values_mut() {
-                judge.watches.retain(|&id, _| tracklets.get(id).is_some());
-            }
+        self.claims.turn(cycle.centre + SECOND * -CLAIMED_S);
+        for &ended in tracklets.ended() {
+            self.claims.end(ended);
+            self.judges.values_mut().for_each(|judge| _ = judge.watches.remove(&ended));
         }
         self.watch(tracklets, targets, cycle);
         self.settle(tracklets, targets, cycle);
@@ -118,7 +118,7 @@ impl Integrities {
             let pending: Vec<Time> = judge.pending(transponder, cycle).collect();
             let Some(&first) = pending.first() else { continue };
             let jumps = self.reports.finding(transponder.identity).suspect.contains(Reason::Jump);
-            let mut curve = Curve::from(first, transponder, cycle);
+            let Some(mut curve) = Curve::from(first, transponder, cycle) else { continue };
             for end in pending {
                 let Some(place) = curve.turn(end) else { continue };
                 let begin = end + -SECOND;
@@ -144,7 +144,7 @@ impl Integrities {
                         None => TakenFor::Nothing,
                     };
                     let watch = judge.watches.entry(tracklet.id).or_insert_with(Watch::new);
-                    if let Some(judged) = watch.look(tracklet, &curve, (taken_for, jumps), radar) {
+                    if let Some(judged) = watch.look(tracklet, &mut curve, (taken_for, jumps), radar) {
                         seen.push((tracklet.id, Claim::of(transponder.identity, judged)));
                     }
                 }

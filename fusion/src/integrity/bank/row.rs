@@ -201,18 +201,18 @@ impl Row {
     }
 
     /// Begins to look at another radar track, that is the aircraft's own with probability `own` before it is looked at.
-    pub(super) fn begin_track(&mut self, look: &Look, own: f64) {
-        let place = self.place(look);
+    pub(super) fn begin_track(&mut self, look: &Look, sights: &[Sight; 2], own: f64) {
+        let place = self.place(look, sights);
         let saved = (self.mean, self.covariance);
         let (own, other) = (own.ln() + place, (1.0 - own).ln());
         self.track = Some(Track { own, other, either: sum(own, other), saved });
-        self.observe(look, 0);
-        self.observe(look, 1);
+        self.observe(look, sights, 0);
+        self.observe(look, sights, 1);
     }
 
     /// Takes in the next look at it, `dt` seconds later. `other`: log-likelihood of the look if it is another aircraft.
-    pub(super) fn take(&mut self, look: &Look, other: f64, dt: f64) {
-        let observed = self.observe(look, 0) + self.observe(look, 1);
+    pub(super) fn take(&mut self, look: &Look, sights: &[Sight; 2], other: f64, dt: f64) {
+        let observed = self.observe(look, sights, 0) + self.observe(look, sights, 1);
         let Some(track) = &mut self.track else { return };
         let leaves = (dt / LEAVES_AFTER_S).min(0.5);
         track.other = sum(track.other, track.own + leaves.ln());
@@ -252,8 +252,7 @@ impl Row {
     }
 
     /// How much likelier the place is for the aircraft itself than for one somewhere around.
-    fn place(&self, look: &Look) -> f64 {
-        let sights = [0, 1].map(|axis| Sight::along(look, axis));
+    fn place(&self, look: &Look, sights: &[Sight; 2]) -> f64 {
         let mut expected = Matrix2::zeros();
         let mut elsewhere = Matrix2::zeros();
         let apart = Vector2::from_fn(|axis, _| look.offset_m[axis] - sights[axis].of(&self.mean));
@@ -270,8 +269,8 @@ impl Row {
     }
 
     /// Takes one axis of a look in; the logarithm of its likelihood.
-    pub(super) fn observe(&mut self, look: &Look, axis: usize) -> f64 {
-        let sight = Sight::along(look, axis);
+    pub(super) fn observe(&mut self, look: &Look, sights: &[Sight; 2], axis: usize) -> f64 {
+        let sight = &sights[axis];
         let spread = sight.spread(&self.covariance);
         let variance = sight.of(&spread) + look.white_m2[axis];
         let sigma = variance.sqrt();
@@ -318,9 +317,14 @@ fn sum(one: f64, other: f64) -> f64 {
 
 /// What the states add to the offset of a plot from the transponder's curve along one axis: those that add something, and by
 /// how much.
-struct Sight([(usize, f64); 5]);
+pub(super) struct Sight([(usize, f64); 5]);
 
 impl Sight {
+    /// Of a look: the same for all rows.
+    pub(super) fn of_look(look: &Look) -> [Self; 2] {
+        [Self::along(look, 0), Self::along(look, 1)]
+    }
+
     fn along(look: &Look, axis: usize) -> Self {
         let along = look.axes[axis];
         let arm = if axis == 0 { 1.0 } else { look.range_m };

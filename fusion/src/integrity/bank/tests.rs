@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, Vector2};
 use proptest::prelude::*;
 
-use super::row::Row;
+use super::row::{Row, Sight};
 use super::{Bank, Delay, Look, Slow};
 use crate::report::SensorIndex;
 use crate::time::Time;
@@ -65,7 +65,8 @@ fn an_honest_row_is_the_density_of_all_its_looks() {
     let mut filtered = 0.0;
     for look in &looks {
         row.turn(look.time, &SLOW);
-        filtered += row.observe(look, 0) + row.observe(look, 1);
+        let sights = Sight::of_look(look);
+        filtered += row.observe(look, &sights, 0) + row.observe(look, &sights, 1);
     }
     // The same from the covariance of every look with every other: exponentials of the time between them.
     let all: Vec<(&Look, usize)> = looks.iter().flat_map(|look| [(look, 0), (look, 1)]).collect();

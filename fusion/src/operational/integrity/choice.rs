@@ -75,12 +75,14 @@ pub(super) struct Claims {
 }
 
 impl Claims {
-    /// A slot begins: claims count from `since` on. Whether a radar track has ended that was claimed.
-    pub(super) fn turn(&mut self, since: Time, tracklets: &Tracklets) -> bool {
+    /// A slot begins: claims count from `since` on.
+    pub(super) fn turn(&mut self, since: Time) {
         self.since = Some(since);
-        let before = self.all.len();
-        self.all.retain(|&tracklet, _| tracklets.get(tracklet).is_some());
-        self.all.len() < before
+    }
+
+    /// A radar track has ended.
+    pub(super) fn end(&mut self, tracklet: TrackletId) {
+        self.all.remove(&tracklet);
     }
 
     /// A radar track as seen from a transponder.
