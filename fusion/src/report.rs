@@ -106,12 +106,14 @@ impl Identity {
 }
 
 impl Ord for Identity {
+    #[inline]
     fn cmp(&self, other: &Self) -> Ordering {
         u128::from_be_bytes(self.octets).cmp(&u128::from_be_bytes(other.octets))
     }
 }
 
 impl PartialOrd for Identity {
+    #[inline]
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }

@@ -96,9 +96,10 @@ impl Integrities {
     /// goes by what was seen up to the slot before, so that the order of the transponders does not matter.
     fn watch<'t>(&mut self, tracklets: &'t Tracklets, targets: &Targets, cycle: &Cycle) {
         let settings = cycle.settings;
+        let begin = judge::first_end(cycle) + -SECOND;
         let last = |tracklet: &'t Tracklet| {
-            let plot = tracklet.nearest(cycle.deadline)?;
-            Some((plot.position, tracklet))
+            let lasts = Some(tracklet).filter(|tracklet| tracklet.last() > begin);
+            Some((lasts?.nearest(cycle.deadline)?.position, tracklet))
         };
         let places = Places::of(tracklets.iter().filter_map(last));
         let widest = settings.radars().map(|(_, radar)| radar.track_errors.bias_azimuth).fold(0.0, f64::max);

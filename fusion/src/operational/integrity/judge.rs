@@ -19,6 +19,8 @@ use jiff::SignedDuration;
 
 /// Plots come within this after they were made.
 const PLOTS_COME_WITHIN: SignedDuration = SignedDuration::from_secs(1);
+/// A second is looked at no later than this after it has been decided, seconds.
+const LATE_SECONDS: i32 = 5;
 /// How a radar track has flown before it is weighed counts no more than this, natural logarithm.
 const MOTION_MAX: f64 = 6.0;
 /// A radar track so far away is elsewhere, squared deviations.
@@ -86,6 +88,17 @@ pub(super) struct Shown {
     pub(super) is_seen: bool,
 }
 
+/// The last whole second.
+fn whole(time: Time) -> Time {
+    let length = SECOND.as_nanos() as i64;
+    Time::from_nanos(time.nanos().div_euclid(length) * length)
+}
+
+/// The end of the first second that can be looked at now.
+pub(super) fn first_end(cycle: &Cycle) -> Time {
+    whole(cycle.centre) + SECOND * -LATE_SECONDS
+}
+
 /// The radar track that is evidence now.
 #[derive(Clone, Copy, Debug)]
 struct Current {
@@ -126,15 +139,12 @@ impl Judge {
         transponder: &Transponder,
         cycle: &Cycle,
     ) -> impl Iterator<Item = Time> + use<> {
-        let length = SECOND.as_nanos() as i64;
-        let whole = |time: Time| Time::from_nanos(time.nanos().div_euclid(length) * length);
         let received = cycle.deadline + -PLOTS_COME_WITHIN;
         let heard = transponder.last_heard().unwrap_or(cycle.centre).min(received);
         let until = whole(heard.max(cycle.centre));
-        let first =
-            self.looked.map_or(until, |looked| looked + SECOND).max(whole(cycle.centre) + SECOND * -5);
+        let first = self.looked.map_or(until, |looked| looked + SECOND).max(first_end(cycle));
         self.looked = self.looked.max(Some(until));
-        let count = (until.nanos() - first.nanos()).div_euclid(length) + 1;
+        let count = (until.nanos() - first.nanos()).div_euclid(SECOND.as_nanos() as i64) + 1;
         (0..count.max(0)).map(move |index| first + SECOND * index as i32)
     }
 
