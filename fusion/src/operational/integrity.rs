@@ -151,6 +151,7 @@ impl Integrities {
                 }
                 judge.weigh(&self.claims, tracklets);
             }
+            judge.watches.values_mut().for_each(Watch::rest);
         }
         seen.into_iter().for_each(|(tracklet, claim)| self.claims.note(tracklet, claim));
     }

@@ -380,6 +380,12 @@ impl Watch {
         });
     }
 
+    /// The last look at a deadline has been taken: what is ahead is worked out anew at the next one. There are many watches, and
+    /// their memory is worth more than a buffer that is at hand.
+    pub(super) fn rest(&mut self) {
+        self.ahead = VecDeque::new();
+    }
+
     /// What is made of the last look.
     pub(super) fn last(&self) -> Option<&Judged> {
         self.last.as_ref()
