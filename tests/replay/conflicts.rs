@@ -86,23 +86,23 @@ fn without_the_configuration_there_are_lines_and_no_alerts() {
 fn what_makes_no_sense_is_refused() {
     let scratch = Scratch::new();
     fly(&scratch);
-    let refused = |arguments: &[&str], variables: &[(&str, &str)], word: &str| {
+    let refused = |code: i32, arguments: &[&str], variables: &[(&str, &str)], word: &str| {
         let mut replay = utm_fusion("replay");
         replay.arg(scratch.path("flight/capture.pcap")).arg("--config").arg(scratch.path("flight/site.toml"));
         replay.args(arguments);
         variables.iter().for_each(|(name, value)| _ = replay.env(name, value));
         let ran = ran(&mut replay);
-        assert_eq!(ran.code, 2, "{arguments:?} {variables:?}: {}", ran.stderr);
+        assert_eq!(ran.code, code, "{arguments:?} {variables:?}: {}", ran.stderr);
         assert!(ran.stderr.contains(word), "{}", ran.stderr);
     };
     let out = scratch.path("c.ndjson");
     let out = out.to_str().unwrap();
-    refused(&["--conflicts", out, "--profile", "reference"], &[], "reference");
-    refused(&["--conflicts", out], &[("UTM_FUSION__FUSION__NOW", "false")], "fusion.now");
-    refused(&["--conflicts", out, "--alerts", out], &[], "same file");
-    refused(&["--conflicts", "-"], &[], "--conflicts");
+    refused(2, &["--conflicts", out, "--profile", "reference"], &[], "reference");
+    refused(2, &["--conflicts", out], &[("UTM_FUSION__FUSION__NOW", "false")], "fusion.now");
+    refused(2, &["--conflicts", out, "--alerts", out], &[], "same file");
+    refused(2, &["--conflicts", "-"], &[], "--conflicts");
     let on = ("UTM_FUSION__CONFLICTS__ENABLED", "true");
-    refused(&[], &[on, ("UTM_FUSION__FUSION__NOW", "false")], "picture");
-    refused(&[], &[on, ("UTM_FUSION__CONFLICTS__HORIZON_S", "301")], "300");
-    refused(&[], &[on, ("UTM_FUSION__CONFLICTS__WARNING", "{ probability = 0.05 }")], "advisory");
+    refused(3, &[], &[on, ("UTM_FUSION__FUSION__NOW", "false")], "picture");
+    refused(3, &[], &[on, ("UTM_FUSION__CONFLICTS__HORIZON_S", "301")], "300");
+    refused(3, &[], &[on, ("UTM_FUSION__CONFLICTS__WARNING", "{ probability = 0.05 }")], "advisory");
 }

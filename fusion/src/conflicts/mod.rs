@@ -1,8 +1,9 @@
 //! Who will come near whom: every pair of aircraft flown straight on, with the probability that one enters the volume of the
 //! other.
 //!
-//! Sans-IO, told the pictures and their times. The geometry is that of Fasano et al. (closest point of approach, distance at
-//! closest point of approach); probabilities are those of normal errors that grow by random acceleration.
+//! Sans-IO, told the pictures and their times. The geometry is that of G. Fasano et al., *Radar/electro-optical data fusion for
+//! non-cooperative UAS sense and avoid*, eq. 4; probabilities are those of normal errors that grow by random acceleration
+//! (docs/CONFLICTS.md).
 
 mod encounter;
 mod level;
