@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::ask::{Answer, Ask, GEO_JSON, live};
 use super::geometry::{CollectionType, Feature, Point};
-use super::ground::kind;
+use super::ground::{AreaCollection, area_collection, kind};
 use super::learnt::{Learnt, LearntTypeJson};
 use super::problem::Problem;
 use crate::config::{Sensor, SensorKind};
@@ -294,8 +294,9 @@ pub fn coverage(ask: &Ask) -> Answer {
 }
 
 /// `/api/v1/areas`.
-pub fn areas(ask: &Ask) -> Answer {
-    Ok(live(GEO_JSON, ask.state.terms().areas.clone()))
+pub fn areas(ask: &Ask) -> Result<AreaCollection, Problem> {
+    let (terms, undulation_m) = (ask.state.terms(), ask.state.hub.maker.geoid_undulation_m());
+    Ok(area_collection(&terms.areas, ask.state.now(), undulation_m))
 }
 
 #[derive(Serialize, JsonSchema)]

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::app::Failure;
 use crate::areas::AlertAreas;
 use crate::config::Config;
-use crate::live::{AlertJson, Alerts};
+use crate::live::{AlertJson, Alerts, Outlook};
 use crate::picture::{Picture, PictureMaker};
 use fusion::time::Time;
 
@@ -28,14 +28,18 @@ impl AlertFile {
         Ok(Self { alerts, path: path.to_owned(), out: BufWriter::new(file) })
     }
 
-    /// Looks at a slot's picture; what changes is written where that slot `is_wanted`.
+    /// Looks at a slot's picture, and at what is ahead; what changes is written where that slot `is_wanted`.
     pub(super) fn note(
         &mut self,
         picture: &Picture,
+        outlook: Option<Outlook<'_>>,
         maker: &PictureMaker,
         is_wanted: bool,
     ) -> io::Result<()> {
         self.alerts.note_picture(picture, maker);
+        if let Some(outlook) = outlook {
+            self.alerts.note_outlook(outlook, maker);
+        }
         let changes = self.alerts.take_changes();
         let mut written = changes.iter().filter(|_| is_wanted);
         written.try_for_each(|(_, alert)| self.write(&AlertJson::from(alert)))

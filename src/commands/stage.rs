@@ -18,6 +18,7 @@ use crate::app::{Failure, Stop};
 use crate::config::{Config, PictureKind};
 use crate::formats::{OutputFormat, PictureWriter};
 use crate::integrity::Lookout;
+use crate::live::Outlook;
 use crate::picture::{Picture, PictureMaker};
 use crate::pipeline::Event;
 use fusion::Emission;
@@ -109,7 +110,7 @@ impl<'a> Stage<'a> {
         if self.failed.is_some() || self.is_over {
             return;
         }
-        let needs_now = self.args.at == PictureKind::Now || self.broadcast.is_some();
+        let needs_now = self.args.at == PictureKind::Now || self.broadcast.is_some() || self.alerts.is_some();
         let mut now = emission.now.take().filter(|_| needs_now).map(|now| self.maker.now(now));
         let mut lagged = self.maker.picture(emission);
         self.lookout.look(&mut lagged, &self.maker);
@@ -118,7 +119,13 @@ impl<'a> Stage<'a> {
         }
         let is_lagged_wanted = self.is_wanted(&lagged);
         if let Some(alerts) = &mut self.alerts {
-            self.failed = alerts.note(&lagged, &self.maker, is_lagged_wanted).err();
+            let fusion = &self.config.fusion;
+            let outlook = match &now {
+                Some(now) => Some(Outlook::Now(now)),
+                None if fusion.now => None,
+                None => Some(Outlook::Lagged(&lagged, fusion.latency() - fusion.slot / 2)),
+            };
+            self.failed = alerts.note(&lagged, outlook, &self.maker, is_lagged_wanted).err();
         }
         if self.failed.is_some() {
             return;

@@ -6,10 +6,10 @@ use tokio::sync::broadcast::error::RecvError;
 use tokio::time::MissedTickBehavior;
 use tracing::{error, info, warn};
 
-use super::alerts::{Alert, Alerts, Change, Severity};
+use super::alerts::{Alert, Alerts, Change, Outlook, Severity};
 use super::clock::now;
 use super::hub::Hub;
-use super::published::{Archive, Status};
+use super::published::{Archive, PublishedPicture, Status};
 use fusion::time::Time;
 
 /// Time between two looks at whether the engine still publishes: it cannot say itself that it stands still.
@@ -28,7 +28,7 @@ pub async fn observe(hub: Hub, mut alerts: Alerts, mut archive: Option<Box<dyn A
                     if let Some(archive) = &mut archive {
                         archive.note(&frame.picture, &hub.maker);
                     }
-                    alerts.note_picture(&frame.picture, &hub.maker)
+                    alerts.note_picture(&frame.picture, &hub.maker) | note_outlook(&mut alerts, &hub, &frame)
                 }
                 Err(RecvError::Lagged(slots)) => {
                     warn!(slots, "alerts and history miss slots, which were published faster than read");
@@ -54,6 +54,17 @@ pub async fn observe(hub: Hub, mut alerts: Alerts, mut archive: Option<Box<dyn A
             hub.set_alerts(alerts.all());
         }
     }
+}
+
+/// What is ahead, by the picture of now, where one is made and still remembered.
+fn note_outlook(alerts: &mut Alerts, hub: &Hub, frame: &PublishedPicture) -> bool {
+    let now = frame.now.get();
+    let outlook = match &now {
+        Some(now) => Outlook::Now(now),
+        None if hub.config.fusion.now => return false,
+        None => Outlook::Lagged(&frame.picture, frame.due - frame.picture.time),
+    };
+    alerts.note_outlook(outlook, &hub.maker)
 }
 
 fn note_status(alerts: &mut Alerts, status: &Status) -> bool {

@@ -3,7 +3,7 @@
 use axum::http::StatusCode;
 use serde_json::Value;
 use utm_fusion::api::Options;
-use utm_fusion::config::{Area, AreaKind, SensorKind, Tiles};
+use utm_fusion::config::{AlertArea, Area, AreaKind, SensorKind, Tiles};
 
 use crate::common::{Site, flown};
 
@@ -66,7 +66,9 @@ async fn coverage_and_areas_are_valid_polygons() {
                 radar.max_range_m = Some(5_000.0);
             }
         }
-        for (kind, name) in [(AreaKind::Mask, "motorway"), (AreaKind::Alert, "airfield")] {
+        for (kind, name) in
+            [(AreaKind::Mask, "motorway"), (AreaKind::Alert(AlertArea::default()), "airfield")]
+        {
             config.areas.push(Area { kind, file: folder.join(format!("{name}.geojson")) });
         }
     });

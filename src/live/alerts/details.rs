@@ -1,9 +1,10 @@
 //! What is known of an alert beside its text.
 
+use crate::areas::{Zone, ZoneKind};
 use fusion::Identity;
 use fusion::integrity::{Reasons, State};
 
-/// What alerts about transponders say for programs.
+/// What alerts about areas and transponders say for programs.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Details {
     /// Nothing but the text.
@@ -42,6 +43,39 @@ pub enum Details {
         /// It has ended because one was heard after all, or because it is the twin of one that lies.
         is_resolved: bool,
     },
+    /// A track is inside an area.
+    Area {
+        /// Which.
+        area: AreaName,
+        /// It is inside only if its height is, which nobody knows.
+        is_height_unknown: bool,
+    },
+    /// A track is about to enter an area.
+    AreaPredicted {
+        /// Which.
+        area: AreaName,
+        /// When it enters at its course, seconds.
+        time_to_entry_s: f64,
+        /// The least of that at its course and at those a deviation beside it.
+        earliest_s: f64,
+    },
+}
+
+/// What tells an area from others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AreaName {
+    /// What people call it.
+    pub name: String,
+    /// What its authority calls it.
+    pub identifier: Option<String>,
+    /// What holds in it, where that is said.
+    pub kind: Option<ZoneKind>,
+}
+
+impl From<&Zone> for AreaName {
+    fn from(zone: &Zone) -> Self {
+        Self { name: zone.name.clone(), identifier: zone.identifier.clone(), kind: zone.kind }
+    }
 }
 
 impl Details {
