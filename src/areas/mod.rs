@@ -237,4 +237,4 @@ fn contents(text: &str, area: &Area) -> Result<Contents, String> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -27,6 +27,11 @@ fn refusal(text: &str, area: &Area) -> String {
     }
 }
 
+/// Alert areas of a text, for tests of what they raise.
+pub(crate) fn alert_areas(text: &str, change: impl FnOnce(&mut AlertArea)) -> AlertAreas {
+    areas(text, &alert(change)).alerts()
+}
+
 fn at(text: &str) -> Time {
     let nanos = text.parse::<jiff::Timestamp>().unwrap().as_nanosecond();
     Time::from_nanos(nanos as i64)
