@@ -2,7 +2,7 @@
 
 use jiff::tz::TimeZone;
 
-use super::band::Band;
+use super::band::{Band, BandAmsl};
 use super::member::Member;
 use super::schedule::Schedule;
 use super::shape::Shape;
@@ -40,6 +40,17 @@ impl Zone {
         match &self.identifier {
             Some(identifier) if *identifier != self.name => format!("{} ({identifier})", self.name),
             _ => self.name.clone(),
+        }
+    }
+
+    /// The heights from the lowest of its parts to the highest, where the geoid is that far above the ellipsoid.
+    pub fn band_above_sea(&self, undulation_m: f64) -> BandAmsl {
+        let bands = || self.volumes.iter().map(|volume| volume.band.above_sea(undulation_m));
+        let floors: Option<Vec<f64>> = bands().map(|band| band.floor_m).collect();
+        let ceilings: Option<Vec<f64>> = bands().map(|band| band.ceiling_m).collect();
+        BandAmsl {
+            floor_m: floors.and_then(|floors| floors.into_iter().min_by(f64::total_cmp)),
+            ceiling_m: ceilings.and_then(|ceilings| ceilings.into_iter().max_by(f64::total_cmp)),
         }
     }
 

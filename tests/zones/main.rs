@@ -1,7 +1,4 @@
-//! UAS zones: the files that are published, and what is inside them by another program's reckoning.
-
-#[path = "../shared/mod.rs"]
-mod shared;
+//! UAS zones: the files that are published, and what is inside by another program's reckoning.
 
 mod geometry;
 mod published;

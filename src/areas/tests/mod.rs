@@ -27,7 +27,12 @@ fn refusal(text: &str, area: &Area) -> String {
     }
 }
 
-/// Alert areas of a text, for tests of what they raise.
+/// Areas of kind `alert` of a text, for tests of what is shown of them.
+pub(crate) fn areas_of(text: &str, change: impl FnOnce(&mut AlertArea)) -> Areas {
+    areas(text, &alert(change))
+}
+
+/// The same for tests of what they raise.
 pub(crate) fn alert_areas(text: &str, change: impl FnOnce(&mut AlertArea)) -> AlertAreas {
     areas(text, &alert(change)).alerts()
 }
