@@ -11,6 +11,7 @@
 mod ask;
 mod auth;
 mod client;
+mod conflicts;
 mod correlations;
 mod door;
 mod endings;

@@ -22,6 +22,7 @@ mod learning;
 mod lines;
 mod losses;
 mod observer;
+mod outlooks;
 mod player;
 mod published;
 mod quiet;
@@ -29,7 +30,7 @@ mod registration;
 mod requests;
 mod service;
 
-pub use alerts::{Alert, AlertJson, AlertKind, Alerts, Change, Details, Outlook, Severity, Trouble};
+pub use alerts::{Ahead, Alert, AlertJson, AlertKind, Alerts, Change, Details, Severity, Trouble};
 pub use clock::{Clock, now};
 pub use condition::{Cause, Condition, Facts, Lateness, Level, Punctuality, Reason};
 pub use contests::Contested;
@@ -45,6 +46,7 @@ pub use learning::{
 };
 pub(crate) use lines::{Listening, listen};
 pub use observer::observe;
+pub use outlooks::{OutlookWriter, Outlooks};
 pub use player::{OpenCaptures, Order, Player, PlayerState};
 pub use published::{Archive, Fleeting, PublishedPicture, Status};
 pub use registration::{RegistrationStatus, values};

@@ -6,7 +6,7 @@ use tokio::sync::broadcast::error::RecvError;
 use tokio::time::MissedTickBehavior;
 use tracing::{error, info, warn};
 
-use super::alerts::{Alert, Alerts, Change, Outlook, Severity};
+use super::alerts::{Ahead, Alert, Alerts, Change, Severity};
 use super::clock::now;
 use super::hub::Hub;
 use super::published::{Archive, PublishedPicture, Status};
@@ -18,6 +18,7 @@ const LOOK: Duration = Duration::from_millis(500);
 /// Watches until the engine has ended.
 pub async fn observe(hub: Hub, mut alerts: Alerts, mut archive: Option<Box<dyn Archive>>) {
     let mut frames = hub.pictures();
+    let mut outlooks = hub.outlooks.all();
     let mut statuses = hub.statuses();
     let mut look = tokio::time::interval(LOOK);
     look.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -28,12 +29,21 @@ pub async fn observe(hub: Hub, mut alerts: Alerts, mut archive: Option<Box<dyn A
                     if let Some(archive) = &mut archive {
                         archive.note(&frame.picture, &hub.maker);
                     }
-                    alerts.note_picture(&frame.picture, &hub.maker) | note_outlook(&mut alerts, &hub, &frame)
+                    alerts.note_picture(&frame.picture, &hub.maker) | note_approaches(&mut alerts, &hub, &frame)
                 }
                 Err(RecvError::Lagged(slots)) => {
                     warn!(slots, "alerts and history miss slots, which were published faster than read");
                     false
                 }
+                Err(RecvError::Closed) => break,
+            },
+            outlook = outlooks.recv() => match outlook {
+                Ok(outlook) => alerts.note_outlook(&outlook),
+                Err(RecvError::Lagged(seconds)) => {
+                    warn!(seconds, "alerts miss conflicts, which were published faster than read");
+                    false
+                }
+                // The pictures have ended with them.
                 Err(RecvError::Closed) => break,
             },
             status = statuses.changed() => {
@@ -56,15 +66,15 @@ pub async fn observe(hub: Hub, mut alerts: Alerts, mut archive: Option<Box<dyn A
     }
 }
 
-/// What is ahead, by the picture of now, where one is made and still remembered.
-fn note_outlook(alerts: &mut Alerts, hub: &Hub, frame: &PublishedPicture) -> bool {
+/// Who is about to enter an area, by the picture of now, where one is made and still remembered.
+fn note_approaches(alerts: &mut Alerts, hub: &Hub, frame: &PublishedPicture) -> bool {
     let now = frame.now.get();
-    let outlook = match &now {
-        Some(now) => Outlook::Now(now),
+    let ahead = match &now {
+        Some(now) => Ahead::Now(now),
         None if hub.config.fusion.now => return false,
-        None => Outlook::Lagged(&frame.picture, frame.due - frame.picture.time),
+        None => Ahead::Lagged(&frame.picture, frame.due - frame.picture.time),
     };
-    alerts.note_outlook(outlook, &hub.maker)
+    alerts.note_approaches(ahead, &hub.maker)
 }
 
 fn note_status(alerts: &mut Alerts, status: &Status) -> bool {

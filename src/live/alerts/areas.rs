@@ -28,7 +28,7 @@ const SLOWEST: f64 = 0.5;
 
 /// The picture that entries are predicted from.
 #[derive(Clone, Copy, Debug)]
-pub enum Outlook<'a> {
+pub enum Ahead<'a> {
     /// Where aircraft are predicted to be by now.
     Now(&'a Picture),
     /// Where none is made the published one, which is that old.
@@ -90,10 +90,10 @@ impl Alerts {
     }
 
     /// Looks once a second at who is about to enter an area; whether there is anything new to show.
-    pub fn note_outlook(&mut self, outlook: Outlook<'_>, maker: &PictureMaker) -> bool {
-        let (picture, age) = match outlook {
-            Outlook::Now(picture) => (picture, SignedDuration::ZERO),
-            Outlook::Lagged(picture, age) => (picture, age),
+    pub fn note_approaches(&mut self, ahead: Ahead<'_>, maker: &PictureMaker) -> bool {
+        let (picture, age) = match ahead {
+            Ahead::Now(picture) => (picture, SignedDuration::ZERO),
+            Ahead::Lagged(picture, age) => (picture, age),
         };
         if picture.slot.0 % EVERY_SLOTS != 0 {
             return false;

@@ -4,7 +4,7 @@ use crate::areas::{Zone, ZoneKind};
 use fusion::Identity;
 use fusion::integrity::{Reasons, State};
 
-/// What alerts about areas and transponders say for programs.
+/// What alerts about areas, transponders and conflicts say for programs.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Details {
     /// Nothing but the text.
@@ -58,6 +58,13 @@ pub enum Details {
         time_to_entry_s: f64,
         /// The least of that at its course and at those a deviation beside it.
         earliest_s: f64,
+    },
+    /// Two aircraft come near each other.
+    Conflict {
+        /// Ids of their tracks.
+        tracks: [String; 2],
+        /// Name of the volume.
+        volume: String,
     },
 }
 

@@ -67,6 +67,9 @@ impl Site {
             horizontal: Matrix2::identity() * 25.0,
             vertical_m2: known_m2,
             velocity_covariance: Matrix2::identity(),
+            position_velocity: Matrix2::zeros(),
+            climb_m2s2: 0.1,
+            height_climb: 0.0,
             lie_m2: 0.0,
             basis: Basis::Measured,
             last_measurement: None,
@@ -100,7 +103,7 @@ impl Site {
     fn now(&mut self, slot: i64, east_m: f64) -> Changes {
         let time = Time::from_nanos(slot * SECOND / 4);
         let picture = self.maker.now(NowPicture { slot: Slot(slot), time, points: vec![self.point(east_m)] });
-        self.alerts.note_outlook(Outlook::Now(&picture), &self.maker);
+        self.alerts.note_approaches(Ahead::Now(&picture), &self.maker);
         self.taken()
     }
 
@@ -192,7 +195,7 @@ fn of_an_old_picture_its_age_is_flown_already() {
     for (slot, east_m, told) in [(0, 0.0, 19.0), (4, 40.0, 18.0)] {
         let (picture, changes) = site.lagged(slot, east_m);
         assert_eq!(changes, []);
-        site.alerts.note_outlook(Outlook::Lagged(&picture, SignedDuration::from_secs(6)), &site.maker);
+        site.alerts.note_approaches(Ahead::Lagged(&picture, SignedDuration::from_secs(6)), &site.maker);
         let known: Vec<Value> = site.alerts.all().iter().map(|alert| json!(AlertJson::from(alert))).collect();
         assert_eq!(known.len(), usize::from(slot == 4), "the second time");
         assert!(known.iter().all(|alert| alert["time_to_entry_s"] == told && alert["since"] == "1970-01-01T00:00:07.000Z"));
