@@ -57,8 +57,8 @@ pub struct Entry<'a> {
     pub label: &'a str,
     /// The area, of several of that name the one that is entered first.
     pub zone: &'a Zone,
-    /// When it enters at its course, seconds.
-    pub time_s: f64,
+    /// When it enters at its course, seconds; `None`: only at one beside it.
+    pub time_s: Option<f64>,
     /// The least of that at its course and at those a deviation beside it.
     pub earliest_s: f64,
 }
@@ -115,8 +115,17 @@ impl AlertAreas {
         let courses = [0.0, -course_deviation, course_deviation].map(|angle| path.turned(angle));
         self.0.iter().filter_map(move |(label, zones)| {
             let entry = |zone: &'a AlertZone| zone.entry(label, &visitor, &courses, flown_s, undulation_m);
-            zones.iter().filter_map(entry).min_by(|a, b| a.time_s.total_cmp(&b.time_s))
+            zones.iter().filter_map(entry).min_by(|a, b| a.urgency().total_cmp(&b.urgency()))
         })
+    }
+}
+
+impl Entry<'_> {
+    /// The least is the worst, seconds: an entry at its course is worse than any beside it.
+    fn urgency(&self) -> f64 {
+        /// Longer than any prediction.
+        const BESIDE_S: f64 = 1e6;
+        self.time_s.unwrap_or(BESIDE_S + self.earliest_s)
     }
 }
 
@@ -166,9 +175,10 @@ impl AlertZone {
             let time_s = self.time_to_entry(path, flown_s + self.predict_s, undulation_m)?;
             Some((time_s - flown_s).max(0.0))
         };
-        let time_s = time_to_entry(&courses[0])?;
-        let earliest_s = courses[1..].iter().filter_map(time_to_entry).fold(time_s, f64::min);
-        let is_concerned = self.concerns(visitor, visitor.at + SignedDuration::from_secs_f64(time_s));
+        let [time_s, left_s, right_s] = courses.map(|path| time_to_entry(&path));
+        let earliest_s = [time_s, left_s, right_s].into_iter().flatten().min_by(f64::total_cmp)?;
+        let entered_s = time_s.unwrap_or(earliest_s);
+        let is_concerned = self.concerns(visitor, visitor.at + SignedDuration::from_secs_f64(entered_s));
         is_concerned.then_some(Entry { label, zone: &self.zone, time_s, earliest_s })
     }
 

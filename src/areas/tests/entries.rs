@@ -238,7 +238,7 @@ fn the_earliest_of_three_courses() {
         let path = path(0.0, 0.0, [20.0, 0.0, 0.0], None);
         let found: Vec<_> = alerts.ahead(here, &path, deviation, flown_s, 0.0).collect();
         assert_eq!(found.len(), 1);
-        (found[0].time_s, found[0].earliest_s)
+        (found[0].time_s.unwrap(), found[0].earliest_s)
     };
     let (time_s, earliest_s) = entry(0.0, 0.0);
     assert!((time_s - 50.0).abs() < 0.01 && earliest_s == time_s, "{time_s}");

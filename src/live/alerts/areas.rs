@@ -47,13 +47,16 @@ impl Approaches {
         self.0.clear();
     }
 
-    /// Notes who enters by the latest prediction, and forgets who does not lately.
+    /// Notes who enters by the latest prediction, at its course, and forgets who does not lately.
     fn note(&mut self, found: &BTreeMap<Approach, Found>) {
-        for approach in found.keys() {
+        let enters =
+            |found: &Found| matches!(found.details, Details::AreaPredicted { time_to_entry_s: Some(_), .. });
+        for (approach, _) in found.iter().filter(|(_, found)| enters(found)) {
             self.0.entry(approach.clone()).or_default();
         }
         self.0.retain(|approach, reached| {
-            *reached = (*reached << 1 | u32::from(found.contains_key(approach))) & ((1 << REMEMBERED) - 1);
+            let is_reached = found.get(approach).is_some_and(enters);
+            *reached = (*reached << 1 | u32::from(is_reached)) & ((1 << REMEMBERED) - 1);
             *reached != 0
         });
     }

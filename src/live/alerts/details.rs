@@ -54,8 +54,8 @@ pub enum Details {
     AreaPredicted {
         /// Which.
         area: AreaName,
-        /// When it enters at its course, seconds.
-        time_to_entry_s: f64,
+        /// When it enters at its course, seconds; `None`: only at one beside it.
+        time_to_entry_s: Option<f64>,
         /// The least of that at its course and at those a deviation beside it.
         earliest_s: f64,
     },

@@ -83,7 +83,8 @@ struct About {
     /// The area begins or ends at a height, and nobody knows that of the track.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     height_unknown: bool,
-    /// When the track enters if it flies on as it does, seconds; 0: it is inside by now.
+    /// When the track enters if it flies on as it does, seconds; 0: it is inside by now. Left out while it would pass it by,
+    /// and enter at a course one standard deviation beside its own.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0))]
     time_to_entry_s: Option<f64>,
@@ -171,7 +172,7 @@ impl From<&Details> for About {
             }
             Details::AreaPredicted { area, time_to_entry_s, earliest_s } => Self {
                 area: Some(area.into()),
-                time_to_entry_s: Some(rounded(*time_to_entry_s, 1)),
+                time_to_entry_s: time_to_entry_s.map(|seconds| rounded(seconds, 1)),
                 earliest_s: Some(rounded(*earliest_s, 1)),
                 ..Self::default()
             },

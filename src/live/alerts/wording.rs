@@ -31,11 +31,14 @@ pub(super) fn inside(named: &str, presence: &Presence<'_>) -> String {
 /// A track is about to enter an area; `named` is the track.
 pub(super) fn entering(named: &str, entry: &Entry<'_>) -> String {
     let Entry { label, zone, time_s, earliest_s } = entry;
-    let (seconds, earliest) = (time_s.round(), earliest_s.round());
-    let when = match (seconds > 0.0, earliest < seconds) {
-        (false, _) => "is entering".to_owned(),
-        (true, false) => format!("is {seconds} s away from entering"),
-        (true, true) => format!("is {seconds} s ({earliest} s at the earliest) away from entering"),
+    let (seconds, earliest) = (time_s.map(f64::round), earliest_s.round());
+    let when = match seconds {
+        Some(0.0) => "is entering".to_owned(),
+        Some(seconds) if earliest < seconds => {
+            format!("is {seconds} s ({earliest} s at the earliest) away from entering")
+        }
+        Some(seconds) => format!("is {seconds} s away from entering"),
+        None => format!("is {earliest} s away from entering, unless it passes by,"),
     };
     format!("{named} {when} {label}{}", holding(zone))
 }

@@ -187,6 +187,37 @@ fn chance_raises_none_and_whoever_turns_away_ends_it_after_five_seconds() {
     assert_eq!(fly(29, east), [], "anew");
 }
 
+/// A course that passes the corner by raises none, and holds what was raised while one a deviation beside it enters.
+#[test]
+fn a_course_beside_its_own_holds_an_alert_and_raises_none() {
+    let mut site = Site::closed();
+    let (inside, past) = (Vector3::new(20.0, 9.5, 0.0), Vector3::new(20.0, 10.5, 0.0));
+    let mut fly = |second: i64, velocity: Vector3<f64>| {
+        site.velocity = velocity;
+        let changes = kinds(&site.now(4 * second, 0.0)).iter().map(|(change, _)| *change).collect::<Vec<_>>();
+        (changes, site.alerts.all().first().map(|alert| json!(AlertJson::from(alert))))
+    };
+    for second in 0..10 {
+        assert_eq!(fly(second, past), (vec![], None), "{second}");
+    }
+    assert_eq!(fly(10, inside).0, []);
+    assert_eq!(fly(11, inside).0, [Change::Began]);
+    for second in 12..30 {
+        let (changes, alert) = fly(second, past);
+        let alert = alert.unwrap();
+        assert_eq!(changes, []);
+        assert!(
+            alert.get("time_to_entry_s").is_none() && alert["earliest_s"].as_f64() > Some(45.0),
+            "{alert}"
+        );
+        assert!(alert["text"].as_str().unwrap().contains("unless it passes by, Field"), "{alert}");
+    }
+    for second in 30..34 {
+        assert_eq!(fly(second, -past).0, []);
+    }
+    assert_eq!(fly(34, -past).0, [Change::Ended]);
+}
+
 /// A picture of 6 s ago foresees what is 6 s nearer by now.
 #[test]
 fn of_an_old_picture_its_age_is_flown_already() {
