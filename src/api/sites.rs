@@ -293,10 +293,13 @@ pub fn coverage(ask: &Ask) -> Answer {
     Ok(live(GEO_JSON, ask.state.terms().coverage.clone()))
 }
 
-/// `/api/v1/areas`.
+/// `/api/v1/areas`: which of them are in force is as of now.
 pub fn areas(ask: &Ask) -> Result<AreaCollection, Problem> {
-    let (terms, undulation_m) = (ask.state.terms(), ask.state.hub.maker.geoid_undulation_m());
-    Ok(area_collection(&terms.areas, ask.state.now(), undulation_m))
+    let hub = &ask.state.hub;
+    // A recording has times of its own.
+    let replayed = ask.state.options.player.as_ref().and_then(|_| Some(hub.latest()?.due));
+    let now = replayed.unwrap_or_else(|| ask.state.now());
+    Ok(area_collection(&ask.state.terms().areas, now, hub.maker.geoid_undulation_m()))
 }
 
 #[derive(Serialize, JsonSchema)]

@@ -18,3 +18,4 @@ mod program;
 #[allow(dead_code, reason = "shared by several tests")]
 mod shared;
 mod usage;
+mod zones;
