@@ -245,11 +245,9 @@ fn entries(simulation: &Simulation, areas: &BTreeMap<String, Cuboid>) -> Vec<Ent
 fn warnings(simulation: &Simulation, areas: &BTreeMap<String, Cuboid>) -> Result<Vec<Warning>, Failure> {
     let zones: Vec<Value> = areas.iter().map(|(name, area)| area.zone(name)).collect();
     let file = std::env::temp_dir().join(format!("utm-fusion-entries-{}.geojson", std::process::id()));
-    #[expect(clippy::disallowed_methods, reason = "areas are read from files")]
     std::fs::write(&file, json!({ "type": "FeatureCollection", "features": zones }).to_string())?;
     let kind = AreaKind::Alert(AlertArea::default());
     let loaded = Areas::load(&[Area { kind, file: file.clone() }])?;
-    #[expect(clippy::disallowed_methods, reason = "the file from above")]
     std::fs::remove_file(&file)?;
 
     let config = &simulation.config;

@@ -6,7 +6,7 @@ use geo::Point;
 use jiff::SignedDuration;
 
 use super::entry::{Path, time_to_entry};
-use super::zone::{Zone, ZoneKind};
+use super::zone::{Volume, Zone, ZoneKind};
 use crate::config::{AlertArea, AreaSeverity};
 use fusion::frames::Geodetic;
 use fusion::time::Time;
@@ -93,8 +93,11 @@ impl AlertAreas {
         undulation_m: f64,
     ) -> impl Iterator<Item = Presence<'a>> {
         let inside = move |(label, zones): (&'a String, &'a Vec<AlertZone>)| {
-            let found = zones.iter().filter(|zone| zone.concerns(&visitor, visitor.at));
-            let found = found.filter_map(|zone| zone.presence(label, &visitor, undulation_m));
+            // Hours cost more than places.
+            let found = zones.iter().filter_map(|zone| {
+                let presence = zone.presence(label, &visitor, undulation_m)?;
+                zone.concerns(&visitor, visitor.at).then_some(presence)
+            });
             found.max_by_key(|presence| {
                 (presence.severity == AreaSeverity::Critical, !presence.is_height_unknown)
             })
@@ -168,11 +171,13 @@ impl AlertZone {
         flown_s: f64,
         undulation_m: f64,
     ) -> Option<Entry<'a>> {
-        if self.predict_s <= 0.0 {
+        let horizon_s = flown_s + self.predict_s;
+        let may_reach = |volume: &Volume| courses[0].may_reach(&volume.shape, horizon_s);
+        if self.predict_s <= 0.0 || !self.zone.volumes.iter().any(may_reach) {
             return None;
         }
         let time_to_entry = |path: &Path| {
-            let time_s = self.time_to_entry(path, flown_s + self.predict_s, undulation_m)?;
+            let time_s = self.time_to_entry(path, horizon_s, undulation_m)?;
             Some((time_s - flown_s).max(0.0))
         };
         let [time_s, left_s, right_s] = courses.map(|path| time_to_entry(&path));

@@ -12,6 +12,9 @@ const ECCENTRICITY2: f64 = 6.694_379_990_141_317e-3;
 /// A path that is inside for less only grazes, seconds.
 const GRAZE_S: f64 = 1e-6;
 
+/// Behind the antimeridian the map goes on at its other side, degrees.
+const SHIFTS: [f64; 3] = [0.0, -360.0, 360.0];
+
 /// A straight path at a constant speed, along which longitude and latitude change evenly: within some kilometres, to a metre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Path {
@@ -53,6 +56,15 @@ impl Path {
     /// Degrees a second.
     fn rate(&self) -> Coord {
         Coord { x: self.velocity.x * self.degrees_per_metre.x, y: self.velocity.y * self.degrees_per_metre.y }
+    }
+
+    /// Whether it may come to the box around a shape within that time, on whichever course.
+    pub(super) fn may_reach(&self, shape: &Shape, horizon_s: f64) -> bool {
+        let reach = self.degrees_per_metre * (self.velocity.x.hypot(self.velocity.y) * horizon_s);
+        let (min, max) = (shape.bounds.min(), shape.bounds.max());
+        let reaches = |at: f64, reach: f64, min: f64, max: f64| at + reach >= min && at - reach <= max;
+        reaches(self.start.y, reach.y, min.y, max.y)
+            && SHIFTS.iter().any(|shift| reaches(self.start.x + shift, reach.x, min.x, max.x))
     }
 
     fn at(&self, seconds: f64) -> Coord {

@@ -85,7 +85,7 @@ mod tests {
             set.allow = vec!["A".to_owned(), "B".to_owned()];
             set.ground_m = Some(500.0);
         });
-        let shown = lines(&areas, Time::from_nanos(1795435200_000_000_000), 46.6);
+        let shown = lines(&areas, Time::from_nanos(1_795_435_200_000_000_000), 46.6);
         assert_eq!(
             shown,
             "\

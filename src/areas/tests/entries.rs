@@ -103,6 +103,7 @@ fn the_antimeridian_is_no_edge() {
     let east = shape(&[&[[179.9, -0.5], [180.0, -0.5], [180.0, 0.5], [179.9, 0.5], [179.9, -0.5]]]);
     let west = shape(&[&[[-180.0, -0.5], [-179.95, -0.5], [-179.95, 0.5], [-180.0, 0.5], [-180.0, -0.5]]]);
     let time = |shape: &Shape, longitude_deg, east| {
+        assert!(path(longitude_deg, 0.0, [east, 0.0, 0.0], None).may_reach(shape, 300.0));
         time_to_entry(shape, &EVERY_HEIGHT, &path(longitude_deg, 0.0, [east, 0.0, 0.0], None), 300.0)
     };
     let speed = 0.01 * EAST_M / 100.0;
@@ -190,6 +191,7 @@ proptest! {
                 && band.contains(altitude_m.map(|altitude_m| altitude_m + velocity.2 * seconds))
         };
         let first = (0..=1200).map(|step| f64::from(step) * STEP_S).find(|&seconds| is_inside(seconds));
+        prop_assert!(first.is_none() || path.may_reach(&star, 60.0));
         match (time_to_entry(&star, &band, &path, 60.0), first) {
             (Some(entry_s), Some(first_s)) => {
                 prop_assert!(entry_s <= first_s + 1e-9, "{entry_s} {first_s}");

@@ -28,17 +28,13 @@ fn zone(properties: Value, geometry: Value) -> String {
 }
 
 /// An ED-269 zone with these members, and these of its only volume.
-fn zone_269(members: Value, volume: Value) -> String {
+fn zone_269(members: &Value, volume: &Value) -> String {
     let mut zone = json!({
         "identifier": "EDR1", "country": "DEU", "restriction": "PROHIBITED",
         "geometry": [{ "uomDimensions": "M", "horizontalProjection": { "type": "Polygon", "coordinates": ring() } }],
     });
-    for (name, value) in members.as_object().unwrap() {
-        zone[name] = value.clone();
-    }
-    for (name, value) in volume.as_object().unwrap() {
-        zone["geometry"][0][name] = value.clone();
-    }
+    zone.as_object_mut().unwrap().extend(members.as_object().unwrap().clone());
+    zone["geometry"][0].as_object_mut().unwrap().extend(volume.as_object().unwrap().clone());
     json!({ "UASZoneList": [zone] }).to_string()
 }
 
@@ -177,8 +173,8 @@ fn heights_are_above_the_sea_whatever_they_are_counted_from() {
         ),
         (
             zone_269(
-                json!({}),
-                json!({ "uomDimensions": "FT", "lowerLimit": 1000, "lowerVerticalReference": "AMSL", "upperLimit": "2000", "upperVerticalReference": "AMSL" }),
+                &json!({}),
+                &json!({ "uomDimensions": "FT", "lowerLimit": 1000, "lowerVerticalReference": "AMSL", "upperLimit": "2000", "upperVerticalReference": "AMSL" }),
             ),
             None,
             Some(304.8),
@@ -302,39 +298,39 @@ fn each_thing_that_is_not_understood_is_named() {
             "endTime = \"17:00+01:00\"",
             "startTime",
         ),
-        (zone_269(json!({ "restriction": "CLOSED" }), json!({})), "restriction = \"CLOSED\"", "PROHIBITED"),
+        (zone_269(&json!({ "restriction": "CLOSED" }), &json!({})), "restriction = \"CLOSED\"", "PROHIBITED"),
         (
-            zone_269(json!({ "applicability": [{ "permanent": "NO" }] }), json!({})),
+            zone_269(&json!({ "applicability": [{ "permanent": "NO" }] }), &json!({})),
             "applicability[0] = {",
             "no time",
         ),
         (
-            zone_269(json!({ "applicability": [{ "permanent": "MAYBE" }] }), json!({})),
+            zone_269(&json!({ "applicability": [{ "permanent": "MAYBE" }] }), &json!({})),
             "applicability[0].permanent = \"MAYBE\"",
             "YES",
         ),
         (
             zone_269(
-                json!({}),
-                json!({ "uomDimensions": "FT", "horizontalProjection": { "type": "Circle", "center": [10, 50], "radius": 100 } }),
+                &json!({}),
+                &json!({ "uomDimensions": "FT", "horizontalProjection": { "type": "Circle", "center": [10, 50], "radius": 100 } }),
             ),
             "geometry[0].uomDimensions = \"FT\"",
             "circles",
         ),
         (
             zone_269(
-                json!({}),
-                json!({ "horizontalProjection": { "type": "Circle", "center": [10, 50], "radius": -1 } }),
+                &json!({}),
+                &json!({ "horizontalProjection": { "type": "Circle", "center": [10, 50], "radius": -1 } }),
             ),
             "radius is not",
             "",
         ),
         (
-            zone_269(json!({}), json!({ "horizontalProjection": null })),
+            zone_269(&json!({}), &json!({ "horizontalProjection": null })),
             "geometry[0].horizontalProjection is missing",
             "",
         ),
-        (zone_269(json!({}), json!({ "ceiling": 5 })), "geometry[0].ceiling = 5", "upperLimit"),
+        (zone_269(&json!({}), &json!({ "ceiling": 5 })), "geometry[0].ceiling = 5", "upperLimit"),
     ] {
         let problem = refusal(&text, &plain);
         assert!(problem.starts_with("zone 1 (\"EDR1\"): "), "{problem}");

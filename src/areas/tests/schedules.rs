@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::super::schedule::Schedule;
 use super::*;
 
-fn schedule(applicability: Value, time_zone: Option<&str>) -> Schedule {
+fn schedule(applicability: &Value, time_zone: Option<&str>) -> Schedule {
     let text = json!({ "type": "Feature",
         "properties": { "type": "PROHIBITED", "limitedApplicability": applicability },
         "geometry": { "type": "Polygon", "coordinates": [[[10, 50], [11, 50], [11, 51], [10, 50]]] } })
@@ -36,7 +36,7 @@ fn without_limits_it_is_always() {
         json!([{ "startDateTime": "", "endDateTime": "", "schedule": [{ "day": "ANY", "startTime": "", "endTime": "" }] }]),
         json!([{ "startDateTime": "2026-01-01T00:00:00Z" }, { "endDateTime": null, "schedule": [] }]),
     ] {
-        let schedule = schedule(applicability.clone(), None);
+        let schedule = schedule(&applicability, None);
         assert_eq!(
             (course(&schedule, "2020-01-01T00:00:00Z", 9), schedule.to_string()),
             match applicability[0]["startDateTime"].as_str() {
@@ -53,7 +53,7 @@ fn dates_and_hours() {
     // 2026-11-23 is a Monday.
     let weekend = json!([{ "startDateTime": "2026-11-20T00:00:00Z", "endDateTime": "2026-12-01T00:00:00Z",
         "schedule": [{ "day": ["SAT", "SUN"], "startTime": "17:00:00.00Z", "endTime": "23:00:00Z" }] }]);
-    let weekend = schedule(weekend, None);
+    let weekend = schedule(&weekend, None);
     let times = [
         "2026-11-21T17:00",
         "2026-11-21T23:00",
@@ -71,7 +71,7 @@ fn dates_and_hours() {
     );
     // It begins within its hours, and ends within them.
     let cut = schedule(
-        json!([{ "startDateTime": "2026-11-21T18:00:00Z", "endDateTime": "2026-11-22T18:00:00Z",
+        &json!([{ "startDateTime": "2026-11-21T18:00:00Z", "endDateTime": "2026-11-22T18:00:00Z",
         "schedule": [{ "startTime": "17:00Z", "endTime": "19:00Z" }] }]),
         None,
     );
@@ -83,21 +83,21 @@ fn dates_and_hours() {
 #[test]
 fn hours_go_over_midnight() {
     let night = schedule(
-        json!([{ "schedule": [{ "day": ["FRI"], "startTime": "22:00:00Z", "endTime": "06:00:00Z" }] }]),
+        &json!([{ "schedule": [{ "day": ["FRI"], "startTime": "22:00:00Z", "endTime": "06:00:00Z" }] }]),
         None,
     );
     let times = ["2026-11-27T22:00", "2026-11-28T06:00", "2026-12-04T22:00"];
     assert_eq!(course(&night, "2026-11-23T00:00:00Z", 3), (false, times.map(str::to_owned).to_vec()));
     for end in ["24:00:00Z", "00:00:00Z"] {
         let whole = schedule(
-            json!([{ "schedule": [{ "day": ["FRI", "SAT"], "startTime": "00:00:00Z", "endTime": end }] }]),
+            &json!([{ "schedule": [{ "day": ["FRI", "SAT"], "startTime": "00:00:00Z", "endTime": end }] }]),
             None,
         );
         let times = ["2026-11-27T00:00", "2026-11-29T00:00"];
         assert_eq!(course(&whole, "2026-11-23T00:00:00Z", 2), (false, times.map(str::to_owned).to_vec()));
     }
     let daily = schedule(
-        json!([{ "schedule": [{ "day": ["ANY"], "startTime": "00:00:00Z", "endTime": "24:00:00Z" }] }]),
+        &json!([{ "schedule": [{ "day": ["ANY"], "startTime": "00:00:00Z", "endTime": "24:00:00Z" }] }]),
         None,
     );
     assert_eq!(course(&daily, "2026-11-23T05:00:00Z", 2), (true, vec![]), "every day is always");
@@ -106,7 +106,7 @@ fn hours_go_over_midnight() {
 /// Hours of a time zone follow its summer time, and days are its own.
 #[test]
 fn time_zones() {
-    let zurich = |applicability| schedule(applicability, Some("Europe/Zurich"));
+    let zurich = |applicability: Value| schedule(&applicability, Some("Europe/Zurich"));
     let hours =
         zurich(json!([{ "schedule": [{ "day": ["SUN"], "startTime": "00:30:00", "endTime": "12:00:00" }] }]));
     // Summer time ends on 2026-10-25 at 01:00 UTC.
@@ -121,7 +121,7 @@ fn time_zones() {
     assert_eq!(course(&hours, "2026-10-15T00:00:00Z", 6), (false, times.map(str::to_owned).to_vec()));
     assert_eq!(hours.to_string(), "Sun 00:30-12:00 Europe/Zurich");
     let fixed = schedule(
-        json!([{ "schedule": [{ "day": ["SUN"], "startTime": "00:30:00+02:00", "endTime": "12:00:00+02:00" }] }]),
+        &json!([{ "schedule": [{ "day": ["SUN"], "startTime": "00:30:00+02:00", "endTime": "12:00:00+02:00" }] }]),
         None,
     );
     let times = ["2026-10-17T22:30", "2026-10-18T10:00", "2026-10-24T22:30", "2026-10-25T10:00"];
@@ -138,7 +138,7 @@ fn time_zones() {
 #[test]
 fn periods_add_up_and_touch_without_a_change() {
     let both = schedule(
-        json!([
+        &json!([
             { "endDateTime": "2026-06-01T00:00:00Z" },
             { "startDateTime": "2026-06-01T00:00:00Z", "endDateTime": "2026-07-01T00:00:00Z" },
             { "startDateTime": "2030-01-01T00:00:00Z", "schedule": [{ "startTime": "10:00Z", "endTime": "11:00Z" }] },
