@@ -32,7 +32,7 @@ fn alerts(more: &Value, keys: &str, options: &[&str]) -> Vec<Value> {
     command.arg(flight.capture()).arg("--config").arg(site).arg("--alerts").arg(&told).args(options);
     let ran = ran(&mut command);
     assert_eq!(ran.code, 0, "{}", ran.stderr);
-    let text = fs::read_to_string(told).unwrap();
+    let text = String::from_utf8(fs::read(told).unwrap()).unwrap();
     let alerts = text.lines().map(|line| serde_json::from_str(line).unwrap());
     alerts.filter(|alert: &Value| alert["kind"].as_str().unwrap().starts_with("area")).collect()
 }
