@@ -56,7 +56,21 @@ fn the_example_is_valid_and_shows_the_defaults() {
 
 /// The example with what is a comment, because a copy of it has no such files beside it.
 fn whole_example() -> String {
-    let keys = ["[[areas]]", "kind = ", "file = ", "sensor = ", "tls = "];
+    let keys = [
+        "[[areas]]",
+        "kind = ",
+        "file = ",
+        "sensor = ",
+        "tls = ",
+        "floor_m = ",
+        "ceiling_m = ",
+        "ground_m = ",
+        "predict_s = ",
+        "severity = ",
+        "allow = ",
+        "language = ",
+        "time_zone = ",
+    ];
     let uncommented = |line: &str| match line.strip_prefix("# ") {
         Some(text) if keys.iter().any(|key| text.starts_with(key)) => format!("{text}\n"),
         _ => format!("{line}\n"),

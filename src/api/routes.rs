@@ -259,7 +259,7 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
         Route::get(
             "/api/v1/areas",
             "The configured areas",
-            Reply::octets::<AreaCollection>(GEO_JSON, sites::areas),
+            Reply::geo::<AreaCollection>(sites::areas),
         ),
         Route::get("/api/v1/alerts", "What is wrong now", Reply::json(sites::alerts)),
         Route::get(

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use tracing::warn;
 
+use super::zones::lines;
 use super::{CommandResult, Outcome, Usage};
 use crate::api::Terms;
 use crate::areas::Areas;
@@ -36,14 +37,16 @@ pub fn run(args: &Args) -> CommandResult {
     };
     let config = Config::load(file)?;
     let areas = Areas::load(&config.areas)?;
-    Terms::load(&config, &areas)?.warnings(now()).iter().for_each(|warning| warn!("{warning}"));
+    let warnings = Terms::load(&config, &areas)?.warnings(now()).into_iter().chain(areas.warnings(now()));
+    warnings.for_each(|warning| warn!("{warning}"));
     let undulation_m = Normaliser::new(&config, areas.masks()).undulation_m();
     let mut out = io::stdout().lock();
     if args.network {
         return network(&config, &mut out);
     }
     writeln!(out, "# {}: valid. In force, defaults filled in:", file.display())?;
-    writeln!(out, "# geoid undulation: {undulation_m:.2} m\n")?;
+    writeln!(out, "# geoid undulation: {undulation_m:.2} m")?;
+    writeln!(out, "{}", lines(&areas, now(), undulation_m))?;
     write!(out, "{config}")?;
     Ok(Outcome::Done)
 }

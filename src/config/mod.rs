@@ -8,12 +8,13 @@
 //! and `[[areas]]` are set in the file only.
 //!
 //! Each key is stated once, in the `section!` of its table (`site`, `sensors`, `network`, `fusion`, `integrity`,
-//! `conflicts`, `output`, `http`), with
+//! `conflicts`, `areas`, `output`, `http`), with
 //! its field, default, check, meaning, and whether SIGHUP reloads it; `docs/CONFIGURATION.md` follows from there.
 //!
 //! On the way in: text → `tree` (values that know their line) → `overrides` → the tables, which ask for their keys and refuse
 //! the rest. They go through the tree rather than through serde, which stops at the first fault.
 
+mod areas;
 mod changes;
 mod cidr;
 mod conflicts;
@@ -36,6 +37,7 @@ pub(crate) mod tree;
 use std::fmt::{self, Display, Formatter};
 use std::path::Path;
 
+pub use areas::{AlertArea, Area, AreaKind, AreaSeverity};
 pub use changes::{Change, changes};
 pub use cidr::{Network, NotANetwork};
 pub use conflicts::{Advisory, ConflictVolume, Conflicts, VolumePreset, VolumeSide, Warning};
@@ -51,7 +53,7 @@ pub use reader::FILL_IN;
 pub use sensors::{
     Classification, Radar, RadarAccuracy, Registration, Sensor, SensorKind, Transponder, TransponderAccuracy,
 };
-pub use site::{Area, AreaKind, Site};
+pub use site::Site;
 
 use error::Faults;
 use reader::Section;

@@ -2,7 +2,8 @@
 
 use super::table::{Row, Table};
 use super::{
-    Area, Conflicts, Fusion, Http, Integrity, Output, Persistence, Radar, Sensor, Site, Transponder,
+    AlertArea, Area, Conflicts, Fusion, Http, Integrity, Output, Persistence, Radar, Sensor, Site,
+    Transponder,
 };
 
 /// What the page begins with.
@@ -20,7 +21,7 @@ The file is TOML. The name of a key states its unit, and an unknown key is refus
 ";
 
 /// The tables of the file: how they are named on the page, their path, what they are, and their keys.
-fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 11] {
+fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 12] {
     fn table<T: Table>(
         name: &'static str,
         path: &'static str,
@@ -36,6 +37,7 @@ fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 11] {
         table::<Integrity>("[integrity]", "integrity"),
         table::<Conflicts>("[conflicts]", "conflicts"),
         table::<Area>("[[areas]]", "areas"),
+        table::<AlertArea>("[[areas]], alert", "areas"),
         table::<Output>("[output]", "output"),
         table::<Http>("[http]", "http"),
         table::<Persistence>("[state]", "state"),

@@ -30,7 +30,7 @@ mod registration;
 mod requests;
 mod service;
 
-pub use alerts::{Alert, AlertJson, AlertKind, Alerts, Change, Details, Severity, Trouble};
+pub use alerts::{Ahead, Alert, AlertJson, AlertKind, Alerts, Change, Details, Severity, Trouble};
 pub use clock::{Clock, now};
 pub use condition::{Cause, Condition, Facts, Lateness, Level, Punctuality, Reason};
 pub use contests::Contested;

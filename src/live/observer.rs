@@ -6,10 +6,10 @@ use tokio::sync::broadcast::error::RecvError;
 use tokio::time::MissedTickBehavior;
 use tracing::{error, info, warn};
 
-use super::alerts::{Alert, Alerts, Change, Severity};
+use super::alerts::{Ahead, Alert, Alerts, Change, Severity};
 use super::clock::now;
 use super::hub::Hub;
-use super::published::{Archive, Status};
+use super::published::{Archive, PublishedPicture, Status};
 use fusion::time::Time;
 
 /// Time between two looks at whether the engine still publishes: it cannot say itself that it stands still.
@@ -29,7 +29,7 @@ pub async fn observe(hub: Hub, mut alerts: Alerts, mut archive: Option<Box<dyn A
                     if let Some(archive) = &mut archive {
                         archive.note(&frame.picture, &hub.maker);
                     }
-                    alerts.note_picture(&frame.picture, &hub.maker)
+                    alerts.note_picture(&frame.picture, &hub.maker) | note_approaches(&mut alerts, &hub, &frame)
                 }
                 Err(RecvError::Lagged(slots)) => {
                     warn!(slots, "alerts and history miss slots, which were published faster than read");
@@ -64,6 +64,17 @@ pub async fn observe(hub: Hub, mut alerts: Alerts, mut archive: Option<Box<dyn A
             hub.set_alerts(alerts.all());
         }
     }
+}
+
+/// Who is about to enter an area, by the picture of now, where one is made and still remembered.
+fn note_approaches(alerts: &mut Alerts, hub: &Hub, frame: &PublishedPicture) -> bool {
+    let now = frame.now.get();
+    let ahead = match &now {
+        Some(now) => Ahead::Now(now),
+        None if hub.config.fusion.now => return false,
+        None => Ahead::Lagged(&frame.picture, frame.due - frame.picture.time),
+    };
+    alerts.note_approaches(ahead, &hub.maker)
 }
 
 fn note_status(alerts: &mut Alerts, status: &Status) -> bool {

@@ -19,3 +19,4 @@ mod program;
 #[allow(dead_code, reason = "shared by several tests")]
 mod shared;
 mod usage;
+mod zones;

@@ -1,6 +1,8 @@
 //! What an operator should look at: sensors that are not operational, tracks inside alert areas, aircraft that come near
-//! each other, transponders that lie or fall silent, drones without one, and what is wrong with the service itself. Sans-IO: `replay --alerts` raises the same.
+//! each other, transponders that lie or fall silent, drones without one, and what is wrong with the service itself. Sans-IO:
+//! `replay --alerts` raises the same.
 
+mod areas;
 mod conflicts;
 mod details;
 mod json;
@@ -14,6 +16,9 @@ use crate::areas::AlertAreas;
 use crate::current::Current;
 use fusion::time::{SECOND, Time};
 
+use areas::Approaches;
+
+pub use areas::Ahead;
 pub use details::Details;
 pub use json::AlertJson;
 
@@ -29,6 +34,8 @@ pub enum AlertKind {
     Sensor,
     /// A track is inside an alert area.
     Area,
+    /// A track is about to enter one.
+    AreaPredicted,
     /// Something is wrong with the service itself.
     Service,
     /// The alignment of a radar seems to have changed.
@@ -47,9 +54,10 @@ pub enum AlertKind {
 
 impl AlertKind {
     /// All kinds.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Sensor,
         Self::Area,
+        Self::AreaPredicted,
         Self::Service,
         Self::Registration,
         Self::Integrity,
@@ -64,6 +72,7 @@ impl AlertKind {
         match self {
             Self::Sensor => "sensor",
             Self::Area => "area",
+            Self::AreaPredicted => "area-predicted",
             Self::Service => "service",
             Self::Registration => "registration",
             Self::Integrity => "integrity",
@@ -154,15 +163,20 @@ pub enum Change {
     Ended,
 }
 
+/// What tells alerts from each other: kind, subject, and area where it is about one.
+type Key = (AlertKind, String, String);
+
 /// Keeps the alerts.
 #[derive(Debug, Default)]
 pub struct Alerts {
     areas: Current<AlertAreas>,
+    /// Tracks that are about to enter one.
+    approaches: Approaches,
     /// Before this time sensors are not looked at, but for rival senders.
     settled: Time,
     next_id: u64,
-    /// Those that last, by kind, subject and area; with the last time that they held.
-    lasting: BTreeMap<(AlertKind, String, String), (Alert, Time)>,
+    /// Those that last, with the last time that they held.
+    lasting: BTreeMap<Key, (Alert, Time)>,
     /// The latest first.
     ended: VecDeque<Alert>,
     /// Changes that were not taken yet, in their order.
@@ -252,9 +266,15 @@ impl Alerts {
             self.changes.push((Change::Began, alert.clone()));
             self.lasting.insert(key, (alert, now));
         }
+        self.end(kind, now, |key, held| !current.contains(key) && is_over(&key.1, held));
+        is_renewed || self.changes.len() > before
+    }
+
+    /// Ends the alerts of a kind that are over, by what they are about and the last time that they held.
+    fn end(&mut self, kind: AlertKind, now: Time, is_over: impl Fn(&Key, Time) -> bool) {
         let Self { lasting, changes, ended, .. } = self;
         lasting.retain(|key, (alert, held)| {
-            let lasts = key.0 != kind || current.contains(key) || !is_over(&key.1, *held);
+            let lasts = key.0 != kind || !is_over(key, *held);
             if !lasts {
                 let alert = Alert { until: Some(now), ..alert.clone() };
                 changes.push((Change::Ended, alert.clone()));
@@ -263,7 +283,6 @@ impl Alerts {
             lasts
         });
         self.ended.truncate(ENDED_KEPT);
-        is_renewed || self.changes.len() > before
     }
 }
 

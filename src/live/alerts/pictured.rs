@@ -4,17 +4,14 @@ use std::collections::BTreeMap;
 
 use geo::{ConvexHull, LineString, MultiPoint, Point, Winding};
 
-use super::wording::{described, jamming, lying, resolved, silent, uncooperative};
+use super::wording::{jamming, lying, resolved, silent, uncooperative};
 use super::{AlertKind, Alerts, Details, Found, Severity};
 use crate::json::rounded;
-use crate::picture::{MAX_ACCURACY_M, Picture, PictureMaker};
+use crate::picture::{Picture, PictureMaker};
 use fusion::integrity::{Concern, State};
 use fusion::time::{SECOND, Time};
 use fusion::{Enu, Identity};
 
-/// A track has left an area when it was not seen inside for this long, nanoseconds: it may flicker at the edge, or be
-/// missed by the radar.
-const LEFT_NS: u64 = 3 * SECOND as u64;
 /// An uncooperative track has ended when it was not seen for this long, nanoseconds: as long as it is remembered.
 const GONE_NS: u64 = 10 * SECOND as u64;
 /// Around the places where jammed transponders were heard last, metres.
@@ -32,27 +29,12 @@ impl Alerts {
             self.lasting.clear();
             self.ended.clear();
             self.changes.clear();
+            self.approaches.clear();
         }
         went_back
             | self.note_areas(picture, maker)
             | self.note_transponders(picture, maker)
             | self.note_uncooperative(picture, maker)
-    }
-
-    fn note_areas(&mut self, picture: &Picture, maker: &PictureMaker) -> bool {
-        let (now, areas) = (picture.time, self.areas.get());
-        let mut found = Vec::new();
-        for track in picture.within(MAX_ACCURACY_M) {
-            let place = &track.position;
-            for area in areas.around(place.longitude_deg(), place.latitude_deg()) {
-                let id = maker.track_id(track);
-                let text = format!("{} is inside {area}", described(track, &id));
-                let (area, severity) = (area.to_owned(), Severity::Warning);
-                found.push(Found { area, ..Found::new(&id, severity, text) });
-            }
-        }
-        let has_left = |_: &str, held: Time| now.nanos().abs_diff(held.nanos()) > LEFT_NS;
-        self.hold(AlertKind::Area, found, now, has_left)
     }
 
     /// The engine says for how long a concern lasts.

@@ -1,5 +1,7 @@
 //! What begins, changes and ends.
 
+mod areas;
+
 use serde_json::{Value, json};
 
 use super::*;
