@@ -18,6 +18,7 @@ use tracing::{debug, info, warn};
 use super::client::{Peer, is_trusted};
 use super::door::Refused;
 use super::guard::router;
+use super::metrics::open_files;
 use super::state::ApiState;
 use super::tls::Tls;
 
@@ -96,12 +97,6 @@ pub(super) fn affordable(connections: usize) -> usize {
     fewer
 }
 
-/// How many files a process may have open, of the system's table of its limits; `None`: any number.
-fn open_files(limits: &str) -> Option<usize> {
-    let line = limits.lines().find_map(|line| line.strip_prefix("Max open files"))?;
-    line.split_whitespace().next()?.parse().ok()
-}
-
 /// A connection from its first octet to its last. With TLS that begins with a handshake, for which there is as much time
 /// as for a request's headers.
 async fn attend(
@@ -150,22 +145,4 @@ async fn connection(
         }
     };
     ended.map_err(io::Error::other)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_limit_of_open_files_is_the_soft_one() {
-        let table = "Limit                     Soft Limit           Hard Limit           Units     \n\
-                     Max processes             63450                63450                processes \n\
-                     Max open files            1024                 524288               files     \n";
-        assert_eq!(open_files(table), Some(1024));
-        assert_eq!(
-            open_files("Max open files            unlimited            unlimited            files"),
-            None
-        );
-        assert_eq!(open_files(""), None);
-    }
 }

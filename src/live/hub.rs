@@ -11,6 +11,7 @@ use super::correlations::{Correlations, Correlator, correlations};
 use super::inputs::Inputs;
 use super::integrity::{IntegrityDesk, IntegrityRequests, integrity};
 use super::published::{PublishedPicture, Status};
+use super::timings::Timings;
 use crate::config::Config;
 use crate::picture::PictureMaker;
 use crate::record::{RecorderCounts, RecorderMeter};
@@ -62,6 +63,8 @@ struct Known {
     /// What [`Punctuality`] counts time from.
     origin: Instant,
     punctuality: Mutex<Punctuality>,
+    /// None before the first slot, and in a replay.
+    timings: Mutex<Option<Timings>>,
     recorder: OnceLock<RecorderMeter>,
     archive: watch::Sender<Option<Trouble>>,
 }
@@ -75,6 +78,7 @@ impl Known {
         Self {
             origin: Instant::now(),
             punctuality: Mutex::new(Punctuality::new(slot)),
+            timings: Mutex::default(),
             recorder: OnceLock::new(),
             archive: watch::Sender::new(None),
         }
@@ -93,6 +97,10 @@ impl Known {
     /// A panic elsewhere leaves nothing half done in here.
     fn punctuality(&self) -> MutexGuard<'_, Punctuality> {
         self.punctuality.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn timings(&self) -> MutexGuard<'_, Option<Timings>> {
+        self.timings.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -159,6 +167,11 @@ impl Hub {
         self.known.lateness()
     }
 
+    /// How long the slots took so far; `None` before the first one of the live service, and in a replay.
+    pub fn timings(&self) -> Option<Timings> {
+        self.known.timings().clone()
+    }
+
     /// What the recorder has done so far; `None` where there is none.
     pub fn recorded(&self) -> Option<RecorderCounts> {
         self.known.recorder.get().map(RecorderMeter::counts)
@@ -194,8 +207,17 @@ impl HubWriter {
     /// Publishes a slot of the live service, and notes how late that is; `waited`: how many datagrams had waited for the
     /// engine for long since the slot before. Never waits for readers.
     pub fn publish_live(&self, frame: PublishedPicture, waited: usize) {
-        let late_ns = frame.published_at.nanos().saturating_sub(frame.due.nanos());
-        let late = Duration::from_nanos(u64::try_from(late_ns).unwrap_or(0));
+        let since = |time: Time| {
+            Duration::from_nanos(
+                u64::try_from(frame.published_at.nanos().saturating_sub(time.nanos())).unwrap_or(0),
+            )
+        };
+        let late = since(frame.due);
+        let mut timings = self.known.timings();
+        let counted = timings.get_or_insert_default();
+        counted.lateness.note(late);
+        counted.latency.note(since(frame.picture.time));
+        drop(timings);
         // Whoever sees the slot knows how late it is.
         let at = self.known.origin.elapsed();
         self.known.punctuality().note(at, late, waited);

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use axum::http::{Method, Request, StatusCode};
+use jiff::SignedDuration;
 use utm_fusion::api::routes::ROUTES;
 
 use crate::common::{Site, flown};
@@ -54,9 +55,11 @@ async fn metrics_are_strictly_prometheus_text() {
     let mut site = Site::plain();
     site.tell(flown().status.clone()).await;
     site.publish(1).await;
+    let mut late = flown().frames.last().unwrap().clone();
+    late.published_at = late.due + SignedDuration::from_millis(3);
+    site.writer.publish_live(late, 0);
     let text = site.get("/metrics").await.text;
-    let mut family = String::new();
-    let mut is_summary = false;
+    let (mut family, mut kind) = (String::new(), "");
     let mut seen = BTreeSet::new();
     let mut samples = BTreeSet::new();
     for line in text.lines() {
@@ -64,21 +67,22 @@ async fn metrics_are_strictly_prometheus_text() {
             family = rest.split(' ').next().unwrap().to_owned();
             assert!(seen.insert(family.clone()), "{family} comes twice");
         } else if let Some(rest) = line.strip_prefix("# TYPE ") {
-            let (name, kind) = rest.split_once(' ').unwrap();
+            let name;
+            (name, kind) = rest.split_once(' ').unwrap();
             assert_eq!(name, family);
-            assert!(matches!(kind, "counter" | "gauge" | "summary"));
-            is_summary = kind == "summary";
+            assert!(matches!(kind, "counter" | "gauge" | "summary" | "histogram"));
             assert_eq!(kind == "counter", name.ends_with("_total"), "{name}");
         } else {
-            assert_eq!(line.contains("quantile="), is_summary, "the label is reserved: {line}");
+            assert_eq!(line.contains("quantile="), kind == "summary", "the label is reserved: {line}");
+            assert_eq!(line.contains("{le="), kind == "histogram" && line.contains("_bucket"), "{line}");
             let (series, value) = line.rsplit_once(' ').unwrap();
             assert!(value.parse::<f64>().unwrap().is_finite(), "{line}");
             assert!(samples.insert(series), "{series} comes twice");
             let name = series.split('{').next().unwrap();
-            assert_eq!(name, family, "{line}");
-            assert!(
-                name.starts_with("utm_fusion_") && name.bytes().all(|c| c == b'_' || c.is_ascii_lowercase())
-            );
+            let parts = if kind == "histogram" { &["_bucket", "_sum", "_count"][..] } else { &[""] };
+            assert!(parts.iter().any(|part| name.strip_suffix(part) == Some(&family)), "{line}");
+            let is_ours = name.starts_with("utm_fusion_") || name.starts_with("process_");
+            assert!(is_ours && name.bytes().all(|c| c == b'_' || c.is_ascii_lowercase()));
             if let Some(labels) = series.strip_prefix(name).filter(|labels| !labels.is_empty()) {
                 let labels = labels.strip_prefix('{').and_then(|l| l.strip_suffix('}')).unwrap();
                 for label in labels.split("\",") {
@@ -93,7 +97,42 @@ async fn metrics_are_strictly_prometheus_text() {
         "utm_fusion_slots_published_total",
         "utm_fusion_reports_accepted_total",
         "utm_fusion_lateness_seconds",
+        "utm_fusion_slot_lateness_seconds",
+        "utm_fusion_slot_latency_seconds",
     ] {
         assert!(seen.contains(name), "{name}");
+    } // 3 ms late, and 6.125 s old.
+    for (line, count) in [
+        ("utm_fusion_slot_lateness_seconds_bucket{le=\"0.002\"}", 0),
+        ("utm_fusion_slot_lateness_seconds_bucket{le=\"0.005\"}", 1),
+        ("utm_fusion_slot_lateness_seconds_bucket{le=\"+Inf\"}", 1),
+        ("utm_fusion_slot_latency_seconds_bucket{le=\"6\"}", 0),
+        ("utm_fusion_slot_latency_seconds_bucket{le=\"6.25\"}", 1),
+    ] {
+        assert!(text.contains(&format!("\n{line} {count}\n")), "{line} {count}\n{text}");
     }
+    assert!(text.contains("\nutm_fusion_slot_latency_seconds_sum 6.128\n"), "{text}");
+    if cfg!(target_os = "linux") {
+        for name in
+            ["cpu_seconds_total", "resident_memory_bytes", "open_fds", "max_fds", "start_time_seconds"]
+        {
+            assert!(seen.contains(&format!("process_{name}")), "{name}");
+        }
+    }
+}
+
+/// What comes and goes with the traffic is counted; a replay has no lateness to count.
+#[tokio::test]
+async fn what_is_shown_is_counted_by_what_it_is_made_of() {
+    let mut site = Site::plain();
+    site.publish(1).await;
+    let (text, picture) = (site.get("/metrics").await.text, site.get("/api/v1/tracks").await.json());
+    assert!(!text.contains("slot_late") && !text.contains("slot_latency"), "{text}");
+    let features = picture["features"].as_array().unwrap();
+    for source in ["fused", "radar", "transponder"] {
+        let count = features.iter().filter(|track| track["properties"]["source"] == source).count();
+        let line = format!("utm_fusion_tracks_of_source{{source=\"{source}\"}} {count}\n");
+        assert!(text.contains(&line), "{line}{text}");
+    }
+    assert!(text.contains("\nutm_fusion_alerts{kind=\"area\",severity=\"warning\"} 0\n"), "{text}");
 }
