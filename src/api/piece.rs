@@ -6,9 +6,48 @@ use axum::body::Bytes;
 
 use crate::json::rounded;
 use crate::picture::{PictureMaker, PictureTrack};
+use fusion::integrity::State;
+use fusion::point::Source;
 
 /// Where a track can come from.
 pub const SOURCES: [&str; 3] = ["fused", "radar", "transponder"];
+
+/// What a track is taken for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Class {
+    /// A drone: it has a transponder, or the radar holds that for likelier than not.
+    Drone,
+    /// The radar holds it for something else: a bird.
+    Other,
+    /// Of radar alone, which says nothing of it.
+    Unknown,
+}
+
+impl Class {
+    /// All classes.
+    pub const ALL: [Self; 3] = [Self::Drone, Self::Other, Self::Unknown];
+
+    /// Its name on the interfaces.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Drone => "drone",
+            Self::Other => "other",
+            Self::Unknown => "unknown",
+        }
+    }
+
+    /// The map shows what is below one half as no drone, too.
+    pub fn of(source: &Source) -> Self {
+        match source {
+            Source::Fused(..) | Source::Transponder(_) => Self::Drone,
+            Source::Radar(radar) => match radar.uav_probability {
+                Some(probability) if probability < 0.5 => Self::Other,
+                Some(_) => Self::Drone,
+                None => Self::Unknown,
+            },
+        }
+    }
+}
 
 /// A track of a slot, and what filters ask of it.
 #[derive(Clone, Debug)]
@@ -19,6 +58,10 @@ pub struct Piece {
     pub id: Arc<str>,
     /// One of [`SOURCES`].
     pub source: &'static str,
+    /// What it is taken for.
+    pub class: Class,
+    /// Whether its transponder can be trusted; `None` where there is none that is judged.
+    pub integrity: Option<State>,
     /// Degrees.
     pub lng: f64,
     /// Degrees.
@@ -45,6 +88,8 @@ impl Piece {
             index,
             id: maker.track_id(track).into(),
             source: track.source_name(),
+            class: Class::of(source),
+            integrity: track.point.integrity.map(|integrity| integrity.state),
             lng: rounded(track.position.longitude_deg(), 9),
             lat: rounded(track.position.latitude_deg(), 9),
             alt_msl: track.altitude_amsl_m.map(|metres| rounded(metres, 3)),

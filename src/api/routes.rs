@@ -17,13 +17,24 @@ use super::{
     tracks, uss,
 };
 
-const FILTER: [Parameter; 11] = [
+const FILTER: [Parameter; 13] = [
     Parameter::new(
         "bbox",
         "string",
         "lon_min,lat_min,lon_max,lat_max, degrees; lon_min above lon_max spans the antimeridian",
     ),
     Parameter::new("source", "string", "of fused, radar, transponder, separated by commas"),
+    Parameter::new(
+        "class",
+        "string",
+        "of drone (with a transponder, or the radar says so), other (the radar holds it for something else), unknown (the \
+         radar does not say), separated by commas",
+    ),
+    Parameter::new(
+        "integrity",
+        "string",
+        "of unverified, verified, suspect, failed, none (without a transponder that is judged), separated by commas",
+    ),
     Parameter::new("sensor", "string", "ids of sensors that took part, separated by commas"),
     Parameter::new(
         "alt_min",
@@ -45,7 +56,12 @@ const FILTER: [Parameter; 11] = [
          sensor measured is always there",
     )
     .within(1.0, 10_000.0),
-    Parameter::new("limit", "integer", "tracks at most, 1 to 10000").within(1.0, 10_000.0),
+    Parameter::new(
+        "limit",
+        "integer",
+        "tracks at most, 1 to 10000, in the order of their ids; where more are matched, next is there",
+    )
+    .within(1.0, 10_000.0),
     Parameter::new("trail_s", "integer", "each track with its trail of the last seconds, 1 to 600")
         .within(1.0, 600.0),
     Parameter::new(
@@ -60,8 +76,19 @@ const FILTER: [Parameter; 11] = [
     ),
 ];
 
-const STREAM: [Parameter; 13] = {
-    let [a, b, c, d, e, f, g, h, i, j, k] = FILTER;
+/// A page of the picture.
+const PAGE: [Parameter; 14] = {
+    let [a, b, c, d, e, f, g, h, i, j, k, l, m] = FILTER;
+    let after = Parameter::new(
+        "after",
+        "string",
+        "next of the page before: tracks behind it, in the order of their ids, which lasts from slot to slot",
+    );
+    [a, b, c, d, e, f, g, h, i, j, k, l, m, after]
+};
+
+const STREAM: [Parameter; 15] = {
+    let [a, b, c, d, e, f, g, h, i, j, k, l, m] = FILTER;
     let interval = Parameter::new(
         "interval_ms",
         "integer",
@@ -69,7 +96,7 @@ const STREAM: [Parameter; 13] = {
     )
     .within(250.0, 10_000.0);
     let ticket = Parameter::new("ticket", "string", "from POST /api/v1/stream-tickets, for browsers");
-    [a, b, c, d, e, f, g, h, i, j, k, interval, ticket]
+    [a, b, c, d, e, f, g, h, i, j, k, l, m, interval, ticket]
 };
 
 const VIEW: [Parameter; 2] = [
@@ -140,7 +167,7 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
             "The picture: a GeoJSON FeatureCollection, with a weak ETag",
             Reply::octets::<Tracks<'_>>(GEO_JSON, tracks::all),
         )
-        .with(&FILTER)
+        .with(&PAGE)
         .or(&[304]),
         Route::get(
             "/api/v1/tracks/{id}",
