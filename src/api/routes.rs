@@ -13,8 +13,8 @@ pub use super::route::{Parameter, Route};
 use super::shown::{TrackFeature, Tracks};
 use super::tokens::Scope;
 use super::{
-    correlations, history, integrity, metrics, openapi, page, raw, readsb, replay, service, sites, stream,
-    tracks, uss,
+    asyncapi, correlations, events, history, integrity, metrics, openapi, page, raw, readsb, replay, service,
+    sites, stream, tracks, uss, websocket,
 };
 
 const FILTER: [Parameter; 13] = [
@@ -97,6 +97,16 @@ const STREAM: [Parameter; 15] = {
     .within(250.0, 10_000.0);
     let ticket = Parameter::new("ticket", "string", "from POST /api/v1/stream-tickets, for browsers");
     [a, b, c, d, e, f, g, h, i, j, k, l, m, interval, ticket]
+};
+
+const WEBSOCKET: [Parameter; 16] = {
+    let [a, b, c, d, e, f, g, h, i, j, k, l, m, interval, ticket] = STREAM;
+    let last = Parameter::new(
+        "last_event_id",
+        "string",
+        "id of the last event of before: the stream goes on there while it is remembered, as with the header Last-Event-ID",
+    );
+    [a, b, c, d, e, f, g, h, i, j, k, l, m, interval, ticket, last]
 };
 
 const VIEW: [Parameter; 2] = [
@@ -249,6 +259,14 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
         .with(&STREAM)
         .needs(Some(Scope::Stream))
         .or(&[503]),
+        Route::get(
+            "/api/v1/stream/ws",
+            "The same events as messages of a WebSocket, each the text of a JSON object",
+            Reply::upgrade::<events::Message>(websocket::open),
+        )
+        .with(&WEBSOCKET)
+        .needs(Some(Scope::Stream))
+        .or(&[426, 503]),
         Route::post(
             "/api/v1/stream-tickets",
             "A ticket that opens one stream within 30 s",
@@ -309,6 +327,19 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
         Route::get("/metrics", "Prometheus text", Reply::octets::<String>(metrics::TEXT, metrics::text)),
         Route::get("/openapi.json", "This document", Reply::octets::<Map<String, Value>>(JSON, document))
             .needs(None),
+        Route::get(
+            "/api/v1/asyncapi.json",
+            "AsyncAPI of the stream",
+            Reply::octets::<Map<String, Value>>(JSON, stream_document),
+        )
+        .needs(None),
+        Route::get(
+            "/api/docs",
+            "All of this as a page",
+            Reply::octets::<String>("text/html; charset=utf-8", page::docs),
+        )
+        .any_query()
+        .needs(None),
         Route::get("/", "The page", Reply::octets::<String>("text/html; charset=utf-8", page::index))
             .any_query()
             .needs(None),
@@ -318,4 +349,9 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
 /// `/openapi.json`.
 fn document(ask: &Ask) -> Answer {
     openapi::document(&ROUTES, ask.state.needs_token())
+}
+
+/// `/api/v1/asyncapi.json`.
+fn stream_document(_: &Ask) -> Answer {
+    asyncapi::document(&STREAM, &WEBSOCKET)
 }

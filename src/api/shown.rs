@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::filter::Filter;
 use super::geometry::{CollectionType, Feature, Point};
-use super::gzip::Payload;
+use super::payload::Payload;
 use super::piece::Piece;
 use super::trails::Trail;
 use crate::config::{Config, PictureKind};

@@ -21,3 +21,4 @@ mod schema;
 mod stream;
 mod tls;
 mod tracks;
+mod websocket;

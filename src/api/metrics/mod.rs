@@ -42,6 +42,12 @@ pub fn text(ask: &Ask) -> Answer {
     out.by("tracks_of_source", help, "source", SOURCES.map(|source| (source, of_source(source))));
     out.alerts(&hub.alerts());
     out.one("streams", "Open event streams", state.seats.taken());
+    out.by(
+        "streams_dropped_total",
+        "WebSockets closed: slow, a message was not taken; silent, no answer to a ping; protocol, something else was sent",
+        "reason",
+        state.seats.dropped().map(|(reason, count)| (reason.name(), count)),
+    );
     out.one("http_connections", "Open HTTP connections", state.door.open());
     out.by(
         "http_connections_refused_total",
