@@ -6,6 +6,7 @@ pub mod areas;
 pub mod capture;
 pub mod commands;
 pub mod config;
+pub mod conflicts;
 pub mod current;
 pub mod evaluate;
 pub mod formats;

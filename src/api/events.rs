@@ -10,6 +10,7 @@ use super::integrity::IdentityJson;
 use super::payload::Payload;
 use super::shown::Tracks;
 use super::sites::SensorProperties;
+use crate::conflicts::ConflictJson;
 use crate::live::AlertJson;
 use crate::picture::Rfc3339;
 use fusion::time::Time;
@@ -76,6 +77,10 @@ impl Data for AlertJson {
     const NAME: &'static str = "alert";
 }
 
+impl Data for ConflictJson {
+    const NAME: &'static str = "conflict";
+}
+
 impl Data for Heartbeat {
     const NAME: &'static str = "heartbeat";
 }
@@ -110,13 +115,16 @@ impl Kind {
 }
 
 /// All events.
-pub const ALL: [Kind; 9] = [
+pub const ALL: [Kind; 10] = [
     Kind::named::<Tracks<'_>>(SNAPSHOT, "The picture: first of all, and behind each resync"),
     Kind::named::<Tracks<'_>>(TRACKS, "Tracks that changed: one per slot, or per interval_ms"),
     Kind::of::<Ended<'_>>("Tracks that have not been shown for 2 s"),
     Kind::of::<SensorProperties>("A sensor whose state changed"),
     Kind::of::<IdentityJson>("A transponder whose state changed, or what an operator says of it"),
     Kind::of::<AlertJson>("An alert that began, changed or ended"),
+    Kind::of::<ConflictJson>(
+        "Two aircraft whose warning began, changed or ended, and each second while it lasts",
+    ),
     Kind::of::<Heartbeat>("Each second, and when the picture becomes late or is on time again"),
     Kind::of::<Resync<'_>>("Something was missed: what was known is void, and a snapshot follows"),
     Kind::of::<Closed<'_>>("The last one: the service stops, or the token is no longer known"),

@@ -12,6 +12,7 @@ mod ask;
 mod asyncapi;
 mod auth;
 mod client;
+mod conflicts;
 mod correlations;
 mod door;
 mod endings;
