@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use axum::http::{Method, Request, StatusCode};
 use jiff::SignedDuration;
+use serde_json::Value;
 use utm_fusion::api::routes::ROUTES;
 
 use crate::common::{Site, flown};
@@ -136,4 +137,76 @@ async fn what_is_shown_is_counted_by_what_it_is_made_of() {
         assert!(text.contains(&line), "{line}{text}");
     }
     assert!(text.contains("\nutm_fusion_alerts{kind=\"area\",severity=\"warning\"} 0\n"), "{text}");
+}
+
+/// Everything that a document refers to, and all that it says of channels.
+#[tokio::test]
+async fn asyncapi_describes_both_streams_and_refers_to_what_is_there() {
+    fn references<'a>(value: &'a Value, found: &mut Vec<&'a str>) {
+        match value {
+            Value::Object(members) => {
+                found.extend(members.get("$ref").and_then(Value::as_str));
+                members.values().for_each(|member| references(member, found));
+            }
+            Value::Array(items) => items.iter().for_each(|item| references(item, found)),
+            _ => {}
+        }
+    }
+    let mut site = Site::plain();
+    site.publish(1).await;
+    let document = site.get("/api/v1/asyncapi.json").await.json();
+    assert_eq!(document["asyncapi"], "3.0.0");
+    let mut found = Vec::new();
+    references(&document, &mut found);
+    assert!(found.len() > 20);
+    found.iter().for_each(|to| assert!(document.pointer(&to[1..]).is_some(), "{to}"));
+    let api = site.get("/openapi.json").await.json();
+    for (channel, operation) in [("stream", "sendEvents"), ("websocket", "sendMessages")] {
+        let described = &document["channels"][channel];
+        let path = described["address"].as_str().unwrap();
+        let query = match channel {
+            "stream" => &document["operations"][operation]["bindings"]["http"]["query"],
+            _ => &described["bindings"]["ws"]["query"],
+        };
+        let names: BTreeSet<&str> =
+            query["properties"].as_object().unwrap().keys().map(String::as_str).collect();
+        let parameters = api["paths"][path]["get"]["parameters"].as_array().unwrap();
+        assert_eq!(names, parameters.iter().map(|parameter| parameter["name"].as_str().unwrap()).collect());
+        assert_eq!(document["operations"][operation]["channel"]["$ref"], format!("#/channels/{channel}"));
+        assert!(described["messages"].as_object().unwrap().len() >= 10);
+    }
+}
+
+/// The page asks nobody but this service, and nothing in it needs an exception from the policy.
+#[tokio::test]
+async fn the_page_of_the_api_is_all_here() {
+    let site = Site::plain();
+    let page = site.get("/api/docs").await;
+    assert_eq!(page.header("content-type"), "text/html; charset=utf-8");
+    assert!(page.header("content-security-policy").starts_with("default-src 'self'; frame-ancestors"));
+    for part in
+        ["<html lang=\"en\">", "name=\"viewport\"", "<main ", "<nav aria-label=", "<h1>", "<noscript>"]
+    {
+        assert!(page.text.contains(part), "{part}");
+    }
+    assert!(
+        !page.text.contains("style=") && !page.text.contains("<script>") && !page.text.contains("onclick")
+    );
+    let links =
+        page.text.split(['"']).filter(|part| part.contains('.') && !part.contains([' ', '<', ':', '=']));
+    let mut count = 0;
+    for link in links {
+        let path = match link.strip_prefix("../") {
+            Some(path) => format!("/{path}"),
+            None => format!("/api/{link}"),
+        };
+        assert_eq!(site.get(&path).await.status, StatusCode::OK, "{path}");
+        count += 1;
+    }
+    assert!(count >= 5, "{count}");
+    for path in ["/api/docs.js", "/api/docs.css"] {
+        let text = site.get(path).await.text;
+        assert!(!text.contains("http:") && !text.contains("https:") && !text.contains("innerHTML"), "{path}");
+    }
+    assert!(site.get("/api/docs.css").await.text.contains("prefers-color-scheme: dark"));
 }

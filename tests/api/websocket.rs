@@ -10,6 +10,7 @@ use tokio::net::TcpStream;
 use utm_fusion::api::Options;
 
 use crate::common::{Reader, Site, flown, receive, send};
+use crate::schema::check;
 
 const WS: &str = "/api/v1/stream/ws";
 const HANDSHAKE: &str = "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n\
@@ -154,12 +155,18 @@ async fn it_says_what_the_other_stream_says() {
         let head = client.head.to_lowercase();
         assert!(client.head.contains("s3pPLMBiTxaQ9kYGzzhZRbK+xOo="), "{head}");
         assert_eq!(head.contains("permessage-deflate; server_no_context_takeover"), !extension.is_empty());
+        let described = site.get("/api/v1/asyncapi.json").await.json();
         site.publish(12).await;
+        site.tell(site.status()).await;
         site.state.close();
         let mut count = 0;
         while let Some(event) = events.next().await {
             let message = client.message().await.unwrap();
             assert_eq!(message.as_object().unwrap().len(), 3);
+            let schema = &described["components"]["messages"][format!("{}_message", event.name)]["payload"];
+            check(&described, schema, &message, &event.name);
+            let schema = &described["components"]["messages"][&event.name]["payload"];
+            check(&described, schema, &event.data, &event.name);
             assert_eq!(message["event"], event.name.as_str());
             assert_eq!(message["id"], event.id.as_str());
             assert_eq!(message["data"], event.data);

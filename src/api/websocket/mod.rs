@@ -29,8 +29,11 @@ const FRAMES: u32 = 100;
 
 /// Opens a stream.
 pub fn open(ask: &Ask) -> Answer {
-    let id = ask.query.text("last_event_id").or_else(|| ask.header("last-event-id"));
-    let reader = Reader::open(ask, id)?;
+    let is_id = |id: &String| {
+        id.split_once('-').is_some_and(|(start, number)| are_digits(start) && are_digits(number))
+    };
+    let last = ask.query.value("last_event_id", "the id of an event", is_id)?;
+    let reader = Reader::open(ask, last.as_deref().or_else(|| ask.header("last-event-id")))?;
     let (Some(agreed), Some(upgrade)) = (Agreed::of(&ask.headers), ask.upgrade.clone()) else {
         return Ok(handshake::required());
     };
@@ -57,6 +60,10 @@ pub fn open(ask: &Ask) -> Answer {
     };
     tokio::spawn(session);
     Ok(agreed.answer())
+}
+
+fn are_digits(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|octet| octet.is_ascii_digit())
 }
 
 struct Session {
