@@ -99,10 +99,10 @@ function route(path, method, operation) {
   return { id, text: `${method.toUpperCase()} ${path}`, section };
 }
 
-function event([name, message], messages) {
+function event(name, message) {
   const id = anchor("event", name);
   const section = make("section", { "aria-labelledby": id }, make("h3", { id }, code(name)));
-  section.append(make("p", {}, `${message.summary}. Its data: `, words(messages[name].payload), "."));
+  section.append(make("p", {}, `${message.summary}. Its data: `, words(message.payload), "."));
   return { id, text: name, section };
 }
 
@@ -151,7 +151,7 @@ async function show() {
     METHODS.filter((method) => operations[method]).map((method) => route(path, method, operations[method])),
   );
   const { messages, schemas } = stream.components;
-  const events = Object.entries(messages).map((entry) => event(entry, messages));
+  const events = Object.keys(stream.channels.stream.messages).map((name) => event(name, messages[name]));
   const types = Object.entries({ ...schemas, ...api.components.schemas }).sort(([a], [b]) => (a < b ? -1 : 1)).map(type);
   const entries = [
     ...chapter("Routes", "What is asked for, with which parameters, and what is answered.", routes),
