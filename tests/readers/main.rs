@@ -5,6 +5,7 @@
 #![expect(clippy::disallowed_methods, reason = "files of this project, and the real time")]
 
 mod clients;
+mod docs;
 mod generate;
 #[path = "../shared/program.rs"]
 mod program;
