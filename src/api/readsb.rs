@@ -40,8 +40,8 @@ struct Aircraft {
     seen_pos: f64,
     mlat: [(); 0],
     tisb: [(); 0],
-    /// Emitter category of ADS-B, by which displays choose an icon: B6, unmanned. Of what is no drone, or not known to be one,
-    /// there is none: no category is a bird's.
+    /// Emitter category of ADS-B, by which displays choose an icon: B6, unmanned. Of what is crewed, no drone, or not known to
+    /// be one, there is none: nobody says how heavy it is, and no category is a bird's.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("enum" = ["B6"]))]
     category: Option<&'static str>,

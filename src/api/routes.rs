@@ -27,7 +27,7 @@ const FILTER: [Parameter; 13] = [
     Parameter::new(
         "class",
         "string",
-        "of drone (with a transponder, or the radar says so), other (the radar holds it for something else), unknown (the \
+        "of drone (with a transponder, or the radar says so), crewed (conflicts.crewed names its transponder), other (the radar holds it for something else), unknown (the \
          radar does not say), separated by commas",
     ),
     Parameter::new(

@@ -2,6 +2,7 @@
 
 use axum::http::{Request, StatusCode};
 use serde_json::Value;
+use utm_fusion::api::Options;
 
 use crate::common::{Site, flown};
 
@@ -108,6 +109,31 @@ async fn tracks_are_chosen_by_what_is_known_of_their_transponder() {
         (wrong.status, &wrong.json()["parameter"]),
         (StatusCode::BAD_REQUEST, &Value::from("integrity"))
     );
+}
+
+/// Somebody on board is no drone: on neither interface.
+#[tokio::test]
+async fn who_is_crewed_is_known_by_the_serial_number() {
+    let serial_of =
+        |track: &Value| track["properties"]["uas_id"]["serial_number"].as_str().map(str::to_owned);
+    let mut site = Site::plain();
+    site.publish(1).await;
+    let picture = site.get("/api/v1/tracks").await.json();
+    let pilot = features(&picture).iter().find_map(serial_of).unwrap();
+    let crewed = pilot.clone();
+    let mut site = Site::with(Options::default(), |config| config.conflicts.crewed = vec![crewed]);
+    site.publish(1).await;
+    let chosen = async |class: &str| -> Vec<Option<String>> {
+        let json = site.get(&format!("/api/v1/tracks?class={class}")).await.json();
+        features(&json).iter().map(serial_of).collect()
+    };
+    let crewed = chosen("crewed").await;
+    assert!(!crewed.is_empty() && crewed.iter().all(|serial| *serial == Some(pilot.clone())), "{crewed:?}");
+    assert!(!chosen("drone").await.contains(&Some(pilot.clone())));
+    let aircraft = site.get("/data/aircraft.json").await.json();
+    for craft in aircraft["aircraft"].as_array().unwrap().iter().filter(|craft| craft["type"] == "other") {
+        assert_eq!(craft.get("category").is_none(), craft["flight"] == pilot.as_str(), "{craft}");
+    }
 }
 
 #[tokio::test]
