@@ -344,6 +344,11 @@ async fn what_is_no_handshake_is_told_so() {
         assert_eq!(client.status(), "426", "{headers}");
         assert!(client.head.to_lowercase().contains("sec-websocket-version: 13"), "{}", client.head);
     }
+    let socket = TcpStream::connect(address).await.unwrap();
+    send(&socket, format!("HEAD {WS} HTTP/1.1\r\nHost: localhost\r\n{HANDSHAKE}\r\n").as_bytes()).await;
+    let mut octets = [0; 12];
+    assert_eq!(receive(&socket, &mut octets).await, octets.len());
+    assert_eq!(&octets, b"HTTP/1.1 426");
     // Parameters are looked at as they are elsewhere.
     let wrong = Client::open(address, &format!("{WS}?bbox=1"), "").await;
     assert_eq!(wrong.status(), "400");
