@@ -10,7 +10,7 @@ export type Aircraft = {
   seen_pos: number;
   mlat: Array<unknown>;
   tisb: Array<unknown>;
-  /** Emitter category of ADS-B, by which displays choose an icon: B6, unmanned. Of what is no drone, or not known to be one, there is none: no category is a bird's. */
+  /** Emitter category of ADS-B, by which displays choose an icon: B6, unmanned. Of what is crewed, no drone, or not known to be one, there is none: nobody says how heavy it is, and no category is a bird's. */
   category?: "B6";
   /** Serial number of the transponder, else the track's id. */
   flight: string;
