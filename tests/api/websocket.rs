@@ -322,7 +322,7 @@ async fn no_strange_page_listens() {
 }
 
 #[tokio::test]
-async fn what_is_no_handshake_is_told_so() {
+async fn what_is_no_handshake_is_refused() {
     let mut site = Site::plain();
     site.publish(1).await;
     let address = site.listen().await;

@@ -8,7 +8,7 @@ use crate::service::{Demo, is_installed};
 
 /// What the page is once its script has run.
 fn shown(scratch: &Scratch, url: &str) -> String {
-    let told = Command::new("chromium")
+    let output = Command::new("chromium")
         .args([
             "--headless",
             "--no-sandbox",
@@ -22,7 +22,7 @@ fn shown(scratch: &Scratch, url: &str) -> String {
         .stderr(Stdio::null())
         .output()
         .unwrap();
-    String::from_utf8(told.stdout).unwrap()
+    String::from_utf8(output.stdout).unwrap()
 }
 
 /// The values of an attribute, in their order.

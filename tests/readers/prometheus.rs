@@ -29,9 +29,9 @@ fn folder() -> PathBuf {
 }
 
 fn promtool(arguments: &[&str]) {
-    let told = Command::new("promtool").args(arguments).current_dir(folder()).output().unwrap();
-    let said = [told.stdout, told.stderr].concat();
-    assert!(told.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&said));
+    let output = Command::new("promtool").args(arguments).current_dir(folder()).output().unwrap();
+    let said = [output.stdout, output.stderr].concat();
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&said));
 }
 
 #[test]

@@ -176,7 +176,7 @@ impl Session {
             while self.input.read(&mut chunk).await? > 0 {}
             std::io::Result::Ok(())
         };
-        // Who is gone already need not be told.
+        // Who is gone already hears nothing.
         let _ = timeout(FAREWELL, goodbye).await;
     }
 }
