@@ -90,7 +90,9 @@ fn ask(
     let client = request.extensions().get::<Client>().map(|client| client.0);
     let headers = request.headers().clone();
     let (pass, body) = (Pass::default(), Bytes::new());
-    let mut ask = Ask { state, query, id, headers, client, pass, body };
+    let upgrade = request.extensions().get().filter(|_| request.method() == Method::GET).cloned();
+    let place = request.extensions().get().cloned();
+    let mut ask = Ask { state, query, id, headers, client, pass, body, upgrade, place };
     ask.pass = auth::check(&ask, route)?;
     let known = route.parameters.unwrap_or(&[]);
     if let Some(name) = ask.query.names().find(|name| known.iter().all(|known| known.name != *name)) {

@@ -1,4 +1,4 @@
-//! The page: the files of `src/web`, which are part of the program.
+//! The pages, the map and that of the API: their files are part of the program.
 
 use std::collections::HashMap;
 use std::sync::LazyLock;
@@ -10,13 +10,16 @@ use axum::routing::get;
 use sha2::{Digest, Sha256};
 
 use super::ask::{Answer, Ask, matches, not_modified, with_type};
-use super::gzip::{self, Payload};
+use super::gzip;
+use super::payload::Payload;
 use super::state::ApiState;
 
 /// Every file beside `index.html`: its path, its type and what is in it.
 const FILES: &[(&str, &str, &str)] = &[
     ("/alerts.js", JAVASCRIPT, include_str!("../web/alerts.js")),
     ("/api.js", JAVASCRIPT, include_str!("../web/api.js")),
+    ("/api/docs.css", "text/css; charset=utf-8", include_str!("docs/docs.css")),
+    ("/api/docs.js", JAVASCRIPT, include_str!("docs/docs.js")),
     ("/app.js", JAVASCRIPT, include_str!("../web/app.js")),
     ("/detail.js", JAVASCRIPT, include_str!("../web/detail.js")),
     ("/dom.js", JAVASCRIPT, include_str!("../web/dom.js")),
@@ -52,6 +55,8 @@ const JAVASCRIPT: &str = "text/javascript; charset=utf-8";
 
 const INDEX: (&str, &str, &str) = ("/", "text/html; charset=utf-8", include_str!("../web/index.html"));
 
+const DOCS: (&str, &str, &str) = ("/api/docs", "text/html; charset=utf-8", include_str!("docs/index.html"));
+
 /// A file as it is served.
 struct File {
     content_type: &'static str,
@@ -68,12 +73,17 @@ static SERVED: LazyLock<HashMap<&str, File>> = LazyLock::new(|| {
         let tags = [tag(format!("\"{hash}\"")), tag(format!("\"{hash}-gzip\""))];
         (path, File { content_type, payload: Payload::from(text.as_bytes()), tags })
     };
-    FILES.iter().chain([&INDEX]).map(file).collect()
+    FILES.iter().chain([&INDEX, &DOCS]).map(file).collect()
 });
 
 /// `/`.
 pub fn index(ask: &Ask) -> Answer {
     Ok(serve(INDEX.0, &ask.headers))
+}
+
+/// `/api/docs`.
+pub fn docs(ask: &Ask) -> Answer {
+    Ok(serve(DOCS.0, &ask.headers))
 }
 
 /// The other files; open to everybody, as the page is.

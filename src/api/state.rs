@@ -42,6 +42,8 @@ pub struct Options {
     pub header_timeout: Duration,
     /// A connection whose peer acknowledges nothing for this duration is closed.
     pub stuck_timeout: Duration,
+    /// A WebSocket whose client does not take a message for this duration, or answers no ping, is closed; as often it is pinged.
+    pub patience: Duration,
     /// Tells the time.
     pub clock: fn() -> Time,
     /// Where tracks were; `None`: no history is kept.
@@ -59,6 +61,7 @@ impl Default for Options {
             reserved: 16,
             header_timeout: Duration::from_secs(10),
             stuck_timeout: Duration::from_secs(60),
+            patience: Duration::from_secs(15),
             clock: crate::live::now,
             history: None,
             player: None,
