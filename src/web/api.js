@@ -8,7 +8,6 @@ let askForToken = () => {};
 export const onUnauthorized = (ask) => (askForToken = ask);
 export const setToken = (token) => sessionStorage.setItem(TOKEN, token);
 
-export const TRAIL_S = 60;
 const LONGEST_ANSWER_MS = 10000;
 
 function headers() {
@@ -27,9 +26,9 @@ export function post(path, parameters = {}, value = null) {
 }
 
 /** An EventSource cannot send a header: with a token, a short-lived ticket goes into its address. */
-async function streamAddress(at) {
+async function streamAddress({ at, trailS }) {
   const url = address("stream");
-  url.searchParams.set("trail_s", TRAIL_S); // trails are there at once
+  url.searchParams.set("trail_s", trailS); // trails are there at once
   if (at !== "lagged") url.searchParams.set("at", at);
   if (sessionStorage.getItem(TOKEN)) url.searchParams.set("ticket", (await post("stream-tickets")).ticket);
   return url;
@@ -80,13 +79,14 @@ const DEAD_AFTER_MS = 10000; // the service sends a heartbeat each second
 /** The stream of events. It comes back by itself: the browser's own retry gives up for good on an HTTP error. */
 export class Stream {
   /**
-   * Of the picture `at` ("lagged" or "now"). `on` has a function for each event, `opened`, and `failed` with the seconds until
-   * the next attempt and the cause.
+   * `asked()`: which picture, `at` ("lagged" or "now"), and how long its trails are, `trailS`. `on` has a function for each
+   * event, `opened`, and `failed` with the seconds until the next attempt and the cause.
    */
-  constructor(at, on) {
-    [this.at, this.on] = [at, on];
+  constructor(asked, on) {
+    [this.asked, this.on] = [asked, on];
     this.wait = FIRST_WAIT_MS;
     this.source = null;
+    this.opening = 0; // counts: what an earlier attempt comes to does not matter
     this.open();
     setInterval(() => {
       // A connection whose other end has vanished stays open in silence.
@@ -94,10 +94,8 @@ export class Stream {
     }, 1000);
   }
 
-  /** Another picture from now on. */
-  show(at) {
-    if (at === this.at) return;
-    this.at = at;
+  /** What is asked for has changed, or is wanted anew. */
+  reopen() {
     this.source?.close();
     this.source = null;
     this.open();
@@ -106,14 +104,14 @@ export class Stream {
   async open() {
     this.heard = performance.now();
     clearTimeout(this.waiting);
-    const { at } = this;
+    const opening = ++this.opening;
     let source;
     try {
-      source = new EventSource(await streamAddress(at));
+      source = new EventSource(await streamAddress(this.asked()));
     } catch (error) {
-      return this.again(error.message);
+      return opening === this.opening && this.again(error.message);
     }
-    if (at !== this.at) return source.close(); // another one was asked for meanwhile
+    if (opening !== this.opening) return source.close(); // another one was asked for meanwhile
     this.source = source;
     source.onopen = () => this.on.opened();
     source.onerror = () => this.again("no connection to the stream");

@@ -1,10 +1,13 @@
 // The canvas: what is drawn in which order, at most once a frame of the screen, and what a click on it means.
 
 import { drawRadars, drawRings, drawScale, scaleBox } from "./furniture.js";
+import { drawLabels } from "./labels.js";
 import { palette } from "./palette.js";
+import { Covers, Room } from "./room.js";
 import { change, settings } from "./settings.js";
 import { drawAreas, drawCoverage, drawOverlay } from "./shapes.js";
-import { drawAccuracy, drawEllipses, drawLabels, drawSymbols, drawTrails, drawVectors, place } from "./symbols.js";
+import { drawSymbols, drawUncertainty, drawVectors, forgetSymbols, place } from "./symbols.js";
+import { drawTrails } from "./trails.js";
 import { drawTrust } from "./trust.js";
 import { steer, View } from "./view.js";
 
@@ -20,20 +23,24 @@ export class Map2d {
   overlays = [];
   tiles = null;
   raw = null;
+  tool = null; // that takes the clicks: {add(x, y, track), draw(context, view)}
   alerted = new Map(); // severity by track id
   placed = [];
   waiting = false;
   framed = false; // whether the view has been chosen, by the hash, the user or the first picture
 
-  constructor(canvas, hovered) {
+  hovered = () => {}; // with where the pointer is on the canvas, or with nothing where it has left
+
+  constructor(canvas) {
     this.canvas = canvas;
     this.context = canvas.getContext("2d", { alpha: false });
+    this.covers = new Covers(canvas, () => this.invalidate());
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.resize();
     steer(canvas, this.view, {
       moved: (isPan) => this.moved(isPan),
       clicked: (px, py) => this.click(px, py),
-      hovered,
+      hovered: (px, py) => this.hovered(px, py),
     });
   }
 
@@ -57,7 +64,19 @@ export class Map2d {
     this.canvas.width = Math.round(this.view.width * ratio);
     this.canvas.height = Math.round(this.view.height * ratio);
     this.context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    this.repaint();
+  }
+
+  /** Other colours, or another screen. */
+  repaint() {
+    forgetSymbols();
     this.invalidate();
+  }
+
+  /** The same without waiting for a frame. */
+  repaintNow() {
+    forgetSymbols();
+    this.draw();
   }
 
   invalidate() {
@@ -74,7 +93,7 @@ export class Map2d {
     context.fillStyle = palette.map;
     context.fillRect(0, 0, view.width, view.height);
     if (!this.picture) return;
-    view.covered = this.covered();
+    view.room = new Room(view.width, view.height, [...this.covers.find(), scaleBox(view)]);
     const { layers } = settings;
     const selected = this.picture.tracks.get(settings.selected);
     if (settings.follow && selected) [view.x, view.y] = [selected.x, selected.y];
@@ -91,25 +110,13 @@ export class Map2d {
     drawRadars(context, view, this.radars);
     if (layers.raw) this.raw?.draw(context, view, time);
     this.placed = place(view, tracks);
-    if (selected) drawAccuracy(context, view, selected);
-    drawEllipses(context, view, this.placed);
+    drawUncertainty(context, view, this.placed);
     if (layers.vectors) drawVectors(context, view, this.placed);
     drawTrust(context, view, this.placed);
     if (layers.labels) drawLabels(context, view, this.placed, this.alerted);
     drawSymbols(context, view, this.placed, time, this.alerted);
+    this.tool?.draw(context, view);
     drawScale(context, view);
-  }
-
-  /** Buttons, notes and the scale: a label below them could not be read. */
-  covered() {
-    const { left, top } = this.canvas.getBoundingClientRect();
-    const boxes = [scaleBox(this.view)];
-    for (const node of this.canvas.parentElement.children) {
-      if (node === this.canvas) continue;
-      const box = node.getBoundingClientRect(); // without an extent where it is hidden
-      if (box.width) boxes.push([box.left - left, box.top - top, box.right - left, box.bottom - top]);
-    }
-    return boxes;
   }
 
   /** After the user moved the view. A pan ends following: the two cannot both have their way. */
@@ -164,6 +171,8 @@ export class Map2d {
       const apart = Math.hypot(x - px, y - py);
       if (apart <= nearest) [best, nearest] = [track, apart];
     }
-    change({ selected: best?.id ?? null });
+    if (!this.tool) return change({ selected: best?.id ?? null });
+    this.tool.add(...this.view.toLocal(px, py), best);
+    this.invalidate();
   }
 }

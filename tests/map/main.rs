@@ -18,6 +18,7 @@ use tiles::Tiles;
 
 mod browser;
 mod failures;
+mod frames;
 mod names;
 mod news;
 mod phone;
