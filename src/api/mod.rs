@@ -10,6 +10,7 @@
 
 mod ask;
 mod auth;
+mod basemap;
 mod client;
 mod correlations;
 mod door;

@@ -38,6 +38,7 @@ const FILES: &[(&str, &str, &str)] = &[
     ("/lines.js", JAVASCRIPT, include_str!("../web/lines.js")),
     ("/map.js", JAVASCRIPT, include_str!("../web/map.js")),
     ("/measure.js", JAVASCRIPT, include_str!("../web/measure.js")),
+    ("/mvt.js", JAVASCRIPT, include_str!("../web/mvt.js")),
     ("/names.js", JAVASCRIPT, include_str!("../web/names.js")),
     ("/news.js", JAVASCRIPT, include_str!("../web/news.js")),
     ("/operator.js", JAVASCRIPT, include_str!("../web/operator.js")),
@@ -45,6 +46,7 @@ const FILES: &[(&str, &str, &str)] = &[
     ("/palette.js", JAVASCRIPT, include_str!("../web/palette.js")),
     ("/past.js", JAVASCRIPT, include_str!("../web/past.js")),
     ("/picture.js", JAVASCRIPT, include_str!("../web/picture.js")),
+    ("/picturetiles.js", JAVASCRIPT, include_str!("../web/picturetiles.js")),
     ("/print.js", JAVASCRIPT, include_str!("../web/print.js")),
     ("/raw.js", JAVASCRIPT, include_str!("../web/raw.js")),
     ("/reads.js", JAVASCRIPT, include_str!("../web/reads.js")),
@@ -63,6 +65,7 @@ const FILES: &[(&str, &str, &str)] = &[
     ("/trails.js", JAVASCRIPT, include_str!("../web/trails.js")),
     ("/trust.js", JAVASCRIPT, include_str!("../web/trust.js")),
     ("/units.js", JAVASCRIPT, include_str!("../web/units.js")),
+    ("/vectortiles.js", JAVASCRIPT, include_str!("../web/vectortiles.js")),
     ("/view.js", JAVASCRIPT, include_str!("../web/view.js")),
     ("/zone.js", JAVASCRIPT, include_str!("../web/zone.js")),
 ];

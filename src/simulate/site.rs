@@ -5,8 +5,8 @@ use std::net::Ipv4Addr;
 use super::ground::Ground;
 use super::scenario::{Radar, Scenario, TRANSPONDER_ID, Transponder};
 use crate::config::{
-    self, Address, Config, Fusion, Http, Input, Integrity, Output, Persistence, PictureKind, RadarAccuracy,
-    Sensor, SensorKind, Sink, Site, TransponderAccuracy,
+    self, Address, Config, Fusion, Http, Input, Integrity, Map, Output, Persistence, PictureKind,
+    RadarAccuracy, Sensor, SensorKind, Sink, Site, TransponderAccuracy,
 };
 
 /// The accuracy that a site knows from the data sheet, which is not the simulated one.
@@ -49,6 +49,7 @@ pub fn site(scenario: &Scenario, ground: &Ground) -> Config {
             ..Output::default()
         },
         http: Http::default(),
+        map: Map::default(),
         state: Persistence::default(),
     }
 }

@@ -46,10 +46,10 @@ const ground = new Ground(
   (picture) => {
     [map.picture, table.picture, detail.picture] = [picture, picture, picture];
   },
-  (came) => {
+  (layer, isGood, why) => {
     map.invalidate();
-    if (came) reads.good("tiles");
-    else reads.failed("tiles", "their server does not send them");
+    if (isGood) reads.good(layer);
+    else reads.failed(layer, why);
   },
 );
 
@@ -62,6 +62,7 @@ for (const [name, title] of [["coverage", "Coverage"], ["areas", "Areas"]]) {
   reads.add(name, title, { ask: () => get(name), take: (answer) => takeShapes(name, answer) });
 }
 reads.add("raw", "Raw inputs", { ask: () => map.raw.ask(), take: (answer) => map.raw.take(answer), everyMs: RAW_MS, isWanted: () => map.raw.isWanted });
+reads.add("base", "Base map");
 reads.add("tiles", "Map tiles");
 reads.add("page", "This page");
 
@@ -89,10 +90,11 @@ function takeInfo(info) {
   byId("site").title = `version ${info.version ?? "?"}, profile ${info.profile}`;
   if (Number.isFinite(info.latency_s) && !status.isNow) status.latency = info.latency_s;
   if (info.now !== true && settings.at !== "lagged") change({ at: "lagged" });
-  ground.takeTiles(info.tiles);
-  setText(byId("attribution"), info.tiles?.attribution ?? "");
+  ground.takeTiles(info);
+  setText(byId("attribution"), [info.basemap?.attribution, info.tiles?.attribution].filter(Boolean).join("; "));
+  offerLayer("base", Boolean(info.basemap));
   offerLayer("tiles", Boolean(info.tiles));
-  byId("past-button").hidden = status.isReplay;
+  past.offer(info.history_hours);
   if (status.isReplay) replay.update(info.replay ?? {});
 }
 

@@ -41,5 +41,9 @@ export function showChoices() {
 
 /** A layer of which the service has nothing is not offered. */
 export function offerLayer(name, isThere) {
-  byId("layer-list").querySelector(`[name=${name}]`).closest("li").hidden = !isThere;
+  itemOf(name).hidden = !isThere;
 }
+
+export const isOffered = (name) => !itemOf(name).hidden;
+
+const itemOf = (name) => byId("layer-list").querySelector(`[name=${name}]`).closest("li");

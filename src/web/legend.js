@@ -1,5 +1,6 @@
 // What every mark on the map means: those that are on, in their own colours.
 
+import { isOffered } from "./choices.js";
 import { byId, element } from "./dom.js";
 import { bands } from "./heights.js";
 import { palette } from "./palette.js";
@@ -41,13 +42,14 @@ const ENTRIES = [
   ["ellipses", [["ellipse", "ellipse", { rx: 7, ry: 4 }]], "it is within, 95 times of 100"],
   ["coverage", [["path", "coverage", LINE]], "a sensor's coverage"],
   ["areas", [["rect", "area", { x: -6, y: -5, width: 12, height: 10 }]], "zone"],
+  ["base", [["rect", "base", { x: -6, y: -5, width: 12, height: 10 }]], "base map: water, woods and parks, roads, buildings"],
   ["raw", [["path", "radar-line", { d: "M-3-3 3 3M-3 3 3-3" }]], "radar plot"],
   ["raw", [["rect", "transponder-line", { x: -3, y: -3, width: 6, height: 6 }]], "transponder report"],
 ];
 
 /** The same until a layer, a colour or a unit changes. */
 export function showLegend() {
-  const shown = ENTRIES.filter(([layer]) => layer === null || settings.layers[layer]);
+  const shown = ENTRIES.filter(([layer]) => layer === null || (settings.layers[layer] && isOffered(layer)));
   const items = shown.map(([, shapes, words]) => element("li", {}, mark(...shapes), words));
   if (settings.layers.labels) items.push(element("li", {}, element("span", { class: "sample" }, "124↑ 15"), `height, climbing, ${settings.units.speed}`));
   items.push(element("li", {}, `Heights: ${heightWords()}`));

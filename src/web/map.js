@@ -21,6 +21,7 @@ export class Map2d {
   coverage = null;
   areas = null;
   overlays = [];
+  base = null;
   tiles = null;
   raw = null;
   tool = null; // that takes the clicks: {add(x, y, track), draw(context, view)}
@@ -52,7 +53,7 @@ export class Map2d {
     [this.view.x, this.view.y] = moved(this.view.x, this.view.y);
     for (const name of ["coverage", "areas"]) this[name] = this[name]?.in(frame) ?? null;
     this.overlays = this.overlays.map((overlay) => overlay.in(frame));
-    if (this.tiles) this.tiles.frame = frame;
+    for (const tiles of [this.base, this.tiles]) if (tiles) tiles.frame = frame;
     this.raw?.move(moved);
     this.invalidate();
   }
@@ -69,14 +70,19 @@ export class Map2d {
 
   /** Other colours, or another screen. */
   repaint() {
-    forgetSymbols();
+    this.forgetColours();
     this.invalidate();
   }
 
   /** The same without waiting for a frame. */
   repaintNow() {
-    forgetSymbols();
+    this.forgetColours();
     this.draw();
+  }
+
+  forgetColours() {
+    forgetSymbols();
+    this.base?.source.repaint();
   }
 
   invalidate() {
@@ -101,11 +107,13 @@ export class Map2d {
     const { time } = this.picture;
 
     // From the ground up.
+    if (layers.base && this.base) this.base.draw(context, view);
     if (layers.tiles && this.tiles) this.tiles.draw(context, view);
     if (layers.coverage && this.coverage) drawCoverage(context, view, this.coverage);
     if (layers.areas && this.areas) drawAreas(context, view, this.areas);
     for (const overlay of this.overlays) drawOverlay(context, view, overlay);
     if (layers.rings && this.picture.frame.isRadar) drawRings(context, view);
+    if (layers.base && this.base) this.base.drawNames(context, view);
     if (layers.trails) drawTrails(context, view, tracks, time);
     drawRadars(context, view, this.radars);
     if (layers.raw) this.raw?.draw(context, view, time);

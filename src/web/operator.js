@@ -27,7 +27,7 @@ export class Operator {
     this.tools = new Tools(map);
     listenForChoices();
     listenForOverlays(map);
-    listenForPrint(map, () => `${document.title}, ${byId("badge").textContent}, ${byId("utc").textContent} ${byId("picture-time").textContent}`);
+    listenForPrint(map, () => `${byId("site").textContent}, ${byId("badge").textContent}, ${byId("utc").textContent} ${byId("picture-time").textContent}`);
     this.listenToButtons();
     this.listenToPage();
     this.listenToKeys();
@@ -74,6 +74,7 @@ export class Operator {
       "export-png": () => map.picture && exportPicture(map.picture, map.canvas),
       "print-button": () => print(),
     };
+    byId("legend").addEventListener("toggle", showLegend); // what is offered may have come since
     for (const format of ["geojson", "kml", "csv"]) acts[`export-${format}`] = () => map.picture && exportTracks(map.picture, format);
     for (const [id, act] of Object.entries(acts)) byId(id).addEventListener("click", act);
   }

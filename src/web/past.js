@@ -32,6 +32,12 @@ export class Past {
     setInterval(() => this.isPlaying && this.go(this.time + STEP_MS), STEP_MS);
   }
 
+  /** How far back there is something, hours; undefined where nothing is kept. */
+  offer(hours) {
+    byId("past-button").hidden = !(hours > 0);
+    for (const option of byId("past-span").options) option.hidden = Number(option.value) > Math.max(SPANS_MIN[0], hours * 60);
+  }
+
   get isOn() {
     return this.time !== null;
   }
