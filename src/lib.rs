@@ -7,6 +7,7 @@ mod basemap;
 pub mod capture;
 pub mod commands;
 pub mod config;
+pub mod conflicts;
 pub mod current;
 pub mod evaluate;
 pub mod formats;

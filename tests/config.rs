@@ -100,6 +100,7 @@ fn the_table_of_keys_the_page_and_the_example_have_the_same_keys() {
         "sensors",
         "fusion",
         "integrity",
+        "conflicts",
         "areas",
         "output",
         "http",

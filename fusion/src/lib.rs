@@ -23,10 +23,12 @@
 //! | [`registration`] | a radar's misalignment, and what a restart must know of it |
 //! | [`learning`] | a radar's errors as they have shown themselves, and what a restart must know of them |
 //! | [`integrity`] | whether a transponder can be trusted, and what speaks against it |
+//! | [`conflicts`] | who will come near whom |
 //! | [`interpolation`], [`assignment`] | shape-preserving interpolation; the optimal one-to-one assignment |
 
 pub mod assignment;
 mod cells;
+pub mod conflicts;
 mod decimals;
 mod engine;
 mod filter;

@@ -73,6 +73,12 @@ pub struct Estimate {
     pub vertical_m2: f64,
     /// Covariance of the velocity over ground, east and north, m²/s².
     pub velocity_covariance: Matrix2<f64>,
+    /// Covariance of the position over ground (rows) with the velocity (columns), m²/s.
+    pub position_velocity: Matrix2<f64>,
+    /// Covariance of the height with the climb, m²/s.
+    pub height_climb: f64,
+    /// Variance of the climb, m²/s².
+    pub climb_m2s2: f64,
     /// What of the covariance is there only because the transponder is believed no more: mean of the axes, m².
     pub lie_m2: f64,
     /// What the position rests on.

@@ -15,6 +15,7 @@ use super::log::Event;
 use super::shown::Shown;
 use super::sites::SensorProperties;
 use super::state::ApiState;
+use crate::conflicts::{ConflictJson, Outlook};
 use crate::json::rounded;
 use crate::live::{Alert, AlertJson, Integrities, Lateness, PublishedPicture, SensorState, Status};
 use crate::picture::Rfc3339;
@@ -74,6 +75,7 @@ impl Keeper {
         let mut statuses = self.state.hub.statuses();
         let mut alerts = self.state.hub.alert_changes();
         let mut integrity = self.state.hub.integrity.changes();
+        let mut outlooks = self.state.hub.outlooks.all();
         let mut judged = true;
         if let Some(status) = self.state.hub.status() {
             self.tell(&status);
@@ -106,6 +108,11 @@ impl Keeper {
                     let alerts = alerts.borrow_and_update().clone();
                     self.alert(&alerts);
                 }
+                outlook = outlooks.recv() => match outlook {
+                    Ok(outlook) => self.foresee(&outlook),
+                    Err(RecvError::Lagged(_)) => self.state.log.push(Event::Lost),
+                    Err(RecvError::Closed) => break,
+                },
                 _ = heartbeat.tick() => {
                     self.state.hub.inputs.second_passed();
                     self.beat();
@@ -196,6 +203,14 @@ impl Keeper {
             }
         }
         self.integrity = states;
+    }
+
+    /// Conflicts whose level changed, and each second those that are warned of.
+    fn foresee(&self, outlook: &Outlook) {
+        for conflict in &outlook.news {
+            let octets = event(&self.next_id(), "conflict", &ConflictJson::from(conflict));
+            self.state.log.push(Event::Told(octets));
+        }
     }
 
     /// Alerts that began, changed or ended.

@@ -12,6 +12,7 @@ mod ask;
 mod auth;
 mod basemap;
 mod client;
+mod conflicts;
 mod correlations;
 mod door;
 mod endings;

@@ -13,8 +13,8 @@ pub use super::route::{Parameter, Route};
 use super::shown::{TrackFeature, Tracks};
 use super::tokens::Scope;
 use super::{
-    basemap, correlations, history, integrity, metrics, openapi, page, raw, readsb, replay, service, sites,
-    stream, tracks, uss,
+    basemap, conflicts, correlations, history, integrity, metrics, openapi, page, raw, readsb, replay,
+    service, sites, stream, tracks, uss,
 };
 
 const FILTER: [Parameter; 11] = [
@@ -81,6 +81,15 @@ const VIEW: [Parameter; 2] = [
         "seconds, 0 to 60: recent positions in the view, one per second",
     )
     .within(0.0, 60.0),
+];
+
+const CONFLICTS: [Parameter; 2] = [
+    Parameter::new(
+        "level",
+        "string",
+        "those of this level or a worse one: none (default), advisory, warning, violation",
+    ),
+    Parameter::new("id", "string", "those of this track"),
 ];
 
 const TRAIL: [Parameter; 3] = [
@@ -268,9 +277,10 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
         Route::get("/api/v1/alerts", "What is wrong now", Reply::json(sites::alerts)),
         Route::get(
             "/api/v1/conflicts",
-            "Conflicts between tracks; not computed in any profile of this version: `computed` is false, the list empty",
-            Reply::json(sites::conflicts),
-        ),
+            "Who will come near whom; where `computed` is false an empty list does not mean that there are none",
+            Reply::json(conflicts::conflicts),
+        )
+        .with(&CONFLICTS),
         Route::get("/data/aircraft.json", "The picture as readsb serves it", Reply::json(readsb::aircraft))
             .any_query(),
         Route::get("/data/receiver.json", "The site as readsb serves it", Reply::json(readsb::receiver))

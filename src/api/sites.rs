@@ -314,18 +314,3 @@ pub fn alerts(ask: &Ask) -> Result<Alerts, Problem> {
     let json = |alerts: Vec<&Alert>| alerts.into_iter().map(AlertJson::from).collect();
     Ok(Alerts { time: ask.state.now().into(), alerts: json(lasting), ended: json(ended) })
 }
-
-#[derive(Serialize, JsonSchema)]
-pub struct Conflicts {
-    time: Rfc3339,
-    computed: bool,
-    /// Why they are not computed.
-    reason: &'static str,
-    conflicts: [(); 0],
-}
-
-/// `/api/v1/conflicts`: an empty list would look like a clear sky, so the answer says that none is computed.
-pub fn conflicts(ask: &Ask) -> Result<Conflicts, Problem> {
-    let reason = "conflicts are not computed in any profile of this version: the empty list does not mean that there are none";
-    Ok(Conflicts { time: ask.state.now().into(), computed: false, reason, conflicts: [] })
-}

@@ -1,12 +1,13 @@
 //! `replay --alerts`: a line for each alert as it is raised, changes and ends.
 
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::io;
+use std::path::Path;
 
+use super::line_file::LineFile;
 use crate::app::Failure;
 use crate::areas::AlertAreas;
 use crate::config::Config;
+use crate::conflicts::Outlook;
 use crate::live::{AlertJson, Alerts};
 use crate::picture::{Picture, PictureMaker};
 use fusion::time::Time;
@@ -14,8 +15,7 @@ use fusion::time::Time;
 /// The file, and the alerts that are written into it.
 pub(super) struct AlertFile {
     alerts: Alerts,
-    path: PathBuf,
-    out: BufWriter<File>,
+    file: LineFile,
 }
 
 impl AlertFile {
@@ -23,9 +23,7 @@ impl AlertFile {
     pub(super) fn create(path: &Path, config: &Config) -> Result<Self, Failure> {
         // A recording has times of its own: it is looked at from its start.
         let alerts = Alerts::new(AlertAreas::load(&config.areas)?, Time::default());
-        #[expect(clippy::disallowed_methods, reason = "the file that --alerts names")]
-        let file = File::create(path).map_err(|error| unwritten(path, &error))?;
-        Ok(Self { alerts, path: path.to_owned(), out: BufWriter::new(file) })
+        Ok(Self { alerts, file: LineFile::create(path)? })
     }
 
     /// Looks at a slot's picture; what changes is written where that slot `is_wanted`.
@@ -36,22 +34,23 @@ impl AlertFile {
         is_wanted: bool,
     ) -> io::Result<()> {
         self.alerts.note_picture(picture, maker);
-        let changes = self.alerts.take_changes();
-        let mut written = changes.iter().filter(|_| is_wanted);
-        written.try_for_each(|(_, alert)| self.write(&AlertJson::from(alert)))
+        self.write(is_wanted)
     }
 
-    fn write(&mut self, alert: &AlertJson) -> io::Result<()> {
-        let line = serde_json::to_string(alert)? + "\n";
-        self.out.write_all(line.as_bytes()).map_err(|error| unwritten(&self.path, &error))
+    /// The same of the conflicts of a second.
+    pub(super) fn note_outlook(&mut self, outlook: &Outlook, is_wanted: bool) -> io::Result<()> {
+        self.alerts.note_outlook(outlook);
+        self.write(is_wanted)
+    }
+
+    fn write(&mut self, is_wanted: bool) -> io::Result<()> {
+        let changes = self.alerts.take_changes();
+        let mut written = changes.iter().filter(|_| is_wanted);
+        written.try_for_each(|(_, alert)| self.file.write(&AlertJson::from(alert)))
     }
 
     /// Completes it.
-    pub(super) fn finish(mut self) -> io::Result<()> {
-        self.out.flush().map_err(|error| unwritten(&self.path, &error))
+    pub(super) fn finish(self) -> io::Result<()> {
+        self.file.finish()
     }
-}
-
-fn unwritten(path: &Path, error: &io::Error) -> io::Error {
-    io::Error::new(error.kind(), format!("{}: cannot be written: {error}", path.display()))
 }

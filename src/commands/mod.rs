@@ -10,6 +10,7 @@ pub mod demo;
 pub mod encode;
 pub mod evaluate;
 pub mod info;
+mod line_file;
 pub mod moment;
 mod notify;
 mod own_ports;

@@ -10,12 +10,14 @@ use jiff::SignedDuration;
 use super::Usage;
 use super::alert_file::AlertFile;
 use super::broadcast::Broadcast;
+use super::line_file::LineFile;
 use super::moment::{Moment, Speed};
 use super::pace::Pace;
 use super::replay::args::Args;
 use super::summary::Summary;
 use crate::app::{Failure, Stop};
-use crate::config::{Config, PictureKind};
+use crate::config::{Config, PictureKind, Profile};
+use crate::conflicts::{ConflictLine, ConflictWatch, Outlook};
 use crate::formats::{OutputFormat, PictureWriter};
 use crate::integrity::Lookout;
 use crate::picture::{Picture, PictureMaker};
@@ -36,6 +38,10 @@ pub(super) struct Stage<'a> {
     lookout: Lookout,
     /// With `--alerts`.
     alerts: Option<AlertFile>,
+    /// With `--conflicts`, and with `--alerts` where the configuration asks for them.
+    conflicts: Option<ConflictWatch>,
+    /// With `--conflicts`.
+    conflict_file: Option<LineFile>,
     /// With `-o`.
     output: Option<Writer>,
     /// With `--udp`.
@@ -66,6 +72,8 @@ impl<'a> Stage<'a> {
             at_first: lookout,
             output: open_output(args, config)?,
             alerts: open_alerts(args, config)?,
+            conflicts: open_watch(args, config)?,
+            conflict_file: open_conflicts(args)?,
             broadcast: if args.udp { Some((Broadcast::open(config)?, Stop::listen()?)) } else { None },
             summary: Summary::default(),
             pace: Pace::new(args.speed.unwrap_or(usual)),
@@ -109,7 +117,8 @@ impl<'a> Stage<'a> {
         if self.failed.is_some() || self.is_over {
             return;
         }
-        let needs_now = self.args.at == PictureKind::Now || self.broadcast.is_some();
+        let foresees_now = self.conflicts.as_ref().is_some_and(|watch| watch.on() == PictureKind::Now);
+        let needs_now = self.args.at == PictureKind::Now || self.broadcast.is_some() || foresees_now;
         let mut now = emission.now.take().filter(|_| needs_now).map(|now| self.maker.now(now));
         let mut lagged = self.maker.picture(emission);
         self.lookout.look(&mut lagged, &self.maker);
@@ -119,6 +128,13 @@ impl<'a> Stage<'a> {
         let is_lagged_wanted = self.is_wanted(&lagged);
         if let Some(alerts) = &mut self.alerts {
             self.failed = alerts.note(&lagged, &self.maker, is_lagged_wanted).err();
+        }
+        let outlook = self.conflicts.as_mut().and_then(|watch| match watch.on() {
+            PictureKind::Lagged => watch.look_at(&lagged, &self.maker),
+            PictureKind::Now => watch.look_at(now.as_ref()?, &self.maker),
+        });
+        if let Some(outlook) = outlook {
+            self.failed = self.failed.take().or_else(|| self.note_outlook(&outlook).err());
         }
         if self.failed.is_some() {
             return;
@@ -151,6 +167,17 @@ impl<'a> Stage<'a> {
         }
     }
 
+    fn note_outlook(&mut self, outlook: &Outlook) -> io::Result<()> {
+        let is_wanted = self.is_time_wanted(outlook.time);
+        if let Some(alerts) = &mut self.alerts
+            && self.config.finds_conflicts()
+        {
+            alerts.note_outlook(outlook, is_wanted)?;
+        }
+        let Some(file) = self.conflict_file.as_mut().filter(|_| is_wanted) else { return Ok(()) };
+        outlook.conflicts.iter().try_for_each(|conflict| file.write(&ConflictLine::from(conflict)))
+    }
+
     /// The recording is replayed once more.
     pub(super) fn begin_anew(&mut self) {
         self.first = None;
@@ -167,6 +194,9 @@ impl<'a> Stage<'a> {
         if let Some(alerts) = self.alerts {
             alerts.finish()?;
         }
+        if let Some(file) = self.conflict_file {
+            file.finish()?;
+        }
         if let Some(writer) = self.output {
             writer.finish().map_err(|error| unwritten(self.args, &error))?;
         }
@@ -174,10 +204,14 @@ impl<'a> Stage<'a> {
     }
 
     fn is_wanted(&self, picture: &Picture) -> bool {
+        self.is_time_wanted(picture.time)
+    }
+
+    fn is_time_wanted(&self, time: Time) -> bool {
         let Some(first) = self.first else { return true };
         let at = |moment: Option<Moment>| moment.map(|moment| moment.resolve(first));
-        at(self.args.start).is_none_or(|start| start <= picture.time)
-            && at(self.args.end).is_none_or(|end| picture.time < end)
+        at(self.args.start).is_none_or(|start| start <= time)
+            && at(self.args.end).is_none_or(|end| time < end)
     }
 
     /// Whether every slot that is wanted was due before this reception.
@@ -200,6 +234,31 @@ fn open_alerts(args: &Args, config: &Config) -> Result<Option<AlertFile>, Failur
     let Some(path) = &args.alerts else { return Ok(None) };
     refuse_input("--alerts", path, args)?;
     Ok(Some(AlertFile::create(path, config)?))
+}
+
+/// Who looks for conflicts, where somebody wants to know.
+fn open_watch(args: &Args, config: &Config) -> Result<Option<ConflictWatch>, Usage> {
+    if args.conflicts.is_none() {
+        return Ok(ConflictWatch::of(config).filter(|_| args.alerts.is_some()));
+    }
+    if config.fusion.profile == Profile::Reference {
+        return Err(Usage(
+            "--conflicts: the reference profile knows no velocities to look ahead with".to_owned(),
+        ));
+    }
+    if config.conflicts.picture == PictureKind::Now && !config.fusion.now {
+        return Err(Usage(
+            "--conflicts: fusion.now is off; set it, or conflicts.picture = \"lagged\"".to_owned(),
+        ));
+    }
+    Ok(Some(ConflictWatch::new(config)))
+}
+
+/// Opens what `--conflicts` names.
+fn open_conflicts(args: &Args) -> Result<Option<LineFile>, Failure> {
+    let Some(path) = &args.conflicts else { return Ok(None) };
+    refuse_input("--conflicts", path, args)?;
+    Ok(Some(LineFile::create(path)?))
 }
 
 /// An input is not written.

@@ -51,7 +51,7 @@ impl ByHand for Integrity {
         if self.on <= self.off {
             section.contradict(
                 &["on", "off"],
-                "on is above off (by default 14 and 2), or a flag would come and go; raise on or lower off",
+                "on is above off (by default 8.5 and 2), or a flag would come and go; raise on or lower off",
             );
         }
     }

@@ -7,7 +7,8 @@
 //! (`UTM_FUSION__OUTPUT__RECORD__DIR`). Its value is read as a TOML value, and as text where it is none. `[[sensors]]`
 //! and `[[areas]]` are set in the file only.
 //!
-//! Each key is stated once, in the `section!` of its table (`site`, `sensors`, `network`, `fusion`, `integrity`, `output`, `http`), with
+//! Each key is stated once, in the `section!` of its table (`site`, `sensors`, `network`, `fusion`, `integrity`,
+//! `conflicts`, `output`, `http`), with
 //! its field, default, check, meaning, and whether SIGHUP reloads it; `docs/CONFIGURATION.md` follows from there.
 //!
 //! On the way in: text → `tree` (values that know their line) → `overrides` → the tables, which ask for their keys and refuse
@@ -15,6 +16,7 @@
 
 mod changes;
 mod cidr;
+mod conflicts;
 pub(crate) mod error;
 mod fusion;
 mod http;
@@ -37,6 +39,7 @@ use std::path::Path;
 
 pub use changes::{Change, changes};
 pub use cidr::{Network, NotANetwork};
+pub use conflicts::{Advisory, ConflictVolume, Conflicts, VolumePreset, VolumeSide, Warning};
 pub use error::{ConfigError, ConfigErrors, Place};
 pub use fusion::{Fusion, MAX_WINDOW_SLOTS, Motion, Profile};
 pub use http::{Auth, Http, RateLimit, Tiles, TlsFiles};
@@ -68,6 +71,8 @@ pub struct Config {
     pub fusion: Fusion,
     /// Whether transponders are what they say they are.
     pub integrity: Integrity,
+    /// Who will come near whom.
+    pub conflicts: Conflicts,
     /// Polygons, not yet loaded.
     pub areas: Vec<Area>,
     /// What is sent and recorded.
@@ -87,6 +92,7 @@ impl Display for Config {
         self.sensors.iter().try_for_each(|sensor| show(f, "\n[[sensors]]", sensor))?;
         show(f, "\n[fusion]", &self.fusion)?;
         show(f, "\n[integrity]", &self.integrity)?;
+        show(f, "\n[conflicts]", &self.conflicts)?;
         self.areas.iter().try_for_each(|area| show(f, "\n[[areas]]", area))?;
         show(f, "\n[output]", &self.output)?;
         show(f, "\n[http]", &self.http)?;
@@ -138,6 +144,7 @@ impl Config {
         let sensors = sensors::read(&mut top, &site, &faults);
         let fusion = Fusion::read(top.section("fusion"));
         let integrity = Integrity::read(top.section("integrity"));
+        let conflicts = Conflicts::read(top.section("conflicts"));
         let ids: Vec<&str> = sensors.iter().map(|sensor| &*sensor.id).collect();
         let areas =
             kinds::checked_tables(top.item("areas"), |area: &Area, section| area.check(section, &ids));
@@ -149,13 +156,19 @@ impl Config {
                 "there is no picture of now to send; set fusion.now = true, in the operational profile",
             );
         }
+        let lacks_now = conflicts.lacks_now(&fusion);
+        if lacks_now
+            && let Some(item) = top.written("conflicts").and_then(|item| item.section()?.written("enabled"))
+        {
+            item.refuse("there is no picture of now to compute them on; set fusion.now = true, or picture = \"lagged\"");
+        }
         let http = Http::read(top.section("http"));
         let map = Map::read(top.section("map"));
         let state = Persistence::read(top.section("state"));
         top.finish();
         // What was refused or is missing is blank: it never leaves.
         faults.check()?;
-        Ok(Self { site, sensors, fusion, integrity, areas, output, http, map, state })
+        Ok(Self { site, sensors, fusion, integrity, conflicts, areas, output, http, map, state })
     }
 
     /// Takes the keys that SIGHUP reloads from `wanted`; areas are reloaded by whoever has read their files.
@@ -163,6 +176,7 @@ impl Config {
         self.site.reload(&wanted.site);
         self.fusion.reload(&wanted.fusion);
         self.integrity.reload(&wanted.integrity);
+        self.conflicts.reload(&wanted.conflicts);
         self.output.reload(&wanted.output);
         self.http.reload(&wanted.http);
         self.map.reload(&wanted.map);
@@ -172,6 +186,11 @@ impl Config {
     /// Whether it is found out if transponders are what they say they are.
     pub fn judges_integrity(&self) -> bool {
         self.fusion.profile == Profile::Operational && self.integrity.action != Action::Off
+    }
+
+    /// Whether it is computed who will come near whom.
+    pub fn finds_conflicts(&self) -> bool {
+        self.fusion.profile == Profile::Operational && self.conflicts.enabled
     }
 
     /// The radars, in the order of the file; the first is the origin of the ENU frame.

@@ -1,7 +1,9 @@
 //! The reference page of the keys, `docs/CONFIGURATION.md`.
 
 use super::table::{Row, Table};
-use super::{Area, Fusion, Http, Integrity, Map, Output, Persistence, Radar, Sensor, Site, Transponder};
+use super::{
+    Area, Conflicts, Fusion, Http, Integrity, Map, Output, Persistence, Radar, Sensor, Site, Transponder,
+};
 
 /// What the page begins with.
 const HEAD: &str = "\
@@ -18,7 +20,7 @@ The file is TOML. The name of a key states its unit, and an unknown key is refus
 ";
 
 /// The tables of the file: how they are named on the page, their path, what they are, and their keys.
-fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 11] {
+fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 12] {
     fn table<T: Table>(
         name: &'static str,
         path: &'static str,
@@ -32,6 +34,7 @@ fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 11] {
         table::<Transponder>("[[sensors]], transponder", "sensors"),
         table::<Fusion>("[fusion]", "fusion"),
         table::<Integrity>("[integrity]", "integrity"),
+        table::<Conflicts>("[conflicts]", "conflicts"),
         table::<Area>("[[areas]]", "areas"),
         table::<Output>("[output]", "output"),
         table::<Http>("[http]", "http"),

@@ -10,6 +10,7 @@ use super::condition::{Condition, Facts, Lateness, Punctuality};
 use super::correlations::{Correlations, Correlator, correlations};
 use super::inputs::Inputs;
 use super::integrity::{IntegrityDesk, IntegrityRequests, integrity};
+use super::outlooks::{OutlookWriter, Outlooks, outlooks};
 use super::published::{PublishedPicture, Status};
 use crate::config::Config;
 use crate::picture::PictureMaker;
@@ -34,6 +35,8 @@ pub struct Hub {
     pub decider: Correlator,
     /// Takes operators' words on transponders, and knows what is known of these.
     pub integrity: IntegrityDesk,
+    /// Who will come near whom.
+    pub outlooks: Outlooks,
     frames: broadcast::Sender<Arc<PublishedPicture>>,
     latest: watch::Receiver<Option<Arc<PublishedPicture>>>,
     status: watch::Receiver<Option<Arc<Status>>>,
@@ -50,6 +53,8 @@ pub struct HubWriter {
     pub correlations: Correlations,
     /// Operators' words on transponders.
     pub integrity: IntegrityRequests,
+    /// Takes what is found out about who will come near whom.
+    pub outlooks: OutlookWriter,
     frames: broadcast::Sender<Arc<PublishedPicture>>,
     latest: watch::Sender<Option<Arc<PublishedPicture>>>,
     status: watch::Sender<Option<Arc<Status>>>,
@@ -105,11 +110,13 @@ impl Hub {
         let inputs = Arc::<Inputs>::default();
         let (correlations, decider) = correlations();
         let (integrity_requests, integrity) = integrity();
+        let (outlook_writer, outlooks) = outlooks();
         let known = Arc::new(Known::new(config.fusion.slot.unsigned_abs()));
         let writer = HubWriter {
             inputs: inputs.clone(),
             correlations,
             integrity: integrity_requests,
+            outlooks: outlook_writer,
             frames: frames.clone(),
             latest: latest_writer,
             status: status_writer,
@@ -125,6 +132,7 @@ impl Hub {
                 inputs,
                 decider,
                 integrity,
+                outlooks,
                 frames,
                 latest,
                 status,
@@ -193,13 +201,13 @@ impl Hub {
 impl HubWriter {
     /// Publishes a slot of the live service, and notes how late that is; `waited`: how many datagrams had waited for the
     /// engine for long since the slot before. Never waits for readers.
-    pub fn publish_live(&self, frame: PublishedPicture, waited: usize) {
+    pub fn publish_live(&self, frame: PublishedPicture, waited: usize) -> Arc<PublishedPicture> {
         let late_ns = frame.published_at.nanos().saturating_sub(frame.due.nanos());
         let late = Duration::from_nanos(u64::try_from(late_ns).unwrap_or(0));
         // Whoever sees the slot knows how late it is.
         let at = self.known.origin.elapsed();
         self.known.punctuality().note(at, late, waited);
-        self.publish(frame);
+        self.publish(frame)
     }
 
     /// The service's condition as of `status`, which need not have been told yet.
@@ -214,11 +222,12 @@ impl HubWriter {
     }
 
     /// Publishes a slot; never waits.
-    pub fn publish(&self, frame: PublishedPicture) {
+    pub fn publish(&self, frame: PublishedPicture) -> Arc<PublishedPicture> {
         let frame = Arc::new(frame);
         self.latest.send_replace(Some(frame.clone()));
         // Nobody may be listening.
-        let _ = self.frames.send(frame);
+        let _ = self.frames.send(frame.clone());
+        frame
     }
 
     /// Publishes a status; never waits.

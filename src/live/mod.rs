@@ -22,6 +22,7 @@ mod learning;
 mod lines;
 mod losses;
 mod observer;
+mod outlooks;
 mod player;
 mod published;
 mod quiet;
@@ -45,6 +46,7 @@ pub use learning::{
 };
 pub(crate) use lines::{Listening, listen};
 pub use observer::observe;
+pub use outlooks::{OutlookWriter, Outlooks};
 pub use player::{OpenCaptures, Order, Player, PlayerState};
 pub use published::{Archive, Fleeting, PublishedPicture, Status};
 pub use registration::{RegistrationStatus, values};

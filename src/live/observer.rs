@@ -18,6 +18,7 @@ const LOOK: Duration = Duration::from_millis(500);
 /// Watches until the engine has ended.
 pub async fn observe(hub: Hub, mut alerts: Alerts, mut archive: Option<Box<dyn Archive>>) {
     let mut frames = hub.pictures();
+    let mut outlooks = hub.outlooks.all();
     let mut statuses = hub.statuses();
     let mut look = tokio::time::interval(LOOK);
     look.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -34,6 +35,15 @@ pub async fn observe(hub: Hub, mut alerts: Alerts, mut archive: Option<Box<dyn A
                     warn!(slots, "alerts and history miss slots, which were published faster than read");
                     false
                 }
+                Err(RecvError::Closed) => break,
+            },
+            outlook = outlooks.recv() => match outlook {
+                Ok(outlook) => alerts.note_outlook(&outlook),
+                Err(RecvError::Lagged(seconds)) => {
+                    warn!(seconds, "alerts miss conflicts, which were published faster than read");
+                    false
+                }
+                // The pictures have ended with them.
                 Err(RecvError::Closed) => break,
             },
             status = statuses.changed() => {

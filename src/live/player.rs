@@ -15,6 +15,7 @@ use super::published::{PublishedPicture, Status};
 use crate::areas::Masks;
 use crate::capture::{Capture, Merged, OpenError};
 use crate::config::Config;
+use crate::conflicts::{ConflictWatch, Outlook};
 use crate::integrity::Lookout;
 use crate::pipeline::Event;
 use crate::state::CorrelationPlan;
@@ -85,6 +86,7 @@ impl Player {
             told.send_modify(|state| (state.first, state.last) = (state.first.or(first), last));
         })?;
         let show = Show {
+            conflicts: None,
             config,
             masks,
             lookout,
@@ -137,11 +139,16 @@ enum Next {
     End,
 }
 
+/// A slot, with the conflicts that were found in it.
+type Seen = (PublishedPicture, Option<Outlook>);
+
 struct Show {
     config: Arc<Config>,
     masks: Masks,
     lookout: Lookout,
     hub: HubWriter,
+    /// From the beginning of the recording on.
+    conflicts: Option<ConflictWatch>,
     state: watch::Sender<PlayerState>,
     orders: Receiver<Order>,
     /// Whether it begins again at the end.
@@ -153,7 +160,7 @@ struct Show {
     /// Slots before this time are passed over.
     from: Option<Time>,
     /// The last of them: shown where the recording ends before that time.
-    passed_over: Option<PublishedPicture>,
+    passed_over: Option<Seen>,
     /// Slots shown so far. Readers count on a number that only rises, also when the recording begins anew.
     shown: u64,
 }
@@ -183,6 +190,7 @@ impl Show {
         driver.engine_mut().plan(self.correlated.correlated.clone());
         driver.engine_mut().resume(self.correlated.kept.clone());
         driver.engine_mut().plan_words(self.correlated.words.clone());
+        self.conflicts = ConflictWatch::of(&self.config);
         self.anchor = None;
         let shown_before = self.shown;
         self.state.send_modify(|state| state.ended = false);
@@ -222,8 +230,8 @@ impl Show {
             Next::GoOn => {}
             other => return Ok(other),
         }
-        if let (Some(_), Some(picture)) = (self.from.take(), self.passed_over.take()) {
-            self.publish(picture);
+        if let (Some(_), Some(seen)) = (self.from.take(), self.passed_over.take()) {
+            self.publish(seen);
         }
         // A recording without a slot would go round without a pause.
         if self.again && self.shown > shown_before {
@@ -263,7 +271,9 @@ impl Show {
             match made {
                 Made::Slot(picture) => {
                     is_new = true;
-                    match self.show(picture) {
+                    let watch = self.conflicts.as_mut();
+                    let outlook = watch.and_then(|watch| watch.look(&picture, driver.maker()));
+                    match self.show((picture, outlook)) {
                         Next::GoOn => {}
                         other => return other,
                     }
@@ -280,11 +290,11 @@ impl Show {
     }
 
     /// Shows a slot at its time, unless it is passed over; carries out orders meanwhile.
-    fn show(&mut self, picture: PublishedPicture) -> Next {
-        let time = picture.picture.time;
+    fn show(&mut self, seen: Seen) -> Next {
+        let time = seen.0.picture.time;
         loop {
             if self.from.is_some_and(|from| time < from) {
-                self.passed_over = Some(picture);
+                self.passed_over = Some(seen);
                 return Next::GoOn;
             }
             // What was asked for is shown at once, also while paused.
@@ -309,17 +319,18 @@ impl Show {
                 Err(RecvTimeoutError::Disconnected) => return Next::End,
             }
         }
-        self.publish(picture);
+        self.publish(seen);
         Next::GoOn
     }
 
     /// As if it had been published when it was due: every time in a replay is one of the recording.
-    fn publish(&mut self, mut picture: PublishedPicture) {
+    fn publish(&mut self, (mut picture, outlook): Seen) {
         self.passed_over = None;
         self.shown += 1;
         picture.seq = self.shown;
         self.state.send_modify(|state| state.time = Some(picture.picture.time));
         self.hub.publish(picture);
+        outlook.into_iter().for_each(|outlook| self.hub.outlooks.publish(outlook));
     }
 
     /// Time until a slot is to be shown.

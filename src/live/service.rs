@@ -1,5 +1,6 @@
 //! The threads of the service: line tasks, the engine's own thread, and what it hands out.
 
+mod foresight;
 mod keepers;
 mod publication;
 
@@ -22,10 +23,11 @@ use super::health::LineStatus;
 use super::hub::HubWriter;
 use super::lines::{Listening, Readers, listen};
 use super::losses::Losses;
-use super::published::Status;
+use super::published::{PublishedPicture, Status};
 use super::quiet::Quiet;
 use crate::capture::{Ending, Endpoints, Reception, ReceptionKind, TrailerRules, Trailers};
 use crate::config::{Config, Profile};
+use crate::conflicts::ConflictWatch;
 use crate::formats::{Cat129Encoder, status_block};
 use crate::net::listen::{self as udp, Arrival, Line, LineCounters};
 use crate::net::send::Sinks;
@@ -155,6 +157,9 @@ struct Engine {
     /// In order.
     ready: VecDeque<ReadySlot>,
     outlets: Outlets,
+    /// Who looks for conflicts, and the published slots in which they were not looked for yet.
+    watch: Option<ConflictWatch>,
+    unseen: VecDeque<Arc<PublishedPicture>>,
     lines: Vec<(Arc<Line>, Arc<LineCounters>)>,
     /// What stands behind the blocks of datagrams.
     trailers: Trailers,
@@ -193,6 +198,8 @@ impl Engine {
     ) -> Self {
         Self {
             encoder: Cat129Encoder::of(&config),
+            watch: ConflictWatch::of(&config),
+            unseen: VecDeque::new(),
             trailers: Trailers::new(TrailerRules::of(&config)),
             config,
             driver,
@@ -228,6 +235,7 @@ impl Engine {
             self.decide();
             let at = self.clock.now();
             self.publish_due(at);
+            self.look_ahead();
             let slot_is_due = self.driver.next_made().is_some_and(|made| made <= at);
             // Also where the clock has stepped back, of which the driver must be told.
             let status_is_due = at >= self.next_status || self.next_status - at > STATUS_AHEAD;

@@ -5,7 +5,7 @@ use std::net::Ipv4Addr;
 use super::ground::Ground;
 use super::scenario::{Radar, Scenario, TRANSPONDER_ID, Transponder};
 use crate::config::{
-    self, Address, Config, Fusion, Http, Input, Integrity, Map, Output, Persistence, PictureKind,
+    self, Address, Config, Conflicts, Fusion, Http, Input, Integrity, Map, Output, Persistence, PictureKind,
     RadarAccuracy, Sensor, SensorKind, Sink, Site, TransponderAccuracy,
 };
 
@@ -37,6 +37,7 @@ pub fn site(scenario: &Scenario, ground: &Ground) -> Config {
         sensors,
         fusion: Fusion::default(),
         integrity: Integrity::default(),
+        conflicts: Conflicts::default(),
         areas: Vec::new(),
         output: Output {
             asterix: vec![Sink {

@@ -82,6 +82,12 @@ pub struct StateEstimate {
     pub vertical: f64,
     /// Covariance of the velocity over ground, east and north, m²/s².
     pub velocity_covariance: Matrix2<f64>,
+    /// Covariance of the position over ground (rows) with the velocity (columns), m²/s.
+    pub position_velocity: Matrix2<f64>,
+    /// Covariance of the height with the climb, m²/s.
+    pub height_climb: f64,
+    /// Variance of the climb, m²/s².
+    pub climb: f64,
     /// Time since the last measurement, seconds; `None`: there was none, it is extrapolated backward.
     pub since_s: Option<f64>,
     /// Time to the next measurement, seconds; `None`: there is none, it is extrapolated.

@@ -222,14 +222,18 @@ impl StateEstimate {
         since_s: Option<f64>,
         until_s: Option<f64>,
     ) -> Self {
-        let block =
-            |from: usize| Matrix2::from_fn(|row, column| plane.covariance.at(from + row, from + column));
+        let block = |rows: usize, columns: usize| {
+            Matrix2::from_fn(|row, column| plane.covariance.at(rows + row, columns + column))
+        };
         Self {
             position: Enu::new(plane.mean[0], plane.mean[1], height.mean[0]),
             velocity: Vector3::new(plane.mean[2], plane.mean[3], height.mean[1]),
-            horizontal: block(0) + jumped * jumped.transpose(),
+            horizontal: block(0, 0) + jumped * jumped.transpose(),
             vertical: height.covariance.at(0, 0),
-            velocity_covariance: block(2),
+            velocity_covariance: block(2, 2),
+            position_velocity: block(0, 2),
+            height_climb: height.covariance.at(0, 1),
+            climb: height.covariance.at(1, 1),
             since_s,
             until_s,
         }

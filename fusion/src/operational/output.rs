@@ -195,6 +195,9 @@ pub(super) fn estimated(
             + bias.vertical_m2
             + estimate.velocity.z * estimate.velocity.z * bias.time_s2,
         velocity_covariance: estimate.velocity_covariance,
+        position_velocity: estimate.position_velocity,
+        height_climb: estimate.height_climb,
+        climb_m2s2: estimate.climb,
         lie_m2: 0.0,
         basis: match (estimate.since_s, estimate.until_s) {
             _ if is_measured => Basis::Measured,

@@ -78,10 +78,14 @@ pub struct Args {
     /// Where --serve listens, instead of the configuration's http.listen: 127.0.0.1:8080, or only a port of this machine.
     #[arg(long, value_name = "ADDR", requires = "serve", value_parser = listen_address)]
     pub http: Option<SocketAddr>,
-    /// Where every alert goes that follows from the picture (area, integrity, jamming, silent, uncooperative): a JSON object per
-    /// line as it is raised, changes and ends, as the stream of the API has it.
+    /// Where every alert goes that follows from the picture (area, integrity, jamming, silent, uncooperative, conflict): a JSON
+    /// object per line as it is raised, changes and ends, as the stream of the API has it.
     #[arg(long, value_name = "FILE", conflicts_with = "serve")]
     pub alerts: Option<PathBuf>,
+    /// Where every conflict goes, also where the configuration does not ask for them: a JSON object for every pair, volume and
+    /// second with a level, or with a probability of at least 0.01.
+    #[arg(long, value_name = "FILE", conflicts_with = "serve")]
+    pub conflicts: Option<PathBuf>,
     /// Adds how long it took to the summary, and prints it to standard error where standard output holds data.
     #[arg(long)]
     pub stats: bool,
@@ -131,14 +135,22 @@ impl Args {
         if self.again && self.output.is_some() {
             return refuse("--loop and -o exclude each other: the file would grow without end");
         }
-        if self.again && self.alerts.is_some() {
-            return refuse("--loop and --alerts exclude each other: the file would grow without end");
+        for (option, path) in [("--alerts", &self.alerts), ("--conflicts", &self.conflicts)] {
+            let Some(path) = path else { continue };
+            if self.again {
+                return refuse(&format!(
+                    "--loop and {option} exclude each other: the file would grow without end"
+                ));
+            }
+            if path == Path::new("-") {
+                return refuse(&format!("{option} needs a file: standard output is for -o and the summary"));
+            }
+            if Some(path) == self.output.as_ref() {
+                return refuse(&format!("{option} and -o name the same file"));
+            }
         }
-        if self.alerts.as_deref() == Some(Path::new("-")) {
-            return refuse("--alerts needs a file: standard output is for -o and the summary");
-        }
-        if self.alerts.is_some() && self.alerts == self.output {
-            return refuse("--alerts and -o name the same file");
+        if self.alerts.is_some() && self.alerts == self.conflicts {
+            return refuse("--alerts and --conflicts name the same file");
         }
         if (self.again || self.serve) && self.inputs.iter().any(|path| path == Path::new("-")) {
             return refuse(

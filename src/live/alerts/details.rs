@@ -3,7 +3,7 @@
 use fusion::Identity;
 use fusion::integrity::{Reasons, State};
 
-/// What alerts about transponders say for programs.
+/// What alerts about transponders and conflicts say for programs.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Details {
     /// Nothing but the text.
@@ -41,6 +41,13 @@ pub enum Details {
     Uncooperative {
         /// It has ended because one was heard after all, or because it is the twin of one that lies.
         is_resolved: bool,
+    },
+    /// Two aircraft come near each other.
+    Conflict {
+        /// Ids of their tracks.
+        tracks: [String; 2],
+        /// Name of the volume.
+        volume: String,
     },
 }
 

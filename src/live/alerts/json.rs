@@ -25,6 +25,9 @@ pub struct AlertJson {
     /// Id of the track.
     #[serde(skip_serializing_if = "Option::is_none")]
     track: Option<String>,
+    /// Id of the conflict.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    conflict: Option<String>,
     /// Part of the service.
     #[serde(skip_serializing_if = "Option::is_none")]
     part: Option<String>,
@@ -35,7 +38,7 @@ pub struct AlertJson {
     until: Option<Rfc3339>,
 }
 
-/// What alerts about transponders have beside the others.
+/// What alerts about transponders and conflicts have beside the others.
 #[derive(Clone, Debug, Default, Serialize, JsonSchema)]
 struct About {
     /// Serial number of the transponder.
@@ -56,6 +59,12 @@ struct About {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0))]
     offset_m: Option<f64>,
+    /// Ids of the tracks of both aircraft.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    tracks: Vec<String>,
+    /// Name of the volume that one may enter, or has entered.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    volume: Option<String>,
     /// Serial numbers of those that fell silent together.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     identities: Vec<String>,
@@ -86,6 +95,7 @@ impl From<&Alert> for AlertJson {
             text: alert.text.clone(),
             sensor: subject(&[AlertKind::Sensor, AlertKind::Registration]),
             track: subject(&[AlertKind::Area, AlertKind::Uncooperative]),
+            conflict: subject(&[AlertKind::Conflict]).and_then(|id| Some(id.split_once(' ')?.0.to_owned())),
             part: subject(&[AlertKind::Service]),
             about: About::from(&alert.details),
             until: alert.until.map(Rfc3339),
@@ -114,6 +124,9 @@ impl From<&Details> for About {
             },
             Details::Silent { identity, track_id } => {
                 Self { identity: Some(serial(identity)), track_id: track_id.clone(), ..Self::default() }
+            }
+            Details::Conflict { tracks, volume } => {
+                Self { tracks: tracks.to_vec(), volume: Some(volume.clone()), ..Self::default() }
             }
             Details::Uncooperative { is_resolved } => Self { resolved: *is_resolved, ..Self::default() },
         }

@@ -1,6 +1,7 @@
-//! What an operator should look at: sensors that are not operational, tracks inside alert areas, transponders that lie or
-//! fall silent, drones without one, and what is wrong with the service itself. Sans-IO: `replay --alerts` raises the same.
+//! What an operator should look at: sensors that are not operational, tracks inside alert areas, aircraft that come near
+//! each other, transponders that lie or fall silent, drones without one, and what is wrong with the service itself. Sans-IO: `replay --alerts` raises the same.
 
+mod conflicts;
 mod details;
 mod json;
 mod pictured;
@@ -40,11 +41,13 @@ pub enum AlertKind {
     Silent,
     /// A drone flies without a transponder where one is to be heard.
     Uncooperative,
+    /// Two aircraft come near each other.
+    Conflict,
 }
 
 impl AlertKind {
     /// All kinds.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Sensor,
         Self::Area,
         Self::Service,
@@ -53,6 +56,7 @@ impl AlertKind {
         Self::Jamming,
         Self::Silent,
         Self::Uncooperative,
+        Self::Conflict,
     ];
 
     /// Its name on the interfaces.
@@ -66,6 +70,7 @@ impl AlertKind {
             Self::Jamming => "jamming",
             Self::Silent => "silent",
             Self::Uncooperative => "uncooperative",
+            Self::Conflict => "conflict",
         }
     }
 }
@@ -104,7 +109,7 @@ pub struct Alert {
     pub until: Option<Time>,
     /// What is wrong, in words.
     pub text: String,
-    /// The sensor's or the track's id, the part of the service, or the serial number of the transponder.
+    /// The sensor's, the track's or the conflict's id, the part of the service, or the serial number of the transponder.
     pub subject: String,
     /// What else is known of it.
     pub details: Details,

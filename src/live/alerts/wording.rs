@@ -1,8 +1,10 @@
 //! Alerts in words: what is wrong, since when, and what that means, in one sentence.
 
 use super::Details;
+use crate::conflicts::Conflict;
 use crate::picture::{PictureTrack, serial_text};
 use fusion::Identity;
+use fusion::conflicts::Level;
 use fusion::integrity::{Reason, State};
 use fusion::time::Time;
 
@@ -101,6 +103,28 @@ pub(super) fn resolved(id: &str, identity: Option<Identity>) -> String {
         Some(identity) => format!("{id} is resolved: it flies with {}", who(identity, None)),
         None => format!("{id} is resolved: it is where a transponder that is suspect should be"),
     }
+}
+
+/// Two aircraft come near each other.
+pub(super) fn approaching(conflict: &Conflict) -> String {
+    let ([a, b], found) = (&conflict.tracks, &conflict.found);
+    let metres = |over_ground_m: f64, height_m: Option<f64>| match height_m {
+        Some(height_m) => format!("{over_ground_m:.0} m apart and {:.0} m in height", height_m.abs()),
+        None => format!("{over_ground_m:.0} m apart, their heights not known"),
+    };
+    if conflict.level() == Some(Level::Violation) {
+        let now = &found.relative;
+        let apart = metres(now.position.norm(), now.vertical.map(|vertical| vertical.height_m));
+        return format!("{a} and {b} are too close ({}): {apart}", conflict.volume);
+    }
+    let approach = &found.approach;
+    let apart = metres(approach.horizontal_m(), approach.vertical.map(|(height_m, _)| height_m));
+    format!(
+        "{a} and {b} come close in {:.0} s ({}): then {apart}, probability {:.0} %",
+        approach.t_cpa_s,
+        conflict.volume,
+        100.0 * found.probability
+    )
 }
 
 fn who(identity: Identity, track_id: Option<&str>) -> String {

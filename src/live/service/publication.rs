@@ -58,14 +58,16 @@ impl Engine {
             self.lateness_us.pop_front();
         }
         self.lateness_us.push_back(u32::try_from(late_us).unwrap_or(u32::MAX));
-        self.outlets.hub.publish_live(frame, std::mem::take(&mut self.waited));
+        let frame = self.outlets.hub.publish_live(frame, std::mem::take(&mut self.waited));
+        self.look_later(frame);
     }
 
     /// Publishes all slots that are made; their lateness says nothing about the service.
     pub(super) fn publish_owed(&mut self) {
         while let Some(ready) = self.ready.pop_front() {
             let frame = self.send(ready);
-            self.outlets.hub.publish(frame);
+            let frame = self.outlets.hub.publish(frame);
+            self.look_later(frame);
         }
     }
 

@@ -1,0 +1,64 @@
+//! Squares miss nobody.
+
+use proptest::prelude::*;
+
+use super::*;
+
+fn traffic() -> impl Strategy<Value = Vec<Aircraft>> {
+    let one = (
+        prop::array::uniform2(-6000.0..6000.0_f64),
+        0.0..120.0_f64,
+        prop::array::uniform2(-25.0..25.0_f64),
+        prop_oneof![9 => Just(1.0), 1 => Just(8.0)],
+        1.0..40.0_f64,
+    );
+    let one = one.prop_map(|(place, up, velocity, fast, worse)| {
+        let mut one = aircraft(0, [place[0], place[1], up], [fast * velocity[0], fast * velocity[1], 0.0]);
+        one.covariance *= worse;
+        one
+    });
+    prop::collection::vec(one, 2..60).prop_map(|mut all| {
+        (1..).zip(&mut all).for_each(|(number, one)| one.key.0 = number);
+        all
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    /// What the search leaves out has no probability worth a line.
+    #[test]
+    fn no_pair_that_may_meet_is_left_out(aircraft in traffic()) {
+        let rules = rules(vec![drones(), Preset::Nmac.volume()]);
+        let evaluation = Conflicts::new(rules.clone()).evaluate(at(0), aircraft.clone());
+        let mut expected = Vec::new();
+        for (a, one) in aircraft.iter().enumerate() {
+            for (b, other) in aircraft.iter().enumerate().skip(a + 1) {
+                let relative = Relative::of(one, other);
+                let approach = relative.approach(&rules.ahead);
+                for (index, volume) in rules.volumes.iter().enumerate() {
+                    let probability = approach.probability(volume.horizontal_m, volume.vertical_m);
+                    if probability >= 0.01 {
+                        expected.push(([a, b], index, probability));
+                    }
+                }
+            }
+        }
+        let found: Vec<_> = evaluation
+            .conflicts
+            .iter()
+            .map(|conflict| (conflict.pair, conflict.volume, conflict.probability))
+            .collect();
+        prop_assert_eq!(found, expected);
+        prop_assert!(evaluation.tested <= aircraft.len() * (aircraft.len() - 1) / 2, "no pair is looked at twice");
+    }
+
+    /// The order of the picture does not matter.
+    #[test]
+    fn the_same_traffic_in_another_order_has_the_same_conflicts(aircraft in traffic()) {
+        let mut backwards = aircraft.clone();
+        backwards.reverse();
+        let evaluate = |aircraft| Conflicts::new(rules(vec![drones()])).evaluate(at(0), aircraft);
+        prop_assert_eq!(evaluate(aircraft), evaluate(backwards));
+    }
+}

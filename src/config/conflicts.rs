@@ -1,0 +1,252 @@
+//! `[conflicts]`.
+
+use fusion::conflicts::{Ahead, Preset, Rules, Side, Threshold, Volume};
+
+use super::kinds::{Kind, any_text, flag, inline, list, named, number, tables};
+use super::names::{names, written_by_name};
+use super::network::PictureKind;
+use super::reader::Section;
+use super::table::{ByHand, absent, depends, section};
+use super::{Fusion, Profile};
+
+fn density() -> Kind<f64> {
+    number("a density of acceleration is at least 0, and at most 100 m²/s³", |v| (0.0..=100.0).contains(&v))
+}
+
+fn share() -> Kind<f64> {
+    number("a probability is above 0, and at most 1", |v| v > 0.0 && v <= 1.0)
+}
+
+fn ahead_s() -> Kind<f64> {
+    number("a time ahead is above 0, and at most 300 seconds", |v| v > 0.0 && v <= 300.0)
+}
+
+fn metres() -> Kind<f64> {
+    number("a volume is above 0 and at most 20000 metres", |v| v > 0.0 && v <= 20_000.0)
+}
+
+section! {
+    /// Who will come near whom (docs/CONFLICTS.md). Not used by the `reference` profile.
+    Conflicts {
+        /// Whether conflicts are computed.
+        enabled: bool = false, flag();
+        /// The picture that they are computed on; `"lagged"` is flown on by `latency_s` first.
+        picture: PictureKind = PictureKind::Now, named();
+        /// How far ahead is looked, seconds.
+        horizon_s: f64 = 60.0, ahead_s();
+        /// Power spectral density of the acceleration over ground by which aircraft leave a straight flight, m²/s³ an axis.
+        acceleration: f64 = 1.0, density();
+        /// The same of the climb.
+        climb_acceleration: f64 = 0.05, density();
+        /// When an advisory is given: from which probability on, and how long before.
+        advisory: Advisory = Advisory::default(), inline::<Advisory>();
+        /// The same of a warning. A violation is that a volume is entered.
+        warning: Warning = Warning::default(), inline::<Warning>();
+        /// The volumes that aircraft keep around themselves; without any, one of 50 m and 15 m between drones.
+        volumes: Vec<ConflictVolume> = Vec::new(), tables();
+        /// Serial numbers of transponders on crewed aircraft. Every other aircraft counts as a drone.
+        crewed: Vec<String> = Vec::new(), list(any_text());
+    } by hand {}
+}
+
+section! {
+    /// When an advisory is given.
+    #[derive(Copy)]
+    Advisory {
+        /// Least probability.
+        probability: f64 = 0.1, share();
+        /// Most time to the closest point of approach, seconds.
+        time_s: f64 = 60.0, ahead_s();
+    }
+}
+
+section! {
+    /// When a warning is given.
+    #[derive(Copy)]
+    Warning {
+        /// Least probability.
+        probability: f64 = 0.3, share();
+        /// Most time to the closest point of approach, seconds.
+        time_s: f64 = 30.0, ahead_s();
+    }
+}
+
+section! {
+    /// A cylinder around an aircraft. With `preset` it has the numbers of that, but for those that are given.
+    ConflictVolume {
+        /// A volume that others have defined.
+        preset: Option<VolumePreset> = absent("the numbers below"), named::<VolumePreset>();
+        /// Name of the volume.
+        name: Option<String> = absent("that of the preset"), any_text();
+        /// Radius, metres.
+        horizontal_m: Option<f64> = absent("that of the preset"), metres();
+        /// Half of its height, metres.
+        vertical_m: Option<f64> = absent("that of the preset"), metres();
+        /// Modified tau up to which the volume counts as entered by aircraft that approach, seconds; 0: it does not.
+        tau_s: Option<f64> = absent("that of the preset, or 0"),
+            number("tau is between 0 and 300 seconds", |v| (0.0..=300.0).contains(&v));
+        /// Between whom: two kinds of aircraft.
+        between: Vec<VolumeSide> = depends("any two with a preset, two drones without", Vec::new()), list(named());
+    } by hand {}
+}
+
+names! {
+    /// Volumes that others have defined.
+    #[derive(Copy, Eq)]
+    VolumePreset, "preset" {
+        /// Well clear in en-route airspace, with modified tau (DO-365B as in NASA DAIDALUS).
+        Enroute = "do365-enroute",
+        /// Well clear in terminal areas (the same).
+        Terminal = "do365-terminal",
+        /// Well clear of aircraft without a transponder (the same).
+        Noncooperative = "do365-noncooperative",
+        /// Well clear of small drones (ASTM F3442, its figures from reviews).
+        F3442 = "f3442",
+        /// Near mid-air collision (DAIDALUS).
+        Nmac = "nmac",
+    }
+}
+
+names! {
+    /// A kind of aircraft.
+    #[derive(Copy, Eq)]
+    VolumeSide, "kind of aircraft" {
+        /// Nobody is on board.
+        Drone = "drone",
+        /// Somebody is.
+        Crewed = "crewed",
+        /// Either.
+        Any = "any",
+    }
+}
+written_by_name!(VolumePreset, VolumeSide);
+
+impl From<VolumePreset> for Preset {
+    fn from(preset: VolumePreset) -> Self {
+        match preset {
+            VolumePreset::Enroute => Self::Do365Enroute,
+            VolumePreset::Terminal => Self::Do365Terminal,
+            VolumePreset::Noncooperative => Self::Do365Noncooperative,
+            VolumePreset::F3442 => Self::F3442,
+            VolumePreset::Nmac => Self::Nmac,
+        }
+    }
+}
+
+impl From<VolumeSide> for Side {
+    fn from(side: VolumeSide) -> Self {
+        match side {
+            VolumeSide::Drone => Self::Only(fusion::conflicts::Kind::Drone),
+            VolumeSide::Crewed => Self::Only(fusion::conflicts::Kind::Crewed),
+            VolumeSide::Any => Self::Any,
+        }
+    }
+}
+
+/// Keys that have to agree with each other.
+impl ByHand for Conflicts {
+    fn more(&mut self, section: &mut Section<'_>) {
+        let (advisory, warning) = (self.advisory, self.warning);
+        if advisory.probability > warning.probability || advisory.time_s < warning.time_s {
+            section.contradict(
+                &["advisory", "warning"],
+                "an advisory is given before a warning: its probability is at most that of the warning, its time at least",
+            );
+        }
+        if self.horizon_s < warning.time_s {
+            section.contradict(
+                &["horizon_s", "warning"],
+                "nothing is warned of that lies beyond horizon_s; raise it, or lower time_s of the warning",
+            );
+        }
+        let mut names: Vec<String> = self.volumes().into_iter().map(|volume| volume.name).collect();
+        names.sort();
+        if let Some(twice) = names.windows(2).find(|two| two[0] == two[1]) {
+            section.contradict(
+                &["volumes"],
+                format!("two volumes are called \"{}\"; give each a name", twice[0]),
+            );
+        }
+    }
+}
+
+impl ByHand for ConflictVolume {
+    fn more(&mut self, section: &mut Section<'_>) {
+        let is_whole = self.horizontal_m.and(self.vertical_m).is_some() && self.name.is_some();
+        if self.preset.is_none() && !is_whole {
+            for (name, add) in [
+                ("name", "name = …, or a preset"),
+                ("horizontal_m", "horizontal_m = …, or a preset"),
+                ("vertical_m", "vertical_m = …, or a preset"),
+            ] {
+                section.need(name, add);
+            }
+        }
+        if !matches!(self.between.len(), 0 | 2) {
+            section.contradict(&["between"], "a volume is between two: [\"drone\", \"crewed\"]");
+        }
+    }
+}
+
+impl ConflictVolume {
+    fn volume(&self) -> Volume {
+        let preset = self.preset.map(|preset| Preset::from(preset).volume());
+        let of_own = Volume {
+            name: String::new(),
+            horizontal_m: 0.0,
+            vertical_m: 0.0,
+            tau_s: 0.0,
+            between: [VolumeSide::Drone.into(); 2],
+        };
+        let mut volume = preset.unwrap_or(of_own);
+        if let Some(name) = &self.name {
+            volume.name.clone_from(name);
+        }
+        let numbers = [
+            (&mut volume.horizontal_m, self.horizontal_m),
+            (&mut volume.vertical_m, self.vertical_m),
+            (&mut volume.tau_s, self.tau_s),
+        ];
+        for (number, given) in numbers {
+            *number = given.unwrap_or(*number);
+        }
+        if let [one, other] = self.between[..] {
+            volume.between = [one.into(), other.into()];
+        }
+        volume
+    }
+}
+
+impl Conflicts {
+    /// What counts as a conflict.
+    pub fn rules(&self) -> Rules {
+        let Self { horizon_s, acceleration, climb_acceleration, advisory, warning, .. } = *self;
+        Rules {
+            volumes: self.volumes(),
+            ahead: Ahead { horizon_s, acceleration, climb_acceleration },
+            advisory: Threshold { probability: advisory.probability, time_s: advisory.time_s },
+            warning: Threshold { probability: warning.probability, time_s: warning.time_s },
+        }
+    }
+
+    fn volumes(&self) -> Vec<Volume> {
+        if !self.volumes.is_empty() {
+            return self.volumes.iter().map(ConflictVolume::volume).collect();
+        }
+        let usual = ConflictVolume {
+            name: Some("drone".to_owned()),
+            horizontal_m: Some(50.0),
+            vertical_m: Some(15.0),
+            ..ConflictVolume::default()
+        };
+        vec![usual.volume()]
+    }
+
+    /// Whether they are to be computed on a picture that is not made.
+    pub(super) fn lacks_now(&self, fusion: &Fusion) -> bool {
+        self.enabled
+            && fusion.profile == Profile::Operational
+            && self.picture == PictureKind::Now
+            && !fusion.now
+    }
+}

@@ -1,0 +1,225 @@
+//! Who will come near whom: the engine's conflicts, computed on each second's picture and named as readers know the tracks.
+
+mod json;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::{Matrix2, Matrix4};
+
+use crate::config::{Config, PictureKind};
+use crate::live::PublishedPicture;
+use crate::picture::{Picture, PictureMaker, PictureTrack, serial_text};
+use fusion::Enu;
+use fusion::conflicts::{self, Aircraft, Conflicts, Kind, Level, Volume};
+use fusion::frames::Geodetic;
+use fusion::integrity::State;
+use fusion::time::{SECOND, Time};
+
+pub use json::{ConflictJson, ConflictLine, VolumeJson};
+
+/// A radar's track that is a drone with a lower probability than this takes no part: birds are near each other all day.
+const DRONE_PROBABILITY: f64 = 0.5;
+
+/// Looks at every second's picture.
+#[derive(Debug)]
+pub struct ConflictWatch {
+    conflicts: Conflicts,
+    on: PictureKind,
+    /// From the time of the picture to that of the evaluation, seconds.
+    age_s: f64,
+    /// Slots from one evaluation to the next.
+    every: i64,
+    crewed: BTreeSet<String>,
+    max_accuracy_m: f64,
+    /// Those that hold a level, by id and volume, as they were seen last.
+    held: BTreeMap<(u64, usize), Conflict>,
+}
+
+/// What was found in a second.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outlook {
+    /// The time of the positions.
+    pub time: Time,
+    /// Every pair and volume with a level, or with a probability of at least 0.01.
+    pub conflicts: Vec<Conflict>,
+    /// Those that hold a level although one of both is missing, as they were seen last.
+    pub unseen: Vec<Conflict>,
+    /// What the stream tells: warnings and violations, and each change of a level.
+    pub news: Vec<Conflict>,
+    /// Aircraft that took part.
+    pub aircraft: usize,
+    /// Aircraft without a sound covariance.
+    pub left_out: usize,
+    /// Pairs that were near enough to be looked at.
+    pub tested: usize,
+}
+
+/// A pair and a volume, by the names that readers know.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Conflict {
+    /// The time of the positions.
+    pub time: Time,
+    /// What the engine found.
+    pub found: conflicts::Conflict,
+    /// Ids of both tracks.
+    pub tracks: [String; 2],
+    /// Name of the volume.
+    pub volume: String,
+    /// Where both are at the closest point of approach; the height is `None` where it is not known.
+    pub cpa: [(Geodetic, Option<f64>); 2],
+    /// The worse state of their transponders.
+    pub integrity: Option<State>,
+}
+
+impl Conflict {
+    /// The level that holds.
+    pub fn level(&self) -> Option<Level> {
+        self.found.level.map(|(level, _)| level)
+    }
+}
+
+impl ConflictWatch {
+    /// For a site where they are computed.
+    pub fn of(config: &Config) -> Option<Self> {
+        config.finds_conflicts().then(|| Self::new(config))
+    }
+
+    /// For a site, also where its configuration does not ask for it.
+    pub fn new(config: &Config) -> Self {
+        let on = config.conflicts.picture;
+        Self {
+            conflicts: Conflicts::new(config.conflicts.rules()),
+            on,
+            age_s: config.fusion.latency_of(on).as_secs_f64(),
+            every: (SECOND / config.fusion.slot.as_nanos() as i64).max(1),
+            crewed: config.conflicts.crewed.iter().cloned().collect(),
+            max_accuracy_m: config.output.max_accuracy_m,
+            held: BTreeMap::new(),
+        }
+    }
+
+    /// The volumes.
+    pub fn volumes(&self) -> &[Volume] {
+        &self.conflicts.rules().volumes
+    }
+
+    /// The picture that it looks at.
+    pub fn on(&self) -> PictureKind {
+        self.on
+    }
+
+    /// Whether anything is looked for in the picture of a slot.
+    pub fn is_due(&self, published: &PublishedPicture) -> bool {
+        match self.on {
+            PictureKind::Lagged => self.is_full_second(&published.picture),
+            PictureKind::Now => published.now.get().is_some_and(|now| self.is_full_second(&now)),
+        }
+    }
+
+    /// Once a second.
+    fn is_full_second(&self, picture: &Picture) -> bool {
+        picture.slot.0.rem_euclid(self.every) == 0
+    }
+
+    /// What is found in the picture of a slot; `None` between two evaluations, and where there is no such picture.
+    pub fn look(&mut self, published: &PublishedPicture, maker: &PictureMaker) -> Option<Outlook> {
+        match self.on {
+            PictureKind::Lagged => self.look_at(&published.picture, maker),
+            PictureKind::Now => self.look_at(&*published.now.get()?, maker),
+        }
+    }
+
+    /// The same of the picture itself.
+    pub fn look_at(&mut self, picture: &Picture, maker: &PictureMaker) -> Option<Outlook> {
+        if !self.is_full_second(picture) {
+            return None;
+        }
+        let time = Time::from_nanos(picture.time.nanos() + (self.age_s * SECOND as f64) as i64);
+        let tracks: BTreeMap<conflicts::Key, &PictureTrack> =
+            picture.within(self.max_accuracy_m).map(|track| (key(track), track)).collect();
+        let aircraft = tracks.values().filter_map(|track| self.aircraft(track)).collect();
+        let evaluation = self.conflicts.evaluate(time, aircraft);
+        let aircraft = &evaluation.aircraft;
+        let named = |&found: &conflicts::Conflict| {
+            let pair = found.pair.map(|index| &aircraft[index]);
+            let tracks = pair.map(|one| tracks[&one.key]);
+            let t_cpa_s = found.approach.t_cpa_s;
+            Conflict {
+                time,
+                found,
+                tracks: tracks.map(|track| maker.track_id(track)),
+                volume: self.conflicts.rules().volumes[found.volume].name.clone(),
+                cpa: pair.map(|one| {
+                    let place = maker.place(Enu::from(one.position.0 + one.velocity * t_cpa_s));
+                    (place, one.vertical.map(|_| place.height_m))
+                }),
+                integrity: tracks.into_iter().filter_map(|track| Some(track.point.integrity?.state)).max(),
+            }
+        };
+        let conflicts: Vec<Conflict> = evaluation.conflicts.iter().map(named).collect();
+        let (unseen, news) = self.news(&conflicts, &evaluation.unseen);
+        let conflicts::Evaluation { aircraft, left_out, tested, .. } = evaluation;
+        Some(Outlook { time, conflicts, unseen, news, aircraft: aircraft.len(), left_out, tested })
+    }
+
+    /// Those that hold unseen, and what is new since the evaluation before.
+    fn news(&mut self, conflicts: &[Conflict], unseen: &[(u64, usize)]) -> (Vec<Conflict>, Vec<Conflict>) {
+        let held = conflicts.iter().filter(|conflict| conflict.found.level.is_some());
+        let held = held.filter_map(|one| Some(((one.found.id?, one.found.volume), one.clone())));
+        let mut held: BTreeMap<_, _> = held.collect();
+        let mut news: Vec<Conflict> = held
+            .iter()
+            .filter(|(key, conflict)| {
+                let before = self.held.get(key).and_then(Conflict::level);
+                conflict.level() >= Some(Level::Warning) || conflict.level() != before
+            })
+            .map(|(_, conflict)| conflict.clone())
+            .collect();
+        let unseen: Vec<_> =
+            unseen.iter().filter_map(|key| Some((*key, self.held.get(key)?.clone()))).collect();
+        held.extend(unseen.iter().cloned());
+        for (key, mut conflict) in std::mem::take(&mut self.held) {
+            if !held.contains_key(&key) {
+                conflict.found.level = None;
+                news.push(conflict);
+            }
+        }
+        self.held = held;
+        (unseen.into_iter().map(|(_, conflict)| conflict).collect(), news)
+    }
+
+    /// `None`: it takes no part.
+    fn aircraft(&self, track: &PictureTrack) -> Option<Aircraft> {
+        let point = &track.point;
+        let estimate = point.estimate.as_ref()?;
+        let transponder = point.source.transponder();
+        let is_bird = point.source.radar().and_then(|radar| radar.uav_probability);
+        if transponder.is_none() && is_bird.is_some_and(|probability| probability < DRONE_PROBABILITY) {
+            return None;
+        }
+        let is_crewed = transponder.is_some_and(|part| self.crewed.contains(&serial_text(part.identity)));
+        let mut covariance = Matrix4::zeros();
+        let mut put = |row, column, block: &Matrix2<f64>| {
+            covariance.fixed_view_mut::<2, 2>(row, column).copy_from(block);
+        };
+        put(0, 0, &estimate.horizontal);
+        put(2, 2, &estimate.velocity_covariance);
+        put(0, 2, &estimate.position_velocity);
+        put(2, 0, &estimate.position_velocity.transpose());
+        let vertical = [estimate.vertical_m2, estimate.height_climb, estimate.climb_m2s2];
+        let aircraft = Aircraft {
+            key: key(track),
+            position: point.position,
+            velocity: estimate.velocity,
+            covariance,
+            vertical: track.altitude_amsl_m.map(|_| vertical),
+            kind: if is_crewed { Kind::Crewed } else { Kind::Drone },
+            disputed: point.disputed.clone(),
+        };
+        Some(aircraft.moved(self.age_s, &self.conflicts.rules().ahead))
+    }
+}
+
+fn key(track: &PictureTrack) -> conflicts::Key {
+    (track.point.number, track.point.first_seen)
+}
