@@ -10,7 +10,7 @@ const TOPS_M = [30, 60, 90, 120, 150, Infinity];
 const base = () => (heightUnit().endsWith("-agl") ? settings.groundM : 0);
 
 /** The colour of a track by its height; of one whose height is not known, the quiet one. */
-export function heightColour({ properties: { alt_msl } }) {
+function heightColour({ properties: { alt_msl } }) {
   if (!Number.isFinite(alt_msl)) return palette.quiet;
   return palette[`band${TOPS_M.findIndex((top) => alt_msl - base() < top)}`];
 }

@@ -117,11 +117,11 @@ export class Map2d {
     if (layers.trails) drawTrails(context, view, tracks, time);
     drawRadars(context, view, this.radars);
     if (layers.raw) this.raw?.draw(context, view, time);
-    this.placed = place(view, tracks);
+    this.placed = place(view, tracks, this.alerted);
     drawUncertainty(context, view, this.placed);
     if (layers.vectors) drawVectors(context, view, this.placed);
     drawTrust(context, view, this.placed);
-    if (layers.labels) drawLabels(context, view, this.placed, this.alerted);
+    if (layers.labels) drawLabels(context, view, this.placed);
     drawSymbols(context, view, this.placed, time, this.alerted);
     this.tool?.draw(context, view);
     drawScale(context, view);

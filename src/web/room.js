@@ -5,11 +5,11 @@ const TRACE_PX = 8;
 
 /** Boxes are [left, top, right, bottom]. One room lasts for one frame. */
 export class Room {
-  cells = new Map();
-
   /** `covered`: what lies over the canvas. */
   constructor(width, height, covered) {
     Object.assign(this, { width, height, covered });
+    this.columns = Math.ceil(width / CELL_PX) + 1;
+    this.cells = Array.from({ length: this.columns * (Math.ceil(height / CELL_PX) + 1) }, () => []);
     this.across = Math.ceil(width / TRACE_PX) + 1;
     this.traces = new Uint8Array(this.across * (Math.ceil(height / TRACE_PX) + 1));
   }
@@ -18,17 +18,24 @@ export class Room {
   isFree(box) {
     const [left, top, right, bottom] = box;
     if (left < 0 || top < 0 || right > this.width || bottom > this.height) return false;
-    if (this.covered.some((other) => meet(box, other))) return false;
-    for (const cell of around(box)) if (this.cells.get(cell)?.some((other) => meet(box, other))) return false;
-    return true;
+    return !this.covered.some((other) => meet(box, other)) && !this.someCell(box, (boxes) => boxes.some((other) => meet(box, other)));
   }
 
   take(box) {
-    for (const cell of around(box)) {
-      const boxes = this.cells.get(cell);
-      if (boxes) boxes.push(box);
-      else this.cells.set(cell, [box]);
+    this.someCell(box, (boxes) => {
+      boxes.push(box);
+      return false; // so that it goes into each of its cells
+    });
+  }
+
+  /** Whether `is` one of the cells that a box touches. */
+  someCell([left, top, right, bottom], is) {
+    const last = Math.min(this.columns - 1, Math.floor(right / CELL_PX));
+    const lowest = Math.min(this.cells.length / this.columns - 1, Math.floor(bottom / CELL_PX));
+    for (let y = Math.max(0, Math.floor(top / CELL_PX)); y <= lowest; y++) {
+      for (let x = Math.max(0, Math.floor(left / CELL_PX)); x <= last; x++) if (is(this.cells[y * this.columns + x])) return true;
     }
+    return false;
   }
 
   /** A trail goes through here. */
@@ -48,12 +55,6 @@ export class Room {
 }
 
 const meet = (a, b) => a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
-
-function* around([left, top, right, bottom]) {
-  for (let x = Math.floor(left / CELL_PX); x <= Math.floor(right / CELL_PX); x++) {
-    for (let y = Math.floor(top / CELL_PX); y <= Math.floor(bottom / CELL_PX); y++) yield x * 4096 + y;
-  }
-}
 
 /** The boxes of all that lies over the canvas; found anew when one of them or the canvas has another size, not at each frame. */
 export class Covers {

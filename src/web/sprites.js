@@ -1,14 +1,15 @@
 // Small pictures that are drawn once and put down often: a symbol costs a copy, not a path with a halo.
 
 const MOST = 500;
-const ratio = () => window.devicePixelRatio || 1;
 
 export class Sprites {
   known = new Map();
+  ratio = 1; // of the screen's pixels to those of the page
 
   /** After another theme, or on another screen. */
   clear() {
     this.known.clear();
+    this.ratio = window.devicePixelRatio || 1;
   }
 
   /** Puts down, about (px, py), what `draw(context)` draws about the origin within `radius`. */
@@ -16,21 +17,22 @@ export class Sprites {
     let sprite = this.known.get(key);
     if (!sprite) {
       if (this.known.size >= MOST) this.clear();
-      this.known.set(key, (sprite = picture(radius, draw)));
+      this.known.set(key, (sprite = picture(radius, this.ratio, draw)));
     }
     // On whole pixels: elsewhere it would be blurred, and slower.
-    const side = sprite.width / ratio();
-    const whole = (value) => Math.round((value - side / 2) * ratio()) / ratio();
-    context.drawImage(sprite, whole(px), whole(py), side, side);
+    const { ratio } = this;
+    const side = sprite.width / ratio;
+    const [left, top] = [Math.round((px - side / 2) * ratio) / ratio, Math.round((py - side / 2) * ratio) / ratio];
+    context.drawImage(sprite, left, top, side, side);
   }
 }
 
-function picture(radius, draw) {
+function picture(radius, ratio, draw) {
   const sprite = document.createElement("canvas");
-  sprite.width = sprite.height = 2 * Math.ceil(radius * ratio());
+  sprite.width = sprite.height = 2 * Math.ceil(radius * ratio);
   const context = sprite.getContext("2d");
-  context.scale(ratio(), ratio());
-  context.translate(sprite.width / ratio() / 2, sprite.height / ratio() / 2);
+  context.scale(ratio, ratio);
+  context.translate(sprite.width / ratio / 2, sprite.height / ratio / 2);
   draw(context);
   return sprite;
 }

@@ -30,16 +30,18 @@ const SHAPES = {
   },
 };
 
-/** Where each track is drawn, [track, px, py], for the labels and the clicks; what matters most last, so on top. */
-export function place(view, tracks) {
+/** Where each track is drawn, [track, px, py, rank], for the labels and the clicks; what matters most last, so on top. */
+export function place(view, tracks, alerted) {
   const placed = [];
   for (const track of tracks) {
     const [px, py] = view.toScreen(track.x, track.y);
-    if (view.contains(px, py, 30)) placed.push([track, px, py]);
+    if (view.contains(px, py, 30)) placed.push([track, px, py, rankOf(track, alerted)]);
   }
-  const rank = (track) => (track.id === settings.selected ? -1 : precedence(track));
-  return placed.map((one) => [rank(one[0]), one]).sort(([a], [b]) => b - a).map(([, one]) => one);
+  return placed.sort((one, other) => other[3] - one[3]);
 }
+
+/** Lower is more important: the selected track, alerts, and then as in the table. */
+const rankOf = (track, alerted) => (track.id === settings.selected ? -2 : alerted.has(track.id) ? -1 : precedence(track));
 
 const sprites = new Sprites();
 
