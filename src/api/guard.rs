@@ -22,7 +22,7 @@ use super::route::Route;
 use super::routes::ROUTES;
 use super::state::ApiState;
 use super::tokens::Pass;
-use super::{gzip, hosts};
+use super::{gzip, hosts, page};
 
 /// Octets of a request's body.
 const BODY: u64 = 64 * 1024;
@@ -152,9 +152,10 @@ async fn guard(State(state): State<ApiState>, mut request: Request, next: Next) 
 }
 
 fn too_often(state: &ApiState, request: &Request) -> Result<(), Problem> {
-    let is_probe = ROUTES.iter().any(|route| !route.limited && route.path == request.uri().path());
+    let path = request.uri().path();
+    let is_free = page::is_file(path) || ROUTES.iter().any(|route| !route.limited && route.path == path);
     match request.extensions().get() {
-        Some(&Client(client)) if !is_probe => state.limit(Who::Address(Subscriber::at(client))),
+        Some(&Client(client)) if !is_free => state.limit(Who::Address(Subscriber::at(client))),
         _ => Ok(()),
     }
 }

@@ -67,7 +67,8 @@ const FILES: &[(&str, &str, &str)] = &[
     ("/units.js", JAVASCRIPT, include_str!("../web/units.js")),
     ("/vectortiles.js", JAVASCRIPT, include_str!("../web/vectortiles.js")),
     ("/view.js", JAVASCRIPT, include_str!("../web/view.js")),
-    ("/zone.js", JAVASCRIPT, include_str!("../web/zone.js")),
+    ("/zones.js", JAVASCRIPT, include_str!("../web/zones.js")),
+    ("/zonetool.js", JAVASCRIPT, include_str!("../web/zonetool.js")),
 ];
 
 const JAVASCRIPT: &str = "text/javascript; charset=utf-8";
@@ -103,6 +104,11 @@ pub fn files() -> Router<ApiState> {
     FILES.iter().fold(Router::new(), |router, &(path, ..)| {
         router.route(path, get(async move |headers: HeaderMap| serve(path, &headers)))
     })
+}
+
+/// Whether it is one of them. They are many, small and in memory: loading the page takes nothing of a client's requests.
+pub fn is_file(path: &str) -> bool {
+    path != INDEX.0 && SERVED.contains_key(path)
 }
 
 /// The file as the client takes it, or 304 where it has it.

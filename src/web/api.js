@@ -113,9 +113,15 @@ export class Stream {
 
   /** What is asked for has changed, or is wanted anew. */
   reopen() {
+    this.close();
+    this.open();
+  }
+
+  close() {
+    this.opening += 1;
+    clearTimeout(this.waiting);
     this.source?.close();
     this.source = null;
-    this.open();
   }
 
   async open() {

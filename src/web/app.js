@@ -22,6 +22,7 @@ import { Table } from "./table.js";
 
 const RENEW_MS = 10000; // rates, clock offsets and alerts that are over come by asking
 const RAW_MS = 1000;
+const [MIN_ZONES_MS, MOST_ZONES_MS] = [1000, 86400000]; // between two questions for the zones; a day is soon enough
 const FRAME_MS = 2000; // the first view waits at most this long for the radars' places, which belong in it
 
 read();
@@ -105,8 +106,21 @@ function takeSensors(collection) {
 
 function takeShapes(name, collection) {
   ground.takeShapes(name, collection);
-  if (name === "areas") takeZones(collection);
+  if (name === "areas") {
+    takeZones(collection);
+    renewWhenZonesChange(collection);
+  }
   frameOnce();
+}
+
+let zonesTimer = null;
+
+/** Some zones are in force at certain hours only: what the map shows of them is asked for anew when that changes. */
+function renewWhenZonesChange({ features }) {
+  const times = features.map(({ properties }) => Date.parse(properties?.changes_at)).filter(Number.isFinite);
+  const wait = Math.max(MIN_ZONES_MS, Math.min(...times) - status.utc());
+  clearTimeout(zonesTimer);
+  if (wait < MOST_ZONES_MS) zonesTimer = setTimeout(() => reads.renew("areas"), wait);
 }
 
 function frameOnce() {
@@ -215,6 +229,7 @@ onChange((patch) => {
     chosen = map.picture?.tracks.get(settings.selected) ?? null;
     detail.refresh();
   }
+  if ("units" in patch || "groundM" in patch) ground.nameZones();
   if ("units" in patch || "groundM" in patch || "watched" in patch) detail.refresh();
 });
 
@@ -225,6 +240,9 @@ for (const kind of ["error", "unhandledrejection"]) {
 setTimeout(frameOnce, FRAME_MS);
 reads.renew("info", "sensors");
 const stream = start();
+// A browser may keep a page that was left, with its connection, of which it has only six to a service.
+addEventListener("pagehide", () => stream.close());
+addEventListener("pageshow", ({ persisted }) => persisted && stream.reopen());
 onChange((patch) => {
   if ("at" in patch) stream.reopen();
   if ("trailS" in patch) {

@@ -3,11 +3,14 @@
 import { KINDS, settings, SOURCES } from "./settings.js";
 import { isFlagged, stateOf } from "./trust.js";
 
-let zones = []; // {name, rings} of the areas' polygons; a ring is [[lng, lat], ...]
+let zones = []; // {name, floor_m, ceiling_m, rings} of the areas' polygons; a ring is [[lng, lat], ...]
 
 /** The answer of /areas. */
 export function takeZones({ features }) {
-  zones = features.flatMap(({ properties, geometry }) => polygonsOf(geometry).map((rings) => ({ name: properties?.name ?? "", rings })));
+  zones = features.flatMap(({ properties, geometry }) => {
+    const { name = "", floor_m = -Infinity, ceiling_m = Infinity } = properties ?? {};
+    return polygonsOf(geometry).map((rings) => ({ name, floor_m, ceiling_m, rings }));
+  });
 }
 
 export const zoneNames = () => [...new Set(zones.map(({ name }) => name).filter(Boolean))];
@@ -25,7 +28,7 @@ export function matches(track) {
     (!settings.flagged || isFlagged(track)) &&
     (!settings.watchedOnly || settings.watched.has(track.watchId)) &&
     (!settings.integrity || stateOf(track) === settings.integrity) &&
-    isWithinHeights(track.properties.alt_msl) &&
+    isBetween(track.properties.alt_msl, settings.low ?? -Infinity, settings.high ?? Infinity) &&
     (!settings.zone || isInZone(track.properties)) &&
     (!settings.text || wordsOf(track).includes(settings.text.toLowerCase()))
   );
@@ -37,13 +40,12 @@ function kindOf(track) {
 }
 
 /** One whose height nobody knows may be anywhere: it is never hidden by a band of heights. */
-function isWithinHeights(height) {
-  return !Number.isFinite(height) || (height >= (settings.low ?? -Infinity) && height <= (settings.high ?? Infinity));
-}
+const isBetween = (height, low, high) => !Number.isFinite(height) || (height >= low && height <= high);
 
 /** Even and odd: a hole is outside. */
-function isInZone({ lat, lng }) {
-  return zones.some(({ name, rings }) => name === settings.zone && rings.filter((ring) => isInRing(ring, lng, lat)).length % 2 === 1);
+function isInZone({ lat, lng, alt_msl }) {
+  const isInside = ({ floor_m, ceiling_m, rings }) => isBetween(alt_msl, floor_m, ceiling_m) && rings.filter((ring) => isInRing(ring, lng, lat)).length % 2 === 1;
+  return zones.some((zone) => zone.name === settings.zone && isInside(zone));
 }
 
 function isInRing(ring, x, y) {

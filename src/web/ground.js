@@ -8,6 +8,7 @@ import { Shapes } from "./shapes.js";
 import { PictureTiles } from "./picturetiles.js";
 import { Tiles } from "./tiles.js";
 import { VectorTiles } from "./vectortiles.js";
+import { Zones } from "./zones.js";
 
 export class Ground {
   radars = []; // {id, lat, lng}
@@ -54,6 +55,12 @@ export class Ground {
     this.lay();
   }
 
+  /** Zones say their heights in the units that the operator chose. */
+  nameZones() {
+    const { map } = this;
+    if (map.areas) map.areas = map.areas.in(map.picture.frame);
+  }
+
   originate(lat, lng, isRadar) {
     const { picture } = this.map;
     if (picture && (picture.frame.isRadar || !isRadar)) return; // it stays where it is
@@ -73,7 +80,8 @@ export class Ground {
       return { id, x, y };
     });
     for (const [name, collection] of this.collections) {
-      if (map[name]?.geojson !== collection) map[name] = new Shapes(name, collection, frame);
+      if (map[name]?.geojson === collection) continue;
+      map[name] = name === "areas" ? new Zones(collection, frame) : new Shapes(name, collection, frame);
     }
     for (const [name, source] of this.sources) map[name] ??= new Tiles(source, frame);
     map.invalidate();

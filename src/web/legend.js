@@ -41,7 +41,7 @@ const ENTRIES = [
   ["vectors", [["path", "vector", LINE]], "where it will be in 10 s"],
   ["ellipses", [["ellipse", "ellipse", { rx: 7, ry: 4 }]], "it is within, 95 times of 100"],
   ["coverage", [["path", "coverage", LINE]], "a sensor's coverage"],
-  ["areas", [["rect", "area", { x: -6, y: -5, width: 12, height: 10 }]], "zone"],
+  ["areas", [["rect", "area", { x: -6, y: -5, width: 12, height: 10 }]], "zone; red: critical; dashed: not in force now"],
   ["base", [["rect", "base", { x: -6, y: -5, width: 12, height: 10 }]], "base map: water, woods and parks, roads, buildings"],
   ["raw", [["path", "radar-line", { d: "M-3-3 3 3M-3 3 3-3" }]], "radar plot"],
   ["raw", [["rect", "transponder-line", { x: -3, y: -3, width: 6, height: 6 }]], "transponder report"],

@@ -5,7 +5,7 @@ import { drawLabels } from "./labels.js";
 import { palette } from "./palette.js";
 import { Covers, Room } from "./room.js";
 import { change, settings } from "./settings.js";
-import { drawAreas, drawCoverage, drawOverlay } from "./shapes.js";
+import { drawCoverage, drawOverlay } from "./shapes.js";
 import { drawSymbols, drawUncertainty, drawVectors, forgetSymbols, place } from "./symbols.js";
 import { drawTrails } from "./trails.js";
 import { drawTrust } from "./trust.js";
@@ -110,7 +110,7 @@ export class Map2d {
     if (layers.base && this.base) this.base.draw(context, view);
     if (layers.tiles && this.tiles) this.tiles.draw(context, view);
     if (layers.coverage && this.coverage) drawCoverage(context, view, this.coverage);
-    if (layers.areas && this.areas) drawAreas(context, view, this.areas);
+    if (layers.areas && this.areas) this.areas.draw(context, view);
     for (const overlay of this.overlays) drawOverlay(context, view, overlay);
     if (layers.rings && this.picture.frame.isRadar) drawRings(context, view);
     if (layers.base && this.base) this.base.drawNames(context, view);

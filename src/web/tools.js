@@ -2,7 +2,7 @@
 
 import { byId, setText } from "./dom.js";
 import { Measure } from "./measure.js";
-import { ZoneTool } from "./zone.js";
+import { ZoneTool } from "./zonetool.js";
 
 const NOTE_MS = 500; // what is measured from a track changes by itself
 

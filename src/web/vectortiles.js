@@ -5,7 +5,9 @@ import { decode } from "./mvt.js";
 import { palette } from "./palette.js";
 
 const TILE_PX = 512;
-const KEPT = 200;
+const [KEPT_TILES, KEPT_PICTURES] = [200, 100]; // a picture is 1 MB
+const AGAIN_MS = 3000;
+const AT_ONCE = 4; // the rest is asked for when one has come, as far as it is still in sight
 
 /**
  * What is drawn of which layers, from the ground up: by the names of OpenMapTiles and of Protomaps' base map. Of others nothing is
@@ -29,9 +31,10 @@ const MAJOR = ["motorway", "trunk", "primary", "secondary", "highway", "major_ro
 const colour = (name) => palette[`map-${name}`];
 
 export class VectorTiles {
-  tiles = new Map(); // layers by "z/x/y" of the file, the one used last at the end; null while it is asked for
+  tiles = new Map(); // {layers, names} by "z/x/y" of the file; null while it is asked for
   pictures = new Map(); // canvases by "z/x/y" of the screen
   alpha = () => 1; // the colours are the page's own
+  asking = 0;
 
   /** `came` is told whether tiles come, and why not. */
   constructor({ min_zoom, max_zoom }, came) {
@@ -54,47 +57,53 @@ export class VectorTiles {
     const known = this.pictures.get(key);
     if (known) return known;
     const above = Math.max(0, zoom - this.deepest);
-    const layers = this.layers(zoom - above, x >> above, y >> above);
-    if (!layers) return null;
-    const drawn = draw(layers, 2 ** above, x - ((x >> above) << above), y - ((y >> above) << above));
-    keep(this.pictures, key, drawn);
+    const tile = this.tile(zoom - above, x >> above, y >> above);
+    if (!tile) return null;
+    const drawn = draw(tile.layers, 2 ** above, x - ((x >> above) << above), y - ((y >> above) << above));
+    keep(this.pictures, key, drawn, KEPT_PICTURES);
     return drawn;
   }
 
   /** Of the tile under the place: its names, [name, rank, x, y] with x and y from 0 to 1 within the tile. */
   names(zoom, x, y) {
-    if (zoom < this.smallest || zoom > this.deepest) return [];
-    const places = (this.layers(zoom, x, y) ?? []).filter(({ name }) => PLACES.includes(name));
-    return places.flatMap(({ extent, features }) =>
-      features
-        .filter(({ kind, attributes }) => kind === "point" && attributes.name)
-        .map(({ parts: [[px, py]], attributes: { name, rank, population_rank } }) => [String(name), rank ?? -(population_rank ?? 0), px / extent, py / extent]),
-    );
+    return zoom < this.smallest || zoom > this.deepest ? [] : (this.tile(zoom, x, y)?.names ?? []);
   }
 
-  layers(zoom, x, y) {
+  tile(zoom, x, y) {
     const key = `${zoom}/${x}/${y}`;
-    const layers = this.tiles.get(key);
-    if (layers === undefined) this.ask(key, zoom, x, y);
-    return layers ?? null;
+    const tile = this.tiles.get(key);
+    if (tile === undefined && this.asking < AT_ONCE) this.ask(key, zoom, x, y);
+    return tile ?? null;
   }
 
   async ask(key, z, x, y) {
-    keep(this.tiles, key, null);
+    keep(this.tiles, key, null, KEPT_TILES);
+    this.asking += 1;
     try {
       const octets = await getOctets(`basemap?z=${z}&x=${x}&y=${y}`);
-      this.tiles.set(key, decode(octets, (name) => WANTED.has(name)));
+      const layers = decode(octets, (name) => WANTED.has(name));
+      this.tiles.set(key, { layers, names: namesOf(layers) });
+      this.asking -= 1;
       this.came(true);
     } catch (error) {
+      this.asking -= 1;
       this.came(false, error.message);
-      setTimeout(() => this.tiles.delete(key), 3000); // then it may be asked for anew
+      setTimeout(() => this.tiles.delete(key), AGAIN_MS); // then it may be asked for anew
     }
   }
 }
 
-function keep(known, key, value) {
+function namesOf(layers) {
+  return layers.filter(({ name }) => PLACES.includes(name)).flatMap(({ extent, features }) =>
+    features
+      .filter(({ kind, parts, attributes }) => kind === "point" && parts.length && attributes.name)
+      .map(({ parts: [[px, py]], attributes: { name, rank, population_rank } }) => [String(name), rank ?? -(population_rank ?? 0), px / extent, py / extent]),
+  );
+}
+
+function keep(known, key, value, most) {
   known.set(key, value);
-  if (known.size > KEPT) known.delete(known.keys().next().value);
+  if (known.size > most) known.delete(known.keys().next().value);
 }
 
 /** Of the part (across, down) of a tile that is `times` as large as a picture. */

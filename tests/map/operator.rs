@@ -1,7 +1,7 @@
 //! What an operator does with the map beyond looking: names, order, units, filters, watching, measuring, zones and files.
 
 use super::browser::Browser;
-use super::{DRAWN, FUSED_ROW, ROWS, SOON, paused};
+use super::{BADGE, DRAWN, FUSED_ROW, ROWS, SOON, paused};
 
 /// The first row that nobody has identified, and its name.
 const FIRST_NAME: &str = "document.querySelector('#table-body tr:not(.spacer) td.number').textContent";
@@ -45,6 +45,12 @@ fn an_operator_works_with_the_map() {
     distances_are_measured(&mut browser);
     browser.run(CATCH_FILES);
     a_zone_is_saved_and_not_active(&mut browser);
+    // For some seconds of trail.
+    service.order("play");
+    std::thread::sleep(std::time::Duration::from_secs(4));
+    service.order("pause");
+    browser.wait(&format!("{BADGE} === 'REPLAY paused'"), SOON);
+    std::thread::sleep(std::time::Duration::from_secs(2));
     what_is_shown_is_saved(&mut browser);
     assert_eq!(browser.complaints(), Vec::<String>::new(), "errors in the console");
 }
@@ -59,10 +65,11 @@ fn what_nobody_has_identified_is_first_and_short(browser: &mut Browser) {
     browser.wait(&format!("{FUSED_ROW}.cells[1].textContent.length === 5"), SOON);
 }
 
-/// No text on the map lies over another one, but for the two lines of one label, which are 13 pixels apart.
+/// In a frame no text on the map lies over another one, but for the two lines of one label, which are 13 pixels apart.
 fn labels_keep_clear_of_each_other(browser: &mut Browser) {
     let overlaps = "(async () => { \
         const texts = []; \
+        const canvas = document.getElementById('canvas'); \
         const fill = CanvasRenderingContext2D.prototype.fillText; \
         CanvasRenderingContext2D.prototype.fillText = function (text, px, py, ...rest) { \
             const {width} = this.measureText(text); \
@@ -70,9 +77,14 @@ fn labels_keep_clear_of_each_other(browser: &mut Browser) {
             const top = py - {top: 0, middle: 6, bottom: 12}[this.textBaseline]; \
             texts.push([text, left, top, left + width, top + 12]); \
             return fill.call(this, text, px, py, ...rest); }; \
+        const clear = CanvasRenderingContext2D.prototype.fillRect; \
+        CanvasRenderingContext2D.prototype.fillRect = function (...box) { \
+            if (box[2] === canvas.clientWidth) texts.length = 0; \
+            return clear.apply(this, box); }; \
         document.getElementById('zoom-in').click(); \
         for (let frame = 0; frame < 3; frame++) await new Promise(requestAnimationFrame); \
         CanvasRenderingContext2D.prototype.fillText = fill; \
+        CanvasRenderingContext2D.prototype.fillRect = clear; \
         const meet = (a, b) => a[1] < b[3] && b[1] < a[3] && a[2] < b[4] && b[2] < a[4]; \
         const pairs = texts.flatMap((one, i) => texts.slice(i + 1).filter(other => meet(one, other)).map(other => `${one[0]} / ${other[0]}`)); \
         return JSON.stringify({drawn: texts.length, pairs}); })()";
