@@ -12,6 +12,7 @@ const BEYOND_BRACKET_PX = 17;
 const SIDES = 4; // right and left above, right and left below
 const STAY = 2; // trails that a label bears before it changes sides: one that jumps cannot be read
 const LAST_TO_REACH = 1; // of the precedences: selected, alerts, the watch list, and what nobody has identified
+const ANYWHERE = { isFree: () => true, traced: () => 0 }; // a room in which all is free
 const NEAR = [0];
 const FAR = [0, 16, 34]; // pixels further out, with a line to the symbol: for what matters most
 
@@ -51,7 +52,7 @@ export function drawLabels(context, view, placed) {
   }
 }
 
-/** Both lines if there is room, else the name; what matters most also further out; null where nothing fits. */
+/** Both lines if there is room, else the name; what matters most also further out; null where nothing fits, unless it is selected. */
 function spotFor(room, track, place, rank, lines, character) {
   for (const reach of rank <= LAST_TO_REACH ? FAR : NEAR) {
     for (const some of lines.length > 1 ? [lines, lines.slice(0, 1)] : [lines]) {
@@ -59,7 +60,7 @@ function spotFor(room, track, place, rank, lines, character) {
       if (spot) return spot;
     }
   }
-  return null;
+  return track.id === settings.selected ? bestSpot(ANYWHERE, track, place, 0, lines, character) : null;
 }
 
 /** Of the free sides the one with the fewest trails, and rather the one where the label was; null where none is free. */
