@@ -50,7 +50,7 @@ pub fn router(state: ApiState) -> Router {
         router = router.route(route.path, on(method, handler));
     }
     router
-        .merge(super::page::files())
+        .merge(page::files())
         .fallback(async || Problem::not_found("nothing is here; /openapi.json lists what there is"))
         .method_not_allowed_fallback(async || {
             Problem::new(

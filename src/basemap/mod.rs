@@ -46,6 +46,7 @@ impl Basemap {
     /// # Errors
     /// It cannot be read, or is no PMTiles file of gzip or plain vector tiles; the text says which.
     pub fn open(path: &Path) -> io::Result<Self> {
+        #[expect(clippy::disallowed_methods, reason = "the one place that reads base maps")]
         let mut file = File::open(path)?;
         let length = file.metadata()?.len();
         let mut start = [0; Header::LENGTH];

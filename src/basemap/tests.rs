@@ -1,4 +1,3 @@
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 //! A file that the specification's own library wrote, and files that are wrong.
 
 use std::fs;
