@@ -11,6 +11,7 @@
 mod ask;
 mod asyncapi;
 mod auth;
+mod basemap;
 mod client;
 mod conflicts;
 mod correlations;

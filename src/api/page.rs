@@ -21,34 +21,57 @@ const FILES: &[(&str, &str, &str)] = &[
     ("/api/docs.css", "text/css; charset=utf-8", include_str!("docs/docs.css")),
     ("/api/docs.js", JAVASCRIPT, include_str!("docs/docs.js")),
     ("/app.js", JAVASCRIPT, include_str!("../web/app.js")),
+    ("/attention.js", JAVASCRIPT, include_str!("../web/attention.js")),
+    ("/choices.js", JAVASCRIPT, include_str!("../web/choices.js")),
     ("/detail.js", JAVASCRIPT, include_str!("../web/detail.js")),
     ("/dom.js", JAVASCRIPT, include_str!("../web/dom.js")),
+    ("/exports.js", JAVASCRIPT, include_str!("../web/exports.js")),
     ("/failures.js", JAVASCRIPT, include_str!("../web/failures.js")),
+    ("/filter.js", JAVASCRIPT, include_str!("../web/filter.js")),
+    ("/filterpanel.js", JAVASCRIPT, include_str!("../web/filterpanel.js")),
     ("/format.js", JAVASCRIPT, include_str!("../web/format.js")),
     ("/furniture.js", JAVASCRIPT, include_str!("../web/furniture.js")),
     ("/geo.js", JAVASCRIPT, include_str!("../web/geo.js")),
     ("/ground.js", JAVASCRIPT, include_str!("../web/ground.js")),
+    ("/heights.js", JAVASCRIPT, include_str!("../web/heights.js")),
     ("/icon.svg", "image/svg+xml", include_str!("../web/icon.svg")),
     ("/keyboard.js", JAVASCRIPT, include_str!("../web/keyboard.js")),
+    ("/labels.js", JAVASCRIPT, include_str!("../web/labels.js")),
+    ("/legend.js", JAVASCRIPT, include_str!("../web/legend.js")),
     ("/lines.js", JAVASCRIPT, include_str!("../web/lines.js")),
     ("/map.js", JAVASCRIPT, include_str!("../web/map.js")),
+    ("/measure.js", JAVASCRIPT, include_str!("../web/measure.js")),
+    ("/mvt.js", JAVASCRIPT, include_str!("../web/mvt.js")),
+    ("/names.js", JAVASCRIPT, include_str!("../web/names.js")),
     ("/news.js", JAVASCRIPT, include_str!("../web/news.js")),
+    ("/operator.js", JAVASCRIPT, include_str!("../web/operator.js")),
     ("/overlays.js", JAVASCRIPT, include_str!("../web/overlays.js")),
     ("/palette.js", JAVASCRIPT, include_str!("../web/palette.js")),
+    ("/past.js", JAVASCRIPT, include_str!("../web/past.js")),
     ("/picture.js", JAVASCRIPT, include_str!("../web/picture.js")),
+    ("/picturetiles.js", JAVASCRIPT, include_str!("../web/picturetiles.js")),
+    ("/print.js", JAVASCRIPT, include_str!("../web/print.js")),
     ("/raw.js", JAVASCRIPT, include_str!("../web/raw.js")),
     ("/reads.js", JAVASCRIPT, include_str!("../web/reads.js")),
     ("/replay.js", JAVASCRIPT, include_str!("../web/replay.js")),
+    ("/room.js", JAVASCRIPT, include_str!("../web/room.js")),
     ("/sensors.js", JAVASCRIPT, include_str!("../web/sensors.js")),
     ("/settings.js", JAVASCRIPT, include_str!("../web/settings.js")),
     ("/shapes.js", JAVASCRIPT, include_str!("../web/shapes.js")),
+    ("/sprites.js", JAVASCRIPT, include_str!("../web/sprites.js")),
     ("/status.js", JAVASCRIPT, include_str!("../web/status.js")),
     ("/style.css", "text/css; charset=utf-8", include_str!("../web/style.css")),
     ("/symbols.js", JAVASCRIPT, include_str!("../web/symbols.js")),
     ("/table.js", JAVASCRIPT, include_str!("../web/table.js")),
     ("/tiles.js", JAVASCRIPT, include_str!("../web/tiles.js")),
+    ("/tools.js", JAVASCRIPT, include_str!("../web/tools.js")),
+    ("/trails.js", JAVASCRIPT, include_str!("../web/trails.js")),
     ("/trust.js", JAVASCRIPT, include_str!("../web/trust.js")),
+    ("/units.js", JAVASCRIPT, include_str!("../web/units.js")),
+    ("/vectortiles.js", JAVASCRIPT, include_str!("../web/vectortiles.js")),
     ("/view.js", JAVASCRIPT, include_str!("../web/view.js")),
+    ("/zones.js", JAVASCRIPT, include_str!("../web/zones.js")),
+    ("/zonetool.js", JAVASCRIPT, include_str!("../web/zonetool.js")),
 ];
 
 const JAVASCRIPT: &str = "text/javascript; charset=utf-8";
@@ -91,6 +114,11 @@ pub fn files() -> Router<ApiState> {
     FILES.iter().fold(Router::new(), |router, &(path, ..)| {
         router.route(path, get(async move |headers: HeaderMap| serve(path, &headers)))
     })
+}
+
+/// Whether it is one of them. They are many, small and in memory: loading the page takes nothing of a client's requests.
+pub fn is_file(path: &str) -> bool {
+    path != INDEX.0 && SERVED.contains_key(path)
 }
 
 /// The file as the client takes it, or 304 where it has it.

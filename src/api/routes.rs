@@ -13,8 +13,8 @@ pub use super::route::{Parameter, Route};
 use super::shown::{TrackFeature, Tracks};
 use super::tokens::Scope;
 use super::{
-    asyncapi, conflicts, correlations, events, history, integrity, metrics, openapi, page, raw, readsb,
-    replay, service, sites, stream, tracks, uss, websocket,
+    asyncapi, basemap, conflicts, correlations, events, history, integrity, metrics, openapi, page, raw,
+    readsb, replay, service, sites, stream, tracks, uss, websocket,
 };
 
 const FILTER: [Parameter; 13] = [
@@ -143,6 +143,12 @@ const SEEK: [Parameter; 1] = [Parameter::new(
     "RFC 3339 (2026-03-14T09:00:00Z), or a time of day that the recording has once (09:00:00)",
 )
 .needed()];
+
+const TILE: [Parameter; 3] = [
+    Parameter::new("z", "integer", "zoom, 0 to 31").within(0.0, 31.0).needed(),
+    Parameter::new("x", "integer", "column from 180° W, below 2^z").within(0.0, 2_147_483_647.0).needed(),
+    Parameter::new("y", "integer", "row from the north, below 2^z").within(0.0, 2_147_483_647.0).needed(),
+];
 
 const AFTER: [Parameter; 1] =
     [Parameter::new("after", "integer", "last of the answer before; default: everything that is kept")
@@ -294,6 +300,13 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
             "The sensors with their state; sources that are heard and not configured",
             Reply::geo(sites::sensors),
         ),
+        Route::get(
+            "/api/v1/basemap",
+            "A vector tile (MVT) of the base map, Web Mercator; empty where the map has none",
+            Reply::octets::<String>(basemap::TILE, basemap::tile),
+        )
+        .with(&TILE)
+        .or(&[404, 503]),
         Route::get("/api/v1/status", "Health with reasons, latency, counters", Reply::json(service::status)),
         Route::get("/api/v1/info", "Version, site and settings", Reply::json(service::info)),
         Route::get(
