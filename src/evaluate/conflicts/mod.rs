@@ -81,6 +81,9 @@ impl From<&Conflict> for Foreseen {
     }
 }
 
+/// What was foreseen of two tracks, and the drones that they are; `None`: one is none.
+type Told<'a> = (&'a Foreseen, Option<[usize; 2]>);
+
 /// What a flight's conflicts are scored by.
 #[derive(Clone, Copy, Debug)]
 pub struct ConflictFlight<'a> {
@@ -135,7 +138,7 @@ pub fn foresight(flight: &ConflictFlight<'_>) -> Foresight {
     let mut score = Foresight { drone_h: paths.hours(), ..Foresight::default() };
     // What was known of each pair of drones, by time.
     let mut by_pair: BTreeMap<[usize; 2], BTreeMap<Time, Option<Level>>> = BTreeMap::new();
-    let mut by_id: BTreeMap<u64, Vec<(&Foreseen, Option<[usize; 2]>)>> = BTreeMap::new();
+    let mut by_id: BTreeMap<u64, Vec<Told<'_>>> = BTreeMap::new();
     for one in foreseen {
         let pair = owners.pair(one.numbers, one.time);
         if let Some(id) = one.id {
@@ -188,7 +191,7 @@ impl Foresight {
     }
 
     /// One conflict from its beginning to its end.
-    fn count(&mut self, told: &[(&Foreseen, Option<[usize; 2]>)], paths: &Paths<'_>) {
+    fn count(&mut self, told: &[Told<'_>], paths: &Paths<'_>) {
         let levels: Vec<Option<Level>> = told.iter().map(|(one, _)| one.level).collect();
         self.encounters += 1;
         self.changes += levels.windows(2).filter(|two| two[0] != two[1]).count() as u64;
