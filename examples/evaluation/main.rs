@@ -8,6 +8,7 @@
 //! cargo run --release --example evaluation -- --quick --recording 1_4
 //! cargo run --release --example evaluation -- --quick --integrity --seeds 20 --attack drift --attack crossing --each
 //! cargo run --release --example evaluation -- --quick --seeds 6 --lags
+//! cargo run --release --example evaluation -- --quick --seeds 20 --conflicts
 //! ```
 //!
 //! `--quick` writes nothing: it prints a line a scenario of the `operational` profile, of variants of scenarios, of
@@ -18,6 +19,7 @@
 //! names the folder that holds `drone-trial/`. Without them their section is taken over from the file as it stands.
 
 mod asked;
+mod conflicts;
 mod degrade;
 mod demands;
 mod figures;
@@ -82,6 +84,9 @@ struct Args {
     /// Only what it costs, with --quick.
     #[arg(long, requires = "quick")]
     speed: bool,
+    /// Only how well conflicts are foreseen, with --quick.
+    #[arg(long, requires = "quick")]
+    conflicts: bool,
     /// Only how well transponders that lie are found, with --quick.
     #[arg(long, requires = "quick")]
     integrity: bool,
@@ -127,6 +132,11 @@ fn main() -> Result<(), Failure> {
             Ok(())
         }
         Args { integrity: true, .. } => lies(&args),
+        Args { conflicts: true, .. } => {
+            let seeds = args.first_seed..=args.first_seed + args.seeds.unwrap_or(QUICK_SEEDS) - 1;
+            print!("{}", conflicts::table(&conflicts::measure(&seeds, args.threads)?));
+            Ok(())
+        }
         Args { lags: true, .. } => {
             let seeds = args.first_seed..=args.first_seed + args.seeds.unwrap_or(QUICK_SEEDS) - 1;
             print!("{}", lags::table(&lags::measure(seeds, args.threads)?));

@@ -180,6 +180,30 @@ pub struct Assessment {
     pub evidence: Vec<Evidence>,
 }
 
+impl Assessment {
+    /// Nothing is known of it but that it was heard then.
+    pub(crate) fn new(identity: Identity, time: Time) -> Self {
+        Self {
+            identity,
+            number: None,
+            integrity: PointIntegrity {
+                state: State::Unverified,
+                index: 0.0,
+                protection_level_m: None,
+                offset_m: None,
+                reasons: Reasons::default(),
+            },
+            since: time,
+            offset: None,
+            heard: time,
+            is_silent: false,
+            trust: None,
+            twin: None,
+            evidence: Vec::new(),
+        }
+    }
+}
+
 /// What a radar track says of an identity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Evidence {

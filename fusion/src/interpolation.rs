@@ -65,18 +65,18 @@ impl Curve {
         }
     }
 
-    /// The position at `time`, which is between knot `index` and the next.
-    pub(crate) fn between(&self, index: usize, time: Time) -> Vector3<f64> {
+    /// The piece from knot `index` to the next.
+    pub(crate) fn piece(&self, index: usize) -> Piece {
         let (from, to) = (self.knots[index], self.knots[index + 1]);
         let length_s = to.time.seconds_since(from.time);
         let (from_slope, to_slope) = (self.slopes[index], self.slopes[index + 1]);
-        Piece { from, to, length_s, from_slope, to_slope }.at(time)
+        Piece { from, to, length_s, from_slope, to_slope }
     }
 }
 
 /// The cubic between two neighbouring knots.
 #[derive(Clone, Copy, Debug)]
-struct Piece {
+pub(crate) struct Piece {
     from: Knot,
     to: Knot,
     length_s: f64,
@@ -98,8 +98,18 @@ impl Piece {
         }
     }
 
+    /// Whether `time` is between its knots, and not at one of them.
+    pub(crate) fn spans(&self, time: Time) -> bool {
+        self.from.time < time && time < self.to.time
+    }
+
+    /// From its first knot to `time`, and from there to the other one, seconds.
+    pub(crate) fn apart_s(&self, time: Time) -> (f64, f64) {
+        (time.seconds_since(self.from.time), self.to.time.seconds_since(time))
+    }
+
     /// The position at `time`, between the piece's knots.
-    fn at(&self, time: Time) -> Vector3<f64> {
+    pub(crate) fn at(&self, time: Time) -> Vector3<f64> {
         let h = self.length_s;
         let s = time.seconds_since(self.from.time) / h;
         let rest = 1.0 - s;
@@ -186,7 +196,7 @@ mod tests {
                 for index in 1..knots.len() {
                     let time = Time::from_nanos(knots[index - 1].time.nanos().midpoint(knots[index].time.nanos()));
                     if time > knots[index - 1].time {
-                        prop_assert_eq!(Some(curve.between(index - 1, time)), evaluate(knots, time));
+                        prop_assert_eq!(Some(curve.piece(index - 1).at(time)), evaluate(knots, time));
                     }
                 }
             }

@@ -1,6 +1,8 @@
 //! What the engine is told: plots of radars and fixes of transponders, in the site's frame and UTC.
 
+use std::cmp::Ordering;
 use std::fmt;
+use std::ops::Range;
 
 use nalgebra::Vector2;
 
@@ -57,7 +59,8 @@ impl Plot {
 impl Fix {
     /// A fix of a position and nothing else.
     pub fn new(sensor: SensorIndex, identity: Identity, time: Time, position: Enu) -> Self {
-        let items = UasItems { serial_number: identity.serial, ..UasItems::default() };
+        let mut items = UasItems::default();
+        items.serial_number.copy_from_slice(&identity.octets[..COUNTRY.start]);
         Self { sensor, identity, items, time, position, accuracy_m: None, velocity: None, climb_m_s: None }
     }
 }
@@ -72,36 +75,59 @@ impl Fix {
 /// assert_eq!((identity.serial(), identity.country()), (&b"A12"[..], &b"NO"[..]));
 /// assert_eq!(Identity::new(&[b' '; 12], None), None);
 /// ```
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Identity {
-    // Trimmed, then filled with NULs behind, which keeps the order of the octets.
-    serial: [u8; 12],
-    country: [u8; 2],
+    // The serial number, then the country from `COUNTRY` on: each trimmed, then filled with NULs behind, which keeps the order
+    // of the octets. Two words altogether, so that a comparison takes no more than two: identities are looked for in every slot.
+    octets: [u8; 16],
 }
+
+/// Where in an identity's octets the country is; what is behind that is NUL.
+const COUNTRY: Range<usize> = 12..14;
 
 impl Identity {
     /// `None` where the serial number is blank.
     pub fn new(serial: &[u8; 12], country: Option<&[u8; 2]>) -> Option<Self> {
-        let serial = trimmed(serial);
-        (serial[0] != 0).then(|| Self { serial, country: trimmed(country.unwrap_or(&[0; 2])) })
+        let mut octets = [0; 16];
+        octets[..COUNTRY.start].copy_from_slice(&trimmed(serial));
+        octets[COUNTRY].copy_from_slice(&trimmed(country.unwrap_or(&[0; 2])));
+        (octets[0] != 0).then_some(Self { octets })
     }
 
     /// The trimmed serial number.
     pub fn serial(&self) -> &[u8] {
-        let length = self.serial.iter().rposition(|&octet| octet != 0).map_or(0, |last| last + 1);
-        &self.serial[..length]
+        filled(&self.octets[..COUNTRY.start])
     }
 
     /// The trimmed registration country; empty where there is none.
     pub fn country(&self) -> &[u8] {
-        let length = self.country.iter().rposition(|&octet| octet != 0).map_or(0, |last| last + 1);
-        &self.country[..length]
+        filled(&self.octets[COUNTRY])
     }
+}
+
+impl Ord for Identity {
+    #[inline]
+    fn cmp(&self, other: &Self) -> Ordering {
+        u128::from_be_bytes(self.octets).cmp(&u128::from_be_bytes(other.octets))
+    }
+}
+
+impl PartialOrd for Identity {
+    #[inline]
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+/// Without the NULs behind.
+fn filled(octets: &[u8]) -> &[u8] {
+    let length = octets.iter().rposition(|&octet| octet != 0).map_or(0, |last| last + 1);
+    &octets[..length]
 }
 
 impl fmt::Debug for Identity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}/{}", self.serial().escape_ascii(), self.country.escape_ascii())
+        write!(f, "{}/{}", self.serial().escape_ascii(), self.octets[COUNTRY].escape_ascii())
     }
 }
 
@@ -206,7 +232,21 @@ mod tests {
         assert_ne!(identity(b"0A12        ", None), Some(plain));
         assert_ne!(identity(b"A12         ", Some(b"NO")), Some(plain));
         assert_eq!(identity(b" \0          ", Some(b"NO")), None);
-        let longer = identity(b"A12B        ", None).unwrap();
-        assert!(plain < longer && longer < identity(b"B           ", None).unwrap());
+    }
+
+    #[test]
+    fn identities_are_ordered_by_octets() {
+        let identity = |serial, country| Identity::new(serial, country).unwrap();
+        let ordered = [
+            identity(b"A12         ", None),
+            identity(b"A12         ", Some(b"GB")),
+            identity(b"A12         ", Some(b"NO")),
+            identity(b"A12B        ", None),
+            identity(b"A12BCDEFGHI1", Some(b"NO")),
+            identity(b"A12BCDEFGHI2", None),
+            identity(b"B           ", None),
+            identity(b"\xff           ", None),
+        ];
+        assert!(ordered.is_sorted_by(|one, next| one < next));
     }
 }

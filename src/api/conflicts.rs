@@ -44,7 +44,9 @@ pub fn conflicts(ask: &Ask) -> Result<Conflicts, Problem> {
         None | Some("none") => None,
         Some(name) => Some(level(name).ok_or_else(|| Problem::parameter("level", LEVEL))?),
     };
-    let track = ask.query.text("id");
+    // Ids are made of letters, digits, `-`, `.` and `_`; one that nobody has is that of a track that has ended.
+    let is_plain = |id: &String| !id.is_empty() && !id.contains(',');
+    let track = ask.query.value("id", "the id of one track", is_plain)?;
     let rules = ask.state.hub.config.conflicts.rules();
     let volumes = rules.volumes.iter().map(VolumeJson::from).collect();
     let outlook = match latest(ask) {
@@ -65,7 +67,7 @@ pub fn conflicts(ask: &Ask) -> Result<Conflicts, Problem> {
         .conflicts
         .iter()
         .filter(|conflict| conflict.level() >= least)
-        .filter(|conflict| track.is_none_or(|id| conflict.tracks.iter().any(|track| track == id)))
+        .filter(|conflict| track.as_ref().is_none_or(|id| conflict.tracks.contains(id)))
         .collect();
     wanted.sort_by(|one, other| {
         let t_cpa_s = one.found.approach.t_cpa_s.total_cmp(&other.found.approach.t_cpa_s);

@@ -79,7 +79,7 @@ struct CpaJson {
 
 impl From<&Conflict> for ConflictJson {
     fn from(conflict: &Conflict) -> Self {
-        let Conflict { time, found, tracks: [a, b], volume, cpa, integrity } = conflict;
+        let Conflict { time, found, tracks: [a, b], volume, cpa, integrity, .. } = conflict;
         let approach = &found.approach;
         let vertical_m = approach.vertical.map(|(height_m, _)| height_m);
         let height_m2 = approach.vertical.map_or(0.0, |(_, m2)| m2);

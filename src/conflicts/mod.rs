@@ -63,6 +63,8 @@ pub struct Conflict {
     pub found: conflicts::Conflict,
     /// Ids of both tracks.
     pub tracks: [String; 2],
+    /// Their numbers.
+    pub numbers: [u32; 2],
     /// Name of the volume.
     pub volume: String,
     /// Where both are at the closest point of approach; the height is `None` where it is not known.
@@ -148,6 +150,7 @@ impl ConflictWatch {
                 time,
                 found,
                 tracks: tracks.map(|track| maker.track_id(track)),
+                numbers: pair.map(|one| one.key.0),
                 volume: self.conflicts.rules().volumes[found.volume].name.clone(),
                 cpa: pair.map(|one| {
                     let place = maker.place(Enu::from(one.position.0 + one.velocity * t_cpa_s));

@@ -4,6 +4,7 @@
 //! Sans-IO: truth, labels and points in, an [`Evaluation`] out. [`read`] makes them from the octets of files.
 
 mod alone;
+mod conflicts;
 mod counted;
 mod integrity;
 mod judged;
@@ -19,6 +20,7 @@ mod truth;
 mod types;
 
 pub use alone::{InputsAlone, output, output_at, reports};
+pub use conflicts::{Bin, ConflictFlight, Foreseen, Foresight, foresight};
 pub use integrity::{
     Alert, Attack, AttackKind, Clean, Detection, FalseFlag, Flight, Integrity, Jamming, Shown, Uncooperative,
     integrity,

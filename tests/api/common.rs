@@ -15,7 +15,8 @@ use tower::ServiceExt;
 use utm_fusion::api::{ApiState, Options, router, serve};
 use utm_fusion::areas::{AlertAreas, Masks};
 use utm_fusion::capture::{Reception, ReceptionKind};
-use utm_fusion::config::{Config, Profile};
+use utm_fusion::config::{Config, Conflicts, PictureKind, Profile};
+use utm_fusion::conflicts::ConflictWatch;
 use utm_fusion::live::{Alerts, Driver, Hub, HubWriter, LineStatus, Made, PublishedPicture, Status, observe};
 use utm_fusion::picture::PictureMaker;
 use utm_fusion::simulate::{Flight, Scenario, simulate};
@@ -99,6 +100,7 @@ pub(crate) struct Site {
     pub(crate) state: ApiState,
     pub(crate) app: Router,
     flown: &'static Flown,
+    watch: Option<ConflictWatch>,
     next: usize,
 }
 
@@ -133,20 +135,32 @@ impl Site {
         Self::of(flown(), options, change)
     }
 
+    /// The same where conflicts are computed.
+    pub(crate) fn foreseeing(picture: PictureKind) -> Self {
+        Self::of(estimated(), Options::default(), |config| {
+            config.conflicts = Conflicts { enabled: true, picture, ..Conflicts::default() };
+        })
+    }
+
     fn of(flown: &'static Flown, options: Options, change: impl FnOnce(&mut Config)) -> Self {
         let mut config = flown.config.clone();
         change(&mut config);
+        let watch = ConflictWatch::of(&config);
         let (writer, hub) = Hub::new(Arc::new(config), Arc::new(flown.maker.clone()), flown.frames[0].due);
         tokio::spawn(observe(hub.clone(), Alerts::new(AlertAreas::default(), Time::default()), None));
         let state = ApiState::start(hub, options).unwrap();
         // The first slots are empty; most tests want traffic.
-        Self { writer, app: router(state.clone()), state, flown, next: flown.frames.len() / 2 }
+        Self { writer, app: router(state.clone()), state, flown, watch, next: flown.frames.len() / 2 }
     }
 
     /// Publishes so many slots and waits until they are shown.
     pub(crate) async fn publish(&mut self, slots: usize) {
         for _ in 0..slots {
-            self.writer.publish(self.flown.frames[self.next].clone());
+            let frame = self.writer.publish(self.flown.frames[self.next].clone());
+            let watch = self.watch.as_mut();
+            if let Some(outlook) = watch.and_then(|watch| watch.look(&frame, &self.flown.maker)) {
+                self.writer.outlooks.publish(outlook);
+            }
             self.next += 1;
         }
         self.shown(self.flown.frames[self.next - 1].seq).await;

@@ -4,6 +4,7 @@
 
 mod auth;
 mod common;
+mod conflicts;
 mod correlations;
 mod documents;
 mod door;

@@ -194,23 +194,6 @@ async fn status_and_info_tell_what_is_known() {
     assert_eq!((&info["profile"], &info["latency_s"]), (&"reference".into(), &6.25.into()));
 }
 
-/// An empty list could be taken for a clear sky.
-#[tokio::test]
-async fn conflicts_are_said_not_to_be_computed_in_any_profile() {
-    for site in [Site::plain(), Site::operational()] {
-        let conflicts = site.get("/api/v1/conflicts").await.json();
-        assert_eq!(
-            (&conflicts["computed"], &conflicts["conflicts"]),
-            (&false.into(), &serde_json::json!([]))
-        );
-        let reason = conflicts["reason"].as_str().unwrap();
-        assert!(reason.contains("not computed in any profile"), "{reason}");
-        let document = site.get("/openapi.json").await.json();
-        let summary = document["paths"]["/api/v1/conflicts"]["get"]["summary"].as_str().unwrap();
-        assert!(summary.contains("not computed in any profile"), "{summary}");
-    }
-}
-
 #[tokio::test]
 async fn readsb_and_display_data() {
     let mut site = Site::plain();

@@ -19,6 +19,7 @@ use crate::asked::Asked;
 use crate::flights::Failure;
 pub use flights::NAMES;
 use flown::Outcome;
+pub use flown::{configured, labels};
 
 /// Everything that was flown for it.
 pub struct Measured {

@@ -13,7 +13,7 @@ use nalgebra::{Matrix2, Vector2};
 
 use crate::report::SensorIndex;
 use crate::time::Time;
-use row::{Kind, Row};
+use row::{Kind, Leaving, Passage, Row, Sight};
 
 /// Rows begin so far apart, seconds; those of a shifted time.
 const BEGIN_EVERY_S: f64 = 5.0;
@@ -141,10 +141,11 @@ impl Bank {
             self.end_track();
         }
         self.turn_to(look);
+        let (sights, leaving) = (Sight::of_look(look), Leaving::within(dt));
         for row in self.all() {
             match own {
-                Some(own) => row.begin_track(look, own),
-                None => row.take(look, other, dt),
+                Some(own) => row.begin_track(look, &sights, own),
+                None => row.take(look, &sights, other, &leaving),
             }
         }
         self.looked = Some(look.time);
@@ -197,7 +198,7 @@ impl Bank {
         let age = |row: &&Row| (time.seconds_since(row.since) - PROTECTION_S).abs();
         let drifts = self.lies.iter().filter(|row| row.kind == Kind::Drift);
         let (mean, covariance) = drifts.min_by(|a, b| age(a).total_cmp(&age(b)))?.offset(time);
-        Some(RADIUS_95 * covariance.symmetric_eigenvalues().max().max(0.0).sqrt() + mean.norm())
+        Some(RADIUS_95 * longest_m2(&covariance).max(0.0).sqrt() + mean.norm())
     }
 
     /// The last look.
@@ -214,9 +215,10 @@ impl Bank {
             // It may have begun while nobody looked.
             self.begin(self.honest.at);
         }
-        let slow = self.slow;
+        // All rows are at one time.
+        let passage = Passage::between(self.honest.at, look.time, self.slow);
         for row in self.all() {
-            row.turn(look.time, &slow);
+            passage.iter().for_each(|passage| row.turn(passage));
             if radar != Some(look.radar) {
                 row.meet_radar(look);
             }
@@ -279,4 +281,10 @@ impl Bank {
         self.walks.retain(|row| time.seconds_since(row.since) <= WALK_MAX_S);
         self.all().for_each(|row| row.relate(honest));
     }
+}
+
+/// Variance along the longer axis of a covariance's ellipse: its larger eigenvalue.
+fn longest_m2(covariance: &Matrix2<f64>) -> f64 {
+    let (sum, difference) = (covariance.m11 + covariance.m22, covariance.m11 - covariance.m22);
+    0.5 * (sum + difference.hypot(2.0 * covariance.m21))
 }

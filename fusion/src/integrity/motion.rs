@@ -126,7 +126,8 @@ fn other(&[_, moving, hovering]: &[f64; 3]) -> f64 {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Model {
     mean: [f64; 3],
-    covariance: [[f64; 3]; 3],
+    /// Upper half, row by row.
+    covariance: [f64; 6],
 }
 
 impl Model {
@@ -135,13 +136,13 @@ impl Model {
         let slow = step.slow_m * step.slow_m;
         Self {
             mean: [seen_m, 0.0, 0.0],
-            covariance: [[white_m2 + slow, 0.0, -slow], [0.0, rate_m_s * rate_m_s, 0.0], [-slow, 0.0, slow]],
+            covariance: [white_m2 + slow, 0.0, -slow, rate_m_s * rate_m_s, 0.0, slow],
         }
     }
 
     /// Nothing is known of the place any more.
     fn place_anew(&mut self) {
-        self.covariance[0][0] += ANEW_M * ANEW_M;
+        self.covariance[0] += ANEW_M * ANEW_M;
     }
 
     /// A look `dt` seconds later, of which a share `kept` of the slow error lasts.
@@ -154,7 +155,7 @@ impl Model {
         acceleration_m2_s3: f64,
         (dt, kept): (f64, f64),
     ) -> Seen {
-        let Self { mean: [place, rate, slow], covariance: [[pp, pr, ps], [_, rr, rs], [_, _, ss]] } = *self;
+        let Self { mean: [place, rate, slow], covariance: [pp, pr, ps, rr, rs, ss] } = *self;
         let q = acceleration_m2_s3;
         let (place, slow) = (place + dt * rate, slow * kept);
         let pp = pp + 2.0 * dt * pr + dt * dt * rr + q * dt * dt * dt / 3.0;
@@ -167,14 +168,16 @@ impl Model {
         let spread = [pp + ps, pr + rs, ps + ss];
         let variance = spread[0] + spread[2] + white_m2;
         let residual = seen_m - place - slow;
-        let gain = spread.map(|value| value / variance);
+        let gain = [spread[0] / variance, spread[1] / variance, spread[2] / variance];
         self.mean = [place + gain[0] * residual, rate + gain[1] * residual, slow + gain[2] * residual];
-        let prior = [[pp, pr, ps], [pr, rr, rs], [ps, rs, ss]];
-        for (row, values) in prior.iter().enumerate() {
-            for (column, value) in values.iter().enumerate() {
-                self.covariance[row][column] = value - gain[row] * spread[column];
-            }
-        }
+        self.covariance = [
+            pp - gain[0] * spread[0],
+            pr - gain[0] * spread[1],
+            ps - gain[0] * spread[2],
+            rr - gain[1] * spread[1],
+            rs - gain[1] * spread[2],
+            ss - gain[2] * spread[2],
+        ];
         Seen { squared: (residual * residual / variance).min(SQUARED_MAX), variances: TAU * variance }
     }
 }

@@ -57,6 +57,11 @@ pub(crate) struct Finding {
     pub(crate) suspect: Reasons,
     /// Rules that are certain: it has failed.
     pub(crate) failed: Reasons,
+    /// Since when its place has stood still to the octet, while it does: 12 s and five reports at least. It has failed where a
+    /// radar sees it move.
+    pub(crate) still_since: Option<Time>,
+    /// Its last report, where it has fallen silent.
+    pub(crate) silent_since: Option<Time>,
 }
 
 /// Who fell silent at once.
@@ -185,19 +190,8 @@ impl ReportRules {
             finding.failed.insert(Reason::Swapped);
         }
         finding.suspect = finding.suspect.or(finding.failed);
+        finding.silent_since = ledger.silence.is_silent.then_some(ledger.newest);
         finding
-    }
-
-    /// Since when an identity's place has stood still to the octet, while it does: 12 s and five reports at least. It has
-    /// failed where a radar sees it move.
-    pub(crate) fn still_since(&self, identity: Identity) -> Option<Time> {
-        let streams = &self.ledgers.get(&identity)?.streams;
-        streams.iter().filter_map(|stream| stream.still_since(self.deadline)).min()
-    }
-
-    /// Whether an identity has fallen silent, and its last report.
-    pub(crate) fn silent_since(&self, identity: Identity) -> Option<Time> {
-        self.ledgers.get(&identity).filter(|ledger| ledger.silence.is_silent).map(|ledger| ledger.newest)
     }
 
     /// Each identity heard lately, the time of its newest report, where it was, and whether it was heard often enough to be

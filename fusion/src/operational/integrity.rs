@@ -23,14 +23,14 @@ use super::targets::{Target, Targets};
 use super::tracklets::{Tracklet, Tracklets};
 use super::tuning::{DELAY_BETWEEN_TRANSPONDERS_S, DRONE_SPEED_MAX_M_S};
 use crate::integrity::{
-    Action, Assessment, Concern, Delay, HeldWord, Jammed, PointIntegrity, Reason, ReportRules, Trust, Word,
+    Action, Assessment, Concern, Delay, HeldWord, Jammed, Reason, ReportRules, Trust, Word,
 };
 use crate::point::Point;
 use crate::report::{Fix, Identity};
 use crate::slots::Slot;
 use crate::time::Time;
 use choice::{Claim, Claims};
-use judge::Judge;
+use judge::{Judge, Shown};
 use watch::{Curve, SECOND, TakenFor, Watch};
 
 /// A radar track further away than this is not looked at, metres, beside so many deviations of its slow errors.
@@ -63,7 +63,6 @@ pub(super) struct Integrities {
     claims: Claims,
     /// The last second that all were judged in.
     second: Option<i64>,
-    assessments: BTreeMap<Identity, Assessment>,
     twins: Twins,
     /// What operators say, by identity.
     words: BTreeMap<Identity, HeldWord>,
@@ -84,10 +83,10 @@ impl Integrities {
             return;
         }
         self.reports.look(cycle.deadline);
-        if self.claims.turn(cycle.centre + SECOND * -CLAIMED_S, tracklets) {
-            for judge in self.judges.values_mut() {
-                judge.watches.retain(|&id, _| tracklets.get(id).is_some());
-            }
+        self.claims.turn(cycle.centre + SECOND * -CLAIMED_S);
+        for &ended in tracklets.ended() {
+            self.claims.end(ended);
+            self.judges.values_mut().for_each(|judge| _ = judge.watches.remove(&ended));
         }
         self.watch(tracklets, targets, cycle);
         self.settle(tracklets, targets, cycle);
@@ -97,38 +96,46 @@ impl Integrities {
     /// goes by what was seen up to the slot before, so that the order of the transponders does not matter.
     fn watch<'t>(&mut self, tracklets: &'t Tracklets, targets: &Targets, cycle: &Cycle) {
         let settings = cycle.settings;
+        let begin = judge::first_end(cycle) + -SECOND;
         let last = |tracklet: &'t Tracklet| {
-            let plot = tracklet.nearest(cycle.deadline)?;
-            Some((plot.position, tracklet))
+            let lasts = Some(tracklet).filter(|tracklet| tracklet.last() > begin);
+            Some((lasts?.nearest(cycle.deadline)?.position, tracklet))
         };
         let places = Places::of(tracklets.iter().filter_map(last));
         let widest = settings.radars().map(|(_, radar)| radar.track_errors.bias_azimuth).fold(0.0, f64::max);
         let mut seen = Vec::new();
         for target in targets.iter() {
             let Some(transponder) = target.transponder() else { continue };
-            let delay = settings.delay(&transponder.kind()).unwrap_or_default();
             let judge = self.judges.entry(transponder.identity).or_insert_with(|| {
+                let delay = settings.delay(&transponder.kind()).unwrap_or_default();
                 let sigma_s = DELAY_BETWEEN_TRANSPONDERS_S.hypot(delay.sigma_s);
-                Judge::new(cycle.centre, Delay { mean_s: delay.mean_s - delay.applied_s, sigma_s })
+                Judge::new(
+                    transponder.identity,
+                    cycle.centre,
+                    Delay { mean_s: delay.mean_s - delay.applied_s, sigma_s },
+                )
             });
             judge.hear(transponder);
             let pending: Vec<Time> = judge.pending(transponder, cycle).collect();
             let Some(&first) = pending.first() else { continue };
             let jumps = self.reports.finding(transponder.identity).suspect.contains(Reason::Jump);
-            let mut curve = Curve::from(first, transponder, cycle);
+            let Some(mut curve) = Curve::from(first, transponder, cycle) else { continue };
             for end in pending {
                 let Some(place) = curve.turn(end) else { continue };
+                let begin = end + -SECOND;
                 let around_m = AROUND_M + AROUND_SIGMAS * place.0.xy().norm() * widest;
                 let flown_m = DRONE_SPEED_MAX_M_S * cycle.deadline.seconds_since(end);
                 for &(_, tracklet) in places.within(place, around_m + flown_m) {
-                    if tracklet.first() > end || tracklet.last() <= end + -SECOND {
+                    if tracklet.first() > end || tracklet.last() <= begin {
                         continue;
                     }
-                    let Some(radar) = settings.radar(tracklet.key.sensor) else { continue };
-                    let Some(plot) = tracklet.between(end + -SECOND, end).next_back() else { continue };
+                    let Some(plot) = tracklet.last_until(end).filter(|plot| plot.time > begin) else {
+                        continue;
+                    };
                     if (plot.position.0 - place.0).xy().norm() > around_m {
                         continue;
                     }
+                    let Some(radar) = settings.radar(tracklet.key.sensor) else { continue };
                     let taken_for = match tracklet.target() {
                         Some(own) if own == target.id() => TakenFor::Own,
                         Some(other) if targets.get(other).and_then(Target::transponder).is_some() => {
@@ -138,28 +145,28 @@ impl Integrities {
                         None => TakenFor::Nothing,
                     };
                     let watch = judge.watches.entry(tracklet.id).or_insert_with(Watch::new);
-                    if let Some(judged) = watch.look(tracklet, &curve, (taken_for, jumps), radar) {
+                    if let Some(judged) = watch.look(tracklet, &mut curve, (taken_for, jumps), radar) {
                         seen.push((tracklet.id, Claim::of(transponder.identity, judged)));
                     }
                 }
-                judge.weigh(transponder.identity, &self.claims, tracklets);
+                judge.weigh(&self.claims, tracklets);
             }
+            judge.watches.values_mut().for_each(Watch::rest);
         }
         seen.into_iter().for_each(|(tracklet, claim)| self.claims.note(tracklet, claim));
     }
 
     /// The states that follow.
     fn settle(&mut self, tracklets: &Tracklets, targets: &Targets, cycle: &Cycle) {
-        let Self { reports, judges, claims, assessments, words, twins, second, .. } = self;
+        let Self { reports, judges, claims, words, twins, second, .. } = self;
         let rules = &cycle.settings.integrity;
         let now = cycle.centre.nanos().div_euclid(SECOND.as_nanos() as i64);
         let is_next = second.replace(now) != Some(now);
         let is_crowd = judges.len() > JUDGES_MAX;
         judges.retain(|&identity, judge| {
             let is_of_note = !is_crowd && judge.is_of_note() && cycle.centre - judge.heard() <= FORGOTTEN;
-            let is_kept = targets.of_identity(identity).is_some() || is_of_note;
+            let is_kept = is_of_note || targets.of_identity(identity).is_some();
             if !is_kept {
-                assessments.remove(&identity);
                 claims.forget(identity);
             }
             is_kept
@@ -168,15 +175,14 @@ impl Integrities {
         for (&identity, judge) in judges {
             let trust = words.get(&identity).map(|held| held.word.trust);
             let mut finding = reports.finding(identity);
-            let stands = reports.still_since(identity).is_some();
-            if stands && judge.is_seen_moving(tracklets, cycle.centre) {
+            if finding.still_since.is_some() && judge.is_seen_moving(tracklets, cycle.centre) {
                 finding.failed.insert(Reason::Frozen);
             }
             // Where nothing has changed, once a second is enough.
             if is_next || judge.has_news(&finding) {
                 judge.judge(cycle.centre, &finding, trust, rules);
-                assessments.insert(identity, judge.assessment(identity, cycle.centre, trust));
             }
+            judge.set_silent(finding.silent_since);
             if rules.show_twin
                 && let Some((tracklet, motion)) = judge.twin()
                 && let Some(liar) = targets.of_identity(identity)
@@ -242,40 +248,24 @@ impl Integrities {
         if rules.action == Action::Off {
             return Vec::new();
         }
-        let Self { reports, judges, assessments, twins, .. } = self;
-        let mut tracks = BTreeMap::new();
+        let Self { reports, judges, twins, .. } = self;
         for point in points.iter_mut() {
             match point.source.transponder() {
-                Some(part) => _ = tracks.insert(part.identity, (point.number, marks::is_seen(point, cycle))),
+                Some(part) => {
+                    if let Some(judge) = judges.get_mut(&part.identity) {
+                        judge
+                            .show(part, Shown { track: point.number, is_seen: marks::is_seen(point, cycle) });
+                    }
+                }
                 None => marks::note_radar_only(point, judges, twins, tracklets, targets, cycle),
             }
         }
         lost::explain(points, reports, targets, cycle);
-        let mut concerns = Vec::new();
-        for (&identity, known) in &mut *assessments {
-            let silent = reports.silent_since(identity);
-            known.is_silent = silent.is_some();
-            known.twin = judges.get(&identity).and_then(Judge::twin_number);
-            let track = tracks.get(&identity).copied();
-            let PointIntegrity { state, reasons, offset_m, .. } = known.integrity;
-            if state.is_flagged() {
-                let (track, twin) = (track.map(|track| track.0), known.twin);
-                concerns.push(Concern::Integrity { identity, track, twin, state, reasons, offset_m });
-            }
-            if let (Some(heard), Some((track, true))) = (silent, track) {
-                concerns.push(Concern::Silent { identity, track: Some(track), heard });
-            }
-        }
-        for part in points.iter().filter_map(|point| point.source.transponder()) {
-            assessments
-                .get_mut(&part.identity)
-                .into_iter()
-                .for_each(|known| known.number = Some(part.number));
-        }
+        let mut concerns: Vec<Concern> = judges.values_mut().flat_map(Judge::concerns).collect();
         if let Some(Jammed { identities, places, since }) = reports.jammed().cloned() {
             concerns.push(Concern::Jamming { identities, places, since });
         }
-        marks::flag(points, assessments, rules);
+        marks::flag(points, judges, rules);
         concerns
     }
 
@@ -294,7 +284,7 @@ impl Integrities {
         let unexplained: BTreeSet<u32> =
             slot.iter().filter(|point| point.is_unexplained).map(|point| point.number).collect();
         points.iter_mut().for_each(|point| point.is_unexplained = unexplained.contains(&point.number));
-        marks::flag(points, &self.assessments, rules);
+        marks::flag(points, &self.judges, rules);
     }
 
     /// An operator's word, from the slot `since` on.
@@ -317,6 +307,6 @@ impl Integrities {
 
     /// What is known of each identity heard lately.
     pub(super) fn assessments(&self) -> impl Iterator<Item = &Assessment> {
-        self.assessments.values()
+        self.judges.values().map(Judge::known)
     }
 }

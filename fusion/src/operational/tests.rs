@@ -9,6 +9,7 @@ mod now;
 mod publishing;
 mod several_radars;
 pub(super) mod two_drones;
+mod unexplained;
 
 use super::cycle::EARLIEST;
 use super::ids::{TargetId, TrackletId};

@@ -157,6 +157,11 @@ impl Tracklet {
         self.marks.last
     }
 
+    /// The last plot up to `time`.
+    pub(super) fn last_until(&self, time: Time) -> Option<&Plot> {
+        Some(&self.plots[self.count_until(time).checked_sub(1)?].plot)
+    }
+
     /// Time of the last plot before `time`.
     pub(super) fn last_before(&self, time: Time) -> Option<Time> {
         Some(self.plots[self.index(time).checked_sub(1)?].plot.time)
@@ -342,6 +347,8 @@ impl Tracklet {
 pub(super) struct Tracklets {
     all: ById<TrackletId, Tracklet>,
     by_key: BTreeMap<RadarTrackKey, Vec<TrackletId>>,
+    /// Those that were dropped last.
+    ended: Vec<TrackletId>,
     next: u64,
 }
 
@@ -436,17 +443,26 @@ impl Tracklets {
 
     /// Forgets plots before `time`, and drops the tracklets that have no other.
     pub(super) fn forget_before(&mut self, time: Time) {
-        let Self { all, by_key, .. } = self;
+        let Self { all, by_key, ended, .. } = self;
+        ended.clear();
         all.retain(|id, tracklet| {
             let is_left = tracklet.forget_before(time);
-            if !is_left && let Some(ids) = by_key.get_mut(&tracklet.key) {
-                ids.retain(|&known| known != id);
-                if ids.is_empty() {
-                    by_key.remove(&tracklet.key);
+            if !is_left {
+                ended.push(id);
+                if let Some(ids) = by_key.get_mut(&tracklet.key) {
+                    ids.retain(|&known| known != id);
+                    if ids.is_empty() {
+                        by_key.remove(&tracklet.key);
+                    }
                 }
             }
             is_left
         });
+    }
+
+    /// Those that were dropped when plots were forgotten last.
+    pub(super) fn ended(&self) -> &[TrackletId] {
+        &self.ended
     }
 
     /// Forgets targets that have been dropped.

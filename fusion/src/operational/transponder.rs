@@ -9,7 +9,7 @@ use super::tuning::{
     BETWEEN_REPORTS_M_S2, DELAY_BETWEEN_TRANSPONDERS_S, FRESH_SHARE, NOISE_CHANGE_S, SAME_REPORT,
 };
 use crate::frames::Enu;
-use crate::interpolation::{Curve, Knot};
+use crate::interpolation::{Curve, Knot, Piece};
 use crate::learning::{WhiteNoise, likelihoods};
 use crate::numbering::Numbered;
 use crate::point::TransponderPart;
@@ -56,6 +56,56 @@ pub(super) struct TransponderBias {
     pub(super) vertical_m2: f64,
     /// Of the time.
     pub(super) time_s2: f64,
+}
+
+/// A walk along the curve of a transponder: of successive times many are between the same two reports.
+#[derive(Debug)]
+pub(super) struct Walk<'a> {
+    curve: &'a Curve,
+    /// Sigma of the white noise over ground, metres.
+    white_m: f64,
+    /// Reports that are further apart are not connected.
+    max_gap_ns: i64,
+    /// Where it is.
+    piece: Option<Piece>,
+}
+
+impl Walk<'_> {
+    /// Where the transponder was; `None` outside its reports, and between two that are too far apart.
+    pub(super) fn at(&mut self, time: Time) -> Option<OnCurve> {
+        if self.piece.as_ref().is_none_or(|piece| !piece.spans(time)) {
+            match self.find(time)? {
+                Found::Between(piece) => self.piece = Some(piece),
+                Found::At(position) => return Some(OnCurve { position, sigma_m: self.white_m }),
+            }
+        }
+        let piece = self.piece.as_ref()?;
+        let (since_s, until_s) = piece.apart_s(time);
+        let between_m = 0.5 * BETWEEN_REPORTS_M_S2 * since_s * until_s;
+        Some(OnCurve { position: Enu::from(piece.at(time)), sigma_m: between_m.hypot(self.white_m) })
+    }
+
+    fn find(&self, time: Time) -> Option<Found> {
+        let knots = self.curve.knots();
+        if knots.len() < 2 {
+            return None;
+        }
+        let after = knots.partition_point(|knot| knot.time < time);
+        let next = knots.get(after)?;
+        if next.time == time {
+            return Some(Found::At(Enu::from(next.position)));
+        }
+        let index = after.checked_sub(1)?;
+        let is_apart = next.time.nanos() - knots[index].time.nanos() > self.max_gap_ns;
+        (!is_apart).then(|| Found::Between(self.curve.piece(index)))
+    }
+}
+
+/// Where on the curve a time is.
+enum Found {
+    /// At a report.
+    At(Enu),
+    Between(Piece),
 }
 
 impl Transponder {
@@ -160,25 +210,13 @@ impl Transponder {
 
     /// Where it was; `None` outside its reports, and between two that are too far apart.
     pub(super) fn on_curve(&self, time: Time, settings: &Settings) -> Option<OnCurve> {
+        self.walk(settings)?.at(time)
+    }
+
+    /// A walk along its curve.
+    pub(super) fn walk(&self, settings: &Settings) -> Option<Walk<'_>> {
         let [white_m, _] = self.white_m(settings.transponder(self.sensor)?);
-        let knots = self.curve.knots();
-        if knots.len() < 2 {
-            return None;
-        }
-        let after = knots.partition_point(|knot| knot.time < time);
-        let next = knots.get(after)?;
-        let (mut position, mut between_m) = (next.position, 0.0);
-        if next.time != time {
-            let index = after.checked_sub(1)?;
-            let before = &knots[index];
-            if next.time.nanos() - before.time.nanos() > settings.max_gap_ns {
-                return None;
-            }
-            between_m =
-                0.5 * BETWEEN_REPORTS_M_S2 * time.seconds_since(before.time) * next.time.seconds_since(time);
-            position = self.curve.between(index, time);
-        }
-        Some(OnCurve { position: Enu::from(position), sigma_m: between_m.hypot(white_m) })
+        Some(Walk { curve: &self.curve, white_m, max_gap_ns: settings.max_gap_ns, piece: None })
     }
 
     /// Its bias, by what it states of its accuracy (I129/110), else by the receiver's configuration.

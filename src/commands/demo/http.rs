@@ -31,6 +31,7 @@ pub fn serve(
     ports.lead(&mut first);
     let mut config = first.config.clone();
     config.http.listen = http;
+    config.conflicts.enabled = true;
     let config = Arc::new(config);
     runtime(2)?.block_on(async {
         let mut signals = Signals::listen()?;

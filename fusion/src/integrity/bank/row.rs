@@ -84,6 +84,41 @@ struct Track {
     saved: (SVector<f64, STATES>, SMatrix<f64, STATES, STATES>),
 }
 
+/// A passage of time: the same for all rows.
+pub(super) struct Passage {
+    until: Time,
+    /// Seconds.
+    dt: f64,
+    /// The slow errors of the radar track that was looked at, and the share of them that lasts; that of an honest offset.
+    slow: Slow,
+    slow_kept: f64,
+    honest_kept: f64,
+}
+
+impl Passage {
+    /// `None` where no time passes.
+    pub(super) fn between(from: Time, until: Time, slow: Slow) -> Option<Self> {
+        let dt = until.seconds_since(from);
+        let kept = |lasts_s: f64| (-dt / lasts_s).exp();
+        let (slow_kept, honest_kept) = (kept(slow.lasts_s), kept(HONEST_LASTS_S));
+        (dt > 0.0).then_some(Self { until, dt, slow, slow_kept, honest_kept })
+    }
+}
+
+/// Natural logarithms of the probabilities that a radar track leaves its aircraft from one look to the next, and that it stays.
+pub(super) struct Leaving {
+    leaves: f64,
+    stays: f64,
+}
+
+impl Leaving {
+    /// Within so many seconds.
+    pub(super) fn within(dt: f64) -> Self {
+        let leaves = (dt / LEAVES_AFTER_S).min(0.5);
+        Self { leaves: leaves.ln(), stays: (1.0 - leaves).ln() }
+    }
+}
+
 impl Row {
     pub(super) fn honest(time: Time, delay: Delay) -> Self {
         let mut row = Self {
@@ -126,21 +161,16 @@ impl Row {
         }
     }
 
-    /// The state at that time.
-    pub(super) fn turn(&mut self, time: Time, slow: &Slow) {
-        let dt = time.seconds_since(self.at);
-        if dt <= 0.0 {
-            return;
-        }
-        self.at = time;
-        let kept = (-dt / slow.lasts_s).exp();
-        self.fade(SLOW, kept, slow.range_m);
-        self.fade(SLOW + 1, kept, slow.azimuth);
+    /// The state after that passage of time.
+    pub(super) fn turn(&mut self, passage: &Passage) {
+        let Passage { until, dt, slow, slow_kept, honest_kept } = *passage;
+        self.at = until;
+        self.fade(SLOW, slow_kept, slow.range_m);
+        self.fade(SLOW + 1, slow_kept, slow.azimuth);
         match self.kind {
             Kind::Honest | Kind::Late => {
-                let kept = (-dt / HONEST_LASTS_S).exp();
                 for axis in 0..2 {
-                    self.fade(OFFSET + axis, kept, HONEST_M);
+                    self.fade(OFFSET + axis, honest_kept, HONEST_M);
                 }
             }
             Kind::Walk | Kind::Drift | Kind::Jump => self.drift(dt),
@@ -201,22 +231,21 @@ impl Row {
     }
 
     /// Begins to look at another radar track, that is the aircraft's own with probability `own` before it is looked at.
-    pub(super) fn begin_track(&mut self, look: &Look, own: f64) {
-        let place = self.place(look);
+    pub(super) fn begin_track(&mut self, look: &Look, sights: &[Sight; 2], own: f64) {
+        let place = self.place(look, sights);
         let saved = (self.mean, self.covariance);
         let (own, other) = (own.ln() + place, (1.0 - own).ln());
         self.track = Some(Track { own, other, either: sum(own, other), saved });
-        self.observe(look, 0);
-        self.observe(look, 1);
+        self.observe(look, sights, 0);
+        self.observe(look, sights, 1);
     }
 
-    /// Takes in the next look at it, `dt` seconds later. `other`: log-likelihood of the look if it is another aircraft.
-    pub(super) fn take(&mut self, look: &Look, other: f64, dt: f64) {
-        let observed = self.observe(look, 0) + self.observe(look, 1);
+    /// Takes in the next look at it. `other`: log-likelihood of the look if it is another aircraft.
+    pub(super) fn take(&mut self, look: &Look, sights: &[Sight; 2], other: f64, leaving: &Leaving) {
+        let observed = self.observe(look, sights, 0) + self.observe(look, sights, 1);
         let Some(track) = &mut self.track else { return };
-        let leaves = (dt / LEAVES_AFTER_S).min(0.5);
-        track.other = sum(track.other, track.own + leaves.ln());
-        track.own += (1.0 - leaves).ln() + (observed - other).clamp(LOOK_ADDS[0], LOOK_ADDS[1]);
+        track.other = sum(track.other, track.own + leaving.leaves);
+        track.own += leaving.stays + (observed - other).clamp(LOOK_ADDS[0], LOOK_ADDS[1]);
         track.either = sum(track.own, track.other);
         if track.own - track.other > SURELY_OWN {
             track.saved = (self.mean, self.covariance);
@@ -252,8 +281,7 @@ impl Row {
     }
 
     /// How much likelier the place is for the aircraft itself than for one somewhere around.
-    fn place(&self, look: &Look) -> f64 {
-        let sights = [0, 1].map(|axis| Sight::along(look, axis));
+    fn place(&self, look: &Look, sights: &[Sight; 2]) -> f64 {
         let mut expected = Matrix2::zeros();
         let mut elsewhere = Matrix2::zeros();
         let apart = Vector2::from_fn(|axis, _| look.offset_m[axis] - sights[axis].of(&self.mean));
@@ -270,8 +298,8 @@ impl Row {
     }
 
     /// Takes one axis of a look in; the logarithm of its likelihood.
-    pub(super) fn observe(&mut self, look: &Look, axis: usize) -> f64 {
-        let sight = Sight::along(look, axis);
+    pub(super) fn observe(&mut self, look: &Look, sights: &[Sight; 2], axis: usize) -> f64 {
+        let sight = &sights[axis];
         let spread = sight.spread(&self.covariance);
         let variance = sight.of(&spread) + look.white_m2[axis];
         let sigma = variance.sqrt();
@@ -318,9 +346,14 @@ fn sum(one: f64, other: f64) -> f64 {
 
 /// What the states add to the offset of a plot from the transponder's curve along one axis: those that add something, and by
 /// how much.
-struct Sight([(usize, f64); 5]);
+pub(super) struct Sight([(usize, f64); 5]);
 
 impl Sight {
+    /// Of a look: the same for all rows.
+    pub(super) fn of_look(look: &Look) -> [Self; 2] {
+        [Self::along(look, 0), Self::along(look, 1)]
+    }
+
     fn along(look: &Look, axis: usize) -> Self {
         let along = look.axes[axis];
         let arm = if axis == 0 { 1.0 } else { look.range_m };

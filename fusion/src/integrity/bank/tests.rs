@@ -1,10 +1,10 @@
 //! The bank on flights that are written down, and its filter against the density of all looks at once.
 
-use nalgebra::{DMatrix, DVector, Vector2};
+use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use proptest::prelude::*;
 
-use super::row::Row;
-use super::{Bank, Delay, Look, Slow};
+use super::row::{Passage, Row, Sight};
+use super::{Bank, Delay, Look, Slow, longest_m2};
 use crate::report::SensorIndex;
 use crate::time::Time;
 
@@ -64,8 +64,9 @@ fn an_honest_row_is_the_density_of_all_its_looks() {
     row.meet_track(&looks[0]);
     let mut filtered = 0.0;
     for look in &looks {
-        row.turn(look.time, &SLOW);
-        filtered += row.observe(look, 0) + row.observe(look, 1);
+        Passage::between(row.at, look.time, SLOW).iter().for_each(|passage| row.turn(passage));
+        let sights = Sight::of_look(look);
+        filtered += row.observe(look, &sights, 0) + row.observe(look, &sights, 1);
     }
     // The same from the covariance of every look with every other: exponentials of the time between them.
     let all: Vec<(&Look, usize)> = looks.iter().flat_map(|look| [(look, 0), (look, 1)]).collect();
@@ -166,6 +167,19 @@ fn late_stamps_are_told_from_a_place_that_is_off() {
 fn without_a_look_any_lie_could_hide() {
     let bank = Bank::new(at(0.0), DELAY);
     assert_eq!((bank.protection_level_m(at(1.0)), bank.late_index(), bank.index()), (None, None, 0.0));
+}
+
+proptest! {
+    #[test]
+    fn the_longer_axis_is_the_larger_eigenvalue(
+        (east_m, north_m) in (0.1..200.0_f64, 0.1..200.0_f64),
+        correlation in -0.99..0.99_f64,
+    ) {
+        let across = correlation * east_m * north_m;
+        let covariance = Matrix2::new(east_m * east_m, across, across, north_m * north_m);
+        let expected = covariance.symmetric_eigenvalues().max();
+        prop_assert!((longest_m2(&covariance) / expected - 1.0).abs() < 1e-12);
+    }
 }
 
 proptest! {

@@ -55,7 +55,7 @@ impl Stream {
 
     /// Adds what its rules find at the deadline.
     pub(super) fn tell(&self, deadline: Time, finding: &mut Finding) {
-        let Finding { suspect, failed } = finding;
+        let Finding { suspect, failed, still_since, .. } = finding;
         if self.jump.holds(deadline) {
             suspect.insert(Reason::Jump);
         }
@@ -71,16 +71,13 @@ impl Stream {
         if self.replay.holds() && self.is_heard(deadline) {
             failed.insert(Reason::Replay);
         }
+        let stands = self.frozen.still_since().filter(|_| self.is_heard(deadline));
+        *still_since = still_since.iter().copied().chain(stands).min();
     }
 
     /// Whether it sends what was sent before.
     pub(super) fn is_replay(&self) -> bool {
         self.replay.holds()
-    }
-
-    /// Since when its place has stood still to the octet, while it is heard and does.
-    pub(super) fn still_since(&self, deadline: Time) -> Option<Time> {
-        self.frozen.still_since().filter(|_| self.is_heard(deadline))
     }
 
     fn is_heard(&self, deadline: Time) -> bool {

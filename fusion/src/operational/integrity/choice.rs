@@ -75,12 +75,14 @@ pub(super) struct Claims {
 }
 
 impl Claims {
-    /// A slot begins: claims count from `since` on. Whether a radar track has ended that was claimed.
-    pub(super) fn turn(&mut self, since: Time, tracklets: &Tracklets) -> bool {
+    /// A slot begins: claims count from `since` on.
+    pub(super) fn turn(&mut self, since: Time) {
         self.since = Some(since);
-        let before = self.all.len();
-        self.all.retain(|&tracklet, _| tracklets.get(tracklet).is_some());
-        self.all.len() < before
+    }
+
+    /// A radar track has ended.
+    pub(super) fn end(&mut self, tracklet: TrackletId) {
+        self.all.remove(&tracklet);
     }
 
     /// A radar track as seen from a transponder.
@@ -97,7 +99,7 @@ impl Claims {
         self.all.values_mut().for_each(|claims| claims.retain(|claim| claim.identity != identity));
     }
 
-    fn of(&self, tracklet: TrackletId) -> impl Iterator<Item = &Claim> {
+    fn of(&self, tracklet: TrackletId) -> impl Iterator<Item = &Claim> + Clone {
         let claims = self.all.get(&tracklet).into_iter().flatten();
         claims.filter(|claim| self.since.is_some_and(|since| claim.time >= since))
     }
@@ -114,7 +116,8 @@ impl Claims {
         let is_near = judged.is_near() || judged.is_loyal;
         // The pair's, else the nearest one's.
         let nearer = |best: &'_ Claim, other: &Claim| other.nearness.is_less(&best.nearness);
-        let near = self.of(tracklet).filter(|claim| claim.is_near);
+        let claims = self.of(tracklet);
+        let near = claims.clone().filter(|claim| claim.is_near);
         let nearest = near.reduce(|best, other| if nearer(best, other) { other } else { best });
         let another = nearest.filter(|claim| claim.identity != identity);
         match another {
@@ -122,21 +125,21 @@ impl Claims {
             _ if judged.is_pair() => Some(Own::Pair),
             _ if !is_drone(tracklet, tracklets) => None,
             _ if is_near => Some(Own::Near),
-            _ if is_current || self.is_far(tracklet, identity, judged) => Some(Own::Far),
+            _ if is_current || is_far(claims, identity, judged) => Some(Own::Far),
             _ => None,
         }
     }
+}
 
-    /// Whether a radar track that is nobody's flies as this transponder does, and as no other.
-    fn is_far(&self, tracklet: TrackletId, identity: Identity, judged: &Judged) -> bool {
-        let others = self.of(tracklet).filter(|claim| claim.identity != identity);
-        let other = others.map(|other| other.motion).fold(f64::NEG_INFINITY, f64::max);
-        let is_level = judged.second.height_m.is_none_or(|height_m| height_m.abs() < FAR_HEIGHT_M);
-        judged.taken_for != TakenFor::Another
-            && judged.motion > FAR_MOTION
-            && judged.motion > other + FAR_LEAD
-            && is_level
-    }
+/// Whether a radar track that is nobody's flies as this transponder does, and as no other.
+fn is_far<'a>(claims: impl Iterator<Item = &'a Claim>, identity: Identity, judged: &Judged) -> bool {
+    let others = claims.filter(|claim| claim.identity != identity);
+    let other = others.map(|other| other.motion).fold(f64::NEG_INFINITY, f64::max);
+    let is_level = judged.second.height_m.is_none_or(|height_m| height_m.abs() < FAR_HEIGHT_M);
+    judged.taken_for != TakenFor::Another
+        && judged.motion > FAR_MOTION
+        && judged.motion > other + FAR_LEAD
+        && is_level
 }
 
 /// Whether the radar takes it for a drone.

@@ -5,18 +5,22 @@ use std::collections::{BTreeSet, VecDeque};
 use super::choice::{Claims, Own};
 use super::watch::{Judged, SECOND, Watch, Watches};
 use crate::integrity::{
-    Assessment, Bank, Delay, Evidence, Finding, IntegrityRules, PointIntegrity, Reason, Reasons, State, Trust,
+    Assessment, Bank, Concern, Delay, Evidence, Finding, IntegrityRules, PointIntegrity, Reason, Reasons,
+    State, Trust,
 };
 use crate::operational::cycle::Cycle;
 use crate::operational::ids::{TargetId, TrackletId};
 use crate::operational::tracklets::Tracklets;
 use crate::operational::transponder::Transponder;
+use crate::point::TransponderPart;
 use crate::report::{Identity, RadarTrackKey};
 use crate::time::Time;
 use jiff::SignedDuration;
 
 /// Plots come within this after they were made.
 const PLOTS_COME_WITHIN: SignedDuration = SignedDuration::from_secs(1);
+/// A second is looked at no later than this after it has been decided, seconds.
+const LATE_SECONDS: i32 = 5;
 /// How a radar track has flown before it is weighed counts no more than this, natural logarithm.
 const MOTION_MAX: f64 = 6.0;
 /// A radar track so far away is elsewhere, squared deviations.
@@ -51,6 +55,12 @@ pub(super) struct Judge {
     evidence: VecDeque<Evidence>,
     state: State,
     since: Time,
+    /// What was made of it when it was judged last, and what is published of it.
+    known: Assessment,
+    /// Its last report, where it has fallen silent.
+    silent: Option<Time>,
+    /// Its point in the slot.
+    shown: Option<Shown>,
     reasons: Reasons,
     /// Since when nothing speaks against it any more.
     quiet: Option<Time>,
@@ -69,6 +79,26 @@ pub(super) struct Judge {
     others: BTreeSet<TargetId>,
 }
 
+/// The point of an identity in a slot.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shown {
+    /// Its track number.
+    pub(super) track: u32,
+    /// Whether a radar sees it then.
+    pub(super) is_seen: bool,
+}
+
+/// The last whole second.
+fn whole(time: Time) -> Time {
+    let length = SECOND.as_nanos() as i64;
+    Time::from_nanos(time.nanos().div_euclid(length) * length)
+}
+
+/// The end of the first second that can be looked at now.
+pub(super) fn first_end(cycle: &Cycle) -> Time {
+    whole(cycle.centre) + SECOND * -LATE_SECONDS
+}
+
 /// The radar track that is evidence now.
 #[derive(Clone, Copy, Debug)]
 struct Current {
@@ -80,7 +110,7 @@ struct Current {
 }
 
 impl Judge {
-    pub(super) fn new(time: Time, delay: Delay) -> Self {
+    pub(super) fn new(identity: Identity, time: Time, delay: Delay) -> Self {
         Self {
             bank: Bank::new(time, delay),
             watches: Watches::new(),
@@ -88,6 +118,9 @@ impl Judge {
             evidence: VecDeque::new(),
             state: State::Unverified,
             since: time,
+            known: Assessment::new(identity, time),
+            silent: None,
+            shown: None,
             reasons: Reasons::default(),
             quiet: None,
             index: 0.0,
@@ -106,20 +139,18 @@ impl Judge {
         transponder: &Transponder,
         cycle: &Cycle,
     ) -> impl Iterator<Item = Time> + use<> {
-        let length = SECOND.as_nanos() as i64;
-        let whole = |time: Time| Time::from_nanos(time.nanos().div_euclid(length) * length);
         let received = cycle.deadline + -PLOTS_COME_WITHIN;
         let heard = transponder.last_heard().unwrap_or(cycle.centre).min(received);
         let until = whole(heard.max(cycle.centre));
-        let first =
-            self.looked.map_or(until, |looked| looked + SECOND).max(whole(cycle.centre) + SECOND * -5);
+        let first = self.looked.map_or(until, |looked| looked + SECOND).max(first_end(cycle));
         self.looked = self.looked.max(Some(until));
-        let count = (until.nanos() - first.nanos()).div_euclid(length) + 1;
+        let count = (until.nanos() - first.nanos()).div_euclid(SECOND.as_nanos() as i64) + 1;
         (0..count.max(0)).map(move |index| first + SECOND * index as i32)
     }
 
     /// Weighs the looks at the radar track that is the likeliest to be its own.
-    pub(super) fn weigh(&mut self, identity: Identity, claims: &Claims, tracklets: &Tracklets) {
+    pub(super) fn weigh(&mut self, claims: &Claims, tracklets: &Tracklets) {
+        let identity = self.known.identity;
         let current = self.current.map(|current| current.tracklet);
         let stays = self.bank.is_own();
         let candidates = self.watches.iter().filter_map(|(&id, watch)| {
@@ -197,6 +228,7 @@ impl Judge {
     ) {
         self.is_weighed_anew = false;
         let index = self.index;
+        let level_m = self.bank.protection_level_m(time);
         let is_off = || self.bank.offset(time).is_some_and(|(offset, _)| offset.norm() > OFFSET_MIN_M);
         let mut reasons = finding.suspect.or(finding.failed);
         if index > rules.on && is_off() {
@@ -212,7 +244,7 @@ impl Judge {
         let found = match () {
             () if !finding.failed.is_empty() || is_twofold => State::Failed,
             () if !reasons.is_empty() => State::Suspect,
-            () => self.unflagged(time, rules),
+            () => self.unflagged(time, level_m, rules),
         };
         self.settle(found, reasons, time, rules);
         match trust {
@@ -220,17 +252,13 @@ impl Judge {
             Some(Trust::Distrusted) => self.enter(State::Failed, time),
             _ => {}
         }
+        self.known = self.assessment(time, level_m, trust);
     }
 
-    fn unflagged(&self, time: Time, rules: &IntegrityRules) -> State {
+    fn unflagged(&self, time: Time, level_m: Option<f64>, rules: &IntegrityRules) -> State {
         let is_looked_at = self.bank.looked().is_some_and(|last| time.seconds_since(last) < VERIFY_LASTS_S);
-        let is_bounded =
-            || self.bank.protection_level_m(time).is_some_and(|level_m| level_m <= rules.alert_limit_m);
-        if is_looked_at && self.index < rules.off && is_bounded() {
-            State::Verified
-        } else {
-            State::Unverified
-        }
+        let is_bounded = level_m.is_some_and(|level_m| level_m <= rules.alert_limit_m);
+        if is_looked_at && self.index < rules.off && is_bounded { State::Verified } else { State::Unverified }
     }
 
     /// A flag lasts until evidence says that it is over.
@@ -332,19 +360,48 @@ impl Judge {
         self.twin_number = Some(number);
     }
 
+    /// Whether it has fallen silent: its last report.
+    pub(super) fn set_silent(&mut self, silent: Option<Time>) {
+        self.silent = silent;
+    }
+
+    /// It has a point in the slot.
+    pub(super) fn show(&mut self, part: &TransponderPart, shown: Shown) {
+        self.known.number = Some(part.number);
+        self.shown = Some(shown);
+    }
+
+    /// What is wrong with it at the slot, with the points that were shown.
+    pub(super) fn concerns(&mut self) -> impl Iterator<Item = Concern> + use<> {
+        let (shown, twin) = (self.shown.take(), self.twin_number());
+        (self.known.is_silent, self.known.twin) = (self.silent.is_some(), twin);
+        let Assessment { identity, integrity, .. } = self.known;
+        let PointIntegrity { state, reasons, offset_m, .. } = integrity;
+        let track = shown.map(|shown| shown.track);
+        let lies = Concern::Integrity { identity, track, twin, state, reasons, offset_m };
+        let is_seen = shown.is_some_and(|shown| shown.is_seen);
+        let silent = self.silent.filter(|_| is_seen);
+        let silent = silent.map(|heard| Concern::Silent { identity, track, heard });
+        state.is_flagged().then_some(lies).into_iter().chain(silent)
+    }
+
     /// What is known of it.
-    pub(super) fn assessment(&self, identity: Identity, time: Time, trust: Option<Trust>) -> Assessment {
+    pub(super) fn known(&self) -> &Assessment {
+        &self.known
+    }
+
+    fn assessment(&self, time: Time, level_m: Option<f64>, trust: Option<Trust>) -> Assessment {
         let is_flagged = self.state.is_flagged();
         let is_off = is_flagged && self.index > 0.0;
         let offset = is_off.then(|| self.bank.offset(time)).flatten();
         let by_radar = self.reasons.contains(Reason::Radar);
         Assessment {
-            identity,
+            identity: self.known.identity,
             number: None,
             integrity: PointIntegrity {
                 state: self.state,
                 index: self.index,
-                protection_level_m: self.bank.protection_level_m(time),
+                protection_level_m: level_m,
                 offset_m: offset.filter(|_| by_radar).map(|(offset, _)| offset.norm()),
                 reasons: if is_flagged { self.reasons } else { Reasons::default() },
             },

@@ -29,10 +29,10 @@ struct Lost {
 
 /// Takes off the points that nothing explains what each of those that are not heard does: one, the likeliest.
 pub(super) fn explain(points: &mut [Point], reports: &ReportRules, targets: &Targets, cycle: &Cycle) {
-    if points.iter().all(|point| !point.is_unexplained) {
-        return;
+    let unexplained = points.iter().filter(|point| point.is_unexplained);
+    if let Some(newest) = unexplained.map(|point| point.first_seen).max() {
+        assign(points, all(newest, reports, targets, cycle));
     }
-    assign(points, all(reports, targets, cycle));
 }
 
 fn assign(points: &mut [Point], all: impl Iterator<Item = Lost>) {
@@ -46,32 +46,40 @@ fn assign(points: &mut [Point], all: impl Iterator<Item = Lost>) {
     }
 }
 
-/// Those that are not heard at the slot.
-fn all(reports: &ReportRules, targets: &Targets, cycle: &Cycle) -> impl Iterator<Item = Lost> {
-    reports.newest().filter_map(|(identity, heard, place, is_known)| {
+/// Those that are not heard at the slot, but for those that were heard elsewhere when the newest aircraft was seen first.
+fn all(newest: Time, reports: &ReportRules, targets: &Targets, cycle: &Cycle) -> impl Iterator<Item = Lost> {
+    reports.newest().filter_map(move |(identity, heard, place, is_known)| {
         let away_s = cycle.centre.seconds_since(heard).abs();
         if away_s >= LOST_S {
             return None;
         }
         let target = targets.of_identity(identity).and_then(|id| targets.get(id));
-        if target.is_some_and(|target| target.on_curve(cycle.centre, cycle.settings).is_some()) {
+        // The end of a gap may be known already.
+        let until = |target: &Target| target.transponder()?.last_until(cycle.centre);
+        let heard = target.map_or((heard <= cycle.centre).then_some(heard), until).filter(|_| is_known);
+        // Most are heard all the time: where they would be is not worked out for nothing.
+        if heard.is_some_and(|heard| is_another(newest, heard))
+            || target.is_some_and(|target| target.on_curve(cycle.centre, cycle.settings).is_some())
+        {
             return None;
         }
         let (place, covariance) = match target.and_then(|target| target.estimate(cycle.centre)) {
             Some(estimate) => (estimate.position.0.xy(), estimate.horizontal),
             None => (place.0.xy(), Matrix2::identity() * (AWAY_M_S * away_s).powi(2)),
         };
-        // The end of a gap may be known already.
-        let until = |target: &Target| target.transponder()?.last_until(cycle.centre);
-        let heard = target.map_or((heard <= cycle.centre).then_some(heard), until).filter(|_| is_known);
         Some(Lost { heard, place, covariance })
     })
+}
+
+/// Whether what was seen first then is another one than who was heard last at `heard`.
+fn is_another(first_seen: Time, heard: Time) -> bool {
+    first_seen.seconds_since(heard) < -BEFORE_S
 }
 
 impl Lost {
     /// How far an aircraft is from where it would be, in deviations; `None`: it is another one.
     fn sigmas(&self, point: &Point) -> Option<f64> {
-        if self.heard.is_some_and(|heard| point.first_seen.seconds_since(heard) < -BEFORE_S) {
+        if self.heard.is_some_and(|heard| is_another(point.first_seen, heard)) {
             return None;
         }
         let own = point.estimate.map_or_else(Matrix2::zeros, |estimate| estimate.horizontal);

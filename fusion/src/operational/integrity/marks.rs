@@ -43,17 +43,13 @@ pub(super) fn note_radar_only(
 }
 
 /// Marks the points of transponders, and those that are at odds with them.
-pub(super) fn flag(
-    points: &mut [Point],
-    assessments: &BTreeMap<Identity, Assessment>,
-    rules: &IntegrityRules,
-) {
+pub(super) fn flag(points: &mut [Point], judges: &BTreeMap<Identity, Judge>, rules: &IntegrityRules) {
     let mut disputes: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     let shown: Vec<(u32, bool)> =
         points.iter().map(|point| (point.number, matches!(point.source, Source::Radar(_)))).collect();
     for point in points.iter_mut() {
         let Some(part) = point.source.transponder() else { continue };
-        let Some(known) = assessments.get(&part.identity) else { continue };
+        let Some(known) = judges.get(&part.identity).map(Judge::known) else { continue };
         point.integrity = Some(known.integrity);
         if !known.integrity.state.is_flagged() {
             continue;

@@ -10,9 +10,9 @@ use crate::frames::Enu;
 use crate::integrity::{Look, Motion, Slow, Step};
 use crate::operational::cycle::{Cycle, EARLIEST};
 use crate::operational::ids::{TargetId, TrackletId};
-use crate::operational::settings::{Radar, Settings};
+use crate::operational::settings::Radar;
 use crate::operational::tracklets::Tracklet;
-use crate::operational::transponder::Transponder;
+use crate::operational::transponder::{Transponder, Walk};
 use crate::time::Time;
 
 /// The length of a look.
@@ -41,8 +41,7 @@ const LOYAL_LOOKS: u32 = 6;
 /// A transponder's curve, second by second as far as it is known at a deadline.
 #[derive(Debug)]
 pub(super) struct Curve<'a> {
-    transponder: &'a Transponder,
-    settings: &'a Settings,
+    walk: Walk<'a>,
     deadline: Time,
     /// The second that is looked at ends then.
     end: Time,
@@ -60,13 +59,15 @@ struct Flown {
 
 impl<'a> Curve<'a> {
     /// From the second on that ends at `first`.
-    pub(super) fn from(first: Time, transponder: &'a Transponder, cycle: &Cycle<'a>) -> Self {
+    pub(super) fn from(first: Time, transponder: &'a Transponder, cycle: &Cycle<'a>) -> Option<Self> {
         let Cycle { deadline, settings, .. } = *cycle;
         let heard = transponder.last_heard().unwrap_or(EARLIEST);
+        let mut walk = transponder.walk(settings)?;
         let ends = (0..).map(|index| first + SECOND * index);
         let known = ends.take_while(|&end| end <= deadline && end + -SECOND < heard);
-        let flown = |end| Some(Flown { end, velocity: velocity(transponder, middle(end), settings)? });
-        Self { transponder, settings, deadline, end: first, seconds: known.filter_map(flown).collect() }
+        let flown = |end| Some(Flown { end, velocity: velocity(&mut walk, middle(end))? });
+        let seconds = known.filter_map(flown).collect();
+        Some(Self { walk, deadline, end: first, seconds })
     }
 
     /// The second that ends at `end` is looked at; where the transponder was in its middle.
@@ -75,7 +76,7 @@ impl<'a> Curve<'a> {
         while self.seconds.front().is_some_and(|first| first.end < end) {
             self.seconds.pop_front();
         }
-        Some(self.transponder.on_curve(middle(end), self.settings)?.position)
+        Some(self.walk.at(middle(end))?.position)
     }
 }
 
@@ -95,13 +96,13 @@ pub(super) struct Second {
 
 impl Second {
     /// That of the curve; `None` where there is no plot.
-    fn of(tracklet: &Tracklet, curve: &Curve, flown: &Flown, radar: &Radar) -> Option<Self> {
+    fn of(tracklet: &Tracklet, walk: &mut Walk, flown: &Flown, radar: &Radar) -> Option<Self> {
         let plots = tracklet.between(flown.end + -SECOND, flown.end);
         let (mut count, mut heights) = (0.0, 0.0);
         let (mut up_m, mut curve_m2) = (0.0, 0.0);
         let (mut place, mut offset) = (Vector2::zeros(), [0.0; 2]);
         for plot in plots {
-            let Some(curve) = curve.transponder.on_curve(plot.time, curve.settings) else { continue };
+            let Some(curve) = walk.at(plot.time) else { continue };
             let seen = LineOfSight::from(radar.position, plot.position);
             let apart = (plot.position.0 - curve.position.0).xy();
             offset[0] += seen.outward.dot(&apart);
@@ -160,10 +161,10 @@ impl Second {
 }
 
 /// Velocity of the transponder's curve over ground.
-fn velocity(transponder: &Transponder, time: Time, settings: &Settings) -> Option<Vector2<f64>> {
+fn velocity(walk: &mut Walk, time: Time) -> Option<Vector2<f64>> {
     let half = SECOND / 2;
-    let at = |time| Some(transponder.on_curve(time, settings)?.position.0.xy());
-    let (before, now, after) = (at(time + -half), at(time), at(time + half));
+    let [before, now, after] =
+        [time + -half, time, time + half].map(|time| walk.at(time).map(|on_curve| on_curve.position.0.xy()));
     match (before, now, after) {
         (Some(before), _, Some(after)) => Some(after - before),
         (Some(before), Some(now), None) => Some((now - before) * 2.0),
@@ -193,6 +194,13 @@ struct Ahead {
     motion: Motion,
     /// Log-likelihood of the second if it is another aircraft.
     other: f64,
+}
+
+impl From<Second> for Ahead {
+    /// How it flies is not known yet.
+    fn from(second: Second) -> Self {
+        Self { second, motion: Motion::default(), other: 0.0 }
+    }
 }
 
 /// A radar track as it is seen from a transponder.
@@ -290,20 +298,24 @@ impl Watch {
     pub(super) fn look(
         &mut self,
         tracklet: &Tracklet,
-        curve: &Curve,
+        curve: &mut Curve,
         (taken_for, jumps): (TakenFor, bool),
         radar: &Radar,
     ) -> Option<&Judged> {
         let now = middle(curve.end);
         if self.known != curve.deadline {
             self.known = curve.deadline;
-            let second = |flown| Second::of(tracklet, curve, flown, radar);
-            self.foresee(curve.seconds.iter().filter_map(second).collect());
+            let Curve { walk, seconds, .. } = curve;
+            let seconds = seconds.iter().filter_map(|flown| Second::of(tracklet, walk, flown, radar));
+            self.ahead.clear();
+            self.ahead.extend(seconds.map(Ahead::from));
+            self.foresee();
         }
         let passed = self.ahead.iter().take_while(|next| next.second.look.time < now).count();
         if passed > 0 {
             // It was too far away to be looked at then.
-            self.foresee(self.ahead.iter().skip(passed).map(|ahead| ahead.second).collect());
+            self.ahead.drain(..passed);
+            self.foresee();
         }
         self.ahead.front().filter(|next| next.second.look.time == now)?;
         let next = self.ahead.pop_front()?;
@@ -312,14 +324,13 @@ impl Watch {
     }
 
     /// How it flies by the seconds ahead.
-    fn foresee(&mut self, seconds: Vec<Second>) {
+    fn foresee(&mut self) {
         let (mut motion, mut before) = (self.motion, self.past.back().map(|last| last.time));
-        self.ahead.clear();
-        self.ahead.extend(seconds.into_iter().map(|second| {
+        for Ahead { second, motion: after, other } in &mut self.ahead {
             let time = second.look.time;
-            let other = motion.take(second.steps, elapsed_s(before.replace(time), time));
-            Ahead { second, motion, other }
-        }));
+            *other = motion.take(second.steps, elapsed_s(before.replace(time), time));
+            *after = motion;
+        }
     }
 
     /// Judges a second by those around it.
@@ -335,7 +346,9 @@ impl Watch {
         let ahead = self.ahead.iter().map(|ahead| &ahead.second.look);
         let ahead = ahead.take_while(|ahead| is_around(time, ahead.time));
         let last = ahead.clone().last().unwrap_or(&now.look);
-        let offsets: Vec<Offset> = self.past.iter().copied().chain(ahead.clone().map(Offset::from)).collect();
+        let mut offsets = Vec::with_capacity(self.past.len() + self.ahead.len());
+        offsets.extend(self.past.iter().copied());
+        offsets.extend(ahead.clone().map(Offset::from));
         let count_ahead = offsets.len() - self.past.len();
         let (walks_off, away) = (walks_off(&offsets, &now.look), away(&offsets, last));
         let is_special = jumps && (walks_off || self.walked_off);
@@ -348,7 +361,7 @@ impl Watch {
             }
         };
         if is_special {
-            self.foresee(self.ahead.iter().map(|ahead| ahead.second).collect());
+            self.foresee();
         }
         self.walked_off = walks_off;
         let so_far = self.motion.llr();
@@ -365,6 +378,12 @@ impl Watch {
             is_loyal: self.near >= LOYAL_LOOKS && so_far > OTHER_LLR,
             walks_off,
         });
+    }
+
+    /// The last look at a deadline has been taken: what is ahead is worked out anew at the next one. There are many watches, and
+    /// their memory is worth more than a buffer that is at hand.
+    pub(super) fn rest(&mut self) {
+        self.ahead = VecDeque::new();
     }
 
     /// What is made of the last look.
@@ -384,14 +403,16 @@ fn away(offsets: &[Offset], last: &Look) -> f64 {
         last.slow.range_m.hypot(last.alignment[0]).hypot(HONEST_M),
         (last.slow.azimuth.hypot(last.alignment[1]) * last.range_m).hypot(HONEST_M),
     ];
-    let squared = |axis: usize| {
-        let offsets = offsets.iter().map(|offset| offset.offset_m[axis]).collect();
-        (median(offsets) / (NEAR_SIGMAS[axis] * sigmas[axis])).powi(2)
+    let mut values = Vec::with_capacity(offsets.len());
+    let mut squared = |axis: usize| {
+        values.clear();
+        values.extend(offsets.iter().map(|offset| offset.offset_m[axis]));
+        (median(&mut values) / (NEAR_SIGMAS[axis] * sigmas[axis])).powi(2)
     };
     squared(0) + squared(1)
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+fn median(values: &mut [f64]) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     let half = values.len() / 2;
     if values.len() % 2 == 1 { values[half] } else { (values[half - 1] + values[half]) / 2.0 }
@@ -402,18 +423,26 @@ fn walks_off(offsets: &[Offset], now: &Look) -> bool {
     let from_now = |offset: &Offset| offset.time.seconds_since(now.time);
     // The offsets come by time.
     let first = offsets.partition_point(|offset| from_now(offset) < -RATE_AROUND_S);
-    let behind = offsets.partition_point(|offset| from_now(offset) <= RATE_AROUND_S);
-    let around = &offsets[first..behind];
-    let count = around.len() as f64;
-    if around.len() < 3 {
+    let around = offsets[first..].iter().take_while(|offset| from_now(offset) <= RATE_AROUND_S);
+    let (mut count, mut sum_s) = (0.0, 0.0);
+    for offset in around.clone() {
+        count += 1.0;
+        sum_s += from_now(offset);
+    }
+    if count < 3.0 {
         return false;
     }
-    let mean_s = around.iter().map(from_now).sum::<f64>() / count;
-    let spread_s2: f64 = around.iter().map(|offset| (from_now(offset) - mean_s).powi(2)).sum();
-    let rate = |axis: usize| {
-        let products = around.iter().map(|offset| (from_now(offset) - mean_s) * offset.offset_m[axis]);
-        products.sum::<f64>() / spread_s2
-    };
+    let mean_s = sum_s / count;
+    // Of the times, and of these with the offsets.
+    let (mut spread_s2, mut products) = (0.0, [0.0; 2]);
+    for offset in around {
+        let time_s = from_now(offset) - mean_s;
+        spread_s2 += time_s * time_s;
+        for (product, offset_m) in products.iter_mut().zip(offset.offset_m) {
+            *product += time_s * offset_m;
+        }
+    }
+    let rates = products.map(|product| product / spread_s2);
     let Look { slow, range_m, white_m2, .. } = *now;
     let sigma = |axis: usize| {
         let slow_m = [slow.range_m, slow.azimuth * range_m][axis];
@@ -421,8 +450,8 @@ fn walks_off(offsets: &[Offset], now: &Look) -> bool {
         let slow_m2_s2 = slow_m * slow_m * 2.0 / (slow.lasts_s * (2.0 * RATE_AROUND_S));
         (LIE_RATE_M_S * LIE_RATE_M_S + slow_m2_s2 + white_m2[axis] / spread_s2).sqrt()
     };
-    let deviations = [0, 1].map(|axis| rate(axis) / sigma(axis));
-    rate(0).abs() > RATE_MAX_M_S || deviations[0].hypot(deviations[1]) > RATE_MAX_SIGMAS
+    let deviations = [0, 1].map(|axis| rates[axis] / sigma(axis));
+    rates[0].abs() > RATE_MAX_M_S || deviations[0].hypot(deviations[1]) > RATE_MAX_SIGMAS
 }
 
 /// The watches of a transponder, by radar track.

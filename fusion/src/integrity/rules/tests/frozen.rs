@@ -52,7 +52,7 @@ fn it_ends_with_the_first_other_place_and_with_silence() {
     let mut held_s = Vec::new();
     run(&freezes(1, 2.0, 100.0, hover), |at_s, rules| {
         if rules.finding(identity(1)).suspect.contains(Reason::Frozen) {
-            assert_eq!(rules.still_since(identity(1)), Some(at(58.0)));
+            assert_eq!(rules.finding(identity(1)).still_since, Some(at(58.0)));
             held_s.push(at_s);
         }
     });
@@ -63,7 +63,7 @@ fn it_ends_with_the_first_other_place_and_with_silence() {
         .collect();
     let mut last_s = 0.0;
     run(&silenced, |at_s, rules| {
-        if at_s < 150.0 && rules.still_since(identity(1)).is_some() {
+        if at_s < 150.0 && rules.finding(identity(1)).still_since.is_some() {
             last_s = at_s;
         }
     });
@@ -74,7 +74,7 @@ fn it_ends_with_the_first_other_place_and_with_silence() {
 fn what_has_never_moved_is_not_frozen() {
     let standing = flight(1, 1.0, (0.0, 300.0), 0.0, hover);
     assert_silent(&standing, &[1]);
-    assert_eq!(run(&standing, |_, _| ()).still_since(identity(1)), None);
+    assert_eq!(run(&standing, |_, _| ()).finding(identity(1)).still_since, None);
 }
 
 #[test]

@@ -4,15 +4,20 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// What is found at every slot.
+/// What is found at every slot, times from the first one on.
 fn findings(batches: &[Vec<Fix>], from_s: f64) -> Vec<(Vec<Finding>, Option<Vec<Identity>>)> {
     let mut rules = ReportRules::default();
     let mut found = Vec::new();
+    let from_begin = |time: Time| at(0.0) + (time - at(from_s));
     for (slot, batch) in (1..).zip(batches) {
         rules.take(batch);
         rules.look(at(from_s + f64::from(slot) * SLOT_S));
-        let all = (1..=3).map(|number| rules.finding(identity(number))).collect();
-        found.push((all, rules.jammed().map(|jammed| jammed.identities.clone())));
+        let all = (1..=3).map(|number| {
+            let finding = rules.finding(identity(number));
+            let still_since = finding.still_since.map(from_begin);
+            Finding { still_since, silent_since: finding.silent_since.map(from_begin), ..finding }
+        });
+        found.push((all.collect(), rules.jammed().map(|jammed| jammed.identities.clone())));
     }
     found
 }

@@ -32,9 +32,9 @@ fn silent_is_who_is_not_heard_for_three_periods_or_10_s() {
         reports.extend(flight(2, 1.0, (0.0, 200.0), 0.5, eastward));
         let mut since = Vec::new();
         run(&reports, |at_s, rules| {
-            assert_eq!(rules.silent_since(identity(2)), None);
-            assert_eq!(rules.silent_since(identity(3)), None);
-            if let Some(newest) = rules.silent_since(identity(1)) {
+            assert_eq!(rules.finding(identity(2)).silent_since, None);
+            assert_eq!(rules.finding(identity(3)).silent_since, None);
+            if let Some(newest) = rules.finding(identity(1)).silent_since {
                 assert_eq!(newest, at(last_s));
                 since.push(at_s);
             }

@@ -1,0 +1,123 @@
+//! Where pairs of drones really were to each other.
+
+use std::collections::BTreeSet;
+
+use nalgebra::Vector2;
+
+use crate::evaluate::truth::Truth;
+use fusion::time::{SECOND, Time};
+
+/// Time between two looks at the true paths, nanoseconds.
+const STEP_NS: i64 = SECOND / 4;
+/// Two meetings of a pair are further apart than this, nanoseconds.
+const APART_NS: i64 = 10 * SECOND;
+
+/// The true paths.
+pub(super) struct Paths<'a>(&'a Truth);
+
+/// Two drones within the volume.
+pub(super) struct Meeting {
+    pub(super) pair: [usize; 2],
+    pub(super) begin: Time,
+}
+
+/// The closest point of approach.
+pub(super) struct Closest {
+    pub(super) after_s: f64,
+    /// From the first to the second, east and north, metres.
+    pub(super) miss: Vector2<f64>,
+    vertical_m: Option<f64>,
+}
+
+impl Closest {
+    pub(super) fn is_within(&self, (horizontal_m, vertical_m): (f64, f64)) -> bool {
+        self.miss.norm() < horizontal_m && self.vertical_m.is_none_or(|apart_m| apart_m.abs() < vertical_m)
+    }
+}
+
+/// One drone seen from another.
+#[derive(Clone, Copy)]
+pub(super) struct Relative {
+    position: Vector2<f64>,
+    velocity: Vector2<f64>,
+    height_m: f64,
+    climb: f64,
+}
+
+impl Relative {
+    /// Whether the straight way on leads into the volume.
+    pub(super) fn leads_into(&self, volume: (f64, f64), horizon_s: f64) -> bool {
+        let squared = self.velocity.norm_squared();
+        let t = if squared > 0.0 { -self.position.dot(&self.velocity) / squared } else { 0.0 };
+        let t = t.clamp(0.0, horizon_s);
+        (self.position + self.velocity * t).norm() < volume.0
+            && (self.height_m + self.climb * t).abs() < volume.1
+    }
+}
+
+impl<'a> Paths<'a> {
+    pub(super) fn of(truth: &'a Truth) -> Self {
+        Self(truth)
+    }
+
+    /// Hours that drones flew, together.
+    pub(super) fn hours(&self) -> f64 {
+        let spans = self.0.tracks().iter().map(|track| track.span());
+        spans.map(|(from, until)| until.seconds_since(from) / 3600.0).sum()
+    }
+
+    /// East, north and up from the first to the second.
+    fn apart(&self, [a, b]: [usize; 2], at: Time) -> Option<(Vector2<f64>, Option<f64>)> {
+        let tracks = self.0.tracks();
+        let offset = tracks[b].at(at)?.offset_from(&tracks[a].at(at)?);
+        Some((Vector2::new(offset.east_m, offset.north_m), offset.up_m))
+    }
+
+    pub(super) fn relative(&self, pair: [usize; 2], at: Time) -> Option<Relative> {
+        let (position, height_m) = self.apart(pair, at)?;
+        let (before, below_m) = self.apart(pair, Time::from_nanos(at.nanos() - SECOND / 2))?;
+        let (after, above_m) = self.apart(pair, Time::from_nanos(at.nanos() + SECOND / 2))?;
+        Some(Relative {
+            position,
+            velocity: after - before,
+            height_m: height_m.unwrap_or(0.0),
+            climb: above_m.zip(below_m).map_or(0.0, |(above_m, below_m)| above_m - below_m),
+        })
+    }
+
+    /// Where they are closest over ground from then on; `None` where that is not known for so long.
+    pub(super) fn closest(&self, pair: [usize; 2], from: Time, horizon_s: f64) -> Option<Closest> {
+        let steps = (horizon_s * SECOND as f64) as i64 / STEP_NS;
+        let mut closest: Option<Closest> = None;
+        for step in 0..=steps {
+            let at = Time::from_nanos(from.nanos() + step * STEP_NS);
+            let (miss, vertical_m) = self.apart(pair, at)?;
+            if closest.as_ref().is_none_or(|closest| miss.norm() < closest.miss.norm()) {
+                closest = Some(Closest { after_s: at.seconds_since(from), miss, vertical_m });
+            }
+        }
+        closest
+    }
+
+    /// The meetings of these drones, each pair by itself.
+    pub(super) fn meetings(&self, drones: &BTreeSet<usize>, volume: (f64, f64)) -> Vec<Meeting> {
+        let Some((from, until)) = self.0.span() else { return Vec::new() };
+        let mut meetings = Vec::new();
+        for &a in drones {
+            for &b in drones.range(a + 1..) {
+                let mut last: Option<Time> = None;
+                for step in 0..=(until.nanos() - from.nanos()) / STEP_NS {
+                    let at = Time::from_nanos(from.nanos() + step * STEP_NS);
+                    let Some((apart, height_m)) = self.apart([a, b], at) else { continue };
+                    if apart.norm() < volume.0 && height_m.is_none_or(|up_m| up_m.abs() < volume.1) {
+                        if last.is_none_or(|last| at.nanos() - last.nanos() > APART_NS) {
+                            meetings.push(Meeting { pair: [a, b], begin: at });
+                        }
+                        last = Some(at);
+                    }
+                }
+            }
+        }
+        meetings
+    }
+}
