@@ -62,6 +62,7 @@ fn whole_example() -> String {
         "file = ",
         "sensor = ",
         "tls = ",
+        "pmtiles = ",
         "floor_m = ",
         "ceiling_m = ",
         "ground_m = ",
@@ -123,6 +124,7 @@ fn the_table_of_keys_the_page_and_the_example_have_the_same_keys() {
         "areas",
         "output",
         "http",
+        "map",
         "state",
         "fusion.transponder_numbers.DRONE-ALPHA",
     ];

@@ -9,13 +9,16 @@
 //! OpenAPI document are made, the handlers, [`ApiState`], and what that holds.
 
 mod ask;
+mod asyncapi;
 mod auth;
+mod basemap;
 mod client;
 mod conflicts;
 mod correlations;
 mod door;
 mod endings;
 mod error;
+mod events;
 mod filter;
 mod geometry;
 mod ground;
@@ -30,11 +33,13 @@ mod log;
 mod metrics;
 mod openapi;
 mod page;
+mod payload;
 mod piece;
 mod problem;
 mod query;
 mod rate;
 mod raw;
+mod reader;
 mod readsb;
 mod replay;
 mod route;
@@ -53,6 +58,7 @@ mod tracks;
 mod trails;
 mod uss;
 mod validity;
+mod websocket;
 
 use tracing::warn;
 

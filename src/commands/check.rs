@@ -9,6 +9,7 @@ use super::zones::lines;
 use super::{CommandResult, Outcome, Usage};
 use crate::api::Terms;
 use crate::areas::Areas;
+use crate::basemap::Basemap;
 use crate::config::{Address, Config};
 use crate::live::now;
 use crate::net::listen as udp;
@@ -39,6 +40,9 @@ pub fn run(args: &Args) -> CommandResult {
     let areas = Areas::load(&config.areas)?;
     let warnings = Terms::load(&config, &areas)?.warnings(now()).into_iter().chain(areas.warnings(now()));
     warnings.for_each(|warning| warn!("{warning}"));
+    if let Some(path) = &config.map.pmtiles {
+        Basemap::open(path).map_err(|error| format!("map.pmtiles: {}: {error}", path.display()))?;
+    }
     let undulation_m = Normaliser::new(&config, areas.masks()).undulation_m();
     let mut out = io::stdout().lock();
     if args.network {

@@ -140,8 +140,8 @@ impl<'a> Stage<'a> {
             self.failed = alerts.note(&lagged, ahead, &self.maker, is_lagged_wanted).err();
         }
         let outlook = self.conflicts.as_mut().and_then(|watch| match watch.on() {
-            PictureKind::Lagged => watch.look_at(&lagged, &self.maker),
-            PictureKind::Now => watch.look_at(now.as_ref()?, &self.maker),
+            PictureKind::Lagged => watch.look(&lagged, &self.maker),
+            PictureKind::Now => watch.look(now.as_ref()?, &self.maker),
         });
         if let Some(outlook) = outlook {
             self.failed = self.failed.take().or_else(|| self.note_outlook(&outlook).err());

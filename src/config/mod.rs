@@ -23,6 +23,7 @@ mod fusion;
 mod http;
 mod integrity;
 pub(crate) mod kinds;
+mod map;
 pub(crate) mod names;
 mod network;
 mod output;
@@ -45,6 +46,7 @@ pub use error::{ConfigError, ConfigErrors, Place};
 pub use fusion::{Fusion, MAX_WINDOW_SLOTS, Motion, Profile};
 pub use http::{Auth, Http, RateLimit, Tiles, TlsFiles};
 pub use integrity::{Action, Integrity};
+pub use map::Map;
 pub use names::UnknownName;
 pub use network::{Address, Input, LONGEST_TRAILER, PictureKind, Sink};
 pub use output::{Output, Persistence, Record, SerialSource};
@@ -79,6 +81,8 @@ pub struct Config {
     pub output: Output,
     /// The HTTP service.
     pub http: Http,
+    /// The map page.
+    pub map: Map,
     /// What outlives a restart.
     pub state: Persistence,
 }
@@ -94,6 +98,7 @@ impl Display for Config {
         self.areas.iter().try_for_each(|area| show(f, "\n[[areas]]", area))?;
         show(f, "\n[output]", &self.output)?;
         show(f, "\n[http]", &self.http)?;
+        show(f, "\n[map]", &self.map)?;
         show(f, "\n[state]", &self.state)
     }
 }
@@ -160,11 +165,12 @@ impl Config {
             item.refuse("there is no picture of now to compute them on; set fusion.now = true, or picture = \"lagged\"");
         }
         let http = Http::read(top.section("http"));
+        let map = Map::read(top.section("map"));
         let state = Persistence::read(top.section("state"));
         top.finish();
         // What was refused or is missing is blank: it never leaves.
         faults.check()?;
-        Ok(Self { site, sensors, fusion, integrity, conflicts, areas, output, http, state })
+        Ok(Self { site, sensors, fusion, integrity, conflicts, areas, output, http, map, state })
     }
 
     /// Takes the keys that SIGHUP reloads from `wanted`; areas are reloaded by whoever has read their files.
@@ -175,6 +181,7 @@ impl Config {
         self.conflicts.reload(&wanted.conflicts);
         self.output.reload(&wanted.output);
         self.http.reload(&wanted.http);
+        self.map.reload(&wanted.map);
         self.state.reload(&wanted.state);
     }
 

@@ -2,7 +2,7 @@
 
 use super::table::{Row, Table};
 use super::{
-    AlertArea, Area, Conflicts, Fusion, Http, Integrity, Output, Persistence, Radar, Sensor, Site,
+    AlertArea, Area, Conflicts, Fusion, Http, Integrity, Map, Output, Persistence, Radar, Sensor, Site,
     Transponder,
 };
 
@@ -21,7 +21,7 @@ The file is TOML. The name of a key states its unit, and an unknown key is refus
 ";
 
 /// The tables of the file: how they are named on the page, their path, what they are, and their keys.
-fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 12] {
+fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 13] {
     fn table<T: Table>(
         name: &'static str,
         path: &'static str,
@@ -40,6 +40,7 @@ fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 12] {
         table::<AlertArea>("[[areas]], alert", "areas"),
         table::<Output>("[output]", "output"),
         table::<Http>("[http]", "http"),
+        table::<Map>("[map]", "map"),
         table::<Persistence>("[state]", "state"),
     ]
 }

@@ -29,6 +29,7 @@ mod quiet;
 mod registration;
 mod requests;
 mod service;
+mod timings;
 
 pub use alerts::{Ahead, Alert, AlertJson, AlertKind, Alerts, Change, Details, Severity, Trouble};
 pub use clock::{Clock, now};
@@ -52,3 +53,4 @@ pub use published::{Archive, Fleeting, PublishedPicture, Status};
 pub use registration::{RegistrationStatus, values};
 pub use requests::{Denied, Operators};
 pub use service::{KeeperQueues, Outlets, Service};
+pub use timings::{Histogram, Timings};

@@ -158,7 +158,7 @@ impl Site {
         for _ in 0..slots {
             let frame = self.writer.publish(self.flown.frames[self.next].clone());
             let watch = self.watch.as_mut();
-            if let Some(outlook) = watch.and_then(|watch| watch.look(&frame, &self.flown.maker)) {
+            if let Some(outlook) = watch.and_then(|watch| frame.conflicts(watch, &self.flown.maker)) {
                 self.writer.outlooks.publish(outlook);
             }
             self.next += 1;

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 mod common;
+mod conflicts;
 mod conformance;
 mod determinism;
 mod formats;
