@@ -13,7 +13,7 @@ pub use tally::Bin;
 use super::labels::Labels;
 use super::truth::Truth;
 use super::types::{OutputPoint, Scoring};
-use crate::conflicts::Conflict;
+use crate::conflicts::{Conflict, Outlook};
 use fusion::conflicts::Level;
 use fusion::time::{SECOND, Time};
 use owners::Owners;
@@ -35,8 +35,10 @@ const SIGMAS: f64 = 2.0;
 /// A pair in one second, as it was foreseen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Foreseen {
-    /// The time of the positions.
+    /// The time of the evaluation.
     pub time: Time,
+    /// Whether both were there; where one is missing a level may still hold, and the rest is as it was.
+    pub is_seen: bool,
     /// The conflict, where a level holds.
     pub id: Option<u64>,
     /// The published numbers of both tracks.
@@ -53,12 +55,21 @@ pub struct Foreseen {
     pub relative: [[f64; 2]; 2],
 }
 
+impl Foreseen {
+    /// All of a second.
+    pub fn all(outlook: &Outlook) -> impl Iterator<Item = Self> {
+        let unseen = |conflict: &Conflict| Self { time: outlook.time, is_seen: false, ..conflict.into() };
+        outlook.conflicts.iter().map(Self::from).chain(outlook.unseen.iter().map(unseen))
+    }
+}
+
 impl From<&Conflict> for Foreseen {
     fn from(conflict: &Conflict) -> Self {
         let found = &conflict.found;
         let approach = &found.approach;
         Self {
             time: conflict.time,
+            is_seen: true,
             id: found.id,
             numbers: conflict.numbers,
             level: conflict.level(),
@@ -133,7 +144,9 @@ pub fn foresight(flight: &ConflictFlight<'_>) -> Foresight {
         let Some(pair) = pair else { continue };
         let known = by_pair.entry(pair).or_default().entry(one.time).or_default();
         *known = (*known).max(one.level);
-        score.judge(one, pair, &paths, volume);
+        if one.is_seen {
+            score.judge(one, pair, &paths, volume);
+        }
     }
     let equipped = labels.equipped();
     let equipped: BTreeSet<usize> = equipped.iter().filter_map(|id| truth.index_of(id)).collect();
