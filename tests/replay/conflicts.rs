@@ -13,7 +13,7 @@ const SCENARIO: &str = "name = \"meeting\"\nduration_s = 90\n[airspace]\nradius_
                         [drones]\nmultirotors = 6\nequipped = 6\npattern = \"crossing\"\nseparation_m = 0\n";
 
 fn lines(path: &Path) -> Vec<Value> {
-    let text = fs::read_to_string(path).unwrap();
+    let text = String::from_utf8(fs::read(path).unwrap()).unwrap();
     text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
