@@ -50,7 +50,7 @@ fn of_flight(scenario: &Scenario, seed: u64) -> Result<Foresight, Failure> {
         for mut emission in pipeline.emissions() {
             let now = emission.now.take().map(|now| maker.now(now));
             let outlook = now.and_then(|now| watch.look(&now, &maker));
-            foreseen.extend(outlook.iter().flat_map(Foreseen::all));
+            foreseen.extend(outlook.iter().flat_map(|outlook| &outlook.conflicts).map(Foreseen::from));
             let picture = maker.picture(emission);
             let tracks = picture.within(config.output.max_accuracy_m);
             points.extend(tracks.map(|track| OutputPoint::of_track(track, &maker)));

@@ -198,12 +198,23 @@ pub struct Evaluation {
     pub aircraft: Vec<Aircraft>,
     /// Those with a level, or with a probability of at least 0.01; by pair, then by volume.
     pub conflicts: Vec<Conflict>,
-    /// Those that hold although one of both is missing: ids and volumes.
-    pub unseen: Vec<(u64, usize)>,
+    /// Those that hold although one of both is missing.
+    pub unseen: Vec<Unseen>,
     /// Pairs that were near enough to be looked at.
     pub tested: usize,
     /// Aircraft that were left out, because their covariance is none.
     pub left_out: usize,
+}
+
+/// A level that holds although one of both is missing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unseen {
+    /// Of the conflict.
+    pub id: u64,
+    /// Index of the volume.
+    pub volume: usize,
+    /// The level, and since when it holds.
+    pub level: (Level, Time),
 }
 
 /// A pair that is remembered.
@@ -329,11 +340,10 @@ impl Known {
         Self { id: None, levels: vec![Levels::default(); rules.volumes.len()], judged: time }
     }
 
-    /// Its id with each volume of which a level holds.
-    fn held(&self) -> impl Iterator<Item = (u64, usize)> {
-        let volumes = self.levels.iter().enumerate().filter(|(_, levels)| levels.worst().is_some());
-        let id = self.id;
-        volumes.filter_map(move |(volume, _)| Some((id?, volume)))
+    /// The levels that hold.
+    fn held(&self) -> impl Iterator<Item = Unseen> {
+        let volumes = self.levels.iter().enumerate();
+        volumes.filter_map(|(volume, levels)| Some(Unseen { id: self.id?, volume, level: levels.worst()? }))
     }
 
     /// Without a level it is no conflict any more.

@@ -13,7 +13,7 @@ pub use tally::Bin;
 use super::labels::Labels;
 use super::truth::Truth;
 use super::types::{OutputPoint, Scoring};
-use crate::conflicts::{Conflict, Outlook};
+use crate::conflicts::Conflict;
 use fusion::conflicts::Level;
 use fusion::time::{SECOND, Time};
 use owners::Owners;
@@ -55,21 +55,13 @@ pub struct Foreseen {
     pub relative: [[f64; 2]; 2],
 }
 
-impl Foreseen {
-    /// All of a second.
-    pub fn all(outlook: &Outlook) -> impl Iterator<Item = Self> {
-        let unseen = |conflict: &Conflict| Self { time: outlook.time, is_seen: false, ..conflict.into() };
-        outlook.conflicts.iter().map(Self::from).chain(outlook.unseen.iter().map(unseen))
-    }
-}
-
 impl From<&Conflict> for Foreseen {
     fn from(conflict: &Conflict) -> Self {
         let found = &conflict.found;
         let approach = &found.approach;
         Self {
             time: conflict.time,
-            is_seen: true,
+            is_seen: conflict.is_seen(),
             id: found.id,
             numbers: conflict.numbers,
             level: conflict.level(),
