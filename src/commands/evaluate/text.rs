@@ -206,6 +206,7 @@ mod tests {
                 evaluation: &evaluation,
                 reference_hz: 4.0,
                 integrity: None,
+                conflicts: Vec::new(),
                 requirements: vec![],
             })
             .unwrap()
