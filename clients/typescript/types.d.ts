@@ -163,8 +163,10 @@ export type Competitor = {
 export type Conflict = {
   /** The same for a pair as long as any level holds; left out where none does. */
   id?: string;
-  /** Of the positions. */
+  /** Of the evaluation. */
   time: string;
+  /** When both were there last, where one is missing now: the figures are of then. */
+  seen?: string;
   /** Track id of one. */
   a: string;
   /** Track id of the other. */

@@ -141,6 +141,7 @@ Conflict = TypedDict(
     {
         "id": NotRequired[str],
         "time": str,
+        "seen": NotRequired[str],
         "a": str,
         "b": str,
         "volume": str,
