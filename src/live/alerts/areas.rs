@@ -47,10 +47,10 @@ impl Approaches {
         self.0.clear();
     }
 
-    /// Notes who enters by the latest prediction, at its course, and forgets who does not lately.
+    /// Notes who enters by the latest prediction, at its course, and forgets who does not lately. Whoever is inside by now
+    /// has entered: that is no prediction.
     fn note(&mut self, found: &BTreeMap<Approach, Found>) {
-        let enters =
-            |found: &Found| matches!(found.details, Details::AreaPredicted { time_to_entry_s: Some(_), .. });
+        let enters = |found: &Found| matches!(found.details, Details::AreaPredicted { time_to_entry_s: Some(time_s), .. } if time_s > 0.0);
         for (approach, _) in found.iter().filter(|(_, found)| enters(found)) {
             self.0.entry(approach.clone()).or_default();
         }
@@ -98,13 +98,16 @@ impl Alerts {
             Ahead::Now(picture) => (picture, SignedDuration::ZERO),
             Ahead::Lagged(picture, age) => (picture, age),
         };
-        if picture.slot.0 % EVERY_SLOTS != 0 {
-            return false;
-        }
         let (kind, now) = (AlertKind::AreaPredicted, picture.time + age);
+        let before = self.changes.len();
         let is_inside = self.lasting.keys().filter(|(kind, ..)| *kind == AlertKind::Area);
         let inside: BTreeSet<Approach> =
             is_inside.map(|(_, track, area)| (track.clone(), area.clone())).collect();
+        // Whoever is shown inside enters no more.
+        self.end(kind, now, |(_, track, area), _| inside.contains(&(track.clone(), area.clone())));
+        if picture.slot.0 % EVERY_SLOTS != 0 {
+            return self.changes.len() > before;
+        }
         let mut found = self.entries(picture, age, maker);
         found.retain(|approach, _| !inside.contains(approach));
         self.approaches.note(&found);
@@ -112,9 +115,6 @@ impl Alerts {
             let (track, area) = approach.clone();
             self.approaches.is_certain(approach) || self.lasting.contains_key(&(kind, track, area))
         });
-        let before = self.changes.len();
-        // Whoever is inside enters no more.
-        self.end(kind, now, |(_, track, area), _| inside.contains(&(track.clone(), area.clone())));
         let has_turned_away = |_: &str, held: Time| now.nanos().abs_diff(held.nanos()) >= TURNED_AWAY_NS;
         self.hold(kind, found.into_values().collect(), now, has_turned_away) || self.changes.len() > before
     }
