@@ -1,4 +1,4 @@
-//! What stands on the ground: sensors, how far they see, areas; and what is wrong with them.
+//! What stands on the ground: sensors, how far they see, areas.
 
 use std::collections::BTreeMap;
 
@@ -12,9 +12,7 @@ use super::learnt::{Learnt, LearntTypeJson};
 use super::problem::Problem;
 use crate::config::{Sensor, SensorKind};
 use crate::json::rounded;
-use crate::live::{
-    Alert, AlertJson, Contested, LineStatus, RegistrationStatus, SensorStatus, Unknown, values,
-};
+use crate::live::{Contested, LineStatus, RegistrationStatus, SensorStatus, Unknown, values};
 use crate::picture::{Rfc3339, serial_text};
 use fusion::registration::{BiasValue, Misalignment};
 
@@ -296,21 +294,4 @@ pub fn coverage(ask: &Ask) -> Answer {
 /// `/api/v1/areas`.
 pub fn areas(ask: &Ask) -> Answer {
     Ok(live(GEO_JSON, ask.state.terms().areas.clone()))
-}
-
-#[derive(Serialize, JsonSchema)]
-pub struct Alerts {
-    time: Rfc3339,
-    /// Those that last, the worst first.
-    alerts: Vec<AlertJson>,
-    /// Those that ended lately.
-    ended: Vec<AlertJson>,
-}
-
-/// `/api/v1/alerts`.
-pub fn alerts(ask: &Ask) -> Result<Alerts, Problem> {
-    let all = ask.state.hub.alerts();
-    let (ended, lasting): (Vec<_>, Vec<_>) = all.iter().partition(|alert| alert.until.is_some());
-    let json = |alerts: Vec<&Alert>| alerts.into_iter().map(AlertJson::from).collect();
-    Ok(Alerts { time: ask.state.now().into(), alerts: json(lasting), ended: json(ended) })
 }

@@ -9,7 +9,7 @@ use super::{CommandResult, Outcome, Usage};
 use crate::api::Terms;
 use crate::areas::Areas;
 use crate::config::{Address, Config};
-use crate::live::now;
+use crate::live::{AlertSettings, now};
 use crate::net::listen as udp;
 use crate::net::send::Sinks;
 use crate::normalise::Normaliser;
@@ -36,6 +36,7 @@ pub fn run(args: &Args) -> CommandResult {
     };
     let config = Config::load(file)?;
     let areas = Areas::load(&config.areas)?;
+    AlertSettings::new(&config.alerts, &areas)?;
     Terms::load(&config, &areas)?.warnings(now()).iter().for_each(|warning| warn!("{warning}"));
     let undulation_m = Normaliser::new(&config, areas.masks()).undulation_m();
     let mut out = io::stdout().lock();

@@ -2,7 +2,7 @@
 
 use super::table::{Row, Table};
 use super::{
-    Area, Conflicts, Fusion, Http, Integrity, Output, Persistence, Radar, Sensor, Site, Transponder,
+    Alerts, Area, Conflicts, Fusion, Http, Integrity, Output, Persistence, Radar, Sensor, Site, Transponder,
 };
 
 /// What the page begins with.
@@ -20,7 +20,7 @@ The file is TOML. The name of a key states its unit, and an unknown key is refus
 ";
 
 /// The tables of the file: how they are named on the page, their path, what they are, and their keys.
-fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 11] {
+fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 12] {
     fn table<T: Table>(
         name: &'static str,
         path: &'static str,
@@ -35,6 +35,7 @@ fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 11] {
         table::<Fusion>("[fusion]", "fusion"),
         table::<Integrity>("[integrity]", "integrity"),
         table::<Conflicts>("[conflicts]", "conflicts"),
+        table::<Alerts>("[alerts]", "alerts"),
         table::<Area>("[[areas]]", "areas"),
         table::<Output>("[output]", "output"),
         table::<Http>("[http]", "http"),

@@ -9,11 +9,11 @@ use nalgebra::{Matrix2, Matrix4};
 use crate::config::{Config, PictureKind};
 use crate::live::PublishedPicture;
 use crate::picture::{Picture, PictureMaker, PictureTrack, serial_text};
-use fusion::Enu;
 use fusion::conflicts::{self, Aircraft, Conflicts, Kind, Level, Volume};
 use fusion::frames::Geodetic;
 use fusion::integrity::State;
 use fusion::time::{SECOND, Time};
+use fusion::{Enu, Identity};
 
 pub use json::{ConflictJson, ConflictLine, VolumeJson};
 
@@ -71,6 +71,8 @@ pub struct Conflict {
     pub cpa: [(Geodetic, Option<f64>); 2],
     /// The worse state of their transponders.
     pub integrity: Option<State>,
+    /// Their transponders, as far as nothing speaks against these.
+    pub trusted: [Option<Identity>; 2],
 }
 
 impl Conflict {
@@ -157,6 +159,7 @@ impl ConflictWatch {
                     (place, one.vertical.map(|_| place.height_m))
                 }),
                 integrity: tracks.into_iter().filter_map(|track| Some(track.point.integrity?.state)).max(),
+                trusted: tracks.map(PictureTrack::trusted),
             }
         };
         let conflicts: Vec<Conflict> = evaluation.conflicts.iter().map(named).collect();

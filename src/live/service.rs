@@ -89,6 +89,8 @@ pub struct KeeperQueues {
     pub registration: SyncSender<Arc<str>>,
     /// Of the operators' decisions: the text of its file.
     pub decisions: SyncSender<Arc<str>>,
+    /// Of the alerts that are shelved: the text of its file.
+    pub shelved: SyncSender<Arc<str>>,
 }
 
 /// The running service.
@@ -184,8 +186,9 @@ struct Engine {
     /// The decisions in force that the recorder has, and what waits for room in its queue.
     held: InForce,
     unrecorded: VecDeque<Recorded>,
-    /// The text that the decisions' keeper has.
+    /// The text that the decisions' keeper has, and that of the shelved alerts.
     kept: Arc<str>,
+    kept_shelves: Arc<str>,
 }
 
 impl Engine {
@@ -222,6 +225,7 @@ impl Engine {
             held: InForce::default(),
             unrecorded: VecDeque::new(),
             kept: "".into(),
+            kept_shelves: "".into(),
         }
     }
 
@@ -265,6 +269,7 @@ impl Engine {
                 .for_each(|change| _ = keepers.numbers.send(change));
             self.new_registration().into_iter().for_each(|(_, text)| _ = keepers.registration.send(text));
             self.new_decisions().into_iter().for_each(|text| _ = keepers.decisions.send(text));
+            self.new_shelves().into_iter().for_each(|text| _ = keepers.shelved.send(text));
         }
         self.driver
     }

@@ -12,11 +12,11 @@ use crate::config::Config;
 use crate::integrity::Resolved;
 use crate::normalise::Normaliser;
 use fusion::frames::{Geodetic, TangentPlane};
-use fusion::integrity::Concern;
+use fusion::integrity::{Concern, State};
 use fusion::point::{Basis, Estimate, NowPicture};
 use fusion::slots::Slot;
 use fusion::time::Time;
-use fusion::{Emission, Enu, Point, SensorIndex, Source};
+use fusion::{Emission, Enu, Identity, Point, SensorIndex, Source};
 
 pub use accuracy::{Class, HORIZONTAL, SPEED, VERTICAL};
 pub use integrity_json::{ReasonName, StateName};
@@ -128,6 +128,13 @@ impl PictureTrack {
             return None;
         }
         self.motion.filter(|motion| motion.basis != Basis::Measured).map(|motion| motion.accuracy_h_m)
+    }
+
+    /// Its transponder, as long as nothing speaks against that one.
+    pub fn trusted(&self) -> Option<Identity> {
+        let identity = self.point.source.transponder()?.identity;
+        let is_doubted = self.point.integrity.is_some_and(|known| known.state >= State::Suspect);
+        (!is_doubted).then_some(identity)
     }
 
     /// Motion with a vertical part: `None` where the height is not known.

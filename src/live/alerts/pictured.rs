@@ -5,18 +5,13 @@ use std::collections::BTreeMap;
 use geo::{ConvexHull, LineString, MultiPoint, Point, Winding};
 
 use super::wording::{described, jamming, lying, resolved, silent, uncooperative};
-use super::{AlertKind, Alerts, Details, Found, Severity};
+use super::{AlertKind, Alerts, Basis, Details, Found, Severity};
 use crate::json::rounded;
-use crate::picture::{MAX_ACCURACY_M, Picture, PictureMaker};
+use crate::picture::{MAX_ACCURACY_M, Picture, PictureMaker, PictureTrack};
 use fusion::integrity::{Concern, State};
-use fusion::time::{SECOND, Time};
+use fusion::time::Time;
 use fusion::{Enu, Identity};
 
-/// A track has left an area when it was not seen inside for this long, nanoseconds: it may flicker at the edge, or be
-/// missed by the radar.
-const LEFT_NS: u64 = 3 * SECOND as u64;
-/// An uncooperative track has ended when it was not seen for this long, nanoseconds: as long as it is remembered.
-const GONE_NS: u64 = 10 * SECOND as u64;
 /// Around the places where jammed transponders were heard last, metres.
 const HULL_MARGIN_M: f64 = 100.0;
 /// Corners of a circle around a place.
@@ -32,7 +27,9 @@ impl Alerts {
             self.lasting.clear();
             self.ended.clear();
             self.changes.clear();
+            self.operators.rewind();
         }
+        self.derive(Basis::Picture, now);
         went_back
             | self.note_areas(picture, maker)
             | self.note_transponders(picture, maker)
@@ -40,19 +37,19 @@ impl Alerts {
     }
 
     fn note_areas(&mut self, picture: &Picture, maker: &PictureMaker) -> bool {
-        let (now, areas) = (picture.time, self.areas.get());
+        let (now, settings) = (picture.time, self.settings.get());
         let mut found = Vec::new();
         for track in picture.within(MAX_ACCURACY_M) {
             let place = &track.position;
-            for area in areas.around(place.longitude_deg(), place.latitude_deg()) {
+            for area in settings.areas.around(place.longitude_deg(), place.latitude_deg()) {
                 let id = maker.track_id(track);
                 let text = format!("{} is inside {area}", described(track, &id));
                 let (area, severity) = (area.to_owned(), Severity::Warning);
-                found.push(Found { area, ..Found::new(&id, severity, text) });
+                let transponders = vec![track.trusted()];
+                found.push(Found { area, transponders, ..Found::new(&id, severity, text) });
             }
         }
-        let has_left = |_: &str, held: Time| now.nanos().abs_diff(held.nanos()) > LEFT_NS;
-        self.hold(AlertKind::Area, found, now, has_left)
+        self.hold(AlertKind::Area, found, now, |_, _| true)
     }
 
     /// The engine says for how long a concern lasts.
@@ -97,14 +94,20 @@ impl Alerts {
                     _ => Severity::Warning,
                 };
                 let text = lying(&details, since);
-                (kind, Found { details, ..Found::new(&subject, severity, text) })
+                let transponders = vec![Some(*identity)];
+                (kind, Found { details, transponders, ..Found::new(&subject, severity, text) })
             }
             Concern::Silent { identity, track, heard } => {
                 let (kind, subject) = (AlertKind::Silent, subject(*identity));
                 let track_id = id_of(*track);
                 let text = silent(*identity, track_id.as_deref(), *heard);
                 let details = Details::Silent { identity: *identity, track_id };
-                (kind, Found { details, ..Found::new(&subject, Severity::Warning, text) })
+                let seen = picture.tracks.iter().filter(|one| Some(one.point.number) == *track);
+                let (places, transponders) = (seen.map(place).collect(), vec![Some(*identity)]);
+                (
+                    kind,
+                    Found { details, transponders, places, ..Found::new(&subject, Severity::Warning, text) },
+                )
             }
             Concern::Jamming { identities, places, since } => {
                 let details = Details::Jamming { identities: identities.clone(), hull: hull(places, maker) };
@@ -121,7 +124,7 @@ impl Alerts {
             let id = maker.track_id(track);
             let text = uncooperative(track, &id, self.lasting(kind, &id, now).0);
             let details = Details::Uncooperative { is_resolved: false };
-            Found { details, ..Found::new(&id, Severity::Warning, text) }
+            Found { details, places: vec![place(track)], ..Found::new(&id, Severity::Warning, text) }
         });
         let found: Vec<Found> = found.collect();
         let over: Vec<String> = picture.resolved.iter().map(|resolved| resolved.id.clone()).collect();
@@ -131,10 +134,9 @@ impl Alerts {
                 alert.details = Details::Uncooperative { is_resolved: true };
             }
         }
-        let has_ended = |subject: &str, held: Time| {
-            over.iter().any(|id| id == subject) || now.nanos().abs_diff(held.nanos()) > GONE_NS
-        };
-        self.hold(kind, found, now, has_ended)
+        let before = self.changes.len();
+        self.end(kind, now, |(_, subject, _), _| over.contains(subject));
+        self.hold(kind, found, now, |_, _| true) || self.changes.len() > before
     }
 
     /// Since when there is an alert about that, and what it said; from `now` on where there is none.
@@ -142,6 +144,11 @@ impl Alerts {
         let known = self.lasting.get(&(kind, subject.to_owned(), String::new()));
         known.map_or((now, None), |(alert, _)| (alert.since, Some(&alert.details)))
     }
+}
+
+/// Longitude and latitude, degrees.
+fn place(track: &PictureTrack) -> (f64, f64) {
+    (track.position.longitude_deg(), track.position.latitude_deg())
 }
 
 /// What tells an identity from all others, in a line.
