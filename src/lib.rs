@@ -3,6 +3,7 @@
 pub mod api;
 pub mod app;
 pub mod areas;
+mod basemap;
 pub mod capture;
 pub mod commands;
 pub mod config;

@@ -49,7 +49,7 @@ fn of_flight(scenario: &Scenario, seed: u64) -> Result<Foresight, Failure> {
     let mut note = |pipeline: &mut Pipeline| {
         for mut emission in pipeline.emissions() {
             let now = emission.now.take().map(|now| maker.now(now));
-            let outlook = now.and_then(|now| watch.look_at(&now, &maker));
+            let outlook = now.and_then(|now| watch.look(&now, &maker));
             let conflicts = outlook.into_iter().flat_map(|outlook| outlook.conflicts);
             foreseen.extend(conflicts.map(|conflict| Foreseen::from(&conflict)));
             let picture = maker.picture(emission);

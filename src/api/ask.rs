@@ -1,12 +1,15 @@
 //! A request as the handlers see it, and the usual answers.
 
 use std::net::IpAddr;
+use std::sync::Arc;
 
 use axum::body::{Body, Bytes};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::Response;
+use hyper::upgrade::OnUpgrade;
 use serde::Serialize;
 
+use super::door::Place;
 use super::problem::Problem;
 use super::query::Query;
 use super::state::ApiState;
@@ -32,6 +35,10 @@ pub struct Ask {
     pub pass: Pass,
     /// Its body, where the route reads one.
     pub body: Bytes,
+    /// The connection as it will be after a change of protocols, where the client asks for one.
+    pub upgrade: Option<OnUpgrade>,
+    /// The place of the connection; `None` where there is no socket.
+    pub place: Option<Arc<Place>>,
 }
 
 impl Ask {

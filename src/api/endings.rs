@@ -3,11 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use serde::Serialize;
-
-use super::gzip::Payload;
 use super::piece::Piece;
-use crate::picture::Rfc3339;
 use fusion::time::{SECOND, Time};
 
 /// A track has ended when it has not been shown for this duration, ns.
@@ -35,29 +31,4 @@ impl Endings {
     pub fn is_shown(&self, id: &str) -> bool {
         self.0.contains_key(id)
     }
-}
-
-/// The `ended` event.
-pub fn ended_event(id: &str, time: Time, ids: &[Arc<str>]) -> Payload {
-    #[derive(Serialize)]
-    struct Ended<'a> {
-        time: Rfc3339,
-        ids: Vec<&'a str>,
-    }
-    event(id, "ended", &Ended { time: time.into(), ids: ids.iter().map(|id| &**id).collect() })
-}
-
-/// The event `name`, which tells nothing but why it comes.
-pub fn reason_event(id: &str, name: &str, reason: &str) -> Payload {
-    #[derive(Serialize)]
-    struct Reason<'a> {
-        reason: &'a str,
-    }
-    event(id, name, &Reason { reason })
-}
-
-/// An event of the stream, of one line of JSON.
-pub fn event(id: &str, name: &str, data: &impl Serialize) -> Payload {
-    let data = serde_json::to_string(data).expect("texts, numbers and lists are written without failing");
-    format!("id: {id}\nevent: {name}\ndata: {data}\n\n").into()
 }

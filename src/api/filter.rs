@@ -1,12 +1,14 @@
 //! Which tracks a reader wants, and how much of them: the same parameters for the picture and for the stream.
 
 use std::collections::HashSet;
+use std::sync::Arc;
 
-use super::piece::{Piece, SOURCES};
+use super::piece::{Class, Piece, SOURCES};
 use super::problem::Problem;
 use super::query::Query;
 use crate::config::Sensor;
 use crate::picture::MAX_ACCURACY_M;
+use fusion::integrity::State;
 
 /// Rule of `bbox`.
 const BBOX: &str = "four numbers lon_min,lat_min,lon_max,lat_max in degrees, ±180 and ±90; lat_min is not above \
@@ -15,6 +17,10 @@ const BBOX: &str = "four numbers lon_min,lat_min,lon_max,lat_max in degrees, ±1
 const ALTITUDE: &str = "a height above mean sea level in metres, -1000 to 100000";
 /// Rule of `max_accuracy_m`.
 const ACCURACY: &str = "a radius in metres, 1 to 10000";
+/// Rule of `after`.
+const AFTER: &str = "the next of the page before";
+/// In `integrity`: tracks without a transponder, or without one that is judged.
+const NOT_JUDGED: &str = "none";
 /// Most tracks in one answer.
 const MOST: usize = 10_000;
 
@@ -25,6 +31,9 @@ pub struct Filter {
     /// Longitude and latitude at least, at most.
     bbox: Option<[f64; 4]>,
     sources: Option<Vec<&'static str>>,
+    classes: Option<Vec<Class>>,
+    /// `None` among them: without a transponder that is judged.
+    integrity: Option<Vec<Option<State>>>,
     /// Indices of sensors.
     sensors: Option<Vec<usize>>,
     alt_min: Option<f64>,
@@ -32,7 +41,19 @@ pub struct Filter {
     ids: Option<HashSet<String>>,
     max_accuracy_m: Option<f64>,
     limit: Option<usize>,
+    /// Id behind which a page begins.
+    after: Option<String>,
     competitors: bool,
+}
+
+/// A part of what a filter lets through.
+#[derive(Debug)]
+pub struct Page<T> {
+    pub tracks: Vec<T>,
+    /// How many the filter lets through in all.
+    pub matched: usize,
+    /// Id behind which the next page begins; `None` after the last one.
+    pub next: Option<Arc<str>>,
 }
 
 impl Filter {
@@ -53,6 +74,18 @@ impl Filter {
             |name| SOURCES.into_iter().find(|known| *known == name),
             || format!("of {}, separated by commas", SOURCES.join(", ")),
         )?;
+        let classes = query.list(
+            "class",
+            |name| Class::ALL.into_iter().find(|class| class.name() == name),
+            || format!("of {}, separated by commas", Class::ALL.map(Class::name).join(", ")),
+        )?;
+        let state = |name: &str| match name {
+            NOT_JUDGED => Some(None),
+            _ => State::ALL.into_iter().find(|state| state.name() == name).map(Some),
+        };
+        let integrity = query.list("integrity", state, || {
+            format!("of {}, {NOT_JUDGED}, separated by commas", State::ALL.map(State::name).join(", "))
+        })?;
         let known = |name: &str| sensors.iter().position(|sensor| sensor.id == name);
         let names = || {
             let names: Vec<_> = sensors.iter().map(|sensor| sensor.id.as_str()).collect();
@@ -69,12 +102,15 @@ impl Filter {
         Ok(Self {
             bbox,
             sources,
+            classes,
+            integrity,
             sensors,
             alt_min: altitude("alt_min")?,
             alt_max: altitude("alt_max")?,
             ids: ids.map(|ids| ids.into_iter().collect()),
             max_accuracy_m: query.value("max_accuracy_m", ACCURACY, within_m)?,
             limit,
+            after: query.value("after", AFTER, |id: &String| !id.is_empty() && !id.contains(','))?,
             competitors: include.is_some(),
         })
     }
@@ -90,6 +126,8 @@ impl Filter {
         piece.unmeasured_accuracy_m.is_none_or(|accuracy_m| accuracy_m <= max_accuracy_m)
             && self.bbox.is_none_or(|bbox| within(bbox, piece.lng, piece.lat))
             && self.sources.as_ref().is_none_or(|sources| sources.contains(&piece.source))
+            && self.classes.as_ref().is_none_or(|classes| classes.contains(&piece.class))
+            && self.integrity.as_ref().is_none_or(|states| states.contains(&piece.integrity))
             && self
                 .sensors
                 .as_ref()
@@ -109,9 +147,22 @@ impl Filter {
         self.sensors.as_ref().is_none_or(|wanted| wanted.contains(&index))
     }
 
-    /// How many of the wanted ones are given.
-    pub fn limit(&self) -> usize {
-        self.limit.unwrap_or(MOST)
+    /// The page of the wanted ones that is asked for. Pages are in the order of ids, which lasts from slot to slot: whoever turns
+    /// them sees each track once that is there all the while.
+    pub fn page<T>(&self, tracks: impl Iterator<Item = T>, piece: impl Fn(&T) -> &Piece) -> Page<T> {
+        let mut tracks: Vec<T> = tracks.filter(|track| self.wants(piece(track))).collect();
+        let matched = tracks.len();
+        if self.limit.is_some() || self.after.is_some() {
+            tracks.sort_unstable_by(|a, b| piece(a).id.cmp(&piece(b).id));
+        }
+        if let Some(after) = &self.after {
+            tracks.drain(..tracks.partition_point(|track| *piece(track).id <= **after));
+        }
+        let limit = self.limit.unwrap_or(MOST);
+        let is_last = tracks.len() <= limit;
+        tracks.truncate(limit);
+        let next = tracks.last().filter(|_| !is_last).map(|last| piece(last).id.clone());
+        Page { tracks, matched, next }
     }
 }
 

@@ -6,9 +6,11 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::geometry::{Collection, Feature, Geometry, Position, Unnamed};
-use crate::areas::{Areas, NamedPolygon};
+use crate::areas::{Areas, Format, Part, ZoneKind, on_map, severity};
 use crate::config::{Area, AreaKind, Sensor, SensorKind};
 use crate::json::rounded;
+use crate::picture::Rfc3339;
+use fusion::time::Time;
 
 /// Corners of a circle.
 const CORNERS: usize = 72;
@@ -49,7 +51,7 @@ pub fn coverage(sensors: &[Sensor], areas: &Areas) -> Coverage {
         let max_range_m = radar.and_then(|radar| radar.max_range_m);
         let is_its =
             |area: &Area| matches!(&area.kind, AreaKind::Coverage { sensor: id } if *id == sensor.id);
-        let its = areas.polygons().filter(|of| is_its(of.area)).flat_map(|of| of.polygon);
+        let its = areas.parts().filter(|of| is_its(of.area)).flat_map(|of| of.polygon);
         let polygons: geo::MultiPolygon = its.collect();
         let (shape, geometry) = if polygons.0.is_empty() {
             let (radar, range_m) = radar.zip(max_range_m)?;
@@ -76,19 +78,65 @@ pub struct AreaProperties {
     /// Whose coverage it is.
     #[serde(skip_serializing_if = "Option::is_none")]
     sensor: Option<String>,
+    /// What its authority calls it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    identifier: Option<String>,
+    /// What holds in a UAS zone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("enum" = ZoneKind::ALL.map(ZoneKind::name)))]
+    r#type: Option<&'static str>,
+    /// What of a UAS zone is in force under which conditions, in its authority's words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    conditions: Option<String>,
+    /// Lowest height, metres above mean sea level; left out from the ground up.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    floor_m: Option<f64>,
+    /// Highest height, metres above mean sea level; left out without a limit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ceiling_m: Option<f64>,
+    /// Whether it is in force now.
+    active: bool,
+    /// When that changes; left out where it does not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    changes_at: Option<Rfc3339>,
+    /// When it is in force, in short.
+    hours: String,
+    /// How bad it is to be inside; left out where it raises no alert.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("enum" = ["warning", "critical"]))]
+    severity: Option<&'static str>,
+    /// What its file is.
+    #[schemars(extend("enum" = Format::ALL.map(Format::name)))]
+    format: &'static str,
 }
 
-/// The areas as GeoJSON.
-pub fn area_collection(areas: &Areas) -> AreaCollection {
-    let feature = |NamedPolygon { area, name, polygon }: NamedPolygon<'_>| {
-        let (kind, sensor) = match &area.kind {
-            AreaKind::Mask => ("mask", None),
-            AreaKind::Coverage { sensor } => ("coverage", Some(sensor.clone())),
-            AreaKind::Alert => ("alert", None),
+/// The areas as GeoJSON, as they are at a time, where the geoid is that far above the ellipsoid; a zone of several parts is as
+/// many features.
+pub fn area_collection(areas: &Areas, now: Time, undulation_m: f64) -> AreaCollection {
+    let feature = |Part { area, zone, polygon, band }: Part<'_>| {
+        let sensor = match &area.kind {
+            AreaKind::Coverage { sensor } => Some(sensor.clone()),
+            AreaKind::Mask | AreaKind::Alert(_) => None,
         };
-        Unnamed::new((&polygon).into(), AreaProperties { kind, name, sensor })
+        let band = band.above_sea(undulation_m);
+        let properties = AreaProperties {
+            kind: area.kind.name(),
+            name: zone.name.clone(),
+            sensor,
+            identifier: zone.identifier.clone(),
+            r#type: zone.kind.map(ZoneKind::name),
+            conditions: zone.conditions.clone(),
+            floor_m: band.floor_m.map(|metres| rounded(metres, 1)),
+            ceiling_m: band.ceiling_m.map(|metres| rounded(metres, 1)),
+            active: zone.schedule.is_active(now),
+            changes_at: zone.schedule.changes_after(now).map(Rfc3339),
+            hours: zone.schedule.to_string(),
+            severity: area.alert().and_then(|set| severity(set, zone.kind)).map(|severity| severity.name()),
+            format: zone.format.name(),
+        };
+        Unnamed::new((&polygon).into(), properties)
     };
-    areas.polygons().map(feature).collect()
+    areas.parts().map(feature).collect()
 }
 
 /// A circle on the sphere, counterclockwise, cut at the antimeridian; one around a pole is not drawn.
@@ -106,41 +154,19 @@ fn circle(longitude_deg: f64, latitude_deg: f64, radius_m: f64) -> Option<Geomet
         [longitude_deg + east.to_degrees(), north.clamp(-1.0, 1.0).asin().to_degrees()]
     };
     let ring: Vec<[f64; 2]> = (0..CORNERS).map(corner).collect();
-    // West of -180, inside, and east of 180: each moved into the map.
-    let parts = [(-540.0, -180.0, 360.0), (-180.0, 180.0, 0.0), (180.0, 540.0, -360.0)];
-    let part = |(west, east, shift): (f64, f64, f64)| {
-        let cut = cut(&cut(&ring, west, 1.0), east, -1.0);
-        let mut moved: Vec<Position> = cut
-            .iter()
-            .map(|&[lng, lat]| Position::new(rounded(lng + shift, 7), rounded(lat, 7), None))
-            .collect();
+    let part = |part: Vec<[f64; 2]>| {
+        let mut moved: Vec<Position> =
+            part.iter().map(|&[lng, lat]| Position::new(rounded(lng, 7), rounded(lat, 7), None)).collect();
         moved.dedup();
         let first = moved.first()?.clone();
         moved.push(first);
         (moved.len() > 3).then_some(vec![moved])
     };
-    let mut polygons: Vec<Vec<Vec<Position>>> = parts.into_iter().filter_map(part).collect();
+    let mut polygons: Vec<Vec<Vec<Position>>> = on_map(&ring).into_iter().filter_map(part).collect();
     Some(match polygons.len() {
         1 => Geometry::Polygon(polygons.remove(0)),
         _ => Geometry::MultiPolygon(polygons),
     })
-}
-
-/// The part of a convex ring that is east (`side` 1) or west (-1) of a meridian.
-fn cut(ring: &[[f64; 2]], meridian: f64, side: f64) -> Vec<[f64; 2]> {
-    let mut kept = Vec::new();
-    for (index, &here) in ring.iter().enumerate() {
-        let before = ring[(index + ring.len() - 1) % ring.len()];
-        let inside = |place: [f64; 2]| (place[0] - meridian) * side >= 0.0;
-        if inside(here) != inside(before) {
-            let share = (meridian - before[0]) / (here[0] - before[0]);
-            kept.push([meridian, before[1] + share * (here[1] - before[1])]);
-        }
-        if inside(here) {
-            kept.push(here);
-        }
-    }
-    kept
 }
 
 #[cfg(test)]

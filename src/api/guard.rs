@@ -22,7 +22,7 @@ use super::route::Route;
 use super::routes::ROUTES;
 use super::state::ApiState;
 use super::tokens::Pass;
-use super::{gzip, hosts};
+use super::{gzip, hosts, page};
 
 /// Octets of a request's body.
 const BODY: u64 = 64 * 1024;
@@ -50,7 +50,7 @@ pub fn router(state: ApiState) -> Router {
         router = router.route(route.path, on(method, handler));
     }
     router
-        .merge(super::page::files())
+        .merge(page::files())
         .fallback(async || Problem::not_found("nothing is here; /openapi.json lists what there is"))
         .method_not_allowed_fallback(async || {
             Problem::new(
@@ -90,7 +90,9 @@ fn ask(
     let client = request.extensions().get::<Client>().map(|client| client.0);
     let headers = request.headers().clone();
     let (pass, body) = (Pass::default(), Bytes::new());
-    let mut ask = Ask { state, query, id, headers, client, pass, body };
+    let upgrade = request.extensions().get().filter(|_| request.method() == Method::GET).cloned();
+    let place = request.extensions().get().cloned();
+    let mut ask = Ask { state, query, id, headers, client, pass, body, upgrade, place };
     ask.pass = auth::check(&ask, route)?;
     let known = route.parameters.unwrap_or(&[]);
     if let Some(name) = ask.query.names().find(|name| known.iter().all(|known| known.name != *name)) {
@@ -152,9 +154,10 @@ async fn guard(State(state): State<ApiState>, mut request: Request, next: Next) 
 }
 
 fn too_often(state: &ApiState, request: &Request) -> Result<(), Problem> {
-    let is_probe = ROUTES.iter().any(|route| !route.limited && route.path == request.uri().path());
+    let path = request.uri().path();
+    let is_free = page::is_file(path) || ROUTES.iter().any(|route| !route.limited && route.path == path);
     match request.extensions().get() {
-        Some(&Client(client)) if !is_probe => state.limit(Who::Address(Subscriber::at(client))),
+        Some(&Client(client)) if !is_free => state.limit(Who::Address(Subscriber::at(client))),
         _ => Ok(()),
     }
 }

@@ -4,13 +4,12 @@
 //! blocks in a row, between a head and a tail: so readers of streams share the blocks of an event although each has a file
 //! of its own, of which the service keeps nothing but the checksum.
 
-use std::sync::{Arc, OnceLock};
-
 use axum::body::{Bytes, HttpBody};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use flate2::{Compress, Compression, Crc, FlushCompress};
 
+use super::payload::Payload;
 use super::problem::Problem;
 
 /// Of 1 to 9. 404 kB of a city's tracks become 61, 53, 46, 44, 43, 42 kB in 0.8, 1.4, 2.2, 2.3, 3.0, 6.8 ms.
@@ -22,43 +21,25 @@ const HEAD: [u8; 10] = [0x1f, 0x8b, 8, 0, 0, 0, 0, 0, 0, 0xff];
 /// The last block, which is empty.
 const LAST: [u8; 2] = [3, 0];
 
-/// Octets that are sent to many readers, plain or compressed. Cheap to clone; clones are compressed once.
-#[derive(Clone, Debug)]
-pub struct Payload {
-    plain: Bytes,
-    blocks: Arc<OnceLock<Blocks>>,
-}
-
+/// A text as deflate blocks that stand on their own.
 #[derive(Debug)]
-struct Blocks {
+pub struct Blocks {
     octets: Bytes,
     crc: Crc,
 }
 
-impl<T: Into<Bytes>> From<T> for Payload {
-    fn from(plain: T) -> Self {
-        Self { plain: plain.into(), blocks: Arc::default() }
-    }
-}
-
-impl Payload {
-    /// As it is.
-    pub fn plain(&self) -> Bytes {
-        self.plain.clone()
+impl Blocks {
+    /// Compresses it.
+    pub fn of(text: &[u8]) -> Self {
+        let mut crc = Crc::new();
+        crc.update(text);
+        Self { octets: deflated(text).into(), crc }
     }
 
     /// As a whole gzip file.
-    pub fn gzip(&self) -> Bytes {
+    pub fn file(&self) -> Bytes {
         let mut file = GzipStream::default();
         [file.next(self), file.end()].concat().into()
-    }
-
-    fn blocks(&self) -> &Blocks {
-        self.blocks.get_or_init(|| {
-            let mut crc = Crc::new();
-            crc.update(&self.plain);
-            Blocks { octets: deflated(&self.plain).into(), crc }
-        })
     }
 }
 
@@ -70,9 +51,8 @@ pub struct GzipStream {
 }
 
 impl GzipStream {
-    /// The next piece of it; whoever has it can read all of the payload.
-    pub fn next(&mut self, payload: &Payload) -> Bytes {
-        let Blocks { octets, crc } = payload.blocks();
+    /// The next piece of it; whoever has it can read all of the text.
+    pub fn next(&mut self, Blocks { octets, crc }: &Blocks) -> Bytes {
         self.crc.combine(crc);
         if std::mem::replace(&mut self.is_begun, true) {
             return octets.clone();
@@ -87,7 +67,7 @@ impl GzipStream {
 }
 
 /// Deflate blocks that stand on their own, the last of them an empty one that ends on a whole octet.
-fn deflated(text: &[u8]) -> Vec<u8> {
+pub fn deflated(text: &[u8]) -> Vec<u8> {
     let mut deflate = Compress::new(LEVEL, false);
     let mut out = Vec::with_capacity(text.len() / 6 + 256);
     loop {
@@ -213,13 +193,13 @@ mod tests {
         /// Another decoder reads each piece as soon as it has it, and at the end finds the checksum right.
         #[test]
         fn a_stream_of_payloads_is_one_gzip_file(texts in prop::collection::vec(text(), 1..8)) {
-            let payloads: Vec<Payload> = texts.iter().cloned().map(Payload::from).collect();
+            let payloads: Vec<Blocks> = texts.iter().map(|text| Blocks::of(text)).collect();
             // Another reader has had them before, in another order.
             let mut other = GzipStream::default();
-            payloads.iter().rev().for_each(|payload| drop(other.next(payload)));
+            payloads.iter().rev().for_each(|blocks| drop(other.next(blocks)));
             let (mut stream, mut file, mut plain) = (GzipStream::default(), Vec::new(), Vec::new());
-            for (payload, text) in payloads.iter().zip(&texts) {
-                file.extend_from_slice(&stream.next(payload));
+            for (blocks, text) in payloads.iter().zip(&texts) {
+                file.extend_from_slice(&stream.next(blocks));
                 plain.extend_from_slice(text);
                 let mut so_far = vec![0; plain.len()];
                 GzDecoder::new(&file[..]).read_exact(&mut so_far).unwrap();
@@ -230,7 +210,7 @@ mod tests {
             GzDecoder::new(&file[..]).read_to_end(&mut read).unwrap();
             prop_assert_eq!(&read, &plain);
             let mut read = Vec::new();
-            GzDecoder::new(&payloads[0].gzip()[..]).read_to_end(&mut read).unwrap();
+            GzDecoder::new(&payloads[0].file()[..]).read_to_end(&mut read).unwrap();
             prop_assert_eq!(&read, &texts[0]);
         }
     }

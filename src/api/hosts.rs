@@ -2,7 +2,7 @@
 //!
 //! A browser lends its place in the network to whatever page it shows. A page whose name is made to point here ("DNS
 //! rebinding") would read as one of our own: so a name has to be known. And a page of another origin can send a POST
-//! without reading the answer: so a POST has to come from a page of ours, a listed one, or no page at all.
+//! without reading the answer, and read a WebSocket: so these have to come from a page of ours, a listed one, or no page at all.
 
 use std::net::{Ipv4Addr, Ipv6Addr};
 
@@ -20,7 +20,13 @@ const FORMS: [&str; 3] = ["application/x-www-form-urlencoded", "multipart/form-d
 /// A problem where the request is for another host, or comes from a page that may not send it.
 pub fn check(request: &Request, terms: &Terms) -> Result<(), Problem> {
     is_ours(request, &terms.hosts)?;
-    if request.method() == Method::POST { may_steer(request.headers(), terms) } else { Ok(()) }
+    let headers = request.headers();
+    if request.method() == Method::POST {
+        is_of_our_page(headers, terms)?;
+        return is_no_form(headers);
+    }
+    // A WebSocket is not asked for leave to read: any page could.
+    if headers.contains_key(header::SEC_WEBSOCKET_KEY) { is_of_our_page(headers, terms) } else { Ok(()) }
 }
 
 /// Every name that the request gives its host is one of ours.
@@ -64,8 +70,8 @@ fn is_known(host: &str, hosts: &[String]) -> bool {
         || hosts.iter().any(|known| name.eq_ignore_ascii_case(known))
 }
 
-/// Browsers say which page a POST comes from; programs do not.
-fn may_steer(headers: &HeaderMap, terms: &Terms) -> Result<(), Problem> {
+/// Browsers say which page a request comes from; programs do not.
+fn is_of_our_page(headers: &HeaderMap, terms: &Terms) -> Result<(), Problem> {
     let foreign = |page: &str| {
         let detail =
             format!("a page of {page} may not send this; http.cors lists the origins whose pages may");
@@ -84,6 +90,10 @@ fn may_steer(headers: &HeaderMap, terms: &Terms) -> Result<(), Problem> {
         }
         None => {}
     }
+    Ok(())
+}
+
+fn is_no_form(headers: &HeaderMap) -> Result<(), Problem> {
     let kind = headers.get(header::CONTENT_TYPE).and_then(|kind| kind.to_str().ok()).unwrap_or("");
     let kind = kind.split(';').next().unwrap_or("").trim();
     if FORMS.iter().any(|form| form.eq_ignore_ascii_case(kind)) {

@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use serde::Serialize;
 use tokio::sync::broadcast;
 use tokio::sync::broadcast::error::{RecvError, TryRecvError};
 use tokio::time::{Instant, MissedTickBehavior};
 
-use super::endings::{Endings, ended_event, event, reason_event};
+use super::endings::Endings;
+use super::events::{self, Closed, Heartbeat, event};
 use super::integrity::IdentityJson;
 use super::log::Event;
 use super::shown::Shown;
@@ -18,7 +18,6 @@ use super::state::ApiState;
 use crate::conflicts::{ConflictJson, Outlook};
 use crate::json::rounded;
 use crate::live::{Alert, AlertJson, Integrities, Lateness, PublishedPicture, SensorState, Status};
-use crate::picture::Rfc3339;
 use fusion::Identity;
 use fusion::integrity::{State, Trust};
 
@@ -37,18 +36,6 @@ pub(super) struct Keeper {
     /// Revision of each alert that lasts, as published, and the last one that ended.
     alerts: BTreeMap<u64, u32>,
     ended: Option<Arc<Alert>>,
-}
-
-/// The data of `heartbeat`.
-#[derive(Serialize)]
-struct Heartbeat {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    time: Option<Rfc3339>,
-    seq: u64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    latency_s: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    late_s: Option<f64>,
 }
 
 impl Keeper {
@@ -127,7 +114,7 @@ impl Keeper {
                 Err(TryRecvError::Empty | TryRecvError::Closed) => break,
             }
         }
-        let octets = reason_event(&self.next_id(), "closed", "the service stops");
+        let octets = event(&self.next_id(), &Closed { reason: "the service stops" });
         self.state.log.push(Event::Closed(octets));
     }
 
@@ -141,7 +128,7 @@ impl Keeper {
         if before.as_ref().is_some_and(|before| before.frame.seq >= frame.seq) {
             return;
         }
-        let head = format!("id: {}\nevent: tracks\ndata: ", self.next_id());
+        let head = events::head(&self.next_id(), events::TRACKS);
         let shown = Arc::new(Shown::new(frame, hub, before.as_deref(), head));
         let ended = self.endings.note(shown.time(), shown.usual());
         let time = shown.time();
@@ -150,7 +137,7 @@ impl Keeper {
         let is_back = before.is_some_and(|before| time < before.time());
         self.state.log.push(if is_back { Event::Back(shown) } else { Event::Slot(shown) });
         if !ended.is_empty() {
-            let octets = ended_event(&self.next_id(), time, &ended);
+            let octets = events::ended(&self.next_id(), time, &ended);
             self.state.log.push(Event::Ended(octets));
         }
         // Not even until the next second is a late picture taken for one of now.
@@ -170,7 +157,7 @@ impl Keeper {
             late_s: late.map(|lateness| rounded(lateness.late.as_secs_f64(), 1)),
         };
         self.told_late = late.is_some();
-        self.state.log.push(Event::Told(event(&self.next_id(), "heartbeat", &data)));
+        self.state.log.push(Event::Told(event(&self.next_id(), &data)));
     }
 
     /// Sensors whose state changed.
@@ -183,7 +170,7 @@ impl Keeper {
             }
             if let Some(configured) = self.state.hub.config.sensors.get(index) {
                 let properties = SensorProperties::new(configured, Some(sensor));
-                let octets = event(&self.next_id(), "sensor", &properties);
+                let octets = event(&self.next_id(), &properties);
                 self.state.log.push(Event::Sensor(index, octets));
             }
         }
@@ -200,7 +187,7 @@ impl Keeper {
             // What is as it is from the start is no news.
             if self.integrity.get(&identity).copied().unwrap_or_default() != now {
                 let data = IdentityJson::new(assessment, known, &self.state.hub, latest.as_deref());
-                self.state.log.push(Event::Told(event(&self.next_id(), "integrity", &data)));
+                self.state.log.push(Event::Told(event(&self.next_id(), &data)));
             }
         }
         self.integrity = states;
@@ -209,7 +196,7 @@ impl Keeper {
     /// Conflicts whose level changed, and each second those that are warned of.
     fn foresee(&self, outlook: &Outlook) {
         for conflict in &outlook.news {
-            let octets = event(&self.next_id(), "conflict", &ConflictJson::from(conflict));
+            let octets = event(&self.next_id(), &ConflictJson::from(conflict));
             self.state.log.push(Event::Told(octets));
         }
     }
@@ -217,7 +204,7 @@ impl Keeper {
     /// Alerts that began, changed or ended.
     fn alert(&mut self, alerts: &[Arc<Alert>]) {
         let tell = |alert: &Alert| {
-            let octets = event(&self.next_id(), "alert", &AlertJson::from(alert));
+            let octets = event(&self.next_id(), &AlertJson::from(alert));
             self.state.log.push(Event::Told(octets));
         };
         let (ended, lasting): (Vec<_>, Vec<_>) = alerts.iter().partition(|alert| alert.until.is_some());

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use tokio::sync::watch;
 
-use super::gzip::Payload;
+use super::payload::Payload;
 use super::shown::Shown;
 
 /// Slots that are remembered: 16 s, as in the hub. What happened between them is remembered with them.

@@ -10,13 +10,16 @@
 
 mod alerts;
 mod ask;
+mod asyncapi;
 mod auth;
+mod basemap;
 mod client;
 mod conflicts;
 mod correlations;
 mod door;
 mod endings;
 mod error;
+mod events;
 mod filter;
 mod geometry;
 mod ground;
@@ -31,11 +34,13 @@ mod log;
 mod metrics;
 mod openapi;
 mod page;
+mod payload;
 mod piece;
 mod problem;
 mod query;
 mod rate;
 mod raw;
+mod reader;
 mod readsb;
 mod replay;
 mod route;
@@ -54,6 +59,7 @@ mod tracks;
 mod trails;
 mod uss;
 mod validity;
+mod websocket;
 
 use tracing::warn;
 

@@ -12,10 +12,7 @@ use super::route::{Parameter, Route};
 
 /// The document of these routes.
 pub fn document(routes: &[Route], needs_token: bool) -> Answer {
-    let mut settings = SchemaSettings::draft2020_12().for_serialize().with_transform(exact);
-    settings.definitions_path = "/components/schemas".into();
-    settings.meta_schema = None;
-    let mut generator = settings.into_generator();
+    let mut generator = generator();
     let mut paths = Map::new();
     for route in routes {
         let method = if route.post { "post" } else { "get" };
@@ -39,6 +36,14 @@ pub fn document(routes: &[Route], needs_token: bool) -> Answer {
         },
     });
     json(JSON, &document)
+}
+
+/// Makes the schemas of a document.
+pub(super) fn generator() -> SchemaGenerator {
+    let mut settings = SchemaSettings::draft2020_12().for_serialize().with_transform(exact);
+    settings.definitions_path = "/components/schemas".into();
+    settings.meta_schema = None;
+    settings.into_generator()
 }
 
 const UNITS: &str = "Metres, metres per second, degrees true, RFC 3339 UTC; what is unknown is left out.";
@@ -96,7 +101,7 @@ fn operation(route: &Route, generator: &mut SchemaGenerator) -> Value {
     let mut responses = Map::new();
     let schema = (route.reply.schema)(generator);
     responses.insert(
-        "200".to_owned(),
+        route.reply.status.as_str().to_owned(),
         json!({ "description": route.summary, "content": { route.reply.content_type: { "schema": schema } } }),
     );
     let guarded: &[u16] = if route.scope.is_some() { &[401, 403] } else { &[] };
@@ -125,7 +130,8 @@ fn operation(route: &Route, generator: &mut SchemaGenerator) -> Value {
     operation
 }
 
-fn schema(parameter: &Parameter) -> Value {
+/// Of a parameter.
+pub(super) fn schema(parameter: &Parameter) -> Value {
     let mut schema = match parameter.kind {
         "time" => json!({ "type": "string", "format": "date-time" }),
         kind => json!({ "type": kind }),

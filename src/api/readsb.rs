@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::ask::Ask;
-use super::piece::Piece;
+use super::piece::{Class, Piece};
 use super::problem::Problem;
 use super::shown::Shown;
 use crate::json::rounded;
@@ -40,6 +40,11 @@ struct Aircraft {
     seen_pos: f64,
     mlat: [(); 0],
     tisb: [(); 0],
+    /// Emitter category of ADS-B, by which displays choose an icon: B6, unmanned. Of what is crewed, no drone, or not known to
+    /// be one, there is none: nobody says how heavy it is, and no category is a bird's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("enum" = ["B6"]))]
+    category: Option<&'static str>,
     /// Serial number of the transponder, else the track's id.
     flight: String,
     /// Above the ellipsoid, feet.
@@ -88,6 +93,7 @@ fn entry(piece: &Piece, shown: &Shown, hex: u32) -> Aircraft {
         seen_pos: age_s,
         mlat: [],
         tisb: [],
+        category: (piece.class == Class::Drone).then_some("B6"),
         flight: transponder.map_or(piece.id.to_string(), |part| serial_text(part.identity)),
         alt_geom: piece.height_m.map(feet),
         gs: motion.map(|motion| rounded(motion.speed() * KNOTS, 1)),

@@ -4,6 +4,7 @@ use std::fmt;
 use std::future::{Future, ready};
 use std::pin::Pin;
 
+use axum::http::StatusCode;
 use axum::response::Response;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Serialize;
@@ -81,16 +82,24 @@ impl Route {
 
 /// What answers, with the type of its body: neither can be given without the other.
 pub(super) struct Reply {
+    /// Where all is well.
+    pub(super) status: StatusCode,
     pub(super) content_type: &'static str,
     /// Of the body.
     pub(super) schema: fn(&mut SchemaGenerator) -> Schema,
-    pub(super) answer: Box<dyn Fn(Ask) -> Later<Response> + Send + Sync>,
+    pub(super) answer: Answering,
 }
+
+type Answering = Box<dyn Fn(Ask) -> Later<Response> + Send + Sync>;
 
 /// An answer that may have to be waited for.
 pub(super) type Later<T> = Pin<Box<dyn Future<Output = Result<T, Problem>> + Send>>;
 
 impl Reply {
+    fn of<T: JsonSchema>(content_type: &'static str, answer: Answering) -> Self {
+        Self { status: StatusCode::OK, content_type, schema: SchemaGenerator::subschema_for::<T>, answer }
+    }
+
     /// A value as JSON.
     pub(super) fn json<T: Serialize + JsonSchema + 'static>(handler: fn(&Ask) -> Result<T, Problem>) -> Self {
         Self::octets::<T>(JSON, move |ask| json(JSON, &handler(ask)?))
@@ -107,7 +116,12 @@ impl Reply {
             let value = handler(ask);
             Box::pin(async move { json(JSON, &value.await?) })
         };
-        Self { content_type: JSON, schema: SchemaGenerator::subschema_for::<T>, answer: Box::new(answer) }
+        Self::of::<T>(JSON, Box::new(answer))
+    }
+
+    /// A change of protocols; what is spoken then is a `T`.
+    pub(super) fn upgrade<T: JsonSchema>(handler: fn(&Ask) -> Answer) -> Self {
+        Self { status: StatusCode::SWITCHING_PROTOCOLS, ..Self::octets::<T>(JSON, handler) }
     }
 
     /// Octets that are a `T` already: text, or JSON that was written before.
@@ -116,7 +130,7 @@ impl Reply {
         handler: impl Fn(&Ask) -> Answer + Send + Sync + 'static,
     ) -> Self {
         let answer = move |ask: Ask| -> Later<Response> { Box::pin(ready(handler(&ask))) };
-        Self { content_type, schema: SchemaGenerator::subschema_for::<T>, answer: Box::new(answer) }
+        Self::of::<T>(content_type, Box::new(answer))
     }
 }
 

@@ -13,17 +13,28 @@ pub use super::route::{Parameter, Route};
 use super::shown::{TrackFeature, Tracks};
 use super::tokens::Scope;
 use super::{
-    alerts, conflicts, correlations, history, integrity, metrics, openapi, page, raw, readsb, replay,
-    service, sites, stream, tracks, uss,
+    alerts, asyncapi, basemap, conflicts, correlations, events, history, integrity, metrics, openapi, page,
+    raw, readsb, replay, service, sites, stream, tracks, uss, websocket,
 };
 
-const FILTER: [Parameter; 11] = [
+const FILTER: [Parameter; 13] = [
     Parameter::new(
         "bbox",
         "string",
         "lon_min,lat_min,lon_max,lat_max, degrees; lon_min above lon_max spans the antimeridian",
     ),
     Parameter::new("source", "string", "of fused, radar, transponder, separated by commas"),
+    Parameter::new(
+        "class",
+        "string",
+        "of drone (with a transponder, or the radar says so), crewed (conflicts.crewed names its transponder), other (the radar holds it for something else), unknown (the \
+         radar does not say), separated by commas",
+    ),
+    Parameter::new(
+        "integrity",
+        "string",
+        "of unverified, verified, suspect, failed, none (without a transponder that is judged), separated by commas",
+    ),
     Parameter::new("sensor", "string", "ids of sensors that took part, separated by commas"),
     Parameter::new(
         "alt_min",
@@ -45,7 +56,12 @@ const FILTER: [Parameter; 11] = [
          sensor measured is always there",
     )
     .within(1.0, 10_000.0),
-    Parameter::new("limit", "integer", "tracks at most, 1 to 10000").within(1.0, 10_000.0),
+    Parameter::new(
+        "limit",
+        "integer",
+        "tracks at most, 1 to 10000, in the order of their ids; where more are matched, next is there",
+    )
+    .within(1.0, 10_000.0),
     Parameter::new("trail_s", "integer", "each track with its trail of the last seconds, 1 to 600")
         .within(1.0, 600.0),
     Parameter::new(
@@ -60,8 +76,19 @@ const FILTER: [Parameter; 11] = [
     ),
 ];
 
-const STREAM: [Parameter; 13] = {
-    let [a, b, c, d, e, f, g, h, i, j, k] = FILTER;
+/// A page of the picture.
+const PAGE: [Parameter; 14] = {
+    let [a, b, c, d, e, f, g, h, i, j, k, l, m] = FILTER;
+    let after = Parameter::new(
+        "after",
+        "string",
+        "next of the page before: tracks behind it, in the order of their ids, which lasts from slot to slot",
+    );
+    [a, b, c, d, e, f, g, h, i, j, k, l, m, after]
+};
+
+const STREAM: [Parameter; 15] = {
+    let [a, b, c, d, e, f, g, h, i, j, k, l, m] = FILTER;
     let interval = Parameter::new(
         "interval_ms",
         "integer",
@@ -69,7 +96,17 @@ const STREAM: [Parameter; 13] = {
     )
     .within(250.0, 10_000.0);
     let ticket = Parameter::new("ticket", "string", "from POST /api/v1/stream-tickets, for browsers");
-    [a, b, c, d, e, f, g, h, i, j, k, interval, ticket]
+    [a, b, c, d, e, f, g, h, i, j, k, l, m, interval, ticket]
+};
+
+const WEBSOCKET: [Parameter; 16] = {
+    let [a, b, c, d, e, f, g, h, i, j, k, l, m, interval, ticket] = STREAM;
+    let last = Parameter::new(
+        "last_event_id",
+        "string",
+        "id of the last event of before: the stream goes on there while it is remembered, as with the header Last-Event-ID",
+    );
+    [a, b, c, d, e, f, g, h, i, j, k, l, m, interval, ticket, last]
 };
 
 const VIEW: [Parameter; 2] = [
@@ -119,6 +156,12 @@ const SEEK: [Parameter; 1] = [Parameter::new(
 )
 .needed()];
 
+const TILE: [Parameter; 3] = [
+    Parameter::new("z", "integer", "zoom, 0 to 31").within(0.0, 31.0).needed(),
+    Parameter::new("x", "integer", "column from 180° W, below 2^z").within(0.0, 2_147_483_647.0).needed(),
+    Parameter::new("y", "integer", "row from the north, below 2^z").within(0.0, 2_147_483_647.0).needed(),
+];
+
 const AFTER: [Parameter; 1] =
     [Parameter::new("after", "integer", "last of the answer before; default: everything that is kept")
         .within(0.0, 9e15)];
@@ -161,7 +204,7 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
             "The picture: a GeoJSON FeatureCollection, with a weak ETag",
             Reply::octets::<Tracks<'_>>(GEO_JSON, tracks::all),
         )
-        .with(&FILTER)
+        .with(&PAGE)
         .or(&[304]),
         Route::get(
             "/api/v1/tracks/{id}",
@@ -237,12 +280,20 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
         .or(&[409, 413]),
         Route::get(
             "/api/v1/stream",
-            "Server-Sent Events: snapshot, tracks, ended, sensor, integrity, alert, heartbeat, resync, closed",
+            "Server-Sent Events; /api/v1/asyncapi.json describes each",
             Reply::octets::<String>("text/event-stream", stream::open),
         )
         .with(&STREAM)
         .needs(Some(Scope::Stream))
         .or(&[503]),
+        Route::get(
+            "/api/v1/stream/ws",
+            "The same events as messages of a WebSocket, each the text of a JSON object",
+            Reply::upgrade::<events::Message>(websocket::open),
+        )
+        .with(&WEBSOCKET)
+        .needs(Some(Scope::Stream))
+        .or(&[426, 503]),
         Route::post(
             "/api/v1/stream-tickets",
             "A ticket that opens one stream within 30 s",
@@ -261,6 +312,13 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
             "The sensors with their state; sources that are heard and not configured",
             Reply::geo(sites::sensors),
         ),
+        Route::get(
+            "/api/v1/basemap",
+            "A vector tile (MVT) of the base map, Web Mercator; empty where the map has none",
+            Reply::octets::<String>(basemap::TILE, basemap::tile),
+        )
+        .with(&TILE)
+        .or(&[404, 503]),
         Route::get("/api/v1/status", "Health with reasons, latency, counters", Reply::json(service::status)),
         Route::get("/api/v1/info", "Version, site and settings", Reply::json(service::info)),
         Route::get(
@@ -271,7 +329,7 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
         Route::get(
             "/api/v1/areas",
             "The configured areas",
-            Reply::octets::<AreaCollection>(GEO_JSON, sites::areas),
+            Reply::geo::<AreaCollection>(sites::areas),
         ),
         Route::get("/api/v1/alerts", "What is wrong now, and what was", Reply::json(alerts::all)).with(&ALERTS),
         Route::post(
@@ -328,6 +386,19 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
         Route::get("/metrics", "Prometheus text", Reply::octets::<String>(metrics::TEXT, metrics::text)),
         Route::get("/openapi.json", "This document", Reply::octets::<Map<String, Value>>(JSON, document))
             .needs(None),
+        Route::get(
+            "/api/v1/asyncapi.json",
+            "AsyncAPI of the stream",
+            Reply::octets::<Map<String, Value>>(JSON, stream_document),
+        )
+        .needs(None),
+        Route::get(
+            "/api/docs",
+            "All of this as a page",
+            Reply::octets::<String>("text/html; charset=utf-8", page::docs),
+        )
+        .any_query()
+        .needs(None),
         Route::get("/", "The page", Reply::octets::<String>("text/html; charset=utf-8", page::index))
             .any_query()
             .needs(None),
@@ -337,4 +408,9 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
 /// `/openapi.json`.
 fn document(ask: &Ask) -> Answer {
     openapi::document(&ROUTES, ask.state.needs_token())
+}
+
+/// `/api/v1/asyncapi.json`.
+fn stream_document(_: &Ask) -> Answer {
+    asyncapi::document(&STREAM, &WEBSOCKET)
 }

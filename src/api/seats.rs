@@ -1,6 +1,6 @@
-//! How many streams are open: in all, and from each address.
+//! How many streams are open: in all, and from each address; and how many ended because of their clients.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -10,6 +10,7 @@ use super::client::Subscriber;
 #[derive(Clone, Debug)]
 pub struct Seats {
     taken: Arc<Mutex<HashMap<Subscriber, usize>>>,
+    dropped: Arc<Mutex<BTreeMap<Dropped, u64>>>,
     in_all: usize,
     per_address: usize,
 }
@@ -17,7 +18,7 @@ pub struct Seats {
 impl Seats {
     /// With these limits.
     pub fn new(in_all: usize, per_address: usize) -> Self {
-        Self { taken: Arc::default(), in_all, per_address }
+        Self { taken: Arc::default(), dropped: Arc::default(), in_all, per_address }
     }
 
     /// One more; `None` where that is too many.
@@ -32,9 +33,45 @@ impl Seats {
         Some(Seat { seats: self.clone(), client })
     }
 
+    /// One that its client has ended so.
+    pub fn note_dropped(&self, dropped: Dropped) {
+        *self.dropped.lock().unwrap_or_else(PoisonError::into_inner).entry(dropped).or_default() += 1;
+    }
+
+    /// How many ended so, by reason.
+    pub fn dropped(&self) -> [(Dropped, u64); 3] {
+        let counts = self.dropped.lock().unwrap_or_else(PoisonError::into_inner);
+        Dropped::ALL.map(|dropped| (dropped, counts.get(&dropped).copied().unwrap_or(0)))
+    }
+
     /// How many are open.
     pub fn taken(&self) -> usize {
         self.taken.lock().unwrap_or_else(PoisonError::into_inner).values().sum()
+    }
+}
+
+/// Why a WebSocket is dropped. (A stream of Server-Sent Events ends with its connection.)
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Dropped {
+    /// Its client does not take what it asked for.
+    Slow,
+    /// It answers no ping.
+    Silent,
+    /// It does not keep to what is agreed.
+    Protocol,
+}
+
+impl Dropped {
+    /// All reasons.
+    pub const ALL: [Self; 3] = [Self::Slow, Self::Silent, Self::Protocol];
+
+    /// Its name in the metrics.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Slow => "slow",
+            Self::Silent => "silent",
+            Self::Protocol => "protocol",
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::io;
 use std::net::SocketAddr;
+use std::sync::Arc;
 use std::time::Duration;
 
 use hyper::Request;
@@ -16,8 +17,9 @@ use tokio::net::{TcpListener, TcpSocket, TcpStream};
 use tracing::{debug, info, warn};
 
 use super::client::{Peer, is_trusted};
-use super::door::Refused;
+use super::door::{Place, Refused};
 use super::guard::router;
+use super::metrics::open_files;
 use super::state::ApiState;
 use super::tls::Tls;
 
@@ -62,10 +64,10 @@ pub async fn serve(listener: TcpListener, state: ApiState) {
                 let Ok(place) = state.door.enter(peer, cap) else { continue };
                 let (app, state, tls) = (app.clone(), state.clone(), terms.tls.clone());
                 tokio::spawn(async move {
-                    if let Err(error) = attend(stream, tls, app, Peer(peer), &state).await {
+                    let from = From { peer: Peer(peer), place: Arc::new(place) };
+                    if let Err(error) = attend(stream, tls, app, from, &state).await {
                         debug!("{address}: {error}");
                     }
-                    drop(place);
                 });
             }
             Err(error) => {
@@ -96,10 +98,10 @@ pub(super) fn affordable(connections: usize) -> usize {
     fewer
 }
 
-/// How many files a process may have open, of the system's table of its limits; `None`: any number.
-fn open_files(limits: &str) -> Option<usize> {
-    let line = limits.lines().find_map(|line| line.strip_prefix("Max open files"))?;
-    line.split_whitespace().next()?.parse().ok()
+/// Where a connection comes from, and the place that it takes.
+struct From {
+    peer: Peer,
+    place: Arc<Place>,
 }
 
 /// A connection from its first octet to its last. With TLS that begins with a handshake, for which there is as much time
@@ -108,19 +110,19 @@ async fn attend(
     stream: TcpStream,
     tls: Option<Tls>,
     app: axum::Router,
-    peer: Peer,
+    from: From,
     state: &ApiState,
 ) -> io::Result<()> {
     stream.set_nodelay(true)?;
     #[cfg(target_os = "linux")]
     SockRef::from(&stream).set_tcp_user_timeout(Some(state.options.stuck_timeout))?;
-    let Some(tls) = tls else { return connection(stream, app, peer, state).await };
+    let Some(tls) = tls else { return connection(stream, app, from, state).await };
     // In a box: what it takes is not taken by those without.
     Box::pin(async move {
         let handshake = tokio::time::timeout(state.options.header_timeout, tls.acceptor().accept(stream));
         let stream = handshake.await.unwrap_or_else(|late| Err(late.into()));
-        let stream = stream.inspect_err(|_| state.door.refuse(Refused::Tls, peer.0))?;
-        connection(stream, app, peer, state).await
+        let stream = stream.inspect_err(|_| state.door.refuse(Refused::Tls, from.peer.0))?;
+        connection(stream, app, from, state).await
     })
     .await
 }
@@ -128,19 +130,22 @@ async fn attend(
 async fn connection(
     stream: impl AsyncRead + AsyncWrite + Unpin + Send + 'static,
     app: axum::Router,
-    peer: Peer,
+    from: From,
     state: &ApiState,
 ) -> io::Result<()> {
     let app = TowerToHyperService::new(app);
     let service = service_fn(move |mut request: Request<Incoming>| {
-        request.extensions_mut().insert(peer);
+        request.extensions_mut().insert(from.peer);
+        // Whoever changes the protocol has the place for as long as the connection lasts.
+        request.extensions_mut().insert(from.place.clone());
         app.call(request)
     });
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(state.options.header_timeout)
         .max_buf_size(64 * 1024)
-        .serve_connection(TokioIo::new(stream), service);
+        .serve_connection(TokioIo::new(stream), service)
+        .with_upgrades();
     tokio::pin!(connection);
     let ended = tokio::select! {
         ended = &mut connection => ended,
@@ -150,22 +155,4 @@ async fn connection(
         }
     };
     ended.map_err(io::Error::other)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_limit_of_open_files_is_the_soft_one() {
-        let table = "Limit                     Soft Limit           Hard Limit           Units     \n\
-                     Max processes             63450                63450                processes \n\
-                     Max open files            1024                 524288               files     \n";
-        assert_eq!(open_files(table), Some(1024));
-        assert_eq!(
-            open_files("Max open files            unlimited            unlimited            files"),
-            None
-        );
-        assert_eq!(open_files(""), None);
-    }
 }

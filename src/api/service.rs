@@ -7,6 +7,7 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::ask::Ask;
+use super::basemap;
 use super::problem::Problem;
 use super::replay::{self, Replay};
 use super::tokens::Scope;
@@ -221,6 +222,12 @@ pub struct Info {
     /// Where the page gets its map from.
     #[serde(skip_serializing_if = "Option::is_none")]
     tiles: Option<Tiles>,
+    /// The base map, from `/api/v1/basemap`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    basemap: Option<basemap::About>,
+    /// How far back the history goes at most, hours; absent where none is kept.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    history_hours: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     replay: Option<Replay>,
 }
@@ -288,6 +295,8 @@ pub fn info(ask: &Ask) -> Result<Info, Problem> {
             suppress_s: fusion.suppress().as_secs_f64(),
         },
         tiles: tiles.map(|tiles| Tiles { url: tiles.url.clone(), attribution: tiles.attribution.clone() }),
+        basemap: ask.state.basemap.as_ref().map(Into::into),
+        history_hours: ask.state.options.history.as_ref().map(|_| config.state.history_hours),
         replay,
     })
 }

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::filter::Filter;
 use super::geometry::{CollectionType, Feature, Point};
-use super::gzip::Payload;
+use super::payload::Payload;
 use super::piece::Piece;
 use super::trails::Trail;
 use crate::config::{Config, PictureKind};
@@ -73,6 +73,9 @@ pub struct Tracks<'a> {
     matched: usize,
     #[serde(rename = "numberReturned")]
     returned: usize,
+    /// Where `limit` has left some out: what `after` takes for the next page.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    next: Option<&'a str>,
     /// Written one by one, behind all others.
     features: Vec<TrackFeature<'a>>,
 }
@@ -98,7 +101,7 @@ impl Shown {
             frame.picture.tracks.iter().enumerate().filter(|(_, track)| is_placed(track)).collect();
         let known = Known::of(before, &tracks);
         let piece = |&(index, track): &(usize, &PictureTrack)| {
-            Piece::new(index, track, &hub.maker, !known.has(track))
+            Piece::new((index, track), &hub.maker, &hub.config.conflicts.crewed, !known.has(track))
         };
         let shown = Self {
             frame: frame.clone(),
@@ -133,7 +136,9 @@ impl Shown {
         let picture = self.frame.now.get()?;
         let tracks = picture.tracks.iter().enumerate().filter(|(_, track)| is_placed(track));
         let shown = Self {
-            pieces: tracks.map(|(index, track)| Piece::new(index, track, &self.maker, true)).collect(),
+            pieces: tracks
+                .map(|track| Piece::new(track, &self.maker, &self.config.conflicts.crewed, true))
+                .collect(),
             frame: self.frame.clone(),
             predicted: Some(picture),
             now: Mutex::default(),
@@ -152,13 +157,14 @@ impl Shown {
     }
 
     /// What stands at the head of a collection of its tracks.
-    fn head(&self) -> Head {
+    fn head(&self) -> Head<'static> {
         Head {
             at: self.predicted.as_ref().map(|_| PictureKind::Now.name()),
             time: Some(self.time().into()),
             published_at: Some(self.frame.published_at.into()),
             latency_s: Some(self.latency_s()),
             seq: self.frame.seq,
+            next: None,
         }
     }
 
@@ -288,11 +294,11 @@ impl Shown {
         filter: &Filter,
         mut feature: impl FnMut(&mut Vec<u8>, &Self, &Piece),
     ) -> Bytes {
-        let wanted: Vec<(&Self, &Piece)> = pieces.filter(|(_, piece)| filter.wants(piece)).collect();
-        let returned = &wanted[..wanted.len().min(filter.limit())];
-        let mut out = Vec::with_capacity(512 + FEATURE * returned.len());
-        write_head(&mut out, self.head(), &self.config, wanted.len(), returned.len());
-        for (index, (shown, piece)) in returned.iter().enumerate() {
+        let page = filter.page(pieces, |(_, piece)| piece);
+        let mut out = Vec::with_capacity(512 + FEATURE * page.tracks.len());
+        let head = Head { next: page.next.as_deref(), ..self.head() };
+        write_head(&mut out, head, &self.config, page.matched, page.tracks.len());
+        for (index, (shown, piece)) in page.tracks.iter().enumerate() {
             if index > 0 {
                 out.push(b',');
             }
@@ -348,12 +354,13 @@ fn is_placed(track: &PictureTrack) -> bool {
 
 /// What a collection says of its slot; of none before the first.
 #[derive(Default)]
-struct Head {
+struct Head<'a> {
     at: Option<&'static str>,
     time: Option<Rfc3339>,
     published_at: Option<Rfc3339>,
     latency_s: Option<f64>,
     seq: u64,
+    next: Option<&'a str>,
 }
 
 /// The picture before the first slot: nothing.
@@ -367,7 +374,7 @@ pub fn nothing_yet(config: &Config, kind: PictureKind) -> Payload {
 
 fn write_head(
     out: &mut Vec<u8>,
-    Head { at, time, published_at, latency_s, seq }: Head,
+    Head { at, time, published_at, latency_s, seq, next }: Head<'_>,
     config: &Config,
     matched: usize,
     returned: usize,
@@ -382,6 +389,7 @@ fn write_head(
         site: &config.site.name,
         matched,
         returned,
+        next,
         features: Vec::new(),
     };
     append(out, &head);

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::ask::{Answer, Ask, GEO_JSON, live};
 use super::geometry::{CollectionType, Feature, Point};
-use super::ground::kind;
+use super::ground::{AreaCollection, area_collection, kind};
 use super::learnt::{Learnt, LearntTypeJson};
 use super::problem::Problem;
 use crate::config::{Sensor, SensorKind};
@@ -291,7 +291,11 @@ pub fn coverage(ask: &Ask) -> Answer {
     Ok(live(GEO_JSON, ask.state.terms().coverage.clone()))
 }
 
-/// `/api/v1/areas`.
-pub fn areas(ask: &Ask) -> Answer {
-    Ok(live(GEO_JSON, ask.state.terms().areas.clone()))
+/// `/api/v1/areas`: which of them are in force is as of now.
+pub fn areas(ask: &Ask) -> Result<AreaCollection, Problem> {
+    let hub = &ask.state.hub;
+    // A recording has times of its own.
+    let replayed = ask.state.options.player.as_ref().and_then(|_| Some(hub.latest()?.due));
+    let now = replayed.unwrap_or_else(|| ask.state.now());
+    Ok(area_collection(&ask.state.terms().areas, now, hub.maker.geoid_undulation_m()))
 }

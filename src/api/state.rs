@@ -3,12 +3,14 @@
 use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Deref;
+use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use axum::http::HeaderValue;
 use tokio::sync::watch;
 use tokio::time::Instant;
+use tracing::error;
 
 use super::door::Door;
 use super::log::Log;
@@ -18,6 +20,7 @@ use super::seats::Seats;
 use super::terms::Terms;
 use super::tokens::Tickets;
 use super::trails::Trails;
+use crate::basemap::Basemap;
 use crate::config::Tiles;
 use crate::current::Current;
 use crate::history::Store;
@@ -42,6 +45,8 @@ pub struct Options {
     pub header_timeout: Duration,
     /// A connection whose peer acknowledges nothing for this duration is closed.
     pub stuck_timeout: Duration,
+    /// A WebSocket whose client does not take a message for this duration, or answers no ping, is closed; as often it is pinged.
+    pub patience: Duration,
     /// Tells the time.
     pub clock: fn() -> Time,
     /// Where tracks were; `None`: no history is kept.
@@ -59,6 +64,7 @@ impl Default for Options {
             reserved: 16,
             header_timeout: Duration::from_secs(10),
             stuck_timeout: Duration::from_secs(60),
+            patience: Duration::from_secs(15),
             clock: crate::live::now,
             history: None,
             player: None,
@@ -81,6 +87,8 @@ pub struct Inner {
     pub(super) seats: Seats,
     limiter: Limiter,
     trails: Mutex<Trails>,
+    /// The base map of the page.
+    pub(super) basemap: Option<Basemap>,
     /// What the page may load.
     policy: HeaderValue,
     /// Responses by status.
@@ -109,6 +117,7 @@ impl ApiState {
             door: Door::new(connections, options.reserved),
             seats: Seats::new(options.streams, options.streams_per_address),
             trails: Mutex::default(),
+            basemap: hub.config.map.pmtiles.as_deref().and_then(open),
             policy: policy(hub.config.http.tiles.as_ref()),
             answered: Mutex::default(),
             slot_came: Mutex::default(),
@@ -214,6 +223,12 @@ impl ApiState {
     pub(super) fn answered(&self) -> BTreeMap<u16, u64> {
         self.answered.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
+}
+
+/// The base map; where it cannot be read the map has no ground, and the service runs all the same.
+fn open(path: &Path) -> Option<Basemap> {
+    let failed = |error: &std::io::Error| error!("no base map: {}: {error}", path.display());
+    Basemap::open(path).inspect_err(failed).ok()
 }
 
 /// What the page may load: nothing but from here, and pictures from the server of the tiles where there is one.

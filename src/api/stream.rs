@@ -1,262 +1,32 @@
 //! `GET /api/v1/stream`: Server-Sent Events.
-//!
-//! A reader is a place in the log and nothing else: no task, no queue. Its next event is looked for when its connection
-//! can take it, so one that does not read costs the others nothing, and is told to start again when it comes back.
 
-use std::collections::{BTreeSet, HashSet, VecDeque};
 use std::convert::Infallible;
-use std::sync::Arc;
 
-use axum::body::{Body, Bytes};
-use axum::http::{HeaderName, HeaderValue, StatusCode};
+use axum::body::Body;
+use axum::http::{HeaderName, HeaderValue};
 use axum::response::Response;
 use futures_util::stream;
-use tokio::sync::watch;
 
 use super::ask::{Answer, Ask, with_type};
-use super::endings::{Endings, ended_event, reason_event};
-use super::filter::Filter;
-use super::gzip::{self, GzipStream, Payload};
-use super::log::{Event, Next};
-use super::piece::Piece;
-use super::problem::Problem;
-use super::seats::Seat;
-use super::shown::Shown;
-use super::state::ApiState;
-use super::tokens::Pass;
-use super::tracks::{filter, kind, picture, trail_s};
-use crate::config::PictureKind;
-use fusion::time::Time;
-
-const INTERVAL: &str = "a whole number of milliseconds, 250 to 10000";
+use super::gzip::{self, GzipStream};
+use super::reader::Reader;
 
 /// Opens a stream.
 pub fn open(ask: &Ask) -> Answer {
-    let filter = filter(ask)?;
-    let (kind, trail_s) = (kind(ask)?, trail_s(ask)?);
-    let interval_ms = ask.query.value("interval_ms", INTERVAL, |ms: &i64| (250..=10_000).contains(ms))?;
-    let state = ask.state.clone();
-    if state.is_closing() {
-        return Err(Problem::unavailable("the service stops", Vec::new()));
-    }
-    let seat = state.seats.take(ask.client).ok_or_else(|| {
-        Problem::new(StatusCode::TOO_MANY_REQUESTS, "too many streams are open, in all or from this address")
-            .retry_after_s(5)
-    })?;
-    let resume = ask.header("last-event-id").and_then(|id| state.number_of(id));
+    let reader = Reader::open(ask, ask.header("last-event-id"))?;
     let is_gzip = gzip::is_accepted(&ask.headers);
     let gzip = is_gzip.then(GzipStream::default);
-    let reader = Reader::new(state, (kind, filter, trail_s), interval_ms, resume, (ask.pass, seat), gzip);
-    let events = stream::unfold(reader, async |mut reader| {
-        let octets = reader.next().await?;
-        Some((Ok::<_, Infallible>(octets), reader))
+    let events = stream::unfold((reader, gzip), async |(mut reader, mut gzip)| {
+        let octets = match (reader.next().await, &mut gzip) {
+            (Some(event), Some(gzip)) => gzip.next(event.blocks()),
+            (Some(event), None) => event.plain(),
+            (None, _) => gzip.take()?.end(),
+        };
+        Some((Ok::<_, Infallible>(octets), (reader, gzip)))
     });
     let mut response: Response = with_type("text/event-stream", "no-store", Body::from_stream(events));
     let unbuffered = (HeaderName::from_static("x-accel-buffering"), HeaderValue::from_static("no"));
     response.headers_mut().extend([unbuffered]);
     gzip::label(response.headers_mut(), is_gzip);
     Ok(response)
-}
-
-struct Reader {
-    state: ApiState,
-    kind: PictureKind,
-    filter: Filter,
-    /// How long the trails of a snapshot are.
-    trail_s: Option<u32>,
-    /// Shortest time between two `tracks` events; `None`: each slot.
-    interval_ns: Option<i64>,
-    /// Number of the last event that was looked at.
-    place: u64,
-    news: watch::Receiver<u64>,
-    /// What was shown, where not everything is.
-    endings: Endings,
-    /// Slots that wait for their interval to end, what ended in them, and the time of the last slot that was sent.
-    waiting: Vec<Arc<Shown>>,
-    ended: BTreeSet<Arc<str>>,
-    sent: Option<Time>,
-    out: VecDeque<Payload>,
-    /// What the client takes: gzip, or the plain octets.
-    gzip: Option<GzipStream>,
-    closed: bool,
-    /// Looked at again and again: a token may be withdrawn.
-    pass: Pass,
-    /// Given back when the connection ends.
-    _seat: Seat,
-}
-
-impl Reader {
-    fn new(
-        state: ApiState,
-        (kind, filter, trail_s): (PictureKind, Filter, Option<u32>),
-        interval_ms: Option<i64>,
-        resume: Option<u64>,
-        (pass, seat): (Pass, Seat),
-        gzip: Option<GzipStream>,
-    ) -> Self {
-        let mut reader = Self {
-            news: state.log.watch(),
-            place: 0,
-            endings: Endings::default(),
-            waiting: Vec::new(),
-            ended: BTreeSet::new(),
-            sent: None,
-            out: VecDeque::new(),
-            gzip,
-            closed: false,
-            interval_ns: interval_ms.map(|ms| ms * 1_000_000),
-            state,
-            kind,
-            filter,
-            pass,
-            trail_s,
-            _seat: seat,
-        };
-        match resume.filter(|&place| !matches!(reader.state.log.after(place), Next::Forgotten)) {
-            Some(place) => {
-                reader.place = place;
-                for slot in reader.state.log.slots_until(place) {
-                    let Some(shown) = slot.of(kind) else { continue };
-                    reader.sent = Some(shown.time());
-                    let ended = reader.note(&shown);
-                    // The connection may have ended within an interval: better twice than never.
-                    if reader.interval_ns.is_some() {
-                        reader.hold(shown, ended);
-                    }
-                }
-            }
-            None => reader.begin(),
-        }
-        reader
-    }
-
-    /// Everything as it is now.
-    fn begin(&mut self) {
-        let (last, latest) = self.state.log.latest();
-        let latest = latest.and_then(|shown| shown.of(self.kind));
-        self.place = last;
-        self.endings = Endings::default();
-        self.waiting.clear();
-        self.ended.clear();
-        if let Some(shown) = &latest {
-            self.sent = Some(shown.time());
-            self.note(shown);
-        }
-        let collection = picture(&self.state, (latest.as_deref(), self.kind), &self.filter, self.trail_s);
-        self.push("snapshot", &collection.plain());
-    }
-
-    /// The next octets; `None` at the end.
-    async fn next(&mut self) -> Option<Bytes> {
-        loop {
-            if let Some(payload) = self.out.pop_front() {
-                return Some(match &mut self.gzip {
-                    Some(gzip) => gzip.next(&payload),
-                    None => payload.plain(),
-                });
-            }
-            if self.closed {
-                return self.gzip.take().map(GzipStream::end);
-            }
-            if !self.state.terms().may_stream(self.pass) {
-                self.push("closed", b"{\"reason\":\"the token is no longer known\"}");
-                self.closed = true;
-                continue;
-            }
-            self.news.borrow_and_update();
-            match self.state.log.after(self.place) {
-                Next::Event(event) => {
-                    self.place += 1;
-                    self.take(event);
-                }
-                Next::Nothing => self.news.changed().await.ok()?,
-                Next::Forgotten => self.resync("this connection was too slow; what it missed is forgotten"),
-            }
-        }
-    }
-
-    fn take(&mut self, event: Event) {
-        match event {
-            Event::Slot(shown) => self.slot(&shown),
-            Event::Ended(octets) if self.is_plain() => self.out.push_back(octets),
-            Event::Ended(_) => {}
-            Event::Sensor(index, _) if !self.filter.wants_sensor(index) => {}
-            Event::Told(octets) | Event::Sensor(_, octets) => self.out.push_back(octets),
-            Event::Back(_) => self.resync("the replay went back"),
-            Event::Lost => self.resync("the service was too slow; slots are missing"),
-            Event::Closed(octets) => {
-                self.flush();
-                self.out.push_back(octets);
-                self.closed = true;
-            }
-        }
-    }
-
-    /// Whether it gets the events as they are made for everybody.
-    fn is_plain(&self) -> bool {
-        self.kind == PictureKind::Lagged && self.filter.is_default() && self.interval_ns.is_none()
-    }
-
-    fn slot(&mut self, shown: &Arc<Shown>) {
-        if self.is_plain() {
-            return self.out.push_back(shown.event());
-        }
-        let Some(shown) = shown.of(self.kind) else { return };
-        let time = shown.time();
-        let ended = self.note(&shown);
-        self.hold(shown, ended);
-        let is_due = |sent: Time| time.nanos() - sent.nanos() >= self.interval_ns.unwrap_or(0);
-        if self.sent.is_none_or(is_due) {
-            self.flush();
-        }
-    }
-
-    /// Keeps a slot until its interval ends.
-    fn hold(&mut self, shown: Arc<Shown>, ended: Vec<Arc<str>>) {
-        self.ended.extend(ended);
-        // What is there again has not ended.
-        self.ended.retain(|id| !self.endings.is_shown(id));
-        self.waiting.push(shown);
-    }
-
-    /// Sends what waits: each track that changed as it was last, then those that ended.
-    fn flush(&mut self) {
-        let Some(newest) = self.waiting.last().cloned() else { return };
-        self.sent = Some(newest.time());
-        let waiting = std::mem::take(&mut self.waiting);
-        let mut told = HashSet::new();
-        let changes = waiting.iter().rev().flat_map(|shown| shown.new_ones());
-        let latest = changes.filter(|(_, piece)| told.insert(&*piece.id));
-        let collection = newest.join(latest, &self.filter);
-        self.push("tracks", &collection);
-        let ended: Vec<_> = std::mem::take(&mut self.ended).into_iter().collect();
-        if !ended.is_empty() {
-            let id = self.state.event_id(self.place);
-            self.out.push_back(ended_event(&id, newest.time(), &ended));
-        }
-    }
-
-    fn resync(&mut self, reason: &str) {
-        let id = self.state.event_id(self.state.log.latest().0);
-        self.out.push_back(reason_event(&id, "resync", reason));
-        self.begin();
-    }
-
-    /// Where it does not get what is made for everybody, what ended is found out by itself.
-    fn note(&mut self, shown: &Shown) -> Vec<Arc<str>> {
-        if self.is_plain() {
-            return Vec::new();
-        }
-        let wanted = |piece: &&Piece| self.filter.wants(piece);
-        self.endings.note(shown.time(), shown.pieces.iter().filter(wanted))
-    }
-
-    fn push(&mut self, name: &str, data: &[u8]) {
-        let head = format!("id: {}\nevent: {name}\ndata: ", self.state.event_id(self.place));
-        let mut octets = Vec::with_capacity(head.len() + data.len() + 2);
-        octets.extend_from_slice(head.as_bytes());
-        octets.extend_from_slice(data);
-        octets.extend_from_slice(b"\n\n");
-        self.out.push_back(octets.into());
-    }
 }

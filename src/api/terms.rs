@@ -27,8 +27,9 @@ pub struct Terms {
     pub(super) connections: Option<NonZeroU32>,
     pub(super) hosts: Vec<String>,
     pub(super) trusted_proxies: Vec<Network>,
+    /// Which of them are in force changes with the time.
+    pub(super) areas: Areas,
     /// GeoJSON.
-    pub(super) areas: Vec<u8>,
     pub(super) coverage: Vec<u8>,
 }
 
@@ -60,7 +61,7 @@ impl Terms {
             connections: config.http.connections_per_address,
             hosts: config.http.hosts.clone(),
             trusted_proxies: config.http.trusted_proxies.clone(),
-            areas: octets(&ground::area_collection(areas)),
+            areas: areas.clone(),
             coverage: octets(&ground::coverage(&config.sensors, areas)),
         })
     }

@@ -4,7 +4,7 @@ use axum::http::{HeaderValue, header};
 
 use super::ask::{Answer, Ask, GEO_JSON, live, matches, not_modified, with_type};
 use super::filter::Filter;
-use super::gzip::Payload;
+use super::payload::Payload;
 use super::problem::Problem;
 use super::shown::{Shown, nothing_yet};
 use super::state::ApiState;

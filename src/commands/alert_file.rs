@@ -8,7 +8,7 @@ use crate::app::Failure;
 use crate::areas::Areas;
 use crate::config::Config;
 use crate::conflicts::Outlook;
-use crate::live::{AlertJson, AlertSettings, Alerts};
+use crate::live::{Ahead, AlertJson, AlertSettings, Alerts};
 use crate::picture::{Picture, PictureMaker};
 use crate::state::AlertDecision;
 use fusion::time::Time;
@@ -33,14 +33,18 @@ impl AlertFile {
         Ok(Self { alerts, file: LineFile::create(path)? })
     }
 
-    /// Looks at a slot's picture; what changes is written where that slot `is_wanted`.
+    /// Looks at a slot's picture, and at what is ahead; what changes is written where that slot `is_wanted`.
     pub(super) fn note(
         &mut self,
         picture: &Picture,
+        ahead: Option<Ahead<'_>>,
         maker: &PictureMaker,
         is_wanted: bool,
     ) -> io::Result<()> {
         self.alerts.note_picture(picture, maker);
+        if let Some(ahead) = ahead {
+            self.alerts.note_approaches(ahead, maker);
+        }
         self.write(is_wanted)
     }
 

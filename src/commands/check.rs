@@ -5,9 +5,11 @@ use std::path::PathBuf;
 
 use tracing::warn;
 
+use super::zones::lines;
 use super::{CommandResult, Outcome, Usage};
 use crate::api::Terms;
 use crate::areas::Areas;
+use crate::basemap::Basemap;
 use crate::config::{Address, Config};
 use crate::live::{AlertSettings, now};
 use crate::net::listen as udp;
@@ -37,14 +39,19 @@ pub fn run(args: &Args) -> CommandResult {
     let config = Config::load(file)?;
     let areas = Areas::load(&config.areas)?;
     AlertSettings::new(&config.alerts, &areas)?;
-    Terms::load(&config, &areas)?.warnings(now()).iter().for_each(|warning| warn!("{warning}"));
+    let warnings = Terms::load(&config, &areas)?.warnings(now()).into_iter().chain(areas.warnings(now()));
+    warnings.for_each(|warning| warn!("{warning}"));
+    if let Some(path) = &config.map.pmtiles {
+        Basemap::open(path).map_err(|error| format!("map.pmtiles: {}: {error}", path.display()))?;
+    }
     let undulation_m = Normaliser::new(&config, areas.masks()).undulation_m();
     let mut out = io::stdout().lock();
     if args.network {
         return network(&config, &mut out);
     }
     writeln!(out, "# {}: valid. In force, defaults filled in:", file.display())?;
-    writeln!(out, "# geoid undulation: {undulation_m:.2} m\n")?;
+    writeln!(out, "# geoid undulation: {undulation_m:.2} m")?;
+    writeln!(out, "{}", lines(&areas, now(), undulation_m))?;
     write!(out, "{config}")?;
     Ok(Outcome::Done)
 }

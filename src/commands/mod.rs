@@ -28,6 +28,7 @@ mod table;
 pub mod tip;
 mod unmatched;
 mod verdict;
+mod zones;
 
 use std::error::Error;
 use std::io;

@@ -61,7 +61,8 @@ impl Reload {
         let alerts = AlertSettings::new(&config.alerts, &areas)?;
 
         // From here on nothing is refused.
-        terms.warnings(now()).iter().for_each(|warning| warn!("{warning}"));
+        let warnings = terms.warnings(now()).into_iter().chain(areas.warnings(now()));
+        warnings.for_each(|warning| warn!("{warning}"));
         if let Some(tokens) = terms.tokens() {
             info!("{tokens} tokens are accepted");
         }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use tokio::signal::unix::{Signal, SignalKind, signal};
-use tracing::info;
+use tracing::{info, warn};
 
 use super::notify::Notifier;
 use super::reload::Reload;
@@ -14,6 +14,7 @@ use crate::api;
 use crate::app::{Failure, Live, LiveBuilder, Signals, runtime};
 use crate::areas::Areas;
 use crate::config::Config;
+use crate::live::now;
 
 /// Runs the live service: listens to the sensors, sends the fused picture, serves it over HTTP.
 ///
@@ -46,6 +47,7 @@ const WATCH: Duration = Duration::from_millis(500);
 pub fn run(args: &Args) -> CommandResult {
     let config = Arc::new(load_live(&args.config)?);
     let areas = Areas::load(&config.areas)?;
+    areas.warnings(now()).iter().for_each(|warning| warn!("{warning}"));
     runtime(2)?.block_on(serve(args, config, areas))
 }
 

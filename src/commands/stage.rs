@@ -20,6 +20,7 @@ use crate::config::{Config, PictureKind, Profile};
 use crate::conflicts::{ConflictLine, ConflictWatch, Outlook};
 use crate::formats::{OutputFormat, PictureWriter};
 use crate::integrity::Lookout;
+use crate::live::Ahead;
 use crate::picture::{Picture, PictureMaker};
 use crate::pipeline::Event;
 use crate::state::AlertDecision;
@@ -120,7 +121,10 @@ impl<'a> Stage<'a> {
             return;
         }
         let foresees_now = self.conflicts.as_ref().is_some_and(|watch| watch.on() == PictureKind::Now);
-        let needs_now = self.args.at == PictureKind::Now || self.broadcast.is_some() || foresees_now;
+        let needs_now = self.args.at == PictureKind::Now
+            || self.broadcast.is_some()
+            || self.alerts.is_some()
+            || foresees_now;
         let mut now = emission.now.take().filter(|_| needs_now).map(|now| self.maker.now(now));
         let mut lagged = self.maker.picture(emission);
         self.lookout.look(&mut lagged, &self.maker);
@@ -129,11 +133,17 @@ impl<'a> Stage<'a> {
         }
         let is_lagged_wanted = self.is_wanted(&lagged);
         if let Some(alerts) = &mut self.alerts {
-            self.failed = alerts.note(&lagged, &self.maker, is_lagged_wanted).err();
+            let fusion = &self.config.fusion;
+            let ahead = match &now {
+                Some(now) => Some(Ahead::Now(now)),
+                None if fusion.now => None,
+                None => Some(Ahead::Lagged(&lagged, fusion.latency() - fusion.slot / 2)),
+            };
+            self.failed = alerts.note(&lagged, ahead, &self.maker, is_lagged_wanted).err();
         }
         let outlook = self.conflicts.as_mut().and_then(|watch| match watch.on() {
-            PictureKind::Lagged => watch.look_at(&lagged, &self.maker),
-            PictureKind::Now => watch.look_at(now.as_ref()?, &self.maker),
+            PictureKind::Lagged => watch.look(&lagged, &self.maker),
+            PictureKind::Now => watch.look(now.as_ref()?, &self.maker),
         });
         if let Some(outlook) = outlook {
             self.failed = self.failed.take().or_else(|| self.note_outlook(&outlook).err());

@@ -27,7 +27,7 @@ section! {
         /// How bad they are.
         severity: Option<Severity> = absent("as bad as what they are about"), named::<Severity>();
         /// An alert ends when what it is about has been over for longer than this, seconds: what comes and goes is one alert.
-        hold_s: Option<SignedDuration> = absent("10 for silent and uncooperative, 3 for area, 0 for the others"),
+        hold_s: Option<SignedDuration> = absent("10 for silent and uncooperative, 4 for area-predicted, 3 for area, 0 for the others"),
             seconds("a hold is between 0 and 3600 seconds", |s| (0.0..=3600.0).contains(&s));
         /// Serial numbers of transponders that raise none; of a conflict both have to be named.
         allow: Vec<String> = Vec::new(), list(any_text());
@@ -44,6 +44,8 @@ names! {
         Sensor = "sensor",
         /// A track is inside an alert area.
         Area = "area",
+        /// A track is about to enter one.
+        AreaPredicted = "area-predicted",
         /// Something is wrong with the service itself.
         Service = "service",
         /// The alignment of a radar seems to have changed.
@@ -82,9 +84,10 @@ impl Default for AlertKind {
 
 impl AlertKind {
     /// All kinds.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Sensor,
         Self::Area,
+        Self::AreaPredicted,
         Self::Service,
         Self::Registration,
         Self::Integrity,
@@ -95,11 +98,13 @@ impl AlertKind {
     ];
 
     /// How long what an alert is about has to be over, where no rule says it. By judgement: who is inside an area may flicker
-    /// at its edge or be missed by the radar; an uncooperative track is remembered for so long; at the edge of a radar's sight
+    /// at its edge or be missed by the radar; entries are foreseen once a second, and the fifth time that one is not it is
+    /// over; an uncooperative track is remembered for so long; at the edge of a radar's sight
     /// the track of a silent transponder comes and goes for some seconds. The others have a hysteresis of their own.
     pub const fn usual_hold(self) -> SignedDuration {
         SignedDuration::from_secs(match self {
             Self::Area => 3,
+            Self::AreaPredicted => 4,
             Self::Silent | Self::Uncooperative => 10,
             _ => 0,
         })
@@ -107,7 +112,7 @@ impl AlertKind {
 
     /// Whether its alerts are about transponders that can be named.
     const fn has_transponders(self) -> bool {
-        matches!(self, Self::Area | Self::Integrity | Self::Silent | Self::Conflict)
+        matches!(self, Self::Area | Self::AreaPredicted | Self::Integrity | Self::Silent | Self::Conflict)
     }
 
     /// Whether its alerts are about a place.

@@ -8,13 +8,14 @@
 //! and `[[areas]]` are set in the file only.
 //!
 //! Each key is stated once, in the `section!` of its table (`site`, `sensors`, `network`, `fusion`, `integrity`,
-//! `conflicts`, `alerts`, `output`, `http`), with
+//! `conflicts`, `alerts`, `areas`, `output`, `http`), with
 //! its field, default, check, meaning, and whether SIGHUP reloads it; `docs/CONFIGURATION.md` follows from there.
 //!
 //! On the way in: text → `tree` (values that know their line) → `overrides` → the tables, which ask for their keys and refuse
 //! the rest. They go through the tree rather than through serde, which stops at the first fault.
 
 mod alerts;
+mod areas;
 mod changes;
 mod cidr;
 mod conflicts;
@@ -23,6 +24,7 @@ mod fusion;
 mod http;
 mod integrity;
 pub(crate) mod kinds;
+mod map;
 pub(crate) mod names;
 mod network;
 mod output;
@@ -38,6 +40,7 @@ use std::fmt::{self, Display, Formatter};
 use std::path::Path;
 
 pub use alerts::{AlertKind, AlertRule, Alerts, Severity};
+pub use areas::{AlertArea, Area, AreaKind, AreaSeverity};
 pub use changes::{Change, changes};
 pub use cidr::{Network, NotANetwork};
 pub use conflicts::{Advisory, ConflictVolume, Conflicts, VolumePreset, VolumeSide, Warning};
@@ -45,6 +48,7 @@ pub use error::{ConfigError, ConfigErrors, Place};
 pub use fusion::{Fusion, MAX_WINDOW_SLOTS, Motion, Profile};
 pub use http::{Auth, Http, RateLimit, Tiles, TlsFiles};
 pub use integrity::{Action, Integrity};
+pub use map::Map;
 pub use names::UnknownName;
 pub use network::{Address, Input, LONGEST_TRAILER, PictureKind, Sink};
 pub use output::{Output, Persistence, Record, SerialSource};
@@ -53,7 +57,7 @@ pub use reader::FILL_IN;
 pub use sensors::{
     Classification, Radar, RadarAccuracy, Registration, Sensor, SensorKind, Transponder, TransponderAccuracy,
 };
-pub use site::{Area, AreaKind, Site};
+pub use site::Site;
 
 use error::Faults;
 use reader::Section;
@@ -81,6 +85,8 @@ pub struct Config {
     pub output: Output,
     /// The HTTP service.
     pub http: Http,
+    /// The map page.
+    pub map: Map,
     /// What outlives a restart.
     pub state: Persistence,
 }
@@ -97,6 +103,7 @@ impl Display for Config {
         self.areas.iter().try_for_each(|area| show(f, "\n[[areas]]", area))?;
         show(f, "\n[output]", &self.output)?;
         show(f, "\n[http]", &self.http)?;
+        show(f, "\n[map]", &self.map)?;
         show(f, "\n[state]", &self.state)
     }
 }
@@ -164,11 +171,12 @@ impl Config {
             item.refuse("there is no picture of now to compute them on; set fusion.now = true, or picture = \"lagged\"");
         }
         let http = Http::read(top.section("http"));
+        let map = Map::read(top.section("map"));
         let state = Persistence::read(top.section("state"));
         top.finish();
         // What was refused or is missing is blank: it never leaves.
         faults.check()?;
-        Ok(Self { site, sensors, fusion, integrity, conflicts, alerts, areas, output, http, state })
+        Ok(Self { site, sensors, fusion, integrity, conflicts, alerts, areas, output, http, map, state })
     }
 
     /// Takes the keys that SIGHUP reloads from `wanted`; areas are reloaded by whoever has read their files.
@@ -180,6 +188,7 @@ impl Config {
         self.alerts.reload(&wanted.alerts);
         self.output.reload(&wanted.output);
         self.http.reload(&wanted.http);
+        self.map.reload(&wanted.map);
         self.state.reload(&wanted.state);
     }
 

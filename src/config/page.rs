@@ -2,7 +2,8 @@
 
 use super::table::{Row, Table};
 use super::{
-    Alerts, Area, Conflicts, Fusion, Http, Integrity, Output, Persistence, Radar, Sensor, Site, Transponder,
+    AlertArea, Alerts, Area, Conflicts, Fusion, Http, Integrity, Map, Output, Persistence, Radar, Sensor,
+    Site, Transponder,
 };
 
 /// What the page begins with.
@@ -20,7 +21,7 @@ The file is TOML. The name of a key states its unit, and an unknown key is refus
 ";
 
 /// The tables of the file: how they are named on the page, their path, what they are, and their keys.
-fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 12] {
+fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 14] {
     fn table<T: Table>(
         name: &'static str,
         path: &'static str,
@@ -37,8 +38,10 @@ fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 12] {
         table::<Conflicts>("[conflicts]", "conflicts"),
         table::<Alerts>("[alerts]", "alerts"),
         table::<Area>("[[areas]]", "areas"),
+        table::<AlertArea>("[[areas]], alert", "areas"),
         table::<Output>("[output]", "output"),
         table::<Http>("[http]", "http"),
+        table::<Map>("[map]", "map"),
         table::<Persistence>("[state]", "state"),
     ]
 }

@@ -7,7 +7,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::{Matrix2, Matrix4};
 
 use crate::config::{Config, PictureKind};
-use crate::live::PublishedPicture;
 use crate::picture::{Picture, PictureMaker, PictureTrack, serial_text};
 use fusion::conflicts::{self, Aircraft, Conflicts, Kind, Level, Volume};
 use fusion::frames::Geodetic;
@@ -112,30 +111,14 @@ impl ConflictWatch {
         self.on
     }
 
-    /// Whether anything is looked for in the picture of a slot.
-    pub fn is_due(&self, published: &PublishedPicture) -> bool {
-        match self.on {
-            PictureKind::Lagged => self.is_full_second(&published.picture),
-            PictureKind::Now => published.now.get().is_some_and(|now| self.is_full_second(&now)),
-        }
-    }
-
-    /// Once a second.
-    fn is_full_second(&self, picture: &Picture) -> bool {
+    /// Whether anything is looked for in this picture: once a second.
+    pub fn is_due(&self, picture: &Picture) -> bool {
         picture.slot.0.rem_euclid(self.every) == 0
     }
 
-    /// What is found in the picture of a slot; `None` between two evaluations, and where there is no such picture.
-    pub fn look(&mut self, published: &PublishedPicture, maker: &PictureMaker) -> Option<Outlook> {
-        match self.on {
-            PictureKind::Lagged => self.look_at(&published.picture, maker),
-            PictureKind::Now => self.look_at(&*published.now.get()?, maker),
-        }
-    }
-
-    /// The same of the picture itself.
-    pub fn look_at(&mut self, picture: &Picture, maker: &PictureMaker) -> Option<Outlook> {
-        if !self.is_full_second(picture) {
+    /// What is found in a picture; `None` between two evaluations.
+    pub fn look(&mut self, picture: &Picture, maker: &PictureMaker) -> Option<Outlook> {
+        if !self.is_due(picture) {
             return None;
         }
         let time = Time::from_nanos(picture.time.nanos() + (self.age_s * SECOND as f64) as i64);

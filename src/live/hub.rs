@@ -13,6 +13,7 @@ use super::inputs::Inputs;
 use super::integrity::{IntegrityDesk, IntegrityRequests, integrity};
 use super::outlooks::{OutlookWriter, Outlooks, outlooks};
 use super::published::{PublishedPicture, Status};
+use super::timings::Timings;
 use crate::config::Config;
 use crate::picture::PictureMaker;
 use crate::record::{RecorderCounts, RecorderMeter};
@@ -72,6 +73,8 @@ struct Known {
     /// What [`Punctuality`] counts time from.
     origin: Instant,
     punctuality: Mutex<Punctuality>,
+    /// None before the first slot, and in a replay.
+    timings: Mutex<Option<Timings>>,
     recorder: OnceLock<RecorderMeter>,
     archive: watch::Sender<Option<Trouble>>,
 }
@@ -85,6 +88,7 @@ impl Known {
         Self {
             origin: Instant::now(),
             punctuality: Mutex::new(Punctuality::new(slot)),
+            timings: Mutex::default(),
             recorder: OnceLock::new(),
             archive: watch::Sender::new(None),
         }
@@ -103,6 +107,10 @@ impl Known {
     /// A panic elsewhere leaves nothing half done in here.
     fn punctuality(&self) -> MutexGuard<'_, Punctuality> {
         self.punctuality.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn timings(&self) -> MutexGuard<'_, Option<Timings>> {
+        self.timings.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -175,6 +183,11 @@ impl Hub {
         self.known.lateness()
     }
 
+    /// How long the slots took so far; `None` before the first one of the live service, and in a replay.
+    pub fn timings(&self) -> Option<Timings> {
+        self.known.timings().clone()
+    }
+
     /// What the recorder has done so far; `None` where there is none.
     pub fn recorded(&self) -> Option<RecorderCounts> {
         self.known.recorder.get().map(RecorderMeter::counts)
@@ -210,8 +223,16 @@ impl HubWriter {
     /// Publishes a slot of the live service, and notes how late that is; `waited`: how many datagrams had waited for the
     /// engine for long since the slot before. Never waits for readers.
     pub fn publish_live(&self, frame: PublishedPicture, waited: usize) -> Arc<PublishedPicture> {
-        let late_ns = frame.published_at.nanos().saturating_sub(frame.due.nanos());
-        let late = Duration::from_nanos(u64::try_from(late_ns).unwrap_or(0));
+        let since = |time: Time| {
+            let nanos = frame.published_at.nanos().saturating_sub(time.nanos());
+            Duration::from_nanos(u64::try_from(nanos).unwrap_or(0))
+        };
+        let late = since(frame.due);
+        let mut timings = self.known.timings();
+        let counted = timings.get_or_insert_default();
+        counted.lateness.note(late);
+        counted.latency.note(since(frame.picture.time));
+        drop(timings);
         // Whoever sees the slot knows how late it is.
         let at = self.known.origin.elapsed();
         self.known.punctuality().note(at, late, waited);

@@ -30,11 +30,12 @@ mod quiet;
 mod registration;
 mod requests;
 mod service;
+mod timings;
 
 pub use alert_desk::{AlertDesk, AlertRecords};
 pub use alerts::{
-    Acknowledged, Alert, AlertJson, AlertKind, AlertSettings, AlertWish, Alerts, Change, Details, NotDone,
-    Severity, Shelved, Trouble, UnknownArea, Wanted,
+    Acknowledged, Ahead, Alert, AlertJson, AlertKind, AlertSettings, AlertWish, Alerts, Change, Details,
+    NotDone, Severity, Shelved, Trouble, UnknownArea, Wanted,
 };
 pub use clock::{Clock, now};
 pub use condition::{Cause, Condition, Facts, Lateness, Level, Punctuality, Reason};
@@ -57,3 +58,4 @@ pub use published::{Archive, Fleeting, PublishedPicture, Status};
 pub use registration::{RegistrationStatus, values};
 pub use requests::{Denied, Operators};
 pub use service::{KeeperQueues, Outlets, Service};
+pub use timings::{Histogram, Timings};

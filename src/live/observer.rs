@@ -8,10 +8,10 @@ use tracing::field::display;
 use tracing::{error, info, warn};
 
 use super::alert_desk::Asked;
-use super::alerts::{Alert, Alerts, Change, Severity};
+use super::alerts::{Ahead, Alert, Alerts, Change, Severity};
 use super::clock::now;
 use super::hub::Hub;
-use super::published::{Archive, Status};
+use super::published::{Archive, PublishedPicture, Status};
 use crate::state::alert_line;
 use fusion::time::Time;
 
@@ -33,7 +33,7 @@ pub async fn observe(hub: Hub, mut alerts: Alerts, mut archive: Option<Box<dyn A
                     if let Some(archive) = &mut archive {
                         archive.note(&frame.picture, &hub.maker);
                     }
-                    alerts.note_picture(&frame.picture, &hub.maker)
+                    alerts.note_picture(&frame.picture, &hub.maker) | note_approaches(&mut alerts, &hub, &frame)
                 }
                 Err(RecvError::Lagged(slots)) => {
                     warn!(slots, "alerts and history miss slots, which were published faster than read");
@@ -73,6 +73,17 @@ pub async fn observe(hub: Hub, mut alerts: Alerts, mut archive: Option<Box<dyn A
             hub.alert_desk.keep(shelves);
         }
     }
+}
+
+/// Who is about to enter an area, by the picture of now, where one is made and still remembered.
+fn note_approaches(alerts: &mut Alerts, hub: &Hub, frame: &PublishedPicture) -> bool {
+    let now = frame.now.get();
+    let ahead = match &now {
+        Some(now) => Ahead::Now(now),
+        None if hub.config.fusion.now => return false,
+        None => Ahead::Lagged(&frame.picture, frame.due - frame.picture.time),
+    };
+    alerts.note_approaches(ahead, &hub.maker)
 }
 
 fn note_status(alerts: &mut Alerts, status: &Status) -> bool {

@@ -272,7 +272,7 @@ impl Show {
                 Made::Slot(picture) => {
                     is_new = true;
                     let watch = self.conflicts.as_mut();
-                    let outlook = watch.and_then(|watch| watch.look(&picture, driver.maker()));
+                    let outlook = watch.and_then(|watch| picture.conflicts(watch, driver.maker()));
                     match self.show((picture, outlook)) {
                         Next::GoOn => {}
                         other => return other,

@@ -4,6 +4,8 @@ use std::sync::{Arc, PoisonError, RwLock};
 
 use super::alerts::Trouble;
 use super::health::{SensorStatus, Unknown};
+use crate::config::PictureKind;
+use crate::conflicts::{ConflictWatch, Outlook};
 use crate::picture::{Picture, PictureMaker};
 use crate::pipeline::Tally;
 use fusion::time::Time;
@@ -21,6 +23,24 @@ pub struct PublishedPicture {
     pub picture: Picture,
     /// Where aircraft are predicted to be by then, where that picture is made.
     pub now: Fleeting,
+}
+
+impl PublishedPicture {
+    /// Whether `watch` looks for conflicts in it.
+    pub fn is_due(&self, watch: &ConflictWatch) -> bool {
+        match watch.on() {
+            PictureKind::Lagged => watch.is_due(&self.picture),
+            PictureKind::Now => self.now.get().is_some_and(|now| watch.is_due(&now)),
+        }
+    }
+
+    /// What `watch` finds in it; `None` between two evaluations, and where there is no such picture.
+    pub fn conflicts(&self, watch: &mut ConflictWatch, maker: &PictureMaker) -> Option<Outlook> {
+        match watch.on() {
+            PictureKind::Lagged => watch.look(&self.picture, maker),
+            PictureKind::Now => watch.look(&*self.now.get()?, maker),
+        }
+    }
 }
 
 /// A picture that is forgotten before others are: nobody acts on where aircraft were predicted to be some seconds ago.

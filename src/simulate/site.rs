@@ -5,7 +5,7 @@ use std::net::Ipv4Addr;
 use super::ground::Ground;
 use super::scenario::{Radar, Scenario, TRANSPONDER_ID, Transponder};
 use crate::config::{
-    self, Address, Alerts, Config, Conflicts, Fusion, Http, Input, Integrity, Output, Persistence,
+    self, Address, Alerts, Config, Conflicts, Fusion, Http, Input, Integrity, Map, Output, Persistence,
     PictureKind, RadarAccuracy, Sensor, SensorKind, Sink, Site, TransponderAccuracy,
 };
 
@@ -51,6 +51,7 @@ pub fn site(scenario: &Scenario, ground: &Ground) -> Config {
             ..Output::default()
         },
         http: Http::default(),
+        map: Map::default(),
         state: Persistence::default(),
     }
 }

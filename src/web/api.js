@@ -8,7 +8,7 @@ let askForToken = () => {};
 export const onUnauthorized = (ask) => (askForToken = ask);
 export const setToken = (token) => sessionStorage.setItem(TOKEN, token);
 
-export const TRAIL_S = 60;
+const UPDATE_MS = 1000; // of 430 tracks 0.4 Mbit/s come; each slot would be 1.5
 const LONGEST_ANSWER_MS = 10000;
 
 function headers() {
@@ -17,6 +17,13 @@ function headers() {
 }
 
 export const get = (path) => answer(address(path), {});
+
+/** An answer that is no text. */
+export async function getOctets(path) {
+  const response = await exchange(address(path), {});
+  if (!response.ok) return answered(response); // a problem, in words
+  return new Uint8Array(await inTime(response.arrayBuffer()));
+}
 
 /** `value` goes into the body, as JSON. */
 export function post(path, parameters = {}, value = null) {
@@ -27,9 +34,10 @@ export function post(path, parameters = {}, value = null) {
 }
 
 /** An EventSource cannot send a header: with a token, a short-lived ticket goes into its address. */
-async function streamAddress(at) {
+async function streamAddress({ at, trailS }) {
   const url = address("stream");
-  url.searchParams.set("trail_s", TRAIL_S); // trails are there at once
+  url.searchParams.set("trail_s", trailS); // trails are there at once
+  url.searchParams.set("interval_ms", UPDATE_MS);
   if (at !== "lagged") url.searchParams.set("at", at);
   if (sessionStorage.getItem(TOKEN)) url.searchParams.set("ticket", (await post("stream-tickets")).ticket);
   return url;
@@ -37,9 +45,12 @@ async function streamAddress(at) {
 
 /** What was answered, or an error with words for the operator: the service's own (RFC 9457) where it has some. */
 async function answer(url, options) {
-  const [response, text] = await exchange(url, options);
+  return answered(await exchange(url, options));
+}
+
+async function answered(response) {
   if (response.status === 401) askForToken();
-  const value = parsed(text);
+  const value = parsed(await bodyOf(response));
   if (!response.ok) {
     const detail = value?.detail ?? value?.title;
     throw new Error(`HTTP ${response.status}${detail ? `: ${detail}` : ""}`);
@@ -48,10 +59,15 @@ async function answer(url, options) {
   return value;
 }
 
-async function exchange(url, options) {
+const exchange = (url, options) =>
+  inTime(fetch(url, { ...options, headers: { ...headers(), ...options.headers }, signal: AbortSignal.timeout(LONGEST_ANSWER_MS) }));
+
+const bodyOf = (response) => inTime(response.text());
+
+/** What a browser says of a connection is in no words for an operator. */
+async function inTime(promise) {
   try {
-    const response = await fetch(url, { ...options, headers: { ...headers(), ...options.headers }, signal: AbortSignal.timeout(LONGEST_ANSWER_MS) });
-    return [response, await response.text()];
+    return await promise;
   } catch (error) {
     throw new Error(error.name === "TimeoutError" ? `no answer within ${LONGEST_ANSWER_MS / 1000} s` : "no answer");
   }
@@ -80,13 +96,14 @@ const DEAD_AFTER_MS = 10000; // the service sends a heartbeat each second
 /** The stream of events. It comes back by itself: the browser's own retry gives up for good on an HTTP error. */
 export class Stream {
   /**
-   * Of the picture `at` ("lagged" or "now"). `on` has a function for each event, `opened`, and `failed` with the seconds until
-   * the next attempt and the cause.
+   * `asked()`: which picture, `at` ("lagged" or "now"), and how long its trails are, `trailS`. `on` has a function for each
+   * event, `opened`, and `failed` with the seconds until the next attempt and the cause.
    */
-  constructor(at, on) {
-    [this.at, this.on] = [at, on];
+  constructor(asked, on) {
+    [this.asked, this.on] = [asked, on];
     this.wait = FIRST_WAIT_MS;
     this.source = null;
+    this.opening = 0; // counts: what an earlier attempt comes to does not matter
     this.open();
     setInterval(() => {
       // A connection whose other end has vanished stays open in silence.
@@ -94,26 +111,30 @@ export class Stream {
     }, 1000);
   }
 
-  /** Another picture from now on. */
-  show(at) {
-    if (at === this.at) return;
-    this.at = at;
+  /** What is asked for has changed, or is wanted anew. */
+  reopen() {
+    this.close();
+    this.open();
+  }
+
+  close() {
+    this.opening += 1;
+    clearTimeout(this.waiting);
     this.source?.close();
     this.source = null;
-    this.open();
   }
 
   async open() {
     this.heard = performance.now();
     clearTimeout(this.waiting);
-    const { at } = this;
+    const opening = ++this.opening;
     let source;
     try {
-      source = new EventSource(await streamAddress(at));
+      source = new EventSource(await streamAddress(this.asked()));
     } catch (error) {
-      return this.again(error.message);
+      return opening === this.opening && this.again(error.message);
     }
-    if (at !== this.at) return source.close(); // another one was asked for meanwhile
+    if (opening !== this.opening) return source.close(); // another one was asked for meanwhile
     this.source = source;
     source.onopen = () => this.on.opened();
     source.onerror = () => this.again("no connection to the stream");

@@ -1,34 +1,34 @@
 // The map page: takes what the service says, and hands each to the part that shows it.
 
 import { Alerts } from "./alerts.js";
-import { get, list, onUnauthorized, setToken, Stream } from "./api.js";
+import { get, list, Stream } from "./api.js";
+import { offerLayer } from "./choices.js";
 import { Detail } from "./detail.js";
-import { byId, element, setAttribute, setText } from "./dom.js";
+import { byId, setText } from "./dom.js";
 import { showFailures } from "./failures.js";
-import * as format from "./format.js";
-import { bearing } from "./geo.js";
+import { takeZones } from "./filter.js";
 import { Ground } from "./ground.js";
-import { Keyboard } from "./keyboard.js";
 import { Map2d } from "./map.js";
-import { listenForOverlays } from "./overlays.js";
-import { applyTheme, nextTheme } from "./palette.js";
+import { Operator } from "./operator.js";
+import { applyTheme } from "./palette.js";
+import { Past } from "./past.js";
 import { Raw } from "./raw.js";
 import { Reads } from "./reads.js";
 import { Replay } from "./replay.js";
 import { Sensors } from "./sensors.js";
-import { change, isFiltering, LAYERS, onChange, read, settings, toggleLayer, toggleSource } from "./settings.js";
+import { change, onChange, read, settings } from "./settings.js";
 import { Status } from "./status.js";
 import { Table } from "./table.js";
 
 const RENEW_MS = 10000; // rates, clock offsets and alerts that are over come by asking
 const RAW_MS = 1000;
+const [MIN_ZONES_MS, MOST_ZONES_MS] = [1000, 86400000]; // between two questions for the zones; a day is soon enough
 const FRAME_MS = 2000; // the first view waits at most this long for the radars' places, which belong in it
 
 read();
 applyTheme();
-const map = new Map2d(byId("canvas"), showCursor);
+const map = new Map2d(byId("canvas"));
 const status = new Status();
-let stream = null; // until the page has begun
 const table = new Table(isPictureKnown);
 const detail = new Detail();
 const replay = new Replay(status);
@@ -47,10 +47,10 @@ const ground = new Ground(
   (picture) => {
     [map.picture, table.picture, detail.picture] = [picture, picture, picture];
   },
-  (came) => {
+  (layer, isGood, why) => {
     map.invalidate();
-    if (came) reads.good("tiles");
-    else reads.failed("tiles", "their server does not send them");
+    if (isGood) reads.good(layer);
+    else reads.failed(layer, why);
   },
 );
 
@@ -63,6 +63,7 @@ for (const [name, title] of [["coverage", "Coverage"], ["areas", "Areas"]]) {
   reads.add(name, title, { ask: () => get(name), take: (answer) => takeShapes(name, answer) });
 }
 reads.add("raw", "Raw inputs", { ask: () => map.raw.ask(), take: (answer) => map.raw.take(answer), everyMs: RAW_MS, isWanted: () => map.raw.isWanted });
+reads.add("base", "Base map");
 reads.add("tiles", "Map tiles");
 reads.add("page", "This page");
 
@@ -90,9 +91,11 @@ function takeInfo(info) {
   byId("site").title = `version ${info.version ?? "?"}, profile ${info.profile}`;
   if (Number.isFinite(info.latency_s) && !status.isNow) status.latency = info.latency_s;
   if (info.now !== true && settings.at !== "lagged") change({ at: "lagged" });
-  ground.takeTiles(info.tiles);
-  setText(byId("attribution"), info.tiles?.attribution ?? "");
-  byId("layer-list").querySelector("[name=tiles]").closest("li").hidden = !info.tiles;
+  ground.takeTiles(info);
+  setText(byId("attribution"), [info.basemap?.attribution, info.tiles?.attribution].filter(Boolean).join("; "));
+  offerLayer("base", Boolean(info.basemap));
+  offerLayer("tiles", Boolean(info.tiles));
+  past.offer(info.history_hours);
   if (status.isReplay) replay.update(info.replay ?? {});
 }
 
@@ -103,7 +106,21 @@ function takeSensors(collection) {
 
 function takeShapes(name, collection) {
   ground.takeShapes(name, collection);
+  if (name === "areas") {
+    takeZones(collection);
+    renewWhenZonesChange(collection);
+  }
   frameOnce();
+}
+
+let zonesTimer = null;
+
+/** Some zones are in force at certain hours only: what the map shows of them is asked for anew when that changes. */
+function renewWhenZonesChange({ features }) {
+  const times = features.map(({ properties }) => Date.parse(properties?.changes_at)).filter(Number.isFinite);
+  const wait = Math.max(MIN_ZONES_MS, Math.min(...times) - status.utc());
+  clearTimeout(zonesTimer);
+  if (wait < MOST_ZONES_MS) zonesTimer = setTimeout(() => reads.renew("areas"), wait);
 }
 
 function frameOnce() {
@@ -131,8 +148,30 @@ function took(collection) {
   map.invalidate();
 }
 
+/** Who was who is not in the history: as far as it is known now. */
+let identities = new Map();
+
+/** A picture of the past, in the place of the stream's. */
+function showPast(collection) {
+  const { picture } = map;
+  if (!status.past) identities = new Map([...picture.tracks.values()].map(({ id, properties }) => [id, properties.uas_id]));
+  for (const { id, properties } of list(collection, "features")) properties.uas_id = identities.get(id);
+  picture.snapshot(collection);
+  status.past = Date.parse(collection.time);
+  status.show();
+  map.invalidate();
+  table.refresh();
+  detail.refresh();
+}
+
+function showLive() {
+  status.past = null;
+  map.picture?.forget();
+  stream.reopen();
+}
+
 function start() {
-  return new Stream(settings.at, {
+  return new Stream(() => ({ at: settings.at, trailS: settings.trailS }), {
     // What was missed meanwhile is in no event.
     opened: () => reads.renew("info", "sensors", "alerts", "integrity", "coverage", "areas"),
     failed(wait, why) {
@@ -140,6 +179,7 @@ function start() {
       reads.failed("tracks", why);
     },
     snapshot(collection) {
+      if (past.isOn) return status.heard({});
       ground.takeTracks(collection);
       map.picture?.snapshot(collection);
       status.began();
@@ -148,12 +188,14 @@ function start() {
       table.refresh();
     },
     tracks(collection) {
+      if (past.isOn) return status.heard({});
       ground.takeTracks(collection);
       map.picture?.update(collection);
       took(collection);
     },
     ended(event) {
       status.heard({});
+      if (past.isOn) return;
       map.picture?.end(list(event, "ids"));
       keepSelection();
       map.invalidate();
@@ -179,136 +221,32 @@ function start() {
   });
 }
 
-// ── what the operator does
-
-function showCursor(px, py) {
-  const readout = byId("readout");
-  if (px == null || !map.picture) return setText(readout, "");
-  const [x, y] = map.view.toLocal(px, py);
-  const { frame } = map.picture;
-  const about = frame.isRadar ? `${bearing(x, y).toFixed(1).padStart(5, "0")}°  ${format.distance(Math.hypot(x, y))}  ` : "";
-  setText(readout, about + format.position(...frame.toGeodetic(x, y)));
-}
-
-function showFilter() {
-  byId("filtered").hidden = !isFiltering();
-  if (!isFiltering() || !map.picture) return;
-  const total = isPictureKnown() ? map.picture.tracks.size : "?";
-  setText(byId("filtered-text"), `Filtered: ${map.picture.visible().length} of ${total} tracks shown`);
-}
-
-const clearFilter = () => change({ text: "", flagged: false, sources: new Set(Object.keys(SOURCE_BUTTONS)) });
-const SOURCE_BUTTONS = Object.fromEntries([...byId("sources").children].map((button) => [button.dataset.source, button]));
-
-function showSettings() {
-  const { text, sources, flagged, layers, labelBy, follow, selected } = settings;
-  if (byId("filter-input").value !== text) byId("filter-input").value = text;
-  for (const [source, button] of Object.entries(SOURCE_BUTTONS)) setAttribute(button, "aria-pressed", String(sources.has(source)));
-  for (const box of byId("layer-list").querySelectorAll("input")) box.checked = layers[box.name];
-  setAttribute(byId("flagged"), "aria-pressed", String(flagged));
-  byId("label-by").value = labelBy;
-  setAttribute(byId("follow"), "aria-pressed", String(follow && Boolean(selected)));
-  setText(byId("theme-name"), settings.theme);
-  showFilter();
-}
-
-function listen() {
-  for (const [name, [words]] of Object.entries(LAYERS)) {
-    const box = element("input", { type: "checkbox", name });
-    box.addEventListener("change", () => toggleLayer(name));
-    byId("layer-list").append(element("li", { hidden: name === "tiles" }, element("label", {}, box, words)));
-  }
-  byId("label-by").addEventListener("change", (event) => change({ labelBy: event.target.value }));
-  byId("filter").addEventListener("submit", (event) => event.preventDefault());
-  byId("filter-input").addEventListener("input", (event) => change({ text: event.target.value.trim() }));
-  for (const [source, button] of Object.entries(SOURCE_BUTTONS)) button.addEventListener("click", () => toggleSource(source));
-  byId("flagged").addEventListener("click", () => change({ flagged: !settings.flagged }));
-  byId("filter-clear").addEventListener("click", clearFilter);
-  byId("zoom-in").addEventListener("click", () => map.zoom(1.5));
-  byId("zoom-out").addEventListener("click", () => map.zoom(1 / 1.5));
-  byId("fit").addEventListener("click", () => map.fit());
-  byId("follow").addEventListener("click", toggleFollow);
-  byId("theme-button").addEventListener("click", () => change({ theme: nextTheme() }));
-  byId("more-button").addEventListener("click", (event) => openMenu(event.target.getAttribute("aria-expanded") !== "true"));
-  byId("help-button").addEventListener("click", () => byId("help").showModal());
-  addEventListener("hashchange", () => {
-    read();
-    map.framed = false;
-    map.frameOnce();
-  });
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
-    applyTheme();
-    map.invalidate();
-  });
-}
-
-/** Where every track is by now, or the picture in which late measurements still count. */
-function toggleNow() {
-  if (status.info?.now === true) change({ at: settings.at === "now" ? "lagged" : "now" });
-}
-
-const toggleFollow = () => change({ follow: !settings.follow && settings.selected !== null });
-
-/** On a small screen the clock, the sensors and the tools are behind a button. */
-function openMenu(isOpen) {
-  setAttribute(byId("more-button"), "aria-expanded", String(isOpen));
-  byId("more").classList.toggle("is-open", isOpen);
-}
-
-function escape() {
-  if (document.querySelector("dialog[open], :popover-open")) return; // the browser closes those
-  openMenu(false);
-  if (document.activeElement === byId("filter-input")) byId("filter-input").blur();
-  else change({ selected: null, follow: false });
-}
+const past = new Past(() => status.pictureTime, { show: showPast, live: showLive });
+const operator = new Operator({ map, status, replay, alerts, reads, isPictureKnown });
 
 onChange((patch) => {
-  if ("theme" in patch) applyTheme();
-  if ("at" in patch) stream?.show(settings.at);
   if ("selected" in patch) {
     chosen = map.picture?.tracks.get(settings.selected) ?? null;
     detail.refresh();
   }
-  showSettings();
-  map.invalidate();
+  if ("units" in patch || "groundM" in patch) ground.nameZones();
+  if ("units" in patch || "groundM" in patch || "watched" in patch) detail.refresh();
 });
 
-onUnauthorized(() => {
-  if (!byId("sign-in").open) byId("sign-in").showModal();
-});
-byId("sign-in-form").addEventListener("submit", () => {
-  setToken(byId("token").value);
-  byId("token").value = "";
-  reads.renew("info", "sensors", "alerts", "integrity", "coverage", "areas"); // the stream tries again by itself
-});
-
-listen();
-listenForOverlays(map);
-new Keyboard([
-  [["+", "="], "Zoom in", () => map.zoom(1.5)],
-  [["-", "_"], "Zoom out", () => map.zoom(1 / 1.5)],
-  [["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"], "Pan the map; in the table, select", ({ key }) => {
-    const [dx, dy] = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[key];
-    map.pan(dx, dy);
-  }],
-  [["0"], "Show all tracks", () => map.fit()],
-  [["f"], "Follow the selected track", toggleFollow],
-  [["/"], "Filter", () => byId("filter-input").focus()],
-  [["n"], "Now: where each is predicted to be", toggleNow],
-  [["l"], "Labels", () => toggleLayer("labels")],
-  [["r"], "Range rings and bearings", () => toggleLayer("rings")],
-  [["v"], "Where each will be in 10 s", () => toggleLayer("vectors")],
-  [["a"], "Alerts", () => alerts.open(byId("alerts").hidden)],
-  [["t"], "Theme: auto, light, dark", () => change({ theme: nextTheme() })],
-  [[" "], "Replay: play or pause", () => status.isReplay && replay.toggle()],
-  [["?"], "This help", () => byId("help").showModal()],
-  [["Escape"], "Close, or select nothing", escape],
-]);
-showSettings();
-setInterval(showFilter, 1000);
+operator.show();
 for (const kind of ["error", "unhandledrejection"]) {
   addEventListener(kind, () => reads.failed("page", "an error in it; load it anew"));
 }
 setTimeout(frameOnce, FRAME_MS);
 reads.renew("info", "sensors");
-stream = start();
+const stream = start();
+// A browser may keep a page that was left, with its connection, of which it has only six to a service.
+addEventListener("pagehide", () => stream.close());
+addEventListener("pageshow", ({ persisted }) => persisted && stream.reopen());
+onChange((patch) => {
+  if ("at" in patch) stream.reopen();
+  if ("trailS" in patch) {
+    map.picture?.forget(); // or the older part of a longer trail would stay unknown
+    stream.reopen();
+  }
+});

@@ -3,8 +3,9 @@
 import { get, list, post } from "./api.js";
 import { byId, element } from "./dom.js";
 import * as format from "./format.js";
-import { change, settings } from "./settings.js";
+import { change, settings, toggled } from "./settings.js";
 import { say, trustProperties, Verdicts } from "./trust.js";
+import * as units from "./units.js";
 
 const SOURCE_WORDS = {
   fused: "radar and transponder, fused",
@@ -32,13 +33,13 @@ function properties(track, time) {
     ["Source", SOURCE_WORDS[track.source] ?? track.source],
     ["State", STATE_WORDS[p.state] ?? p.state],
     ["Position", format.position(p.lat, p.lng)],
-    ["From the radar", known(track.range, (value) => `${format.distance(value)} at ${track.bearing.toFixed(1)}°`)],
-    ["Height AMSL", known(p.alt_msl, (value) => format.metres(value, 1)) ?? "not measured"],
+    ["From the radar", known(track.range, (value) => `${units.distance(value)} at ${track.bearing.toFixed(1)}°`)],
+    [units.heightName(), known(p.alt_msl, (value) => units.height(value, 1)) ?? "not measured"],
     ["Height, ellipsoid", known(p.alt, (value) => format.metres(value, 1))],
     ["Geoid separation", known(p.geoid_separation, (value) => format.metres(value, 1))],
-    ["Speed", known(track.speed, (value) => `${format.speed(value, 1)}${derived}`)],
+    ["Speed", known(track.speed, (value) => `${units.speed(value, 1)}${derived}`)],
     ["Course", known(track.course, (value) => `${format.direction(value)}${derived}`)],
-    ["Vertical speed", known(p.vertical_speed, (value) => format.speed(value, 1))],
+    ["Vertical speed", known(p.vertical_speed, units.climb)],
     ["Accuracy, horizontal", known(p.accuracy_h_m, (value) => accuracy(value, p.accuracy_h)) ?? p.accuracy_h],
     ["Accuracy, vertical", known(p.accuracy_v_m, (value) => accuracy(value, p.accuracy_v)) ?? p.accuracy_v],
     ["Is a drone", known(p.uav_probability, (value) => `${format.percent(value)} likely, says the radar`)],
@@ -146,6 +147,13 @@ function contributors(track, whole, info, decide) {
   return list;
 }
 
+function watchButton({ watchId }) {
+  const isWatched = settings.watched.has(watchId);
+  const made = element("button", { type: "button", id: "watch", "aria-pressed": String(isWatched), title: "Watch list (w)" }, isWatched ? "★ Watched" : "☆ Watch");
+  made.addEventListener("click", () => change({ watched: toggled(settings.watched, watchId) }));
+  return made;
+}
+
 const WHY = {
   fused: "Why it is fused",
   radar: "Not fused: no transponder has kept close enough to it",
@@ -239,7 +247,7 @@ export class Detail {
     const close = element("button", { type: "button", id: "detail-close", "aria-label": "Close the details", title: "Close (Esc)" }, "×");
     close.addEventListener("click", () => change({ selected: null, follow: false }));
     const name = track ? `Track ${track.name}` : selected;
-    const heading = element("h2", { "data-source": track?.source }, name, close);
+    const heading = element("h2", { "data-source": track?.source }, name, element("span", {}, track ? watchButton(track) : null, " ", close));
     if (!track) return [heading, element("p", { class: "empty" }, "Not in the picture (any more)")];
     const why = this.info?.profile === "operational" ? WHY_OPERATIONAL : WHY;
     const mayDecide = !isGone && this.info?.profile === "operational" && this.info.control;

@@ -5,24 +5,18 @@ export const THIN = "\u2009";
 
 export const metres = (value, digits = 0) =>
   Number.isFinite(value) ? `${grouped(value, digits)}${THIN}m` : DASH;
-export const distance = (value) =>
-  !Number.isFinite(value) ? DASH : value < 10000 ? metres(value) : `${(value / 1000).toFixed(1)}${THIN}km`;
-export const speed = (value, digits = 0) =>
-  Number.isFinite(value) ? `${value.toFixed(digits)}${THIN}m/s` : DASH;
 export const direction = (value) =>
   Number.isFinite(value) ? `${String(Math.round(value) % 360).padStart(3, "0")}°` : DASH;
 export const percent = (value) => (Number.isFinite(value) ? `${Math.round(value * 100)}${THIN}%` : DASH);
 export const seconds = (value, digits = 1) => (Number.isFinite(value) ? `${value.toFixed(digits)}${THIN}s` : DASH);
-export const plain = (value, digits = 0) => (Number.isFinite(value) ? minus(value.toFixed(digits)) : DASH);
 
 /** Four digits stay together; more are grouped by a thin space. */
-function grouped(value, digits) {
+export function grouped(value, digits = 0) {
   const [whole, rest] = Math.abs(value).toFixed(digits).split(".");
   const groups = whole.length > 4 ? whole.replace(/\B(?=(\d{3})+$)/g, THIN) : whole;
-  return `${value < 0 ? "−" : ""}${groups}${rest ? `.${rest}` : ""}`;
+  const isNegative = value < 0 && /[1-9]/.test(groups + (rest ?? "")); // what rounds to nothing has no sign
+  return `${isNegative ? "−" : ""}${groups}${rest ? `.${rest}` : ""}`;
 }
-
-const minus = (text) => text.replace("-", "−");
 
 /** hh:mm:ss of UTC, of milliseconds since 1970. */
 export const utc = (ms, fraction = 0) =>

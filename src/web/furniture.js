@@ -1,17 +1,11 @@
 // What lies still on the map: range rings and bearing lines about the first radar, the sensors, scale and north.
 
-import { distance } from "./format.js";
 import { palette } from "./palette.js";
+import { distance, roundDistance } from "./units.js";
 
 export const FONT = '11px ui-monospace, "Cascadia Mono", "DejaVu Sans Mono", Menlo, Consolas, monospace';
 const RING_APART_PX = 90;
 const LINE_EVERY_DEG = 30;
-
-/** The round number (1, 2 or 5 of a power of ten) that is at least `least`. */
-export function round125(least) {
-  const power = 10 ** Math.floor(Math.log10(least));
-  return [1, 2, 5, 10].map((digit) => digit * power).find((value) => value >= least * 0.999);
-}
 
 /** Text with an outline in the map's colour, to be read above anything. */
 export function write(context, text, x, y, colour = palette.quiet) {
@@ -24,16 +18,19 @@ export function write(context, text, x, y, colour = palette.quiet) {
 
 const ROOM = { left: [0, 1], center: [0.5, 0.5], right: [1, 0] }; // of a text's width, on either side
 
-/** The same where nothing lies over it; else it is left out. Where it stands follows the context's alignment. */
+/** The same where there is room; else it is left out. Where it stands follows the context's alignment. */
 export function writeFree(context, view, text, x, y, colour = palette.quiet) {
   const { width } = context.measureText(text);
   const [before, behind] = ROOM[context.textAlign];
-  if (view.isFree([x - before * width, y - 7, x + behind * width, y + 7])) write(context, text, x, y, colour);
+  const box = [x - before * width, y - 7, x + behind * width, y + 7];
+  if (!view.room.isFree(box)) return;
+  view.room.take(box);
+  write(context, text, x, y, colour);
 }
 
 export function drawRings(context, view) {
   const [cx, cy] = view.toScreen(0, 0);
-  const step = round125(RING_APART_PX / view.scale);
+  const step = roundDistance(RING_APART_PX / view.scale);
   const corners = [[0, 0], [view.width, 0], [0, view.height], [view.width, view.height]];
   const furthest = Math.max(...corners.map(([x, y]) => Math.hypot(x - cx, y - cy)));
   const inside = view.contains(cx, cy);
@@ -121,7 +118,7 @@ export function drawRadars(context, view, radars) {
 export const scaleBox = (view) => [0, view.height - 46, 190, view.height];
 
 export function drawScale(context, view) {
-  const metres = round125(60 / view.scale);
+  const metres = roundDistance(60 / view.scale);
   const length = metres * view.scale;
   const [x, y] = [16, view.height - 16];
   context.strokeStyle = palette.ink;

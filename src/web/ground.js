@@ -5,14 +5,17 @@ import { list } from "./api.js";
 import { Frame } from "./geo.js";
 import { Picture } from "./picture.js";
 import { Shapes } from "./shapes.js";
+import { PictureTiles } from "./picturetiles.js";
 import { Tiles } from "./tiles.js";
+import { VectorTiles } from "./vectortiles.js";
+import { Zones } from "./zones.js";
 
 export class Ground {
   radars = []; // {id, lat, lng}
   collections = new Map(); // GeoJSON by the name of its layer
-  tiles = null; // as /info tells: {url, attribution}
+  sources = new Map(); // of tiles, by the name of their layer
 
-  /** `began` is given the picture as soon as there is one; `tileCame`, whether the latest tiles come. */
+  /** `began` is given the picture as soon as there is one; `tileCame`, of which layer and whether the latest tiles come, else why not. */
   constructor(map, began, tileCame) {
     Object.assign(this, { map, began, tileCame });
   }
@@ -42,9 +45,20 @@ export class Ground {
     this.lay();
   }
 
-  takeTiles(tiles) {
-    this.tiles = tiles;
+  /** As /info says: {url, attribution} of pictures, {min_zoom, max_zoom, attribution} of the site's own map. */
+  takeTiles({ tiles, basemap }) {
+    const add = (name, what, Source) => {
+      if (what && !this.sources.has(name)) this.sources.set(name, new Source(what, (isGood, why) => this.tileCame(name, isGood, why)));
+    };
+    add("tiles", tiles, PictureTiles);
+    add("base", basemap, VectorTiles);
     this.lay();
+  }
+
+  /** Zones say their heights in the units that the operator chose. */
+  nameZones() {
+    const { map } = this;
+    if (map.areas) map.areas = map.areas.in(map.picture.frame);
   }
 
   originate(lat, lng, isRadar) {
@@ -66,9 +80,10 @@ export class Ground {
       return { id, x, y };
     });
     for (const [name, collection] of this.collections) {
-      if (map[name]?.geojson !== collection) map[name] = new Shapes(name, collection, frame);
+      if (map[name]?.geojson === collection) continue;
+      map[name] = name === "areas" ? new Zones(collection, frame) : new Shapes(name, collection, frame);
     }
-    if (this.tiles && !map.tiles) map.tiles = new Tiles(this.tiles, frame, this.tileCame);
+    for (const [name, source] of this.sources) map[name] ??= new Tiles(source, frame);
     map.invalidate();
   }
 }

@@ -1,10 +1,13 @@
 // The canvas: what is drawn in which order, at most once a frame of the screen, and what a click on it means.
 
 import { drawRadars, drawRings, drawScale, scaleBox } from "./furniture.js";
+import { drawLabels } from "./labels.js";
 import { palette } from "./palette.js";
+import { Covers, Room } from "./room.js";
 import { change, settings } from "./settings.js";
-import { drawAreas, drawCoverage, drawOverlay } from "./shapes.js";
-import { drawAccuracy, drawEllipses, drawLabels, drawSymbols, drawTrails, drawVectors, place } from "./symbols.js";
+import { drawCoverage, drawOverlay } from "./shapes.js";
+import { drawSymbols, drawUncertainty, drawVectors, forgetSymbols, place } from "./symbols.js";
+import { drawTrails } from "./trails.js";
 import { drawTrust } from "./trust.js";
 import { steer, View } from "./view.js";
 
@@ -18,22 +21,27 @@ export class Map2d {
   coverage = null;
   areas = null;
   overlays = [];
+  base = null;
   tiles = null;
   raw = null;
+  tool = null; // that takes the clicks: {add(x, y, track), draw(context, view)}
   alerted = new Map(); // severity by track id
   placed = [];
   waiting = false;
   framed = false; // whether the view has been chosen, by the hash, the user or the first picture
 
-  constructor(canvas, hovered) {
+  hovered = () => {}; // with where the pointer is on the canvas, or with nothing where it has left
+
+  constructor(canvas) {
     this.canvas = canvas;
     this.context = canvas.getContext("2d", { alpha: false });
+    this.covers = new Covers(canvas, () => this.invalidate());
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.resize();
     steer(canvas, this.view, {
       moved: (isPan) => this.moved(isPan),
       clicked: (px, py) => this.click(px, py),
-      hovered,
+      hovered: (px, py) => this.hovered(px, py),
     });
   }
 
@@ -45,7 +53,7 @@ export class Map2d {
     [this.view.x, this.view.y] = moved(this.view.x, this.view.y);
     for (const name of ["coverage", "areas"]) this[name] = this[name]?.in(frame) ?? null;
     this.overlays = this.overlays.map((overlay) => overlay.in(frame));
-    if (this.tiles) this.tiles.frame = frame;
+    for (const tiles of [this.base, this.tiles]) if (tiles) tiles.frame = frame;
     this.raw?.move(moved);
     this.invalidate();
   }
@@ -57,7 +65,24 @@ export class Map2d {
     this.canvas.width = Math.round(this.view.width * ratio);
     this.canvas.height = Math.round(this.view.height * ratio);
     this.context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    this.repaint();
+  }
+
+  /** Other colours, or another screen. */
+  repaint() {
+    this.forgetColours();
     this.invalidate();
+  }
+
+  /** The same without waiting for a frame. */
+  repaintNow() {
+    this.forgetColours();
+    this.draw();
+  }
+
+  forgetColours() {
+    forgetSymbols();
+    this.base?.source.repaint();
   }
 
   invalidate() {
@@ -74,7 +99,7 @@ export class Map2d {
     context.fillStyle = palette.map;
     context.fillRect(0, 0, view.width, view.height);
     if (!this.picture) return;
-    view.covered = this.covered();
+    view.room = new Room(view.width, view.height, [...this.covers.find(), scaleBox(view)]);
     const { layers } = settings;
     const selected = this.picture.tracks.get(settings.selected);
     if (settings.follow && selected) [view.x, view.y] = [selected.x, selected.y];
@@ -82,34 +107,24 @@ export class Map2d {
     const { time } = this.picture;
 
     // From the ground up.
+    if (layers.base && this.base) this.base.draw(context, view);
     if (layers.tiles && this.tiles) this.tiles.draw(context, view);
     if (layers.coverage && this.coverage) drawCoverage(context, view, this.coverage);
-    if (layers.areas && this.areas) drawAreas(context, view, this.areas);
+    if (layers.areas && this.areas) this.areas.draw(context, view);
     for (const overlay of this.overlays) drawOverlay(context, view, overlay);
     if (layers.rings && this.picture.frame.isRadar) drawRings(context, view);
+    if (layers.base && this.base) this.base.drawNames(context, view);
     if (layers.trails) drawTrails(context, view, tracks, time);
     drawRadars(context, view, this.radars);
     if (layers.raw) this.raw?.draw(context, view, time);
-    this.placed = place(view, tracks);
-    if (selected) drawAccuracy(context, view, selected);
-    drawEllipses(context, view, this.placed);
+    this.placed = place(view, tracks, this.alerted);
+    drawUncertainty(context, view, this.placed);
     if (layers.vectors) drawVectors(context, view, this.placed);
     drawTrust(context, view, this.placed);
-    if (layers.labels) drawLabels(context, view, this.placed, this.alerted);
+    if (layers.labels) drawLabels(context, view, this.placed);
     drawSymbols(context, view, this.placed, time, this.alerted);
+    this.tool?.draw(context, view);
     drawScale(context, view);
-  }
-
-  /** Buttons, notes and the scale: a label below them could not be read. */
-  covered() {
-    const { left, top } = this.canvas.getBoundingClientRect();
-    const boxes = [scaleBox(this.view)];
-    for (const node of this.canvas.parentElement.children) {
-      if (node === this.canvas) continue;
-      const box = node.getBoundingClientRect(); // without an extent where it is hidden
-      if (box.width) boxes.push([box.left - left, box.top - top, box.right - left, box.bottom - top]);
-    }
-    return boxes;
   }
 
   /** After the user moved the view. A pan ends following: the two cannot both have their way. */
@@ -164,6 +179,8 @@ export class Map2d {
       const apart = Math.hypot(x - px, y - py);
       if (apart <= nearest) [best, nearest] = [track, apart];
     }
-    change({ selected: best?.id ?? null });
+    if (!this.tool) return change({ selected: best?.id ?? null });
+    this.tool.add(...this.view.toLocal(px, py), best);
+    this.invalidate();
   }
 }

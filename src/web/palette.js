@@ -4,7 +4,8 @@ import { settings } from "./settings.js";
 
 const NAMES = [
   "map", "ink", "quiet", "line", "halo", "fused", "radar", "transponder", "selected", "area", "coverage", "overlay",
-  "warning", "critical",
+  "warning", "critical", "band0", "band1", "band2", "band3", "band4", "band5",
+  "map-green", "map-water", "map-building", "map-road", "map-border",
 ];
 
 export const palette = {};
@@ -12,19 +13,18 @@ export const palette = {};
 const probe = document.createElement("span");
 probe.hidden = true;
 
-/** The theme on the document, and the colours that follow from it. */
-export function applyTheme() {
-  document.documentElement.dataset.theme = settings.theme;
+/** A theme on the document, and the colours that follow from it. */
+export function applyTheme(name = settings.theme) {
+  document.documentElement.dataset.theme = name;
   if (!probe.isConnected) document.body.append(probe);
   for (const name of NAMES) {
     probe.style.color = `var(--${name})`;
     palette[name] = getComputedStyle(probe).color;
   }
-  palette.isDark = theme() === "dark";
+  palette.isDark = isDark(name);
 }
 
-const theme = () =>
-  settings.theme !== "auto" ? settings.theme : matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
+const isDark = (name) => (name === "auto" ? matchMedia("(prefers-color-scheme: dark)").matches : name === "dark");
 
 const NEXT = { auto: "light", light: "dark", dark: "auto" };
 export const nextTheme = () => NEXT[settings.theme];

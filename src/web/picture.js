@@ -1,12 +1,12 @@
 // The tracks now, their trails and, where the service gives no speed, what their last positions say of it.
 
-import { list, TRAIL_S } from "./api.js";
+import { list } from "./api.js";
+import { matches } from "./filter.js";
 import { bearing } from "./geo.js";
-import { settings } from "./settings.js";
-import { isFlagged } from "./trust.js";
+import { onChange, TRAILS_S } from "./settings.js";
 
 const TRAIL_STEP_MS = 1000; // one trail point a second is enough to see, and a quarter of the memory
-const TRAIL_POINTS = TRAIL_S + 4;
+const TRAIL_POINTS = TRAILS_S.at(-1) + 4;
 const RECENT_MS = 5000; // shorter and the radar's noise is taken for speed
 const RECENT_POINTS = 24;
 const FORGET_MS = 60000; // a track that the service neither renews nor ends must not stay for ever
@@ -124,6 +124,11 @@ class Track {
     return this.properties.uas_id?.serial_number ?? "";
   }
 
+  /** Under which it is on the watch list: an aircraft's serial number stays the same, its tracks may not. */
+  get watchId() {
+    return this.serial || this.id;
+  }
+
   /** "30069", or the id where the service numbers by id alone. */
   get name() {
     return this.properties.track_number != null ? String(this.properties.track_number) : this.id;
@@ -134,19 +139,14 @@ class Track {
     return this.source === "radar" && this.properties.uav_probability < 0.5;
   }
 
+  /** Nobody has identified it, and it may well be a drone. */
+  get isUnknown() {
+    return this.source === "radar" && !this.isDoubtful;
+  }
+
   /** Nothing has been measured since, or nothing before: where it is is where it should be. */
   get isExtrapolated() {
     return this.properties.extrapolated === true;
-  }
-
-  matches() {
-    if (!settings.sources.has(this.source)) return false;
-    if (settings.flagged && !isFlagged(this)) return false;
-    if (!settings.text) return true;
-    const { contributors = [], uas_id = {} } = this.properties;
-    const words = [this.id, this.name, ...Object.values(uas_id)];
-    for (const { sensor, track_number } of contributors) words.push(sensor, track_number);
-    return words.join(" ").toLowerCase().includes(settings.text.toLowerCase());
   }
 }
 
@@ -154,9 +154,11 @@ export class Picture {
   tracks = new Map();
   lastOf = new Map(); // the track that an aircraft had last, by serial number
   time = NaN;
+  shown = null; // the tracks that the filter lets through, until they are others
 
   constructor(frame) {
     this.frame = frame;
+    onChange(() => (this.shown = null));
   }
 
   /** The same in another frame: everything stays where it is on the ground. */
@@ -175,14 +177,19 @@ export class Picture {
     const named = new Set(features.map((feature) => feature.properties.id));
     for (const id of this.tracks.keys()) if (!named.has(id)) this.tracks.delete(id);
     const time = Date.parse(collection.time);
-    if (time < this.time) {
-      this.tracks.clear();
-      this.lastOf.clear();
-    }
+    if (time < this.time) this.forget();
     this.update(collection);
   }
 
+  /** Trails and all: what comes next is of another time. */
+  forget() {
+    this.tracks.clear();
+    this.lastOf.clear();
+    this.shown = null;
+  }
+
   update(collection) {
+    this.shown = null;
     for (const { properties, geometry } of list(collection, "features")) {
       const [lng, lat] = geometry?.coordinates ?? [];
       const whole = { lat, lng, ...properties };
@@ -218,10 +225,12 @@ export class Picture {
   }
 
   end(ids) {
+    this.shown = null;
     for (const id of ids) this.tracks.delete(id);
   }
 
   visible() {
-    return [...this.tracks.values()].filter((track) => track.matches());
+    this.shown ??= [...this.tracks.values()].filter(matches);
+    return this.shown;
   }
 }

@@ -5,31 +5,82 @@ export const SOURCES = ["fused", "radar", "transponder"];
 /** The layers that can be switched, with the text of their switch and whether they are on at first. */
 export const LAYERS = {
   labels: ["Labels", true],
-  trails: ["Trails of 60 s", true],
+  trails: ["Trails", true],
   vectors: ["Where it will be in 10 s", true],
+  ellipses: ["Uncertainty: where each is, 95 times of 100", false],
   rings: ["Range rings and bearings", true],
   coverage: ["Coverage of the sensors", true],
-  areas: ["Areas", true],
+  areas: ["Zones", true],
   raw: ["Raw inputs: plots and transponder reports", false],
+  base: ["Base map", true],
   tiles: ["Map tiles", true],
 };
 
-const defaultLayers = () => Object.fromEntries(Object.entries(LAYERS).map(([name, [, isOn]]) => [name, isOn]));
+export const TRAILS_S = [15, 30, 60, 120, 300];
+/** What a track is taken for, with its words. */
+export const KINDS = { identified: "identified", unknown: "radar only", doubtful: "hardly a drone" };
+export const INTEGRITIES = ["verified", "unverified", "suspect", "failed", "uncooperative"];
 
-export const settings = {
-  centre: null, // [lat, lng]
-  scale: null, // pixels a metre
-  selected: null,
-  follow: false,
-  text: "",
-  sources: new Set(SOURCES),
-  flagged: false, // only what cannot be trusted
-  sort: { column: "number", descending: false },
-  theme: "auto",
-  layers: defaultLayers(),
-  labelBy: "number",
-  at: "lagged", // or "now": which of the service's pictures is shown
+const text = { write: (value) => value || null, read: (value) => value };
+const flag = { write: (value) => (value ? "1" : null), read: (value) => value === "1" };
+const number = { write: (value) => (value === null ? null : String(value)), read: (value) => (value !== "" && Number.isFinite(Number(value)) ? Number(value) : null) };
+const oneOf = (known) => ({ write: (value) => value, read: (value, usual) => (known.includes(value) ? value : usual) });
+const some = (known) => ({ write: (set) => [...set].join(","), read: (value) => new Set(value.split(",").filter((name) => known.includes(name))) });
+
+/** Of each setting its name in the hash, what it is at first, and how it is written there and read; null is not written. */
+const FIELDS = {
+  centre: ["c", null, { write: (value) => value && value.map((part) => part.toFixed(6)).join(","), read: readCentre }],
+  scale: ["z", null, { write: (value) => value && value.toPrecision(4), read: (value) => (Number.parseFloat(value) > 0 && Number.isFinite(Number.parseFloat(value)) ? Number.parseFloat(value) : null) }],
+  selected: ["s", null, text],
+  follow: ["follow", false, flag],
+  text: ["q", "", text],
+  sources: ["src", new Set(SOURCES), some(SOURCES)],
+  flagged: ["flagged", false, flag],
+  low: ["low", null, number], // metres above sea level
+  high: ["high", null, number],
+  kinds: ["kind", new Set(Object.keys(KINDS)), some(Object.keys(KINDS))],
+  integrity: ["integrity", "", oneOf(["", ...INTEGRITIES])],
+  zone: ["zone", "", text],
+  watchedOnly: ["watched", false, flag],
+  watched: ["watch", new Set(), { write: (set) => [...set].join(" ") || null, read: (value) => new Set(value.split(" ").filter(Boolean)) }],
+  sort: ["sort", { column: "source", descending: false }, { write: ({ column, descending }) => (descending ? "-" : "") + column, read: (value) => ({ column: value.replace("-", ""), descending: value.startsWith("-") }) }],
+  theme: ["theme", "auto", oneOf(["auto", "light", "dark"])],
+  layers: ["layers", usualLayers(), { write: (layers) => Object.keys(LAYERS).filter((name) => layers[name]).join(","), read: readLayers }],
+  labelBy: ["by", "name", oneOf(["name", "number", "serial"])],
+  colourBy: ["colour", "source", oneOf(["source", "height"])],
+  trailS: ["trail", 60, { write: String, read: (value, usual) => (TRAILS_S.includes(Number(value)) ? Number(value) : usual) }],
+  units: ["units", { height: "m", speed: "m/s", distance: "m" }, { write: ({ height, speed, distance }) => [height, speed, distance].join(","), read: readUnits }],
+  groundM: ["ground", null, number], // of the ground above sea level, as the operator states it
+  at: ["at", "lagged", oneOf(["lagged", "now"])], // which of the service's pictures is shown
 };
+
+function usualLayers() {
+  return Object.fromEntries(Object.entries(LAYERS).map(([name, [, isOn]]) => [name, isOn]));
+}
+
+function readCentre(value) {
+  const centre = value.split(",").map(Number.parseFloat);
+  return centre.length === 2 && centre.every(Number.isFinite) && Math.abs(centre[0]) <= 90 ? centre : null;
+}
+
+function readLayers(value) {
+  const named = value.split(",");
+  return Object.fromEntries(Object.keys(LAYERS).map((name) => [name, named.includes(name)]));
+}
+
+function readUnits(value, usual) {
+  const [height, speed, distance] = value.split(",");
+  const among = (known, value, usual) => (known.includes(value) ? value : usual);
+  return {
+    height: among(["m", "ft", "FL", "m-agl", "ft-agl"], height, usual.height),
+    speed: among(["m/s", "kt", "km/h"], speed, usual.speed),
+    distance: among(["m", "nm"], distance, usual.distance),
+  };
+}
+
+const usual = () => Object.fromEntries(Object.entries(FIELDS).map(([name, [, value]]) => [name, value]));
+
+export const settings = usual();
 
 const listeners = [];
 export const onChange = (listener) => listeners.push(listener);
@@ -42,13 +93,19 @@ export function change(patch) {
 
 export const toggleLayer = (name) => change({ layers: { ...settings.layers, [name]: !settings.layers[name] } });
 
-export function toggleSource(source) {
-  const sources = new Set(settings.sources);
-  if (!sources.delete(source)) sources.add(source);
-  change({ sources });
+/** A set with a value more or, where it had it, less. */
+export function toggled(set, value) {
+  const other = new Set(set);
+  if (!other.delete(value)) other.add(value);
+  return other;
 }
 
-export const isFiltering = () => settings.text !== "" || settings.flagged || settings.sources.size < SOURCES.length;
+const FILTERS = ["text", "sources", "flagged", "low", "high", "kinds", "integrity", "zone", "watchedOnly"];
+
+const written = (name, value = settings[name]) => FIELDS[name][2].write(value);
+export const isFiltering = () => FILTERS.some((name) => written(name) !== written(name, FIELDS[name][1]));
+export const isFilter = (patch) => FILTERS.some((name) => name in patch);
+export const clearFilter = () => change(Object.fromEntries(FILTERS.map((name) => [name, FIELDS[name][1]])));
 
 let timer = null;
 // Browsers refuse many history entries a second; a pan changes the centre at every frame.
@@ -59,43 +116,17 @@ function writeLater() {
 
 function write() {
   const hash = new URLSearchParams();
-  if (settings.centre) hash.set("c", settings.centre.map((value) => value.toFixed(6)).join(","));
-  if (settings.scale) hash.set("z", settings.scale.toPrecision(4));
-  if (settings.selected) hash.set("s", settings.selected);
-  if (settings.follow) hash.set("follow", "1");
-  if (settings.text) hash.set("q", settings.text);
-  if (settings.sources.size < SOURCES.length) hash.set("src", [...settings.sources].join(","));
-  if (settings.flagged) hash.set("flagged", "1");
-  const sort = (settings.sort.descending ? "-" : "") + settings.sort.column;
-  if (sort !== "number") hash.set("sort", sort);
-  if (settings.theme !== "auto") hash.set("theme", settings.theme);
-  if (settings.labelBy !== "number") hash.set("by", settings.labelBy);
-  if (settings.at !== "lagged") hash.set("at", settings.at);
-  const layers = Object.keys(LAYERS).filter((name) => settings.layers[name]);
-  if (Object.keys(LAYERS).some((name) => settings.layers[name] !== LAYERS[name][1])) hash.set("layers", layers.join(","));
+  for (const [name, [key, first]] of Object.entries(FIELDS)) {
+    const value = written(name);
+    if (value !== null && value !== written(name, first)) hash.set(key, value);
+  }
   history.replaceState(null, "", `#${hash.toString().replaceAll("%2C", ",")}`);
 }
 
 /** The hash is the user's text: anything that makes no sense is as if it were not there. */
 export function read() {
   const hash = new URLSearchParams(location.hash.slice(1));
-  const centre = (hash.get("c") ?? "").split(",").map(Number.parseFloat);
-  const scale = Number.parseFloat(hash.get("z"));
-  const sort = hash.get("sort") ?? "number";
-  change({
-    centre: centre.length === 2 && centre.every(Number.isFinite) && Math.abs(centre[0]) <= 90 ? centre : null,
-    scale: scale > 0 && Number.isFinite(scale) ? scale : null,
-    selected: hash.get("s"),
-    follow: hash.get("follow") === "1",
-    text: hash.get("q") ?? "",
-    sources: new Set(hash.has("src") ? hash.get("src").split(",").filter((name) => SOURCES.includes(name)) : SOURCES),
-    flagged: hash.get("flagged") === "1",
-    sort: { column: sort.replace("-", ""), descending: sort.startsWith("-") },
-    theme: ["light", "dark"].includes(hash.get("theme")) ? hash.get("theme") : "auto",
-    labelBy: hash.get("by") === "serial" ? "serial" : "number",
-    at: hash.get("at") === "now" ? "now" : "lagged",
-    layers: hash.has("layers")
-      ? Object.fromEntries(Object.keys(LAYERS).map((name) => [name, hash.get("layers").split(",").includes(name)]))
-      : defaultLayers(),
-  });
+  const patch = usual();
+  for (const [name, [key, first, { read }]] of Object.entries(FIELDS)) if (hash.has(key)) patch[name] = read(hash.get(key), first);
+  change(patch);
 }

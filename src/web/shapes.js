@@ -1,4 +1,4 @@
-// GeoJSON drawn on the map: the service's coverage and areas, and the user's own overlays, which never leave the page.
+// GeoJSON drawn on the map: the service's coverage and zones, and the user's own overlays, which never leave the page.
 
 import { FONT, writeFree } from "./furniture.js";
 import { palette } from "./palette.js";
@@ -119,10 +119,6 @@ const northmost = (coordinates) => coordinates.reduce((best, at) => (at[1] > bes
 
 export function drawCoverage(context, view, shapes) {
   shapes.draw(context, view, palette.coverage, { fill: 0, dash: [6, 4] });
-}
-
-export function drawAreas(context, view, shapes) {
-  shapes.draw(context, view, palette.area);
 }
 
 export function drawOverlay(context, view, shapes) {

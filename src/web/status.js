@@ -14,6 +14,7 @@ export class Status {
   latency = NaN;
   isNow = false; // the picture is predicted, of now
   replay = null; // {speed, playing}
+  past = null; // the time of the past picture that is shown, ms since 1970
   late = null; // seconds, while the service says that its picture is late
   retry = null;
   isBroken = false; // the stream has ended, and no new one has begun
@@ -77,6 +78,7 @@ export class Status {
     setText(badge, text);
     setAttribute(badge, "title", title);
     setText(byId("announcement"), `${state}: ${title}`); // said once, not at each second of the badge
+    document.body.classList.toggle("past", state === "past");
     document.body.classList.toggle("stale", state === "stale" || state === "late"); // old positions must not look like new ones
     const [clock, beside, meaning] = this.times();
     setText(byId("utc"), `${format.utc(clock)} UTC`);
@@ -100,6 +102,7 @@ export class Status {
       const silent = (performance.now() - this.heardAt) / 1000;
       return ["stale", `STALE since ${format.utc(Date.now() - silent * 1000)} (${format.duration(silent)})`, "Nothing was heard from the service; what is shown is old. The page keeps trying."];
     }
+    if (this.past !== null) return ["past", `PAST ${format.utc(this.past)}`, "A picture from the history, not the world now; who is who is as known now. “Back to live” ends it"];
     if (!this.info) return ["connecting", "LIVE OR REPLAY?", "The service has not said yet whether this is live or a recording"];
     if (this.isReplay) {
       const { speed, playing } = this.replay ?? {};

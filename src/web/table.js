@@ -1,9 +1,12 @@
 // The table of tracks. Only the rows that can be seen exist; they are filled anew once a second.
 
+import { precedence } from "./attention.js";
 import { byId, element, setAttribute, setText } from "./dom.js";
 import * as format from "./format.js";
-import { change, onChange, settings, SOURCES } from "./settings.js";
+import { shortName } from "./names.js";
+import { change, isFilter, onChange, settings } from "./settings.js";
 import { isFlagged, markOf, rankOf, stateOf, wordsOf } from "./trust.js";
+import { climbArrow, distanceUnit, heightUnit, heightWords, plainDistance, plainHeight, plainSpeed } from "./units.js";
 
 const ROW_PX = 24; // as in the style sheet
 const HEAD_PX = 26;
@@ -14,16 +17,16 @@ const approximate = (track) => (track.derived ? "≈" : "");
 
 /** Of each column: name, heading, its meaning, the value to sort by, the text. */
 const COLUMNS = [
-  ["source", "", "Source", (track) => SOURCES.indexOf(track.source), () => ""],
-  ["number", "No.", "Track number", (track) => track.properties.track_number ?? track.id, (track) => track.name],
-  ["serial", "Serial", "Serial number", (track) => track.serial, (track) => track.serial || "–"],
-  ["trust", "", "Whether its transponder can be trusted", (track) => rankOf(track), (track) => markOf(track)],
-  ["height", "Height", "Height above mean sea level, metres", (track) => track.properties.alt_msl, (track) => format.plain(track.properties.alt_msl)],
-  ["speed", "m/s", "Speed over ground, metres a second", (track) => track.speed, (track) => (Number.isFinite(track.speed) ? approximate(track) : "") + format.plain(track.speed)],
-  ["course", "Course", "Course over ground, degrees true", (track) => track.course, (track) => format.direction(track.course)],
-  ["range", "Range", "Distance from the radar, metres", (track) => track.range, (track) => format.plain(track.range)],
-  ["bearing", "Brg", "Bearing from the radar, degrees true", (track) => track.bearing, (track) => format.direction(track.bearing)],
-  ["uav", "UAV", "Probability that it is a drone, from the radar's classifier", (track) => track.properties.uav_probability, (track) => format.percent(track.properties.uav_probability)],
+  ["source", () => "", () => "Source: the watch list and what nobody has identified first", precedence, () => ""],
+  ["number", () => "Track", () => "Name of the track", shortName, shortName],
+  ["serial", () => "Serial", () => "Serial number", (track) => track.serial, (track) => track.serial || "–"],
+  ["trust", () => "", () => "Whether its transponder can be trusted", rankOf, markOf],
+  ["height", () => (heightUnit() === "FL" ? "FL" : "Height"), () => `Height, ${heightWords()}; an arrow where it climbs or sinks`, (track) => track.properties.alt_msl, (track) => plainHeight(track.properties.alt_msl) + (climbArrow(track) || "\u2007")],
+  ["speed", () => settings.units.speed, () => "Speed over ground", (track) => track.speed, (track) => (Number.isFinite(track.speed) ? approximate(track) : "") + plainSpeed(track.speed)],
+  ["course", () => "Crs", () => "Course over ground, degrees true", (track) => track.course, (track) => format.direction(track.course)],
+  ["range", () => "Range", () => `Distance from the radar, ${distanceUnit()}`, (track) => track.range, (track) => plainDistance(track.range)],
+  ["bearing", () => "Brg", () => "Bearing from the radar, degrees true", (track) => track.bearing, (track) => format.direction(track.bearing)],
+  ["uav", () => "UAV", () => "Probability that it is a drone, from the radar's classifier", (track) => track.properties.uav_probability, (track) => format.percent(track.properties.uav_probability)],
 ];
 
 const HEADS = { source: "◇", trust: "✓" }; // of columns without a word
@@ -54,21 +57,32 @@ export class Table {
     onChange((patch) => {
       if ("sort" in patch) this.markSort();
       if ("selected" in patch) this.reveal();
-      if (["sort", "text", "sources", "flagged", "selected"].some((name) => name in patch)) this.refresh();
+      if ("units" in patch || "groundM" in patch) this.nameColumns();
+      if (isFilter(patch) || ["sort", "selected", "watched", "units", "groundM"].some((name) => name in patch)) this.refresh();
     });
     setInterval(() => this.refresh(), EVERY_MS);
   }
 
   makeHead() {
-    for (const [name, heading, meaning] of COLUMNS) {
-      const button = element("button", { type: "button", title: `Sort by: ${meaning}`, "aria-label": heading ? null : meaning }, heading || HEADS[name]);
+    for (const [name] of COLUMNS) {
+      const button = element("button", { type: "button" });
       button.addEventListener("click", () => {
         const { column, descending } = settings.sort;
         change({ sort: { column: name, descending: column === name && !descending } });
       });
       byId("table-head").append(element("th", { scope: "col", class: name, "data-column": name }, button));
     }
+    this.nameColumns();
     this.markSort();
+  }
+
+  nameColumns() {
+    COLUMNS.forEach(([name, heading, meaning], i) => {
+      const [button] = byId("table-head").children[i].children;
+      setText(button, heading() || HEADS[name]);
+      setAttribute(button, "title", `Sort by: ${meaning()}`);
+      if (!heading()) setAttribute(button, "aria-label", meaning());
+    });
   }
 
   markSort() {
@@ -91,7 +105,7 @@ export class Table {
     const count = tracks.filter(isFlagged).length;
     flagged.hidden = count === 0 && !settings.flagged;
     setText(flagged.querySelector(".count"), isKnown ? String(count) : "?");
-    this.rows = this.sorted(tracks.filter((track) => track.matches()));
+    this.rows = this.sorted(this.picture?.visible() ?? []);
     const total = isKnown ? tracks.length : "?";
     const empty = byId("table-empty");
     empty.hidden = this.rows.length > 0;
@@ -100,16 +114,16 @@ export class Table {
   }
 
   sorted(tracks) {
-    const value = (COLUMNS.find(([name]) => name === settings.sort.column) ?? COLUMNS[1])[3];
+    const value = (COLUMNS.find(([name]) => name === settings.sort.column) ?? COLUMNS[0])[3];
     const sign = settings.sort.descending ? -1 : 1;
     const isUnknown = (key) => key == null || key === "" || Number.isNaN(key);
     return tracks
       .map((track) => [value(track), track])
       .sort(([a, one], [b, other]) => {
-        // What is unknown comes last whichever way; equals stay in the order of their ids.
+        // What is unknown comes last whichever way; equals are in the order of their names.
         if (isUnknown(a) !== isUnknown(b)) return isUnknown(a) - isUnknown(b);
         const order = isUnknown(a) ? 0 : typeof a === "number" && typeof b === "number" ? a - b : collator.compare(a, b);
-        return sign * order || collator.compare(one.id, other.id);
+        return sign * order || collator.compare(shortName(one), shortName(other)) || collator.compare(one.id, other.id);
       })
       .map(([, track]) => track);
   }
@@ -144,6 +158,8 @@ export class Table {
         setAttribute(cell, "data-source", track.source);
         setAttribute(cell, "aria-label", track.source);
         cell.classList.toggle("hollow", track.isDoubtful);
+        row.classList.toggle("unknown", track.isUnknown);
+        row.classList.toggle("watched", settings.watched.has(track.watchId));
       } else {
         setText(cell, text(track));
         if (name === "trust") {
@@ -151,6 +167,7 @@ export class Table {
           setAttribute(cell, "title", wordsOf(track));
           setAttribute(cell, "aria-label", wordsOf(track));
         }
+        if (name === "number") setAttribute(cell, "title", `Track ${track.name}`);
         if (name === "serial") setAttribute(cell, "title", track.serial); // which may be too long for its column
       }
     });

@@ -1,83 +1,82 @@
-// The user's own map tiles under everything, where the service is configured with some: the only pictures from elsewhere.
+// Map tiles (Web Mercator) under everything: which are in sight, and where each lies in the local frame.
 
-import { palette } from "./palette.js";
+import { FONT, writeFree } from "./furniture.js";
 
-const TILE_PX = 256;
 const EQUATOR_M = 2 * Math.PI * 6378137;
 const DEEPEST = 19;
 const MOST = 100; // in sight at once; a view that needs more gets coarser ones
-const KEPT = 300;
-const MANY_MISSING = 4;
 
+/**
+ * The layer of a source: `source.picture(zoom, x, y)` gives what can be drawn of a tile, or null; `source.tilePx` is its size,
+ * `source.alpha()` how strongly it is drawn.
+ */
 export class Tiles {
-  pictures = new Map(); // by address, the one used last at the end
-  missing = 0; // since the last one that came
-
-  /** `came` is told whether the latest tiles come: one that is missing at the edge of a set of tiles is no failure. */
-  constructor({ url, attribution = "" }, frame, came) {
-    Object.assign(this, { url, attribution, frame, came });
+  constructor(source, frame) {
+    Object.assign(this, { source, frame });
   }
 
   draw(context, view) {
-    const corners = [[0, 0], [view.width, 0], [0, view.height], [view.width, view.height]];
-    const places = corners.map(([px, py]) => mercator(...this.frame.toGeodetic(...view.toLocal(px, py))));
-    const [left, right] = [Math.min(...places.map(([x]) => x)), Math.max(...places.map(([x]) => x))];
-    const [top, bottom] = [Math.min(...places.map(([, y]) => y)), Math.max(...places.map(([, y]) => y))];
-    const pixels = (EQUATOR_M * Math.cos((this.frame.lat * Math.PI) / 180) * view.scale) / TILE_PX;
-    let zoom = Math.max(0, Math.min(DEEPEST, Math.round(Math.log2(pixels))));
-    const across = (least, most) => Math.floor(most * 2 ** zoom) - Math.floor(least * 2 ** zoom) + 1;
-    while (zoom > 0 && across(left, right) * across(top, bottom) > MOST) zoom -= 1;
-    const n = 2 ** zoom;
+    const { zoom, left, right, top, bottom } = this.inSight(view);
     context.save();
-    context.globalAlpha = palette.isDark ? 0.45 : 0.8; // tracks and labels stay above it
-    for (let x = Math.floor(left * n); x <= Math.floor(right * n); x++) {
-      for (let y = Math.max(0, Math.floor(top * n)); y <= Math.min(n - 1, Math.floor(bottom * n)); y++) {
-        this.drawOne(context, view, zoom, x, y);
-      }
+    context.globalAlpha = this.source.alpha(); // tracks and labels stay above it
+    for (let x = left; x <= right; x++) {
+      for (let y = top; y <= bottom; y++) this.drawOne(context, view, zoom, x, y);
     }
     context.restore();
-    this.forget();
+  }
+
+  /** The deepest zoom that suits the view, and the tiles of it that are in sight. */
+  inSight(view) {
+    const corners = [[0, 0], [view.width, 0], [0, view.height], [view.width, view.height]];
+    const places = corners.map(([px, py]) => mercator(...this.frame.toGeodetic(...view.toLocal(px, py))));
+    const [xs, ys] = [places.map(([x]) => x), places.map(([, y]) => y)];
+    const pixels = (EQUATOR_M * Math.cos((this.frame.lat * Math.PI) / 180) * view.scale) / this.source.tilePx;
+    let zoom = Math.max(0, Math.min(DEEPEST, Math.round(Math.log2(pixels))));
+    const across = (values) => Math.floor(Math.max(...values) * 2 ** zoom) - Math.floor(Math.min(...values) * 2 ** zoom) + 1;
+    while (zoom > 0 && across(xs) * across(ys) > MOST) zoom -= 1;
+    const n = 2 ** zoom;
+    return {
+      zoom,
+      left: Math.floor(Math.min(...xs) * n),
+      right: Math.floor(Math.max(...xs) * n),
+      top: Math.max(0, Math.floor(Math.min(...ys) * n)),
+      bottom: Math.min(n - 1, Math.floor(Math.max(...ys) * n)),
+    };
+  }
+
+  /** The names of places, where there is room: the more important ones first. */
+  drawNames(context, view) {
+    const { zoom: wanted, ...sight } = this.inSight(view);
+    const zoom = Math.min(wanted, this.source.deepest);
+    const above = wanted - zoom;
+    const names = [];
+    for (let x = sight.left >> above; x <= sight.right >> above; x++) {
+      for (let y = sight.top >> above; y <= sight.bottom >> above; y++) {
+        for (const [name, rank, i, j] of this.source.names(zoom, x, y)) names.push([rank, name, this.place(view, zoom, x + i, y + j)]);
+      }
+    }
+    context.font = FONT;
+    context.textAlign = "center";
+    context.textBaseline = "middle";
+    for (const [, name, [px, py]] of names.sort(([a], [b]) => a - b)) writeFree(context, view, name, px, py);
   }
 
   /** A tile is small enough for its bend in the local frame not to be seen: three corners place it. */
   drawOne(context, view, zoom, x, y) {
     const n = 2 ** zoom;
-    const picture = this.picture(zoom, ((x % n) + n) % n, y);
-    if (!picture.complete || !picture.naturalWidth) return;
-    const corner = (i, j) => view.toScreen(...this.frame.toLocal(...geodetic((x + i) / n, (y + j) / n)));
-    const [[px, py], [rx, ry], [bx, by]] = [corner(0, 0), corner(1, 0), corner(0, 1)];
-    const { naturalWidth: w, naturalHeight: h } = picture;
+    const picture = this.source.picture(zoom, ((x % n) + n) % n, y);
+    if (!picture) return;
+    const [[px, py], [rx, ry], [bx, by]] = [[0, 0], [1, 0], [0, 1]].map(([i, j]) => this.place(view, zoom, x + i, y + j));
+    const [w, h] = [picture.naturalWidth ?? picture.width, picture.naturalHeight ?? picture.height];
     context.save();
     context.transform((rx - px) / w, (ry - py) / w, (bx - px) / h, (by - py) / h, px, py);
     context.drawImage(picture, 0, 0, w + 0.5, h + 0.5); // half a pixel more: no seams
     context.restore();
   }
 
-  picture(zoom, x, y) {
-    const address = this.url.replace("{z}", zoom).replace("{x}", x).replace("{y}", y);
-    let picture = this.pictures.get(address);
-    if (!picture) {
-      picture = new Image();
-      picture.referrerPolicy = "no-referrer";
-      picture.addEventListener("load", () => this.note(0));
-      picture.addEventListener("error", () => this.note(this.missing + 1));
-      picture.src = address;
-    }
-    this.pictures.delete(address);
-    this.pictures.set(address, picture);
-    return picture;
-  }
-
-  note(missing) {
-    this.missing = missing;
-    this.came(missing < MANY_MISSING);
-  }
-
-  forget() {
-    for (const address of this.pictures.keys()) {
-      if (this.pictures.size <= KEPT) return;
-      this.pictures.delete(address);
-    }
+  /** Where on the screen a place is, in tiles of that zoom. */
+  place(view, zoom, x, y) {
+    return view.toScreen(...this.frame.toLocal(...geodetic(x / 2 ** zoom, y / 2 ** zoom)));
   }
 }
 

@@ -1,6 +1,9 @@
 // What part of the world the canvas shows, and the pointer that moves it: drag, wheel, pinch, click.
 
+import { Room } from "./room.js";
+
 const [SMALLEST, LARGEST] = [0.001, 50]; // pixels a metre
+const MARGIN_PX = 100;
 const CLICK_PX = 5; // a finger is never quite still
 
 export class View {
@@ -9,7 +12,7 @@ export class View {
   scale = 0.1; // pixels a metre
   width = 1;
   height = 1;
-  covered = []; // what lies over the canvas, [left, top, right, bottom] each
+  room = new Room(1, 1, []); // for text, anew at each frame
 
   toScreen(x, y) {
     return [this.width / 2 + (x - this.x) * this.scale, this.height / 2 - (y - this.y) * this.scale];
@@ -17,12 +20,6 @@ export class View {
 
   toLocal(px, py) {
     return [this.x + (px - this.width / 2) / this.scale, this.y - (py - this.height / 2) / this.scale];
-  }
-
-  /** Whether nothing lies over this box, [left, top, right, bottom], and none of it is off the screen. */
-  isFree([left, top, right, bottom]) {
-    if (left < 0 || top < 0 || right > this.width || bottom > this.height) return false;
-    return !this.covered.some(([l, t, r, b]) => left < r && l < right && top < b && t < bottom);
   }
 
   contains(px, py, margin = 0) {
@@ -47,9 +44,10 @@ export class View {
     this.y += dy / this.scale;
   }
 
-  /** Shows all of some places, [x, y] each, with a margin. */
-  fit(places, margin = 100) {
+  /** Shows all of some places, [x, y] each, with a margin: less of one on a phone. */
+  fit(places) {
     if (!places.length) return;
+    const margin = Math.min(MARGIN_PX, Math.min(this.width, this.height) / 8);
     let [left, right, bottom, top] = [Infinity, -Infinity, Infinity, -Infinity];
     for (const [x, y] of places) {
       [left, right] = [Math.min(left, x), Math.max(right, x)];

@@ -29,7 +29,7 @@ async fn they_are_listed_worst_first_with_what_they_rest_on() {
         site.publish(4).await;
         let answer = site.get("/api/v1/conflicts").await.json();
         assert_eq!((&answer["computed"], answer.get("reason")), (&true.into(), None), "{answer}");
-        assert!(answer["aircraft"].as_u64().unwrap() >= 8 && answer["left_out"] == 0, "{answer}");
+        assert!(answer["aircraft"].as_u64().unwrap() >= 4 && answer["left_out"] == 0, "{answer}");
         let now = site.get("/api/v1/tracks?at=now&max_accuracy_m=10000").await.json();
         let tracks: Vec<&Value> =
             now["features"].as_array().unwrap().iter().map(|track| &track["id"]).collect();

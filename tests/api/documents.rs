@@ -3,6 +3,8 @@
 use std::collections::BTreeSet;
 
 use axum::http::{Method, Request, StatusCode};
+use jiff::SignedDuration;
+use serde_json::Value;
 use utm_fusion::api::routes::ROUTES;
 
 use crate::common::{Site, flown};
@@ -17,7 +19,8 @@ async fn the_document_and_the_router_agree_both_ways() {
     for (path, operations) in document["paths"].as_object().unwrap() {
         for (method, operation) in operations.as_object().unwrap() {
             described.insert((path.clone(), method.clone()));
-            assert!(operation["responses"]["200"]["content"].is_object(), "{path}");
+            let is_well = if path.ends_with("/ws") { "101" } else { "200" };
+            assert!(operation["responses"][is_well]["content"].is_object(), "{path}");
             let is_probe = path == "/healthz" || path == "/readyz";
             assert_eq!(operation["responses"]["429"].is_object(), !is_probe, "{path}");
             // A stream does not end: that it is there is seen by what it refuses.
@@ -54,9 +57,11 @@ async fn metrics_are_strictly_prometheus_text() {
     let mut site = Site::plain();
     site.tell(flown().status.clone()).await;
     site.publish(1).await;
+    let mut late = flown().frames.last().unwrap().clone();
+    late.published_at = late.due + SignedDuration::from_millis(3);
+    site.writer.publish_live(late, 0);
     let text = site.get("/metrics").await.text;
-    let mut family = String::new();
-    let mut is_summary = false;
+    let (mut family, mut kind) = (String::new(), "");
     let mut seen = BTreeSet::new();
     let mut samples = BTreeSet::new();
     for line in text.lines() {
@@ -64,21 +69,22 @@ async fn metrics_are_strictly_prometheus_text() {
             family = rest.split(' ').next().unwrap().to_owned();
             assert!(seen.insert(family.clone()), "{family} comes twice");
         } else if let Some(rest) = line.strip_prefix("# TYPE ") {
-            let (name, kind) = rest.split_once(' ').unwrap();
+            let name;
+            (name, kind) = rest.split_once(' ').unwrap();
             assert_eq!(name, family);
-            assert!(matches!(kind, "counter" | "gauge" | "summary"));
-            is_summary = kind == "summary";
+            assert!(matches!(kind, "counter" | "gauge" | "summary" | "histogram"));
             assert_eq!(kind == "counter", name.ends_with("_total"), "{name}");
         } else {
-            assert_eq!(line.contains("quantile="), is_summary, "the label is reserved: {line}");
+            assert_eq!(line.contains("quantile="), kind == "summary", "the label is reserved: {line}");
+            assert_eq!(line.contains("{le="), kind == "histogram" && line.contains("_bucket"), "{line}");
             let (series, value) = line.rsplit_once(' ').unwrap();
             assert!(value.parse::<f64>().unwrap().is_finite(), "{line}");
             assert!(samples.insert(series), "{series} comes twice");
             let name = series.split('{').next().unwrap();
-            assert_eq!(name, family, "{line}");
-            assert!(
-                name.starts_with("utm_fusion_") && name.bytes().all(|c| c == b'_' || c.is_ascii_lowercase())
-            );
+            let parts = if kind == "histogram" { &["_bucket", "_sum", "_count"][..] } else { &[""] };
+            assert!(parts.iter().any(|part| name.strip_suffix(part) == Some(&family)), "{line}");
+            let is_ours = name.starts_with("utm_fusion_") || name.starts_with("process_");
+            assert!(is_ours && name.bytes().all(|c| c == b'_' || c.is_ascii_lowercase()));
             if let Some(labels) = series.strip_prefix(name).filter(|labels| !labels.is_empty()) {
                 let labels = labels.strip_prefix('{').and_then(|l| l.strip_suffix('}')).unwrap();
                 for label in labels.split("\",") {
@@ -93,7 +99,114 @@ async fn metrics_are_strictly_prometheus_text() {
         "utm_fusion_slots_published_total",
         "utm_fusion_reports_accepted_total",
         "utm_fusion_lateness_seconds",
+        "utm_fusion_slot_lateness_seconds",
+        "utm_fusion_slot_latency_seconds",
     ] {
         assert!(seen.contains(name), "{name}");
+    } // 3 ms late, and 6.125 s old.
+    for (line, count) in [
+        ("utm_fusion_slot_lateness_seconds_bucket{le=\"0.002\"}", 0),
+        ("utm_fusion_slot_lateness_seconds_bucket{le=\"0.005\"}", 1),
+        ("utm_fusion_slot_lateness_seconds_bucket{le=\"+Inf\"}", 1),
+        ("utm_fusion_slot_latency_seconds_bucket{le=\"6\"}", 0),
+        ("utm_fusion_slot_latency_seconds_bucket{le=\"6.25\"}", 1),
+    ] {
+        assert!(text.contains(&format!("\n{line} {count}\n")), "{line} {count}\n{text}");
     }
+    assert!(text.contains("\nutm_fusion_slot_latency_seconds_sum 6.128\n"), "{text}");
+    if cfg!(target_os = "linux") {
+        for name in
+            ["cpu_seconds_total", "resident_memory_bytes", "open_fds", "max_fds", "start_time_seconds"]
+        {
+            assert!(seen.contains(&format!("process_{name}")), "{name}");
+        }
+    }
+}
+
+/// What comes and goes with the traffic is counted; a replay has no lateness to count.
+#[tokio::test]
+async fn what_is_shown_is_counted_by_what_it_is_made_of() {
+    let mut site = Site::plain();
+    site.publish(1).await;
+    let (text, picture) = (site.get("/metrics").await.text, site.get("/api/v1/tracks").await.json());
+    assert!(!text.contains("slot_late") && !text.contains("slot_latency"), "{text}");
+    let features = picture["features"].as_array().unwrap();
+    for source in ["fused", "radar", "transponder"] {
+        let count = features.iter().filter(|track| track["properties"]["source"] == source).count();
+        let line = format!("utm_fusion_tracks_of_source{{source=\"{source}\"}} {count}\n");
+        assert!(text.contains(&line), "{line}{text}");
+    }
+    assert!(text.contains("\nutm_fusion_alerts{kind=\"area\",severity=\"warning\"} 0\n"), "{text}");
+}
+
+/// Everything that a document refers to, and all that it says of channels.
+#[tokio::test]
+async fn asyncapi_describes_both_streams_and_refers_to_what_is_there() {
+    fn references<'a>(value: &'a Value, found: &mut Vec<&'a str>) {
+        match value {
+            Value::Object(members) => {
+                found.extend(members.get("$ref").and_then(Value::as_str));
+                members.values().for_each(|member| references(member, found));
+            }
+            Value::Array(items) => items.iter().for_each(|item| references(item, found)),
+            _ => {}
+        }
+    }
+    let mut site = Site::plain();
+    site.publish(1).await;
+    let document = site.get("/api/v1/asyncapi.json").await.json();
+    assert_eq!(document["asyncapi"], "3.0.0");
+    let mut found = Vec::new();
+    references(&document, &mut found);
+    assert!(found.len() > 20);
+    found.iter().for_each(|to| assert!(document.pointer(&to[1..]).is_some(), "{to}"));
+    let api = site.get("/openapi.json").await.json();
+    for (channel, operation) in [("stream", "sendEvents"), ("websocket", "sendMessages")] {
+        let described = &document["channels"][channel];
+        let path = described["address"].as_str().unwrap();
+        let query = match channel {
+            "stream" => &document["operations"][operation]["bindings"]["http"]["query"],
+            _ => &described["bindings"]["ws"]["query"],
+        };
+        let names: BTreeSet<&str> =
+            query["properties"].as_object().unwrap().keys().map(String::as_str).collect();
+        let parameters = api["paths"][path]["get"]["parameters"].as_array().unwrap();
+        assert_eq!(names, parameters.iter().map(|parameter| parameter["name"].as_str().unwrap()).collect());
+        assert_eq!(document["operations"][operation]["channel"]["$ref"], format!("#/channels/{channel}"));
+        assert!(described["messages"].as_object().unwrap().len() >= 10);
+    }
+}
+
+/// The page asks nobody but this service, and nothing in it needs an exception from the policy.
+#[tokio::test]
+async fn the_page_of_the_api_is_all_here() {
+    let site = Site::plain();
+    let page = site.get("/api/docs").await;
+    assert_eq!(page.header("content-type"), "text/html; charset=utf-8");
+    assert!(page.header("content-security-policy").starts_with("default-src 'self'; frame-ancestors"));
+    for part in
+        ["<html lang=\"en\">", "name=\"viewport\"", "<main ", "<nav aria-label=", "<h1>", "<noscript>"]
+    {
+        assert!(page.text.contains(part), "{part}");
+    }
+    assert!(
+        !page.text.contains("style=") && !page.text.contains("<script>") && !page.text.contains("onclick")
+    );
+    let links =
+        page.text.split(['"']).filter(|part| part.contains('.') && !part.contains([' ', '<', ':', '=']));
+    let mut count = 0;
+    for link in links {
+        let path = match link.strip_prefix("../") {
+            Some(path) => format!("/{path}"),
+            None => format!("/api/{link}"),
+        };
+        assert_eq!(site.get(&path).await.status, StatusCode::OK, "{path}");
+        count += 1;
+    }
+    assert!(count >= 5, "{count}");
+    for path in ["/api/docs.js", "/api/docs.css"] {
+        let text = site.get(path).await.text;
+        assert!(!text.contains("http:") && !text.contains("https:") && !text.contains("innerHTML"), "{path}");
+    }
+    assert!(site.get("/api/docs.css").await.text.contains("prefers-color-scheme: dark"));
 }

@@ -22,3 +22,4 @@ mod schema;
 mod stream;
 mod tls;
 mod tracks;
+mod websocket;

@@ -217,6 +217,14 @@ async fn display_data_says_how_it_moves_and_how_well_that_is_known() {
     assert_eq!(craft["nac_p"], expected);
     assert!((1..=4).contains(&craft["nac_v"].as_u64().unwrap()) && craft["gva"].as_u64().unwrap() <= 2);
 
+    // What the filter holds for drones has their icon, and nothing else has one.
+    let drones = site.get("/api/v1/tracks?class=drone").await.json()["numberMatched"].as_u64();
+    let crafts = aircraft["aircraft"].as_array().unwrap();
+    assert_eq!(drones, Some(crafts.iter().filter(|craft| craft["category"] == "B6").count() as u64));
+    assert!(
+        crafts.iter().filter(|craft| craft["category"] != "B6").all(|craft| craft.get("category").is_none())
+    );
+
     let mut reference = Site::plain();
     reference.publish(1).await;
     let aircraft = reference.get("/data/aircraft.json").await.json();

@@ -59,7 +59,7 @@ async fn a_radars_registration_is_told_as_it_is() {
     let site = Site::plain();
     site.tell(site.status()).await;
     assert_eq!(told(&site).await.0, Value::Null);
-    assert!(!site.get("/metrics").await.text.contains("registration"));
+    assert!(!site.get("/metrics").await.text.contains("utm_fusion_registration"));
 }
 
 #[tokio::test]

@@ -3,7 +3,7 @@
 use axum::http::StatusCode;
 use serde_json::Value;
 use utm_fusion::api::Options;
-use utm_fusion::config::{Area, AreaKind, SensorKind, Tiles};
+use utm_fusion::config::{AlertArea, Area, AreaKind, SensorKind, Tiles};
 
 use crate::common::{Site, flown};
 
@@ -66,7 +66,9 @@ async fn coverage_and_areas_are_valid_polygons() {
                 radar.max_range_m = Some(5_000.0);
             }
         }
-        for (kind, name) in [(AreaKind::Mask, "motorway"), (AreaKind::Alert, "airfield")] {
+        for (kind, name) in
+            [(AreaKind::Mask, "motorway"), (AreaKind::Alert(AlertArea::default()), "airfield")]
+        {
             config.areas.push(Area { kind, file: folder.join(format!("{name}.geojson")) });
         }
     });
@@ -129,6 +131,39 @@ async fn the_area_that_a_sensor_covers_is_shown_instead_of_its_circle() {
         assert_eq!((&properties["kind"], &properties["name"]), (&"coverage".into(), &name.into()));
         assert_eq!(properties["sensor"], covered.id.as_str());
     }
+}
+
+/// Names, heights and hours of zones; a part of a zone is a feature.
+#[tokio::test]
+async fn zones_are_shown_with_their_limits_as_they_are_now() {
+    let ring = "[[[-0.6,52.5],[-0.5,52.5],[-0.5,52.6],[-0.6,52.5]]]";
+    let part = |layer: &str| format!(r#"{{"type": "Polygon", "coordinates": {ring}, "layer": {{{layer}}}}}"#);
+    let parts = [
+        part(r#""lower": 0, "lowerReference": "AGL", "upper": 120, "upperReference": "AGL""#),
+        part(r#""lower": 1000, "lowerReference": "AMSL", "uom": "ft""#),
+    ];
+    let zone = format!(
+        r#"{{"type": "Feature", "properties": {{"identifier": "EGD1", "name": [{{"text": "Feld", "lang": "de"}}, {{"text":
+        "Field", "lang": "en-GB"}}], "type": "REQ_AUTHORIZATION", "restrictionConditions": "ask", "limitedApplicability":
+        [{{"startDateTime": "2001-01-01T00:00:00Z"}}]}},
+        "geometry": {{"type": "GeometryCollection", "geometries": [{}]}}}}"#,
+        parts.join(",")
+    );
+    let file = std::env::temp_dir().join(format!("utm-fusion-zone-{}.json", std::process::id()));
+    std::fs::write(&file, zone).unwrap();
+    let site = Site::with(Options::default(), |config| {
+        let settings = AlertArea { ground_m: Some(90.0), ..AlertArea::default() };
+        config.areas.push(Area { kind: AreaKind::Alert(settings), file: file.clone() });
+    });
+    std::fs::remove_file(&file).unwrap();
+    let areas = site.get("/api/v1/areas").await.json();
+    let features = areas["features"].as_array().unwrap();
+    let shown: Vec<Value> = features.iter().map(|feature| feature["properties"].clone()).collect();
+    let zone = |limit: &str, metres: f64| {
+        serde_json::json!({ "kind": "alert", "name": "Field", "identifier": "EGD1", "type": "authorisation", "conditions": "ask",
+            limit: metres, "active": true, "hours": "from 2001-01-01 00:00 UTC", "severity": "critical", "format": "ed-318" })
+    };
+    assert_eq!(shown, [zone("ceiling_m", 210.0), zone("floor_m", 304.8)]);
 }
 
 #[tokio::test]

@@ -2,6 +2,7 @@
 
 use axum::http::{Request, StatusCode};
 use serde_json::Value;
+use utm_fusion::api::Options;
 
 use crate::common::{Site, flown};
 
@@ -69,6 +70,12 @@ async fn each_filter_gives_what_it_says() {
     assert_eq!(chosen(&across, &|p| p["id"] != first["id"]).await, features(&all).len() - 1);
     chosen(&format!("alt_min={alt}"), &|p| at(p, "alt_msl") >= alt).await;
     chosen(&format!("alt_max={alt}"), &|p| at(p, "alt_msl") <= alt).await;
+    let uav = |p: &Value| p.get("uav_probability").map(|p| p.as_f64().unwrap());
+    let has_transponder = |p: &Value| p["source"] != "radar";
+    assert!(chosen("class=drone", &|p| has_transponder(p) || uav(p).is_some_and(|p| p >= 0.5)).await > 0);
+    assert!(chosen("class=other", &|p| !has_transponder(p) && uav(p).is_some_and(|p| p < 0.5)).await > 0);
+    chosen("class=unknown", &|p| !has_transponder(p) && uav(p).is_none()).await;
+    chosen("class=drone,other,unknown", &|_| true).await;
     let id = first["id"].as_str().unwrap().to_owned();
     assert_eq!(chosen(&format!("ids={id},nobody"), &|p| p["id"] == id.as_str()).await, 1);
     let radar = &flown().config.sensors[0].id;
@@ -77,7 +84,86 @@ async fn each_filter_gives_what_it_says() {
     assert!(chosen(&format!("sensor={radar}"), &took_part).await > 0);
     let two = site.get("/api/v1/tracks?limit=2").await.json();
     assert_eq!((&two["numberMatched"], &two["numberReturned"]), (&all["numberMatched"], &Value::from(2)));
-    assert_eq!(features(&two)[..], features(&all)[..2]);
+}
+
+#[tokio::test]
+async fn tracks_are_chosen_by_what_is_known_of_their_transponder() {
+    let mut site = Site::operational();
+    site.publish(1).await;
+    let all = site.get("/api/v1/tracks").await.json();
+    let mut counts = Vec::new();
+    for state in ["unverified", "verified", "suspect", "failed", "none", "verified,none"] {
+        let chosen = site.get(&format!("/api/v1/tracks?integrity={state}")).await.json();
+        let is_wanted = |track: &&Value| {
+            state.split(',').any(|s| s == track["properties"]["integrity"].as_str().unwrap_or("none"))
+        };
+        let expected: Vec<&Value> = features(&all).iter().filter(is_wanted).collect();
+        assert_eq!(features(&chosen).iter().collect::<Vec<_>>(), expected, "{state}");
+        counts.push(expected.len());
+    }
+    // Those with a transponder and those without are there, and no two lists are the same.
+    assert!(counts[0] + counts[1] > 0 && counts[4] > 0, "{counts:?}");
+    assert_eq!(counts[..5].iter().sum::<usize>(), features(&all).len());
+    let wrong = site.get("/api/v1/tracks?integrity=trusted").await;
+    assert_eq!(
+        (wrong.status, &wrong.json()["parameter"]),
+        (StatusCode::BAD_REQUEST, &Value::from("integrity"))
+    );
+}
+
+/// Somebody on board is no drone: on neither interface.
+#[tokio::test]
+async fn who_is_crewed_is_known_by_the_serial_number() {
+    let serial_of =
+        |track: &Value| track["properties"]["uas_id"]["serial_number"].as_str().map(str::to_owned);
+    let mut site = Site::plain();
+    site.publish(1).await;
+    let picture = site.get("/api/v1/tracks").await.json();
+    let pilot = features(&picture).iter().find_map(serial_of).unwrap();
+    let crewed = pilot.clone();
+    let mut site = Site::with(Options::default(), |config| config.conflicts.crewed = vec![crewed]);
+    site.publish(1).await;
+    let chosen = async |class: &str| -> Vec<Option<String>> {
+        let json = site.get(&format!("/api/v1/tracks?class={class}")).await.json();
+        features(&json).iter().map(serial_of).collect()
+    };
+    let crewed = chosen("crewed").await;
+    assert!(!crewed.is_empty() && crewed.iter().all(|serial| *serial == Some(pilot.clone())), "{crewed:?}");
+    assert!(!chosen("drone").await.contains(&Some(pilot.clone())));
+    let aircraft = site.get("/data/aircraft.json").await.json();
+    for craft in aircraft["aircraft"].as_array().unwrap().iter().filter(|craft| craft["type"] == "other") {
+        assert_eq!(craft.get("category").is_none(), craft["flight"] == pilot.as_str(), "{craft}");
+    }
+}
+
+#[tokio::test]
+async fn pages_are_the_whole_picture_once() {
+    let mut site = Site::plain();
+    site.publish(1).await;
+    let all = site.get("/api/v1/tracks").await.json();
+    let mut ids: Vec<&str> = features(&all).iter().map(|track| track["id"].as_str().unwrap()).collect();
+    ids.sort_unstable();
+    assert!(ids.len() > 3 && all.get("next").is_none(), "{ids:?}");
+    for limit in 1..=ids.len() + 1 {
+        let (mut turned, mut after) = (Vec::new(), String::new());
+        loop {
+            let page = site.get(&format!("/api/v1/tracks?limit={limit}{after}")).await.json();
+            assert_eq!(page["numberMatched"], all["numberMatched"]);
+            assert_eq!(page["numberReturned"], features(&page).len());
+            assert!((1..=limit).contains(&features(&page).len()), "{page}");
+            turned.extend(features(&page).to_vec());
+            let Some(next) = page.get("next") else { break };
+            after = format!("&after={}", next.as_str().unwrap());
+        }
+        assert_eq!(turned.iter().map(|track| track["id"].as_str().unwrap()).collect::<Vec<_>>(), ids);
+        turned.iter().for_each(|track| assert!(features(&all).contains(track), "{track}"));
+    }
+    // A page behind a track that has ended since goes on where it was.
+    let behind = site.get(&format!("/api/v1/tracks?after={}.", ids[0])).await.json();
+    assert_eq!(features(&behind).len(), ids.len() - 1);
+    let none = site.get("/api/v1/tracks?after=~&limit=1").await.json();
+    assert_eq!((features(&none).len(), none.get("next")), (0, None));
+    assert_eq!(site.get("/api/v1/tracks?after=").await.status, StatusCode::BAD_REQUEST);
 }
 
 #[tokio::test]

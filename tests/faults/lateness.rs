@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use asterix::{DataSource, cat129, encode_block};
 use serde_json::Value;
-use utm_fusion::config::{Area, AreaKind, Config};
+use utm_fusion::config::{AlertArea, Area, AreaKind, Config};
 use utm_fusion::live::now;
 use utm_fusion::normalise::time_of_day_count;
 
@@ -221,7 +221,10 @@ fn each_alert_that_begins_is_a_line_and_an_area_is_called_by_its_name() {
         "coordinates":[[[-2,51],[1,51],[1,54],[-2,54],[-2,51]]]}}"#;
     let stage = Stage::new(&scenario(60), 24_630, |config, scratch| {
         quick(config);
-        config.areas = vec![Area { kind: AreaKind::Alert, file: scratch.file("field.geojson", polygon) }];
+        config.areas = vec![Area {
+            kind: AreaKind::Alert(AlertArea::default()),
+            file: scratch.file("field.geojson", polygon),
+        }];
     });
     // Nothing is sent yet: both sensors fall silent in the same second.
     let mut service = stage.run("run.log");

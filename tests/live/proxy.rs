@@ -98,6 +98,15 @@ fn the_recipe_passes_on_streams_at_once_and_says_who_asks() {
         stream.until("event: heartbeat").unwrap();
     }
 
+    // What is asked for as a WebSocket is one behind it, too.
+    let mut socket = issued.connect_from([127, 0, 0, 5], port).unwrap();
+    let handshake = "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
+                     Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nOrigin: https://fusion.example\r\n";
+    assert_eq!(socket.status("GET /api/v1/stream/ws", handshake).unwrap(), 101);
+    for _ in 0..2 {
+        socket.until("\"event\":\"heartbeat\"").unwrap();
+    }
+
     // Its own page steers, another one does not.
     let mut page = issued.connect_from([127, 0, 0, 8], port).unwrap();
     let mut post = |origin: &str| {

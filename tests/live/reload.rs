@@ -8,7 +8,7 @@ use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use utm_fusion::config::{Address, Area, AreaKind, Auth, Config};
+use utm_fusion::config::{Address, AlertArea, Area, AreaKind, Auth, Config};
 
 use crate::common::{Running, Scratch, flight, group, joined, on_own_ports, utm_fusion};
 
@@ -144,8 +144,10 @@ fn what_can_change_does_and_the_rest_is_named() {
     let cors = |stage: &Stage| stage.get("/api/v1/info", "Origin: https://map.example\r\n").1;
     assert!(!cors(&stage).contains("access-control-allow-origin"));
 
-    let (alert, mask) =
-        (area(&stage.scratch, "field", AreaKind::Alert), area(&stage.scratch, "road", AreaKind::Mask));
+    let (alert, mask) = (
+        area(&stage.scratch, "field", AreaKind::Alert(AlertArea::default())),
+        area(&stage.scratch, "road", AreaKind::Mask),
+    );
     stage.config.areas = vec![alert, mask];
     stage.config.http.cors = vec!["https://map.example".to_owned()];
     stage.config.http.hosts = vec!["fusion.example".to_owned()];

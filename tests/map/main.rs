@@ -16,10 +16,15 @@ use browser::Browser;
 use service::{HOSTILE, Service};
 use tiles::Tiles;
 
+mod axe;
 mod browser;
 mod failures;
+mod frames;
+mod ground;
 mod names;
 mod news;
+mod operator;
+mod past;
 mod phone;
 mod picture;
 mod service;

@@ -14,9 +14,7 @@ pub const HOSTILE: &str = "<img src=x onerror=alert(1)>";
 
 /// The crossing, in which the radar falls silent after half of it, at a site with an alert area and perhaps with tiles.
 pub fn fly(folder: &Path, tiles: Option<&str>) {
-    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenarios/crossing.toml");
-    let made = utm_fusion().arg("simulate").arg(scenario).arg("--out").arg(folder).output().unwrap();
-    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    simulate(folder, "crossing");
     let radar = fs::read(folder.join("radar.ast")).unwrap();
     fs::write(folder.join("radar.ast"), &radar[..radar.len() / 2]).unwrap();
     let corners = "[[[-0.62,52.48],[-0.54,52.48],[-0.54,52.54],[-0.62,52.54],[-0.62,52.48]]]";
@@ -28,6 +26,13 @@ pub fn fly(folder: &Path, tiles: Option<&str>) {
     });
     let area = format!("\n[[areas]]\nkind = \"alert\"\nfile = \"{HOSTILE}.geojson\"\n");
     fs::write(folder.join("site.toml"), site.replace("[http]", &http) + &area).unwrap();
+}
+
+/// The captures and the site of one of the scenarios that come with the program.
+pub fn simulate(folder: &Path, scenario: &str) {
+    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("config/scenarios/{scenario}.toml"));
+    let made = utm_fusion().arg("simulate").arg(scenario).arg("--out").arg(folder).output().unwrap();
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
 }
 
 /// A running service; ended with the test.

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 mod common;
+mod conflicts;
 mod conformance;
 mod determinism;
 mod formats;
@@ -18,3 +19,4 @@ mod program;
 #[allow(dead_code, reason = "shared by several tests")]
 mod shared;
 mod usage;
+mod zones;

@@ -112,14 +112,27 @@ impl Approach {
         (self.across.transpose() * self.covariance * self.across).x
     }
 
-    /// Probability that the miss is within `horizontal_m` over ground and, where heights are known, `vertical_m` above it.
-    pub fn probability(&self, horizontal_m: f64, vertical_m: f64) -> f64 {
-        let over_ground = if self.is_inside {
-            within(horizontal_m, self.across.dot(&self.miss), self.across_m2())
+    /// Probability that the miss is within `horizontal_m` over ground and, where heights are known, `vertical_m` above it;
+    /// 0 where it is less than `least`.
+    pub fn probability(&self, horizontal_m: f64, vertical_m: f64, least: f64) -> f64 {
+        let above = self.vertical.map_or(1.0, |(height_m, m2)| within(vertical_m, height_m, m2));
+        let probability = if above < least {
+            0.0
+        } else if self.is_inside {
+            above * within(horizontal_m, self.across.dot(&self.miss), self.across_m2())
+        } else if above * self.at_most_in_disc(horizontal_m) < least {
+            0.0
         } else {
-            in_disc(horizontal_m, &self.miss, &self.covariance)
+            above * in_disc(horizontal_m, &self.miss, &self.covariance)
         };
-        over_ground * self.vertical.map_or(1.0, |(height_m, m2)| within(vertical_m, height_m, m2))
+        if probability < least { 0.0 } else { probability }
+    }
+
+    /// A bound of the probability to be in a disc, which is not summed for nothing: it is at most the highest density times
+    /// the disc's area.
+    fn at_most_in_disc(&self, radius_m: f64) -> f64 {
+        let determinant = self.covariance.determinant();
+        if determinant > 0.0 { radius_m * radius_m / (2.0 * determinant.sqrt()) } else { 1.0 }
     }
 }
 

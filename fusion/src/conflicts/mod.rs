@@ -1,8 +1,9 @@
 //! Who will come near whom: every pair of aircraft flown straight on, with the probability that one enters the volume of the
 //! other.
 //!
-//! Sans-IO, told the pictures and their times. The geometry is that of Fasano et al. (closest point of approach, distance at
-//! closest point of approach); probabilities are those of normal errors that grow by random acceleration.
+//! Sans-IO, told the pictures and their times. The geometry is that of G. Fasano et al., *Radar/electro-optical data fusion for
+//! non-cooperative UAS sense and avoid*, eq. 4; probabilities are those of normal errors that grow by random acceleration
+//! (docs/CONFLICTS.md).
 
 mod encounter;
 mod level;
@@ -26,7 +27,7 @@ pub use volume::{Kind, Preset, Side, Volume};
 const KEPT_PROBABILITY: f64 = 0.5;
 /// A violation is kept within a volume larger by this factor.
 const KEPT_VOLUME: f64 = 1.1;
-/// Probability from which a pair is worth a line where no level holds.
+/// Probability from which a pair is worth a line where no level holds; what is less counts as none.
 const WORTH_A_LINE: f64 = 0.01;
 
 /// What tells an aircraft from all others: its track number, which comes again, and since when it is that one's.
@@ -159,7 +160,7 @@ pub struct Conflict {
     pub relative: Relative,
     /// The closest point of approach.
     pub approach: Approach,
-    /// Of being within the volume then.
+    /// Of being within the volume then; 0 where it is less than 0.01.
     pub probability: f64,
 }
 
@@ -259,29 +260,36 @@ impl Conflicts {
         let relative = Relative::of(one, other);
         let approach = relative.approach(&self.rules.ahead);
         let key = (one.key, other.key);
-        let mut known = self.known.remove(&key).unwrap_or_else(|| Known::new(&self.rules, time));
-        let mut probabilities = vec![None; self.rules.volumes.len()];
+        let mut known = self.known.remove(&key);
+        let first = conflicts.len();
         for (index, volume) in self.rules.volumes.iter().enumerate() {
-            if volume.is_between(one.kind, other.kind) {
-                let probability = approach.probability(volume.horizontal_m, volume.vertical_m);
-                let said = self.rules.said(volume, &relative, &approach, probability);
-                known.levels[index].note(time, said);
-                probabilities[index] = Some(probability);
+            if !volume.is_between(one.kind, other.kind) {
+                continue;
+            }
+            let probability = approach.probability(volume.horizontal_m, volume.vertical_m, WORTH_A_LINE);
+            let said = self.rules.said(volume, &relative, &approach, probability);
+            // Most pairs have nothing to remember, and nothing to say.
+            if known.is_none() && !said.iter().any(|say| say.reached) && probability == 0.0 {
+                continue;
+            }
+            let levels = &mut known.get_or_insert_with(|| Known::new(&self.rules, time)).levels[index];
+            levels.note(time, said);
+            let level = levels.worst();
+            if level.is_some() || probability > 0.0 {
+                let pair = [a, b];
+                let new = Conflict { id: None, pair, volume: index, level, relative, approach, probability };
+                conflicts.push(new);
             }
         }
+        let Some(mut known) = known else { return };
         known.judged = time;
         known.drop_id();
         if known.id.is_none() && known.levels.iter().any(|levels| levels.worst().is_some()) {
             known.id = Some(self.next_id);
             self.next_id += 1;
         }
-        for (volume, (probability, levels)) in probabilities.into_iter().zip(&known.levels).enumerate() {
-            let level = levels.worst();
-            let worth = |probability: &f64| level.is_some() || *probability >= WORTH_A_LINE;
-            if let Some(probability) = probability.filter(worth) {
-                let id = known.id.filter(|_| level.is_some());
-                conflicts.push(Conflict { id, pair: [a, b], volume, level, relative, approach, probability });
-            }
+        for conflict in conflicts[first..].iter_mut().filter(|conflict| conflict.level.is_some()) {
+            conflict.id = known.id;
         }
         if !known.levels.iter().all(Levels::is_blank) {
             self.known.insert(key, known);

@@ -1,9 +1,10 @@
 //! What is known of an alert beside its text.
 
+use crate::areas::{Zone, ZoneKind};
 use fusion::Identity;
 use fusion::integrity::{Reasons, State};
 
-/// What alerts about transponders and conflicts say for programs.
+/// What alerts about areas, transponders and conflicts say for programs.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Details {
     /// Nothing but the text.
@@ -42,6 +43,22 @@ pub enum Details {
         /// It has ended because one was heard after all, or because it is the twin of one that lies.
         is_resolved: bool,
     },
+    /// A track is inside an area.
+    Area {
+        /// Which.
+        area: AreaName,
+        /// It is inside only if its height is, which nobody knows.
+        is_height_unknown: bool,
+    },
+    /// A track is about to enter an area.
+    AreaPredicted {
+        /// Which.
+        area: AreaName,
+        /// When it enters at its course, seconds; `None`: only at one beside it.
+        time_to_entry_s: Option<f64>,
+        /// The least of that at its course and at those a deviation beside it.
+        earliest_s: f64,
+    },
     /// Two aircraft come near each other.
     Conflict {
         /// The engine's number of it.
@@ -51,6 +68,23 @@ pub enum Details {
         /// Name of the volume.
         volume: String,
     },
+}
+
+/// What tells an area from others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AreaName {
+    /// What people call it.
+    pub name: String,
+    /// What its authority calls it.
+    pub identifier: Option<String>,
+    /// What holds in it, where that is said.
+    pub kind: Option<ZoneKind>,
+}
+
+impl From<&Zone> for AreaName {
+    fn from(zone: &Zone) -> Self {
+        Self { name: zone.name.clone(), identifier: zone.identifier.clone(), kind: zone.kind }
+    }
 }
 
 impl Details {

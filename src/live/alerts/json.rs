@@ -3,7 +3,10 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::details::AreaName;
 use super::{Acknowledged, Alert, AlertKind, Details, Shelved};
+use crate::areas::ZoneKind;
+use crate::json::rounded;
 use crate::picture::{ReasonName, Rfc3339, StateName, serial_text};
 use fusion::Identity;
 
@@ -79,7 +82,7 @@ impl From<&Shelved> for ShelvedJson {
     }
 }
 
-/// What alerts about transponders and conflicts have beside the others.
+/// What alerts about areas, transponders and conflicts have beside the others.
 #[derive(Clone, Debug, Default, Serialize, JsonSchema)]
 struct About {
     /// Serial number of the transponder.
@@ -115,6 +118,41 @@ struct About {
     /// It has ended because a transponder was heard after all, or because it is the twin of one that lies.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     resolved: bool,
+    /// The area that the track is in, or about to enter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    area: Option<AreaJson>,
+    /// The area begins or ends at a height, and nobody knows that of the track.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    height_unknown: bool,
+    /// When the track enters if it flies on as it does, seconds; 0: it is inside by now. Left out while it would pass it by,
+    /// and enter at a course one standard deviation beside its own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0))]
+    time_to_entry_s: Option<f64>,
+    /// The same at the earliest of its course and those one standard deviation beside it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0))]
+    earliest_s: Option<f64>,
+}
+
+/// An area, as `/api/v1/areas` names it.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+#[schemars(inline)]
+struct AreaJson {
+    name: String,
+    /// Its authority's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    identifier: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("enum" = ZoneKind::ALL.map(ZoneKind::name)))]
+    r#type: Option<&'static str>,
+}
+
+impl From<&AreaName> for AreaJson {
+    fn from(area: &AreaName) -> Self {
+        let AreaName { name, identifier, kind } = area;
+        Self { name: name.clone(), identifier: identifier.clone(), r#type: kind.map(ZoneKind::name) }
+    }
 }
 
 /// GeoJSON, RFC 7946.
@@ -135,7 +173,7 @@ impl From<&Alert> for AlertJson {
             since: alert.since.into(),
             text: alert.text.clone(),
             sensor: subject(&[AlertKind::Sensor, AlertKind::Registration]),
-            track: subject(&[AlertKind::Area, AlertKind::Uncooperative]),
+            track: subject(&[AlertKind::Area, AlertKind::AreaPredicted, AlertKind::Uncooperative]),
             conflict: match &alert.details {
                 Details::Conflict { id, .. } => Some(format!("C-{id}")),
                 _ => None,
@@ -175,6 +213,15 @@ impl From<&Details> for About {
                 Self { tracks: tracks.to_vec(), volume: Some(volume.clone()), ..Self::default() }
             }
             Details::Uncooperative { is_resolved } => Self { resolved: *is_resolved, ..Self::default() },
+            Details::Area { area, is_height_unknown } => {
+                Self { area: Some(area.into()), height_unknown: *is_height_unknown, ..Self::default() }
+            }
+            Details::AreaPredicted { area, time_to_entry_s, earliest_s } => Self {
+                area: Some(area.into()),
+                time_to_entry_s: time_to_entry_s.map(|seconds| rounded(seconds, 1)),
+                earliest_s: Some(rounded(*earliest_s, 1)),
+                ..Self::default()
+            },
         }
     }
 }

@@ -1,6 +1,8 @@
 //! What an operator should look at: sensors that are not operational, tracks inside alert areas, aircraft that come near
-//! each other, transponders that lie or fall silent, drones without one, and what is wrong with the service itself. Sans-IO: `replay --alerts` raises the same.
+//! each other, transponders that lie or fall silent, drones without one, and what is wrong with the service itself. Sans-IO:
+//! `replay --alerts` raises the same.
 
+mod areas;
 mod conflicts;
 mod details;
 mod json;
@@ -19,7 +21,10 @@ use operators::{Basis, Operators};
 use fusion::Identity;
 use fusion::time::{SECOND, Time};
 
+use areas::Approaches;
+
 pub use crate::config::{AlertKind, Severity};
+pub use areas::Ahead;
 pub use details::Details;
 pub use json::AlertJson;
 pub use operators::{Acknowledged, AlertWish, NotDone, Shelved, Wanted};
@@ -108,6 +113,8 @@ type Key = (AlertKind, String, String);
 #[derive(Debug, Default)]
 pub struct Alerts {
     settings: Current<AlertSettings>,
+    /// Tracks that are about to enter an area.
+    approaches: Approaches,
     /// Before this time sensors are not looked at, but for rival senders.
     settled: Time,
     next_id: u64,

@@ -99,6 +99,7 @@ impl Basis {
             AlertKind::Sensor | AlertKind::Service | AlertKind::Registration => Self::Status,
             AlertKind::Conflict => Self::Outlook,
             AlertKind::Area
+            | AlertKind::AreaPredicted
             | AlertKind::Integrity
             | AlertKind::Jamming
             | AlertKind::Silent

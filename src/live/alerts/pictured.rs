@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use geo::{ConvexHull, LineString, MultiPoint, Point, Winding};
 
-use super::wording::{described, jamming, lying, resolved, silent, uncooperative};
+use super::wording::{jamming, lying, resolved, silent, uncooperative};
 use super::{AlertKind, Alerts, Basis, Details, Found, Severity};
 use crate::json::rounded;
-use crate::picture::{MAX_ACCURACY_M, Picture, PictureMaker, PictureTrack};
+use crate::picture::{Picture, PictureMaker, PictureTrack};
 use fusion::integrity::{Concern, State};
 use fusion::time::Time;
 use fusion::{Enu, Identity};
@@ -28,28 +28,13 @@ impl Alerts {
             self.ended.clear();
             self.changes.clear();
             self.operators.rewind();
+            self.approaches.clear();
         }
         self.derive(Basis::Picture, now);
         went_back
             | self.note_areas(picture, maker)
             | self.note_transponders(picture, maker)
             | self.note_uncooperative(picture, maker)
-    }
-
-    fn note_areas(&mut self, picture: &Picture, maker: &PictureMaker) -> bool {
-        let (now, settings) = (picture.time, self.settings.get());
-        let mut found = Vec::new();
-        for track in picture.within(MAX_ACCURACY_M) {
-            let place = &track.position;
-            for area in settings.areas.around(place.longitude_deg(), place.latitude_deg()) {
-                let id = maker.track_id(track);
-                let text = format!("{} is inside {area}", described(track, &id));
-                let (area, severity) = (area.to_owned(), Severity::Warning);
-                let transponders = vec![track.trusted()];
-                found.push(Found { area, transponders, ..Found::new(&id, severity, text) });
-            }
-        }
-        self.hold(AlertKind::Area, found, now, |_, _| true)
     }
 
     /// The engine says for how long a concern lasts.

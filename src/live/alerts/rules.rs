@@ -49,6 +49,11 @@ impl AlertSettings {
         Ok(Self { areas: areas.alerts(), rules })
     }
 
+    #[cfg(test)]
+    pub(super) fn of(areas: AlertAreas) -> Self {
+        Self { areas, rules: BTreeMap::new() }
+    }
+
     /// Whether there are alerts of that kind about what was found.
     pub(super) fn admits(&self, kind: AlertKind, found: &Found) -> bool {
         self.rules.get(&kind).is_none_or(|rule| {
@@ -73,10 +78,10 @@ impl Rule {
         let mut polygons = Vec::new();
         for name in &rule.areas {
             let before = polygons.len();
-            let named = areas.polygons().filter(|polygon| polygon.name == *name);
+            let named = areas.parts().filter(|part| part.zone.name == *name);
             named.for_each(|named| polygons.extend(named.polygon));
             if polygons.len() == before {
-                let known: BTreeSet<String> = areas.polygons().map(|polygon| polygon.name).collect();
+                let known: BTreeSet<String> = areas.zones().map(|(_, zone)| zone.name.clone()).collect();
                 let known = known.into_iter().collect::<Vec<_>>().join(", ");
                 return Err(UnknownArea { kind: rule.kind.name(), name: name.clone(), known });
             }

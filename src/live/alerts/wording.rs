@@ -1,6 +1,7 @@
 //! Alerts in words: what is wrong, since when, and what that means, in one sentence.
 
 use super::Details;
+use crate::areas::{Entry, Presence, Zone, ZoneKind};
 use crate::conflicts::Conflict;
 use crate::picture::{PictureTrack, serial_text};
 use fusion::Identity;
@@ -19,6 +20,38 @@ pub(super) fn described(track: &PictureTrack, id: &str) -> String {
         .transponder()
         .map(|part| format!(", serial {}", part.identity.serial().escape_ascii()));
     format!("{} track {} ({id}){}", track.source_name(), track.point.number, serial.unwrap_or_default())
+}
+
+/// A track is inside an area; `named` is the track.
+pub(super) fn inside(named: &str, presence: &Presence<'_>) -> String {
+    let height = if presence.is_height_unknown { "; its height is not known" } else { "" };
+    format!("{named} is inside {}{}{height}", presence.label, holding(presence.zone))
+}
+
+/// A track is about to enter an area; `named` is the track.
+pub(super) fn entering(named: &str, entry: &Entry<'_>) -> String {
+    let Entry { label, zone, time_s, earliest_s } = entry;
+    let (seconds, earliest) = (time_s.map(f64::round), earliest_s.round());
+    let when = match seconds {
+        Some(0.0) => "is entering".to_owned(),
+        Some(seconds) if earliest < seconds => {
+            format!("is {seconds} s ({earliest} s at the earliest) away from entering")
+        }
+        Some(seconds) => format!("is {seconds} s away from entering"),
+        None => format!("is {earliest} s away from entering, unless it passes by,"),
+    };
+    format!("{named} {when} {label}{}", holding(zone))
+}
+
+/// What holds in a zone, as the end of a sentence about it.
+fn holding(zone: &Zone) -> &'static str {
+    match zone.kind {
+        Some(ZoneKind::Prohibited) => ", where flights are prohibited",
+        Some(ZoneKind::Authorisation) => ", where flights need an authorisation",
+        Some(ZoneKind::Conditional) => ", where conditions hold",
+        Some(ZoneKind::USpace) => ", which is U-space airspace",
+        Some(ZoneKind::NoRestriction) | None => "",
+    }
 }
 
 /// A transponder is suspect or failed.

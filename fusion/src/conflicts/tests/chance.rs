@@ -60,8 +60,8 @@ proptest! {
         let approach = |a: &Aircraft, b: &Aircraft| Relative::of(a, b).approach(&ahead(60.0, 1.0));
         let (there, back) = (approach(&one, &other), approach(&other, &one));
         prop_assert!((there.miss + back.miss).norm() < 1e-6);
-        prop_assert!((there.probability(50.0, 15.0) - back.probability(50.0, 15.0)).abs() < 1e-9);
-        prop_assert!((0.0..=1.0).contains(&there.probability(50.0, 15.0)));
+        prop_assert!((there.probability(50.0, 15.0, 0.0) - back.probability(50.0, 15.0, 0.0)).abs() < 1e-9);
+        prop_assert!((0.0..=1.0).contains(&there.probability(50.0, 15.0, 0.0)));
         // Nowhere on the straight path are they nearer.
         let relative = Relative::of(&one, &other);
         for step in 0..=600 {
@@ -76,16 +76,16 @@ fn a_volume_all_around_is_certain_and_one_far_away_impossible() {
     let approach = Relative::of(&aircraft(1, [0.0; 3], [0.0; 3]), &aircraft(2, [30.0, 0.0, 2.0], [0.0; 3]))
         .approach(&ahead(60.0, 1.0));
     assert!(approach.t_cpa_s == 0.0);
-    assert!(approach.probability(500.0, 500.0) > 0.999_999);
-    assert!(approach.probability(1.0, 15.0) < 1e-3);
+    assert!(approach.probability(500.0, 500.0, 0.0) > 0.999_999);
+    assert!(approach.probability(1.0, 15.0, 0.0) < 1e-3);
     // Known exactly, they are inside or not.
     let mut exact = aircraft(1, [0.0; 3], [0.0; 3]);
     exact.covariance = Matrix4::identity() * 1e-12;
     exact.vertical = None;
     let other = Aircraft { position: Enu::new(30.0, 0.0, 0.0), ..exact.clone() };
     let approach = Relative::of(&exact, &other).approach(&ahead(60.0, 1.0));
-    assert!(approach.probability(30.1, 1.0) > 1.0 - 1e-6);
-    assert_eq!(approach.probability(29.9, 1.0), 0.0);
+    assert!(approach.probability(30.1, 1.0, 0.0) > 1.0 - 1e-6);
+    assert_eq!(approach.probability(29.9, 1.0, 0.0), 0.0);
 }
 
 /// The disc on its own: a quadrature in other coordinates.
@@ -113,7 +113,8 @@ fn the_density_over_a_disc_is_that_of_rings_and_angles() {
         let mut other = still.clone();
         other.position = Enu::new(mean.x, mean.y, 0.0);
         other.covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(&covariance);
-        let probability = Relative::of(&still, &other).approach(&ahead(60.0, 1.0)).probability(50.0, 1.0);
+        let probability =
+            Relative::of(&still, &other).approach(&ahead(60.0, 1.0)).probability(50.0, 1.0, 0.0);
         assert!((probability - sum).abs() < 1e-3, "{probability} and {sum} about {mean}");
     }
 }
@@ -144,7 +145,7 @@ fn the_probability_is_the_share_of_draws_that_come_within_the_volume() {
             covariance: [height * height, 0.0, climb * climb],
         };
         let relative = Relative { position, velocity, covariance, vertical: Some(vertical) };
-        let probability = relative.approach(&ahead(60.0, 0.0)).probability(50.0, 15.0);
+        let probability = relative.approach(&ahead(60.0, 0.0)).probability(50.0, 15.0, 0.0);
         let root = covariance.cholesky().unwrap().l();
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
         let draws = 20_000;

@@ -37,7 +37,7 @@ proptest! {
                 let relative = Relative::of(one, other);
                 let approach = relative.approach(&rules.ahead);
                 for (index, volume) in rules.volumes.iter().enumerate() {
-                    let probability = approach.probability(volume.horizontal_m, volume.vertical_m);
+                    let probability = approach.probability(volume.horizontal_m, volume.vertical_m, 0.0);
                     if probability >= 0.01 {
                         expected.push(([a, b], index, probability));
                     }

@@ -1,0 +1,183 @@
+//! `/metrics`: Prometheus text, a line per number.
+//!
+//! Written by hand: the crate `prometheus-client` knows no summary and would name counters otherwise.
+
+mod process;
+mod sensors;
+mod text;
+
+use std::sync::Arc;
+
+use super::ask::{Answer, Ask, live};
+use super::piece::SOURCES;
+use super::shown::Shown;
+use super::tls::Tls;
+use crate::config::Config;
+use crate::live::{Alert, AlertKind, Integrities, Level, Severity, Status};
+use fusion::SensorIndex;
+use fusion::integrity::{Reason, State};
+use fusion::numbering::LARGEST_TRANSPONDER_NUMBER;
+use fusion::operational::Verdict;
+use text::Metrics;
+
+pub(super) use process::open_files;
+
+pub const TEXT: &str = "text/plain; version=0.0.4; charset=utf-8";
+
+/// All numbers.
+pub fn text(ask: &Ask) -> Answer {
+    let state = &ask.state;
+    let hub = &state.hub;
+    let latest = state.log.latest().1;
+    let mut out = Metrics::new("utm_fusion_");
+    out.family("info", "The running version");
+    out.sample("info", &[("version", env!("CARGO_PKG_VERSION")), ("site", &hub.config.site.name)], 1);
+    out.one("start_time_seconds", "When the service started", hub.started.as_seconds());
+    out.one("slots_published_total", "Slots published", latest.as_ref().map_or(0, |shown| shown.frame.seq));
+    out.one("tracks", "Tracks in the latest slot", latest.as_ref().map_or(0, |shown| shown.usual().count()));
+    let of_source = |source| {
+        latest.as_ref().map_or(0, |shown| shown.usual().filter(|piece| piece.source == source).count())
+    };
+    let help = "Tracks in the latest slot, by what they are made of";
+    out.by("tracks_of_source", help, "source", SOURCES.map(|source| (source, of_source(source))));
+    out.alerts(&hub.alerts());
+    out.one("streams", "Open event streams", state.seats.taken());
+    out.by(
+        "streams_dropped_total",
+        "WebSockets closed: slow, a message was not taken; silent, no answer to a ping; protocol, something else was sent",
+        "reason",
+        state.seats.dropped().map(|(reason, count)| (reason.name(), count)),
+    );
+    out.one("http_connections", "Open HTTP connections", state.door.open());
+    out.by(
+        "http_connections_refused_total",
+        "Connections closed at once: address, one address has too many; full, there are too many in all; tls, no handshake",
+        "reason",
+        state.door.refused().map(|(reason, count)| (reason.name(), count)),
+    );
+    if let Some(expires) = state.terms().tls.as_ref().and_then(Tls::expires) {
+        let help = "When the TLS certificate expires, seconds since 1970";
+        out.one("http_certificate_expires_seconds", help, expires.as_seconds());
+    }
+    out.by("http_responses_total", "HTTP responses by status", "status", state.answered());
+    let help = "Requests refused with 429 because an address or a token asked too often";
+    out.one("http_requests_limited_total", help, state.limited());
+    if let Some(history) = &state.options.history {
+        out.one("history_failing", "Whether the history cannot be written", u8::from(history.is_failing()));
+        out.one("history_lost_total", "Pictures missing in the history", history.lost());
+    }
+    let held = hub.decider.held();
+    let in_force = |verdict| held.iter().filter(|held| held.correlation.verdict == verdict).count();
+    let verdicts =
+        [Verdict::Correlated, Verdict::Decorrelated].map(|verdict| (verdict.name(), in_force(verdict)));
+    out.by("decisions", "Correlations decided by operators that are in force", "verdict", verdicts);
+    out.integrity(&hub.integrity.held());
+    let uncooperative =
+        |shown: &Arc<Shown>| shown.frame.picture.tracks.iter().filter(|track| track.is_uncooperative).count();
+    let help = "Tracks in the latest slot that fly without a transponder where one would be heard";
+    out.one("uncooperative", help, latest.as_ref().map_or(0, uncooperative));
+    let level = match state.condition().level() {
+        Level::NotReady => 0,
+        Level::Degraded => 1,
+        Level::Ok => 2,
+    };
+    out.one("condition", "0 not ready, 1 degraded, 2 ok", level);
+    if let Some(lateness) = hub.lateness() {
+        let help = "How much later than configured the picture is, the most in the last 3 s; above 1 it is not ready";
+        out.one("picture_late_seconds", help, lateness.late.as_secs_f64());
+    }
+    if let Some(timings) = hub.timings() {
+        let help = "From when a slot was due to its publication, since the start";
+        out.histogram("slot_lateness_seconds", help, &timings.lateness);
+        let help = "From the time that a slot's positions are of to its publication, since the start";
+        out.histogram("slot_latency_seconds", help, &timings.latency);
+    }
+    if let Some(recorded) = hub.recorded() {
+        out.one("recorder_failing", "Whether the disk fails", u8::from(recorded.failing));
+        out.one("recorded_total", "Datagrams recorded", recorded.written);
+        out.one("recorder_unwritten_total", "Datagrams not recorded: the disk failed", recorded.unwritten);
+        out.one("recorder_lost_total", "Datagrams not recorded: the recorder did not keep up", recorded.lost);
+    }
+    if let Some(status) = hub.status() {
+        out.tally(&status, &hub.config);
+        out.all_of_sensors(&status.sensors);
+    }
+    Ok(live(TEXT, out.into_text() + &process::text()))
+}
+
+impl Metrics {
+    /// Alerts that last.
+    fn alerts(&mut self, alerts: &[Arc<Alert>]) {
+        self.family("alerts", "Alerts that last, by what they are about");
+        let severities = [Severity::Warning, Severity::Critical];
+        let last = || alerts.iter().filter(|alert| alert.until.is_none());
+        for (kind, severity) in
+            AlertKind::ALL.into_iter().flat_map(|kind| severities.map(|severity| (kind, severity)))
+        {
+            let count = last().filter(|alert| alert.kind == kind && alert.severity == severity).count();
+            self.sample("alerts", &[("kind", kind.name()), ("severity", severity.name())], count);
+        }
+    }
+
+    /// Whether transponders can be trusted.
+    fn integrity(&mut self, known: &Integrities) {
+        let in_state = |state| known.assessments.iter().filter(|one| one.integrity.state == state).count();
+        let states = State::ALL.map(|state| (state.name(), in_state(state)));
+        self.by(
+            "integrity",
+            "Transponders heard in the last hour, by whether they can be trusted",
+            "state",
+            states,
+        );
+        let flags = Reason::ALL.map(|reason| (reason.name(), known.flags.get(&reason).copied().unwrap_or(0)));
+        let help = "Times that something began to speak against a transponder";
+        self.by("integrity_flags_total", help, "reason", flags);
+    }
+
+    fn tally(&mut self, status: &Status, config: &Config) {
+        let tally = &status.tally;
+        let name =
+            |index: SensorIndex| config.sensors.get(usize::from(index.0)).map_or("", |s| s.id.as_str());
+        self.one("datagrams_received_total", "Datagrams received", tally.received);
+        self.one("received_bytes_total", "Octets received", tally.octets);
+        self.one("datagrams_duplicate_total", "Datagrams that came twice", tally.duplicates);
+        self.one("several_records_total", "CAT129 blocks with several records", tally.several_records);
+        self.one("restarts_total", "Fresh starts after a silence", tally.restarts);
+        self.one("clock_behind_total", "Steps back of the clock of reception", tally.clock_behind);
+        self.one("failed_sends_total", "Datagrams that could not be sent", status.failed_sends);
+        self.family("faults_total", "Unreadable blocks and records");
+        for ((category, reason), count) in &tally.faults {
+            let category = category.map_or_else(String::new, |category| format!("{category:03}"));
+            self.sample("faults_total", &[("category", &category), ("reason", reason)], count);
+        }
+        let skipped = tally.skipped.iter().map(|(category, count)| (format!("{category:03}"), count));
+        self.by("blocks_skipped_total", "Blocks of categories that are not used", "category", skipped);
+        let accepted = tally.accepted.iter().map(|(&sensor, count)| (name(sensor), count));
+        self.by("reports_accepted_total", "Reports taken", "sensor", accepted);
+        let service = tally.service.iter().map(|(&sensor, count)| (name(sensor), count));
+        self.by("service_messages_total", "Service messages of radars", "sensor", service);
+        self.family("records_refused_total", "Records that gave no report");
+        for ((sensor, reason), count) in &tally.refused {
+            let labels = [("sensor", sensor.map_or("", name)), ("reason", *reason)];
+            self.sample("records_refused_total", &labels, count);
+        }
+        let help = "Previously unknown identities reported by a transponder receiver, by what became of them";
+        self.family("new_identities_total", help);
+        for ((sensor, fate), count) in &tally.newcomers {
+            self.sample("new_identities_total", &[("sensor", name(*sensor)), ("fate", *fate)], count);
+        }
+        let used = status.numbers_used as u64;
+        let free = u64::from(LARGEST_TRANSPONDER_NUMBER).saturating_sub(used);
+        self.one("transponder_numbers_used", "Transponder numbers in use", used);
+        self.one("transponder_numbers_free", "Transponder numbers left", free);
+        let unknown: u64 = tally.unknown_sources.values().sum();
+        self.one("records_unknown_source_total", "Records of no configured sensor", unknown);
+        if let Some(quantiles) = status.lateness_s {
+            let help = "From when a slot was due to its publication, over the last minutes";
+            self.family_of("summary", "lateness_seconds", help);
+            for (quantile, seconds) in ["0.5", "0.95", "0.99"].into_iter().zip(quantiles) {
+                self.sample("lateness_seconds", &[("quantile", quantile)], seconds);
+            }
+        }
+    }
+}

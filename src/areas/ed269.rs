@@ -1,0 +1,95 @@
+//! UAS zones of EUROCAE ED-269: JSON of its own, in which a zone is a list of volumes.
+
+use serde_json::Value;
+
+use super::band::{self, Names};
+use super::ed318::circle;
+use super::hours::period;
+use super::member::{Member, is_blank};
+use super::schedule::Schedule;
+use super::shape::Shape;
+use super::zone::{Format, Reading, Volume, Zone, ZoneKind};
+
+/// The members of a volume.
+const VOLUME: Names = Names {
+    lower: "lowerLimit",
+    lower_reference: "lowerVerticalReference",
+    upper: "upperLimit",
+    upper_reference: "upperVerticalReference",
+    unit: "uomDimensions",
+};
+
+/// The zones of a file, where it is one of this format.
+pub(super) fn zones(file: &Value) -> Option<&[Value]> {
+    let list = |name: &str| file.get(name).and_then(Value::as_array).map(Vec::as_slice);
+    let has_volumes = |zone: &Value| zone.get("geometry").is_some_and(Value::is_array);
+    match list("UASZoneList") {
+        Some(zones) => Some(zones),
+        None if has_volumes(file) => Some(std::slice::from_ref(file)),
+        None => list("features").filter(|zones| zones.iter().any(has_volumes)),
+    }
+}
+
+/// A zone.
+pub(super) fn zone(zone: &Value, reading: &Reading<'_>) -> Result<Zone, String> {
+    let zone = Member::top(zone);
+    let text =
+        |name: &str| zone.get(name).map(|text| reading.in_language(&text)).transpose().map(Option::flatten);
+    let identifier = text("identifier")?;
+    let name = text("name")?.or_else(|| identifier.clone()).unwrap_or_else(|| reading.stem.clone());
+    for name in ["schedule", "startDateTime", "endDateTime", "limitedApplicability", "layer"] {
+        if let Some(stray) = zone.get(name) {
+            return Err(stray.refused("what limits a zone is not looked for here"));
+        }
+    }
+    let kind = zone.need("restriction", "a zone says what holds in it")?;
+    let applicability = zone.get("applicability").map_or_else(Vec::new, |periods| periods.entries());
+    let mut periods = Vec::new();
+    for entry in applicability.iter().filter(|entry| !is_blank(entry.value())) {
+        let permanent =
+            entry.get("permanent").map(|permanent| match permanent.text()?.to_ascii_uppercase().as_str() {
+                "YES" => Ok(true),
+                "NO" => Ok(false),
+                _ => Err(permanent.refused("understood are YES and NO")),
+            });
+        let permanent = permanent.transpose()?;
+        let period = period(entry, reading.zone.as_ref())?;
+        if permanent == Some(false) && period == Default::default() {
+            return Err(entry.refused("it is not permanent, and no time is given"));
+        }
+        // Of a zone that is permanent times mean nothing.
+        periods.push(if permanent == Some(true) { Default::default() } else { period });
+    }
+    let geometry = zone.need("geometry", "a zone is somewhere")?;
+    Ok(Zone {
+        name,
+        identifier,
+        kind: Some(ZoneKind::read(&kind)?),
+        conditions: text("restrictionConditions")?,
+        schedule: Schedule::of(periods),
+        format: Format::Ed269,
+        volumes: geometry.entries().iter().map(|part| volume(part, reading)).collect::<Result<_, _>>()?,
+    })
+}
+
+fn volume(volume: &Member<'_>, reading: &Reading<'_>) -> Result<Volume, String> {
+    let Names { lower, lower_reference, upper, upper_reference, unit } = VOLUME;
+    volume.knows_only(&[lower, lower_reference, upper, upper_reference, unit, "horizontalProjection"])?;
+    let projection = volume.need("horizontalProjection", "a volume has a shape")?;
+    let kind = projection.need("type", "understood are Polygon and Circle")?;
+    let shape = match kind.text()? {
+        "Circle" => {
+            projection.knows_only(&["type", "center", "radius"])?;
+            // Whether a radius is in this unit or in metres is not the same everywhere.
+            if let Some(unit) =
+                volume.get(unit).filter(|unit| !unit.text().is_ok_and(|text| text.eq_ignore_ascii_case("M")))
+            {
+                return Err(unit.refused("volumes that are circles are understood in M"));
+            }
+            circle(&projection.need("center", "a circle has a centre")?, &projection)?
+        }
+        "Polygon" | "MultiPolygon" => Shape::of(projection.value())?,
+        _ => return Err(kind.refused("understood are Polygon and Circle")),
+    };
+    Ok(Volume { shape, band: band::read(volume, &VOLUME, reading.ground_m)? })
+}

@@ -1,0 +1,119 @@
+//! When a straight path enters an area.
+
+use geo::{Coord, Intersects, LinesIter, Point, Rect};
+
+use super::band::BandAmsl;
+use super::shape::Shape;
+use fusion::frames::Geodetic;
+
+/// Semi-major axis of the WGS-84 ellipsoid, metres, and its first eccentricity squared.
+const SEMI_MAJOR_M: f64 = 6_378_137.0;
+const ECCENTRICITY2: f64 = 6.694_379_990_141_317e-3;
+/// A path that is inside for less only grazes, seconds.
+const GRAZE_S: f64 = 1e-6;
+
+/// Behind the antimeridian the map goes on at its other side, degrees.
+const SHIFTS: [f64; 3] = [0.0, -360.0, 360.0];
+
+/// A straight path at a constant speed, along which longitude and latitude change evenly: within some kilometres, to a metre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Path {
+    /// Where it begins, degrees.
+    start: Coord,
+    /// East and north, metres a second.
+    velocity: Coord,
+    /// Degrees of longitude and of latitude in a metre there.
+    degrees_per_metre: Coord,
+    altitude_amsl_m: Option<f64>,
+    /// Metres a second.
+    climb: f64,
+}
+
+impl Path {
+    /// From a place with a velocity (east, north and up, metres a second); without an altitude the height is not known.
+    pub fn new(place: &Geodetic, velocity: [f64; 3], altitude_amsl_m: Option<f64>) -> Self {
+        let (sin, cos) = place.latitude.sin_cos();
+        let root = (1.0 - ECCENTRICITY2 * sin * sin).sqrt();
+        let east_m = (SEMI_MAJOR_M / root + place.height_m) * cos;
+        let north_m = SEMI_MAJOR_M * (1.0 - ECCENTRICITY2) / root.powi(3) + place.height_m;
+        let [east, north, climb] = velocity;
+        Self {
+            start: Coord { x: place.longitude_deg(), y: place.latitude_deg() },
+            velocity: Coord { x: east, y: north },
+            degrees_per_metre: Coord { x: (1.0 / east_m).to_degrees(), y: (1.0 / north_m).to_degrees() },
+            altitude_amsl_m,
+            climb,
+        }
+    }
+
+    /// The same turned to the right, radians.
+    pub(super) fn turned(self, angle: f64) -> Self {
+        let (sin, cos) = angle.sin_cos();
+        let Coord { x, y } = self.velocity;
+        Self { velocity: Coord { x: x * cos + y * sin, y: y * cos - x * sin }, ..self }
+    }
+
+    /// Degrees a second.
+    fn rate(&self) -> Coord {
+        Coord { x: self.velocity.x * self.degrees_per_metre.x, y: self.velocity.y * self.degrees_per_metre.y }
+    }
+
+    /// Whether it may come to the box around a shape within that time, on whichever course.
+    pub(super) fn may_reach(&self, shape: &Shape, horizon_s: f64) -> bool {
+        let reach = self.degrees_per_metre * (self.velocity.x.hypot(self.velocity.y) * horizon_s);
+        let (min, max) = (shape.bounds.min(), shape.bounds.max());
+        let reaches = |at: f64, reach: f64, min: f64, max: f64| at + reach >= min && at - reach <= max;
+        reaches(self.start.y, reach.y, min.y, max.y)
+            && SHIFTS.iter().any(|shift| reaches(self.start.x + shift, reach.x, min.x, max.x))
+    }
+
+    fn at(&self, seconds: f64) -> Coord {
+        self.start + self.rate() * seconds
+    }
+
+    /// Longitude and latitude after that time, degrees.
+    #[cfg(test)]
+    pub(super) fn place_after(&self, seconds: f64) -> [f64; 2] {
+        self.at(seconds).into()
+    }
+}
+
+/// When the path is inside for the first time, seconds from its start, within the horizon. Exact with the polygon's edges: the
+/// path is cut at each of them, and every piece is inside or outside as a whole.
+pub(super) fn time_to_entry(shape: &Shape, band: &BandAmsl, path: &Path, horizon_s: f64) -> Option<f64> {
+    let (from_s, to_s) = band.within(path.altitude_amsl_m, path.climb, horizon_s)?;
+    // Behind the antimeridian the map goes on at its other side.
+    let moved =
+        [0.0, -360.0, 360.0].map(|shift| Path { start: path.start + Coord { x: shift, y: 0.0 }, ..*path });
+    let first = |path: &Path| first_inside(shape, path, from_s, to_s);
+    moved.iter().filter_map(first).min_by(f64::total_cmp)
+}
+
+fn first_inside(shape: &Shape, path: &Path, from_s: f64, to_s: f64) -> Option<f64> {
+    let begin = path.at(from_s);
+    if !shape.bounds.intersects(&Rect::new(begin, path.at(to_s))) {
+        return None;
+    }
+    if shape.contains(&Point(begin)) {
+        return Some(from_s);
+    }
+    let rate = path.rate();
+    let crossing = |line: geo::Line| {
+        let (edge, to_edge) = (line.delta(), line.start - path.start);
+        let across = cross(rate, edge);
+        let (time_s, share) = (cross(to_edge, edge) / across, cross(to_edge, rate) / across);
+        // Along an edge both are infinite or no number.
+        (time_s > from_s && time_s < to_s && (-1e-9..=1.0 + 1e-9).contains(&share)).then_some(time_s)
+    };
+    let mut cuts: Vec<f64> = shape.polygon.lines_iter().filter_map(crossing).collect();
+    cuts.sort_by(f64::total_cmp);
+    let ends = cuts.iter().copied().skip(1).chain([to_s]);
+    let is_inside = |&(begin_s, end_s): &(f64, f64)| {
+        end_s - begin_s > GRAZE_S && shape.contains(&Point(path.at(0.5 * (begin_s + end_s))))
+    };
+    cuts.iter().copied().zip(ends).find(is_inside).map(|(begin_s, _)| begin_s)
+}
+
+fn cross(a: Coord, b: Coord) -> f64 {
+    a.x * b.y - a.y * b.x
+}

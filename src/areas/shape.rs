@@ -1,0 +1,104 @@
+//! Polygons, and circles as polygons.
+
+use std::f64::consts::PI;
+
+use geo::{
+    BoundingRect, Destination, Geodesic, Geometry, Intersects, LineString, MultiPolygon, Point, Polygon, Rect,
+};
+use serde_json::{Value, json};
+
+/// Corners of a circle: it is outside by 1/6500 of its radius.
+const CORNERS: usize = 180;
+/// What a polygon is refused for that leaves the map.
+const BEYOND: &str = "holds a position beyond ±180 degrees of longitude or ±90 of latitude";
+
+/// Polygons that are one, with the box around them. Straight lines in longitude and latitude, degrees.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Shape {
+    pub(super) bounds: Rect,
+    pub(super) polygon: MultiPolygon,
+}
+
+impl Shape {
+    /// Refuses one that is empty or not on the Earth.
+    pub(super) fn new(polygon: MultiPolygon) -> Result<Self, String> {
+        let bounds = polygon.bounding_rect().ok_or("holds an empty polygon")?;
+        let (min, max) = (bounds.min(), bounds.max());
+        let is_on_earth = min.x >= -180.0 && max.x <= 180.0 && min.y >= -90.0 && max.y <= 90.0;
+        if is_on_earth { Ok(Self { bounds, polygon }) } else { Err(BEYOND.to_owned()) }
+    }
+
+    /// Of a GeoJSON polygon, of which other members are left out.
+    pub(super) fn of(geometry: &Value) -> Result<Self, String> {
+        let plain = json!({ "type": geometry["type"], "coordinates": geometry["coordinates"] });
+        let geometry: Result<geojson::Geometry, _> = serde_json::from_value(plain);
+        let geometry = geometry.map_err(|cause| format!("is no GeoJSON: {cause}"))?;
+        match Geometry::try_from(geometry).map_err(|cause| format!("is no GeoJSON: {cause}"))? {
+            Geometry::Polygon(polygon) => Self::new(polygon.into()),
+            Geometry::MultiPolygon(polygons) => Self::new(polygons),
+            _ => Err("holds something that is no polygon".to_owned()),
+        }
+    }
+
+    /// Of a circle on the ellipsoid, which is inside; cut at the antimeridian.
+    pub(super) fn circle(longitude_deg: f64, latitude_deg: f64, radius_m: f64) -> Result<Self, String> {
+        const LARGEST_M: f64 = 1_000_000.0;
+        /// A degree of latitude is longer everywhere, metres.
+        const DEGREE_M: f64 = 110_000.0;
+        if longitude_deg.abs() > 180.0 || latitude_deg.abs() > 90.0 {
+            return Err(BEYOND.to_owned());
+        }
+        if !(radius_m > 0.0 && radius_m <= LARGEST_M) {
+            return Err(format!("has a circle whose radius is not between 0 and {LARGEST_M} m"));
+        }
+        if latitude_deg.abs() + radius_m / DEGREE_M >= 90.0 {
+            return Err("has a circle around a pole".to_owned());
+        }
+        let centre = Point::new(longitude_deg, latitude_deg);
+        let distance_m = radius_m / (PI / CORNERS as f64).cos();
+        let corner = |number: usize| {
+            // Against the clock, from north by west.
+            let place = Geodesic.destination(centre, -360.0 * number as f64 / CORNERS as f64, distance_m);
+            // On the centre's side of the antimeridian.
+            let apart = (place.x() - longitude_deg + 180.0).rem_euclid(360.0) - 180.0;
+            [longitude_deg + apart, place.y()]
+        };
+        let ring: Vec<[f64; 2]> = (0..CORNERS).map(corner).collect();
+        let polygon = |ring: Vec<[f64; 2]>| Polygon::new(LineString::from(ring), Vec::new());
+        Self::new(MultiPolygon::new(on_map(&ring).into_iter().map(polygon).collect()))
+    }
+
+    /// Whether a place is inside or on an edge.
+    pub(super) fn contains(&self, place: &Point) -> bool {
+        self.bounds.intersects(place) && self.polygon.intersects(place)
+    }
+}
+
+/// The parts of a convex ring (not closed) west of -180 degrees of longitude, on the map, and east of 180, each moved onto the
+/// map.
+pub fn on_map(ring: &[[f64; 2]]) -> Vec<Vec<[f64; 2]>> {
+    let parts = [(-540.0, -180.0, 360.0), (-180.0, 180.0, 0.0), (180.0, 540.0, -360.0)];
+    let part = |(west, east, shift): (f64, f64, f64)| {
+        let mut part = cut(&cut(ring, west, 1.0), east, -1.0);
+        part.iter_mut().for_each(|place| place[0] += shift);
+        (part.len() > 2).then_some(part)
+    };
+    parts.into_iter().filter_map(part).collect()
+}
+
+/// The part of a convex ring that is east (`side` 1) or west (-1) of a meridian.
+fn cut(ring: &[[f64; 2]], meridian: f64, side: f64) -> Vec<[f64; 2]> {
+    let mut kept = Vec::new();
+    for (index, &here) in ring.iter().enumerate() {
+        let before = ring[(index + ring.len() - 1) % ring.len()];
+        let inside = |place: [f64; 2]| (place[0] - meridian) * side >= 0.0;
+        if inside(here) != inside(before) {
+            let share = (meridian - before[0]) / (here[0] - before[0]);
+            kept.push([meridian, before[1] + share * (here[1] - before[1])]);
+        }
+        if inside(here) {
+            kept.push(here);
+        }
+    }
+    kept
+}

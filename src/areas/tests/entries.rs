@@ -1,0 +1,256 @@
+//! When a straight path enters.
+
+use geo::{Coord, LineString, Point, Polygon};
+use proptest::prelude::*;
+
+use super::super::entry::time_to_entry;
+use super::super::shape::Shape;
+use super::*;
+
+/// Metres of a degree of longitude at the equator of the ellipsoid, and of one of latitude there.
+const EAST_M: f64 = 111_319.490_793;
+const NORTH_M: f64 = 110_574.275_822;
+
+fn shape(rings: &[&[[f64; 2]]]) -> Shape {
+    let line =
+        |ring: &&[[f64; 2]]| LineString::from(ring.iter().map(|&[x, y]| Coord { x, y }).collect::<Vec<_>>());
+    let mut rings = rings.iter().map(line);
+    Shape::new(Polygon::new(rings.next().unwrap(), rings.collect()).into()).unwrap()
+}
+
+/// From a place on the equator's map, degrees, with a velocity, m/s.
+fn path(longitude_deg: f64, latitude_deg: f64, velocity: [f64; 3], altitude_m: Option<f64>) -> Path {
+    let mut place = visitor(longitude_deg, latitude_deg, altitude_m).place;
+    place.height_m = 0.0;
+    Path::new(&place, velocity, altitude_m)
+}
+
+const EVERY_HEIGHT: BandAmsl = BandAmsl { floor_m: None, ceiling_m: None };
+
+fn is_near(found: Option<f64>, expected_s: Option<f64>) {
+    match (found, expected_s) {
+        (Some(found), Some(expected)) => assert!((found - expected).abs() < 1e-4, "{found} {expected}"),
+        _ => assert_eq!(found, expected_s),
+    }
+}
+
+/// A square of 1 km from 1 km east of the origin on, with a hole of 200 m to 400 m from its western edge.
+fn square() -> Shape {
+    let x = |metres: f64| metres / EAST_M;
+    let y = |metres: f64| metres / NORTH_M;
+    let ring = |west, south, east, north| {
+        [
+            [x(west), y(south)],
+            [x(east), y(south)],
+            [x(east), y(north)],
+            [x(west), y(north)],
+            [x(west), y(south)],
+        ]
+    };
+    shape(&[&ring(1000.0, -500.0, 2000.0, 500.0), &ring(1200.0, -100.0, 1400.0, 100.0)])
+}
+
+#[test]
+fn a_square_with_a_hole() {
+    let square = square();
+    let time = |east_m: f64, north_m: f64, velocity: [f64; 3], horizon_s| {
+        let path = path(east_m / EAST_M, north_m / NORTH_M, velocity, None);
+        time_to_entry(&square, &EVERY_HEIGHT, &path, horizon_s)
+    };
+    is_near(time(0.0, 0.0, [20.0, 0.0, 0.0], 60.0), Some(50.0));
+    is_near(time(0.0, 0.0, [20.0, 0.0, 0.0], 49.9), None);
+    is_near(time(0.0, 0.0, [-20.0, 0.0, 0.0], 60.0), None);
+    is_near(time(0.0, 0.0, [0.0, 0.0, 0.0], 60.0), None);
+    is_near(time(0.0, 700.0, [20.0, 0.0, 0.0], 300.0), None);
+    is_near(time(0.0, 700.0, [20.0, -4.0, 0.0], 300.0), Some(50.0));
+    is_near(time(1500.0, 0.0, [20.0, 0.0, 0.0], 60.0), Some(0.0));
+    // Out of the hole.
+    is_near(time(1300.0, 0.0, [10.0, 0.0, 0.0], 60.0), Some(10.0));
+    is_near(time(1300.0, 0.0, [0.0, 0.0, 0.0], 60.0), None);
+    // A corner that it only grazes, and one through which it goes in.
+    is_near(time(500.0, 0.0, [10.0, 10.0, 0.0], 60.0), None);
+    is_near(time(0.0, -1500.0, [10.0, 10.0, 0.0], 300.0), Some(100.0));
+    // Along an edge and beside it.
+    is_near(time(0.0, 501.0, [20.0, 0.0, 0.0], 300.0), None);
+}
+
+#[test]
+fn heights() {
+    let square = square();
+    let band = BandAmsl { floor_m: Some(100.0), ceiling_m: Some(120.0) };
+    let time = |east_m: f64, east: f64, climb: f64, altitude_m| {
+        let path = path(east_m / EAST_M, 0.0, [east, 0.0, climb], altitude_m);
+        time_to_entry(&square, &band, &path, 60.0)
+    };
+    is_near(time(0.0, 20.0, 0.0, Some(110.0)), Some(50.0));
+    is_near(time(0.0, 20.0, 0.0, Some(120.0)), Some(50.0));
+    is_near(time(0.0, 20.0, 0.0, Some(90.0)), None);
+    // It has climbed through by then; it climbs into it from below; it sinks into it from above.
+    is_near(time(0.0, 20.0, 1.0, Some(60.0)), Some(50.0));
+    is_near(time(0.0, 20.0, 2.0, Some(10.0)), Some(50.0));
+    is_near(time(0.0, 20.0, 2.0, Some(30.0)), None);
+    is_near(time(1500.0, 0.0, 2.0, Some(50.0)), Some(25.0));
+    is_near(time(1500.0, 1.0, -5.0, Some(170.0)), Some(10.0));
+    is_near(time(1500.0, 0.0, -5.0, Some(90.0)), None);
+    // Under the floor it enters over ground, climbs, and is in the hole by then; then behind it.
+    is_near(time(900.0, 10.0, 1.0, Some(65.0)), Some(50.0));
+    // Nobody knows how high it is.
+    is_near(time(0.0, 20.0, 3.0, None), Some(50.0));
+}
+
+#[test]
+fn the_antimeridian_is_no_edge() {
+    let east = shape(&[&[[179.9, -0.5], [180.0, -0.5], [180.0, 0.5], [179.9, 0.5], [179.9, -0.5]]]);
+    let west = shape(&[&[[-180.0, -0.5], [-179.95, -0.5], [-179.95, 0.5], [-180.0, 0.5], [-180.0, -0.5]]]);
+    let time = |shape: &Shape, longitude_deg, east| {
+        assert!(path(longitude_deg, 0.0, [east, 0.0, 0.0], None).may_reach(shape, 300.0));
+        time_to_entry(shape, &EVERY_HEIGHT, &path(longitude_deg, 0.0, [east, 0.0, 0.0], None), 300.0)
+    };
+    let speed = 0.01 * EAST_M / 100.0;
+    is_near(time(&west, 179.99, speed), Some(100.0));
+    is_near(time(&east, 179.89, speed), Some(100.0));
+    is_near(time(&east, -179.99, -speed), Some(100.0));
+    is_near(time(&east, -179.99, speed), None);
+    let circle = Shape::circle(179.999, 10.0, 1000.0).unwrap();
+    assert_eq!(circle.polygon.0.len(), 2);
+    assert!(circle.contains(&Point::new(-179.995, 10.0)) && circle.contains(&Point::new(179.995, 10.0)));
+    assert!(!circle.contains(&Point::new(-179.985, 10.0)));
+}
+
+/// What is inside a circle is, and what is outside by more than the polygon is too large is not.
+#[test]
+fn circles_are_of_their_radius_on_the_ellipsoid() {
+    use geo::{Destination, Geodesic};
+    for (longitude_deg, latitude_deg, radius_m) in
+        [(10.0, 50.0, 3500.0), (-179.999, -17.0, 20_000.0), (0.0, 0.0, 5.0), (12.0, 84.0, 100_000.0)]
+    {
+        let circle = Shape::circle(longitude_deg, latitude_deg, radius_m).unwrap();
+        for bearing_deg in 0..360 {
+            let centre = Point::new(longitude_deg, latitude_deg);
+            let at =
+                |share: f64| Geodesic.destination(centre, f64::from(bearing_deg) + 0.3, radius_m * share);
+            assert!(circle.contains(&at(0.9999)), "{latitude_deg} {radius_m} {bearing_deg}");
+            assert!(!circle.contains(&at(1.0005)), "{latitude_deg} {radius_m} {bearing_deg}");
+        }
+    }
+}
+
+/// A path is so long in metres whatever the latitude.
+#[test]
+fn a_second_is_as_many_metres_as_it_should_be() {
+    use geo::{Distance, Geodesic};
+    for latitude_deg in [-60.0, 0.0, 47.0, 75.0_f64] {
+        for velocity in [[30.0, 0.0, 0.0], [0.0, -30.0, 0.0], [18.0, 24.0, 0.0]] {
+            let start = Point::new(10.0, latitude_deg);
+            let east = shape(&[&[[10.0, -89.0], [11.0, -89.0], [11.0, 89.0], [10.0, 89.0], [10.0, -89.0]]]);
+            let path = path(start.x(), start.y(), velocity, None);
+            // To the middle of nowhere, from the path itself.
+            assert_eq!(time_to_entry(&east, &EVERY_HEIGHT, &path, 60.0), Some(0.0));
+            let [lng, lat] = path.place_after(60.0);
+            let flown_m = Geodesic.distance(start, Point::new(lng, lat));
+            // Parallels bend: by a metre and some within a minute at 75 degrees.
+            assert!((flown_m - 1800.0).abs() < 2.0, "{latitude_deg} {flown_m}");
+        }
+    }
+}
+
+/// Corners at these shares of 3 km from the origin, around the clock, and a hole of half the size.
+fn star(shares: &[f64], is_hollow: bool, (x, y): (f64, f64)) -> Shape {
+    let ring = |size: f64| {
+        let corner = |number: usize| {
+            let (sin, cos) = (std::f64::consts::TAU * number as f64 / shares.len() as f64).sin_cos();
+            let radius = size * shares[number % shares.len()];
+            [(x + radius * cos) / EAST_M, (y + radius * sin) / NORTH_M]
+        };
+        (0..=shares.len()).map(corner).collect::<Vec<_>>()
+    };
+    let (outer, inner) = (ring(3000.0), ring(1500.0));
+    if is_hollow { shape(&[&outer, &inner]) } else { shape(&[&outer]) }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(512))]
+
+    /// Against small steps along the path: none before the entry is inside, and just behind it is inside.
+    #[test]
+    fn the_first_step_that_is_inside_is_the_entry(
+        shares in prop::collection::vec(0.2..1.0, 3..12),
+        is_hollow in any::<bool>(),
+        centre in (-3000.0..3000.0, -3000.0..3000.0),
+        velocity in (-40.0..40.0, -40.0..40.0, -4.0..4.0),
+        altitude_m in prop::option::of(0.0..300.0),
+        band in (prop::option::of(50.0..150.0), prop::option::of(160.0..250.0)),
+    ) {
+        const STEP_S: f64 = 0.05;
+        let star = star(&shares, is_hollow, centre);
+        let band = BandAmsl { floor_m: band.0, ceiling_m: band.1 };
+        let path = path(0.0, 0.0, [velocity.0, velocity.1, velocity.2], altitude_m);
+        let is_inside = |seconds: f64| {
+            let [lng, lat] = path.place_after(seconds);
+            star.contains(&Point::new(lng, lat))
+                && band.contains(altitude_m.map(|altitude_m| altitude_m + velocity.2 * seconds))
+        };
+        let first = (0..=1200).map(|step| f64::from(step) * STEP_S).find(|&seconds| is_inside(seconds));
+        prop_assert!(first.is_none() || path.may_reach(&star, 60.0));
+        match (time_to_entry(&star, &band, &path, 60.0), first) {
+            (Some(entry_s), Some(first_s)) => {
+                prop_assert!(entry_s <= first_s + 1e-9, "{entry_s} {first_s}");
+                // It may have crossed a corner between two steps.
+                prop_assert!(is_inside(entry_s + 2e-6) || is_inside(entry_s), "{entry_s} is outside");
+            }
+            (Some(entry_s), None) => prop_assert!(is_inside(entry_s + 2e-6) || is_inside(entry_s), "{entry_s} is outside"),
+            (None, first) => prop_assert_eq!(first, None),
+        }
+    }
+
+    /// The nearer side first: whoever is turned by the whole circle, or starts later on the same path, enters as much earlier.
+    #[test]
+    fn who_starts_later_on_the_path_enters_as_much_earlier(
+        shares in prop::collection::vec(0.2..1.0, 3..12),
+        centre in (-3000.0..3000.0, -3000.0..3000.0),
+        velocity in (-40.0..40.0, -40.0..40.0),
+        share in 0.01..0.99,
+    ) {
+        let star = star(&shares, false, centre);
+        let early = path(0.0, 0.0, [velocity.0, velocity.1, 0.0], None);
+        if let Some(entry_s) = time_to_entry(&star, &EVERY_HEIGHT, &early, 60.0) {
+            let [lng, lat] = early.place_after(entry_s * share);
+            let late = path(lng, lat, [velocity.0, velocity.1, 0.0], None);
+            let left_s = time_to_entry(&star, &EVERY_HEIGHT, &late, 60.0).unwrap();
+            let error_s: f64 = left_s - entry_s * (1.0 - share);
+            prop_assert!(error_s.abs() < 0.02, "{left_s} of {entry_s}");
+        }
+    }
+}
+
+/// A course is uncertain to both sides, and what of it is flown already does not count.
+#[test]
+fn the_earliest_of_three_courses() {
+    let x = |metres: f64| metres / EAST_M;
+    // A long wall from southwest to northeast, 1 km to the east.
+    let wall = format!(
+        r#"{{"type": "Polygon", "coordinates": [[[{}, -0.02], [0.1, -0.02], [0.1, 0.02], [{}, 0.02], [{}, -0.02]]]}}"#,
+        x(1000.0) - 0.02,
+        x(1000.0) + 0.02,
+        x(1000.0) - 0.02,
+    );
+    let alerts = areas(&wall, &alert(|_| {})).alerts();
+    let here = visitor(0.0, 0.0, None);
+    let entry = |deviation: f64, flown_s: f64| {
+        let path = path(0.0, 0.0, [20.0, 0.0, 0.0], None);
+        let found: Vec<_> = alerts.ahead(here, &path, deviation, flown_s, 0.0).collect();
+        assert_eq!(found.len(), 1);
+        (found[0].time_s.unwrap(), found[0].earliest_s)
+    };
+    let (time_s, earliest_s) = entry(0.0, 0.0);
+    assert!((time_s - 50.0).abs() < 0.01 && earliest_s == time_s, "{time_s}");
+    // Turned right by 0.2 rad it meets the wall of 45 degrees at 1000 / (cos 0.2 + sin 0.2) metres.
+    let (time_s, earliest_s) = entry(0.2, 0.0);
+    let expected_s = 50.0 / (0.2_f64.cos() + 0.2_f64.sin() * NORTH_M / EAST_M);
+    assert!(
+        (time_s - 50.0).abs() < 0.01 && (earliest_s - expected_s).abs() < 0.1,
+        "{earliest_s} {expected_s}"
+    );
+    let (time_s, earliest_s) = entry(0.0, 6.0);
+    assert!((time_s - 44.0).abs() < 0.01 && earliest_s == time_s, "{time_s}");
+}

@@ -1,0 +1,15 @@
+//! `[map]`.
+
+use std::path::PathBuf;
+
+use super::kinds::beside;
+use super::table::{absent, section};
+
+section! {
+    /// The map page.
+    #[derive(Eq)]
+    Map {
+        /// The base map: a PMTiles file (version 3) of vector tiles, drawn below the tracks. The page asks no other server for it.
+        pmtiles: Option<PathBuf> = absent("none, the map has no ground"), beside();
+    }
+}

@@ -1,0 +1,177 @@
+//! Alerts about areas: tracks that are inside, and tracks that are about to enter.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use jiff::SignedDuration;
+
+use super::wording::{described, entering, inside};
+use super::{AlertKind, Alerts, Details, Found, Severity};
+use crate::areas::{Path, Visitor};
+use crate::config::AreaSeverity;
+use crate::picture::{MAX_ACCURACY_M, Picture, PictureMaker, PictureTrack, serial_text};
+use fusion::point::Estimate;
+use fusion::time::Time;
+
+/// Slots from one prediction to the next: a second.
+const EVERY_SLOTS: i64 = 4;
+/// Predictions that are remembered, and those of them that raise an alert: a single one may be chance.
+const REMEMBERED: u32 = 4;
+const RAISING: u32 = 2;
+/// Below this speed over ground a course is chance, metres a second.
+const SLOWEST: f64 = 0.5;
+
+/// The picture that entries are predicted from.
+#[derive(Clone, Copy, Debug)]
+pub enum Ahead<'a> {
+    /// Where aircraft are predicted to be by now.
+    Now(&'a Picture),
+    /// Where none is made the published one, which is that old.
+    Lagged(&'a Picture, SignedDuration),
+}
+
+/// Tracks that are about to enter an area.
+#[derive(Debug, Default)]
+pub(super) struct Approaches(BTreeMap<Approach, u32>);
+
+/// Id of the track, and the area; with them the latest predictions, a bit each that says whether it enters.
+type Approach = (String, String);
+
+impl Approaches {
+    pub(super) fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    /// Notes who enters by the latest prediction, at its course, and forgets who does not lately.
+    fn note(&mut self, found: &BTreeMap<Approach, Found>) {
+        let enters =
+            |found: &Found| matches!(found.details, Details::AreaPredicted { time_to_entry_s: Some(_), .. });
+        for (approach, _) in found.iter().filter(|(_, found)| enters(found)) {
+            self.0.entry(approach.clone()).or_default();
+        }
+        self.0.retain(|approach, reached| {
+            let is_reached = found.get(approach).is_some_and(enters);
+            *reached = (*reached << 1 | u32::from(is_reached)) & ((1 << REMEMBERED) - 1);
+            *reached != 0
+        });
+    }
+
+    /// Whether it enters by enough of them.
+    fn is_certain(&self, approach: &Approach) -> bool {
+        self.0.get(approach).is_some_and(|reached| reached.count_ones() >= RAISING)
+    }
+}
+
+impl Alerts {
+    pub(super) fn note_areas(&mut self, picture: &Picture, maker: &PictureMaker) -> bool {
+        let (now, settings) = (picture.time, self.settings.get());
+        let mut found = Vec::new();
+        for track in picture.within(MAX_ACCURACY_M) {
+            let serial = serial(track);
+            for presence in
+                settings.areas.around(visitor(track, serial.as_deref(), now), maker.geoid_undulation_m())
+            {
+                let id = maker.track_id(track);
+                let text = inside(&described(track, &id), &presence);
+                let severity = match presence.severity {
+                    AreaSeverity::Warning => Severity::Warning,
+                    AreaSeverity::Critical => Severity::Critical,
+                };
+                let details = Details::Area {
+                    area: presence.zone.into(),
+                    is_height_unknown: presence.is_height_unknown,
+                };
+                let area = presence.label.to_owned();
+                let transponders = vec![track.trusted()];
+                found.push(Found { area, details, transponders, ..Found::new(&id, severity, text) });
+            }
+        }
+        self.hold(AlertKind::Area, found, now, |_, _| true)
+    }
+
+    /// Looks once a second at who is about to enter an area; whether there is anything new to show.
+    pub fn note_approaches(&mut self, ahead: Ahead<'_>, maker: &PictureMaker) -> bool {
+        let (picture, age) = match ahead {
+            Ahead::Now(picture) => (picture, SignedDuration::ZERO),
+            Ahead::Lagged(picture, age) => (picture, age),
+        };
+        if picture.slot.0 % EVERY_SLOTS != 0 {
+            return false;
+        }
+        let (kind, now) = (AlertKind::AreaPredicted, picture.time + age);
+        let is_inside = self.lasting.keys().filter(|(kind, ..)| *kind == AlertKind::Area);
+        let inside: BTreeSet<Approach> =
+            is_inside.map(|(_, track, area)| (track.clone(), area.clone())).collect();
+        let mut found = self.entries(picture, age, maker);
+        found.retain(|approach, _| !inside.contains(approach));
+        self.approaches.note(&found);
+        found.retain(|approach, _| {
+            let (track, area) = approach.clone();
+            self.approaches.is_certain(approach) || self.lasting.contains_key(&(kind, track, area))
+        });
+        let before = self.changes.len();
+        // Whoever is inside enters no more.
+        self.end(kind, now, |(_, track, area), _| inside.contains(&(track.clone(), area.clone())));
+        self.hold(kind, found.into_values().collect(), now, |_, _| true) || self.changes.len() > before
+    }
+
+    /// The entries that a picture of that age foresees.
+    fn entries(
+        &self,
+        picture: &Picture,
+        age: SignedDuration,
+        maker: &PictureMaker,
+    ) -> BTreeMap<Approach, Found> {
+        let (now, settings) = (picture.time + age, self.settings.get());
+        let areas = &settings.areas;
+        let mut found = BTreeMap::new();
+        for track in picture.within(MAX_ACCURACY_M) {
+            let (Some(motion), Some(estimate)) = (&track.motion, &track.point.estimate) else { continue };
+            let (velocity, serial) = (motion.velocity, serial(track));
+            let is_moving = motion.speed() >= SLOWEST;
+            let over_ground = if is_moving { velocity.xy() } else { Default::default() };
+            let path =
+                Path::new(&track.position, [over_ground.x, over_ground.y, velocity.z], track.altitude_amsl_m);
+            let visitor = visitor(track, serial.as_deref(), now);
+            let undulation_m = maker.geoid_undulation_m();
+            for entry in
+                areas.ahead(visitor, &path, course_deviation(estimate), age.as_secs_f64(), undulation_m)
+            {
+                let id = maker.track_id(track);
+                let text = entering(&described(track, &id), &entry);
+                let area = entry.label.to_owned();
+                let details = Details::AreaPredicted {
+                    area: entry.zone.into(),
+                    time_to_entry_s: entry.time_s,
+                    earliest_s: entry.earliest_s,
+                };
+                let raised = Found {
+                    area: area.clone(),
+                    details,
+                    transponders: vec![track.trusted()],
+                    ..Found::new(&id, Severity::Warning, text)
+                };
+                found.insert((id, area), raised);
+            }
+        }
+        found
+    }
+}
+
+/// The serial number of a track's transponder, while nothing speaks against that: who lies is not known by its number.
+fn serial(track: &PictureTrack) -> Option<String> {
+    track.trusted().map(serial_text)
+}
+
+fn visitor<'a>(track: &PictureTrack, serial: Option<&'a str>, at: Time) -> Visitor<'a> {
+    Visitor { place: track.position, altitude_amsl_m: track.altitude_amsl_m, serial, at }
+}
+
+/// Standard deviation of the course, radians; a right angle at most.
+fn course_deviation(estimate: &Estimate) -> f64 {
+    let velocity = estimate.velocity.xy();
+    let speed = velocity.norm();
+    let Some(along) = velocity.try_normalize(0.0) else { return 0.0 };
+    let across = nalgebra::Vector2::new(-along.y, along.x);
+    let variance = (across.transpose() * estimate.velocity_covariance * across)[(0, 0)];
+    variance.max(0.0).sqrt().atan2(speed)
+}

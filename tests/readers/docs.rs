@@ -1,0 +1,56 @@
+//! `/api/docs` in a browser: all of it is there, and each link within it leads somewhere.
+
+use std::collections::BTreeSet;
+use std::process::{Command, Stdio};
+
+use crate::program::Scratch;
+use crate::service::{Demo, is_installed};
+
+/// What the page is once its script has run.
+fn shown(scratch: &Scratch, url: &str) -> String {
+    let output = Command::new("chromium")
+        .args([
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--disable-dev-shm-usage",
+            "--virtual-time-budget=10000",
+        ])
+        .arg(format!("--user-data-dir={}", scratch.path("profile").display()))
+        .args(["--timeout=30000", "--dump-dom", url])
+        .stdin(Stdio::null())
+        .stderr(Stdio::null())
+        .output()
+        .unwrap();
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// The values of an attribute, in their order.
+fn values<'a>(page: &'a str, attribute: &str) -> Vec<&'a str> {
+    page.split(&format!(" {attribute}=\"")).skip(1).map(|rest| rest.split('"').next().unwrap()).collect()
+}
+
+#[test]
+fn the_page_of_the_api_shows_every_route_event_and_type() {
+    if !is_installed("chromium", "--version") {
+        return;
+    }
+    let (scratch, demo) = (Scratch::new(), Demo::start());
+    let page = shown(&scratch, &format!("http://{}/api/docs", demo.address));
+    let ids = values(&page, "id");
+    let known: BTreeSet<&str> = ids.iter().copied().collect();
+    assert_eq!(known.len(), ids.len(), "an id is there once");
+    for id in ["get-api-v1-tracks", "post-api-v1-correlations", "event-alert", "type-trackproperties", "find"]
+    {
+        assert!(known.contains(id), "{id}: {page}");
+    }
+    let links: Vec<&str> =
+        values(&page, "href").into_iter().filter_map(|link| link.strip_prefix('#')).collect();
+    assert!(links.len() > 200, "{}", links.len());
+    links.iter().for_each(|link| assert!(known.contains(link), "#{link}"));
+    // Tables say what their columns and rows are, and those that scroll can be reached without a mouse.
+    let tables = page.matches("<table").count();
+    assert_eq!(tables, page.matches("<caption").count());
+    assert_eq!(tables, page.matches("role=\"region\" tabindex=\"0\" aria-label=\"").count());
+    assert!(!page.contains("could not be read"));
+}
