@@ -1,5 +1,15 @@
 // Made of /openapi.json and /api/v1/asyncapi.json by tests/readers/generate.rs; UPDATE=1 makes it anew.
 
+/** What there is to ask for. */
+export type About = {
+  /** The coarsest zoom. */
+  min_zoom: number;
+  /** The finest zoom. */
+  max_zoom: number;
+  /** Whom the map is owed to. */
+  attribution: string;
+};
+
 /** Nothing here is ADS-B: a radar's track is what readsb calls a track file; the rest is `other`, and nothing claims an ICAO address. There is no barometric height, and none is made up. */
 export type Aircraft = {
   hex: string;
@@ -29,7 +39,7 @@ export type Aircraft = {
 /** What is wrong, or was. */
 export type Alert = {
   id: string;
-  kind: "sensor" | "area" | "service" | "registration" | "integrity" | "jamming" | "silent" | "uncooperative" | "conflict";
+  kind: "sensor" | "area" | "area-predicted" | "service" | "registration" | "integrity" | "jamming" | "silent" | "uncooperative" | "conflict";
   severity: "warning" | "critical";
   /** A time, RFC 3339, UTC. */
   since: string;
@@ -65,6 +75,19 @@ export type Alert = {
   hull?: Hull;
   /** It has ended because a transponder was heard after all, or because it is the twin of one that lies. */
   resolved?: boolean;
+  /** The area that the track is in, or about to enter. */
+  area?: {
+    name: string;
+    /** Its authority's. */
+    identifier?: string;
+    type?: "prohibited" | "authorisation" | "conditional" | "u-space" | "no-restriction";
+  };
+  /** The area begins or ends at a height, and nobody knows that of the track. */
+  height_unknown?: boolean;
+  /** When the track enters if it flies on as it does, seconds; 0: it is inside by now. Left out while it would pass it by, and enter at a course one standard deviation beside its own. */
+  time_to_entry_s?: number;
+  /** The same at the earliest of its course and those one standard deviation beside it. */
+  earliest_s?: number;
   /** Left out while it lasts. */
   until?: string;
 };
@@ -83,6 +106,26 @@ export type AreaProperties = {
   name: string;
   /** Whose coverage it is. */
   sensor?: string;
+  /** What its authority calls it. */
+  identifier?: string;
+  /** What holds in a UAS zone. */
+  type?: "prohibited" | "authorisation" | "conditional" | "u-space" | "no-restriction";
+  /** What of a UAS zone is in force under which conditions, in its authority's words. */
+  conditions?: string;
+  /** Lowest height, metres above mean sea level; left out from the ground up. */
+  floor_m?: number;
+  /** Highest height, metres above mean sea level; left out without a limit. */
+  ceiling_m?: number;
+  /** Whether it is in force now. */
+  active: boolean;
+  /** When that changes; left out where it does not. */
+  changes_at?: string;
+  /** When it is in force, in short. */
+  hours: string;
+  /** How bad it is to be inside; left out where it raises no alert. */
+  severity?: "warning" | "critical";
+  /** What its file is. */
+  format: "geojson" | "ed-318" | "ed-269";
 };
 
 /** Why the stream ends. */
@@ -120,8 +163,10 @@ export type Competitor = {
 export type Conflict = {
   /** The same for a pair as long as any level holds; left out where none does. */
   id?: string;
-  /** Of the positions. */
+  /** Of the evaluation. */
   time: string;
+  /** When both were there last, where one is missing now: the figures are of then. */
+  seen?: string;
   /** Track id of one. */
   a: string;
   /** Track id of the other. */
@@ -443,6 +488,10 @@ export type Info = {
   settings: Settings;
   /** Where the page gets its map from. */
   tiles?: Tiles;
+  /** The base map, from `/api/v1/basemap`. */
+  basemap?: About;
+  /** How far back the history goes at most, hours; absent where none is kept. */
+  history_hours?: number;
   replay?: Replay;
 };
 
@@ -1180,6 +1229,7 @@ export interface Parameters {
   "/api/v1/stream-tickets": {};
   "/api/v1/raw": { after?: number };
   "/api/v1/sensors": {};
+  "/api/v1/basemap": { z: number; x: number; y: number };
   "/api/v1/status": {};
   "/api/v1/info": {};
   "/api/v1/coverage": {};

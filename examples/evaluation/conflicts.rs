@@ -50,8 +50,7 @@ fn of_flight(scenario: &Scenario, seed: u64) -> Result<Foresight, Failure> {
         for mut emission in pipeline.emissions() {
             let now = emission.now.take().map(|now| maker.now(now));
             let outlook = now.and_then(|now| watch.look(&now, &maker));
-            let conflicts = outlook.into_iter().flat_map(|outlook| outlook.conflicts);
-            foreseen.extend(conflicts.map(|conflict| Foreseen::from(&conflict)));
+            foreseen.extend(outlook.iter().flat_map(|outlook| &outlook.conflicts).map(Foreseen::from));
             let picture = maker.picture(emission);
             let tracks = picture.within(config.output.max_accuracy_m);
             points.extend(tracks.map(|track| OutputPoint::of_track(track, &maker)));

@@ -23,6 +23,7 @@ const FILES: &[(&str, &str, &str)] = &[
     ("/app.js", JAVASCRIPT, include_str!("../web/app.js")),
     ("/attention.js", JAVASCRIPT, include_str!("../web/attention.js")),
     ("/choices.js", JAVASCRIPT, include_str!("../web/choices.js")),
+    ("/conflicts.js", JAVASCRIPT, include_str!("../web/conflicts.js")),
     ("/detail.js", JAVASCRIPT, include_str!("../web/detail.js")),
     ("/dom.js", JAVASCRIPT, include_str!("../web/dom.js")),
     ("/exports.js", JAVASCRIPT, include_str!("../web/exports.js")),

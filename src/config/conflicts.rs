@@ -1,6 +1,6 @@
 //! `[conflicts]`.
 
-use fusion::conflicts::{Ahead, Preset, Rules, Side, Threshold, Volume};
+use fusion::conflicts::{Ahead, Preset, Rules, Side, Steady, Threshold, Volume};
 
 use super::kinds::{Kind, any_text, flag, inline, list, named, number, tables};
 use super::names::{names, written_by_name};
@@ -34,10 +34,10 @@ section! {
         picture: PictureKind = PictureKind::Now, named();
         /// How far ahead is looked, seconds.
         horizon_s: f64 = 60.0, ahead_s();
-        /// Power spectral density of the acceleration over ground by which aircraft leave a straight flight, m²/s³ an axis.
+        /// Power spectral density of the acceleration over ground by which aircraft turn, m²/s³ an axis.
         acceleration: f64 = 1.0, density();
-        /// The same of the climb.
-        climb_acceleration: f64 = 0.05, density();
+        /// Mean time for which a pair flies straight on, seconds.
+        straight_s: f64 = 30.0, ahead_s();
         /// When an advisory is given: from which probability on, and how long before.
         advisory: Advisory = Advisory::default(), inline::<Advisory>();
         /// The same of a warning. A violation is that a volume is entered.
@@ -65,9 +65,9 @@ section! {
     #[derive(Copy)]
     Warning {
         /// Least probability.
-        probability: f64 = 0.3, share();
+        probability: f64 = 0.2, share();
         /// Most time to the closest point of approach, seconds.
-        time_s: f64 = 30.0, ahead_s();
+        time_s: f64 = 20.0, ahead_s();
     }
 }
 
@@ -220,10 +220,10 @@ impl ConflictVolume {
 impl Conflicts {
     /// What counts as a conflict.
     pub fn rules(&self) -> Rules {
-        let Self { horizon_s, acceleration, climb_acceleration, advisory, warning, .. } = *self;
+        let Self { horizon_s, acceleration, straight_s, advisory, warning, .. } = *self;
         Rules {
             volumes: self.volumes(),
-            ahead: Ahead { horizon_s, acceleration, climb_acceleration },
+            ahead: Ahead { horizon_s, acceleration, straight_s, steady: Steady::MEASURED },
             advisory: Threshold { probability: advisory.probability, time_s: advisory.time_s },
             warning: Threshold { probability: warning.probability, time_s: warning.time_s },
         }

@@ -16,8 +16,11 @@ pub struct ConflictJson {
     /// The same for a pair as long as any level holds; left out where none does.
     #[serde(skip_serializing_if = "Option::is_none")]
     id: Option<String>,
-    /// Of the positions.
+    /// Of the evaluation.
     time: Rfc3339,
+    /// When both were there last, where one is missing now: the figures are of then.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seen: Option<Rfc3339>,
     /// Track id of one.
     a: String,
     /// Track id of the other.
@@ -79,7 +82,7 @@ struct CpaJson {
 
 impl From<&Conflict> for ConflictJson {
     fn from(conflict: &Conflict) -> Self {
-        let Conflict { time, found, tracks: [a, b], volume, cpa, integrity, .. } = conflict;
+        let Conflict { time, seen, found, tracks: [a, b], volume, cpa, integrity, .. } = conflict;
         let approach = &found.approach;
         let vertical_m = approach.vertical.map(|(height_m, _)| height_m);
         let height_m2 = approach.vertical.map_or(0.0, |(_, m2)| m2);
@@ -87,6 +90,7 @@ impl From<&Conflict> for ConflictJson {
         Self {
             id: found.id.map(|id| format!("C-{id}")),
             time: (*time).into(),
+            seen: (!conflict.is_seen()).then(|| (*seen).into()),
             a: a.clone(),
             b: b.clone(),
             volume: volume.clone(),

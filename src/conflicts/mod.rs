@@ -8,7 +8,7 @@ use nalgebra::{Matrix2, Matrix4};
 
 use crate::config::{Config, PictureKind};
 use crate::picture::{Picture, PictureMaker, PictureTrack, serial_text};
-use fusion::conflicts::{self, Aircraft, Conflicts, Kind, Level, Volume};
+use fusion::conflicts::{self, Aircraft, Conflicts, Kind, Level, Unseen, Volume};
 use fusion::frames::Geodetic;
 use fusion::integrity::State;
 use fusion::time::{SECOND, Time};
@@ -39,10 +39,9 @@ pub struct ConflictWatch {
 pub struct Outlook {
     /// The time of the positions.
     pub time: Time,
-    /// Every pair and volume with a level, or with a probability of at least 0.01.
+    /// Every pair and volume with a level, or with a probability of at least 0.01; of those that hold a level although one
+    /// of both is missing what was found when both were seen last.
     pub conflicts: Vec<Conflict>,
-    /// Those that hold a level although one of both is missing, as they were seen last.
-    pub unseen: Vec<Conflict>,
     /// What the stream tells: warnings and violations, and each change of a level.
     pub news: Vec<Conflict>,
     /// Aircraft that took part.
@@ -56,8 +55,10 @@ pub struct Outlook {
 /// A pair and a volume, by the names that readers know.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Conflict {
-    /// The time of the positions.
+    /// The time of the evaluation.
     pub time: Time,
+    /// The time of the positions: earlier where one of both is missing.
+    pub seen: Time,
     /// What the engine found.
     pub found: conflicts::Conflict,
     /// Ids of both tracks.
@@ -75,6 +76,11 @@ pub struct Conflict {
 }
 
 impl Conflict {
+    /// Whether both were there.
+    pub fn is_seen(&self) -> bool {
+        self.seen == self.time
+    }
+
     /// The level that holds.
     pub fn level(&self) -> Option<Level> {
         self.found.level.map(|(level, _)| level)
@@ -133,6 +139,7 @@ impl ConflictWatch {
             let t_cpa_s = found.approach.t_cpa_s;
             Conflict {
                 time,
+                seen: time,
                 found,
                 tracks: tracks.map(|track| maker.track_id(track)),
                 numbers: pair.map(|one| one.key.0),
@@ -145,36 +152,36 @@ impl ConflictWatch {
                 trusted: tracks.map(PictureTrack::trusted),
             }
         };
-        let conflicts: Vec<Conflict> = evaluation.conflicts.iter().map(named).collect();
-        let (unseen, news) = self.news(&conflicts, &evaluation.unseen);
+        let mut conflicts: Vec<Conflict> = evaluation.conflicts.iter().map(named).collect();
+        for &Unseen { id, volume, level } in &evaluation.unseen {
+            if let Some(conflict) = self.held.get(&(id, volume)) {
+                let found = conflicts::Conflict { level: Some(level), ..conflict.found };
+                conflicts.push(Conflict { time, found, ..conflict.clone() });
+            }
+        }
+        let news = self.news(&conflicts);
         let conflicts::Evaluation { aircraft, left_out, tested, .. } = evaluation;
-        Some(Outlook { time, conflicts, unseen, news, aircraft: aircraft.len(), left_out, tested })
+        Some(Outlook { time, conflicts, news, aircraft: aircraft.len(), left_out, tested })
     }
 
-    /// Those that hold unseen, and what is new since the evaluation before.
-    fn news(&mut self, conflicts: &[Conflict], unseen: &[(u64, usize)]) -> (Vec<Conflict>, Vec<Conflict>) {
+    /// What is new since the evaluation before.
+    fn news(&mut self, conflicts: &[Conflict]) -> Vec<Conflict> {
         let held = conflicts.iter().filter(|conflict| conflict.found.level.is_some());
         let held = held.filter_map(|one| Some(((one.found.id?, one.found.volume), one.clone())));
-        let mut held: BTreeMap<_, _> = held.collect();
-        let mut news: Vec<Conflict> = held
-            .iter()
-            .filter(|(key, conflict)| {
-                let before = self.held.get(key).and_then(Conflict::level);
-                conflict.level() >= Some(Level::Warning) || conflict.level() != before
-            })
-            .map(|(_, conflict)| conflict.clone())
-            .collect();
-        let unseen: Vec<_> =
-            unseen.iter().filter_map(|key| Some((*key, self.held.get(key)?.clone()))).collect();
-        held.extend(unseen.iter().cloned());
-        for (key, mut conflict) in std::mem::take(&mut self.held) {
-            if !held.contains_key(&key) {
+        let before = std::mem::replace(&mut self.held, held.collect());
+        let is_news = |(key, conflict): &(&(u64, usize), &Conflict)| {
+            let level = before.get(key).and_then(Conflict::level);
+            conflict.level() != level || (conflict.is_seen() && level >= Some(Level::Warning))
+        };
+        let told = self.held.iter().filter(is_news).map(|(_, conflict)| conflict.clone());
+        let mut news: Vec<Conflict> = told.collect();
+        for (key, mut conflict) in before {
+            if !self.held.contains_key(&key) {
                 conflict.found.level = None;
                 news.push(conflict);
             }
         }
-        self.held = held;
-        (unseen.into_iter().map(|(_, conflict)| conflict).collect(), news)
+        news
     }
 
     /// `None`: it takes no part.

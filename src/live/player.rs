@@ -294,7 +294,8 @@ impl Show {
         let time = seen.0.picture.time;
         loop {
             if self.from.is_some_and(|from| time < from) {
-                self.passed_over = Some(seen);
+                let (picture, outlook) = seen;
+                self.passed_over = Some((picture, outlook.or_else(|| self.passed_over.take()?.1)));
                 return Next::GoOn;
             }
             // What was asked for is shown at once, also while paused.
@@ -325,6 +326,8 @@ impl Show {
 
     /// As if it had been published when it was due: every time in a replay is one of the recording.
     fn publish(&mut self, (mut picture, outlook): Seen) {
+        // Between two evaluations the last of those that were passed over still holds.
+        let outlook = outlook.or_else(|| self.passed_over.take()?.1);
         self.passed_over = None;
         self.shown += 1;
         picture.seq = self.shown;

@@ -3,6 +3,7 @@
 import { Alerts } from "./alerts.js";
 import { get, list, Stream } from "./api.js";
 import { offerLayer } from "./choices.js";
+import { Conflicts } from "./conflicts.js";
 import { Detail } from "./detail.js";
 import { byId, setText } from "./dom.js";
 import { showFailures } from "./failures.js";
@@ -22,6 +23,7 @@ import { Table } from "./table.js";
 
 const RENEW_MS = 10000; // rates, clock offsets and alerts that are over come by asking
 const RAW_MS = 1000;
+const CONFLICTS_MS = 1000; // as often as they are computed
 const [MIN_ZONES_MS, MOST_ZONES_MS] = [1000, 86400000]; // between two questions for the zones; a day is soon enough
 const FRAME_MS = 2000; // the first view waits at most this long for the radars' places, which belong in it
 
@@ -38,6 +40,7 @@ const alerts = new Alerts((byTrack) => {
 });
 const sensors = new Sensors(() => map.invalidate());
 map.raw = new Raw(map);
+map.conflicts = new Conflicts(map, (id) => map.picture?.tracks.get(id));
 
 // ── what the service says
 
@@ -58,6 +61,7 @@ reads.add("tracks", "Tracks"); // by the stream
 reads.add("info", "Service", { ask: () => get("info"), take: takeInfo, everyMs: RENEW_MS });
 reads.add("sensors", "Sensors", { ask: () => get("sensors"), take: takeSensors, everyMs: RENEW_MS });
 reads.add("alerts", "Alerts", { ask: () => get("alerts"), take: (answer) => alerts.replace(answer), everyMs: RENEW_MS });
+reads.add("conflicts", "Conflicts", { ask: () => get("conflicts?level=advisory"), take: (answer) => map.conflicts.take(answer), everyMs: CONFLICTS_MS, isWanted: () => map.conflicts.isWanted && !past.isOn });
 reads.add("integrity", "Integrity", { ask: () => get("integrity"), take: (answer) => detail.verdicts.replace(list(answer, "identities")) });
 for (const [name, title] of [["coverage", "Coverage"], ["areas", "Areas"]]) {
   reads.add(name, title, { ask: () => get(name), take: (answer) => takeShapes(name, answer) });
@@ -72,6 +76,7 @@ function showKnown() {
   showFailures(reads.failures());
   alerts.setRead(reads.all.get("alerts"));
   sensors.setRead(reads.all.get("sensors"));
+  if (reads.state("conflicts") !== "good") map.conflicts.forget();
   table.refresh();
   frameOnce();
 }

@@ -37,6 +37,7 @@ const ENTRIES = [
   [null, [["circle", "alarmed", { r: 6 }]], "an alert is about it"],
   [null, [["circle", "watched", { r: 6 }]], "on the watch list"],
   [null, [["path", "chosen", { d: "M-7-3V-7H-3M3-7H7V-3M7 3V7H3M-3 7H-7V3" }]], "selected"],
+  [null, [["path", "alarmed", LINE]], "to where two come near each other"],
   ["trails", [["path", "trail", LINE]], "trail, fading with age"],
   ["vectors", [["path", "vector", LINE]], "where it will be in 10 s"],
   ["ellipses", [["ellipse", "ellipse", { rx: 7, ry: 4 }]], "it is within, 95 times of 100"],

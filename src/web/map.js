@@ -24,6 +24,7 @@ export class Map2d {
   base = null;
   tiles = null;
   raw = null;
+  conflicts = null; // who will come near whom
   tool = null; // that takes the clicks: {add(x, y, track), draw(context, view)}
   alerted = new Map(); // severity by track id
   placed = [];
@@ -121,6 +122,7 @@ export class Map2d {
     drawUncertainty(context, view, this.placed);
     if (layers.vectors) drawVectors(context, view, this.placed);
     drawTrust(context, view, this.placed);
+    this.conflicts?.draw(context, view, this.placed, this.picture.frame);
     if (layers.labels) drawLabels(context, view, this.placed);
     drawSymbols(context, view, this.placed, time, this.alerted);
     this.tool?.draw(context, view);

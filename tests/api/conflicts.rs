@@ -105,7 +105,7 @@ async fn the_stream_tells_each_change_and_the_alerts_follow() {
     while let Some(event) = reader.next().await {
         match event.name.as_str() {
             "conflict" => {
-                levels.entry(event.data["id"].as_str().unwrap().to_owned()).or_default().push(event.data)
+                levels.entry(event.data["id"].as_str().unwrap().to_owned()).or_default().push(event.data);
             }
             "alert" if event.data["kind"] == "conflict" => alerts.push(event.data),
             "tracks" if event.data["seq"].as_u64() >= last => break,

@@ -18,6 +18,7 @@ use tiles::Tiles;
 
 mod axe;
 mod browser;
+mod conflicts;
 mod failures;
 mod frames;
 mod ground;

@@ -35,6 +35,15 @@ pub fn simulate(folder: &Path, scenario: &str) {
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
 }
 
+/// What a replay finds about who will come near whom, a line each.
+pub fn conflicts(folder: &Path) -> String {
+    let file = folder.join("conflicts.ndjson");
+    let ran =
+        Service::captures(utm_fusion().arg("replay"), folder).arg("--conflicts").arg(&file).output().unwrap();
+    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    fs::read_to_string(file).unwrap()
+}
+
 /// A running service; ended with the test.
 pub struct Service {
     child: Child,
@@ -54,10 +63,13 @@ impl Service {
 
     fn replaying(profile: &str, folder: &Path) -> Command {
         let mut command = utm_fusion();
-        command.arg("replay").arg(folder.join("radar.ast")).arg(folder.join("transponder.ast"));
-        command.arg("--config").arg(folder.join("site.toml")).args(["--date", "2026-03-14", "--serve"]);
-        command.args(["--profile", profile]);
+        Self::captures(command.arg("replay"), folder).args(["--serve", "--profile", profile]);
         command
+    }
+
+    fn captures<'a>(command: &'a mut Command, folder: &Path) -> &'a mut Command {
+        command.arg(folder.join("radar.ast")).arg(folder.join("transponder.ast"));
+        command.arg("--config").arg(folder.join("site.toml")).args(["--date", "2026-03-14"])
     }
 
     /// The same with more of the program's options, on a free port.

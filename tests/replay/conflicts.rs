@@ -13,7 +13,7 @@ const SCENARIO: &str = "name = \"meeting\"\nduration_s = 90\n[airspace]\nradius_
                         [drones]\nmultirotors = 6\nequipped = 6\npattern = \"crossing\"\nseparation_m = 0\n";
 
 fn lines(path: &Path) -> Vec<Value> {
-    let text = fs::read_to_string(path).unwrap();
+    let text = String::from_utf8(fs::read(path).unwrap()).unwrap();
     text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
@@ -51,6 +51,7 @@ fn every_pair_has_a_line_a_second_and_the_same_flight_the_same_lines() {
         let relative = &line["relative"];
         let [east, north] = [0, 1].map(|axis| relative["position_m"][axis].as_f64().unwrap());
         assert!((east.hypot(north) - line["d_now_h_m"].as_f64().unwrap()).abs() < 0.01, "{line}");
+        assert!(line.get("seen").is_none_or(|seen| seen.as_str() < line["time"].as_str()), "{line}");
         assert!((0.0..=60.0).contains(&line["t_cpa_s"].as_f64().unwrap()), "{line}");
         let is_worth = line["probability"].as_f64() >= Some(0.01) || line["level"] != "none";
         assert!(is_worth, "{line}");

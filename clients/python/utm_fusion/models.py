@@ -2,6 +2,15 @@
 
 from typing import Any, Literal, NotRequired, TypedDict, Union
 
+About = TypedDict(
+    "About",
+    {
+        "min_zoom": int,
+        "max_zoom": int,
+        "attribution": str,
+    },
+)
+
 Aircraft = TypedDict(
     "Aircraft",
     {
@@ -25,11 +34,20 @@ Aircraft = TypedDict(
     },
 )
 
+AlertArea = TypedDict(
+    "AlertArea",
+    {
+        "name": str,
+        "identifier": NotRequired[str],
+        "type": NotRequired[Literal["prohibited", "authorisation", "conditional", "u-space", "no-restriction"]],
+    },
+)
+
 Alert = TypedDict(
     "Alert",
     {
         "id": str,
-        "kind": Literal["sensor", "area", "service", "registration", "integrity", "jamming", "silent", "uncooperative", "conflict"],
+        "kind": Literal["sensor", "area", "area-predicted", "service", "registration", "integrity", "jamming", "silent", "uncooperative", "conflict"],
         "severity": Literal["warning", "critical"],
         "since": str,
         "text": str,
@@ -48,6 +66,10 @@ Alert = TypedDict(
         "identities": NotRequired[list[str]],
         "hull": NotRequired["Hull"],
         "resolved": NotRequired[bool],
+        "area": NotRequired["AlertArea"],
+        "height_unknown": NotRequired[bool],
+        "time_to_entry_s": NotRequired[float],
+        "earliest_s": NotRequired[float],
         "until": NotRequired[str],
     },
 )
@@ -67,6 +89,16 @@ AreaProperties = TypedDict(
         "kind": Literal["mask", "coverage", "alert"],
         "name": str,
         "sensor": NotRequired[str],
+        "identifier": NotRequired[str],
+        "type": NotRequired[Literal["prohibited", "authorisation", "conditional", "u-space", "no-restriction"]],
+        "conditions": NotRequired[str],
+        "floor_m": NotRequired[float],
+        "ceiling_m": NotRequired[float],
+        "active": bool,
+        "changes_at": NotRequired[str],
+        "hours": str,
+        "severity": NotRequired[Literal["warning", "critical"]],
+        "format": Literal["geojson", "ed-318", "ed-269"],
     },
 )
 
@@ -109,6 +141,7 @@ Conflict = TypedDict(
     {
         "id": NotRequired[str],
         "time": str,
+        "seen": NotRequired[str],
         "a": str,
         "b": str,
         "volume": str,
@@ -444,6 +477,8 @@ Info = TypedDict(
         "control": bool,
         "settings": "Settings",
         "tiles": NotRequired["Tiles"],
+        "basemap": NotRequired["About"],
+        "history_hours": NotRequired[float],
         "replay": NotRequired["Replay"],
     },
 )

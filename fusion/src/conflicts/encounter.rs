@@ -4,7 +4,7 @@ use std::f64::consts::SQRT_2;
 
 use nalgebra::{Matrix2, Matrix4, Vector2};
 
-use super::{Ahead, Aircraft};
+use super::{Ahead, Aircraft, Steady};
 
 /// Slower than this towards each other two aircraft stay where they are, metres a second.
 pub(super) const RESTING: f64 = 0.1;
@@ -12,6 +12,8 @@ pub(super) const RESTING: f64 = 0.1;
 const POINTS: usize = 64;
 /// Standard deviations beyond which nothing is summed.
 const TAIL: f64 = 8.0;
+/// Of a probability, a part that is left out.
+const NEGLIGIBLE: f64 = 1e-4;
 
 /// An aircraft seen from another one, at one instant: b minus a.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,8 +46,12 @@ pub struct Approach {
     pub t_cpa_s: f64,
     /// From a to b then, over ground, metres.
     pub miss: Vector2<f64>,
-    /// Its covariance, m².
-    pub covariance: Matrix2<f64>,
+    /// Its covariance where both fly straight on, m².
+    pub straight: Matrix2<f64>,
+    /// Its covariance where one of them turns, or has begun to.
+    pub turning: Matrix2<f64>,
+    /// Probability that both fly straight on until then.
+    pub share: f64,
     /// Difference of the heights then, metres, and its variance, m².
     pub vertical: Option<(f64, f64)>,
     /// Unit vector in which the miss is known as `across_m`.
@@ -70,6 +76,11 @@ impl Relative {
         }
     }
 
+    /// Standard deviation of the position over ground: mean of the axes, metres.
+    pub(super) fn sigma_m(&self) -> f64 {
+        ((self.covariance[(0, 0)] + self.covariance[(1, 1)]) / 2.0).sqrt()
+    }
+
     /// The closest point of approach within the horizon.
     pub fn approach(&self, ahead: &Ahead) -> Approach {
         let Self { position, velocity, covariance, vertical } = self;
@@ -78,21 +89,25 @@ impl Relative {
         let t = unbounded_s.clamp(0.0, ahead.horizon_s);
         let is_inside = speed >= RESTING && unbounded_s > 0.0 && unbounded_s < ahead.horizon_s;
         let miss = position + velocity * t;
-        // Of each of the two.
-        let [over_ground_m2, height_m2] = ahead.grown_m2(t).map(|grown_m2| 2.0 * grown_m2);
-        let block = |rows, columns| covariance.fixed_view::<2, 2>(rows, columns);
-        let at = block(0, 0)
-            + (block(0, 2) + block(2, 0)) * t
-            + block(2, 2) * (t * t)
-            + Matrix2::identity() * over_ground_m2;
+        let blocks = |place: f64, rate: f64| {
+            let block = |row, column| covariance.fixed_view::<2, 2>(row, column);
+            block(0, 0) * (place * place)
+                + (block(0, 2) + block(2, 0)) * (place * rate * t)
+                + block(2, 2) * (rate * rate * t * t)
+        };
+        let Steady { place, velocity: rate, height, climb: climbs } = ahead.steady;
         let along = if is_inside { Vector2::new(-velocity.y, velocity.x) } else { miss };
         let across = along.try_normalize(0.0).unwrap_or_else(Vector2::x);
         Approach {
             t_cpa_s: t,
             miss,
-            covariance: at,
+            straight: blocks(place, rate),
+            // Of each of the two.
+            turning: blocks(1.0, 1.0) + Matrix2::identity() * (2.0 * ahead.grown_m2(t)),
+            share: (-t / ahead.straight_s).exp(),
             vertical: vertical.map(|Vertical { height_m, climb, covariance: [hh, hc, cc] }| {
-                (height_m + climb * t, hh + 2.0 * t * hc + t * t * cc + height_m2)
+                let m2 = height * height * hh + 2.0 * t * height * climbs * hc + t * t * climbs * climbs * cc;
+                (height_m + climb * t, m2)
             }),
             // The sign of a normal is a matter of taste: across is how far b passes.
             across: if across.dot(&miss) < 0.0 { -across } else { across },
@@ -107,32 +122,49 @@ impl Approach {
         self.miss.norm()
     }
 
-    /// Variance of the miss in the direction of `across`, m².
+    /// Variance of the miss in the direction of `across`, m², whether they turn or not.
     pub fn across_m2(&self) -> f64 {
-        (self.across.transpose() * self.covariance * self.across).x
+        let of = |covariance: &Matrix2<f64>| (self.across.transpose() * covariance * self.across).x;
+        self.share * of(&self.straight) + (1.0 - self.share) * of(&self.turning)
     }
 
     /// Probability that the miss is within `horizontal_m` over ground and, where heights are known, `vertical_m` above it;
     /// 0 where it is less than `least`.
     pub fn probability(&self, horizontal_m: f64, vertical_m: f64, least: f64) -> f64 {
         let above = self.vertical.map_or(1.0, |(height_m, m2)| within(vertical_m, height_m, m2));
-        let probability = if above < least {
-            0.0
-        } else if self.is_inside {
-            above * within(horizontal_m, self.across.dot(&self.miss), self.across_m2())
-        } else if above * self.at_most_in_disc(horizontal_m) < least {
-            0.0
-        } else {
-            above * in_disc(horizontal_m, &self.miss, &self.covariance)
-        };
+        if above < least {
+            return 0.0;
+        }
+        let parts = [(self.share, &self.straight), (1.0 - self.share, &self.turning)];
+        let weighed = parts.map(|(weight, covariance)| {
+            // What cannot matter is not summed.
+            let most = above * weight * self.at_most(horizontal_m, covariance);
+            if most < NEGLIGIBLE { 0.0 } else { weight * self.over_ground(horizontal_m, covariance) }
+        });
+        let probability = above * (weighed[0] + weighed[1]);
         if probability < least { 0.0 } else { probability }
     }
 
-    /// A bound of the probability to be in a disc, which is not summed for nothing: it is at most the highest density times
-    /// the disc's area.
-    fn at_most_in_disc(&self, radius_m: f64) -> f64 {
-        let determinant = self.covariance.determinant();
-        if determinant > 0.0 { radius_m * radius_m / (2.0 * determinant.sqrt()) } else { 1.0 }
+    fn over_ground(&self, radius_m: f64, covariance: &Matrix2<f64>) -> f64 {
+        if self.is_inside {
+            let variance = (self.across.transpose() * covariance * self.across).x;
+            within(radius_m, self.across.dot(&self.miss), variance)
+        } else {
+            in_disc(radius_m, &self.miss, covariance)
+        }
+    }
+
+    /// A bound of the same for a disc, which is the dear one to sum: at most the highest density times the disc's area, and
+    /// at most what lies on this side of its edge.
+    fn at_most(&self, radius_m: f64, covariance: &Matrix2<f64>) -> f64 {
+        if self.is_inside {
+            return 1.0;
+        }
+        let determinant = covariance.determinant();
+        let dense = if determinant > 0.0 { radius_m * radius_m / (2.0 * determinant.sqrt()) } else { 1.0 };
+        let beyond_m = self.miss.norm() - radius_m;
+        let is_far = beyond_m > 0.0 && beyond_m * beyond_m > TAIL * TAIL * covariance.trace();
+        if is_far { 0.0 } else { dense }
     }
 }
 

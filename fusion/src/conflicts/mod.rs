@@ -27,6 +27,8 @@ pub use volume::{Kind, Preset, Side, Volume};
 const KEPT_PROBABILITY: f64 = 0.5;
 /// A violation is kept within a volume larger by this factor.
 const KEPT_VOLUME: f64 = 1.1;
+/// Pairs whose relative position has a larger standard deviation than this share of a volume's radius reach no level of it.
+const KNOWN_SHARE: f64 = 0.44;
 /// Probability from which a pair is worth a line where no level holds; what is less counts as none.
 const WORTH_A_LINE: f64 = 0.01;
 
@@ -57,17 +59,17 @@ impl Aircraft {
     /// The same `age_s` later.
     #[must_use]
     pub fn moved(mut self, age_s: f64, ahead: &Ahead) -> Self {
-        let [over_ground_m2, height_m2] = ahead.grown_m2(age_s);
+        let grown_m2 = ahead.grown_m2(age_s);
         let mut flight = Matrix4::identity();
         (flight[(0, 2)], flight[(1, 3)]) = (age_s, age_s);
         self.position = Enu::from(self.position.0 + self.velocity * age_s);
         self.covariance = flight * self.covariance * flight.transpose();
         for axis in [0, 1] {
-            self.covariance[(axis, axis)] += over_ground_m2;
+            self.covariance[(axis, axis)] += grown_m2;
         }
-        self.vertical = self.vertical.map(|[hh, hc, cc]| {
-            [hh + 2.0 * age_s * hc + age_s * age_s * cc + height_m2, hc + age_s * cc, cc]
-        });
+        self.vertical = self
+            .vertical
+            .map(|[hh, hc, cc]| [hh + 2.0 * age_s * hc + age_s * age_s * cc, hc + age_s * cc, cc]);
         self
     }
 
@@ -95,21 +97,42 @@ pub struct Threshold {
     pub time_s: f64,
 }
 
-/// How aircraft fly on: straight, but for random acceleration.
+/// How aircraft fly on: straight for a while, then they turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ahead {
     /// How far ahead is looked, seconds.
     pub horizon_s: f64,
-    /// Power spectral density of the acceleration over ground, m²/s³ an axis: they turn.
+    /// Power spectral density of the acceleration over ground of those that turn, m²/s³ an axis.
     pub acceleration: f64,
-    /// The same of the climb: they keep their height better than their course.
-    pub climb_acceleration: f64,
+    /// Mean time for which a pair flies straight on, seconds.
+    pub straight_s: f64,
+    /// How much better those are known that fly straight on.
+    pub steady: Steady,
+}
+
+/// Shares of the stated standard deviations that are real while an aircraft flies straight on: the rest is what the filter
+/// allows for those that have just begun to turn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Steady {
+    /// Of the position over ground.
+    pub place: f64,
+    /// Of the velocity over ground.
+    pub velocity: f64,
+    /// Of the height, whether it turns or not.
+    pub height: f64,
+    /// Of the climb, whether it turns or not.
+    pub climb: f64,
+}
+
+impl Steady {
+    /// As simulated flights show it (docs/CONFLICTS.md).
+    pub const MEASURED: Self = Self { place: 0.45, velocity: 0.2, height: 0.6, climb: 0.25 };
 }
 
 impl Ahead {
-    /// What that adds in `t` seconds to the variance of a position over ground (an axis) and of a height, m².
-    fn grown_m2(&self, t: f64) -> [f64; 2] {
-        [self.acceleration, self.climb_acceleration].map(|density| density * t.powi(3) / 3.0)
+    /// What random acceleration adds in `t` seconds to the variance of a position over ground, m² an axis.
+    fn grown_m2(&self, t: f64) -> f64 {
+        self.acceleration * t.powi(3) / 3.0
     }
 }
 
@@ -134,6 +157,10 @@ impl Rules {
 
     /// What the figures of a pair say of each level.
     fn said(&self, volume: &Volume, relative: &Relative, approach: &Approach, probability: f64) -> [Say; 3] {
+        // Those that are known too poorly would come and go.
+        if relative.sigma_m() >= KNOWN_SHARE * volume.horizontal_m {
+            return [Say::default(); 3];
+        }
         let is_entered = volume.is_entered(relative, approach, 1.0);
         let is_kept = volume.is_entered(relative, approach, KEPT_VOLUME);
         let by = |threshold: Threshold| Say {
@@ -171,12 +198,23 @@ pub struct Evaluation {
     pub aircraft: Vec<Aircraft>,
     /// Those with a level, or with a probability of at least 0.01; by pair, then by volume.
     pub conflicts: Vec<Conflict>,
-    /// Those that hold although one of both is missing: ids and volumes.
-    pub unseen: Vec<(u64, usize)>,
+    /// Those that hold although one of both is missing.
+    pub unseen: Vec<Unseen>,
     /// Pairs that were near enough to be looked at.
     pub tested: usize,
     /// Aircraft that were left out, because their covariance is none.
     pub left_out: usize,
+}
+
+/// A level that holds although one of both is missing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unseen {
+    /// Of the conflict.
+    pub id: u64,
+    /// Index of the volume.
+    pub volume: usize,
+    /// The level, and since when it holds.
+    pub level: (Level, Time),
 }
 
 /// A pair that is remembered.
@@ -302,11 +340,10 @@ impl Known {
         Self { id: None, levels: vec![Levels::default(); rules.volumes.len()], judged: time }
     }
 
-    /// Its id with each volume of which a level holds.
-    fn held(&self) -> impl Iterator<Item = (u64, usize)> {
-        let volumes = self.levels.iter().enumerate().filter(|(_, levels)| levels.worst().is_some());
-        let id = self.id;
-        volumes.filter_map(move |(volume, _)| Some((id?, volume)))
+    /// The levels that hold.
+    fn held(&self) -> impl Iterator<Item = Unseen> {
+        let volumes = self.levels.iter().enumerate();
+        volumes.filter_map(|(volume, levels)| Some(Unseen { id: self.id?, volume, level: levels.worst()? }))
     }
 
     /// Without a level it is no conflict any more.

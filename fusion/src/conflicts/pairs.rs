@@ -72,7 +72,7 @@ impl Search {
     fn of(rules: &Rules) -> Self {
         let (ahead, radius_m) = (rules.ahead, rules.largest_m());
         // The density of a place at the horizon is at most this times the disc's, and falls off with the distance to it.
-        let highest = radius_m * radius_m / (4.0 * ahead.grown_m2(ahead.horizon_s)[0]);
+        let highest = radius_m * radius_m / (4.0 * ahead.grown_m2(ahead.horizon_s));
         let at_horizon =
             (highest > WORTH_A_LINE).then(|| (2.0 * (highest / WORTH_A_LINE).ln()).sqrt().min(FURTHEST));
         Self { ahead, radius_m, at_horizon }
@@ -101,7 +101,7 @@ impl Search {
     /// Variance of a place over ground after `t` seconds, both axes together, of so many aircraft, m²: at least that in any
     /// direction.
     fn variance_m2(&self, t: f64, [place, across, rate]: [f64; 3], aircraft: f64) -> f64 {
-        let grown_m2 = 2.0 * aircraft * self.ahead.grown_m2(t)[0];
+        let grown_m2 = 2.0 * aircraft * self.ahead.grown_m2(t);
         (place + t * (across + t * rate) + grown_m2).max(0.0)
     }
 

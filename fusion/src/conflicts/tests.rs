@@ -37,12 +37,14 @@ fn drones() -> Volume {
 fn rules(volumes: Vec<Volume>) -> Rules {
     Rules {
         volumes,
-        ahead: Ahead { climb_acceleration: 0.05, ..ahead(60.0, 1.0) },
+        ahead: Ahead { straight_s: 30.0, steady: Steady::MEASURED, ..ahead(60.0, 1.0) },
         advisory: Threshold { probability: 0.1, time_s: 60.0 },
-        warning: Threshold { probability: 0.3, time_s: 30.0 },
+        warning: Threshold { probability: 0.2, time_s: 20.0 },
     }
 }
 
+/// As the covariances say it, which are those of aircraft that turn.
 fn ahead(horizon_s: f64, acceleration: f64) -> Ahead {
-    Ahead { horizon_s, acceleration, climb_acceleration: acceleration }
+    let steady = Steady { place: 1.0, velocity: 1.0, height: 1.0, climb: 1.0 };
+    Ahead { horizon_s, acceleration, straight_s: 1e-9, steady }
 }

@@ -16,7 +16,7 @@ use crate::commands::Usage;
 use crate::config::{Config, SensorKind};
 use crate::evaluate::plot::{self, TruthLine};
 use crate::evaluate::read::{self, Days, FileKind};
-use crate::evaluate::{Alert, Attack, Evaluation, Label, Labels, OutputPoint, Truth};
+use crate::evaluate::{Alert, Attack, Evaluation, Foreseen, Label, Labels, OutputPoint, Truth};
 use crate::normalise::{nearest_day, time_of_day_count};
 use fusion::time::Time;
 
@@ -80,6 +80,11 @@ pub(super) fn name_a_drone(labels: &Labels, truth: &Truth) -> bool {
 /// What was done to transponders.
 pub(super) fn attacks(path: &Path) -> Result<Vec<Attack>, Failure> {
     Ok(read::attacks(&name(path), &octets(path)?)?)
+}
+
+/// What `replay --conflicts` wrote.
+pub(super) fn conflicts(path: &Path) -> Result<Vec<(String, Foreseen)>, Failure> {
+    Ok(read::conflicts(&name(path), &octets(path)?)?)
 }
 
 /// What `replay --alerts` wrote.

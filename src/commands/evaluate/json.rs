@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Scores, integrity};
+use super::{Scores, conflicts, integrity};
 use crate::evaluate::{Score, Scored};
 
 #[derive(Serialize)]
@@ -19,6 +19,8 @@ pub(super) struct Json<'a> {
     drones: Vec<DroneJson<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     integrity: Option<&'a integrity::Scored>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    conflicts: &'a [conflicts::Scored],
     #[serde(skip_serializing_if = "Vec::is_empty")]
     requirements: Vec<RequirementJson>,
 }
@@ -76,6 +78,7 @@ pub(super) fn json<'a>(scores: &'a Scores<'a>) -> Json<'a> {
         transponder: evaluation.transponder.as_ref().map(Groups::of),
         drones: drones.collect(),
         integrity: scores.integrity.as_ref(),
+        conflicts: &scores.conflicts,
         requirements: requirements.collect(),
     }
 }

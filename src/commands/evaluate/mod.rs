@@ -1,5 +1,6 @@
 //! `evaluate`: scores an output.
 
+mod conflicts;
 mod files;
 mod integrity;
 mod json;
@@ -57,6 +58,9 @@ pub struct Args {
     /// The alerts of the output, as `replay --alerts` wrote them, to score that of jamming
     #[arg(long, value_name = "FILE", requires = "integrity")]
     pub alerts: Option<PathBuf>,
+    /// Score what `replay --conflicts` wrote of the same flight, too
+    #[arg(long, value_name = "FILE", requires_all = ["labels", "config"])]
+    pub conflicts: Option<PathBuf>,
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
@@ -85,6 +89,8 @@ struct Scores<'a> {
     reference_hz: f64,
     /// With `--integrity`.
     integrity: Option<integrity::Scored>,
+    /// With `--conflicts`, a volume each.
+    conflicts: Vec<conflicts::Scored>,
     /// Each with its value and whether it is met.
     requirements: Vec<(&'a Requirement, Result<f64, String>, bool)>,
 }
@@ -109,6 +115,8 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
 
     let known = args.integrity.then(|| integrity::Known::read(args)).transpose()?;
     let integrity = known.and_then(|known| known.scored(&inputs, &settings));
+    let file = args.conflicts.as_deref();
+    let conflicts = file.map(|file| conflicts::scored(file, &inputs, &settings)).transpose()?;
     let requirements = args.require.iter().map(|requirement| {
         let value = requirement.value(&evaluation, args);
         let is_met = value.as_ref().is_ok_and(|&value| requirement.is_met_by(value));
@@ -119,6 +127,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
         evaluation: &evaluation,
         reference_hz: 1.0 / settings.grid.slot_s(),
         integrity,
+        conflicts: conflicts.unwrap_or_default(),
         requirements: requirements.collect(),
     };
     if args.json {

@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Write as _};
 
-use super::{Scores, integrity};
+use super::{Scores, conflicts, integrity};
 use crate::commands::table::Table;
 use crate::evaluate::{ErrorStatistics, Score, Scored};
 
@@ -66,6 +66,9 @@ pub(super) fn text(scores: &Scores<'_>) -> Result<String, fmt::Error> {
     writeln!(text, "\n{}", drones(scores))?;
     if let Some(scored) = &scores.integrity {
         writeln!(text, "{}", integrity::text(scored)?)?;
+    }
+    if !scores.conflicts.is_empty() {
+        writeln!(text, "{}", conflicts::text(&scores.conflicts)?)?;
     }
     remarks(&mut text, scores)?;
     Ok(text)
@@ -203,6 +206,7 @@ mod tests {
                 evaluation: &evaluation,
                 reference_hz: 4.0,
                 integrity: None,
+                conflicts: Vec::new(),
                 requirements: vec![],
             })
             .unwrap()

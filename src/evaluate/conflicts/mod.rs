@@ -35,8 +35,10 @@ const SIGMAS: f64 = 2.0;
 /// A pair in one second, as it was foreseen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Foreseen {
-    /// The time of the positions.
+    /// The time of the evaluation.
     pub time: Time,
+    /// Whether both were there; where one is missing a level may still hold, and the rest is as it was.
+    pub is_seen: bool,
     /// The conflict, where a level holds.
     pub id: Option<u64>,
     /// The published numbers of both tracks.
@@ -59,6 +61,7 @@ impl From<&Conflict> for Foreseen {
         let approach = &found.approach;
         Self {
             time: conflict.time,
+            is_seen: conflict.is_seen(),
             id: found.id,
             numbers: conflict.numbers,
             level: conflict.level(),
@@ -69,6 +72,9 @@ impl From<&Conflict> for Foreseen {
         }
     }
 }
+
+/// What was foreseen of two tracks, and the drones that they are; `None`: one is none.
+type Told<'a> = (&'a Foreseen, Option<[usize; 2]>);
 
 /// What a flight's conflicts are scored by.
 #[derive(Clone, Copy, Debug)]
@@ -124,7 +130,7 @@ pub fn foresight(flight: &ConflictFlight<'_>) -> Foresight {
     let mut score = Foresight { drone_h: paths.hours(), ..Foresight::default() };
     // What was known of each pair of drones, by time.
     let mut by_pair: BTreeMap<[usize; 2], BTreeMap<Time, Option<Level>>> = BTreeMap::new();
-    let mut by_id: BTreeMap<u64, Vec<(&Foreseen, Option<[usize; 2]>)>> = BTreeMap::new();
+    let mut by_id: BTreeMap<u64, Vec<Told<'_>>> = BTreeMap::new();
     for one in foreseen {
         let pair = owners.pair(one.numbers, one.time);
         if let Some(id) = one.id {
@@ -133,7 +139,9 @@ pub fn foresight(flight: &ConflictFlight<'_>) -> Foresight {
         let Some(pair) = pair else { continue };
         let known = by_pair.entry(pair).or_default().entry(one.time).or_default();
         *known = (*known).max(one.level);
-        score.judge(one, pair, &paths, volume);
+        if one.is_seen {
+            score.judge(one, pair, &paths, volume);
+        }
     }
     let equipped = labels.equipped();
     let equipped: BTreeSet<usize> = equipped.iter().filter_map(|id| truth.index_of(id)).collect();
@@ -175,7 +183,7 @@ impl Foresight {
     }
 
     /// One conflict from its beginning to its end.
-    fn count(&mut self, told: &[(&Foreseen, Option<[usize; 2]>)], paths: &Paths<'_>) {
+    fn count(&mut self, told: &[Told<'_>], paths: &Paths<'_>) {
         let levels: Vec<Option<Level>> = told.iter().map(|(one, _)| one.level).collect();
         self.encounters += 1;
         self.changes += levels.windows(2).filter(|two| two[0] != two[1]).count() as u64;
@@ -253,3 +261,6 @@ impl Foresight {
 fn share(part: u64, whole: u64) -> Option<f64> {
     (whole > 0).then(|| part as f64 / whole as f64)
 }
+
+#[cfg(test)]
+mod tests;

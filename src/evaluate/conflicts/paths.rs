@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use nalgebra::Vector2;
 
-use crate::evaluate::truth::Truth;
+use crate::evaluate::truth::{TrueTrack, Truth};
 use fusion::time::{SECOND, Time};
 
 /// Time between two looks at the true paths, nanoseconds.
@@ -62,7 +62,7 @@ impl<'a> Paths<'a> {
 
     /// Hours that drones flew, together.
     pub(super) fn hours(&self) -> f64 {
-        let spans = self.0.tracks().iter().map(|track| track.span());
+        let spans = self.0.tracks().iter().map(TrueTrack::span);
         spans.map(|(from, until)| until.seconds_since(from) / 3600.0).sum()
     }
 

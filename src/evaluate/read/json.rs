@@ -4,9 +4,11 @@ use serde::Deserialize;
 
 use super::cells;
 use super::error::FileError;
+use crate::evaluate::conflicts::Foreseen;
 use crate::evaluate::integrity::Alert;
 use crate::evaluate::place::Place;
 use crate::evaluate::types::{Flags, OutputPoint, PointSource};
+use fusion::conflicts::Level;
 
 /// The fields of a track that are scored (`src/picture/track_json.rs`).
 #[derive(Deserialize)]
@@ -64,6 +66,74 @@ pub(super) fn alerts(name: &str, text: &str) -> Result<Vec<Alert>, FileError> {
     };
     let lines = text.lines().zip(1_u64..).filter(|(line, _)| !line.trim().is_empty());
     lines.map(alert).collect()
+}
+
+/// The fields of a conflict that are scored (`src/conflicts/json.rs`).
+#[derive(Deserialize)]
+struct ConflictRow {
+    id: Option<String>,
+    time: String,
+    seen: Option<String>,
+    a: String,
+    b: String,
+    volume: String,
+    level: String,
+    t_cpa_s: f64,
+    probability: f64,
+    miss: Miss,
+    relative: Relative,
+}
+
+#[derive(Deserialize)]
+struct Miss {
+    across_m: f64,
+    covariance_m2: [[f64; 2]; 2],
+}
+
+#[derive(Deserialize)]
+struct Relative {
+    position_m: [Option<f64>; 3],
+    velocity_ms: [Option<f64>; 3],
+}
+
+/// One object a line: a pair, a volume and a second; with the name of the volume.
+pub(super) fn conflicts(name: &str, text: &str) -> Result<Vec<(String, Foreseen)>, FileError> {
+    let conflict = |(line, number): (&str, u64)| {
+        let error = |what: String| FileError::at(name, number, what);
+        let row: ConflictRow = serde_json::from_str(line).map_err(|cause| {
+            error(format!("this is no conflict as `replay --conflicts` writes it: {cause}"))
+        })?;
+        let time = cells::time(&row.time)
+            .ok_or_else(|| error(format!("time: {:?} is no time in RFC 3339", row.time)))?;
+        let track = |id: &str| {
+            let number = id.strip_prefix("U-").and_then(|rest| rest.split('-').next()?.parse().ok());
+            number.ok_or_else(|| error(format!("{id:?} is no track of the operational profile")))
+        };
+        let number = |text: &str| text.strip_prefix("C-").and_then(|number| number.parse().ok());
+        let id = row
+            .id
+            .as_deref()
+            .map(|id| number(id).ok_or_else(|| error(format!("{id:?} is no id of a conflict"))));
+        let level = Level::ALL.into_iter().find(|level| level.name() == row.level);
+        if level.is_none() && row.level != "none" {
+            return Err(error(format!("{:?} is no level of a conflict", row.level)));
+        }
+        let over_ground = |[east, north, _]: [Option<f64>; 3]| [east, north].map(Option::unwrap_or_default);
+        let foreseen = Foreseen {
+            time,
+            is_seen: row.seen.is_none(),
+            id: id.transpose()?,
+            numbers: [track(&row.a)?, track(&row.b)?],
+            level,
+            t_cpa_s: row.t_cpa_s,
+            probability: row.probability,
+            across: (row.miss.across_m, row.miss.covariance_m2[0][0]),
+            relative: [row.relative.position_m, row.relative.velocity_ms].map(over_ground),
+        };
+        Ok((row.volume, foreseen))
+    };
+    let lines = text.lines().zip(1_u64..).filter(|(line, _)| !line.trim().is_empty());
+    lines.map(conflict).collect()
 }
 
 /// One object a line, or one feature collection.

@@ -17,6 +17,7 @@ pub use self::error::FileError;
 pub use self::kind::{FileKind, kind};
 pub use self::parsed::{OutputFile, Tracks};
 
+use super::conflicts::Foreseen;
 use super::integrity::{Alert, Attack};
 use super::labels::Label;
 
@@ -71,6 +72,14 @@ pub fn attacks(name: &str, octets: &[u8]) -> Result<Vec<Attack>, FileError> {
 /// A line cannot be read.
 pub fn alerts(name: &str, octets: &[u8]) -> Result<Vec<Alert>, FileError> {
     if octets.is_empty() { Ok(Vec::new()) } else { json::alerts(name, text(name, octets)?) }
+}
+
+/// Conflicts as `replay --conflicts` writes them, each with the name of its volume. There may be none.
+///
+/// # Errors
+/// A line cannot be read.
+pub fn conflicts(name: &str, octets: &[u8]) -> Result<Vec<(String, Foreseen)>, FileError> {
+    if octets.is_empty() { Ok(Vec::new()) } else { json::conflicts(name, text(name, octets)?) }
 }
 
 /// Refuses a file that is evidently of another kind than `wanted`.

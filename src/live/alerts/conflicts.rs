@@ -10,10 +10,7 @@ impl Alerts {
     pub fn note_outlook(&mut self, outlook: &Outlook) -> bool {
         self.derive(Basis::Outlook, outlook.time);
         let found: Vec<Found> = outlook.conflicts.iter().filter_map(raised).collect();
-        // Where one of both is missing it goes on until the level is over.
-        let unseen: Vec<String> = outlook.unseen.iter().map(subject).collect();
-        let is_over = |subject: &str, _| !unseen.iter().any(|unseen| unseen == subject);
-        self.hold(AlertKind::Conflict, found, outlook.time, is_over)
+        self.hold(AlertKind::Conflict, found, outlook.time, |_, _| true)
     }
 }
 

@@ -1,0 +1,79 @@
+//! What `--conflicts` adds: how well the output says who will come near whom.
+
+use std::fmt::{self, Write as _};
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::{Inputs, files};
+use crate::commands::table::Table;
+use crate::evaluate::{ConflictFlight, Foreseen, Foresight, Scoring, foresight};
+
+/// Least statements of a tenth whose reliability counts.
+const STATED: u64 = 50;
+
+/// The score of a volume.
+#[derive(Serialize)]
+pub(super) struct Scored {
+    volume: String,
+    horizontal_m: f64,
+    vertical_m: f64,
+    #[serde(flatten)]
+    score: Foresight,
+}
+
+/// Scores what the file says, volume by volume of the configuration. Empty where something is missing without which nothing
+/// is scored; the command line asks for it.
+pub(super) fn scored(
+    file: &Path,
+    inputs: &Inputs,
+    settings: &Scoring,
+) -> Result<Vec<Scored>, files::Failure> {
+    let Inputs { config: Some(config), truth, labels: Some(labels), output, .. } = inputs else {
+        return Ok(Vec::new());
+    };
+    let all = files::conflicts(file)?;
+    let of_volume = |name: &str| -> Vec<Foreseen> {
+        all.iter().filter(|(volume, _)| volume == name).map(|(_, foreseen)| foreseen.clone()).collect()
+    };
+    let score = |volume: fusion::conflicts::Volume| {
+        let foreseen = of_volume(&volume.name);
+        let (horizontal_m, vertical_m) = (volume.horizontal_m, volume.vertical_m);
+        let flight = ConflictFlight {
+            truth,
+            labels,
+            output,
+            foreseen: &foreseen,
+            volume: (horizontal_m, vertical_m),
+            settings,
+        };
+        Scored { volume: volume.name, horizontal_m, vertical_m, score: foresight(&flight) }
+    };
+    Ok(config.conflicts.rules().volumes.into_iter().map(score).collect())
+}
+
+/// The section of the report: a table for each volume.
+pub(super) fn text(scored: &[Scored]) -> Result<String, fmt::Error> {
+    let mut text = String::new();
+    for Scored { volume, horizontal_m, vertical_m, score } in scored {
+        let title = format!("conflicts, {volume}: {horizontal_m:.0} m, {vertical_m:.0} m");
+        let mut table = Table::new("lr", &[&title, "reached"]);
+        let mut row = |name: &str, value: String| table.row(vec![name.to_owned(), value]);
+        let percent = |share: Option<f64>| decimals(share.map(|share| 100.0 * share));
+        row("violations between equipped drones", score.violations.to_string());
+        row("warned of 10 s before (%)", percent(score.warned_share()));
+        row("foreseeable then by the true states (%)", percent(score.foreseeable_share()));
+        row("warnings", score.warnings.to_string());
+        row("false warnings (/drone-hour)", decimals(score.false_per_h()));
+        row("largest difference of stated and happened", decimals(score.unreliability(STATED)));
+        row("time of the closest point, 10 to 30 s ahead, rms (s)", decimals(score.t_cpa_rms_s()));
+        row("true miss within 2 sigma then (%)", percent(score.within_share()));
+        row("changes of level in a conflict", decimals(score.changes_each()));
+        write!(text, "{table}")?;
+    }
+    Ok(text)
+}
+
+fn decimals(value: Option<f64>) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"))
+}

@@ -1,0 +1,133 @@
+//! Two drones head on, and what was foreseen of them, by hand.
+
+use super::*;
+use crate::evaluate::labels::Label;
+use crate::evaluate::place::Place;
+use crate::evaluate::types::{Flags, PointSource};
+
+const START_NS: i64 = 1_773_478_800 * SECOND;
+const STEP_NS: i64 = SECOND / 4;
+/// They meet then, seconds.
+const MEET_S: f64 = 60.0;
+/// How long they fly, seconds.
+const FLOWN_S: i64 = 130;
+const IDS: [&str; 2] = ["A", "B"];
+
+fn at(seconds: f64) -> Time {
+    Time::from_nanos(START_NS + (seconds * SECOND as f64) as i64)
+}
+
+/// On the equator a degree of longitude is 111,319.49 m.
+fn east(metres: f64) -> Place {
+    Place { latitude_deg: 0.0, longitude_deg: metres / 111_319.49, altitude_amsl_m: Some(100.0) }
+}
+
+/// Each flies at 10 m/s towards the other.
+fn place(drone: usize, time_s: f64) -> Place {
+    let side = if drone == 0 { 1.0 } else { -1.0 };
+    east(side * 10.0 * (time_s - MEET_S))
+}
+
+fn times() -> impl Iterator<Item = f64> {
+    (0..FLOWN_S * SECOND / STEP_NS).map(|step| step as f64 / 4.0)
+}
+
+fn point(drone: usize, time_s: f64) -> OutputPoint {
+    OutputPoint {
+        time: at(time_s),
+        place: place(drone, time_s),
+        source: PointSource::Transponder,
+        number: 10_000 * (drone as u32 + 1),
+        radar_track: None,
+        sensor: None,
+        transponder: Some(drone as u32 + 1),
+        covariance: None,
+        flags: Flags::default(),
+    }
+}
+
+fn label(drone: usize, time_s: f64) -> Label {
+    Label {
+        time: at(time_s),
+        sensor: "receiver".to_owned(),
+        number: drone as u32 + 1,
+        id: Some(IDS[drone].to_owned()),
+        seduced: false,
+    }
+}
+
+/// What is foreseen each second: an advisory, and a warning from then on.
+fn foreseen(warned_s: f64, numbers: [u32; 2]) -> Vec<Foreseen> {
+    let each = |second: i64| {
+        let time_s = second as f64;
+        Foreseen {
+            time: at(time_s),
+            is_seen: true,
+            id: Some(1),
+            numbers,
+            level: Some(if time_s >= warned_s { Level::Warning } else { Level::Advisory }),
+            t_cpa_s: MEET_S - time_s,
+            probability: 0.95,
+            across: (0.0, 100.0),
+            relative: [[20.0 * (MEET_S - time_s), 0.0], [-20.0, 0.0]],
+        }
+    };
+    (0..MEET_S as i64).map(each).collect()
+}
+
+fn scored(foreseen: &[Foreseen]) -> Foresight {
+    let truth = Truth::new([0, 1].map(|drone| {
+        let samples = times().map(|time_s| (at(time_s), place(drone, time_s)));
+        (IDS[drone].to_owned(), samples.collect())
+    }));
+    let both = || times().flat_map(|time_s| [0, 1].map(|drone| (drone, time_s)));
+    let labels = both().map(|(drone, time_s)| label(drone, time_s)).collect();
+    let output: Vec<OutputPoint> = both().map(|(drone, time_s)| point(drone, time_s)).collect();
+    foresight(&ConflictFlight {
+        truth: &truth,
+        labels: &Labels::with_receivers(labels, &["receiver".to_owned()].into()),
+        output: &output,
+        foreseen,
+        volume: (50.0, 15.0),
+        settings: &Scoring::default(),
+    })
+}
+
+#[test]
+fn a_warning_in_time_counts_and_what_is_stated_is_held_against_what_happened() {
+    let score = scored(&foreseen(45.0, [10_000, 20_000]));
+    // They are within 50 m from 57.5 s on; ten seconds before, at 47.5 s, a warning held.
+    assert_eq!((score.violations, score.warned, score.foreseeable), (1, 1, 1));
+    assert_eq!((score.warnings, score.false_warnings), (1, 0));
+    assert_eq!((score.bins[9].stated, score.bins[9].happened), (60, 60));
+    // From 30 s to 50 s the closest point was 30 to 10 s ahead.
+    assert_eq!((score.judged, score.within), (21, 21));
+    assert!(score.t_cpa_rms_s().unwrap() < 0.01);
+    assert_eq!((score.encounters, score.changes), (1, 1));
+    assert!((score.drone_h - 2.0 * 129.75 / 3600.0).abs() < 1e-6);
+    assert!((score.unreliability(50).unwrap() - 0.05).abs() < 1e-9);
+}
+
+#[test]
+fn a_warning_that_comes_later_does_not() {
+    let score = scored(&foreseen(48.0, [10_000, 20_000]));
+    assert_eq!((score.violations, score.warned, score.foreseeable), (1, 0, 1));
+    // One that holds while an aircraft is missing does, and states nothing.
+    let mut unseen = foreseen(40.0, [10_000, 20_000]);
+    unseen.iter_mut().skip(42).for_each(|one| one.is_seen = false);
+    let score = scored(&unseen);
+    assert_eq!((score.warned, score.bins[9].stated, score.judged), (1, 42, 12));
+}
+
+#[test]
+fn a_warning_of_nobody_or_of_those_that_stay_apart_is_false() {
+    let score = scored(&foreseen(45.0, [10_000, 77]));
+    assert_eq!((score.warned, score.warnings, score.false_warnings, score.judged), (0, 1, 1, 0));
+    assert!((score.false_per_h().unwrap() - 3600.0 / (2.0 * 129.75)).abs() < 1e-6);
+    // After they have met they fly apart.
+    let mut late = foreseen(0.0, [10_000, 20_000]);
+    late.iter_mut().for_each(|one| one.time = Time::from_nanos(one.time.nanos() + 66 * SECOND));
+    late.truncate(3);
+    let score = scored(&late);
+    assert_eq!((score.warnings, score.false_warnings), (1, 1));
+}

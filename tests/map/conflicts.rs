@@ -1,0 +1,56 @@
+//! Two drones come near each other, as the operator sees it.
+
+use std::fs;
+
+use serde_json::Value;
+
+use super::browser::Browser;
+use super::service::{self, Service};
+use super::{BADGE, DRAWN, ROWS, SOON, fresh_folder, installed};
+
+const LISTED: &str = "document.querySelectorAll('#conflict-rows tr').length";
+const IS_HIDDEN: &str = "document.getElementById('conflicts').hidden";
+/// From the time of the slot that is shown to that of its conflicts, milliseconds.
+const AHEAD_MS: i64 = 6250;
+
+#[test]
+fn a_conflict_is_listed_and_drawn_and_over_when_it_is() {
+    let Some(program) = installed() else { return };
+    let folder = fresh_folder("map-conflicts");
+    service::simulate(&folder, "crossing");
+    let site = fs::read_to_string(folder.join("site.toml")).unwrap();
+    assert_eq!(site.matches("enabled = false").count(), 1, "{site}");
+    fs::write(folder.join("site.toml"), site.replace("enabled = false", "enabled = true")).unwrap();
+    let conflicts: Vec<Value> =
+        service::conflicts(&folder).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let warned = conflicts.iter().find(|conflict| conflict["level"] == "warning").unwrap();
+    let time: jiff::Timestamp = warned["time"].as_str().unwrap().parse().unwrap();
+    let shown = time - jiff::SignedDuration::from_millis(AHEAD_MS - 1000);
+    let shown = shown.strftime("%H:%M:%S").to_string();
+
+    let service = Service::replay_with("operational", &folder, &[]);
+    service.order("pause");
+    service.seek(&shown);
+    let mut browser = Browser::start(&program, &folder.join("profile"));
+    browser.open(&service.url());
+    browser.wait(&format!("{BADGE} === 'REPLAY paused' && {ROWS} > 2"), SOON);
+    browser.wait(&format!("!{IS_HIDDEN} && {LISTED} > 0"), SOON);
+    let row = "document.querySelector('#conflict-rows tr').textContent";
+    browser.wait(&format!("/(warning|violation)drone/.test({row}) && {row}.includes('in height')"), SOON);
+    // With the list the same picture has a line that it has not without.
+    browser.wait(DRAWN, SOON);
+    let pixels = "document.getElementById('canvas').toDataURL()";
+    let with_line = browser.text(pixels);
+    browser.run("import('./conflicts.js').then(({ Conflicts }) => { Conflicts.prototype.draw = () => {}; })");
+    browser.press("l");
+    browser.press("l");
+    browser.wait(DRAWN, SOON);
+    assert_ne!(browser.text(pixels), with_line);
+    // One click selects one of the two.
+    browser.run("document.querySelector('#conflict-rows button').click()");
+    browser.wait("!document.getElementById('detail').hidden", SOON);
+
+    // In the first seconds nobody is known well enough to meet anybody.
+    service.seek("09:00:01");
+    browser.wait(IS_HIDDEN, SOON);
+}
