@@ -277,7 +277,8 @@ fn warnings(simulation: &Simulation, areas: &BTreeMap<String, Cuboid>) -> Result
                 }
                 Change::Ended => over
                     .extend(lasting.remove(&alert.id).map(|warning| Warning { until: now.time, ..warning })),
-                Change::Changed | Change::Amended => {}
+                // Nobody decides about alerts here.
+                _ => {}
             }
         }
         if now.slot.0 % 4 == 0 {
