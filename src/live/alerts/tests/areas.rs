@@ -40,7 +40,7 @@ impl Site {
             "geometry": { "type": "Polygon", "coordinates": [corners.map(corner)],
                 "layer": { "lower": 0, "lowerReference": "AGL", "upper": 300, "upperReference": "AMSL" } } });
         let areas = alert_areas(&zone.to_string(), change);
-        let alerts = Alerts::new(areas, Time::default());
+        let alerts = Alerts::new(AlertSettings::of(areas), Time::default());
         let velocity = Vector3::new(20.0, 0.0, 0.0);
         Self { maker, alerts, velocity, height: 50.0, is_height_known: true, state: State::Unverified }
     }
@@ -146,7 +146,7 @@ fn an_entry_is_foreseen_by_two_of_four_and_becomes_the_alert_of_the_area() {
         })
     );
     assert_eq!(site.now(408, 40.0), [], "as time goes on it is no news");
-    assert_eq!(json!(AlertJson::from(&site.alerts.all()[0]))["time_to_entry_s"], 48.0);
+    assert_eq!(json!(AlertJson::from(&*site.alerts.all()[0]))["time_to_entry_s"], 48.0);
     // By now it is inside, and the published picture does not know yet.
     assert_eq!(site.now(604, 1020.0), []);
     assert!(site.alerts.all()[0].text.contains("is entering Field (EDR1)"), "{:?}", site.alerts.all());
@@ -227,7 +227,7 @@ fn a_course_beside_its_own_holds_an_alert_and_raises_none() {
     let mut fly = |second: i64, velocity: Vector3<f64>| {
         site.velocity = velocity;
         let changes = kinds(&site.now(4 * second, 0.0)).iter().map(|(change, _)| *change).collect::<Vec<_>>();
-        (changes, site.alerts.all().first().map(|alert| json!(AlertJson::from(alert))))
+        (changes, site.alerts.all().first().map(|alert| json!(AlertJson::from(&**alert))))
     };
     for second in 0..10 {
         assert_eq!(fly(second, past), (vec![], None), "{second}");
@@ -259,7 +259,8 @@ fn of_an_old_picture_its_age_is_flown_already() {
         let (picture, changes) = site.lagged(slot, east_m);
         assert_eq!(changes, []);
         site.alerts.note_approaches(Ahead::Lagged(&picture, SignedDuration::from_secs(6)), &site.maker);
-        let known: Vec<Value> = site.alerts.all().iter().map(|alert| json!(AlertJson::from(alert))).collect();
+        let known: Vec<Value> =
+            site.alerts.all().iter().map(|alert| json!(AlertJson::from(&**alert))).collect();
         assert_eq!(known.len(), usize::from(slot == 4), "the second time");
         assert!(known.iter().all(|alert| alert["time_to_entry_s"] == told && alert["since"] == "1970-01-01T00:00:07.000Z"));
     }
