@@ -55,8 +55,8 @@ pub fn fly(folder: &Path, tokens: bool) {
             format!("{name} = {{ sha256 = \"{hash}\", scopes = {scopes} }}\n")
         });
         fs::write(folder.join("tokens.toml"), lines.concat()).unwrap();
-        site =
-            site.replace("[http]", "[http]\nauth = { mode = \"tokens\", tokens_file = \"tokens.toml\" }");
+        let asks = "auth = { mode = \"tokens\", tokens_file = \"tokens.toml\" }";
+        site = site.replace("auth = { mode = \"none\" }", asks);
     }
     let area = format!(
         "\n[[areas]]\nkind = \"alert\"\nfile = \"closed.json\"\nground_m = 59.0\nallow = [\"{ALLOWED}\"]\n"
