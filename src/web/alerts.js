@@ -117,7 +117,7 @@ export class Alerts {
     const all = sorted(this.known?.values() ?? []);
     setText(byId("alert-count"), this.count);
     setAttribute(this.button, "data-severity", sorted(this.waiting())[0]?.severity ?? "none");
-    setText(byId("alert-words"), this.read?.state === "good" ? `${all.length}, ${this.count} not acknowledged` : "");
+    setText(byId("alert-words"), this.read?.state === "good" && all.length ? `${all.length} (${this.count} not acknowledged)` : "");
     this.showTitle();
     setText(byId("alert-note"), this.note());
     this.list.show(all);

@@ -94,7 +94,7 @@ export class Conflicts {
       const colour = palette[COLOURS[conflict.level]];
       const ends = ["a", "b"].map((side) => {
         const [longitude, latitude] = conflict.cpa[side];
-        return [places.get(conflict[side]), view.toScreen(...frame.toLocal(longitude, latitude))];
+        return [places.get(conflict[side]), view.toScreen(...frame.toLocal(latitude, longitude))];
       });
       if (!ends.some(([, [x, y]]) => view.contains(x, y, 50))) continue;
       context.strokeStyle = colour;

@@ -41,6 +41,7 @@ fn a_conflict_is_listed_and_drawn_and_over_when_it_is() {
     browser.wait(DRAWN, SOON);
     let pixels = "document.getElementById('canvas').toDataURL()";
     let with_line = browser.text(pixels);
+    the_line_leads_to_where_they_are_closest(&mut browser);
     browser.run("import('./conflicts.js').then(({ Conflicts }) => { Conflicts.prototype.draw = () => {}; })");
     browser.press("l");
     browser.press("l");
@@ -53,4 +54,22 @@ fn a_conflict_is_listed_and_drawn_and_over_when_it_is() {
     // In the first seconds nobody is known well enough to meet anybody.
     service.seek("09:00:01");
     browser.wait(IS_HIDDEN, SOON);
+}
+
+/// Which is on the screen with both of them.
+fn the_line_leads_to_where_they_are_closest(browser: &mut Browser) {
+    let ends = "import('./conflicts.js').then(async ({ Conflicts }) => { \
+        const { draw } = Conflicts.prototype; \
+        const ends = []; \
+        Conflicts.prototype.draw = function (context, view, ...rest) { \
+            context.lineTo = (x, y) => { \
+                ends.push(view.contains(x, y)); \
+                CanvasRenderingContext2D.prototype.lineTo.call(context, x, y); }; \
+            draw.call(this, context, view, ...rest); \
+            delete context.lineTo; }; \
+        document.getElementById('fit').click(); \
+        for (let frame = 0; frame < 3; frame++) await new Promise(requestAnimationFrame); \
+        Conflicts.prototype.draw = draw; \
+        return ends.length > 0 && ends.every(Boolean); })";
+    browser.wait(ends, SOON);
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use super::browser::Browser;
 use super::service::Service;
-use super::{FUSED_ROW, SOON, fresh_folder, installed};
+use super::{BADGE, DRAWN, FUSED_ROW, ROWS, SOON, encounter, fresh_folder, installed};
 
 /// `cargo test --test map picture -- --ignored`, while nothing else on this machine sends the demo's multicast.
 #[test]
@@ -26,5 +26,66 @@ fn the_picture_of_the_readme_is_taken() {
     browser.wait("document.getElementById('detail').textContent.includes('Last measurement')", SOON);
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/images/map.png");
     fs::create_dir_all(file.parent().unwrap()).unwrap();
+    fs::write(file, browser.screenshot()).unwrap();
+}
+
+/// `cargo test --release --test map pictures_of_alerts -- --ignored`
+#[test]
+#[ignore = "writes docs/images/encounter-*.png and alerts*.png"]
+fn the_pictures_of_alerts_are_taken() {
+    let Some(program) = installed() else { return };
+    let folder = fresh_folder("map-pictures");
+    let service = encounter::paused(&folder, false);
+    let mut browser = Browser::start(&program, &folder.join("profile"));
+    browser.resize(1280, 800, false);
+    let (longitude, latitude) = encounter::PLACE;
+    let about = format!("c={latitude},{longitude}");
+
+    // The warning, with nobody at the alerts.
+    browser.open(&format!("{}#{about}&z=0.75&theme=dark", service.url()));
+    browser.wait(&format!("{ROWS} === 2"), SOON);
+    service.order("play");
+    browser.wait(&format!("{TOAST}.innerText.includes('come close in') && {CONFLICT} < 16"), SOON + SOON);
+    pause(&mut browser, &service);
+    take(&mut browser, "encounter-dark");
+
+    // The volume is entered: worked on, in light colours.
+    browser.run("location.hash = location.hash.replace('theme=dark', 'theme=light')");
+    service.order("play");
+    browser.run("document.getElementById('alerts-button').click()");
+    browser.run("document.getElementById('alert-by').value = 'Mira, desk 2'");
+    browser.wait("document.getElementById('alert-list').innerText.includes('too close')", SOON + SOON);
+    pause(&mut browser, &service);
+    take(&mut browser, "encounter-light");
+
+    // One is acknowledged, one is about to be shelved.
+    let press = |item: usize, words: &str| {
+        format!(
+            "[...document.querySelectorAll('#alert-list li')[{item}].querySelectorAll('button')].find(button => button.innerText === '{words}').click()"
+        )
+    };
+    browser.run(&press(0, "Acknowledge"));
+    browser.wait("document.querySelectorAll('#alert-list [data-seen=true]').length === 1", SOON);
+    take(&mut browser, "alerts");
+    browser.run(&press(0, "Shelve, note…"));
+    browser.resize(390, 844, true);
+    browser.run("document.getElementById('sheet').scrollTop = 0");
+    take(&mut browser, "alerts-phone");
+}
+
+const TOAST: &str = "document.getElementById('toast')";
+/// Seconds until the two are closest.
+const CONFLICT: &str = "Number.parseInt(document.querySelector('#conflict-rows td:nth-child(4)').innerText)";
+
+fn pause(browser: &mut Browser, service: &Service) {
+    service.order("pause");
+    browser.wait(&format!("{BADGE} === 'REPLAY paused'"), SOON);
+}
+
+fn take(browser: &mut Browser, name: &str) {
+    std::thread::sleep(Duration::from_secs(2)); // whatever is on its way comes
+    browser.run("document.activeElement.blur()");
+    browser.wait(DRAWN, SOON);
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("docs/images/{name}.png"));
     fs::write(file, browser.screenshot()).unwrap();
 }
