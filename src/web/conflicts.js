@@ -113,7 +113,7 @@ export class Conflicts {
       }
       context.stroke();
       const [[, [ax, ay]], [, [bx, by]]] = ends;
-      const when = conflict.t_cpa_s > 0 ? `${Math.round(conflict.t_cpa_s)} s ` : "";
+      const when = conflict.t_cpa_s > 0 ? `in ${Math.round(conflict.t_cpa_s)} s: ` : "";
       writeFree(context, view, when + apart(conflict), (ax + bx) / 2, (ay + by) / 2 - 12, colour);
     }
     context.restore();

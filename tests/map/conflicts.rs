@@ -47,6 +47,7 @@ fn a_conflict_is_listed_and_drawn_and_over_when_it_is() {
     browser.press("l");
     browser.wait(DRAWN, SOON);
     assert_ne!(browser.text(pixels), with_line);
+    why_there_are_none_is_said_where_there_were(&mut browser);
     // One click selects one of the two.
     browser.run("document.querySelector('#conflict-rows button').click()");
     browser.wait("!document.getElementById('detail').hidden", SOON);
@@ -72,4 +73,17 @@ fn the_line_leads_to_where_they_are_closest(browser: &mut Browser) {
         Conflicts.prototype.draw = draw; \
         return ends.length > 0 && ends.every(Boolean); })";
     browser.wait(ends, SOON);
+}
+
+/// Whether the service computes none any more, or does not answer.
+fn why_there_are_none_is_said_where_there_were(browser: &mut Browser) {
+    let reason = "document.getElementById('conflict-reason').innerText";
+    let gone = format!("!{IS_HIDDEN} && {LISTED} === 0 && document.getElementById('conflict-count').innerText === '?'");
+    let none = r#"{"computed": false, "reason": "it is switched off", "conflicts": []}"#;
+    browser.fail(&[("/conflicts", 200, none)]);
+    browser.wait(&format!("{gone} && {reason}.includes('Not known now: it is switched off')"), SOON);
+    browser.fail(&[("/conflicts", 500, "{}")]);
+    browser.wait(&format!("{gone} && {reason}.includes('HTTP 500')"), SOON);
+    browser.fail(&[]);
+    browser.wait(&format!("{LISTED} > 0 && {reason} === ''"), SOON);
 }
