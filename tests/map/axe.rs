@@ -39,7 +39,10 @@ const OPEN: &str = "document.getElementById('alerts-button').click();";
 /// What is done while two drones are too close, and one of them where it must not be: after `OPEN`, and half a second before
 /// anybody looks.
 const OF_ALERTS: [(&str, &str); 7] = [
-    ("alerts", ""),
+    (
+        "alerts", // none of them is shelved any more
+        "for (const button of document.querySelectorAll('#shelved-list .acts button:nth-child(2)')) button.click()",
+    ),
     ("an alert's form", "document.querySelector('#alert-list [aria-expanded]').click()"),
     ("alerts that ended", "document.getElementById('alert-history').open = true"),
     (
@@ -80,9 +83,10 @@ fn nor_does_one_of_alerts() {
     let service = encounter::paused(&folder, false);
     service.seek("09:00:28");
     let mut browser = Browser::start(&program, &folder.join("profile"));
-    let wait = "new Promise(done => setTimeout(done, 500))";
-    let views = OF_ALERTS
-        .map(|(view, act)| (view, format!("(async () => {{ {OPEN} await {wait}; {act}; await {wait}; }})()")));
+    let wait = "await new Promise(done => setTimeout(done, 500));";
+    let listed = format!("while (!document.querySelector('#alerts li')) {wait}");
+    let views =
+        OF_ALERTS.map(|(view, act)| (view, format!("(async () => {{ {OPEN} {listed} {act}; {wait} }})()")));
     let broken = broken(&mut browser, &axe, &service.url(), &views);
     assert!(broken.is_empty(), "{broken:#?}");
 }
