@@ -1,14 +1,16 @@
-//! The picture in the README: made here, and looked at by people.
+//! The pictures of the documentation: made here, and looked at by people.
+//!
+//! `cargo test --release --test map picture -- --ignored --test-threads 1`, while nothing else on this machine sends the
+//! demo's multicast.
 
 use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
 use super::browser::Browser;
-use super::service::Service;
+use super::service::{self, Service};
 use super::{BADGE, DRAWN, FUSED_ROW, ROWS, SOON, encounter, fresh_folder, installed};
 
-/// `cargo test --test map picture -- --ignored`, while nothing else on this machine sends the demo's multicast.
 #[test]
 #[ignore = "writes docs/images/map.png, and takes a minute"]
 fn the_picture_of_the_readme_is_taken() {
@@ -24,12 +26,40 @@ fn the_picture_of_the_readme_is_taken() {
     browser.run(&format!("{FUSED_ROW}.click()"));
     // The list shows the details once the service has answered.
     browser.wait("document.getElementById('detail').textContent.includes('Last measurement')", SOON);
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/images/map.png");
-    fs::create_dir_all(file.parent().unwrap()).unwrap();
-    fs::write(file, browser.screenshot()).unwrap();
+    take(&mut browser, "map");
 }
 
-/// `cargo test --release --test map pictures_of_alerts -- --ignored`
+#[test]
+#[ignore = "writes docs/images/city-*.png, and takes a minute"]
+fn the_pictures_of_a_city_are_taken() {
+    let Some(program) = installed() else { return };
+    let folder = fresh_folder("map-city");
+    service::simulate(&folder, "city");
+    let service = Service::replay_in("operational", &folder, 0);
+    service.order("pause");
+    service.seek("09:02:25");
+    service.order("play");
+    std::thread::sleep(Duration::from_secs(8)); // of trails
+    service.order("pause");
+    let mut browser = Browser::start(&program, &folder.join("profile"));
+    let nearer = "theme=light&colour=height&c=52.5085,-0.586&z=0.14";
+    for (name, view, width, is_phone) in [
+        ("city-dark", "theme=dark", 1280, false),
+        ("city-light", nearer, 1280, false),
+        ("city-phone", "theme=dark", 390, true),
+    ] {
+        browser.resize(width, if is_phone { 844 } else { 800 }, is_phone);
+        browser.open("about:blank");
+        browser.open(&format!("{}#{view}", service.url()));
+        browser.wait(&format!("{BADGE} === 'REPLAY paused' && document.querySelector('#sources .count').textContent > 99"), SOON);
+        if view == nearer {
+            browser.run("document.getElementById('legend').open = true");
+            browser.run("document.querySelector('#table-body tr:not(.spacer)').click()");
+        }
+        take(&mut browser, name);
+    }
+}
+
 #[test]
 #[ignore = "writes docs/images/encounter-*.png and alerts*.png"]
 fn the_pictures_of_alerts_are_taken() {
@@ -48,9 +78,13 @@ fn the_pictures_of_alerts_are_taken() {
     browser.wait(&format!("{TOAST}.innerText.includes('come close in') && {CONFLICT} < 16"), SOON + SOON);
     pause(&mut browser, &service);
     take(&mut browser, "encounter-dark");
+    browser.resize(390, 844, true);
+    browser.run("document.getElementById('fit').click()");
+    take(&mut browser, "encounter-phone");
+    browser.resize(1280, 800, false);
+    browser.run(&format!("location.hash = '{about}&z=0.75&theme=light'"));
 
     // The volume is entered: worked on, in light colours.
-    browser.run("location.hash = location.hash.replace('theme=dark', 'theme=light')");
     service.order("play");
     browser.run("document.getElementById('alerts-button').click()");
     browser.run("document.getElementById('alert-by').value = 'Mira, desk 2'");
