@@ -177,7 +177,10 @@ fn what_is_critical_sounds_until_somebody_acts(browser: &mut Browser, service: &
         browser.run("[...document.querySelectorAll('#alert-list button')].find(button => button.innerText === 'Acknowledge' && !button.hidden).focus()");
         let before = browser.number("document.querySelectorAll('#alert-list [data-seen=true]').length");
         browser.run("document.activeElement.click()"); // as Enter does
-        browser.wait(&format!("document.querySelectorAll('#alert-list [data-seen=true]').length > {before}"), SOON);
+        browser.wait(
+            &format!("document.querySelectorAll('#alert-list [data-seen=true]').length > {before}"),
+            SOON,
+        );
         browser.wait("document.getElementById('alerts').contains(document.activeElement)", SOON);
     }
     browser.wait(&format!("!{TITLE}.startsWith('(')"), SOON);
@@ -199,7 +202,10 @@ fn shelved_ones_are_folded_away(browser: &mut Browser, service: &Service) {
     browser.click("#alert-shelved summary");
     browser.wait("document.getElementById('shelved-list').innerText.includes('by desk at 09:00:')", SOON);
     browser.run(&format!("{}.click()", button("Hospital", "Unshelve")));
-    browser.wait(&format!("document.getElementById('alert-shelved').hidden && {LIST}.includes('Hospital')"), SOON);
+    browser.wait(
+        &format!("document.getElementById('alert-shelved').hidden && {LIST}.includes('Hospital')"),
+        SOON,
+    );
 }
 
 fn what_is_over_is_in_the_history(browser: &mut Browser, service: &Service) {

@@ -78,7 +78,9 @@ fn the_line_leads_to_where_they_are_closest(browser: &mut Browser) {
 /// Whether the service computes none any more, or does not answer.
 fn why_there_are_none_is_said_where_there_were(browser: &mut Browser) {
     let reason = "document.getElementById('conflict-reason').innerText";
-    let gone = format!("!{IS_HIDDEN} && {LISTED} === 0 && document.getElementById('conflict-count').innerText === '?'");
+    let gone = format!(
+        "!{IS_HIDDEN} && {LISTED} === 0 && document.getElementById('conflict-count').innerText === '?'"
+    );
     let none = r#"{"computed": false, "reason": "it is switched off", "conflicts": []}"#;
     browser.fail(&[("/conflicts", 200, none)]);
     browser.wait(&format!("{gone} && {reason}.includes('Not known now: it is switched off')"), SOON);

@@ -22,7 +22,8 @@ pub const ALLOWED: &str = "000000000001";
 pub const NOT_ALLOWED: &str = "000000000002";
 
 /// Who may do everything, and who may only look: the names of the tokens; the tokens are the names backwards.
-const TOKENS: [(&str, &str); 2] = [("desk", r#"["read", "stream", "control"]"#), ("guest", r#"["read", "stream"]"#)];
+const TOKENS: [(&str, &str); 2] =
+    [("desk", r#"["read", "stream", "control"]"#), ("guest", r#"["read", "stream"]"#)];
 pub const DESK: &str = "ksed";
 pub const GUEST: &str = "tseug";
 

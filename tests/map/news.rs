@@ -32,7 +32,8 @@ fn a_new_alert_is_seen_and_said_while_the_panel_is_closed() {
         &format!("!{TOAST}.hidden && {TOAST}.checkVisibility() && {TOAST}.innerText.includes({begin:?})"),
         SOON,
     );
-    browser.wait(&format!("/^[(]\\d+!?[)] /.test(document.title) && document.title.includes({begin:?})"), SOON);
+    browser
+        .wait(&format!("/^[(]\\d+!?[)] /.test(document.title) && document.title.includes({begin:?})"), SOON);
     browser.wait(
         &format!(
             "window.said.some(said => said.startsWith('New alert, critical: ') && said.includes({begin:?}))"

@@ -4,7 +4,9 @@
 //! demo's multicast.
 
 use std::fs;
+use std::io::ErrorKind;
 use std::path::Path;
+use std::process::Command;
 use std::time::Duration;
 
 use super::browser::Browser;
@@ -26,6 +28,7 @@ fn the_picture_of_the_readme_is_taken() {
     browser.run(&format!("{FUSED_ROW}.click()"));
     // The list shows the details once the service has answered.
     browser.wait("document.getElementById('detail').textContent.includes('Last measurement')", SOON);
+    browser.run("document.getElementById('toast-close').click()");
     take(&mut browser, "map");
 }
 
@@ -37,9 +40,10 @@ fn the_pictures_of_a_city_are_taken() {
     service::simulate(&folder, "city");
     let service = Service::replay_in("operational", &folder, 0);
     service.order("pause");
-    service.seek("09:02:25");
+    service.seek("09:01:33");
+    service.order("speed?speed=4");
     service.order("play");
-    std::thread::sleep(Duration::from_secs(8)); // of trails
+    std::thread::sleep(Duration::from_secs(15)); // a minute of trails
     service.order("pause");
     let mut browser = Browser::start(&program, &folder.join("profile"));
     let nearer = "theme=light&colour=height&c=52.5085,-0.586&z=0.14";
@@ -51,7 +55,12 @@ fn the_pictures_of_a_city_are_taken() {
         browser.resize(width, if is_phone { 844 } else { 800 }, is_phone);
         browser.open("about:blank");
         browser.open(&format!("{}#{view}", service.url()));
-        browser.wait(&format!("{BADGE} === 'REPLAY paused' && document.querySelector('#sources .count').textContent > 99"), SOON);
+        browser.wait(
+            &format!(
+                "{BADGE} === 'REPLAY paused' && document.querySelector('#sources .count').textContent > 99"
+            ),
+            SOON,
+        );
         if view == nearer {
             browser.run("document.getElementById('legend').open = true");
             browser.run("document.querySelector('#table-body tr:not(.spacer)').click()");
@@ -79,7 +88,7 @@ fn the_pictures_of_alerts_are_taken() {
     pause(&mut browser, &service);
     take(&mut browser, "encounter-dark");
     browser.resize(390, 844, true);
-    browser.run("document.getElementById('fit').click()");
+    browser.run(&format!("location.hash = '{about}&z=0.5&theme=dark'"));
     take(&mut browser, "encounter-phone");
     browser.resize(1280, 800, false);
     browser.run(&format!("location.hash = '{about}&z=0.75&theme=light'"));
@@ -121,5 +130,8 @@ fn take(browser: &mut Browser, name: &str) {
     browser.run("document.activeElement.blur()");
     browser.wait(DRAWN, SOON);
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("docs/images/{name}.png"));
-    fs::write(file, browser.screenshot()).unwrap();
+    fs::write(&file, browser.screenshot()).unwrap();
+    // Where it is installed: a picture has few colours, and is a third as large with a palette of them.
+    let small = Command::new("pngquant").args(["--force", "--ext", ".png"]).arg(&file).status();
+    assert!(small.map_or_else(|error| error.kind() == ErrorKind::NotFound, |status| status.success()));
 }
