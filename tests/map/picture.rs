@@ -40,10 +40,9 @@ fn the_pictures_of_a_city_are_taken() {
     service::simulate(&folder, "city");
     let service = Service::replay_in("operational", &folder, 0);
     service.order("pause");
-    service.seek("09:01:33");
-    service.order("speed?speed=4");
+    service.seek("09:01:48");
     service.order("play");
-    std::thread::sleep(Duration::from_secs(15)); // a minute of trails
+    std::thread::sleep(Duration::from_secs(45)); // of trails
     service.order("pause");
     let mut browser = Browser::start(&program, &folder.join("profile"));
     let nearer = "theme=light&colour=height&c=52.5085,-0.586&z=0.14";
