@@ -177,7 +177,7 @@ impl LiveBuilder {
         let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), started);
         let alert_settings = Current::from(AlertSettings::new(&config.alerts, &areas)?);
         let mut alerts = Alerts::new(alert_settings.clone(), started);
-        alerts.resume(shelved, started);
+        alerts.resume(&shelved, started);
         let historian = history.clone().and_then(|store| {
             Historian::start(store).map_err(|error| error!(%error, "no history is kept")).ok()
         });
