@@ -138,7 +138,10 @@ impl ByHand for Alerts {
         }
         let mut ids = BTreeSet::new();
         if let Some(twice) = self.webhooks.iter().find(|webhook| !ids.insert(&webhook.id)) {
-            section.contradict(&["webhooks"], format!("there are two webhooks of id \"{}\"; rename one", twice.id));
+            section.contradict(
+                &["webhooks"],
+                format!("there are two webhooks of id \"{}\"; rename one", twice.id),
+            );
         }
     }
 }

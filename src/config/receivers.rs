@@ -89,7 +89,8 @@ impl ByHand for Webhook {
         one_place(section, self.secret_file.is_some() && self.secret_env.is_some(), &["secret_env"]);
         some_kinds(section, self.kinds.as_deref());
         if self.ca.is_some() && !self.is_tls() && section.is_sound(&["url"]) {
-            section.contradict(&["ca"], "nobody proves anything over http; write https://, or remove the key");
+            section
+                .contradict(&["ca"], "nobody proves anything over http; write https://, or remove the key");
         }
     }
 }
@@ -103,7 +104,8 @@ impl ByHand for Mqtt {
         one_place(section, self.password_file.is_some() && self.password_env.is_some(), &["password_env"]);
         some_kinds(section, self.kinds.as_deref());
         if self.ca.is_some() && !self.tls {
-            section.contradict(&["ca"], "nobody proves anything without tls = true; add it, or remove the key");
+            section
+                .contradict(&["ca"], "nobody proves anything without tls = true; add it, or remove the key");
         }
         if self.username.is_none() {
             let message = "a password belongs to a username; add it, or remove the key";
@@ -120,7 +122,8 @@ fn one_place(section: &Section<'_>, has_both: bool, names: &[&str]) {
 
 fn some_kinds(section: &Section<'_>, kinds: Option<&[AlertKind]>) {
     if kinds.is_some_and(<[_]>::is_empty) {
-        section.contradict(&["kinds"], "nothing would ever be sent; name some kinds, or remove the key for all");
+        section
+            .contradict(&["kinds"], "nothing would ever be sent; name some kinds, or remove the key for all");
     }
 }
 
