@@ -19,7 +19,7 @@ pub(super) struct Notice {
     pub(super) number: u64,
     /// What has become of it at last.
     pub(super) change: Change,
-    /// What had become of it before, each once, and is not known to the receiver.
+    /// What else had become of it before, each once, and is not known to the receiver.
     pub(super) earlier: Vec<Change>,
     /// As it is since.
     pub(super) alert: Arc<Alert>,
@@ -32,7 +32,7 @@ impl Notice {
     fn supersede(&mut self, older: &Self) {
         let mut earlier = older.earlier.clone();
         for change in [older.change].into_iter().chain(self.earlier.drain(..)) {
-            if !earlier.contains(&change) {
+            if change != self.change && !earlier.contains(&change) {
                 earlier.push(change);
             }
         }
@@ -141,7 +141,7 @@ mod tests {
         ] {
             assert_eq!(queue.push(change, alert(id), at(0)), None);
         }
-        let earlier = vec![Change::Began, Change::Changed, Change::Acknowledged];
+        let earlier = vec![Change::Began, Change::Acknowledged];
         assert_eq!(told(queue.take(at(0), none)), Some((1, Change::Changed, earlier)));
         assert_eq!(told(queue.take(at(0), none)), Some((2, Change::Began, vec![])));
         assert_eq!(queue.take(at(0), none), None);

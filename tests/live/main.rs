@@ -11,6 +11,7 @@ mod flood;
 mod integrity;
 #[path = "../shared/invented.rs"]
 mod invented;
+mod notices;
 mod process;
 #[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "shared by several tests")]

@@ -83,9 +83,11 @@ impl Broker {
         let mut connection = Connection::open(&self.dial, caller).await?;
         self.desk.mirrored(Mirror::begin);
         connection.publish(self.status(ONLINE), |_| {}).await?;
-        connection.subscribe(self.retained()).await?;
-        self.desk.works();
         let found = |topic: Found| self.found(&topic);
+        connection.subscribe(self.retained()).await?;
+        // A broker answers in order: what it retains has come by then.
+        connection.ping(found).await?;
+        self.desk.works();
         let pause = connection.pause;
         loop {
             let owed = tokio::select! {
