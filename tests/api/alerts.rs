@@ -110,7 +110,7 @@ async fn what_ended_is_found_again_by_kind_and_time() {
     assert_eq!(ended.len(), 3, "{ended:?}");
     let until = ended[0]["until"].as_str().unwrap();
     assert_eq!(listed(&site, &format!("&since={until}")).await[1].len(), 3, "all of one moment");
-    assert_eq!(listed(&site, "&since=2999-01-01T00:00:00Z").await[1], [Value::Null; 0]);
+    assert_eq!(listed(&site, "&since=2200-01-01T00:00:00Z").await[1], [Value::Null; 0]);
     assert_eq!(listed(&site, "&until=1999-01-01T00:00:00Z").await[1], [Value::Null; 0]);
     let page = site.get("/api/v1/alerts?kind=sensor,area&limit=2").await.json();
     assert_eq!((page["ended"].as_array().unwrap().len(), &page["more"]), (2, &json!(true)), "{page}");
