@@ -333,6 +333,26 @@ fn receivers_of_alerts() {
     }
 }
 
+/// Keys of `[conflicts]` that contradict each other are named with what to do about it.
+#[test]
+fn conflicts() {
+    for (lines, told) in [
+        ("advisory = { probability = 0.5 }", ":25: conflicts.advisory: an advisory is given before"),
+        ("horizon_s = 15", ":25: conflicts.horizon_s = 15: nothing is warned of that lies beyond"),
+        (
+            "horizon_s = 30\nvolumes = [{ preset = \"do365-enroute\" }]",
+            ":25: conflicts.horizon_s = 30: volume \"do365-enroute\" counts as entered 35 s before",
+        ),
+        (
+            "volumes = [{ preset = \"nmac\" }, { preset = \"nmac\" }]",
+            ":25: conflicts.volumes: two volumes are called \"nmac\"",
+        ),
+    ] {
+        let errors = parse(&format!("{SMALL}\n[conflicts]\n{lines}\n"), &[]).unwrap_err().to_string();
+        assert!(errors.starts_with(&format!("config/site.toml{told}")), "{lines}: {errors}");
+    }
+}
+
 #[test]
 fn all_faults_are_reported_in_the_order_of_the_file() {
     let text = SMALL

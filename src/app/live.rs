@@ -186,7 +186,9 @@ impl LiveBuilder {
             Historian::start(store).map_err(|error| error!(%error, "no history is kept")).ok()
         });
         let archive = historian.map(|historian| Box::new(historian) as Box<dyn Archive>);
-        let (notices, deliveries) = Receivers::open(&config)?.start();
+        let receivers = Receivers::open(&config)?;
+        receivers.warnings().iter().for_each(|warning| warn!("{warning}"));
+        let (notices, deliveries) = receivers.start();
         let options =
             api::Options { history: history.clone(), notices: notices.clone(), ..Default::default() };
         let followers = Followers { archive, messenger: Some(Box::new(notices)) };

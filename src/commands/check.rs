@@ -51,6 +51,7 @@ pub fn run(args: &Args) -> CommandResult {
         Basemap::open(path).map_err(|error| format!("map.pmtiles: {}: {error}", path.display()))?;
     }
     let receivers = Receivers::open(&config)?;
+    receivers.warnings().iter().for_each(|warning| warn!("{warning}"));
     let undulation_m = Normaliser::new(&config, areas.masks()).undulation_m();
     let mut out = io::stdout().lock();
     if args.network {

@@ -129,12 +129,13 @@ fn log((change, alert): &(Change, Alert)) {
         (Change::Changed, Severity::Warning) => warn!(text, kind, id, "alert is a warning now"),
         (Change::Amended, _) => warn!(text, kind, id, "alert changed"),
         (Change::Acknowledged, _) => {
-            let by = acknowledged.as_ref().map_or("", |seen| &seen.by);
-            info!(text, kind, id, by, "alert acknowledged");
+            let (by, note) = acknowledged.as_ref().map(|seen| (&*seen.by, seen.note.as_deref())).unzip();
+            info!(text, kind, id, by, note = note.flatten(), "alert acknowledged");
         }
         (Change::Shelved, _) => {
             let (by, until) = shelved.as_ref().map(|shelf| (&*shelf.by, display(shelf.until))).unzip();
-            info!(text, kind, id, by, until, "alert shelved");
+            let note = shelved.as_ref().and_then(|shelf| shelf.note.as_deref());
+            info!(text, kind, id, by, until, note, "alert shelved");
         }
         (Change::Unshelved, _) => info!(text, kind, id, "alert no longer shelved"),
         (Change::Ended, _) => {

@@ -169,9 +169,10 @@ struct Engine {
     /// Sends that failed, and those of them that have been told.
     failed_sends: u64,
     failed_told: u64,
-    /// Datagrams of sensors that the engine never saw, and datagrams that were not recorded.
+    /// Datagrams of sensors that the engine never saw, datagrams that were not recorded, seconds whose conflicts came too late.
     input_losses: Losses,
     recorder_losses: Losses,
+    conflict_losses: Losses,
     /// Delayed datagrams since the last slot.
     waited: usize,
     clock: Clock,
@@ -214,6 +215,7 @@ impl Engine {
             failed_told: 0,
             input_losses: Losses::default(),
             recorder_losses: Losses::default(),
+            conflict_losses: Losses::default(),
             waited: 0,
             next_status: clock.now(),
             clock,
@@ -449,6 +451,10 @@ impl Engine {
                 None => None,
             };
             text.into_iter().for_each(|text| find(Trouble::RECORDER, Severity::Warning, text));
+        }
+        if let Some(seconds) = self.conflict_losses.going_on(self.outlets.hub.outlooks.dropped(), at) {
+            let text = format!("the conflicts of {seconds} seconds came too late to be shown");
+            find(Trouble::CONFLICTS, Severity::Warning, text);
         }
         let used = self.driver.pipeline().engine().numbers().used();
         if let Some(text) = numbers_low(used, self.config.fusion.profile) {

@@ -1,5 +1,6 @@
 //! The receivers of a configuration: opened, shown, tried and started.
 
+use std::net::IpAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -48,6 +49,7 @@ pub struct Receivers {
     broker: Option<Broker>,
     /// For people.
     lines: Vec<String>,
+    warnings: Vec<String>,
 }
 
 impl Receivers {
@@ -61,10 +63,12 @@ impl Receivers {
             let refuse =
                 |problem| Unusable { key: format!("alerts.webhooks, id \"{}\"", webhook.id), problem };
             receivers.lines.push(webhook_line(webhook));
+            receivers.warnings.extend(webhook_warning(webhook));
             receivers.webhooks.push(Webhook::open(webhook, &config.site.name).map_err(refuse)?);
         }
         if let Some(mqtt) = &config.alerts.mqtt {
             receivers.lines.push(mqtt_line(mqtt));
+            receivers.warnings.extend(mqtt_warning(mqtt));
             let refuse = |problem| Unusable { key: "alerts.mqtt".to_owned(), problem };
             receivers.broker = Some(Broker::open(mqtt, &config.site).map_err(refuse)?);
         }
@@ -74,6 +78,11 @@ impl Receivers {
     /// A line for each, without secrets.
     pub fn lines(&self) -> &[String] {
         &self.lines
+    }
+
+    /// What works and should not stay so.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// Sends each a test: its name, and what it answers, or what went wrong.
@@ -211,6 +220,23 @@ fn mqtt_line(mqtt: &config::Mqtt) -> String {
     let who = username.as_ref().map_or("without a user".to_owned(), |username| format!("as {username}"));
     let wanted = wanted(kinds.as_deref(), *min_severity);
     format!("alerts to mqtt: {host}:{port}, {tls}, {who}, topics {prefix}/…, {wanted}")
+}
+
+fn webhook_warning(webhook: &config::Webhook) -> Option<String> {
+    let is_open = webhook.authorization_file.is_some() && !webhook.is_tls();
+    (is_open && !is_local(webhook.url.host().unwrap_or_default()))
+        .then(|| format!("webhook:{}: its authorization travels beyond this machine without TLS", webhook.id))
+}
+
+fn mqtt_warning(mqtt: &config::Mqtt) -> Option<String> {
+    let is_open = (mqtt.password_file.is_some() || mqtt.password_env.is_some()) && !mqtt.tls;
+    (is_open && !is_local(&mqtt.host))
+        .then(|| "mqtt: its password travels beyond this machine without TLS".to_owned())
+}
+
+fn is_local(host: &str) -> bool {
+    let address = host.trim_matches(['[', ']']).parse::<IpAddr>();
+    host == "localhost" || address.is_ok_and(|address| address.to_canonical().is_loopback())
 }
 
 fn wanted(kinds: Option<&[AlertKind]>, min_severity: Severity) -> String {

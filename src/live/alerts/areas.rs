@@ -12,8 +12,6 @@ use crate::picture::{MAX_ACCURACY_M, Picture, PictureMaker, PictureTrack, serial
 use fusion::point::Estimate;
 use fusion::time::Time;
 
-/// Slots from one prediction to the next: a second.
-const EVERY_SLOTS: i64 = 4;
 /// Predictions that are remembered, and those of them that raise an alert: a single one may be chance.
 const REMEMBERED: u32 = 4;
 const RAISING: u32 = 2;
@@ -94,7 +92,7 @@ impl Alerts {
             Ahead::Now(picture) => (picture, SignedDuration::ZERO),
             Ahead::Lagged(picture, age) => (picture, age),
         };
-        if picture.slot.0 % EVERY_SLOTS != 0 {
+        if !maker.begins_second(picture.slot) {
             return false;
         }
         let (kind, now) = (AlertKind::AreaPredicted, picture.time + age);

@@ -84,6 +84,8 @@ impl Trouble {
     pub const INPUT: &str = "input";
     /// Datagrams could not be sent.
     pub const OUTPUT: &str = "output";
+    /// Conflicts were found too late to be shown.
+    pub const CONFLICTS: &str = "conflicts";
     /// Something is missing in the recording.
     pub const RECORDER: &str = "recorder";
 }

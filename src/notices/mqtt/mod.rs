@@ -5,6 +5,7 @@
 
 mod connection;
 
+use std::fmt;
 use std::sync::Arc;
 
 use rumqttc::v5::mqttbytes::QoS;
@@ -27,7 +28,6 @@ const ONLINE: &str = "online";
 const OFFLINE: &str = "offline";
 
 /// One receiver.
-#[derive(Debug)]
 pub(super) struct Broker {
     pub(super) desk: Arc<Desk>,
     pub(super) dial: Dial,
@@ -38,6 +38,16 @@ pub(super) struct Broker {
     pub(super) site: String,
     /// What the ids of this run's notices begin with.
     pub(super) run: String,
+}
+
+/// Without the password.
+impl fmt::Debug for Broker {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Broker")
+            .field("dial", &self.dial)
+            .field("prefix", &self.prefix)
+            .finish_non_exhaustive()
+    }
 }
 
 impl Broker {

@@ -1,5 +1,7 @@
 //! The program itself: a sensor falls silent, and who is elsewhere hears of it.
 
+use std::io::{Read, Write};
+use std::net::TcpStream;
 use std::time::Duration;
 
 use utm_fusion::config::Config;
@@ -31,6 +33,9 @@ fn a_silent_sensor_is_heard_of_at_a_webhook_and_a_broker() {
     service.says("alert began");
     let notice = receiver.next().json();
     assert_eq!((&notice["change"], &notice["alert"]["kind"]), (&"began".into(), &"sensor".into()));
+    wait_for("it is counted", || {
+        metrics(&service).contains("\nutm_fusion_notices_sent_total{receiver=\"webhook:a\"} 2\n")
+    });
     let Some(broker) = broker else {
         assert_eq!(service.stop().0, Some(0));
         return;
@@ -53,4 +58,15 @@ fn a_silent_sensor_is_heard_of_at_a_webhook_and_a_broker() {
     assert_eq!(code, Some(0), "{log}");
     broker.comes_to_retain(&[status]);
     assert_eq!(broker.retained()[status], "offline");
+}
+
+/// What the service counts.
+fn metrics(service: &Running) -> String {
+    let log = service.log();
+    let address = log.split("url=http://").nth(1).unwrap().split('/').next().unwrap();
+    let mut socket = TcpStream::connect(address).unwrap();
+    write!(socket, "GET /metrics HTTP/1.0\r\nHost: {address}\r\n\r\n").unwrap();
+    let mut text = String::new();
+    socket.read_to_string(&mut text).unwrap();
+    text
 }

@@ -194,6 +194,27 @@ fn what_cannot_be_used_is_refused_by_name() {
 }
 
 #[test]
+fn what_travels_in_the_clear_is_warned_of() {
+    let scratch = Scratch::new();
+    let file = scratch.file("authorization", "Bearer opensesame");
+    let warned = |url: &str| {
+        let hook = hook("a", url, &format!("authorization_file = \"{}\"", file.display()));
+        !Receivers::open(&site(&hook)).unwrap().warnings().is_empty()
+    };
+    assert!(warned("http://192.0.2.1/"));
+    assert!(!warned("https://192.0.2.1/") && !warned("http://[::1]/") && !warned("http://localhost/"));
+    let mqtt = |host: &str| {
+        let text = format!(
+            "[alerts.mqtt]\nhost = \"{host}\"\nusername = \"fusion\"\npassword_file = \"{}\"",
+            file.display()
+        );
+        Receivers::open(&site(&text)).unwrap().warnings().to_vec()
+    };
+    assert_eq!(mqtt("192.0.2.1"), ["mqtt: its password travels beyond this machine without TLS"]);
+    assert_eq!(mqtt("127.0.0.1"), [""; 0]);
+}
+
+#[test]
 fn check_names_receivers_without_their_secrets_and_tries_them() {
     let scratch = Scratch::new();
     let secret = scratch.file("secret", "0123456789abcdef0123456789abcdef");
