@@ -30,10 +30,10 @@ pub(super) struct Notice {
 impl Notice {
     /// This one stands for an earlier one of the same alert too.
     fn supersede(&mut self, older: &Self) {
-        let mut earlier = older.earlier.clone();
-        for change in [older.change].into_iter().chain(self.earlier.drain(..)) {
-            if change != self.change && !earlier.contains(&change) {
-                earlier.push(change);
+        let mut earlier = Vec::new();
+        for change in older.earlier.iter().chain([&older.change]).chain(&self.earlier) {
+            if *change != self.change && !earlier.contains(change) {
+                earlier.push(*change);
             }
         }
         self.earlier = earlier;
