@@ -128,7 +128,7 @@ impl Desk {
             None => {}
             Some(News::Fails(why)) => warn!(receiver, why, "alerts are not delivered: tried again"),
             Some(News::Works { failed_s, lost: 0 }) => {
-                info!(receiver, failed_s, "alerts are delivered again")
+                info!(receiver, failed_s, "alerts are delivered again");
             }
             Some(News::Works { failed_s, lost }) => {
                 warn!(receiver, failed_s, lost, "alerts are delivered again; some notices are lost");

@@ -6,7 +6,7 @@ use std::time::Duration;
 use bytes::BytesMut;
 use rumqttc::v5::mqttbytes::v5::{
     ConnAck, ConnAckProperties, Connect, ConnectProperties, ConnectReturnCode, Disconnect,
-    DisconnectReasonCode, LastWill, Login, Packet, PingReq, Publish, Subscribe,
+    DisconnectReasonCode, LastWill, Login, Packet, PingReq, PubAckReason, Publish, Subscribe,
 };
 use rumqttc::v5::mqttbytes::{Error, QoS};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -81,7 +81,10 @@ impl Connection {
             properties: Some(properties),
         };
         connection.write(&Packet::Connect(connect, caller.will, caller.login)).await?;
-        let wanted = |packet| if let Packet::ConnAck(answer) = packet { Ok(answer) } else { Err(packet) };
+        let wanted = |packet: &Packet| match packet {
+            Packet::ConnAck(answer) => Some(answer.clone()),
+            _ => None,
+        };
         let ConnAck { code, properties, .. } = connection.answer(wanted, |_| {}).await?;
         if code != ConnectReturnCode::Success {
             return Err(Broken::Refused(code));
@@ -95,8 +98,8 @@ impl Connection {
             return Err(Broken::NoRetain);
         }
         connection.largest = said.and_then(|said| said.max_packet_size);
-        let keep_alive_s = said.and_then(|said| said.server_keep_alive).unwrap_or(KEEP_ALIVE_S);
-        connection.pause = Duration::from_secs(keep_alive_s.into()) / 2;
+        let keep_alive_s = said.and_then(|said| said.server_keep_alive).filter(|&seconds| seconds > 0);
+        connection.pause = Duration::from_secs(keep_alive_s.unwrap_or(KEEP_ALIVE_S).into()) / 2;
         Ok(connection)
     }
 
@@ -113,13 +116,12 @@ impl Connection {
             return Ok(Published::Refused(format!("the broker takes no more than {largest} octets")));
         }
         self.write(&packet).await?;
-        let wanted = |packet| match packet {
-            Packet::PubAck(answer) if answer.pkid == PUBLICATION => Ok(answer.reason),
-            other => Err(other),
+        let wanted = |packet: &Packet| match packet {
+            Packet::PubAck(answer) if answer.pkid == PUBLICATION => Some(answer.reason),
+            _ => None,
         };
-        use rumqttc::v5::mqttbytes::v5::PubAckReason::{NoMatchingSubscribers, Success};
         Ok(match self.answer(wanted, found).await? {
-            Success | NoMatchingSubscribers => Published::Taken,
+            PubAckReason::Success | PubAckReason::NoMatchingSubscribers => Published::Taken,
             reason => Published::Refused(format!("the broker refuses a message: {reason:?}")),
         })
     }
@@ -133,7 +135,7 @@ impl Connection {
     /// Asks for a sign of life.
     pub(super) async fn ping(&mut self, found: impl FnMut(Found)) -> Result<(), Broken> {
         self.write(&Packet::PingReq(PingReq)).await?;
-        let wanted = |packet| if let Packet::PingResp(_) = packet { Ok(()) } else { Err(packet) };
+        let wanted = |packet: &Packet| matches!(packet, Packet::PingResp(_)).then_some(());
         self.answer(wanted, found).await
     }
 
@@ -153,16 +155,16 @@ impl Connection {
     /// Waits for the answer to what was sent; what else comes is seen to.
     async fn answer<T>(
         &mut self,
-        wanted: impl Fn(Packet) -> Result<T, Packet>,
+        wanted: impl Fn(&Packet) -> Option<T>,
         mut found: impl FnMut(Found),
     ) -> Result<T, Broken> {
         let until = Instant::now() + PATIENCE;
         loop {
             let packet = timeout_at(until, self.receive()).await.map_err(|_| Broken::Silent)??;
-            match wanted(packet) {
-                Ok(answer) => return Ok(answer),
-                Err(other) => Self::found(other)?.into_iter().for_each(&mut found),
+            if let Some(answer) = wanted(&packet) {
+                return Ok(answer);
             }
+            Self::found(packet)?.into_iter().for_each(&mut found);
         }
     }
 

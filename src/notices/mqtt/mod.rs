@@ -138,7 +138,7 @@ impl Broker {
                 let message = Publish { retain: true, ..self.json(&topic, message) };
                 match connection.publish(message, found).await? {
                     Published::Taken if alert.is_none() => {
-                        self.desk.mirrored(|mirror| mirror.cleared(&topic))
+                        self.desk.mirrored(|mirror| mirror.cleared(&topic));
                     }
                     Published::Taken => {}
                     Published::Refused(why) => _ = self.desk.fails(why),
