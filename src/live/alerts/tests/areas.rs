@@ -161,8 +161,40 @@ fn an_entry_is_foreseen_by_two_of_four_and_becomes_the_alert_of_the_area() {
             )
         )
     );
-    assert_eq!(kinds(&site.now(608, 1040.0)), [(Change::Ended, "area-predicted")]);
+    assert_eq!(kinds(&site.now(604, 1020.0)), [(Change::Ended, "area-predicted")], "one at a time");
+    assert_eq!(site.now(608, 1040.0), []);
     assert_eq!(site.now(612, 1060.0), [], "it is inside, and enters no more");
+}
+
+/// Whoever is first seen inside has entered; whoever is outside again may enter.
+#[test]
+fn who_is_inside_by_now_is_not_about_to_enter() {
+    let mut site = Site::closed();
+    for second in 0..20 {
+        assert_eq!(site.now(4 * second, 1100.0 + 20.0 * second as f64), [], "{second}");
+    }
+    assert_eq!(kinds(&site.lagged(79, 1480.0).1), [(Change::Began, "area")]);
+    // It was inside for the last second before it came to be seen: one prediction is none.
+    let mut late = Site::closed();
+    assert_eq!(late.now(0, 990.0), []);
+    for second in 1..10 {
+        assert_eq!(late.now(4 * second, 990.0 + 20.0 * second as f64), [], "{second}");
+    }
+    let mut back = Site::closed();
+    assert_eq!([back.now(0, 1010.0), back.now(4, 1005.0), back.now(8, 900.0)].concat(), []);
+    assert_eq!(kinds(&back.now(12, 920.0)), [(Change::Began, "area-predicted")]);
+}
+
+/// The published picture shows it inside between two predictions: the one alert ends in the slot in which the other begins.
+#[test]
+fn an_alert_takes_the_place_of_the_other_in_the_same_slot() {
+    let mut site = Site::closed();
+    site.now(0, 0.0);
+    assert_eq!(kinds(&site.now(4, 20.0)), [(Change::Began, "area-predicted")]);
+    assert_eq!(kinds(&site.lagged(201, 1001.0).1), [(Change::Began, "area")]);
+    let ended = site.now(201, 1010.0);
+    assert_eq!(kinds(&ended), [(Change::Ended, "area-predicted")]);
+    assert_eq!(ended[0].1["until"], "1970-01-01T00:00:50.250Z");
 }
 
 #[test]
