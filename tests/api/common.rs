@@ -21,6 +21,7 @@ use utm_fusion::live::{
     AlertSettings, Alerts, Driver, Followers, Hub, HubWriter, LineStatus, Made, PublishedPicture, Status,
     observe,
 };
+use utm_fusion::normalise::Normaliser;
 use utm_fusion::picture::PictureMaker;
 use utm_fusion::simulate::{Flight, Scenario, simulate};
 
@@ -149,7 +150,9 @@ impl Site {
         let mut config = flown.config.clone();
         change(&mut config);
         let watch = ConflictWatch::of(&config);
-        let (writer, hub) = Hub::new(Arc::new(config), Arc::new(flown.maker.clone()), flown.frames[0].due);
+        // It knows who is crewed by this configuration.
+        let maker = PictureMaker::new(&config, &Normaliser::new(&config, Masks::default()));
+        let (writer, hub) = Hub::new(Arc::new(config), maker.into(), flown.frames[0].due);
         tokio::spawn(observe(
             hub.clone(),
             Alerts::new(AlertSettings::default(), Time::default()),
