@@ -121,6 +121,7 @@ fn the_table_of_keys_the_page_and_the_example_have_the_same_keys() {
         "fusion",
         "integrity",
         "conflicts",
+        "alerts",
         "areas",
         "output",
         "http",
@@ -278,6 +279,26 @@ fn integrity() {
         ("alert_limit = 60", ":25: integrity.alert_limit: this key is unknown; did you mean alert_limit_m?"),
     ] {
         let errors = with(lines).unwrap_err().to_string();
+        assert!(errors.starts_with(&format!("config/site.toml{told}")), "{lines}: {errors}");
+    }
+}
+
+/// Keys of `[conflicts]` that contradict each other are named with what to do about it.
+#[test]
+fn conflicts() {
+    for (lines, told) in [
+        ("advisory = { probability = 0.5 }", ":25: conflicts.advisory: an advisory is given before"),
+        ("horizon_s = 15", ":25: conflicts.horizon_s = 15: nothing is warned of that lies beyond"),
+        (
+            "horizon_s = 30\nvolumes = [{ preset = \"do365-enroute\" }]",
+            ":25: conflicts.horizon_s = 30: volume \"do365-enroute\" counts as entered 35 s before",
+        ),
+        (
+            "volumes = [{ preset = \"nmac\" }, { preset = \"nmac\" }]",
+            ":25: conflicts.volumes: two volumes are called \"nmac\"",
+        ),
+    ] {
+        let errors = parse(&format!("{SMALL}\n[conflicts]\n{lines}\n"), &[]).unwrap_err().to_string();
         assert!(errors.starts_with(&format!("config/site.toml{told}")), "{lines}: {errors}");
     }
 }

@@ -17,7 +17,7 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 use utm_fusion::areas::{Areas, Masks};
 use utm_fusion::config::{AlertArea, Area, AreaKind};
-use utm_fusion::live::{Ahead, AlertKind, Alerts, Change, Details};
+use utm_fusion::live::{Ahead, AlertKind, AlertSettings, Alerts, Change, Details};
 use utm_fusion::picture::{Picture, PictureMaker};
 use utm_fusion::pipeline::Pipeline;
 use utm_fusion::simulate::{Flight, Scenario, Simulation, simulate};
@@ -253,7 +253,7 @@ fn warnings(simulation: &Simulation, areas: &BTreeMap<String, Cuboid>) -> Result
     let config = &simulation.config;
     let mut pipeline = Pipeline::new(config, Masks::default());
     let maker = PictureMaker::new(config, pipeline.normaliser());
-    let mut alerts = Alerts::new(loaded.alerts(), Time::default());
+    let mut alerts = Alerts::new(AlertSettings::new(&simulation.config.alerts, &loaded)?, Time::default());
     let (mut lasting, mut over) = (BTreeMap::<u64, Warning>::new(), Vec::new());
     let mut look = |emission: fusion::Emission| {
         let mut emission = emission;
@@ -277,7 +277,8 @@ fn warnings(simulation: &Simulation, areas: &BTreeMap<String, Cuboid>) -> Result
                 }
                 Change::Ended => over
                     .extend(lasting.remove(&alert.id).map(|warning| Warning { until: now.time, ..warning })),
-                Change::Changed | Change::Amended => {}
+                // Nobody decides about alerts here.
+                _ => {}
             }
         }
         if now.slot.0 % 4 == 0 {

@@ -3,6 +3,7 @@
 //! Sans-IO: no clock, no socket, no randomness. [`Engine::advance`] first, drained; then [`Engine::handle`].
 
 mod learnt;
+mod plan;
 
 use std::collections::BTreeMap;
 
@@ -20,6 +21,7 @@ use crate::report::{Identity, Report};
 use crate::settings::{Profile, Settings, SettingsError};
 use crate::slots::{Slot, Window};
 use crate::time::Time;
+use plan::Plan;
 
 /// The engine: told the time and the reports, it yields every slot once. See the crate's first page for a whole loop.
 #[derive(Debug)]
@@ -31,22 +33,6 @@ pub struct Engine {
     rules: Rules,
     numbers: Numbers,
     plan: Plan,
-}
-
-/// Correlations that were decided in a flight that is replayed, or before a restart.
-#[derive(Debug, Default)]
-struct Plan {
-    /// By slot, those of one slot in their order.
-    correlations: Vec<(Slot, Correlation)>,
-    /// Operators' words on identities, by slot, those of one slot in their order.
-    words: Vec<(Slot, Word)>,
-    /// The first slot of the replay.
-    first: Option<Slot>,
-    /// Correlations on what never was there.
-    missed: u64,
-    /// Correlations of before a restart of which it is not known yet whether they hold, and what has become of the others.
-    kept: Vec<SavedCorrelation>,
-    resumed: Vec<ResumedCorrelation>,
 }
 
 /// What is published for a slot is the profile's to say.
@@ -389,57 +375,6 @@ impl Engine {
         };
         let numbers = numbers.take_changes();
         Some(Emission { slot, time: settings.grid.centre(slot), points, numbers, newcomers, concerns, now })
-    }
-}
-
-impl Plan {
-    /// What was decided for this slot, and what is still to be found.
-    fn carry_out(
-        &mut self,
-        slot: Slot,
-        window_slots: i64,
-        operational: &mut Operational,
-        profile: &operational::Settings,
-    ) {
-        let is_beginning = self.first.is_some_and(|first| slot < first.plus(window_slots));
-        let due = self.words.partition_point(|planned| planned.0 <= slot);
-        self.words.drain(..due).for_each(|(since, word)| operational.say(word, since));
-        let missed = &mut self.missed;
-        self.correlations.retain(|&(at, correlation)| {
-            if at > slot {
-                return true;
-            }
-            let is_there = operational.correlate(correlation, at, profile).is_ok();
-            *missed += u64::from(!is_there && !is_beginning);
-            !is_there && is_beginning
-        });
-    }
-}
-
-impl Plan {
-    /// Looks for the radar tracks of the decisions of before a restart; none counts earlier than it did then.
-    fn resume(
-        &mut self,
-        (slot, time): (Slot, Time),
-        operational: &mut Operational,
-        profile: &operational::Settings,
-    ) {
-        let Self { kept, resumed, missed, .. } = self;
-        kept.retain(|&kept| {
-            if kept.held.since > slot {
-                return true;
-            }
-            let known = operational.resume(kept, time, profile);
-            *missed += u64::from(matches!(known, Some(ResumedCorrelation::Ended(_))));
-            resumed.extend(known);
-            known.is_none()
-        });
-    }
-
-    /// The radar tracks of before are not heard again.
-    fn end_kept(&mut self) {
-        self.missed += self.kept.len() as u64;
-        self.resumed.extend(self.kept.drain(..).map(|kept| ResumedCorrelation::Ended(kept.held)));
     }
 }
 

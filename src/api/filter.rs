@@ -3,11 +3,12 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use super::piece::{Class, Piece, SOURCES};
+use super::piece::{Piece, SOURCES};
 use super::problem::Problem;
 use super::query::Query;
 use crate::config::Sensor;
 use crate::picture::MAX_ACCURACY_M;
+use crate::picture::TrackClass;
 use fusion::integrity::State;
 
 /// Rule of `bbox`.
@@ -31,7 +32,7 @@ pub struct Filter {
     /// Longitude and latitude at least, at most.
     bbox: Option<[f64; 4]>,
     sources: Option<Vec<&'static str>>,
-    classes: Option<Vec<Class>>,
+    classes: Option<Vec<TrackClass>>,
     /// `None` among them: without a transponder that is judged.
     integrity: Option<Vec<Option<State>>>,
     /// Indices of sensors.
@@ -76,8 +77,8 @@ impl Filter {
         )?;
         let classes = query.list(
             "class",
-            |name| Class::ALL.into_iter().find(|class| class.name() == name),
-            || format!("of {}, separated by commas", Class::ALL.map(Class::name).join(", ")),
+            |name| TrackClass::ALL.into_iter().find(|class| class.name() == name),
+            || format!("of {}, separated by commas", TrackClass::ALL.map(TrackClass::name).join(", ")),
         )?;
         let state = |name: &str| match name {
             NOT_JUDGED => Some(None),

@@ -20,7 +20,6 @@ use crate::json::rounded;
 use crate::live::{Alert, AlertJson, Integrities, Lateness, PublishedPicture, SensorState, Status};
 use fusion::Identity;
 use fusion::integrity::{State, Trust};
-use fusion::time::Time;
 
 /// A heartbeat each second.
 const HEARTBEAT: Duration = Duration::from_secs(1);
@@ -34,8 +33,9 @@ pub(super) struct Keeper {
     sensors: BTreeMap<String, SensorState>,
     /// State of each transponder as published, and what an operator says of it.
     integrity: BTreeMap<Identity, (State, Option<Trust>)>,
-    /// Revision and end of each alert as published.
-    alerts: BTreeMap<u64, (u32, Option<Time>)>,
+    /// Revision of each alert that lasts, as published, and the last one that ended.
+    alerts: BTreeMap<u64, u32>,
+    ended: Option<Arc<Alert>>,
 }
 
 impl Keeper {
@@ -50,6 +50,7 @@ impl Keeper {
             sensors: BTreeMap::new(),
             integrity: BTreeMap::new(),
             alerts: BTreeMap::new(),
+            ended: None,
         };
         if let Some(frame) = keeper.state.hub.latest() {
             keeper.show(&frame);
@@ -201,16 +202,23 @@ impl Keeper {
     }
 
     /// Alerts that began, changed or ended.
-    fn alert(&mut self, alerts: &[Alert]) {
-        let mut known = BTreeMap::new();
-        for alert in alerts {
-            let told = (alert.revision, alert.until);
-            if self.alerts.get(&alert.id) != Some(&told) {
-                let octets = event(&self.next_id(), &AlertJson::from(alert));
-                self.state.log.push(Event::Told(octets));
+    fn alert(&mut self, alerts: &[Arc<Alert>]) {
+        let tell = |alert: &Alert| {
+            let octets = event(&self.next_id(), &AlertJson::from(alert));
+            self.state.log.push(Event::Told(octets));
+        };
+        let (ended, lasting): (Vec<_>, Vec<_>) = alerts.iter().partition(|alert| alert.until.is_some());
+        for alert in &lasting {
+            if self.alerts.get(&alert.id) != Some(&alert.revision) {
+                tell(alert);
             }
-            known.insert(alert.id, told);
         }
-        self.alerts = known;
+        // The latest are the first.
+        let known = self.ended.clone();
+        let news =
+            ended.iter().take_while(|alert| known.as_ref().is_none_or(|known| !Arc::ptr_eq(known, alert)));
+        news.for_each(|alert| tell(alert));
+        self.ended = ended.first().map(|&alert| alert.clone());
+        self.alerts = lasting.iter().map(|alert| (alert.id, alert.revision)).collect();
     }
 }

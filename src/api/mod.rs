@@ -8,6 +8,7 @@
 //! Imports go downwards only: `server` and `keeper`, `guard`, the table in [`routes`] of which both the router and the
 //! OpenAPI document are made, the handlers, [`ApiState`], and what that holds.
 
+mod alerts;
 mod ask;
 mod asyncapi;
 mod auth;

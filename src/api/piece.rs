@@ -5,54 +5,11 @@ use std::sync::{Arc, OnceLock};
 use axum::body::Bytes;
 
 use crate::json::rounded;
-use crate::picture::{PictureMaker, PictureTrack, serial_text};
+use crate::picture::{PictureMaker, PictureTrack, TrackClass};
 use fusion::integrity::State;
-use fusion::point::Source;
 
 /// Where a track can come from.
 pub const SOURCES: [&str; 3] = ["fused", "radar", "transponder"];
-
-/// What a track is taken for: the configuration knows who is crewed, then a transponder is a drone's, then the radar's
-/// classifier is asked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Class {
-    /// Nobody is on board: it has a transponder, or the radar holds that for likelier than not.
-    Drone,
-    /// Somebody is on board: its transponder is one of `[conflicts] crewed`.
-    Crewed,
-    /// The radar holds it for something else: a bird.
-    Other,
-    /// Of radar alone, which says nothing of it.
-    Unknown,
-}
-
-impl Class {
-    /// All classes.
-    pub const ALL: [Self; 4] = [Self::Drone, Self::Crewed, Self::Other, Self::Unknown];
-
-    /// Its name on the interfaces.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Drone => "drone",
-            Self::Crewed => "crewed",
-            Self::Other => "other",
-            Self::Unknown => "unknown",
-        }
-    }
-
-    /// Of a track; `crewed`: serial numbers of transponders. The map shows what is below one half as no drone, too.
-    fn of(source: &Source, crewed: &[String]) -> Self {
-        match (source.transponder(), source.radar().and_then(|radar| radar.uav_probability)) {
-            (Some(part), _) if !crewed.is_empty() && crewed.contains(&serial_text(part.identity)) => {
-                Self::Crewed
-            }
-            (Some(_), _) => Self::Drone,
-            (None, Some(probability)) if probability < 0.5 => Self::Other,
-            (None, Some(_)) => Self::Drone,
-            (None, None) => Self::Unknown,
-        }
-    }
-}
 
 /// A track of a slot, and what filters ask of it.
 #[derive(Clone, Debug)]
@@ -64,7 +21,7 @@ pub struct Piece {
     /// One of [`SOURCES`].
     pub source: &'static str,
     /// What it is taken for.
-    pub class: Class,
+    pub class: TrackClass,
     /// Whether its transponder can be trusted; `None` where there is none that is judged.
     pub integrity: Option<State>,
     /// Degrees.
@@ -86,19 +43,14 @@ pub struct Piece {
 }
 
 impl Piece {
-    /// Of a track of the picture, which `maker` made, at that index; `crewed`: serial numbers of transponders. Filters compare what readers see: the rounded values.
-    pub(super) fn new(
-        (index, track): (usize, &PictureTrack),
-        maker: &PictureMaker,
-        crewed: &[String],
-        is_new: bool,
-    ) -> Self {
+    /// Of a track of the picture, which `maker` made, at that index. Filters compare what readers see: the rounded values.
+    pub(super) fn new((index, track): (usize, &PictureTrack), maker: &PictureMaker, is_new: bool) -> Self {
         let source = &track.point.source;
         Self {
             index,
             id: maker.track_id(track).into(),
             source: track.source_name(),
-            class: Class::of(source, crewed),
+            class: maker.class(track),
             integrity: track.point.integrity.map(|integrity| integrity.state),
             lng: rounded(track.position.longitude_deg(), 9),
             lat: rounded(track.position.latitude_deg(), 9),

@@ -6,10 +6,11 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::ask::Ask;
-use super::piece::{Class, Piece};
+use super::piece::Piece;
 use super::problem::Problem;
 use super::shown::Shown;
 use crate::json::rounded;
+use crate::picture::TrackClass;
 use crate::picture::serial_text;
 
 const FEET_PER_METRE: f64 = 1.0 / 0.3048;
@@ -93,7 +94,7 @@ fn entry(piece: &Piece, shown: &Shown, hex: u32) -> Aircraft {
         seen_pos: age_s,
         mlat: [],
         tisb: [],
-        category: (piece.class == Class::Drone).then_some("B6"),
+        category: (piece.class == TrackClass::Drone).then_some("B6"),
         flight: transponder.map_or(piece.id.to_string(), |part| serial_text(part.identity)),
         alt_geom: piece.height_m.map(feet),
         gs: motion.map(|motion| rounded(motion.speed() * KNOTS, 1)),

@@ -13,8 +13,8 @@ pub use super::route::{Parameter, Route};
 use super::shown::{TrackFeature, Tracks};
 use super::tokens::Scope;
 use super::{
-    asyncapi, basemap, conflicts, correlations, events, history, integrity, metrics, openapi, page, raw,
-    readsb, replay, service, sites, stream, tracks, uss, websocket,
+    alerts, asyncapi, basemap, conflicts, correlations, events, history, integrity, metrics, openapi, page,
+    raw, readsb, replay, service, sites, stream, tracks, uss, websocket,
 };
 
 const FILTER: [Parameter; 13] = [
@@ -118,6 +118,18 @@ const VIEW: [Parameter; 2] = [
         "seconds, 0 to 60: recent positions in the view, one per second",
     )
     .within(0.0, 60.0),
+];
+
+const ALERTS: [Parameter; 4] = [
+    Parameter::new("since", "time", "of those that ended, those that lasted at this time or began after it"),
+    Parameter::new("until", "time", "of those that ended, those that began by this time"),
+    Parameter::new("kind", "string", "those of these kinds, separated by commas"),
+    Parameter::new(
+        "limit",
+        "integer",
+        "alerts that ended at most, the latest first, 1 to 5000; default: 100",
+    )
+    .within(1.0, 5_000.0),
 ];
 
 const CONFLICTS: [Parameter; 2] = [
@@ -319,7 +331,31 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
             "The configured areas",
             Reply::geo::<AreaCollection>(sites::areas),
         ),
-        Route::get("/api/v1/alerts", "What is wrong now", Reply::json(sites::alerts)),
+        Route::get("/api/v1/alerts", "What is wrong now, and what was", Reply::json(alerts::all)).with(&ALERTS),
+        Route::post(
+            "/api/v1/alerts/{id}/acknowledge",
+            "Somebody has seen the alert; one that becomes worse is unseen again",
+            Scope::Control,
+            Reply::later(alerts::acknowledge),
+        )
+        .reads::<alerts::Word>()
+        .or(&[404, 408, 409, 503]),
+        Route::post(
+            "/api/v1/alerts/{id}/shelve",
+            "Nobody is to be bothered with the alert for a while, also where it ends and comes again",
+            Scope::Control,
+            Reply::later(alerts::shelve),
+        )
+        .reads::<alerts::Shelf>()
+        .or(&[404, 408, 409, 503]),
+        Route::post(
+            "/api/v1/alerts/{id}/unshelve",
+            "That while is over",
+            Scope::Control,
+            Reply::later(alerts::unshelve),
+        )
+        .reads::<alerts::Word>()
+        .or(&[404, 408, 409, 503]),
         Route::get(
             "/api/v1/conflicts",
             "Who will come near whom; where `computed` is false an empty list does not mean that there are none",

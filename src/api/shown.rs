@@ -101,7 +101,7 @@ impl Shown {
             frame.picture.tracks.iter().enumerate().filter(|(_, track)| is_placed(track)).collect();
         let known = Known::of(before, &tracks);
         let piece = |&(index, track): &(usize, &PictureTrack)| {
-            Piece::new((index, track), &hub.maker, &hub.config.conflicts.crewed, !known.has(track))
+            Piece::new((index, track), &hub.maker, !known.has(track))
         };
         let shown = Self {
             frame: frame.clone(),
@@ -136,9 +136,7 @@ impl Shown {
         let picture = self.frame.now.get()?;
         let tracks = picture.tracks.iter().enumerate().filter(|(_, track)| is_placed(track));
         let shown = Self {
-            pieces: tracks
-                .map(|track| Piece::new(track, &self.maker, &self.config.conflicts.crewed, true))
-                .collect(),
+            pieces: tracks.map(|track| Piece::new(track, &self.maker, true)).collect(),
             frame: self.frame.clone(),
             predicted: Some(picture),
             now: Mutex::default(),

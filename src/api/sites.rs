@@ -1,4 +1,4 @@
-//! What stands on the ground: sensors, how far they see, areas; and what is wrong with them.
+//! What stands on the ground: sensors, how far they see, areas.
 
 use std::collections::BTreeMap;
 
@@ -12,9 +12,7 @@ use super::learnt::{Learnt, LearntTypeJson};
 use super::problem::Problem;
 use crate::config::{Sensor, SensorKind};
 use crate::json::rounded;
-use crate::live::{
-    Alert, AlertJson, Contested, LineStatus, RegistrationStatus, SensorStatus, Unknown, values,
-};
+use crate::live::{Contested, LineStatus, RegistrationStatus, SensorStatus, Unknown, values};
 use crate::picture::{Rfc3339, serial_text};
 use fusion::registration::{BiasValue, Misalignment};
 
@@ -300,21 +298,4 @@ pub fn areas(ask: &Ask) -> Result<AreaCollection, Problem> {
     let replayed = ask.state.options.player.as_ref().and_then(|_| Some(hub.latest()?.due));
     let now = replayed.unwrap_or_else(|| ask.state.now());
     Ok(area_collection(&ask.state.terms().areas, now, hub.maker.geoid_undulation_m()))
-}
-
-#[derive(Serialize, JsonSchema)]
-pub struct Alerts {
-    time: Rfc3339,
-    /// Those that last, the worst first.
-    alerts: Vec<AlertJson>,
-    /// Those that ended lately.
-    ended: Vec<AlertJson>,
-}
-
-/// `/api/v1/alerts`.
-pub fn alerts(ask: &Ask) -> Result<Alerts, Problem> {
-    let all = ask.state.hub.alerts();
-    let (ended, lasting): (Vec<_>, Vec<_>) = all.iter().partition(|alert| alert.until.is_some());
-    let json = |alerts: Vec<&Alert>| alerts.into_iter().map(AlertJson::from).collect();
-    Ok(Alerts { time: ask.state.now().into(), alerts: json(lasting), ended: json(ended) })
 }

@@ -27,7 +27,7 @@ pub enum Scope {
     Read,
     /// To open streams.
     Stream,
-    /// To steer a replay, and to decide which radar track is which transponder.
+    /// To steer a replay, and to decide: which radar track is which transponder, what to do about an alert.
     Control,
 }
 

@@ -9,19 +9,19 @@ use tracing::{error, info, warn};
 
 use super::{Failure, Served, Signals, open_sinks};
 use crate::api;
-use crate::areas::{AlertAreas, Areas};
+use crate::areas::Areas;
 use crate::config::Config;
 use crate::current::Current;
 use crate::history::{Historian, Limits, Store};
 use crate::integrity::Lookout;
-use crate::live::{Alerts, Archive, Clock, Driver, Hub, KeeperQueues, Outlets, Service, now};
+use crate::live::{AlertSettings, Alerts, Archive, Clock, Driver, Hub, KeeperQueues, Outlets, Service, now};
 use crate::net::listen::lines;
 use crate::net::send::Sinks;
 use crate::pipeline::Tally;
 use crate::record::{Recorded, Recorder, RecorderQueue};
 use crate::state::{
-    CorrelationPlan, Keeper, Registrations, StateFile, kept_lines, read_correlations, read_numbers,
-    read_registration, registration_text,
+    AlertDecision, CorrelationPlan, Keeper, Registrations, StateFile, alert_line, kept_lines,
+    read_correlations, read_numbers, read_registration, registration_text,
 };
 use fusion::integrity::HeldWord;
 use fusion::numbering::Given;
@@ -38,7 +38,9 @@ pub struct LiveBuilder {
     numbers: Vec<Given>,
     /// The rest of what was before, as the recording begins with it.
     before: Vec<Recorded>,
-    keepers: Option<(KeeperQueues, [Keeper; 3])>,
+    /// The alerts that were shelved.
+    shelved: Vec<AlertDecision>,
+    keepers: Option<(KeeperQueues, [Keeper; 4])>,
     recorder: Option<(RecorderQueue, Recorder)>,
     history: Option<Store>,
 }
@@ -49,8 +51,8 @@ pub struct Live {
     pub served: Served,
     /// Its outputs.
     pub sinks: Sinks,
-    /// Where a track raises an alert.
-    pub alert_areas: Current<AlertAreas>,
+    /// What alerts are raised by.
+    pub alert_settings: Current<AlertSettings>,
     /// Its history, where one is kept.
     pub history: Option<Store>,
     service: Service,
@@ -71,6 +73,7 @@ impl LiveBuilder {
             started,
             numbers: Vec::new(),
             before: Vec::new(),
+            shelved: Vec::new(),
             keepers: None,
             recorder: None,
             history: None,
@@ -110,7 +113,12 @@ impl LiveBuilder {
             info!(words = words.len(), "what operators said of transponders holds again");
         }
         let held = words.iter().map(|&(since, word)| HeldWord { word, since });
-        let decisions = kept_lines(&kept, &held.collect::<Vec<_>>(), config).into();
+        let shelved = StateFile::SHELVED.load(directory, now, read_correlations).plan(config).alerts;
+        if !shelved.is_empty() {
+            info!(alerts = shelved.len(), "alerts stay shelved");
+        }
+        let shelves: String = shelved.iter().map(alert_line).collect();
+        let decisions = (kept_lines(&kept, &held.collect::<Vec<_>>(), config) + &shelves).into();
         driver.engine_mut().resume(kept);
         driver.engine_mut().plan_words(words);
 
@@ -118,9 +126,13 @@ impl LiveBuilder {
         let nothing = Arc::<str>::from("");
         let (of_numbers, numbers_keeper) = StateFile::NUMBERS.keep(directory, by_number)?;
         let (registration, registration_keeper) = StateFile::REGISTRATION.keep(directory, nothing.clone())?;
-        let (of_decisions, decisions_keeper) = StateFile::DECISIONS.keep(directory, nothing)?;
-        let queues = KeeperQueues { numbers: of_numbers, registration, decisions: of_decisions };
-        self.keepers = Some((queues, [numbers_keeper, registration_keeper, decisions_keeper]));
+        let (of_decisions, decisions_keeper) = StateFile::DECISIONS.keep(directory, nothing.clone())?;
+        let (of_shelved, shelved_keeper) = StateFile::SHELVED.keep(directory, nothing)?;
+        let queues =
+            KeeperQueues { numbers: of_numbers, registration, decisions: of_decisions, shelved: of_shelved };
+        let keepers = [numbers_keeper, registration_keeper, decisions_keeper, shelved_keeper];
+        self.keepers = Some((queues, keepers));
+        self.shelved = shelved;
         self.numbers = numbers;
         self.before = vec![
             Recorded::Registered(registration_text(&registrations).into()),
@@ -161,10 +173,11 @@ impl LiveBuilder {
     /// # Errors
     /// An output, or what the configuration of the API names, cannot be used; or no thread could be started.
     pub fn start(self) -> Result<Live, Failure> {
-        let Self { config, areas, listener, started, driver, keepers, recorder, history, .. } = self;
+        let Self { config, areas, listener, started, driver, shelved, keepers, recorder, history, .. } = self;
         let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), started);
-        let alert_areas = Current::from(areas.alerts());
-        let alerts = Alerts::new(alert_areas.clone(), started);
+        let alert_settings = Current::from(AlertSettings::new(&config.alerts, &areas)?);
+        let mut alerts = Alerts::new(alert_settings.clone(), started);
+        alerts.resume(shelved, started);
         let historian = history.clone().and_then(|store| {
             Historian::start(store).map_err(|error| error!(%error, "no history is kept")).ok()
         });
@@ -179,7 +192,7 @@ impl LiveBuilder {
         let runtime = tokio::runtime::Handle::current();
         let service = Service::start(config, driver, outlets, Clock::default(), &runtime)?;
         let keepers = keepers.into_iter().flatten().collect();
-        Ok(Live { served, sinks, alert_areas, history, service, keepers, recorder })
+        Ok(Live { served, sinks, alert_settings, history, service, keepers, recorder })
     }
 }
 

@@ -5,11 +5,12 @@ use std::path::Path;
 
 use super::line_file::LineFile;
 use crate::app::Failure;
-use crate::areas::AlertAreas;
+use crate::areas::Areas;
 use crate::config::Config;
 use crate::conflicts::Outlook;
-use crate::live::{Ahead, AlertJson, Alerts};
+use crate::live::{Ahead, AlertJson, AlertSettings, Alerts};
 use crate::picture::{Picture, PictureMaker};
+use crate::state::AlertDecision;
 use fusion::time::Time;
 
 /// The file, and the alerts that are written into it.
@@ -19,10 +20,16 @@ pub(super) struct AlertFile {
 }
 
 impl AlertFile {
-    /// Creates it.
-    pub(super) fn create(path: &Path, config: &Config) -> Result<Self, Failure> {
+    /// Creates it; the decisions are those that were made while it was recorded.
+    pub(super) fn create(
+        path: &Path,
+        config: &Config,
+        decisions: Vec<AlertDecision>,
+    ) -> Result<Self, Failure> {
+        let settings = AlertSettings::new(&config.alerts, &Areas::load(&config.areas)?)?;
         // A recording has times of its own: it is looked at from its start.
-        let alerts = Alerts::new(AlertAreas::load(&config.areas)?, Time::default());
+        let mut alerts = Alerts::new(settings, Time::default());
+        alerts.plan(decisions);
         Ok(Self { alerts, file: LineFile::create(path)? })
     }
 

@@ -11,7 +11,7 @@ use crate::api::Terms;
 use crate::areas::Areas;
 use crate::basemap::Basemap;
 use crate::config::{Address, Config};
-use crate::live::now;
+use crate::live::{AlertSettings, now};
 use crate::net::listen as udp;
 use crate::net::send::Sinks;
 use crate::normalise::Normaliser;
@@ -38,6 +38,7 @@ pub fn run(args: &Args) -> CommandResult {
     };
     let config = Config::load(file)?;
     let areas = Areas::load(&config.areas)?;
+    AlertSettings::new(&config.alerts, &areas)?;
     let warnings = Terms::load(&config, &areas)?.warnings(now()).into_iter().chain(areas.warnings(now()));
     warnings.for_each(|warning| warn!("{warning}"));
     if let Some(path) = &config.map.pmtiles {

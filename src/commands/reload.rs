@@ -6,11 +6,11 @@ use std::path::PathBuf;
 use tracing::{error, info, warn};
 
 use crate::api::{ApiState, Terms};
-use crate::areas::{AlertAreas, Areas};
+use crate::areas::Areas;
 use crate::config::{Auth, Config, changes};
 use crate::current::Current;
 use crate::history::{Limits, Store};
-use crate::live::now;
+use crate::live::{AlertSettings, now};
 use crate::net::send::Sinks;
 
 /// What is in force, and who has to know of a change.
@@ -25,8 +25,8 @@ pub struct Reload {
     pub api: ApiState,
     /// Where the output goes.
     pub sinks: Sinks,
-    /// Where a track raises an alert.
-    pub alerts: Current<AlertAreas>,
+    /// What alerts are raised by.
+    pub alerts: Current<AlertSettings>,
     /// The history, where one is kept.
     pub history: Option<Store>,
 }
@@ -58,6 +58,7 @@ impl Reload {
             config.http.auth.clone_from(&self.config.http.auth);
         }
         let terms = Terms::load(&config, &areas)?;
+        let alerts = AlertSettings::new(&config.alerts, &areas)?;
 
         // From here on nothing is refused.
         let warnings = terms.warnings(now()).into_iter().chain(areas.warnings(now()));
@@ -66,7 +67,7 @@ impl Reload {
             info!("{tokens} tokens are accepted");
         }
         self.api.set_terms(terms);
-        self.alerts.replace(areas.alerts());
+        self.alerts.replace(alerts);
         let sinks = self.sinks.reopen(&wanted.output.asterix);
         if let Err(error) = &sinks {
             error!("output.asterix stays as it was: {error}; correct it and send SIGHUP again");

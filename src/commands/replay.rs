@@ -59,10 +59,10 @@ pub fn run(args: &Args) -> CommandResult {
     let day = args.day_of(&captures);
     let maker = PictureMaker::new(&config, Pipeline::new(&config, masks.clone()).normaliser());
     let lookout = Lookout::load(&config, masks.clone())?;
-    let mut stage = Stage::open(args, &config, maker, lookout)?;
-    let to_stdout = args.output.as_deref() == Some(Path::new("-"));
     let SavedState { numbers, registrations, correlations } = args.saved_state()?;
-    let plan = correlations.plan(&config);
+    let mut plan = correlations.plan(&config);
+    let mut stage = Stage::open(args, &config, maker, lookout, std::mem::take(&mut plan.alerts))?;
+    let to_stdout = args.output.as_deref() == Some(Path::new("-"));
 
     #[expect(clippy::disallowed_methods, reason = "how long it took")]
     let started = Instant::now();

@@ -64,7 +64,7 @@ async fn serve(args: &Args, config: Arc<Config>, areas: Areas) -> CommandResult 
         areas,
         api: live.served.api.clone(),
         sinks: live.sinks.clone(),
-        alerts: live.alert_areas.clone(),
+        alerts: live.alert_settings.clone(),
         history: live.history.clone(),
     };
     info!(site = config.site.name, url = %live.served.url, "running; Ctrl-C ends it");

@@ -23,6 +23,7 @@ use crate::integrity::Lookout;
 use crate::live::Ahead;
 use crate::picture::{Picture, PictureMaker};
 use crate::pipeline::Event;
+use crate::state::AlertDecision;
 use fusion::Emission;
 use fusion::time::Time;
 
@@ -63,6 +64,7 @@ impl<'a> Stage<'a> {
         config: &'a Config,
         maker: PictureMaker,
         lookout: Lookout,
+        decisions: Vec<AlertDecision>,
     ) -> Result<Self, Failure> {
         let usual = if args.udp { Speed::Times(1.0) } else { Speed::Max };
         Ok(Self {
@@ -72,7 +74,7 @@ impl<'a> Stage<'a> {
             lookout: lookout.clone(),
             at_first: lookout,
             output: open_output(args, config)?,
-            alerts: open_alerts(args, config)?,
+            alerts: open_alerts(args, config, decisions)?,
             conflicts: open_watch(args, config)?,
             conflict_file: open_conflicts(args)?,
             broadcast: if args.udp { Some((Broadcast::open(config)?, Stop::listen()?)) } else { None },
@@ -240,10 +242,14 @@ fn unwritten(args: &Args, error: &io::Error) -> io::Error {
 }
 
 /// Opens what `--alerts` names.
-fn open_alerts(args: &Args, config: &Config) -> Result<Option<AlertFile>, Failure> {
+fn open_alerts(
+    args: &Args,
+    config: &Config,
+    decisions: Vec<AlertDecision>,
+) -> Result<Option<AlertFile>, Failure> {
     let Some(path) = &args.alerts else { return Ok(None) };
     refuse_input("--alerts", path, args)?;
-    Ok(Some(AlertFile::create(path, config)?))
+    Ok(Some(AlertFile::create(path, config, decisions)?))
 }
 
 /// Who looks for conflicts, where somebody wants to know.

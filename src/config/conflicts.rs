@@ -159,7 +159,17 @@ impl ByHand for Conflicts {
                 "nothing is warned of that lies beyond horizon_s; raise it, or lower time_s of the warning",
             );
         }
-        let mut names: Vec<String> = self.volumes().into_iter().map(|volume| volume.name).collect();
+        let volumes = self.volumes();
+        if let Some(volume) = volumes.iter().find(|volume| volume.tau_s > self.horizon_s) {
+            section.contradict(
+                &["horizon_s", "volumes"],
+                format!(
+                    "volume \"{}\" counts as entered {} s before, which nobody finds who looks {} s ahead; raise horizon_s",
+                    volume.name, volume.tau_s, self.horizon_s
+                ),
+            );
+        }
+        let mut names: Vec<String> = volumes.into_iter().map(|volume| volume.name).collect();
         names.sort();
         if let Some(twice) = names.windows(2).find(|two| two[0] == two[1]) {
             section.contradict(

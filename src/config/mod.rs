@@ -8,12 +8,13 @@
 //! and `[[areas]]` are set in the file only.
 //!
 //! Each key is stated once, in the `section!` of its table (`site`, `sensors`, `network`, `fusion`, `integrity`,
-//! `conflicts`, `areas`, `output`, `http`), with
+//! `conflicts`, `alerts`, `areas`, `output`, `http`), with
 //! its field, default, check, meaning, and whether SIGHUP reloads it; `docs/CONFIGURATION.md` follows from there.
 //!
 //! On the way in: text → `tree` (values that know their line) → `overrides` → the tables, which ask for their keys and refuse
 //! the rest. They go through the tree rather than through serde, which stops at the first fault.
 
+mod alerts;
 mod areas;
 mod changes;
 mod cidr;
@@ -38,6 +39,7 @@ pub(crate) mod tree;
 use std::fmt::{self, Display, Formatter};
 use std::path::Path;
 
+pub use alerts::{AlertKind, AlertRule, Alerts, Severity};
 pub use areas::{AlertArea, Area, AreaKind, AreaSeverity};
 pub use changes::{Change, changes};
 pub use cidr::{Network, NotANetwork};
@@ -75,6 +77,8 @@ pub struct Config {
     pub integrity: Integrity,
     /// Who will come near whom.
     pub conflicts: Conflicts,
+    /// What is to be looked at, and who hears of it.
+    pub alerts: Alerts,
     /// Polygons, not yet loaded.
     pub areas: Vec<Area>,
     /// What is sent and recorded.
@@ -95,6 +99,7 @@ impl Display for Config {
         show(f, "\n[fusion]", &self.fusion)?;
         show(f, "\n[integrity]", &self.integrity)?;
         show(f, "\n[conflicts]", &self.conflicts)?;
+        show(f, "\n[alerts]", &self.alerts)?;
         self.areas.iter().try_for_each(|area| show(f, "\n[[areas]]", area))?;
         show(f, "\n[output]", &self.output)?;
         show(f, "\n[http]", &self.http)?;
@@ -147,6 +152,7 @@ impl Config {
         let fusion = Fusion::read(top.section("fusion"));
         let integrity = Integrity::read(top.section("integrity"));
         let conflicts = Conflicts::read(top.section("conflicts"));
+        let alerts = Alerts::read(top.section("alerts"));
         let ids: Vec<&str> = sensors.iter().map(|sensor| &*sensor.id).collect();
         let areas =
             kinds::checked_tables(top.item("areas"), |area: &Area, section| area.check(section, &ids));
@@ -170,7 +176,7 @@ impl Config {
         top.finish();
         // What was refused or is missing is blank: it never leaves.
         faults.check()?;
-        Ok(Self { site, sensors, fusion, integrity, conflicts, areas, output, http, map, state })
+        Ok(Self { site, sensors, fusion, integrity, conflicts, alerts, areas, output, http, map, state })
     }
 
     /// Takes the keys that SIGHUP reloads from `wanted`; areas are reloaded by whoever has read their files.
@@ -179,6 +185,7 @@ impl Config {
         self.fusion.reload(&wanted.fusion);
         self.integrity.reload(&wanted.integrity);
         self.conflicts.reload(&wanted.conflicts);
+        self.alerts.reload(&wanted.alerts);
         self.output.reload(&wanted.output);
         self.http.reload(&wanted.http);
         self.map.reload(&wanted.map);

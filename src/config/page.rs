@@ -2,8 +2,8 @@
 
 use super::table::{Row, Table};
 use super::{
-    AlertArea, Area, Conflicts, Fusion, Http, Integrity, Map, Output, Persistence, Radar, Sensor, Site,
-    Transponder,
+    AlertArea, Alerts, Area, Conflicts, Fusion, Http, Integrity, Map, Output, Persistence, Radar, Sensor,
+    Site, Transponder,
 };
 
 /// What the page begins with.
@@ -21,7 +21,7 @@ The file is TOML. The name of a key states its unit, and an unknown key is refus
 ";
 
 /// The tables of the file: how they are named on the page, their path, what they are, and their keys.
-fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 13] {
+fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 14] {
     fn table<T: Table>(
         name: &'static str,
         path: &'static str,
@@ -36,6 +36,7 @@ fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 13] {
         table::<Fusion>("[fusion]", "fusion"),
         table::<Integrity>("[integrity]", "integrity"),
         table::<Conflicts>("[conflicts]", "conflicts"),
+        table::<Alerts>("[alerts]", "alerts"),
         table::<Area>("[[areas]]", "areas"),
         table::<AlertArea>("[[areas]], alert", "areas"),
         table::<Output>("[output]", "output"),

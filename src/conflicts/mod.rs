@@ -2,22 +2,19 @@
 
 mod json;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use nalgebra::{Matrix2, Matrix4};
 
 use crate::config::{Config, PictureKind};
-use crate::picture::{Picture, PictureMaker, PictureTrack, serial_text};
-use fusion::Enu;
+use crate::picture::{Picture, PictureMaker, PictureTrack, TrackClass};
 use fusion::conflicts::{self, Aircraft, Conflicts, Kind, Level, Unseen, Volume};
 use fusion::frames::Geodetic;
 use fusion::integrity::State;
 use fusion::time::{SECOND, Time};
+use fusion::{Enu, Identity};
 
 pub use json::{ConflictJson, ConflictLine, VolumeJson};
-
-/// A radar's track that is a drone with a lower probability than this takes no part: birds are near each other all day.
-const DRONE_PROBABILITY: f64 = 0.5;
 
 /// Looks at every second's picture.
 #[derive(Debug)]
@@ -26,9 +23,6 @@ pub struct ConflictWatch {
     on: PictureKind,
     /// From the time of the picture to that of the evaluation, seconds.
     age_s: f64,
-    /// Slots from one evaluation to the next.
-    every: i64,
-    crewed: BTreeSet<String>,
     max_accuracy_m: f64,
     /// Those that hold a level, by id and volume, as they were seen last.
     held: BTreeMap<(u64, usize), Conflict>,
@@ -71,6 +65,8 @@ pub struct Conflict {
     pub cpa: [(Geodetic, Option<f64>); 2],
     /// The worse state of their transponders.
     pub integrity: Option<State>,
+    /// Their transponders, as far as nothing speaks against these.
+    pub trusted: [Option<Identity>; 2],
 }
 
 impl Conflict {
@@ -98,8 +94,6 @@ impl ConflictWatch {
             conflicts: Conflicts::new(config.conflicts.rules()),
             on,
             age_s: config.fusion.latency_of(on).as_secs_f64(),
-            every: (SECOND / config.fusion.slot.as_nanos() as i64).max(1),
-            crewed: config.conflicts.crewed.iter().cloned().collect(),
             max_accuracy_m: config.output.max_accuracy_m,
             held: BTreeMap::new(),
         }
@@ -115,20 +109,15 @@ impl ConflictWatch {
         self.on
     }
 
-    /// Whether anything is looked for in this picture: once a second.
-    pub fn is_due(&self, picture: &Picture) -> bool {
-        picture.slot.0.rem_euclid(self.every) == 0
-    }
-
     /// What is found in a picture; `None` between two evaluations.
     pub fn look(&mut self, picture: &Picture, maker: &PictureMaker) -> Option<Outlook> {
-        if !self.is_due(picture) {
+        if !maker.begins_second(picture.slot) {
             return None;
         }
         let time = Time::from_nanos(picture.time.nanos() + (self.age_s * SECOND as f64) as i64);
         let tracks: BTreeMap<conflicts::Key, &PictureTrack> =
             picture.within(self.max_accuracy_m).map(|track| (key(track), track)).collect();
-        let aircraft = tracks.values().filter_map(|track| self.aircraft(track)).collect();
+        let aircraft = tracks.values().filter_map(|track| self.aircraft(track, maker)).collect();
         let evaluation = self.conflicts.evaluate(time, aircraft);
         let aircraft = &evaluation.aircraft;
         let named = |&found: &conflicts::Conflict| {
@@ -147,6 +136,7 @@ impl ConflictWatch {
                     (place, one.vertical.map(|_| place.height_m))
                 }),
                 integrity: tracks.into_iter().filter_map(|track| Some(track.point.integrity?.state)).max(),
+                trusted: tracks.map(PictureTrack::trusted),
             }
         };
         let mut conflicts: Vec<Conflict> = evaluation.conflicts.iter().map(named).collect();
@@ -182,15 +172,15 @@ impl ConflictWatch {
     }
 
     /// `None`: it takes no part.
-    fn aircraft(&self, track: &PictureTrack) -> Option<Aircraft> {
+    fn aircraft(&self, track: &PictureTrack, maker: &PictureMaker) -> Option<Aircraft> {
         let point = &track.point;
         let estimate = point.estimate.as_ref()?;
-        let transponder = point.source.transponder();
-        let is_bird = point.source.radar().and_then(|radar| radar.uav_probability);
-        if transponder.is_none() && is_bird.is_some_and(|probability| probability < DRONE_PROBABILITY) {
-            return None;
-        }
-        let is_crewed = transponder.is_some_and(|part| self.crewed.contains(&serial_text(part.identity)));
+        let kind = match maker.class(track) {
+            TrackClass::Crewed => Kind::Crewed,
+            TrackClass::Drone | TrackClass::Unknown => Kind::Drone,
+            // Birds are near each other all day.
+            TrackClass::Other => return None,
+        };
         let mut covariance = Matrix4::zeros();
         let mut put = |row, column, block: &Matrix2<f64>| {
             covariance.fixed_view_mut::<2, 2>(row, column).copy_from(block);
@@ -206,7 +196,7 @@ impl ConflictWatch {
             velocity: estimate.velocity,
             covariance,
             vertical: track.altitude_amsl_m.map(|_| vertical),
-            kind: if is_crewed { Kind::Crewed } else { Kind::Drone },
+            kind,
             disputed: point.disputed.clone(),
         };
         Some(aircraft.moved(self.age_s, &self.conflicts.rules().ahead))

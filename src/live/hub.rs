@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use tokio::sync::{broadcast, watch};
 
+use super::alert_desk::{AlertDesk, AlertRecords, alert_desk};
 use super::alerts::{Alert, Trouble};
 use super::condition::{Condition, Facts, Lateness, Punctuality};
 use super::correlations::{Correlations, Correlator, correlations};
@@ -38,10 +39,12 @@ pub struct Hub {
     pub integrity: IntegrityDesk,
     /// Who will come near whom.
     pub outlooks: Outlooks,
+    /// Takes what operators decide about alerts.
+    pub alert_desk: AlertDesk,
     frames: broadcast::Sender<Arc<PublishedPicture>>,
     latest: watch::Receiver<Option<Arc<PublishedPicture>>>,
     status: watch::Receiver<Option<Arc<Status>>>,
-    alerts: watch::Sender<Arc<Vec<Alert>>>,
+    alerts: watch::Sender<Arc<Vec<Arc<Alert>>>>,
     known: Arc<Known>,
 }
 
@@ -56,6 +59,8 @@ pub struct HubWriter {
     pub integrity: IntegrityRequests,
     /// Takes what is found out about who will come near whom.
     pub outlooks: OutlookWriter,
+    /// What operators decided about alerts, for the record.
+    pub alerts: AlertRecords,
     frames: broadcast::Sender<Arc<PublishedPicture>>,
     latest: watch::Sender<Option<Arc<PublishedPicture>>>,
     status: watch::Sender<Option<Arc<Status>>>,
@@ -119,12 +124,14 @@ impl Hub {
         let (correlations, decider) = correlations();
         let (integrity_requests, integrity) = integrity();
         let (outlook_writer, outlooks) = outlooks();
+        let (alert_records, alert_desk) = alert_desk();
         let known = Arc::new(Known::new(config.fusion.slot.unsigned_abs()));
         let writer = HubWriter {
             inputs: inputs.clone(),
             correlations,
             integrity: integrity_requests,
             outlooks: outlook_writer,
+            alerts: alert_records,
             frames: frames.clone(),
             latest: latest_writer,
             status: status_writer,
@@ -141,6 +148,7 @@ impl Hub {
                 decider,
                 integrity,
                 outlooks,
+                alert_desk,
                 frames,
                 latest,
                 status,
@@ -191,17 +199,17 @@ impl Hub {
     }
 
     /// The alerts: those that last, then those that ended, the latest first.
-    pub fn alerts(&self) -> Arc<Vec<Alert>> {
+    pub fn alerts(&self) -> Arc<Vec<Arc<Alert>>> {
         self.alerts.borrow().clone()
     }
 
-    /// Changes whenever an alert begins, ends or gets worse.
-    pub fn alert_changes(&self) -> watch::Receiver<Arc<Vec<Alert>>> {
+    /// Changes whenever an alert begins, changes or ends.
+    pub fn alert_changes(&self) -> watch::Receiver<Arc<Vec<Arc<Alert>>>> {
         self.alerts.subscribe()
     }
 
     /// For the observer.
-    pub(super) fn set_alerts(&self, alerts: Vec<Alert>) {
+    pub(super) fn set_alerts(&self, alerts: Vec<Arc<Alert>>) {
         self.alerts.send_replace(Arc::new(alerts));
     }
 

@@ -8,6 +8,7 @@
 //! [`Driver`] is sans-IO: arrivals and ticks in, what is to be recorded, sent and shown out. The recording of what it
 //! handled, replayed, gives the same octets.
 
+mod alert_desk;
 mod alerts;
 mod clock;
 mod condition;
@@ -31,7 +32,11 @@ mod requests;
 mod service;
 mod timings;
 
-pub use alerts::{Ahead, Alert, AlertJson, AlertKind, Alerts, Change, Details, Severity, Trouble};
+pub use alert_desk::{AlertDesk, AlertRecords};
+pub use alerts::{
+    Acknowledged, Ahead, Alert, AlertJson, AlertKind, AlertSettings, AlertWish, Alerts, Change, Details,
+    NotDone, Severity, Shelved, Trouble, UnknownArea, Wanted,
+};
 pub use clock::{Clock, now};
 pub use condition::{Cause, Condition, Facts, Lateness, Level, Punctuality, Reason};
 pub use contests::Contested;

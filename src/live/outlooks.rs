@@ -86,4 +86,9 @@ impl OutlookWriter {
     pub fn drop_late(&self) {
         self.counts.dropped.fetch_add(1, Ordering::Relaxed);
     }
+
+    /// How many came too late.
+    pub fn dropped(&self) -> u64 {
+        self.counts.dropped.load(Ordering::Relaxed)
+    }
 }

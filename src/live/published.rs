@@ -27,11 +27,12 @@ pub struct PublishedPicture {
 
 impl PublishedPicture {
     /// Whether `watch` looks for conflicts in it.
-    pub fn is_due(&self, watch: &ConflictWatch) -> bool {
-        match watch.on() {
-            PictureKind::Lagged => watch.is_due(&self.picture),
-            PictureKind::Now => self.now.get().is_some_and(|now| watch.is_due(&now)),
-        }
+    pub fn is_due(&self, watch: &ConflictWatch, maker: &PictureMaker) -> bool {
+        let slot = match watch.on() {
+            PictureKind::Lagged => Some(self.picture.slot),
+            PictureKind::Now => self.now.get().map(|now| now.slot),
+        };
+        slot.is_some_and(|slot| maker.begins_second(slot))
     }
 
     /// What `watch` finds in it; `None` between two evaluations, and where there is no such picture.

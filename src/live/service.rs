@@ -89,6 +89,8 @@ pub struct KeeperQueues {
     pub registration: SyncSender<Arc<str>>,
     /// Of the operators' decisions: the text of its file.
     pub decisions: SyncSender<Arc<str>>,
+    /// Of the alerts that are shelved: the text of its file.
+    pub shelved: SyncSender<Arc<str>>,
 }
 
 /// The running service.
@@ -167,9 +169,10 @@ struct Engine {
     /// Sends that failed, and those of them that have been told.
     failed_sends: u64,
     failed_told: u64,
-    /// Datagrams of sensors that the engine never saw, and datagrams that were not recorded.
+    /// Datagrams of sensors that the engine never saw, datagrams that were not recorded, seconds whose conflicts came too late.
     input_losses: Losses,
     recorder_losses: Losses,
+    conflict_losses: Losses,
     /// Delayed datagrams since the last slot.
     waited: usize,
     clock: Clock,
@@ -184,8 +187,9 @@ struct Engine {
     /// The decisions in force that the recorder has, and what waits for room in its queue.
     held: InForce,
     unrecorded: VecDeque<Recorded>,
-    /// The text that the decisions' keeper has.
+    /// The text that the decisions' keeper has, and that of the shelved alerts.
     kept: Arc<str>,
+    kept_shelves: Arc<str>,
 }
 
 impl Engine {
@@ -211,6 +215,7 @@ impl Engine {
             failed_told: 0,
             input_losses: Losses::default(),
             recorder_losses: Losses::default(),
+            conflict_losses: Losses::default(),
             waited: 0,
             next_status: clock.now(),
             clock,
@@ -222,6 +227,7 @@ impl Engine {
             held: InForce::default(),
             unrecorded: VecDeque::new(),
             kept: "".into(),
+            kept_shelves: "".into(),
         }
     }
 
@@ -265,6 +271,7 @@ impl Engine {
                 .for_each(|change| _ = keepers.numbers.send(change));
             self.new_registration().into_iter().for_each(|(_, text)| _ = keepers.registration.send(text));
             self.new_decisions().into_iter().for_each(|text| _ = keepers.decisions.send(text));
+            self.new_shelves().into_iter().for_each(|text| _ = keepers.shelved.send(text));
         }
         self.driver
     }
@@ -442,6 +449,10 @@ impl Engine {
                 None => None,
             };
             text.into_iter().for_each(|text| find(Trouble::RECORDER, Severity::Warning, text));
+        }
+        if let Some(seconds) = self.conflict_losses.going_on(self.outlets.hub.outlooks.dropped(), at) {
+            let text = format!("the conflicts of {seconds} seconds came too late to be shown");
+            find(Trouble::CONFLICTS, Severity::Warning, text);
         }
         let used = self.driver.pipeline().engine().numbers().used();
         if let Some(text) = numbers_low(used, self.config.fusion.profile) {

@@ -1,24 +1,26 @@
 //! The published picture: tracks with WGS-84 positions, made once per slot from the engine's emission.
 
 mod accuracy;
+mod class;
 mod integrity_json;
 mod motion;
 mod rfc3339;
 mod track_json;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::config::Config;
 use crate::integrity::Resolved;
 use crate::normalise::Normaliser;
 use fusion::frames::{Geodetic, TangentPlane};
-use fusion::integrity::Concern;
+use fusion::integrity::{Concern, State};
 use fusion::point::{Basis, Estimate, NowPicture};
 use fusion::slots::Slot;
-use fusion::time::Time;
-use fusion::{Emission, Enu, Point, SensorIndex, Source};
+use fusion::time::{SECOND, Time};
+use fusion::{Emission, Enu, Identity, Point, SensorIndex, Source};
 
 pub use accuracy::{Class, HORIZONTAL, SPEED, VERTICAL};
+pub use class::TrackClass;
 pub use integrity_json::{ReasonName, StateName};
 pub use motion::{Ellipse, Motion};
 pub use rfc3339::Rfc3339;
@@ -130,6 +132,13 @@ impl PictureTrack {
         self.motion.filter(|motion| motion.basis != Basis::Measured).map(|motion| motion.accuracy_h_m)
     }
 
+    /// Its transponder, as long as nothing speaks against that one.
+    pub fn trusted(&self) -> Option<Identity> {
+        let identity = self.point.source.transponder()?.identity;
+        let is_doubted = self.point.integrity.is_some_and(|known| known.state >= State::Suspect);
+        (!is_doubted).then_some(identity)
+    }
+
     /// Motion with a vertical part: `None` where the height is not known.
     pub fn vertical_motion(&self) -> Option<&Motion> {
         self.motion.as_ref().filter(|_| self.altitude_amsl_m.is_some())
@@ -157,6 +166,9 @@ pub struct PictureMaker {
     undulation_m: f64,
     sensors: Vec<String>,
     weights: Weights,
+    /// Serial numbers of transponders with somebody on board.
+    crewed: BTreeSet<String>,
+    slots_per_second: i64,
 }
 
 /// The weights in a fused position.
@@ -177,6 +189,8 @@ impl PictureMaker {
                 radar: config.fusion.weight_radar,
                 transponder: config.fusion.weight_transponder,
             },
+            crewed: config.conflicts.crewed.iter().cloned().collect(),
+            slots_per_second: (SECOND / config.fusion.slot.as_nanos() as i64).max(1),
         }
     }
 
@@ -238,6 +252,17 @@ impl PictureMaker {
     /// Where a place in the site's frame is on Earth.
     pub fn place(&self, position: Enu) -> Geodetic {
         self.frame.to_geodetic(position)
+    }
+
+    /// Whether it is one of the slots in which is looked for what is looked for once a second; in all of them where a slot is
+    /// longer.
+    pub fn begins_second(&self, slot: Slot) -> bool {
+        slot.0.rem_euclid(self.slots_per_second) == 0
+    }
+
+    /// What a track is taken for.
+    pub fn class(&self, track: &PictureTrack) -> TrackClass {
+        TrackClass::of(&track.point.source, &self.crewed)
     }
 
     /// A sensor's configured name.

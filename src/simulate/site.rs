@@ -5,8 +5,8 @@ use std::net::Ipv4Addr;
 use super::ground::Ground;
 use super::scenario::{Radar, Scenario, TRANSPONDER_ID, Transponder};
 use crate::config::{
-    self, Address, Config, Conflicts, Fusion, Http, Input, Integrity, Map, Output, Persistence, PictureKind,
-    RadarAccuracy, Sensor, SensorKind, Sink, Site, TransponderAccuracy,
+    self, Address, Alerts, Config, Conflicts, Fusion, Http, Input, Integrity, Map, Output, Persistence,
+    PictureKind, RadarAccuracy, Sensor, SensorKind, Sink, Site, TransponderAccuracy,
 };
 
 /// The accuracy that a site knows from the data sheet, which is not the simulated one.
@@ -38,6 +38,7 @@ pub fn site(scenario: &Scenario, ground: &Ground) -> Config {
         fusion: Fusion::default(),
         integrity: Integrity::default(),
         conflicts: Conflicts::default(),
+        alerts: Alerts::default(),
         areas: Vec::new(),
         output: Output {
             asterix: vec![Sink {

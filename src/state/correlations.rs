@@ -1,5 +1,5 @@
 //! `<name>.decisions.jsonl` beside a recording: operators' decisions while it was made, one per line: on a radar track and a
-//! transponder, and on whether a transponder can be trusted.
+//! transponder, on whether a transponder can be trusted, and about alerts ([`AlertDecision`]).
 //!
 //! ```json
 //! {"slot":7180675221,"time":"2026-11-20T10:05:05.125Z","sensor":"north","track_number":134,"serial":"1581F6GKB23C003","country":"NO","verdict":"correlated"}
@@ -20,6 +20,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use tracing::warn;
 
+use super::alerts::{AlertDecision, parse_alert};
 use super::{octets, read};
 use crate::config::{Config, SensorKind};
 use fusion::integrity::{HeldWord, Trust, Word};
@@ -53,9 +54,14 @@ struct Line {
     last_heard_ns: Option<i64>,
 }
 
-/// The decisions of a flight, in the order of their slots.
+/// The decisions of a flight.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Correlations(Vec<(Line, Decided)>);
+pub struct Correlations {
+    /// In the order of their slots.
+    decided: Vec<(Line, Decided)>,
+    /// About alerts, in the order in which they count.
+    alerts: Vec<AlertDecision>,
+}
 
 /// What a line says.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -124,10 +130,10 @@ fn text(line: &Line) -> String {
 /// # Errors
 /// The first line that is no decision, and what is wrong with it, for people.
 pub fn parse_decisions(text: &str) -> Result<Correlations, String> {
-    let correlation =
-        |(index, line): (usize, &str)| parsed(line).map_err(|error| format!("line {}: {error}", index + 1));
-    let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
-    let mut correlations = Correlations(lines.map(correlation).collect::<Result<_, _>>()?);
+    let mut correlations = Correlations::default();
+    for (index, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
+        correlations.read(line).map_err(|error| format!("line {}: {error}", index + 1))?;
+    }
     correlations.sort();
     Ok(correlations)
 }
@@ -173,33 +179,40 @@ pub fn read_correlations(path: &Path) -> io::Result<Correlations> {
 impl Correlations {
     /// Number of decisions.
     pub fn len(&self) -> usize {
-        self.0.len()
+        self.decided.len() + self.alerts.len()
     }
 
     /// Whether nothing was decided.
     pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.len() == 0
     }
 
     /// Adds those of another file of the same flight, which may begin with known ones.
     pub fn join(&mut self, other: Self) {
-        for correlation in other.0 {
-            if !self.0.contains(&correlation) {
-                self.0.push(correlation);
-            }
-        }
+        add_new(&mut self.decided, other.decided);
+        add_new(&mut self.alerts, other.alerts);
         self.sort();
+    }
+
+    /// Adds what a line says.
+    fn read(&mut self, line: &str) -> Result<(), String> {
+        match parse_alert(line)? {
+            Some(decision) => self.alerts.push(decision),
+            None => self.decided.push(parsed(line)?),
+        }
+        Ok(())
     }
 
     /// Stable: those of one slot stay in their order.
     fn sort(&mut self) {
-        self.0.sort_by_key(|correlation| correlation.0.slot);
+        self.decided.sort_by_key(|(line, _)| line.slot);
+        self.alerts.sort_by_key(|decision| decision.after);
     }
 
     /// What an engine of that configuration is given; decisions that it cannot be given are logged.
     pub fn plan(&self, config: &Config) -> CorrelationPlan {
-        let mut plan = CorrelationPlan::default();
-        for (line, decided) in &self.0 {
+        let mut plan = CorrelationPlan { alerts: self.alerts.clone(), ..CorrelationPlan::default() };
+        for (line, decided) in &self.decided {
             let since = Slot(line.slot);
             let (named, number, transponder, verdict) = match decided {
                 Decided::Pair { sensor, track_number, transponder, verdict } => {
@@ -242,8 +255,19 @@ pub struct CorrelationPlan {
     /// What was said of transponders, each with the slot from which it counts
     /// ([`Engine::plan_words`](fusion::Engine::plan_words)).
     pub words: Vec<(Slot, Word)>,
+    /// Decisions about alerts, in the order in which they count.
+    pub alerts: Vec<AlertDecision>,
     /// Decisions about radars that are not configured.
     pub unused: usize,
+}
+
+/// Adds what is not known yet.
+fn add_new<T: PartialEq>(known: &mut Vec<T>, others: Vec<T>) {
+    for other in others {
+        if !known.contains(&other) {
+            known.push(other);
+        }
+    }
 }
 
 #[cfg(test)]

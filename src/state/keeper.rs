@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use tracing::{error, info, warn};
 
-use super::{CORRELATIONS, NUMBERS, REGISTRATION, numbers_text, set_aside, write_atomically};
+use super::{CORRELATIONS, NUMBERS, REGISTRATION, SHELVED, numbers_text, set_aside, write_atomically};
 use fusion::numbering::{Given, NumberChange};
 use fusion::time::Time;
 
@@ -51,6 +51,14 @@ impl StateFile {
         contents: "decisions",
         pause: Duration::from_secs(1),
         retry: Duration::from_secs(1),
+        queue: 1,
+    };
+    /// The alerts that operators have shelved.
+    pub const SHELVED: Self = Self {
+        name: SHELVED,
+        contents: "shelved alerts",
+        pause: Duration::from_secs(1),
+        retry: Duration::from_secs(5),
         queue: 1,
     };
 

@@ -1,5 +1,6 @@
 //! What outlives a restart: `numbers.json`, the transponder numbers given so far; `registration.json`, the misalignment of
-//! each radar ([`Registrations`]); and `decisions.jsonl`, the operators' decisions ([`Correlations`]).
+//! each radar ([`Registrations`]); `decisions.jsonl`, the operators' decisions ([`Correlations`]); and `shelved.jsonl`, the alerts
+//! that are shelved ([`AlertDecision`]).
 //!
 //! ```json
 //! {"version":1,"numbers":[
@@ -10,6 +11,7 @@
 //! `heard`: the transponder's latest point, or one at most ten minutes before it; files of earlier versions have none. Serial and country are trimmed; octets that are not printable ASCII, `\`, `'` and `"` are escaped as in Rust (`\x80`).
 //! The file of a recording (`<name>.numbers.json`) is the same.
 
+mod alerts;
 mod correlations;
 mod keeper;
 mod registration;
@@ -25,6 +27,7 @@ use fusion::Identity;
 use fusion::numbering::{Given, LARGEST_TRANSPONDER_NUMBER};
 use fusion::time::Time;
 
+pub use alerts::{AlertAct, AlertDecision, SHELVED, alert_line};
 pub use correlations::{
     CORRELATIONS, CorrelationPlan, Correlations, correlation_line, kept_lines, parse_decisions,
     read_correlations, word_line,

@@ -13,11 +13,13 @@ use serde_json::Value;
 use tokio::net::{TcpListener, TcpStream};
 use tower::ServiceExt;
 use utm_fusion::api::{ApiState, Options, router, serve};
-use utm_fusion::areas::{AlertAreas, Masks};
+use utm_fusion::areas::Masks;
 use utm_fusion::capture::{Reception, ReceptionKind};
 use utm_fusion::config::{Config, Conflicts, PictureKind, Profile};
 use utm_fusion::conflicts::ConflictWatch;
-use utm_fusion::live::{Alerts, Driver, Hub, HubWriter, LineStatus, Made, PublishedPicture, Status, observe};
+use utm_fusion::live::{
+    AlertSettings, Alerts, Driver, Hub, HubWriter, LineStatus, Made, PublishedPicture, Status, observe,
+};
 use utm_fusion::picture::PictureMaker;
 use utm_fusion::simulate::{Flight, Scenario, simulate};
 
@@ -147,7 +149,7 @@ impl Site {
         change(&mut config);
         let watch = ConflictWatch::of(&config);
         let (writer, hub) = Hub::new(Arc::new(config), Arc::new(flown.maker.clone()), flown.frames[0].due);
-        tokio::spawn(observe(hub.clone(), Alerts::new(AlertAreas::default(), Time::default()), None));
+        tokio::spawn(observe(hub.clone(), Alerts::new(AlertSettings::default(), Time::default()), None));
         let state = ApiState::start(hub, options).unwrap();
         // The first slots are empty; most tests want traffic.
         Self { writer, app: router(state.clone()), state, flown, watch, next: flown.frames.len() / 2 }

@@ -2,6 +2,7 @@
 
 #![expect(clippy::disallowed_methods, clippy::unwrap_used, reason = "tests read scenarios, and may fail")]
 
+mod alerts;
 mod auth;
 mod common;
 mod conflicts;

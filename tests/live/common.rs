@@ -1,12 +1,14 @@
 //! What the tests share: the program, directories, recordings, sockets of their own.
 
 use std::fs;
-use std::net::{Ipv4Addr, SocketAddrV4, UdpSocket};
+use std::io::{Read, Write};
+use std::net::{Ipv4Addr, SocketAddrV4, TcpStream, UdpSocket};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use fusion::time::Time;
+use serde_json::Value;
 use socket2::{Domain, Protocol, Socket, Type};
 use utm_fusion::capture::{Capture, Datagram};
 use utm_fusion::config::{Config, PictureKind, Record};
@@ -44,6 +46,13 @@ impl Running {
             assert!(ended.is_none() && Instant::now() < until, "{ended:?}, not said: {text}\n{}", self.log());
             std::thread::sleep(Duration::from_millis(50));
         }
+    }
+
+    /// The port of its HTTP service.
+    pub(crate) fn http_port(&self) -> u16 {
+        let log = self.log();
+        let address = log.split("url=http://").nth(1).unwrap().split('/').next().unwrap();
+        address.split(':').nth(1).unwrap().parse().unwrap()
     }
 
     pub(crate) fn signal(&self, signal: &str) {
@@ -215,4 +224,28 @@ pub(crate) fn complete_from(input: &Path) -> Time {
     let line = text.lines().find_map(|line| line.strip_prefix("# complete_from = ")).unwrap();
     let stamp: jiff::Timestamp = line.parse().unwrap();
     Time::from_nanos(stamp.as_nanosecond() as i64)
+}
+
+/// A whole answer of the service: its status and its JSON.
+pub(crate) fn ask(port: u16, method: &str, path: &str) -> (u16, Value) {
+    ask_with(port, method, path, "")
+}
+
+/// The same with a body.
+pub(crate) fn ask_with(port: u16, method: &str, path: &str, body: &str) -> (u16, Value) {
+    let length = body.len();
+    let mut socket = TcpStream::connect(("127.0.0.1", port)).unwrap();
+    socket
+        .write_all(
+            format!(
+                "{method} {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\
+                 Content-Length: {length}\r\n\r\n{body}"
+            )
+            .as_bytes(),
+        )
+        .unwrap();
+    let mut answer = String::new();
+    socket.read_to_string(&mut answer).unwrap();
+    let (head, body) = answer.split_once("\r\n\r\n").unwrap();
+    (head.split(' ').nth(1).unwrap().parse().unwrap(), serde_json::from_str(body).unwrap())
 }

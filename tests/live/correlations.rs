@@ -1,8 +1,6 @@
 //! What an operator decides: it is recorded, and the recording replays to what was sent.
 
 use std::fs;
-use std::io::{Read, Write};
-use std::net::TcpStream;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -15,7 +13,7 @@ use utm_fusion::live::now;
 use utm_fusion::normalise::time_of_day_count;
 use utm_fusion::state::parse_decisions;
 
-use crate::common::{Running, Scratch, beside, files, only, replayed, utm_fusion};
+use crate::common::{Running, Scratch, ask, ask_with, beside, files, only, replayed, utm_fusion};
 use crate::driver::{Fate, SCENARIO, record};
 use crate::stage::Stage;
 
@@ -53,37 +51,12 @@ fn a_recording_with_decisions_replays_to_what_was_sent() {
     assert!(replay(&input.with_extension("")) != Ok(sent), "decisions change nothing");
 }
 
-/// A whole answer of the service: its status and its JSON.
-fn ask(port: u16, method: &str, path: &str) -> (u16, Value) {
-    ask_with(port, method, path, "")
-}
-
-fn ask_with(port: u16, method: &str, path: &str, body: &str) -> (u16, Value) {
-    let length = body.len();
-    let mut socket = TcpStream::connect(("127.0.0.1", port)).unwrap();
-    socket
-        .write_all(
-            format!(
-                "{method} {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\
-                 Content-Length: {length}\r\n\r\n{body}"
-            )
-            .as_bytes(),
-        )
-        .unwrap();
-    let mut answer = String::new();
-    socket.read_to_string(&mut answer).unwrap();
-    let (head, body) = answer.split_once("\r\n\r\n").unwrap();
-    (head.split(' ').nth(1).unwrap().parse().unwrap(), serde_json::from_str(body).unwrap())
-}
-
 #[test]
 fn an_operator_decides_and_the_service_obeys_says_so_and_records_it() {
     let scenario = "name = \"live\"\nduration_s = 30\n[drones]\nmultirotors = 2\nequipped = 2\n";
     let stage = Stage::new(scenario, 22_500, |config, _| config.fusion.profile = Profile::Operational);
     let service = stage.run("run.log");
-    let port = service.log();
-    let port = port.split("url=http://").nth(1).unwrap().split(['/', ':']).nth(1).unwrap();
-    let port: u16 = port.parse().unwrap();
+    let port = service.http_port();
     // The first fused track, as its radar's part, and its transponder's serial number.
     let fused = || {
         let picture = ask(port, "GET", "/api/v1/tracks?source=fused").1;
@@ -192,11 +165,7 @@ fn a_decision_outlives_a_restart_that_is_short_and_no_other() {
         config.fusion.profile = Profile::Operational;
         config.sensors.truncate(2);
     });
-    let port = |service: &Running| -> u16 {
-        let log = service.log();
-        let address = log.split("url=http://").nth(1).unwrap().split('/').next().unwrap().to_owned();
-        address.split(':').nth(1).unwrap().parse().unwrap()
-    };
+    let port = Running::http_port;
     let held = |port: u16| ask(port, "GET", "/api/v1/correlations").1["correlations"].clone();
     let until = |what: &str, is_so: &mut dyn FnMut() -> bool| {
         let end = Instant::now() + Duration::from_secs(60);

@@ -61,6 +61,10 @@ fn the_demo_is_live() {
         picture["features"].as_array().unwrap().iter().any(|track| track["properties"]["source"] == "fused")
     };
     until("a fused track", || has_fused(&json(address, "/api/v1/tracks")));
+    let searched = |answer: &Value| answer["computed"] == true && answer["aircraft"].as_u64() >= Some(2);
+    until("conflicts looked for", || searched(&json(address, "/api/v1/conflicts")));
+    let (_, metrics) = ask(address, "GET", "/metrics");
+    assert!(metrics.contains("\nutm_fusion_conflict_aircraft "), "{metrics}");
     assert_eq!(json(address, "/api/v1/info")["mode"], "live");
     let (status, _) = ask(address, "POST", "/api/v1/replay/pause");
     assert_eq!(status, 409, "only a replay is steered");

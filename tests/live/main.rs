@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 #![expect(clippy::disallowed_methods, reason = "files that the service wrote, and the real time")]
 
+mod alerts;
 mod common;
 mod correlations;
 mod demo;

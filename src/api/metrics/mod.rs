@@ -13,8 +13,9 @@ use super::piece::SOURCES;
 use super::shown::Shown;
 use super::tls::Tls;
 use crate::config::Config;
-use crate::live::{Alert, AlertKind, Integrities, Level, Severity, Status};
+use crate::live::{Alert, AlertKind, Integrities, Level, Outlooks, Severity, Status};
 use fusion::SensorIndex;
+use fusion::conflicts;
 use fusion::integrity::{Reason, State};
 use fusion::numbering::LARGEST_TRANSPONDER_NUMBER;
 use fusion::operational::Verdict;
@@ -71,6 +72,9 @@ pub fn text(ask: &Ask) -> Answer {
     let verdicts =
         [Verdict::Correlated, Verdict::Decorrelated].map(|verdict| (verdict.name(), in_force(verdict)));
     out.by("decisions", "Correlations decided by operators that are in force", "verdict", verdicts);
+    if hub.config.finds_conflicts() {
+        out.conflicts(&hub.outlooks);
+    }
     out.integrity(&hub.integrity.held());
     let uncooperative =
         |shown: &Arc<Shown>| shown.frame.picture.tracks.iter().filter(|track| track.is_uncooperative).count();
@@ -106,8 +110,26 @@ pub fn text(ask: &Ask) -> Answer {
 }
 
 impl Metrics {
+    /// Who will come near whom, in the latest second.
+    fn conflicts(&mut self, outlooks: &Outlooks) {
+        let latest = outlooks.latest();
+        let of_level = |level: conflicts::Level| {
+            let all = latest.iter().flat_map(|outlook| &outlook.conflicts);
+            (level.name(), all.filter(|conflict| conflict.level() == Some(level)).count())
+        };
+        let help = "Pairs of aircraft and volumes of the latest second that hold a level";
+        self.by("conflicts", help, "level", conflicts::Level::ALL.map(of_level));
+        let help = "Aircraft that took part in the latest search for conflicts";
+        self.one("conflict_aircraft", help, latest.as_ref().map_or(0, |outlook| outlook.aircraft));
+        let help = "Pairs of aircraft that were near enough to be looked at in the latest second";
+        self.one("conflict_pairs_tested", help, latest.as_ref().map_or(0, |outlook| outlook.tested));
+        self.one("conflict_seconds", "Time that the latest search took", outlooks.spent().as_secs_f64());
+        let help = "Seconds whose conflicts came too late to be shown";
+        self.one("conflicts_dropped_total", help, outlooks.dropped());
+    }
+
     /// Alerts that last.
-    fn alerts(&mut self, alerts: &[Alert]) {
+    fn alerts(&mut self, alerts: &[Arc<Alert>]) {
         self.family("alerts", "Alerts that last, by what they are about");
         let severities = [Severity::Warning, Severity::Critical];
         let last = || alerts.iter().filter(|alert| alert.until.is_none());

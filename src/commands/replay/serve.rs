@@ -7,12 +7,12 @@ use tracing::info;
 use super::args::Args;
 use crate::api;
 use crate::app::{Served, Signals, listen_locally, runtime};
-use crate::areas::{AlertAreas, Masks};
+use crate::areas::{Areas, Masks};
 use crate::capture::TrailerRules;
 use crate::commands::{CommandResult, Outcome, needs_tokens};
 use crate::config::Config;
 use crate::integrity::Lookout;
-use crate::live::{Alerts, Hub, OpenCaptures, Player, now};
+use crate::live::{AlertSettings, Alerts, Hub, OpenCaptures, Player, now};
 use crate::picture::PictureMaker;
 use crate::pipeline::Pipeline;
 use fusion::time::Time;
@@ -32,12 +32,14 @@ pub fn serve(args: &Args, config: Arc<Config>, masks: Masks, speed: f64) -> Comm
         let listener = listen_locally(&config)?.ok_or_else(|| needs_tokens(&config))?;
         let maker = PictureMaker::new(&config, Pipeline::new(&config, masks.clone()).normaliser());
         let (writer, hub) = Hub::new(config.clone(), Arc::new(maker), now());
-        let areas = AlertAreas::load(&config.areas)?;
+        let settings = AlertSettings::new(&config.alerts, &Areas::load(&config.areas)?)?;
+        // A recording has times of its own: its sensors are looked at from its start.
+        let mut alerts = Alerts::new(settings, Time::default());
+        alerts.plan(plan.alerts.clone());
         let lookout = Lookout::load(&config, masks.clone())?;
         let (player, _) = Player::start(open, date, config, (masks, lookout), writer, (speed, again), plan)?;
         let options = api::Options { player: Some(player), ..Default::default() };
-        // A recording has times of its own: its sensors are looked at from its start.
-        let served = Served::start(listener, hub, options, Alerts::new(areas, Time::default()), None)?;
+        let served = Served::start(listener, hub, options, alerts, None)?;
         info!(url = %served.url, "the replay is shown; Ctrl-C ends it");
         signals.stop().await;
         served.close().await?;

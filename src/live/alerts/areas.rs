@@ -9,17 +9,9 @@ use super::{AlertKind, Alerts, Details, Found, Severity};
 use crate::areas::{Path, Visitor};
 use crate::config::AreaSeverity;
 use crate::picture::{MAX_ACCURACY_M, Picture, PictureMaker, PictureTrack, serial_text};
-use fusion::integrity::State;
 use fusion::point::Estimate;
-use fusion::time::{SECOND, Time};
+use fusion::time::Time;
 
-/// A track has left an area when it was not seen inside for this long, nanoseconds: it may flicker at the edge, or be
-/// missed by the radar.
-const LEFT_NS: u64 = 3 * SECOND as u64;
-/// An entry is over when none was predicted for this long, nanoseconds.
-const TURNED_AWAY_NS: u64 = 5 * SECOND as u64;
-/// Slots from one prediction to the next: a second.
-const EVERY_SLOTS: i64 = 4;
 /// Predictions that are remembered, and those of them that raise an alert: a single one may be chance.
 const REMEMBERED: u32 = 4;
 const RAISING: u32 = 2;
@@ -47,10 +39,10 @@ impl Approaches {
         self.0.clear();
     }
 
-    /// Notes who enters by the latest prediction, at its course, and forgets who does not lately.
+    /// Notes who enters by the latest prediction, at its course, and forgets who does not lately. Whoever is inside by now
+    /// has entered: that is no prediction.
     fn note(&mut self, found: &BTreeMap<Approach, Found>) {
-        let enters =
-            |found: &Found| matches!(found.details, Details::AreaPredicted { time_to_entry_s: Some(_), .. });
+        let enters = |found: &Found| matches!(found.details, Details::AreaPredicted { time_to_entry_s: Some(time_s), .. } if time_s > 0.0);
         for (approach, _) in found.iter().filter(|(_, found)| enters(found)) {
             self.0.entry(approach.clone()).or_default();
         }
@@ -69,11 +61,13 @@ impl Approaches {
 
 impl Alerts {
     pub(super) fn note_areas(&mut self, picture: &Picture, maker: &PictureMaker) -> bool {
-        let (now, areas) = (picture.time, self.areas.get());
+        let (now, settings) = (picture.time, self.settings.get());
         let mut found = Vec::new();
         for track in picture.within(MAX_ACCURACY_M) {
             let serial = serial(track);
-            for presence in areas.around(visitor(track, serial.as_deref(), now), maker.geoid_undulation_m()) {
+            for presence in
+                settings.areas.around(visitor(track, serial.as_deref(), now), maker.geoid_undulation_m())
+            {
                 let id = maker.track_id(track);
                 let text = inside(&described(track, &id), &presence);
                 let severity = match presence.severity {
@@ -85,11 +79,11 @@ impl Alerts {
                     is_height_unknown: presence.is_height_unknown,
                 };
                 let area = presence.label.to_owned();
-                found.push(Found { area, details, ..Found::new(&id, severity, text) });
+                let transponders = vec![track.trusted()];
+                found.push(Found { area, details, transponders, ..Found::new(&id, severity, text) });
             }
         }
-        let has_left = |_: &str, held: Time| now.nanos().abs_diff(held.nanos()) > LEFT_NS;
-        self.hold(AlertKind::Area, found, now, has_left)
+        self.hold(AlertKind::Area, found, now, |_, _| true)
     }
 
     /// Looks once a second at who is about to enter an area; whether there is anything new to show.
@@ -98,13 +92,16 @@ impl Alerts {
             Ahead::Now(picture) => (picture, SignedDuration::ZERO),
             Ahead::Lagged(picture, age) => (picture, age),
         };
-        if picture.slot.0 % EVERY_SLOTS != 0 {
-            return false;
-        }
         let (kind, now) = (AlertKind::AreaPredicted, picture.time + age);
+        let before = self.changes.len();
         let is_inside = self.lasting.keys().filter(|(kind, ..)| *kind == AlertKind::Area);
         let inside: BTreeSet<Approach> =
             is_inside.map(|(_, track, area)| (track.clone(), area.clone())).collect();
+        // Whoever is shown inside enters no more.
+        self.end(kind, now, |(_, track, area), _| inside.contains(&(track.clone(), area.clone())));
+        if !maker.begins_second(picture.slot) {
+            return self.changes.len() > before;
+        }
         let mut found = self.entries(picture, age, maker);
         found.retain(|approach, _| !inside.contains(approach));
         self.approaches.note(&found);
@@ -112,11 +109,7 @@ impl Alerts {
             let (track, area) = approach.clone();
             self.approaches.is_certain(approach) || self.lasting.contains_key(&(kind, track, area))
         });
-        let before = self.changes.len();
-        // Whoever is inside enters no more.
-        self.end(kind, now, |(_, track, area), _| inside.contains(&(track.clone(), area.clone())));
-        let has_turned_away = |_: &str, held: Time| now.nanos().abs_diff(held.nanos()) >= TURNED_AWAY_NS;
-        self.hold(kind, found.into_values().collect(), now, has_turned_away) || self.changes.len() > before
+        self.hold(kind, found.into_values().collect(), now, |_, _| true) || self.changes.len() > before
     }
 
     /// The entries that a picture of that age foresees.
@@ -126,7 +119,8 @@ impl Alerts {
         age: SignedDuration,
         maker: &PictureMaker,
     ) -> BTreeMap<Approach, Found> {
-        let (now, areas) = (picture.time + age, self.areas.get());
+        let (now, settings) = (picture.time + age, self.settings.get());
+        let areas = &settings.areas;
         let mut found = BTreeMap::new();
         for track in picture.within(MAX_ACCURACY_M) {
             let (Some(motion), Some(estimate)) = (&track.motion, &track.point.estimate) else { continue };
@@ -148,8 +142,12 @@ impl Alerts {
                     time_to_entry_s: entry.time_s,
                     earliest_s: entry.earliest_s,
                 };
-                let raised =
-                    Found { area: area.clone(), details, ..Found::new(&id, Severity::Warning, text) };
+                let raised = Found {
+                    area: area.clone(),
+                    details,
+                    transponders: vec![track.trusted()],
+                    ..Found::new(&id, Severity::Warning, text)
+                };
                 found.insert((id, area), raised);
             }
         }
@@ -159,12 +157,7 @@ impl Alerts {
 
 /// The serial number of a track's transponder, while nothing speaks against that: who lies is not known by its number.
 fn serial(track: &PictureTrack) -> Option<String> {
-    let is_doubted = track
-        .point
-        .integrity
-        .is_some_and(|integrity| matches!(integrity.state, State::Suspect | State::Failed));
-    let part = track.point.source.transponder().filter(|_| !is_doubted)?;
-    Some(serial_text(part.identity))
+    track.trusted().map(serial_text)
 }
 
 fn visitor<'a>(track: &PictureTrack, serial: Option<&'a str>, at: Time) -> Visitor<'a> {

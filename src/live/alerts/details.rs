@@ -61,6 +61,8 @@ pub enum Details {
     },
     /// Two aircraft come near each other.
     Conflict {
+        /// The engine's number of it.
+        id: u64,
         /// Ids of their tracks.
         tracks: [String; 2],
         /// Name of the volume.

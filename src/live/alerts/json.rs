@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::details::AreaName;
-use super::{Alert, AlertKind, Details};
+use super::{Acknowledged, Alert, AlertKind, Details, Shelved};
 use crate::areas::ZoneKind;
 use crate::json::rounded;
 use crate::picture::{ReasonName, Rfc3339, StateName, serial_text};
@@ -15,7 +15,7 @@ use fusion::Identity;
 #[schemars(rename = "Alert")]
 pub struct AlertJson {
     id: String,
-    #[schemars(extend("enum" = AlertKind::ALL.map(AlertKind::name)))]
+    #[schemars(extend("enum" = AlertKind::ALL.map(|kind| kind.name())))]
     kind: &'static str,
     #[schemars(extend("enum" = ["warning", "critical"]))]
     severity: &'static str,
@@ -36,9 +36,50 @@ pub struct AlertJson {
     part: Option<String>,
     #[serde(flatten)]
     about: About,
+    /// Who has seen it; left out while nobody has, and again once it has become worse.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    acknowledged: Option<AcknowledgedJson>,
+    /// Nobody is to be bothered with it for a while.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shelved: Option<ShelvedJson>,
     /// Left out while it lasts.
     #[serde(skip_serializing_if = "Option::is_none")]
     until: Option<Rfc3339>,
+}
+
+/// That somebody has seen an alert.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+#[schemars(inline)]
+struct AcknowledgedJson {
+    /// Who: the name of the token, or what was given.
+    by: String,
+    at: Rfc3339,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    note: Option<String>,
+}
+
+/// That nobody is to be bothered with an alert.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+#[schemars(inline)]
+struct ShelvedJson {
+    /// Who says so: the name of the token, or what was given.
+    by: String,
+    at: Rfc3339,
+    until: Rfc3339,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    note: Option<String>,
+}
+
+impl From<&Acknowledged> for AcknowledgedJson {
+    fn from(Acknowledged { by, at, note }: &Acknowledged) -> Self {
+        Self { by: by.clone(), at: (*at).into(), note: note.clone() }
+    }
+}
+
+impl From<&Shelved> for ShelvedJson {
+    fn from(Shelved { by, at, until, note }: &Shelved) -> Self {
+        Self { by: by.clone(), at: (*at).into(), until: (*until).into(), note: note.clone() }
+    }
 }
 
 /// What alerts about areas, transponders and conflicts have beside the others.
@@ -126,16 +167,21 @@ impl From<&Alert> for AlertJson {
     fn from(alert: &Alert) -> Self {
         let subject = |kinds: &[AlertKind]| kinds.contains(&alert.kind).then(|| alert.subject.clone());
         Self {
-            id: format!("{}-{}", alert.kind.name(), alert.id),
+            id: alert.name(),
             kind: alert.kind.name(),
             severity: alert.severity.name(),
             since: alert.since.into(),
             text: alert.text.clone(),
             sensor: subject(&[AlertKind::Sensor, AlertKind::Registration]),
             track: subject(&[AlertKind::Area, AlertKind::AreaPredicted, AlertKind::Uncooperative]),
-            conflict: subject(&[AlertKind::Conflict]).and_then(|id| Some(id.split_once(' ')?.0.to_owned())),
+            conflict: match &alert.details {
+                Details::Conflict { id, .. } => Some(format!("C-{id}")),
+                _ => None,
+            },
             part: subject(&[AlertKind::Service]),
             about: About::from(&alert.details),
+            acknowledged: alert.acknowledged.as_ref().map(AcknowledgedJson::from),
+            shelved: alert.shelved.as_ref().map(ShelvedJson::from),
             until: alert.until.map(Rfc3339),
         }
     }
@@ -163,7 +209,7 @@ impl From<&Details> for About {
             Details::Silent { identity, track_id } => {
                 Self { identity: Some(serial(identity)), track_id: track_id.clone(), ..Self::default() }
             }
-            Details::Conflict { tracks, volume } => {
+            Details::Conflict { tracks, volume, .. } => {
                 Self { tracks: tracks.to_vec(), volume: Some(volume.clone()), ..Self::default() }
             }
             Details::Uncooperative { is_resolved } => Self { resolved: *is_resolved, ..Self::default() },

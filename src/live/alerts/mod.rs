@@ -6,102 +6,34 @@ mod areas;
 mod conflicts;
 mod details;
 mod json;
+mod operators;
 mod pictured;
+mod rules;
 mod wording;
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::sync::Arc;
 
 use super::health::{SensorState, SensorStatus};
-use crate::areas::AlertAreas;
 use crate::current::Current;
+use operators::{Basis, Operators};
+
+use fusion::Identity;
 use fusion::time::{SECOND, Time};
 
 use areas::Approaches;
 
+pub use crate::config::{AlertKind, Severity};
 pub use areas::Ahead;
 pub use details::Details;
 pub use json::AlertJson;
+pub use operators::{Acknowledged, AlertWish, NotDone, Shelved, Wanted};
+pub use rules::{AlertSettings, UnknownArea};
 
 /// Time from the start until a sensor is to be heard, nanoseconds.
 const SETTLE_NS: i64 = 5 * SECOND;
-/// Most ended alerts that are still shown.
-const ENDED_KEPT: usize = 100;
-
-/// What an alert is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum AlertKind {
-    /// A sensor is not operational.
-    Sensor,
-    /// A track is inside an alert area.
-    Area,
-    /// A track is about to enter one.
-    AreaPredicted,
-    /// Something is wrong with the service itself.
-    Service,
-    /// The alignment of a radar seems to have changed.
-    Registration,
-    /// A transponder may not be where it says it is, or whose.
-    Integrity,
-    /// Many transponders fell silent at once.
-    Jamming,
-    /// A transponder fell silent, and a radar still sees the aircraft.
-    Silent,
-    /// A drone flies without a transponder where one is to be heard.
-    Uncooperative,
-    /// Two aircraft come near each other.
-    Conflict,
-}
-
-impl AlertKind {
-    /// All kinds.
-    pub const ALL: [Self; 10] = [
-        Self::Sensor,
-        Self::Area,
-        Self::AreaPredicted,
-        Self::Service,
-        Self::Registration,
-        Self::Integrity,
-        Self::Jamming,
-        Self::Silent,
-        Self::Uncooperative,
-        Self::Conflict,
-    ];
-
-    /// Its name on the interfaces.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Sensor => "sensor",
-            Self::Area => "area",
-            Self::AreaPredicted => "area-predicted",
-            Self::Service => "service",
-            Self::Registration => "registration",
-            Self::Integrity => "integrity",
-            Self::Jamming => "jamming",
-            Self::Silent => "silent",
-            Self::Uncooperative => "uncooperative",
-            Self::Conflict => "conflict",
-        }
-    }
-}
-
-/// How bad it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Severity {
-    /// To look at.
-    Warning,
-    /// To act on.
-    Critical,
-}
-
-impl Severity {
-    /// Its name on the interfaces.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Warning => "warning",
-            Self::Critical => "critical",
-        }
-    }
-}
+/// Most ended alerts that are remembered.
+const ENDED_KEPT: usize = 5_000;
 
 /// One alert.
 #[derive(Clone, Debug, PartialEq)]
@@ -118,10 +50,15 @@ pub struct Alert {
     pub until: Option<Time>,
     /// What is wrong, in words.
     pub text: String,
-    /// The sensor's, the track's or the conflict's id, the part of the service, or the serial number of the transponder.
+    /// What tells it from others of its kind: the sensor's or the track's id, the ids of both tracks and the volume, the part
+    /// of the service, or the serial number and country of the transponder.
     pub subject: String,
     /// What else is known of it.
     pub details: Details,
+    /// Who has seen it, as bad as it is.
+    pub acknowledged: Option<Acknowledged>,
+    /// Nobody is to be bothered with it.
+    pub shelved: Option<Shelved>,
     /// How often it has changed since it began.
     pub revision: u32,
 }
@@ -146,6 +83,8 @@ impl Trouble {
     pub const INPUT: &str = "input";
     /// Datagrams could not be sent.
     pub const OUTPUT: &str = "output";
+    /// Conflicts were found too late to be shown.
+    pub const CONFLICTS: &str = "conflicts";
     /// Something is missing in the recording.
     pub const RECORDER: &str = "recorder";
 }
@@ -159,6 +98,12 @@ pub enum Change {
     Changed,
     /// It is as bad as it was, and something else is known of it.
     Amended,
+    /// Somebody has seen it.
+    Acknowledged,
+    /// Nobody is to be bothered with it for a while.
+    Shelved,
+    /// That while is over.
+    Unshelved,
     /// It is over.
     Ended,
 }
@@ -169,8 +114,8 @@ type Key = (AlertKind, String, String);
 /// Keeps the alerts.
 #[derive(Debug, Default)]
 pub struct Alerts {
-    areas: Current<AlertAreas>,
-    /// Tracks that are about to enter one.
+    settings: Current<AlertSettings>,
+    /// Tracks that are about to enter an area.
     approaches: Approaches,
     /// Before this time sensors are not looked at, but for rival senders.
     settled: Time,
@@ -178,23 +123,25 @@ pub struct Alerts {
     /// Those that last, with the last time that they held.
     lasting: BTreeMap<Key, (Alert, Time)>,
     /// The latest first.
-    ended: VecDeque<Alert>,
+    ended: VecDeque<Arc<Alert>>,
     /// Changes that were not taken yet, in their order.
     changes: Vec<(Change, Alert)>,
     /// The time of the last picture.
     pictured: Option<Time>,
+    operators: Operators,
 }
 
 impl Alerts {
-    /// No alerts yet; a track inside one of `areas` raises one. `started` is now.
-    pub fn new(areas: impl Into<Current<AlertAreas>>, started: Time) -> Self {
+    /// No alerts yet. `started` is now.
+    pub fn new(settings: impl Into<Current<AlertSettings>>, started: Time) -> Self {
         let settled = Time::from_nanos(started.nanos() + SETTLE_NS);
-        Self { areas: areas.into(), settled, next_id: 1, ..Self::default() }
+        Self { settings: settings.into(), settled, next_id: 1, ..Self::default() }
     }
 
     /// Those that last, then those that ended, the latest first.
-    pub fn all(&self) -> Vec<Alert> {
-        let mut lasting: Vec<Alert> = self.lasting.values().map(|(alert, _)| alert.clone()).collect();
+    pub fn all(&self) -> Vec<Arc<Alert>> {
+        let lasting = self.lasting.values().map(|(alert, _)| Arc::new(alert.clone()));
+        let mut lasting: Vec<Arc<Alert>> = lasting.collect();
         lasting.sort_by_key(|alert| std::cmp::Reverse((alert.severity, alert.since, alert.id)));
         lasting.extend(self.ended.iter().cloned());
         lasting
@@ -207,6 +154,7 @@ impl Alerts {
 
     /// Looks at the sensors; whether anything changed.
     pub fn note_sensors(&mut self, sensors: &[SensorStatus], now: Time) -> bool {
+        self.derive(Basis::Status, now);
         let is_settled = now >= self.settled;
         let is_wrong = |sensor: &SensorStatus| sensor.state != SensorState::Operational;
         // What two senders say needs no time to settle.
@@ -223,6 +171,7 @@ impl Alerts {
 
     /// Looks at the radars' alignment; whether anything changed.
     pub fn note_registration(&mut self, sensors: &[SensorStatus], now: Time) -> bool {
+        self.derive(Basis::Status, now);
         let found = sensors.iter().filter_map(|sensor| {
             let alarm = sensor.registration.as_ref()?.alarm.as_ref()?;
             Some(Found::new(&sensor.id, Severity::Warning, format!("{}: {alarm}", sensor.id)))
@@ -232,12 +181,14 @@ impl Alerts {
 
     /// Looks at what is wrong with the service; whether anything changed.
     pub fn note_troubles<'a>(&mut self, troubles: impl Iterator<Item = &'a Trouble>, now: Time) -> bool {
+        self.derive(Basis::Status, now);
         let found = troubles.map(|trouble| Found::new(trouble.about, trouble.severity, trouble.text.clone()));
         self.hold(AlertKind::Service, found.collect(), now, |_, _| true)
     }
 
-    /// Begins the alerts that are new, notes those that last, and ends those that were not found and are over by their
-    /// subject and the last time that they held; whether there is anything new to show.
+    /// Begins the alerts that are new and that the rules admit, notes those that last, and ends those that were not found and
+    /// are over by their subject and the last time that they held, for longer than they are held; whether there is anything
+    /// new to show.
     fn hold(
         &mut self,
         kind: AlertKind,
@@ -245,10 +196,15 @@ impl Alerts {
         now: Time,
         is_over: impl Fn(&str, Time) -> bool,
     ) -> bool {
+        let settings = self.settings.get();
         let before = self.changes.len();
+        self.unshelve(kind, now);
         let mut is_renewed = false;
         let mut current = BTreeSet::new();
-        for Found { subject, area, severity, text, details } in found {
+        for Found { subject, area, severity, text, details, .. } in
+            found.into_iter().filter(|found| settings.admits(kind, found))
+        {
+            let severity = settings.severity(kind, severity);
             let key = (kind, subject, area);
             current.insert(key.clone());
             if let Some((alert, held)) = self.lasting.get_mut(&key) {
@@ -260,13 +216,27 @@ impl Alerts {
                 continue;
             }
             let (id, subject) = (self.next_id, key.1.clone());
-            let alert =
-                Alert { id, kind, severity, since: now, until: None, text, subject, details, revision: 0 };
+            let alert = Alert {
+                id,
+                kind,
+                severity,
+                since: now,
+                until: None,
+                text,
+                subject,
+                details,
+                acknowledged: None,
+                shelved: self.operators.shelf(&key),
+                revision: 0,
+            };
             self.next_id += 1;
             self.changes.push((Change::Began, alert.clone()));
             self.lasting.insert(key, (alert, now));
         }
-        self.end(kind, now, |key, held| !current.contains(key) && is_over(&key.1, held));
+        let hold_ns = settings.hold_ns(kind);
+        // Without a hold also where the clock has not moved.
+        let is_gone = |held: Time| hold_ns == 0 || now.nanos().abs_diff(held.nanos()) > hold_ns;
+        self.end(kind, now, |key, held| !current.contains(key) && is_gone(held) && is_over(&key.1, held));
         is_renewed || self.changes.len() > before
     }
 
@@ -278,7 +248,7 @@ impl Alerts {
             if !lasts {
                 let alert = Alert { until: Some(now), ..alert.clone() };
                 changes.push((Change::Ended, alert.clone()));
-                ended.push_front(alert);
+                ended.push_front(Arc::new(alert));
             }
             lasts
         });
@@ -287,8 +257,15 @@ impl Alerts {
 }
 
 impl Alert {
+    /// Its id as readers know it.
+    pub fn name(&self) -> String {
+        format!("{}-{}", self.kind.name(), self.id)
+    }
+
     /// Takes over what is known now, and whether that is worth a word.
     fn renew(&mut self, severity: Severity, text: String, details: Details) -> Option<Change> {
+        // Who has seen it has not seen it as bad as this.
+        self.acknowledged.take_if(|_| severity > self.severity);
         let change = if self.severity != severity {
             Some(Change::Changed)
         } else {
@@ -308,11 +285,17 @@ struct Found {
     severity: Severity,
     text: String,
     details: Details,
+    /// Of the aircraft that it is about, which a rule may allow; `None`: one without a transponder.
+    transponders: Vec<Option<Identity>>,
+    /// Where it is, longitude and latitude in degrees.
+    places: Vec<(f64, f64)>,
 }
 
 impl Found {
     fn new(subject: &str, severity: Severity, text: String) -> Self {
-        Self { subject: subject.to_owned(), area: String::new(), severity, text, details: Details::None }
+        let (subject, area) = (subject.to_owned(), String::new());
+        let (details, transponders, places) = (Details::None, Vec::new(), Vec::new());
+        Self { subject, area, severity, text, details, transponders, places }
     }
 }
 

@@ -5,15 +5,13 @@ use std::collections::BTreeMap;
 use geo::{ConvexHull, LineString, MultiPoint, Point, Winding};
 
 use super::wording::{jamming, lying, resolved, silent, uncooperative};
-use super::{AlertKind, Alerts, Details, Found, Severity};
+use super::{AlertKind, Alerts, Basis, Details, Found, Severity};
 use crate::json::rounded;
-use crate::picture::{Picture, PictureMaker};
+use crate::picture::{Picture, PictureMaker, PictureTrack};
 use fusion::integrity::{Concern, State};
-use fusion::time::{SECOND, Time};
+use fusion::time::Time;
 use fusion::{Enu, Identity};
 
-/// An uncooperative track has ended when it was not seen for this long, nanoseconds: as long as it is remembered.
-const GONE_NS: u64 = 10 * SECOND as u64;
 /// Around the places where jammed transponders were heard last, metres.
 const HULL_MARGIN_M: f64 = 100.0;
 /// Corners of a circle around a place.
@@ -29,8 +27,10 @@ impl Alerts {
             self.lasting.clear();
             self.ended.clear();
             self.changes.clear();
+            self.operators.rewind();
             self.approaches.clear();
         }
+        self.derive(Basis::Picture, now);
         went_back
             | self.note_areas(picture, maker)
             | self.note_transponders(picture, maker)
@@ -79,14 +79,20 @@ impl Alerts {
                     _ => Severity::Warning,
                 };
                 let text = lying(&details, since);
-                (kind, Found { details, ..Found::new(&subject, severity, text) })
+                let transponders = vec![Some(*identity)];
+                (kind, Found { details, transponders, ..Found::new(&subject, severity, text) })
             }
             Concern::Silent { identity, track, heard } => {
                 let (kind, subject) = (AlertKind::Silent, subject(*identity));
                 let track_id = id_of(*track);
                 let text = silent(*identity, track_id.as_deref(), *heard);
                 let details = Details::Silent { identity: *identity, track_id };
-                (kind, Found { details, ..Found::new(&subject, Severity::Warning, text) })
+                let seen = picture.tracks.iter().filter(|one| Some(one.point.number) == *track);
+                let (places, transponders) = (seen.map(place).collect(), vec![Some(*identity)]);
+                (
+                    kind,
+                    Found { details, transponders, places, ..Found::new(&subject, Severity::Warning, text) },
+                )
             }
             Concern::Jamming { identities, places, since } => {
                 let details = Details::Jamming { identities: identities.clone(), hull: hull(places, maker) };
@@ -103,7 +109,7 @@ impl Alerts {
             let id = maker.track_id(track);
             let text = uncooperative(track, &id, self.lasting(kind, &id, now).0);
             let details = Details::Uncooperative { is_resolved: false };
-            Found { details, ..Found::new(&id, Severity::Warning, text) }
+            Found { details, places: vec![place(track)], ..Found::new(&id, Severity::Warning, text) }
         });
         let found: Vec<Found> = found.collect();
         let over: Vec<String> = picture.resolved.iter().map(|resolved| resolved.id.clone()).collect();
@@ -113,10 +119,9 @@ impl Alerts {
                 alert.details = Details::Uncooperative { is_resolved: true };
             }
         }
-        let has_ended = |subject: &str, held: Time| {
-            over.iter().any(|id| id == subject) || now.nanos().abs_diff(held.nanos()) > GONE_NS
-        };
-        self.hold(kind, found, now, has_ended)
+        let before = self.changes.len();
+        self.end(kind, now, |(_, subject, _), _| over.contains(subject));
+        self.hold(kind, found, now, |_, _| true) || self.changes.len() > before
     }
 
     /// Since when there is an alert about that, and what it said; from `now` on where there is none.
@@ -124,6 +129,11 @@ impl Alerts {
         let known = self.lasting.get(&(kind, subject.to_owned(), String::new()));
         known.map_or((now, None), |(alert, _)| (alert.since, Some(&alert.details)))
     }
+}
+
+/// Longitude and latitude, degrees.
+fn place(track: &PictureTrack) -> (f64, f64) {
+    (track.position.longitude_deg(), track.position.latitude_deg())
 }
 
 /// What tells an identity from all others, in a line.

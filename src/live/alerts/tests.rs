@@ -1,6 +1,8 @@
 //! What begins, changes and ends.
 
 mod areas;
+mod operators;
+mod rules;
 
 use serde_json::{Value, json};
 
@@ -42,7 +44,7 @@ fn a_replay_that_goes_back_knows_no_later_alerts() {
         concerns: vec![],
         resolved: vec![],
     };
-    let mut alerts = Alerts::new(AlertAreas::default(), at(-10));
+    let mut alerts = Alerts::new(AlertSettings::default(), at(-10));
     assert!(alerts.note_sensors(&[sensor(SensorState::Outage, "silent")], at(20)));
     assert!(!alerts.note_picture(&picture(20), &maker) && !alerts.note_picture(&picture(21), &maker));
     assert_eq!(alerts.all().len(), 1);
@@ -54,7 +56,7 @@ fn a_replay_that_goes_back_knows_no_later_alerts() {
 #[test]
 fn a_sensor_that_fails_and_comes_back_is_one_alert() {
     let at = |second: i64| Time::from_nanos(second * SECOND);
-    let mut alerts = Alerts::new(AlertAreas::default(), at(-10));
+    let mut alerts = Alerts::new(AlertSettings::default(), at(-10));
     assert!(!alerts.note_sensors(&[sensor(SensorState::Outage, "not heard yet")], at(-6)));
     assert!(!alerts.note_sensors(&[sensor(SensorState::Operational, "")], at(1)));
     assert!(alerts.note_sensors(&[sensor(SensorState::Degraded, "late")], at(2)));
@@ -75,7 +77,7 @@ fn a_sensor_that_fails_and_comes_back_is_one_alert() {
 #[test]
 fn each_of_two_that_begin_or_end_at_once_is_a_change() {
     let at = |second: i64| Time::from_nanos(second * SECOND);
-    let mut alerts = Alerts::new(AlertAreas::default(), at(-10));
+    let mut alerts = Alerts::new(AlertSettings::default(), at(-10));
     let south = |state| SensorStatus { id: "south".to_owned(), ..sensor(state, "silent") };
     let both = |state| [sensor(state, "silent"), south(state)];
     let mut changes = |state, second| {
@@ -97,7 +99,7 @@ fn each_of_two_that_begin_or_end_at_once_is_a_change() {
 #[test]
 fn trouble_of_the_service_is_an_alert_for_as_long_as_it_lasts() {
     let at = |second: i64| Time::from_nanos(second * SECOND);
-    let mut alerts = Alerts::new(AlertAreas::default(), at(0));
+    let mut alerts = Alerts::new(AlertSettings::default(), at(0));
     let full = Trouble { about: "recorder", severity: Severity::Warning, text: "full".to_owned() };
     assert!(!alerts.note_troubles(std::iter::empty(), at(1)));
     assert!(alerts.note_troubles([&full].into_iter(), at(2)));
@@ -122,7 +124,7 @@ impl Slots {
         let config = crate::config::Config::parse(site, "site.toml", std::iter::empty()).unwrap();
         let pipeline = crate::pipeline::Pipeline::new(&config, crate::areas::Masks::default());
         let maker = PictureMaker::new(&config, pipeline.normaliser());
-        Self { maker, alerts: Alerts::new(AlertAreas::default(), Time::default()) }
+        Self { maker, alerts: Alerts::new(AlertSettings::default(), Time::default()) }
     }
 
     /// What changed at that second.
@@ -255,7 +257,12 @@ fn jamming_has_a_hull_around_the_places_and_silence_a_track() {
         let point = geo::Point::new(on_earth.longitude_deg(), on_earth.latitude_deg());
         assert_eq!(geo::Contains::contains(&polygon, &point), is_inside, "{corner:?}");
     }
-    assert_eq!(slots.pass(101, &[], |_| {}).len(), 2, "both end");
+    let ended = |changes: Vec<(Change, Value)>| {
+        let kinds = changes.into_iter().map(|(change, alert)| (change, alert["kind"].clone()));
+        kinds.collect::<Vec<_>>()
+    };
+    assert_eq!(ended(slots.pass(101, &[], |_| {})), [(Change::Ended, json!("jamming"))]);
+    assert_eq!(ended(slots.pass(111, &[], |_| {})), [(Change::Ended, json!("silent"))], "it was held");
 }
 
 #[test]

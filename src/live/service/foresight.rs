@@ -12,7 +12,7 @@ const LATE: Duration = Duration::from_millis(250);
 impl Engine {
     /// Notes a published slot whose conflicts are to be looked for.
     pub(super) fn look_later(&mut self, frame: Arc<PublishedPicture>) {
-        if self.watch.as_ref().is_some_and(|watch| frame.is_due(watch)) {
+        if self.watch.as_ref().is_some_and(|watch| frame.is_due(watch, self.driver.maker())) {
             self.unseen.push_back(frame);
         }
     }

@@ -25,17 +25,20 @@ const UNRECORDED: usize = 1024;
 pub(super) struct InForce {
     correlations: Vec<HeldCorrelation>,
     words: Vec<HeldWord>,
+    /// The lines of the alerts that are shelved.
+    shelves: Arc<str>,
 }
 
 impl InForce {
-    fn of(engine: &fusion::Engine) -> Self {
-        Self { correlations: engine.correlations(), words: engine.words() }
+    fn of(engine: &fusion::Engine, shelves: Arc<str>) -> Self {
+        Self { correlations: engine.correlations(), words: engine.words(), shelves }
     }
 
     fn lines(&self, config: &Config) -> String {
         let pairs =
             self.correlations.iter().map(|held| correlation_line(held.since, &held.correlation, config));
-        pairs.chain(self.words.iter().map(|held| word_line(held.since, &held.word, config))).collect()
+        let words = self.words.iter().map(|held| word_line(held.since, &held.word, config));
+        pairs.chain(words).chain([self.shelves.to_string()]).collect()
     }
 }
 
@@ -50,6 +53,7 @@ impl Engine {
             let line = word_line(slot, &word, &self.config).into();
             self.unrecorded.push_back(Recorded::Decided(line));
         }
+        self.unrecorded.extend(self.outlets.hub.alerts.lines().map(Recorded::Decided));
         self.tell_decisions();
     }
 
@@ -68,7 +72,7 @@ impl Engine {
                 }
             });
         }
-        let held = InForce::of(self.driver.pipeline().engine());
+        let held = InForce::of(self.driver.pipeline().engine(), self.outlets.hub.alerts.shelves());
         if held != self.held {
             self.unrecorded.push_back(Recorded::Correlations(held.lines(&self.config).into()));
             self.outlets.hub.correlations.tell(&held.correlations);
@@ -87,10 +91,23 @@ impl Engine {
 
     /// Hands the decisions to their keeper; where there is no room, the next time.
     pub(super) fn keep_decisions(&mut self) {
-        let Some((keepers, text)) = self.outlets.keepers.as_ref().zip(self.new_decisions()) else { return };
-        if keepers.decisions.try_send(text.clone()).is_ok() {
+        let Some(keepers) = &self.outlets.keepers else { return };
+        if let Some(text) = self.new_decisions()
+            && keepers.decisions.try_send(text.clone()).is_ok()
+        {
             self.kept = text;
         }
+        if let Some(text) = self.new_shelves()
+            && keepers.shelved.try_send(text.clone()).is_ok()
+        {
+            self.kept_shelves = text;
+        }
+    }
+
+    /// The text of the file of shelved alerts, where it has changed.
+    pub(super) fn new_shelves(&self) -> Option<Arc<str>> {
+        let text = self.outlets.hub.alerts.shelves();
+        (*text != *self.kept_shelves).then_some(text)
     }
 
     /// The text of the decisions' file, where it has changed.

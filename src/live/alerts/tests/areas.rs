@@ -40,7 +40,7 @@ impl Site {
             "geometry": { "type": "Polygon", "coordinates": [corners.map(corner)],
                 "layer": { "lower": 0, "lowerReference": "AGL", "upper": 300, "upperReference": "AMSL" } } });
         let areas = alert_areas(&zone.to_string(), change);
-        let alerts = Alerts::new(areas, Time::default());
+        let alerts = Alerts::new(AlertSettings::of(areas), Time::default());
         let velocity = Vector3::new(20.0, 0.0, 0.0);
         Self { maker, alerts, velocity, height: 50.0, is_height_known: true, state: State::Unverified }
     }
@@ -146,7 +146,7 @@ fn an_entry_is_foreseen_by_two_of_four_and_becomes_the_alert_of_the_area() {
         })
     );
     assert_eq!(site.now(408, 40.0), [], "as time goes on it is no news");
-    assert_eq!(json!(AlertJson::from(&site.alerts.all()[0]))["time_to_entry_s"], 48.0);
+    assert_eq!(json!(AlertJson::from(&*site.alerts.all()[0]))["time_to_entry_s"], 48.0);
     // By now it is inside, and the published picture does not know yet.
     assert_eq!(site.now(604, 1020.0), []);
     assert!(site.alerts.all()[0].text.contains("is entering Field (EDR1)"), "{:?}", site.alerts.all());
@@ -161,8 +161,40 @@ fn an_entry_is_foreseen_by_two_of_four_and_becomes_the_alert_of_the_area() {
             )
         )
     );
-    assert_eq!(kinds(&site.now(608, 1040.0)), [(Change::Ended, "area-predicted")]);
+    assert_eq!(kinds(&site.now(604, 1020.0)), [(Change::Ended, "area-predicted")], "one at a time");
+    assert_eq!(site.now(608, 1040.0), []);
     assert_eq!(site.now(612, 1060.0), [], "it is inside, and enters no more");
+}
+
+/// Whoever is first seen inside has entered; whoever is outside again may enter.
+#[test]
+fn who_is_inside_by_now_is_not_about_to_enter() {
+    let mut site = Site::closed();
+    for second in 0..20 {
+        assert_eq!(site.now(4 * second, 1100.0 + 20.0 * second as f64), [], "{second}");
+    }
+    assert_eq!(kinds(&site.lagged(79, 1480.0).1), [(Change::Began, "area")]);
+    // It was inside for the last second before it came to be seen: one prediction is none.
+    let mut late = Site::closed();
+    assert_eq!(late.now(0, 990.0), []);
+    for second in 1..10 {
+        assert_eq!(late.now(4 * second, 990.0 + 20.0 * second as f64), [], "{second}");
+    }
+    let mut back = Site::closed();
+    assert_eq!([back.now(0, 1010.0), back.now(4, 1005.0), back.now(8, 900.0)].concat(), []);
+    assert_eq!(kinds(&back.now(12, 920.0)), [(Change::Began, "area-predicted")]);
+}
+
+/// The published picture shows it inside between two predictions: the one alert ends in the slot in which the other begins.
+#[test]
+fn an_alert_takes_the_place_of_the_other_in_the_same_slot() {
+    let mut site = Site::closed();
+    site.now(0, 0.0);
+    assert_eq!(kinds(&site.now(4, 20.0)), [(Change::Began, "area-predicted")]);
+    assert_eq!(kinds(&site.lagged(201, 1001.0).1), [(Change::Began, "area")]);
+    let ended = site.now(201, 1010.0);
+    assert_eq!(kinds(&ended), [(Change::Ended, "area-predicted")]);
+    assert_eq!(ended[0].1["until"], "1970-01-01T00:00:50.250Z");
 }
 
 #[test]
@@ -195,7 +227,7 @@ fn a_course_beside_its_own_holds_an_alert_and_raises_none() {
     let mut fly = |second: i64, velocity: Vector3<f64>| {
         site.velocity = velocity;
         let changes = kinds(&site.now(4 * second, 0.0)).iter().map(|(change, _)| *change).collect::<Vec<_>>();
-        (changes, site.alerts.all().first().map(|alert| json!(AlertJson::from(alert))))
+        (changes, site.alerts.all().first().map(|alert| json!(AlertJson::from(&**alert))))
     };
     for second in 0..10 {
         assert_eq!(fly(second, past), (vec![], None), "{second}");
@@ -227,7 +259,8 @@ fn of_an_old_picture_its_age_is_flown_already() {
         let (picture, changes) = site.lagged(slot, east_m);
         assert_eq!(changes, []);
         site.alerts.note_approaches(Ahead::Lagged(&picture, SignedDuration::from_secs(6)), &site.maker);
-        let known: Vec<Value> = site.alerts.all().iter().map(|alert| json!(AlertJson::from(alert))).collect();
+        let known: Vec<Value> =
+            site.alerts.all().iter().map(|alert| json!(AlertJson::from(&**alert))).collect();
         assert_eq!(known.len(), usize::from(slot == 4), "the second time");
         assert!(known.iter().all(|alert| alert["time_to_entry_s"] == told && alert["since"] == "1970-01-01T00:00:07.000Z"));
     }
