@@ -2,7 +2,8 @@
 //! other.
 //!
 //! Sans-IO, told the pictures and their times. The geometry is that of G. Fasano et al., *Radar/electro-optical data fusion for
-//! non-cooperative UAS sense and avoid*, eq. 4; probabilities are those of normal errors that grow by random acceleration
+//! non-cooperative UAS sense and avoid*, eq. 4; probabilities are those of a mixture of two normal errors: of a pair that
+//! flies straight on, which is known better than stated, and of one that turns, whose errors grow by random acceleration
 //! (docs/CONFLICTS.md).
 
 mod encounter;
