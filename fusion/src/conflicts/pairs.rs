@@ -64,7 +64,9 @@ impl Pairs {
         let search = Search::of(rules);
         let Self { cells, order, spots, flights, near } = self;
         cells.fill(aircraft.iter().map(|one| one.position), SIDE_M);
-        (order.clear(), spots.clear(), flights.clear());
+        order.clear();
+        spots.clear();
+        flights.clear();
         order.extend(cells.order());
         flights.extend(order.iter().map(|&index| search.flight(&aircraft[index])));
         spots.extend(order.iter().zip(&*flights).map(|(&index, flight)| Spot {
