@@ -154,8 +154,9 @@ impl Search {
     /// Whether two come so near each other that a probability is worth computing.
     fn may_meet(&self, apart: Vector2<f64>, a: &Flight, b: &Flight) -> bool {
         let velocity = b.velocity - a.velocity;
-        let t = -apart.dot(&velocity) / velocity.norm_squared().max(RESTING * RESTING);
-        let t = t.clamp(0.0, self.ahead.horizon_s);
+        let square = velocity.norm_squared();
+        let unbounded_s = if square < RESTING * RESTING { 0.0 } else { -apart.dot(&velocity) / square };
+        let t = unbounded_s.clamp(0.0, self.ahead.horizon_s);
         let may_be =
             |away_m: f64, half_m: f64, variance_m2: f64| away_m <= half_m + FURTHEST * variance_m2.sqrt();
         // At least the variance in any direction, of both.
