@@ -39,10 +39,10 @@ impl Approaches {
         self.0.clear();
     }
 
-    /// Notes who enters by the latest prediction, at its course, and forgets who does not lately. Whoever is inside by now
-    /// has entered: that is no prediction.
+    /// Notes who enters by the latest prediction, at its course, or is inside by then, and forgets who does not lately.
     fn note(&mut self, found: &BTreeMap<Approach, Found>) {
-        let enters = |found: &Found| matches!(found.details, Details::AreaPredicted { time_to_entry_s: Some(time_s), .. } if time_s > 0.0);
+        let enters =
+            |found: &Found| matches!(found.details, Details::AreaPredicted { time_to_entry_s: Some(_), .. });
         for (approach, _) in found.iter().filter(|(_, found)| enters(found)) {
             self.0.entry(approach.clone()).or_default();
         }
