@@ -159,7 +159,7 @@ impl Chart {
         caption: String,
         note: Option<&str>,
     ) -> Figure {
-        Self::stacked(name, title, caption, vec![(self, note)])
+        Self::stacked(name, title, caption, &[(self, note)])
     }
 
     /// A figure of several charts, one below the other, each with its note.
@@ -167,7 +167,7 @@ impl Chart {
         name: &'static str,
         title: &str,
         caption: String,
-        charts: Vec<(Self, Option<&str>)>,
+        charts: &[(Self, Option<&str>)],
     ) -> Figure {
         let widest =
             charts.iter().flat_map(|(chart, _)| &chart.y.ticks).map(|(_, text)| text.chars().count());

@@ -59,7 +59,7 @@ pub fn encounter(encounter: Option<&Encounter>) -> Figure {
     }
     let distances =
         chart(encounter, "Distance at closest approach (m)", |outlook| outlook.d_cpa_m, Some(SIGMAS));
-    Chart::stacked(NAME, TITLE, text, vec![(times, None), (distances, note.as_deref())])
+    Chart::stacked(NAME, TITLE, text, &[(times, None), (distances, note.as_deref())])
 }
 
 /// One value of the outlooks over time; with a band of so many of its standard deviations if it has them.
