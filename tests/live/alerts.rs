@@ -45,7 +45,7 @@ fn overhear(port: u16) -> JoinHandle<[Vec<Value>; 2]> {
         for line in BufReader::new(socket).lines().map_while(Result::ok) {
             match line.split_once(": ") {
                 Some(("event", name)) => {
-                    event = ["alert", "conflict"].iter().position(|wanted| name == *wanted)
+                    event = ["alert", "conflict"].iter().position(|wanted| name == *wanted);
                 }
                 Some(("data", data)) => {
                     if let Some(event) = event {
