@@ -88,17 +88,56 @@ export type Alert = {
   time_to_entry_s?: number;
   /** The same at the earliest of its course and those one standard deviation beside it. */
   earliest_s?: number;
+  /** Who has seen it; left out while nobody has, and again once it has become worse. */
+  acknowledged?: {
+    /** Who: the name of the token, or what was given. */
+    by: string;
+    /** A time, RFC 3339, UTC. */
+    at: string;
+    note?: string;
+  };
+  /** Nobody is to be bothered with it for a while. */
+  shelved?: {
+    /** Who says so: the name of the token, or what was given. */
+    by: string;
+    /** A time, RFC 3339, UTC. */
+    at: string;
+    /** A time, RFC 3339, UTC. */
+    until: string;
+    note?: string;
+  };
   /** Left out while it lasts. */
   until?: string;
 };
 
+/** For how long nobody is to be bothered. */
+export type AlertShelf = {
+  /** For how long; at most 8 hours. */
+  minutes: number;
+  /** Who says so, where the service asks for no token: else it is the token's name. */
+  by: string | null;
+  /** What is to be remembered with it. */
+  note: string | null;
+};
+
+/** Who has seen an alert. */
+export type AlertWord = {
+  /** Who says so, where the service asks for no token: else it is the token's name. */
+  by: string | null;
+  /** What is to be remembered with it. */
+  note: string | null;
+};
+
+/** What is wrong, and what was. */
 export type Alerts = {
   /** A time, RFC 3339, UTC. */
   time: string;
   /** Those that last, the worst first. */
   alerts: Array<Alert>;
-  /** Those that ended lately. */
+  /** Those that ended, the latest first: the last 100, or as many as `limit`. The last 5000 are remembered while the service runs. */
   ended: Array<Alert>;
+  /** Further ones that ended match and are left off. */
+  more?: boolean;
 };
 
 export type AreaProperties = {
@@ -1209,6 +1248,9 @@ export interface Orders {
   "/api/v1/replay/seek": Replay;
   "/api/v1/replay/speed": Replay;
   "/api/v1/stream-tickets": Ticket;
+  "/api/v1/alerts/{id}/acknowledge": Alert;
+  "/api/v1/alerts/{id}/shelve": Alert;
+  "/api/v1/alerts/{id}/unshelve": Alert;
 }
 
 /** What a path takes, in it and behind the ?. */
@@ -1234,7 +1276,10 @@ export interface Parameters {
   "/api/v1/info": {};
   "/api/v1/coverage": {};
   "/api/v1/areas": {};
-  "/api/v1/alerts": {};
+  "/api/v1/alerts": { since?: string; until?: string; kind?: string | string[]; limit?: number };
+  "/api/v1/alerts/{id}/acknowledge": { id: string };
+  "/api/v1/alerts/{id}/shelve": { id: string };
+  "/api/v1/alerts/{id}/unshelve": { id: string };
   "/api/v1/conflicts": { level?: string; id?: string };
   "/data/aircraft.json": {};
   "/data/receiver.json": {};

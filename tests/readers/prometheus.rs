@@ -11,11 +11,13 @@ use crate::program::Scratch;
 use crate::service::{Demo, Ending, get, is_installed, try_get, until};
 
 /// Families that the demo has not, because it records nothing, keeps no history, has no TLS and registers no radar for long.
-const ELSEWHERE: [&str; 10] = [
+const ELSEWHERE: [&str; 12] = [
     "utm_fusion_history_failing",
     "utm_fusion_history_lost_total",
     "utm_fusion_http_certificate_expires_seconds",
     "utm_fusion_learnt_of_data_sheet",
+    "utm_fusion_notices_failing",
+    "utm_fusion_notices_lost_total",
     "utm_fusion_recorded_total",
     "utm_fusion_recorder_failing",
     "utm_fusion_recorder_lost_total",

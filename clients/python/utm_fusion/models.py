@@ -43,6 +43,25 @@ AlertArea = TypedDict(
     },
 )
 
+AlertAcknowledged = TypedDict(
+    "AlertAcknowledged",
+    {
+        "by": str,
+        "at": str,
+        "note": NotRequired[str],
+    },
+)
+
+AlertShelved = TypedDict(
+    "AlertShelved",
+    {
+        "by": str,
+        "at": str,
+        "until": str,
+        "note": NotRequired[str],
+    },
+)
+
 Alert = TypedDict(
     "Alert",
     {
@@ -70,7 +89,26 @@ Alert = TypedDict(
         "height_unknown": NotRequired[bool],
         "time_to_entry_s": NotRequired[float],
         "earliest_s": NotRequired[float],
+        "acknowledged": NotRequired["AlertAcknowledged"],
+        "shelved": NotRequired["AlertShelved"],
         "until": NotRequired[str],
+    },
+)
+
+AlertShelf = TypedDict(
+    "AlertShelf",
+    {
+        "minutes": float,
+        "by": Union[str, None],
+        "note": Union[str, None],
+    },
+)
+
+AlertWord = TypedDict(
+    "AlertWord",
+    {
+        "by": Union[str, None],
+        "note": Union[str, None],
     },
 )
 
@@ -80,6 +118,7 @@ Alerts = TypedDict(
         "time": str,
         "alerts": list["Alert"],
         "ended": list["Alert"],
+        "more": NotRequired[bool],
     },
 )
 
