@@ -15,8 +15,8 @@ pub struct Radar {
     pub azimuth: f64,
     /// Of the elevation, radians.
     pub elevation: f64,
-    /// Of the range rate, metres a second.
-    pub range_rate: f64,
+    /// Of the range rate, metres a second; `None`: it measures none.
+    pub range_rate: Option<f64>,
 }
 
 /// An interrogator of transponders (IFF, SSR): a good range, a coarse azimuth, and the altitude that the transponder reports.
@@ -44,7 +44,8 @@ fn measured(quantity: Quantity, value: f64, sigma: f64) -> Measured {
 }
 
 impl Radar {
-    /// A detection: range (metres), azimuth and elevation (radians), and the range rate (metres a second). `None` as for
+    /// A detection: range (metres), azimuth and elevation (radians), and the range rate (metres a second) if the
+    /// radar measures one. `None` as for
     /// [`Reading::independent`].
     pub fn reading(
         &self,
@@ -57,7 +58,8 @@ impl Radar {
             measured(Quantity::Azimuth, azimuth, self.azimuth),
             measured(Quantity::Elevation, elevation, self.elevation),
         ];
-        all.extend(range_rate.map(|rate| measured(Quantity::RangeRate, rate, self.range_rate)));
+        let rate = range_rate.zip(self.range_rate);
+        all.extend(rate.map(|(rate, sigma)| measured(Quantity::RangeRate, rate, sigma)));
         Reading::independent(taken, &all)
     }
 }

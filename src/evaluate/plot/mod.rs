@@ -6,6 +6,7 @@
 
 mod axis;
 mod chart;
+pub mod curves;
 mod errors;
 mod figure;
 mod flat;

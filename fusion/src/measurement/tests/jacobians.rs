@@ -81,7 +81,7 @@ fn an_angle_is_above_minus_pi_and_up_to_pi() {
     }
     let mut rng = rng(2);
     for _ in 0..1000 {
-        let (angle, turns) = (rng.random_range(-3.14..3.14), f64::from(rng.random_range(-9..9)));
+        let (angle, turns) = (rng.random_range(-3.0..3.0), f64::from(rng.random_range(-9..9)));
         assert!((wrapped(angle + turns * TAU) - angle).abs() < 1e-12, "{angle} and {turns} turns");
     }
 }

@@ -43,7 +43,7 @@ fn at_origin(at: f64, sensor: u16) -> Taken {
     taken(at, sensor, Observer::at_rest(Enu::new(0.0, 0.0, 0.0)))
 }
 
-const RADAR: Radar = Radar { range_m: 20.0, azimuth: 0.01, elevation: 0.02, range_rate: 1.5 };
+const RADAR: Radar = Radar { range_m: 20.0, azimuth: 0.01, elevation: 0.02, range_rate: Some(1.5) };
 const CAMERA: Camera = Camera { azimuth: 0.002, elevation: 0.003 };
 
 /// What a radar measures without noise.

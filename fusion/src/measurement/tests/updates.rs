@@ -156,7 +156,7 @@ fn a_million_updates_leave_a_covariance() {
             if number % 2 == 0 {
                 Camera { azimuth: 1e-3 * fine, elevation: 1e-2 * fine }.reading(taken, angles)
             } else {
-                let fine = Radar { range_m: fine, azimuth: 1e-2, elevation: 1e-2, range_rate: fine };
+                let fine = Radar { range_m: fine, azimuth: 1e-2, elevation: 1e-2, range_rate: Some(fine) };
                 fine.reading(taken, [line.norm(), angles[0], angles[1]], Some(0.0))
             }
             .unwrap()

@@ -1,0 +1,37 @@
+//! The page.
+
+use utm_fusion::evaluate::plot::Figure;
+
+use crate::alignment::{RELATIVE, products};
+use crate::approach::error_of_both;
+use crate::experiment::{Failure, asked_table, page as filled, said, shown};
+use crate::summary::Summary;
+use crate::tracking::{ACCELERATION, LASTS_S};
+
+pub fn page(summary: &Summary, figures: &[Figure]) -> Result<String, Failure> {
+    let [table_1, equation_3] =
+        products().map(|angles| angles.map(|angle| format!("{angle:.3}").replace('-', "−")).join(", "));
+    let printed = RELATIVE.map(|angle| format!("{angle:.2}").replace('-', "−")).join(", ");
+    let miss = |rates: [f64; 2]| said(error_of_both(2000.0, -75.0, rates.map(f64::to_radians)));
+    let asked = summary.asked();
+    let met = asked.iter().filter(|asked| asked.met).count();
+    filled(
+        include_str!("words/page.md"),
+        &[
+            ("runs", summary.errors.len().to_string()),
+            ("first_seed", summary.first_seed.to_string()),
+            ("lasts_s", said(LASTS_S)),
+            ("acceleration", said(ACCELERATION)),
+            ("table_2", summary.table()),
+            ("met", format!("{met} of {}", asked.len())),
+            ("asked", asked_table(&asked)),
+            ("times", summary.times()),
+            ("miss_radar", miss([0.29, 0.26])),
+            ("miss_both", miss([0.099, 0.092])),
+            ("printed", printed),
+            ("table_1", table_1),
+            ("equation_3", equation_3),
+            ("figures", shown(figures)),
+        ],
+    )
+}
