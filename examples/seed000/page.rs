@@ -3,7 +3,7 @@
 use utm_fusion::evaluate::plot::Figure;
 
 use crate::alignment::{RELATIVE, products};
-use crate::approach::error_of_both;
+use crate::approach::{error_of_both, error_of_rate};
 use crate::experiment::{Failure, asked_table, page as filled, said, shown};
 use crate::summary::Summary;
 use crate::tracking::{ACCELERATION, LASTS_S};
@@ -13,6 +13,10 @@ pub fn page(summary: &Summary, figures: &[Figure]) -> Result<String, Failure> {
         products().map(|angles| angles.map(|angle| format!("{angle:.3}").replace('-', "−")).join(", "));
     let printed = RELATIVE.map(|angle| format!("{angle:.2}").replace('-', "−")).join(", ");
     let miss = |rates: [f64; 2]| said(error_of_both(2000.0, -75.0, rates.map(f64::to_radians)));
+    let exact = |rates: [f64; 2]| {
+        let [azimuth, elevation] = rates.map(|rate| error_of_rate(2000.0, -75.0, rate.to_radians()));
+        said(azimuth.hypot(elevation))
+    };
     let asked = summary.asked();
     let met = asked.iter().filter(|asked| asked.met).count();
     filled(
@@ -28,6 +32,8 @@ pub fn page(summary: &Summary, figures: &[Figure]) -> Result<String, Failure> {
             ("times", summary.times()),
             ("miss_radar", miss([0.29, 0.26])),
             ("miss_both", miss([0.099, 0.092])),
+            ("exact_radar", exact([0.29, 0.26])),
+            ("exact_both", exact([0.099, 0.092])),
             ("printed", printed),
             ("table_1", table_1),
             ("equation_3", equation_3),

@@ -81,7 +81,8 @@ pub fn time(at: f64) -> Time {
 /// All detections, in the order in which the tracker hears of them.
 pub fn detections(encounter: &Encounter, draws: &mut Draws) -> Vec<Detection> {
     let mut all = Vec::new();
-    let begin = encounter.when_apart(RADAR_FROM_M);
+    // Scans last a multiple of the tracker's step, so that all stamps of an encounter are off by the same.
+    let begin = encounter.when_apart(RADAR_FROM_M) + draws.0.random_range(0.0..TICK_S);
     for scan in 0.. {
         let at = begin + SCAN_S * f64::from(scan);
         if at >= 0.0 {

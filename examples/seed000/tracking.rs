@@ -11,7 +11,7 @@ use crate::sensors::{Detection, TICK_S, detections, time};
 /// Singer's model, the same for both trackers: the time constant, and the standard deviation of each axis. Neither is
 /// printed; chosen on seeds 1 to 60.
 pub const LASTS_S: f64 = 5.0;
-pub const ACCELERATION: f64 = 2.0;
+pub const ACCELERATION: f64 = 1.6;
 /// What an intruder's velocity may be when it is seen first, one standard deviation over ground, each axis, and upward,
 /// metres a second.
 const FIRST_SPEED: f64 = 30.0;
