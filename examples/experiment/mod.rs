@@ -2,6 +2,7 @@
 //! measured numbers.
 
 use std::fs;
+use std::ops::RangeInclusive;
 use std::path::Path;
 use std::time::Instant;
 
@@ -77,14 +78,15 @@ pub struct Asked {
 }
 
 impl Asked {
-    /// A value that lies between two others.
-    pub fn between(what: impl Into<String>, value: f64, low: f64, high: f64) -> Self {
-        Self {
-            what: what.into(),
-            required: format!("{} to {}", said(low), said(high)),
-            measured: said(value),
-            met: (low..=high).contains(&value),
-        }
+    /// A value that lies within an interval, which may be open to one side.
+    pub fn within(what: impl Into<String>, value: f64, interval: RangeInclusive<f64>) -> Self {
+        let (low, high) = (*interval.start(), *interval.end());
+        let required = match (low.is_finite(), high.is_finite()) {
+            (true, true) => format!("{} to {}", said(low), said(high)),
+            (true, false) => format!("≥ {}", said(low)),
+            _ => format!("≤ {}", said(high)),
+        };
+        Self { what: what.into(), required, measured: said(value), met: interval.contains(&value) }
     }
 }
 

@@ -1,5 +1,7 @@
 //! Table 2 over many encounters, and what is asked of it.
 
+use std::ops::RangeInclusive;
+
 use crate::encounter::Encounter;
 use crate::experiment::{Asked, mean, quantile, runs, said};
 use crate::sensors::{CAMERA_BIAS, Detection, RADAR_BIAS};
@@ -17,9 +19,9 @@ const PAPER_MEAN: [[f64; 6]; 2] =
 const PAPER_TIME_S: [f64; 2] = [0.41, 0.34];
 
 /// How far the medians may lie from the paper's, as a multiple.
-const MEDIAN_WITHIN: (f64, f64) = (0.6, 1.5);
+const MEDIAN_WITHIN: RangeInclusive<f64> = 0.6..=1.5;
 /// Angular rates, radar and camera against radar alone (paper: 0.34 and 0.35).
-const RATIO_WITHIN: (f64, f64) = (0.25, 0.45);
+const RATIO_WITHIN: RangeInclusive<f64> = 0.25..=0.45;
 /// How far the means may lie from the sensors' biases: range, azimuth, elevation, and the rates from zero.
 const MEAN_WITHIN: [f64; 6] = [3.0, 0.2, 0.2, 0.5, 0.05, 0.05];
 
@@ -137,13 +139,13 @@ impl Summary {
                 });
                 let multiple = quantile(&all, 0.5) / paper;
                 let what = format!("{name}, {quantity}: median as a multiple of the paper's");
-                asked.push(Asked::between(what, multiple, MEDIAN_WITHIN.0, MEDIAN_WITHIN.1));
+                asked.push(Asked::within(what, multiple, MEDIAN_WITHIN));
             }
         }
         for column in [4, 5] {
             let ratio = quantile(&self.std(1, column), 0.5) / quantile(&self.std(0, column), 0.5);
             let what = format!("{}: median with the camera as a multiple of that without", COLUMNS[column]);
-            asked.push(Asked::between(what, ratio, RATIO_WITHIN.0, RATIO_WITHIN.1));
+            asked.push(Asked::within(what, ratio, RATIO_WITHIN));
         }
         for (tracker, name) in TRACKERS.into_iter().enumerate() {
             let mut bias = [RADAR_BIAS[0], RADAR_BIAS[1], RADAR_BIAS[2], 0.0, 0.0, 0.0];
@@ -153,12 +155,12 @@ impl Summary {
             for (column, quantity) in COLUMNS.into_iter().enumerate() {
                 let middle = mean(&self.of(tracker, |errors| errors.mean[column]));
                 let (low, high) = (bias[column] - MEAN_WITHIN[column], bias[column] + MEAN_WITHIN[column]);
-                asked.push(Asked::between(format!("{name}, {quantity}: mean"), middle, low, high));
+                asked.push(Asked::within(format!("{name}, {quantity}: mean"), middle, low..=high));
             }
             let middle = quantile(&self.of(tracker, |errors| errors.time_s), 0.5);
             let what = format!("{name}: rms error of the time until the closest point, median (s)");
             let paper = PAPER_TIME_S[tracker];
-            asked.push(Asked::between(what, middle, paper / 2.0, paper * 2.0));
+            asked.push(Asked::within(what, middle, paper / 2.0..=paper * 2.0));
         }
         asked
     }

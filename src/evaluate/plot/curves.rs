@@ -6,10 +6,12 @@ use std::fmt::Write;
 use super::axis::{Axis, drawable, round_step, span};
 use super::chart::Chart;
 use super::figure::Figure;
-use super::style::{Marker, Style};
+use super::style::{Marker, Scale, Style};
 use super::svg::{PathData, coordinate};
 
 const WIDTH: f64 = 600.0;
+/// So few points are drawn large.
+const FEW: usize = 60;
 const PLAN_HEIGHT: (f64, f64) = (260.0, 620.0);
 
 /// How a curve looks. Those of one figure differ in colour, in dash and in marker.
@@ -39,8 +41,8 @@ impl Look {
             Self::Truth => (Marker::Dot, "#000", "#000", ""),
             Self::First | Self::FirstBound => (Marker::Dot, "#154f9c", "#154f9c", ""),
             Self::FirstPoints => (Marker::Cross, "#154f9c", "#154f9c", ""),
-            Self::Second | Self::SecondBound => (Marker::Square, "#c98200", "#8a5600", "7 3"),
-            Self::SecondPoints => (Marker::Square, "#c98200", "#8a5600", ""),
+            Self::Second => (Marker::Square, "#c98200", "#8a5600", "7 3"),
+            Self::SecondPoints | Self::SecondBound => (Marker::Square, "#c98200", "#8a5600", ""),
             Self::Third => (Marker::Triangle, "#cf5f88", "#7d1f40", "2 2.5"),
         };
         Style { marker, colour, line_colour, dash }
@@ -128,7 +130,13 @@ fn draw(mut chart: Chart, curves: &[Curve]) -> Chart {
         let is_there = |(x, y): &(f64, f64)| drawable(*x) && drawable(*y);
         if look.is_points() {
             let points: Vec<_> = points.iter().copied().filter(is_there).collect();
-            chart.points(&style, &points);
+            if points.len() <= FEW {
+                let inside = points.iter().filter(|(x, y)| chart.x.holds(*x) && chart.y.holds(*y));
+                let places: Vec<_> = inside.map(|point| chart.place(*point)).collect();
+                chart.markers(style.marker, Scale::Large, style.colour, &places);
+            } else {
+                chart.points(&style, &points);
+            }
             if is_named {
                 chart.key_marker(style.marker, style.colour, name);
             }
