@@ -22,6 +22,7 @@ pub fn page(summary: &Summary, figures: &[Figure]) -> Result<String, Failure> {
             ("models", summary.models_table()),
             ("met", format!("{met} of {}", asked.len())),
             ("asked", asked_table(&asked)),
+            ("along", summary.along()),
             ("figures", shown(figures)),
         ],
     )
