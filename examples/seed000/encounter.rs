@@ -8,16 +8,16 @@ use fusion::measurement::{Observer, wrapped};
 use nalgebra::Vector3;
 
 /// Of both, metres a second.
-const SPEED: f64 = 39.0;
+pub const SPEED: f64 = 39.0;
 /// How far their headings are from the line of sight in the end, degrees: so that they close at 75 m/s.
-const OFF_DEG: f64 = 15.94;
+pub const OFF_DEG: f64 = 15.94;
 /// When they begin to turn towards each other, and when they fly straight, seconds: about where the radar and where the
 /// camera sees the intruder first.
 const TURN_S: (f64, f64) = (-41.0, -31.0);
 /// How much further off they are before, degrees: so that they close at 65.6 m/s.
-const FURTHER_DEG: (f64, f64) = (16.0, 17.7);
+pub const FURTHER_DEG: (f64, f64) = (16.0, 17.7);
 /// Where the intruder is seen from the own ship at the closest point, if both flew straight: to the side, and above, metres.
-const MISS_M: (f64, f64) = (12.0, 30.0);
+pub const MISS_M: (f64, f64) = (12.0, 30.0);
 /// How fast the intruder climbs before it flies straight, metres a second.
 const CLIMB: f64 = 1.0;
 /// Begin and step of the path, seconds.

@@ -4,9 +4,11 @@ use utm_fusion::evaluate::plot::Figure;
 
 use crate::alignment::{RELATIVE, products};
 use crate::approach::{error_of_both, error_of_rate};
+use crate::encounter::{FURTHER_DEG, MISS_M, OFF_DEG, SPEED};
 use crate::experiment::{Failure, asked_table, page as filled, said, shown};
+use crate::sensors::STAMP_VARIANCE_M2;
 use crate::summary::Summary;
-use crate::tracking::{ACCELERATION, LASTS_S};
+use crate::tracking::{ACCELERATION, FIRST_CLIMB, FIRST_SPEED, LASTS_S};
 
 pub fn page(summary: &Summary, figures: &[Figure]) -> Result<String, Failure> {
     let [table_1, equation_3] =
@@ -26,6 +28,16 @@ pub fn page(summary: &Summary, figures: &[Figure]) -> Result<String, Failure> {
             ("first_seed", summary.first_seed.to_string()),
             ("lasts_s", said(LASTS_S)),
             ("acceleration", said(ACCELERATION)),
+            ("stamp_m", said(STAMP_VARIANCE_M2.sqrt())),
+            ("speed", said(SPEED)),
+            ("off_deg", said(OFF_DEG)),
+            (
+                "before_deg",
+                format!("{} and {}", said(OFF_DEG + FURTHER_DEG.0), said(OFF_DEG + FURTHER_DEG.1)),
+            ),
+            ("above_m", said(MISS_M.1)),
+            ("first_speed", said(FIRST_SPEED)),
+            ("first_climb", said(FIRST_CLIMB)),
             ("table_2", summary.table()),
             ("met", format!("{met} of {}", asked.len())),
             ("asked", asked_table(&asked)),

@@ -31,7 +31,7 @@ const FALSE_ALARM_DEG: (f64, f64) = (1.5, 3.0);
 pub const TICK_S: f64 = 0.1;
 
 /// Variance of the range by a time stamp that is off by up to half a step, at 75 m/s, m².
-const STAMP_VARIANCE_M2: f64 = (75.0 * TICK_S) * (75.0 * TICK_S) / 12.0;
+pub const STAMP_VARIANCE_M2: f64 = (75.0 * TICK_S) * (75.0 * TICK_S) / 12.0;
 
 /// One detection.
 pub struct Detection {

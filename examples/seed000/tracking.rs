@@ -14,8 +14,8 @@ pub const LASTS_S: f64 = 5.0;
 pub const ACCELERATION: f64 = 1.6;
 /// What an intruder's velocity may be when it is seen first, one standard deviation over ground, each axis, and upward,
 /// metres a second.
-const FIRST_SPEED: f64 = 30.0;
-const FIRST_CLIMB: f64 = 5.0;
+pub const FIRST_SPEED: f64 = 30.0;
+pub const FIRST_CLIMB: f64 = 5.0;
 /// Firm track from here on, metres, and statistics down to there.
 pub const FIRM_M: f64 = 2600.0;
 pub const NEAR_M: f64 = 350.0;

@@ -9,6 +9,7 @@ use crate::tracking::STAYS;
 
 pub fn page(summary: &Summary, figures: &[Figure]) -> Result<String, Failure> {
     let asked = summary.asked();
+    let lag = summary.lag();
     let met = asked.iter().filter(|asked| asked.met).count();
     filled(
         include_str!("words/page.md"),
@@ -22,7 +23,10 @@ pub fn page(summary: &Summary, figures: &[Figure]) -> Result<String, Failure> {
             ("models", summary.models_table()),
             ("met", format!("{met} of {}", asked.len())),
             ("asked", asked_table(&asked)),
-            ("along", summary.along()),
+            ("along", format!("{} ± {}", said(lag.mean_m), said(lag.error_m))),
+            ("lag", said(lag.expected_m)),
+            ("known", said(lag.known_s)),
+            ("rms", said(lag.rms_m)),
             ("figures", shown(figures)),
         ],
     )

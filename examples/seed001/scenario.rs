@@ -20,7 +20,7 @@ pub struct Intruder {
     /// How far ahead it begins, metres.
     ahead_m: f64,
     /// Rate of its turn to the left, radians a second.
-    turn: f64,
+    pub turn: f64,
     /// The noise that the tracker takes it to have, m²/s³.
     pub noise: f64,
 }

@@ -3,7 +3,7 @@
 use crate::experiment::{Asked, mean, quantile, rms, runs, said};
 use crate::scenario::{INTRUDERS, Intruder};
 use crate::sensors::CONFIGURATIONS;
-use crate::tracking::{Models, Sample, track};
+use crate::tracking::{Models, STEP_S, Sample, track};
 
 /// The straight leg counts from here on, seconds after the first detection.
 const SETTLED_S: f64 = 20.0;
@@ -44,7 +44,7 @@ impl Flown {
         };
         let along: Vec<f64> = samples.iter().filter(turning).map(|sample| sample.along_m).collect();
         let known = samples.iter().find(|sample| sample.at >= turn && sample.left > 0.5);
-        let every = (EVERY_S / 0.1) as usize;
+        let every = (EVERY_S / STEP_S).round() as usize;
         Self {
             position_m: legs(|sample| sample.error_m),
             heading_deg: legs(|sample| sample.heading_deg),
@@ -83,6 +83,18 @@ impl Case {
     fn heading_deg(&self, leg: usize) -> f64 {
         self.over(|flown| flown.heading_deg[leg])
     }
+}
+
+/// How far a track is ahead in the turn.
+pub struct Lag {
+    /// Mean over all flights, its standard error, and the rms error, metres.
+    pub mean_m: f64,
+    pub error_m: f64,
+    pub rms_m: f64,
+    /// When the side of the turn is known, median, seconds.
+    pub known_s: f64,
+    /// How far one falls behind that flies straight on until then, metres.
+    pub expected_m: f64,
 }
 
 pub struct Summary {
@@ -149,9 +161,14 @@ impl Summary {
     }
 
     /// Intruder 1 along the track in its turn, in configuration 2.
-    pub fn along(&self) -> String {
-        let (along, error) = self.case(0, 1, Models::Seven).along();
-        format!("{} ± {}", said(along), said(error))
+    pub fn lag(&self) -> Lag {
+        let case = self.case(0, 1, Models::Seven);
+        let (mean_m, error_m) = case.along();
+        let known: Vec<f64> = case.flown.iter().map(|flown| flown.known_s).collect();
+        let known_s = quantile(&known, 0.5);
+        let Intruder { speed, turn, .. } = INTRUDERS[0];
+        let rms_m = case.over(|flown| flown.along_m[1]);
+        Lag { mean_m, error_m, rms_m, known_s, expected_m: speed * turn * turn * known_s.powi(3) / 3.0 }
     }
 
     /// Position errors by set of models.

@@ -15,7 +15,7 @@ const STARTED_BY: usize = 4;
 const FIRST_SPEED: f64 = 200.0;
 const FIRST_CLIMB: f64 = 10.0;
 /// How often a track is looked at, seconds.
-const STEP_S: f64 = 0.1;
+pub const STEP_S: f64 = 0.1;
 
 /// The models of a tracker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

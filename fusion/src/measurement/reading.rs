@@ -10,6 +10,9 @@ use crate::time::Time;
 /// Most numbers that one reading holds: those of a radar with range rate.
 pub(super) const MOST: usize = 4;
 
+/// Least angle at which two lines of sight say how far an aircraft is, radians.
+const CROSSING: f64 = 5.0_f64.to_radians();
+
 /// When and by what something was measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Taken {
@@ -123,6 +126,43 @@ impl Reading {
         let noise = Matrix3::from_fn(|row, column| self.noise[(places[row], places[column])]);
         let covariance = inverse * noise * inverse.transpose();
         covariance.iter().all(|value| value.is_finite()).then_some((position.into(), covariance))
+    }
+
+    /// Where this line of sight meets that of another sensor at the same instant, and the covariance of that, m²: half way
+    /// between the two lines where they are closest. `None` where one is no line of sight, where they meet behind a sensor,
+    /// or at less than [`CROSSING`]: then their distance is not observed.
+    pub fn crossing(&self, other: &Self) -> Option<(Enu, Matrix3<f64>)> {
+        let [(from, along), (from_other, along_other)] = [self.line_of_sight()?, other.line_of_sight()?];
+        let (cosine, between) = (along.dot(&along_other), from_other - from);
+        let sine2 = along.cross(&along_other).norm_squared();
+        if sine2 < CROSSING.sin().powi(2) {
+            return None;
+        }
+        let far = (between.dot(&along) - cosine * between.dot(&along_other)) / sine2;
+        let far_other = (cosine * between.dot(&along) - between.dot(&along_other)) / sine2;
+        if far <= 0.0 || far_other <= 0.0 {
+            return None;
+        }
+        let position = (from + along * far + from_other + along_other * far_other) / 2.0;
+        let mut information = Matrix3::zeros();
+        for reading in [self, other] {
+            for (index, (quantity, _)) in reading.values.iter().enumerate() {
+                let row =
+                    quantity.expected(&reading.taken.observer, &position, &Vector3::zeros())?.by_position;
+                information += row * row.transpose() / reading.noise[(index, index)];
+            }
+        }
+        Some((position.into(), information.try_inverse()?))
+    }
+
+    /// Of an azimuth and an elevation: where from, and the unit vector along.
+    fn line_of_sight(&self) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let [(Quantity::Azimuth, azimuth), (Quantity::Elevation, elevation)] = self.values[..] else {
+            return None;
+        };
+        let ((east, north), (up, over_ground)) = (azimuth.sin_cos(), elevation.sin_cos());
+        let along = Vector3::new(east * over_ground, north * over_ground, up);
+        Some((self.taken.observer.position.0, along))
     }
 
     /// What makes white noise of variance 1 of the noise of these values; `None` if its covariance is not positive definite.

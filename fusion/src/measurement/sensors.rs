@@ -30,7 +30,8 @@ pub struct Interrogator {
     pub altitude_m: f64,
 }
 
-/// A camera, of visible light or infrared: azimuth and elevation. It sees no range, so it starts no track by itself.
+/// A camera, of visible light or infrared: azimuth and elevation. It sees no range, so it starts no track by itself, but two
+/// of them do ([`Reading::crossing`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// Of the azimuth, radians.

@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 use std::fmt::Debug;
 
-use nalgebra::{Matrix6, Vector3};
+use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::flight::{Flight, Interacting, Moves};
 use super::reading::Reading;
@@ -33,10 +33,20 @@ impl Estimate {
     /// Of an aircraft that was seen once, with any velocity of that standard deviation on each axis, metres a second.
     /// `None` where the reading does not say where it is ([`Reading::place`]).
     pub fn first(reading: &Reading, speed: f64) -> Option<Self> {
-        let (position, of_position) = reading.place()?;
+        Some(Self::placed(reading.taken().time, reading.place()?, speed))
+    }
+
+    /// The same of an aircraft that two cameras saw at one instant. `None` where their lines of sight do not say where it is
+    /// ([`Reading::crossing`]).
+    pub fn crossed(readings: [&Reading; 2], speed: f64) -> Option<Self> {
+        let [one, other] = readings;
+        Some(Self::placed(one.taken().time, one.crossing(other)?, speed))
+    }
+
+    fn placed(time: Time, (position, of_position): (Enu, Matrix3<f64>), speed: f64) -> Self {
         let mut covariance = Matrix6::from_diagonal_element(speed * speed);
         covariance.fixed_view_mut::<3, 3>(0, 0).copy_from(&of_position);
-        Some(Self { time: reading.taken().time, position, velocity: Vector3::zeros(), covariance })
+        Self { time, position, velocity: Vector3::zeros(), covariance }
     }
 
     fn of<const D: usize>(time: Time, state: &Gaussian<D>) -> Self {

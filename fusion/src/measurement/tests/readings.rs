@@ -96,3 +96,51 @@ fn what_an_aircraft_reports_is_turned_with_the_convergence() {
     let same = over_ground(&site, aircraft, 10.0, 10.0);
     assert!((same - Matrix2::identity() * 100.0).norm() < 0.1, "equal in both directions it stays a circle");
 }
+
+/// Two cameras, against many draws of their noise.
+#[test]
+fn two_lines_of_sight_say_where_an_aircraft_is_and_how_well() {
+    let position = Vector3::new(400.0, 1500.0, 250.0);
+    let observers = [Enu::new(0.0, 0.0, 10.0), Enu::new(900.0, 200.0, 30.0)].map(Observer::at_rest);
+    let exact = observers.map(|observer| seen_by_camera(taken(0.0, 1, observer), &position));
+    let (place, covariance) = exact[0].crossing(&exact[1]).unwrap();
+    assert!((place.0 - position).norm() < 1e-6);
+    assert_eq!(Estimate::crossed([&exact[0], &exact[1]], 20.0).unwrap().position, place);
+    let mut rng = rng(8);
+    let mut sum = Matrix3::zeros();
+    let draws = 20_000;
+    for _ in 0..draws {
+        let [one, other] = [0, 1].map(|camera| {
+            let angles = [0, 1].map(|angle| {
+                let sigma = [CAMERA.azimuth, CAMERA.elevation][angle];
+                // Uniform, of that deviation.
+                exact[camera].values()[angle].1 + sigma * 3.0_f64.sqrt() * rng.random_range(-1.0..1.0)
+            });
+            CAMERA.reading(*exact[camera].taken(), angles).unwrap()
+        });
+        let off = one.crossing(&other).unwrap().0.0 - position;
+        sum += off * off.transpose() / f64::from(draws);
+    }
+    // Over ground both lines decide; upward the nearest way between them is about the best there is.
+    let over_ground = |matrix: &Matrix3<f64>| matrix.fixed_view::<2, 2>(0, 0).into_owned();
+    assert!((over_ground(&sum) - over_ground(&covariance)).norm() < 0.1 * over_ground(&covariance).norm());
+    assert!((0.9..1.3).contains(&(sum[(2, 2)] / covariance[(2, 2)])), "{sum} {covariance}");
+}
+
+#[test]
+fn lines_of_sight_that_hardly_cross_say_no_place() {
+    let position = Vector3::new(0.0, 2000.0, 100.0);
+    let seen_from = |east: f64, north: f64, target: &Vector3<f64>| {
+        let observer = Observer::at_rest(Enu::new(east, north, 0.0));
+        seen_by_camera(taken(0.0, 1, observer), target)
+    };
+    let one = seen_from(0.0, 0.0, &position);
+    // 2000 m away, 170 m to the side are 4.9 degrees and 180 m are 5.1.
+    assert!(one.crossing(&seen_from(170.0, 0.0, &position)).is_none());
+    assert!(one.crossing(&seen_from(180.0, 0.0, &position)).is_some());
+    assert!(one.crossing(&seen_from(0.0, 100.0, &position)).is_none(), "along one line");
+    let apart = seen_from(900.0, 0.0, &Vector3::new(2000.0, 1500.0, 100.0));
+    assert!(one.crossing(&apart).is_none(), "they meet behind the sensors");
+    let radar = seen_by_radar(at_origin(0.0, 0), &position, &Vector3::zeros());
+    assert!(one.crossing(&radar).is_none(), "a radar's reading is no line of sight");
+}
