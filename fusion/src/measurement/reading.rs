@@ -130,7 +130,7 @@ impl Reading {
 
     /// Where this line of sight meets that of another sensor at the same instant, and the covariance of that, m²: half way
     /// between the two lines where they are closest. `None` where one is no line of sight, where they meet behind a sensor,
-    /// or at less than [`CROSSING`]: then their distance is not observed.
+    /// or at less than 5 degrees: then their distance is not observed.
     pub fn crossing(&self, other: &Self) -> Option<(Enu, Matrix3<f64>)> {
         let [(from, along), (from_other, along_other)] = [self.line_of_sight()?, other.line_of_sight()?];
         let (cosine, between) = (along.dot(&along_other), from_other - from);
