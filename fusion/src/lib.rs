@@ -24,6 +24,7 @@
 //! | [`learning`] | a radar's errors as they have shown themselves, and what a restart must know of them |
 //! | [`integrity`] | whether a transponder can be trusted, and what speaks against it |
 //! | [`conflicts`] | who will come near whom |
+//! | [`measurement`] | what any sensor measures of an aircraft, and a tracker by all of them |
 //! | [`interpolation`], [`assignment`] | shape-preserving interpolation; the optimal one-to-one assignment |
 
 pub mod assignment;
@@ -36,6 +37,7 @@ pub mod frames;
 pub mod integrity;
 pub mod interpolation;
 pub mod learning;
+pub mod measurement;
 pub mod numbering;
 pub mod operational;
 pub mod point;

@@ -5,14 +5,14 @@ use super::symmetric::{Rows, Symmetric, Vector, add_scaled, difference, scale, t
 
 /// Mean and covariance.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Gaussian<const D: usize> {
-    pub(super) mean: Vector<D>,
-    pub(super) covariance: Symmetric<D>,
+pub(crate) struct Gaussian<const D: usize> {
+    pub(crate) mean: Vector<D>,
+    pub(crate) covariance: Symmetric<D>,
 }
 
 /// How the first numbers of a state move over an interval: x' = F x + w, w normal with covariance Q. Those behind them are
 /// biases of radars, [`Slow`].
-pub(super) trait Motion<const D: usize> {
+pub(crate) trait Motion<const D: usize> {
     /// How many numbers move so.
     const MOVING: usize;
 
@@ -25,14 +25,14 @@ pub(super) trait Motion<const D: usize> {
 
 /// What becomes of the biases over an interval, each by itself: x' = kept · x + w, w normal. Of the other numbers nothing.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Slow<const D: usize> {
+pub(crate) struct Slow<const D: usize> {
     kept: Vector<D>,
     added: [Moments; D],
 }
 
 impl<const D: usize> Slow<D> {
     /// Nothing moves.
-    pub(super) const NONE: Self = Self { kept: [1.0; D], added: [Moments { mean: 0.0, variance: 0.0 }; D] };
+    pub(crate) const NONE: Self = Self { kept: [1.0; D], added: [Moments { mean: 0.0, variance: 0.0 }; D] };
 
     pub(super) fn set(&mut self, index: usize, kept: f64, added: Moments) {
         (self.kept[index], self.added[index]) = (kept, added);
@@ -85,8 +85,8 @@ impl Pair {
 /// What a prediction leaves for the smoother: the predicted Gaussian, and its covariance with what it was predicted from,
 /// rows of the former, columns of the latter.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bridge<const D: usize> {
-    pub(super) predicted: Gaussian<D>,
+pub(crate) struct Bridge<const D: usize> {
+    pub(crate) predicted: Gaussian<D>,
     pub(super) across: Rows<D, D>,
 }
 

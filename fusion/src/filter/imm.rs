@@ -8,14 +8,14 @@ const WEIGHT_MIN: f64 = 1e-6;
 
 /// A Gaussian for each of `M` models, with its probability. Of a single model it is that Gaussian.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Mixture<const D: usize, const M: usize> {
-    pub(super) weights: [f64; M],
-    pub(super) parts: [Gaussian<D>; M],
+pub(crate) struct Mixture<const D: usize, const M: usize> {
+    pub(crate) weights: [f64; M],
+    pub(crate) parts: [Gaussian<D>; M],
 }
 
 impl<const D: usize, const M: usize> Mixture<D, M> {
     /// The Gaussian with the mixture's mean and covariance.
-    pub(super) fn combined(&self) -> Gaussian<D> {
+    pub(crate) fn combined(&self) -> Gaussian<D> {
         let mut mean = [0.0; D];
         for model in 0..M {
             add_scaled(&mut mean, &self.parts[model].mean, self.weights[model]);
@@ -32,7 +32,7 @@ impl<const D: usize, const M: usize> Mixture<D, M> {
     /// Prediction with each model's motion; `switch`: the probability of each to have become another one meanwhile. Also
     /// the bridge of the combined Gaussian, which is `before` now.
     #[inline]
-    pub(super) fn predicted(
+    pub(crate) fn predicted(
         &self,
         before: &Gaussian<D>,
         motions: &[impl Motion<D>; M],
@@ -89,6 +89,12 @@ impl<const D: usize, const M: usize> Mixture<D, M> {
             let (distance, determinant) = self.parts[model].observe_pair(&whitened);
             (distances[model], likelihoods[model]) = (distance, determinant.sqrt().recip());
         }
+        self.weigh(&distances, likelihoods);
+    }
+
+    /// Weighs each model by how well it expected what was observed: squared Mahalanobis distances, and the densities at
+    /// distance zero, in whichever unit.
+    pub(crate) fn weigh(&mut self, distances: &[f64; M], mut likelihoods: [f64; M]) {
         // Relative to the least distance, so that nothing underflows but what is negligible.
         let least = distances.iter().copied().fold(f64::INFINITY, f64::min);
         for model in 0..M {

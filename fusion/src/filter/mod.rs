@@ -40,7 +40,14 @@ mod tests;
 
 pub use bias::{Bias, Moments};
 pub use errors::{LineOfSight, RadarErrors};
+pub(crate) use gaussian::{Gaussian, Motion, Slow};
+pub(crate) use imm::Mixture;
 pub use measurement::{By, Measurement, Owner, StateEstimate};
+pub(crate) use motion::{Course, MODELS};
 pub use motion::{Model, Models};
+pub(crate) use singer::Axis;
 pub use singer::Singer;
+pub(crate) use symmetric::{Rows, Symmetric, Vector};
 pub use target::{Dynamics, TargetFilter};
+#[cfg(test)]
+pub(crate) use tests::{noise_of, transition_of};

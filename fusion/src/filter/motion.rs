@@ -4,7 +4,7 @@ use super::gaussian::Motion;
 use super::symmetric::{Rows, Symmetric};
 
 /// How many models interact.
-pub(super) const MODELS: usize = 4;
+pub(crate) const MODELS: usize = 4;
 
 /// A model of the motion over ground; the state is east, north (metres), and their rates (metres a second).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,7 +48,7 @@ impl Default for Models {
 
 impl Models {
     /// Probabilities to change from one model to another within `dt` seconds.
-    pub(super) fn switch(&self, dt: f64) -> [[f64; MODELS]; MODELS] {
+    pub(crate) fn switch(&self, dt: f64) -> [[f64; MODELS]; MODELS] {
         const TOWARDS: [[f64; MODELS]; MODELS] =
             [[0.0, 0.7, 0.15, 0.15], [0.6, 0.0, 0.2, 0.2], [0.5, 0.5, 0.0, 0.0], [0.5, 0.5, 0.0, 0.0]];
         std::array::from_fn(|from| {
@@ -62,7 +62,7 @@ impl Models {
 ///
 /// On both axes at once F is made of two turns with a stretch: of the velocity, and of what the velocity adds to the place.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Course {
+pub(crate) struct Course {
     /// Seconds along the velocity, and to its right, that add to the place.
     along: [f64; 2],
     /// Cosine and sine of the turn to the right.
@@ -73,7 +73,7 @@ pub(super) struct Course {
 
 impl Model {
     /// Over `dt` seconds, not negative.
-    pub(super) fn over(&self, dt: f64) -> Course {
+    pub(crate) fn over(&self, dt: f64) -> Course {
         match *self {
             Self::ConstantVelocity { noise } => {
                 Course { along: [dt, 0.0], turned: [1.0, 0.0], noise: white_acceleration(noise, dt) }
@@ -98,30 +98,51 @@ impl<const D: usize> Motion<D> for Course {
 
     #[inline]
     fn carry<const N: usize>(&self, rows: &mut Rows<N, D>) {
-        let ([ahead, aside], [cos, sin]) = (self.along, self.turned);
-        let (east_rate, north_rate) = (rows[2], rows[3]);
-        for column in 0..N {
-            let (east, north) = (east_rate[column], north_rate[column]);
-            rows[0][column] += ahead * east + aside * north;
-            rows[1][column] += ahead * north - aside * east;
-            rows[2][column] = cos * east + sin * north;
-            rows[3][column] = cos * north - sin * east;
-        }
+        self.carry_at(rows, [0, 1], [2, 3]);
     }
 
     #[inline]
     fn add_noise(&self, covariance: &mut Symmetric<D>) {
-        let [place, across, velocity] = self.noise;
-        for axis in [0, 1] {
-            covariance.add_at(axis, axis, place);
-            covariance.add_at(axis, axis + 2, across);
-            covariance.add_at(axis + 2, axis + 2, velocity);
+        [(0, 2), (1, 3)].into_iter().for_each(|states| self.add_noise_at(covariance, states));
+    }
+}
+
+impl Course {
+    /// Makes of the rows of east and north, and of those of their rates, what becomes of them.
+    #[inline]
+    pub(crate) fn carry_at<const N: usize, const D: usize>(
+        &self,
+        rows: &mut Rows<N, D>,
+        places: [usize; 2],
+        rates: [usize; 2],
+    ) {
+        let ([ahead, aside], [cos, sin]) = (self.along, self.turned);
+        let (east_rate, north_rate) = (rows[rates[0]], rows[rates[1]]);
+        for column in 0..N {
+            let (east, north) = (east_rate[column], north_rate[column]);
+            rows[places[0]][column] += ahead * east + aside * north;
+            rows[places[1]][column] += ahead * north - aside * east;
+            rows[rates[0]][column] = cos * east + sin * north;
+            rows[rates[1]][column] = cos * north - sin * east;
         }
+    }
+
+    /// Adds the noise on one axis: the states of its place and of its rate.
+    #[inline]
+    pub(crate) fn add_noise_at<const D: usize>(
+        &self,
+        covariance: &mut Symmetric<D>,
+        (place, rate): (usize, usize),
+    ) {
+        let [of_place, across, of_rate] = self.noise;
+        covariance.add_at(place, place, of_place);
+        covariance.add_at(place, rate, across);
+        covariance.add_at(rate, rate, of_rate);
     }
 }
 
 /// Discretised continuous white acceleration (Bar-Shalom (2001), eq. 6.2.2-12): of place, place and velocity, velocity.
-pub(super) fn white_acceleration(density: f64, dt: f64) -> [f64; 3] {
+pub(crate) fn white_acceleration(density: f64, dt: f64) -> [f64; 3] {
     [density * dt * dt * dt / 3.0, density * dt * dt / 2.0, density * dt]
 }
 

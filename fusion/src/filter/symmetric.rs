@@ -3,10 +3,10 @@
 //! Loops count from 0 to a length that the compiler knows, so that it unrolls them; iterators over arrays would leave calls.
 
 /// A vector of `D` numbers.
-pub(super) type Vector<const D: usize> = [f64; D];
+pub(crate) type Vector<const D: usize> = [f64; D];
 
 /// `D` rows of `N` numbers.
-pub(super) type Rows<const N: usize, const D: usize> = [[f64; N]; D];
+pub(crate) type Rows<const N: usize, const D: usize> = [[f64; N]; D];
 
 /// a + b · factor, element by element.
 #[inline]
@@ -46,14 +46,14 @@ pub(super) fn transposed<const D: usize>(rows: &Rows<D, D>) -> Rows<D, D> {
 
 /// A symmetric matrix: a covariance. Both halves are stored, so that a row is a column; they are the same but for rounding.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Symmetric<const D: usize>(Rows<D, D>);
+pub(crate) struct Symmetric<const D: usize>(Rows<D, D>);
 
 impl<const D: usize> Symmetric<D> {
-    pub(super) const ZERO: Self = Self([[0.0; D]; D]);
+    pub(crate) const ZERO: Self = Self([[0.0; D]; D]);
 
     /// What has come out symmetric but for rounding: the lower half of it, twice.
     #[inline]
-    pub(super) fn of_lower(mut rows: Rows<D, D>) -> Self {
+    pub(crate) fn of_lower(mut rows: Rows<D, D>) -> Self {
         for row in 1..D {
             for column in 0..row {
                 rows[column][row] = rows[row][column];
@@ -63,18 +63,18 @@ impl<const D: usize> Symmetric<D> {
     }
 
     #[inline]
-    pub(super) fn rows(&self) -> &Rows<D, D> {
+    pub(crate) fn rows(&self) -> &Rows<D, D> {
         &self.0
     }
 
     #[inline]
-    pub(super) fn at(&self, row: usize, column: usize) -> f64 {
+    pub(crate) fn at(&self, row: usize, column: usize) -> f64 {
         self.0[row][column]
     }
 
     /// Adds to an element and its mirror image.
     #[inline]
-    pub(super) fn add_at(&mut self, row: usize, column: usize, value: f64) {
+    pub(crate) fn add_at(&mut self, row: usize, column: usize, value: f64) {
         self.0[row][column] += value;
         if row != column {
             self.0[column][row] += value;

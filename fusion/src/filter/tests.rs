@@ -40,7 +40,7 @@ fn dynamics() -> [Dynamics; 2] {
 }
 
 /// F of a motion.
-pub(super) fn transition_of<const D: usize>(motion: &impl Motion<D>) -> SMatrix<f64, D, D> {
+pub(crate) fn transition_of<const D: usize>(motion: &impl Motion<D>) -> SMatrix<f64, D, D> {
     let mut rows =
         std::array::from_fn(|row| std::array::from_fn(|column| f64::from(u8::from(row == column))));
     motion.carry::<D>(&mut rows);
@@ -48,7 +48,7 @@ pub(super) fn transition_of<const D: usize>(motion: &impl Motion<D>) -> SMatrix<
 }
 
 /// Q of a motion.
-pub(super) fn noise_of<const D: usize>(motion: &impl Motion<D>) -> SMatrix<f64, D, D> {
+pub(crate) fn noise_of<const D: usize>(motion: &impl Motion<D>) -> SMatrix<f64, D, D> {
     let mut noise = Symmetric::ZERO;
     motion.add_noise(&mut noise);
     dense(&noise)

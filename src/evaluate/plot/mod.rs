@@ -6,6 +6,7 @@
 
 mod axis;
 mod chart;
+pub mod curves;
 mod encounter;
 mod errors;
 mod figure;

@@ -1,0 +1,145 @@
+//! What the experiments after papers have in common: draws, statistics, runs side by side, and a page made of words and
+//! measured numbers.
+
+use std::fs;
+use std::ops::RangeInclusive;
+use std::path::Path;
+use std::time::Instant;
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use utm_fusion::evaluate::plot::Figure;
+
+#[path = "../evaluation/parallel.rs"]
+mod parallel;
+
+/// The first of the seeds that nothing is tuned on.
+pub const FIRST_SEED: u64 = 1001;
+
+/// What stops an experiment.
+pub type Failure = Box<dyn std::error::Error + Send + Sync>;
+
+/// Random numbers of a run.
+pub struct Draws(pub ChaCha8Rng);
+
+impl Draws {
+    pub fn of(seed: u64) -> Self {
+        Self(ChaCha8Rng::seed_from_u64(seed))
+    }
+
+    /// Normal, of mean zero.
+    pub fn normal(&mut self, sigma: f64) -> f64 {
+        let unit: f64 = StandardNormal.sample(&mut self.0);
+        sigma * unit
+    }
+}
+
+/// What `of` makes of each seed, on all cores, in the order of the seeds.
+pub fn runs<R: Send>(first_seed: u64, count: u64, of: impl Fn(u64) -> R + Sync) -> Vec<R> {
+    let seeds: Vec<u64> = (first_seed..first_seed + count).collect();
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    parallel::each(&seeds, threads, |_, seed| of(*seed))
+}
+
+/// Mean of values; zero of none.
+pub fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+/// Root mean square; zero of none.
+pub fn rms(values: &[f64]) -> f64 {
+    mean(&values.iter().map(|value| value * value).collect::<Vec<_>>()).sqrt()
+}
+
+/// The value below which a share of all lies, linear between neighbours; zero of none.
+pub fn quantile(values: &[f64], share: f64) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let Some(last) = sorted.len().checked_sub(1) else { return 0.0 };
+    let place = share * last as f64;
+    let (below, above) = (sorted[place.floor() as usize], sorted[place.ceil() as usize]);
+    below + place.fract() * (above - below)
+}
+
+/// A number as a page has it: three digits that count.
+pub fn said(value: f64) -> String {
+    let whole = value.abs().log10().floor();
+    let decimals = if whole.is_finite() { (2.0 - whole).clamp(0.0, 3.0) as usize } else { 0 };
+    format!("{value:.decimals$}").replace('-', "−")
+}
+
+/// One thing that is asked of an experiment.
+pub struct Asked {
+    pub what: String,
+    pub required: String,
+    pub measured: String,
+    pub met: bool,
+}
+
+impl Asked {
+    /// A value that lies within an interval, which may be open to one side.
+    pub fn within(what: impl Into<String>, value: f64, interval: RangeInclusive<f64>) -> Self {
+        let (low, high) = (*interval.start(), *interval.end());
+        let required = match (low.is_finite(), high.is_finite()) {
+            (true, true) => format!("{} to {}", said(low), said(high)),
+            (true, false) => format!("≥ {}", said(low)),
+            _ => format!("≤ {}", said(high)),
+        };
+        Self { what: what.into(), required, measured: said(value), met: interval.contains(&value) }
+    }
+}
+
+/// All that is asked, as a table of Markdown.
+pub fn asked_table(asked: &[Asked]) -> String {
+    let mut table = "| | required | measured | |\n|---|---|---|---|\n".to_owned();
+    for Asked { what, required, measured, met } in asked {
+        let met = if *met { "met" } else { "**not met**" };
+        table.push_str(&format!("| {what} | {required} | {measured} | {met} |\n"));
+    }
+    table
+}
+
+/// A page: its words, with `{{name}}` replaced by what was measured.
+pub fn page(words: &str, measured: &[(&str, String)]) -> Result<String, Failure> {
+    let mut page = words.to_owned();
+    for (name, text) in measured {
+        let place = format!("{{{{{name}}}}}");
+        if !page.contains(&place) {
+            return Err(format!("the page has no place for {name}").into());
+        }
+        page = page.replace(&place, text.trim_end());
+    }
+    match page.find("{{") {
+        Some(at) => Err(format!("nothing was measured for {:.30}", &page[at..]).into()),
+        None => Ok(page),
+    }
+}
+
+/// Writes a page of `docs/`, and its figures beside it.
+pub fn write(name: &str, page: &str, figures: &[Figure]) -> Result<(), Failure> {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
+    for figure in figures {
+        fs::write(docs.join("images").join(format!("{}.svg", figure.name)), &figure.svg)?;
+    }
+    fs::write(docs.join(name), page)?;
+    Ok(())
+}
+
+/// Figures as a page shows them.
+pub fn shown(figures: &[Figure]) -> String {
+    figures
+        .iter()
+        .map(|Figure { name, title, caption, .. }| {
+            format!("![{title}](images/{name}.svg)\n\n*{title}.* {caption}\n\n")
+        })
+        .collect()
+}
+
+/// What `work` makes, and how long it took, seconds.
+#[expect(clippy::disallowed_methods, reason = "an experiment reports how long it took")]
+pub fn timed<R>(work: impl FnOnce() -> R) -> (R, f64) {
+    let start = Instant::now();
+    let made = work();
+    (made, start.elapsed().as_secs_f64())
+}

@@ -1,0 +1,54 @@
+//! Makes `docs/SEED000.md`: radar alone against radar and camera in the encounter of G. Fasano et al., *Radar/electro-optical
+//! data fusion for non-cooperative UAS sense and avoid* (2015), Table 2.
+//!
+//! ```sh
+//! cargo run --release --example seed000
+//! cargo run --release --example seed000 -- --quick --first-seed 1 --runs 60
+//! ```
+//!
+//! `--quick` writes nothing and prints what is asked. What is tuned is tuned on the seeds below 1001.
+
+mod alignment;
+mod approach;
+mod encounter;
+#[path = "../experiment/mod.rs"]
+mod experiment;
+mod figures;
+mod page;
+mod sensors;
+mod summary;
+#[cfg(test)]
+mod tests;
+mod tracking;
+
+use clap::Parser;
+
+use crate::experiment::{FIRST_SEED, Failure, asked_table, timed, write};
+use crate::summary::Summary;
+
+/// Makes docs/SEED000.md.
+#[derive(Parser)]
+struct Args {
+    /// Print what is asked and write nothing.
+    #[arg(long)]
+    quick: bool,
+    /// The first seed.
+    #[arg(long, requires = "quick", default_value_t = FIRST_SEED)]
+    first_seed: u64,
+    /// How many encounters are flown.
+    #[arg(long, requires = "quick", default_value_t = 400)]
+    runs: u64,
+}
+
+fn main() -> Result<(), Failure> {
+    let Args { quick, first_seed, runs } = Args::parse();
+    let (summary, took_s) = timed(|| Summary::measure(first_seed, runs));
+    if quick {
+        println!("{}\n{}", summary.table(), asked_table(&summary.asked()));
+        return Ok(());
+    }
+    let figures = figures::figures(&summary.encounter, first_seed);
+    write("SEED000.md", &page::page(&summary, &figures)?, &figures)?;
+    eprintln!("docs/SEED000.md: {runs} encounters in {took_s:.1} s");
+    Ok(())
+}

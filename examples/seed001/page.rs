@@ -1,0 +1,33 @@
+//! The page.
+
+use utm_fusion::evaluate::plot::Figure;
+
+use crate::experiment::{Failure, asked_table, page as filled, said, shown};
+use crate::scenario::INTRUDERS;
+use crate::summary::Summary;
+use crate::tracking::STAYS;
+
+pub fn page(summary: &Summary, figures: &[Figure]) -> Result<String, Failure> {
+    let asked = summary.asked();
+    let lag = summary.lag();
+    let met = asked.iter().filter(|asked| asked.met).count();
+    filled(
+        include_str!("words/page.md"),
+        &[
+            ("runs", summary.runs.to_string()),
+            ("first_seed", summary.first_seed.to_string()),
+            ("noise_1", said(INTRUDERS[0].noise)),
+            ("noise_2", said(INTRUDERS[1].noise)),
+            ("stays", said(STAYS)),
+            ("table", summary.table()),
+            ("models", summary.models_table()),
+            ("met", format!("{met} of {}", asked.len())),
+            ("asked", asked_table(&asked)),
+            ("along", format!("{} ± {}", said(lag.mean_m), said(lag.error_m))),
+            ("lag", said(lag.expected_m)),
+            ("known", said(lag.known_s)),
+            ("rms", said(lag.rms_m)),
+            ("figures", shown(figures)),
+        ],
+    )
+}

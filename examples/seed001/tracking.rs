@@ -1,0 +1,113 @@
+//! A tracker in one flight, and how far off it was.
+
+use fusion::measurement::{Estimate, Flight, Reading, Tracker, Turning, wrapped};
+use nalgebra::Vector3;
+
+use crate::scenario::Intruder;
+use crate::sensors::time;
+
+/// Probability that a model holds for a second.
+pub const STAYS: f64 = 0.95;
+/// A track starts on so many detections with a range.
+const STARTED_BY: usize = 4;
+/// What an intruder's velocity may be when it is seen first, one standard deviation over ground, each axis, and upward,
+/// metres a second.
+const FIRST_SPEED: f64 = 200.0;
+const FIRST_CLIMB: f64 = 10.0;
+/// How often a track is looked at, seconds.
+pub const STEP_S: f64 = 0.1;
+
+/// The models of a tracker.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Models {
+    /// Straight flight alone.
+    Straight,
+    /// Straight flight, turns of 2, 6 and 9 degrees a second.
+    Seven,
+    /// Straight flight, turns of 2 and 6 degrees a second: crewed aeroplanes.
+    Crewed,
+    /// Straight flight and turns of 2 degrees a second.
+    Three,
+}
+
+impl Models {
+    fn turning(self, noise: f64) -> Turning {
+        let mut turning = match self {
+            Self::Seven => Turning::any(noise, STAYS),
+            _ => Turning::crewed(noise, STAYS),
+        };
+        match self {
+            Self::Straight => turning.rates.clear(),
+            Self::Three => turning.rates.truncate(2),
+            Self::Seven | Self::Crewed => {}
+        }
+        turning
+    }
+}
+
+/// A track at an instant, and how far it is from the truth.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample {
+    pub at: f64,
+    pub position: Vector3<f64>,
+    /// Metres.
+    pub error_m: f64,
+    /// Along the way that is flown, forward positive, metres.
+    pub along_m: f64,
+    /// Of the heading, degrees.
+    pub heading_deg: f64,
+    /// Probability of the turns to the left.
+    pub left: f64,
+}
+
+/// The track of a flight, from its start on.
+pub fn track(intruder: &Intruder, readings: &[Reading], models: Models) -> Vec<Sample> {
+    let flight = Flight::Turning(models.turning(intruder.noise));
+    let left: Vec<bool> = std::iter::once(false)
+        .chain(models.turning(intruder.noise).rates.iter().map(|rate| *rate < 0.0))
+        .collect();
+    let Some((mut tracker, begin)) = started(intruder, readings, &flight) else { return Vec::new() };
+    let mut coming = readings.iter().filter(|reading| reading.taken().time > begin).peekable();
+    let mut samples = Vec::new();
+    for step in 0..=(intruder.end_s() / STEP_S).floor() as u32 {
+        let at = f64::from(step) * STEP_S;
+        if time(at) < begin {
+            continue;
+        }
+        while let Some(reading) = coming.next_if(|reading| reading.taken().time <= time(at)) {
+            // They come in order, so that nothing is too old.
+            let _ = tracker.take(reading.clone());
+        }
+        tracker.forget_before(time(at));
+        let (Some(estimate), Some(likely)) = (tracker.at(time(at)), tracker.probabilities(time(at))) else {
+            continue;
+        };
+        let (position, velocity) = intruder.at(at);
+        let off = estimate.position.0 - position;
+        let heading = |velocity: &Vector3<f64>| velocity.x.atan2(velocity.y);
+        samples.push(Sample {
+            at,
+            position: estimate.position.0,
+            error_m: off.norm(),
+            along_m: off.dot(&velocity) / velocity.norm(),
+            heading_deg: wrapped(heading(&estimate.velocity) - heading(&velocity)).to_degrees(),
+            left: likely.iter().zip(&left).filter(|(_, left)| **left).map(|(likely, _)| likely).sum(),
+        });
+    }
+    samples
+}
+
+/// A track started by the first detections that give a place, by straight flight; and since when.
+fn started(intruder: &Intruder, readings: &[Reading], flight: &Flight) -> Option<(Tracker, fusion::Time)> {
+    let mut first = readings.iter().filter(|reading| reading.place().is_some()).take(STARTED_BY);
+    let mut estimate = Estimate::first(first.next()?, FIRST_SPEED)?;
+    estimate.covariance[(5, 5)] = FIRST_CLIMB * FIRST_CLIMB;
+    let straight = Flight::Turning(Models::Straight.turning(intruder.noise));
+    let mut starting = Tracker::begin(&straight, &estimate)?;
+    let mut begin = estimate.time;
+    for reading in first {
+        begin = reading.taken().time;
+        starting.take(reading.clone()).ok()?;
+    }
+    Some((Tracker::begin(flight, &starting.at(begin)?)?, begin))
+}
