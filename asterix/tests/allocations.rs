@@ -12,9 +12,9 @@ use common::{EXPANSION, VECTORS, encode, hex};
 /// Allocations while the records of the blocks in these octets are read, how many those are, and how many allocations
 /// there are while each record that was read is written into a vector that has room.
 fn count(octets: &[u8]) -> (u64, usize, u64) {
-    fn of<R: Record>(block: &asterix::Block<'_>, out: &mut Vec<u8>) -> (u64, usize, u64) {
+    fn of<R: Record<Edition: Default>>(block: &asterix::Block<'_>, out: &mut Vec<u8>) -> (u64, usize, u64) {
         let (mut read, mut records, mut written) = (0, 0, 0);
-        let mut walk = block.records::<R>();
+        let mut walk = block.records_in::<R>(R::Edition::default());
         loop {
             let mut next = None;
             read += measure(|| next = walk.next()).count_total;

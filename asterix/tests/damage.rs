@@ -10,7 +10,7 @@ use common::{VECTORS, block, encode, hex, read};
 
 /// Reads everything that can be read; what a block yields without a fault must encode to the block.
 fn survey(datagram: &[u8]) -> usize {
-    fn records<R: Record>(block: &asterix::Block<'_>) -> usize {
+    fn records<R: Record<Edition: Default>>(block: &asterix::Block<'_>) -> usize {
         let (records, fault) = common::read_block::<R>(block);
         let encoded: Vec<u8> = records.iter().flat_map(encode).collect();
         assert!(block.contents().starts_with(&encoded));

@@ -13,14 +13,14 @@ use proptest::prelude::*;
 use proptest::sample::Index;
 
 /// The octets are one whole record, and it encodes to the same octets.
-fn comes_back<R: Record>(contents: &[u8]) {
+fn comes_back<R: Record<Edition: Default>>(contents: &[u8]) {
     let (records, fault) = read::<R>(&block(R::CATEGORY, contents));
     assert_eq!((records.len(), fault), (1, None));
     assert_eq!(encode(&records[0]), contents);
 }
 
 /// A record without its last octets is a fault, and its profile finds the same fault as its reader.
-fn cut_is_refused<R: Record>(contents: &[u8], cut: Index) {
+fn cut_is_refused<R: Record<Edition: Default>>(contents: &[u8], cut: Index) {
     let block = block(R::CATEGORY, &contents[..cut.index(contents.len())]);
     let (records, fault) = read::<R>(&block);
     assert!(records.is_empty());
@@ -30,7 +30,7 @@ fn cut_is_refused<R: Record>(contents: &[u8], cut: Index) {
 }
 
 /// Of any octets, what is read encodes to the same octets.
-fn what_is_read_comes_back<R: Record>(contents: &[u8]) {
+fn what_is_read_comes_back<R: Record<Edition: Default>>(contents: &[u8]) {
     let (records, _) = read::<R>(&block(R::CATEGORY, contents));
     let encoded: Vec<u8> = records.iter().flat_map(encode).collect();
     assert!(contents.starts_with(&encoded));

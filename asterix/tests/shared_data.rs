@@ -202,7 +202,7 @@ fn single_vectors_and_odd_encodings() {
 
 /// How many records the block has, and what is wrong with it. A block without a fault encodes to its octets.
 fn round_trip(block: &Block<'_>) -> (usize, Option<Fault>) {
-    fn of<R: Record>(block: &Block<'_>) -> (usize, Option<Fault>) {
+    fn of<R: Record<Edition: Default>>(block: &Block<'_>) -> (usize, Option<Fault>) {
         let (records, fault) = common::read_block::<R>(block);
         let mut again = Vec::new();
         encode_block(&records, &mut again).unwrap();

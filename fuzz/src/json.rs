@@ -40,18 +40,18 @@ fn encoded_is_read(line: &str) {
     }
 }
 
-fn there_and_back<R: Record>(data: &[u8]) {
+fn there_and_back<R: Record<Edition: Default + Named>>(data: &[u8]) {
     // Behind the header of a block, whatever that says.
     let contents = data.get(3..).unwrap_or_default();
     let whole = blocks(data).flatten().filter(|block| block.category == R::CATEGORY);
     for contents in whole.map(|block| block.contents()).chain([contents]) {
         let mut rest = contents;
-        while let Ok((record, length)) = R::decode(rest) {
+        while let Ok((record, length)) = R::decode(rest, R::Edition::default()) {
             let (octets, after) = rest.split_at(length);
             rest = after;
             let mut line = Vec::new();
             let place = Place { input: None, offset: 3, block: 0 };
-            write_record(&mut line, &record, octets, place, None, false);
+            write_record(&mut line, &record, R::Edition::default(), octets, place, None, false);
             let line = String::from_utf8(line).expect("a line is a text");
             let (mut encoder, mut again) = (Encoder::default(), Vec::new());
             if length + 3 <= usize::from(u16::MAX) {

@@ -17,9 +17,10 @@ pub use characteristics::{
     Amplitude, AzimuthDifference, CalculatedDoppler, PlotCharacteristics, RadialDoppler, RangeDifference,
     RawDoppler, Replies, RunLength,
 };
-pub use data_link::{AcasAdvisory, BdsRegister, Capability, Communications, FlightStatus};
+pub use crate::aircraft::{AircraftAddress, AircraftIdentification, BdsRegister};
+pub use data_link::{AcasAdvisory, Capability, Communications, FlightStatus};
 pub use expansion::ReservedExpansion;
-pub use identity::{AircraftAddress, AircraftIdentification, Mode3A};
+pub use identity::Mode3A;
 pub use plot::{FlightLevel, Height3D, PolarPosition};
 pub use reply::{Mode1, Mode1Confidence, Mode2, Mode2Confidence, Mode3AConfidence, ModeC};
 pub use target_report::{DetectionType, FriendOrFoe, TargetReport};

@@ -19,7 +19,7 @@ pub fn block(category: u8, contents: &[u8]) -> Vec<u8> {
 }
 
 /// The records of the only block in `octets`, and the fault that ended it.
-pub fn read<R: Record>(octets: &[u8]) -> (Vec<R>, Option<Fault>) {
+pub fn read<R: Record<Edition: Default>>(octets: &[u8]) -> (Vec<R>, Option<Fault>) {
     let walked: Vec<Result<Block<'_>, Fault>> = blocks(octets).collect();
     let [Ok(block)] = walked.as_slice() else { panic!("not one block: {walked:?}") };
     assert_eq!(block.category, R::CATEGORY);
@@ -27,10 +27,10 @@ pub fn read<R: Record>(octets: &[u8]) -> (Vec<R>, Option<Fault>) {
 }
 
 /// The records of a block, and the fault that ended it. Checks that the records stand one behind the other.
-pub fn read_block<R: Record>(block: &Block<'_>) -> (Vec<R>, Option<Fault>) {
+pub fn read_block<R: Record<Edition: Default>>(block: &Block<'_>) -> (Vec<R>, Option<Fault>) {
     let mut next = block.offset + 3;
     let (mut records, mut fault) = (Vec::new(), None);
-    for result in block.records::<R>() {
+    for result in block.records_in::<R>(R::Edition::default()) {
         assert_eq!(fault, None, "something came after a fault");
         match result {
             Ok(located) => {
@@ -47,8 +47,8 @@ pub fn read_block<R: Record>(block: &Block<'_>) -> (Vec<R>, Option<Fault>) {
 
 /// Where the records of a block of CAT034 or CAT048 end, counted from its CAT octet.
 pub fn record_ends(block: &Block<'_>) -> Vec<usize> {
-    fn of<R: Record>(block: &Block<'_>) -> Vec<usize> {
-        let located = block.records::<R>().map(|located| located.expect("a whole record"));
+    fn of<R: Record<Edition: Default>>(block: &Block<'_>) -> Vec<usize> {
+        let located = block.records_in::<R>(R::Edition::default()).map(|located| located.expect("a whole record"));
         located.map(|located| located.offset + located.length - block.offset).collect()
     }
     match block.category {
