@@ -18,7 +18,8 @@ pub fn exercise<R: Record<Edition: Default>>(data: &[u8]) {
 pub fn exercise_with_table<R: Record<Edition: Default>>(data: &[u8]) {
     exercise::<R>(data);
     each_block(R::CATEGORY, data, |block| {
-        let read: Result<Vec<_>, Fault> = block.records_in::<R>(R::Edition::default()).map(|result| result.map(drop)).collect();
+        let read: Result<Vec<_>, Fault> =
+            block.records_in::<R>(R::Edition::default()).map(|result| result.map(drop)).collect();
         assert_eq!(block.measure(R::UAP), read.map(|records| records.len()));
     });
 }

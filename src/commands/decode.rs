@@ -5,11 +5,13 @@ use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
 use asterix::cat021::Edition;
-use asterix::{Block, Fault, Record, blocks, cat021, cat034, cat048, cat065, cat129};
+use asterix::{Block, Fault, Record, blocks, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
 
 use super::{CommandResult, Outcome, lost_frames};
 use crate::capture::{Capture, Contents, Datagram, Gaps};
-use crate::json::{Named, Place, SKIPPED, write_block, write_fault, write_record, write_skipped, write_trailer};
+use crate::json::{
+    Named, Place, SKIPPED, write_block, write_fault, write_record, write_skipped, write_trailer,
+};
 
 /// Print captures as JSON, one record a line
 ///
@@ -21,7 +23,7 @@ use crate::json::{Named, Place, SKIPPED, write_block, write_fault, write_record,
 /// What cannot be read: {"error":{"kind":…, "offset":…, "detail":…}, "offset":…, "block":…, "cat":…, "hex":…}, and decoding
 /// goes on with the next block. Where octets of a raw file or a FINAL recording were lost, added or changed, the next block is
 /// looked for, and what is between is such a line of kind `skipped`, or several. A block of a category other than 21, 34,
-/// 48, 65 and 129: its octets as `hex`, without `items`. Octets that a sender puts behind the blocks of each datagram:
+/// 48, 62, 63, 65 and 129: its octets as `hex`, without `items`. Octets that a sender puts behind the blocks of each datagram:
 /// {"trailer":8, "offset":…, "block":…, "hex":…}.
 /// With several inputs each line names its file, as `input`.
 ///
@@ -145,6 +147,8 @@ impl<W: Write> Printer<'_, W> {
                     }
                     cat034::Record::CATEGORY => self.block::<cat034::Record>(block, (), source)?,
                     cat048::Record::CATEGORY => self.block::<cat048::Record>(block, (), source)?,
+                    cat062::Record::CATEGORY => self.block::<cat062::Record>(block, (), source)?,
+                    cat063::Record::CATEGORY => self.block::<cat063::Record>(block, (), source)?,
                     cat065::Record::CATEGORY => self.block::<cat065::Record>(block, (), source)?,
                     cat129::Record::CATEGORY => self.block::<cat129::Record>(block, (), source)?,
                     _ => self.unread_block(block, source)?,

@@ -185,10 +185,7 @@ fn read_explicit(out: &mut Vec<u8>, contents: Contents, value: &Value) -> Result
 }
 
 /// The places of the subfields that are there, and their octets.
-fn read_subfields(
-    subfields: &[Subfield],
-    mut object: Members<'_>,
-) -> Result<(Vec<usize>, Vec<u8>), Trouble> {
+fn read_subfields(subfields: &[Subfield], mut object: Members<'_>) -> Result<(Vec<usize>, Vec<u8>), Trouble> {
     let (mut announced, mut octets) = (Vec::new(), Vec::new());
     for (index, subfield) in subfields.iter().enumerate().filter(|(_, subfield)| !subfield.key.is_empty()) {
         if let Some(value) = object.take(subfield.key) {

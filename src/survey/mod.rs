@@ -17,7 +17,9 @@ mod source;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use asterix::{Block, DataSource, Fault, Record, UapItem, blocks, cat021, cat034, cat048, cat065, cat129};
+use asterix::{
+    Block, DataSource, Fault, Record, UapItem, blocks, cat021, cat034, cat048, cat062, cat063, cat065, cat129,
+};
 
 use crate::capture::{Contents, Datagram, Endpoints, Gaps};
 use crate::json::SKIPPED;
@@ -30,8 +32,8 @@ use report::rate;
 use source::{Glimpse, Source, Target};
 
 pub use report::{
-    CategoryReport, Delay, EditionReport, ErrorReport, Followed, Interval, Items, LineHint, SensorHint, Silences,
-    SourceReport, Span, Stamp, StreamReport, SurveyReport,
+    CategoryReport, Delay, EditionReport, ErrorReport, Followed, Interval, Items, LineHint, SensorHint,
+    Silences, SourceReport, Span, Stamp, StreamReport, SurveyReport,
 };
 
 /// Most streams that are distinguished.
@@ -125,6 +127,10 @@ impl Survey {
             48 => self.read(block, (), datagram, |record: &cat048::Record| {
                 record.track_number.map(|number| Target::Track(number.number()))
             }),
+            62 => self.read(block, (), datagram, |record: &cat062::Record| {
+                record.track_number.map(|number| Target::Track(number.number()))
+            }),
+            63 => self.read(block, (), datagram, |_: &cat063::Record| None),
             65 => self.read(block, (), datagram, |_: &cat065::Record| None),
             129 => self.read(block, (), datagram, |record: &cat129::Record| {
                 record.serial_number.as_ref().and_then(Target::serial)

@@ -13,11 +13,11 @@ mod warnings;
 use crate::record::record;
 use crate::{DataSource, Explicit, Repeated, TimeOfDay};
 
+pub use crate::aircraft::{AircraftAddress, AircraftIdentification, BdsRegister};
 pub use characteristics::{
     Amplitude, AzimuthDifference, CalculatedDoppler, PlotCharacteristics, RadialDoppler, RangeDifference,
     RawDoppler, Replies, RunLength,
 };
-pub use crate::aircraft::{AircraftAddress, AircraftIdentification, BdsRegister};
 pub use data_link::{AcasAdvisory, Capability, Communications, FlightStatus};
 pub use expansion::ReservedExpansion;
 pub use identity::Mode3A;

@@ -13,11 +13,13 @@ const RENAMED: &str = "3dh=height altfl=flightlevel altm2=code altm3=code amb=am
     predrho=rho predtheta=theta predtime=time qa4=lowquality qc1=lowquality rcsdb=dbm2 rcsm=m2 replynbr=replynumber
     rhost=rhostart rng=range sacadjs=sac sicadjs=sic sigh=sigmah sigv=sigmav sigx=sigmax sigy=sigmay tcode1=code1
     tcode2=code2 tcode3=code3 tcount1=count1 tcount2=count2 tcount3=count3 thetast=thetastart timeofdayscn=time
-    alt=altitude as=airspeed bps=bps bvr=rate gs=speed gvr=rate mode2=mode2 s=source sh=sh ta=track tar=rate
+    alt=altitude as=airspeed bvr=rate ctb=flightlevel gs=speed gvr=rate ias=airspeed ident=unit lmc=flightlevel
+    prb=bias prg=gain s=source src=source srb=bias srg=gain ta=track tar=rate track=tracknumber
     trkupdctr=updates trnum=tracknumber trn=tracknumber y1=year";
 
 /// Units of the definitions, how our keys end with them (or the whole key), and how many of ours each is.
 const UNITS: &[(&str, &str, f64)] = &[
+    ("", "gain", 1.0),
     ("%", "_percent", 1.0),
     ("Mach", "mach", 1.0),
     ("ALTFL", "flight_level", 1.0),
@@ -363,9 +365,14 @@ pub fn table(value: &Value, path: &[&str], end: u64) -> Option<Vec<u64>> {
         // Tables also name what is not a code: reserved and invalid ones.
         let defined = codes.filter(|code| {
             let meaning = code[1].as_str().unwrap_or("");
-            !["Invalid ASTERIX value", "Not defined", "Not assigned", "Reserved"].iter().any(|none| meaning.starts_with(none))
+            !["Invalid ASTERIX value", "Not defined", "Not assigned", "Reserved"]
+                .iter()
+                .any(|none| meaning.starts_with(none))
         });
-        return Some(defined.filter_map(|code| code[0].as_u64()).filter(|&code| code < end).collect());
+        let mut codes: Vec<u64> =
+            defined.filter_map(|code| code[0].as_u64()).filter(|&code| code < end).collect();
+        codes.sort_unstable();
+        return Some(codes);
     }
     let path = match (value["name"].as_str(), path) {
         (Some(name), [first, rest @ ..]) if name == *first => rest,

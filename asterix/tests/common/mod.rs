@@ -20,17 +20,27 @@ pub fn block(category: u8, contents: &[u8]) -> Vec<u8> {
 
 /// The records of the only block in `octets`, and the fault that ended it.
 pub fn read<R: Record<Edition: Default>>(octets: &[u8]) -> (Vec<R>, Option<Fault>) {
+    read_in(R::Edition::default(), octets)
+}
+
+/// The same in an edition.
+pub fn read_in<R: Record>(edition: R::Edition, octets: &[u8]) -> (Vec<R>, Option<Fault>) {
     let walked: Vec<Result<Block<'_>, Fault>> = blocks(octets).collect();
     let [Ok(block)] = walked.as_slice() else { panic!("not one block: {walked:?}") };
     assert_eq!(block.category, R::CATEGORY);
-    read_block(block)
+    read_block_in(edition, block)
 }
 
 /// The records of a block, and the fault that ended it. Checks that the records stand one behind the other.
 pub fn read_block<R: Record<Edition: Default>>(block: &Block<'_>) -> (Vec<R>, Option<Fault>) {
+    read_block_in(R::Edition::default(), block)
+}
+
+/// The same in an edition.
+pub fn read_block_in<R: Record>(edition: R::Edition, block: &Block<'_>) -> (Vec<R>, Option<Fault>) {
     let mut next = block.offset + 3;
     let (mut records, mut fault) = (Vec::new(), None);
-    for result in block.records_in::<R>(R::Edition::default()) {
+    for result in block.records_in::<R>(edition) {
         assert_eq!(fault, None, "something came after a fault");
         match result {
             Ok(located) => {
@@ -48,7 +58,8 @@ pub fn read_block<R: Record<Edition: Default>>(block: &Block<'_>) -> (Vec<R>, Op
 /// Where the records of a block of CAT034 or CAT048 end, counted from its CAT octet.
 pub fn record_ends(block: &Block<'_>) -> Vec<usize> {
     fn of<R: Record<Edition: Default>>(block: &Block<'_>) -> Vec<usize> {
-        let located = block.records_in::<R>(R::Edition::default()).map(|located| located.expect("a whole record"));
+        let located =
+            block.records_in::<R>(R::Edition::default()).map(|located| located.expect("a whole record"));
         located.map(|located| located.offset + located.length - block.offset).collect()
     }
     match block.category {
@@ -65,7 +76,7 @@ pub fn encode(record: &impl Record) -> Vec<u8> {
 }
 
 /// Reads the block, compares with `record`, and writes it back.
-pub fn check<R: Record + PartialEq + std::fmt::Debug>(octets: &str, record: &R) {
+pub fn check<R: Record<Edition: Default> + PartialEq + std::fmt::Debug>(octets: &str, record: &R) {
     let octets = hex(octets);
     let (records, fault) = read::<R>(&octets);
     assert_eq!(fault, None);

@@ -354,7 +354,12 @@ fn percent(share: f64) -> String {
 }
 
 fn counted(count: u64, what: &str) -> String {
-    format!("{} {what}{}", grouped(count), if count == 1 { "" } else { "s" })
+    let plural = match count {
+        1 => "",
+        _ if what.ends_with('s') => "es",
+        _ => "s",
+    };
+    format!("{} {what}{plural}", grouped(count))
 }
 
 fn joined(parts: impl Iterator<Item = impl Display>, between: &str) -> String {

@@ -7,7 +7,9 @@ mod status;
 use crate::item::items;
 use crate::variable::expansion_field;
 
-pub use mode_5::{ExtendedMode1, FigureOfMerit, MilitarySquitter, Mode2, Mode5Summary, NationalOrigin, XPulses};
+pub use mode_5::{
+    ExtendedMode1, FigureOfMerit, MilitarySquitter, Mode2, Mode5Summary, NationalOrigin, XPulses,
+};
 pub use status::AircraftStatus;
 
 items! {

@@ -4,9 +4,9 @@ mod general;
 mod mode_5;
 mod track;
 
+use crate::Chain;
 use crate::item::items;
 use crate::variable::expansion_field;
-use crate::Chain;
 
 pub use general::{
     AlternativeCode, AlternativeFlightLevel, Common, CrossSection, CrossSectionArea, Date, ExtendedRange,
