@@ -10,7 +10,9 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use asterix::cat048::{self, BdsRegister, Capability, PlotCharacteristics};
-use asterix::{Block, Fault, FaultKind, Record, blocks, cat034, cat065, cat129, encode_block};
+use asterix::{
+    Block, Fault, FaultKind, Record, blocks, cat021, cat034, cat062, cat063, cat065, cat129, encode_block,
+};
 use common::recordings::{datagrams, shared_data};
 use serde_json::{Value, json};
 
@@ -212,8 +214,11 @@ fn round_trip(block: &Block<'_>) -> (usize, Option<Fault>) {
         (records.len(), fault)
     }
     match block.category {
+        21 => of::<cat021::Record>(block),
         34 => of::<cat034::Record>(block),
         48 => of::<cat048::Record>(block),
+        62 => of::<cat062::Record>(block),
+        63 => of::<cat063::Record>(block),
         65 => of::<cat065::Record>(block),
         129 => of::<cat129::Record>(block),
         _ => (0, None),

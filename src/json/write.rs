@@ -101,10 +101,13 @@ fn write_contents(out: &mut Vec<u8>, contents: Contents, octets: &[u8]) -> bool 
     }
 }
 
-/// Whether these subfields take exactly these octets.
+/// Whether these subfields are defined and take exactly these octets.
 fn measures(subfields: &[Subfield], announces: impl Fn(usize) -> bool, octets: &[u8]) -> bool {
     let mut offset = 0;
     for (_, subfield) in subfields.iter().enumerate().filter(|(index, _)| announces(*index)) {
+        if subfield.key.is_empty() {
+            return false;
+        }
         let Ok(length) = subfield.layout.measure(&octets[offset..]) else { return false };
         offset += length;
     }

@@ -56,6 +56,7 @@ EXPANSIONS = {48: editions.Ref_048_1_13.cv_expansion, 21: editions.Ref_021_1_5.c
 
 # Items of CAT021 of which edition 2.1 has a part as spare bits, or another name for one.
 CHANGED_SINCE_2_1 = {"040", "090", "200", "295"}
+LEFT_OUT = {21: CHANGED_SINCE_2_1 if EDITION == "2.1" else set()}
 
 # --- Which of our keys is which of libasterix's --------------------------------------------------------------------------------------
 
@@ -190,7 +191,7 @@ ITEMS = {
 }
 ITEMS.update(MORE_ITEMS)
 if EDITION == "2.1":
-    ITEMS[21] = {name: described for name, described in ITEMS[21].items() if name not in CHANGED_SINCE_2_1}
+    ITEMS[21] = {name: described for name, described in ITEMS[21].items() if name not in LEFT_OUT[21]}
     ITEMS[21]["271"] = SURFACE_2_1
 
 
@@ -594,7 +595,7 @@ OURS = {}
 for number, table in ITEMS.items():
     specs = {item.cv_non_spare.cv_name: variation(item.cv_non_spare)
              for item in RECORDS[number].cv_items_list if issubclass(item, base.UapItem)}
-    assert set(specs) - set(table) == (CHANGED_SINCE_2_1 if number == 21 and EDITION == "2.1" else set())
+    assert set(specs) - set(table) == LEFT_OUT.get(number, set())
     OURS[number] = {name: part(described, specs[name], number) for name, described in table.items()}
 
 
@@ -631,6 +632,8 @@ def counts_of_line(line):
     source = line["items"].get("010", {})
     must((line.get("sac"), line.get("sic")) == (source.get("sac"), source.get("sic")), "line", "sac and sic are not those of 010")
     for name, value in line["items"].items():
+        if name in LEFT_OUT.get(line["cat"], ()):
+            continue
         OURS[line["cat"]][name].read(value, f"{name}/", counts)
     if "fspec" in line:
         counts["FSPEC/"] = line["fspec"]
@@ -642,10 +645,12 @@ def counts_of_line(line):
 def counts_of_record(record):
     """The counts in a record that libasterix read."""
     counts = {}
+    category = next(number for number, spec in RECORDS.items() if isinstance(record, spec))
     for name, item in record.items_regular.items():
-        expansion = next((spec for number, spec in EXPANSIONS.items() if isinstance(record, RECORDS[number])), None)
-        if name == "RE" and expansion:
-            counts.update(expansion_counts(expansion, item.arg.arg.get_bytes(), "RE/"))
+        if name in LEFT_OUT.get(category, ()):
+            continue
+        if name == "RE" and category in EXPANSIONS:
+            counts.update(expansion_counts(EXPANSIONS[category], item.arg.arg.get_bytes(), "RE/"))
         else:
             collect(item.arg.arg, f"{name}/", counts)
     octets = record.unparse().to_bytes()
@@ -1068,7 +1073,9 @@ def counts_of_values(spec, value, path, counts):
     """The counts in physical values under libasterix's names."""
     if issubclass(spec, base.Element):
         content, bits = content_of(spec), spec.cv_bit_size
-        if issubclass(content, base.ContentQuantity):
+        if isinstance(value, dict):  # of a text that none is
+            value = value["raw"]
+        elif issubclass(content, base.ContentQuantity):
             value = round(value / content.cv_lsb) % (1 << bits)
         elif isinstance(value, str):
             value = content.cv_string_type.from_string(bits, value)
@@ -1133,10 +1140,9 @@ def capture(binary, path, expected, category):
             continue
         for record, line in zip(records, lines):
             theirs = {}
-            compared = [name for name in record["items"] if name in OURS[category]]
-            for name in compared:
-                once_read(category, name, record["items"][name], theirs)
-            line["items"] = {name: value for name, value in line["items"].items() if name in OURS[category]}
+            for name, value in record["items"].items():
+                if name not in LEFT_OUT.get(category, ()):
+                    once_read(category, name, value, theirs)
             try:
                 # Spare bits and the length of the FSPEC were not written down.
                 theirs = {key: count for key, count in theirs.items() if "~" not in key}

@@ -163,23 +163,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn position() {
-        let position = Position::new(54.5, 15.0).unwrap();
-        assert_eq!(position.octets(), [0x13, 0x60, 0xb6, 0x0b, 0x05, 0x55, 0x55, 0x55]);
-        assert!(
-            (position.latitude_deg() - 54.5).abs() < 1e-7 && (position.longitude_deg() - 15.0).abs() < 1e-7
-        );
-        let corner = Position::new(-90.0, 180.0).unwrap();
-        assert_eq!(corner.octets(), [0xe0, 0, 0, 0, 0x40, 0, 0, 0]);
-        assert!(corner.in_range());
-        assert!(!Position::from_octets([0x20, 0, 0, 1, 0, 0, 0, 0]).in_range());
-        assert!(!Position::from_octets([0, 0, 0, 0, 0x80, 0, 0, 0]).in_range());
-        for (latitude_deg, longitude_deg) in [(90.1, 0.0), (0.0, -180.1), (f64::NAN, 0.0)] {
-            assert_eq!(Position::new(latitude_deg, longitude_deg), None);
-        }
-    }
-
-    #[test]
     fn altitude() {
         assert_eq!(Altitude::from_metres(120.0), Some(Altitude([0x00, 0x04, 0xb0])));
         assert_eq!(Altitude::from_metres(-0.25), Some(Altitude([0xff, 0xff, 0xfd])));
