@@ -6,7 +6,9 @@ mod common;
 
 use allocation_counter::measure;
 use asterix::cat048::BdsRegister;
-use asterix::{Explicit, Record, Repeated, blocks, cat034, cat048, cat065, cat129, encode_block};
+use asterix::{
+    Explicit, Record, Repeated, blocks, cat021, cat034, cat048, cat062, cat063, cat065, cat129, encode_block,
+};
 use common::{EXPANSION, VECTORS, encode, hex};
 
 /// Allocations while the records of the blocks in these octets are read, how many those are, and how many allocations
@@ -34,8 +36,11 @@ fn count(octets: &[u8]) -> (u64, usize, u64) {
         let Some(block) = next else { return sum };
         let block = block.unwrap();
         let (read, records, written) = match block.category {
+            21 => of::<cat021::Record>(&block, &mut out),
             34 => of::<cat034::Record>(&block, &mut out),
             48 => of::<cat048::Record>(&block, &mut out),
+            62 => of::<cat062::Record>(&block, &mut out),
+            63 => of::<cat063::Record>(&block, &mut out),
             65 => of::<cat065::Record>(&block, &mut out),
             129 => of::<cat129::Record>(&block, &mut out),
             other => panic!("category {other}"),

@@ -154,7 +154,7 @@ mod tests {
             .and_then(|quality| quality.with_geometric_category(2))
             .unwrap();
         assert_eq!(quality.chain().octets(), [0x41, 0x11, 0x04]);
-        assert_eq!(quality.horizontal_accuracy_m(), Some(92.6));
+        assert_eq!(quality.horizontal_accuracy_m(), Some(0.05 * NAUTICAL_MILE_M));
         assert_eq!(quality.velocity_accuracy_m_s(), Some(3.0));
         assert_eq!(quality.vertical_accuracy_m(), Some(45.0));
         assert_eq!((quality.validation(), quality.validation_distance_m()), (None, None));
