@@ -17,9 +17,14 @@ const DENSITY: f64 = 10.0;
 /// Evaluations that are measured, a second of flight apart.
 const EVALUATIONS: i64 = 200;
 
+/// Side of the square that so many aircraft fly in, metres.
+fn side_m(count: u32) -> f64 {
+    1000.0 * (f64::from(count) / DENSITY).sqrt()
+}
+
 fn traffic(count: u32) -> Vec<Aircraft> {
     let mut random = ChaCha8Rng::seed_from_u64(1);
-    let side_m = 1000.0 * (f64::from(count) / DENSITY).sqrt();
+    let side_m = side_m(count);
     let one = |number: u32| {
         let mut span = |most: f64| random.random_range(0.0..most);
         let (course, speed) = (span(std::f64::consts::TAU), 5.0 + span(20.0));
@@ -36,10 +41,17 @@ fn traffic(count: u32) -> Vec<Aircraft> {
     (0..count).map(one).collect()
 }
 
-/// The same a second later.
-fn fly_on(traffic: &mut [Aircraft]) {
+/// The same a second later: who leaves the square turns round, so that the density stays.
+fn fly_on(traffic: &mut [Aircraft], side_m: f64) {
     for one in traffic {
         one.position = Enu::from(one.position.0 + one.velocity);
+        for axis in [0, 1] {
+            let beyond = one.position.0[axis] < 0.0 || one.position.0[axis] > side_m;
+            let outward = (one.position.0[axis] > 0.0) == (one.velocity[axis] > 0.0);
+            if beyond && outward {
+                one.velocity[axis] = -one.velocity[axis];
+            }
+        }
     }
 }
 
@@ -55,7 +67,7 @@ fn growth(criterion: &mut Criterion) {
             let evaluation = conflicts.evaluate(Time::from_nanos(second * 1_000_000_000), given);
             times.push(began.elapsed());
             (tested, found) = (evaluation.tested, evaluation.conflicts.len());
-            fly_on(&mut aircraft);
+            fly_on(&mut aircraft, side_m(count));
         }
         times.sort_unstable();
         let at = |share: f64| 1e3 * times[(share * times.len() as f64) as usize].as_secs_f64();

@@ -18,6 +18,7 @@ pub mod json;
 pub mod live;
 pub mod net;
 pub mod normalise;
+pub mod notices;
 pub mod picture;
 pub mod pipeline;
 pub mod record;

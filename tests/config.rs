@@ -71,6 +71,22 @@ fn whole_example() -> String {
         "allow = ",
         "language = ",
         "time_zone = ",
+        "[[alerts.webhooks]]",
+        "id = ",
+        "url = ",
+        "secret_file = ",
+        "authorization_file = ",
+        "ca = ",
+        "kinds = ",
+        "min_severity = ",
+        "timeout_s = ",
+        "[alerts.mqtt]",
+        "host = ",
+        "port = ",
+        "username = ",
+        "password_file = ",
+        "client_id = ",
+        "prefix = ",
     ];
     let uncommented = |line: &str| match line.strip_prefix("# ") {
         Some(text) if keys.iter().any(|key| text.starts_with(key)) => format!("{text}\n"),
@@ -113,6 +129,8 @@ fn the_table_of_keys_the_page_and_the_example_have_the_same_keys() {
         "sensors.inputs.trailer_octets",
         "http.auth.tokens_file",
         "conflicts.volumes.preset",
+        "alerts.webhooks.secret_env",
+        "alerts.mqtt.password_env",
     ];
     // The sections, and the keys that the user names.
     let no_keys = [
@@ -280,6 +298,38 @@ fn integrity() {
     ] {
         let errors = with(lines).unwrap_err().to_string();
         assert!(errors.starts_with(&format!("config/site.toml{told}")), "{lines}: {errors}");
+    }
+}
+
+/// Who hears of alerts, and what contradicts itself there.
+#[test]
+fn receivers_of_alerts() {
+    let with = |lines: &str| parse(&format!("{SMALL}\n{lines}\n"), &[]);
+    let hook = "[[alerts.webhooks]]\nid = \"a\"\nurl = \"https://a.example/\"\n";
+    let mqtt = "[alerts.mqtt]\nhost = \"b.example\"\n";
+    let alerts = with(&format!("{hook}{mqtt}")).unwrap().alerts;
+    assert_eq!((alerts.webhooks.len(), alerts.mqtt.map(|mqtt| mqtt.port)), (1, Some(1883)));
+    let port = |lines: &str| with(&format!("{mqtt}{lines}")).unwrap().alerts.mqtt.unwrap().port;
+    assert_eq!([port("tls = true"), port("tls = true\nport = 1")], [8883, 1]);
+    for (lines, told) in [
+        (hook.repeat(2), "there are two webhooks of id \"a\""),
+        (hook.replace("https", "ftp"), "expected https://host/path or http://host/path"),
+        (hook.replace("a.ex", "me:secret@a.ex"), "no password belongs into this file"),
+        (hook.replace("https://a.example/", "/path"), "expected https://host/path or http://host/path"),
+        (format!("{hook}secret_file = \"s\"\nsecret_env = \"S\""), "there is a file of it too"),
+        (format!("{hook}kinds = []"), "nothing would ever be sent"),
+        (format!("{hook}kinds = [\"weather\"]"), "there is no such kind of alert"),
+        (format!("{hook}secret = \"s\""), "this key is unknown; did you mean secret_file?"),
+        (format!("{hook}timeout_s = 0"), "a timeout is between 0.1 and 60 seconds"),
+        (format!("{}ca = \"ca.pem\"", hook.replace("https", "http")), "nobody proves anything over http"),
+        (format!("{mqtt}ca = \"ca.pem\""), "nobody proves anything without tls = true"),
+        (format!("{mqtt}password_file = \"p\""), "a password belongs to a username"),
+        (format!("{mqtt}prefix = \"a/+\""), "a prefix is made of names with / between them"),
+        (format!("{mqtt}prefix = \"/a\""), "a prefix is made of names with / between them"),
+        (mqtt.replace("b.ex", "mqtt://b.ex"), "a host is a name or an address"),
+    ] {
+        let errors = with(&lines).unwrap_err();
+        assert!(errors.iter().count() == 1 && errors.to_string().contains(told), "{lines}: {errors}");
     }
 }
 

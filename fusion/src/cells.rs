@@ -39,27 +39,49 @@ impl Cells {
     pub(super) fn around(&self, point: Enu, side_m: f64) -> impl Iterator<Item = usize> {
         let (row, column) = square(point, side_m);
         let beside = |index: i32| index.saturating_sub(1)..=index.saturating_add(1);
-        self.of(beside(row), beside(column))
+        self.indices(self.parts(beside(row), beside(column)))
     }
 
     /// The indices of all within `reach_m` of `point` over ground, and others; the squares have sides of `side_m`.
     pub(super) fn within(&self, point: Enu, reach_m: f64, side_m: f64) -> impl Iterator<Item = usize> {
+        self.indices(self.parts_within(point, reach_m, side_m))
+    }
+
+    /// The same, as parts of [`Self::order`].
+    pub(super) fn parts_within(
+        &self,
+        point: Enu,
+        reach_m: f64,
+        side_m: f64,
+    ) -> impl Iterator<Item = Range<usize>> {
         let corner =
             |away_m: f64| square(Enu::new(point.east() + away_m, point.north() + away_m, 0.0), side_m);
         let ((south, west), (north, east)) = (corner(-reach_m), corner(reach_m));
-        self.of(south..=north, west..=east)
+        self.parts(south..=north, west..=east)
     }
 
-    fn of(&self, rows: RangeInclusive<i32>, columns: RangeInclusive<i32>) -> impl Iterator<Item = usize> {
+    /// All indices, square by square.
+    pub(super) fn order(&self) -> impl Iterator<Item = usize> {
+        self.squares.iter().map(|&(_, _, index)| index as usize)
+    }
+
+    fn indices(&self, parts: impl Iterator<Item = Range<usize>>) -> impl Iterator<Item = usize> {
+        parts.flat_map(|part| &self.squares[part]).map(|&(_, _, index)| index as usize)
+    }
+
+    /// What lies in these rows and columns: a part of `squares` for each row.
+    fn parts(
+        &self,
+        rows: RangeInclusive<i32>,
+        columns: RangeInclusive<i32>,
+    ) -> impl Iterator<Item = Range<usize>> {
         let south = self.rows.partition_point(|(row, _)| row < rows.start());
-        self.rows[south..].iter().take_while(move |(row, _)| row <= rows.end()).flat_map(move |(_, part)| {
-            let (west, east) = columns.clone().into_inner();
+        let rows = self.rows[south..].iter().take_while(move |(row, _)| row <= rows.end());
+        rows.map(move |(_, part)| {
             let squares = &self.squares[part.clone()];
-            let west = squares.partition_point(|&(_, column, _)| column < west);
-            squares[west..]
-                .iter()
-                .take_while(move |&&(_, column, _)| column <= east)
-                .map(|&(_, _, index)| index as usize)
+            let west = squares.partition_point(|(_, column, _)| column < columns.start());
+            let held = squares[west..].partition_point(|(_, column, _)| column <= columns.end());
+            part.start + west..part.start + west + held
         })
     }
 }

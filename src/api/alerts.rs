@@ -165,7 +165,7 @@ fn line(name: &str, text: Option<String>, most: usize) -> Result<Option<String>,
         return Ok(None);
     };
     if text.chars().count() > most || text.chars().any(char::is_control) {
-        return Err(Problem::parameter(name, &format!("a line of at most {most} characters")));
+        return Err(Problem::parameter(name, format!("a line of at most {most} characters")));
     }
     Ok(Some(text))
 }

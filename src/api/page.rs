@@ -16,6 +16,9 @@ use super::state::ApiState;
 
 /// Every file beside `index.html`: its path, its type and what is in it.
 const FILES: &[(&str, &str, &str)] = &[
+    ("/alerthistory.js", JAVASCRIPT, include_str!("../web/alerthistory.js")),
+    ("/alertitem.js", JAVASCRIPT, include_str!("../web/alertitem.js")),
+    ("/alertlist.js", JAVASCRIPT, include_str!("../web/alertlist.js")),
     ("/alerts.js", JAVASCRIPT, include_str!("../web/alerts.js")),
     ("/api.js", JAVASCRIPT, include_str!("../web/api.js")),
     ("/api/docs.css", "text/css; charset=utf-8", include_str!("docs/docs.css")),
@@ -60,6 +63,7 @@ const FILES: &[(&str, &str, &str)] = &[
     ("/settings.js", JAVASCRIPT, include_str!("../web/settings.js")),
     ("/shapes.js", JAVASCRIPT, include_str!("../web/shapes.js")),
     ("/sprites.js", JAVASCRIPT, include_str!("../web/sprites.js")),
+    ("/sound.js", JAVASCRIPT, include_str!("../web/sound.js")),
     ("/status.js", JAVASCRIPT, include_str!("../web/status.js")),
     ("/style.css", "text/css; charset=utf-8", include_str!("../web/style.css")),
     ("/symbols.js", JAVASCRIPT, include_str!("../web/symbols.js")),

@@ -25,6 +25,7 @@ use crate::config::Tiles;
 use crate::current::Current;
 use crate::history::Store;
 use crate::live::{Condition, Hub, Level, Player};
+use crate::notices::Notices;
 use fusion::time::Time;
 
 /// While a replay plays, slots come four times per second; a longer silence is a fault.
@@ -51,6 +52,8 @@ pub struct Options {
     pub clock: fn() -> Time,
     /// Where tracks were; `None`: no history is kept.
     pub history: Option<Store>,
+    /// Who hears of alerts elsewhere.
+    pub notices: Notices,
     /// The recording that is replayed; `None`: the service is live.
     pub player: Option<Player>,
 }
@@ -67,6 +70,7 @@ impl Default for Options {
             patience: Duration::from_secs(15),
             clock: crate::live::now,
             history: None,
+            notices: Notices::default(),
             player: None,
         }
     }

@@ -14,9 +14,12 @@ use crate::config::Config;
 use crate::current::Current;
 use crate::history::{Historian, Limits, Store};
 use crate::integrity::Lookout;
-use crate::live::{AlertSettings, Alerts, Archive, Clock, Driver, Hub, KeeperQueues, Outlets, Service, now};
+use crate::live::{
+    AlertSettings, Alerts, Archive, Clock, Driver, Followers, Hub, KeeperQueues, Outlets, Service, now,
+};
 use crate::net::listen::lines;
 use crate::net::send::Sinks;
+use crate::notices::{Deliveries, Receivers};
 use crate::pipeline::Tally;
 use crate::record::{Recorded, Recorder, RecorderQueue};
 use crate::state::{
@@ -58,6 +61,7 @@ pub struct Live {
     service: Service,
     keepers: Vec<Keeper>,
     recorder: Option<Recorder>,
+    deliveries: Deliveries,
 }
 
 impl LiveBuilder {
@@ -177,13 +181,18 @@ impl LiveBuilder {
         let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), started);
         let alert_settings = Current::from(AlertSettings::new(&config.alerts, &areas)?);
         let mut alerts = Alerts::new(alert_settings.clone(), started);
-        alerts.resume(shelved, started);
+        alerts.resume(&shelved, started);
         let historian = history.clone().and_then(|store| {
             Historian::start(store).map_err(|error| error!(%error, "no history is kept")).ok()
         });
         let archive = historian.map(|historian| Box::new(historian) as Box<dyn Archive>);
-        let options = api::Options { history: history.clone(), ..Default::default() };
-        let served = Served::start(listener, hub, options, alerts, archive)?;
+        let receivers = Receivers::open(&config)?;
+        receivers.warnings().iter().for_each(|warning| warn!("{warning}"));
+        let (notices, deliveries) = receivers.start();
+        let options =
+            api::Options { history: history.clone(), notices: notices.clone(), ..Default::default() };
+        let followers = Followers { archive, messenger: Some(Box::new(notices)) };
+        let served = Served::start(listener, hub, options, alerts, followers)?;
         let sinks = open_sinks(&config)?;
         let (keeper_queues, keepers) = keepers.unzip();
         let (recorder_queue, recorder) = recorder.unzip();
@@ -192,7 +201,7 @@ impl LiveBuilder {
         let runtime = tokio::runtime::Handle::current();
         let service = Service::start(config, driver, outlets, Clock::default(), &runtime)?;
         let keepers = keepers.into_iter().flatten().collect();
-        Ok(Live { served, sinks, alert_settings, history, service, keepers, recorder })
+        Ok(Live { served, sinks, alert_settings, history, service, keepers, recorder, deliveries })
     }
 }
 
@@ -207,7 +216,7 @@ impl Live {
     /// # Errors
     /// A thread panicked, or a further signal came: it does not wait for what is owed.
     pub async fn stop(self, signals: &mut Signals) -> Result<Tally, Failure> {
-        let Self { mut served, service, keepers, recorder, .. } = self;
+        let Self { mut served, service, keepers, recorder, deliveries, .. } = self;
         let stopped = tokio::task::spawn_blocking(move || {
             let driver = service.stop();
             // The engine is gone, and with it what fed these.
@@ -220,6 +229,7 @@ impl Live {
             () = signals.stop() => return Err("stopped at once; what the window held was not published".into()),
         };
         served.settle().await;
+        deliveries.close().await;
         served.close().await?;
         Ok(driver.pipeline().tally().clone())
     }

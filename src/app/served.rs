@@ -7,7 +7,7 @@ use tokio::task::JoinHandle;
 
 use super::Failure;
 use crate::api::{self, ApiState};
-use crate::live::{Alerts, Archive, Hub, observe};
+use crate::live::{Alerts, Followers, Hub, observe};
 
 /// The last slots are on their way to the archive for at most this long.
 const SETTLE: Duration = Duration::from_secs(2);
@@ -35,11 +35,11 @@ impl Served {
         hub: Hub,
         options: api::Options,
         alerts: Alerts,
-        archive: Option<Box<dyn Archive>>,
+        followers: Followers,
     ) -> Result<Self, Failure> {
         let url = format!("{}://{}/", hub.config.http.scheme(), listener.local_addr()?);
         let api = ApiState::start(hub.clone(), options)?;
-        let observer = tokio::spawn(observe(hub.clone(), alerts, archive));
+        let observer = tokio::spawn(observe(hub.clone(), alerts, followers));
         let http = tokio::spawn(api::serve(listener, api.clone()));
         Ok(Self { hub, api, url, http, observer })
     }

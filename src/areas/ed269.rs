@@ -3,7 +3,6 @@
 use serde_json::Value;
 
 use super::band::{self, Names};
-use super::ed318::circle;
 use super::hours::period;
 use super::member::{Member, is_blank};
 use super::schedule::Schedule;
@@ -33,10 +32,7 @@ pub(super) fn zones(file: &Value) -> Option<&[Value]> {
 /// A zone.
 pub(super) fn zone(zone: &Value, reading: &Reading<'_>) -> Result<Zone, String> {
     let zone = Member::top(zone);
-    let text =
-        |name: &str| zone.get(name).map(|text| reading.in_language(&text)).transpose().map(Option::flatten);
-    let identifier = text("identifier")?;
-    let name = text("name")?.or_else(|| identifier.clone()).unwrap_or_else(|| reading.stem.clone());
+    let (name, identifier) = reading.names(&zone)?;
     for name in ["schedule", "startDateTime", "endDateTime", "limitedApplicability", "layer"] {
         if let Some(stray) = zone.get(name) {
             return Err(stray.refused("what limits a zone is not looked for here"));
@@ -65,7 +61,7 @@ pub(super) fn zone(zone: &Value, reading: &Reading<'_>) -> Result<Zone, String> 
         name,
         identifier,
         kind: Some(ZoneKind::read(&kind)?),
-        conditions: text("restrictionConditions")?,
+        conditions: reading.text(&zone, "restrictionConditions")?,
         schedule: Schedule::of(periods),
         format: Format::Ed269,
         volumes: geometry.entries().iter().map(|part| volume(part, reading)).collect::<Result<_, _>>()?,
@@ -86,7 +82,7 @@ fn volume(volume: &Member<'_>, reading: &Reading<'_>) -> Result<Volume, String> 
             {
                 return Err(unit.refused("volumes that are circles are understood in M"));
             }
-            circle(&projection.need("center", "a circle has a centre")?, &projection)?
+            Shape::circle_of(&projection.need("center", "a circle has a centre")?, &projection)?
         }
         "Polygon" | "MultiPolygon" => Shape::of(projection.value())?,
         _ => return Err(kind.refused("understood are Polygon and Circle")),

@@ -72,10 +72,7 @@ pub(super) fn zone(feature: &Value, reading: &Reading<'_>) -> Result<Zone, Strin
     for member in feature.members().chain(properties.members()).chain(said.members()) {
         strays(&member).map_or(Ok(()), Err)?;
     }
-    let text =
-        |name: &str| said.get(name).map(|text| reading.in_language(&text)).transpose().map(Option::flatten);
-    let identifier = text("identifier")?;
-    let name = text("name")?.or_else(|| identifier.clone()).unwrap_or_else(|| reading.stem.clone());
+    let (name, identifier) = reading.names(&said)?;
     let kind =
         said.get("restriction").map_or_else(|| said.need("type", "a zone says what holds in it"), Ok)?;
     let applicability = [&properties, &said].into_iter().find_map(|from| from.get("limitedApplicability"));
@@ -88,7 +85,7 @@ pub(super) fn zone(feature: &Value, reading: &Reading<'_>) -> Result<Zone, Strin
         name,
         identifier,
         kind: Some(ZoneKind::read(&kind)?),
-        conditions: text("restrictionConditions")?,
+        conditions: reading.text(&said, "restrictionConditions")?,
         schedule: Schedule::of(periods),
         format: Format::Ed318,
         volumes: volumes(&geometry, layer.as_ref(), reading)?,
@@ -117,7 +114,7 @@ fn volumes(
             if shape.text()? != "Circle" {
                 return Err(shape.refused("understood is Circle"));
             }
-            circle(&geometry.need("coordinates", "a circle has a centre")?, &extent)
+            Shape::circle_of(&geometry.need("coordinates", "a circle has a centre")?, &extent)
         }
         "Polygon" | "MultiPolygon" => {
             if let Some(extent) = geometry.get("extent") {
@@ -139,13 +136,4 @@ fn volumes(
         }
     };
     Ok(vec![Volume { shape: shape?, band }])
-}
-
-/// A circle about `centre`, longitude and latitude, with the `radius` of `extent`, metres.
-pub(super) fn circle(centre: &Member<'_>, extent: &Member<'_>) -> Result<Shape, String> {
-    let radius_m = extent.need("radius", "a circle has a radius")?.number()?;
-    match &centre.entries()[..] {
-        [longitude, latitude, ..] => Shape::circle(longitude.number()?, latitude.number()?, radius_m),
-        _ => Err(centre.refused("a centre is longitude and latitude")),
-    }
 }

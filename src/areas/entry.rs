@@ -58,13 +58,18 @@ impl Path {
         Coord { x: self.velocity.x * self.degrees_per_metre.x, y: self.velocity.y * self.degrees_per_metre.y }
     }
 
-    /// Whether it may come to the box around a shape within that time, on whichever course.
-    pub(super) fn may_reach(&self, shape: &Shape, horizon_s: f64) -> bool {
+    /// The boxes that it stays in for that time on whichever course, degrees: behind the antimeridian too.
+    pub(super) fn reach(&self, horizon_s: f64) -> [Rect; 3] {
+        /// More than rounding moves an edge, degrees: a tenth of a millimetre.
+        const MARGIN_DEG: f64 = 1e-9;
         let reach = self.degrees_per_metre * (self.velocity.x.hypot(self.velocity.y) * horizon_s);
-        let (min, max) = (shape.bounds.min(), shape.bounds.max());
-        let reaches = |at: f64, reach: f64, min: f64, max: f64| at + reach >= min && at - reach <= max;
-        reaches(self.start.y, reach.y, min.y, max.y)
-            && SHIFTS.iter().any(|shift| reaches(self.start.x + shift, reach.x, min.x, max.x))
+        let reach = reach + Coord { x: MARGIN_DEG, y: MARGIN_DEG };
+        self.around_the_earth().map(|path| Rect::new(path.start - reach, path.start + reach))
+    }
+
+    /// The same path as those see it who go on over the antimeridian.
+    fn around_the_earth(&self) -> [Self; 3] {
+        SHIFTS.map(|shift| Self { start: self.start + Coord { x: shift, y: 0.0 }, ..*self })
     }
 
     fn at(&self, seconds: f64) -> Coord {
@@ -82,11 +87,8 @@ impl Path {
 /// path is cut at each of them, and every piece is inside or outside as a whole.
 pub(super) fn time_to_entry(shape: &Shape, band: &BandAmsl, path: &Path, horizon_s: f64) -> Option<f64> {
     let (from_s, to_s) = band.within(path.altitude_amsl_m, path.climb, horizon_s)?;
-    // Behind the antimeridian the map goes on at its other side.
-    let moved =
-        [0.0, -360.0, 360.0].map(|shift| Path { start: path.start + Coord { x: shift, y: 0.0 }, ..*path });
     let first = |path: &Path| first_inside(shape, path, from_s, to_s);
-    moved.iter().filter_map(first).min_by(f64::total_cmp)
+    path.around_the_earth().iter().filter_map(first).min_by(f64::total_cmp)
 }
 
 fn first_inside(shape: &Shape, path: &Path, from_s: f64, to_s: f64) -> Option<f64> {

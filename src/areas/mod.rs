@@ -86,13 +86,7 @@ impl Areas {
 
     /// Those of kind `alert`.
     pub fn alerts(&self) -> AlertAreas {
-        let mut alerts = AlertAreas::default();
-        for (area, zone) in self.zones() {
-            if let Some(settings) = area.alert() {
-                alerts.add(settings, zone);
-            }
-        }
-        alerts
+        AlertAreas::of(self.zones().filter_map(|(area, zone)| Some((area.alert()?, zone))))
     }
 
     /// Those of kind `coverage` of a transponder receiver.

@@ -7,6 +7,8 @@ use geo::{
 };
 use serde_json::{Value, json};
 
+use super::member::Member;
+
 /// Corners of a circle: it is outside by 1/6500 of its radius.
 const CORNERS: usize = 180;
 /// What a polygon is refused for that leaves the map.
@@ -37,6 +39,15 @@ impl Shape {
             Geometry::Polygon(polygon) => Self::new(polygon.into()),
             Geometry::MultiPolygon(polygons) => Self::new(polygons),
             _ => Err("holds something that is no polygon".to_owned()),
+        }
+    }
+
+    /// Of a circle about `centre`, longitude and latitude, with the `radius` of `extent`, metres.
+    pub(super) fn circle_of(centre: &Member<'_>, extent: &Member<'_>) -> Result<Self, String> {
+        let radius_m = extent.need("radius", "a circle has a radius")?.number()?;
+        match &centre.entries()[..] {
+            [longitude, latitude, ..] => Self::circle(longitude.number()?, latitude.number()?, radius_m),
+            _ => Err(centre.refused("a centre is longitude and latitude")),
         }
     }
 

@@ -153,8 +153,20 @@ impl<'a> Reading<'a> {
         Self { stem, band, ground_m: settings.ground_m, language: &settings.language, zone }
     }
 
+    /// What a zone is called, which without a name is its identifier or else the file's, and its identifier.
+    pub(super) fn names(&self, zone: &Member<'_>) -> Result<(String, Option<String>), String> {
+        let identifier = self.text(zone, "identifier")?;
+        let name = self.text(zone, "name")?.or_else(|| identifier.clone());
+        Ok((name.unwrap_or_else(|| self.stem.clone()), identifier))
+    }
+
+    /// The text of the member of that name.
+    pub(super) fn text(&self, zone: &Member<'_>, name: &str) -> Result<Option<String>, String> {
+        zone.get(name).map_or(Ok(None), |text| self.in_language(&text))
+    }
+
     /// A text, or that of several which is in the wanted language, or else in a dialect of it, or else the first.
-    pub(super) fn in_language(&self, member: &Member<'_>) -> Result<Option<String>, String> {
+    fn in_language(&self, member: &Member<'_>) -> Result<Option<String>, String> {
         if !member.value().is_array() && !member.is_object() {
             return Ok(Some(member.text()?.to_owned()));
         }

@@ -8,6 +8,7 @@ use tracing::warn;
 use super::zones::lines;
 use super::{CommandResult, Outcome, Usage};
 use crate::api::Terms;
+use crate::app::runtime;
 use crate::areas::Areas;
 use crate::basemap::Basemap;
 use crate::config::{Address, Config};
@@ -15,6 +16,7 @@ use crate::live::{AlertSettings, now};
 use crate::net::listen as udp;
 use crate::net::send::Sinks;
 use crate::normalise::Normaliser;
+use crate::notices::Receivers;
 
 /// Validates a configuration, its areas, its tokens and its certificate, and prints the one in force, every default filled in.
 #[derive(Clone, Debug, clap::Args)]
@@ -29,6 +31,10 @@ pub struct Args {
     /// printing the configuration. Nothing is sent. Exit code 1 if any fails.
     #[arg(long)]
     pub network: bool,
+    /// Sends a test to everybody who hears of alerts (`alerts.webhooks`, `alerts.mqtt`), and says what came of it instead of
+    /// printing the configuration. Exit code 1 if any fails.
+    #[arg(long, conflicts_with = "network")]
+    pub notify: bool,
 }
 
 /// Runs the command.
@@ -44,16 +50,39 @@ pub fn run(args: &Args) -> CommandResult {
     if let Some(path) = &config.map.pmtiles {
         Basemap::open(path).map_err(|error| format!("map.pmtiles: {}: {error}", path.display()))?;
     }
+    let receivers = Receivers::open(&config)?;
+    receivers.warnings().iter().for_each(|warning| warn!("{warning}"));
     let undulation_m = Normaliser::new(&config, areas.masks()).undulation_m();
     let mut out = io::stdout().lock();
     if args.network {
         return network(&config, &mut out);
     }
+    if args.notify {
+        return notify(&receivers, &mut out);
+    }
     writeln!(out, "# {}: valid. In force, defaults filled in:", file.display())?;
     writeln!(out, "# geoid undulation: {undulation_m:.2} m")?;
     writeln!(out, "{}", lines(&areas, now(), undulation_m))?;
+    receivers.lines().iter().try_for_each(|line| writeln!(out, "# {line}"))?;
     write!(out, "{config}")?;
     Ok(Outcome::Done)
+}
+
+/// A line for each receiver of alerts.
+fn notify(receivers: &Receivers, out: &mut impl Write) -> CommandResult {
+    let answers = runtime(1)?.block_on(receivers.test());
+    if answers.is_empty() {
+        writeln!(out, "nobody hears of alerts: there are neither alerts.webhooks nor alerts.mqtt")?;
+    }
+    let mut failed = false;
+    for (name, answer) in answers {
+        failed |= answer.is_err();
+        match answer {
+            Ok(answer) => writeln!(out, "{name}: ok, {answer}")?,
+            Err(why) => writeln!(out, "{name}: FAILED: {why}")?,
+        }
+    }
+    Ok(if failed { Outcome::Incomplete } else { Outcome::Done })
 }
 
 /// A line for each input and output.

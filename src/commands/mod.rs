@@ -38,6 +38,7 @@ use crate::api::StartError;
 use crate::areas::AreaError;
 use crate::capture::{Capture, SkipReason};
 use crate::config::{Config, ConfigError, ConfigErrors, Place};
+use crate::notices::Unusable;
 use crate::simulate::Crowded;
 
 /// How a command ended that did not fail.
@@ -79,6 +80,7 @@ pub fn exit_code(result: &CommandResult) -> u8 {
             if error.is::<ConfigErrors>()
                 || error.is::<AreaError>()
                 || error.is::<StartError>()
+                || error.is::<Unusable>()
                 || error.is::<Crowded>() =>
         {
             3

@@ -4,9 +4,10 @@ use std::collections::BTreeSet;
 
 use jiff::SignedDuration;
 
-use super::kinds::{any_text, flag, list, named, seconds, tables};
+use super::kinds::{any_text, flag, inline, list, named, seconds, tables};
 use super::names::{names, written_by_name};
 use super::reader::Section;
+use super::receivers::{Mqtt, Webhook};
 use super::table::{ByHand, absent, need, section};
 
 section! {
@@ -14,6 +15,10 @@ section! {
     Alerts {
         /// Rules of kinds of alerts, one of a kind at most; a kind without one keeps the defaults.
         rules: Vec<AlertRule> = Vec::new(), tables(), reloaded;
+        /// HTTP servers that alerts are posted to.
+        webhooks: Vec<Webhook> = Vec::new(), tables();
+        /// A broker of MQTT 5 that alerts are published on.
+        mqtt: Option<Mqtt> = absent("none"), inline::<Mqtt>();
     } by hand {}
 }
 
@@ -121,7 +126,7 @@ impl AlertKind {
     }
 }
 
-/// One of a kind.
+/// One rule of a kind, one webhook of an id.
 impl ByHand for Alerts {
     fn more(&mut self, section: &mut Section<'_>) {
         let mut kinds = BTreeSet::new();
@@ -129,6 +134,13 @@ impl ByHand for Alerts {
             section.contradict(
                 &["rules"],
                 format!("there are two rules of kind \"{}\"; make one of them", twice.kind.name()),
+            );
+        }
+        let mut ids = BTreeSet::new();
+        if let Some(twice) = self.webhooks.iter().find(|webhook| !ids.insert(&webhook.id)) {
+            section.contradict(
+                &["webhooks"],
+                format!("there are two webhooks of id \"{}\"; rename one", twice.id),
             );
         }
     }

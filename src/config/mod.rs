@@ -31,6 +31,7 @@ mod output;
 mod overrides;
 mod page;
 pub(crate) mod reader;
+mod receivers;
 mod sensors;
 mod site;
 pub(crate) mod table;
@@ -54,6 +55,7 @@ pub use network::{Address, Input, LONGEST_TRAILER, PictureKind, Sink};
 pub use output::{Output, Persistence, Record, SerialSource};
 pub use page::{keys, reference};
 pub use reader::FILL_IN;
+pub use receivers::{Mqtt, Webhook};
 pub use sensors::{
     Classification, Radar, RadarAccuracy, Registration, Sensor, SensorKind, Transponder, TransponderAccuracy,
 };

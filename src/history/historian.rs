@@ -61,7 +61,7 @@ impl Archive for Historian {
 
     fn trouble(&self) -> Option<Trouble> {
         self.store.is_failing().then(|| Trouble {
-            about: "history",
+            about: "history".into(),
             severity: Severity::Warning,
             text: "no history is kept: the disk cannot be written".to_owned(),
         })

@@ -184,8 +184,8 @@ pub struct Facts<'a> {
     pub lateness: Option<Lateness>,
     /// What the engine told last; `None` in the first moments.
     pub status: Option<&'a Status>,
-    /// What is wrong with the archive, which the engine does not know.
-    pub archive: Option<&'a Trouble>,
+    /// What is wrong with the archive and the receivers of alerts, which the engine does not know.
+    pub followers: &'a [Trouble],
 }
 
 /// Everything that is wrong now.
@@ -200,7 +200,7 @@ impl Condition {
     pub fn of(facts: &Facts<'_>) -> Self {
         let mut condition = Self::default();
         let sensors = || facts.status.iter().flat_map(|status| &status.sensors);
-        let troubles = || facts.status.iter().flat_map(|status| &status.troubles).chain(facts.archive);
+        let troubles = || facts.status.iter().flat_map(|status| &status.troubles).chain(facts.followers);
         if !facts.has_slot {
             condition.add(Level::NotReady, "no slot has been published yet".to_owned());
         }
@@ -209,7 +209,11 @@ impl Condition {
         if let Some(lateness) = facts.lateness.filter(|lateness| lateness.is_late() && !waits_for_clock) {
             let text = lateness.to_string();
             condition.add(Level::NotReady, text.clone());
-            condition.troubles.push(Trouble { about: Trouble::PICTURE, severity: Severity::Critical, text });
+            condition.troubles.push(Trouble {
+                about: Trouble::PICTURE.into(),
+                severity: Severity::Critical,
+                text,
+            });
         }
         if facts.status.is_none() {
             condition.add(Level::NotReady, "the state of the lines is not known yet".to_owned());
@@ -321,12 +325,13 @@ mod tests {
     #[test]
     fn a_clock_set_back_is_one_reason_and_not_a_late_picture_too() {
         let clock = Trouble {
-            about: Trouble::CLOCK,
+            about: Trouble::CLOCK.into(),
             severity: Severity::Critical,
             text: "the clock was set back".to_owned(),
         };
         let late = Some(Lateness { late: ms(9_000), worst: Some(ms(9_000)), cause: Cause::Silence });
-        let facts = Facts { has_slot: true, lateness: late, status: None, archive: Some(&clock) };
+        let facts =
+            Facts { has_slot: true, lateness: late, status: None, followers: std::slice::from_ref(&clock) };
         let condition = Condition::of(&facts);
         assert_eq!(condition.level(), Level::NotReady);
         assert_eq!(condition.troubles(), [clock]);

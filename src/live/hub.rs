@@ -76,7 +76,8 @@ struct Known {
     /// None before the first slot, and in a replay.
     timings: Mutex<Option<Timings>>,
     recorder: OnceLock<RecorderMeter>,
-    archive: watch::Sender<Option<Trouble>>,
+    /// What is wrong with those that the observer hands on to.
+    followers: watch::Sender<Vec<Trouble>>,
 }
 
 impl Known {
@@ -90,7 +91,7 @@ impl Known {
             punctuality: Mutex::new(Punctuality::new(slot)),
             timings: Mutex::default(),
             recorder: OnceLock::new(),
-            archive: watch::Sender::new(None),
+            followers: watch::Sender::default(),
         }
     }
 
@@ -100,8 +101,8 @@ impl Known {
     }
 
     fn condition(&self, has_slot: bool, status: Option<&Status>) -> Condition {
-        let (lateness, archive) = (self.lateness(), self.archive.borrow());
-        Condition::of(&Facts { has_slot, lateness, status, archive: archive.as_ref() })
+        let (lateness, followers) = (self.lateness(), self.followers.borrow());
+        Condition::of(&Facts { has_slot, lateness, status, followers: &followers })
     }
 
     /// A panic elsewhere leaves nothing half done in here.
@@ -193,9 +194,9 @@ impl Hub {
         self.known.recorder.get().map(RecorderMeter::counts)
     }
 
-    /// For the observer: what is wrong with the archive.
-    pub(super) fn set_archive_trouble(&self, trouble: Option<Trouble>) {
-        self.known.archive.send_replace(trouble);
+    /// For the observer: what is wrong with those that it hands on to.
+    pub(super) fn set_followers_troubles(&self, troubles: Vec<Trouble>) {
+        self.known.followers.send_replace(troubles);
     }
 
     /// The alerts: those that last, then those that ended, the latest first.

@@ -54,7 +54,7 @@ pub(crate) use lines::{Listening, listen};
 pub use observer::observe;
 pub use outlooks::{OutlookWriter, Outlooks};
 pub use player::{OpenCaptures, Order, Player, PlayerState};
-pub use published::{Archive, Fleeting, PublishedPicture, Status};
+pub use published::{Archive, Fleeting, Followers, Messenger, PublishedPicture, Status};
 pub use registration::{RegistrationStatus, values};
 pub use requests::{Denied, Operators};
 pub use service::{KeeperQueues, Outlets, Service};

@@ -1,4 +1,4 @@
-//! The first reader: looks at each slot for alerts, logs them, and hands the slots to the archive.
+//! The first reader: looks at each slot for alerts, logs them, and hands slots and alerts on.
 
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ use super::alert_desk::Asked;
 use super::alerts::{Ahead, Alert, Alerts, Change, Severity};
 use super::clock::now;
 use super::hub::Hub;
-use super::published::{Archive, PublishedPicture, Status};
+use super::published::{Followers, PublishedPicture, Status};
 use crate::state::alert_line;
 use fusion::time::Time;
 
@@ -19,7 +19,7 @@ use fusion::time::Time;
 const LOOK: Duration = Duration::from_millis(500);
 
 /// Watches until the engine has ended.
-pub async fn observe(hub: Hub, mut alerts: Alerts, mut archive: Option<Box<dyn Archive>>) {
+pub async fn observe(hub: Hub, mut alerts: Alerts, mut followers: Followers) {
     let mut frames = hub.pictures();
     let mut outlooks = hub.outlooks.all();
     let mut statuses = hub.statuses();
@@ -30,7 +30,7 @@ pub async fn observe(hub: Hub, mut alerts: Alerts, mut archive: Option<Box<dyn A
         let changed = tokio::select! {
             frame = frames.recv() => match frame {
                 Ok(frame) => {
-                    if let Some(archive) = &mut archive {
+                    if let Some(archive) = &mut followers.archive {
                         archive.note(&frame.picture, &hub.maker);
                     }
                     alerts.note_picture(&frame.picture, &hub.maker) | note_approaches(&mut alerts, &hub, &frame)
@@ -54,7 +54,7 @@ pub async fn observe(hub: Hub, mut alerts: Alerts, mut archive: Option<Box<dyn A
                 if status.is_err() {
                     break;
                 }
-                hub.set_archive_trouble(archive.as_ref().and_then(|archive| archive.trouble()));
+                hub.set_followers_troubles(followers.troubles());
                 let status = statuses.borrow_and_update().clone();
                 status.is_some_and(|status| {
                     note_status(&mut alerts, &status) | note_condition(&mut alerts, &hub, status.at)
@@ -66,7 +66,12 @@ pub async fn observe(hub: Hub, mut alerts: Alerts, mut archive: Option<Box<dyn A
             _ = look.tick(), if hub.lateness().is_some() => note_condition(&mut alerts, &hub, now()),
         };
         if changed {
-            alerts.take_changes().iter().for_each(log);
+            for change in alerts.take_changes() {
+                log(&change);
+                if let Some(messenger) = &mut followers.messenger {
+                    messenger.note(change.0, &change.1);
+                }
+            }
             hub.set_alerts(alerts.all());
         }
         if let Some(shelves) = alerts.take_shelves() {

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, PoisonError, RwLock};
 
-use super::alerts::Trouble;
+use super::alerts::{Alert, Change, Trouble};
 use super::health::{SensorStatus, Unknown};
 use crate::config::PictureKind;
 use crate::conflicts::{ConflictWatch, Outlook};
@@ -107,4 +107,30 @@ pub trait Archive: Send {
 
     /// What is wrong with it.
     fn trouble(&self) -> Option<Trouble>;
+}
+
+/// How people hear of alerts who are not at the map.
+pub trait Messenger: Send {
+    /// Takes what has become of an alert; never waits.
+    fn note(&mut self, change: Change, alert: &Alert);
+
+    /// What is wrong with it.
+    fn troubles(&self) -> Vec<Trouble>;
+}
+
+/// Who is handed what the observer sees.
+#[derive(Default)]
+pub struct Followers {
+    /// Takes the pictures.
+    pub archive: Option<Box<dyn Archive>>,
+    /// Takes the alerts.
+    pub messenger: Option<Box<dyn Messenger>>,
+}
+
+impl Followers {
+    /// What is wrong with them.
+    pub(super) fn troubles(&self) -> Vec<Trouble> {
+        let messenger = self.messenger.iter().flat_map(|messenger| messenger.troubles());
+        self.archive.iter().filter_map(|archive| archive.trouble()).chain(messenger).collect()
+    }
 }

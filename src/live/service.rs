@@ -418,7 +418,9 @@ impl Engine {
     /// What is wrong with the service itself, since it was told last.
     fn troubles(&mut self, at: Time) -> Vec<Trouble> {
         let mut troubles = Vec::new();
-        let mut find = |about, severity, text: String| troubles.push(Trouble { about, severity, text });
+        let mut find = |about: &'static str, severity, text: String| {
+            troubles.push(Trouble { about: about.into(), severity, text });
+        };
         let behind_ns = self.driver.pipeline().engine().behind(at).as_nanos() as i64;
         if behind_ns > SECOND {
             let behind_s = behind_ns / SECOND;

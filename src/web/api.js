@@ -6,7 +6,9 @@ const address = (path) => new URL(`api/v1/${path}`, document.baseURI);
 const TOKEN = "utm-fusion-token";
 let askForToken = () => {};
 export const onUnauthorized = (ask) => (askForToken = ask);
+export const askForAnother = () => askForToken();
 export const setToken = (token) => sessionStorage.setItem(TOKEN, token);
+export const hasToken = () => sessionStorage.getItem(TOKEN) !== null;
 
 const UPDATE_MS = 1000; // of 430 tracks 0.4 Mbit/s come; each slot would be 1.5
 const LONGEST_ANSWER_MS = 10000;

@@ -34,10 +34,6 @@ const status = new Status();
 const table = new Table(isPictureKnown);
 const detail = new Detail();
 const replay = new Replay(status);
-const alerts = new Alerts((byTrack) => {
-  map.alerted = byTrack;
-  map.invalidate();
-});
 const sensors = new Sensors(() => map.invalidate());
 map.raw = new Raw(map);
 map.conflicts = new Conflicts(map, (id) => map.picture?.tracks.get(id));
@@ -45,6 +41,13 @@ map.conflicts = new Conflicts(map, (id) => map.picture?.tracks.get(id));
 // ── what the service says
 
 const reads = new Reads(showKnown);
+const alerts = new Alerts(
+  (byTrack) => {
+    map.alerted = byTrack;
+    map.invalidate();
+  },
+  () => reads.renew("history"),
+);
 const ground = new Ground(
   map,
   (picture) => {
@@ -61,6 +64,7 @@ reads.add("tracks", "Tracks"); // by the stream
 reads.add("info", "Service", { ask: () => get("info"), take: takeInfo, everyMs: RENEW_MS });
 reads.add("sensors", "Sensors", { ask: () => get("sensors"), take: takeSensors, everyMs: RENEW_MS });
 reads.add("alerts", "Alerts", { ask: () => get("alerts"), take: (answer) => alerts.replace(answer), everyMs: RENEW_MS });
+reads.add("history", "Alert history", { ask: () => alerts.history.ask(), take: (answer) => alerts.history.take(answer), everyMs: RENEW_MS, isWanted: () => alerts.history.isWanted });
 reads.add("conflicts", "Conflicts", { ask: () => get("conflicts?level=advisory"), take: (answer) => map.conflicts.take(answer), everyMs: CONFLICTS_MS, isWanted: () => map.conflicts.isWanted && !past.isOn });
 reads.add("integrity", "Integrity", { ask: () => get("integrity"), take: (answer) => detail.verdicts.replace(list(answer, "identities")) });
 for (const [name, title] of [["coverage", "Coverage"], ["areas", "Areas"]]) {
@@ -76,7 +80,8 @@ function showKnown() {
   showFailures(reads.failures());
   alerts.setRead(reads.all.get("alerts"));
   sensors.setRead(reads.all.get("sensors"));
-  if (reads.state("conflicts") !== "good") map.conflicts.forget();
+  const { state, why } = reads.all.get("conflicts");
+  if (state !== "good") map.conflicts.forget(why);
   table.refresh();
   frameOnce();
 }
@@ -92,7 +97,7 @@ function takeInfo(info) {
   const site = typeof info.site === "object" ? info.site?.name : info.site;
   setText(byId("site"), site ?? "");
   alerts.site = site ?? "";
-  alerts.showTitle();
+  alerts.setControl(info.control === true);
   byId("site").title = `version ${info.version ?? "?"}, profile ${info.profile}`;
   if (Number.isFinite(info.latency_s) && !status.isNow) status.latency = info.latency_s;
   if (info.now !== true && settings.at !== "lagged") change({ at: "lagged" });

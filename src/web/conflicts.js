@@ -12,17 +12,24 @@ const RANK = { violation: 0, warning: 1, advisory: 2 };
 const COLOURS = { violation: "critical", warning: "warning", advisory: "quiet" };
 const MOST = 50; // shown; the count tells of the rest
 const REASK_MS = 10000; // where the service computes none
+const LOOK_MS = 1000;
+const OLD_MS = 3000; // they come each second: what is older than this misleads
 const CROSS_PX = 4;
 
 export class Conflicts {
   known = []; // the worst first, then the soonest
   reason = ""; // why there are none to be relied on
   isComputed = true; // until the service says otherwise
-  next = 0; // when a service that computes none is asked again, ms on the page's monotonic clock
+  wereComputed = false; // on this page: whoever has relied on them has to see that they are gone
+  takenAt = -Infinity; // on the page's monotonic clock
+  next = 0; // when a service that computes none is asked again, on the same clock
 
   /** `trackOf(id)`: the track as it is shown, if it is. */
   constructor(map, trackOf) {
     [this.map, this.trackOf] = [map, trackOf];
+    setInterval(() => {
+      if (this.known.length && performance.now() - this.takenAt > OLD_MS) this.forget("no answer for some seconds");
+    }, LOOK_MS);
     this.show();
   }
 
@@ -33,26 +40,32 @@ export class Conflicts {
 
   /** The answer of /conflicts. */
   take(answer) {
-    this.isComputed = answer.computed === true;
-    this.reason = this.isComputed ? "" : (answer.reason ?? "they are not computed");
-    if (!this.isComputed) this.next = performance.now() + REASK_MS;
     this.known = list(answer, "conflicts")
       .filter(({ level }) => level in RANK)
       .sort((a, b) => RANK[a.level] - RANK[b.level] || a.t_cpa_s - b.t_cpa_s);
+    this.takenAt = performance.now();
+    this.isComputed = answer.computed === true;
+    this.wereComputed ||= this.isComputed;
+    this.reason = this.isComputed ? "" : (answer.reason ?? "the service does not say why");
+    if (!this.isComputed) this.next = this.takenAt + REASK_MS;
     this.show();
     this.map.invalidate();
   }
 
-  /** An answer that did not come: what was known is no longer. */
-  forget() {
+  /** What was known is no longer; `why`, unless nobody wants to know. */
+  forget(why) {
+    if (why) this.reason = why;
     this.known = [];
     this.show();
+    this.map.invalidate();
   }
 
   show() {
-    const section = byId("conflicts");
-    section.hidden = !this.known.length;
-    setText(byId("conflict-count"), String(this.known.length));
+    const reason = this.wereComputed ? this.reason : "";
+    byId("conflicts").hidden = !this.known.length && !reason;
+    byId("conflict-table").hidden = !this.known.length;
+    setText(byId("conflict-reason"), reason && `Not known now: ${reason}. That none is listed does not mean that there are none.`);
+    setText(byId("conflict-count"), reason ? "?" : String(this.known.length));
     byId("conflict-rows").replaceChildren(...this.known.slice(0, MOST).map((conflict) => this.row(conflict)));
   }
 
@@ -81,7 +94,7 @@ export class Conflicts {
       const colour = palette[COLOURS[conflict.level]];
       const ends = ["a", "b"].map((side) => {
         const [longitude, latitude] = conflict.cpa[side];
-        return [places.get(conflict[side]), view.toScreen(...frame.toLocal(longitude, latitude))];
+        return [places.get(conflict[side]), view.toScreen(...frame.toLocal(latitude, longitude))];
       });
       if (!ends.some(([, [x, y]]) => view.contains(x, y, 50))) continue;
       context.strokeStyle = colour;
@@ -100,7 +113,7 @@ export class Conflicts {
       }
       context.stroke();
       const [[, [ax, ay]], [, [bx, by]]] = ends;
-      const when = conflict.t_cpa_s > 0 ? `${Math.round(conflict.t_cpa_s)} s ` : "";
+      const when = conflict.t_cpa_s > 0 ? `in ${Math.round(conflict.t_cpa_s)} s: ` : "";
       writeFree(context, view, when + apart(conflict), (ax + bx) / 2, (ay + by) / 2 - 12, colour);
     }
     context.restore();

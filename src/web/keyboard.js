@@ -15,9 +15,9 @@ export class Keyboard {
 
   pressed(event) {
     if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
-    const isTyping = event.target.closest("input, select, textarea, dialog");
+    const isTyping = event.target.closest("input:not([type=checkbox]), select, textarea, dialog");
     if (isTyping && event.key !== "Escape") return;
-    const isOnButton = event.target.closest("button, a, summary") && [" ", "Enter"].includes(event.key);
+    const isOnButton = event.target.closest("button, a, summary, [type=checkbox]") && [" ", "Enter"].includes(event.key);
     if (isOnButton) return;
     const [, , act] = this.keys.find(([names]) => names.includes(event.key)) ?? [];
     if (!act) return;

@@ -10,7 +10,8 @@ const OVER_MS = 60000; // a warning that is over stays in sight for this time; w
 const SHOWN = 3;
 
 /** What an alert is about. One that ends and begins anew has another id, and is about the same. */
-const about = ({ kind, sensor, track, part, identity, text }) => [kind, sensor ?? track ?? part ?? identity, kind === "area" ? text : ""].join(" ");
+const about = ({ kind, sensor, track, part, identity, conflict, area }) =>
+  [kind, sensor ?? track ?? part ?? identity ?? conflict, area?.identifier ?? area?.name].join(" ");
 const rank = ({ severity }) => ({ critical: 2, warning: 1 })[severity] ?? 0;
 
 export class News {
@@ -19,9 +20,9 @@ export class News {
   unsaid = []; // alerts to announce
   saidAt = -Infinity;
 
-  /** `open` shows the panel; `changed` is called when there is other news than before. */
-  constructor(open, changed) {
-    this.changed = changed;
+  /** `open` shows the panel; `changed` is called when there is other news than before, `told` is given each that is new. */
+  constructor({ open, changed, told }) {
+    Object.assign(this, { changed, tell: told });
     byId("toast-open").addEventListener("click", open);
     byId("toast-close").addEventListener("click", () => this.seen());
     setInterval(() => this.tick(), 1000);
@@ -36,6 +37,7 @@ export class News {
     if (now - at < AGAIN_MS && rank(alert) <= before) return known && this.show();
     this.told.set(key, [now, rank(alert)]);
     this.unsaid.push(alert);
+    this.tell(alert);
     if (!isSeen) this.unseen.set(key, { alert, over: null });
     this.show();
     this.say();
@@ -47,6 +49,12 @@ export class News {
     if (!known || known.over) return;
     known.over = Date.now();
     this.show();
+  }
+
+  /** One that somebody has acknowledged or shelved, here or elsewhere. */
+  settle(alert) {
+    this.unsaid = this.unsaid.filter(({ id }) => id !== alert.id);
+    if (this.unseen.delete(about(alert))) this.show();
   }
 
   seen() {
@@ -72,6 +80,7 @@ export class News {
     });
     const more = sorted.length - lines.length;
     if (more) lines.push(element("li", {}, `and ${more} more`));
+    setText(byId("toast-open"), sorted.length > 1 ? `Show all ${sorted.length}` : "Show alerts");
     byId("toast").hidden = lines.length === 0;
     byId("toast-list").replaceChildren(...lines);
     this.changed();

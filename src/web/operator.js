@@ -111,7 +111,7 @@ export class Operator {
       [["v"], "Where each will be in 10 s", () => toggleLayer("vectors")],
       [["e"], "Uncertainty of each track", () => toggleLayer("ellipses")],
       [["h"], "Colour by height, or by source", () => change({ colourBy: settings.colourBy === "height" ? "source" : "height" })],
-      [["a"], "Alerts", () => alerts.open(byId("alerts").hidden)],
+      [["a"], "Alerts", () => alerts.toggle()],
       [["t"], "Theme: auto, light, dark", () => change({ theme: nextTheme() })],
       [[" "], "Replay: play or pause", () => this.status.isReplay && this.replay.toggle()],
       [["?"], "This help", () => byId("help").showModal()],
@@ -160,6 +160,7 @@ export class Operator {
     if (document.querySelector("dialog[open], :popover-open")) return; // the browser closes those
     this.openMenu(false);
     this.openSheet(false);
+    if (this.alerts.hasFocus) return this.alerts.open(false);
     if (this.tools.isUsed) return this.tools.end();
     if (document.activeElement === byId("filter-input")) byId("filter-input").blur();
     else change({ selected: null, follow: false });

@@ -51,6 +51,7 @@ const FIELDS = {
   trailS: ["trail", 60, { write: String, read: (value, usual) => (TRAILS_S.includes(Number(value)) ? Number(value) : usual) }],
   units: ["units", { height: "m", speed: "m/s", distance: "m" }, { write: ({ height, speed, distance }) => [height, speed, distance].join(","), read: readUnits }],
   groundM: ["ground", null, number], // of the ground above sea level, as the operator states it
+  sound: ["sound", false, flag],
   at: ["at", "lagged", oneOf(["lagged", "now"])], // which of the service's pictures is shown
 };
 

@@ -58,7 +58,7 @@ async fn an_alert_is_acknowledged_shelved_and_taken_back_and_every_reader_sees_i
         check(&document, schema, &answer, path);
         assert_eq!(answer[field].get("by").cloned().unwrap_or_default(), by, "{answer}");
         let [lasting, _] = listed(&site, "").await;
-        assert_eq!(lasting, [answer.clone()]);
+        assert_eq!(lasting, std::slice::from_ref(&answer));
         let event = loop {
             let event = reader.next().await.unwrap();
             if event.name == "alert" && event.data[field] == answer[field] {

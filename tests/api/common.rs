@@ -18,8 +18,10 @@ use utm_fusion::capture::{Reception, ReceptionKind};
 use utm_fusion::config::{Config, Conflicts, PictureKind, Profile};
 use utm_fusion::conflicts::ConflictWatch;
 use utm_fusion::live::{
-    AlertSettings, Alerts, Driver, Hub, HubWriter, LineStatus, Made, PublishedPicture, Status, observe,
+    AlertSettings, Alerts, Driver, Followers, Hub, HubWriter, LineStatus, Made, PublishedPicture, Status,
+    observe,
 };
+use utm_fusion::normalise::Normaliser;
 use utm_fusion::picture::PictureMaker;
 use utm_fusion::simulate::{Flight, Scenario, simulate};
 
@@ -148,8 +150,14 @@ impl Site {
         let mut config = flown.config.clone();
         change(&mut config);
         let watch = ConflictWatch::of(&config);
-        let (writer, hub) = Hub::new(Arc::new(config), Arc::new(flown.maker.clone()), flown.frames[0].due);
-        tokio::spawn(observe(hub.clone(), Alerts::new(AlertSettings::default(), Time::default()), None));
+        // It knows who is crewed by this configuration.
+        let maker = PictureMaker::new(&config, &Normaliser::new(&config, Masks::default()));
+        let (writer, hub) = Hub::new(Arc::new(config), maker.into(), flown.frames[0].due);
+        tokio::spawn(observe(
+            hub.clone(),
+            Alerts::new(AlertSettings::default(), Time::default()),
+            Followers::default(),
+        ));
         let state = ApiState::start(hub, options).unwrap();
         // The first slots are empty; most tests want traffic.
         Self { writer, app: router(state.clone()), state, flown, watch, next: flown.frames.len() / 2 }

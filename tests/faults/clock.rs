@@ -9,7 +9,9 @@ use jiff::SignedDuration;
 use tokio::runtime::Runtime;
 use utm_fusion::api::{ApiState, Options, serve};
 use utm_fusion::areas::Masks;
-use utm_fusion::live::{AlertSettings, Alerts, Clock, Driver, Hub, Outlets, Service, now, observe};
+use utm_fusion::live::{
+    AlertSettings, Alerts, Clock, Driver, Followers, Hub, Outlets, Service, now, observe,
+};
 use utm_fusion::net::listen as udp;
 use utm_fusion::net::send::Sinks;
 use utm_fusion::record::Recorder;
@@ -47,7 +49,11 @@ impl Live {
         let outlets = Outlets { hub: writer, sinks, recorder: Some(queue), keepers: None };
         let clock = Clock::default();
         let service = Service::start(config, driver, outlets, clock.clone(), runtime.handle()).unwrap();
-        runtime.spawn(observe(hub.clone(), Alerts::new(AlertSettings::default(), now()), None));
+        runtime.spawn(observe(
+            hub.clone(),
+            Alerts::new(AlertSettings::default(), now()),
+            Followers::default(),
+        ));
         let api = ApiState::start(hub, Options::default()).unwrap();
         let listener = runtime.block_on(tokio::net::TcpListener::bind("127.0.0.1:0")).unwrap();
         let address = listener.local_addr().unwrap();

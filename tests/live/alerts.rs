@@ -34,22 +34,28 @@ fn stage() -> Stage {
     })
 }
 
-/// The alerts of a stream, until the service closes it.
-fn overhear(port: u16) -> JoinHandle<Vec<Value>> {
+/// The alerts and the conflicts of a stream, until the service closes it.
+fn overhear(port: u16) -> JoinHandle<[Vec<Value>; 2]> {
     let mut socket = TcpStream::connect(("127.0.0.1", port)).unwrap();
     socket.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
     socket.write_all(b"GET /api/v1/stream?source=radar HTTP/1.0\r\nHost: localhost\r\n\r\n").unwrap();
     std::thread::spawn(move || {
-        let mut alerts = Vec::new();
-        let mut is_alert = false;
+        let mut events = [Vec::new(), Vec::new()];
+        let mut event = None;
         for line in BufReader::new(socket).lines().map_while(Result::ok) {
             match line.split_once(": ") {
-                Some(("event", name)) => is_alert = name == "alert",
-                Some(("data", data)) if is_alert => alerts.push(serde_json::from_str(data).unwrap()),
+                Some(("event", name)) => {
+                    event = ["alert", "conflict"].iter().position(|wanted| name == *wanted);
+                }
+                Some(("data", data)) => {
+                    if let Some(event) = event {
+                        events[event].push(serde_json::from_str(data).unwrap());
+                    }
+                }
                 _ => {}
             }
         }
-        alerts
+        events
     })
 }
 
@@ -113,21 +119,32 @@ fn what_is_acknowledged_and_shelved_outlives_a_restart_and_is_replayed() {
 
     // The recording.
     let input = only(&stage.scratch.path("recordings"), "input-", ".pcap");
-    let file = stage.scratch.path("alerts.ndjson");
+    let [file, conflict_file] = ["alerts.ndjson", "conflicts.ndjson"].map(|name| stage.scratch.path(name));
     let mut replay = utm_fusion("replay");
     replay.arg(&input).arg("--config").arg(beside(&input, "site.toml"));
-    let ran =
-        replay.arg("--state").arg(input.with_extension("")).arg("--alerts").arg(&file).output().unwrap();
+    replay.arg("--state").arg(input.with_extension("")).arg("--alerts").arg(&file);
+    let ran = replay.arg("--conflicts").arg(&conflict_file).output().unwrap();
     assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
-    let lines = fs::read_to_string(file).unwrap();
-    let again = by_kind(lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect());
-    let heard = by_kind(stream.join().unwrap());
+    let lines = |path| -> Vec<Value> {
+        fs::read_to_string(path).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    };
+    let (again, conflicts_again) = (by_kind(lines(file)), lines(conflict_file));
+    let [alerts, conflicts] = stream.join().unwrap();
+    let heard = by_kind(alerts);
     assert!(heard["area"].iter().any(|alert| alert["acknowledged"]["note"] == "called the pilot"));
     assert!(heard["conflict"].iter().any(|alert| alert["shelved"]["by"] == "tower"));
     for (kind, heard) in &heard {
         // The stream ends before the last slots, which the service publishes at once when it stops.
         let again = again.get(kind).map_or(&[][..], |again| &again[..heard.len().min(again.len())]);
         assert_eq!(heard, again, "{kind}");
+    }
+
+    assert!(conflicts.len() > 3, "{conflicts:?}");
+    for heard in &conflicts {
+        let is_same = |again: &&Value| again["time"] == heard["time"] && again["volume"] == heard["volume"];
+        let mut again = conflicts_again.iter().find(is_same).expect("not replayed").clone();
+        again.as_object_mut().unwrap().remove("relative");
+        assert_eq!(heard, &again);
     }
 
     // A restart.

@@ -12,6 +12,7 @@ mod flood;
 mod integrity;
 #[path = "../shared/invented.rs"]
 mod invented;
+mod notices;
 mod process;
 #[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "shared by several tests")]

@@ -149,6 +149,22 @@ impl Browser {
             .unwrap_or_else(|| panic!("no number: {expression}"))
     }
 
+    /// A click of the mouse in the middle of an element, as of a person: a browser lets a page sound only after one.
+    pub fn click(&mut self, selector: &str) {
+        let found = format!(
+            "(() => {{ const node = document.querySelector({selector:?}); node.scrollIntoView({{block: 'nearest'}}); \
+                const {{left, top, width, height}} = node.getBoundingClientRect(); \
+                return `${{left + width / 2}} ${{top + height / 2}}`; }})()"
+        );
+        let place = self.text(&found);
+        let (x, y) = place.split_once(' ').unwrap();
+        let (x, y): (f64, f64) = (x.parse().unwrap(), y.parse().unwrap());
+        for kind in ["mousePressed", "mouseReleased"] {
+            let event = json!({"type": kind, "x": x, "y": y, "button": "left", "clickCount": 1});
+            self.command("Input.dispatchMouseEvent", &event);
+        }
+    }
+
     /// A key that makes a character.
     pub fn press(&mut self, key: &str) {
         self.command("Input.dispatchKeyEvent", &json!({"type": "keyDown", "key": key, "text": key}));

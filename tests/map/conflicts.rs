@@ -41,11 +41,13 @@ fn a_conflict_is_listed_and_drawn_and_over_when_it_is() {
     browser.wait(DRAWN, SOON);
     let pixels = "document.getElementById('canvas').toDataURL()";
     let with_line = browser.text(pixels);
+    the_line_leads_to_where_they_are_closest(&mut browser);
     browser.run("import('./conflicts.js').then(({ Conflicts }) => { Conflicts.prototype.draw = () => {}; })");
     browser.press("l");
     browser.press("l");
     browser.wait(DRAWN, SOON);
     assert_ne!(browser.text(pixels), with_line);
+    why_there_are_none_is_said_where_there_were(&mut browser);
     // One click selects one of the two.
     browser.run("document.querySelector('#conflict-rows button').click()");
     browser.wait("!document.getElementById('detail').hidden", SOON);
@@ -53,4 +55,37 @@ fn a_conflict_is_listed_and_drawn_and_over_when_it_is() {
     // In the first seconds nobody is known well enough to meet anybody.
     service.seek("09:00:01");
     browser.wait(IS_HIDDEN, SOON);
+}
+
+/// Which is on the screen with both of them.
+fn the_line_leads_to_where_they_are_closest(browser: &mut Browser) {
+    let ends = "import('./conflicts.js').then(async ({ Conflicts }) => { \
+        const { draw } = Conflicts.prototype; \
+        const ends = []; \
+        Conflicts.prototype.draw = function (context, view, ...rest) { \
+            context.lineTo = (x, y) => { \
+                ends.push(view.contains(x, y)); \
+                CanvasRenderingContext2D.prototype.lineTo.call(context, x, y); }; \
+            draw.call(this, context, view, ...rest); \
+            delete context.lineTo; }; \
+        document.getElementById('fit').click(); \
+        for (let frame = 0; frame < 3; frame++) await new Promise(requestAnimationFrame); \
+        Conflicts.prototype.draw = draw; \
+        return ends.length > 0 && ends.every(Boolean); })";
+    browser.wait(ends, SOON);
+}
+
+/// Whether the service computes none any more, or does not answer.
+fn why_there_are_none_is_said_where_there_were(browser: &mut Browser) {
+    let reason = "document.getElementById('conflict-reason').innerText";
+    let gone = format!(
+        "!{IS_HIDDEN} && {LISTED} === 0 && document.getElementById('conflict-count').innerText === '?'"
+    );
+    let none = r#"{"computed": false, "reason": "it is switched off", "conflicts": []}"#;
+    browser.fail(&[("/conflicts", 200, none)]);
+    browser.wait(&format!("{gone} && {reason}.includes('Not known now: it is switched off')"), SOON);
+    browser.fail(&[("/conflicts", 500, "{}")]);
+    browser.wait(&format!("{gone} && {reason}.includes('HTTP 500')"), SOON);
+    browser.fail(&[]);
+    browser.wait(&format!("{LISTED} > 0 && {reason} === ''"), SOON);
 }

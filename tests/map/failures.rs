@@ -55,7 +55,7 @@ fn what_fails_is_named_and_the_rest_goes_on() {
     browser.wait(&format!("{ALERTS} === '?' && document.title.startsWith('(?) ')"), LATER);
     browser.wait(&format!("{SENSORS} === '? gamekeeper ? drone-it' && {ROWS} > 2"), LATER);
     browser.run("document.getElementById('alerts-button').click()");
-    browser.wait("/^Not known since /.test(document.getElementById('alert-list').textContent)", LATER);
+    browser.wait("/^Not known since /.test(document.getElementById('alert-note').textContent)", LATER);
 
     // Whether it is live is not known either, and a stream that does not come is no empty sky.
     for (path, badge, banner, counts) in [

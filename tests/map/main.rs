@@ -16,9 +16,11 @@ use browser::Browser;
 use service::{HOSTILE, Service};
 use tiles::Tiles;
 
+mod alerts;
 mod axe;
 mod browser;
 mod conflicts;
+mod encounter;
 mod failures;
 mod frames;
 mod ground;

@@ -15,7 +15,7 @@ fn a_new_alert_is_seen_and_said_while_the_panel_is_closed() {
     let Some((_, service, mut browser)) = paused("map-news", "reference") else { return };
     browser.open(&service.url());
     browser.wait(&format!("{ROWS} > 2"), SOON);
-    browser.wait("/^[(]\\d+[)] /.test(document.title)", SOON);
+    browser.wait("/^[(]\\d+!?[)] /.test(document.title)", SOON);
     assert_eq!(browser.text(&format!("String({TOAST}.hidden)")), "true", "what was there before is no news");
 
     // The radar falls silent.
@@ -32,7 +32,8 @@ fn a_new_alert_is_seen_and_said_while_the_panel_is_closed() {
         &format!("!{TOAST}.hidden && {TOAST}.checkVisibility() && {TOAST}.innerText.includes({begin:?})"),
         SOON,
     );
-    browser.wait(&format!("/^[(]\\d+[)] /.test(document.title) && document.title.includes({begin:?})"), SOON);
+    browser
+        .wait(&format!("/^[(]\\d+!?[)] /.test(document.title) && document.title.includes({begin:?})"), SOON);
     browser.wait(
         &format!(
             "window.said.some(said => said.startsWith('New alert, critical: ') && said.includes({begin:?}))"
@@ -63,7 +64,7 @@ fn an_alert_that_flaps_is_told_once() {
     browser.open(&service.url());
     browser.wait("/^\\d+$/.test(document.getElementById('alert-count').textContent)", SOON);
     let told = "import('./news.js').then(({News}) => { \
-        const news = new News(() => {}, () => {}); \
+        const news = new News({open: () => {}, changed: () => {}, told: () => {}}); \
         const toast = document.getElementById('toast'); \
         const alert = (n, severity = 'warning') => ({id: `sensor-${n}`, kind: 'sensor', sensor: 'north', severity, text: `north ${severity}`}); \
         const seen = []; \

@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use super::browser::Browser;
 use super::{DRAWN, ROWS, SOON, paused};
 
 /// Puts a track where the button at the left is in the middle of, and tells of each text that is drawn whether a button,
@@ -57,6 +58,7 @@ fn a_phone_shows_the_map_and_every_label_on_it() {
         }
         browser.run("document.getElementById('more-button').click()");
 
+        the_note_of_new_alerts_is_two_lines(&mut browser);
         let labels: serde_json::Value = serde_json::from_str(&browser.text(LABELS)).unwrap();
         assert!(labels["drawn"].as_u64() > Some(4), "hardly anything is drawn: {labels}");
         assert_eq!(labels["hidden"], serde_json::json!([]), "labels below buttons");
@@ -64,4 +66,34 @@ fn a_phone_shows_the_map_and_every_label_on_it() {
         fs::write(folder.join(format!("phone-{width}.png")), browser.screenshot()).unwrap();
     }
     assert_eq!(browser.complaints(), Vec::<String>::new(), "errors in the console");
+}
+
+/// However much there is to say, over no button of the map, and gone when it is dismissed.
+fn the_note_of_new_alerts_is_two_lines(browser: &mut Browser) {
+    let toast = "document.getElementById('toast')";
+    browser.run(
+        "import('./news.js').then(({News}) => { \
+            const news = new News({open: () => {}, changed: () => {}, told: () => {}}); \
+            for (const n of [1, 2, 3, 4]) news.note({id: `area-${n}`, kind: 'area', track: `U-${n}`, severity: 'critical', since: '', \
+                text: 'fused track 20000 (U-20000), serial 000000000002, is inside Hospital (CLOSED1), where flights are prohibited'}, false); })",
+    );
+    let look = format!(
+        "(() => {{ const box = {toast}.getBoundingClientRect(); \
+            const buttons = [...document.querySelectorAll('header button, .map-tools button, #sheet-button, #legend summary, #tool-bar button')]; \
+            const over = buttons.filter(button => button.checkVisibility()).filter(button => {{ \
+                const {{left, top, right, bottom}} = button.getBoundingClientRect(); \
+                return left < box.right && box.left < right && top < box.bottom && box.top < bottom; }}); \
+            return JSON.stringify({{height: box.height, over: over.map(button => button.id || button.textContent), \
+                inside: box.left >= 0 && box.right <= innerWidth && box.bottom <= innerHeight}}); }})()"
+    );
+    for tool in ["0", "document.getElementById('measure-button').click()"] {
+        browser.run(tool);
+        browser.wait(&format!("!{toast}.hidden && {toast}.innerText.includes('Show all 4')"), SOON);
+        let seen: serde_json::Value = serde_json::from_str(&browser.text(&look)).unwrap();
+        assert!(seen["height"].as_f64() < Some(80.0) && seen["inside"] == true, "{seen}");
+        assert_eq!(seen["over"], serde_json::json!([]), "the note lies over buttons");
+    }
+    browser.run("document.getElementById('tool-end').click()");
+    browser.click("#toast-close");
+    browser.wait(&format!("{toast}.hidden"), SOON);
 }

@@ -5,6 +5,7 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -31,7 +32,14 @@ pub fn fly(folder: &Path, tiles: Option<&str>) {
 /// The captures and the site of one of the scenarios that come with the program.
 pub fn simulate(folder: &Path, scenario: &str) {
     let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("config/scenarios/{scenario}.toml"));
-    let made = utm_fusion().arg("simulate").arg(scenario).arg("--out").arg(folder).output().unwrap();
+    simulate_file(folder, &scenario, 1);
+}
+
+/// Those of any scenario.
+pub fn simulate_file(folder: &Path, scenario: &Path, seed: u32) {
+    let mut simulate = utm_fusion();
+    simulate.arg("simulate").arg(scenario).arg("--out").arg(folder).args(["--seed", &seed.to_string()]);
+    let made = simulate.output().unwrap();
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
 }
 
@@ -48,6 +56,10 @@ pub fn conflicts(folder: &Path) -> String {
 pub struct Service {
     child: Child,
     address: SocketAddr,
+    /// What it has said so far.
+    log: Arc<Mutex<String>>,
+    /// The token that it is asked with.
+    pub token: Option<&'static str>,
 }
 
 impl Service {
@@ -96,9 +108,14 @@ impl Service {
                 break address.parse().unwrap();
             }
         };
-        // Nobody reads on: what else it says must not fill the pipe.
-        std::thread::spawn(move || std::io::copy(&mut log, &mut std::io::sink()));
-        Self { child, address }
+        let kept = Arc::new(Mutex::new(said));
+        let keeper = Arc::clone(&kept);
+        std::thread::spawn(move || {
+            for line in log.lines().map_while(Result::ok) {
+                *keeper.lock().unwrap() += &format!("{line}\n");
+            }
+        });
+        Self { child, address, log: kept, token: None }
     }
 
     /// Ends in a slash.
@@ -129,9 +146,23 @@ impl Service {
         }
     }
 
+    /// An answer of the API.
+    pub fn get(&self, path: &str) -> serde_json::Value {
+        let answer = self.ask("GET", path);
+        serde_json::from_str(answer.split_once("\r\n\r\n").unwrap().1).unwrap()
+    }
+
+    /// The lines of its log so far that have this in them.
+    pub fn logged(&self, text: &str) -> Vec<String> {
+        let log = self.log.lock().unwrap();
+        log.lines().filter(|line| line.contains(text)).map(str::to_owned).collect()
+    }
+
     fn ask(&self, method: &str, path: &str) -> String {
         let mut connection = TcpStream::connect(self.address).unwrap();
-        let request = format!("{method} {path} HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\n\r\n");
+        let token = self.token.map_or_else(String::new, |token| format!("authorization: Bearer {token}\r\n"));
+        let request =
+            format!("{method} {path} HTTP/1.1\r\nhost: localhost\r\n{token}connection: close\r\n\r\n");
         connection.write_all(request.as_bytes()).unwrap();
         let mut answer = String::new();
         connection.read_to_string(&mut answer).unwrap();

@@ -1,19 +1,14 @@
 //! Two aircraft that fly straight on: when they are closest, how close, and how likely within a volume.
 
-use std::f64::consts::SQRT_2;
-
 use nalgebra::{Matrix2, Matrix4, Vector2};
 
+use super::normal::{at_most_in_disc, at_most_within, in_disc, within};
 use super::{Ahead, Aircraft, Steady};
 
 /// Slower than this towards each other two aircraft stay where they are, metres a second.
 pub(super) const RESTING: f64 = 0.1;
-/// Points of the rule by which the density over a disc is summed.
-const POINTS: usize = 64;
-/// Standard deviations beyond which nothing is summed.
-const TAIL: f64 = 8.0;
 /// Of a probability, a part that is left out.
-const NEGLIGIBLE: f64 = 1e-4;
+const NEGLIGIBLE: f64 = 1e-5;
 
 /// An aircraft seen from another one, at one instant: b minus a.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,7 +61,7 @@ impl Relative {
         let vertical = a.vertical.zip(b.vertical).map(|(one, other)| Vertical {
             height_m: b.position.up() - a.position.up(),
             climb: b.velocity.z - a.velocity.z,
-            covariance: std::array::from_fn(|at| one[at] + other[at]),
+            covariance: [one[0] + other[0], one[1] + other[1], one[2] + other[2]],
         });
         Self {
             position: (b.position.0 - a.position.0).xy(),
@@ -89,11 +84,16 @@ impl Relative {
         let t = unbounded_s.clamp(0.0, ahead.horizon_s);
         let is_inside = speed >= RESTING && unbounded_s > 0.0 && unbounded_s < ahead.horizon_s;
         let miss = position + velocity * t;
-        let blocks = |place: f64, rate: f64| {
-            let block = |row, column| covariance.fixed_view::<2, 2>(row, column);
-            block(0, 0) * (place * place)
-                + (block(0, 2) + block(2, 0)) * (place * rate * t)
-                + block(2, 2) * (rate * rate * t * t)
+        // Of the position, of both with each other, and of the velocity.
+        let at = |row: usize, column: usize| covariance[(row, column)];
+        let of = |row: usize, column: usize| {
+            let both = at(row, column + 2) + at(row + 2, column);
+            [at(row, column), t * both, t * t * at(row + 2, column + 2)]
+        };
+        let (east, both, north) = (of(0, 0), of(0, 1), of(1, 1));
+        let flown = |place: f64, rate: f64, grown_m2: f64| {
+            let sum = |[p, c, v]: [f64; 3]| place * place * p + place * rate * c + rate * rate * v;
+            Matrix2::new(sum(east) + grown_m2, sum(both), sum(both), sum(north) + grown_m2)
         };
         let Steady { place, velocity: rate, height, climb: climbs } = ahead.steady;
         let along = if is_inside { Vector2::new(-velocity.y, velocity.x) } else { miss };
@@ -101,9 +101,9 @@ impl Relative {
         Approach {
             t_cpa_s: t,
             miss,
-            straight: blocks(place, rate),
+            straight: flown(place, rate, 0.0),
             // Of each of the two.
-            turning: blocks(1.0, 1.0) + Matrix2::identity() * (2.0 * ahead.grown_m2(t)),
+            turning: flown(1.0, 1.0, 2.0 * ahead.grown_m2(t)),
             share: (-t / ahead.straight_s).exp(),
             vertical: vertical.map(|Vertical { height_m, climb, covariance: [hh, hc, cc] }| {
                 let m2 = height * height * hh + 2.0 * t * height * climbs * hc + t * t * climbs * climbs * cc;
@@ -124,22 +124,32 @@ impl Approach {
 
     /// Variance of the miss in the direction of `across`, m², whether they turn or not.
     pub fn across_m2(&self) -> f64 {
-        let of = |covariance: &Matrix2<f64>| (self.across.transpose() * covariance * self.across).x;
-        self.share * of(&self.straight) + (1.0 - self.share) * of(&self.turning)
+        let [straight, turning] = [&self.straight, &self.turning].map(|part| self.variance_across_m2(part));
+        self.share * straight + (1.0 - self.share) * turning
     }
 
     /// Probability that the miss is within `horizontal_m` over ground and, where heights are known, `vertical_m` above it;
     /// 0 where it is less than `least`.
     pub fn probability(&self, horizontal_m: f64, vertical_m: f64, least: f64) -> f64 {
-        let above = self.vertical.map_or(1.0, |(height_m, m2)| within(vertical_m, height_m, m2));
-        if above < least {
+        let parts = [(self.share, &self.straight), (1.0 - self.share, &self.turning)];
+        let most = parts.map(|(weight, covariance)| weight * self.at_most(horizontal_m, covariance));
+        let (height, most_over_ground) = (self.vertical, most[0] + most[1]);
+        // What cannot matter is not summed.
+        let most_above = height.map_or(1.0, |(height_m, m2)| at_most_within(vertical_m, height_m, m2));
+        if most_above * most_over_ground < least {
             return 0.0;
         }
-        let parts = [(self.share, &self.straight), (1.0 - self.share, &self.turning)];
-        let weighed = parts.map(|(weight, covariance)| {
-            // What cannot matter is not summed.
-            let most = above * weight * self.at_most(horizontal_m, covariance);
-            if most < NEGLIGIBLE { 0.0 } else { weight * self.over_ground(horizontal_m, covariance) }
+        let above = height.map_or(1.0, |(height_m, m2)| within(vertical_m, height_m, m2));
+        if above * most_over_ground < least {
+            return 0.0;
+        }
+        let weighed = [0, 1].map(|part| {
+            let (weight, covariance) = parts[part];
+            if above * most[part] < NEGLIGIBLE {
+                0.0
+            } else {
+                weight * self.over_ground(horizontal_m, covariance)
+            }
         });
         let probability = above * (weighed[0] + weighed[1]);
         if probability < least { 0.0 } else { probability }
@@ -147,59 +157,20 @@ impl Approach {
 
     fn over_ground(&self, radius_m: f64, covariance: &Matrix2<f64>) -> f64 {
         if self.is_inside {
-            let variance = (self.across.transpose() * covariance * self.across).x;
-            within(radius_m, self.across.dot(&self.miss), variance)
+            within(radius_m, self.across.dot(&self.miss), self.variance_across_m2(covariance))
         } else {
             in_disc(radius_m, &self.miss, covariance)
         }
     }
 
-    /// A bound of the same for a disc, which is the dear one to sum: at most the highest density times the disc's area, and
-    /// at most what lies on this side of its edge.
+    /// At least the same: the disc lies between two lines across the miss.
     fn at_most(&self, radius_m: f64, covariance: &Matrix2<f64>) -> f64 {
-        if self.is_inside {
-            return 1.0;
-        }
-        let determinant = covariance.determinant();
-        let dense = if determinant > 0.0 { radius_m * radius_m / (2.0 * determinant.sqrt()) } else { 1.0 };
-        let beyond_m = self.miss.norm() - radius_m;
-        let is_far = beyond_m > 0.0 && beyond_m * beyond_m > TAIL * TAIL * covariance.trace();
-        if is_far { 0.0 } else { dense }
+        let between =
+            at_most_within(radius_m, self.across.dot(&self.miss), self.variance_across_m2(covariance));
+        if self.is_inside { between } else { between.min(at_most_in_disc(radius_m, &self.miss, covariance)) }
     }
-}
 
-/// Probability that a normal variable lies within ± `half`.
-fn within(half: f64, mean: f64, variance: f64) -> f64 {
-    between(-half, half, mean, variance.max(0.0).sqrt())
-}
-
-fn between(from: f64, to: f64, mean: f64, sigma: f64) -> f64 {
-    if sigma <= 0.0 {
-        return f64::from(from <= mean && mean <= to);
+    fn variance_across_m2(&self, covariance: &Matrix2<f64>) -> f64 {
+        self.across.dot(&(covariance * self.across))
     }
-    // The tails of erfc keep their digits where those of erf cancel.
-    let beyond = |x: f64| 0.5 * libm::erfc((x - mean) / (sigma * SQRT_2));
-    (beyond(from) - beyond(to)).max(0.0)
-}
-
-/// Probability that a normal place over ground lies in the disc of this radius around the origin: along the axis that is
-/// known worse by the midpoint rule, across it exactly.
-fn in_disc(radius: f64, mean: &Vector2<f64>, covariance: &Matrix2<f64>) -> f64 {
-    let eigen = covariance.symmetric_eigen();
-    let (wide, narrow) = if eigen.eigenvalues.x >= eigen.eigenvalues.y { (0, 1) } else { (1, 0) };
-    let sigma = |axis: usize| eigen.eigenvalues[axis].max(0.0).sqrt();
-    let along = |axis: usize| eigen.eigenvectors.column(axis).dot(mean);
-    let (sigma_x, x) = (sigma(wide), along(wide));
-    if sigma_x <= 0.0 {
-        return f64::from(mean.norm() <= radius);
-    }
-    let (from, to) = ((x - TAIL * sigma_x).max(-radius), (x + TAIL * sigma_x).min(radius));
-    let step = (to - from).max(0.0) / POINTS as f64;
-    let slice = |index: usize| {
-        let at = from + (index as f64 + 0.5) * step;
-        let half = (radius * radius - at * at).max(0.0).sqrt();
-        between(at - step / 2.0, at + step / 2.0, x, sigma_x)
-            * between(-half, half, along(narrow), sigma(narrow))
-    };
-    (0..POINTS).map(slice).sum()
 }

@@ -2,11 +2,13 @@
 //! other.
 //!
 //! Sans-IO, told the pictures and their times. The geometry is that of G. Fasano et al., *Radar/electro-optical data fusion for
-//! non-cooperative UAS sense and avoid*, eq. 4; probabilities are those of normal errors that grow by random acceleration
+//! non-cooperative UAS sense and avoid*, eq. 4; probabilities are those of a mixture of two normal errors: of a pair that
+//! flies straight on, which is known better than stated, and of one that turns, whose errors grow by random acceleration
 //! (docs/CONFLICTS.md).
 
 mod encounter;
 mod level;
+mod normal;
 mod pairs;
 mod volume;
 
@@ -150,11 +152,6 @@ pub struct Rules {
 }
 
 impl Rules {
-    /// Radius of the largest volume, metres.
-    fn largest_m(&self) -> f64 {
-        self.volumes.iter().map(|volume| volume.horizontal_m).fold(0.0, f64::max)
-    }
-
     /// What the figures of a pair say of each level.
     fn said(&self, volume: &Volume, relative: &Relative, approach: &Approach, probability: f64) -> [Say; 3] {
         // Those that are known too poorly would come and go.
@@ -259,12 +256,15 @@ impl Conflicts {
         let left_out = given - aircraft.len();
         aircraft.sort_by_key(|one| one.key);
         let (mut pairs, tested) = self.pairs.find(&aircraft, &self.rules);
-        pairs.extend(self.known_among(&aircraft));
+        let known = self.known_among(&aircraft);
+        pairs.extend(&known);
         pairs.sort_unstable();
         pairs.dedup();
+        let mut known = known.into_iter().peekable();
         let mut conflicts = Vec::new();
         for pair in pairs {
-            self.judge(time, &aircraft, pair, &mut conflicts);
+            let is_known = known.next_if_eq(&pair).is_some();
+            self.judge(time, &aircraft, pair, is_known, &mut conflicts);
         }
         let mut unseen = Vec::new();
         self.known.retain(|_, known| {
@@ -278,7 +278,7 @@ impl Conflicts {
         Evaluation { aircraft, conflicts, unseen, tested, left_out }
     }
 
-    /// The pairs that are remembered, wherever both are by now.
+    /// The pairs that are remembered, wherever both are by now, in order.
     fn known_among(&self, aircraft: &[Aircraft]) -> Vec<(usize, usize)> {
         let place = |key: &Key| aircraft.binary_search_by_key(key, |one| one.key).ok();
         self.known.keys().filter_map(|(a, b)| Some((place(a)?, place(b)?))).collect()
@@ -289,6 +289,7 @@ impl Conflicts {
         time: Time,
         aircraft: &[Aircraft],
         (a, b): (usize, usize),
+        is_known: bool,
         conflicts: &mut Vec<Conflict>,
     ) {
         let (one, other) = (&aircraft[a], &aircraft[b]);
@@ -298,7 +299,7 @@ impl Conflicts {
         let relative = Relative::of(one, other);
         let approach = relative.approach(&self.rules.ahead);
         let key = (one.key, other.key);
-        let mut known = self.known.remove(&key);
+        let mut known = is_known.then(|| self.known.remove(&key)).flatten();
         let first = conflicts.len();
         for (index, volume) in self.rules.volumes.iter().enumerate() {
             if !volume.is_between(one.kind, other.kind) {
@@ -306,13 +307,14 @@ impl Conflicts {
             }
             let probability = approach.probability(volume.horizontal_m, volume.vertical_m, WORTH_A_LINE);
             let said = self.rules.said(volume, &relative, &approach, probability);
-            // Most pairs have nothing to remember, and nothing to say.
-            if known.is_none() && !said.iter().any(|say| say.reached) && probability == 0.0 {
-                continue;
+            // Most pairs have nothing to remember.
+            if known.is_none() && said.iter().any(|say| say.reached) {
+                known = Some(Known::new(&self.rules, time));
             }
-            let levels = &mut known.get_or_insert_with(|| Known::new(&self.rules, time)).levels[index];
-            levels.note(time, said);
-            let level = levels.worst();
+            let level = known.as_mut().and_then(|known| {
+                known.levels[index].note(time, said);
+                known.levels[index].worst()
+            });
             if level.is_some() || probability > 0.0 {
                 let pair = [a, b];
                 let new = Conflict { id: None, pair, volume: index, level, relative, approach, probability };

@@ -4,7 +4,7 @@
 use nalgebra::Vector2;
 
 use super::encounter::RESTING;
-use super::{Ahead, Aircraft, Rules, WORTH_A_LINE};
+use super::{Ahead, Aircraft, Rules, Steady, Volume, WORTH_A_LINE};
 use crate::cells::Cells;
 
 /// Side of a square, metres.
@@ -12,48 +12,93 @@ const SIDE_M: f64 = 1000.0;
 /// Standard deviations beyond which less than a hundredth of the errors lie, on one side.
 const FURTHEST: f64 = 2.33;
 
-/// Where an aircraft is, how it flies, and how far it gets: what the search looks at, in one place.
+/// Where an aircraft is and how far it gets: what most others of the same squares are left out by.
 #[derive(Clone, Copy, Debug)]
-struct Flight {
+struct Spot {
     place: Vector2<f64>,
-    velocity: Vector2<f64>,
-    /// Variance of its place after t seconds, both axes together, without what random acceleration adds: factors of 1, t
-    /// and t², m².
-    variance: [f64; 3],
     reach_m: f64,
 }
 
-/// Aircraft by square.
+/// How an aircraft flies, and how well that is known.
+#[derive(Clone, Copy, Debug)]
+struct Flight {
+    velocity: Vector2<f64>,
+    /// Variance of its place after t seconds, both axes together, without what random acceleration adds.
+    ground: Variance,
+    up_m: f64,
+    climb: f64,
+    /// Variance of its height after t seconds; infinite where it is not known.
+    above: Variance,
+}
+
+/// A variance that grows with time: factors of 1, t and t², m².
+#[derive(Clone, Copy, Debug)]
+struct Variance([f64; 3]);
+
+impl Variance {
+    fn at(self, t: f64) -> f64 {
+        let Self([place, across, rate]) = self;
+        (place + t * (across + t * rate)).max(0.0)
+    }
+
+    fn and(self, other: Self) -> Self {
+        let (Self([a, b, c]), Self([d, e, f])) = (self, other);
+        Self([a + d, b + e, c + f])
+    }
+}
+
+/// Aircraft by square, in the order of the squares: those of a row lie one behind the other.
 #[derive(Debug, Default)]
 pub(super) struct Pairs {
     cells: Cells,
+    order: Vec<usize>,
+    spots: Vec<Spot>,
     flights: Vec<Flight>,
+    /// Those near one, in its time.
+    near: Vec<usize>,
 }
 
 impl Pairs {
     /// The pairs, the lower index first, in no order; and how many were looked at.
     pub(super) fn find(&mut self, aircraft: &[Aircraft], rules: &Rules) -> (Vec<(usize, usize)>, usize) {
         let search = Search::of(rules);
-        self.flights.clear();
-        self.flights.extend(aircraft.iter().map(|one| search.flight(one)));
-        self.cells.fill(aircraft.iter().map(|one| one.position), SIDE_M);
+        let Self { cells, order, spots, flights, near } = self;
+        cells.fill(aircraft.iter().map(|one| one.position), SIDE_M);
+        order.clear();
+        spots.clear();
+        flights.clear();
+        order.extend(cells.order());
+        flights.extend(order.iter().map(|&index| search.flight(&aircraft[index])));
+        spots.extend(order.iter().zip(&*flights).map(|(&index, flight)| Spot {
+            place: aircraft[index].position.0.xy(),
+            reach_m: search.reach_m(flight),
+        }));
+        near.resize(spots.len(), 0);
         let (mut found, mut tested) = (Vec::new(), 0);
-        for (a, (one, flight)) in aircraft.iter().zip(&self.flights).enumerate() {
+        for (a, (spot, flight)) in spots.iter().zip(&*flights).enumerate() {
             // The one that gets further looks for the others: a fast one makes only its own search long.
-            for b in self.cells.within(one.position, 2.0 * flight.reach_m, SIDE_M) {
-                let other = &self.flights[b];
-                if (other.reach_m, b) >= (flight.reach_m, a) {
-                    continue;
-                }
-                let apart = other.place - flight.place;
-                if apart.norm_squared() > (flight.reach_m + other.reach_m).powi(2) {
-                    continue;
-                }
-                tested += 1;
-                if search.may_meet(apart, flight, other) {
-                    found.push((a.min(b), a.max(b)));
+            let is_near = |b: usize, other: &Spot| {
+                let reach_m = spot.reach_m + other.reach_m;
+                let is_shorter = (other.reach_m < spot.reach_m) | ((other.reach_m == spot.reach_m) & (b < a));
+                is_shorter & ((other.place - spot.place).norm_squared() <= reach_m * reach_m)
+            };
+            // Noted without a branch, which would be guessed wrong as often as not.
+            let mut count = 0;
+            for part in cells.parts_within(aircraft[order[a]].position, 2.0 * spot.reach_m, SIDE_M) {
+                for (b, other) in part.clone().zip(&spots[part]) {
+                    near[count] = b;
+                    count += usize::from(is_near(b, other));
                 }
             }
+            tested += count;
+            let mut kept = 0;
+            for at in 0..count {
+                let b = near[at];
+                near[kept] = b;
+                kept += usize::from(search.may_meet(spots[b].place - spot.place, flight, &flights[b]));
+            }
+            let named = |&b: &usize| (order[a].min(order[b]), order[a].max(order[b]));
+            found.extend(near[..kept].iter().map(named));
         }
         (found, tested)
     }
@@ -63,6 +108,7 @@ impl Pairs {
 struct Search {
     ahead: Ahead,
     radius_m: f64,
+    half_height_m: f64,
     /// Standard deviations beyond the radius at which those may be that are still approaching at the horizon; `None`: they are
     /// known too poorly by then to be worth a line wherever they are.
     at_horizon: Option<f64>,
@@ -70,21 +116,28 @@ struct Search {
 
 impl Search {
     fn of(rules: &Rules) -> Self {
-        let (ahead, radius_m) = (rules.ahead, rules.largest_m());
+        let most = |of: fn(&Volume) -> f64| rules.volumes.iter().map(of).fold(0.0, f64::max);
+        let (ahead, radius_m) = (rules.ahead, most(|volume| volume.horizontal_m));
         // The density of a place at the horizon is at most this times the disc's, and falls off with the distance to it.
         let highest = radius_m * radius_m / (4.0 * ahead.grown_m2(ahead.horizon_s));
         let at_horizon =
             (highest > WORTH_A_LINE).then(|| (2.0 * (highest / WORTH_A_LINE).ln()).sqrt().min(FURTHEST));
-        Self { ahead, radius_m, at_horizon }
+        Self { ahead, radius_m, half_height_m: most(|volume| volume.vertical_m), at_horizon }
     }
 
     fn flight(&self, one: &Aircraft) -> Flight {
         let at = |row: usize, column: usize| one.covariance[(row, column)];
-        let variance = [at(0, 0) + at(1, 1), 2.0 * (at(0, 2) + at(1, 3)), at(2, 2) + at(3, 3)];
-        let (place, velocity) = (one.position.0.xy(), one.velocity.xy());
-        let mut flight = Flight { place, velocity, variance, reach_m: 0.0 };
-        flight.reach_m = self.reach_m(&flight);
-        flight
+        let Steady { height, climb, .. } = self.ahead.steady;
+        let above = one.vertical.map_or([f64::INFINITY, 0.0, 0.0], |[hh, hc, cc]| {
+            [height * height * hh, 2.0 * height * climb * hc, climb * climb * cc]
+        });
+        Flight {
+            velocity: one.velocity.xy(),
+            ground: Variance([at(0, 0) + at(1, 1), 2.0 * (at(0, 2) + at(1, 3)), at(2, 2) + at(3, 3)]),
+            up_m: one.position.up(),
+            climb: one.velocity.z,
+            above: Variance(above),
+        }
     }
 
     /// Two are to be looked at where they are within the sum of their reaches: what they fly, and across that how far a miss
@@ -92,27 +145,27 @@ impl Search {
     fn reach_m(&self, flight: &Flight) -> f64 {
         let horizon_s = self.ahead.horizon_s;
         let flown_m = horizon_s * flight.velocity.norm();
-        let sigma_m = self.variance_m2(horizon_s, flight.variance, 1.0).sqrt();
+        let sigma_m = (flight.ground.at(horizon_s) + 2.0 * self.ahead.grown_m2(horizon_s)).sqrt();
         let half_m = self.radius_m / 2.0;
         let at_horizon_m = self.at_horizon.map_or(0.0, |sigmas| flown_m + half_m + sigmas * sigma_m);
         flown_m.hypot(half_m + FURTHEST * sigma_m).max(at_horizon_m)
     }
 
-    /// Variance of a place over ground after `t` seconds, both axes together, of so many aircraft, m²: at least that in any
-    /// direction.
-    fn variance_m2(&self, t: f64, [place, across, rate]: [f64; 3], aircraft: f64) -> f64 {
-        let grown_m2 = 2.0 * aircraft * self.ahead.grown_m2(t);
-        (place + t * (across + t * rate) + grown_m2).max(0.0)
-    }
-
     /// Whether two come so near each other that a probability is worth computing.
     fn may_meet(&self, apart: Vector2<f64>, a: &Flight, b: &Flight) -> bool {
         let velocity = b.velocity - a.velocity;
-        let t = -apart.dot(&velocity) / velocity.norm_squared().max(RESTING * RESTING);
-        let t = t.clamp(0.0, self.ahead.horizon_s);
-        let variance = std::array::from_fn(|index| a.variance[index] + b.variance[index]);
-        let variance_m2 = self.variance_m2(t, variance, 2.0);
-        let beyond_m = (apart + velocity * t).norm() - self.radius_m;
-        beyond_m <= 0.0 || beyond_m * beyond_m <= FURTHEST * FURTHEST * variance_m2
+        let square = velocity.norm_squared();
+        let unbounded_s = if square < RESTING * RESTING { 0.0 } else { -apart.dot(&velocity) / square };
+        let t = unbounded_s.clamp(0.0, self.ahead.horizon_s);
+        let may_be =
+            |away_m: f64, half_m: f64, variance_m2: f64| away_m <= half_m + FURTHEST * variance_m2.sqrt();
+        // At least the variance in any direction, of both.
+        let ground_m2 = a.ground.and(b.ground).at(t) + 4.0 * self.ahead.grown_m2(t);
+        let above_m = b.up_m - a.up_m;
+        let above_then_m = above_m + (b.climb - a.climb) * t;
+        // Who is within a volume now is so wherever both are then.
+        may_be((apart + velocity * t).norm(), self.radius_m, ground_m2)
+            & ((above_m.abs() <= self.half_height_m)
+                | may_be(above_then_m.abs(), self.half_height_m, a.above.and(b.above).at(t)))
     }
 }

@@ -2,6 +2,7 @@
 
 mod chance;
 mod levels;
+mod normal;
 mod searched;
 
 use super::*;

@@ -2,6 +2,7 @@
 //!
 //! Written by hand: the crate `prometheus-client` knows no summary and would name counters otherwise.
 
+mod notices;
 mod process;
 mod sensors;
 mod text;
@@ -42,6 +43,7 @@ pub fn text(ask: &Ask) -> Answer {
     let help = "Tracks in the latest slot, by what they are made of";
     out.by("tracks_of_source", help, "source", SOURCES.map(|source| (source, of_source(source))));
     out.alerts(&hub.alerts());
+    out.notices(&state.options.notices);
     out.one("streams", "Open event streams", state.seats.taken());
     out.by(
         "streams_dropped_total",

@@ -1,10 +1,11 @@
 //! When a straight path enters.
 
-use geo::{Coord, LineString, Point, Polygon};
+use geo::{Coord, Intersects, LineString, Point, Polygon};
 use proptest::prelude::*;
 
 use super::super::entry::time_to_entry;
 use super::super::shape::Shape;
+use super::super::zone::Volume;
 use super::*;
 
 /// Metres of a degree of longitude at the equator of the ellipsoid, and of one of latitude there.
@@ -103,8 +104,9 @@ fn the_antimeridian_is_no_edge() {
     let east = shape(&[&[[179.9, -0.5], [180.0, -0.5], [180.0, 0.5], [179.9, 0.5], [179.9, -0.5]]]);
     let west = shape(&[&[[-180.0, -0.5], [-179.95, -0.5], [-179.95, 0.5], [-180.0, 0.5], [-180.0, -0.5]]]);
     let time = |shape: &Shape, longitude_deg, east| {
-        assert!(path(longitude_deg, 0.0, [east, 0.0, 0.0], None).may_reach(shape, 300.0));
-        time_to_entry(shape, &EVERY_HEIGHT, &path(longitude_deg, 0.0, [east, 0.0, 0.0], None), 300.0)
+        let path = path(longitude_deg, 0.0, [east, 0.0, 0.0], None);
+        assert!(path.reach(300.0).iter().any(|near| near.intersects(&shape.bounds)));
+        time_to_entry(shape, &EVERY_HEIGHT, &path, 300.0)
     };
     let speed = 0.01 * EAST_M / 100.0;
     is_near(time(&west, 179.99, speed), Some(100.0));
@@ -191,7 +193,7 @@ proptest! {
                 && band.contains(altitude_m.map(|altitude_m| altitude_m + velocity.2 * seconds))
         };
         let first = (0..=1200).map(|step| f64::from(step) * STEP_S).find(|&seconds| is_inside(seconds));
-        prop_assert!(first.is_none() || path.may_reach(&star, 60.0));
+        prop_assert!(first.is_none() || path.reach(60.0).iter().any(|near| near.intersects(&star.bounds)));
         match (time_to_entry(&star, &band, &path, 60.0), first) {
             (Some(entry_s), Some(first_s)) => {
                 prop_assert!(entry_s <= first_s + 1e-9, "{entry_s} {first_s}");
@@ -238,7 +240,7 @@ fn the_earliest_of_three_courses() {
     let here = visitor(0.0, 0.0, None);
     let entry = |deviation: f64, flown_s: f64| {
         let path = path(0.0, 0.0, [20.0, 0.0, 0.0], None);
-        let found: Vec<_> = alerts.ahead(here, &path, deviation, flown_s, 0.0).collect();
+        let found = alerts.ahead(here, &path, deviation, flown_s, 0.0);
         assert_eq!(found.len(), 1);
         (found[0].time_s.unwrap(), found[0].earliest_s)
     };
@@ -253,4 +255,63 @@ fn the_earliest_of_three_courses() {
     );
     let (time_s, earliest_s) = entry(0.0, 6.0);
     assert!((time_s - 44.0).abs() < 0.01 && earliest_s == time_s, "{time_s}");
+}
+
+/// Zones of one to three parts, of which several share a name, at heights of their own.
+fn any_zones() -> impl Strategy<Value = Vec<Zone>> {
+    let shape = (prop::collection::vec(0.2..1.0, 3..9), any::<bool>(), (-9e3..9e3, -9e3..9e3), 0_usize..4);
+    let part = (shape, prop::option::of(0.0..150.0), prop::option::of(100.0..300.0));
+    let part = part.prop_map(|((shares, is_hollow, centre, place), floor_m, ceiling_m)| {
+        // Most are where the aircraft are; some beside the antimeridian, where they are as well.
+        let longitude_deg = [0.0, 0.0, 179.88, -179.88][place];
+        let shape = star(&shares, is_hollow, centre);
+        let moved = geo::Translate::translate(&shape.polygon, longitude_deg, 0.0);
+        Volume { shape: Shape::new(moved).unwrap(), band: Band::amsl(floor_m, ceiling_m) }
+    });
+    let zone = (prop::collection::vec(part, 1..4), 0_usize..20, prop::sample::select(&ZoneKind::ALL[..]));
+    let zone = zone.prop_map(|(volumes, name, kind)| Zone {
+        name: format!("zone {name}"),
+        identifier: None,
+        kind: Some(kind),
+        conditions: None,
+        schedule: Schedule::default(),
+        format: Format::Ed318,
+        volumes,
+    });
+    prop::collection::vec(zone, 0..40)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(512))]
+
+    /// Boxes only save time: whoever looks at every zone finds the same, entries at the same times.
+    #[test]
+    fn boxes_change_no_answer(
+        zones in any_zones(),
+        horizons in prop::collection::vec(0.0..200.0, 1..4),
+        places in prop::collection::vec((-12e3..12e3_f64, -12e3..12e3, prop::sample::select(&[0.0_f64, 179.92, -179.92][..])), 20),
+        altitude_m in prop::option::of(0.0..350.0),
+        velocity in (-60.0..60.0, -60.0..60.0, -4.0..4.0),
+        course_deviation in 0.0..0.5,
+        flown_s in 0.0..10.0,
+    ) {
+        let settings: Vec<AlertArea> = horizons
+            .iter()
+            .map(|&horizon_s| AlertArea {
+                predict_s: jiff::SignedDuration::from_secs_f64(horizon_s),
+                ..AlertArea::default()
+            })
+            .collect();
+        let alerts = AlertAreas::of(settings.iter().cycle().zip(&zones));
+        let every = alerts.without_boxes();
+        for (x, y, meridian_deg) in places {
+            let longitude_deg = (meridian_deg + x / EAST_M + 180.0).rem_euclid(360.0) - 180.0;
+            let visitor = visitor(longitude_deg, y / NORTH_M, altitude_m);
+            let path = Path::new(&visitor.place, [velocity.0, velocity.1, velocity.2], altitude_m);
+            let around = |areas: &AlertAreas| format!("{:?}", areas.around(visitor, 0.0));
+            prop_assert_eq!(around(&alerts), around(&every));
+            let ahead = |areas: &AlertAreas| format!("{:?}", areas.ahead(visitor, &path, course_deviation, flown_s, 0.0));
+            prop_assert_eq!(ahead(&alerts), ahead(&every));
+        }
+    }
 }

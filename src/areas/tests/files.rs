@@ -85,7 +85,7 @@ fn an_area_is_called_what_its_feature_says_or_else_as_its_file() {
     let alerts = areas.alerts();
     let around = |longitude_deg| {
         let visitor = visitor(longitude_deg, 50.1, None);
-        alerts.around(visitor, 0.0).map(|presence| presence.label.to_owned()).collect::<Vec<_>>()
+        alerts.around(visitor, 0.0).into_iter().map(|presence| presence.label.to_owned()).collect::<Vec<_>>()
     };
     assert_eq!([10.5, 20.5, 30.5, 40.5].map(around), [["Runway 27"], ["Runway 27"], ["field"], ["field"]]);
 }
@@ -413,7 +413,8 @@ fn types_say_how_bad_it_is() {
     let severity_of = |kind: &str, set: Option<AreaSeverity>| {
         let area = alert(|settings| settings.severity = set);
         let alerts = areas(&zone(json!({ "type": kind }), json!({})), &area).alerts();
-        let found = alerts.around(visitor(10.9, 50.5, None), 0.0).map(|presence| presence.severity);
+        let found =
+            alerts.around(visitor(10.9, 50.5, None), 0.0).into_iter().map(|presence| presence.severity);
         found.collect::<Vec<_>>()
     };
     for (kind, severity) in [
@@ -435,18 +436,19 @@ fn who_is_allowed_and_who_is_above_raises_no_alert() {
     let area = alert(|settings| settings.allow = vec!["ALPHA".to_owned()]);
     let layer = json!({ "layer": { "lower": 100, "lowerReference": "AMSL", "upper": 200, "upperReference": "AMSL" } });
     let alerts = areas(&zone(json!({}), layer), &area).alerts();
-    let count = |visitor: Visitor<'_>| alerts.around(visitor, 0.0).count();
+    let count = |visitor: Visitor<'_>| alerts.around(visitor, 0.0).len();
     let inside = |altitude_m| visitor(10.9, 50.5, altitude_m);
     assert_eq!([Some(99.9), Some(100.0), Some(200.0), Some(200.1)].map(|m| count(inside(m))), [0, 1, 1, 0]);
     assert_eq!(count(Visitor { serial: Some("ALPHA"), ..inside(Some(150.0)) }), 0);
     assert_eq!(count(Visitor { serial: Some("BRAVO"), ..inside(Some(150.0)) }), 1);
     // Nobody knows how high it is: it may be inside, and that is said.
     let nobody = inside(None);
-    let unknown: Vec<bool> = alerts.around(nobody, 0.0).map(|presence| presence.is_height_unknown).collect();
+    let unknown: Vec<bool> =
+        alerts.around(nobody, 0.0).into_iter().map(|presence| presence.is_height_unknown).collect();
     assert_eq!(unknown, [true]);
     let of_all_heights = areas(&zone(json!({}), json!({})), &area).alerts();
     let unknown: Vec<bool> =
-        of_all_heights.around(nobody, 0.0).map(|presence| presence.is_height_unknown).collect();
+        of_all_heights.around(nobody, 0.0).into_iter().map(|presence| presence.is_height_unknown).collect();
     assert_eq!(unknown, [false], "it is inside whatever its height");
 }
 
@@ -462,7 +464,10 @@ fn zones_of_one_name_are_one_area() {
     let areas = areas(&file.to_string(), &alert(|_| {}));
     assert_eq!(areas.zones().count(), 3);
     let alerts = areas.alerts();
-    let found: Vec<_> =
-        alerts.around(visitor(10.9, 50.5, None), 0.0).map(|presence| presence.zone.kind).collect();
+    let found: Vec<_> = alerts
+        .around(visitor(10.9, 50.5, None), 0.0)
+        .into_iter()
+        .map(|presence| presence.zone.kind)
+        .collect();
     assert_eq!(found, [Some(ZoneKind::Prohibited)]);
 }

@@ -12,7 +12,7 @@ use crate::capture::TrailerRules;
 use crate::commands::{CommandResult, Outcome, needs_tokens};
 use crate::config::Config;
 use crate::integrity::Lookout;
-use crate::live::{AlertSettings, Alerts, Hub, OpenCaptures, Player, now};
+use crate::live::{AlertSettings, Alerts, Followers, Hub, OpenCaptures, Player, now};
 use crate::picture::PictureMaker;
 use crate::pipeline::Pipeline;
 use fusion::time::Time;
@@ -39,7 +39,7 @@ pub fn serve(args: &Args, config: Arc<Config>, masks: Masks, speed: f64) -> Comm
         let lookout = Lookout::load(&config, masks.clone())?;
         let (player, _) = Player::start(open, date, config, (masks, lookout), writer, (speed, again), plan)?;
         let options = api::Options { player: Some(player), ..Default::default() };
-        let served = Served::start(listener, hub, options, alerts, None)?;
+        let served = Served::start(listener, hub, options, alerts, Followers::default())?;
         info!(url = %served.url, "the replay is shown; Ctrl-C ends it");
         signals.stop().await;
         served.close().await?;

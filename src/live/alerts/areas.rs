@@ -39,7 +39,7 @@ impl Approaches {
         self.0.clear();
     }
 
-    /// Notes who enters by the latest prediction, at its course, and forgets who does not lately.
+    /// Notes who enters by the latest prediction, at its course, or is inside by then, and forgets who does not lately.
     fn note(&mut self, found: &BTreeMap<Approach, Found>) {
         let enters =
             |found: &Found| matches!(found.details, Details::AreaPredicted { time_to_entry_s: Some(_), .. });
@@ -92,13 +92,16 @@ impl Alerts {
             Ahead::Now(picture) => (picture, SignedDuration::ZERO),
             Ahead::Lagged(picture, age) => (picture, age),
         };
-        if !maker.begins_second(picture.slot) {
-            return false;
-        }
         let (kind, now) = (AlertKind::AreaPredicted, picture.time + age);
+        let before = self.changes.len();
         let is_inside = self.lasting.keys().filter(|(kind, ..)| *kind == AlertKind::Area);
         let inside: BTreeSet<Approach> =
             is_inside.map(|(_, track, area)| (track.clone(), area.clone())).collect();
+        // Whoever is shown inside enters no more.
+        self.end(kind, now, |(_, track, area), _| inside.contains(&(track.clone(), area.clone())));
+        if !maker.begins_second(picture.slot) {
+            return self.changes.len() > before;
+        }
         let mut found = self.entries(picture, age, maker);
         found.retain(|approach, _| !inside.contains(approach));
         self.approaches.note(&found);
@@ -106,9 +109,6 @@ impl Alerts {
             let (track, area) = approach.clone();
             self.approaches.is_certain(approach) || self.lasting.contains_key(&(kind, track, area))
         });
-        let before = self.changes.len();
-        // Whoever is inside enters no more.
-        self.end(kind, now, |(_, track, area), _| inside.contains(&(track.clone(), area.clone())));
         self.hold(kind, found.into_values().collect(), now, |_, _| true) || self.changes.len() > before
     }
 

@@ -11,6 +11,7 @@ mod pictured;
 mod rules;
 mod wording;
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
@@ -67,7 +68,7 @@ pub struct Alert {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Trouble {
     /// Which part of it.
-    pub about: &'static str,
+    pub about: Cow<'static, str>,
     /// How bad it is.
     pub severity: Severity,
     /// What is wrong, in words.
@@ -182,7 +183,8 @@ impl Alerts {
     /// Looks at what is wrong with the service; whether anything changed.
     pub fn note_troubles<'a>(&mut self, troubles: impl Iterator<Item = &'a Trouble>, now: Time) -> bool {
         self.derive(Basis::Status, now);
-        let found = troubles.map(|trouble| Found::new(trouble.about, trouble.severity, trouble.text.clone()));
+        let found =
+            troubles.map(|trouble| Found::new(&trouble.about, trouble.severity, trouble.text.clone()));
         self.hold(AlertKind::Service, found.collect(), now, |_, _| true)
     }
 

@@ -156,7 +156,7 @@ impl Alerts {
     }
 
     /// What was shelved before a restart, as far as it still is.
-    pub fn resume(&mut self, decisions: Vec<AlertDecision>, now: Time) {
+    pub fn resume(&mut self, decisions: &[AlertDecision], now: Time) {
         let is_in_force = |act| matches!(act, AlertAct::Shelved { until } if until > now);
         decisions.iter().filter(|decision| is_in_force(decision.act)).for_each(|decision| {
             self.carry_out(decision);

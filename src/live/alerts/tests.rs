@@ -100,7 +100,7 @@ fn each_of_two_that_begin_or_end_at_once_is_a_change() {
 fn trouble_of_the_service_is_an_alert_for_as_long_as_it_lasts() {
     let at = |second: i64| Time::from_nanos(second * SECOND);
     let mut alerts = Alerts::new(AlertSettings::default(), at(0));
-    let full = Trouble { about: "recorder", severity: Severity::Warning, text: "full".to_owned() };
+    let full = Trouble { about: "recorder".into(), severity: Severity::Warning, text: "full".to_owned() };
     assert!(!alerts.note_troubles(std::iter::empty(), at(1)));
     assert!(alerts.note_troubles([&full].into_iter(), at(2)));
     assert!(!alerts.note_troubles([&full].into_iter(), at(3)));

@@ -33,6 +33,8 @@ pub(super) fn entering(named: &str, entry: &Entry<'_>) -> String {
     let Entry { label, zone, time_s, earliest_s } = entry;
     let (seconds, earliest) = (time_s.map(f64::round), earliest_s.round());
     let when = match seconds {
+        // As predicted: the published picture, which is older, does not show it there yet.
+        Some(_) if *time_s == Some(0.0) => "is by now inside".to_owned(),
         Some(0.0) => "is entering".to_owned(),
         Some(seconds) if earliest < seconds => {
             format!("is {seconds} s ({earliest} s at the earliest) away from entering")

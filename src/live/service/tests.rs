@@ -57,7 +57,7 @@ fn an_engine_that_is_behind_says_that_it_is_overloaded_and_blames_nobody_else() 
     let condition = hub.condition();
     assert_eq!(condition.level(), Level::NotReady);
     let [picture] = condition.troubles() else { panic!("{condition:?}") };
-    assert_eq!((picture.about, picture.severity), (Trouble::PICTURE, Severity::Critical));
+    assert_eq!((&*picture.about, picture.severity), (Trouble::PICTURE, Severity::Critical));
     assert!(picture.text.starts_with("the engine is overloaded: the picture is "), "{}", picture.text);
     // What waits is not silence of the sensors, nor did a clock step back.
     let status = hub.status().unwrap();

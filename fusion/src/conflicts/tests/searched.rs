@@ -23,6 +23,17 @@ fn traffic() -> impl Strategy<Value = Vec<Aircraft>> {
     })
 }
 
+/// Over ground they rest, so now is when they are closest, however far one has climbed later.
+#[test]
+fn those_that_hover_above_each_other_are_found_while_one_climbs() {
+    let pair = vec![
+        aircraft(1, [0.0, 0.0, 100.0], [0.05, 0.0, 0.0]),
+        aircraft(2, [3.0, 0.0, 117.0], [0.0, 0.0, 4.0]),
+    ];
+    let evaluation = Conflicts::new(rules(vec![drones()])).evaluate(at(0), pair);
+    assert!(evaluation.conflicts.iter().any(|conflict| conflict.probability > 0.1));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 

@@ -149,7 +149,7 @@ fn an_entry_is_foreseen_by_two_of_four_and_becomes_the_alert_of_the_area() {
     assert_eq!(json!(AlertJson::from(&*site.alerts.all()[0]))["time_to_entry_s"], 48.0);
     // By now it is inside, and the published picture does not know yet.
     assert_eq!(site.now(604, 1020.0), []);
-    assert!(site.alerts.all()[0].text.contains("is entering Field (EDR1)"), "{:?}", site.alerts.all());
+    assert!(site.alerts.all()[0].text.contains("is by now inside Field (EDR1)"), "{:?}", site.alerts.all());
     let (_, changes) = site.lagged(604, 1020.0);
     assert_eq!(kinds(&changes), [(Change::Began, "area")]);
     assert_eq!(
@@ -161,8 +161,35 @@ fn an_entry_is_foreseen_by_two_of_four_and_becomes_the_alert_of_the_area() {
             )
         )
     );
-    assert_eq!(kinds(&site.now(608, 1040.0)), [(Change::Ended, "area-predicted")]);
+    assert_eq!(kinds(&site.now(604, 1020.0)), [(Change::Ended, "area-predicted")], "one at a time");
+    assert_eq!(site.now(608, 1040.0), []);
     assert_eq!(site.now(612, 1060.0), [], "it is inside, and enters no more");
+}
+
+/// Nobody waits for the published picture to hear of an aircraft that is first seen inside; and it hears of it once at a time.
+#[test]
+fn who_is_first_seen_inside_raises_a_prediction_until_the_picture_shows_it() {
+    let mut site = Site::closed();
+    assert_eq!(site.now(0, 1100.0), [], "a single one may be chance");
+    let began = site.now(4, 1120.0);
+    assert_eq!(kinds(&began), [(Change::Began, "area-predicted")]);
+    assert!(began[0].1["text"].as_str().unwrap().contains("is by now inside"), "{began:?}");
+    assert_eq!(began[0].1["time_to_entry_s"], 0.0);
+    assert_eq!(site.now(8, 1140.0), []);
+    assert_eq!(kinds(&site.lagged(9, 1120.0).1), [(Change::Began, "area")]);
+    assert_eq!(kinds(&site.now(9, 1145.0)), [(Change::Ended, "area-predicted")]);
+}
+
+/// The published picture shows it inside between two predictions: the one alert ends in the slot in which the other begins.
+#[test]
+fn an_alert_takes_the_place_of_the_other_in_the_same_slot() {
+    let mut site = Site::closed();
+    site.now(0, 0.0);
+    assert_eq!(kinds(&site.now(4, 20.0)), [(Change::Began, "area-predicted")]);
+    assert_eq!(kinds(&site.lagged(201, 1001.0).1), [(Change::Began, "area")]);
+    let ended = site.now(201, 1010.0);
+    assert_eq!(kinds(&ended), [(Change::Ended, "area-predicted")]);
+    assert_eq!(ended[0].1["until"], "1970-01-01T00:00:50.250Z");
 }
 
 #[test]

@@ -83,7 +83,7 @@ fn what_is_shelved_stays_so_where_it_comes_again_until_its_time_is_over() {
     };
     for (restart_s, is_shelved) in [(100, true), (80 + 480 * 60, false)] {
         let mut later = Alerts::new(AlertSettings::default(), at(restart_s - 10));
-        later.resume(decisions(&lines), at(restart_s));
+        later.resume(&decisions(&lines), at(restart_s));
         let began = sensed(&mut later, SensorState::Outage, restart_s);
         assert_eq!(began[0].1.get("shelved").is_some(), is_shelved, "{began:?}");
     }

@@ -1,0 +1,31 @@
+//! Direct Remote ID as drones broadcast it: messages of 25 octets (ASTM F3411-22a section 5.4, ASD-STAN EN 4709-002, Open
+//! Drone ID), packs of them, and the Wi-Fi and Bluetooth frames that carry them.
+//!
+//! A message keeps its octets; physical values are had by method, and `None` is what the standard calls unknown. Nothing here
+//! judges: a position at 0, 0 is a position here.
+//!
+//! ```
+//! use remote_id::{Message, messages};
+//!
+//! // A pack of one: a drone 20 m/s fast, course 92 degrees, at 45.5457468 N, 122.9681496 W.
+//! let octets = [
+//!     0xf0, 25, 1, 0x10, 0, 92, 80, 0, 0x5c, 0x52, 0x7e, 0x1b, 0xe8, 0xa5, 0xb4, 0xb6, 0, 0, 0xaa, 9, 0x98, 8, 0x39, 0x41, 0,
+//!     0, 10, 0,
+//! ];
+//! let Some(Ok(Message::Location(location))) = messages(&octets).next() else { panic!() };
+//! assert_eq!((location.speed_m_s(), location.course_deg()), (Some(20.0), Some(92.0)));
+//! ```
+
+mod basic_id;
+mod fault;
+mod frame;
+mod location;
+mod message;
+mod system;
+
+pub use basic_id::{BasicId, IdType, UaType};
+pub use fault::{Fault, NotHeard};
+pub use frame::{Advertisement, Link, Transport, advertisement};
+pub use location::{HeightAbove, Location, Status};
+pub use message::{LENGTH, Message, Messages, OperatorId, SelfId, messages};
+pub use system::System;

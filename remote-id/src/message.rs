@@ -1,0 +1,157 @@
+//! Messages and packs of them.
+
+use super::{BasicId, Fault, Location, System};
+
+/// Octets of a message.
+pub const LENGTH: usize = 25;
+/// Most messages of a pack.
+const PACK_MOST: u8 = 9;
+/// Versions that have been published: F3411-19 (0), F3411-22 (1, 2).
+const VERSIONS: u8 = 3;
+
+/// One message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Message {
+    /// Who it is.
+    BasicId(BasicId),
+    /// Where it is, and how it moves.
+    Location(Location),
+    /// Signatures: kept as they are, a page of several.
+    Authentication([u8; LENGTH]),
+    /// Why it flies.
+    SelfId(SelfId),
+    /// Where its operator is.
+    System(System),
+    /// Who its operator is.
+    OperatorId(OperatorId),
+}
+
+impl Message {
+    /// Of its octets.
+    ///
+    /// # Errors
+    /// The version or the type does not exist.
+    pub fn new(octets: [u8; LENGTH]) -> Result<Self, Fault> {
+        let (kind, version) = (octets[0] >> 4, octets[0] & 0xf);
+        if version >= VERSIONS {
+            return Err(Fault::Version { version });
+        }
+        match kind {
+            0 => Ok(Self::BasicId(BasicId(octets))),
+            1 => Ok(Self::Location(Location(octets))),
+            2 => Ok(Self::Authentication(octets)),
+            3 => Ok(Self::SelfId(SelfId(octets))),
+            4 => Ok(Self::System(System(octets))),
+            5 => Ok(Self::OperatorId(OperatorId(octets))),
+            PACK => Err(Fault::NestedPack),
+            _ => Err(Fault::Kind { kind }),
+        }
+    }
+
+    /// Its octets.
+    pub fn octets(&self) -> &[u8; LENGTH] {
+        match self {
+            Self::BasicId(BasicId(octets))
+            | Self::Location(Location(octets))
+            | Self::Authentication(octets)
+            | Self::SelfId(SelfId(octets))
+            | Self::System(System(octets))
+            | Self::OperatorId(OperatorId(octets)) => octets,
+        }
+    }
+
+    /// Version of the protocol: 0 (F3411-19), 1 or 2 (F3411-22).
+    pub fn version(&self) -> u8 {
+        self.octets()[0] & 0xf
+    }
+}
+
+/// Why it flies, in the operator's words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SelfId(pub(crate) [u8; LENGTH]);
+
+impl SelfId {
+    /// The words, without what fills them up; any octets.
+    pub fn words(&self) -> &[u8] {
+        trimmed(&self.0[2..])
+    }
+}
+
+/// Who the operator is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OperatorId(pub(crate) [u8; LENGTH]);
+
+impl OperatorId {
+    /// The operator's registration, without what fills it up; any octets. Nobody's business without a right to it.
+    pub fn id(&self) -> &[u8] {
+        trimmed(&self.0[2..22])
+    }
+}
+
+/// Without the NULs and blanks behind.
+pub(crate) fn trimmed(octets: &[u8]) -> &[u8] {
+    let length = octets.iter().rposition(|octet| !matches!(octet, 0 | b' ')).map_or(0, |last| last + 1);
+    &octets[..length]
+}
+
+/// The type of a pack.
+const PACK: u8 = 0xf;
+
+/// The messages of what stands behind the counter of an advertisement: a message, or a pack. A fault of a message leaves those
+/// behind it as they are; a fault of the pack is the last item.
+pub fn messages(octets: &[u8]) -> Messages<'_> {
+    match *octets {
+        [first, length, count, ref rest @ ..] if first >> 4 == PACK => {
+            let version = first & 0xf;
+            let fault = if version >= VERSIONS {
+                Some(Fault::Version { version })
+            } else if usize::from(length) != LENGTH {
+                Some(Fault::PackLength { length })
+            } else if count == 0 || count > PACK_MOST {
+                Some(Fault::PackCount { count })
+            } else {
+                None
+            };
+            match fault {
+                Some(fault) => Messages { rest: &[], count: 0, done: 0, fault: Some(fault) },
+                None => Messages { rest, count, done: 0, fault: None },
+            }
+        }
+        _ => Messages { rest: octets, count: 1, done: 0, fault: None },
+    }
+}
+
+/// The messages of a pack, or the one that is there.
+#[derive(Clone, Debug)]
+pub struct Messages<'a> {
+    rest: &'a [u8],
+    count: u8,
+    done: u8,
+    /// Of the pack.
+    fault: Option<Fault>,
+}
+
+impl Iterator for Messages<'_> {
+    type Item = Result<Message, Fault>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if let Some(fault) = self.fault.take() {
+            return Some(Err(fault));
+        }
+        if self.done == self.count {
+            return None;
+        }
+        let Some((octets, rest)) = self.rest.split_first_chunk::<LENGTH>() else {
+            let (count, ends_in) = (self.count, self.done + 1);
+            self.done = count;
+            let there = self.rest.len();
+            return Some(Err(if count == 1 {
+                Fault::Short { there }
+            } else {
+                Fault::PackCut { count, ends_in }
+            }));
+        };
+        (self.rest, self.done) = (rest, self.done + 1);
+        Some(Message::new(*octets))
+    }
+}

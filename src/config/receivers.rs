@@ -1,0 +1,157 @@
+//! `[[alerts.webhooks]]` and `[alerts.mqtt]`: who hears of alerts.
+
+use std::path::PathBuf;
+
+use axum::http::Uri;
+use jiff::SignedDuration;
+
+use super::alerts::{AlertKind, Severity};
+use super::kinds::{any_text, beside, flag, is_plain, list, named, parsed, seconds, text, whole};
+use super::reader::Section;
+use super::table::{ByHand, absent, depends, need, section};
+
+section! {
+    /// An HTTP server that each alert is posted to.
+    #[derive(Eq)]
+    Webhook {
+        /// Its name in the log, in `/metrics` and in alerts.
+        id: String = need("id = \"operations\", a name of the receiver"),
+            text("an id is made of letters, digits, _ and -", is_plain);
+        /// Where notices are posted to.
+        url: Uri = need("url = \"https://host/path\""), parsed("https://host/path or http://host/path", address);
+        /// File of the secret that notices are signed with.
+        secret_file: Option<PathBuf> = absent("none: without a secret notices are not signed"), beside();
+        /// Environment variable that holds the secret instead.
+        secret_env: Option<String> = absent("none"), variable();
+        /// File of the value of the header `Authorization`.
+        authorization_file: Option<PathBuf> = absent("none: the header is not sent"), beside();
+        /// Certificates that the receiver's is issued by, PEM.
+        ca: Option<PathBuf> = absent("those that this machine trusts"), beside();
+        /// Kinds of alerts that are sent.
+        kinds: Option<Vec<AlertKind>> = absent("all"), list(named());
+        /// Alerts less bad than this are not sent.
+        min_severity: Severity = Severity::Warning, named();
+        /// An attempt without an answer for this long has failed, seconds.
+        timeout_s: SignedDuration = SignedDuration::from_secs(10),
+            seconds("a timeout is between 0.1 and 60 seconds", |s| (0.1..=60.0).contains(&s));
+    } by hand {}
+}
+
+section! {
+    /// A broker of MQTT 5 that alerts are published on.
+    #[derive(Eq)]
+    Mqtt {
+        /// Name or address of the broker.
+        host: String = need("host = \"broker.example\""),
+            text("a host is a name or an address, without scheme and port", is_host);
+        /// Its port.
+        port: u16 = depends("8883 with `tls`, else 1883", PORT), whole("a port is a whole number, 1 to 65535", 1..=65_535);
+        /// Whether the connection is TLS.
+        tls: bool = false, flag();
+        /// Certificates that the broker's is issued by, PEM; with `tls`.
+        ca: Option<PathBuf> = absent("those that this machine trusts"), beside();
+        /// Who the service is to the broker.
+        username: Option<String> = absent("nobody"), any_text();
+        /// File of the password.
+        password_file: Option<PathBuf> = absent("none"), beside();
+        /// Environment variable that holds the password instead.
+        password_env: Option<String> = absent("none"), variable();
+        /// What tells this client from others of the broker; two of the same id end each other's connection.
+        client_id: Option<String> = absent("`utm-fusion-` with SAC and SIC of the site"),
+            text("a client id is made of letters, digits, _ and -", is_plain);
+        /// What all topics begin with. No two services may have the same.
+        prefix: String = "utm-fusion".to_owned(), text(
+            "a prefix is made of names with / between them, without +, # and a $ at its beginning",
+            is_prefix,
+        );
+        /// Kinds of alerts that are published.
+        kinds: Option<Vec<AlertKind>> = absent("all"), list(named());
+        /// Alerts less bad than this are not published.
+        min_severity: Severity = Severity::Warning, named();
+    } by hand {}
+}
+
+/// Of MQTT, as registered.
+const PORT: u16 = 1883;
+/// Of MQTT over TLS, as registered.
+const TLS_PORT: u16 = 8883;
+
+impl Webhook {
+    /// Whether what is sent can be read on its way.
+    pub fn is_tls(&self) -> bool {
+        self.url.scheme_str() == Some("https")
+    }
+}
+
+/// A secret from one place, and some kinds.
+impl ByHand for Webhook {
+    fn more(&mut self, section: &mut Section<'_>) {
+        one_place(section, self.secret_file.is_some() && self.secret_env.is_some(), &["secret_env"]);
+        some_kinds(section, self.kinds.as_deref());
+        if self.ca.is_some() && !self.is_tls() && section.is_sound(&["url"]) {
+            section
+                .contradict(&["ca"], "nobody proves anything over http; write https://, or remove the key");
+        }
+    }
+}
+
+/// The port that belongs to it, a password from one place, and some kinds.
+impl ByHand for Mqtt {
+    fn more(&mut self, section: &mut Section<'_>) {
+        if section.written("port").is_none() {
+            self.port = if self.tls { TLS_PORT } else { PORT };
+        }
+        one_place(section, self.password_file.is_some() && self.password_env.is_some(), &["password_env"]);
+        some_kinds(section, self.kinds.as_deref());
+        if self.ca.is_some() && !self.tls {
+            section
+                .contradict(&["ca"], "nobody proves anything without tls = true; add it, or remove the key");
+        }
+        if self.username.is_none() {
+            let message = "a password belongs to a username; add it, or remove the key";
+            section.contradict(&["password_file", "password_env"], message);
+        }
+    }
+}
+
+fn one_place(section: &Section<'_>, has_both: bool, names: &[&str]) {
+    if has_both {
+        section.contradict(names, "there is a file of it too; remove one of the two keys");
+    }
+}
+
+fn some_kinds(section: &Section<'_>, kinds: Option<&[AlertKind]>) {
+    if kinds.is_some_and(<[_]>::is_empty) {
+        section
+            .contradict(&["kinds"], "nothing would ever be sent; name some kinds, or remove the key for all");
+    }
+}
+
+fn variable() -> super::kinds::Kind<String> {
+    text("the name of a variable is made of letters, digits and _", |name| {
+        name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+    })
+}
+
+fn address(text: &str) -> Result<Uri, &'static str> {
+    const RULE: &str = "expected https://host/path or http://host/path";
+    let uri: Uri = text.parse().map_err(|_| RULE)?;
+    let host = uri.host().filter(|host| !host.is_empty()).ok_or(RULE)?;
+    if !matches!(uri.scheme_str(), Some("http" | "https")) {
+        return Err(RULE);
+    }
+    // User and password.
+    if uri.authority().is_some_and(|authority| authority.as_str().contains('@')) || host.contains('@') {
+        return Err("no password belongs into this file; authorization_file names one that holds it");
+    }
+    Ok(uri)
+}
+
+fn is_host(text: &str) -> bool {
+    text.chars().all(|c| c.is_ascii_alphanumeric() || "-._:".contains(c))
+}
+
+fn is_prefix(text: &str) -> bool {
+    let is_name = |name: &str| !name.is_empty() && !name.chars().any(|c| "+#".contains(c) || c.is_control());
+    !text.starts_with('$') && text.len() <= 200 && text.split('/').all(is_name)
+}

@@ -1,0 +1,133 @@
+//! What is retained at a broker: the alerts that last, a topic each. Sans-IO.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use crate::live::Alert;
+
+/// The end of a topic, behind the prefix: `alerts/area/area-7`.
+pub(super) type Topic = String;
+
+#[derive(Debug, Default)]
+pub(super) struct Mirror {
+    /// What the broker is to retain.
+    wanted: BTreeMap<Topic, Arc<Alert>>,
+    /// What it retains, or may.
+    retained: BTreeSet<Topic>,
+    /// What it does not know yet.
+    news: BTreeSet<Topic>,
+}
+
+impl Mirror {
+    /// Takes an alert as it is now; `is_shown`: while it lasts.
+    pub(super) fn note(&mut self, alert: &Arc<Alert>, is_shown: bool) {
+        let topic = format!("alerts/{}/{}", alert.kind.name(), alert.name());
+        if is_shown && alert.until.is_none() {
+            self.wanted.insert(topic.clone(), alert.clone());
+            self.news.insert(topic);
+        } else if self.wanted.remove(&topic).is_some() {
+            self.news.insert(topic);
+        }
+    }
+
+    /// A connection begins: nobody knows what the broker still has.
+    pub(super) fn begin(&mut self) {
+        self.news = self.wanted.keys().chain(&self.retained).cloned().collect();
+    }
+
+    /// The broker retains something there, perhaps of an earlier run.
+    pub(super) fn found(&mut self, topic: &str) {
+        if !self.wanted.contains_key(topic) {
+            self.retained.insert(topic.to_owned());
+            self.news.insert(topic.to_owned());
+        }
+    }
+
+    /// The service ends: nobody knows any longer what lasts.
+    pub(super) fn end(&mut self) {
+        self.wanted.clear();
+        self.news = self.retained.clone();
+    }
+
+    /// The next topic whose message has changed; `None`: it is to be cleared.
+    pub(super) fn take(&mut self) -> Option<(Topic, Option<Arc<Alert>>)> {
+        while let Some(topic) = self.news.pop_first() {
+            if let Some(alert) = self.wanted.get(&topic) {
+                self.retained.insert(topic.clone());
+                return Some((topic, Some(alert.clone())));
+            }
+            // What began and ended before it was sent needs no end.
+            if self.retained.contains(&topic) {
+                return Some((topic, None));
+            }
+        }
+        None
+    }
+
+    /// The broker has cleared it.
+    pub(super) fn cleared(&mut self, topic: &str) {
+        self.retained.remove(topic);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::body::tests::alert;
+    use super::*;
+    use fusion::time::Time;
+
+    fn taken(mirror: &mut Mirror) -> Vec<(String, bool)> {
+        let mut taken = Vec::new();
+        while let Some((topic, alert)) = mirror.take() {
+            if alert.is_none() {
+                mirror.cleared(&topic);
+            }
+            taken.push((topic, alert.is_some()));
+        }
+        taken
+    }
+
+    fn topic(id: u64) -> String {
+        format!("alerts/area/area-{id}")
+    }
+
+    fn over(id: u64) -> Arc<Alert> {
+        Arc::new(Alert { until: Some(Time::default()), ..Alert::clone(&alert(id)) })
+    }
+
+    #[test]
+    fn an_alert_is_retained_while_it_lasts() {
+        let mut mirror = Mirror::default();
+        mirror.note(&alert(1), true);
+        mirror.note(&alert(1), true);
+        mirror.note(&alert(2), false);
+        assert_eq!(taken(&mut mirror), [(topic(1), true)]);
+        // It became less bad than is published, and then bad again.
+        mirror.note(&alert(1), false);
+        assert_eq!(taken(&mut mirror), [(topic(1), false)]);
+        mirror.note(&alert(1), true);
+        assert_eq!(taken(&mut mirror), [(topic(1), true)]);
+        mirror.note(&over(1), true);
+        mirror.note(&alert(3), true);
+        mirror.note(&over(3), true);
+        assert_eq!(taken(&mut mirror), [(topic(1), false)]);
+    }
+
+    #[test]
+    fn a_new_connection_brings_all_and_clears_what_is_not_known() {
+        let mut mirror = Mirror::default();
+        mirror.note(&alert(1), true);
+        mirror.note(&alert(2), true);
+        taken(&mut mirror);
+        mirror.note(&over(2), true);
+        // The connection breaks before that is sent.
+        assert_eq!(mirror.take(), Some((topic(2), None)));
+        mirror.begin();
+        mirror.found(&topic(1));
+        mirror.found(&topic(7));
+        let wanted = [(topic(1), true), (topic(2), false), (topic(7), false)];
+        assert_eq!(taken(&mut mirror), wanted);
+        mirror.end();
+        assert_eq!(taken(&mut mirror), [(topic(1), false)]);
+    }
+}

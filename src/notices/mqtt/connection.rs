@@ -1,0 +1,205 @@
+//! One connection to a broker: packets over a stream, one of them unanswered at most.
+
+use std::io;
+use std::time::Duration;
+
+use bytes::BytesMut;
+use rumqttc::v5::mqttbytes::v5::{
+    ConnAck, ConnAckProperties, Connect, ConnectProperties, ConnectReturnCode, Disconnect,
+    DisconnectReasonCode, LastWill, Login, Packet, PingReq, PubAckReason, Publish, Subscribe,
+};
+use rumqttc::v5::mqttbytes::{Error, QoS};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::time::{Instant, timeout, timeout_at};
+
+use super::super::dial::{Dial, Stream};
+
+/// A broker that has not answered for this long is gone. By judgement.
+const PATIENCE: Duration = Duration::from_secs(10);
+/// Without a packet for this long each side takes the other for gone, seconds.
+const KEEP_ALIVE_S: u16 = 30;
+/// The largest packet that is read: more than an alert ever takes.
+const LARGEST: u32 = 1 << 20;
+/// The one publication on its way, and the one subscription.
+const PUBLICATION: u16 = 1;
+const SUBSCRIPTION: u16 = 2;
+
+/// Why a connection is no more.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum Broken {
+    #[error("{0}")]
+    Io(#[from] io::Error),
+    #[error("no answer within {} s", PATIENCE.as_secs())]
+    Silent,
+    #[error("the broker refuses the connection: {0:?}")]
+    Refused(ConnectReturnCode),
+    #[error("the broker takes no messages of QoS 1")]
+    NoQos,
+    #[error("the broker retains no messages")]
+    NoRetain,
+    #[error("the broker ends the connection: {0:?}")]
+    Ended(DisconnectReasonCode),
+    #[error("the broker does not speak MQTT 5: {0}")]
+    Garbled(Error),
+}
+
+/// What became of a publication.
+pub(super) enum Published {
+    Taken,
+    Refused(String),
+}
+
+/// A message that is retained at the broker: its topic.
+pub(super) type Found = String;
+
+/// Who connects.
+pub(super) struct Caller<'a> {
+    pub(super) client_id: &'a str,
+    pub(super) login: Option<Login>,
+    pub(super) will: Option<LastWill>,
+}
+
+pub(super) struct Connection {
+    stream: Box<dyn Stream>,
+    /// What is read and not understood yet.
+    read: BytesMut,
+    /// The largest packet that the broker takes.
+    largest: Option<u32>,
+    /// Time between two signs of life.
+    pub(super) pause: Duration,
+}
+
+impl Connection {
+    pub(super) async fn open(dial: &Dial, caller: Caller<'_>) -> Result<Self, Broken> {
+        let stream = timeout(PATIENCE, dial.dial()).await.map_err(|_| Broken::Silent)??;
+        let mut connection = Self { stream, read: BytesMut::new(), largest: None, pause: Duration::ZERO };
+        let properties = ConnectProperties { max_packet_size: Some(LARGEST), ..ConnectProperties::new() };
+        let connect = Connect {
+            keep_alive: KEEP_ALIVE_S,
+            client_id: caller.client_id.to_owned(),
+            clean_start: true,
+            properties: Some(properties),
+        };
+        connection.write(&Packet::Connect(connect, caller.will, caller.login)).await?;
+        let wanted = |packet: &Packet| match packet {
+            Packet::ConnAck(answer) => Some(answer.clone()),
+            _ => None,
+        };
+        let ConnAck { code, properties, .. } = connection.answer(wanted, |_| {}).await?;
+        if code != ConnectReturnCode::Success {
+            return Err(Broken::Refused(code));
+        }
+        let said = properties.as_ref();
+        let of = |what: fn(&ConnAckProperties) -> Option<u8>| said.and_then(what);
+        if of(|said| said.max_qos) == Some(0) {
+            return Err(Broken::NoQos);
+        }
+        if of(|said| said.retain_available) == Some(0) {
+            return Err(Broken::NoRetain);
+        }
+        connection.largest = said.and_then(|said| said.max_packet_size);
+        let keep_alive_s = said.and_then(|said| said.server_keep_alive).filter(|&seconds| seconds > 0);
+        connection.pause = Duration::from_secs(keep_alive_s.unwrap_or(KEEP_ALIVE_S).into()) / 2;
+        Ok(connection)
+    }
+
+    /// Publishes at QoS 1.
+    pub(super) async fn publish(
+        &mut self,
+        message: Publish,
+        found: impl FnMut(Found),
+    ) -> Result<Published, Broken> {
+        let packet = Packet::Publish(Publish { qos: QoS::AtLeastOnce, pkid: PUBLICATION, ..message });
+        if let Some(largest) = self.largest
+            && packet.size() > largest as usize
+        {
+            return Ok(Published::Refused(format!("the broker takes no more than {largest} octets")));
+        }
+        self.write(&packet).await?;
+        let wanted = |packet: &Packet| match packet {
+            Packet::PubAck(answer) if answer.pkid == PUBLICATION => Some(answer.reason),
+            _ => None,
+        };
+        Ok(match self.answer(wanted, found).await? {
+            PubAckReason::Success | PubAckReason::NoMatchingSubscribers => Published::Taken,
+            reason => Published::Refused(format!("the broker refuses a message: {reason:?}")),
+        })
+    }
+
+    /// Asks for messages; those that are retained come where others are waited for. A broker that shows them to nobody goes
+    /// without saying.
+    pub(super) async fn subscribe(&mut self, subscribe: Subscribe) -> Result<(), Broken> {
+        self.write(&Packet::Subscribe(Subscribe { pkid: SUBSCRIPTION, ..subscribe })).await
+    }
+
+    /// Asks for a sign of life.
+    pub(super) async fn ping(&mut self, found: impl FnMut(Found)) -> Result<(), Broken> {
+        self.write(&Packet::PingReq(PingReq)).await?;
+        let wanted = |packet: &Packet| matches!(packet, Packet::PingResp(_)).then_some(());
+        self.answer(wanted, found).await
+    }
+
+    /// Ends it, so that nobody hears the last will.
+    pub(super) async fn end(mut self) -> Result<(), Broken> {
+        self.write(&Packet::Disconnect(Disconnect::new(DisconnectReasonCode::NormalDisconnection))).await?;
+        self.stream.shutdown().await?;
+        Ok(())
+    }
+
+    /// The next message that nobody asked for; it may be dropped while it waits.
+    pub(super) async fn listen(&mut self) -> Result<Option<Found>, Broken> {
+        let packet = self.receive().await?;
+        Self::found(packet)
+    }
+
+    /// Waits for the answer to what was sent; what else comes is seen to.
+    async fn answer<T>(
+        &mut self,
+        wanted: impl Fn(&Packet) -> Option<T>,
+        mut found: impl FnMut(Found),
+    ) -> Result<T, Broken> {
+        let until = Instant::now() + PATIENCE;
+        loop {
+            let packet = timeout_at(until, self.receive()).await.map_err(|_| Broken::Silent)??;
+            if let Some(answer) = wanted(&packet) {
+                return Ok(answer);
+            }
+            Self::found(packet)?.into_iter().for_each(&mut found);
+        }
+    }
+
+    fn found(packet: Packet) -> Result<Option<Found>, Broken> {
+        match packet {
+            Packet::Disconnect(Disconnect { reason_code, .. }) => Err(Broken::Ended(reason_code)),
+            Packet::Publish(Publish { topic, payload, retain: true, .. }) if !payload.is_empty() => {
+                Ok(String::from_utf8(topic.to_vec()).ok())
+            }
+            _ => Ok(None),
+        }
+    }
+
+    async fn receive(&mut self) -> Result<Packet, Broken> {
+        loop {
+            match Packet::read(&mut self.read, Some(LARGEST)) {
+                Ok(packet) => return Ok(packet),
+                Err(Error::InsufficientBytes(_)) => {}
+                Err(error) => return Err(Broken::Garbled(error)),
+            }
+            if self.stream.read_buf(&mut self.read).await? == 0 {
+                return Err(
+                    io::Error::new(io::ErrorKind::UnexpectedEof, "the broker closed the connection").into()
+                );
+            }
+        }
+    }
+
+    async fn write(&mut self, packet: &Packet) -> Result<(), Broken> {
+        let mut octets = BytesMut::new();
+        packet.write(&mut octets, None).map_err(Broken::Garbled)?;
+        let written = async {
+            self.stream.write_all(&octets).await?;
+            self.stream.flush().await
+        };
+        Ok(timeout(PATIENCE, written).await.map_err(|_| Broken::Silent)??)
+    }
+}

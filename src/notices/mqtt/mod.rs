@@ -1,0 +1,200 @@
+//! A broker of MQTT 5: how things are is retained, a topic per alert, and what happens is an event.
+//!
+//! `rumqttc` reads and writes the packets. One message is on its way at a time, so that what a broker misses is known; and at
+//! each connection it gets all that lasts, and what it retains of an earlier run is cleared.
+
+mod connection;
+
+use std::fmt;
+use std::sync::Arc;
+
+use rumqttc::v5::mqttbytes::QoS;
+use rumqttc::v5::mqttbytes::v5::{
+    Filter, LastWill, Login, Publish, PublishProperties, RetainForwardRule, Subscribe,
+};
+use tokio::time::sleep;
+
+use super::body;
+use super::desk::{Desk, Owed};
+use super::dial::Dial;
+use super::health::Answer;
+use super::mirror::Mirror;
+use super::queue::Notice;
+use super::receivers::{Closing, closed};
+use crate::live::now;
+use connection::{Broken, Caller, Connection, Found, Published};
+
+const ONLINE: &str = "online";
+const OFFLINE: &str = "offline";
+
+/// One receiver.
+pub(super) struct Broker {
+    pub(super) desk: Arc<Desk>,
+    pub(super) dial: Dial,
+    pub(super) client_id: String,
+    pub(super) login: Option<Login>,
+    /// What all topics begin with.
+    pub(super) prefix: String,
+    pub(super) site: String,
+    /// What the ids of this run's notices begin with.
+    pub(super) run: String,
+}
+
+/// Without the password.
+impl fmt::Debug for Broker {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Broker")
+            .field("dial", &self.dial)
+            .field("prefix", &self.prefix)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Broker {
+    /// Publishes what comes until the service ends, and connects again where the connection breaks.
+    pub(super) async fn deliver(self, mut closing: Closing) {
+        loop {
+            let mut unsent = None;
+            let Err(broken) = self.session(&mut closing, &mut unsent).await else { return };
+            let why = broken.to_string();
+            let wait = match unsent {
+                Some(notice) => self.desk.settle(notice, Answer::Later { why, after: None }),
+                None => self.desk.fails(why),
+            };
+            tokio::select! {
+                () = sleep(wait) => {}
+                () = closed(&mut closing) => return,
+            }
+        }
+    }
+
+    /// Publishes a test as an event, as somebody else than the running service.
+    pub(super) async fn test(&self) -> Result<String, String> {
+        let client_id = format!("{}-check", self.client_id);
+        let caller = Caller { client_id: &client_id, login: self.login.clone(), will: None };
+        let mut connection =
+            Connection::open(&self.dial, caller).await.map_err(|broken| broken.to_string())?;
+        let body = body::of_test(&format!("{}-test", self.run), &self.site, now());
+        let published =
+            connection.publish(self.event(body), |_| {}).await.map_err(|broken| broken.to_string())?;
+        // It has what it was to have.
+        let _ = connection.end().await;
+        match published {
+            Published::Taken => Ok(format!("published on {}/alerts/events", self.prefix)),
+            Published::Refused(why) => Err(why),
+        }
+    }
+
+    /// A connection from its beginning on. `unsent` is the notice that it broke with.
+    async fn session(&self, closing: &mut Closing, unsent: &mut Option<Notice>) -> Result<(), Broken> {
+        let topic = self.topic("status");
+        let will = LastWill::new(topic, OFFLINE, QoS::AtLeastOnce, true, None);
+        let caller = Caller { client_id: &self.client_id, login: self.login.clone(), will: Some(will) };
+        let mut connection = Connection::open(&self.dial, caller).await?;
+        self.desk.mirrored(Mirror::begin);
+        connection.publish(self.status(ONLINE), |_| {}).await?;
+        let found = |topic: Found| self.found(&topic);
+        connection.subscribe(self.retained()).await?;
+        // A broker answers in order: what it retains has come by then.
+        connection.ping(found).await?;
+        self.desk.works();
+        let pause = connection.pause;
+        loop {
+            let owed = tokio::select! {
+                owed = self.desk.owed() => owed,
+                heard = connection.listen() => {
+                    heard?.into_iter().for_each(found);
+                    continue;
+                }
+                () = sleep(pause) => {
+                    connection.ping(found).await?;
+                    continue;
+                }
+                () = closed(closing) => break,
+            };
+            self.pay(&mut connection, owed, unsent).await?;
+        }
+        while let Some(owed) = self.desk.take_owed() {
+            self.pay(&mut connection, owed, unsent).await?;
+        }
+        self.desk.mirrored(Mirror::end);
+        while let Some(owed) = self.desk.take_owed() {
+            self.pay(&mut connection, owed, unsent).await?;
+        }
+        connection.publish(self.status(OFFLINE), found).await?;
+        connection.end().await
+    }
+
+    async fn pay(
+        &self,
+        connection: &mut Connection,
+        owed: Owed,
+        unsent: &mut Option<Notice>,
+    ) -> Result<(), Broken> {
+        let found = |topic: Found| self.found(&topic);
+        match owed {
+            Owed::State(topic, alert) => {
+                let message = alert.as_deref().map(body::of_alert).unwrap_or_default();
+                let message = Publish { retain: true, ..self.json(&topic, message) };
+                match connection.publish(message, found).await? {
+                    Published::Taken if alert.is_none() => {
+                        self.desk.mirrored(|mirror| mirror.cleared(&topic));
+                    }
+                    Published::Taken => {}
+                    Published::Refused(why) => _ = self.desk.fails(why),
+                }
+            }
+            Owed::Event(notice) => {
+                let id = format!("{}-{}", self.run, notice.number);
+                let message = self.event(body::of_notice(&notice, &id, &self.site));
+                *unsent = Some(notice);
+                let answer = match connection.publish(message, found).await? {
+                    Published::Taken => Answer::Taken,
+                    Published::Refused(why) => Answer::Refused { why },
+                };
+                unsent.take().map(|notice| self.desk.settle(notice, answer));
+            }
+        }
+        Ok(())
+    }
+
+    /// Where a message was retained.
+    fn found(&self, topic: &str) {
+        let end = topic.strip_prefix(&*self.prefix).and_then(|topic| topic.strip_prefix('/'));
+        self.desk.mirrored(|mirror| end.into_iter().for_each(|topic| mirror.found(topic)));
+    }
+
+    /// All alerts that are retained.
+    fn retained(&self) -> Subscribe {
+        let filter = Filter {
+            path: self.topic("alerts/+/+"),
+            qos: QoS::AtMostOnce,
+            // Its own are not sent back.
+            nolocal: true,
+            preserve_retain: false,
+            retain_forward_rule: RetainForwardRule::OnEverySubscribe,
+        };
+        Subscribe::new(filter, None)
+    }
+
+    fn status(&self, status: &'static str) -> Publish {
+        Publish { retain: true, ..Publish::new(self.topic("status"), QoS::AtLeastOnce, status, None) }
+    }
+
+    fn event(&self, body: Vec<u8>) -> Publish {
+        self.json("alerts/events", body)
+    }
+
+    fn json(&self, topic: &str, body: Vec<u8>) -> Publish {
+        let properties = PublishProperties {
+            payload_format_indicator: Some(1),
+            content_type: Some("application/json".to_owned()),
+            ..PublishProperties::default()
+        };
+        Publish::new(self.topic(topic), QoS::AtLeastOnce, body, Some(properties))
+    }
+
+    fn topic(&self, end: &str) -> String {
+        format!("{}/{end}", self.prefix)
+    }
+}

@@ -1,0 +1,250 @@
+//! The receivers of a configuration: opened, shown, tried and started.
+
+use std::net::IpAddr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::http::HeaderValue;
+use rumqttc::v5::mqttbytes::v5::Login;
+use tokio::sync::watch;
+use tokio::task::JoinHandle;
+use tokio::time::{Instant, timeout_at};
+
+use super::Notices;
+use super::desk::Desk;
+use super::dial::Dial;
+use super::mirror::Mirror;
+use super::mqtt::Broker;
+use super::outbox::Outbox;
+use super::secret::secret;
+use super::selection::Selection;
+use super::signature::Secret;
+use super::webhook::Webhook;
+use crate::config::{self, AlertKind, Config, Severity};
+
+/// What waits when the service ends is on its way for at most this long.
+const LAST: Duration = Duration::from_millis(1_500);
+
+/// Says that the service ends.
+pub(super) type Closing = watch::Receiver<bool>;
+
+/// Waits until the service ends.
+pub(super) async fn closed(closing: &mut Closing) {
+    // Where nobody can say so any more it has.
+    let _ = closing.wait_for(|is_closing| *is_closing).await;
+}
+
+/// A receiver cannot be used as it is configured.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{key}: {problem}")]
+pub struct Unusable {
+    key: String,
+    problem: String,
+}
+
+/// Who hears of alerts; nobody is connected to yet.
+#[derive(Debug, Default)]
+pub struct Receivers {
+    webhooks: Vec<Webhook>,
+    broker: Option<Broker>,
+    /// For people.
+    lines: Vec<String>,
+    warnings: Vec<String>,
+}
+
+impl Receivers {
+    /// Those of a configuration; their secrets are read.
+    ///
+    /// # Errors
+    /// A secret or a certificate cannot be read or used.
+    pub fn open(config: &Config) -> Result<Self, Unusable> {
+        let mut receivers = Self::default();
+        for webhook in &config.alerts.webhooks {
+            let refuse =
+                |problem| Unusable { key: format!("alerts.webhooks, id \"{}\"", webhook.id), problem };
+            receivers.lines.push(webhook_line(webhook));
+            receivers.warnings.extend(webhook_warning(webhook));
+            receivers.webhooks.push(Webhook::open(webhook, &config.site.name).map_err(refuse)?);
+        }
+        if let Some(mqtt) = &config.alerts.mqtt {
+            receivers.lines.push(mqtt_line(mqtt));
+            receivers.warnings.extend(mqtt_warning(mqtt));
+            let refuse = |problem| Unusable { key: "alerts.mqtt".to_owned(), problem };
+            receivers.broker = Some(Broker::open(mqtt, &config.site).map_err(refuse)?);
+        }
+        Ok(receivers)
+    }
+
+    /// A line for each, without secrets.
+    pub fn lines(&self) -> &[String] {
+        &self.lines
+    }
+
+    /// What works and should not stay so.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// Sends each a test: its name, and what it answers, or what went wrong.
+    pub async fn test(&self) -> Vec<(String, Result<String, String>)> {
+        let mut answers = Vec::new();
+        for webhook in &self.webhooks {
+            answers.push((webhook.desk.name().to_owned(), webhook.test().await));
+        }
+        if let Some(broker) = &self.broker {
+            answers.push((broker.desk.name().to_owned(), broker.test().await));
+        }
+        answers
+    }
+
+    /// Begins to deliver; within a runtime.
+    pub fn start(self) -> (Notices, Deliveries) {
+        let Self { webhooks, broker, .. } = self;
+        let desks =
+            webhooks.iter().map(|webhook| &webhook.desk).chain(broker.iter().map(|broker| &broker.desk));
+        let notices = Notices(desks.cloned().collect());
+        let closing = watch::Sender::new(false);
+        let mut tasks: Vec<JoinHandle<()>> = Vec::new();
+        for webhook in webhooks {
+            tasks.push(tokio::spawn(webhook.deliver(closing.subscribe())));
+        }
+        if let Some(broker) = broker {
+            tasks.push(tokio::spawn(broker.deliver(closing.subscribe())));
+        }
+        (notices, Deliveries { closing, tasks })
+    }
+}
+
+/// The tasks that deliver.
+#[derive(Debug)]
+pub struct Deliveries {
+    closing: watch::Sender<bool>,
+    tasks: Vec<JoinHandle<()>>,
+}
+
+impl Deliveries {
+    /// Delivers what waits, as far as that goes at once, and ends.
+    pub async fn close(self) {
+        self.closing.send_replace(true);
+        let until = Instant::now() + LAST;
+        for mut task in self.tasks {
+            if timeout_at(until, &mut task).await.is_err() {
+                task.abort();
+            }
+        }
+    }
+}
+
+impl Webhook {
+    fn open(webhook: &config::Webhook, site: &str) -> Result<Self, String> {
+        let config::Webhook { id, url, secret_file, secret_env, authorization_file, ca, timeout_s, .. } =
+            webhook;
+        let host = url.host().unwrap_or_default();
+        let dial = if webhook.is_tls() {
+            Dial::tls(host, url.port_u16().unwrap_or(443), ca.as_deref())?
+        } else {
+            Dial::plain(host, url.port_u16().unwrap_or(80))
+        };
+        let key = secret(secret_file.as_deref(), secret_env.as_deref())?;
+        let key = key.map(|text| Secret::new(&text)).transpose()?;
+        let authorization = match secret(authorization_file.as_deref(), None)? {
+            None => None,
+            Some(text) => {
+                let value = HeaderValue::from_str(&text);
+                let mut value =
+                    value.map_err(|_| "authorization_file holds what no header can".to_owned())?;
+                value.set_sensitive(true);
+                Some(value)
+            }
+        };
+        let name = format!("webhook:{id}");
+        let selection = Selection::new(name.clone(), webhook.kinds.clone(), webhook.min_severity);
+        Ok(Self {
+            desk: Arc::new(Desk::new(name, Outbox::new(selection, None))),
+            url: url.clone(),
+            dial,
+            secret: key,
+            authorization,
+            timeout: timeout_s.unsigned_abs(),
+            site: site.to_owned(),
+            run: run()?,
+        })
+    }
+}
+
+impl Broker {
+    fn open(mqtt: &config::Mqtt, site: &config::Site) -> Result<Self, String> {
+        let config::Mqtt { host, port, ca, username, password_file, password_env, .. } = mqtt;
+        let dial = if mqtt.tls { Dial::tls(host, *port, ca.as_deref())? } else { Dial::plain(host, *port) };
+        let password = secret(password_file.as_deref(), password_env.as_deref())?.unwrap_or_default();
+        let name = "mqtt".to_owned();
+        let selection = Selection::new(name.clone(), mqtt.kinds.clone(), mqtt.min_severity);
+        Ok(Self {
+            desk: Arc::new(Desk::new(name, Outbox::new(selection, Some(Mirror::default())))),
+            dial,
+            client_id: client_id(mqtt, site),
+            login: username.as_ref().map(|username| Login::new(username, password)),
+            prefix: mqtt.prefix.clone(),
+            site: site.name.clone(),
+            run: run()?,
+        })
+    }
+}
+
+fn client_id(mqtt: &config::Mqtt, site: &config::Site) -> String {
+    mqtt.client_id.clone().unwrap_or_else(|| format!("utm-fusion-{}-{}", site.sac, site.sic))
+}
+
+/// What tells this run from others.
+fn run() -> Result<String, String> {
+    let number = getrandom::u64().map_err(|error| format!("the system gives no random numbers: {error}"))?;
+    Ok(format!("{number:016x}"))
+}
+
+fn webhook_line(webhook: &config::Webhook) -> String {
+    let config::Webhook { id, url, kinds, min_severity, .. } = webhook;
+    // What follows the host may be a secret.
+    let origin = format!(
+        "{}://{}/…",
+        url.scheme_str().unwrap_or_default(),
+        url.authority().map_or("", |authority| authority.as_str())
+    );
+    let is_signed = webhook.secret_file.is_some() || webhook.secret_env.is_some();
+    let signed = if is_signed { "signed" } else { "not signed" };
+    format!("alerts to webhook:{id}: {origin}, {signed}, {}", wanted(kinds.as_deref(), *min_severity))
+}
+
+fn mqtt_line(mqtt: &config::Mqtt) -> String {
+    let config::Mqtt { host, port, tls, username, prefix, kinds, min_severity, .. } = mqtt;
+    let tls = if *tls { "TLS" } else { "without TLS" };
+    let who = username.as_ref().map_or("without a user".to_owned(), |username| format!("as {username}"));
+    let wanted = wanted(kinds.as_deref(), *min_severity);
+    format!("alerts to mqtt: {host}:{port}, {tls}, {who}, topics {prefix}/…, {wanted}")
+}
+
+fn webhook_warning(webhook: &config::Webhook) -> Option<String> {
+    let is_open = webhook.authorization_file.is_some() && !webhook.is_tls();
+    (is_open && !is_local(webhook.url.host().unwrap_or_default()))
+        .then(|| format!("webhook:{}: its authorization travels beyond this machine without TLS", webhook.id))
+}
+
+fn mqtt_warning(mqtt: &config::Mqtt) -> Option<String> {
+    let is_open = (mqtt.password_file.is_some() || mqtt.password_env.is_some()) && !mqtt.tls;
+    (is_open && !is_local(&mqtt.host))
+        .then(|| "mqtt: its password travels beyond this machine without TLS".to_owned())
+}
+
+fn is_local(host: &str) -> bool {
+    let address = host.trim_matches(['[', ']']).parse::<IpAddr>();
+    host == "localhost" || address.is_ok_and(|address| address.to_canonical().is_loopback())
+}
+
+fn wanted(kinds: Option<&[AlertKind]>, min_severity: Severity) -> String {
+    let kinds = kinds.map_or("all kinds".to_owned(), |kinds| {
+        kinds.iter().map(AlertKind::name).collect::<Vec<_>>().join(", ")
+    });
+    match min_severity {
+        Severity::Warning => kinds,
+        Severity::Critical => format!("{kinds}, critical only"),
+    }
+}
