@@ -64,7 +64,7 @@ pub fn there_and_back(file: &Path) -> Vec<u8> {
         .unwrap();
     let input = Temporary::new("lines", &lines);
     let output = Temporary::new("again", &[]);
-    let args = encode::Args { input: input.0.clone(), output: output.0.clone() };
+    let args = encode::Args { input: input.0.clone(), output: output.0.clone(), ..encode::Args::default() };
     assert_eq!(encode::run(&args).unwrap(), Outcome::Done);
     fs::read(&output.0).unwrap()
 }
@@ -75,7 +75,7 @@ fn feed() -> Vec<u8> {
         block(34, &[CAT034, CAT034]),
         block(48, &[CAT048]),
         block(48, &["80 0101", "80 0102"]),
-        block(62, &["0102"]),
+        block(61, &["0102"]),
         block(65, &[CAT065]),
         block(129, &[CAT129]),
         block(48, &[]),
