@@ -79,7 +79,7 @@ fn encode<R: Record>(group: &mut BenchmarkGroup<'_, WallTime>, records: &[R]) {
 }
 
 fn decoded<R: Record<Edition: Default>>(octets: &[u8]) -> Vec<R> {
-    let records = blocks(octets).flat_map(|block| block.unwrap().records());
+    let records = blocks(octets).flat_map(|block| block.unwrap().records_in(R::Edition::default()));
     records.map(|located| located.unwrap().record).collect()
 }
 

@@ -133,7 +133,7 @@ impl Field {
 /// Octets that `fields` take together.
 pub const fn octets_of(fields: &[Field]) -> usize {
     let bits = bits_of(fields);
-    assert!(bits % 8 == 0, "the fields are whole octets");
+    assert!(bits.is_multiple_of(8), "the fields are whole octets");
     bits / 8
 }
 

@@ -7,7 +7,7 @@ use std::path::Path;
 use asterix::{Record, cat034, cat048, cat065, cat129};
 use proptest::prelude::*;
 use utm_fusion::commands::{Outcome, decode, encode};
-use utm_fusion::json::{Encoder, Place, write_record};
+use utm_fusion::json::{Encoder, Named, Place, write_record};
 
 use super::{Temporary, block, octets};
 
@@ -21,7 +21,7 @@ const CAT129: &str = "ffff80 1907 2009 414952 444954 313233343536373834303935 46
     0001c8 0003 a90102 16554601 01 0000002a 0783 ffffffff 0064 ffff a1 7f 00 0012cfff6a 0fff1f";
 
 /// Every record that differs in at most one bit from this one prints differently, and comes back.
-fn each_flip_shows<R: Record<Edition: Default>>(hex: &str) {
+fn each_flip_shows<R: Record<Edition: Default + Named>>(hex: &str) {
     let octets = octets(hex);
     let mut lines: HashMap<Vec<u8>, Vec<u8>> = HashMap::new();
     let mut read = 0;
@@ -35,7 +35,7 @@ fn each_flip_shows<R: Record<Edition: Default>>(hex: &str) {
         flipped.truncate(length);
         let mut line = Vec::new();
         let place = Place { input: None, offset: 3, block: 0 };
-        write_record(&mut line, &record, (), &flipped, place, None, false);
+        write_record(&mut line, &record, R::Edition::default(), &flipped, place, None, false);
         let (mut encoder, mut again) = (Encoder::default(), Vec::new());
         encoder.line(std::str::from_utf8(&line).unwrap(), &mut again).unwrap();
         encoder.finish(&mut again);

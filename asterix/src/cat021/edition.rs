@@ -3,7 +3,9 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::{Record, Standard, Surface, SurfaceCharacteristics21, UAP};
+use super::{
+    QualityIndicators, Record, Standard, Surface, SurfaceCharacteristics21, TargetReport, TargetStatus, UAP,
+};
 use crate::{Describe, UapItem};
 
 /// The edition of the specification that a sender follows.
@@ -63,12 +65,12 @@ impl Edition {
         let descriptor = record.target_report.as_ref();
         let quality = record.quality.as_ref();
         let newer = [
-            (Self::V2_7, octets(quality.map(|quality| quality.chain())) > 4),
+            (Self::V2_7, octets(quality.map(QualityIndicators::chain)) > 4),
             (Self::V2_7, quality.is_some_and(|quality| quality.is_integrity_received())),
-            (Self::V2_6, octets(descriptor.map(|descriptor| descriptor.chain())) > 3),
+            (Self::V2_6, octets(descriptor.map(TargetReport::chain)) > 3),
             (Self::V2_5, record.mops_version.is_some_and(|mops| mops.standard() == Standard::Do260C)),
             (Self::V2_3, descriptor.is_some_and(|descriptor| descriptor.is_lookup_failed())),
-            (Self::V2_2, record.target_status.is_some_and(|status| status.is_military_emergency())),
+            (Self::V2_2, record.target_status.is_some_and(TargetStatus::is_military_emergency)),
         ];
         newer.into_iter().find_map(|(edition, needed)| needed.then_some(edition))
     }
