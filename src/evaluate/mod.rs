@@ -20,7 +20,9 @@ mod truth;
 mod types;
 
 pub use alone::{InputsAlone, output, output_at, reports};
-pub use conflicts::{Bin, ConflictFlight, Foreseen, Foresight, foresight};
+pub use conflicts::{
+    Bin, ConflictFlight, Encounter, Foreseen, Foresight, Outlook, Stated, encounter, foresight,
+};
 pub use integrity::{
     Alert, Attack, AttackKind, Clean, Detection, FalseFlag, Flight, Integrity, Jamming, Shown, Uncooperative,
     integrity,

@@ -5,6 +5,7 @@
 
 mod by_hand;
 mod common;
+mod encounter;
 mod files;
 mod formats;
 mod gospa;

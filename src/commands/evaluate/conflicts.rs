@@ -1,13 +1,13 @@
 //! What `--conflicts` adds: how well the output says who will come near whom.
 
 use std::fmt::{self, Write as _};
-use std::path::Path;
 
 use serde::Serialize;
 
-use super::{Inputs, files};
+use super::Inputs;
 use crate::commands::table::Table;
-use crate::evaluate::{ConflictFlight, Foreseen, Foresight, Scoring, foresight};
+use crate::evaluate::plot::{self, Figure};
+use crate::evaluate::{ConflictFlight, Foreseen, Foresight, Scoring, encounter, foresight};
 
 /// Least statements of a tenth whose reliability counts.
 const STATED: u64 = 50;
@@ -22,17 +22,12 @@ pub(super) struct Scored {
     score: Foresight,
 }
 
-/// Scores what the file says, volume by volume of the configuration. Empty where something is missing without which nothing
-/// is scored; the command line asks for it.
-pub(super) fn scored(
-    file: &Path,
-    inputs: &Inputs,
-    settings: &Scoring,
-) -> Result<Vec<Scored>, files::Failure> {
+/// Scores what was foreseen, each with the name of its volume, volume by volume of the configuration. Empty where something
+/// is missing without which nothing is scored; the command line asks for it.
+pub(super) fn scored(all: &[(String, Foreseen)], inputs: &Inputs, settings: &Scoring) -> Vec<Scored> {
     let Inputs { config: Some(config), truth, labels: Some(labels), output, .. } = inputs else {
-        return Ok(Vec::new());
+        return Vec::new();
     };
-    let all = files::conflicts(file)?;
     let of_volume = |name: &str| -> Vec<Foreseen> {
         all.iter().filter(|(volume, _)| volume == name).map(|(_, foreseen)| foreseen.clone()).collect()
     };
@@ -49,7 +44,14 @@ pub(super) fn scored(
         };
         Scored { volume: volume.name, horizontal_m, vertical_m, score: foresight(&flight) }
     };
-    Ok(config.conflicts.rules().volumes.into_iter().map(score).collect())
+    config.conflicts.rules().volumes.into_iter().map(score).collect()
+}
+
+/// The figure of the closest encounter.
+pub(super) fn figure(all: &[(String, Foreseen)], inputs: &Inputs, settings: &Scoring) -> Option<Figure> {
+    let Inputs { truth, labels: Some(labels), output, .. } = inputs else { return None };
+    let foreseen = all.iter().map(|(_, foreseen)| foreseen);
+    Some(plot::encounter(encounter(truth, labels, output, foreseen, settings).as_ref()))
 }
 
 /// The section of the report: a table for each volume.

@@ -64,7 +64,8 @@ pub struct Args {
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
-    /// Write figures (SVG) and a page with the tables and all of them (index.html) into this folder
+    /// Write figures (SVG) and a page with the tables and all of them (index.html) into this folder; with --conflicts one of
+    /// the closest encounter, too
     #[arg(long, value_name = "DIR")]
     pub plot: Option<PathBuf>,
     /// What the score must keep to.
@@ -104,8 +105,10 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     let settings = inputs.config.as_ref().map_or_else(Scoring::default, Scoring::of);
     let labels = inputs.labels.as_ref();
     let evaluation = evaluate(&inputs.truth, labels, &inputs.output, inputs.alone.as_ref(), &settings);
+    let foreseen = args.conflicts.as_deref().map(files::conflicts).transpose()?;
     if let Some(directory) = &args.plot {
-        files::write_plots(directory, &args.output, &evaluation, &inputs.truth)?;
+        let encounter = foreseen.as_deref().and_then(|all| conflicts::figure(all, &inputs, &settings));
+        files::write_plots(directory, &args.output, &evaluation, &inputs.truth, encounter)?;
     }
     if evaluation.fused.all.pu_percent.is_none() {
         warn!(
@@ -115,8 +118,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
 
     let known = args.integrity.then(|| integrity::Known::read(args)).transpose()?;
     let integrity = known.and_then(|known| known.scored(&inputs, &settings));
-    let file = args.conflicts.as_deref();
-    let conflicts = file.map(|file| conflicts::scored(file, &inputs, &settings)).transpose()?;
+    let conflicts = foreseen.as_deref().map(|all| conflicts::scored(all, &inputs, &settings));
     let requirements = args.require.iter().map(|requirement| {
         let value = requirement.value(&evaluation, args);
         let is_met = value.as_ref().is_ok_and(|&value| requirement.is_met_by(value));

@@ -1,5 +1,6 @@
 //! How well an output says who will come near whom: `evaluate --conflicts`.
 
+mod encounter;
 mod owners;
 mod paths;
 mod tally;
@@ -8,6 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
+pub use encounter::{Encounter, Outlook, Stated, encounter};
 pub use tally::Bin;
 
 use super::labels::Labels;
@@ -143,9 +145,7 @@ pub fn foresight(flight: &ConflictFlight<'_>) -> Foresight {
             score.judge(one, pair, &paths, volume);
         }
     }
-    let equipped = labels.equipped();
-    let equipped: BTreeSet<usize> = equipped.iter().filter_map(|id| truth.index_of(id)).collect();
-    for Meeting { pair, begin } in paths.meetings(&equipped, volume) {
+    for Meeting { pair, begin } in paths.meetings(&equipped(labels, truth), volume) {
         let before = Time::from_nanos(begin.nanos() - WARNED_S * SECOND);
         let Some(relative) = paths.relative(pair, before) else { continue };
         score.violations += 1;
@@ -156,6 +156,11 @@ pub fn foresight(flight: &ConflictFlight<'_>) -> Foresight {
         score.count(told, &paths);
     }
     score
+}
+
+/// The drones that carry a transponder.
+fn equipped(labels: &Labels, truth: &Truth) -> BTreeSet<usize> {
+    labels.equipped().iter().filter_map(|id| truth.index_of(id)).collect()
 }
 
 /// Whether the last that was known by then, a second ago at most, was a warning.

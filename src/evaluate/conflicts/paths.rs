@@ -21,6 +21,16 @@ pub(super) struct Meeting {
     pub(super) begin: Time,
 }
 
+/// Two drones when they are closest to each other.
+pub(super) struct Nearest {
+    pub(super) pair: [usize; 2],
+    pub(super) time: Time,
+    /// In space; over ground where a height is not known.
+    pub(super) distance_m: f64,
+    /// Over ground.
+    pub(super) ground_m: f64,
+}
+
 /// The closest point of approach.
 pub(super) struct Closest {
     pub(super) after_s: f64,
@@ -45,13 +55,18 @@ pub(super) struct Relative {
 }
 
 impl Relative {
-    /// Whether the straight way on leads into the volume.
-    pub(super) fn leads_into(&self, volume: (f64, f64), horizon_s: f64) -> bool {
+    /// Time to the closest point of approach over ground of the straight way on (seconds), and the distance there (metres).
+    pub(super) fn closest(&self, horizon_s: f64) -> (f64, f64) {
         let squared = self.velocity.norm_squared();
         let t = if squared > 0.0 { -self.position.dot(&self.velocity) / squared } else { 0.0 };
         let t = t.clamp(0.0, horizon_s);
-        (self.position + self.velocity * t).norm() < volume.0
-            && (self.height_m + self.climb * t).abs() < volume.1
+        (t, (self.position + self.velocity * t).norm())
+    }
+
+    /// Whether the straight way on leads into the volume.
+    pub(super) fn leads_into(&self, volume: (f64, f64), horizon_s: f64) -> bool {
+        let (t, miss_m) = self.closest(horizon_s);
+        miss_m < volume.0 && (self.height_m + self.climb * t).abs() < volume.1
     }
 }
 
@@ -101,13 +116,11 @@ impl<'a> Paths<'a> {
 
     /// The meetings of these drones, each pair by itself.
     pub(super) fn meetings(&self, drones: &BTreeSet<usize>, volume: (f64, f64)) -> Vec<Meeting> {
-        let Some((from, until)) = self.0.span() else { return Vec::new() };
         let mut meetings = Vec::new();
         for &a in drones {
             for &b in drones.range(a + 1..) {
                 let mut last: Option<Time> = None;
-                for step in 0..=(until.nanos() - from.nanos()) / STEP_NS {
-                    let at = Time::from_nanos(from.nanos() + step * STEP_NS);
+                for at in self.looks() {
                     let Some((apart, height_m)) = self.apart([a, b], at) else { continue };
                     if apart.norm() < volume.0 && height_m.is_none_or(|up_m| up_m.abs() < volume.1) {
                         if last.is_none_or(|last| at.nanos() - last.nanos() > APART_NS) {
@@ -120,4 +133,36 @@ impl<'a> Paths<'a> {
         }
         meetings
     }
+
+    /// The two of these drones that come closest in space, and when and how close; at the earliest when both have flown for
+    /// so long.
+    pub(super) fn nearest(&self, drones: &BTreeSet<usize>, flown_s: f64) -> Option<Nearest> {
+        let mut nearest: Option<Nearest> = None;
+        for &a in drones {
+            for &b in drones.range(a + 1..) {
+                let begun = self.0.tracks()[a].span().0.max(self.0.tracks()[b].span().0);
+                for time in self.looks().filter(|time| time.seconds_since(begun) >= flown_s) {
+                    let Some((over_ground, up_m)) = self.apart([a, b], time) else { continue };
+                    let ground_m = over_ground.norm();
+                    let distance_m = ground_m.hypot(up_m.unwrap_or(0.0));
+                    if nearest.as_ref().is_none_or(|nearest| distance_m < nearest.distance_m) {
+                        nearest = Some(Nearest { pair: [a, b], time, distance_m, ground_m });
+                    }
+                }
+            }
+        }
+        nearest
+    }
+
+    /// The times at which the paths are looked at.
+    fn looks(&self) -> impl Iterator<Item = Time> {
+        let span = self.0.span().into_iter();
+        span.flat_map(|(from, until)| looks(from, until))
+    }
+}
+
+/// From one time to another, in steps.
+pub(super) fn looks(from: Time, until: Time) -> impl Iterator<Item = Time> {
+    let steps = (until.nanos() - from.nanos()) / STEP_NS;
+    (0..=steps).map(move |step| Time::from_nanos(from.nanos() + step * STEP_NS))
 }

@@ -75,22 +75,33 @@ fn foreseen(warned_s: f64, numbers: [u32; 2]) -> Vec<Foreseen> {
     (0..MEET_S as i64).map(each).collect()
 }
 
-fn scored(foreseen: &[Foreseen]) -> Foresight {
+/// What there is of the flight but what was foreseen.
+fn flown() -> (Truth, Labels, Vec<OutputPoint>) {
     let truth = Truth::new([0, 1].map(|drone| {
         let samples = times().map(|time_s| (at(time_s), place(drone, time_s)));
         (IDS[drone].to_owned(), samples.collect())
     }));
     let both = || times().flat_map(|time_s| [0, 1].map(|drone| (drone, time_s)));
     let labels = both().map(|(drone, time_s)| label(drone, time_s)).collect();
-    let output: Vec<OutputPoint> = both().map(|(drone, time_s)| point(drone, time_s)).collect();
+    let labels = Labels::with_receivers(labels, &["receiver".to_owned()].into());
+    (truth, labels, both().map(|(drone, time_s)| point(drone, time_s)).collect())
+}
+
+fn scored(foreseen: &[Foreseen]) -> Foresight {
+    let (truth, labels, output) = flown();
     foresight(&ConflictFlight {
         truth: &truth,
-        labels: &Labels::with_receivers(labels, &["receiver".to_owned()].into()),
+        labels: &labels,
         output: &output,
         foreseen,
         volume: (50.0, 15.0),
         settings: &Scoring::default(),
     })
+}
+
+fn met(foreseen: &[Foreseen]) -> Option<Encounter> {
+    let (truth, labels, output) = flown();
+    encounter(&truth, &labels, &output, foreseen.iter(), &Scoring::default())
 }
 
 #[test]
@@ -130,4 +141,37 @@ fn a_warning_of_nobody_or_of_those_that_stay_apart_is_false() {
     late.truncate(3);
     let score = scored(&late);
     assert_eq!((score.warnings, score.false_warnings), (1, 1));
+}
+
+#[test]
+fn an_encounter_has_what_was_stated_beside_what_the_true_states_lead_to() {
+    let mut foreseen = foreseen(45.0, [10_000, 20_000]);
+    foreseen[40].is_seen = false;
+    foreseen[41].numbers = [10_000, 30_000];
+    let met = met(&foreseen).unwrap();
+    assert_eq!((met.ids.each_ref().map(String::as_str), met.time), (IDS, at(MEET_S)));
+    assert!(met.distance_m < 0.01 && met.ground_m < 0.01);
+    // From 30 s before to 5 s after, four looks a second.
+    assert_eq!(met.truth.len(), 141);
+    for outlook in &met.truth {
+        let left_s = at(MEET_S).seconds_since(outlook.time);
+        assert!((outlook.t_cpa_s - left_s.max(0.0)).abs() < 0.01, "{outlook:?}");
+        assert!((outlook.d_cpa_m - (-20.0 * left_s).max(0.0)).abs() < 0.1, "{outlook:?}");
+    }
+    // Each second from 30 s on but the one in which one was missing and the one of another pair.
+    let stated: Vec<f64> = met.foreseen.iter().map(|stated| stated.outlook.t_cpa_s).collect();
+    let expected =
+        (30..60).filter(|second| ![40, 41].contains(second)).map(|second| MEET_S - f64::from(second));
+    assert_eq!(stated, expected.collect::<Vec<_>>());
+    assert!(met.foreseen.iter().all(|stated| stated.outlook.d_cpa_m == 0.0 && stated.sigma_m == 10.0));
+}
+
+#[test]
+fn an_encounter_of_which_nothing_was_foreseen_has_the_truth_and_one_drone_has_none() {
+    let alone = met(&[]).unwrap();
+    assert!(alone.foreseen.is_empty() && alone.truth.len() == 141);
+    let (truth, _, output) = flown();
+    let labels = (0..FLOWN_S).map(|second| label(0, second as f64)).collect();
+    let labels = Labels::with_receivers(labels, &["receiver".to_owned()].into());
+    assert_eq!(encounter(&truth, &labels, &output, [].iter(), &Scoring::default()), None);
 }

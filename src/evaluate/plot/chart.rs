@@ -105,6 +105,15 @@ impl Chart {
         self.path(&data, &attributes);
     }
 
+    /// An area between two lines, from left to right: x, and the y of both.
+    pub(super) fn band(&mut self, colour: &str, points: &[(f64, f64, f64)]) {
+        let upper = points.iter().map(|&(x, _, high)| self.place((x, high)));
+        let lower = points.iter().rev().map(|&(x, low, _)| self.place((x, low)));
+        let mut data = PathData::default();
+        data.line(&upper.chain(lower).collect::<Vec<_>>());
+        self.path(&data, &format!("fill=\"{colour}\""));
+    }
+
     /// A straight thin line across the frame at a value of the y axis.
     pub(super) fn level(&mut self, value: f64) {
         let y = coordinate(self.place((self.x.from, value)).1);
@@ -142,7 +151,7 @@ impl Chart {
         self.legend.push(Key { sample, width: LINE_SAMPLE, text });
     }
 
-    /// The figure. `name` is ours and fit for an id; `note` stands in an empty frame.
+    /// The figure. `name` is ours and fit for an id; `note` stands in the frame.
     pub(super) fn finish(
         self,
         name: &'static str,
@@ -150,42 +159,70 @@ impl Chart {
         caption: String,
         note: Option<&str>,
     ) -> Figure {
-        let widest = self.y.ticks.iter().map(|(_, text)| text.chars().count()).max().unwrap_or(0);
-        let left = 38.0 + CHARACTER * widest as f64;
-        let (legend, height) = self.legend_drawn();
-        let top = 12.0 + height;
-        let (width, height) = (left + self.width + MARGIN_RIGHT, top + self.height + MARGIN_BOTTOM);
+        Self::stacked(name, title, caption, &[(self, note)])
+    }
+
+    /// A figure of several charts, one below the other, each with its note.
+    pub(super) fn stacked(
+        name: &'static str,
+        title: &str,
+        caption: String,
+        charts: &[(Self, Option<&str>)],
+    ) -> Figure {
+        let widest =
+            charts.iter().flat_map(|(chart, _)| &chart.y.ticks).map(|(_, text)| text.chars().count());
+        let left = 38.0 + CHARACTER * widest.max().unwrap_or(0) as f64;
+        let mut drawn = String::new();
+        let (mut width, mut height) = (0.0_f64, 0.0);
+        for (number, (chart, note)) in charts.iter().enumerate() {
+            let frame = if number == 0 { format!("{name}-frame") } else { format!("{name}-frame-{number}") };
+            height = chart.write(&mut drawn, &frame, (left, height), *note);
+            width = width.max(left + chart.width + MARGIN_RIGHT);
+        }
         let (width, height) = (coordinate(width.ceil()), coordinate(height.ceil()));
-        let (frame_width, frame_height) = (coordinate(self.width), coordinate(self.height));
-        let mut svg = format!(
+        let svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
              viewBox=\"0 0 {width} {height}\" role=\"img\" font-family=\"{FONT}\" font-size=\"11\">\n\
              <title>{}</title>\n<desc>{}</desc>\n<rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n\
-             <g transform=\"translate({} {})\">\n<clipPath id=\"{name}-frame\">\
-             <rect width=\"{frame_width}\" height=\"{frame_height}\"/></clipPath>\n",
+             {drawn}</svg>\n",
             escape(title),
             escape(&caption),
+        );
+        Figure { name, title: title.to_owned(), caption, svg }
+    }
+
+    /// The frame with what is inside and its legend above it, so far from the left and below what is above; where it ends.
+    /// `frame` is its id.
+    fn write(&self, svg: &mut String, frame: &str, (left, above): (f64, f64), note: Option<&str>) -> f64 {
+        let (legend, legend_height) = self.legend_drawn();
+        let top = above + 12.0 + legend_height;
+        let (frame_width, frame_height) = (coordinate(self.width), coordinate(self.height));
+        let _ = writeln!(
+            svg,
+            "<g transform=\"translate({} {})\">\n<clipPath id=\"{frame}\">\
+             <rect width=\"{frame_width}\" height=\"{frame_height}\"/></clipPath>",
             coordinate(left),
             coordinate(top),
         );
-        self.write_grid(&mut svg);
-        let _ = writeln!(svg, "<g clip-path=\"url(#{name}-frame)\">\n{}</g>", self.body);
+        self.write_grid(svg);
+        let _ = writeln!(svg, "<g clip-path=\"url(#{frame})\">\n{}</g>", self.body);
         let _ = writeln!(
             svg,
             "<rect width=\"{frame_width}\" height=\"{frame_height}\" fill=\"none\" stroke=\"#000\"/>"
         );
-        self.write_labels(&mut svg, left);
+        self.write_labels(svg, left);
         if let Some(note) = note {
             let (x, y) = (coordinate(self.width / 2.0), coordinate(self.height / 2.0));
             let _ = writeln!(
                 svg,
-                "<text x=\"{x}\" y=\"{y}\" text-anchor=\"middle\" fill=\"#555\">{}</text>",
+                "<text x=\"{x}\" y=\"{y}\" text-anchor=\"middle\" fill=\"#555\" \
+                 stroke=\"#fff\" stroke-width=\"4\" paint-order=\"stroke\">{}</text>",
                 escape(note)
             );
         }
         svg.push_str(&legend);
-        svg.push_str("</g>\n</svg>\n");
-        Figure { name, title: title.to_owned(), caption, svg }
+        svg.push_str("</g>\n");
+        top + self.height + MARGIN_BOTTOM
     }
 
     /// The legend above the frame, in as many rows as it needs, and its height.

@@ -1,4 +1,4 @@
-//! An evaluation as pictures: SVG figures as the paper's Figures 9 to 13, and one HTML page with its Table 1.
+//! An evaluation as pictures: SVG figures as the paper's Figures 9 to 13, one of an encounter, and one HTML page with its Table 1.
 //!
 //! Strings only: the caller writes the files. The same evaluation gives the same bytes. Values that are not finite are
 //! left out; ids are escaped. SVG is written here because plotting libraries round each point to a whole pixel, spend a
@@ -6,6 +6,7 @@
 
 mod axis;
 mod chart;
+mod encounter;
 mod errors;
 mod figure;
 mod flat;
@@ -17,6 +18,7 @@ mod svg;
 mod tests;
 mod thin;
 
+pub use encounter::encounter;
 pub use figure::{Figure, TruthLine};
 pub use page::page;
 

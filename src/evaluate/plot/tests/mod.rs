@@ -9,6 +9,7 @@ use fusion::time::Time;
 
 use flight::{FLIGHT, Flight, RADAR, Truth};
 
+mod encounter;
 mod flight;
 
 fn drawn(evaluation: &Evaluation, truth: &Truth) -> Vec<Figure> {
@@ -32,25 +33,29 @@ fn checked(evaluation: &Evaluation, truth: &Truth) -> Vec<Figure> {
         ]
     );
     for figure in &figures {
-        let document = Document::parse(&figure.svg).expect(figure.name);
-        let text = |tag| document.root_element().children().find(|node: &Node| node.has_tag_name(tag));
-        assert_eq!(text("title").unwrap().text(), Some(figure.title.as_str()));
-        assert_eq!(text("desc").unwrap().text(), Some(figure.caption.as_str()));
-        for node in document.descendants() {
-            let attributes = node.attributes().map(|attribute| attribute.value());
-            for text in attributes.chain(node.text()) {
-                assert!(!text.contains("NaN") && text != "inf", "{}: {text}", figure.name);
-            }
-            let data = node.attribute("d").unwrap_or_default();
-            assert!(!data.contains("inf"), "{}: {data}", figure.name);
-        }
-        assert!(figure.svg.len() < 1_500_000, "{}: {} octets", figure.name, figure.svg.len());
+        well_formed(figure);
     }
     let html = page("A <test> & more", evaluation, &figures);
     let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
     Document::parse_with_options(&html, options).expect("the page is also XML");
     assert!(!html.contains("NaN") && !html.contains(">inf"));
     figures
+}
+
+fn well_formed(figure: &Figure) {
+    let document = Document::parse(&figure.svg).expect(figure.name);
+    let text = |tag| document.root_element().children().find(|node: &Node| node.has_tag_name(tag));
+    assert_eq!(text("title").unwrap().text(), Some(figure.title.as_str()));
+    assert_eq!(text("desc").unwrap().text(), Some(figure.caption.as_str()));
+    for node in document.descendants() {
+        let attributes = node.attributes().map(|attribute| attribute.value());
+        for text in attributes.chain(node.text()) {
+            assert!(!text.contains("NaN") && text != "inf", "{}: {text}", figure.name);
+        }
+        let data = node.attribute("d").unwrap_or_default();
+        assert!(!data.contains("inf"), "{}: {data}", figure.name);
+    }
+    assert!(figure.svg.len() < 1_500_000, "{}: {} octets", figure.name, figure.svg.len());
 }
 
 fn empty() -> Evaluation {
