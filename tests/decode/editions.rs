@@ -72,7 +72,8 @@ fn info_names_the_edition_that_fits() {
 #[test]
 fn what_cat062_has_and_no_other_comes_back() {
     // 290 with a primary subfield longer than it need be, and 510 of two units.
-    let octets = block(62, &["01 02 81 00 02", "01 01 01 08 01 0007 02 0008".replace(' ', "").as_str()]);
+    let octets =
+        block(62, &["81 02 1907 81 00 02", "81 01 01 08 1907 01 0007 02 0008".replace(' ', "").as_str()]);
     let file = Temporary::new("cat062", &octets);
     let (lines, code) = program(&["decode"], &file);
     assert_eq!(code, Some(0), "{lines}");
