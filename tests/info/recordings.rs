@@ -1,9 +1,9 @@
 //! The captures of the project, and recordings where `UTM_FUSION_SHARED_DATA` says they are.
 
-use asterix::cat021::Edition;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use asterix::cat021::Edition;
 use serde_json::{Value, json};
 use utm_fusion::commands::decode;
 
