@@ -40,7 +40,7 @@ fn decode(datagrams: &[Datagram], out: &mut Vec<u8>) -> u64 {
                     offset: origin + located.offset as u64,
                     block: origin + block.offset as u64,
                 };
-                write_record(out, &located.record, octets, place, None, false);
+                write_record(out, &located.record, (), octets, place, None, false);
                 records += 1;
             }
         }

@@ -45,9 +45,9 @@ fn cat129(criterion: &mut Criterion) {
 }
 
 /// Records with their places, and faults if there were any.
-fn decode<R: Record>(octets: &[u8]) {
+fn decode<R: Record<Edition: Default>>(octets: &[u8]) {
     for block in blocks(octets) {
-        for located in block.unwrap().records::<R>() {
+        for located in block.unwrap().records_in::<R>(R::Edition::default()) {
             black_box(&located);
         }
     }
@@ -78,8 +78,8 @@ fn encode<R: Record>(group: &mut BenchmarkGroup<'_, WallTime>, records: &[R]) {
     });
 }
 
-fn decoded<R: Record>(octets: &[u8]) -> Vec<R> {
-    let records = blocks(octets).flat_map(|block| block.unwrap().records());
+fn decoded<R: Record<Edition: Default>>(octets: &[u8]) -> Vec<R> {
+    let records = blocks(octets).flat_map(|block| block.unwrap().records_in(R::Edition::default()));
     records.map(|located| located.unwrap().record).collect()
 }
 

@@ -1,7 +1,5 @@
 //! Data blocks and the records in them.
 
-use std::marker::PhantomData;
-
 use crate::fault::{Fault, FaultKind};
 use crate::record::Record;
 use crate::uap::{self, UapItem};
@@ -92,19 +90,24 @@ impl<'a> Block<'a> {
     /// The records of the block, in order, read as records of `R`.
     ///
     /// The caller has looked at [`Block::category`]: the octets of another category make no sense as `R`.
-    pub fn records<R: Record>(&self) -> Records<'a, R> {
+    pub fn records<R: Record<Edition = ()>>(&self) -> Records<'a, R> {
+        self.records_in(())
+    }
+
+    /// The same of a category whose editions are laid out differently, such as CAT021: in this one.
+    pub fn records_in<R: Record>(&self, edition: R::Edition) -> Records<'a, R> {
         debug_assert_eq!(self.category, R::CATEGORY, "records of another category");
-        Records { rest: self.contents(), offset: self.offset + HEADER, record: PhantomData }
+        Records { rest: self.contents(), offset: self.offset + HEADER, edition }
     }
 }
 
 /// The iterator of [`Block::records`]: every record up to the end of the block or to the first [`Fault`], which comes once
 /// and last, because where a bad record ends is unknown.
 #[derive(Clone, Debug)]
-pub struct Records<'a, R> {
+pub struct Records<'a, R: Record> {
     rest: &'a [u8],
     offset: usize,
-    record: PhantomData<R>,
+    edition: R::Edition,
 }
 
 /// A record and where it stands.
@@ -127,7 +130,7 @@ impl<R: Record> Iterator for Records<'_, R> {
             return None;
         }
         let offset = self.offset;
-        match R::decode(self.rest) {
+        match R::decode(self.rest, self.edition) {
             Ok((record, length)) => {
                 self.rest = &self.rest[length..];
                 self.offset += length;

@@ -74,6 +74,16 @@ impl Fspec {
         self.bits & !EXTENSIONS & !defined.0 == 0
     }
 
+    /// That of octets with these bits, the first at the top, of which each but the last has FX.
+    pub(crate) const fn from_bits(bits: u64, length: u8) -> Self {
+        Self { bits, length }
+    }
+
+    /// The octets at the front, and how many of them count.
+    pub(crate) const fn octets(self) -> ([u8; Self::MAX_OCTETS], usize) {
+        (self.bits.to_be_bytes(), self.length())
+    }
+
     /// Appends the octets.
     pub fn encode_into(self, out: &mut Vec<u8>) {
         out.extend_from_slice(&self.bits.to_be_bytes()[..self.length()]);
@@ -93,6 +103,11 @@ impl Frns {
     #[must_use]
     pub const fn with(self, frn: u8, present: bool) -> Self {
         Self(self.0 | (present as u64) << (63 - bit_index(frn)))
+    }
+
+    /// The first eight as the bits of one octet without FX, the first at the top.
+    pub const fn eight(self) -> u8 {
+        (self.0 >> 56) as u8 | (self.0 >> 55) as u8 & 1
     }
 }
 

@@ -7,8 +7,10 @@
 //! | `pub struct Name(octets) { fields }` | a fixed number of octets | the octets |
 //! | `pub struct Name(octets) = field` | the same, of one field, which has no documentation of its own | the octets |
 //! | `extended pub struct Name { part { fields } … }` | parts of seven bits and FX | a [`Chain`](crate::Chain) |
+//! | `parts pub struct Name { part { fields } … }` | parts of whole octets, of which those that leave a bit have FX | [`Parts`](crate::Parts) |
 //! | `words pub struct Name { name: type { fields } … }` | whole-octet words of one or several fields | the words |
 //! | `compound pub struct Name { "key" name: Type, … }` | subfields, each of which may be absent | each as an `Option` |
+//! | `padded pub struct Name { … }` | the same, with a primary subfield that may be longer than needed | and how much longer |
 //! | `expansion pub struct Name { … }` | the same, of a reserved expansion field | the same |
 //! | `pub enum Name { Code = 0, … }` | the table of a field's codes | – |
 //! | `all pub enum Name { Code, … }` | the same where it names all codes, from 0 on | – |
@@ -231,11 +233,48 @@ macro_rules! words {
     };
 }
 
+/// See the [module](self).
+macro_rules! parts {
+    ($(#[$meta:meta])* pub struct $name:ident { $($part:ident { $($fields:tt)* })* }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, deku::DekuRead, deku::DekuWrite)]
+        pub struct $name(
+            $crate::Parts<
+                { $crate::parts::octets_of_all($name::PARTS) },
+                { $crate::parts::extensions($name::PARTS) },
+            >,
+        );
+
+        impl $name {
+            /// The fields of each part, from the highest bit down.
+            pub const PARTS: &'static [&'static [$crate::Field]] = &[$($crate::fields::fields!($($fields)*)),*];
+
+            /// The octets as they stand.
+            pub fn octets(&self) -> &[u8] {
+                self.0.octets()
+            }
+
+            $($crate::fields::accessors!($name parts $($fields)*);)*
+        }
+
+        impl $crate::Describe for $name {
+            const LAYOUT: $crate::Layout = $crate::Layout::Parts(Self::PARTS);
+        }
+
+        impl Default for $name {
+            /// The first part, all bits 0.
+            fn default() -> Self {
+                Self($crate::Parts::new())
+            }
+        }
+    };
+}
+
 /// An item of subfields, in the order of the bits that announce them; `_` where the specification defines none.
 macro_rules! compound {
     ($(#[$meta:meta])* pub struct $name:ident { $($subfields:tt)* }) => {
         $crate::item::compound!(
-            @sort [$(#[$meta])* $name Primary $crate::Layout::Compound] (0) [] [] $($subfields)*
+            @sort [$(#[$meta])* $name Primary [] $crate::Layout::Compound] (0) [] [] $($subfields)*
         );
     };
     (@sort $head:tt ($at:expr) [$($fields:tt)*] [$($slots:tt)*] _, $($rest:tt)*) => {
@@ -252,17 +291,22 @@ macro_rules! compound {
             $($rest)*
         );
     };
-    (@sort [$(#[$meta:meta])* $name:ident $announced:ident $layout:path] ($count:expr)
+    (@sort [$(#[$meta:meta])* $name:ident $announced:ident [$($padding:ident)?] $layout:path] ($count:expr)
         [$({ $(#[$doc:meta])* $field:ident: $type:ty, $at:expr })*] [$($slots:tt)*]) => {
         $(#[$meta])*
         #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
         pub struct $name {
             $($(#[$doc])* pub $field: Option<$type>,)*
+            $(
+                /// Octets of the primary subfield beyond the minimal ones, which announce nothing; 0 in an item built anew.
+                pub $padding: u8,
+            )?
         }
 
         impl $name {
             /// The subfields, in the order of the bits that announce them.
             pub const SUBFIELDS: &'static [$crate::Subfield] = &[$($slots)*];
+            const DEFINED: $crate::subfields::Defined = $crate::subfields::Defined::of(Self::SUBFIELDS);
         }
 
         impl $crate::Describe for $name {
@@ -271,18 +315,18 @@ macro_rules! compound {
 
         $crate::item::in_place! {
             $name () reader => {
-                let primary = $crate::subfields::$announced::read(reader, Self::SUBFIELDS)?;
+                let primary = $crate::subfields::$announced::read(reader, Self::DEFINED)?;
                 $(let $field = if primary.has($at) {
                     Some(<$type as deku::DekuReader<'_>>::from_reader_with_ctx(reader, ())?)
                 } else {
                     None
                 };)*
-                Ok(Self { $($field,)* })
+                Ok(Self { $($field,)* $($padding: primary.padding(),)? })
             },
             self writer => {
-                $crate::subfields::$announced::default()
-                    $(.with($at, self.$field.is_some()))*
-                    .write(writer)?;
+                let present = $crate::fspec::Frns::NONE$(.with($at + 1, self.$field.is_some()))*;
+                let padding = 0 $(+ self.$padding)?;
+                $crate::subfields::$announced::announcing(present, padding).write(writer)?;
                 $(if let Some(subfield) = &self.$field {
                     deku::DekuWriter::to_writer(subfield, writer, ())?;
                 })*
@@ -292,13 +336,22 @@ macro_rules! compound {
     };
 }
 
-/// As [`compound!`], of the contents of a reserved expansion field.
-macro_rules! expansion {
+/// As [`compound!`], where the primary subfield may have two octets or more, and so more than it need have.
+macro_rules! padded {
     ($(#[$meta:meta])* pub struct $name:ident { $($subfields:tt)* }) => {
         $crate::item::compound!(
-            @sort [$(#[$meta])* $name Eight $crate::layout::expansion] (0) [] [] $($subfields)*
+            @sort [$(#[$meta])* $name Primary [primary_padding] $crate::Layout::Compound] (0) [] [] $($subfields)*
         );
     };
 }
 
-pub(crate) use {chain, compound, expansion, extended, in_place, item, items, words};
+/// As [`compound!`], of the contents of a reserved expansion field.
+macro_rules! expansion {
+    ($(#[$meta:meta])* pub struct $name:ident { $($subfields:tt)* }) => {
+        $crate::item::compound!(
+            @sort [$(#[$meta])* $name Eight [] $crate::layout::expansion] (0) [] [] $($subfields)*
+        );
+    };
+}
+
+pub(crate) use {chain, compound, expansion, extended, in_place, item, items, padded, parts, words};

@@ -71,6 +71,11 @@ pub enum Layout {
     Extended(&'static [&'static [Field]]),
     /// As [`Layout::Extended`], every octet a code of seven bits.
     Codes,
+    /// Parts of whole octets. Where the fields of one leave the last bit, that is FX, and set where the next part follows;
+    /// where they do not, it is the last part. There are no further ones.
+    Parts(&'static [&'static [Field]]),
+    /// These fields and FX, which fill whole octets, as often as FX says that another follows.
+    Chained(&'static [Field]),
     /// One octet that counts the repetitions (0 is allowed), then that many times these fields.
     Repetitive(&'static [Field]),
     /// A primary subfield whose bits announce the subfields that follow: seven an octet and FX, which is set only while
@@ -127,13 +132,19 @@ impl Field {
 
 /// Octets that `fields` take together.
 pub const fn octets_of(fields: &[Field]) -> usize {
+    let bits = bits_of(fields);
+    assert!(bits.is_multiple_of(8), "the fields are whole octets");
+    bits / 8
+}
+
+/// Bits that `fields` take together.
+pub(crate) const fn bits_of(fields: &[Field]) -> usize {
     let (mut index, mut bits) = (0, 0);
     while index < fields.len() {
         bits += fields[index].bits as usize;
         index += 1;
     }
-    assert!(bits % 8 == 0, "the fields are whole octets");
-    bits / 8
+    bits
 }
 
 impl Layout {
@@ -141,13 +152,14 @@ impl Layout {
     pub(crate) const fn place(&self, key: &str) -> usize {
         let place = match self {
             Self::Fields(fields) => place_in(fields, key),
-            Self::Extended(parts) => {
-                let mut index = 0;
+            Self::Extended(parts) | Self::Parts(parts) => {
+                let (mut index, mut octets) = (0, 0);
                 loop {
                     assert!(index < parts.len(), "no part of the item has this field");
                     if let Some(place) = place_in(parts[index], key) {
-                        break Some(8 * index + place);
+                        break Some(8 * octets + place);
                     }
+                    octets += bits_of(parts[index]).div_ceil(8);
                     index += 1;
                 }
             }
@@ -166,6 +178,16 @@ impl Layout {
                 match octets.iter().take(Chain::MAX_OCTETS).position(|octet| octet & 1 == 0) {
                     Some(last) => last + 1,
                     None if octets.len() < Chain::MAX_OCTETS => return Err(FaultKind::ItemPastEnd),
+                    None => return Err(FaultKind::ChainTooLong),
+                }
+            }
+            Self::Parts(parts) => measure_parts(parts, octets)?,
+            Self::Chained(fields) => {
+                let part = bits_of(fields).div_ceil(8);
+                let ends = octets.chunks_exact(part).take(Chain::MAX_OCTETS);
+                match ends.clone().position(|part| part.last().is_some_and(|octet| octet & 1 == 0)) {
+                    Some(last) => (last + 1) * part,
+                    None if ends.len() < Chain::MAX_OCTETS => return Err(FaultKind::ItemPastEnd),
                     None => return Err(FaultKind::ChainTooLong),
                 }
             }
@@ -209,6 +231,20 @@ impl Layout {
         }
         Ok(primary)
     }
+}
+
+/// Octets of the parts at the front of `octets`, see [`Layout::Parts`].
+fn measure_parts(parts: &[&[Field]], octets: &[u8]) -> Result<usize, FaultKind> {
+    let mut length = 0;
+    for part in parts {
+        let bits = bits_of(part);
+        length += bits.div_ceil(8);
+        let last = octets.get(length - 1).ok_or(FaultKind::ItemPastEnd)?;
+        if bits.is_multiple_of(8) || last & 1 == 0 {
+            return Ok(length);
+        }
+    }
+    Err(FaultKind::ChainTooLong)
 }
 
 /// The subfields that a primary subfield announces.

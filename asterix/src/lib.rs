@@ -1,12 +1,17 @@
-//! EUROCONTROL ASTERIX, the format in which radars and transponder networks report, read and written: CAT034, CAT048,
-//! CAT065 and CAT129, every item.
+//! EUROCONTROL ASTERIX, the format in which radars and transponder networks report, read and written: CAT021, CAT034,
+//! CAT048, CAT062, CAT063, CAT065 and CAT129, every item.
 //!
 //! | category | specification (EUROCONTROL-SPEC-0149) | items | types |
 //! |---|---|---|---|
 //! | data block, FSPEC, item formats | part 1 | | [`blocks`], [`Block`], [`Fspec`], [`Layout`], [`encode_block`] |
+//! | CAT021, ADS-B target reports | part 12, editions 2.1 to 2.7 | [44](cat021::Record) | [`cat021`], [`aircraft`] and the same |
+//! | RE of CAT021 | part 12, appendix A, edition 1.5 | [8](cat021::ReservedExpansion) | [`cat021::expansion`] |
 //! | CAT034, monoradar service messages | part 2b, edition 1.29 | [14](cat034::Record) | [`cat034`], [`DataSource`], [`TimeOfDay`], [`Repeated`], [`Explicit`] |
 //! | CAT048, monoradar target reports | part 4, edition 1.32 | [28](cat048::Record) | [`cat048`] and the same |
 //! | RE of CAT048 | part 4, appendix A, edition 1.13 | [8](cat048::ReservedExpansion) | [`cat048::expansion`] |
+//! | CAT062, system track data | part 9, edition 1.21 | [29](cat062::Record) | [`cat062`], [`aircraft`] and the same |
+//! | RE of CAT062 | part 9, appendix A, edition 1.3 | [5](cat062::ReservedExpansion) | [`cat062::expansion`] |
+//! | CAT063, sensor status reports | part 10, edition 1.7 | [13](cat063::Record) | [`cat063`], [`DataSource`], [`TimeOfDay`], [`Explicit`] |
 //! | CAT065, service status reports | part 15, edition 1.6 | [9](cat065::Record) | [`cat065`], [`DataSource`], [`TimeOfDay`], [`Explicit`] |
 //! | CAT129, UAS identification and target reports | part 29, edition 1.2 | [15](cat129::Record) | [`cat129`], [`DataSource`], [`TimeOfDay`], [`Explicit`] |
 //! | what can be wrong | | | [`Fault`], [`FaultKind`], [`BuildError`] |
@@ -77,13 +82,18 @@ mod fspec;
 mod item;
 mod items;
 mod layout;
+mod parts;
 mod record;
 mod subfields;
 mod uap;
 mod variable;
 
+pub mod aircraft;
+pub mod cat021;
 pub mod cat034;
 pub mod cat048;
+pub mod cat062;
+pub mod cat063;
 pub mod cat065;
 pub mod cat129;
 
@@ -93,20 +103,30 @@ pub use fspec::Fspec;
 
 pub use items::{DataSource, TimeOfDay};
 pub use layout::{Contents, Describe, Field, Kind, Layout, Quantity, Subfield, octets_of};
+pub use parts::Parts;
 pub use record::{BuildError, Record};
 pub use subfields::Repeated;
 pub use uap::{UapItem, items};
 pub use variable::{Chain, Explicit};
 
-/// The profile of a category, where this crate knows one.
+/// The profile of a category, where this crate knows one; of CAT021 that of the newest edition.
 pub const fn profile(category: u8) -> Option<&'static [UapItem]> {
     Some(match category {
+        21 => cat021::UAP,
         34 => cat034::UAP,
         48 => cat048::UAP,
+        62 => cat062::UAP,
+        63 => cat063::UAP,
         65 => cat065::UAP,
         129 => cat129::UAP,
         _ => return None,
     })
+}
+
+/// The profiles of a category that lay octets out differently, the newest first; empty where this crate knows none.
+pub fn profiles(category: u8) -> impl Iterator<Item = &'static [UapItem]> {
+    let old = (category == cat021::Record::CATEGORY).then(|| cat021::Edition::V2_1.profile());
+    profile(category).into_iter().chain(old)
 }
 
 /// The example of the crate's README, which is compiled and run with the others.
@@ -120,7 +140,7 @@ mod tests {
     #[test]
     fn the_front_page_counts_the_items() {
         let page = include_str!("lib.rs");
-        for category in [34, 48, 65, 129] {
+        for category in [21, 34, 48, 62, 63, 65, 129] {
             let items = super::profile(category).unwrap_or_default().len();
             let cell = format!("| [{items}](cat{category:03}::Record) |");
             let row = page.lines().find(|row| row.starts_with(&format!("//! | CAT{category:03}, ")));

@@ -18,6 +18,11 @@ pub trait Record: Sized {
     const CATEGORY: u8;
     /// The items of the category, in the order of the record: `UAP[n]` has FRN n + 1.
     const UAP: &'static [UapItem];
+    /// What a reader must be told: the edition, of a category whose editions lay octets out differently; else nothing.
+    type Edition: Copy;
+
+    /// [`Record::UAP`] as it was in an edition: with the same items in the same places.
+    fn profile(edition: Self::Edition) -> &'static [UapItem];
 
     /// Item 010, who reports.
     fn data_source(&self) -> Option<DataSource>;
@@ -30,7 +35,7 @@ pub trait Record: Sized {
 
     /// Decodes the record at the front of `octets`, which begin with its FSPEC and go to the end of the block, and says
     /// how many octets it took. Offsets in the fault count from the FSPEC.
-    fn decode(octets: &[u8]) -> Result<(Self, usize), Fault>;
+    fn decode(octets: &[u8], edition: Self::Edition) -> Result<(Self, usize), Fault>;
 
     /// Appends the record: its FSPEC and its items.
     fn encode_into(&self, out: &mut Vec<u8>);
@@ -62,12 +67,14 @@ pub enum BuildError {
 ///
 /// * `must` is an item without which no record is built; `one_of` names items of which a record must have one.
 /// * `as` names the type that describes the item where the record keeps it as something else.
+/// * `in (Edition)` is a category whose editions differ: that type has a function `profile`.
+/// * `time function` gives the time of day of a record that has no item of that name.
 /// * `= function` reads the item where its type alone does not say how; it may use the context that the record is read
 ///   `with`. The function behind that context decodes a record.
 macro_rules! record {
     (
         $(#[$meta:meta])*
-        pub struct Record($category:literal) $(with ($context:ident: $context_type:ty) $decode:path)? {
+        pub struct Record($category:literal) $(in ($edition:ty))? $(with ($context:ident: $context_type:ty) $decode:path)? {
             $(
                 $(#[$doc:meta])*
                 $use:ident $frn:literal $number:literal $title:literal $item:ident: $type:ty
@@ -75,6 +82,7 @@ macro_rules! record {
             )*
         }
         $(one_of $numbers:literal $($one:ident)*;)?
+        $(time $time:path;)?
     ) => {
         /// The items in the order of the record.
         pub const UAP: &[$crate::UapItem] = &[$($crate::UapItem {
@@ -129,13 +137,18 @@ macro_rules! record {
         impl $crate::Record for Record {
             const CATEGORY: u8 = $category;
             const UAP: &'static [$crate::UapItem] = UAP;
+            type Edition = $crate::record::given!(@type [$($edition)?] ());
+
+            fn profile(edition: Self::Edition) -> &'static [$crate::UapItem] {
+                $crate::record::given!([$(<$edition>::profile)?] |()| UAP)(edition)
+            }
 
             fn data_source(&self) -> Option<$crate::DataSource> {
                 self.data_source
             }
 
             fn time_of_day(&self) -> Option<$crate::TimeOfDay> {
-                self.time_of_day
+                $crate::record::given!([$($time)?] |record: &Self| record.time_of_day)(self)
             }
 
             fn fspec(&self) -> $crate::Fspec {
@@ -143,8 +156,8 @@ macro_rules! record {
                 $crate::Fspec::announcing(frns, self.fspec_padding)
             }
 
-            fn decode(octets: &[u8]) -> Result<(Self, usize), $crate::Fault> {
-                $crate::record::given!([$($decode)?] $crate::record::decode)(octets)
+            fn decode(octets: &[u8], edition: Self::Edition) -> Result<(Self, usize), $crate::Fault> {
+                $crate::record::given!([$($decode)?] $crate::record::decode)(octets, edition)
             }
 
             fn encode_into(&self, out: &mut Vec<u8>) {
@@ -164,6 +177,12 @@ macro_rules! given {
         $other
     };
     ([$given:expr] $other:expr) => {
+        $given
+    };
+    (@type [] $other:ty) => {
+        $other
+    };
+    (@type [$given:ty] $other:ty) => {
         $given
     };
 }
@@ -260,10 +279,10 @@ impl<R: Record> Defined<R> {
 
 /// Reads the FSPEC at the front of a record that announces no item beyond those of its category.
 #[inline]
-pub(crate) fn read_fspec<R: Record>(octets: &[u8]) -> Result<Fspec, Fault> {
+pub(crate) fn read_fspec<R: Record>(octets: &[u8], edition: R::Edition) -> Result<Fspec, Fault> {
     match Fspec::read(octets) {
         Ok(fspec) if fspec.is_within(Defined::<R>::FRNS) => Ok(fspec),
-        _ => Err(explain::<R>(octets)),
+        _ => Err(explain::<R>(octets, edition)),
     }
 }
 
@@ -280,12 +299,12 @@ where
 
 /// Decodes the record at the front of `octets`, see [`Record::decode`].
 #[inline(always)]
-pub(crate) fn decode<R>(octets: &[u8]) -> Result<(R, usize), Fault>
+pub(crate) fn decode<R>(octets: &[u8], (): ()) -> Result<(R, usize), Fault>
 where
-    R: Record + for<'a> DekuReader<'a, (Fspec,)>,
+    R: Record<Edition = ()> + for<'a> DekuReader<'a, (Fspec,)>,
 {
-    let fspec = read_fspec::<R>(octets)?;
-    read(octets, fspec, (fspec,)).map_err(|_| explain::<R>(octets))
+    let fspec = read_fspec::<R>(octets, ())?;
+    read(octets, fspec, (fspec,)).map_err(|_| explain::<R>(octets, ()))
 }
 
 /// Appends a record, see [`Record::encode_into`].
@@ -344,8 +363,8 @@ impl<T> Seek for Forward<T> {
 ///
 /// The readers of the categories carry no bookkeeping; only when one fails is the record walked again, item by item.
 #[cold]
-pub(crate) fn explain<R: Record>(octets: &[u8]) -> Fault {
-    walk(R::CATEGORY, R::UAP, octets).err().unwrap_or_else(|| {
+pub(crate) fn explain<R: Record>(octets: &[u8], edition: R::Edition) -> Fault {
+    walk(R::CATEGORY, R::profile(edition), octets).err().unwrap_or_else(|| {
         // Not reached: the table and the reader of a category agree, which the tests of both hold them to.
         debug_assert!(false, "CAT{:03}: the reader refused a record that its table accepts", R::CATEGORY);
         Fault { category: Some(R::CATEGORY), item: None, offset: 0, kind: FaultKind::ItemPastEnd }

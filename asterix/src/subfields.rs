@@ -7,69 +7,87 @@ use deku::writer::Writer;
 use deku::{DekuError, DekuReader, DekuWriter};
 use smallvec::SmallVec;
 
+use crate::fspec::{Frns, Fspec};
 use crate::layout::{Describe, Layout, Subfield};
 use crate::variable::{REFUSED, read_octet};
 
+/// The subfields that an item defines, as a primary subfield announces them: seven an octet, as an FSPEC announces items.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Defined {
+    subfields: Frns,
+    /// The most octets that a primary subfield takes.
+    octets: u8,
+}
+
+impl Defined {
+    pub const fn of(subfields: &[Subfield]) -> Self {
+        assert!(subfields.len() <= 7 * Fspec::MAX_OCTETS, "a primary subfield announces them all");
+        let (mut index, mut frns) = (0, Frns::NONE);
+        while index < subfields.len() {
+            frns = frns.with(index as u8 + 1, !subfields[index].key.is_empty());
+            index += 1;
+        }
+        Self { subfields: frns, octets: subfields.len().div_ceil(7) as u8 }
+    }
+}
+
 /// The primary subfield of a compound item: seven bits an octet, the first at the top.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Primary(u16);
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Primary(Fspec);
 
 impl Primary {
-    /// FX of the first octet.
-    const EXTENSION: u16 = 0x0100;
-
-    const fn bit(index: u32) -> u16 {
-        0x8000 >> (index + index / 7)
+    /// Reads one that announces no more than what is defined.
+    #[inline(always)]
+    pub fn read<R: Read + Seek>(reader: &mut Reader<R>, defined: Defined) -> Result<Self, DekuError> {
+        let mut octet = read_octet(reader)?;
+        let (mut bits, mut length) = (u64::from(octet) << 56, 1);
+        while octet & 1 == 1 && length < defined.octets {
+            octet = read_octet(reader)?;
+            bits |= u64::from(octet) << (56 - 8 * length);
+            length += 1;
+        }
+        let primary = Fspec::from_bits(bits, length);
+        let ends = octet & 1 == 0;
+        if ends && primary.is_within(defined.subfields) { Ok(Self(primary)) } else { Err(REFUSED) }
     }
 
-    /// Reads one that announces no more than `subfields`.
-    #[inline(always)]
-    pub fn read<R: Read + Seek>(reader: &mut Reader<R>, subfields: &[Subfield]) -> Result<Self, DekuError> {
-        let mut bits = u16::from(read_octet(reader)?) << 8;
-        if bits & Self::EXTENSION != 0 && subfields.len() > 7 {
-            bits = bits & !Self::EXTENSION | u16::from(read_octet(reader)?);
-        }
-        let mut defined = 0;
-        for (index, subfield) in subfields.iter().enumerate() {
-            if !subfield.key.is_empty() {
-                defined |= Self::bit(index as u32);
-            }
-        }
-        if bits & !defined == 0 { Ok(Self(bits)) } else { Err(REFUSED) }
+    /// One that announces these subfields, with so many octets more than it need have.
+    pub const fn announcing(subfields: Frns, padding: u8) -> Self {
+        Self(Fspec::announcing(subfields, padding))
     }
 
     #[inline]
-    pub const fn has(self, index: u32) -> bool {
-        self.0 & Self::bit(index) != 0
+    pub const fn has(self, index: u8) -> bool {
+        self.0.has(index + 1)
     }
 
-    #[must_use]
-    pub const fn with(self, index: u32, present: bool) -> Self {
-        if present { Self(self.0 | Self::bit(index)) } else { self }
+    /// Octets more than it need have.
+    pub const fn padding(self) -> u8 {
+        self.0.padding()
     }
 
     pub fn write<W: Write + Seek>(self, writer: &mut Writer<W>) -> Result<(), DekuError> {
-        let [first, second] = self.0.to_be_bytes();
-        if second == 0 { writer.write_bytes(&[first]) } else { writer.write_bytes(&[first | 1, second]) }
+        let (octets, length) = self.0.octets();
+        writer.write_bytes(&octets[..length])
     }
 }
 
 /// The octet in front of a reserved expansion field's contents: eight bits.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Eight(u8);
 
 impl Eight {
-    pub fn read<R: Read + Seek>(reader: &mut Reader<R>, _: &[Subfield]) -> Result<Self, DekuError> {
+    pub fn read<R: Read + Seek>(reader: &mut Reader<R>, _: Defined) -> Result<Self, DekuError> {
         read_octet(reader).map(Self)
     }
 
-    pub const fn has(self, index: u32) -> bool {
-        self.0 << index & 0x80 != 0
+    /// One that announces these subfields; what is behind the first seven is at the eighth bit.
+    pub const fn announcing(subfields: Frns, _: u8) -> Self {
+        Self(subfields.eight())
     }
 
-    #[must_use]
-    pub const fn with(self, index: u32, present: bool) -> Self {
-        Self(self.0 | (present as u8) << (7 - index))
+    pub const fn has(self, index: u8) -> bool {
+        self.0 << index & 0x80 != 0
     }
 
     pub fn write<W: Write + Seek>(self, writer: &mut Writer<W>) -> Result<(), DekuError> {

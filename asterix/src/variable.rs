@@ -200,3 +200,29 @@ impl DekuWriter for Explicit {
         writer.write_bytes(&self.0)
     }
 }
+
+/// How the contents of a reserved expansion field are read from it and put into it.
+macro_rules! expansion_field {
+    ($name:ident) => {
+        impl $name {
+            /// Reads a reserved expansion field. `None` where its octets are not what this edition says, or where
+            /// [`to_field`](Self::to_field) would not give the same octets: such a field is of another edition or damaged,
+            /// and its octets are all that is known.
+            pub fn read(field: &$crate::Explicit) -> Option<Self> {
+                let mut contents = $crate::record::Forward(field.contents());
+                let mut reader = deku::reader::Reader::new(&mut contents);
+                let read = <Self as deku::DekuReader<'_>>::from_reader_with_ctx(&mut reader, ()).ok()?;
+                (read.to_field().as_ref() == Some(field)).then_some(read)
+            }
+
+            /// The field that says this; `None` when it is longer than 254 octets.
+            pub fn to_field(&self) -> Option<$crate::Explicit> {
+                let mut contents = Vec::new();
+                $crate::record::append(self, &mut contents);
+                $crate::Explicit::new(&contents)
+            }
+        }
+    };
+}
+
+pub(crate) use expansion_field;

@@ -32,7 +32,7 @@ fn value(fields: &[Field], octets: &[u8], key: &str) -> f64 {
 }
 
 /// A record with one item, whose octets are the first of these, and how its layout reads them.
-fn with_item<R: Record>(number: &str, octets: &[u8]) -> (R, impl Fn(&str) -> f64) {
+fn with_item<R: Record<Edition: Default>>(number: &str, octets: &[u8]) -> (R, impl Fn(&str) -> f64) {
     let item = R::UAP.iter().find(|item| item.item == number).unwrap();
     let (Layout::Fields(fields) | Layout::OneOrThree(fields)) = item.layout else { panic!() };
     let octets = octets[..asterix::octets_of(fields)].to_vec();

@@ -6,15 +6,17 @@ mod common;
 
 use allocation_counter::measure;
 use asterix::cat048::BdsRegister;
-use asterix::{Explicit, Record, Repeated, blocks, cat034, cat048, cat065, cat129, encode_block};
+use asterix::{
+    Explicit, Record, Repeated, blocks, cat021, cat034, cat048, cat062, cat063, cat065, cat129, encode_block,
+};
 use common::{EXPANSION, VECTORS, encode, hex};
 
 /// Allocations while the records of the blocks in these octets are read, how many those are, and how many allocations
 /// there are while each record that was read is written into a vector that has room.
 fn count(octets: &[u8]) -> (u64, usize, u64) {
-    fn of<R: Record>(block: &asterix::Block<'_>, out: &mut Vec<u8>) -> (u64, usize, u64) {
+    fn of<R: Record<Edition: Default>>(block: &asterix::Block<'_>, out: &mut Vec<u8>) -> (u64, usize, u64) {
         let (mut read, mut records, mut written) = (0, 0, 0);
-        let mut walk = block.records::<R>();
+        let mut walk = block.records_in::<R>(R::Edition::default());
         loop {
             let mut next = None;
             read += measure(|| next = walk.next()).count_total;
@@ -34,8 +36,11 @@ fn count(octets: &[u8]) -> (u64, usize, u64) {
         let Some(block) = next else { return sum };
         let block = block.unwrap();
         let (read, records, written) = match block.category {
+            21 => of::<cat021::Record>(&block, &mut out),
             34 => of::<cat034::Record>(&block, &mut out),
             48 => of::<cat048::Record>(&block, &mut out),
+            62 => of::<cat062::Record>(&block, &mut out),
+            63 => of::<cat063::Record>(&block, &mut out),
             65 => of::<cat065::Record>(&block, &mut out),
             129 => of::<cat129::Record>(&block, &mut out),
             other => panic!("category {other}"),

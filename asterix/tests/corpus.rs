@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use asterix::{cat034, cat048, cat065, cat129};
+use asterix::{cat021, cat034, cat048, cat062, cat063, cat065, cat129};
 
 #[path = "../../fuzz/src/records.rs"]
 mod records;
@@ -21,6 +21,21 @@ fn replay(target: &str, exercise: impl Fn(&[u8])) {
         count += 1;
     }
     assert!(count > 0, "{} is empty", folder.display());
+}
+
+#[test]
+fn cat063() {
+    replay("cat063", records::exercise_with_table::<cat063::Record>);
+}
+
+#[test]
+fn cat062() {
+    replay("cat062", records::exercise_with_table::<cat062::Record>);
+}
+
+#[test]
+fn cat021() {
+    replay("cat021", records::exercise_with_table::<cat021::Record>);
 }
 
 #[test]

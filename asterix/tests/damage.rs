@@ -5,12 +5,12 @@
 mod common;
 
 use asterix::cat048::ReservedExpansion;
-use asterix::{Explicit, Record, blocks, cat034, cat048, cat065, cat129};
+use asterix::{Explicit, Record, blocks, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
 use common::{VECTORS, block, encode, hex, read};
 
 /// Reads everything that can be read; what a block yields without a fault must encode to the block.
 fn survey(datagram: &[u8]) -> usize {
-    fn records<R: Record>(block: &asterix::Block<'_>) -> usize {
+    fn records<R: Record<Edition: Default>>(block: &asterix::Block<'_>) -> usize {
         let (records, fault) = common::read_block::<R>(block);
         let encoded: Vec<u8> = records.iter().flat_map(encode).collect();
         assert!(block.contents().starts_with(&encoded));
@@ -29,8 +29,11 @@ fn survey(datagram: &[u8]) -> usize {
     blocks(datagram)
         .flatten()
         .map(|block| match block.category {
+            21 => records::<cat021::Record>(&block),
             34 => records::<cat034::Record>(&block),
             48 => records::<cat048::Record>(&block),
+            62 => records::<cat062::Record>(&block),
+            63 => records::<cat063::Record>(&block),
             65 => records::<cat065::Record>(&block),
             129 => records::<cat129::Record>(&block),
             _ => 0,

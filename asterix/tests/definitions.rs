@@ -9,36 +9,71 @@ mod definition;
 #[allow(dead_code, reason = "the definitions lie beside the recordings")]
 mod recordings;
 
+use asterix::cat021::{self, Edition};
 use asterix::cat034::{self, Channels, CounterKind, Filter};
 use asterix::cat048::expansion::{DataLinkOrigin, DataLinkState, ExtendedMode4, ReplyType, TrackAcquisition};
 use asterix::cat048::{self, Communications, DetectionType, FlightStatus, Height3D, warning_name};
-use asterix::{Contents, Describe, Field, Kind, Layout, Quantity, Subfield};
+use asterix::{Contents, Describe, Field, Kind, Layout, Quantity, Subfield, UapItem, cat062, cat063};
 use definition::{Complaints, category, compare, expansion, table};
 use serde_json::{Value, json};
 
 /// A definition, or `None` (and a word about it) where it is not at hand.
 fn definition(file: &str) -> Option<Value> {
     let folder = recordings::shared_data()?;
-    let path = folder.join("../asterix").join(file);
-    let Ok(text) = std::fs::read(&path) else {
+    let path = folder.join("../asterix/specs").join(format!("{file}.gz"));
+    let Ok(packed) = std::fs::read(&path) else {
         eprintln!("skipped: there is no {}", path.display());
         return None;
     };
-    Some(serde_json::from_slice(&text).unwrap())
+    Some(serde_json::from_reader(flate2::read::GzDecoder::new(packed.as_slice())).unwrap())
 }
 
-fn expansion_of_cat048(definition: &Value) -> Complaints {
-    let Layout::Explicit(Contents::Expansion(subfields)) = cat048::UAP[27].layout else { panic!() };
+/// Compares the definition of the reserved expansion field of a category.
+fn expansion_of(definition: &Value, uap: &[UapItem]) -> Complaints {
+    let field = uap.iter().find(|item| item.item == "RE").unwrap();
+    let Layout::Explicit(Contents::Expansion(subfields)) = field.layout else { panic!() };
     expansion(definition, subfields)
+}
+
+/// What the layouts of each edition of CAT021 say otherwise than its definition: what came later and was spare, or not there,
+/// and a name that changed.
+const LATER: [(Edition, &[&str]); 7] = [
+    (Edition::V2_1, &["040", "090", "200", "295/ISA"]),
+    (Edition::V2_2, &["040", "090", "295/ISA"]),
+    (Edition::V2_3, &["040", "090", "295/ISA"]),
+    (Edition::V2_4, &["040", "090", "295/ISA"]),
+    (Edition::V2_5, &["040", "090", "295/ISA"]),
+    (Edition::V2_6, &["090"]),
+    (Edition::V2_7, &[]),
+];
+
+#[test]
+fn editions_differ_where_they_are_said_to() {
+    for (edition, later) in LATER {
+        let Some(definition) = definition(&format!("cat021-{edition}.json")) else { return };
+        let complaints = category(&definition, edition.profile());
+        let is_later = |complaint: &String| later.iter().any(|place| complaint.starts_with(place));
+        assert!(complaints.iter().all(is_later), "{edition}: {complaints:?}");
+        assert!(later.iter().all(|place| complaints.iter().any(|complaint| complaint.starts_with(place))));
+    }
+    // Read in the wrong edition, I021/271 differs, too.
+    let definition = definition("cat021-2.1.json").unwrap();
+    let complaints = category(&definition, Edition::V2_2.profile());
+    assert!(complaints.iter().any(|complaint| complaint.starts_with("271")));
 }
 
 /// A comparison of a definition with what is here.
 type Comparison = fn(&Value) -> Complaints;
 
-const COMPARISONS: [(&str, Comparison); 3] = [
+const COMPARISONS: [(&str, Comparison); 8] = [
+    ("cat021-2.7.json", |definition| category(definition, cat021::UAP)),
+    ("cat021-ref-1.5.json", |definition| expansion_of(definition, cat021::UAP)),
+    ("cat062-1.21.json", |definition| category(definition, cat062::UAP)),
+    ("cat062-ref-1.3.json", |definition| expansion_of(definition, cat062::UAP)),
+    ("cat063-1.7.json", |definition| category(definition, cat063::UAP)),
     ("cat034-1.29.json", |definition| category(definition, cat034::UAP)),
     ("cat048-1.32.json", |definition| category(definition, cat048::UAP)),
-    ("cat048-ref-1.13.json", expansion_of_cat048),
+    ("cat048-ref-1.13.json", |definition| expansion_of(definition, cat048::UAP)),
 ];
 
 #[test]
@@ -53,7 +88,49 @@ fn layouts_are_those_of_the_definitions() {
 type Named = fn(u8) -> bool;
 
 /// Where a table of codes stands, how many bits a code has, and what we name.
-const TABLES: [(&str, &[&str], u32, Named); 13] = [
+const TABLES: [(&str, &[&str], u32, Named); 26] = [
+    ("cat021-2.7.json", &["008", "TC"], 2, |code| {
+        !matches!(cat021::TrajectoryCapability::from_code(code), cat021::TrajectoryCapability::Other(_))
+    }),
+    ("cat021-2.7.json", &["020"], 8, |code| {
+        !matches!(cat021::EmitterCategory::from_code(code), cat021::EmitterCategory::Other(_))
+    }),
+    ("cat021-2.7.json", &["040", "ATP"], 3, |code| {
+        !matches!(cat021::AddressType::from_code(code), cat021::AddressType::Other(_))
+    }),
+    ("cat021-2.7.json", &["040", "CL"], 2, |code| {
+        !matches!(cat021::Confidence::from_code(code), cat021::Confidence::Other(_))
+    }),
+    ("cat021-2.7.json", &["074", "FSI"], 2, |code| {
+        !matches!(cat021::SecondIndication::from_code(code), cat021::SecondIndication::Other(_))
+    }),
+    ("cat021-2.7.json", &["110", "TID", "PT"], 4, |code| {
+        !matches!(cat021::PointType::from_code(code), cat021::PointType::Other(_))
+    }),
+    ("cat021-2.7.json", &["200", "PS"], 3, |code| {
+        !matches!(cat021::PriorityStatus::from_code(code), cat021::PriorityStatus::Other(_))
+    }),
+    ("cat021-2.7.json", &["210", "VN"], 3, |code| {
+        !matches!(cat021::Standard::from_code(code), cat021::Standard::Other(_))
+    }),
+    ("cat021-2.7.json", &["210", "LTT"], 3, |code| {
+        !matches!(cat021::LinkTechnology::from_code(code), cat021::LinkTechnology::Other(_))
+    }),
+    ("cat062-1.21.json", &["245", "STI"], 2, |code| {
+        !matches!(cat062::IdentificationSource::from_code(code), cat062::IdentificationSource::Other(_))
+    }),
+    ("cat062-1.21.json", &["300"], 8, |code| {
+        !matches!(cat062::Fleet::from_code(code), cat062::Fleet::Other(_))
+    }),
+    ("cat062-1.21.json", &["380", "TAR", "TI"], 2, |code| {
+        !matches!(cat062::TurnIndicator::from_code(code), cat062::TurnIndicator::Other(_))
+    }),
+    ("cat062-ref-1.3.json", &["CST", "TYP"], 4, |code| {
+        !matches!(
+            cat062::expansion::SensorDetection::from_code(code),
+            cat062::expansion::SensorDetection::Other(_)
+        )
+    }),
     ("cat034-1.29.json", &["000"], 8, |code| {
         !matches!(cat034::MessageKind::from_code(code), cat034::MessageKind::Other(_))
     }),
@@ -157,7 +234,10 @@ fn every_difference_is_noticed() {
         let Some(mut definition) = definition(file) else { return };
         let (mut all, mut tried) = (Vec::new(), 0);
         pointers(&definition, "", &mut all);
-        for pointer in all.iter().filter(|pointer| !pointer.contains("/constraints/")) {
+        for pointer in all
+            .iter()
+            .filter(|pointer| !["/constraints/", "/cases/"].iter().any(|part| pointer.contains(part)))
+        {
             let original = definition.pointer(pointer).unwrap().clone();
             let Some(other) = changed(pointer, &original) else { continue };
             *definition.pointer_mut(pointer).unwrap() = other;
@@ -167,7 +247,7 @@ fn every_difference_is_noticed() {
         }
         assert_eq!(compare(&definition), Complaints::default(), "{file}");
         eprintln!("{file}: {tried} changes, all noticed");
-        assert!(tried > 100);
+        assert!(tried > 50);
     }
 }
 

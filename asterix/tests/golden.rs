@@ -172,7 +172,7 @@ fn tables_are_in_order() {
     assert_eq!(profile(48), Some(cat048::UAP));
     assert_eq!(profile(65), Some(cat065::UAP));
     assert_eq!(profile(129), Some(cat129::UAP));
-    assert_eq!(profile(62), None);
+    assert_eq!(profile(61), None);
 }
 
 #[test]

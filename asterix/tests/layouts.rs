@@ -4,6 +4,7 @@
 
 use std::collections::BTreeSet;
 
+use asterix::cat021::Edition;
 use asterix::{Contents, Field, Kind, Layout, Quantity, Subfield, octets_of, profile};
 use proptest::prelude::*;
 
@@ -14,6 +15,9 @@ struct Together {
     /// How many bits they have to be a multiple of.
     unit: usize,
 }
+
+/// In the place of a unit: the fields and FX are whole octets together.
+const FX: usize = 1;
 
 /// Every list of fields in a layout, and every list of subfields.
 fn walk(
@@ -33,6 +37,13 @@ fn walk(
                 add(&format!("{place}[{index}]"), fields, 7);
             }
         }
+        Layout::Parts(parts) => {
+            for (index, &fields) in parts.iter().enumerate() {
+                let extends = fields.iter().map(|field| field.bits).sum::<u16>() % 8 == 7;
+                add(&format!("{place}[{index}]"), fields, if extends { FX } else { 8 });
+            }
+        }
+        Layout::Chained(fields) => add(place, fields, FX),
         Layout::Compound(subfields) | Layout::Explicit(Contents::Expansion(subfields)) => {
             subfield_lists.push((place.to_owned(), subfields));
             for subfield in subfields.iter().filter(|subfield| !subfield.key.is_empty()) {
@@ -45,10 +56,13 @@ fn walk(
 
 fn everything() -> (Vec<Together>, Vec<(String, &'static [Subfield])>) {
     let (mut lists, mut subfields) = (Vec::new(), Vec::new());
-    for category in [34, 48, 65, 129] {
+    for category in [21, 34, 48, 62, 63, 65, 129] {
         for item in profile(category).unwrap() {
             walk(&format!("{category:03}/{}", item.item), item.layout, &mut lists, &mut subfields);
         }
+    }
+    for item in Edition::V2_1.profile().iter().filter(|item| item.item == "271") {
+        walk("021 2.1/271", item.layout, &mut lists, &mut subfields);
     }
     (lists, subfields)
 }
@@ -77,6 +91,12 @@ fn quantities() -> impl Iterator<Item = (String, usize, Quantity)> {
 fn the_walk_reaches_every_depth() {
     let places: BTreeSet<String> = everything().0.into_iter().map(|list| list.place).collect();
     for place in [
+        "021/271[1]",
+        "021 2.1/271[1]",
+        "021/RE/sgv[0]",
+        "062/380/met",
+        "062/510",
+        "062/RE/v3/cass",
         "034/050/mds",
         "048/020[5]",
         "048/120/rds",
@@ -97,7 +117,8 @@ fn fields_are_whole_octets() {
         let bits: usize = fields.iter().map(|field| usize::from(field.bits)).sum();
         assert!(bits > 0 && bits.is_multiple_of(unit), "{place}: {bits} bits");
         // Seven of eight: the eighth is FX.
-        assert!(unit == 8 || bits == unit, "{place}: {bits} bits");
+        assert!(unit != 7 || bits == 7, "{place}: {bits} bits");
+        assert!(unit != FX || bits % 8 == 7, "{place}: {bits} bits");
         if unit == 8 {
             assert_eq!(octets_of(fields) * 8, bits, "{place}");
         }

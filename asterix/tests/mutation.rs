@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
 mod common;
+#[path = "common/damage.rs"]
+mod damaging;
 #[path = "../benches/slice/mod.rs"]
 mod slice;
 
@@ -11,31 +13,11 @@ use std::path::Path;
 use asterix::{Record, blocks, cat048};
 use common::recordings::datagrams;
 use common::{DRONE_PLOT, EVERY_ITEM, VECTORS, block, hex};
+use damaging::{Random, damage};
 use slice::Malformed;
 
 /// Blocks to damage.
 const BLOCKS: usize = 100_000;
-
-/// A small generator (xorshift64*): the same blocks in every run.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 32
-    }
-
-    /// A number below `end`.
-    fn below(&mut self, end: usize) -> usize {
-        self.next() as usize % end
-    }
-
-    fn octet(&mut self) -> u8 {
-        self.next() as u8
-    }
-}
 
 /// CAT048 blocks to begin with: written by hand and, where there are any, of real radars.
 fn sound_blocks() -> Vec<Vec<u8>> {
@@ -66,22 +48,6 @@ fn sound_blocks() -> Vec<Vec<u8>> {
         datagrams(&read(file)).into_iter().for_each(|(_, datagram)| keep(datagram));
     }
     sound
-}
-
-/// Damages `octets` in one of the ways in which octets get damaged; `other` is what they may get mixed up with.
-fn damage(octets: &mut Vec<u8>, other: &[u8], random: &mut Random) {
-    let at = random.below(octets.len() + 1);
-    match (random.below(7), octets.get_mut(at)) {
-        (0 | 1, Some(octet)) => *octet ^= 1 << random.below(8),
-        (2, Some(octet)) => *octet = random.octet(),
-        (3, Some(_)) => drop(octets.remove(at)),
-        (4, _) => octets.insert(at, random.octet()),
-        (5, _) => octets.truncate(at),
-        _ => {
-            octets.truncate(at);
-            octets.extend_from_slice(&other[random.below(other.len())..]);
-        }
-    }
 }
 
 /// The values that both name are the same ones. What only the parser by hand spells out is compared by encoding.

@@ -1,13 +1,17 @@
 //! Any octets, taken for a datagram that is decoded to lines and encoded again, and for lines.
 
-use asterix::{Record, blocks, cat034, cat048, cat065, cat129};
-use utm_fusion::json::{Encoder, Place, write_record};
+use asterix::cat021::Edition;
+use asterix::{Record, blocks, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
+use utm_fusion::json::{Encoder, Named, Place, write_record};
 
 /// Every record that can be read comes back from its line, octet by octet; no line, whatever it holds, does harm; and what
 /// is made of a line with items can be read.
 pub fn exercise(data: &[u8]) {
+    there_and_back::<cat021::Record>(data);
     there_and_back::<cat034::Record>(data);
     there_and_back::<cat048::Record>(data);
+    there_and_back::<cat062::Record>(data);
+    there_and_back::<cat063::Record>(data);
     there_and_back::<cat065::Record>(data);
     there_and_back::<cat129::Record>(data);
     let (mut encoder, mut out) = (Encoder::default(), Vec::new());
@@ -29,8 +33,14 @@ fn encoded_is_read(line: &str) {
         for block in blocks(&out) {
             let block = block.expect("a block is whole");
             let read = match block.category {
+                21 => {
+                    let edition = if line.contains("\"2.1\"") { Edition::V2_1 } else { Edition::default() };
+                    block.records_in::<cat021::Record>(edition).all(|record| record.is_ok())
+                }
                 34 => block.records::<cat034::Record>().all(|record| record.is_ok()),
                 48 => block.records::<cat048::Record>().all(|record| record.is_ok()),
+                62 => block.records::<cat062::Record>().all(|record| record.is_ok()),
+                63 => block.records::<cat063::Record>().all(|record| record.is_ok()),
                 65 => block.records::<cat065::Record>().all(|record| record.is_ok()),
                 129 => block.records::<cat129::Record>().all(|record| record.is_ok()),
                 category => unreachable!("category {category} has no items"),
@@ -40,18 +50,18 @@ fn encoded_is_read(line: &str) {
     }
 }
 
-fn there_and_back<R: Record>(data: &[u8]) {
+fn there_and_back<R: Record<Edition: Default + Named>>(data: &[u8]) {
     // Behind the header of a block, whatever that says.
     let contents = data.get(3..).unwrap_or_default();
     let whole = blocks(data).flatten().filter(|block| block.category == R::CATEGORY);
     for contents in whole.map(|block| block.contents()).chain([contents]) {
         let mut rest = contents;
-        while let Ok((record, length)) = R::decode(rest) {
+        while let Ok((record, length)) = R::decode(rest, R::Edition::default()) {
             let (octets, after) = rest.split_at(length);
             rest = after;
             let mut line = Vec::new();
             let place = Place { input: None, offset: 3, block: 0 };
-            write_record(&mut line, &record, octets, place, None, false);
+            write_record(&mut line, &record, R::Edition::default(), octets, place, None, false);
             let line = String::from_utf8(line).expect("a line is a text");
             let (mut encoder, mut again) = (Encoder::default(), Vec::new());
             if length + 3 <= usize::from(u16::MAX) {

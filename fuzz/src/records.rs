@@ -9,16 +9,17 @@ const HEADER: usize = 3;
 
 /// Reads everything that can be read as records of `R`, and checks what holds for any octets: blocks and records lie one
 /// behind the other without a gap, a record encodes to the octets it was read from, and a fault comes last, in its place.
-pub fn exercise<R: Record>(data: &[u8]) {
+pub fn exercise<R: Record<Edition: Default>>(data: &[u8]) {
     each_block(R::CATEGORY, data, records::<R>);
 }
 
 /// As [`exercise`], and the table of the category finds the same number of records, or the same fault. Not for CAT129, of
 /// which one item's length shows only after the whole record.
-pub fn exercise_with_table<R: Record>(data: &[u8]) {
+pub fn exercise_with_table<R: Record<Edition: Default>>(data: &[u8]) {
     exercise::<R>(data);
     each_block(R::CATEGORY, data, |block| {
-        let read: Result<Vec<_>, Fault> = block.records::<R>().map(|result| result.map(drop)).collect();
+        let read: Result<Vec<_>, Fault> =
+            block.records_in::<R>(R::Edition::default()).map(|result| result.map(drop)).collect();
         assert_eq!(block.measure(R::UAP), read.map(|records| records.len()));
     });
 }
@@ -61,11 +62,11 @@ fn each_block(category: u8, data: &[u8], look: impl Fn(&Block<'_>)) {
     }
 }
 
-fn records<R: Record>(block: &Block<'_>) {
+fn records<R: Record<Edition: Default>>(block: &Block<'_>) {
     let mut rest = block.contents();
     let mut encoded = Vec::new();
     let mut whole = true;
-    for result in block.records::<R>() {
+    for result in block.records_in::<R>(R::Edition::default()) {
         assert!(whole, "something came after a fault");
         let place = block.octets.len() - rest.len();
         match result {

@@ -4,7 +4,7 @@
 //! [`STRONG`] of them follow each other that are like those seen so far or can be decoded; fewer suffice if they end with the
 //! file. In radar data about one place in a thousand looks like a header by chance, three in a row one in 10⁹.
 
-use asterix::{blocks, profile};
+use asterix::{blocks, profile, profiles};
 
 use super::raw::{HEADER, block_length};
 use super::window::Window;
@@ -120,7 +120,7 @@ fn is_readable_at(window: &mut Window, place: usize, length: usize) -> bool {
 /// Whether these octets are blocks of known categories whose records can all be decoded.
 pub(super) fn is_readable(octets: &[u8]) -> bool {
     let measured =
-        |block: asterix::Block<'_>| profile(block.category).and_then(|items| block.measure(items).ok());
+        |block: asterix::Block<'_>| profiles(block.category).find_map(|items| block.measure(items).ok());
     octets.len() > HEADER
         && blocks(octets)
             .all(|block| block.is_ok_and(|block| measured(block).is_some_and(|records| records > 0)))

@@ -134,7 +134,7 @@ impl Input {
         }
     }
 
-    fn split_block<R: Record>(&mut self, datagram: &Datagram, index: usize, block: Block<'_>) {
+    fn split_block<R: Record<Edition = ()>>(&mut self, datagram: &Datagram, index: usize, block: Block<'_>) {
         // A record in a block of its own begins 3 octets after that block: so offsets stay those of the file.
         let mut reframed = |clock_at: Option<TimeOfDay>, offset: usize, octets: &[u8]| {
             self.clock.tell(clock_at);

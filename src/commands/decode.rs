@@ -4,11 +4,14 @@ use std::collections::BTreeMap;
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
-use asterix::{Block, Fault, Record, blocks, cat034, cat048, cat065, cat129};
+use asterix::cat021::Edition;
+use asterix::{Block, Fault, Record, blocks, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
 
 use super::{CommandResult, Outcome, lost_frames};
 use crate::capture::{Capture, Contents, Datagram, Gaps};
-use crate::json::{Place, SKIPPED, write_block, write_fault, write_record, write_skipped, write_trailer};
+use crate::json::{
+    Named, Place, SKIPPED, write_block, write_fault, write_record, write_skipped, write_trailer,
+};
 
 /// Print captures as JSON, one record a line
 ///
@@ -19,8 +22,8 @@ use crate::json::{Place, SKIPPED, write_block, write_fault, write_record, write_
 ///
 /// What cannot be read: {"error":{"kind":…, "offset":…, "detail":…}, "offset":…, "block":…, "cat":…, "hex":…}, and decoding
 /// goes on with the next block. Where octets of a raw file or a FINAL recording were lost, added or changed, the next block is
-/// looked for, and what is between is such a line of kind `skipped`, or several. A block of a category other than 34, 48, 65
-/// and 129: its octets as `hex`, without `items`. Octets that a sender puts behind the blocks of each datagram:
+/// looked for, and what is between is such a line of kind `skipped`, or several. A block of a category other than 21, 34,
+/// 48, 62, 63, 65 and 129: its octets as `hex`, without `items`. Octets that a sender puts behind the blocks of each datagram:
 /// {"trailer":8, "offset":…, "block":…, "hex":…}.
 /// With several inputs each line names its file, as `input`.
 ///
@@ -33,6 +36,9 @@ pub struct Args {
     /// Look at blocks of this category only; where no block can be made out is still told
     #[arg(long, value_name = "N")]
     pub cat: Option<u8>,
+    /// The edition of CAT021 that the senders follow, 2.1 to 2.7; `info` names the one that fits
+    #[arg(long, value_name = "EDITION", default_value_t)]
+    pub edition: Edition,
     /// Stop after this many lines
     #[arg(long, value_name = "N")]
     pub limit: Option<u64>,
@@ -136,10 +142,15 @@ impl<W: Write> Printer<'_, W> {
             match block {
                 Ok(block) if self.args.cat.is_some_and(|wanted| wanted != block.category) => {}
                 Ok(block) => match block.category {
-                    cat034::Record::CATEGORY => self.block::<cat034::Record>(block, source)?,
-                    cat048::Record::CATEGORY => self.block::<cat048::Record>(block, source)?,
-                    cat065::Record::CATEGORY => self.block::<cat065::Record>(block, source)?,
-                    cat129::Record::CATEGORY => self.block::<cat129::Record>(block, source)?,
+                    cat021::Record::CATEGORY => {
+                        self.block::<cat021::Record>(block, self.args.edition, source)?;
+                    }
+                    cat034::Record::CATEGORY => self.block::<cat034::Record>(block, (), source)?,
+                    cat048::Record::CATEGORY => self.block::<cat048::Record>(block, (), source)?,
+                    cat062::Record::CATEGORY => self.block::<cat062::Record>(block, (), source)?,
+                    cat063::Record::CATEGORY => self.block::<cat063::Record>(block, (), source)?,
+                    cat065::Record::CATEGORY => self.block::<cat065::Record>(block, (), source)?,
+                    cat129::Record::CATEGORY => self.block::<cat129::Record>(block, (), source)?,
                     _ => self.unread_block(block, source)?,
                 },
                 Err(fault) => {
@@ -156,13 +167,18 @@ impl<W: Write> Printer<'_, W> {
         Ok(())
     }
 
-    fn block<R: Record>(&mut self, block: Block<'_>, source: Source<'_>) -> io::Result<()> {
+    fn block<R: Record<Edition: Named>>(
+        &mut self,
+        block: Block<'_>,
+        edition: R::Edition,
+        source: Source<'_>,
+    ) -> io::Result<()> {
         if block.contents().is_empty() {
             return self.unread_block(block, source);
         }
         let end = block.offset + block.octets.len();
         let mut next = end - block.contents().len();
-        for located in block.records::<R>() {
+        for located in block.records_in::<R>(edition) {
             let place = source.place(next, block.offset);
             let octets = &source.datagram.payload[next..end];
             match located {
@@ -171,7 +187,8 @@ impl<W: Write> Printer<'_, W> {
                     if !self.args.errors_only && self.left > 0 {
                         let (octets, hex) = (&octets[..located.length], self.args.hex);
                         let received = source.datagram.received;
-                        write_record(&mut self.line, &located.record, octets, place, received, hex);
+                        let record = &located.record;
+                        write_record(&mut self.line, record, edition, octets, place, received, hex);
                         self.print()?;
                     }
                 }

@@ -3,6 +3,8 @@
 use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
+use asterix::cat021::Edition;
+
 use super::{CommandResult, Outcome};
 use crate::json::Encoder;
 
@@ -22,6 +24,9 @@ pub struct Args {
     /// File to write raw ASTERIX to, or - for standard output
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
+    /// The edition of CAT021 lines that name none, 2.1 to 2.7
+    #[arg(long, value_name = "EDITION", default_value_t)]
+    pub edition: Edition,
 }
 
 /// A file that cannot be opened or written.
@@ -62,12 +67,17 @@ pub fn run(args: &Args) -> CommandResult {
         let file = std::fs::File::create(&args.output).map_err(refused(&args.output, "created"))?;
         Box::new(file)
     };
-    encode(&args.input.display().to_string(), BufReader::new(input), BufWriter::new(output))
+    let encoder = Encoder::new(args.edition);
+    encode(encoder, &args.input.display().to_string(), BufReader::new(input), BufWriter::new(output))
 }
 
 /// Encodes line by line.
-fn encode(name: &str, mut input: impl BufRead, mut output: impl Write) -> CommandResult {
-    let mut encoder = Encoder::default();
+fn encode(
+    mut encoder: Encoder,
+    name: &str,
+    mut input: impl BufRead,
+    mut output: impl Write,
+) -> CommandResult {
     let (mut line, mut octets) = (Vec::new(), Vec::new());
     let (mut number, mut bad) = (0_u64, 0_u64);
     loop {

@@ -1,6 +1,7 @@
 //! ASTERIX from the lines of `decode`.
 
-use asterix::{Fspec, UapItem, profile};
+use asterix::cat021::{Edition, UnknownEdition};
+use asterix::{Fspec, Record, UapItem, cat021, profile};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
@@ -21,6 +22,9 @@ pub enum LineError {
     /// Its category has no profile.
     #[error("category {0} is not known; give the octets of its block as `hex`")]
     UnknownCategory(u8),
+    /// An edition that is not known.
+    #[error("`edition`: {0}")]
+    UnknownEdition(#[from] UnknownEdition),
     /// An item that its category does not define.
     #[error("category {category:03} has no item {item}")]
     UnknownItem {
@@ -64,6 +68,7 @@ struct Line {
     offset: Option<u64>,
     block: Option<u64>,
     cat: Option<u8>,
+    edition: Option<String>,
     fspec: Option<Value>,
     items: Option<Map<String, Value>>,
     hex: Option<Value>,
@@ -81,12 +86,19 @@ pub struct Encoder {
     /// The block that is being made, LEN not yet set, and what it was called.
     block: Vec<u8>,
     key: Option<Key>,
+    /// That of CAT021 lines that name none.
+    edition: Edition,
 }
 
 /// Octets of CAT and LEN.
 const HEADER: usize = 3;
 
 impl Encoder {
+    /// One that takes CAT021 lines which name no edition as those of this one.
+    pub fn new(edition: Edition) -> Self {
+        Self { edition, ..Self::default() }
+    }
+
     /// Takes a line, and appends to `out` the block before it, if that is now complete.
     ///
     /// # Errors
@@ -97,7 +109,8 @@ impl Encoder {
         let key = line.block.map(|block| (line.input, block));
         if let Some(items) = &line.items {
             let category = line.cat.ok_or(LineError::NoCategory)?;
-            let record = encode_record(category, items, line.fspec.as_ref())?;
+            let edition = line.edition.as_deref().map_or(Ok(self.edition), str::parse)?;
+            let record = encode_record(category, edition, items, line.fspec.as_ref())?;
             return self.append(key, category, &record, out);
         }
         let hex = line.hex.as_ref().ok_or(LineError::Nothing)?;
@@ -154,10 +167,14 @@ impl Encoder {
 /// The octets of a record with these items.
 fn encode_record(
     category: u8,
+    edition: Edition,
     items: &Map<String, Value>,
     fspec: Option<&Value>,
 ) -> Result<Vec<u8>, LineError> {
-    let uap = profile(category).ok_or(LineError::UnknownCategory(category))?;
+    let uap = match category {
+        cat021::Record::CATEGORY => edition.profile(),
+        _ => profile(category).ok_or(LineError::UnknownCategory(category))?,
+    };
     if let Some(item) = items.keys().find(|key| uap.iter().all(|item| item.item != key.as_str())) {
         return Err(LineError::UnknownItem { category, item: item.clone() });
     }

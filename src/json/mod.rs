@@ -17,7 +17,7 @@ mod read;
 mod values;
 mod write;
 
-use asterix::{Fault, Fspec, Record, items};
+use asterix::{Fault, Fspec, Record, cat021, items};
 
 use crate::normalise::nearest_day;
 use fusion::time::Time;
@@ -39,9 +39,11 @@ pub struct Place<'a> {
 }
 
 /// Appends the line of a record with these octets, received at `received`; with its octets where `hex` asks for them.
-pub fn write_record<R: Record>(
+/// The edition is said where it is not the one that [`Encoder`] takes for granted.
+pub fn write_record<R: Record<Edition: Named>>(
     out: &mut Vec<u8>,
     record: &R,
+    edition: R::Edition,
     octets: &[u8],
     place: Place<'_>,
     received: Option<Time>,
@@ -56,12 +58,15 @@ pub fn write_record<R: Record>(
         line.number("sac", source.sac.into());
         line.number("sic", source.sic.into());
     }
+    if let Some(edition) = edition.name() {
+        line.text("edition", edition);
+    }
     if let Some(fspec) = Fspec::read(octets).ok().filter(|fspec| fspec.padding() > 0) {
         line.hex("fspec", &octets[..fspec.length()]);
     }
     line.0.key("items");
     let mut object = Object::open(line.0.out);
-    for (item, octets) in items(R::UAP, octets) {
+    for (item, octets) in items(R::profile(edition), octets) {
         object.key(item.item);
         write_item(object.out, &item.layout, octets);
     }
@@ -70,6 +75,24 @@ pub fn write_record<R: Record>(
         line.hex("hex", octets);
     }
     line.close();
+}
+
+/// An edition as a line says it.
+pub trait Named: Copy {
+    /// Its name; `None` where a line need not say it.
+    fn name(self) -> Option<&'static str>;
+}
+
+impl Named for () {
+    fn name(self) -> Option<&'static str> {
+        None
+    }
+}
+
+impl Named for cat021::Edition {
+    fn name(self) -> Option<&'static str> {
+        (self != Self::default()).then_some(self.name())
+    }
 }
 
 /// Appends the line of a block that is not looked into, because its category is unknown or it holds no record; `octets`

@@ -4,6 +4,7 @@ use asterix::{Chain, Contents, Field, Kind, Layout, Subfield, octets_of};
 use serde_json::{Map, Value};
 
 use super::characters;
+use super::write::{PRIMARY, part_octets};
 
 /// What is wrong with the value of an item, in words that begin where a path to it ends: `rho_m: …`.
 pub(super) type Trouble = String;
@@ -27,6 +28,21 @@ pub(super) fn read_item(out: &mut Vec<u8>, layout: &Layout, value: &Value) -> Re
             }
         }
         Layout::Extended(parts) => read_extended(out, parts, value),
+        Layout::Parts(parts) => read_parts(out, parts, value),
+        Layout::Chained(fields) => {
+            let parts = value.as_array().filter(|parts| !parts.is_empty());
+            let parts = parts.ok_or("must be an array of one part or more")?;
+            check_length(parts.len())?;
+            for (index, part) in parts.iter().enumerate() {
+                let at = out.len();
+                out.resize(at + part_octets(fields), 0);
+                let mut object = Members::of(part)?;
+                object.put(&mut out[at..], fields).map_err(|trouble| format!("[{index}] {trouble}"))?;
+                object.end(fields.iter().map(|field| field.key))?;
+                *out.last_mut().expect("a part has octets") |= u8::from(index + 1 < parts.len());
+            }
+            Ok(())
+        }
         Layout::Codes => {
             let codes = value.as_array().filter(|codes| !codes.is_empty());
             let codes = codes.ok_or("must be an array of one code or more")?;
@@ -47,19 +63,50 @@ pub(super) fn read_item(out: &mut Vec<u8>, layout: &Layout, value: &Value) -> Re
             Ok(())
         }
         Layout::Compound(subfields) => {
-            let (announced, octets) = read_subfields(subfields, value)?;
+            let mut object = Members::of(value)?;
+            let given = object.take(PRIMARY).map(octets).transpose()?;
+            let (announced, octets) = read_subfields(subfields, object)?;
             let mut primary = vec![0_u8; announced.last().map_or(1, |last| last / 7 + 1)];
             for index in announced {
                 primary[index / 7] |= 0x80 >> (index % 7);
             }
             let last = primary.len() - 1;
             primary[..last].iter_mut().for_each(|octet| *octet |= 1);
+            if let Some(given) = given {
+                primary = padded(&primary, given, subfields.len().div_ceil(7))?;
+            }
             out.extend(primary);
             out.extend(octets);
             Ok(())
         }
         Layout::Explicit(contents) => read_explicit(out, contents, value),
     }
+}
+
+/// The primary subfield that is given, if it announces the same as the shortest one and has at most so many octets.
+fn padded(shortest: &[u8], given: Vec<u8>, most: usize) -> Result<Vec<u8>, Trouble> {
+    let announces = |primary: &[u8], index: usize| primary.get(index).map_or(0, |octet| octet & !1);
+    let same = given.len() <= most
+        && (0..given.len().max(shortest.len()))
+            .all(|index| announces(&given, index) == announces(shortest, index));
+    let ends = given.iter().position(|octet| octet & 1 == 0);
+    let whole = ends.is_some_and(|end| end + 1 == given.len());
+    let wrong = || format!("{PRIMARY}: does not announce the subfields that are here; leave it out");
+    (same && whole).then_some(given).ok_or_else(wrong)
+}
+
+/// Of a part that is there, or that stands before one, all fields must be there.
+fn read_parts(out: &mut Vec<u8>, parts: &[&[Field]], value: &Value) -> Result<(), Trouble> {
+    let mut object = Members::of(value)?;
+    let named = |fields: &&[Field]| fields.iter().any(|field| object.has(field.key));
+    let last = parts.iter().rposition(named).unwrap_or(0);
+    for (index, fields) in parts[..=last].iter().enumerate() {
+        let at = out.len();
+        out.resize(at + part_octets(fields), 0);
+        object.put(&mut out[at..], fields)?;
+        *out.last_mut().expect("a part has octets") |= u8::from(index < last);
+    }
+    object.end(parts.iter().flat_map(|fields| fields.iter().map(|field| field.key)))
 }
 
 fn read_extended(out: &mut Vec<u8>, parts: &[&[Field]], value: &Value) -> Result<(), Trouble> {
@@ -126,7 +173,7 @@ fn read_explicit(out: &mut Vec<u8>, contents: Contents, value: &Value) -> Result
             inner
         }
         Contents::Expansion(subfields) => {
-            let (announced, octets) = read_subfields(subfields, value)?;
+            let (announced, octets) = read_subfields(subfields, Members::of(value)?)?;
             let first = announced.iter().fold(0, |bits, index| bits | 0x80 >> index);
             [vec![first], octets].concat()
         }
@@ -138,8 +185,7 @@ fn read_explicit(out: &mut Vec<u8>, contents: Contents, value: &Value) -> Result
 }
 
 /// The places of the subfields that are there, and their octets.
-fn read_subfields(subfields: &[Subfield], value: &Value) -> Result<(Vec<usize>, Vec<u8>), Trouble> {
-    let mut object = Members::of(value)?;
+fn read_subfields(subfields: &[Subfield], mut object: Members<'_>) -> Result<(Vec<usize>, Vec<u8>), Trouble> {
     let (mut announced, mut octets) = (Vec::new(), Vec::new());
     for (index, subfield) in subfields.iter().enumerate().filter(|(_, subfield)| !subfield.key.is_empty()) {
         if let Some(value) = object.take(subfield.key) {
@@ -292,7 +338,7 @@ impl<'a> Members<'a> {
         let unknown = self.object.keys().find(|key| {
             !known.contains(&key.as_str())
                 && !key.starts_with("spare")
-                && !matches!(key.as_str(), "more" | "undescribed")
+                && !matches!(key.as_str(), "more" | "undescribed" | PRIMARY)
         });
         let unknown = unknown.map_or("a member", String::as_str);
         Err(format!("`{unknown}` is unknown here; known are {}", known.join(", ")))

@@ -29,6 +29,20 @@ pub(super) fn write_item(out: &mut Vec<u8>, layout: &Layout, octets: &[u8]) {
             }
             object.close();
         }
+        Layout::Parts(parts) => {
+            let mut object = Object::open(out);
+            let mut at = 0;
+            for fields in parts {
+                if at < octets.len() {
+                    object.fields(fields, octets, at * 8);
+                }
+                at += part_octets(fields);
+            }
+            object.close();
+        }
+        Layout::Chained(fields) => {
+            write_array(out, octets.chunks(part_octets(fields)), |out, part| write_fields(out, fields, part));
+        }
         Layout::Codes => {
             write_array(out, octets.iter(), |out, octet| write_integer(out, u64::from(octet >> 1)));
         }
@@ -39,14 +53,16 @@ pub(super) fn write_item(out: &mut Vec<u8>, layout: &Layout, octets: &[u8]) {
         }
         Layout::Compound(subfields) => {
             let primary = octets.iter().position(|octet| octet & 1 == 0).map_or(0, |last| last + 1);
-            let announced =
-                |index: usize| octets[..primary].get(index / 7).map(|octet| (octet << (index % 7)) & 0x80);
-            write_subfields(
-                out,
-                subfields,
-                |index| announced(index).is_some_and(|bit| bit != 0),
-                &octets[primary..],
-            );
+            let (primary, rest) = octets.split_at(primary);
+            let announces =
+                |index: usize| primary.get(index / 7).is_some_and(|octet| octet << (index % 7) & 0x80 != 0);
+            let mut object = Object::open(out);
+            if is_padded(primary) {
+                object.key(PRIMARY);
+                write_hex(object.out, primary);
+            }
+            write_subfields(&mut object, subfields, announces, rest);
+            object.close();
         }
         Layout::Explicit(contents) => {
             let start = out.len();
@@ -76,35 +92,48 @@ fn write_contents(out: &mut Vec<u8>, contents: Contents, octets: &[u8]) -> bool 
             let Some((&announced, rest)) = octets.split_first() else { return false };
             let announces = |index: usize| announced << index & 0x80 != 0;
             measures(subfields, announces, rest) && {
-                write_subfields(out, subfields, announces, rest);
+                let mut object = Object::open(out);
+                write_subfields(&mut object, subfields, announces, rest);
+                object.close();
                 true
             }
         }
     }
 }
 
-/// Whether these subfields take exactly these octets, and none has a primary subfield longer than it need be.
+/// Whether these subfields are defined and take exactly these octets.
 fn measures(subfields: &[Subfield], announces: impl Fn(usize) -> bool, octets: &[u8]) -> bool {
     let mut offset = 0;
     for (_, subfield) in subfields.iter().enumerate().filter(|(index, _)| announces(*index)) {
-        let Ok(length) = subfield.layout.measure(&octets[offset..]) else { return false };
-        let item = &octets[offset..offset + length];
-        if matches!(subfield.layout, Layout::Compound(_)) && matches!(item, [first, 0, ..] if first & 1 == 1)
-        {
+        if subfield.key.is_empty() {
             return false;
         }
+        let Ok(length) = subfield.layout.measure(&octets[offset..]) else { return false };
         offset += length;
     }
     offset == octets.len()
 }
 
+/// The primary subfield of a compound item, where it is longer than it need be.
+pub(super) const PRIMARY: &str = "primary";
+
+/// Whether the last octet of a primary subfield or FSPEC announces nothing, though there is one before it.
+fn is_padded(primary: &[u8]) -> bool {
+    matches!(primary, [.., _, 0])
+}
+
+/// Octets of fields that may leave the last bit to FX.
+pub(super) fn part_octets(fields: &[Field]) -> usize {
+    fields.iter().map(|field| usize::from(field.bits)).sum::<usize>().div_ceil(8)
+}
+
+/// Adds these subfields to the members of an object.
 fn write_subfields(
-    out: &mut Vec<u8>,
+    object: &mut Object<'_>,
     subfields: &[Subfield],
     announces: impl Fn(usize) -> bool,
     octets: &[u8],
 ) {
-    let mut object = Object::open(out);
     let mut rest = octets;
     for (_, subfield) in subfields.iter().enumerate().filter(|(index, _)| announces(*index)) {
         // The whole item has been measured.
@@ -113,7 +142,6 @@ fn write_subfields(
         write_item(object.out, &subfield.layout, &rest[..length]);
         rest = &rest[length..];
     }
-    object.close();
 }
 
 /// Prints fields as an object; the only field of an item as its value.

@@ -8,7 +8,7 @@ mod settings;
 use std::collections::VecDeque;
 use std::net::SocketAddr;
 
-use asterix::{Block, Record, blocks, cat034, cat048, cat129, profile};
+use asterix::{Block, Record, blocks, cat034, cat048, cat129, profiles};
 
 use crate::areas::Masks;
 use crate::capture::{Reception, ReceptionKind};
@@ -172,7 +172,7 @@ impl Pipeline {
     }
 
     /// Notes what becomes of each record of a block; returns how many were whole.
-    fn each<R: Record>(
+    fn each<R: Record<Edition = ()>>(
         &mut self,
         block: Block<'_>,
         mut take: impl FnMut(&mut Self, &R) -> Result<Event, Refused>,
@@ -345,6 +345,7 @@ fn holds_reports(payload: &[u8]) -> bool {
 
 /// A block that nothing is taken from. Of a category whose profile is known it must still be well formed.
 fn unused(block: Block<'_>) -> Event {
-    let fault = profile(block.category).and_then(|profile| block.measure(profile).err());
+    let mut measured = profiles(block.category).map(|profile| block.measure(profile));
+    let fault = measured.next().and_then(Result::err).filter(|_| measured.all(|measured| measured.is_err()));
     fault.map_or(Event::SkippedBlock { category: block.category }, |fault| Event::Faulty { fault })
 }

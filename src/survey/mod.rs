@@ -7,6 +7,7 @@
 
 mod bounded;
 mod categories;
+mod editions;
 mod hints;
 mod histogram;
 mod presence;
@@ -16,20 +17,23 @@ mod source;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use asterix::{Block, DataSource, Fault, Record, UapItem, blocks, cat034, cat048, cat065, cat129};
+use asterix::{
+    Block, DataSource, Fault, Record, UapItem, blocks, cat021, cat034, cat048, cat062, cat063, cat065, cat129,
+};
 
 use crate::capture::{Contents, Datagram, Endpoints, Gaps};
 use crate::json::SKIPPED;
 use crate::pipeline::Duplicates;
 use bounded::Bounded;
+use editions::Editions;
 use fusion::time::{SECOND, Time};
 use presence::{DOUBT_NS, Presence, nanos_between};
 use report::rate;
 use source::{Glimpse, Source, Target};
 
 pub use report::{
-    CategoryReport, Delay, ErrorReport, Followed, Interval, Items, LineHint, SensorHint, Silences,
-    SourceReport, Span, Stamp, StreamReport, SurveyReport,
+    CategoryReport, Delay, EditionReport, ErrorReport, Followed, Interval, Items, LineHint, SensorHint,
+    Silences, SourceReport, Span, Stamp, StreamReport, SurveyReport,
 };
 
 /// Most streams that are distinguished.
@@ -56,6 +60,7 @@ pub struct Survey {
     sources: Bounded<(u8, Option<DataSource>), Source, SOURCES>,
     records_of_more_sources: u64,
     categories: BTreeMap<u8, Category>,
+    editions: Editions,
     errors: BTreeMap<(Option<u8>, &'static str), ErrorReport>,
     unread: Gaps,
 }
@@ -112,12 +117,22 @@ impl Survey {
         category.blocks += 1;
         category.octets += block.octets.len() as u64;
         match block.category {
-            34 => self.read(block, datagram, |_: &cat034::Record| None),
-            48 => self.read(block, datagram, |record: &cat048::Record| {
+            21 => {
+                let edition = self.editions.block(block);
+                self.read(block, edition, datagram, |record: &cat021::Record| {
+                    record.target_address.map(|address| Target::Address(address.address()))
+                });
+            }
+            34 => self.read(block, (), datagram, |_: &cat034::Record| None),
+            48 => self.read(block, (), datagram, |record: &cat048::Record| {
                 record.track_number.map(|number| Target::Track(number.number()))
             }),
-            65 => self.read(block, datagram, |_: &cat065::Record| None),
-            129 => self.read(block, datagram, |record: &cat129::Record| {
+            62 => self.read(block, (), datagram, |record: &cat062::Record| {
+                record.track_number.map(|number| Target::Track(number.number()))
+            }),
+            63 => self.read(block, (), datagram, |_: &cat063::Record| None),
+            65 => self.read(block, (), datagram, |_: &cat065::Record| None),
+            129 => self.read(block, (), datagram, |record: &cat129::Record| {
                 record.serial_number.as_ref().and_then(Target::serial)
             }),
             _ => {}
@@ -128,13 +143,14 @@ impl Survey {
     fn read<R: Record>(
         &mut self,
         block: Block<'_>,
+        edition: R::Edition,
         datagram: &Datagram,
         target: impl Fn(&R) -> Option<Target>,
     ) {
         let mut records = 0;
         let end = block.offset + block.octets.len();
         let mut next = end - block.contents().len();
-        for located in block.records::<R>() {
+        for located in block.records_in::<R>(edition) {
             match located {
                 Ok(located) => {
                     records += 1;
@@ -219,6 +235,7 @@ impl Survey {
                     records: counts.records,
                 })
                 .collect(),
+            editions: self.editions.report(),
             errors: self.errors.values().cloned().collect(),
             unread: self.unread.clone(),
         }

@@ -31,6 +31,9 @@ pub struct SurveyReport {
     pub records_of_more_sources: u64,
     /// Categories.
     pub categories: Vec<CategoryReport>,
+    /// The editions of CAT021 that its sources follow.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub editions: Vec<EditionReport>,
     /// Errors, by category and kind.
     pub errors: Vec<ErrorReport>,
     /// The octets that stay unread because of them.
@@ -233,6 +236,25 @@ pub struct CategoryReport {
     pub octets: u64,
     /// Records that were read; `None` if the category is not decoded.
     pub records: Option<u64>,
+}
+
+/// The edition of CAT021 that a source follows.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct EditionReport {
+    /// System area code, if the records have one.
+    pub sac: Option<u8>,
+    /// System identification code, if the records have one.
+    pub sic: Option<u8>,
+    /// The edition that fits best; `None` where all that are known do.
+    pub edition: Option<&'static str>,
+    /// Whether later editions fit as well.
+    pub or_later: bool,
+    /// Blocks.
+    pub blocks: u64,
+    /// Those that cannot be read in that edition.
+    pub unreadable: u64,
+    /// Those that cannot be read in the editions that lay octets out differently.
+    pub unreadable_otherwise: u64,
 }
 
 /// Errors of one kind.

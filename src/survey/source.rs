@@ -34,6 +34,8 @@ impl Glimpse {
 pub(super) enum Target {
     /// I048/161.
     Track(u16),
+    /// I021/080.
+    Address(u32),
     /// I129/040, trimmed.
     Serial(Identity),
 }
@@ -207,8 +209,12 @@ impl Source {
         let count = self.targets.len();
         let (first, _) = self.targets.iter().next()?;
         // There are no more track numbers than that.
-        let or_more = count == TARGETS && matches!(first, Target::Serial(_));
-        let of = if matches!(first, Target::Track(_)) { "track" } else { "serial" };
+        let or_more = count == TARGETS && !matches!(first, Target::Track(_));
+        let of = match first {
+            Target::Track(_) => "track",
+            Target::Address(_) => "address",
+            Target::Serial(_) => "serial",
+        };
         Some(Followed { of, count, or_more })
     }
 }

@@ -115,9 +115,9 @@ fn mistakes_are_named() {
     assert_eq!(wrong(&format!(r#""250":[{too_many}]"#)), "item 250: has more than 255 parts");
     for (line, told) in [
         (r#"{"items":{}}"#, "has `items` but no `cat`"),
-        (r#"{"cat":62,"items":{}}"#, "category 62 is not known; give the octets of its block as `hex`"),
+        (r#"{"cat":61,"items":{}}"#, "category 61 is not known; give the octets of its block as `hex`"),
         (r#"{"cat":48}"#, "has neither `items` nor `hex`, so there is nothing to encode"),
-        (r#"{"cat":62,"hex":"3e0"}"#, "`hex` must be a text of hexadecimal octets"),
+        (r#"{"cat":61,"hex":"3e0"}"#, "`hex` must be a text of hexadecimal octets"),
         (
             r#"{"cat":129,"items":{"120":{"certification_category":0,"air_risk_category":0,"airspace_encounter_category":0}}}"#,
             "item 120: air_risk_category: must be 1 or more",

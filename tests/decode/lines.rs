@@ -205,7 +205,7 @@ fn times_are_of_the_day_nearest_to_the_reception() {
 fn faults_say_where_and_keep_the_octets() {
     let file = [
         block(48, &["80 1907", "a0 1908 01"]), // the second record: its I048/020 has no end
-        block(62, &["0102"]),
+        block(61, &["0102"]),
         block(48, &[]),
         block(129, &["8101 04 1907"]), // an item that the category does not define
         octets("30 0002 ff"),
@@ -221,7 +221,7 @@ fn faults_say_where_and_keep_the_octets() {
                 r#""detail":"CAT048 item 020 at octet 9: the item runs past the end of its block"},"#,
                 r#""offset":6,"block":0,"cat":48,"hex":"a0190801"}"#
             ),
-            r#"{"time":null,"offset":10,"block":10,"cat":62,"hex":"3e00050102"}"#,
+            r#"{"time":null,"offset":10,"block":10,"cat":61,"hex":"3d00050102"}"#,
             r#"{"time":null,"offset":15,"block":15,"cat":48,"hex":"300003"}"#,
             concat!(
                 r#"{"error":{"kind":"reserved_frn","offset":23,"#,

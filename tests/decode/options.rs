@@ -11,7 +11,7 @@ fn mixed() -> Vec<u8> {
         block(48, &["80 1907", "80 1908"]),
         block(129, &["80 0000"]),
         block(48, &["40 0000"]),
-        block(62, &["0102"]),
+        block(61, &["0102"]),
         octets("81 0002"),
     ]
     .concat()
@@ -48,8 +48,8 @@ fn one_category() {
     // Where a block cannot be made out is told whatever its first octet says.
     assert_eq!(lines.len(), 2, "{lines:?}");
     assert!(lines[0].contains(r#""cat":129"#) && lines[1].contains("block_too_short"), "{lines:?}");
-    let (_, lines) = decode("cat62", &["--cat", "62", "--limit", "1"]);
-    assert_eq!(lines, [r#"{"time":null,"offset":21,"block":21,"cat":62,"hex":"3e00050102"}"#]);
+    let (_, lines) = decode("cat61", &["--cat", "61", "--limit", "1"]);
+    assert_eq!(lines, [r#"{"time":null,"offset":21,"block":21,"cat":61,"hex":"3d00050102"}"#]);
 }
 
 #[test]
@@ -76,7 +76,7 @@ fn errors_only_and_strict() {
 #[test]
 fn octets_of_each_record() {
     let (_, lines) = decode("hex", &["--hex"]);
-    for (line, hex) in lines.iter().zip(["801907", "801908", "800000", "400000", "3e00050102", "810002"]) {
+    for (line, hex) in lines.iter().zip(["801907", "801908", "800000", "400000", "3d00050102", "810002"]) {
         assert!(line.ends_with(&format!(r#","hex":"{hex}"}}"#)), "{line}");
     }
 }

@@ -130,15 +130,15 @@ fn a_damaged_file_is_told_up_to_there_and_the_next_one_is_read() {
 
 #[test]
 fn unknown_categories_are_counted_and_named_where_they_have_a_name() {
-    let file = [block(48, &[plot(7, 9.0, 1)]), block(62, &["01".to_owned()]), block(200, &[])].concat();
+    let file = [block(48, &[plot(7, 9.0, 1)]), block(205, &["01".to_owned()]), block(200, &[])].concat();
     let info = json("unknown", &file);
     let categories: Vec<_> = info["categories"].as_array().unwrap().iter().map(Value::to_string).collect();
     assert_eq!(
         categories,
         [
             r#"{"category":48,"name":"monoradar target reports","blocks":1,"octets":12,"records":1}"#,
-            r#"{"category":62,"name":"system track data","blocks":1,"octets":4,"records":null}"#,
             r#"{"category":200,"name":null,"blocks":1,"octets":3,"records":null}"#,
+            r#"{"category":205,"name":"radio direction finder reports","blocks":1,"octets":4,"records":null}"#,
         ]
     );
 }

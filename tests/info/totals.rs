@@ -44,7 +44,7 @@ fn any_payload() -> impl Strategy<Value = Vec<u8>> {
         })
 }
 
-fn records<R: Record>(payload: &[u8]) -> (u64, u64) {
+fn records<R: Record<Edition = ()>>(payload: &[u8]) -> (u64, u64) {
     let of_category = blocks(payload).flatten().filter(|block| block.category == R::CATEGORY);
     let all: Vec<_> = of_category.flat_map(|block| block.records::<R>()).collect();
     let read = all.iter().filter(|located| located.is_ok()).count();

@@ -190,7 +190,7 @@ pub(crate) struct Contents {
 }
 
 pub(crate) fn contents(payload: &[u8]) -> Contents {
-    fn records<R: Record>(block: Block<'_>, faults: &mut usize) -> Vec<R> {
+    fn records<R: Record<Edition = ()>>(block: Block<'_>, faults: &mut usize) -> Vec<R> {
         let (whole, bad): (Vec<_>, Vec<_>) = block.records::<R>().partition(Result::is_ok);
         *faults += bad.len();
         whole.into_iter().map(|located| located.unwrap().record).collect()

@@ -1,4 +1,4 @@
-//! What Mode S says of the aircraft: I048/230, 250, 260.
+//! What Mode S says of the aircraft: I048/230, 260. Registers are in [`aircraft`](crate::aircraft).
 
 use crate::item::items;
 
@@ -56,16 +56,6 @@ items! {
         count 4 "b1b" bds_10_bits_37_to_40 / with_bds_10_bits_37_to_40: u8;
     }
 
-    /// A part of I048/250 (5.2.25), a BDS register that the transponder sent.
-    pub struct BdsRegister(8) {
-        /// MB data, the 56 bits of the register.
-        hex 56 "data" data / with_data: u64;
-        /// BDS1, the first half of the register's number: 4 of BDS 4,0.
-        count 4 "bds1" bds1 / with_bds1: u8;
-        /// BDS2, the second half of the register's number: 0 of BDS 4,0.
-        count 4 "bds2" bds2 / with_bds2: u8;
-    }
-
     /// I048/260 (5.2.26), the ACAS resolution advisory: BDS register 3,0.
     /// The 56 bits of the register (ICAO Annex 10, volume IV, section 4.3.8.4.2.2).
     pub struct AcasAdvisory(7) = hex 56 "" data / with_data: u64;
@@ -91,6 +81,7 @@ mod tests {
 
     #[test]
     fn registers() {
+        use crate::aircraft::BdsRegister;
         let register = BdsRegister::from_octets([0xc8, 0x4e, 0x28, 0x30, 0xa8, 0, 0, 0x40]);
         assert_eq!((register.data(), register.bds1(), register.bds2()), (0xc8_4e28_30a8_0000, 4, 0));
         assert_eq!(BdsRegister::default().with_data(1 << 56), None);

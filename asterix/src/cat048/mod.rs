@@ -13,13 +13,14 @@ mod warnings;
 use crate::record::record;
 use crate::{DataSource, Explicit, Repeated, TimeOfDay};
 
+pub use crate::aircraft::{AircraftAddress, AircraftIdentification, BdsRegister};
 pub use characteristics::{
     Amplitude, AzimuthDifference, CalculatedDoppler, PlotCharacteristics, RadialDoppler, RangeDifference,
     RawDoppler, Replies, RunLength,
 };
-pub use data_link::{AcasAdvisory, BdsRegister, Capability, Communications, FlightStatus};
+pub use data_link::{AcasAdvisory, Capability, Communications, FlightStatus};
 pub use expansion::ReservedExpansion;
-pub use identity::{AircraftAddress, AircraftIdentification, Mode3A};
+pub use identity::Mode3A;
 pub use plot::{FlightLevel, Height3D, PolarPosition};
 pub use reply::{Mode1, Mode1Confidence, Mode2, Mode2Confidence, Mode3AConfidence, ModeC};
 pub use target_report::{DetectionType, FriendOrFoe, TargetReport};

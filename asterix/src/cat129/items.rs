@@ -14,31 +14,6 @@ items! {
         dic: u8 { count 8 "dic"; }
     }
 
-    /// I129/080 (5.2.8), position in WGS-84. Numbers beyond the ranges decode; [`Position::in_range`] tells.
-    pub struct Position(8) {
-        /// Latitude in degrees, north positive: LSB 180/2^30 degrees (1.9 cm), -90 to 90 degrees; the bits hold -360 to below
-        /// 360.
-        signed 32 "latitude_deg" latitude_deg / with_latitude_deg = 180.0 / 1_073_741_824.0, 8;
-        /// Longitude in degrees, east positive: LSB 180/2^30 degrees (1.9 cm along the equator), -180 to 180 degrees; the bits
-        /// hold -360 to below 360.
-        signed 32 "longitude_deg" longitude_deg / with_longitude_deg = 180.0 / 1_073_741_824.0, 8;
-    }
-}
-
-impl Position {
-    /// The nearest position; `None` outside -90 to 90 degrees of latitude or -180 to 180 degrees of longitude.
-    pub fn new(latitude_deg: f64, longitude_deg: f64) -> Option<Self> {
-        let position = Self::default().with_latitude_deg(latitude_deg)?.with_longitude_deg(longitude_deg)?;
-        position.in_range().then_some(position)
-    }
-
-    /// Whether it is on the Earth: latitude within 90 and longitude within 180 degrees.
-    pub const fn in_range(self) -> bool {
-        self.latitude_deg().abs() <= 90.0 && self.longitude_deg().abs() <= 180.0
-    }
-}
-
-items! {
     /// I129/090 (5.2.9) and I129/100 (5.2.10), an altitude.
     /// Metres: LSB 0.1 m, -838,860.8 m to 838,860.7 m.
     pub struct Altitude(3) = signed_per 24 "altitude_m" metres / with_metres = 10.0, 1;
@@ -186,23 +161,6 @@ impl VerticalVelocity {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn position() {
-        let position = Position::new(54.5, 15.0).unwrap();
-        assert_eq!(position.octets(), [0x13, 0x60, 0xb6, 0x0b, 0x05, 0x55, 0x55, 0x55]);
-        assert!(
-            (position.latitude_deg() - 54.5).abs() < 1e-7 && (position.longitude_deg() - 15.0).abs() < 1e-7
-        );
-        let corner = Position::new(-90.0, 180.0).unwrap();
-        assert_eq!(corner.octets(), [0xe0, 0, 0, 0, 0x40, 0, 0, 0]);
-        assert!(corner.in_range());
-        assert!(!Position::from_octets([0x20, 0, 0, 1, 0, 0, 0, 0]).in_range());
-        assert!(!Position::from_octets([0, 0, 0, 0, 0x80, 0, 0, 0]).in_range());
-        for (latitude_deg, longitude_deg) in [(90.1, 0.0), (0.0, -180.1), (f64::NAN, 0.0)] {
-            assert_eq!(Position::new(latitude_deg, longitude_deg), None);
-        }
-    }
 
     #[test]
     fn altitude() {

@@ -7,10 +7,11 @@ use crate::item::read_octets;
 use crate::record::{explain, read, read_fspec, record};
 use crate::{DataSource, Explicit, Fault, TimeOfDay};
 
+pub use crate::aircraft::Position;
 pub use fusion_report::FusionReport;
 pub use items::{
     Altitude, CertificationCategory, DataDestination, GnssAccuracy, HorizontalVelocity, OperationalRisk,
-    Position, RiskCategories, VerticalVelocity,
+    RiskCategories, VerticalVelocity,
 };
 
 record! {
@@ -48,8 +49,8 @@ record! {
 }
 
 /// Reads I129/120 with the length that ends the record at the end of its block.
-fn decode(octets: &[u8]) -> Result<(Record, usize), Fault> {
-    let fspec = read_fspec::<Record>(octets)?;
+fn decode(octets: &[u8], (): ()) -> Result<(Record, usize), Fault> {
+    let fspec = read_fspec::<Record>(octets, ())?;
     let mut record = read(octets, fspec, (fspec, false));
     let ends_the_block =
         |read: &Result<(Record, usize), _>| matches!(read, Ok((_, length)) if *length == octets.len());
@@ -60,5 +61,5 @@ fn decode(octets: &[u8]) -> Result<(Record, usize), Fault> {
             record = long;
         }
     }
-    record.map_err(|_| explain::<Record>(octets))
+    record.map_err(|_| explain::<Record>(octets, ()))
 }

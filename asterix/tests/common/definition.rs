@@ -13,11 +13,15 @@ const RENAMED: &str = "3dh=height altfl=flightlevel altm2=code altm3=code amb=am
     predrho=rho predtheta=theta predtime=time qa4=lowquality qc1=lowquality rcsdb=dbm2 rcsm=m2 replynbr=replynumber
     rhost=rhostart rng=range sacadjs=sac sicadjs=sic sigh=sigmah sigv=sigmav sigx=sigmax sigy=sigmay tcode1=code1
     tcode2=code2 tcode3=code3 tcount1=count1 tcount2=count2 tcount3=count3 thetast=thetastart timeofdayscn=time
-    trkupdctr=updates trn=tracknumber y1=year";
+    alt=altitude as=airspeed bvr=rate ctb=flightlevel gs=speed gvr=rate ias=airspeed ident=unit lmc=flightlevel
+    prb=bias prg=gain s=source src=source srb=bias srg=gain ta=track tar=rate track=tracknumber
+    trkupdctr=updates trnum=tracknumber trn=tracknumber y1=year";
 
 /// Units of the definitions, how our keys end with them (or the whole key), and how many of ours each is.
 const UNITS: &[(&str, &str, f64)] = &[
+    ("", "gain", 1.0),
     ("%", "_percent", 1.0),
+    ("Mach", "mach", 1.0),
     ("ALTFL", "flight_level", 1.0),
     ("FL", "flight_level", 1.0),
     ("MHz", "_mhz", 1.0),
@@ -27,13 +31,20 @@ const UNITS: &[(&str, &str, f64)] = &[
     ("dBm", "_dbm", 1.0),
     ("dBm²", "dbm2", 1.0),
     ("ft", "_ft", 1.0),
+    ("ft/min", "_m_s", 0.3048 / 60.0),
+    ("hPa", "_hpa", 1.0),
+    ("kt", "_m_s", 1852.0 / 3600.0),
     ("ft", "_m", 0.3048),
     ("m", "_m", 1.0),
     ("m/s", "_m_s", 1.0),
+    ("m/s²", "_m_s2", 1.0),
+    ("mb", "_hpa", 1.0),
     ("ms", "_ms", 1.0),
     ("m²", "m2", 1.0),
     ("s", "_s", 1.0),
     ("°", "_deg", 1.0),
+    ("°/s", "_deg_s", 1.0),
+    ("°C", "_c", 1.0),
 ];
 
 /// The pulses of low quality that are the bits of an octal code.
@@ -51,10 +62,13 @@ fn tag(value: &Value) -> &str {
     value["tag"].as_str().unwrap_or("")
 }
 
-/// What a rule says that does not depend on other items; the categories here know no other.
+/// What a rule says where nothing depends on other items, or else what it says in general.
 fn free(rule: &Value) -> &Value {
-    assert_eq!(tag(rule), "ContextFree");
-    &rule["contents"]
+    match tag(rule) {
+        "ContextFree" => &rule["contents"],
+        "Dependent" => &rule["contents"]["default"],
+        other => panic!("unknown rule {other}"),
+    }
 }
 
 fn number(value: &Value) -> f64 {
@@ -90,6 +104,12 @@ fn of_variation<'a>(variation: &'a Value, name: &str, found: &mut Vec<Line<'a>>)
     match tag(variation) {
         "Element" => {
             let bits = contents["bitSize"].as_u64().unwrap_or(0);
+            let content = free(&contents["rule"]);
+            if tag(&content["contents"]) == "BdsWithAddress" && bits == 64 {
+                let parts = [("MBDATA", 56), ("BDS1", 4), ("BDS2", 4)];
+                found.extend(parts.map(|(name, bits)| Line { name: Some(name.to_owned()), bits, content }));
+                return;
+            }
             found.push(Line { name: Some(name.to_owned()), bits, content: free(&contents["rule"]) });
         }
         "Group" => {
@@ -124,7 +144,7 @@ fn compare_content(content: &Value, field: &Field, unit_key: &str) -> Option<Str
     let contents = &content["contents"];
     let signed = tag(&contents["signedness"]) == "Signed";
     let (lsb, unit) = match tag(content) {
-        "ContentRaw" | "ContentTable" => (None, ""),
+        "ContentRaw" | "ContentTable" | "ContentBds" => (None, ""),
         "ContentInteger" => (signed.then_some(1.0), ""),
         "ContentQuantity" => (Some(number(&contents["lsb"])), contents["unit"].as_str().unwrap_or("")),
         "ContentString" => {
@@ -239,6 +259,29 @@ pub fn compare(variation: &Value, layout: Layout, key: &str, path: &str) -> Comp
             }
             complaints
         }
+        ("Extended", Layout::Parts(ours)) => {
+            let parts: Vec<&[Value]> = members().split_inclusive(Value::is_null).collect();
+            if parts.len() != ours.len() {
+                return vec![format!("{path}: {} parts", parts.len())];
+            }
+            let mut complaints = Complaints::new();
+            for (index, (part, &fields)) in parts.iter().zip(ours).enumerate() {
+                let (mut wanted, extends) = (Vec::new(), part.last().is_some_and(Value::is_null));
+                part.iter().filter(|item| !item.is_null()).for_each(|item| lines(item, "", &mut wanted));
+                complaints.extend(compare_fields(&wanted, fields, "", &format!("{path}[{index}]")));
+                let bits = wanted.iter().map(|line| line.bits).sum::<u64>();
+                if (bits + u64::from(extends)) % 8 != 0 {
+                    complaints.push(format!("{path}[{index}]: no whole octets"));
+                }
+            }
+            complaints
+        }
+        ("Repetitive", Layout::Chained(fields)) => {
+            if tag(&contents["type"]) != "RepetitiveFx" {
+                return vec![format!("{path}: has no FX")];
+            }
+            fields_of(&contents["variation"], fields)
+        }
         ("Repetitive", Layout::Codes) => {
             let seven = contents["variation"]["contents"]["bitSize"] == 7;
             let fx = tag(&contents["type"]) == "RepetitiveFx";
@@ -322,9 +365,14 @@ pub fn table(value: &Value, path: &[&str], end: u64) -> Option<Vec<u64>> {
         // Tables also name what is not a code: reserved and invalid ones.
         let defined = codes.filter(|code| {
             let meaning = code[1].as_str().unwrap_or("");
-            !["Invalid ASTERIX value", "Not defined"].iter().any(|none| meaning.starts_with(none))
+            !["Invalid ASTERIX value", "Not defined", "Not assigned", "Reserved"]
+                .iter()
+                .any(|none| meaning.starts_with(none))
         });
-        return Some(defined.filter_map(|code| code[0].as_u64()).filter(|&code| code < end).collect());
+        let mut codes: Vec<u64> =
+            defined.filter_map(|code| code[0].as_u64()).filter(|&code| code < end).collect();
+        codes.sort_unstable();
+        return Some(codes);
     }
     let path = match (value["name"].as_str(), path) {
         (Some(name), [first, rest @ ..]) if name == *first => rest,

@@ -19,18 +19,28 @@ pub fn block(category: u8, contents: &[u8]) -> Vec<u8> {
 }
 
 /// The records of the only block in `octets`, and the fault that ended it.
-pub fn read<R: Record>(octets: &[u8]) -> (Vec<R>, Option<Fault>) {
+pub fn read<R: Record<Edition: Default>>(octets: &[u8]) -> (Vec<R>, Option<Fault>) {
+    read_in(R::Edition::default(), octets)
+}
+
+/// The same in an edition.
+pub fn read_in<R: Record>(edition: R::Edition, octets: &[u8]) -> (Vec<R>, Option<Fault>) {
     let walked: Vec<Result<Block<'_>, Fault>> = blocks(octets).collect();
     let [Ok(block)] = walked.as_slice() else { panic!("not one block: {walked:?}") };
     assert_eq!(block.category, R::CATEGORY);
-    read_block(block)
+    read_block_in(edition, block)
 }
 
 /// The records of a block, and the fault that ended it. Checks that the records stand one behind the other.
-pub fn read_block<R: Record>(block: &Block<'_>) -> (Vec<R>, Option<Fault>) {
+pub fn read_block<R: Record<Edition: Default>>(block: &Block<'_>) -> (Vec<R>, Option<Fault>) {
+    read_block_in(R::Edition::default(), block)
+}
+
+/// The same in an edition.
+pub fn read_block_in<R: Record>(edition: R::Edition, block: &Block<'_>) -> (Vec<R>, Option<Fault>) {
     let mut next = block.offset + 3;
     let (mut records, mut fault) = (Vec::new(), None);
-    for result in block.records::<R>() {
+    for result in block.records_in::<R>(edition) {
         assert_eq!(fault, None, "something came after a fault");
         match result {
             Ok(located) => {
@@ -47,8 +57,9 @@ pub fn read_block<R: Record>(block: &Block<'_>) -> (Vec<R>, Option<Fault>) {
 
 /// Where the records of a block of CAT034 or CAT048 end, counted from its CAT octet.
 pub fn record_ends(block: &Block<'_>) -> Vec<usize> {
-    fn of<R: Record>(block: &Block<'_>) -> Vec<usize> {
-        let located = block.records::<R>().map(|located| located.expect("a whole record"));
+    fn of<R: Record<Edition: Default>>(block: &Block<'_>) -> Vec<usize> {
+        let located =
+            block.records_in::<R>(R::Edition::default()).map(|located| located.expect("a whole record"));
         located.map(|located| located.offset + located.length - block.offset).collect()
     }
     match block.category {
@@ -65,7 +76,7 @@ pub fn encode(record: &impl Record) -> Vec<u8> {
 }
 
 /// Reads the block, compares with `record`, and writes it back.
-pub fn check<R: Record + PartialEq + std::fmt::Debug>(octets: &str, record: &R) {
+pub fn check<R: Record<Edition: Default> + PartialEq + std::fmt::Debug>(octets: &str, record: &R) {
     let octets = hex(octets);
     let (records, fault) = read::<R>(&octets);
     assert_eq!(fault, None);
@@ -118,6 +129,28 @@ pub const FULL_UAS: &str =
 pub const FUSED_POINT: &str = "81 0028 8384 190a 546000 1360b60b 05555555
     16 5546 01 01 00002717 0007 00000001 0019 ffff 21 7f 00";
 
+/// A light aircraft with 010, 040, 080, 071, 130, 140, 090, 210, 145, 157, 160, 170 and 020.
+pub const LIGHT_AIRCRAFT: &str = "15 002c cd117319c0
+    1907 0100 546000 2aaaab155555 4a08eb 0400 2114 10 0190 0008 10000000 48f534c75820 01";
+
+/// A track with 010, 070, 105, 100, 185, 040, 080, 290, 130, 510 and 500.
+pub const SYSTEM_TRACK: &str = "3e 0036 9f0f110c
+    1907 546000 00aaaaab00555555 0000c8ffff38 00c8ff38 002a 1d010180 c00200 0400 010007020008 c000140028fff6";
+
+/// What a tracker says of a sensor: CAT063 with 010, 030, 050 and 060.
+pub const SENSOR: &str = "3f 000d b8 1907 546000 0102 4108";
+
 /// All of the above.
-pub const VECTORS: [&str; 8] =
-    [DRONE_PLOT, EVERY_ITEM, EXPANSION, SERVICE_MESSAGE, SERVICE_STATUS, MINIMAL_UAS, FULL_UAS, FUSED_POINT];
+pub const VECTORS: [&str; 11] = [
+    DRONE_PLOT,
+    EVERY_ITEM,
+    EXPANSION,
+    SERVICE_MESSAGE,
+    SERVICE_STATUS,
+    MINIMAL_UAS,
+    FULL_UAS,
+    FUSED_POINT,
+    LIGHT_AIRCRAFT,
+    SYSTEM_TRACK,
+    SENSOR,
+];

@@ -24,6 +24,37 @@ fn explicit(contents: &[u8]) -> Vec<u8> {
     [&[contents.len() as u8 + 1], contents].concat()
 }
 
+/// Octets of these parts, of which as many as FX says: see [`Layout::Parts`].
+fn part_octets(parts: &'static [&'static [Field]]) -> impl Strategy<Value = Vec<u8>> {
+    let octets = |part: &[Field]| part.iter().map(|field| usize::from(field.bits)).sum::<usize>().div_ceil(8);
+    let lengths: Vec<usize> = parts.iter().map(|part| octets(part)).collect();
+    let extends = |part: &[Field]| part.iter().map(|field| field.bits).sum::<u16>() % 8 == 7;
+    let extending: Vec<bool> = parts.iter().map(|part| extends(part)).collect();
+    (vec(any::<u8>(), lengths.iter().sum::<usize>()), 0..parts.len()).prop_map(move |(mut octets, last)| {
+        let mut end = 0;
+        for (index, length) in lengths[..=last].iter().enumerate() {
+            end += length;
+            if extending[index] {
+                octets[end - 1] = octets[end - 1] & !1 | u8::from(index < last);
+            }
+        }
+        octets.truncate(end);
+        octets
+    })
+}
+
+/// Octets that a primary subfield may have more than it need have.
+fn padded(octets: impl Strategy<Value = Vec<u8>>, most: usize) -> impl Strategy<Value = Vec<u8>> {
+    (octets, 0..most).prop_map(move |(mut octets, padding)| {
+        let last = octets.iter().position(|octet| octet & 1 == 0).expect("a primary subfield ends");
+        for end in last + 1..(last + 1 + padding).min(most) {
+            octets[end - 1] |= 1;
+            octets.insert(end, 0);
+        }
+        octets
+    })
+}
+
 /// What a primary subfield of `per_octet` bits an octet announces and the subfields; undefined ones are never announced.
 fn subfield_octets(subfields: &'static [Subfield], per_octet: usize) -> impl Strategy<Value = Vec<u8>> {
     let defined: Vec<(usize, _)> = (subfields.iter().enumerate())
@@ -63,6 +94,20 @@ pub fn item_octets(layout: Layout) -> BoxedStrategy<Vec<u8>> {
         Layout::Repetitive(fields) => vec(field_octets(fields), 0..8)
             .prop_map(|parts| [&[parts.len() as u8], parts.concat().as_slice()].concat())
             .boxed(),
+        Layout::Parts(parts) => part_octets(parts).boxed(),
+        Layout::Chained(fields) => {
+            let octets = fields.iter().map(|field| usize::from(field.bits)).sum::<usize>().div_ceil(8);
+            vec(vec(any::<u8>(), octets), 1..=Chain::MAX_OCTETS)
+                .prop_map(|mut parts| {
+                    let last = parts.len() - 1;
+                    for (index, part) in parts.iter_mut().enumerate() {
+                        let end = part.last_mut().expect("a part has octets");
+                        *end = *end & !1 | u8::from(index < last);
+                    }
+                    parts.concat()
+                })
+                .boxed()
+        }
         Layout::Compound(subfields) => subfield_octets(subfields, 7).boxed(),
         Layout::Explicit(Contents::Opaque) => anything.boxed(),
         Layout::Explicit(Contents::Known(_, fields)) => {
@@ -83,7 +128,13 @@ pub fn expansion_octets(subfields: &'static [Subfield]) -> impl Strategy<Value =
 
 /// Octets of a whole record with any items of this profile.
 pub fn record_octets(uap: &'static [UapItem]) -> impl Strategy<Value = Vec<u8>> {
-    let items: Vec<_> = uap.iter().map(|item| of(item_octets(item.layout))).collect();
+    let octets = |item: &UapItem| match item.layout {
+        Layout::Compound(subfields) => {
+            padded(subfield_octets(subfields, 7), subfields.len().div_ceil(7)).boxed()
+        }
+        layout => item_octets(layout),
+    };
+    let items: Vec<_> = uap.iter().map(|item| of(octets(item))).collect();
     (items, 0..4_u8).prop_map(|(items, padding)| {
         let mut present = [false; 7 * Fspec::MAX_OCTETS];
         for (item, octets) in uap.iter().zip(&items) {

@@ -25,6 +25,7 @@ pub(super) fn text(info: &Info) -> Result<String, fmt::Error> {
     timing(&mut text, report, long)?;
     items(&mut text, report)?;
     categories(&mut text, report)?;
+    editions(&mut text, report)?;
     errors(&mut text, info)?;
     sensors(&mut text, &report.sensors)?;
     Ok(text)
@@ -213,6 +214,23 @@ fn categories(text: &mut String, report: &SurveyReport) -> fmt::Result {
     section(text, &table)
 }
 
+/// The edition of each source of CAT021, as `decode --edition` takes it.
+fn editions(text: &mut String, report: &SurveyReport) -> fmt::Result {
+    let mut table = Table::new("llrrr", &["CAT021 of", "edition", "blocks", "unreadable", "in others"]);
+    for fit in &report.editions {
+        let source = fit.sac.zip(fit.sic).map_or("none".to_owned(), |(sac, sic)| format!("{sac}/{sic}"));
+        let edition = match fit.edition {
+            Some(edition) if fit.or_later => format!("{edition} or later"),
+            Some(edition) => edition.to_owned(),
+            None => "any".to_owned(),
+        };
+        let counts = [fit.blocks, fit.unreadable, fit.unreadable_otherwise].map(grouped);
+        let [blocks, unreadable, otherwise] = counts;
+        table.row([source, edition, blocks, unreadable, otherwise]);
+    }
+    if table.is_empty() { Ok(()) } else { section(text, &table) }
+}
+
 fn errors(text: &mut String, info: &Info) -> fmt::Result {
     let mut table = Table::new("lrrl", &["error", "count", "first at", ""]);
     for error in most(&info.report.errors, |error| error.count) {
@@ -336,7 +354,12 @@ fn percent(share: f64) -> String {
 }
 
 fn counted(count: u64, what: &str) -> String {
-    format!("{} {what}{}", grouped(count), if count == 1 { "" } else { "s" })
+    let plural = match count {
+        1 => "",
+        _ if what.ends_with('s') => "es",
+        _ => "s",
+    };
+    format!("{} {what}{plural}", grouped(count))
 }
 
 fn joined(parts: impl Iterator<Item = impl Display>, between: &str) -> String {

@@ -4,12 +4,9 @@ mod general;
 mod mode_5;
 mod track;
 
-use deku::DekuReader;
-use deku::reader::Reader;
-
+use crate::Chain;
 use crate::item::items;
-use crate::record::{Forward, append};
-use crate::{Chain, Explicit};
+use crate::variable::expansion_field;
 
 pub use general::{
     AlternativeCode, AlternativeFlightLevel, Common, CrossSection, CrossSectionArea, Date, ExtendedRange,
@@ -65,20 +62,4 @@ items! {
     }
 }
 
-impl ReservedExpansion {
-    /// Reads a reserved expansion field. `None` where its octets are not what edition 1.13 says, or where
-    /// [`ReservedExpansion::to_field`] would not give the same octets: such a field is of another edition or damaged, and
-    /// its octets are all that is known.
-    pub fn read(field: &Explicit) -> Option<Self> {
-        let mut contents = Forward(field.contents());
-        let read = Self::from_reader_with_ctx(&mut Reader::new(&mut contents), ()).ok()?;
-        (read.to_field().as_ref() == Some(field)).then_some(read)
-    }
-
-    /// The field that says this; `None` when it is longer than 254 octets.
-    pub fn to_field(&self) -> Option<Explicit> {
-        let mut contents = Vec::new();
-        append(self, &mut contents);
-        Explicit::new(&contents)
-    }
-}
+expansion_field! { ReservedExpansion }

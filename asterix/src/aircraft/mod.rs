@@ -1,0 +1,15 @@
+//! What aircraft report of themselves, in items that several categories share.
+
+mod altitude;
+mod identity;
+mod intent;
+mod motion;
+mod place;
+mod register;
+
+pub use altitude::{AltitudeSource, BarometricLevel, FinalAltitude, GeometricHeight, SelectedAltitude};
+pub use identity::{AircraftAddress, AircraftIdentification};
+pub use intent::{IntentStatus, PointType, TrajectoryPoint, TurnDirection};
+pub use motion::{AirSpeed, MagneticHeading, RollAngle};
+pub use place::{CoarsePosition, Position};
+pub use register::BdsRegister;

@@ -1,0 +1,111 @@
+//! Which edition a sender follows.
+
+use std::fmt;
+use std::str::FromStr;
+
+use super::{
+    QualityIndicators, Record, Standard, Surface, SurfaceCharacteristics21, TargetReport, TargetStatus, UAP,
+};
+use crate::{Describe, UapItem};
+
+/// The edition of the specification that a sender follows.
+///
+/// Up to 2.1 the second octet of I021/271 has no FX bit, from 2.2 on it has: the same octets mean other things, and read in
+/// the wrong edition what follows them is read wrong, often without a fault. All other differences give a meaning to bits
+/// that were spare or lengthen an extended item, so the newest layouts serve the editions from 2.2 on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Edition {
+    /// 2.1.
+    V2_1,
+    /// 2.2: FX in the second octet of I021/271, ME in I021/200.
+    V2_2,
+    /// 2.3: LLC in I021/040.
+    V2_3,
+    /// 2.4.
+    V2_4,
+    /// 2.5: version 3 in I021/210.
+    V2_5,
+    /// 2.6: TBC and MBC in I021/040.
+    #[default]
+    V2_6,
+    /// 2.7: SRC and validation in I021/090.
+    V2_7,
+}
+
+impl Edition {
+    /// All of them, the oldest first.
+    pub const ALL: [Self; 7] =
+        [Self::V2_1, Self::V2_2, Self::V2_3, Self::V2_4, Self::V2_5, Self::V2_6, Self::V2_7];
+
+    /// As it is written: `"2.1"`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::V2_1 => "2.1",
+            Self::V2_2 => "2.2",
+            Self::V2_3 => "2.3",
+            Self::V2_4 => "2.4",
+            Self::V2_5 => "2.5",
+            Self::V2_6 => "2.6",
+            Self::V2_7 => "2.7",
+        }
+    }
+
+    /// The items in the order of the record, as this edition lays them out.
+    pub const fn profile(self) -> &'static [UapItem] {
+        match self {
+            Self::V2_1 => &UAP_2_1,
+            _ => UAP,
+        }
+    }
+
+    /// The oldest edition that defines all that this record says beyond edition 2.1, of what was spare or not there before;
+    /// `None` where it says nothing of that.
+    pub fn least(record: &Record) -> Option<Self> {
+        let octets = |chain: Option<&crate::Chain>| chain.map_or(0, |chain| chain.octets().len());
+        let descriptor = record.target_report.as_ref();
+        let quality = record.quality.as_ref();
+        let newer = [
+            (Self::V2_7, octets(quality.map(QualityIndicators::chain)) > 4),
+            (Self::V2_7, quality.is_some_and(|quality| quality.is_integrity_received())),
+            (Self::V2_6, octets(descriptor.map(TargetReport::chain)) > 3),
+            (Self::V2_5, record.mops_version.is_some_and(|mops| mops.standard() == Standard::Do260C)),
+            (Self::V2_3, descriptor.is_some_and(|descriptor| descriptor.is_lookup_failed())),
+            (Self::V2_2, record.target_status.is_some_and(TargetStatus::is_military_emergency)),
+        ];
+        newer.into_iter().find_map(|(edition, needed)| needed.then_some(edition))
+    }
+}
+
+/// The profile with the layout of I021/271 that ended with edition 2.1.
+const UAP_2_1: [UapItem; UAP.len()] = {
+    let mut items = [UAP[0]; UAP.len()];
+    let mut index = 0;
+    while index < items.len() {
+        items[index] = UAP[index];
+        if UAP[index].frn == Surface::FRN {
+            items[index].layout = SurfaceCharacteristics21::LAYOUT;
+        }
+        index += 1;
+    }
+    items
+};
+
+impl fmt::Display for Edition {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A text that names no edition.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0:?} is no edition of CAT021 that is read; known are 2.1, 2.2, 2.3, 2.4, 2.5, 2.6 and 2.7")]
+pub struct UnknownEdition(pub String);
+
+impl FromStr for Edition {
+    type Err = UnknownEdition;
+
+    fn from_str(text: &str) -> Result<Self, UnknownEdition> {
+        let named = Self::ALL.into_iter().find(|edition| edition.name() == text);
+        named.ok_or_else(|| UnknownEdition(text.to_owned()))
+    }
+}
