@@ -5,7 +5,7 @@
 //!              never waits                                └─► broker's task  ──► MQTT 5
 //! ```
 //!
-//! [`Outbox`](outbox::Outbox) decides what is sent, what is lost and how long to wait; it knows neither clock nor socket. Each
+//! `Outbox` decides what is sent, what is lost and how long to wait; it knows neither clock nor socket. Each
 //! receiver has a task of its own: one that is slow or gone hinders nobody else.
 
 mod body;
