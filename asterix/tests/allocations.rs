@@ -95,8 +95,14 @@ fn faults_allocate_nothing() {
         let mut faults = 0;
         let allocations = measure(|| {
             faults = match block.category {
+                21 => block
+                    .records_in::<cat021::Record>(cat021::Edition::default())
+                    .filter(Result::is_err)
+                    .count(),
                 34 => block.records::<cat034::Record>().filter(Result::is_err).count(),
                 48 => block.records::<cat048::Record>().filter(Result::is_err).count(),
+                62 => block.records::<cat062::Record>().filter(Result::is_err).count(),
+                63 => block.records::<cat063::Record>().filter(Result::is_err).count(),
                 65 => block.records::<cat065::Record>().filter(Result::is_err).count(),
                 _ => block.records::<cat129::Record>().filter(Result::is_err).count(),
             };
