@@ -8,7 +8,7 @@ mod settings;
 use std::collections::VecDeque;
 use std::net::SocketAddr;
 
-use asterix::{Block, Record, blocks, cat034, cat048, cat129, profiles};
+use asterix::{Block, Record, blocks, cat034, cat048, cat065, cat129, profile};
 
 use crate::areas::Masks;
 use crate::capture::{Reception, ReceptionKind};
@@ -343,9 +343,10 @@ fn holds_reports(payload: &[u8]) -> bool {
     blocks(payload).flatten().any(|block| reports.contains(&block.category))
 }
 
-/// A block that nothing is taken from. Of a category whose profile is known it must still be well formed.
+/// A block that nothing is taken from. The status of a service must still be well formed; a category that the service does not
+/// know may follow any edition.
 fn unused(block: Block<'_>) -> Event {
-    let mut measured = profiles(block.category).map(|profile| block.measure(profile));
-    let fault = measured.next().and_then(Result::err).filter(|_| measured.all(|measured| measured.is_err()));
+    let profile = profile(block.category).filter(|_| block.category == cat065::Record::CATEGORY);
+    let fault = profile.and_then(|profile| block.measure(profile).err());
     fault.map_or(Event::SkippedBlock { category: block.category }, |fault| Event::Faulty { fault })
 }
