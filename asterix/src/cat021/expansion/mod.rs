@@ -7,9 +7,8 @@ mod status;
 use crate::item::items;
 use crate::variable::expansion_field;
 
-pub use mode_5::{
-    ExtendedMode1, FigureOfMerit, MilitarySquitter, Mode2, Mode5Summary, NationalOrigin, XPulses,
-};
+pub use crate::aircraft::{FigureOfMerit, XPulses};
+pub use mode_5::{ExtendedMode1, MilitarySquitter, Mode2, Mode5Summary, NationalOrigin};
 pub use status::AircraftStatus;
 
 items! {

@@ -8,13 +8,14 @@ use crate::Chain;
 use crate::item::items;
 use crate::variable::expansion_field;
 
+pub use crate::aircraft::{FigureOfMerit, XPulses};
 pub use general::{
     AlternativeCode, AlternativeFlightLevel, Common, CrossSection, CrossSectionArea, Date, ExtendedRange,
     General, PlotNumber, PlotQuality, RangeWidth, ReplyLink, ReplyType, ScanNumber, Score, SignalToClutter,
 };
 pub use mode_5::{
-    ExtendedMode1, FigureOfMerit, Mode5, Mode5Altitude, Mode5New, Mode5Position, Mode5Summary,
-    NationalOrigin, NewNationalOrigin, TimeOffset, XPulses,
+    ExtendedMode1, Mode5, Mode5Altitude, Mode5New, Mode5Position, Mode5Summary, NationalOrigin,
+    NewNationalOrigin, TimeOffset,
 };
 pub use track::{
     AdjacentSensor, AdsbLink, DataLink, DataLinkOrigin, DataLinkState, ExtrapolationSource, IdentityRequest,

@@ -1,5 +1,6 @@
 //! MD5 and M5N in RE: Mode 5 reports.
 
+use crate::aircraft::{FigureOfMerit, XPulses};
 use crate::item::items;
 
 /// Degrees of one count of a position in 24 bits.
@@ -124,28 +125,4 @@ items! {
     /// TOS in MD5 and M5N: how long after I048/140 the position and altitude were.
     /// Seconds: LSB 1/128 s, 0 to below 2 s.
     pub struct TimeOffset(1) = unsigned 8 "" seconds / with_seconds = 1.0 / 128.0, 7;
-
-    /// XP in MD5 and M5N: in which replies an X pulse was present.
-    pub struct XPulses(1) {
-        spare 2 "spare";
-        /// XP: Mode 5 PIN.
-        flag 1 "xp" in_mode_5_pin / with_mode_5_pin;
-        /// X5: Mode 5 data.
-        flag 1 "x5" in_mode_5_data / with_mode_5_data;
-        /// XC: Mode C.
-        flag 1 "xc" in_mode_c / with_mode_c;
-        /// X3: Mode 3/A.
-        flag 1 "x3" in_mode_3a / with_mode_3a;
-        /// X2: Mode 2.
-        flag 1 "x2" in_mode_2 / with_mode_2;
-        /// X1: Mode 1.
-        flag 1 "x1" in_mode_1 / with_mode_1;
-    }
-
-    /// FOM in M5N: figure of merit of the reported position.
-    pub struct FigureOfMerit(1) {
-        spare 3 "spare";
-        /// The figure, 0 to 31.
-        count 5 "fom" figure / with_figure: u8;
-    }
 }
