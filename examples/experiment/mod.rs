@@ -6,6 +6,7 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 use std::time::Instant;
 
+use clap::Parser;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -16,6 +17,20 @@ mod parallel;
 
 /// The first of the seeds that nothing is tuned on.
 pub const FIRST_SEED: u64 = 1001;
+
+/// Makes the experiment's page of docs, with its figures.
+#[derive(Parser)]
+pub struct Args {
+    /// Print what is asked and write nothing.
+    #[arg(long)]
+    pub quick: bool,
+    /// The first seed.
+    #[arg(long, requires = "quick", default_value_t = FIRST_SEED)]
+    pub first_seed: u64,
+    /// How many runs, instead of those of the page.
+    #[arg(long, requires = "quick")]
+    pub runs: Option<u64>,
+}
 
 /// What stops an experiment.
 pub type Failure = Box<dyn std::error::Error + Send + Sync>;

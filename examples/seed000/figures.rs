@@ -81,7 +81,7 @@ pub fn figures(encounter: &Encounter, seed: u64) -> Vec<Figure> {
     columns.chain([closest(encounter, &run)]).collect()
 }
 
-/// What a tracker put out, to where the statistics end.
+/// What a tracker stated, to where the statistics end.
 fn counted<'a>(encounter: &Encounter, outputs: &'a [Output]) -> impl Iterator<Item = &'a Output> {
     let end = encounter.when_apart(NEAR_M);
     outputs.iter().filter(move |output| output.at < end)

@@ -23,25 +23,15 @@ mod tracking;
 
 use clap::Parser;
 
-use crate::experiment::{FIRST_SEED, Failure, asked_table, timed, write};
+use crate::experiment::{Args, Failure, asked_table, timed, write};
 use crate::summary::Summary;
 
-/// Makes docs/SEED000.md.
-#[derive(Parser)]
-struct Args {
-    /// Print what is asked and write nothing.
-    #[arg(long)]
-    quick: bool,
-    /// The first seed.
-    #[arg(long, requires = "quick", default_value_t = FIRST_SEED)]
-    first_seed: u64,
-    /// How many encounters are flown.
-    #[arg(long, requires = "quick", default_value_t = 400)]
-    runs: u64,
-}
+/// Encounters of the page.
+const RUNS: u64 = 400;
 
 fn main() -> Result<(), Failure> {
     let Args { quick, first_seed, runs } = Args::parse();
+    let runs = runs.unwrap_or(RUNS);
     let (summary, took_s) = timed(|| Summary::measure(first_seed, runs));
     if quick {
         println!("{}\n{}", summary.table(), asked_table(&summary.asked()));

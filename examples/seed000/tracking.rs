@@ -1,4 +1,4 @@
-//! The two trackers in one encounter, and the errors of what they put out ten times a second.
+//! The two trackers in one encounter, and the errors of what they state ten times a second.
 
 use fusion::measurement::{Estimate, Flight, Tracker};
 use fusion::settings::Singer;
@@ -22,7 +22,7 @@ pub const NEAR_M: f64 = 350.0;
 /// The ellipsoidal gate holds 99.9 % of two and of three numbers: squared Mahalanobis distance.
 const GATE: [f64; 2] = [13.82, 16.27];
 
-/// What a tracker put out at an instant.
+/// What a tracker stated at an instant.
 #[derive(Clone, Copy)]
 pub struct Output {
     pub at: f64,
@@ -31,7 +31,7 @@ pub struct Output {
     pub closest: (f64, f64),
 }
 
-/// One encounter: what was detected, and what each tracker put out.
+/// One encounter: what was detected, and what each tracker stated.
 pub struct Run {
     pub detections: Vec<Detection>,
     /// Radar alone; radar and camera.

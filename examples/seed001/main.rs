@@ -21,25 +21,15 @@ mod tracking;
 
 use clap::Parser;
 
-use crate::experiment::{FIRST_SEED, Failure, asked_table, timed, write};
+use crate::experiment::{Args, Failure, asked_table, timed, write};
 use crate::summary::Summary;
 
-/// Makes docs/SEED001.md.
-#[derive(Parser)]
-struct Args {
-    /// Print what is asked and write nothing.
-    #[arg(long)]
-    quick: bool,
-    /// The first seed.
-    #[arg(long, requires = "quick", default_value_t = FIRST_SEED)]
-    first_seed: u64,
-    /// How many flights of each intruder with each configuration.
-    #[arg(long, requires = "quick", default_value_t = 200)]
-    runs: u64,
-}
+/// Flights of each intruder with each configuration, of the page.
+const RUNS: u64 = 200;
 
 fn main() -> Result<(), Failure> {
     let Args { quick, first_seed, runs } = Args::parse();
+    let runs = runs.unwrap_or(RUNS);
     let (summary, took_s) = timed(|| Summary::measure(first_seed, runs));
     if quick {
         println!("{}\n{}\n{}", summary.table(), summary.models_table(), asked_table(&summary.asked()));
