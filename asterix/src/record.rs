@@ -18,7 +18,7 @@ pub trait Record: Sized {
     const CATEGORY: u8;
     /// The items of the category, in the order of the record: `UAP[n]` has FRN n + 1.
     const UAP: &'static [UapItem];
-    /// What a reader must be told: the edition, of a category whose editions lay octets out differently; else nothing.
+    /// What a reader has to know: the edition, of a category whose editions lay octets out differently; else nothing.
     type Edition: Copy;
 
     /// [`Record::UAP`] as it was in an edition: with the same items in the same places.

@@ -127,7 +127,7 @@ fn a_hundred_thousand_damaged_blocks() {
         for _ in 0..=random.below(4) {
             damage(&mut octets, other, &mut random);
         }
-        // Most often LEN is put right, so that the damage reaches the records.
+        // Most often LEN is corrected, so that the damage reaches the records.
         if octets.len() >= 3 && random.below(8) > 0 {
             octets = block(48, &octets[3..]);
         }

@@ -56,7 +56,7 @@ section! {
         password_file: Option<PathBuf> = absent("none"), beside();
         /// Environment variable that holds the password instead.
         password_env: Option<String> = absent("none"), variable();
-        /// What tells this client from others of the broker; two of the same id end each other's connection.
+        /// Identifies this client at the broker; two of the same id end each other's connection.
         client_id: Option<String> = absent("`utm-fusion-` with SAC and SIC of the site"),
             text("a client id is made of letters, digits, _ and -", is_plain);
         /// What all topics begin with. No two services may have the same.

@@ -160,8 +160,8 @@ impl ConflictWatch {
             let level = before.get(key).and_then(Conflict::level);
             conflict.level() != level || (conflict.is_seen() && level >= Some(Level::Warning))
         };
-        let told = self.held.iter().filter(is_news).map(|(_, conflict)| conflict.clone());
-        let mut news: Vec<Conflict> = told.collect();
+        let held = self.held.iter().filter(is_news).map(|(_, conflict)| conflict.clone());
+        let mut news: Vec<Conflict> = held.collect();
         for (key, mut conflict) in before {
             if !self.held.contains_key(&key) {
                 conflict.found.level = None;

@@ -101,7 +101,7 @@ fn note_condition(alerts: &mut Alerts, hub: &Hub, at: Time) -> bool {
 
 /// Does what an operator asks for; whether anything changed.
 fn decide(alerts: &mut Alerts, hub: &Hub, Asked { wish, answer }: Asked) -> bool {
-    // A caller that gave up has been told that nothing was done.
+    // A caller that gave up has the answer that nothing was done.
     if answer.is_closed() {
         return false;
     }

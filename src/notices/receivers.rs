@@ -195,7 +195,7 @@ fn client_id(mqtt: &config::Mqtt, site: &config::Site) -> String {
     mqtt.client_id.clone().unwrap_or_else(|| format!("utm-fusion-{}-{}", site.sac, site.sic))
 }
 
-/// What tells this run from others.
+/// Identifies this run.
 fn run() -> Result<String, String> {
     let number = getrandom::u64().map_err(|error| format!("the system gives no random numbers: {error}"))?;
     Ok(format!("{number:016x}"))

@@ -8,7 +8,7 @@ use crate::live::{Alert, Change};
 /// What one receiver wants, and what it has heard of.
 #[derive(Debug)]
 pub(super) struct Selection {
-    /// Its name: it is not told that it cannot be reached.
+    /// Its name: that it cannot be reached is not sent to it.
     own: String,
     /// `None`: all.
     kinds: Option<Vec<AlertKind>>,

@@ -122,7 +122,7 @@ impl Webhook {
 /// An error with what is behind it.
 fn reasons(error: &(dyn Error + 'static)) -> String {
     let behind = std::iter::successors(error.source(), |&error| error.source());
-    behind.fold(error.to_string(), |told, error| format!("{told}: {error}"))
+    behind.fold(error.to_string(), |reasons, error| format!("{reasons}: {error}"))
 }
 
 /// What an answer means: a server that cannot now is asked again, one that does not want to is not.

@@ -41,7 +41,7 @@ pub enum Quantity {
     East,
     /// Place on the site's axis to the north.
     North,
-    /// Place on the site's upward axis: an altitude put right for the geoid or the barometer, and for the Earth's curvature.
+    /// Place on the site's upward axis: an altitude corrected for the geoid or the barometer, and for the Earth's curvature.
     Altitude,
 }
 

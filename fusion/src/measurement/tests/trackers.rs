@@ -161,7 +161,7 @@ fn there_are_at_most_seven_models() {
     assert!(Tracker::begin(&of(7), &first).is_none());
 }
 
-/// Seed 001, eq. 5 with its first row put right (left positive, as there): the circle is closed.
+/// Seed 001, eq. 5 with its first row corrected (left positive, as there): the circle is closed.
 #[test]
 fn a_turn_is_seed_001_equation_5_put_right() {
     let (omega, dt) = (3.0_f64.to_radians(), 1.7);
