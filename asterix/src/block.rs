@@ -1,5 +1,6 @@
 //! Data blocks and the records in them.
 
+use crate::DataSource;
 use crate::fault::{Fault, FaultKind};
 use crate::record::Record;
 use crate::uap::{self, UapItem};
@@ -73,6 +74,15 @@ impl<'a> Block<'a> {
     /// What follows the header: the records.
     pub fn contents(&self) -> &'a [u8] {
         &self.octets[HEADER..]
+    }
+
+    /// The data source of the first record, read without the rest of it; `None` where that does not begin with one.
+    pub fn first_source(&self) -> Option<DataSource> {
+        let contents = self.contents();
+        let fspec = contents.iter().position(|octet| octet & 1 == 0)? + 1;
+        let begins = contents.first().is_some_and(|octet| octet & 0x80 != 0);
+        let source = contents.get(fspec..fspec + 2).filter(|_| begins)?;
+        Some(DataSource { sac: source[0], sic: source[1] })
     }
 
     /// How many records the block holds, measured item by item by the profile of its category and not read.

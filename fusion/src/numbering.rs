@@ -77,8 +77,9 @@ pub struct Numbers {
     /// The holders, by when they were heard; ties by number.
     by_age: BTreeMap<(Time, u32), Identity>,
     taken: BTreeSet<u32>,
-    /// No number below this is free for an identity without a claim.
+    /// No number below this is free for an identity without a claim; above that none for one without a serial number.
     lowest: u32,
+    highest: u32,
     /// Taken over without a time, until the first slot.
     undated: Vec<Identity>,
     changes: Vec<NumberChange>,
@@ -108,6 +109,7 @@ impl Numbers {
             by_age: BTreeMap::new(),
             taken: BTreeSet::new(),
             lowest: 1,
+            highest: LARGEST_TRANSPONDER_NUMBER,
             undated: Vec::new(),
             changes: Vec::new(),
             unnumbered: 0,
@@ -121,7 +123,8 @@ impl Numbers {
 
     /// The number of an identity that has a point in the slot being emitted: the one it has; else its configured one if
     /// that is not taken; else its serial number if that is a number that is free; else the lowest free one; else, with
-    /// [`Keeping::ADay`], that of the transponder that was heard least recently. `None` when all are used up.
+    /// [`Keeping::ADay`], that of the transponder that was heard least recently. `None` when all are used up. An identity
+    /// without a serial number has the highest free one: whoever else is heard, a drone's number stays what it would be.
     pub fn of(&mut self, identity: Identity, slot: Slot) -> Option<Numbered> {
         let now = self.grid.open(slot);
         if let Some(held) = self.held.get_mut(&identity) {
@@ -134,12 +137,17 @@ impl Numbers {
             }
             return Some(Numbered { number, since });
         }
-        let configured = self.configured.get(identity.serial()).copied();
-        let number = configured
-            .filter(|number| !self.taken.contains(number))
-            .or_else(|| decimal(identity.serial()).filter(|&number| self.is_free(number)))
-            .or_else(|| self.lowest_free())
-            .or_else(|| self.take_back())?;
+        let free = match identity.serial() {
+            Some(serial) => {
+                let configured = self.configured.get(serial).copied();
+                configured
+                    .filter(|number| !self.taken.contains(number))
+                    .or_else(|| decimal(serial).filter(|&number| self.is_free(number)))
+                    .or_else(|| self.lowest_free())
+            }
+            None => self.highest_free(),
+        };
+        let number = free.or_else(|| self.take_back())?;
         self.taken.insert(number);
         self.held.insert(identity, HeldNumber { number, since: Some(slot), heard: now });
         self.note(identity, number, now);
@@ -176,6 +184,7 @@ impl Numbers {
             self.held.remove(&identity);
             self.taken.remove(&number);
             self.lowest = self.lowest.min(number);
+            self.highest = self.highest.max(number);
             self.changes.push(NumberChange::Returned(Given { number, identity, heard: Some(heard) }));
         }
     }
@@ -253,6 +262,13 @@ impl Numbers {
             self.lowest += 1;
         }
         (self.lowest <= LARGEST_TRANSPONDER_NUMBER).then_some(self.lowest)
+    }
+
+    fn highest_free(&mut self) -> Option<u32> {
+        while self.highest > 0 && !self.is_free(self.highest) {
+            self.highest -= 1;
+        }
+        (self.highest > 0).then_some(self.highest)
     }
 }
 

@@ -5,7 +5,7 @@ use nalgebra::{Matrix2, Vector3};
 use crate::frames::Enu;
 use crate::integrity::{Concern, PointIntegrity};
 use crate::numbering::NumberChange;
-use crate::report::{Identity, Plot, RadarTrackKey, SensorIndex, UasItems};
+use crate::report::{Aircraft, Identity, Plot, RadarTrackKey, SensorIndex, UasItems};
 use crate::slots::Slot;
 use crate::time::Time;
 
@@ -142,6 +142,10 @@ pub struct TransponderPart {
     pub time: Option<Time>,
     /// Its identifying items as last received.
     pub items: UasItems,
+    /// What else it says of its aircraft.
+    pub aircraft: Aircraft,
+    /// Whether it says its height.
+    pub height_measured: bool,
 }
 
 impl From<&Plot> for RadarPart {
@@ -286,9 +290,13 @@ impl Source {
         }
     }
 
-    /// Whether the point's height was measured: always, unless it is a radar's alone that measured none.
+    /// Whether the point's height was measured: by its transponder, unless that does not say it, else by its radar.
     pub fn height_measured(&self) -> bool {
-        !matches!(self, Self::Radar(RadarPart { height_measured: false, .. }))
+        match self {
+            Self::Fused(radar, transponder, _) => transponder.height_measured || radar.height_measured,
+            Self::Radar(radar) => radar.height_measured,
+            Self::Transponder(transponder) => transponder.height_measured,
+        }
     }
 
     /// The radar's part, if it has one.

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use crate::frames::Enu;
 use crate::numbering::{Numbered, Numbers};
 use crate::point::{Association, Because, Point, RadarPart, Source, TransponderPart};
-use crate::report::{Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex, UasItems};
+use crate::report::{self, Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex, UasItems};
 use crate::settings::{ReferenceRules, Sensor, Settings, Weights};
 use crate::slots::{SlotGrid, SlotSet, Window};
 use association::Pairs;
@@ -38,6 +38,7 @@ struct Aircraft {
     curve: Curve,
     pairs: Pairs,
     items: UasItems,
+    says: report::Aircraft,
     sensor: SensorIndex,
 }
 
@@ -114,11 +115,18 @@ impl Reference {
 
 impl Aircraft {
     fn new(fix: &Fix) -> Self {
-        Self { curve: Curve::new(), pairs: Pairs::default(), items: fix.items, sensor: fix.sensor }
+        Self {
+            curve: Curve::new(),
+            pairs: Pairs::default(),
+            items: fix.items,
+            says: fix.aircraft,
+            sensor: fix.sensor,
+        }
     }
 
     fn handle(&mut self, fix: &Fix) {
         self.items = fix.items;
+        self.says = fix.aircraft.or(self.says);
         self.sensor = fix.sensor;
         self.curve.insert(fix);
     }
@@ -134,11 +142,19 @@ impl Aircraft {
         setup: &Setup,
         points: &mut Vec<Point>,
     ) {
-        let Self { curve, pairs, items, sensor, .. } = self;
+        let Self { curve, pairs, items, says, sensor } = self;
         let slot = window.emitted;
         let position = curve.point(slot);
         let first_seen = setup.grid.centre(since);
-        let transponder = TransponderPart { number, identity, sensor: *sensor, time: None, items: *items };
+        let transponder = TransponderPart {
+            number,
+            identity,
+            sensor: *sensor,
+            time: None,
+            items: *items,
+            aircraft: *says,
+            height_measured: true,
+        };
         let before = points.len();
         for pair in pairs.iter() {
             let both = curve.present().and(detections.track(pair.track).present);

@@ -59,56 +59,136 @@ impl Plot {
 impl Fix {
     /// A fix of a position and nothing else.
     pub fn new(sensor: SensorIndex, identity: Identity, time: Time, position: Enu) -> Self {
-        let mut items = UasItems::default();
-        items.serial_number.copy_from_slice(&identity.octets[..COUNTRY.start]);
-        Self { sensor, identity, items, time, position, accuracy_m: None, velocity: None, climb_m_s: None }
+        Self {
+            sensor,
+            identity,
+            items: UasItems::of(identity),
+            aircraft: Aircraft::default(),
+            time,
+            position,
+            height_measured: true,
+            accuracy_m: None,
+            height_sigma_m: None,
+            velocity: None,
+            climb_m_s: None,
+        }
     }
 }
 
-/// Who a transponder says it is: serial number and registration country, without leading and trailing spaces and NULs.
-/// Ordered by octets.
+/// Who a transponder says it is, in one of the [`Space`]s that tell identities apart: of a serial number with its
+/// registration country, without leading and trailing spaces and NULs. Ordered by space, then octets.
 ///
 /// ```
 /// use utm_fusion_engine::Identity;
 ///
 /// let identity = Identity::new(b"A12         ", Some(b"NO")).unwrap();
-/// assert_eq!((identity.serial(), identity.country()), (&b"A12"[..], &b"NO"[..]));
+/// assert_eq!((identity.name(), identity.country()), (&b"A12"[..], &b"NO"[..]));
 /// assert_eq!(Identity::new(&[b' '; 12], None), None);
+/// assert_eq!(Identity::of_address(0x4B_1A_2C).name(), b"4B1A2C");
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Identity {
-    // The serial number, then the country from `COUNTRY` on: each trimmed, then filled with NULs behind, which keeps the order
-    // of the octets. Two words altogether, so that a comparison takes no more than two: identities are looked for in every slot.
-    octets: [u8; 16],
+    // The space, the name, then the country from `COUNTRY` on: each filled with NULs behind, which keeps the order of the
+    // octets. Three words altogether, so that a comparison takes no more than three: identities are looked for in every slot.
+    octets: [u8; 24],
 }
 
-/// Where in an identity's octets the country is; what is behind that is NUL.
-const COUNTRY: Range<usize> = 12..14;
+/// Longest name of an identity, octets: a serial number of Remote ID (ASTM F3411).
+pub const NAME_MAX: usize = 20;
+/// Where in an identity's octets the name is, and the country; what is behind that is NUL.
+const NAME: Range<usize> = 1..1 + NAME_MAX;
+const COUNTRY: Range<usize> = NAME.end..NAME.end + 2;
+
+/// What a name identifies an aircraft by: equal names of different spaces are different aircraft.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(u8)]
+pub enum Space {
+    /// Serial number: I129/040, or Remote ID's (ANSI/CTA-2063-A).
+    Serial,
+    /// ICAO aircraft address, six hexadecimal digits (I021/080).
+    Address,
+    /// Registration by a civil aviation authority (Remote ID).
+    Registration,
+    /// Number that a traffic management service gave for a flight (Remote ID): octets of a UUID.
+    Flight,
+    /// Number of a session (Remote ID): octets, the first says of which kind.
+    Session,
+}
+
+impl Space {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Serial, Self::Address, Self::Registration, Self::Flight, Self::Session];
+
+    /// A short name that stays the same over releases.
+    pub const fn key(self) -> &'static str {
+        match self {
+            Self::Serial => "serial",
+            Self::Address => "address",
+            Self::Registration => "registration",
+            Self::Flight => "flight",
+            Self::Session => "session",
+        }
+    }
+}
 
 impl Identity {
-    /// `None` where the serial number is blank.
-    pub fn new(serial: &[u8; 12], country: Option<&[u8; 2]>) -> Option<Self> {
-        let mut octets = [0; 16];
-        octets[..COUNTRY.start].copy_from_slice(&trimmed(serial));
-        octets[COUNTRY].copy_from_slice(&trimmed(country.unwrap_or(&[0; 2])));
-        (octets[0] != 0).then_some(Self { octets })
+    /// Of a serial number, at most [`NAME_MAX`] octets, and its country; `None` where the number is blank, or longer.
+    pub fn new(serial: &[u8], country: Option<&[u8; 2]>) -> Option<Self> {
+        let mut identity = Self::of_name(Space::Serial, serial)?;
+        let country = trimmed(country.map_or(&[][..], |country| country));
+        identity.octets[COUNTRY][..country.len()].copy_from_slice(country);
+        Some(identity)
     }
 
-    /// The trimmed serial number.
-    pub fn serial(&self) -> &[u8] {
-        filled(&self.octets[..COUNTRY.start])
+    /// Of an ICAO aircraft address, 24 bits.
+    pub fn of_address(address: u32) -> Self {
+        let mut octets = [0; 24];
+        octets[0] = Space::Address as u8;
+        for (place, digit) in octets[NAME].iter_mut().zip([20, 16, 12, 8, 4, 0]) {
+            *place = b"0123456789ABCDEF"[(address >> digit & 0xF) as usize];
+        }
+        Self { octets }
+    }
+
+    /// Of a name in a space; `None` where it is blank, or longer than [`NAME_MAX`] octets.
+    pub fn of_name(space: Space, name: &[u8]) -> Option<Self> {
+        let mut octets = [0; 24];
+        let name = trimmed(name);
+        octets[0] = space as u8;
+        octets[NAME].get_mut(..name.len())?.copy_from_slice(name);
+        (!name.is_empty()).then_some(Self { octets })
+    }
+
+    /// What its name is.
+    pub fn space(&self) -> Space {
+        Space::ALL[usize::from(self.octets[0])]
+    }
+
+    /// The trimmed name: of a serial number that, of an address its digits.
+    pub fn name(&self) -> &[u8] {
+        filled(&self.octets[NAME])
+    }
+
+    /// The trimmed serial number; `None` of another space.
+    pub fn serial(&self) -> Option<&[u8]> {
+        (self.space() == Space::Serial).then(|| self.name())
     }
 
     /// The trimmed registration country; empty where there is none.
     pub fn country(&self) -> &[u8] {
         filled(&self.octets[COUNTRY])
     }
+
+    fn words(&self) -> [u64; 3] {
+        let (words, _) = self.octets.as_chunks::<8>();
+        [words[0], words[1], words[2]].map(u64::from_be_bytes)
+    }
 }
 
 impl Ord for Identity {
     #[inline]
     fn cmp(&self, other: &Self) -> Ordering {
-        u128::from_be_bytes(self.octets).cmp(&u128::from_be_bytes(other.octets))
+        self.words().cmp(&other.words())
     }
 }
 
@@ -127,17 +207,54 @@ fn filled(octets: &[u8]) -> &[u8] {
 
 impl fmt::Debug for Identity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}/{}", self.serial().escape_ascii(), self.octets[COUNTRY].escape_ascii())
+        if self.space() != Space::Serial {
+            write!(f, "{}:", self.space().key())?;
+        }
+        write!(f, "{}/{}", self.name().escape_ascii(), self.octets[COUNTRY].escape_ascii())
     }
 }
 
-fn trimmed<const N: usize>(octets: &[u8; N]) -> [u8; N] {
+/// Without spaces and NULs around.
+fn trimmed(octets: &[u8]) -> &[u8] {
     let blank = |octet: &u8| matches!(octet, 0 | b' ');
-    let mut out = [0; N];
-    let start = octets.iter().position(|octet| !blank(octet)).unwrap_or(N);
+    let start = octets.iter().position(|octet| !blank(octet)).unwrap_or(octets.len());
     let end = octets.iter().rposition(|octet| !blank(octet)).map_or(start, |last| last + 1);
-    out[..end - start].copy_from_slice(&octets[start..end]);
-    out
+    &octets[start..end]
+}
+
+/// Who is on board.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum AircraftKind {
+    /// Nobody: a drone.
+    #[default]
+    Unmanned,
+    /// Somebody.
+    Crewed,
+    /// No aircraft: a vehicle on the ground of an aerodrome.
+    Vehicle,
+}
+
+/// What else a report says of its aircraft, to be published unchanged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Aircraft {
+    /// Who is on board.
+    pub kind: AircraftKind,
+    /// Its callsign, without spaces around and filled with NULs behind (I021/170); all NUL: not known.
+    pub callsign: [u8; 8],
+    /// Emitter category (I021/020).
+    pub emitter_category: Option<u8>,
+}
+
+impl Aircraft {
+    /// The same with what is not known taken from an earlier report of the aircraft: some items come less often.
+    pub fn or(self, earlier: Self) -> Self {
+        let of_category = if self.emitter_category.is_some() { self } else { earlier };
+        Self {
+            kind: if of_category.emitter_category.is_some() { of_category.kind } else { self.kind },
+            callsign: if self.callsign == [0; 8] { earlier.callsign } else { self.callsign },
+            emitter_category: of_category.emitter_category,
+        }
+    }
 }
 
 /// The identifying items of a CAT129 report as received, to be sent on unchanged.
@@ -153,6 +270,20 @@ pub struct UasItems {
     pub registration_country: Option<[u8; 2]>,
 }
 
+impl UasItems {
+    /// Those that an identity says: of a serial number its last 12 octets, which is what I129/040 has room for, and its
+    /// country. An aircraft without a serial number has none.
+    pub fn of(identity: Identity) -> Self {
+        let mut items = Self::default();
+        if let Some(serial) = identity.serial() {
+            let last = &serial[serial.len().saturating_sub(items.serial_number.len())..];
+            items.serial_number[..last.len()].copy_from_slice(last);
+            items.registration_country = <[u8; 2]>::try_from(identity.country()).ok();
+        }
+        items
+    }
+}
+
 /// One transponder report.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fix {
@@ -162,12 +293,18 @@ pub struct Fix {
     pub identity: Identity,
     /// Its identifying items as received.
     pub items: UasItems,
+    /// What else it says of its aircraft.
+    pub aircraft: Aircraft,
     /// Time of the report.
     pub time: Time,
-    /// Position in the site's frame.
+    /// Position in the site's frame; where `height_measured` is false, at an assumed height.
     pub position: Enu,
+    /// Whether it says its height.
+    pub height_measured: bool,
     /// Reported accuracy of the position, metres: the radius that holds half of its errors (I129/110).
     pub accuracy_m: Option<f64>,
+    /// Standard deviation of the height, metres, where it is not that of its receiver's reports.
+    pub height_sigma_m: Option<f64>,
     /// Velocity over ground, m/s, east and north at its own place (I129/185).
     pub velocity: Option<Vector2<f64>>,
     /// Rate of climb, m/s (I129/220).
@@ -228,10 +365,39 @@ mod tests {
         let identity = |serial: &[u8; 12], country| Identity::new(serial, country);
         let plain = identity(b"A12\0\0\0\0\0\0\0\0\0", None).unwrap();
         assert_eq!(identity(b"  A12 \0  \0  ", Some(b"  ")), Some(plain));
-        assert_eq!(plain.serial(), b"A12");
+        assert_eq!(plain.serial(), Some(&b"A12"[..]));
         assert_ne!(identity(b"0A12        ", None), Some(plain));
         assert_ne!(identity(b"A12         ", Some(b"NO")), Some(plain));
         assert_eq!(identity(b" \0          ", Some(b"NO")), None);
+    }
+
+    #[test]
+    fn a_name_is_one_aircraft_in_its_space_only() {
+        let of = |space| Identity::of_name(space, b"4B1A2C").unwrap();
+        assert_eq!(Identity::of_address(0x4B1A2C), of(Space::Address));
+        let all = Space::ALL.map(of);
+        assert!(all.is_sorted_by(|one, next| one < next));
+        assert!(all.iter().zip(Space::ALL).all(|(identity, space)| identity.space() == space));
+        assert_eq!(all.map(|identity| identity.serial().is_some()), [true, false, false, false, false]);
+        assert_eq!(Identity::of_name(Space::Session, &[b'A'; 21]), None);
+    }
+
+    #[test]
+    fn a_long_serial_number_is_sent_by_its_last_octets() {
+        let identity = Identity::new(b"1581F4FKD2291000A4B2", None).unwrap();
+        assert_eq!(UasItems::of(identity).serial_number, *b"D2291000A4B2");
+        assert_eq!(UasItems::of(Identity::of_address(1)), UasItems::default());
+    }
+
+    #[test]
+    fn what_a_report_leaves_out_is_known_from_an_earlier_one() {
+        let earlier =
+            Aircraft { kind: AircraftKind::Unmanned, callsign: *b"UAV1\0\0\0\0", emitter_category: Some(13) };
+        let bare = Aircraft { kind: AircraftKind::Crewed, ..Aircraft::default() };
+        assert_eq!(bare.or(earlier), earlier);
+        let vehicle =
+            Aircraft { kind: AircraftKind::Vehicle, emitter_category: Some(20), ..Aircraft::default() };
+        assert_eq!(vehicle.or(earlier), Aircraft { callsign: earlier.callsign, ..vehicle });
     }
 
     #[test]

@@ -15,11 +15,11 @@ use jiff::SignedDuration;
 use super::ids::TargetId;
 use super::settings::{Transponder, periods};
 use super::tuning::{
-    ADMISSION_GATE_M, ADMISSION_SPEED_MAX_M_S, ADMISSION_WAIT, ADMISSION_WAIT_PERIODS, FLOOD_LASTS,
-    PERMITS_ACCUMULATE_S, SAME_REPORT, WAITING_MAX, WAITING_REPORTS_MAX,
+    ADMISSION_CREWED_SPEED_MAX_M_S, ADMISSION_GATE_M, ADMISSION_SPEED_MAX_M_S, ADMISSION_WAIT,
+    ADMISSION_WAIT_PERIODS, FLOOD_LASTS, PERMITS_ACCUMULATE_S, SAME_REPORT, WAITING_MAX, WAITING_REPORTS_MAX,
 };
 use crate::point::Newcomers;
-use crate::report::{Fix, Identity, SensorIndex};
+use crate::report::{AircraftKind, Fix, Identity, SensorIndex};
 use crate::time::{SECOND, Time};
 
 /// Who waits, and who was admitted.
@@ -278,7 +278,11 @@ fn is_same(one: &Fix, other: &Fix) -> bool {
 /// Whether an aircraft could fly from one to the other.
 fn agree(one: &Fix, other: &Fix) -> bool {
     let away_m = (one.position.0 - other.position.0).norm();
-    away_m <= ADMISSION_GATE_M + ADMISSION_SPEED_MAX_M_S * one.time.seconds_since(other.time).abs()
+    let speed_m_s = match other.aircraft.kind {
+        AircraftKind::Crewed => ADMISSION_CREWED_SPEED_MAX_M_S,
+        AircraftKind::Unmanned | AircraftKind::Vehicle => ADMISSION_SPEED_MAX_M_S,
+    };
+    away_m <= ADMISSION_GATE_M + speed_m_s * one.time.seconds_since(other.time).abs()
 }
 
 #[cfg(test)]

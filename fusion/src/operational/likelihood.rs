@@ -128,7 +128,7 @@ impl PairLikelihood {
             let metres = [
                 Some(seen.outward.dot(&apart.xy())),
                 Some(seen.clockwise.dot(&apart.xy())),
-                plot.height_measured.then_some(apart.z),
+                (plot.height_measured && curve.height_measured).then_some(apart.z),
             ];
             let offset = Offset::new(metres, seen.range_m, radar, curve.sigma_m, &bias);
             let dt = before.map_or(radar.period_s, |(before, _)| plot.time.seconds_since(before).abs());

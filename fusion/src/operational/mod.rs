@@ -196,7 +196,9 @@ impl Operational {
             let known = self.targets.of_identity(fix.identity);
             if let Some(target) = known.and_then(|id| self.targets.get_mut(id)) {
                 self.admission.refresh(fix.identity);
-                target.insert(fix);
+                if !target.transponder().is_some_and(|own| own.has_better(&fix, settings)) {
+                    target.insert(fix);
+                }
             } else if let Some(Admitted { target, waited }) =
                 self.admission.offer(&fix, receiver, || self.targets.reserve())
             {

@@ -402,7 +402,7 @@ fn residual(
         target: radar.frame.from_site(here.position),
         velocity: radar.frame.vector_from_site(after.position.0 - before.position.0)
             / (2.0 * VELOCITY_HALF_BASE_S),
-        height_measured: plot.height_measured,
+        height_measured: plot.height_measured && here.height_measured,
         sigma_m: here.sigma_m.hypot(receiver.horizontal_m),
     })
 }

@@ -16,8 +16,8 @@ use super::tracklets::{Tracklet, Tracklets};
 use super::transponder::{OnCurve, Transponder};
 use super::transponder_types::TransponderTypes;
 use super::tuning::{
-    RADAR_VELOCITY_CORRELATION_S, TARGET_SILENT_MAX, TRANSPONDER_CLIMB_M_S, TRANSPONDER_SILENT_S,
-    TRANSPONDER_VELOCITY_M_S,
+    FRESH_SHARE, RADAR_VELOCITY_CORRELATION_S, TARGET_SILENT_MAX, TRANSPONDER_CLIMB_M_S,
+    TRANSPONDER_SILENT_S, TRANSPONDER_VELOCITY_M_S,
 };
 use crate::filter::{Bias, By, LineOfSight, Measurement, Owner, StateEstimate, TargetFilter};
 use crate::numbering::{NumberChange, Numbers};
@@ -435,10 +435,12 @@ fn was_likely(tracklet: &Tracklet, target: TargetId) -> bool {
 
 fn measured_by_transponder(fix: &Fix, transponder: &Transponder, settings: &Settings) -> Option<Measurement> {
     let [horizontal_m, vertical_m] = transponder.white_m(settings.transponder(fix.sensor)?);
+    // Most of what is stated stays from report to report.
+    let vertical_m = fix.height_sigma_m.map_or(vertical_m, |sigma_m| vertical_m.max(sigma_m * FRESH_SHARE));
     Some(Measurement {
         time: fix.time,
         position: fix.position,
-        height_measured: true,
+        height_measured: fix.height_measured,
         by: By::Transponder { horizontal_m, vertical_m },
         velocity: fix.velocity.map(|velocity| (velocity, TRANSPONDER_VELOCITY_M_S)),
         climb: fix.climb_m_s.map(|climb| (climb, TRANSPONDER_CLIMB_M_S)),

@@ -19,7 +19,7 @@ use super::*;
 use crate::frames::Enu;
 use crate::numbering::Keeping;
 use crate::point::Rival;
-use crate::report::{RadarTrackKey, UasItems};
+use crate::report::RadarTrackKey;
 use crate::settings::OperationalRules;
 
 const GRID: SlotGrid = SlotGrid::new(jiff::SignedDuration::from_millis(250));
@@ -80,17 +80,8 @@ impl Case {
     }
 
     fn fix(&mut self, which: usize, second: f64, east_m: f64) {
-        let serial_number = [b' '; 12];
-        self.air.handle(Report::Fix(Fix {
-            sensor: SensorIndex(1),
-            identity: identity(which),
-            items: UasItems { manufacturer: None, model: None, serial_number, registration_country: None },
-            time: at(second),
-            position: Enu::new(east_m, 1500.0, 100.0),
-            accuracy_m: None,
-            velocity: None,
-            climb_m_s: None,
-        }));
+        let place = Enu::new(east_m, 1500.0, 100.0);
+        self.air.handle(Report::Fix(Fix::new(SensorIndex(1), identity(which), at(second), place)));
     }
 
     /// A transponder with reports at these seconds, two at least.

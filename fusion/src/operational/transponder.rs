@@ -6,14 +6,15 @@ use super::cycle::EARLIEST;
 use super::settings::{self, Settings};
 use super::transponder_types::TransponderTypes;
 use super::tuning::{
-    BETWEEN_REPORTS_M_S2, DELAY_BETWEEN_TRANSPONDERS_S, FRESH_SHARE, NOISE_CHANGE_S, SAME_REPORT,
+    BETWEEN_REPORTS_M_S2, DELAY_BETWEEN_TRANSPONDERS_S, FRESH_SHARE, NOISE_CHANGE_S, POORER, SAME_REPORT,
+    TRANSPONDER_SILENT_S,
 };
 use crate::frames::Enu;
 use crate::interpolation::{Curve, Knot, Piece};
-use crate::learning::{WhiteNoise, likelihoods};
+use crate::learning::{Likelihoods, WhiteNoise, likelihoods};
 use crate::numbering::Numbered;
 use crate::point::TransponderPart;
-use crate::report::{Fix, Identity, SensorIndex, TransponderType, UasItems};
+use crate::report::{Aircraft, Fix, Identity, SensorIndex, TransponderType, UasItems};
 use crate::time::Time;
 
 /// A transponder.
@@ -24,8 +25,11 @@ pub(super) struct Transponder {
     pub(super) sensor: SensorIndex,
     pub(super) numbered: Option<Numbered>,
     items: UasItems,
+    aircraft: Aircraft,
     /// By time; at the time at which the position was measured.
     fixes: Vec<Fix>,
+    /// How many of them do not say their height.
+    unheighted: usize,
     /// Through their positions.
     curve: Curve,
     noise: Noise,
@@ -46,6 +50,8 @@ pub(super) struct OnCurve {
     pub(super) position: Enu,
     /// From interpolation and from what is new with each report.
     pub(super) sigma_m: f64,
+    /// Whether its height was said, in all reports that are kept.
+    pub(super) height_measured: bool,
 }
 
 /// The bias of a transponder, which does not show from report to report: variances.
@@ -64,6 +70,7 @@ pub(super) struct Walk<'a> {
     curve: &'a Curve,
     /// Sigma of the white noise over ground, metres.
     white_m: f64,
+    height_measured: bool,
     /// Reports that are further apart are not connected.
     max_gap_ns: i64,
     /// Where it is.
@@ -76,13 +83,20 @@ impl Walk<'_> {
         if self.piece.as_ref().is_none_or(|piece| !piece.spans(time)) {
             match self.find(time)? {
                 Found::Between(piece) => self.piece = Some(piece),
-                Found::At(position) => return Some(OnCurve { position, sigma_m: self.white_m }),
+                Found::At(position) => {
+                    let Self { white_m: sigma_m, height_measured, .. } = *self;
+                    return Some(OnCurve { position, sigma_m, height_measured });
+                }
             }
         }
         let piece = self.piece.as_ref()?;
         let (since_s, until_s) = piece.apart_s(time);
         let between_m = 0.5 * BETWEEN_REPORTS_M_S2 * since_s * until_s;
-        Some(OnCurve { position: Enu::from(piece.at(time)), sigma_m: between_m.hypot(self.white_m) })
+        Some(OnCurve {
+            position: Enu::from(piece.at(time)),
+            sigma_m: between_m.hypot(self.white_m),
+            height_measured: self.height_measured,
+        })
     }
 
     fn find(&self, time: Time) -> Option<Found> {
@@ -115,7 +129,9 @@ impl Transponder {
             sensor: fix.sensor,
             numbered: None,
             items: fix.items,
+            aircraft: fix.aircraft,
             fixes: Vec::new(),
+            unheighted: 0,
             curve: Curve::default(),
             noise: Noise { axes: Default::default(), until: EARLIEST },
         }
@@ -124,12 +140,15 @@ impl Transponder {
     /// A report; of two of one time the last received counts.
     pub(super) fn insert(&mut self, fix: Fix) {
         self.items = fix.items;
+        self.aircraft = fix.aircraft.or(self.aircraft);
         self.sensor = fix.sensor;
         let first = fix.time + -SAME_REPORT;
         let index = self.fixes.partition_point(|earlier| earlier.time < first);
         let knot = Knot { time: fix.time, position: fix.position.0 };
+        self.unheighted += usize::from(!fix.height_measured);
         match self.fixes.get_mut(index) {
             Some(same) if same.time - fix.time <= SAME_REPORT => {
+                self.unheighted -= usize::from(!same.height_measured);
                 *same = fix;
                 self.curve.replace(index, knot);
             }
@@ -143,7 +162,7 @@ impl Transponder {
     /// Forgets reports before `time`, but for the last two of them.
     pub(super) fn forget_before(&mut self, time: Time) {
         let old = self.fixes.partition_point(|fix| fix.time < time).saturating_sub(2);
-        self.fixes.drain(..old);
+        self.unheighted -= self.fixes.drain(..old).filter(|fix| !fix.height_measured).count();
         self.curve.forget(old);
     }
 
@@ -191,7 +210,11 @@ impl Transponder {
                 continue;
             }
             self.noise.until = after.time;
-            if let Some(report) = likelihoods([before, at, after], configured_m) {
+            if let Some(mut report) = likelihoods([before, at, after], configured_m) {
+                if !three.iter().all(|fix| fix.height_measured) {
+                    // An assumed height has no noise, which shows nothing of that of measured ones.
+                    report[1] = Likelihoods::default();
+                }
                 let dt = after.time.seconds_since(at.time);
                 for (noise, report) in self.noise.axes.iter_mut().zip(&report) {
                     noise.add(report, dt, NOISE_CHANGE_S);
@@ -216,7 +239,14 @@ impl Transponder {
     /// A walk along its curve.
     pub(super) fn walk(&self, settings: &Settings) -> Option<Walk<'_>> {
         let [white_m, _] = self.white_m(settings.transponder(self.sensor)?);
-        Some(Walk { curve: &self.curve, white_m, max_gap_ns: settings.max_gap_ns, piece: None })
+        let height_measured = self.unheighted == 0;
+        Some(Walk {
+            curve: &self.curve,
+            white_m,
+            height_measured,
+            max_gap_ns: settings.max_gap_ns,
+            piece: None,
+        })
     }
 
     /// Its bias, by what it states of its accuracy (I129/110), else by the receiver's configuration.
@@ -226,7 +256,7 @@ impl Transponder {
         let delay_s = DELAY_BETWEEN_TRANSPONDERS_S.hypot(settings.delay(&self.kind())?.sigma_s);
         Some(TransponderBias {
             horizontal_m2: self.axis_sigma_m(receiver).powi(2) * share,
-            vertical_m2: receiver.vertical_m.powi(2) * share,
+            vertical_m2: self.height_sigma_m(receiver).powi(2) * share,
             time_s2: delay_s * delay_s,
         })
     }
@@ -238,6 +268,21 @@ impl Transponder {
         stated_m.map_or(receiver.horizontal_m / SQRT_2, |half_m| half_m / (2.0 * LN_2).sqrt())
     }
 
+    /// Sigma of a height.
+    fn height_sigma_m(&self, receiver: &settings::Transponder) -> f64 {
+        self.fixes.last().and_then(|fix| fix.height_sigma_m).unwrap_or(receiver.vertical_m)
+    }
+
+    /// Whether a report is passed over: that of another receiver whose positions are far better was heard last, and it has not
+    /// fallen silent.
+    pub(super) fn has_better(&self, fix: &Fix, settings: &Settings) -> bool {
+        let sigma_m = |sensor| settings.transponder(sensor).map(|receiver| receiver.horizontal_m);
+        let Some((own_m, other_m)) = sigma_m(self.sensor).zip(sigma_m(fix.sensor)) else { return false };
+        let last = self.last_heard();
+        other_m > POORER * own_m
+            && last.is_some_and(|last| fix.time.seconds_since(last).abs() <= TRANSPONDER_SILENT_S)
+    }
+
     /// Its part in a point of a slot that ends at `end`.
     pub(super) fn part(&self, end: Time) -> Option<TransponderPart> {
         let heard = self.fixes.partition_point(|fix| fix.time < end).checked_sub(1);
@@ -247,6 +292,8 @@ impl Transponder {
             sensor: self.sensor,
             time: heard.map(|index| self.fixes[index].time),
             items: self.items,
+            aircraft: self.aircraft,
+            height_measured: heard.is_none_or(|index| self.fixes[index].height_measured),
         })
     }
 }

@@ -53,6 +53,9 @@ pub(super) const SAME_REPORT: SignedDuration = SignedDuration::from_millis(20);
 
 /// Share of a transponder's position error that is new with each report: most of a GNSS receiver's lasts for a minute.
 pub(super) const FRESH_SHARE: f64 = 0.3;
+/// Of two sources of one identity the one whose positions are this many times better counts alone while it speaks: positions
+/// from a curve that runs from the one to the other and back are worse than either.
+pub(super) const POORER: f64 = 2.0;
 /// How large a transponder's white noise is, is forgotten to 1/e in this time, seconds; that of its type in this flying time.
 pub(super) const NOISE_CHANGE_S: f64 = 900.0;
 pub(super) const TYPE_NOISE_CHANGE_S: f64 = 14_400.0;
@@ -80,6 +83,8 @@ pub(crate) const DECIDED_AFTER: SignedDuration = SignedDuration::from_millis(625
 
 /// Two reports of an identity agree if an aircraft this fast could fly from one to the other, metres a second,
 pub(super) const ADMISSION_SPEED_MAX_M_S: f64 = 100.0;
+/// of one with somebody on board this fast (`adsb`: airliners),
+pub(super) const ADMISSION_CREWED_SPEED_MAX_M_S: f64 = 350.0;
 /// and this far, metres.
 pub(super) const ADMISSION_GATE_M: f64 = 100.0;
 /// How long a first report waits for a second, and a silent identity stays known; the longer of this and

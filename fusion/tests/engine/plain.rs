@@ -145,7 +145,15 @@ impl Plain<'_> {
                 _ => None,
             });
             let (sensor, items) = last_received.unwrap();
-            let transponder = TransponderPart { number, identity, sensor, time: None, items };
+            let transponder = TransponderPart {
+                number,
+                identity,
+                sensor,
+                time: None,
+                items,
+                aircraft: Default::default(),
+                height_measured: true,
+            };
             for &track in &tracks {
                 let Some(ratio) = associated(identity, track, k) else { continue };
                 let plot = &detections[&(track, k)];

@@ -190,20 +190,15 @@ fn any_delay() -> impl Strategy<Value = i64> {
 fn any_fix() -> impl Strategy<Value = Report> {
     (0..3_u8, 0..2_u8).prop_map(|(name, model)| {
         let serial_number = [b'U', b'1' + name, b' ', b' ', b' ', b' ', b' ', b' ', b' ', b' ', b' ', b' '];
+        let identity = Identity::new(&serial_number, None).unwrap();
         Report::Fix(Fix {
-            sensor: SensorIndex(2),
-            identity: Identity::new(&serial_number, None).unwrap(),
             items: UasItems {
                 manufacturer: None,
                 model: Some([b'M', b'0', b'0' + model]),
                 serial_number,
                 registration_country: None,
             },
-            time: Time::default(),
-            position: NOWHERE,
-            accuracy_m: None,
-            velocity: None,
-            climb_m_s: None,
+            ..Fix::new(SensorIndex(2), identity, Time::default(), NOWHERE)
         })
     })
 }
@@ -241,7 +236,7 @@ pub fn indifferent_to_order(mut arrivals: Vec<Arrival>) -> Vec<Arrival> {
         Report::Plot(plot) => seen.insert((plot.time, plot.track.sensor.0, plot.track.number)),
         Report::Fix(fix) => {
             fix.items.model = None;
-            seen.insert((fix.time, 99, u16::from(fix.identity.serial()[1])))
+            seen.insert((fix.time, 99, u16::from(fix.identity.name()[1])))
         }
     });
     arrivals

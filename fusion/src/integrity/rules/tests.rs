@@ -18,7 +18,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use crate::report::{SensorIndex, UasItems};
+use crate::report::SensorIndex;
 use crate::time::SECOND;
 
 /// From its stamp to its arrival, seconds.
@@ -37,16 +37,7 @@ fn identity(number: u32) -> Identity {
 
 /// A report of the identity with this number.
 fn fix(number: u32, seconds: f64, position: [f64; 3]) -> Fix {
-    Fix {
-        sensor: SensorIndex(1),
-        identity: identity(number),
-        items: UasItems::default(),
-        time: at(seconds),
-        position: Enu::from(Vector3::from(position)),
-        accuracy_m: None,
-        velocity: None,
-        climb_m_s: None,
-    }
+    Fix::new(SensorIndex(1), identity(number), at(seconds), Enu::from(Vector3::from(position)))
 }
 
 /// A report, and when it arrives, seconds.

@@ -4,23 +4,15 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::frames::Enu;
-use crate::report::{Identity, SensorIndex, UasItems};
+use crate::report::{Identity, SensorIndex};
 use crate::time::Time;
 
 /// White noise of a report as it is configured: over ground, and in height, metres.
 const CONFIGURED_M: [f64; 2] = [0.9, 1.5];
 
 fn report(seconds: f64, [x, y, z]: [f64; 3]) -> Fix {
-    Fix {
-        sensor: SensorIndex(0),
-        time: Time::from_nanos((seconds * 1e9) as i64),
-        position: Enu::new(x, y, z),
-        accuracy_m: None,
-        velocity: None,
-        climb_m_s: None,
-        identity: Identity::new(b"000000000001", None).unwrap(),
-        items: UasItems::default(),
-    }
+    let identity = Identity::new(b"000000000001", None).unwrap();
+    Fix::new(SensorIndex(0), identity, Time::from_nanos((seconds * 1e9) as i64), Enu::new(x, y, z))
 }
 
 /// What is known is forgotten to 1/e in this time, seconds.

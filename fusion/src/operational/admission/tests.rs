@@ -1,6 +1,5 @@
 use super::*;
 use crate::frames::Enu;
-use crate::report::UasItems;
 
 const SENSOR: SensorIndex = SensorIndex(1);
 const SLOT: i64 = SECOND / 4;
@@ -15,18 +14,8 @@ fn at(seconds: f64) -> Time {
 
 /// A report of the identity with this number, so far east, metres.
 fn fix(identity: u64, seconds: f64, east_m: f64) -> Fix {
-    let mut serial_number = [b' '; 12];
-    serial_number[..9].copy_from_slice(format!("{identity:09}").as_bytes());
-    Fix {
-        sensor: SENSOR,
-        identity: Identity::new(&serial_number, None).unwrap(),
-        items: UasItems { manufacturer: None, model: None, serial_number, registration_country: None },
-        time: at(seconds),
-        position: Enu::new(east_m, 0.0, 100.0),
-        accuracy_m: None,
-        velocity: None,
-        climb_m_s: None,
-    }
+    let identity = Identity::new(format!("{identity:09}").as_bytes(), None).unwrap();
+    Fix::new(SENSOR, identity, at(seconds), Enu::new(east_m, 0.0, 100.0))
 }
 
 struct Gate {

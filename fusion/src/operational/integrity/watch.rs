@@ -110,7 +110,7 @@ impl Second {
             place += plot.position.0.xy();
             curve_m2 += curve.sigma_m * curve.sigma_m;
             count += 1.0;
-            if plot.height_measured {
+            if plot.height_measured && curve.height_measured {
                 up_m += plot.position.0.z - curve.position.0.z;
                 heights += 1.0;
             }

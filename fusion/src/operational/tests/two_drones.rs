@@ -5,7 +5,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::frames::Enu;
-use crate::report::{Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex, UasItems};
+use crate::report::{Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex};
 use crate::settings::{
     OperationalRules, Profile, Radar, RadarErrors, Receiver, ReferenceRules, RegistrationMode, Sensor,
     Settings,
@@ -79,22 +79,8 @@ pub(in crate::operational) fn reports(seconds: i64) -> Vec<(Time, Report)> {
             };
             reports.push((received, Report::Plot(plot)));
             if half % 2 == 0 {
-                let items = UasItems {
-                    manufacturer: None,
-                    model: None,
-                    serial_number: *b"            ",
-                    registration_country: None,
-                };
-                let fix = Fix {
-                    sensor: SensorIndex(1),
-                    identity: identity(which),
-                    items,
-                    time,
-                    position: at([0, 1, 2].map(|_| 0.3 * normal())),
-                    accuracy_m: None,
-                    velocity: None,
-                    climb_m_s: None,
-                };
+                let place = at([0, 1, 2].map(|_| 0.3 * normal()));
+                let fix = Fix::new(SensorIndex(1), identity(which), time, place);
                 reports.push((received, Report::Fix(fix)));
             }
         }
