@@ -125,6 +125,9 @@ fn paths(path: &str, value: &toml::Value, found: &mut BTreeSet<String>) {
 fn the_table_of_keys_the_page_and_the_example_have_the_same_keys() {
     // In the example these stand in a comment, beside what is used instead.
     let left_out = [
+        "site.latitude_deg",
+        "site.longitude_deg",
+        "site.height_amsl_m",
         "sensors.classification.value",
         "sensors.inputs.trailer_octets",
         "http.auth.tokens_file",
@@ -199,7 +202,7 @@ fn the_effective_configuration_reads_back_to_the_same() {
 fn the_effective_configuration_says_what_is_taken_for_an_absent_key() {
     let shown = parse(SMALL, &[]).unwrap().to_string();
     for line in [
-        "# geoid_undulation_m: EGM96 at the first radar",
+        "# geoid_undulation_m: EGM96 at the origin of the local frame",
         "# period_s: not stated, 0.25 is assumed",
         "assumed_height_amsl_m = 1e-7",
         "latency_s = 0.7",

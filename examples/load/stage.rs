@@ -8,7 +8,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use utm_fusion::config::{Config, PictureKind, Record, SensorKind, Sink};
+use utm_fusion::config::{Config, PictureKind, Record, Sink};
 
 use crate::readers;
 
@@ -119,13 +119,10 @@ impl Stage {
         [self.config.output.asterix[0], self.config.output.asterix[1]]
     }
 
-    /// Latitude and longitude of the first radar, degrees.
+    /// Latitude and longitude of the origin, degrees.
     pub fn radar(&self) -> (f64, f64) {
-        let place = |kind: &SensorKind| match kind {
-            SensorKind::Radar(radar) => Some((radar.latitude_deg, radar.longitude_deg)),
-            SensorKind::Transponder(_) => None,
-        };
-        self.config.sensors.iter().find_map(|sensor| place(&sensor.kind)).unwrap_or_default()
+        let (latitude_deg, longitude_deg, _) = self.config.origin();
+        (latitude_deg, longitude_deg)
     }
 
     /// The metrics page.

@@ -25,8 +25,8 @@ const NOT_JUDGED: &str = "none";
 /// Most tracks in one answer.
 const MOST: usize = 10_000;
 
-/// A choice among tracks; the default is what readers get who ask for nothing else: all but those that no sensor measured
-/// and that are known too poorly, [`MAX_ACCURACY_M`].
+/// A choice among tracks; the default is what readers get who ask for nothing else: all but vehicles on the
+/// ground, and those that no sensor measured and that are known too poorly, [`MAX_ACCURACY_M`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Filter {
     /// Longitude and latitude at least, at most.
@@ -121,13 +121,18 @@ impl Filter {
         *self == Self::default()
     }
 
+    /// Whether a class is wanted: vehicles on the ground only where they are asked for.
+    fn has_class(&self, class: TrackClass) -> bool {
+        self.classes.as_ref().map_or(class != TrackClass::Vehicle, |classes| classes.contains(&class))
+    }
+
     /// Whether the track is wanted. One whose height is unknown is within no height.
     pub fn wants(&self, piece: &Piece) -> bool {
         let max_accuracy_m = self.max_accuracy_m.unwrap_or(MAX_ACCURACY_M);
         piece.unmeasured_accuracy_m.is_none_or(|accuracy_m| accuracy_m <= max_accuracy_m)
             && self.bbox.is_none_or(|bbox| within(bbox, piece.lng, piece.lat))
             && self.sources.as_ref().is_none_or(|sources| sources.contains(&piece.source))
-            && self.classes.as_ref().is_none_or(|classes| classes.contains(&piece.class))
+            && self.has_class(piece.class)
             && self.integrity.as_ref().is_none_or(|states| states.contains(&piece.integrity))
             && self
                 .sensors

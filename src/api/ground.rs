@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::geometry::{Collection, Feature, Geometry, Position, Unnamed};
 use crate::areas::{Areas, Format, Part, ZoneKind, on_map, severity};
+use crate::config::names::Named;
 use crate::config::{Area, AreaKind, Sensor, SensorKind};
 use crate::json::rounded;
 use crate::picture::Rfc3339;
@@ -17,12 +18,20 @@ const CORNERS: usize = 72;
 /// Mean radius of the Earth, metres: to draw circles, not to measure.
 const EARTH_M: f64 = 6_371_008.8;
 
+/// What kinds of sensors there are.
+pub const SENSOR_KINDS: [&str; SensorKind::NAMES.len()] = {
+    let mut names = [""; SensorKind::NAMES.len()];
+    let mut index = 0;
+    while index < names.len() {
+        names[index] = SensorKind::NAMES[index].0;
+        index += 1;
+    }
+    names
+};
+
 /// What kind of sensor it is.
 pub fn kind(sensor: &Sensor) -> &'static str {
-    match sensor.kind {
-        SensorKind::Radar(_) => "radar",
-        SensorKind::Transponder(_) => "transponder",
-    }
+    sensor.kind.name()
 }
 
 /// Where the sensors see.
@@ -32,7 +41,7 @@ pub type Coverage = Collection<Feature<'static, Option<Geometry>, CoverageProper
 pub struct CoverageProperties {
     /// Its configured id.
     sensor: String,
-    #[schemars(extend("enum" = ["radar", "transponder"]))]
+    #[schemars(extend("enum" = SENSOR_KINDS))]
     kind: &'static str,
     /// Area: as configured; circle: of the radar's range.
     #[schemars(extend("enum" = ["area", "circle"]))]
@@ -44,10 +53,7 @@ pub struct CoverageProperties {
 /// Where each sensor sees: its areas of kind `coverage`, or else, of a radar, the circle of its range.
 pub fn coverage(sensors: &[Sensor], areas: &Areas) -> Coverage {
     let feature = |sensor: &Sensor| {
-        let radar = match &sensor.kind {
-            SensorKind::Radar(radar) => Some(radar),
-            SensorKind::Transponder(_) => None,
-        };
+        let radar = sensor.kind.radar();
         let max_range_m = radar.and_then(|radar| radar.max_range_m);
         let is_its =
             |area: &Area| matches!(&area.kind, AreaKind::Coverage { sensor: id } if *id == sensor.id);

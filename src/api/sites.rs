@@ -10,7 +10,7 @@ use super::geometry::{CollectionType, Feature, Point};
 use super::ground::{AreaCollection, area_collection, kind};
 use super::learnt::{Learnt, LearntTypeJson};
 use super::problem::Problem;
-use crate::config::{Sensor, SensorKind};
+use crate::config::Sensor;
 use crate::json::rounded;
 use crate::live::{Contested, LineStatus, RegistrationStatus, SensorStatus, Unknown, values};
 use crate::picture::{Rfc3339, serial_text};
@@ -268,13 +268,10 @@ pub fn sensors(ask: &Ask) -> Result<Sensors, Problem> {
     let hub = &ask.state.hub;
     let status = hub.status();
     let feature = |(index, sensor): (usize, &Sensor)| {
-        let geometry = match &sensor.kind {
-            SensorKind::Radar(radar) => {
-                let height_m = rounded(radar.height_amsl_m + hub.maker.geoid_undulation_m(), 3);
-                Some(Point::new(radar.longitude_deg, radar.latitude_deg, Some(height_m)))
-            }
-            SensorKind::Transponder(_) => None,
-        };
+        let geometry = sensor.kind.radar().map(|radar| {
+            let height_m = rounded(radar.height_amsl_m + hub.maker.geoid_undulation_m(), 3);
+            Point::new(radar.longitude_deg, radar.latitude_deg, Some(height_m))
+        });
         let state = status.as_ref().and_then(|status| status.sensors.get(index));
         Feature::new(sensor.id.clone(), geometry, SensorProperties::new(sensor, state))
     };

@@ -18,7 +18,7 @@ use std::path::PathBuf;
 use geo::orient::{Direction, Orient};
 use geo::{MultiPolygon, Point};
 
-use crate::config::{AlertArea, Area, AreaKind, Config, Sensor, SensorKind};
+use crate::config::{AlertArea, Area, AreaKind, Config, Sensor};
 use fusion::time::Time;
 
 pub use alerting::{AlertAreas, Entry, Presence, Visitor, severity};
@@ -175,7 +175,7 @@ impl HeardAreas {
 
 fn is_heard(area: &Area, config: &Config) -> bool {
     let AreaKind::Coverage { sensor: id } = &area.kind else { return false };
-    let of_receiver = |sensor: &Sensor| sensor.id == *id && matches!(sensor.kind, SensorKind::Transponder(_));
+    let of_receiver = |sensor: &Sensor| sensor.id == *id && sensor.kind.is_transponder();
     config.sensors.iter().any(of_receiver)
 }
 

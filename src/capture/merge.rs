@@ -1,9 +1,9 @@
 //! Merges captures into one stream of receptions, and gives times to files that have none.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::net::SocketAddr;
 
-use asterix::{Block, Record, TimeOfDay, blocks, cat048, cat129};
+use asterix::{Block, DataSource, Record, TimeOfDay, blocks, cat021, cat048, cat129};
 use jiff::civil::Date;
 
 use super::clock::{DayClock, RawClock};
@@ -39,7 +39,11 @@ pub enum ReceptionKind {
 /// Captures merged by reception time, equal times in the order of the captures.
 pub struct Merged {
     inputs: Vec<Input>,
+    editions: Editions,
 }
+
+/// Which edition of CAT021 a sender follows, where that is known.
+type Editions = BTreeMap<DataSource, cat021::Edition>;
 
 struct Input {
     capture: Capture,
@@ -58,7 +62,12 @@ impl Merged {
             day_clock: DayClock::starting_on(date),
             ahead: VecDeque::new(),
         };
-        Self { inputs: captures.into_iter().map(input).collect() }
+        Self { inputs: captures.into_iter().map(input).collect(), editions: Editions::new() }
+    }
+
+    /// The same where these senders follow these editions of CAT021; all others the usual one.
+    pub fn with_editions(self, editions: Editions) -> Self {
+        Self { editions, ..self }
     }
 
     /// The captures, in order.
@@ -72,8 +81,9 @@ impl Iterator for Merged {
 
     /// An error ends its own input only.
     fn next(&mut self) -> Option<Self::Item> {
-        for (index, input) in self.inputs.iter_mut().enumerate() {
-            if let Err(error) = input.fill(index) {
+        let Self { inputs, editions } = self;
+        for (index, input) in inputs.iter_mut().enumerate() {
+            if let Err(error) = input.fill(index, editions) {
                 return Some(Err(error));
             }
         }
@@ -88,7 +98,7 @@ impl Iterator for Merged {
 
 impl Input {
     /// Reads until something is ahead, or the end.
-    fn fill(&mut self, index: usize) -> Result<(), ReadError> {
+    fn fill(&mut self, index: usize, editions: &Editions) -> Result<(), ReadError> {
         while self.ahead.is_empty() {
             let Some(mut datagram) = self.capture.next().transpose()? else { break };
             // The capture counts it.
@@ -102,21 +112,28 @@ impl Input {
                     let payload = std::mem::take(&mut datagram.payload);
                     self.push(ReceptionKind::Datagram, &datagram, index, 0, payload);
                 }
-                None => self.split(&datagram, index),
+                None => self.split(&datagram, index, editions),
             }
         }
         Ok(())
     }
 
     /// Splits a block of a file without reception times: each record is received at its own time.
-    fn split(&mut self, datagram: &Datagram, index: usize) {
+    fn split(&mut self, datagram: &Datagram, index: usize, editions: &Editions) {
         for block in blocks(&datagram.payload) {
             match block {
                 Ok(block) if block.category == cat048::Record::CATEGORY => {
-                    self.split_block::<cat048::Record>(datagram, index, block);
+                    self.split_block::<cat048::Record>(datagram, index, block, ());
                 }
                 Ok(block) if block.category == cat129::Record::CATEGORY => {
-                    self.split_block::<cat129::Record>(datagram, index, block);
+                    self.split_block::<cat129::Record>(datagram, index, block, ());
+                }
+                Ok(block) if block.category == cat021::Record::CATEGORY => {
+                    let edition = block
+                        .first_source()
+                        .and_then(|source| editions.get(&source).copied())
+                        .unwrap_or_default();
+                    self.split_block::<cat021::Record>(datagram, index, block, edition);
                 }
                 Ok(block) => {
                     self.push(ReceptionKind::Record, datagram, index, block.offset, block.octets.to_vec());
@@ -134,7 +151,13 @@ impl Input {
         }
     }
 
-    fn split_block<R: Record<Edition = ()>>(&mut self, datagram: &Datagram, index: usize, block: Block<'_>) {
+    fn split_block<R: Record>(
+        &mut self,
+        datagram: &Datagram,
+        index: usize,
+        block: Block<'_>,
+        edition: R::Edition,
+    ) {
         // A record in a block of its own begins 3 octets after that block: so offsets stay those of the file.
         let mut reframed = |clock_at: Option<TimeOfDay>, offset: usize, octets: &[u8]| {
             self.clock.tell(clock_at);
@@ -146,7 +169,7 @@ impl Input {
         };
         let end = block.offset + block.octets.len();
         let mut next = block.offset + 3;
-        for located in block.records::<R>() {
+        for located in block.records_in::<R>(edition) {
             match located {
                 Ok(located) => {
                     next = located.offset + located.length;

@@ -230,7 +230,7 @@ impl Show<'_> {
 fn row(track: &PictureTrack, now: Time, columns: usize) -> String {
     let source = &track.point.source;
     let serial =
-        source.transponder().map_or("-".to_owned(), |part| part.identity.serial().escape_ascii().to_string());
+        source.transponder().map_or("-".to_owned(), |part| part.identity.name().escape_ascii().to_string());
     let radar = source.radar().map_or("-".to_owned(), |part| part.track.number.to_string());
     let (bearing_deg, range_m) = bearing_and_range(track.point.position);
     let height = track.altitude_amsl_m.map_or("-".to_owned(), |metres| format!("{metres:.0} m"));

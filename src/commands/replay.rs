@@ -147,7 +147,7 @@ impl Replay<'_, '_> {
         }
         let total = captures.iter().map(Capture::size).sum::<Option<u64>>();
         self.bar = io::stderr().is_terminal().then(|| progress::bar(total));
-        let mut merged = Merged::new(captures, date);
+        let mut merged = Merged::new(captures, date).with_editions(self.pipeline.normaliser().editions());
         let mut outcome = Outcome::Done;
         let mut count: u64 = 0;
         while let Some(next) = merged.next() {

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::{self, Write as _};
 
-use crate::config::{Config, SensorKind};
+use crate::config::Config;
 use crate::integrity::Flags;
 use crate::live::{in_words, type_in_words, type_name, values};
 use crate::picture::{Picture, serial_text};
@@ -84,10 +84,7 @@ impl Summary {
         received(&mut text, tally)?;
         for (index, sensor) in config.sensors.iter().enumerate() {
             let index = SensorIndex(index as u16);
-            let (kind, what) = match sensor.kind {
-                SensorKind::Radar(_) => ("radar", "plots"),
-                SensorKind::Transponder(_) => ("transponder", "reports"),
-            };
+            let (kind, what) = (sensor.kind.name(), if sensor.kind.is_radar() { "plots" } else { "reports" });
             let accepted = tally.accepted.get(&index).copied().unwrap_or(0);
             write!(text, "sensor     {} ({kind}): {accepted} {what}", sensor.id)?;
             let dropped = tally.refused.iter().filter(|((sensor, _), _)| *sensor == Some(index));
@@ -118,7 +115,7 @@ impl Summary {
             writeln!(
                 text,
                 "aircraft   {number} (serial {}): {} points fused with {} radar tracks, {} of the transponder alone",
-                aircraft.identity.serial().escape_ascii(),
+                aircraft.identity.name().escape_ascii(),
                 aircraft.fused,
                 aircraft.radar_tracks.len(),
                 aircraft.alone,
@@ -161,7 +158,7 @@ impl Summary {
 pub fn registered(engine: &Engine, config: &Config) -> String {
     let line = |(index, registered): (SensorIndex, &fusion::operational::Registered)| {
         let sensor = config.sensors.get(usize::from(index.0))?;
-        let SensorKind::Radar(radar) = &sensor.kind else { return None };
+        let radar = sensor.kind.radar()?;
         let estimate = &registered.estimate;
         let value = |(name, unit, value): (&str, &str, fusion::registration::BiasValue)| {
             let digits = if unit == " m" { 1 } else { 2 };

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::replay::args::Args;
 use super::table::grouped;
-use crate::config::{Config, SensorKind};
+use crate::config::Config;
 use crate::pipeline::Tally;
 
 /// Most sources that are named; a network may have hundreds.
@@ -34,11 +34,7 @@ pub(super) fn unmatched(tally: &Tally, config: &Config, args: &Args) -> Option<S
     }
     let mut configured: BTreeMap<&str, Vec<String>> = BTreeMap::new();
     for sensor in &config.sensors {
-        let category = match sensor.kind {
-            SensorKind::Radar(_) => "CAT048",
-            SensorKind::Transponder(_) => "CAT129",
-        };
-        configured.entry(category).or_default().push(format!("{}/{}", sensor.sac, sensor.sic));
+        configured.entry(sensor.kind.language()).or_default().push(format!("{}/{}", sensor.sac, sensor.sic));
     }
     let configured: Vec<String> =
         configured.iter().map(|(category, codes)| format!("{category} {}", codes.join(", "))).collect();

@@ -7,6 +7,7 @@ use std::num::NonZeroU32;
 use std::ops::RangeInclusive;
 use std::path::{self, Path, PathBuf};
 
+use asterix::cat021::Edition;
 use axum::http::Uri;
 use jiff::SignedDuration;
 
@@ -176,7 +177,7 @@ macro_rules! toml {
 }
 toml!(value => value.to_string(); u8, u16, u32, bool);
 toml!(value => format!("{value:?}"); f64);
-toml!(value => quoted(&value.to_string()); String, Ipv4Addr, SocketAddr, Network, Uri);
+toml!(value => quoted(&value.to_string()); String, Ipv4Addr, SocketAddr, Network, Uri, Edition);
 toml!(value => quoted(&value.to_string_lossy()); PathBuf);
 toml!(value => format!("{:?}", value.as_secs_f64()); SignedDuration);
 toml!(value => format!("[{:?}, {:?}]", value.0, value.1); (f64, f64));

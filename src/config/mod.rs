@@ -37,8 +37,12 @@ mod site;
 pub(crate) mod table;
 pub(crate) mod tree;
 
+use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter};
 use std::path::Path;
+
+use asterix::DataSource;
+use asterix::cat021::Edition;
 
 pub use alerts::{AlertKind, AlertRule, Alerts, Severity};
 pub use areas::{AlertArea, Area, AreaKind, AreaSeverity};
@@ -57,7 +61,8 @@ pub use page::{keys, reference};
 pub use reader::FILL_IN;
 pub use receivers::{Mqtt, Webhook};
 pub use sensors::{
-    Classification, Radar, RadarAccuracy, Registration, Sensor, SensorKind, Transponder, TransponderAccuracy,
+    AdsB, Classification, Radar, RadarAccuracy, Registration, Sensor, SensorKind, Transponder,
+    TransponderAccuracy,
 };
 pub use site::Site;
 
@@ -71,7 +76,7 @@ use table::Table;
 pub struct Config {
     /// The service itself.
     pub site: Site,
-    /// The sensors in the order of the file; at least one is a radar, and the first radar is the origin of the frame.
+    /// The sensors in the order of the file; the first radar is the origin of the frame, without one the site is.
     pub sensors: Vec<Sensor>,
     /// The engine.
     pub fusion: Fusion,
@@ -206,10 +211,30 @@ impl Config {
 
     /// The radars, in the order of the file; the first is the origin of the ENU frame.
     pub fn radars(&self) -> impl Iterator<Item = (&Sensor, &Radar)> {
-        self.sensors.iter().filter_map(|sensor| match &sensor.kind {
-            SensorKind::Radar(radar) => Some((sensor, radar)),
-            SensorKind::Transponder(_) => None,
-        })
+        self.sensors.iter().filter_map(|sensor| Some((sensor, sensor.kind.radar()?)))
+    }
+
+    /// Which edition of CAT021 each ADS-B receiver follows, by SAC and SIC.
+    pub fn editions(&self) -> BTreeMap<DataSource, Edition> {
+        let of = |sensor: &Sensor| match &sensor.kind {
+            SensorKind::AdsB(adsb) => Some((DataSource { sac: sensor.sac, sic: sensor.sic }, adsb.edition)),
+            _ => None,
+        };
+        self.sensors.iter().filter_map(of).collect()
+    }
+
+    /// The origin of the ENU frame: WGS-84 latitude and longitude, degrees, and height above mean sea level, metres; of the
+    /// first radar or, without one, of the site.
+    pub fn origin(&self) -> (f64, f64, f64) {
+        match self.radars().next() {
+            Some((_, radar)) => (radar.latitude_deg, radar.longitude_deg, radar.height_amsl_m),
+            None => {
+                let Site { latitude_deg, longitude_deg, height_amsl_m, .. } = self.site;
+                let [latitude, longitude, height] =
+                    [latitude_deg, longitude_deg, height_amsl_m].map(Option::unwrap_or_default);
+                (latitude, longitude, height)
+            }
+        }
     }
 }
 

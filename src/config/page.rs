@@ -2,8 +2,8 @@
 
 use super::table::{Row, Table};
 use super::{
-    AlertArea, Alerts, Area, Conflicts, Fusion, Http, Integrity, Map, Output, Persistence, Radar, Sensor,
-    Site, Transponder,
+    AdsB, AlertArea, Alerts, Area, Conflicts, Fusion, Http, Integrity, Map, Output, Persistence, Radar,
+    Sensor, Site, Transponder,
 };
 
 /// What the page begins with.
@@ -21,7 +21,7 @@ The file is TOML. The name of a key states its unit, and an unknown key is refus
 ";
 
 /// The tables of the file: how they are named on the page, their path, what they are, and their keys.
-fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 14] {
+fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 15] {
     fn table<T: Table>(
         name: &'static str,
         path: &'static str,
@@ -32,7 +32,8 @@ fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 14] {
         table::<Site>("[site]", "site"),
         table::<Sensor>("[[sensors]]", "sensors"),
         table::<Radar>("[[sensors]], radar", "sensors"),
-        table::<Transponder>("[[sensors]], transponder", "sensors"),
+        table::<Transponder>("[[sensors]], transponder or remote-id", "sensors"),
+        table::<AdsB>("[[sensors]], adsb", "sensors"),
         table::<Fusion>("[fusion]", "fusion"),
         table::<Integrity>("[integrity]", "integrity"),
         table::<Conflicts>("[conflicts]", "conflicts"),

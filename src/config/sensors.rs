@@ -1,25 +1,31 @@
 //! `[[sensors]]`.
 
 use super::error::Faults;
-use super::kinds::{Kind, Toml, checked_tables, flag, inline, is_plain, named, number, tables, text, whole};
+use asterix::cat021::Edition;
+
+use super::kinds::{
+    Kind, Toml, checked_tables, flag, inline, is_plain, named, number, parsed, tables, text, whole,
+};
 use super::names::{names, written_by_name};
 use super::network::Input;
 use super::reader::Section;
-use super::site::{Site, area_code, identification_code};
+use super::site::{Site, area_code, check_origin, identification_code};
 use super::table::{ByHand, Entry, Row, Table, absent, depends, need, section};
 
 section! {
     /// The sources of reports. The pair of SAC and SIC tells the sensors of a kind apart, and is never the service's own.
-    /// At least one sensor is a radar; the first radar is the origin of the local frame.
+    /// The first radar is the origin of the local frame; where there is none, `[site]` says where that is.
     Sensor {
         /// Name of the sensor, unique among the sensors; part of track ids.
         id: String = need("a name for the sensor, such as id = \"north\""),
             text("an id becomes part of track ids; use only letters A-Z a-z, digits, _ and -", is_plain);
         /// What the sensor is. Each kind has keys of its own, below.
-        kind: SensorKind = need("kind = \"radar\" (CAT048) or kind = \"transponder\" (CAT129)"), named();
-        /// System area code of its records.
+        kind: SensorKind = need(
+            "kind = \"radar\" (CAT048), \"transponder\" (CAT129), \"adsb\" (CAT021) or \"remote-id\"",
+        ), named();
+        /// System area code of its records; of a sensor that sends no ASTERIX, by which the service names it in what it sends.
         sac: u8 = need("sac = …, the system area code (SAC) of its records"), area_code();
-        /// System identification code of its records.
+        /// System identification code of its records, likewise.
         sic: u8 = need("sic = …, the system identification code (SIC) of its records"), identification_code();
         /// Time between two reports of one target, seconds.
         period_s: Option<f64> = absent("not stated, 0.25 is assumed"),
@@ -30,15 +36,68 @@ section! {
 }
 
 names! {
-    /// Radar (CAT048) or transponder receiver (CAT129).
+    /// Radar, or receiver of what aircraft say of themselves.
     SensorKind, "kind of sensor" {
         /// Plots, CAT048.
         Radar(Radar) = "radar",
         /// Position reports of equipped drones, CAT129.
         Transponder(Transponder) = "transponder",
+        /// Position reports of aircraft with ADS-B, CAT021.
+        AdsB(AdsB) = "adsb",
+        /// Broadcasts of drones by Remote ID (ASTM F3411): messages, or a gateway's lines.
+        RemoteId(Transponder) = "remote-id",
     }
 }
 written_by_name!(SensorKind, Registration);
+
+impl SensorKind {
+    /// The keys of a radar.
+    pub fn radar(&self) -> Option<&Radar> {
+        match self {
+            Self::Radar(radar) => Some(radar),
+            Self::Transponder(_) | Self::AdsB(_) | Self::RemoteId(_) => None,
+        }
+    }
+
+    /// Whether it is a radar.
+    pub fn is_radar(&self) -> bool {
+        self.radar().is_some()
+    }
+
+    /// What receivers have in common.
+    pub fn receiver(&self) -> Option<&Transponder> {
+        match self {
+            Self::Radar(_) => None,
+            Self::Transponder(receiver) | Self::AdsB(AdsB { receiver, .. }) | Self::RemoteId(receiver) => {
+                Some(receiver)
+            }
+        }
+    }
+
+    /// Whether it receives CAT129.
+    pub fn is_transponder(&self) -> bool {
+        matches!(self, Self::Transponder(_))
+    }
+
+    /// Time between two reports of one target where that is not stated, seconds.
+    pub const fn usual_period_s(&self) -> f64 {
+        match self {
+            Self::Radar(_) => 0.25,
+            Self::Transponder(_) => 2.0,
+            Self::AdsB(_) | Self::RemoteId(_) => 1.0,
+        }
+    }
+
+    /// What it sends.
+    pub const fn language(&self) -> &'static str {
+        match self {
+            Self::Radar(_) => "CAT048",
+            Self::Transponder(_) => "CAT129",
+            Self::AdsB(_) => "CAT021",
+            Self::RemoteId(_) => "Remote ID",
+        }
+    }
+}
 
 /// A blank radar.
 impl Default for SensorKind {
@@ -51,18 +110,12 @@ section! {
     /// The keys of a sensor with `kind = "radar"`.
     Radar {
         /// WGS-84 latitude of the antenna, degrees, north positive.
-        latitude_deg: f64 = need("latitude_deg = …, where the radar stands (WGS-84, north positive)"),
-            number("a latitude is between -90 and 90 degrees; south is negative", |v| v.abs() <= 90.0);
+        latitude_deg: f64 = need("latitude_deg = …, where the radar stands (WGS-84, north positive)"), latitude();
         /// WGS-84 longitude of the antenna, degrees, east positive.
-        longitude_deg: f64 = need("longitude_deg = …, where the radar stands (WGS-84, east positive)"),
-            number("a longitude is between -180 and 180 degrees; west is negative", |v| v.abs() <= 180.0);
+        longitude_deg: f64 = need("longitude_deg = …, where the radar stands (WGS-84, east positive)"), longitude();
         /// Height of the antenna above mean sea level, metres.
         height_amsl_m: f64 =
-            need("height_amsl_m = …, the antenna's height above mean sea level in metres"),
-            number(
-                "the antenna is between -500 and 9000 metres above mean sea level",
-                |v| (-500.0..=9000.0).contains(&v),
-            );
+            need("height_amsl_m = …, the antenna's height above mean sea level in metres"), height_amsl();
         /// Added to every azimuth, degrees clockwise.
         bearing_correction_deg: f64 = 0.0,
             number("a bearing correction is between -180 and 180 degrees, clockwise positive", |v| v.abs() <= 180.0);
@@ -86,6 +139,23 @@ section! {
         /// not `"off"`. Not used by the `reference` profile.
         learn_accuracy: bool = true, flag();
     } by hand {}
+}
+
+/// A latitude.
+pub(super) fn latitude() -> Kind<f64> {
+    number("a latitude is between -90 and 90 degrees; south is negative", |v| v.abs() <= 90.0)
+}
+
+/// A longitude.
+pub(super) fn longitude() -> Kind<f64> {
+    number("a longitude is between -180 and 180 degrees; west is negative", |v| v.abs() <= 180.0)
+}
+
+/// The height of something that stands on the ground.
+pub(super) fn height_amsl() -> Kind<f64> {
+    number("the antenna is between -500 and 9000 metres above mean sea level", |v| {
+        (-500.0..=9000.0).contains(&v)
+    })
 }
 
 names! {
@@ -122,7 +192,7 @@ section! {
 }
 
 section! {
-    /// The keys of a sensor with `kind = "transponder"`.
+    /// The keys of a sensor with `kind = "transponder"` or `"remote-id"`.
     Transponder {
         /// Standard deviations of a report.
         accuracy: Option<TransponderAccuracy> = absent("not stated"), inline::<TransponderAccuracy>();
@@ -134,6 +204,31 @@ section! {
         /// that the default admits a city of 1000 drones. Not used by the `reference` profile.
         max_new_per_s: u32 = 50,
             whole("a rate of new transponders is a whole number a second, from 1 to 100000", 1..=100_000);
+    }
+}
+
+section! {
+    /// The keys of a sensor with `kind = "adsb"`: those of a transponder, and its edition.
+    AdsB {
+        /// Edition of CAT021 that it follows; `utm-fusion info` names the one that a capture fits.
+        edition: Edition = Edition::default(), parsed("`\"2.1\"` to `\"2.7\"`", str::parse);
+    } by hand {
+        /// What it has in common with other receivers.
+        receiver: Transponder = Transponder::default();
+    }
+}
+
+impl ByHand for AdsB {
+    fn more(&mut self, section: &mut Section<'_>) {
+        self.receiver = Transponder::read_keys(section);
+    }
+
+    fn arrange(&self, entries: &mut Vec<Entry>) {
+        entries.extend(self.receiver.entries());
+    }
+
+    fn explain(rows: &mut Vec<Row>) {
+        rows.extend(Transponder::rows());
     }
 }
 
@@ -153,17 +248,21 @@ impl ByHand for Sensor {
         if !section.is_sound(&["kind"]) {
             return section.abandon();
         }
-        match &mut self.kind {
-            SensorKind::Radar(radar) => *radar = Radar::read_keys(section),
-            SensorKind::Transponder(transponder) => {
-                *transponder = Transponder::read_keys(section);
-                let own = Transponder::rows();
-                for row in Radar::rows().iter().filter(|row| own.iter().all(|own| own.key != row.key)) {
-                    if let Some(item) = section.stray(row.key) {
-                        item.refuse(
-                            "only a radar has this key, and this is a transponder; remove it, or set kind = \"radar\"",
-                        );
-                    }
+        let own = match &mut self.kind {
+            SensorKind::Radar(radar) => read_into(radar, section),
+            SensorKind::Transponder(transponder) => read_into(transponder, section),
+            SensorKind::AdsB(adsb) => read_into(adsb, section),
+            SensorKind::RemoteId(remote_id) => read_into(remote_id, section),
+        };
+        let others = [("radar", Radar::rows()), ("adsb", AdsB::rows()), ("transponder", Transponder::rows())];
+        for (kind, rows) in others {
+            for row in rows.iter().filter(|row| !own.contains(&row.key)) {
+                if let Some(item) = section.stray(row.key) {
+                    let this = self.kind.name();
+                    item.refuse(format!(
+                        "only a sensor of kind \"{kind}\" has this key, and this is a sensor of kind \"{this}\"; remove it, or \
+                         set kind = \"{kind}\""
+                    ));
                 }
             }
         }
@@ -171,17 +270,25 @@ impl ByHand for Sensor {
 
     fn arrange(&self, entries: &mut Vec<Entry>) {
         let inputs = entries.pop();
-        match &self.kind {
-            SensorKind::Radar(radar) => entries.extend(radar.entries()),
-            SensorKind::Transponder(transponder) => {
-                if let Some(Entry { value: Err(absent), .. }) = entries.last_mut() {
-                    *absent = "not stated";
-                }
-                entries.extend(transponder.entries());
-            }
+        if !self.kind.is_radar()
+            && let Some(Entry { value: Err(absent), .. }) = entries.last_mut()
+        {
+            *absent = "not stated";
         }
+        entries.extend(match &self.kind {
+            SensorKind::Radar(radar) => radar.entries(),
+            SensorKind::Transponder(transponder) => transponder.entries(),
+            SensorKind::AdsB(adsb) => adsb.entries(),
+            SensorKind::RemoteId(remote_id) => remote_id.entries(),
+        });
         entries.extend(inputs);
     }
+}
+
+/// Reads a kind's keys, and returns which those are.
+fn read_into<T: Table>(kind: &mut T, section: &mut Section<'_>) -> Vec<&'static str> {
+    *kind = T::read_keys(section);
+    T::rows().iter().map(|row| row.key).collect()
 }
 
 impl ByHand for Radar {
@@ -195,7 +302,7 @@ impl ByHand for Radar {
 /// The sensors. They are told apart by their ids, and their records by kind, SAC and SIC.
 pub(super) fn read(top: &mut Section<'_>, site: &Site, faults: &Faults) -> Vec<Sensor> {
     let is_site_sound = faults.none_of("site.sac") && faults.none_of("site.sic");
-    let list = top.need("sensors", "[[sensors]], at least one with kind = \"radar\"");
+    let list = top.need("sensors", "[[sensors]], at least one");
     // Of those before: the id, and what tells the records apart, where that is known, with the path of the sensor.
     let mut ids = Vec::new();
     let mut codes = Vec::new();
@@ -234,8 +341,10 @@ pub(super) fn read(top: &mut Section<'_>, site: &Site, faults: &Faults) -> Vec<S
     });
     // What is no list of sensors has been refused as such.
     let is_list = !sensors.is_empty() || top.is_sound(&["sensors"]);
-    if let (Some(list), true) = (list, is_radar_missing && is_list) {
-        list.refuse("there is no radar, and the frame needs one as its origin; add one, kind = \"radar\"");
+    match list {
+        Some(list) if sensors.is_empty() && is_list => list.refuse("there is no sensor; add one"),
+        _ if is_list => check_origin(top, !is_radar_missing, faults),
+        _ => {}
     }
     sensors
 }

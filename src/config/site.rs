@@ -1,6 +1,9 @@
 //! `[site]`.
 
+use super::error::Faults;
 use super::kinds::{Kind, any_text, number, whole};
+use super::reader::Section;
+use super::sensors::{height_amsl, latitude, longitude};
 use super::table::{absent, need, section};
 
 /// A system area code.
@@ -23,9 +26,35 @@ section! {
         /// System identification code of what the service sends (I129/010).
         sic: u8 = need("sic = …, the system identification code (SIC) of what the service sends"), identification_code();
         /// Height of the geoid above the WGS-84 ellipsoid, metres.
-        geoid_undulation_m: Option<f64> = absent("EGM96 at the first radar"), number(
+        geoid_undulation_m: Option<f64> = absent("EGM96 at the origin of the local frame"), number(
             "a geoid undulation is between -120 and 100 metres; leave the key out for EGM96",
             |v| (-120.0..=100.0).contains(&v),
         );
+        /// WGS-84 latitude of the origin of the local frame, degrees, north positive: of a site without a radar.
+        latitude_deg: Option<f64> = absent("that of the first radar"), latitude();
+        /// WGS-84 longitude of the origin, degrees, east positive.
+        longitude_deg: Option<f64> = absent("that of the first radar"), longitude();
+        /// Height of the origin above mean sea level, metres; reports that do not say their height are taken to be there.
+        height_amsl_m: Option<f64> = absent("that of the first radar"), height_amsl();
+    }
+}
+
+/// The keys of the origin: all of them where there is no radar, none where one is the origin.
+const ORIGIN: [&str; 3] = ["latitude_deg", "longitude_deg", "height_amsl_m"];
+
+/// Finds fault with an origin that is missing or one too many.
+pub(super) fn check_origin(top: &Section<'_>, has_radar: bool, faults: &Faults) {
+    let Some(site) = top.written("site").and_then(|item| item.section()) else { return };
+    for key in ORIGIN {
+        match (site.written(key), has_radar) {
+            (Some(item), true) => item.refuse(
+                "the first radar is the origin of the local frame; remove it: a site has a place of its own only without a radar",
+            ),
+            (None, false) if faults.none_of("site") => site.refuse(&format!(
+                "{key} is missing; without a radar the site says where its local frame begins: add latitude_deg, longitude_deg \
+                 and height_amsl_m, or a sensor with kind = \"radar\""
+            )),
+            _ => {}
+        }
     }
 }

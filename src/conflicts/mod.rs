@@ -179,7 +179,7 @@ impl ConflictWatch {
             TrackClass::Crewed => Kind::Crewed,
             TrackClass::Drone | TrackClass::Unknown => Kind::Drone,
             // Birds are near each other all day.
-            TrackClass::Other => return None,
+            TrackClass::Other | TrackClass::Vehicle => return None,
         };
         let mut covariance = Matrix4::zeros();
         let mut put = |row, column, block: &Matrix2<f64>| {

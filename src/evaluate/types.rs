@@ -4,7 +4,7 @@ use jiff::SignedDuration;
 use serde::{Deserialize, Serialize};
 
 use super::place::{Offset, Place};
-use crate::config::{Config, Radar, SensorKind};
+use crate::config::{Config, Radar};
 use crate::picture::{PictureMaker, PictureTrack};
 use fusion::Source;
 use fusion::integrity::{Reasons, State};
@@ -96,10 +96,7 @@ pub struct Scoring {
 impl Scoring {
     /// The slot grid and the first radar of a configuration.
     pub fn of(config: &Config) -> Self {
-        let radar = config.sensors.iter().find_map(|sensor| match &sensor.kind {
-            SensorKind::Radar(radar) => Some(radar),
-            SensorKind::Transponder(_) => None,
-        });
+        let radar = config.radars().next().map(|(_, radar)| radar);
         let site = |radar: &Radar| Place {
             latitude_deg: radar.latitude_deg,
             longitude_deg: radar.longitude_deg,

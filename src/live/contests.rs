@@ -26,7 +26,7 @@ impl Contested {
     fn reason(&self) -> String {
         let Self { counts, refused, transponders } = self;
         let serials: Vec<String> =
-            transponders.iter().take(NAMED).map(|one| one.serial().escape_ascii().to_string()).collect();
+            transponders.iter().take(NAMED).map(|one| one.name().escape_ascii().to_string()).collect();
         let of = match transponders.len() {
             0 => String::new(),
             1 => format!(" of transponder {}", serials[0]),

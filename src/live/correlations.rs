@@ -81,7 +81,7 @@ impl Named {
     }
 
     fn means(&self, identity: Identity) -> bool {
-        let is_serial = identity.serial().escape_ascii().to_string() == self.serial;
+        let is_serial = identity.name().escape_ascii().to_string() == self.serial;
         is_serial && self.country.as_ref().is_none_or(|wanted| *wanted == country(&identity))
     }
 }

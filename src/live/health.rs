@@ -7,7 +7,7 @@ use asterix::DataSource;
 
 use super::contests::Contested;
 use super::registration::RegistrationStatus;
-use crate::config::{Config, SensorKind};
+use crate::config::Config;
 use crate::net::listen::LineCounters;
 use crate::normalise::{Refusal, Service};
 use crate::pipeline::Event;
@@ -174,10 +174,7 @@ impl Health {
     pub fn new(config: &Config, started: Time) -> Self {
         let sensor = |sensor: &crate::config::Sensor| Sensor {
             id: sensor.id.clone(),
-            period_s: sensor.period_s.unwrap_or(match sensor.kind {
-                SensorKind::Radar(_) => 0.25,
-                SensorKind::Transponder(_) => 2.0,
-            }),
+            period_s: sensor.period_s.unwrap_or(sensor.kind.usual_period_s()),
             last_seen: None,
             accepted: 0,
             taken: None,
@@ -188,10 +185,7 @@ impl Health {
             service: Service::default(),
             restarted: None,
             flood: None,
-            max_new_per_s: match &sensor.kind {
-                SensorKind::Radar(_) => 0,
-                SensorKind::Transponder(transponder) => transponder.max_new_per_s,
-            },
+            max_new_per_s: sensor.kind.receiver().map_or(0, |receiver| receiver.max_new_per_s),
         };
         Self {
             sensors: config.sensors.iter().map(sensor).collect(),
@@ -215,7 +209,7 @@ impl Health {
                 sensor.delays_ns.push_back(now.nanos() - report.time().nanos());
                 sensor.forget(now);
             }
-            Event::Refused { category, refusal: Refusal::UnknownSource(source), .. }
+            Event::Refused { refusal: Refusal::UnknownSource { category, source }, .. }
                 if self.unknown.len() < UNKNOWN_KEPT || self.unknown.contains_key(&(category, source)) =>
             {
                 let (records, last_seen) = self.unknown.entry((category, source)).or_insert((0, now));

@@ -182,7 +182,7 @@ impl Show {
 
     /// From the beginning to the end, or to an order that leads back.
     fn once(&mut self, open: &OpenCaptures, date: jiff::civil::Date) -> Result<Next, OpenError> {
-        let mut merged = Merged::new(open()?, date).peekable();
+        let mut merged = Merged::new(open()?, date).with_editions(self.config.editions()).peekable();
         // The sensors' rates and silences count from the recording's start, not from today.
         let started = merged.peek().and_then(|first| first.as_ref().ok()?.received).unwrap_or_default();
         let mut driver =

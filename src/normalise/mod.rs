@@ -1,11 +1,18 @@
 //! From what sensors send to reports in one frame and one time.
 
+mod adsb;
+mod barometer;
 mod clock;
 mod normaliser;
 mod polar;
+mod refusal;
+mod remote_id;
 mod service;
 
+pub use barometer::Barometer;
 pub use clock::{nearest_day, on_day, time_of_day_count};
-pub use normaliser::{Normaliser, Refusal, Refused};
+pub use normaliser::Normaliser;
 pub use polar::RadarSite;
+pub use refusal::{Refusal, Refused};
+pub use remote_id::identity;
 pub use service::Service;

@@ -4,87 +4,23 @@ use std::collections::BTreeMap;
 
 use asterix::cat048::{self, DetectionType};
 use asterix::cat129::{GnssAccuracy, VerticalVelocity};
-use asterix::{DataSource, TimeOfDay, cat034, cat129};
+use asterix::{DataSource, Record as _, TimeOfDay, cat021, cat034, cat129};
 
 use jiff::SignedDuration;
 use nalgebra::{Rotation3, Vector2};
 
+use super::barometer::Barometer;
 use super::clock::nearest_day;
 use super::polar::RadarSite;
+use super::refusal::{Refusal, Refused};
 use super::service::Service;
+use super::{adsb, remote_id};
 use crate::areas::Masks;
-use crate::config::{Classification, Config, Radar, SensorKind};
+use crate::config::{Classification, Config, Profile, SensorKind};
 use fusion::frames::{Geodetic, TangentPlane};
-use fusion::report::UasItems;
+use fusion::report::{Aircraft, UasItems};
 use fusion::time::Time;
 use fusion::{Enu, Fix, Identity, Plot, RadarTrackKey, SensorIndex};
-
-/// Why a record gives no report.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Refusal {
-    /// No data source identifier (I048/010, I129/010).
-    NoDataSource,
-    /// No sensor of the configuration has this category, SAC and SIC.
-    UnknownSource(DataSource),
-    /// No time of day (I048/140, I129/070).
-    NoTime,
-    /// No position (I048/040, I129/080).
-    NoPosition,
-    /// No track number (I048/161).
-    NoTrackNumber,
-    /// The radar track is coasted: TYP = 0 in I048/020.
-    NoDetection,
-    /// A simulated target: SIM in I048/020.
-    Simulated,
-    /// A test target: TST in I048/020.
-    TestTarget,
-    /// Slant range 0.
-    ZeroRange,
-    /// No serial number, or a blank one (I129/040).
-    NoIdentity,
-    /// No height above mean sea level (I129/090).
-    NoHeight,
-    /// Latitude or longitude beyond the poles or the antimeridian (I129/080).
-    PositionOutOfRange,
-    /// Time of day above 86400 s.
-    TimeOutOfRange,
-    /// Inside a mask of `[[areas]]`.
-    Masked,
-    /// Ahead of its reception by more than `max_future_s`.
-    Future,
-    /// Older than the window.
-    Late,
-    /// Another sender speaks for this sensor: two have one SAC/SIC.
-    OtherSender,
-}
-
-impl Refusal {
-    /// A short name that stays the same over releases, for counters.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::NoDataSource => "no_data_source",
-            Self::UnknownSource(_) => "unknown_source",
-            Self::NoTime => "no_time",
-            Self::NoPosition => "no_position",
-            Self::NoTrackNumber => "no_track_number",
-            Self::NoDetection => "no_detection",
-            Self::Simulated => "simulated",
-            Self::TestTarget => "test_target",
-            Self::ZeroRange => "zero_range",
-            Self::NoIdentity => "no_identity",
-            Self::NoHeight => "no_height",
-            Self::PositionOutOfRange => "position_out_of_range",
-            Self::TimeOutOfRange => "time_out_of_range",
-            Self::Masked => "masked",
-            Self::Future => "future",
-            Self::Late => "late",
-            Self::OtherSender => "other_sender",
-        }
-    }
-}
-
-/// A record that gives no report: from which sensor, where that is known, and why.
-pub type Refused = (Option<SensorIndex>, Refusal);
 
 /// The site's sensors and its one frame.
 #[derive(Clone, Debug)]
@@ -95,6 +31,42 @@ pub struct Normaliser {
     masks: Masks,
     radars: BTreeMap<DataSource, RadarSensor>,
     transponders: BTreeMap<DataSource, SensorIndex>,
+    adsb: BTreeMap<DataSource, SensorIndex>,
+    editions: BTreeMap<DataSource, cat021::Edition>,
+    /// By their ids.
+    remote_id: BTreeMap<String, SensorIndex>,
+    /// Height above the ellipsoid of what does not say its height, metres.
+    unsaid_height_m: f64,
+    /// The `reference` profile's rules need a height.
+    needs_height: bool,
+}
+
+/// Where a report is.
+pub(super) struct Place {
+    /// In the site's frame.
+    pub(super) position: Enu,
+    /// Whether that is so of its height.
+    pub(super) height_measured: bool,
+    /// Turns a vector of its own east, north and up into the site's.
+    turn: Rotation3<f64>,
+}
+
+impl Place {
+    /// A velocity over ground and a climb in the site's axes, m/s, from those at its own place: an aircraft that flies level far
+    /// away goes down there, and its north is another one.
+    pub(super) fn motion(
+        &self,
+        over_ground: Option<Vector2<f64>>,
+        climb_m_s: Option<f64>,
+    ) -> (Option<Vector2<f64>>, Option<f64>) {
+        match over_ground {
+            Some(over_ground) => {
+                let velocity = self.turn * over_ground.push(climb_m_s.unwrap_or(0.0));
+                (Some(velocity.xy()), climb_m_s.map(|_| velocity.z))
+            }
+            None => (None, climb_m_s),
+        }
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -114,16 +86,18 @@ struct RadarSensor {
 const NOT_A_UAV: [u8; 6] = [5, 6, 7, 19, 20, 23];
 
 impl Normaliser {
-    /// The frame is east-north-up at the first radar; without a configured geoid undulation EGM96's there is used. Plots
-    /// inside `masks` are dropped.
-    ///
-    /// # Panics
-    /// Without a radar: a [`Config`] has one.
+    /// The frame is east-north-up at the first radar, or where the site says; without a configured geoid undulation EGM96's
+    /// there is used. Plots inside `masks` are dropped.
     pub fn new(config: &Config, masks: Masks) -> Self {
-        let mut frame = None;
-        let mut undulation_m = 0.0;
+        let (latitude_deg, longitude_deg, height_amsl_m) = config.origin();
+        let at_origin = || egm96::egm96_compute_altitude_offset(latitude_deg, longitude_deg);
+        let undulation_m = config.site.geoid_undulation_m.unwrap_or_else(at_origin);
+        let origin = Geodetic::from_degrees(latitude_deg, longitude_deg, height_amsl_m + undulation_m);
+        let frame = TangentPlane::at_site(origin);
         let mut radars = BTreeMap::new();
         let mut transponders = BTreeMap::new();
+        let mut adsb = BTreeMap::new();
+        let mut remote_id = BTreeMap::new();
         for (index, sensor) in config.sensors.iter().enumerate() {
             let index = SensorIndex(index as u16);
             let source = DataSource { sac: sensor.sac, sic: sensor.sic };
@@ -133,16 +107,20 @@ impl Normaliser {
                     transponders.insert(source, index);
                     continue;
                 }
+                SensorKind::AdsB(_) => {
+                    adsb.insert(source, index);
+                    continue;
+                }
+                SensorKind::RemoteId(_) => {
+                    remote_id.insert(sensor.id.clone(), index);
+                    continue;
+                }
             };
-            let is_origin = frame.is_none();
-            if is_origin {
-                undulation_m = config.site.geoid_undulation_m.unwrap_or_else(|| undulation_at(radar));
-            }
+            let is_origin = radars.is_empty();
             let height_m = radar.height_amsl_m + undulation_m;
             let position = Geodetic::from_degrees(radar.latitude_deg, radar.longitude_deg, height_m);
             let site = RadarSite::new(position, radar.bearing_correction_deg);
-            let common = frame.get_or_insert_with(|| TangentPlane::at_site(position));
-            let turn = site.frame().turn_to(common);
+            let turn = site.frame().turn_to(&frame);
             radars.insert(
                 source,
                 RadarSensor {
@@ -156,16 +134,21 @@ impl Normaliser {
             );
         }
         Self {
-            frame: frame.expect("a configuration has a radar"),
+            frame,
             undulation_m,
             max_future: config.fusion.max_future,
             masks,
             radars,
             transponders,
+            adsb,
+            editions: config.editions(),
+            remote_id,
+            unsaid_height_m: origin.height_m,
+            needs_height: config.fusion.profile == Profile::Reference,
         }
     }
 
-    /// East-north-up at the first radar.
+    /// East-north-up at the first radar, or where the site says.
     pub fn frame(&self) -> &TangentPlane {
         &self.frame
     }
@@ -178,21 +161,74 @@ impl Normaliser {
     /// A radar's record, received at `received`.
     pub fn plot(&self, record: &cat048::Record, received: Time) -> Result<Plot, Refused> {
         let source = record.data_source.ok_or((None, Refusal::NoDataSource))?;
-        let radar = self.radars.get(&source).ok_or((None, Refusal::UnknownSource(source)))?;
+        let unknown = (None, Refusal::UnknownSource { category: cat048::Record::CATEGORY, source });
+        let radar = self.radars.get(&source).ok_or(unknown)?;
         radar.plot(record, self, received).map_err(|refusal| (Some(radar.index), refusal))
     }
 
     /// A transponder's record, received at `received`.
     pub fn fix(&self, record: &cat129::Record, received: Time) -> Result<Fix, Refused> {
         let source = record.data_source.ok_or((None, Refusal::NoDataSource))?;
-        let sensor = *self.transponders.get(&source).ok_or((None, Refusal::UnknownSource(source)))?;
+        let unknown = (None, Refusal::UnknownSource { category: cat129::Record::CATEGORY, source });
+        let sensor = *self.transponders.get(&source).ok_or(unknown)?;
         self.fix_of(sensor, record, received).map_err(|refusal| (Some(sensor), refusal))
+    }
+
+    /// The edition of CAT021 that a receiver follows, where it is one of the configuration.
+    pub fn edition(&self, source: DataSource) -> Option<cat021::Edition> {
+        self.editions.get(&source).copied()
+    }
+
+    /// The editions of all ADS-B receivers.
+    pub fn editions(&self) -> BTreeMap<DataSource, cat021::Edition> {
+        self.editions.clone()
+    }
+
+    /// An ADS-B receiver's record, received at `received`; `barometer` learns from it.
+    pub fn adsb(
+        &self,
+        record: &cat021::Record,
+        received: Time,
+        barometer: &mut Barometer,
+    ) -> Result<Fix, Refused> {
+        let source = record.data_source.ok_or((None, Refusal::NoDataSource))?;
+        let unknown = (None, Refusal::UnknownSource { category: cat021::Record::CATEGORY, source });
+        let sensor = *self.adsb.get(&source).ok_or(unknown)?;
+        adsb::fix(self, sensor, record, received, barometer).map_err(|refusal| (Some(sensor), refusal))
+    }
+
+    /// The Remote ID receiver of that id or, where none is named, the only one.
+    pub fn remote_id_receiver(&self, id: Option<&str>) -> Result<SensorIndex, Refused> {
+        let found = match id {
+            Some(id) => self.remote_id.get(id),
+            None => self.remote_id.values().next().filter(|_| self.remote_id.len() == 1),
+        };
+        found.copied().ok_or((None, Refusal::UnknownReceiver))
+    }
+
+    /// The Remote ID receivers.
+    pub fn remote_id_receivers(&self) -> impl Iterator<Item = SensorIndex> {
+        self.remote_id.values().copied()
+    }
+
+    /// A drone's Location that this receiver heard, at `received`; `stamped`: when a gateway says that it did.
+    pub fn remote_id(
+        &self,
+        sensor: SensorIndex,
+        drone: (Identity, &::remote_id::Location),
+        received: Time,
+        stamped: Option<Time>,
+        barometer: &mut Barometer,
+    ) -> Result<Fix, Refused> {
+        remote_id::fix(self, sensor, drone, received, stamped, barometer)
+            .map_err(|refusal| (Some(sensor), refusal))
     }
 
     /// What a radar's service message (CAT034) says.
     pub fn service(&self, record: &cat034::Record) -> Result<(SensorIndex, Service), Refused> {
         let source = record.data_source.ok_or((None, Refusal::NoDataSource))?;
-        let radar = self.radars.get(&source).ok_or((None, Refusal::UnknownSource(source)))?;
+        let unknown = (None, Refusal::UnknownSource { category: cat034::Record::CATEGORY, source });
+        let radar = self.radars.get(&source).ok_or(unknown)?;
         let common = record.system_status.as_ref().and_then(|status| status.common);
         let kind = record.message_type.map(cat034::MessageType::kind);
         let displaced_m = record.source_position.map(|said| {
@@ -233,6 +269,9 @@ impl Normaliser {
         Ok(Fix {
             sensor,
             identity,
+            aircraft: Aircraft::default(),
+            height_measured: true,
+            height_sigma_m: None,
             items: UasItems {
                 manufacturer: record.manufacturer,
                 model: record.model,
@@ -250,9 +289,35 @@ impl Normaliser {
     }
 
     /// The report's time: on the day nearest to its reception, and not too far ahead of it.
-    fn time(&self, time_of_day: TimeOfDay, received: Time) -> Result<Time, Refusal> {
+    pub(super) fn time(&self, time_of_day: TimeOfDay, received: Time) -> Result<Time, Refusal> {
         let time = nearest_day(time_of_day.count(), received).ok_or(Refusal::TimeOutOfRange)?;
+        self.not_ahead(time, received)
+    }
+
+    /// A time that is not too far ahead of its reception.
+    pub(super) fn not_ahead(&self, time: Time, received: Time) -> Result<Time, Refusal> {
         if time - received > self.max_future { Err(Refusal::Future) } else { Ok(time) }
+    }
+
+    /// The place of a report: latitude and longitude, degrees, and the height above the ellipsoid where it says that, metres.
+    pub(super) fn place(
+        &self,
+        [latitude_deg, longitude_deg]: [f64; 2],
+        height_m: Option<f64>,
+    ) -> Result<Place, Refusal> {
+        if latitude_deg.abs() > 90.0 || longitude_deg.abs() > 180.0 {
+            return Err(Refusal::PositionOutOfRange);
+        }
+        if height_m.is_none() && self.needs_height {
+            return Err(Refusal::NoHeight);
+        }
+        let height = height_m.unwrap_or(self.unsaid_height_m);
+        let place = Geodetic::from_degrees(latitude_deg, longitude_deg, height);
+        Ok(Place {
+            position: self.frame.from_geodetic(place),
+            height_measured: height_m.is_some(),
+            turn: TangentPlane::at_site(place).turn_to(&self.frame),
+        })
     }
 }
 
@@ -312,9 +377,4 @@ impl RadarSensor {
             Classification::Constant { value } => Some(value),
         }
     }
-}
-
-/// EGM96's geoid undulation at a radar, metres.
-fn undulation_at(radar: &Radar) -> f64 {
-    egm96::egm96_compute_altitude_offset(radar.latitude_deg, radar.longitude_deg)
 }

@@ -4,19 +4,22 @@ use std::collections::BTreeSet;
 
 use super::serial_text;
 use fusion::Source;
+use fusion::report::AircraftKind;
 
 /// Below this probability, by the radar's classifier, that it is a drone, a track of radar alone is held for something else:
 /// likelier than not.
 const DRONE_PROBABILITY: f64 = 0.5;
 
-/// What a track is taken for: the configuration knows who is crewed, then a transponder is a drone's, then the radar's
+/// What a track is taken for: the configuration knows who is crewed, then a transponder says what it is on, then the radar's
 /// classifier is asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TrackClass {
-    /// Nobody is on board: it has a transponder, or the radar holds that for likelier than not.
+    /// Nobody is on board: it has a drone's transponder, or the radar holds that for likelier than not.
     Drone,
-    /// Somebody is on board: its transponder is one of `[conflicts] crewed`.
+    /// Somebody is on board: its transponder is one of `[conflicts] crewed`, or ADS-B that does not say otherwise.
     Crewed,
+    /// It stays on the ground: a vehicle of an aerodrome.
+    Vehicle,
     /// The radar holds it for something else: a bird.
     Other,
     /// Of radar alone, which says nothing of it.
@@ -25,13 +28,14 @@ pub enum TrackClass {
 
 impl TrackClass {
     /// All classes.
-    pub const ALL: [Self; 4] = [Self::Drone, Self::Crewed, Self::Other, Self::Unknown];
+    pub const ALL: [Self; 5] = [Self::Drone, Self::Crewed, Self::Vehicle, Self::Other, Self::Unknown];
 
     /// Its name on the interfaces.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Drone => "drone",
             Self::Crewed => "crewed",
+            Self::Vehicle => "vehicle",
             Self::Other => "other",
             Self::Unknown => "unknown",
         }
@@ -41,7 +45,12 @@ impl TrackClass {
     pub(super) fn of(source: &Source, crewed: &BTreeSet<String>) -> Self {
         if let Some(part) = source.transponder() {
             let is_crewed = !crewed.is_empty() && crewed.contains(&serial_text(part.identity));
-            return if is_crewed { Self::Crewed } else { Self::Drone };
+            return match part.aircraft.kind {
+                _ if is_crewed => Self::Crewed,
+                AircraftKind::Unmanned => Self::Drone,
+                AircraftKind::Crewed => Self::Crewed,
+                AircraftKind::Vehicle => Self::Vehicle,
+            };
         }
         match source.radar().and_then(|radar| radar.uav_probability) {
             Some(probability) if probability < DRONE_PROBABILITY => Self::Other,

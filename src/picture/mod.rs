@@ -15,6 +15,7 @@ use crate::normalise::Normaliser;
 use fusion::frames::{Geodetic, TangentPlane};
 use fusion::integrity::{Concern, State};
 use fusion::point::{Basis, Estimate, NowPicture};
+use fusion::report::AircraftKind;
 use fusion::slots::Slot;
 use fusion::time::{SECOND, Time};
 use fusion::{Emission, Enu, Identity, Point, SensorIndex, Source};
@@ -49,9 +50,10 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Its tracks but those that nobody measured and that are known too poorly, [`PictureTrack::is_within`].
+    /// Its tracks but vehicles on the ground, and those that nobody measured and that are known too poorly,
+    /// [`PictureTrack::is_within`].
     pub fn within(&self, max_accuracy_m: f64) -> impl Iterator<Item = &PictureTrack> {
-        self.tracks.iter().filter(move |track| track.is_within(max_accuracy_m))
+        self.tracks.iter().filter(move |track| track.is_within(max_accuracy_m) && !track.is_vehicle())
     }
 
     /// Takes over what is known of the same tracks, and of transponders, in the picture that was made with it.
@@ -68,7 +70,7 @@ impl Picture {
 
     /// Leaves the others out.
     pub fn keep_within(&mut self, max_accuracy_m: f64) {
-        self.tracks.retain(|track| track.is_within(max_accuracy_m));
+        self.tracks.retain(|track| track.is_within(max_accuracy_m) && !track.is_vehicle());
     }
 }
 
@@ -95,6 +97,12 @@ impl PictureTrack {
     /// What tells its aircraft from all others: numbers come again.
     fn key(&self) -> (u32, Time) {
         (self.point.number, self.point.first_seen)
+    }
+
+    /// Whether it is a vehicle on the ground of an aerodrome, which is for readers who ask for those.
+    pub fn is_vehicle(&self) -> bool {
+        let part = self.point.source.transponder();
+        part.is_some_and(|part| part.aircraft.kind == AircraftKind::Vehicle)
     }
 
     /// Whether the position lies between two measurements. In the `reference` profile: whether there is a transponder, whose

@@ -6,10 +6,11 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::integrity_json::TrackIntegrity;
-use super::{Ellipse, HORIZONTAL, PictureMaker, PictureTrack, Rfc3339, VERTICAL};
+use super::{Ellipse, HORIZONTAL, PictureMaker, PictureTrack, Rfc3339, TrackClass, VERTICAL};
 use crate::json::rounded;
 use fusion::operational::{ASSOCIATE_LLR, DISSOCIATE_LLR};
 use fusion::point::{Because, Competitor, RadarPart, Rival, TransponderPart};
+use fusion::report::Space;
 use fusion::{Identity, Source};
 
 /// A track. What is unknown is left out; in the reference profile that includes motion and accuracy.
@@ -76,8 +77,13 @@ pub struct TrackJson<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0, max = 1))]
     uav_probability: Option<f64>,
+    /// What it is taken for.
+    #[schemars(extend("enum" = TrackClass::ALL.map(TrackClass::name)))]
+    aircraft_type: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
     uas_id: Option<UasId<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    aircraft: Option<AircraftJson<'a>>,
     #[serde(flatten)]
     integrity: TrackIntegrity<'a>,
     /// Centre of the first slot with it.
@@ -107,10 +113,20 @@ impl From<Ellipse> for EllipseJson {
     }
 }
 
-/// Identity as the transponder reports it.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
+/// Identity of a drone as it reports it, by one of the kinds of ASTM F3411.
+#[derive(Clone, Debug, Default, Serialize, JsonSchema)]
 struct UasId<'a> {
-    serial_number: Cow<'a, str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    serial_number: Option<Cow<'a, str>>,
+    /// Given by an authority.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    registration_id: Option<Cow<'a, str>>,
+    /// Given by a traffic management service for a flight, hexadecimal.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    utm_id: Option<Cow<'a, str>>,
+    /// Of a session, hexadecimal; its first octet says of which kind.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    specific_session_id: Option<Cow<'a, str>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     manufacturer: Option<Cow<'a, str>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -118,6 +134,18 @@ struct UasId<'a> {
     /// ISO 3166-1 alpha-2.
     #[serde(skip_serializing_if = "Option::is_none")]
     registration_country: Option<Cow<'a, str>>,
+}
+
+/// What an aircraft says of itself by ADS-B.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+struct AircraftJson<'a> {
+    /// ICAO aircraft address, six hexadecimal digits.
+    icao24: Cow<'a, str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    callsign: Option<Cow<'a, str>>,
+    /// As in I021/020.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    emitter_category: Option<u8>,
 }
 
 /// A sensor's part in a track and, of a fused track's radar, why it was associated.
@@ -252,7 +280,9 @@ impl<'a> TrackJson<'a> {
             interpolated: track.is_interpolated(),
             extrapolated: track.is_extrapolated(),
             uav_probability: source.radar().and_then(|radar| radar.uav_probability).map(|p| rounded(p, 4)),
-            uas_id: source.transponder().map(UasId::new),
+            aircraft_type: maker.class(track).name(),
+            uas_id: source.transponder().and_then(UasId::new),
+            aircraft: source.transponder().and_then(AircraftJson::new),
             integrity: TrackIntegrity::new(track),
             first_seen: track.point.first_seen.into(),
             last_measurement: motion.and_then(|motion| motion.last_measurement).map(Rfc3339),
@@ -284,14 +314,35 @@ impl TrackJson<'_> {
 }
 
 impl<'a> UasId<'a> {
-    fn new(part: &'a TransponderPart) -> Self {
+    /// `None` of an aircraft that has no identity of a drone.
+    fn new(part: &'a TransponderPart) -> Option<Self> {
         let TransponderPart { identity, items, .. } = part;
-        Self {
-            serial_number: escaped(identity.serial()),
+        let id = || Some(name(identity));
+        let id = match identity.space() {
+            Space::Serial => Self { serial_number: id(), ..Self::default() },
+            Space::Address => return None,
+            Space::Registration => Self { registration_id: id(), ..Self::default() },
+            Space::Flight => Self { utm_id: id(), ..Self::default() },
+            Space::Session => Self { specific_session_id: id(), ..Self::default() },
+        };
+        Some(Self {
             manufacturer: items.manufacturer.as_ref().and_then(|octets| text(octets)),
             model: items.model.as_ref().and_then(|octets| text(octets)),
             registration_country: items.registration_country.as_ref().and_then(|octets| text(octets)),
-        }
+            ..id
+        })
+    }
+}
+
+impl<'a> AircraftJson<'a> {
+    /// `None` of an aircraft without an ICAO address.
+    fn new(part: &'a TransponderPart) -> Option<Self> {
+        let TransponderPart { identity, aircraft, .. } = part;
+        (identity.space() == Space::Address).then(|| Self {
+            icao24: name(identity),
+            callsign: text(&aircraft.callsign),
+            emitter_category: aircraft.emitter_category,
+        })
     }
 }
 
@@ -373,9 +424,16 @@ fn competitor<'a>(rival: &Competitor, maker: &'a PictureMaker) -> CompetitorJson
     }
 }
 
-/// A serial number; what is not printable ASCII is escaped.
+/// The name of an identity: what is not printable ASCII is escaped; what is a number and no text is hexadecimal.
 pub fn serial_text(identity: Identity) -> String {
-    escaped(identity.serial()).into_owned()
+    name(&identity).into_owned()
+}
+
+fn name(identity: &Identity) -> Cow<'_, str> {
+    match identity.space() {
+        Space::Serial | Space::Address | Space::Registration => escaped(identity.name()),
+        Space::Flight | Space::Session => Cow::Owned(crate::hex::text(identity.name())),
+    }
 }
 
 /// Octets as text without the padding; what is not printable ASCII is escaped. `None` where nothing is left.

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use asterix::{DataSource, Fault};
 use tracing::warn;
 
+use super::remote_id::LineFault;
 use super::senders::Contest;
 use crate::normalise::{Refusal, Service};
 use fusion::point::Newcomers;
@@ -25,6 +26,11 @@ pub enum Event {
         /// What is wrong; its offset counts from the start of the payload.
         fault: Fault,
     },
+    /// A line of a Remote ID gateway, or a message, that cannot be read; those beside it stand.
+    FaultyLine {
+        /// What is wrong.
+        fault: LineFault,
+    },
     /// A block of a category that is not used: skipped by its LEN.
     SkippedBlock {
         /// Its category.
@@ -39,17 +45,15 @@ pub enum Event {
         /// What the engine was given.
         report: Report,
     },
-    /// A service message of a radar (CAT034).
+    /// A service message of a radar (CAT034), or who a drone is (Remote ID).
     Service {
-        /// The radar.
+        /// The sensor.
         sensor: SensorIndex,
-        /// What it said.
+        /// What a radar said of itself.
         service: Service,
     },
     /// A record gave no report.
     Refused {
-        /// Category of the record.
-        category: u8,
         /// From this sensor, where it is known.
         sensor: Option<SensorIndex>,
         /// Why.
@@ -78,6 +82,7 @@ impl Event {
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Faulty { fault } => fault.kind.name(),
+            Self::FaultyLine { fault } => fault.name(),
             Self::Contested(_) => "two_senders",
             Self::Restarted => "restarted",
             Self::ClockBehind { .. } => "clock_behind",
@@ -91,10 +96,13 @@ impl Event {
             Self::Faulty { fault: Fault { category, item, offset, kind } } => {
                 warn!(octet = offset, category, item, reason = kind.name(), detail = %kind, "unreadable ASTERIX");
             }
+            Self::FaultyLine { fault } => {
+                warn!(reason = fault.name(), detail = %fault, "unreadable Remote ID");
+            }
             Self::Contested(contest) => {
                 let Contest { source: DataSource { sac, sic }, category, counts, refused, identity, .. } =
                     contest;
-                let transponder = identity.map(|identity| identity.serial().escape_ascii().to_string());
+                let transponder = identity.map(|identity| identity.name().escape_ascii().to_string());
                 warn!(
                     sac, sic, category, transponder, first = %counts, %refused,
                     "two senders say different things under one SAC/SIC: the one heard first counts"
@@ -132,7 +140,7 @@ pub struct Tally {
     pub several_records: u64,
     /// Reports, by sensor.
     pub accepted: BTreeMap<SensorIndex, u64>,
-    /// Service messages (CAT034), by radar.
+    /// Service messages (CAT034) and Basic IDs (Remote ID), by sensor.
     pub service: BTreeMap<SensorIndex, u64>,
     /// Records without a report, by sensor and reason.
     pub refused: BTreeMap<(Option<SensorIndex>, &'static str), u64>,
@@ -156,11 +164,12 @@ impl Tally {
             }
             Event::DuplicateDatagram => self.duplicates += 1,
             Event::Faulty { fault } => add(&mut self.faults, (fault.category, fault.kind.name())),
+            Event::FaultyLine { fault } => add(&mut self.faults, (None, fault.name())),
             Event::SkippedBlock { category } => add(&mut self.skipped, category),
             Event::SeveralRecords => self.several_records += 1,
             Event::Accepted { sensor, .. } => add(&mut self.accepted, sensor),
             Event::Service { sensor, .. } => add(&mut self.service, sensor),
-            Event::Refused { category, refusal: Refusal::UnknownSource(source), .. } => {
+            Event::Refused { refusal: Refusal::UnknownSource { category, source }, .. } => {
                 add(&mut self.unknown_sources, (category, source));
             }
             Event::Refused { sensor, refusal, .. } => add(&mut self.refused, (sensor, refusal.name())),

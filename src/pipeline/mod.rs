@@ -2,26 +2,35 @@
 
 mod duplicates;
 mod event;
+mod generations;
+mod names;
+mod remote_id;
 mod senders;
 mod settings;
 
 use std::collections::VecDeque;
 use std::net::SocketAddr;
 
-use asterix::{Block, Record, blocks, cat034, cat048, cat065, cat129, profile};
+use asterix::{Block, Record, blocks, cat021, cat034, cat048, cat065, cat129, profile};
 
 use crate::areas::Masks;
 use crate::capture::{Reception, ReceptionKind};
 use crate::config::Config;
-use crate::normalise::{Normaliser, Refusal, Refused};
+use crate::normalise::{Barometer, Normaliser, Refusal, Refused, Service};
 pub(crate) use duplicates::Duplicates;
 use fusion::time::{SECOND, Time};
 use fusion::{Due, Emission, Engine, Report};
 
 pub use event::{Event, Tally};
+use names::Names;
+pub use remote_id::{LineFault, is_broadcast, is_lines};
+use remote_id::{Said, Transmitters};
 pub use senders::Contest;
 use senders::{Judged, Senders, Subject};
 use settings::settings;
+
+/// Stands for the category of what is no ASTERIX.
+const REMOTE_ID: u8 = 0;
 
 /// A datagram's way through decoder, normalisation and engine.
 ///
@@ -32,6 +41,10 @@ pub struct Pipeline {
     duplicates: Duplicates,
     senders: Senders,
     normaliser: Normaliser,
+    barometer: Barometer,
+    transmitters: Transmitters,
+    /// `None`: one kind of source alone states serial numbers.
+    names: Option<Names>,
     engine: Engine,
     /// Plots are judged and counted, and not given to the engine.
     withholds_plots: bool,
@@ -82,11 +95,15 @@ impl Pipeline {
     /// The pipeline of a site; plots inside `masks` are dropped.
     pub fn new(config: &Config, masks: Masks) -> Self {
         let normaliser = Normaliser::new(config, masks);
+        let names = normaliser.remote_id_receivers().next().map(|_| Names::default());
         Self {
             duplicates: Duplicates::default(),
             senders: Senders::new(config),
             engine: Engine::new(settings(config, &normaliser)).expect("the configuration was checked"),
             withholds_plots: false,
+            barometer: Barometer::default(),
+            transmitters: Transmitters::default(),
+            names,
             normaliser,
             journal: Journal::default(),
             now: Time::from_nanos(i64::MIN),
@@ -115,6 +132,12 @@ impl Pipeline {
         // In front of the first record that has a time there is nothing to handle, only to count.
         let timed = received.ok_or((None, Refusal::NoTime));
         let mut sender = Sender { address: *from, ..Sender::default() };
+        if let Some(heard) = remote_id::heard(payload, *from) {
+            return heard.into_iter().for_each(|heard| match heard {
+                Ok(heard) => self.hear(&heard, timed),
+                Err(fault) => self.journal.note(Event::FaultyLine { fault }),
+            });
+        }
         for block in blocks(payload) {
             match block {
                 Ok(block) if block.category == cat048::Record::CATEGORY => {
@@ -131,6 +154,16 @@ impl Pipeline {
                     if count > 1 && timed.is_ok() {
                         self.journal.note(Event::SeveralRecords);
                     }
+                }
+                Ok(block) if block.category == cat021::Record::CATEGORY => {
+                    // Of a receiver that is not configured it does not matter.
+                    let source = block.first_source();
+                    let edition =
+                        source.and_then(|source| self.normaliser.edition(source)).unwrap_or_default();
+                    self.each_in(block, edition, |pipeline, record| {
+                        let report = pipeline.normaliser.adsb(record, timed?, &mut pipeline.barometer);
+                        pipeline.take(block.category, report.map(Report::Fix), &mut sender)
+                    });
                 }
                 Ok(block) if block.category == cat034::Record::CATEGORY => {
                     self.each::<cat034::Record>(block, |pipeline, record| {
@@ -171,19 +204,55 @@ impl Pipeline {
         earlier.handled
     }
 
+    /// Notes what becomes of what a broadcast of Remote ID says.
+    fn hear(&mut self, heard: &remote_id::Heard, timed: Result<Time, Refused>) {
+        // Receivers of one site hear the same drones: none speaks against another.
+        let mut nobody = Sender::default();
+        let sensor = self.normaliser.remote_id_receiver(heard.receiver.as_deref());
+        let of_sensor = timed.and_then(|received| Ok((received, sensor?)));
+        let (received, sensor) = match of_sensor {
+            Ok(known) => known,
+            Err((sensor, refusal)) => return self.journal.note(Event::Refused { sensor, refusal }),
+        };
+        for said in self.transmitters.hear(heard, self.now) {
+            let event = match said {
+                Said::Position(identity, location) => {
+                    let drone = (identity, &location);
+                    let Self { normaliser, barometer, .. } = self;
+                    let report = normaliser.remote_id(sensor, drone, received, heard.stamped, barometer);
+                    let taken = self.take(REMOTE_ID, report.map(Report::Fix), &mut nobody);
+                    taken.unwrap_or_else(|(sensor, refusal)| Event::Refused { sensor, refusal })
+                }
+                Said::Identity => Event::Service { sensor, service: Service::default() },
+                Said::Unused(refusal) => Event::Refused { sensor: Some(sensor), refusal },
+                Said::Faulty(fault) => Event::FaultyLine { fault },
+            };
+            self.journal.note(event);
+        }
+    }
+
     /// Notes what becomes of each record of a block; returns how many were whole.
     fn each<R: Record<Edition = ()>>(
         &mut self,
         block: Block<'_>,
+        take: impl FnMut(&mut Self, &R) -> Result<Event, Refused>,
+    ) -> usize {
+        self.each_in(block, (), take)
+    }
+
+    /// The same in an edition of the category.
+    fn each_in<R: Record>(
+        &mut self,
+        block: Block<'_>,
+        edition: R::Edition,
         mut take: impl FnMut(&mut Self, &R) -> Result<Event, Refused>,
     ) -> usize {
-        let category = block.category;
         let mut count = 0;
-        for located in block.records::<R>() {
+        for located in block.records_in::<R>(edition) {
             let event = match located {
                 Ok(located) => {
                     count += 1;
-                    let refused = |(sensor, refusal)| Event::Refused { category, sensor, refusal };
+                    let refused = |(sensor, refusal)| Event::Refused { sensor, refusal };
                     take(self, &located.record).unwrap_or_else(refused)
                 }
                 Err(fault) => Event::Faulty { fault },
@@ -200,12 +269,15 @@ impl Pipeline {
         report: Result<Report, Refused>,
         sender: &mut Sender,
     ) -> Result<Event, Refused> {
-        let Self { engine, senders, now, withholds_plots, .. } = self;
-        let report = report.inspect_err(|(sensor, _)| {
+        let Self { engine, senders, now, withholds_plots, names, .. } = self;
+        let mut report = report.inspect_err(|(sensor, _)| {
             if let Some(sensor) = *sensor {
                 sender.still_speaks(Subject { sensor, category, identity: None }, senders, *now);
             }
         })?;
+        if let (Report::Fix(fix), Some(names)) = (&mut report, names) {
+            fix.identity = names.settle(fix.identity, *now);
+        }
         let (sensor, identity) = match &report {
             Report::Plot(plot) => (plot.track.sensor, None),
             Report::Fix(fix) => (fix.sensor, Some(fix.identity)),
@@ -339,7 +411,7 @@ fn refusal(refused: fusion::Refused) -> Refusal {
 
 /// Whether a datagram tells lines of one sensor from two sensors: service messages of two radars may be equal by chance.
 fn holds_reports(payload: &[u8]) -> bool {
-    let reports = [cat048::Record::CATEGORY, cat129::Record::CATEGORY];
+    let reports = [cat048::Record::CATEGORY, cat129::Record::CATEGORY, cat021::Record::CATEGORY];
     blocks(payload).flatten().any(|block| reports.contains(&block.category))
 }
 

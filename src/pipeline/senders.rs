@@ -12,7 +12,7 @@ use std::net::{IpAddr, SocketAddr};
 
 use asterix::{DataSource, Record, cat034, cat048};
 
-use crate::config::{Config, SensorKind};
+use crate::config::Config;
 use fusion::time::{SECOND, Time};
 use fusion::{Identity, SensorIndex};
 
@@ -183,16 +183,10 @@ pub(super) struct Senders {
 impl Senders {
     /// No sender heard yet.
     pub(super) fn new(config: &Config) -> Self {
-        let rule = |sensor: &crate::config::Sensor| {
-            let usual_s = match sensor.kind {
-                SensorKind::Radar(_) => 0.25,
-                SensorKind::Transponder(_) => 2.0,
-            };
-            Rule {
-                source: DataSource { sac: sensor.sac, sic: sensor.sic },
-                period_ns: (sensor.period_s.unwrap_or(usual_s) * SECOND as f64) as i64,
-                vouched: sensor.inputs.iter().filter_map(|input| input.source.map(IpAddr::from)).collect(),
-            }
+        let rule = |sensor: &crate::config::Sensor| Rule {
+            source: DataSource { sac: sensor.sac, sic: sensor.sic },
+            period_ns: (sensor.period_s.unwrap_or(sensor.kind.usual_period_s()) * SECOND as f64) as i64,
+            vouched: sensor.inputs.iter().filter_map(|input| input.source.map(IpAddr::from)).collect(),
         };
         Self {
             rules: config.sensors.iter().map(rule).collect(),

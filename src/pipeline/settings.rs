@@ -17,6 +17,10 @@ use fusion::{Profile, Settings};
 const RADAR_ACCURACY: (f64, f64, f64) = (5.0, 1.0, 10.0);
 /// Accuracy of a transponder that is configured without one, metres over ground and in height.
 const TRANSPONDER_ACCURACY: (f64, f64) = (3.0, 5.0);
+/// Of ADS-B: a navigation accuracy category of 10 or better is usual (10 m and 15 m hold 95 %), and times are coarse.
+const ADS_B_ACCURACY: (f64, f64) = (7.0, 10.0);
+/// Of Remote ID that states none.
+const REMOTE_ID_ACCURACY: (f64, f64) = (10.0, 10.0);
 
 /// The engine's settings from the configuration.
 pub(super) fn settings(config: &Config, normaliser: &Normaliser) -> Settings {
@@ -85,6 +89,7 @@ fn threads(configured: u32) -> NonZeroUsize {
 
 /// What a sensor's data sheet says.
 fn sensor(sensor: &config::Sensor, config: &Config, normaliser: &Normaliser) -> Sensor {
+    let period_s = sensor.period_s;
     match &sensor.kind {
         SensorKind::Radar(radar) => {
             let height_m = radar.height_amsl_m + normaliser.undulation_m();
@@ -101,20 +106,24 @@ fn sensor(sensor: &config::Sensor, config: &Config, normaliser: &Normaliser) -> 
                     Registration::Propose => RegistrationMode::Propose,
                     Registration::Apply => RegistrationMode::Apply,
                 },
-                period_s: sensor.period_s.unwrap_or(config.fusion.slot.as_secs_f64()),
+                period_s: period_s.unwrap_or(config.fusion.slot.as_secs_f64()),
             })
         }
-        SensorKind::Transponder(transponder) => {
-            let (horizontal_m, vertical_m) = transponder
-                .accuracy
-                .map_or(TRANSPONDER_ACCURACY, |accuracy| (accuracy.horizontal_m, accuracy.vertical_m));
-            Sensor::Receiver(Receiver {
-                horizontal_m,
-                vertical_m,
-                delay_s: transponder.delay_s,
-                period_s: sensor.period_s.unwrap_or(0.0),
-                max_new_per_s: transponder.max_new_per_s,
-            })
-        }
+        SensorKind::Transponder(receiver) => self::receiver(receiver, TRANSPONDER_ACCURACY, period_s),
+        SensorKind::AdsB(adsb) => receiver(&adsb.receiver, ADS_B_ACCURACY, period_s),
+        SensorKind::RemoteId(of) => receiver(of, REMOTE_ID_ACCURACY, period_s),
     }
+}
+
+/// What a receiver's reports are like; `usual`: their accuracy where it is not configured.
+fn receiver(receiver: &config::Transponder, usual: (f64, f64), period_s: Option<f64>) -> Sensor {
+    let stated = receiver.accuracy.map(|accuracy| (accuracy.horizontal_m, accuracy.vertical_m));
+    let (horizontal_m, vertical_m) = stated.unwrap_or(usual);
+    Sensor::Receiver(Receiver {
+        horizontal_m,
+        vertical_m,
+        delay_s: receiver.delay_s,
+        period_s: period_s.unwrap_or(0.0),
+        max_new_per_s: receiver.max_new_per_s,
+    })
 }

@@ -5,7 +5,6 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use super::{Attacked, Flight, Simulation};
-use crate::config::SensorKind;
 use crate::evaluate::Label;
 use crate::formats::PcapWriter;
 use fusion::time::{SECOND, Time};
@@ -46,8 +45,7 @@ pub fn write(simulation: &Simulation, about: &str, directory: &Path) -> io::Resu
 
 /// What the radars, or what the transponders, sent.
 fn blocks(simulation: &Simulation, out: &mut impl Write, of_radars: bool) -> io::Result<()> {
-    let is_wanted =
-        |sensor: usize| matches!(simulation.config.sensors[sensor].kind, SensorKind::Radar(_)) == of_radars;
+    let is_wanted = |sensor: usize| simulation.config.sensors[sensor].kind.is_radar() == of_radars;
     let mut wanted = simulation.sent.iter().filter(|sent| is_wanted(sent.sensor));
     wanted.try_for_each(|sent| out.write_all(&sent.payload))
 }

@@ -33,6 +33,7 @@ pub fn site(scenario: &Scenario, ground: &Ground) -> Config {
             sac: place.sac as u8,
             sic: place.sic as u8,
             geoid_undulation_m: Some(place.geoid_undulation_m),
+            ..Site::default()
         },
         sensors,
         fusion: Fusion::default(),

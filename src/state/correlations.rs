@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 use tracing::warn;
 
 use super::alerts::{AlertDecision, parse_alert};
-use super::{octets, read};
+use super::{identity, is_serial_space, read, serial_space};
 use crate::config::{Config, SensorKind};
 use fusion::integrity::{HeldWord, Trust, Word};
 use fusion::operational::{Correlation, HeldCorrelation, SavedCorrelation, Verdict};
@@ -45,6 +45,8 @@ struct Line {
     sensor: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     track_number: Option<u16>,
+    #[serde(default = "serial_space", skip_serializing_if = "is_serial_space")]
+    space: String,
     serial: String,
     #[serde(default, skip_serializing_if = "String::is_empty")]
     country: String,
@@ -114,7 +116,8 @@ fn line_of(slot: Slot, transponder: Identity, config: &Config) -> Line {
         time: SlotGrid::new(config.fusion.slot).centre(slot).to_string(),
         sensor: None,
         track_number: None,
-        serial: transponder.serial().escape_ascii().to_string(),
+        space: transponder.space().key().to_owned(),
+        serial: transponder.name().escape_ascii().to_string(),
         country: transponder.country().escape_ascii().to_string(),
         verdict: String::new(),
         last_heard_ns: None,
@@ -140,9 +143,7 @@ pub fn parse_decisions(text: &str) -> Result<Correlations, String> {
 
 fn parsed(line: &str) -> Result<(Line, Decided), String> {
     let line: Line = serde_json::from_str(line).map_err(|error| error.to_string())?;
-    let identity = octets::<12>(&line.serial).zip(octets::<2>(&line.country));
-    let identity = identity.and_then(|(serial, country)| Identity::new(&serial, Some(&country)));
-    let identity = identity
+    let identity = identity(&line.space, &line.serial, &line.country)
         .ok_or_else(|| format!("serial {:?} with country {:?} is no identity", line.serial, line.country))?;
     let verdict = |names: &str| format!("verdict {:?} is none of {names}", line.verdict);
     let decided = match (&line.sensor, line.track_number) {

@@ -25,6 +25,7 @@ use serde::{Deserialize, Serialize};
 
 use fusion::Identity;
 use fusion::numbering::{Given, LARGEST_TRANSPONDER_NUMBER};
+use fusion::report::{NAME_MAX, Space};
 use fusion::time::Time;
 
 pub use alerts::{AlertAct, AlertDecision, SHELVED, alert_line};
@@ -56,6 +57,8 @@ struct Contents {
 #[serde(deny_unknown_fields)]
 struct Entry {
     number: u32,
+    #[serde(default = "serial_space", skip_serializing_if = "is_serial_space")]
+    space: String,
     serial: String,
     #[serde(default, skip_serializing_if = "String::is_empty")]
     country: String,
@@ -73,7 +76,8 @@ pub fn numbers_text(numbers: &[Given]) -> String {
 pub fn number_line(given: &Given) -> String {
     let entry = Entry {
         number: given.number,
-        serial: given.identity.serial().escape_ascii().to_string(),
+        space: given.identity.space().key().to_owned(),
+        serial: given.identity.name().escape_ascii().to_string(),
         country: given.identity.country().escape_ascii().to_string(),
         heard: given.heard.map(|time| time.to_string()),
     };
@@ -93,22 +97,37 @@ pub fn parse_numbers(text: &str) -> Result<Vec<Given>, String> {
 }
 
 fn given(entry: &Entry) -> Result<Given, String> {
-    let Entry { number, serial, country, heard } = entry;
+    let Entry { number, space, serial, country, heard } = entry;
     let heard = match heard.as_deref().map(str::parse::<jiff::Timestamp>) {
         None => None,
         Some(Ok(stamp)) => Some(Time::from_nanos(i64::try_from(stamp.as_nanosecond()).unwrap_or(i64::MAX))),
         Some(Err(error)) => return Err(format!("number {number} of {serial:?}: \"heard\": {error}")),
     };
-    let identity = octets::<12>(serial).zip(octets::<2>(country)).and_then(|(serial, country)| {
-        // NULs behind are no part of it.
-        Identity::new(&serial, Some(&country))
-    });
-    match identity {
+    match identity(space, serial, country) {
         Some(identity) if (1..=LARGEST_TRANSPONDER_NUMBER).contains(number) => {
             Ok(Given { number: *number, identity, heard })
         }
         Some(_) => Err(format!("number {number} of {serial:?} is not 1 to {LARGEST_TRANSPONDER_NUMBER}")),
         None => Err(format!("serial {serial:?} with country {country:?} is no identity")),
+    }
+}
+
+fn serial_space() -> String {
+    Space::Serial.key().to_owned()
+}
+
+fn is_serial_space(space: &str) -> bool {
+    space == Space::Serial.key()
+}
+
+/// The identity whose space, name and country were written so.
+fn identity(space: &str, name: &str, country: &str) -> Option<Identity> {
+    let space = Space::ALL.into_iter().find(|known| known.key() == space)?;
+    // NULs behind are no part of it.
+    let (name, country) = (octets::<NAME_MAX>(name)?, octets::<2>(country)?);
+    match space {
+        Space::Serial => Identity::new(&name, Some(&country)),
+        _ => Identity::of_name(space, &name).filter(|_| country == [0; 2]),
     }
 }
 

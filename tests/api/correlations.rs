@@ -40,7 +40,7 @@ impl Desk {
         let last = flown.frames.last().unwrap().clone();
         let pair = |source: &Source| match source {
             Source::Fused(radar, transponder, _) => {
-                let serial = transponder.identity.serial().escape_ascii().to_string();
+                let serial = transponder.identity.name().escape_ascii().to_string();
                 Some((flown.maker.sensor(radar.track.sensor).to_owned(), radar.track.number, serial))
             }
             _ => None,

@@ -36,7 +36,7 @@ fn turned(seed: u64, start: Option<Time>) -> (Simulation, Config) {
 fn radar(config: &mut Config) -> &mut utm_fusion::config::Radar {
     let radar = config.sensors.iter_mut().find_map(|sensor| match &mut sensor.kind {
         SensorKind::Radar(radar) => Some(radar),
-        SensorKind::Transponder(_) => None,
+        _ => None,
     });
     radar.unwrap()
 }

@@ -323,10 +323,8 @@ fn in_their_words(tally: &Tally, config: &Config) -> BTreeMap<String, u64> {
         count(&format!("skipped category {category}"), blocks);
     }
     for (sensor, &reports) in &tally.accepted {
-        match config.sensors[usize::from(sensor.0)].kind {
-            SensorKind::Radar(_) => count("plots", reports),
-            SensorKind::Transponder(_) => count("fixes", reports),
-        }
+        let is_radar = config.sensors[usize::from(sensor.0)].kind.is_radar();
+        count(if is_radar { "plots" } else { "fixes" }, reports);
     }
     for ((_, reason), &records) in &tally.refused {
         count(reason, records);

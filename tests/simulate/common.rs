@@ -179,7 +179,7 @@ impl Flown {
                 if block.category == cat129::Record::CATEGORY {
                     for record in block.records::<cat129::Record>().map(|located| located.unwrap().record) {
                         let fix = normaliser.fix(&record, received).unwrap();
-                        let number: u32 = str::from_utf8(fix.identity.serial()).unwrap().parse().unwrap();
+                        let number: u32 = str::from_utf8(fix.identity.name()).unwrap().parse().unwrap();
                         let label = labels[&("drone-it", fix.time, number)];
                         // What an attacker sends is nobody's: then the one whose serial it has.
                         let drone = label.id.as_deref().map_or(number as usize - 1, |id| drones[id]);

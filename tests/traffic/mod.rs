@@ -4,7 +4,6 @@
 use std::f64::consts::TAU;
 
 use fusion::frames::RadarFrame;
-use fusion::report::UasItems;
 use fusion::settings::{OperationalRules, Radar, Receiver, ReferenceRules, Sensor};
 use fusion::time::{SECOND, Time};
 use fusion::{Engine, Enu, Fix, Identity, Plot, Profile, RadarTrackKey, Report, SensorIndex, Settings};
@@ -96,18 +95,8 @@ impl Traffic {
 
     fn fix(self, target: u64, slot: i64) -> Fix {
         let time = Time::from_nanos(slot * SLOT_NS);
-        let mut serial_number = [b' '; 12];
-        serial_number[..5].copy_from_slice(format!("{:05}", target + 1).as_bytes());
-        Fix {
-            sensor: SensorIndex(self.sites().count() as u16),
-            identity: Identity::new(&serial_number, None).expect("it has digits"),
-            items: UasItems { manufacturer: None, model: None, serial_number, registration_country: None },
-            time,
-            position: self.place(target, time),
-            accuracy_m: None,
-            velocity: None,
-            climb_m_s: None,
-        }
+        let identity = Identity::new(format!("{:05}", target + 1).as_bytes(), None).expect("it has digits");
+        Fix::new(SensorIndex(self.sites().count() as u16), identity, time, self.place(target, time))
     }
 
     /// Range is measured to 5 m, azimuth to 1°, height to 10 m.

@@ -13,7 +13,7 @@ use tracing::{info, warn};
 use super::Args;
 use crate::capture::{Capture, Merged, OpenError};
 use crate::commands::Usage;
-use crate::config::{Config, SensorKind};
+use crate::config::Config;
 use crate::evaluate::plot::{self, Figure, TruthLine};
 use crate::evaluate::read::{self, Days, FileKind};
 use crate::evaluate::{Alert, Attack, Evaluation, Foreseen, Label, Labels, OutputPoint, Truth};
@@ -67,7 +67,7 @@ pub(super) fn truth(paths: &[PathBuf]) -> Result<Truth, Failure> {
 pub(super) fn labels(path: &Path, config: Option<&Config>) -> Result<Labels, Failure> {
     let rows = read::labels(&name(path), &octets(path)?)?;
     let Some(config) = config else { return Ok(Labels::new(rows)) };
-    let receivers = config.sensors.iter().filter(|sensor| matches!(sensor.kind, SensorKind::Transponder(_)));
+    let receivers = config.sensors.iter().filter(|sensor| !sensor.kind.is_radar());
     Ok(Labels::with_receivers(rows, &receivers.map(|sensor| sensor.id.clone()).collect()))
 }
 

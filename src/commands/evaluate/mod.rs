@@ -168,6 +168,7 @@ fn read(args: &Args) -> Result<Inputs, Box<dyn std::error::Error + Send + Sync>>
     let alone = match &config {
         Some(config) if !args.capture.is_empty() => {
             let receptions = files::receptions(&args.capture, args.date, &truth)?;
+            let receptions = receptions.with_editions(config.editions());
             Some(InputsAlone::of(receptions, config, Masks::load(&config.areas)?)?)
         }
         _ => None,

@@ -42,9 +42,7 @@ impl Field {
             std::fs::write(&file, format!("{{\"type\":\"Polygon\",\"coordinates\":[{ring}]}}")).unwrap();
             file
         };
-        let receiver = |sensor: &&crate::config::Sensor| {
-            matches!(sensor.kind, crate::config::SensorKind::Transponder(_))
-        };
+        let receiver = |sensor: &&crate::config::Sensor| sensor.kind.is_transponder();
         let sensor = config.sensors.iter().find(receiver).unwrap().id.clone();
         let area = |kind, file| crate::config::Area { kind, file };
         config.areas = vec![
@@ -106,6 +104,8 @@ fn transponder(number: u32) -> TransponderPart {
         sensor: SensorIndex(1),
         time: None,
         items: UasItems { serial_number: *b"ALPHA       ", ..UasItems::default() },
+        aircraft: Default::default(),
+        height_measured: true,
     }
 }
 

@@ -138,7 +138,7 @@ fn place(track: &PictureTrack) -> (f64, f64) {
 
 /// What tells an identity from all others, in a line.
 fn subject(identity: Identity) -> String {
-    format!("{} {}", identity.serial().escape_ascii(), identity.country().escape_ascii())
+    format!("{} {}", identity.name().escape_ascii(), identity.country().escape_ascii())
 }
 
 /// A closed ring around the places, at least the margin away from each.

@@ -18,7 +18,7 @@ pub(super) fn described(track: &PictureTrack, id: &str) -> String {
         .point
         .source
         .transponder()
-        .map(|part| format!(", serial {}", part.identity.serial().escape_ascii()));
+        .map(|part| format!(", serial {}", part.identity.name().escape_ascii()));
     format!("{} track {} ({id}){}", track.source_name(), track.point.number, serial.unwrap_or_default())
 }
 

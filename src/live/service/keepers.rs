@@ -63,7 +63,7 @@ impl Engine {
             let (ResumedCorrelation::Holds(held) | ResumedCorrelation::Ended(held)) = resumed;
             let Correlation { radar, transponder, verdict } = held.correlation;
             let sensor = self.config.sensors.get(usize::from(radar.sensor.0)).map_or("", |sensor| &sensor.id);
-            let transponder = transponder.serial().escape_ascii().to_string();
+            let transponder = transponder.name().escape_ascii().to_string();
             let (track, verdict) = (radar.number, verdict.name());
             error_span!("decision", sensor, track, transponder, verdict).in_scope(|| match resumed {
                 ResumedCorrelation::Holds(_) => info!("decision holds again after the restart"),

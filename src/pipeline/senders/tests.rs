@@ -153,7 +153,7 @@ fn transponders_are_judged_one_by_one() {
     let contests = senders.contests(at(18.5));
     assert_eq!(contests.len(), 1);
     let [contest] = contests[..] else { panic!("{contests:?}") };
-    let serial = contest.identity.map(|identity| identity.serial().to_vec());
+    let serial = contest.identity.map(|identity| identity.name().to_vec());
     assert_eq!((contest.category, contest.counts, serial), (129, from(B), Some(b"TWO".to_vec())));
     // A radar's service messages may come from another port than its plots.
     assert!(senders.counts(PLOTS, A, 20.0));

@@ -58,6 +58,8 @@ impl Site {
             sensor: SensorIndex(1),
             time: None,
             items: Default::default(),
+            aircraft: Default::default(),
+            height_measured: true,
         };
         let track = RadarTrackKey { sensor: SensorIndex(0), number: 9 };
         let flat = RadarPart { track, time: Time::default(), height_measured: false, uav_probability: None };

@@ -1,0 +1,92 @@
+//! Why a record gives no report.
+
+use asterix::DataSource;
+use fusion::SensorIndex;
+
+/// Why a record gives no report.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Refusal {
+    /// No data source identifier (I048/010, I129/010, I021/010).
+    NoDataSource,
+    /// No sensor of the configuration has this category, SAC and SIC.
+    UnknownSource {
+        /// Category of the record.
+        category: u8,
+        /// SAC and SIC.
+        source: DataSource,
+    },
+    /// No sensor of the configuration is the receiver that a gateway's line names; where it names none there is not one only.
+    UnknownReceiver,
+    /// No time of day (I048/140, I129/070; I021/071, 073 and 077).
+    NoTime,
+    /// No position (I048/040, I129/080, I021/130 and 131).
+    NoPosition,
+    /// Latitude and longitude are both 0: the drone does not know where it is (Remote ID).
+    NoFix,
+    /// No track number (I048/161).
+    NoTrackNumber,
+    /// The radar track is coasted: TYP = 0 in I048/020.
+    NoDetection,
+    /// A simulated target: SIM in I048/020, I021/040.
+    Simulated,
+    /// A test target: TST in I048/020, I021/040; RAB, a field monitor.
+    TestTarget,
+    /// The ground station does not believe the position: NOGO, CPR, LDPJ, RCF or IPC in I021/040.
+    NotBelieved,
+    /// Slant range 0.
+    ZeroRange,
+    /// No serial number, or a blank one (I129/040); no address (I021/080); no Basic ID of the same transmitter within 5 s
+    /// (Remote ID).
+    NoIdentity,
+    /// No height above mean sea level (I129/090); in the `reference` profile no height at all.
+    NoHeight,
+    /// Latitude or longitude beyond the poles or the antimeridian (I129/080).
+    PositionOutOfRange,
+    /// Time of day above 86400 s.
+    TimeOutOfRange,
+    /// Inside a mask of `[[areas]]`.
+    Masked,
+    /// Ahead of its reception by more than `max_future_s`.
+    Future,
+    /// Older than the window.
+    Late,
+    /// Another sender speaks for this sensor: two have one SAC/SIC.
+    OtherSender,
+    /// The same broadcast of the same transmitter, heard again (Remote ID): each is sent several times.
+    Repeated,
+    /// A broadcast without a position, of which nothing is used (Remote ID).
+    NotUsed,
+}
+
+impl Refusal {
+    /// A short name that stays the same over releases, for counters.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::NoDataSource => "no_data_source",
+            Self::UnknownSource { .. } => "unknown_source",
+            Self::UnknownReceiver => "unknown_receiver",
+            Self::NoTime => "no_time",
+            Self::NoPosition => "no_position",
+            Self::NoFix => "no_fix",
+            Self::NoTrackNumber => "no_track_number",
+            Self::NoDetection => "no_detection",
+            Self::Simulated => "simulated",
+            Self::TestTarget => "test_target",
+            Self::NotBelieved => "not_believed",
+            Self::ZeroRange => "zero_range",
+            Self::NoIdentity => "no_identity",
+            Self::NoHeight => "no_height",
+            Self::PositionOutOfRange => "position_out_of_range",
+            Self::TimeOutOfRange => "time_out_of_range",
+            Self::Masked => "masked",
+            Self::Future => "future",
+            Self::Late => "late",
+            Self::OtherSender => "other_sender",
+            Self::Repeated => "repeated",
+            Self::NotUsed => "not_used",
+        }
+    }
+}
+
+/// A record that gives no report: from which sensor, where that is known, and why.
+pub type Refused = (Option<SensorIndex>, Refusal);

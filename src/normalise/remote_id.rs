@@ -1,0 +1,98 @@
+//! Remote ID positions (ASTM F3411 Location) to fixes.
+
+use nalgebra::Vector2;
+
+use ::remote_id::{BasicId, IdType, Location};
+
+use super::adsb::HALF_OF_95;
+use super::barometer::Barometer;
+use super::normaliser::Normaliser;
+use super::refusal::Refusal;
+use fusion::report::{Space, UasItems};
+use fusion::time::{SECOND, Time};
+use fusion::{Fix, Identity, SensorIndex};
+
+/// Nanoseconds of an hour.
+const HOUR: i64 = 3600 * SECOND;
+/// Standard deviations of a height in the half width that holds 95 %.
+const HALF_WIDTH: f64 = 1.96;
+
+/// Who a Basic ID says it is; `None`: it does not say. Some say that they give no identity and put their serial number there.
+pub fn identity(id: &BasicId) -> Option<Identity> {
+    match id.id_type() {
+        IdType::SerialNumber | IdType::None => Identity::new(id.id(), None),
+        IdType::Registration => Identity::of_name(Space::Registration, id.id()),
+        IdType::UtmAssigned => Identity::of_name(Space::Flight, id.id()),
+        IdType::SpecificSession => Identity::of_name(Space::Session, id.id()),
+        IdType::Reserved(_) => None,
+    }
+}
+
+/// The fix of a Location that this receiver heard of a drone; `stamped`: when its gateway says that it heard it.
+pub(super) fn fix(
+    site: &Normaliser,
+    sensor: SensorIndex,
+    (identity, location): (Identity, &Location),
+    received: Time,
+    stamped: Option<Time>,
+    barometer: &mut Barometer,
+) -> Result<Fix, Refusal> {
+    if location.place_counts() == [0, 0] {
+        return Err(Refusal::NoFix);
+    }
+    let time = match location.seconds_of_hour() {
+        Some(seconds) => nearest_hour(seconds, received),
+        // A position that does not say when is as old as its reception.
+        None => stamped.unwrap_or(received),
+    };
+    let time = site.not_ahead(time, received)?;
+    let geodetic_m = location.geodetic_altitude_m();
+    let pressure_m = location.pressure_altitude_m();
+    let height = match (geodetic_m, pressure_m) {
+        (Some(height_m), _) => Some((height_m, location.accuracy_v_m().map(|half_m| half_m / HALF_WIDTH))),
+        (None, Some(altitude_m)) => {
+            barometer.height_m(altitude_m, time).map(|(height_m, sigma_m)| (height_m, Some(sigma_m)))
+        }
+        (None, None) => None,
+    };
+    let place = site.place(location.place_deg(), height.map(|height| height.0))?;
+    let over_ground = match (location.speed_m_s(), location.course_deg()) {
+        (Some(0.0), _) => Some(Vector2::zeros()),
+        (Some(speed_m_s), Some(course_deg)) => {
+            let (sin, cos) = course_deg.to_radians().sin_cos();
+            Some(Vector2::new(sin, cos) * speed_m_s)
+        }
+        _ => None,
+    };
+    let (velocity, climb_m_s) = place.motion(over_ground, location.climb_m_s());
+    Ok(Fix {
+        items: UasItems::of(identity),
+        height_measured: place.height_measured,
+        accuracy_m: location.accuracy_h_m().map(|radius_m| radius_m * HALF_OF_95),
+        height_sigma_m: height.and_then(|height| height.1),
+        velocity,
+        climb_m_s,
+        ..Fix::new(sensor, identity, time, place.position)
+    })
+}
+
+/// The time so many seconds after a full hour that is nearest to a reception.
+fn nearest_hour(seconds: f64, received: Time) -> Time {
+    let into = (seconds * SECOND as f64).round() as i64;
+    let off = (into - received.nanos() + HOUR / 2).rem_euclid(HOUR) - HOUR / 2;
+    Time::from_nanos(received.nanos().saturating_add(off))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_hour_is_the_nearest_to_the_reception() {
+        let at = |seconds: f64| Time::from_nanos((seconds * 1e9) as i64 + 1_700_000 * HOUR);
+        assert_eq!(nearest_hour(3599.5, at(0.2)), at(-0.5));
+        assert_eq!(nearest_hour(0.1, at(3599.9)), at(3600.1));
+        assert_eq!(nearest_hour(3600.0, at(3600.0)), at(3600.0));
+        assert_eq!(nearest_hour(1800.0, at(1799.0)), at(1800.0));
+    }
+}

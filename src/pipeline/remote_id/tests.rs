@@ -1,0 +1,120 @@
+use remote_id::{BasicId, IdType, UaType};
+
+use super::*;
+
+fn at(seconds: i64) -> Time {
+    Time::from_nanos((1_700_000_000 + seconds) * SECOND)
+}
+
+fn basic(id_type: IdType, id: &[u8]) -> Vec<u8> {
+    Message::BasicId(BasicId::new(id_type, UaType::Rotorcraft, id)).octets().to_vec()
+}
+
+/// A Location so many tenths of a second into the hour.
+fn location(tenths: u16) -> Vec<u8> {
+    let mut octets = vec![0; LENGTH];
+    octets[0] = 0x12;
+    octets[5..9].copy_from_slice(&525_000_000_i32.to_le_bytes());
+    octets[9..13].copy_from_slice(&(-5_880_000_i32).to_le_bytes());
+    octets[21..23].copy_from_slice(&tenths.to_le_bytes());
+    octets
+}
+
+fn from(transmitter: &str, octets: &[u8]) -> Heard {
+    Heard { transmitter: transmitter.to_owned(), receiver: None, stamped: None, octets: octets.to_vec() }
+}
+
+fn line(octets: &[u8]) -> String {
+    format!(r#"{{"transmitter": "aa", "message": "{}"}}"#, crate::hex::text(octets))
+}
+
+#[test]
+fn a_position_is_whose_its_transmitter_lately_said_it_is() {
+    let mut transmitters = Transmitters::default();
+    let mut hear = |transmitter, octets: &[u8], seconds| {
+        let mut said = transmitters.hear(&from(transmitter, octets), at(seconds));
+        assert_eq!(said.len(), 1);
+        said.remove(0)
+    };
+    assert_eq!(hear("aa", &location(1), 0), Said::Unused(Refusal::NoIdentity));
+    assert_eq!(hear("aa", &basic(IdType::SerialNumber, b"ONE"), 1), Said::Identity);
+    let one = Identity::new(b"ONE", None).unwrap();
+    assert!(matches!(hear("aa", &location(2), 6), Said::Position(identity, _) if identity == one));
+    assert_eq!(hear("aa", &location(2), 6), Said::Unused(Refusal::Repeated));
+    assert_eq!(hear("bb", &location(3), 6), Said::Unused(Refusal::NoIdentity), "another transmitter");
+    assert_eq!(hear("aa", &location(3), 7), Said::Unused(Refusal::NoIdentity), "6 s after it said who it is");
+    hear("aa", &basic(IdType::SpecificSession, b"\x01XYZ"), 8);
+    let session = Identity::of_name(fusion::report::Space::Session, b"\x01XYZ").unwrap();
+    assert!(matches!(hear("aa", &location(4), 8), Said::Position(identity, _) if identity == session));
+    hear("aa", &basic(IdType::SerialNumber, b"ONE"), 9);
+    hear("aa", &basic(IdType::SpecificSession, b"\x01XYZ"), 9);
+    assert!(matches!(hear("aa", &location(5), 9), Said::Position(identity, _) if identity == one));
+}
+
+#[test]
+fn a_pack_says_who_it_is_before_or_behind_where_it_is() {
+    let mut pack = vec![0xf2, LENGTH as u8, 2];
+    pack.extend(location(1));
+    pack.extend(basic(IdType::SerialNumber, b"ONE"));
+    let mut transmitters = Transmitters::default();
+    let said = transmitters.hear(&from("aa", &pack), at(0));
+    assert!(matches!(said[..], [Said::Position(..), Said::Identity]), "{said:?}");
+    pack.truncate(3 + LENGTH + 4);
+    pack[2 + LENGTH] ^= 1;
+    let said = transmitters.hear(&from("aa", &pack), at(1));
+    assert!(matches!(said[..], [Said::Position(..), Said::Faulty(_)]), "{said:?}");
+}
+
+#[test]
+fn a_bad_line_costs_its_neighbours_nothing() {
+    let good = line(&location(1));
+    let bad = [
+        ("{", LineFault::NotAnObject),
+        (r#"{"message": "00"}"#, LineFault::NotAnObject),
+        (r#"{"transmitter": "aa", "message": "0g"}"#, LineFault::NotHexadecimal),
+        (r#"{"transmitter": "", "message": "00"}"#, LineFault::Name),
+        (r#"{"transmitter": "aa", "message": "00", "time": "noon"}"#, LineFault::Time),
+        (r#"{"transmitter": "aa", "message": "00", "time": 1e300}"#, LineFault::Time),
+    ];
+    for (text, fault) in bad {
+        let datagram = format!("{good}\n{text}\n\n{good}\r\n");
+        let heard = heard(datagram.as_bytes(), None).unwrap();
+        assert!(heard[0].is_ok() && heard[2].is_ok() && heard.len() == 3, "{text}");
+        assert_eq!(heard[1], Err(fault), "{text}");
+    }
+}
+
+#[test]
+fn a_line_may_say_when_and_by_whom() {
+    let text = r#"{"time": "2026-11-22T10:00:00.5Z", "transmitter": "aa", "rssi": -61, "receiver": "roof", "message": "00"}"#;
+    let heard_at = heard(text.as_bytes(), None).unwrap().remove(0).unwrap();
+    assert_eq!(heard_at.receiver.as_deref(), Some("roof"));
+    assert_eq!(heard_at.stamped.unwrap().to_string(), "2026-11-22T10:00:00.5Z");
+    let text = r#"{"time": 1700000000.25, "transmitter": "aa", "message": "00"}"#;
+    let stamped = heard(text.as_bytes(), None).unwrap().remove(0).unwrap().stamped.unwrap();
+    assert_eq!(stamped, Time::from_nanos(at(0).nanos() + SECOND / 4));
+}
+
+#[test]
+fn what_a_drone_broadcasts_is_told_from_asterix() {
+    assert!(is_broadcast(&location(1)) && is_broadcast(&basic(IdType::SerialNumber, b"ONE")));
+    let mut pack = vec![0xf2, LENGTH as u8, 1];
+    pack.extend(location(1));
+    assert!(is_broadcast(&pack) && !is_broadcast(&pack[..27]));
+    // A block of CAT048 of 25 octets looks like a Self-ID of the first version.
+    let mut block = vec![0; LENGTH];
+    block[..3].copy_from_slice(&[0x30, 0, 25]);
+    assert!(!is_broadcast(&block) && !is_broadcast(&[]) && !is_lines(&block));
+}
+
+proptest::proptest! {
+    #[test]
+    fn any_datagram_is_read_or_left(octets in proptest::collection::vec(proptest::num::u8::ANY, 0..200), text in "\\{.{0,80}") {
+        let mut transmitters = Transmitters::default();
+        for datagram in [&octets[..], text.as_bytes()] {
+            for heard in heard(datagram, None).into_iter().flatten().flatten() {
+                transmitters.hear(&heard, at(0));
+            }
+        }
+    }
+}
