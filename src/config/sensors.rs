@@ -254,9 +254,14 @@ impl ByHand for Sensor {
             SensorKind::AdsB(adsb) => read_into(adsb, section),
             SensorKind::RemoteId(remote_id) => read_into(remote_id, section),
         };
-        let others = [("radar", Radar::rows()), ("adsb", AdsB::rows()), ("transponder", Transponder::rows())];
+        let others = [("radar", Radar::rows()), ("transponder", Transponder::rows()), ("adsb", AdsB::rows())];
+        let mut known = own;
         for (kind, rows) in others {
-            for row in rows.iter().filter(|row| !own.contains(&row.key)) {
+            for row in rows {
+                if known.contains(&row.key) {
+                    continue;
+                }
+                known.push(row.key);
                 if let Some(item) = section.stray(row.key) {
                     let this = self.kind.name();
                     item.refuse(format!(

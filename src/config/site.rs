@@ -45,16 +45,17 @@ const ORIGIN: [&str; 3] = ["latitude_deg", "longitude_deg", "height_amsl_m"];
 /// Finds fault with an origin that is missing or one too many.
 pub(super) fn check_origin(top: &Section<'_>, has_radar: bool, faults: &Faults) {
     let Some(site) = top.written("site").and_then(|item| item.section()) else { return };
-    for key in ORIGIN {
-        match (site.written(key), has_radar) {
-            (Some(item), true) => item.refuse(
-                "the first radar is the origin of the local frame; remove it: a site has a place of its own only without a radar",
-            ),
-            (None, false) if faults.none_of("site") => site.refuse(&format!(
-                "{key} is missing; without a radar the site says where its local frame begins: add latitude_deg, longitude_deg \
-                 and height_amsl_m, or a sensor with kind = \"radar\""
-            )),
-            _ => {}
-        }
+    let written = ORIGIN.map(|key| site.written(key));
+    if has_radar {
+        written.into_iter().flatten().for_each(|item| {
+            item.refuse(
+                "the first radar is the origin of the local frame; remove it: a site says where it is only without a radar",
+            );
+        });
+    } else if written.iter().any(Option::is_none) && faults.none_of("site") {
+        site.refuse(
+            "without a radar the site says where its local frame begins; add latitude_deg, longitude_deg and height_amsl_m, \
+             or a sensor with kind = \"radar\"",
+        );
     }
 }

@@ -103,7 +103,7 @@ fn site_and_sensors() {
         ("\"north\"", "\"a/b\"", "7: sensors[0].id = \"a/b\"", "letters A-Z a-z, digits, _ and -"),
         ("\"air\"", "\"\"", "17: sensors[1].id = \"\"", "blank"),
         ("\"air\"", "\"north\"", "17: sensors[1].id = \"north\"", "another sensor has this id"),
-        ("\"transponder\"", "\"adsb\"", "18: sensors[1].kind = \"adsb\"", "\"radar\" or \"transponder\""),
+        ("\"transponder\"", "\"sonar\"", "18: sensors[1].kind = \"sonar\"", "\"radar\" or \"transponder\""),
         ("sac = 0\nsic = 0", "sac = 25\nsic = 1", "20: sensors[1].sic = 1", "service's own"),
         ("sic = 200", "sic = 1", "10: sensors[0].sic = 1", "service's own"),
         ("52.5", "152.5", "11: sensors[0].latitude_deg = 152.5", "between -90 and 90"),
@@ -165,7 +165,7 @@ fn site_and_sensors() {
             "sic = 0",
             "sic = 0\nmax_range_m = 5",
             "21: sensors[1].max_range_m = 5",
-            "only a radar has this key",
+            "only a sensor of kind \"radar\" has this key",
         ),
         (
             radar,
@@ -184,7 +184,7 @@ fn sensors_as_a_whole() {
     check(&[
         (&BASE[start..end], "", " sensors", "add [[sensors]]"),
         (&BASE[start..end], "[sensors]\n", "6: sensors", "expected a list"),
-        (&BASE[start..air], "", "6: sensors", "there is no radar"),
+        (&BASE[start..air], "", "1: site", "without a radar the site says where its local frame begins"),
     ]);
     let more = |kind: &str, sic: u8| {
         let place = "latitude_deg = 1\nlongitude_deg = 1\nheight_amsl_m = 1\n";

@@ -179,6 +179,11 @@ impl Normaliser {
         self.editions.get(&source).copied()
     }
 
+    /// Whether the site has an ADS-B receiver.
+    pub fn has_adsb(&self) -> bool {
+        !self.adsb.is_empty()
+    }
+
     /// The editions of all ADS-B receivers.
     pub fn editions(&self) -> BTreeMap<DataSource, cat021::Edition> {
         self.editions.clone()

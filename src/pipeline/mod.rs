@@ -42,9 +42,8 @@ pub struct Pipeline {
     senders: Senders,
     normaliser: Normaliser,
     barometer: Barometer,
-    transmitters: Transmitters,
-    /// `None`: one kind of source alone states serial numbers.
-    names: Option<Names>,
+    /// `None`: the site has no Remote ID.
+    remote_id: Option<RemoteId>,
     engine: Engine,
     /// Plots are judged and counted, and not given to the engine.
     withholds_plots: bool,
@@ -53,6 +52,13 @@ pub struct Pipeline {
     now: Time,
     /// Whether the clock of reception is behind: one alarm per step.
     clock_behind: bool,
+}
+
+/// What is known of those who speak Remote ID.
+#[derive(Debug, Default)]
+struct RemoteId {
+    transmitters: Transmitters,
+    names: Names,
 }
 
 /// What an input brought about.
@@ -95,15 +101,14 @@ impl Pipeline {
     /// The pipeline of a site; plots inside `masks` are dropped.
     pub fn new(config: &Config, masks: Masks) -> Self {
         let normaliser = Normaliser::new(config, masks);
-        let names = normaliser.remote_id_receivers().next().map(|_| Names::default());
+        let remote_id = normaliser.remote_id_receivers().next().map(|_| RemoteId::default());
         Self {
             duplicates: Duplicates::default(),
             senders: Senders::new(config),
             engine: Engine::new(settings(config, &normaliser)).expect("the configuration was checked"),
             withholds_plots: false,
             barometer: Barometer::default(),
-            transmitters: Transmitters::default(),
-            names,
+            remote_id,
             normaliser,
             journal: Journal::default(),
             now: Time::from_nanos(i64::MIN),
@@ -132,7 +137,9 @@ impl Pipeline {
         // In front of the first record that has a time there is nothing to handle, only to count.
         let timed = received.ok_or((None, Refusal::NoTime));
         let mut sender = Sender { address: *from, ..Sender::default() };
-        if let Some(heard) = remote_id::heard(payload, *from) {
+        if self.remote_id.is_some()
+            && let Some(heard) = remote_id::heard(payload, *from)
+        {
             return heard.into_iter().for_each(|heard| match heard {
                 Ok(heard) => self.hear(&heard, timed),
                 Err(fault) => self.journal.note(Event::FaultyLine { fault }),
@@ -155,7 +162,7 @@ impl Pipeline {
                         self.journal.note(Event::SeveralRecords);
                     }
                 }
-                Ok(block) if block.category == cat021::Record::CATEGORY => {
+                Ok(block) if block.category == cat021::Record::CATEGORY && self.normaliser.has_adsb() => {
                     // Of a receiver that is not configured it does not matter.
                     let source = block.first_source();
                     let edition =
@@ -214,7 +221,8 @@ impl Pipeline {
             Ok(known) => known,
             Err((sensor, refusal)) => return self.journal.note(Event::Refused { sensor, refusal }),
         };
-        for said in self.transmitters.hear(heard, self.now) {
+        let said = self.remote_id.as_mut().map(|known| known.transmitters.hear(heard, self.now));
+        for said in said.into_iter().flatten() {
             let event = match said {
                 Said::Position(identity, location) => {
                     let drone = (identity, &location);
@@ -269,14 +277,14 @@ impl Pipeline {
         report: Result<Report, Refused>,
         sender: &mut Sender,
     ) -> Result<Event, Refused> {
-        let Self { engine, senders, now, withholds_plots, names, .. } = self;
+        let Self { engine, senders, now, withholds_plots, remote_id, .. } = self;
         let mut report = report.inspect_err(|(sensor, _)| {
             if let Some(sensor) = *sensor {
                 sender.still_speaks(Subject { sensor, category, identity: None }, senders, *now);
             }
         })?;
-        if let (Report::Fix(fix), Some(names)) = (&mut report, names) {
-            fix.identity = names.settle(fix.identity, *now);
+        if let (Report::Fix(fix), Some(known)) = (&mut report, remote_id) {
+            fix.identity = known.names.settle(fix.identity, *now);
         }
         let (sensor, identity) = match &report {
             Report::Plot(plot) => (plot.track.sensor, None),

@@ -5,14 +5,14 @@ use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use asterix::{Block, Record, blocks, cat021, cat034, cat048, cat129, profile};
+use asterix::{Block, Record, blocks, cat034, cat048, cat129, profile};
 use fusion::Emission;
 use fusion::time::Time;
 use utm_fusion::areas::Masks;
 use utm_fusion::capture::{Capture, Datagram, Merged, Reception};
 use utm_fusion::config::Config;
 use utm_fusion::formats::{PcapWriter, UdpFlow};
-use utm_fusion::pipeline::{Event, Output, Pipeline, Tally, is_broadcast, is_lines};
+use utm_fusion::pipeline::{Event, Output, Pipeline, Tally};
 
 pub(crate) use crate::program::{Scratch, utm_fusion};
 
@@ -187,8 +187,6 @@ pub(crate) struct Contents {
     pub(crate) faults: usize,
     /// Well-formed blocks of categories that are not used.
     pub(crate) others: usize,
-    /// Records of ADS-B and broadcasts of Remote ID, whose receivers no configuration here has.
-    pub(crate) strangers: usize,
 }
 
 pub(crate) fn contents(payload: &[u8]) -> Contents {
@@ -199,20 +197,6 @@ pub(crate) fn contents(payload: &[u8]) -> Contents {
         whole.into_iter().map(|located| located.unwrap().record).collect()
     }
     let mut contents = Contents::default();
-    if is_broadcast(payload) {
-        contents.strangers = 1;
-        return contents;
-    }
-    if is_lines(payload) {
-        let lines = payload.split(|&octet| octet == b'\n').map(<[u8]>::trim_ascii);
-        for line in lines.filter(|line| !line.is_empty()) {
-            let is_object = serde_json::from_slice::<serde_json::Value>(line).is_ok_and(|line| {
-                line.is_object() && line["transmitter"].is_string() && line["message"].is_string()
-            });
-            *if is_object { &mut contents.strangers } else { &mut contents.faults } += 1;
-        }
-        return contents;
-    }
     for block in blocks(payload) {
         match block {
             Ok(block) if block.category == 48 => {
@@ -220,9 +204,6 @@ pub(crate) fn contents(payload: &[u8]) -> Contents {
             }
             Ok(block) if block.category == 129 => {
                 contents.fixes.extend(records::<cat129::Record>(block, &mut contents.faults));
-            }
-            Ok(block) if block.category == 21 => {
-                contents.strangers += records::<cat021::Record>(block, &mut contents.faults).len();
             }
             Ok(block) if block.category == 34 => {
                 contents.services.extend(records::<cat034::Record>(block, &mut contents.faults));

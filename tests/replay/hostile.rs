@@ -93,8 +93,7 @@ fn assert_accounted(receptions: &[&Reception], flown: &Flown) -> Result<(), Test
             continue;
         }
         let contents = contents(&reception.payload);
-        let whole =
-            contents.plots.len() + contents.fixes.len() + contents.services.len() + contents.strangers;
+        let whole = contents.plots.len() + contents.fixes.len() + contents.services.len();
         prop_assert_eq!(events.iter().filter(|event| is_record(event)).count(), whole);
         records += whole as u64;
         faults += contents.faults as u64;

@@ -89,7 +89,7 @@ fn a_line_may_say_when_and_by_whom() {
     let text = r#"{"time": "2026-11-22T10:00:00.5Z", "transmitter": "aa", "rssi": -61, "receiver": "roof", "message": "00"}"#;
     let heard_at = heard(text.as_bytes(), None).unwrap().remove(0).unwrap();
     assert_eq!(heard_at.receiver.as_deref(), Some("roof"));
-    assert_eq!(heard_at.stamped.unwrap().to_string(), "2026-11-22T10:00:00.5Z");
+    assert_eq!(heard_at.stamped.unwrap().nanos(), 1_795_341_600_500_000_000);
     let text = r#"{"time": 1700000000.25, "transmitter": "aa", "message": "00"}"#;
     let stamped = heard(text.as_bytes(), None).unwrap().remove(0).unwrap().stamped.unwrap();
     assert_eq!(stamped, Time::from_nanos(at(0).nanos() + SECOND / 4));
