@@ -1,9 +1,10 @@
-//! EUROCONTROL ASTERIX, the format in which radars and transponder networks report, read and written: CAT021, CAT034,
-//! CAT048, CAT062, CAT063, CAT065 and CAT129, every item.
+//! EUROCONTROL ASTERIX, the format in which radars and transponder networks report, read and written: CAT015, CAT021,
+//! CAT034, CAT048, CAT062, CAT063, CAT065 and CAT129, every item.
 //!
 //! | category | specification (EUROCONTROL-SPEC-0149) | items | types |
 //! |---|---|---|---|
 //! | data block, FSPEC, item formats | part 1 | | [`blocks`], [`Block`], [`Fspec`], [`Layout`], [`encode_block`] |
+//! | CAT015, INCS target reports | part 15B, edition 1.2 | [26](cat015::Record) | [`cat015`], [`DataSource`], [`TimeOfDay`], [`Repeated`], [`Explicit`] |
 //! | CAT021, ADS-B target reports | part 12, editions 2.1 to 2.7 | [44](cat021::Record) | [`cat021`], [`aircraft`] and the same |
 //! | RE of CAT021 | part 12, appendix A, edition 1.5 | [8](cat021::ReservedExpansion) | [`cat021::expansion`] |
 //! | CAT034, monoradar service messages | part 2b, edition 1.29 | [14](cat034::Record) | [`cat034`], [`DataSource`], [`TimeOfDay`], [`Repeated`], [`Explicit`] |
@@ -89,6 +90,7 @@ mod uap;
 mod variable;
 
 pub mod aircraft;
+pub mod cat015;
 pub mod cat021;
 pub mod cat034;
 pub mod cat048;
@@ -112,6 +114,7 @@ pub use variable::{Chain, Explicit};
 /// The profile of a category, where this crate knows one; of CAT021 that of the newest edition.
 pub const fn profile(category: u8) -> Option<&'static [UapItem]> {
     Some(match category {
+        15 => cat015::UAP,
         21 => cat021::UAP,
         34 => cat034::UAP,
         48 => cat048::UAP,
@@ -140,7 +143,7 @@ mod tests {
     #[test]
     fn the_front_page_counts_the_items() {
         let page = include_str!("lib.rs");
-        for category in [21, 34, 48, 62, 63, 65, 129] {
+        for category in [15, 21, 34, 48, 62, 63, 65, 129] {
             let items = super::profile(category).unwrap_or_default().len();
             let cell = format!("| [{items}](cat{category:03}::Record) |");
             let row = page.lines().find(|row| row.starts_with(&format!("//! | CAT{category:03}, ")));

@@ -7,7 +7,8 @@ mod common;
 use allocation_counter::measure;
 use asterix::cat048::BdsRegister;
 use asterix::{
-    Explicit, Record, Repeated, blocks, cat021, cat034, cat048, cat062, cat063, cat065, cat129, encode_block,
+    Explicit, Record, Repeated, blocks, cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129,
+    encode_block,
 };
 use common::{EXPANSION, VECTORS, encode, hex};
 
@@ -36,6 +37,7 @@ fn count(octets: &[u8]) -> (u64, usize, u64) {
         let Some(block) = next else { return sum };
         let block = block.unwrap();
         let (read, records, written) = match block.category {
+            15 => of::<cat015::Record>(&block, &mut out),
             21 => of::<cat021::Record>(&block, &mut out),
             34 => of::<cat034::Record>(&block, &mut out),
             48 => of::<cat048::Record>(&block, &mut out),
@@ -99,6 +101,7 @@ fn faults_allocate_nothing() {
                     .records_in::<cat021::Record>(cat021::Edition::default())
                     .filter(Result::is_err)
                     .count(),
+                15 => block.records::<cat015::Record>().filter(Result::is_err).count(),
                 34 => block.records::<cat034::Record>().filter(Result::is_err).count(),
                 48 => block.records::<cat048::Record>().filter(Result::is_err).count(),
                 62 => block.records::<cat062::Record>().filter(Result::is_err).count(),

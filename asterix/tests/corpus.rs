@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use asterix::{cat021, cat034, cat048, cat062, cat063, cat065, cat129};
+use asterix::{cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
 
 #[path = "../../fuzz/src/records.rs"]
 mod records;
@@ -21,6 +21,11 @@ fn replay(target: &str, exercise: impl Fn(&[u8])) {
         count += 1;
     }
     assert!(count > 0, "{} is empty", folder.display());
+}
+
+#[test]
+fn cat015() {
+    replay("cat015", records::exercise_with_table::<cat015::Record>);
 }
 
 #[test]

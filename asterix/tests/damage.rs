@@ -5,7 +5,7 @@
 mod common;
 
 use asterix::cat048::ReservedExpansion;
-use asterix::{Explicit, Record, blocks, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
+use asterix::{Explicit, Record, blocks, cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
 use common::{VECTORS, block, encode, hex, read};
 
 /// Reads everything that can be read; what a block yields without a fault must encode to the block.
@@ -29,6 +29,7 @@ fn survey(datagram: &[u8]) -> usize {
     blocks(datagram)
         .flatten()
         .map(|block| match block.category {
+            15 => records::<cat015::Record>(&block),
             21 => records::<cat021::Record>(&block),
             34 => records::<cat034::Record>(&block),
             48 => records::<cat048::Record>(&block),

@@ -13,7 +13,7 @@ use asterix::cat021::{self, Edition};
 use asterix::cat034::{self, Channels, CounterKind, Filter};
 use asterix::cat048::expansion::{DataLinkOrigin, DataLinkState, ExtendedMode4, ReplyType, TrackAcquisition};
 use asterix::cat048::{self, Communications, DetectionType, FlightStatus, Height3D, warning_name};
-use asterix::{Contents, Describe, Field, Kind, Layout, Quantity, Subfield, UapItem, cat062, cat063};
+use asterix::{Contents, Describe, Field, Kind, Layout, Quantity, Subfield, UapItem, cat015, cat062, cat063};
 use definition::{Complaints, category, compare, expansion, table};
 use serde_json::{Value, json};
 
@@ -65,7 +65,8 @@ fn editions_differ_where_they_are_said_to() {
 /// A comparison of a definition with what is here.
 type Comparison = fn(&Value) -> Complaints;
 
-const COMPARISONS: [(&str, Comparison); 8] = [
+const COMPARISONS: [(&str, Comparison); 9] = [
+    ("cat015-1.2.json", |definition| category(definition, cat015::UAP)),
     ("cat021-2.7.json", |definition| category(definition, cat021::UAP)),
     ("cat021-ref-1.5.json", |definition| expansion_of(definition, cat021::UAP)),
     ("cat062-1.21.json", |definition| category(definition, cat062::UAP)),
@@ -88,7 +89,10 @@ fn layouts_are_those_of_the_definitions() {
 type Named = fn(u8) -> bool;
 
 /// Where a table of codes stands, how many bits a code has, and what we name.
-const TABLES: [(&str, &[&str], u32, Named); 26] = [
+const TABLES: [(&str, &[&str], u32, Named); 27] = [
+    ("cat015-1.2.json", &["000", "MT"], 7, |code| {
+        !matches!(cat015::MessageKind::from_code(code), cat015::MessageKind::Other(_))
+    }),
     ("cat021-2.7.json", &["008", "TC"], 2, |code| {
         !matches!(cat021::TrajectoryCapability::from_code(code), cat021::TrajectoryCapability::Other(_))
     }),

@@ -1,9 +1,13 @@
-//! CAT021, CAT062 and CAT063 octet by octet, and what their builders and accessors say.
+//! CAT015, CAT021, CAT062 and CAT063 octet by octet, and what their builders and accessors say.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
 mod common;
 
+use asterix::cat015::{
+    self, Angle, AngleDeviation, AzimuthInformation, ElevationInformation, MessageKind, MessageType,
+    ReportNumber, ReportStatus, ScanDirection, SignedAngle, TargetReport, TargetTaxonomy, Warnings,
+};
 use asterix::cat021::{
     self, AddressType, AircraftAddress, AircraftIdentification, BarometricLevel, CoarsePosition, Edition,
     Emitter, EmitterCategory, GeometricHeight, GroundVector, MopsVersion, QualityIndicators, Standard,
@@ -15,7 +19,7 @@ use asterix::cat062::{
 };
 use asterix::cat063::{self, Connection, SensorStatus};
 use asterix::{BuildError, DataSource, FaultKind, Record, TimeOfDay, encode_block};
-use common::{LIGHT_AIRCRAFT, SENSOR, SYSTEM_TRACK, hex, read, read_in};
+use common::{BEARING, LIGHT_AIRCRAFT, SENSOR, SYSTEM_TRACK, hex, read, read_in};
 
 const STATION: DataSource = DataSource { sac: 25, sic: 7 };
 
@@ -141,4 +145,42 @@ fn a_sensor() {
     encode_block(std::slice::from_ref(&record), &mut octets).unwrap();
     assert_eq!(octets, hex(SENSOR));
     assert_eq!(read::<cat063::Record>(&octets), (vec![record], None));
+}
+
+#[test]
+fn a_bearing() {
+    let deviation = AngleDeviation::default().with_degrees(0.2);
+    let azimuth = AzimuthInformation {
+        azimuth: Angle::default().with_degrees(90.0),
+        deviation,
+        ..AzimuthInformation::default()
+    };
+    let elevation = ElevationInformation {
+        elevation: SignedAngle::default().with_degrees(15.0),
+        deviation,
+        ..ElevationInformation::default()
+    };
+    let kind = MessageType::default().with_kind(MessageKind::SensorCentricTrack);
+    assert_eq!((kind.octets(), kind.is_event_driven()), ([8], false));
+    let record = cat015::Record::builder(STATION, kind, TimeOfDay::from_seconds(43_200.0))
+        .target_report(TargetReport::default().with_scan_direction(ScanDirection::Static))
+        .number(ReportNumber::default().with_number(42))
+        .status(ReportStatus::default().with_tentative(true))
+        .azimuth(azimuth)
+        .elevation(elevation)
+        .build()
+        .unwrap();
+    let mut octets = Vec::new();
+    encode_block(std::slice::from_ref(&record), &mut octets).unwrap();
+    assert_eq!(octets, hex(BEARING));
+    let (records, fault) = read::<cat015::Record>(&octets);
+    assert_eq!((records.as_slice(), fault), (&[record][..], None));
+    assert_eq!(records[0].target_report.unwrap().taxonomy(), TargetTaxonomy::Actual);
+    let elevation = records[0].elevation.as_ref().unwrap();
+    assert!((elevation.elevation.unwrap().degrees() - 15.0).abs() <= 90.0 / 65536.0);
+    assert!((elevation.deviation.unwrap().degrees() - 0.2).abs() <= 22.5 / 65536.0);
+    assert_eq!(Warnings::new(&[32]).unwrap().codes().collect::<Vec<_>>(), [32]);
+    // Angles: an azimuth is brought into one turn, an elevation has an end.
+    assert_eq!(Angle::default().with_degrees(-90.0).unwrap().degrees(), 270.0);
+    assert_eq!(SignedAngle::default().with_degrees(90.0), None);
 }

@@ -56,7 +56,7 @@ fn walk(
 
 fn everything() -> (Vec<Together>, Vec<(String, &'static [Subfield])>) {
     let (mut lists, mut subfields) = (Vec::new(), Vec::new());
-    for category in [21, 34, 48, 62, 63, 65, 129] {
+    for category in [15, 21, 34, 48, 62, 63, 65, 129] {
         for item in profile(category).unwrap() {
             walk(&format!("{category:03}/{}", item.item), item.layout, &mut lists, &mut subfields);
         }

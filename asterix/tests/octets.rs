@@ -5,7 +5,7 @@
 mod common;
 
 use asterix::cat021::Edition;
-use asterix::{Explicit, Record, blocks, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
+use asterix::{Explicit, Record, blocks, cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
 use common::strategies::{expansion_octets, record_octets};
 use common::{block, encode, read_in};
 use proptest::collection::vec;
@@ -54,6 +54,7 @@ macro_rules! records {
 }
 
 records! {
+    whole_records_of_cat015 records_of_cat015_cut_anywhere cat015 ();
     whole_records_of_cat021 records_of_cat021_cut_anywhere cat021 Edition::V2_7;
     whole_records_of_cat021_2_1 records_of_cat021_2_1_cut_anywhere cat021 Edition::V2_1;
     whole_records_of_cat034 records_of_cat034_cut_anywhere cat034 ();
@@ -106,6 +107,7 @@ proptest! {
 
     #[test]
     fn arbitrary_octets(contents in vec(any::<u8>(), 0..200)) {
+        what_is_read_comes_back::<cat015::Record>((), &contents);
         what_is_read_comes_back::<cat021::Record>(Edition::V2_1, &contents);
         what_is_read_comes_back::<cat021::Record>(Edition::V2_7, &contents);
         what_is_read_comes_back::<cat034::Record>((), &contents);

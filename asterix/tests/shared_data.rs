@@ -12,7 +12,8 @@ use std::path::{Path, PathBuf};
 use asterix::cat021::Edition;
 use asterix::cat048::{self, BdsRegister, Capability, PlotCharacteristics};
 use asterix::{
-    Block, Fault, FaultKind, Record, blocks, cat021, cat034, cat062, cat063, cat065, cat129, encode_block,
+    Block, Fault, FaultKind, Record, blocks, cat015, cat021, cat034, cat062, cat063, cat065, cat129,
+    encode_block,
 };
 use common::recordings::{datagrams, shared_data};
 use serde_json::{Value, json};
@@ -215,6 +216,7 @@ fn round_trip(block: &Block<'_>, edition: Edition) -> (usize, Option<Fault>) {
         (records.len(), fault)
     }
     match block.category {
+        15 => of::<cat015::Record>(block, ()),
         21 => of::<cat021::Record>(block, edition),
         34 => of::<cat034::Record>(block, ()),
         48 => of::<cat048::Record>(block, ()),

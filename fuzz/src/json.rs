@@ -1,12 +1,13 @@
 //! Any octets, taken for a datagram that is decoded to lines and encoded again, and for lines.
 
 use asterix::cat021::Edition;
-use asterix::{Record, blocks, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
+use asterix::{Record, blocks, cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
 use utm_fusion::json::{Encoder, Named, Place, write_record};
 
 /// Every record that can be read comes back from its line, octet by octet; no line, whatever it holds, does harm; and what
 /// is made of a line with items can be read.
 pub fn exercise(data: &[u8]) {
+    there_and_back::<cat015::Record>(data);
     there_and_back::<cat021::Record>(data);
     there_and_back::<cat034::Record>(data);
     there_and_back::<cat048::Record>(data);
@@ -37,6 +38,7 @@ fn encoded_is_read(line: &str) {
                     let edition = if line.contains("\"2.1\"") { Edition::V2_1 } else { Edition::default() };
                     block.records_in::<cat021::Record>(edition).all(|record| record.is_ok())
                 }
+                15 => block.records::<cat015::Record>().all(|record| record.is_ok()),
                 34 => block.records::<cat034::Record>().all(|record| record.is_ok()),
                 48 => block.records::<cat048::Record>().all(|record| record.is_ok()),
                 62 => block.records::<cat062::Record>().all(|record| record.is_ok()),

@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
 use asterix::cat021::Edition;
-use asterix::{Block, Fault, Record, blocks, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
+use asterix::{Block, Fault, Record, blocks, cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
 
 use super::{CommandResult, Outcome, lost_frames};
 use crate::capture::{Capture, Contents, Datagram, Gaps};
@@ -22,8 +22,8 @@ use crate::json::{
 ///
 /// What cannot be read: {"error":{"kind":…, "offset":…, "detail":…}, "offset":…, "block":…, "cat":…, "hex":…}, and decoding
 /// goes on with the next block. Where octets of a raw file or a FINAL recording were lost, added or changed, the next block is
-/// looked for, and what is between is such a line of kind `skipped`, or several. A block of a category other than 21, 34,
-/// 48, 62, 63, 65 and 129: its octets as `hex`, without `items`. Octets that a sender puts behind the blocks of each datagram:
+/// looked for, and what is between is such a line of kind `skipped`, or several. A block of a category other than 15, 21,
+/// 34, 48, 62, 63, 65 and 129: its octets as `hex`, without `items`. Octets that a sender puts behind the blocks of each datagram:
 /// {"trailer":8, "offset":…, "block":…, "hex":…}.
 /// With several inputs each line names its file, as `input`.
 ///
@@ -142,6 +142,7 @@ impl<W: Write> Printer<'_, W> {
             match block {
                 Ok(block) if self.args.cat.is_some_and(|wanted| wanted != block.category) => {}
                 Ok(block) => match block.category {
+                    cat015::Record::CATEGORY => self.block::<cat015::Record>(block, (), source)?,
                     cat021::Record::CATEGORY => {
                         self.block::<cat021::Record>(block, self.args.edition, source)?;
                     }

@@ -10,6 +10,7 @@ pub(super) const fn name(category: u8) -> Option<&'static str> {
         9 => "multiradar weather",
         10 => "surface movement reports",
         11 => "A-SMGCS data",
+        15 => "INCS target reports",
         19 => "multilateration status",
         20 => "multilateration target reports",
         21 => "ADS-B target reports",

@@ -18,7 +18,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use asterix::{
-    Block, DataSource, Fault, Record, UapItem, blocks, cat021, cat034, cat048, cat062, cat063, cat065, cat129,
+    Block, DataSource, Fault, Record, UapItem, blocks, cat015, cat021, cat034, cat048, cat062, cat063,
+    cat065, cat129,
 };
 
 use crate::capture::{Contents, Datagram, Endpoints, Gaps};
@@ -117,6 +118,9 @@ impl Survey {
         category.blocks += 1;
         category.octets += block.octets.len() as u64;
         match block.category {
+            15 => self.read(block, (), datagram, |record: &cat015::Record| {
+                record.number.map(|number| Target::Track(number.number()))
+            }),
             21 => {
                 let edition = self.editions.block(block);
                 self.read(block, edition, datagram, |record: &cat021::Record| {

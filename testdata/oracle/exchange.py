@@ -6,7 +6,7 @@
     python3 exchange.py [--binary PROGRAM] --capture FILE [--expected NDJSON_GZ] [--edition 2.1]
 
 PROGRAM is a built `utm-fusion`, by default the release build. For CAT048 (edition 1.32 with its reserved expansion field, 1.13), CAT021
-(2.7 and 1.5), CAT062 (1.21 and 1.3), CAT063 (1.7), CAT034 (1.29) and CAT065 (1.6), which are editions that both know:
+(2.7 and 1.5), CAT015 (1.2), CAT062 (1.21 and 1.3), CAT063 (1.7), CAT034 (1.29) and CAT065 (1.6), which are editions that both know:
 
 * read: libasterix makes blocks of random records, `decode` reads them. Every item and every bit must be there, as the same count, and
   nothing else. What `decode` printed goes through `encode` and must come back as the same octets.
@@ -49,7 +49,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 RELEASE = os.path.join(HERE, "../../target/release/utm-fusion")
 STRICT = base.ParsingMode.StrictParsing
 EDITION = "2.1" if "2.1" in sys.argv else "2.7"
-BLOCKS = {34: editions.Cat_034_1_29, 48: editions.Cat_048_1_32, 65: editions.Cat_065_1_6, 62: editions.Cat_062_1_21,
+BLOCKS = {15: editions.Cat_015_1_2, 34: editions.Cat_034_1_29, 48: editions.Cat_048_1_32, 65: editions.Cat_065_1_6, 62: editions.Cat_062_1_21,
           63: editions.Cat_063_1_7, 21: editions.Cat_021_2_1 if EDITION == "2.1" else editions.Cat_021_2_7}
 RECORDS = {number: edition.cv_uap.cv_record for number, edition in BLOCKS.items()}
 EXPANSIONS = {48: editions.Ref_048_1_13.cv_expansion, 21: editions.Ref_021_1_5.cv_expansion, 62: editions.Ref_062_1_3.cv_expansion}
@@ -1213,7 +1213,7 @@ def main():
             results["capture", category] = capture(given.binary, given.capture, given.expected, category)
     else:
         tasks = []
-        categories = (21,) if EDITION == "2.1" else (48, 21, 62, 63, 34, 65)
+        categories = (21,) if EDITION == "2.1" else (48, 21, 62, 63, 34, 65, 15)
         for category in categories:
             tasks += [("read", given.binary, category, given.seed, given.count), ("write", given.binary, category, given.seed, given.count)]
         mutations = {category: given.mutations // (1 if category == 48 else 5) for category in categories if EDITION != "2.1"}

@@ -1,4 +1,4 @@
-"""The tables of CAT021, CAT062 and CAT063 for exchange.py: which of our keys is which of libasterix's."""
+"""The tables of CAT015, CAT021, CAT062 and CAT063 for exchange.py: which of our keys is which of libasterix's."""
 
 EXPANSION_021 = {
     "bps=BPS": "spare=~1 bps_hpa=q:BPS", "sh=SH": "spare=~1 hdr=HDR stat=STAT sh_deg=q:SH",
@@ -32,7 +32,70 @@ EXPANSION_062 = {
     },
 }
 
+# Correlations with the components of a horizontal vector.
+PAIR = "x=q:X y=q:Y"
+
 ITEMS = {
+    15: {
+        "010": "sac=SAC sic=SIC",
+        "000": "mt=MT rg=RG",
+        "015": ":",
+        "020": ("parts", "momu=MOMU ttax=TTAX scd=SCD spare=~1"),
+        "030": ("codes",),
+        "145": "q:",
+        "161": ":",
+        "170": ("parts", "biz=BIZ baz=BAZ tur=TUR spare=~1 cstp=CSTP csth=CSTH cnf=CNF"),
+        "050": "spare=~1 upd_s=q:UPD",
+        "270": {"len_m=LEN": "q:", "wdt_m=WDT": "q:", "hgt_m=HGT": "q:", "ort_deg=ORT": "q:"},
+        "300": ("each", "cls=CLS prb=PRB"),
+        "400": "pid=PID on=ON",
+        "600": {
+            "p84=P84": "latitude_deg=q:LATITUDE longitude_deg=q:LONGITUDE", "hpr=HPR": "rshpx_m=q:RSHPX rshpy_m=q:RSHPY corshpxy=q:CORSHPXY",
+            "hpp=HPP": "sdhpx_m=q:SDHPX sdhpy_m=q:SDHPY cosdhpxy=q:COSDHPXY",
+        },
+        "601": {
+            "gh_m=GH": "q:", "rsgh_m=RSGH": "q:", "sdgh_m=SDGH": "q:", "ci6=CI6": "upper_m=q:UCI6 lower_m=q:LCI6",
+            "ci9=CI9": "upper_m=q:UCI9 lower_m=q:LCI9", "coghhp=COGHHP": PAIR, "coghhv=COGHHV": PAIR, "coghha=COGHHA": PAIR,
+        },
+        "602": {
+            "hv=HV": "x_m_s=q:X y_m_s=q:Y", "rshv=RSHV": "x_m_s=q:X y_m_s=q:Y corshvxy=q:CORSHVXY",
+            "sdhv=SDHV": "x_m_s=q:X y_m_s=q:Y cohvxy=q:COHVXY",
+            "cohvhp=COHVHP": "x_x=q:COHVXHPX x_y=q:COHVXHPY y_x=q:COHVYHPX y_y=q:COHVYHPY",
+        },
+        "603": {
+            "ha=HA": "x_m_s2=q:X y_m_s2=q:Y", "sdha=SDHA": "x_m_s2=q:X y_m_s2=q:Y cohaxy=q:COHAXY",
+            "cohahp=COHAHP": "x_x=q:COHAXHPX x_y=q:COHAXHPY y_x=q:COHAYHPX y_y=q:COAYHPY",
+            "cohahv=COHAHV": "x_x=q:COHAXHVX x_y=q:COHAXHVY y_x=q:COHAYHVX y_y=q:COHAYHVY",
+        },
+        "604": {
+            "vv_m_s=VV": "q:", "rsvv_m_s=RSVV": "q:", "sdvv=SDVV": "sdvv_m_s=q:SDVV covvgh=q:COVVGH", "covvhp=COVVHP": PAIR,
+            "covvhv=COVVHV": PAIR, "covvha=COVVHA": PAIR,
+        },
+        "605": {
+            "va_m_s2=VA": "q:", "rsva=RSVA": "sdva_m_s2=q:SDVA covagh=q:COVAGH covavv=q:COVAVV", "covahp=COVAHP": PAIR,
+            "covahv=COVAHV": PAIR, "covaha=COVAHA": PAIR,
+        },
+        "480": ("each", ":"),
+        "625": {
+            "r_m=R": "q:", "rsr_m=RSR": "q:", "sdr_m=SDR": "q:", "rr_m_s=RR": "q:", "rsrr_m_s=RSRR": "q:",
+            "sdrr=SDRR": "sdrr_m_s=q:SDRR corrr=q:CORRR", "ra_m_s2=RA": "q:", "sdra=SDRA": "sdra_m_s2=q:SDRA corar=q:CORAR corarr=q:CORARR",
+        },
+        "626": {
+            "dv_m_s=DV": "q:", "sddv_m_s=SDDV": "q:", "da_m_s2=DA": "q:", "sdda=SDDA": "sdda_m_s2=q:SDDA codadv=q:CODADV",
+            "codvr=CODVR": "q:", "codvrr=CODVRR": "q:", "codvra=CODVRA": "q:", "codar=CODAR": "q:", "codarr=CODARR": "q:", "codara=CODARA": "q:",
+        },
+        "627": {
+            "az_deg=AZ": "q:", "rsaz_deg=RSAZ": "q:", "sdasz_deg=SDASZ": "q:", "azr_deg_s=AZR": "q:",
+            "sdazr=SDAZR": "deviation_deg_s=q:SDAZR correlation=q:COAZRAZ", "azex=AZEX": "start_deg=q:S end_deg=q:E",
+        },
+        "628": {
+            "el_deg=EL": "q:", "rsel_deg=RSEL": "q:", "sdel_deg=SDEL": "q:", "er_deg_s=ER": "q:",
+            "sder=SDER": "deviation_deg_s=q:SDELR correlation=q:COELREL", "elex=ELEX": "start_deg=q:S end_deg=q:E",
+        },
+        "630": {"dpp_db=DPP": "q:", "dps_db=DPS": "q:", "rpp=RPP": "spare=~1 rpp_db=q:RPP", "rps_db=RPS": "q:"},
+        "631": ("each", "azcon_deg=q:AZCON elcon_deg=q:ELCON rgconstop_m=q:RGCONSTOP rgconstart_m=q:RGCONSTART"),
+        "SP": ("octets",),
+    },
     21: {
         "010": "sac=SAC sic=SIC",
         "040": (

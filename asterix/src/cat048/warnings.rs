@@ -4,7 +4,7 @@ use crate::item::chain;
 use crate::{Chain, Layout};
 
 chain! {
-    /// I048/030 (5.2.3): one or more codes of 7 bits; [`warning_name`] names them, unknown ones are kept.
+    /// I048/030 (5.2.3), and I015/030: one or more codes of 7 bits; [`warning_name`] names those of I048/030, unknown ones are kept.
     pub struct Warnings = Layout::Codes;
 }
 

@@ -15,7 +15,10 @@ const RENAMED: &str = "3dh=height altfl=flightlevel altm2=code altm3=code amb=am
     tcode2=code2 tcode3=code3 tcount1=count1 tcount2=count2 tcount3=count3 thetast=thetastart timeofdayscn=time
     alt=altitude as=airspeed bvr=rate ctb=flightlevel gs=speed gvr=rate ias=airspeed ident=unit lmc=flightlevel
     prb=bias prg=gain s=source src=source srb=bias srg=gain ta=track tar=rate track=tracknumber
-    trkupdctr=updates trnum=tracknumber trn=tracknumber y1=year";
+    trkupdctr=updates trnum=tracknumber trn=tracknumber y1=year
+    uci6=upper lci6=lower uci9=upper lci9=lower cohvxhpx=xx cohvxhpy=xy cohvyhpx=yx cohvyhpy=yy cohaxhpx=xx
+    cohaxhpy=xy cohayhpx=yx coayhpy=yy cohaxhvx=xx cohaxhvy=xy cohayhvx=yx cohayhvy=yy sdazr=deviation
+    sdelr=deviation coazraz=correlation coelrel=correlation s=start e=end";
 
 /// Units of the definitions, how our keys end with them (or the whole key), and how many of ours each is.
 const UNITS: &[(&str, &str, f64)] = &[
@@ -45,6 +48,9 @@ const UNITS: &[(&str, &str, f64)] = &[
     ("°", "_deg", 1.0),
     ("°/s", "_deg_s", 1.0),
     ("°C", "_c", 1.0),
+    // Correlations have no unit, and of I015/627 the definition has the rates in degrees.
+    ("", "", 1.0),
+    ("°", "_deg_s", 1.0),
 ];
 
 /// The pulses of low quality that are the bits of an octal code.

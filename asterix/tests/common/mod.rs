@@ -140,8 +140,11 @@ pub const SYSTEM_TRACK: &str = "3e 0036 9f0f110c
 /// What a tracker says of a sensor: CAT063 with 010, 030, 050 and 060.
 pub const SENSOR: &str = "3f 000d b8 1907 546000 0102 4108";
 
+/// A camera's bearing: CAT015 with 010, 000, 020, 145, 161, 170, 627 and 628, angles with their standard deviations.
+pub const BEARING: &str = "0f 001b d78101c0 1907 08 0c 546000 002a 02 a0 4000 0123 a0 1555 0123";
+
 /// All of the above.
-pub const VECTORS: [&str; 11] = [
+pub const VECTORS: [&str; 12] = [
     DRONE_PLOT,
     EVERY_ITEM,
     EXPANSION,
@@ -153,4 +156,5 @@ pub const VECTORS: [&str; 11] = [
     LIGHT_AIRCRAFT,
     SYSTEM_TRACK,
     SENSOR,
+    BEARING,
 ];
