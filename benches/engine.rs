@@ -173,6 +173,7 @@ fn receptions(slot: i64, frame: &TangentPlane) -> Vec<Reception> {
                 height_3d: cat048::Height3D::from_metres(frame.to_geodetic(plot.position).height_m),
                 ..cat048::Record::default()
             }),
+            Report::Bearing(_) => unreachable!("the traffic has no camera"),
             Report::Fix(fix) => {
                 let place = frame.to_geodetic(fix.position);
                 payloads.push(block(&[cat129::Record {

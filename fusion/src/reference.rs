@@ -47,7 +47,7 @@ impl Reference {
         let grid = settings.grid;
         let detection_s = |sensor: &Sensor| match sensor {
             Sensor::Radar(radar) => radar.period_s.max(grid.slot_s()),
-            Sensor::Receiver(_) => 0.0,
+            Sensor::Receiver(_) | Sensor::Camera(_) => 0.0,
         };
         let setup = Setup {
             grid,
@@ -65,6 +65,8 @@ impl Reference {
             Report::Fix(fix) => {
                 self.aircraft.entry(fix.identity).or_insert_with(|| Aircraft::new(&fix)).handle(&fix);
             }
+            // The paper's rules know none.
+            Report::Bearing(_) => {}
         }
     }
 

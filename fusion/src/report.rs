@@ -1,4 +1,4 @@
-//! What the engine is told: plots of radars and fixes of transponders, in the site's frame and UTC.
+//! What the engine is told: plots of radars, fixes of transponders and bearings of cameras, in the site's frame and UTC.
 
 use std::cmp::Ordering;
 use std::fmt;
@@ -337,13 +337,37 @@ impl TransponderType {
     }
 }
 
-/// A plot or a fix.
+/// A camera's track: the camera and its own number for what it looks at (I015/161). Orders by sensor, then number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct CameraTrackKey {
+    /// The camera.
+    pub sensor: SensorIndex,
+    /// Its number.
+    pub number: u16,
+}
+
+/// One look of a camera: in which direction something is, not how far.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bearing {
+    /// What the camera calls it.
+    pub track: CameraTrackKey,
+    /// Time of the look.
+    pub time: Time,
+    /// Clockwise from the north of the site's frame, as seen from the camera, radians.
+    pub azimuth: f64,
+    /// Above the horizontal plane of the site's frame, radians.
+    pub elevation: Option<f64>,
+}
+
+/// A plot, a fix or a bearing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Report {
     /// From a radar.
     Plot(Plot),
     /// From a transponder.
     Fix(Fix),
+    /// From a camera.
+    Bearing(Bearing),
 }
 
 impl Report {
@@ -352,6 +376,7 @@ impl Report {
         match self {
             Self::Plot(plot) => plot.time,
             Self::Fix(fix) => fix.time,
+            Self::Bearing(bearing) => bearing.time,
         }
     }
 }

@@ -13,7 +13,8 @@ use crate::report::SensorIndex;
 use crate::slots::{RING, SlotGrid};
 
 /// Slots, sensors and the profile. The default has slots of 0.25 s, a latency of 6.25 s, the [`Profile::Operational`] and no
-/// sensors: [`Settings::add_radar`] and [`Settings::add_receiver`] add them.
+/// sensors: [`Settings::add_radar`], [`Settings::add_receiver`] and
+/// [`Settings::add_camera`] add them.
 ///
 /// ```
 /// use utm_fusion_engine::settings::{Radar, RadarErrors, Receiver};
@@ -106,6 +107,19 @@ pub enum Sensor {
     Radar(Radar),
     /// A transponder receiver, which sends fixes.
     Receiver(Receiver),
+    /// A camera, which sends bearings; the `reference` profile has no use for them.
+    Camera(Camera),
+}
+
+/// A camera: an EO/IR head that measures angles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Where it stands, in the site's frame.
+    pub position: Enu,
+    /// Standard deviation of an azimuth, radians.
+    pub azimuth: f64,
+    /// Standard deviation of an elevation, radians.
+    pub elevation: f64,
 }
 
 /// A radar.
@@ -251,6 +265,11 @@ impl Settings {
         self.add(Sensor::Receiver(receiver))
     }
 
+    /// Adds a camera; its bearings carry this index.
+    pub fn add_camera(&mut self, camera: Camera) -> SensorIndex {
+        self.add(Sensor::Camera(camera))
+    }
+
     fn add(&mut self, sensor: Sensor) -> SensorIndex {
         self.sensors.push(sensor);
         SensorIndex((self.sensors.len() - 1) as u16)
@@ -336,6 +355,10 @@ impl Sensor {
                 not_negative("delay_s", delay_s.unwrap_or(0.0))?;
                 not_negative("period_s", *period_s)?;
                 above_zero("max_new_per_s", f64::from(*max_new_per_s))
+            }
+            Self::Camera(Camera { azimuth, elevation, .. }) => {
+                above_zero("azimuth", *azimuth)?;
+                above_zero("elevation", *elevation)
             }
         }
     }

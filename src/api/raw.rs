@@ -52,11 +52,12 @@ pub fn all(ask: &Ask) -> Result<Raw, Problem> {
     let after = ask.query.value("after", rule, |after| *after <= LARGEST)?;
     let hub = &ask.state.hub;
     let (reports, last) = hub.inputs.after(after.unwrap_or(0));
-    let features = reports.iter().map(|report| feature(&hub.maker, report)).collect();
+    let features = reports.iter().filter_map(|report| feature(&hub.maker, report)).collect();
     Ok(Raw { r#type: CollectionType::default(), last, features })
 }
 
-fn feature(maker: &PictureMaker, report: &Report) -> Unnamed<Point, ReportProperties> {
+/// `None` of a bearing, which is no place.
+fn feature(maker: &PictureMaker, report: &Report) -> Option<Unnamed<Point, ReportProperties>> {
     let (sensor, position, is_high, of) = match report {
         Report::Plot(plot) => {
             let uav_probability = plot.uav_probability.map(|probability| rounded(probability, 4));
@@ -65,14 +66,15 @@ fn feature(maker: &PictureMaker, report: &Report) -> Unnamed<Point, ReportProper
         }
         Report::Fix(fix) => {
             let of = Origin::Transponder { serial_number: serial_text(fix.identity) };
-            (fix.sensor, fix.position, true, of)
+            (fix.sensor, fix.position, fix.height_measured, of)
         }
+        Report::Bearing(_) => return None,
     };
     let place = maker.place(position);
     let [lng, lat] = [place.longitude_deg(), place.latitude_deg()].map(|degrees| rounded(degrees, 7));
     let sensor = maker.sensor(sensor).to_owned();
-    Unnamed::new(
+    Some(Unnamed::new(
         Point::new(lng, lat, is_high.then(|| rounded(place.height_m, 2))),
         ReportProperties { sensor, time: report.time().into(), of },
-    )
+    ))
 }

@@ -268,9 +268,9 @@ pub fn sensors(ask: &Ask) -> Result<Sensors, Problem> {
     let hub = &ask.state.hub;
     let status = hub.status();
     let feature = |(index, sensor): (usize, &Sensor)| {
-        let geometry = sensor.kind.radar().map(|radar| {
-            let height_m = rounded(radar.height_amsl_m + hub.maker.geoid_undulation_m(), 3);
-            Point::new(radar.longitude_deg, radar.latitude_deg, Some(height_m))
+        let geometry = sensor.kind.place().map(|(latitude_deg, longitude_deg, height_amsl_m)| {
+            let height_m = rounded(height_amsl_m + hub.maker.geoid_undulation_m(), 3);
+            Point::new(longitude_deg, latitude_deg, Some(height_m))
         });
         let state = status.as_ref().and_then(|status| status.sensors.get(index));
         Feature::new(sensor.id.clone(), geometry, SensorProperties::new(sensor, state))

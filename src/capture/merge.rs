@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::net::SocketAddr;
 
-use asterix::{Block, DataSource, Record, TimeOfDay, blocks, cat021, cat048, cat129};
+use asterix::{Block, DataSource, Record, TimeOfDay, blocks, cat015, cat021, cat048, cat129};
 use jiff::civil::Date;
 
 use super::clock::{DayClock, RawClock};
@@ -127,6 +127,9 @@ impl Input {
                 }
                 Ok(block) if block.category == cat129::Record::CATEGORY => {
                     self.split_block::<cat129::Record>(datagram, index, block, ());
+                }
+                Ok(block) if block.category == cat015::Record::CATEGORY => {
+                    self.split_block::<cat015::Record>(datagram, index, block, ());
                 }
                 Ok(block) if block.category == cat021::Record::CATEGORY => {
                     let edition = block

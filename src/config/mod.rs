@@ -61,8 +61,8 @@ pub use page::{keys, reference};
 pub use reader::FILL_IN;
 pub use receivers::{Mqtt, Webhook};
 pub use sensors::{
-    AdsB, Classification, Radar, RadarAccuracy, Registration, Sensor, SensorKind, Transponder,
-    TransponderAccuracy,
+    AdsB, Camera, CameraAccuracy, Classification, Radar, RadarAccuracy, Registration, Sensor, SensorKind,
+    Transponder, TransponderAccuracy,
 };
 pub use site::Site;
 

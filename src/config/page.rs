@@ -2,8 +2,8 @@
 
 use super::table::{Row, Table};
 use super::{
-    AdsB, AlertArea, Alerts, Area, Conflicts, Fusion, Http, Integrity, Map, Output, Persistence, Radar,
-    Sensor, Site, Transponder,
+    AdsB, AlertArea, Alerts, Area, Camera, Conflicts, Fusion, Http, Integrity, Map, Output, Persistence,
+    Radar, Sensor, Site, Transponder,
 };
 
 /// What the page begins with.
@@ -21,7 +21,7 @@ The file is TOML. The name of a key states its unit, and an unknown key is refus
 ";
 
 /// The tables of the file: how they are named on the page, their path, what they are, and their keys.
-fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 15] {
+fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 16] {
     fn table<T: Table>(
         name: &'static str,
         path: &'static str,
@@ -34,6 +34,7 @@ fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 15] {
         table::<Radar>("[[sensors]], radar", "sensors"),
         table::<Transponder>("[[sensors]], transponder or remote-id", "sensors"),
         table::<AdsB>("[[sensors]], adsb", "sensors"),
+        table::<Camera>("[[sensors]], camera", "sensors"),
         table::<Fusion>("[fusion]", "fusion"),
         table::<Integrity>("[integrity]", "integrity"),
         table::<Conflicts>("[conflicts]", "conflicts"),

@@ -21,7 +21,7 @@ section! {
             text("an id becomes part of track ids; use only letters A-Z a-z, digits, _ and -", is_plain);
         /// What the sensor is. Each kind has keys of its own, below.
         kind: SensorKind = need(
-            "kind = \"radar\" (CAT048), \"transponder\" (CAT129), \"adsb\" (CAT021) or \"remote-id\"",
+            "kind = \"radar\" (CAT048), \"transponder\" (CAT129), \"adsb\" (CAT021), \"remote-id\" or \"camera\" (CAT015)",
         ), named();
         /// System area code of its records; of a sensor that sends no ASTERIX, by which the service names it in what it sends.
         sac: u8 = need("sac = …, the system area code (SAC) of its records"), area_code();
@@ -46,6 +46,8 @@ names! {
         AdsB(AdsB) = "adsb",
         /// Broadcasts of drones by Remote ID (ASTM F3411): messages, or a gateway's lines.
         RemoteId(Transponder) = "remote-id",
+        /// Bearings of an EO/IR head, CAT015: they sharpen what others see, and show nothing alone.
+        Camera(Camera) = "camera",
     }
 }
 written_by_name!(SensorKind, Registration);
@@ -55,7 +57,7 @@ impl SensorKind {
     pub fn radar(&self) -> Option<&Radar> {
         match self {
             Self::Radar(radar) => Some(radar),
-            Self::Transponder(_) | Self::AdsB(_) | Self::RemoteId(_) => None,
+            Self::Transponder(_) | Self::AdsB(_) | Self::RemoteId(_) | Self::Camera(_) => None,
         }
     }
 
@@ -67,10 +69,21 @@ impl SensorKind {
     /// What receivers have in common.
     pub fn receiver(&self) -> Option<&Transponder> {
         match self {
-            Self::Radar(_) => None,
+            Self::Radar(_) | Self::Camera(_) => None,
             Self::Transponder(receiver) | Self::AdsB(AdsB { receiver, .. }) | Self::RemoteId(receiver) => {
                 Some(receiver)
             }
+        }
+    }
+
+    /// Where it stands, if that matters: latitude and longitude, degrees, and height above mean sea level, metres.
+    pub fn place(&self) -> Option<(f64, f64, f64)> {
+        match self {
+            Self::Radar(Radar { latitude_deg, longitude_deg, height_amsl_m, .. })
+            | Self::Camera(Camera { latitude_deg, longitude_deg, height_amsl_m, .. }) => {
+                Some((*latitude_deg, *longitude_deg, *height_amsl_m))
+            }
+            Self::Transponder(_) | Self::AdsB(_) | Self::RemoteId(_) => None,
         }
     }
 
@@ -82,7 +95,7 @@ impl SensorKind {
     /// Time between two reports of one target where that is not stated, seconds.
     pub const fn usual_period_s(&self) -> f64 {
         match self {
-            Self::Radar(_) => 0.25,
+            Self::Radar(_) | Self::Camera(_) => 0.25,
             Self::Transponder(_) => 2.0,
             Self::AdsB(_) | Self::RemoteId(_) => 1.0,
         }
@@ -95,6 +108,7 @@ impl SensorKind {
             Self::Transponder(_) => "CAT129",
             Self::AdsB(_) => "CAT021",
             Self::RemoteId(_) => "Remote ID",
+            Self::Camera(_) => "CAT015",
         }
     }
 }
@@ -233,6 +247,34 @@ impl ByHand for AdsB {
 }
 
 section! {
+    /// The keys of a sensor with `kind = "camera"`.
+    Camera {
+        /// WGS-84 latitude of the head, degrees, north positive.
+        latitude_deg: f64 = need("latitude_deg = …, where the camera stands (WGS-84, north positive)"), latitude();
+        /// WGS-84 longitude of the head, degrees, east positive.
+        longitude_deg: f64 = need("longitude_deg = …, where the camera stands (WGS-84, east positive)"), longitude();
+        /// Height of the head above mean sea level, metres.
+        height_amsl_m: f64 = need("height_amsl_m = …, the camera's height above mean sea level in metres"), height_amsl();
+        /// Added to every azimuth, degrees clockwise.
+        bearing_correction_deg: f64 = 0.0,
+            number("a bearing correction is between -180 and 180 degrees, clockwise positive", |v| v.abs() <= 180.0);
+        /// Standard deviations of a bearing.
+        accuracy: Option<CameraAccuracy> = absent("not stated, 0.2 degrees are assumed"), inline::<CameraAccuracy>();
+    }
+}
+
+section! {
+    /// Standard deviations of a bearing.
+    #[derive(Copy)]
+    CameraAccuracy {
+        /// Azimuth, degrees.
+        azimuth_deg: f64 = need("azimuth_deg = …, in degrees"), deviation();
+        /// Elevation, degrees.
+        elevation_deg: f64 = need("elevation_deg = …, in degrees"), deviation();
+    }
+}
+
+section! {
     /// Standard deviations of a transponder's report.
     #[derive(Copy)]
     TransponderAccuracy {
@@ -253,6 +295,7 @@ impl ByHand for Sensor {
             SensorKind::Transponder(transponder) => read_into(transponder, section),
             SensorKind::AdsB(adsb) => read_into(adsb, section),
             SensorKind::RemoteId(remote_id) => read_into(remote_id, section),
+            SensorKind::Camera(camera) => read_into(camera, section),
         };
         let others = [("radar", Radar::rows()), ("transponder", Transponder::rows()), ("adsb", AdsB::rows())];
         let mut known = own;
@@ -285,6 +328,7 @@ impl ByHand for Sensor {
             SensorKind::Transponder(transponder) => transponder.entries(),
             SensorKind::AdsB(adsb) => adsb.entries(),
             SensorKind::RemoteId(remote_id) => remote_id.entries(),
+            SensorKind::Camera(camera) => camera.entries(),
         });
         entries.extend(inputs);
     }

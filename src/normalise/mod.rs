@@ -2,6 +2,7 @@
 
 mod adsb;
 mod barometer;
+mod camera;
 mod clock;
 mod normaliser;
 mod polar;
@@ -10,6 +11,7 @@ mod remote_id;
 mod service;
 
 pub use barometer::Barometer;
+pub use camera::camera_place;
 pub use clock::{nearest_day, on_day, time_of_day_count};
 pub use normaliser::Normaliser;
 pub use polar::RadarSite;

@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 
 use asterix::cat048::{self, DetectionType};
 use asterix::cat129::{GnssAccuracy, VerticalVelocity};
-use asterix::{DataSource, Record as _, TimeOfDay, cat021, cat034, cat129};
+use asterix::{DataSource, Record as _, TimeOfDay, cat015, cat021, cat034, cat129};
 
 use jiff::SignedDuration;
 use nalgebra::{Rotation3, Vector2};
 
 use super::barometer::Barometer;
+use super::camera::CameraSite;
 use super::clock::nearest_day;
 use super::polar::RadarSite;
 use super::refusal::{Refusal, Refused};
@@ -18,7 +19,7 @@ use super::{adsb, remote_id};
 use crate::areas::Masks;
 use crate::config::{Classification, Config, Profile, SensorKind};
 use fusion::frames::{Geodetic, TangentPlane};
-use fusion::report::{Aircraft, UasItems};
+use fusion::report::{Aircraft, Bearing, UasItems};
 use fusion::time::Time;
 use fusion::{Enu, Fix, Identity, Plot, RadarTrackKey, SensorIndex};
 
@@ -33,6 +34,7 @@ pub struct Normaliser {
     transponders: BTreeMap<DataSource, SensorIndex>,
     adsb: BTreeMap<DataSource, SensorIndex>,
     editions: BTreeMap<DataSource, cat021::Edition>,
+    cameras: BTreeMap<DataSource, CameraSite>,
     /// By their ids.
     remote_id: BTreeMap<String, SensorIndex>,
     /// Height above the ellipsoid of what does not say its height, metres.
@@ -98,6 +100,7 @@ impl Normaliser {
         let mut transponders = BTreeMap::new();
         let mut adsb = BTreeMap::new();
         let mut remote_id = BTreeMap::new();
+        let mut cameras = BTreeMap::new();
         for (index, sensor) in config.sensors.iter().enumerate() {
             let index = SensorIndex(index as u16);
             let source = DataSource { sac: sensor.sac, sic: sensor.sic };
@@ -113,6 +116,12 @@ impl Normaliser {
                 }
                 SensorKind::RemoteId(_) => {
                     remote_id.insert(sensor.id.clone(), index);
+                    continue;
+                }
+                SensorKind::Camera(of) => {
+                    let height_m = of.height_amsl_m + undulation_m;
+                    let place = Geodetic::from_degrees(of.latitude_deg, of.longitude_deg, height_m);
+                    cameras.insert(source, CameraSite::new(index, place, of.bearing_correction_deg, &frame));
                     continue;
                 }
             };
@@ -143,6 +152,7 @@ impl Normaliser {
             adsb,
             editions: config.editions(),
             remote_id,
+            cameras,
             unsaid_height_m: origin.height_m,
             needs_height: config.fusion.profile == Profile::Reference,
         }
@@ -177,6 +187,23 @@ impl Normaliser {
     /// The edition of CAT021 that a receiver follows, where it is one of the configuration.
     pub fn edition(&self, source: DataSource) -> Option<cat021::Edition> {
         self.editions.get(&source).copied()
+    }
+
+    /// Whether the site has a camera.
+    pub fn has_cameras(&self) -> bool {
+        !self.cameras.is_empty()
+    }
+
+    /// A camera's record, received at `received`; the rules of the `reference` profile have no use for it.
+    pub fn bearing(&self, record: &cat015::Record, received: Time) -> Result<Bearing, Refused> {
+        let source = record.data_source.ok_or((None, Refusal::NoDataSource))?;
+        let unknown = (None, Refusal::UnknownSource { category: cat015::Record::CATEGORY, source });
+        let camera = self.cameras.get(&source).ok_or(unknown)?;
+        let bearing = match self.needs_height {
+            true => Err(Refusal::NotUsed),
+            false => camera.bearing(record, self, received),
+        };
+        bearing.map_err(|refusal| (Some(camera.index), refusal))
     }
 
     /// Whether the site has an ADS-B receiver.

@@ -54,7 +54,8 @@ pub enum Refusal {
     OtherSender,
     /// The same broadcast of the same transmitter, heard again (Remote ID): each is sent several times.
     Repeated,
-    /// A broadcast without a position, of which nothing is used (Remote ID).
+    /// A broadcast without a position (Remote ID), the end of a camera's track (I015/000): nothing of it is used. In the
+    /// `reference` profile also each bearing.
     NotUsed,
 }
 

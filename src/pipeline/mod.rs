@@ -11,7 +11,7 @@ mod settings;
 use std::collections::VecDeque;
 use std::net::SocketAddr;
 
-use asterix::{Block, Record, blocks, cat021, cat034, cat048, cat065, cat129, profile};
+use asterix::{Block, Record, blocks, cat015, cat021, cat034, cat048, cat065, cat129, profile};
 
 use crate::areas::Masks;
 use crate::capture::{Reception, ReceptionKind};
@@ -172,6 +172,12 @@ impl Pipeline {
                         pipeline.take(block.category, report.map(Report::Fix), &mut sender)
                     });
                 }
+                Ok(block) if block.category == cat015::Record::CATEGORY && self.normaliser.has_cameras() => {
+                    self.each(block, |pipeline, record| {
+                        let report = pipeline.normaliser.bearing(record, timed?);
+                        pipeline.take(block.category, report.map(Report::Bearing), &mut sender)
+                    });
+                }
                 Ok(block) if block.category == cat034::Record::CATEGORY => {
                     self.each::<cat034::Record>(block, |pipeline, record| {
                         timed?;
@@ -289,6 +295,7 @@ impl Pipeline {
         let (sensor, identity) = match &report {
             Report::Plot(plot) => (plot.track.sensor, None),
             Report::Fix(fix) => (fix.sensor, Some(fix.identity)),
+            Report::Bearing(bearing) => (bearing.track.sensor, None),
         };
         let subject = Subject { sensor, category, identity };
         let offer = engine.offer(report).map_err(|refused| {
@@ -419,7 +426,7 @@ fn refusal(refused: fusion::Refused) -> Refusal {
 
 /// Whether a datagram tells lines of one sensor from two sensors: service messages of two radars may be equal by chance.
 fn holds_reports(payload: &[u8]) -> bool {
-    let reports = [cat048::Record::CATEGORY, cat129::Record::CATEGORY, cat021::Record::CATEGORY];
+    let reports = [48, 129, 21, 15];
     blocks(payload).flatten().any(|block| reports.contains(&block.category))
 }
 

@@ -127,9 +127,12 @@ fn read(line: &[u8]) -> Result<Heard, LineFault> {
     let stamped = match time {
         None => None,
         Some(Stamp::Seconds(seconds)) => {
-            let nanos = seconds * SECOND as f64;
             // Beyond that no time has nanoseconds.
-            (nanos.abs() < 9e18).then(|| Time::from_nanos(nanos as i64)).ok_or(LineFault::Time).map(Some)?
+            if seconds.is_nan() || seconds.abs() > 9e9 {
+                return Err(LineFault::Time);
+            }
+            let (whole, rest) = (seconds.trunc() as i64, seconds.fract());
+            Some(Time::from_nanos(whole * SECOND + (rest * SECOND as f64).round() as i64))
         }
         Some(Stamp::Text(text)) => {
             let time: Timestamp = text.parse().map_err(|_| LineFault::Time)?;

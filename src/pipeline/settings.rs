@@ -4,11 +4,11 @@ use std::num::NonZeroUsize;
 use std::thread;
 
 use crate::config::{self, Config, Motion, Registration, SensorKind};
-use crate::normalise::Normaliser;
+use crate::normalise::{Normaliser, camera_place};
 use fusion::frames::{Geodetic, RadarFrame};
 use fusion::settings::{
-    Action, Dynamics, IntegrityRules, Models, OperationalRules, Radar, RadarErrors, Receiver, ReferenceRules,
-    RegistrationMode, Sensor, Singer, Threshold, Weights,
+    Action, Camera, Dynamics, IntegrityRules, Models, OperationalRules, Radar, RadarErrors, Receiver,
+    ReferenceRules, RegistrationMode, Sensor, Singer, Threshold, Weights,
 };
 use fusion::slots::SlotGrid;
 use fusion::{Profile, Settings};
@@ -21,6 +21,8 @@ const TRANSPONDER_ACCURACY: (f64, f64) = (3.0, 5.0);
 const ADS_B_ACCURACY: (f64, f64) = (7.0, 10.0);
 /// Of Remote ID that states none.
 const REMOTE_ID_ACCURACY: (f64, f64) = (10.0, 10.0);
+/// Of a camera that is configured without one, degrees.
+const CAMERA_ACCURACY_DEG: [f64; 2] = [0.2, 0.2];
 
 /// The engine's settings from the configuration.
 pub(super) fn settings(config: &Config, normaliser: &Normaliser) -> Settings {
@@ -112,6 +114,13 @@ fn sensor(sensor: &config::Sensor, config: &Config, normaliser: &Normaliser) -> 
         SensorKind::Transponder(receiver) => self::receiver(receiver, TRANSPONDER_ACCURACY, period_s),
         SensorKind::AdsB(adsb) => receiver(&adsb.receiver, ADS_B_ACCURACY, period_s),
         SensorKind::RemoteId(of) => receiver(of, REMOTE_ID_ACCURACY, period_s),
+        SensorKind::Camera(camera) => {
+            let config::Camera { latitude_deg, longitude_deg, height_amsl_m, accuracy, .. } = camera;
+            let stated = accuracy.map(|accuracy| [accuracy.azimuth_deg, accuracy.elevation_deg]);
+            let [azimuth, elevation] = stated.unwrap_or(CAMERA_ACCURACY_DEG).map(f64::to_radians);
+            let position = camera_place(*latitude_deg, *longitude_deg, *height_amsl_m, normaliser);
+            Sensor::Camera(Camera { position, azimuth, elevation })
+        }
     }
 }
 

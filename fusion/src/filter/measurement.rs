@@ -26,12 +26,18 @@ pub struct Measurement {
 }
 
 impl Measurement {
-    /// The radar that measured it; `None`: a transponder.
+    /// The radar or camera that measured it; `None`: a transponder.
     pub fn sensor(&self) -> Option<SensorIndex> {
         match &self.by {
             By::Transponder { .. } => None,
             By::Radar { owner, .. } => Some(owner.radar),
+            By::Camera { sensor, .. } => Some(*sensor),
         }
+    }
+
+    /// Whether it tells no more than on which line the target is.
+    pub fn is_bearing(&self) -> bool {
+        matches!(self.by, By::Camera { .. })
     }
 }
 
@@ -55,6 +61,17 @@ pub enum By {
         seen: LineOfSight,
         /// Its errors.
         errors: RadarErrors,
+    },
+    /// A camera: the target is on a line.
+    Camera {
+        /// The camera.
+        sensor: SensorIndex,
+        /// Unit vector across the line, over ground.
+        clockwise: Vector2<f64>,
+        /// Standard deviation across the line, metres.
+        across_m: f64,
+        /// In height.
+        height_m: f64,
     },
 }
 

@@ -33,6 +33,8 @@ pub(super) const fn states_singer(radars: usize) -> usize {
 const ANYWHERE_M: f64 = 10_000.0;
 /// Speeds that a target may have when it is first seen, one standard deviation of each axis, metres a second.
 const FIRST_SPEED: f64 = 12.0;
+/// As good as not known, metres.
+const ALONG_M: f64 = 1e6;
 /// How likely each of the interacting models is then.
 const FIRST_WEIGHTS: [f64; MODELS] = [0.6, 0.3, 0.05, 0.05];
 
@@ -135,6 +137,17 @@ pub(super) fn spread<const D: usize>(state: &mut Gaussian<D>, away: Vector2<f64>
 /// A transponder's position.
 pub(super) fn fix(place: Vector2<f64>, sigma_m: f64) -> Pair {
     on_both_axes([0, 1], place, sigma_m)
+}
+
+/// A camera's line through a place: across it the place is known with that deviation, along it not.
+pub(super) fn line(place: Vector2<f64>, clockwise: Vector2<f64>, across_m: f64) -> Pair {
+    let outward = Vector2::new(-clockwise.y, clockwise.x);
+    let row = |axis: Vector2<f64>| [(0, axis.x), (1, axis.y), (0, 0.0)];
+    Pair {
+        rows: [row(clockwise), row(outward)],
+        values: [clockwise.dot(&place), outward.dot(&place)],
+        noise: [across_m * across_m, 0.0, ALONG_M * ALONG_M],
+    }
 }
 
 /// A velocity over ground, whoever tells it.

@@ -13,6 +13,8 @@ use crate::time::Time;
 #[derive(Debug)]
 struct Node<const P: usize, const M: usize, const H: usize, const S: usize> {
     measurement: Measurement,
+    /// The last one up to it that is no bearing.
+    placed: Option<Measurement>,
     state: State<P, M, H, S>,
     /// To the node before; `None` for the first.
     back: Option<(Back<P>, Back<H>)>,
@@ -60,7 +62,11 @@ where
                 }
             };
             let smoothed = (state.told, state.height);
-            self.nodes.push_back(Node { measurement: *measurement, state, back, smoothed });
+            let placed = match measurement.is_bearing() {
+                true => self.nodes.back().and_then(|last| last.placed),
+                false => Some(*measurement),
+            };
+            self.nodes.push_back(Node { measurement: *measurement, placed, state, back, smoothed });
         }
         self.smooth();
     }
@@ -94,9 +100,9 @@ where
         self.nodes.drain(..keep);
     }
 
-    /// The newest.
+    /// The newest that says where it is: a bearing does not.
     pub(super) fn newest(&self) -> Option<&Measurement> {
-        self.nodes.back().map(|node| &node.measurement)
+        self.nodes.back().and_then(|node| node.placed.as_ref())
     }
 
     /// Where the target is at `time`, from everything measured before and after; `None` if nothing was measured.
@@ -104,22 +110,27 @@ where
         let behind = self.up_to(time);
         let before = behind.checked_sub(1).map(|before| &self.nodes[before]);
         let next = self.nodes.get(behind);
-        let since_s = before.map(|before| time.seconds_since(before.measurement.time));
-        let until_s = next.map(|next| next.measurement.time.seconds_since(time));
-        let here = match (before.zip(since_s), next) {
-            (Some((before, since_s)), _) => before.state.moved_to(since_s, &self.models),
+        // What it rests on are measurements of its place.
+        let since_s = before.and_then(|before| Some(time.seconds_since(before.placed.as_ref()?.time)));
+        let placed = self.nodes.range(behind..).find(|node| !node.measurement.is_bearing());
+        let until_s = placed.map(|next| next.measurement.time.seconds_since(time));
+        let here = match (before, next) {
+            (Some(before), _) => {
+                before.state.moved_to(time.seconds_since(before.measurement.time), &self.models)
+            }
             // Before the first it is anywhere; what came after tells where.
             (None, Some(next)) => State::unmeasured(&next.measurement, &self.models),
             (None, None) => return None,
         };
-        let Some((next, until_s)) = next.zip(until_s) else {
+        let Some(next) = next else {
             return Some(StateEstimate::of(&here.told, &here.height, here.jumped, since_s, None));
         };
-        let (plane, height) = here.bridges(&next.measurement, until_s, &self.models);
+        let ahead_s = next.measurement.time.seconds_since(time);
+        let (plane, height) = here.bridges(&next.measurement, ahead_s, &self.models);
         let plane = here.told.smoothed(&plane.back(), &next.smoothed.0);
         let height = here.height.smoothed(&height.back(), &next.smoothed.1);
         let next = &next.state;
         let jumped = if next.jumped.norm() > here.jumped.norm() { next.jumped } else { here.jumped };
-        Some(StateEstimate::of(&plane, &height, jumped, since_s, Some(until_s)))
+        Some(StateEstimate::of(&plane, &height, jumped, since_s, until_s))
     }
 }

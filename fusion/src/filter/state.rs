@@ -189,6 +189,9 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
                 let radar = self.place(owner);
                 (plane::plot::<P, S>(place, seen, errors, radar), errors.noise_height_m, Some(radar))
             }
+            By::Camera { clockwise, across_m, height_m, .. } => {
+                (plane::line(place, *clockwise, *across_m), *height_m, None)
+            }
         };
         let distance = predicted.distance(&over_ground);
         if distance > FAR {

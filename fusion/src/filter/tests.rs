@@ -124,7 +124,7 @@ fn at_once<const STATES: usize, const M: usize, const S: usize>(
     times.dedup();
     let radar_of = |measurement: &Measurement| match measurement.by {
         By::Radar { owner, .. } => Some(owner.radar),
-        By::Transponder { .. } => None,
+        By::Transponder { .. } | By::Camera { .. } => None,
     };
     let mut radars: Vec<(SensorIndex, Time)> = Vec::new();
     for measurement in measurements {
@@ -190,6 +190,9 @@ fn at_once<const STATES: usize, const M: usize, const S: usize>(
             By::Radar { owner, seen, errors, .. } => {
                 let place = radars.iter().position(|radar| radar.0 == owner.radar).unwrap();
                 observe(*time, &plane::plot::<STATES, S>(position.0.xy(), seen, errors, place));
+            }
+            By::Camera { clockwise, across_m, .. } => {
+                observe(*time, &plane::line(position.0.xy(), *clockwise, *across_m));
             }
         }
         if let Some((velocity, deviation)) = velocity {

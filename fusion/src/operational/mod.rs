@@ -8,6 +8,7 @@ mod admission;
 mod aircraft_class;
 mod association;
 mod by_id;
+mod cameras;
 mod classes;
 mod comparison;
 mod competitors;
@@ -42,10 +43,11 @@ use crate::learning::{LearningState, LearningStateError, LearntType, TypeState};
 use crate::numbering::Numbers;
 use crate::point::{Newcomers, NowPicture, Point};
 use crate::registration::{RegistrationState, RegistrationStateError};
-use crate::report::{Fix, Identity, Plot, Report, SensorIndex, TransponderType};
+use crate::report::{Bearing, Fix, Identity, Plot, Report, SensorIndex, TransponderType};
 use crate::slots::{Slot, SlotGrid};
 use crate::time::{SECOND, Time};
 use admission::{Admission, Admitted};
+use cameras::Cameras;
 use classes::Classes;
 use correlation::Correlations;
 use cycle::Cycle;
@@ -68,6 +70,8 @@ pub use tuning::{ASSOCIATE_LLR, DISSOCIATE_LLR};
 pub(super) struct Operational {
     plots: Vec<Plot>,
     fixes: Vec<Fix>,
+    bearings: Vec<Bearing>,
+    cameras: Cameras,
     admission: Admission,
     tracklets: Tracklets,
     targets: Targets,
@@ -111,6 +115,7 @@ impl Operational {
         match report {
             Report::Plot(plot) => self.plots.push(plot),
             Report::Fix(fix) => self.fixes.push(fix),
+            Report::Bearing(bearing) => self.bearings.push(bearing),
         }
     }
 
@@ -130,8 +135,19 @@ impl Operational {
         self.pass(cycle.centre, settings);
         self.sort_plots(settings);
         self.sort_fixes(settings);
+        self.sort_bearings();
         self.forget(cycle);
-        let Self { tracklets, targets, correlations, registrations, classes, types, integrities, .. } = self;
+        let Self {
+            cameras,
+            tracklets,
+            targets,
+            correlations,
+            registrations,
+            classes,
+            types,
+            integrities,
+            ..
+        } = self;
         comparison::compare(tracklets, targets, cycle);
         integrities.assess(tracklets, targets, cycle);
         let decided = &mut correlations.decided(tracklets, targets);
@@ -142,7 +158,8 @@ impl Operational {
         integrities.protect(registrations, targets, settings, cycle.centre);
         registrations.register(tracklets, targets, types, cycle);
         initiation::initiate(tracklets, targets, measured, decided, integrities.twins(), cycle);
-        targets.filter_all(tracklets, cycle);
+        cameras.follow(targets, cycle);
+        targets.filter_all(tracklets, cameras, cycle);
         let mut points = output::publish(targets, tracklets, correlations, numbers, grid, shown);
         let concerns = integrities.mark(&mut points, tracklets, targets, cycle);
         let now = settings.now.then(|| {
@@ -205,6 +222,12 @@ impl Operational {
                 self.targets.insert_transponder(target, waited, fix, settings);
             }
         }
+    }
+
+    /// Sorts the cameras' bearings that came into their tracks.
+    fn sort_bearings(&mut self) {
+        self.bearings.sort_by_key(|bearing| (bearing.time, bearing.track));
+        self.bearings.drain(..).for_each(|bearing| self.cameras.insert(bearing));
     }
 
     /// Forgets what is too old, and what was about that.

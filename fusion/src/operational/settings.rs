@@ -10,6 +10,7 @@ use super::tuning;
 use crate::filter::{Dynamics, LineOfSight, RadarErrors};
 use crate::frames::{Enu, RadarFrame};
 use crate::report::{SensorIndex, TransponderType};
+pub(super) use crate::settings::Camera;
 use crate::settings::{self, IntegrityRules, OperationalRules, RegistrationMode, Sensor};
 use crate::time::SECOND;
 
@@ -20,6 +21,8 @@ pub struct Settings {
     pub radars: Vec<Option<Radar>>,
     /// By sensor: `None` for a radar.
     pub transponders: Vec<Option<Transponder>>,
+    /// By sensor: `None` for all others.
+    pub cameras: Vec<Option<Camera>>,
     /// A transponder's position is interpolated between two reports no further apart than this, nanoseconds.
     pub max_gap_ns: i64,
     /// How drones move.
@@ -42,13 +45,18 @@ impl Settings {
     pub(crate) fn new(sensors: &[Sensor], latency: SignedDuration, rules: &OperationalRules) -> Self {
         let radar = |sensor: &Sensor| match sensor {
             Sensor::Radar(radar) => Some(Radar::from(radar)),
-            Sensor::Receiver(_) => None,
+            Sensor::Receiver(_) | Sensor::Camera(_) => None,
         };
         let transponder = |sensor: &Sensor| match sensor {
-            Sensor::Radar(_) => None,
+            Sensor::Radar(_) | Sensor::Camera(_) => None,
             Sensor::Receiver(receiver) => Some(Transponder::from(receiver)),
         };
+        let camera = |sensor: &Sensor| match sensor {
+            Sensor::Camera(camera) => Some(*camera),
+            Sensor::Radar(_) | Sensor::Receiver(_) => None,
+        };
         Self {
+            cameras: sensors.iter().map(camera).collect(),
             radars: sensors.iter().map(radar).collect(),
             transponders: sensors.iter().map(transponder).collect(),
             max_gap_ns: rules.max_gap.as_nanos() as i64,
@@ -76,6 +84,11 @@ impl Settings {
     /// The transponder receiver of that index.
     pub(super) fn transponder(&self, sensor: SensorIndex) -> Option<&Transponder> {
         self.transponders.get(usize::from(sensor.0))?.as_ref()
+    }
+
+    /// The camera of that index.
+    pub(super) fn camera(&self, sensor: SensorIndex) -> Option<&Camera> {
+        self.cameras.get(usize::from(sensor.0))?.as_ref()
     }
 
     /// The delay of a type of transponders; `None`: there is no such receiver.

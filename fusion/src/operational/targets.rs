@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use super::aircraft_class::AircraftClass;
 use super::by_id::ById;
+use super::cameras::Cameras;
 use super::cycle::{Cycle, EARLIEST, LATEST};
 use super::doubt::Doubt;
 use super::ids::{TargetId, TrackletId};
@@ -175,7 +176,7 @@ impl Target {
     }
 
     /// Brings the filter to what is known now; what lies up to `since` is settled.
-    fn filter(&mut self, since: Time, tracklets: &Tracklets, cycle: &Cycle) {
+    fn filter(&mut self, since: Time, tracklets: &Tracklets, cameras: &Cameras, cycle: &Cycle) {
         let settings = cycle.settings;
         let mut measurements: Vec<Measurement> = Vec::new();
         // Of a target that is new nothing is settled: however long its transponder's first report has waited or, where it has
@@ -199,6 +200,13 @@ impl Target {
                 let is_used = silence.is_none_or(|(_, silent_s)| silent_s > TRANSPONDER_SILENT_S);
                 is_used.then(|| measured_by_radar(plot, tracklet.id, radar, silence.map(|s| s.0), pair()))
             }));
+        }
+        // A direction alone is no beginning.
+        if !is_new {
+            let silent = |time| self.transponder.as_ref()?.silence(time, time).map(|(_, silent_s)| silent_s);
+            let looks = cameras.of(self, settled, settings);
+            measurements
+                .extend(looks.filter(|look| silent(look.time).is_none_or(|s| s > TRANSPONDER_SILENT_S)));
         }
         // Of one time the transponder comes first, then radars in their order.
         measurements.sort_by_key(|measurement| (measurement.time, measurement.sensor()));
@@ -286,8 +294,8 @@ impl Targets {
     }
 
     /// Brings each target's filter to what is known now.
-    pub(super) fn filter_all(&mut self, tracklets: &Tracklets, cycle: &Cycle) {
-        let filter = |target: &mut Target| target.filter(cycle.previous, tracklets, cycle);
+    pub(super) fn filter_all(&mut self, tracklets: &Tracklets, cameras: &Cameras, cycle: &Cycle) {
+        let filter = |target: &mut Target| target.filter(cycle.previous, tracklets, cameras, cycle);
         shared::on_each(cycle.settings.threads, self.all.values_mut(), filter);
     }
 

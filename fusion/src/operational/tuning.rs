@@ -289,6 +289,28 @@ pub(super) const RADAR_VELOCITY_M_S: f64 = 1.5;
 /// Correlation time of its error, seconds.
 pub(super) const RADAR_VELOCITY_CORRELATION_S: f64 = 3.0;
 
+// --- Cameras
+
+/// Bearings of a camera are kept this long behind the published slot.
+pub(super) const CAMERA_KEPT: SignedDuration = SignedDuration::from_secs(12);
+/// Looks of one track are used that are this far apart, seconds: what a camera sees wrong it sees wrong for a few frames.
+pub(super) const CAMERA_LOOK_S: f64 = 0.45;
+/// A camera's track without a look for longer has ended, seconds.
+pub(super) const CAMERA_ENDS_S: f64 = 10.0;
+/// Field in which anything else would be seen with even chance, radians (20°).
+pub(super) const CAMERA_FIELD: f64 = 0.349;
+/// Bounds of one look's LLR, and of their sum.
+pub(super) const CAMERA_LOOK_LLR_MAX: f64 = 2.0;
+pub(super) const CAMERA_LLR_MAX: f64 = 12.0;
+/// A camera's track follows a target from this sum on,
+pub(super) const CAMERA_FOLLOW_LLR: f64 = 6.0;
+/// where no other target is as likely by this much.
+pub(super) const CAMERA_MARGIN_LLR: f64 = 3.0;
+/// Nearer to a camera its angles say little, metres over ground.
+pub(super) const CAMERA_NEAR_M: f64 = 5.0;
+/// Steps of the distance at which a look is taken: what was filtered with nearly the same one is not filtered again.
+pub(super) const CAMERA_RANGE_STEP: f64 = 1.05;
+
 // --- Threads
 
 /// Fewer radar tracks or targets than this are not worth a thread: each costs microseconds, and so does a start.

@@ -1,0 +1,204 @@
+//! Cameras: which target each of their tracks looks at, and what that tells of its place.
+//!
+//! A bearing says in which direction something is and not how far, so a camera's track never begins a target of its own. It is
+//! the target whose expected direction it follows: the logarithms of likelihood ratios, "this target" to "anything in the
+//! field of view", are summed look by look. Of a target that it follows, each look is a line on which the target lies: across the
+//! line the place is known by the angle times the distance expected, along it nothing is added.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::f64::consts::TAU;
+
+use nalgebra::Vector2;
+
+use super::cycle::Cycle;
+use super::ids::TargetId;
+use super::settings::{Camera, Settings};
+use super::targets::{Target, Targets};
+use super::tuning::{
+    CAMERA_ENDS_S, CAMERA_FIELD, CAMERA_FOLLOW_LLR, CAMERA_KEPT, CAMERA_LLR_MAX, CAMERA_LOOK_LLR_MAX,
+    CAMERA_LOOK_S, CAMERA_MARGIN_LLR, CAMERA_NEAR_M, CAMERA_RANGE_STEP,
+};
+use crate::filter::{By, Measurement, StateEstimate};
+use crate::frames::Enu;
+use crate::report::{Bearing, CameraTrackKey};
+use crate::time::Time;
+
+/// The tracks of all cameras.
+#[derive(Debug, Default)]
+pub(super) struct Cameras(BTreeMap<CameraTrackKey, CameraTrack>);
+
+/// The bearings of one track, and what it looks at.
+#[derive(Debug, Default)]
+struct CameraTrack {
+    /// By time, no nearer to each other than [`CAMERA_LOOK_S`]: what a camera sees wrong it sees wrong for a while.
+    looks: VecDeque<Bearing>,
+    /// Sums of log-likelihood ratios, by target.
+    scores: BTreeMap<TargetId, f64>,
+    target: Option<TargetId>,
+    /// Looks up to then are in the scores.
+    until: Time,
+}
+
+impl Cameras {
+    /// Takes in bearings, in order of time.
+    pub(super) fn insert(&mut self, bearing: Bearing) {
+        let track = self.0.entry(bearing.track).or_default();
+        let index = track.looks.partition_point(|look| look.time < bearing.time);
+        let is_apart = |look: Option<&Bearing>| {
+            look.is_none_or(|look| look.time.seconds_since(bearing.time).abs() >= CAMERA_LOOK_S)
+        };
+        if is_apart(track.looks.get(index))
+            && is_apart(index.checked_sub(1).and_then(|at| track.looks.get(at)))
+        {
+            track.looks.insert(index, bearing);
+        }
+    }
+
+    /// Decides what each track looks at, by the looks up to the slot, and forgets those that have ended.
+    pub(super) fn follow(&mut self, targets: &Targets, cycle: &Cycle) {
+        let Cycle { centre, settings, .. } = *cycle;
+        self.0.retain(|_, track| {
+            while track.looks.front().is_some_and(|look| look.time < centre + -CAMERA_KEPT) {
+                track.looks.pop_front();
+            }
+            track.looks.back().is_some_and(|last| centre.seconds_since(last.time) <= CAMERA_ENDS_S)
+        });
+        for (key, track) in &mut self.0 {
+            if let Some(camera) = settings.camera(key.sensor) {
+                track.score(targets, camera, centre);
+                track.decide(targets);
+            }
+        }
+    }
+
+    /// What cameras measured of a target after `since`, each look with the distance at which the target is expected then.
+    pub(super) fn of<'a>(
+        &'a self,
+        target: &'a Target,
+        since: Time,
+        settings: &'a Settings,
+    ) -> impl Iterator<Item = Measurement> + 'a {
+        let its = self.0.iter().filter(|(_, track)| track.target == Some(target.id()));
+        its.filter_map(move |(key, track)| Some((track, settings.camera(key.sensor)?))).flat_map(
+            move |(track, camera)| {
+                let after = track.looks.iter().filter(move |look| look.time > since);
+                after.filter_map(move |look| measured(look, camera, &target.estimate(look.time)?))
+            },
+        )
+    }
+}
+
+impl CameraTrack {
+    fn score(&mut self, targets: &Targets, camera: &Camera, centre: Time) {
+        let first = self.looks.partition_point(|look| look.time <= self.until);
+        for look in self.looks.range(first..).take_while(|look| look.time <= centre) {
+            for target in targets.iter() {
+                let llr = target.estimate(look.time).and_then(|place| llr(look, camera, &place));
+                let Some(llr) = llr else { continue };
+                let known = self.scores.get(&target.id()).copied();
+                // Who was never in the picture need not be remembered.
+                if known.is_some() || llr > 0.0 {
+                    let sum = known.unwrap_or(0.0) + llr;
+                    self.scores.insert(target.id(), sum.clamp(-CAMERA_LLR_MAX, CAMERA_LLR_MAX));
+                }
+            }
+        }
+        self.until = self.until.max(centre);
+    }
+
+    fn decide(&mut self, targets: &Targets) {
+        self.scores.retain(|&id, score| targets.get(id).is_some() && *score > -CAMERA_LLR_MAX);
+        let mut best = None;
+        for (&id, &score) in &self.scores {
+            if best.is_none_or(|(_, most)| score > most) {
+                best = Some((id, score));
+            }
+        }
+        let second = |id: TargetId| {
+            let others = self.scores.iter().filter(|(other, _)| **other != id).map(|(_, score)| *score);
+            others.fold(f64::NEG_INFINITY, f64::max)
+        };
+        // One that is followed stays so until it is no longer the best by as much.
+        let own = self.target.and_then(|id| Some((id, *self.scores.get(&id)?)));
+        let stays = own.filter(|&(id, score)| score > 0.0 && second(id) < score + CAMERA_MARGIN_LLR);
+        let new =
+            best.filter(|&(id, score)| score >= CAMERA_FOLLOW_LLR && second(id) <= score - CAMERA_MARGIN_LLR);
+        self.target = stays.or(new).map(|(id, _)| id);
+    }
+}
+
+/// Where a camera expects a target: distance over ground, direction, and the variances of its angles there.
+struct Expected {
+    ground_m: f64,
+    azimuth: f64,
+    elevation: f64,
+    azimuth2: f64,
+    elevation2: f64,
+}
+
+impl Expected {
+    /// `None` too near to the camera, where its angles say little.
+    fn of(camera: &Camera, place: &StateEstimate) -> Option<Self> {
+        let away = place.position.0 - camera.position.0;
+        let ground_m = away.xy().norm();
+        if ground_m < CAMERA_NEAR_M {
+            return None;
+        }
+        let clockwise = Vector2::new(away.y, -away.x) / ground_m;
+        let slant_m2 = away.norm_squared();
+        let across_m2 = (clockwise.transpose() * place.horizontal * clockwise).x;
+        Some(Self {
+            ground_m,
+            azimuth: away.x.atan2(away.y),
+            elevation: away.z.atan2(ground_m),
+            azimuth2: across_m2 / (ground_m * ground_m),
+            elevation2: place.vertical / slant_m2,
+        })
+    }
+}
+
+/// LLR that a look is at that place; `None` where the target could not be told from another one.
+fn llr(look: &Bearing, camera: &Camera, place: &StateEstimate) -> Option<f64> {
+    let expected = Expected::of(camera, place)?;
+    let normal = |off: f64, variance: f64| -0.5 * off * off / variance - 0.5 * (TAU * variance).ln();
+    let azimuth_off = wrapped(look.azimuth - expected.azimuth);
+    let mut llr = normal(azimuth_off, expected.azimuth2 + camera.azimuth.powi(2)) + CAMERA_FIELD.ln();
+    if let Some(elevation) = look.elevation {
+        let off = elevation - expected.elevation;
+        llr += normal(off, expected.elevation2 + camera.elevation.powi(2)) + CAMERA_FIELD.ln();
+    }
+    Some(llr.clamp(-CAMERA_LOOK_LLR_MAX, CAMERA_LOOK_LLR_MAX))
+}
+
+/// The line of a look, at the distance where the target is expected.
+fn measured(look: &Bearing, camera: &Camera, place: &StateEstimate) -> Option<Measurement> {
+    let expected = Expected::of(camera, place)?;
+    // In steps, so that what was filtered with nearly the same distance is not filtered again.
+    let ground_m = CAMERA_RANGE_STEP.powf((expected.ground_m.ln() / CAMERA_RANGE_STEP.ln()).round());
+    let (sin, cos) = look.azimuth.sin_cos();
+    let outward = Vector2::new(sin, cos);
+    let slant_m = ground_m / expected.elevation.cos();
+    let up_m = look.elevation.map(|elevation| elevation.tan() * ground_m);
+    let along_m = (outward.transpose() * place.horizontal * outward).x.max(0.0).sqrt();
+    let position = camera.position.0 + (outward * ground_m).push(up_m.unwrap_or(0.0));
+    let slope = look.elevation.map_or(0.0, f64::tan);
+    Some(Measurement {
+        time: look.time,
+        position: Enu::from(position),
+        height_measured: look.elevation.is_some(),
+        velocity: None,
+        climb: None,
+        by: By::Camera {
+            sensor: look.track.sensor,
+            clockwise: Vector2::new(cos, -sin),
+            across_m: ground_m * camera.azimuth,
+            height_m: (slant_m * camera.elevation / expected.elevation.cos())
+                .hypot(slope * along_m.max(ground_m * 0.02)),
+        },
+    })
+}
+
+/// An angle between -π and π.
+fn wrapped(angle: f64) -> f64 {
+    (angle + TAU / 2.0).rem_euclid(TAU) - TAU / 2.0
+}

@@ -1,0 +1,183 @@
+//! A camera beside a radar: its bearings say nothing of the distance, and much of the direction.
+
+use nalgebra::Vector3;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use utm_fusion_engine::report::{Bearing, CameraTrackKey};
+use utm_fusion_engine::settings::{Camera, Profile, Radar, RadarErrors, RegistrationMode};
+use utm_fusion_engine::time::{SECOND, Time};
+use utm_fusion_engine::{Emission, Engine, Enu, Plot, RadarTrackKey, Report, Settings};
+
+/// Standard deviation of the radar's azimuth (slow) and of the camera's, degrees.
+const RADAR_DEG: f64 = 0.86;
+const CAMERA_DEG: f64 = 0.1;
+const FLIGHT_S: f64 = 120.0;
+
+fn at(seconds: f64) -> Time {
+    Time::from_nanos(1_700_000_000 * SECOND + (seconds * SECOND as f64) as i64)
+}
+
+/// Where a drone is: straight past the site at a distance, to the east or to the west.
+fn place(drone: usize, seconds: f64) -> Vector3<f64> {
+    let (from, sign) = [(-700.0, 1.0), (700.0, -1.0)][drone];
+    Vector3::new(from + sign * 12.0 * seconds, 1500.0 + 120.0 * drone as f64, 120.0 + 40.0 * drone as f64)
+}
+
+fn azimuth(place: &Vector3<f64>) -> f64 {
+    place.x.atan2(place.y)
+}
+
+/// The reports of radar and camera on so many drones, by time of reception; `looks_at`: of which the camera sends bearings.
+fn reports(seed: u64, drones: usize, looks_at: Option<usize>) -> Vec<(Time, Report)> {
+    let (radar, camera) = (utm_fusion_engine::SensorIndex(0), utm_fusion_engine::SensorIndex(1));
+    let mut reports = Vec::new();
+    for drone in 0..drones {
+        let mut draw = ChaCha8Rng::seed_from_u64(seed * 10 + drone as u64);
+        let mut normal = |sigma: f64| -> f64 {
+            sigma * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut draw)
+        };
+        // A first-order Gauss–Markov process of 20 s, as a radar's error in azimuth is.
+        let mut slow = normal(RADAR_DEG.to_radians());
+        for step in 0..(FLIGHT_S * 2.0) as usize {
+            let seconds = step as f64 * 0.5;
+            let kept = (-0.5_f64 / 20.0).exp();
+            slow = slow * kept + normal(RADAR_DEG.to_radians() * (1.0 - kept * kept).sqrt());
+            let true_place = place(drone, seconds);
+            let (turned, range_m) = (azimuth(&true_place) + slow, true_place.xy().norm() + normal(2.5));
+            let seen = Enu::new(range_m * turned.sin(), range_m * turned.cos(), true_place.z + normal(10.0));
+            let track = RadarTrackKey { sensor: radar, number: 1 + drone as u16 };
+            let mut plot = Plot::new(track, at(seconds), seen, range_m.hypot(true_place.z));
+            plot.uav_probability = Some(0.95);
+            reports.push((at(seconds + 0.1), Report::Plot(plot)));
+        }
+    }
+    if let Some(drone) = looks_at {
+        let mut draw = ChaCha8Rng::seed_from_u64(seed * 10 + 9);
+        for step in 0..(FLIGHT_S * 5.0) as usize {
+            let seconds = step as f64 * 0.2;
+            let true_place = place(drone, seconds);
+            let mut normal = |sigma: f64| -> f64 {
+                sigma * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut draw)
+            };
+            let bearing = Bearing {
+                track: CameraTrackKey { sensor: camera, number: 7 },
+                time: at(seconds),
+                azimuth: azimuth(&true_place) + normal(CAMERA_DEG.to_radians()),
+                elevation: Some(true_place.z.atan2(true_place.xy().norm()) + normal(CAMERA_DEG.to_radians())),
+            };
+            reports.push((at(seconds + 0.15), Report::Bearing(bearing)));
+        }
+    }
+    reports.sort_by_key(|report| report.0);
+    reports
+}
+
+fn fly(reports: &[(Time, Report)]) -> Vec<Emission> {
+    let mut settings = Settings { profile: Profile::Operational(Default::default()), ..Settings::default() };
+    settings.add_radar(Radar {
+        errors: RadarErrors::of_data_sheet(2.5, RADAR_DEG, 10.0),
+        registration: RegistrationMode::Off,
+        period_s: 0.5,
+        ..Radar::default()
+    });
+    settings.add_camera(Camera {
+        position: Enu::new(0.0, 0.0, 0.0),
+        azimuth: CAMERA_DEG.to_radians(),
+        elevation: CAMERA_DEG.to_radians(),
+    });
+    let mut engine = Engine::new(settings).unwrap();
+    let mut emissions = Vec::new();
+    for (received, report) in reports {
+        emissions.extend(engine.advance(*received));
+        engine.handle(*report).unwrap();
+    }
+    emissions.extend(engine.finish());
+    emissions
+}
+
+/// Root mean square of the azimuth's error of what is nearest to a drone, degrees, and how many points that is.
+fn azimuth_error_deg(emissions: &[Emission], drone: usize) -> (f64, usize) {
+    let mut squares = Vec::new();
+    for emission in emissions {
+        let seconds = (emission.time.nanos() - at(0.0).nanos()) as f64 / SECOND as f64;
+        let true_place = place(drone, seconds);
+        let away = |place: &Vector3<f64>| (place - true_place).xy().norm();
+        let nearest =
+            emission.points.iter().min_by(|a, b| away(&a.position.0).total_cmp(&away(&b.position.0)));
+        if let Some(point) =
+            nearest.filter(|point| away(&point.position.0) < 100.0).filter(|_| seconds > 20.0)
+        {
+            squares.push((azimuth(&point.position.0) - azimuth(&true_place)).to_degrees().powi(2));
+        }
+    }
+    ((squares.iter().sum::<f64>() / squares.len() as f64).sqrt(), squares.len())
+}
+
+#[test]
+fn with_a_camera_the_direction_is_far_better_known() {
+    let (mut alone, mut both) = (0.0, 0.0);
+    for seed in 1001..1009 {
+        let (radar_deg, slots) = azimuth_error_deg(&fly(&reports(seed, 1, None)), 0);
+        let (camera_deg, with_camera) = azimuth_error_deg(&fly(&reports(seed, 1, Some(0))), 0);
+        assert!(slots > 300 && with_camera >= slots, "{slots} {with_camera}");
+        (alone, both) = (alone + radar_deg * radar_deg, both + camera_deg * camera_deg);
+    }
+    let ratio = (both / alone).sqrt();
+    println!("azimuth error with the camera over that without: {ratio:.3}");
+    assert!(ratio <= 0.4, "{ratio}");
+}
+
+#[test]
+fn it_is_the_drone_that_it_looks_at_that_is_better_known() {
+    let (mut looked_at, mut other) = ([0.0; 2], [0.0; 2]);
+    for seed in 1001..1007 {
+        for (which, camera) in [None, Some(1)].into_iter().enumerate() {
+            let emissions = fly(&reports(seed, 2, camera));
+            looked_at[which] += azimuth_error_deg(&emissions, 1).0;
+            other[which] += azimuth_error_deg(&emissions, 0).0;
+        }
+    }
+    assert!(looked_at[1] < 0.5 * looked_at[0], "{looked_at:?}");
+    assert!(other[1] < 1.15 * other[0], "{other:?}");
+}
+
+#[test]
+fn a_camera_alone_shows_nothing() {
+    let bearings = reports(1001, 0, Some(0));
+    assert!(fly(&bearings).iter().all(|emission| emission.points.is_empty()));
+}
+
+#[test]
+fn a_track_that_the_radar_has_lost_is_not_kept_alive_by_its_direction() {
+    let all = reports(1001, 1, Some(0));
+    let lost = |report: &&(Time, Report)| !matches!(report.1, Report::Plot(plot) if plot.time > at(60.0));
+    let emissions = fly(&all.iter().filter(lost).copied().collect::<Vec<_>>());
+    let last = emissions.iter().rfind(|emission| !emission.points.is_empty()).unwrap().time;
+    assert!(last < at(63.0), "{last}");
+}
+
+#[test]
+fn bearings_come_in_any_order() {
+    let all = reports(1001, 1, Some(0));
+    let mut shuffled = all.clone();
+    let mut draw = ChaCha8Rng::seed_from_u64(5);
+    // Within what is received between two slots.
+    for pair in shuffled.chunks_mut(2) {
+        if draw.random::<bool>() {
+            let received = pair.last().unwrap().0;
+            pair.reverse();
+            pair.iter_mut().for_each(|report| report.0 = received);
+        }
+    }
+    let in_order: Vec<_> = shuffled
+        .chunks(2)
+        .flat_map(|pair| {
+            let mut pair = pair.to_vec();
+            pair.sort_by_key(|report| report.1.time());
+            pair
+        })
+        .collect();
+    assert_eq!(fly(&shuffled), fly(&in_order));
+}
