@@ -2,6 +2,7 @@
 
 use super::driver::Driver;
 use super::requests::{Denied, Operators, Requests, requests};
+use crate::picture::serial_text;
 use fusion::operational::{Correlation, HeldCorrelation, NotCorrelated, Verdict};
 use fusion::slots::Slot;
 use fusion::{Identity, RadarTrackKey};
@@ -81,7 +82,7 @@ impl Named {
     }
 
     fn means(&self, identity: Identity) -> bool {
-        let is_serial = identity.name().escape_ascii().to_string() == self.serial;
+        let is_serial = serial_text(identity) == self.serial;
         is_serial && self.country.as_ref().is_none_or(|wanted| *wanted == country(&identity))
     }
 }

@@ -3,9 +3,12 @@
 import { get, list, post } from "./api.js";
 import { byId, element } from "./dom.js";
 import * as format from "./format.js";
+import { idOf } from "./names.js";
 import { change, settings, toggled } from "./settings.js";
 import { say, trustProperties, Verdicts } from "./trust.js";
 import * as units from "./units.js";
+
+const TYPE_WORDS = { crewed: "an aircraft with somebody on board", vehicle: "a vehicle on the ground" };
 
 const SOURCE_WORDS = {
   fused: "radar and transponder, fused",
@@ -43,7 +46,14 @@ function properties(track, time) {
     ["Accuracy, horizontal", known(p.accuracy_h_m, (value) => accuracy(value, p.accuracy_h)) ?? p.accuracy_h],
     ["Accuracy, vertical", known(p.accuracy_v_m, (value) => accuracy(value, p.accuracy_v)) ?? p.accuracy_v],
     ["Is a drone", known(p.uav_probability, (value) => `${format.percent(value)} likely, says the radar`)],
+    ["Is taken for", TYPE_WORDS[p.aircraft_type]],
+    ["Callsign", p.aircraft?.callsign],
+    ["ICAO address", p.aircraft?.icao24],
+    ["Emitter category", p.aircraft?.emitter_category],
     ["Serial number", uas.serial_number],
+    ["Registration", uas.registration_id],
+    ["Flight identity", uas.utm_id],
+    ["Session identity", uas.specific_session_id],
     ["Manufacturer", uas.manufacturer],
     ["Model", uas.model],
     ["Registered in", uas.registration_country],
@@ -89,7 +99,7 @@ function pair(track, part, competitor) {
   const uas = competitor?.uas_id ?? track.properties.uas_id;
   if (!radar || !uas) return null;
   const country = uas.registration_country;
-  return { sensor: radar.sensor, track: radar.track_number, uas: uas.serial_number, ...(country ? { country } : {}) };
+  return { sensor: radar.sensor, track: radar.track_number, uas: idOf(uas), ...(country ? { country } : {}) };
 }
 
 /** A button that decides; its id outlives the next refresh. */
@@ -104,7 +114,7 @@ function button(words, about, verdict, decide) {
 function competitors(track, part, decide) {
   return (part.competitors ?? []).map((competitor) => {
     const { sensor, track_number, uas_id, log_likelihood_ratio, decorrelated } = competitor;
-    const who = uas_id ? `transponder ${uas_id.serial_number}` : `radar track ${track_number} of ${sensor}`;
+    const who = uas_id ? `transponder ${idOf(uas_id)}` : `radar track ${track_number} of ${sensor}`;
     const said = decorrelated ? "; an operator has said that it is not" : "";
     const line = element("small", { class: "competitor" }, `near: ${who}, e^${log_likelihood_ratio.toFixed(1)} times as likely as not${said} `);
     const about = pair(track, part, competitor);

@@ -58,8 +58,8 @@ function isInRing(ring, x, y) {
 }
 
 function wordsOf(track) {
-  const { contributors = [], uas_id = {} } = track.properties;
-  const words = [track.id, track.name, ...Object.values(uas_id)];
+  const { contributors = [], uas_id = {}, aircraft = {} } = track.properties;
+  const words = [track.id, track.name, ...Object.values(uas_id), ...Object.values(aircraft)];
   for (const { sensor, track_number } of contributors) words.push(sensor, track_number);
   return words.join(" ").toLowerCase();
 }

@@ -31,6 +31,7 @@ const ENTRIES = [
   [null, [["path", "radar", TRIANGLE]], "radar only: nobody has identified it"],
   [null, [["circle", "fused", { r: 5 }]], "fused: radar and transponder"],
   [null, [["path", "transponder", { d: "M0-6.5 6.5 0 0 6.5-6.5 0Z" }]], "transponder only"],
+  [null, [["path", "transponder", { d: "M0-7 1-2.5 6.5 1V2.5L1 1 .7 4.5 2.5 6V7L0 6-2.5 7V6L-.7 4.5-1 1-6.5 2.5V1L-1-2.5Z" }]], "somebody on board; the colour says who sees it"],
   [null, [["path", "radar hollow", TRIANGLE]], "hardly a drone, by radar"],
   [null, [["circle", "coasting", { r: 5 }]], "not measured, extrapolated"],
   [null, [["circle", "doubted", { r: 6 }]], "transponder not to be trusted"],

@@ -2,10 +2,16 @@
 
 import { settings } from "./settings.js";
 
+/** Who a drone says it is, by whichever kind of identity it gives. */
+export const idOf = ({ serial_number, registration_id, utm_id, specific_session_id } = {}) =>
+  serial_number ?? registration_id ?? utm_id ?? specific_session_id ?? "";
+
 const END = 5; // digits of a serial number: enough to tell apart those of one city
 
-/** The end of the serial number; "R 142" of what radar alone sees; else the track number. */
+/** The callsign or the address of an aircraft; the end of a serial number; "R 142" of what radar alone sees; else the number. */
 export function shortName(track) {
+  const { callsign, icao24 } = track.properties.aircraft ?? {};
+  if (callsign || icao24) return callsign ?? icao24;
   if (track.serial) return track.serial.slice(-END);
   return track.source === "radar" ? `R ${track.name}` : track.name;
 }

@@ -3,6 +3,7 @@
 import { list } from "./api.js";
 import { matches } from "./filter.js";
 import { bearing } from "./geo.js";
+import { idOf } from "./names.js";
 import { onChange, TRAILS_S } from "./settings.js";
 
 const TRAIL_STEP_MS = 1000; // one trail point a second is enough to see, and a quarter of the memory
@@ -121,10 +122,10 @@ class Track {
   }
 
   get serial() {
-    return this.properties.uas_id?.serial_number ?? "";
+    return idOf(this.properties.uas_id) || (this.properties.aircraft?.icao24 ?? "");
   }
 
-  /** Under which it is on the watch list: an aircraft's serial number stays the same, its tracks may not. */
+  /** Under which it is on the watch list: who an aircraft is stays the same, its tracks may not. */
   get watchId() {
     return this.serial || this.id;
   }
@@ -132,6 +133,15 @@ class Track {
   /** "30069", or the id where the service numbers by id alone. */
   get name() {
     return this.properties.track_number != null ? String(this.properties.track_number) : this.id;
+  }
+
+  /** Somebody is on board, or it is a vehicle on the ground: who it is, is known. */
+  get isCrewed() {
+    return this.properties.aircraft_type === "crewed";
+  }
+
+  get isVehicle() {
+    return this.properties.aircraft_type === "vehicle";
   }
 
   /** Radar tracks are birds too; the classifier says how much it believes in a drone. */
@@ -207,9 +217,9 @@ export class Picture {
   }
 
   /** In the reference profile an aircraft's id changes with its radar track: the trail behind it is still its own. */
-  newTrack({ id, uas_id, lat, lng }) {
+  newTrack({ id, uas_id, aircraft, lat, lng }) {
     const track = new Track(id);
-    const before = this.lastOf.get(uas_id?.serial_number);
+    const before = this.lastOf.get(idOf(uas_id) || aircraft?.icao24);
     // Two that say the same serial number are not one aircraft where they are far apart.
     if (before && apart(before, this.frame.toLocal(lat, lng)) < SAME_AIRCRAFT_M) track.trail.copy(before.trail);
     return track;

@@ -1,4 +1,4 @@
-// The tracks on the map: a shape by source, a colour by source or by height, and where each will be.
+// The tracks on the map: a shape by source, or of an aeroplane, a colour by source or by height, and where each will be.
 
 import { precedence } from "./attention.js";
 import { colourOf } from "./heights.js";
@@ -30,6 +30,20 @@ const SHAPES = {
   },
 };
 
+/** Of what has somebody on board, whichever sensor sees it: nose, wings and tail, the nose to the north. */
+const AEROPLANE = [[0, -2], [0.3, -0.7], [1.9, 0.3], [1.9, 0.75], [0.3, 0.35], [0.2, 1.2], [0.75, 1.7], [0.75, 2], [0, 1.75]];
+
+function aeroplane(path, r) {
+  const outline = [...AEROPLANE, ...AEROPLANE.toReversed().map(([x, y]) => [-x, y])];
+  outline.forEach(([x, y], i) => (i ? path.lineTo(x * r, y * r) : path.moveTo(x * r, y * r)));
+  path.closePath();
+}
+
+const TURN = 10; // degrees between two pictures of an aeroplane
+
+/** To which of its pictures an aeroplane's course is next, degrees. */
+const headingOf = (track) => (track.isCrewed && Number.isFinite(track.course) ? Math.round(track.course / TURN) * TURN : 0);
+
 /** Where each track is drawn, [track, px, py, rank], for the labels and the clicks; what matters most last, so on top. */
 export function place(view, tracks, alerted) {
   const placed = [];
@@ -56,8 +70,9 @@ export function drawSymbols(context, view, placed, now, alerted) {
     const radius = radiusOf(track, view);
     const colour = colourOf(track);
     context.globalAlpha = now - track.time > QUIET_MS ? 0.45 : 1;
-    const look = [track.source, colour, radius, track.isDoubtful, track.isExtrapolated].join(" ");
-    sprites.put(context, look, radius * 1.5 + 3, px, py, (sprite) => symbol(sprite, track, radius, colour));
+    const kind = track.isCrewed ? "crewed" : track.isVehicle ? "vehicle" : "";
+    const look = [track.source, kind, headingOf(track), colour, radius, track.isDoubtful, track.isExtrapolated].join(" ");
+    sprites.put(context, look, radius * (track.isCrewed ? 2.3 : 1.5) + 3, px, py, (sprite) => symbol(sprite, track, radius, colour));
     context.globalAlpha = 1;
     const severity = alerted.get(track.id);
     if (severity) ring(context, px, py, 10, palette[severity] ?? palette.warning, 2);
@@ -70,7 +85,11 @@ export function drawSymbols(context, view, placed, now, alerted) {
 function symbol(context, track, radius, colour) {
   const isHollow = track.isDoubtful || track.isExtrapolated;
   context.beginPath();
-  SHAPES[track.source]?.(context, 0, 0, radius);
+  if (track.isCrewed) {
+    context.rotate((headingOf(track) * Math.PI) / 180);
+    aeroplane(context, radius);
+  } else if (track.isVehicle) context.rect(-radius, -radius, 2 * radius, 2 * radius);
+  else SHAPES[track.source]?.(context, 0, 0, radius);
   context.lineWidth = isHollow ? 1.5 : 2.5;
   context.strokeStyle = isHollow ? colour : palette.halo;
   context.fillStyle = isHollow ? palette.halo : colour;

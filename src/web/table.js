@@ -19,7 +19,7 @@ const approximate = (track) => (track.derived ? "≈" : "");
 const COLUMNS = [
   ["source", () => "", () => "Source: the watch list and what nobody has identified first", precedence, () => ""],
   ["number", () => "Track", () => "Name of the track", shortName, shortName],
-  ["serial", () => "Serial", () => "Serial number", (track) => track.serial, (track) => track.serial || "–"],
+  ["serial", () => "Serial", () => "Serial number, or callsign", (track) => track.serial, (track) => track.properties.aircraft?.callsign ?? (track.serial || "–")],
   ["trust", () => "", () => "Whether its transponder can be trusted", rankOf, markOf],
   ["height", () => (heightUnit() === "FL" ? "FL" : "Height"), () => `Height, ${heightWords()}; an arrow where it climbs or sinks`, (track) => track.properties.alt_msl, (track) => plainHeight(track.properties.alt_msl) + (climbArrow(track) || "\u2007")],
   ["speed", () => settings.units.speed, () => "Speed over ground", (track) => track.speed, (track) => (Number.isFinite(track.speed) ? approximate(track) : "") + plainSpeed(track.speed)],

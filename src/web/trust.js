@@ -3,6 +3,7 @@
 import { post } from "./api.js";
 import { element } from "./dom.js";
 import * as format from "./format.js";
+import { idOf } from "./names.js";
 import { palette } from "./palette.js";
 
 /** Of each state: how bad it is, its mark in the table, and what it means. */
@@ -116,10 +117,10 @@ export class Verdicts {
   }
 }
 
-const keyOf = ({ serial_number, registration_country }) => `${serial_number} ${registration_country ?? ""}`;
+const keyOf = (uas) => `${idOf(uas)} ${uas.registration_country ?? ""}`;
 
 /** Says something of a transponder, for whoever may. */
-export function say({ serial_number, registration_country }, verdict) {
-  const country = registration_country ?? "none";
-  return post(`integrity/${encodeURIComponent(serial_number)}`, { country }, { verdict });
+export function say(uas, verdict) {
+  const country = uas.registration_country ?? "none";
+  return post(`integrity/${encodeURIComponent(idOf(uas))}`, { country }, { verdict });
 }
