@@ -31,6 +31,9 @@ pub use track_json::{TrackJson, TransponderId, serial_text, text};
 /// best (`fusion::operational`).
 const HEIGHT_KNOWN_M: f64 = 30.0;
 
+/// A transponder that has been silent for longer is no longer heard, seconds.
+const HEARD_S: f64 = 5.0;
+
 /// What readers get unless they or the configuration say otherwise, [`PictureTrack::is_within`], metres.
 pub const MAX_ACCURACY_M: f64 = 100.0;
 
@@ -132,9 +135,12 @@ impl PictureTrack {
     }
 
     /// The radius that holds 95 % of its horizontal errors, metres, where no sensor measured it in its slot: never in the
-    /// `reference` profile. Nor of a transponder that is believed no more: that its place is in dispute has to be seen.
+    /// `reference` profile. Nor of a transponder that is believed no more: that its place is in dispute has to be seen; nor of
+    /// one that is heard, however badly it says that it knows its place.
     pub fn unmeasured_accuracy_m(&self) -> Option<f64> {
-        if self.point.estimate.is_some_and(|estimate| estimate.lie_m2 > 0.0) {
+        let heard = self.point.source.transponder().and_then(|part| part.time);
+        let is_heard = heard.is_some_and(|heard| self.time.seconds_since(heard).abs() <= HEARD_S);
+        if is_heard || self.point.estimate.is_some_and(|estimate| estimate.lie_m2 > 0.0) {
             return None;
         }
         self.motion.filter(|motion| motion.basis != Basis::Measured).map(|motion| motion.accuracy_h_m)

@@ -29,7 +29,7 @@ pub(super) fn predict(
         let source = output::source(target, radar, known.plot, because, &estimate, cycle)?;
         let estimated = output::estimated(target, &estimate, known.seen, cycle);
         let estimated = Estimate { basis: Basis::Extrapolated, ..estimated };
-        (estimated.sigma_m() <= sigma_max_m(target)).then(|| Point {
+        (estimated.sigma_m() <= sigma_max_m(target, cycle)).then(|| Point {
             number: number.number,
             position: estimate.position,
             first_seen: grid.centre(number.since),
@@ -47,9 +47,15 @@ pub(super) fn predict(
 }
 
 /// An aircraft of which less is known is not in the picture, sigma of each axis over ground, metres.
-fn sigma_max_m(target: &Target) -> f64 {
+fn sigma_max_m(target: &Target, cycle: &Cycle) -> f64 {
+    let of_sensor = |sigma_m: f64| NOW_RADAR_SIGMAS * sigma_m + NOW_RADAR_SIGMA_M;
     match (target.transponder(), target.radar()) {
-        (None, Some((_, plot_sigma_m))) => NOW_RADAR_SIGMAS * plot_sigma_m + NOW_RADAR_SIGMA_M,
-        _ => NOW_SIGMA_MAX_M,
+        (None, Some((_, plot_sigma_m))) => of_sensor(plot_sigma_m),
+        (None, None) => NOW_SIGMA_MAX_M,
+        (Some(transponder), _) => {
+            // One that says that it knows its place badly is shown as badly, and not left out.
+            let stated_m2 = transponder.bias(cycle.settings).map_or(0.0, |bias| bias.horizontal_m2);
+            of_sensor(stated_m2.sqrt()).max(NOW_SIGMA_MAX_M)
+        }
     }
 }

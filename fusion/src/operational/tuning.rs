@@ -325,7 +325,8 @@ pub(super) const UNSEEN_SIGMA_MAX_M: f64 = 102.0;
 /// In the picture "now" an aircraft is shown while the sigma of its position is at most this, metres. By judgement: the radius
 /// that holds 95 % of its positions is then 61 m.
 pub(super) const NOW_SIGMA_MAX_M: f64 = 25.0;
-/// One that only radars see: this many sigmas of its plots' places, and so many metres more.
+/// One that only radars see: this many sigmas of its plots' places, and so many metres more; likewise a transponder that states
+/// that its reports are as wrong.
 pub(super) const NOW_RADAR_SIGMAS: f64 = 1.1;
 pub(super) const NOW_RADAR_SIGMA_M: f64 = 10.0;
 /// Published competitors of each kind.
