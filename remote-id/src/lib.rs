@@ -1,6 +1,8 @@
 //! Direct Remote ID as drones broadcast it: messages of 25 octets (ASTM F3411-22a section 5.4, ASD-STAN EN 4709-002, Open
 //! Drone ID), packs of them, and the Wi-Fi and Bluetooth frames that carry them.
 //!
+//! Messages are also made: [`BasicId::new`], [`Location::new`], [`System::new`], and [`pack`] of several.
+//!
 //! A message keeps its octets; physical values are had by method, and `None` is what the standard calls unknown. Nothing here
 //! judges: a position at 0, 0 is a position here.
 //!
@@ -17,6 +19,7 @@
 //! ```
 
 mod basic_id;
+mod count;
 mod fault;
 mod frame;
 mod location;
@@ -26,6 +29,6 @@ mod system;
 pub use basic_id::{BasicId, IdType, UaType};
 pub use fault::{Fault, NotHeard};
 pub use frame::{Advertisement, Link, Transport, advertisement};
-pub use location::{HeightAbove, Location, Status};
-pub use message::{LENGTH, Message, Messages, OperatorId, SelfId, messages};
-pub use system::System;
+pub use location::{HeightAbove, Location, LocationContent, Status};
+pub use message::{LENGTH, Message, Messages, OperatorId, SelfId, messages, pack};
+pub use system::{System, SystemContent};

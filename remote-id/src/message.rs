@@ -121,6 +121,14 @@ pub fn messages(octets: &[u8]) -> Messages<'_> {
     }
 }
 
+/// A pack of these messages; `None` for none and for more than nine.
+pub fn pack(messages: &[Message]) -> Option<Vec<u8>> {
+    let count = u8::try_from(messages.len()).ok().filter(|count| (1..=PACK_MOST).contains(count))?;
+    let mut octets = vec![PACK << 4 | 2, LENGTH as u8, count];
+    messages.iter().for_each(|message| octets.extend(message.octets()));
+    Some(octets)
+}
+
 /// The messages of a pack, or the one that is there.
 #[derive(Clone, Debug)]
 pub struct Messages<'a> {
