@@ -4,13 +4,14 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use super::{Attacked, Flight, Simulation};
+use super::{Attacked, Flight, Identified, Receiver, Simulation};
+use crate::config::{Address, Input};
 use crate::evaluate::Label;
 use crate::formats::PcapWriter;
 use fusion::time::{SECOND, Time};
 
 /// Writes `radar.ast`, `transponder.ast`, `capture.pcap`, `truth.csv`, `labels.csv`, `site.toml` and, where there are
-/// some, `attacks.csv` into `directory`, creating it if necessary. `about` becomes the comment at the head of `site.toml`.
+/// some, `attacks.csv`, a file of each further kind of sensor and `classes.csv` into `directory`, creating it if necessary. `about` becomes the comment at the head of `site.toml`.
 ///
 /// # Errors
 /// A file cannot be written; the error names it.
@@ -32,14 +33,27 @@ pub fn write(simulation: &Simulation, about: &str, directory: &Path) -> io::Resu
     file("radar.ast", &|out| blocks(simulation, out, true))?;
     file("transponder.ast", &|out| blocks(simulation, out, false))?;
     file("capture.pcap", &|out| capture(simulation, out))?;
+    let of_receivers = &simulation.receivers;
+    for (index, receiver) in of_receivers.iter().enumerate() {
+        // Receivers of a kind share a file.
+        if of_receivers[..index].iter().all(|before| before.file != receiver.file) {
+            file(receiver.file, &|out| heard(simulation, receiver.file, out))?;
+        }
+    }
     file("truth.csv", &|out| truth(&simulation.flights, out))?;
     file("labels.csv", &|out| labels(&simulation.labels, out))?;
     if !simulation.attacks.is_empty() {
         file("attacks.csv", &|out| attacks(&simulation.attacks, out))?;
     }
+    if !simulation.identified.is_empty() {
+        file("classes.csv", &|out| classes(&simulation.identified, out))?;
+    }
     file("site.toml", &|out| {
         about.lines().try_for_each(|line| writeln!(out, "# {line}"))?;
-        write!(out, "{}", simulation.config)
+        write!(out, "{}", simulation.config)?;
+        // The others are in the configuration.
+        let cameras = simulation.receivers.iter().filter(|receiver| receiver.kind == "camera");
+        cameras.into_iter().try_for_each(|receiver| site(receiver, out))
     })
 }
 
@@ -48,6 +62,45 @@ fn blocks(simulation: &Simulation, out: &mut impl Write, of_radars: bool) -> io:
     let is_wanted = |sensor: usize| simulation.config.sensors[sensor].kind.is_radar() == of_radars;
     let mut wanted = simulation.sent.iter().filter(|sent| is_wanted(sent.sensor));
     wanted.try_for_each(|sent| out.write_all(&sent.payload))
+}
+
+/// What the receivers that share this file sent; a line of text ends with a line feed.
+fn heard(simulation: &Simulation, file: &str, out: &mut impl Write) -> io::Result<()> {
+    let mut wanted = simulation.heard.iter().filter(|sent| simulation.receivers[sent.sensor].file == file);
+    wanted.try_for_each(|sent| {
+        out.write_all(&sent.payload)?;
+        if sent.payload.starts_with(b"{") { out.write_all(b"\n") } else { Ok(()) }
+    })
+}
+
+/// A receiver's table of the configuration.
+fn site(receiver: &Receiver, out: &mut impl Write) -> io::Result<()> {
+    let Receiver { id, kind, code: (sac, sic), period_s, keys, inputs, .. } = receiver;
+    writeln!(out, "\n[[sensors]]\nid = \"{id}\"\nkind = \"{kind}\"\nsac = {sac}\nsic = {sic}")?;
+    writeln!(out, "period_s = {period_s:?}")?;
+    keys.iter().try_for_each(|(key, value)| writeln!(out, "{key} = {value}"))?;
+    writeln!(out, "inputs = [")?;
+    for Input { address, port, .. } in inputs {
+        match address {
+            Address::Multicast { group, interface } => {
+                writeln!(out, "    {{ group = \"{group}\", port = {port}, interface = \"{interface}\" }},")?;
+            }
+            Address::Unicast(bind) => writeln!(out, "    {{ bind = \"{bind}\", port = {port} }},")?,
+        }
+    }
+    writeln!(out, "]")
+}
+
+/// `id,class,serial,remote_id,icao24,callsign,emitter_category`, by id; what an identity does not have is blank.
+fn classes(identified: &[Identified], out: &mut impl Write) -> io::Result<()> {
+    writeln!(out, "id,class,serial,remote_id,icao24,callsign,emitter_category")?;
+    identified.iter().try_for_each(|entry| {
+        let Identified { id, class, serial, remote_id, icao24, callsign, emitter_category } = entry;
+        let text = |value: &Option<String>| value.clone().unwrap_or_default();
+        let category = emitter_category.map_or_else(String::new, |category| category.to_string());
+        let (serial, remote_id) = (text(serial), text(remote_id));
+        writeln!(out, "{id},{class},{serial},{remote_id},{},{},{category}", text(icao24), text(callsign))
+    })
 }
 
 fn capture(simulation: &Simulation, out: &mut impl Write) -> io::Result<()> {

@@ -50,7 +50,11 @@ impl Ground {
 
     /// A radar's antenna.
     pub fn antenna(&self, radar: &Radar) -> Antenna {
-        let local = Vector3::new(radar.east_m, radar.north_m, radar.antenna_agl_m);
+        self.stand(Vector3::new(radar.east_m, radar.north_m, radar.antenna_agl_m))
+    }
+
+    /// What stands at east, north and height above ground, metres.
+    pub fn stand(&self, local: Vector3<f64>) -> Antenna {
         let position = self.geodetic(&local);
         Antenna { frame: TangentPlane::at(position), position, altitude_amsl_m: self.altitude_amsl_m(&local) }
     }
@@ -61,5 +65,12 @@ impl Antenna {
     pub fn polar(&self, place: Geodetic) -> (f64, f64) {
         let local = self.frame.from_geodetic(place);
         (local.0.norm(), local.east().atan2(local.north()))
+    }
+
+    /// Slant range, metres, azimuth, radians clockwise from north, -pi to pi, and elevation, radians.
+    pub fn spherical(&self, place: Geodetic) -> (f64, f64, f64) {
+        let local = self.frame.from_geodetic(place);
+        let elevation = local.up().atan2(local.east().hypot(local.north()));
+        (local.0.norm(), local.east().atan2(local.north()), elevation)
     }
 }

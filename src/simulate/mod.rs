@@ -12,6 +12,7 @@ mod files;
 mod ground;
 mod motion;
 mod network;
+mod others;
 mod radar;
 mod scenario;
 mod sight;
@@ -23,13 +24,15 @@ mod wire;
 pub use files::write;
 pub use motion::Crowded;
 pub use network::Datagram;
+pub use others::{Identified, Receiver};
 pub use scenario::{
-    Airspace, Attack, Birds, Clutter, Drones, FixedWing, Multirotor, Network, Pattern, Place, Radar,
-    Scenario, Span, TRANSPONDER_ID, Transponder, VelocityModel,
+    Adsb, Airspace, Attack, Birds, Camera, Clutter, Crewed, Drones, FixedWing, Multirotor, Network, Pattern,
+    Place, Radar, RemoteId, Scenario, Span, TRANSPONDER_ID, Transponder, VelocityModel,
 };
 
 use ground::Ground;
 use motion::{Path, RATE_HZ};
+use others::{Aircraft, CREWED, Scene};
 use radar::{Detection, OTHERS, Target};
 use streams::{Entity, Stream, Streams};
 use transponder::{Role, Transmissions, TransponderReport};
@@ -45,14 +48,20 @@ use wire::{Sent, after, stamped};
 pub struct Simulation {
     /// Configuration of a site with these sensors.
     pub config: Config,
-    /// The drones.
+    /// The drones, then the crewed aircraft and surface vehicles.
     pub flights: Vec<Flight>,
-    /// The drone behind each plot and report, in order of time.
+    /// Who is what and how it calls itself, where there are sensors of more kinds than radars and receivers of CAT129.
+    pub identified: Vec<Identified>,
+    /// The sensors of those kinds.
+    pub receivers: Vec<Receiver>,
+    /// The drone or aircraft behind each plot and report, in order of time.
     pub labels: Vec<Label>,
     /// The attacks on transponders, by drone.
     pub attacks: Vec<Attacked>,
     /// What the sensors sent, in order of arrival over a perfect network.
     sent: Vec<Sent>,
+    /// What the sensors of further kinds sent, likewise.
+    heard: Vec<Sent>,
     /// What arrives, in order of arrival.
     pub datagrams: Vec<Datagram>,
 }
@@ -72,8 +81,9 @@ impl Simulation {
 
     /// Replaces every port that sensors send to and that the site listens on or sends to.
     pub fn map_ports(&mut self, port: impl Fn(u16) -> u16) {
-        let Self { config, datagrams, .. } = self;
+        let Self { config, receivers, datagrams, .. } = self;
         let inputs = config.sensors.iter_mut().flat_map(|sensor| &mut sensor.inputs);
+        let inputs = inputs.chain(receivers.iter_mut().flat_map(|receiver| &mut receiver.inputs));
         let outputs = config.output.asterix.iter_mut().map(|sink| &mut sink.port);
         let flows = datagrams.iter_mut().map(|datagram| &mut datagram.flow.port);
         for used in inputs.map(|input| &mut input.port).chain(outputs).chain(flows) {
@@ -111,12 +121,12 @@ pub struct Attacked {
     pub until: Time,
 }
 
-/// A drone's true flight.
+/// The true flight of a drone or a crewed aircraft, or the way of a surface vehicle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flight {
-    /// `D` and the drone's number, from 1.
+    /// `D` and the drone's number, from 1; of crewed aircraft another letter.
     pub id: String,
-    /// Whether it carries a transponder.
+    /// Whether it is a drone with a CAT129 transponder.
     pub equipped: bool,
     /// Its positions, 10 per second.
     pub samples: Vec<TruthSample>,
@@ -145,17 +155,26 @@ pub fn simulate(scenario: &Scenario, seed: u64, start: Option<Time>) -> Result<S
     let start = start.unwrap_or(scenario.start);
     let streams = Streams::new(&scenario.name, seed);
     let ground = Ground::new(&scenario.place);
-    let config = site::site(scenario, &ground);
+    let mut config = site::site(scenario, &ground);
     let steps = (scenario.duration_s * RATE_HZ as f64) as usize + 1;
     let paths = motion::fleet(scenario, steps, &streams)?;
     let roles = roles(&scenario.drones, paths.len(), &streams);
 
     let mut labels = Vec::new();
     let mut sent = Vec::new();
-    let targets = targets(scenario, &paths, steps, &streams);
+    let mut targets = targets(scenario, &paths, steps, &streams);
+    let without_crewed = targets.len();
+    let aircraft = others::crewed(scenario, &paths, steps, &streams);
+    targets.extend(aircraft.iter().map(crewed_target));
+    let ids: Vec<Option<String>> = (targets.iter())
+        .map(|target| target.drone.map(drone_id))
+        .take(without_crewed)
+        .chain(aircraft.iter().map(|aircraft| Some(aircraft.id())))
+        .collect();
     for (index, radar) in scenario.radars.iter().enumerate() {
-        let detections = radar::detections(radar, index, &targets, &ground, scenario.duration_s, &streams);
-        labels.extend(detections.iter().map(|detection| plot_label(radar, detection, &targets, start)));
+        let seen = if radar.sees_crewed { &targets[..] } else { &targets[..without_crewed] };
+        let detections = radar::detections(radar, index, seen, &ground, scenario.duration_s, &streams);
+        labels.extend(detections.iter().map(|detection| plot_label(radar, detection, &ids, start)));
         let antenna = ground.antenna(radar);
         let mut stream = streams.of(Entity::Line, index);
         sent.extend(wire::radar_datagrams(
@@ -181,18 +200,39 @@ pub fn simulate(scenario: &Scenario, seed: u64, start: Option<Time>) -> Result<S
         labels.push(report_label(report, start));
         sent.extend(wire::transponder_datagram(model, receiver, &ground, report, start));
     }
+    let scene = Scene {
+        scenario,
+        ground: &ground,
+        streams: &streams,
+        start,
+        drones: &paths,
+        equipped: &roles.iter().map(Option::is_some).collect::<Vec<bool>>(),
+        aircraft: &aircraft,
+        targets: &targets,
+    };
+    let others = others::others(&scene);
+    config.sensors.extend(others.receivers.iter().filter_map(site::receiver_sensor));
+    labels.extend(others.labels);
     // Stable sorts: at equal times sensors stay in the order of the configuration.
     labels.sort_by_key(|label| label.time);
     sent.sort_by_key(|datagram| datagram.arrives);
     let mut stream = streams.of(Entity::Network, 0);
-    let datagrams =
-        network::arrivals(&scenario.network, &config, &sent, (start, scenario.duration_s), &mut stream);
+    let receivers = usize::from(scenario.transponder.has_receiver) + scenario.radars.len();
+    // Others have had their network.
+    let lines: Vec<&[crate::config::Input]> =
+        config.sensors[..receivers].iter().map(|sensor| sensor.inputs.as_slice()).collect();
+    let mut datagrams =
+        network::arrivals(&scenario.network, &lines, &sent, (start, scenario.duration_s), &mut stream);
+    datagrams.extend(others.datagrams);
+    datagrams.sort_by_key(|datagram| datagram.received);
     let flights = paths
         .iter()
         .enumerate()
-        .map(|(drone, path)| flight(drone, roles[drone].is_some(), path, &ground, start))
+        .map(|(drone, path)| flight(drone_id(drone), roles[drone].is_some(), path, &ground, start))
+        .chain(aircraft.iter().map(|aircraft| flight(aircraft.id(), false, &aircraft.path, &ground, start)))
         .collect();
-    Ok(Simulation { config, flights, labels, attacks, sent, datagrams })
+    let (receivers, identified, heard) = (others.receivers, others.identified, others.sent);
+    Ok(Simulation { config, flights, identified, receivers, labels, attacks, sent, heard, datagrams })
 }
 
 /// All that radars may detect: the drones, then everything else.
@@ -231,6 +271,12 @@ fn targets(scenario: &Scenario, drones: &[Path], steps: usize, streams: &Streams
     targets
 }
 
+/// A crewed aircraft as radars and cameras see it. Nothing takes it for a drone.
+fn crewed_target(aircraft: &Aircraft) -> Target {
+    let (number, path) = (CREWED + aircraft.number, aircraft.path.clone());
+    Target { number, path, drone: None, uav_probability: 0.0 }
+}
+
 /// Which drones carry a transponder, and how it is attacked: drawn by lot, so that multirotors and fixed wings, equipped or
 /// not, come in all combinations.
 fn roles(drones: &Drones, count: usize, streams: &Streams) -> Vec<Option<Role>> {
@@ -249,12 +295,12 @@ fn roles(drones: &Drones, count: usize, streams: &Streams) -> Vec<Option<Role>> 
     roles
 }
 
-fn plot_label(radar: &Radar, detection: &Detection, targets: &[Target], start: Time) -> Label {
+fn plot_label(radar: &Radar, detection: &Detection, ids: &[Option<String>], start: Time) -> Label {
     Label {
         time: stamped(after(start, detection.time_s)),
         sensor: radar.id.clone(),
         number: detection.number.into(),
-        id: targets[detection.target].drone.map(drone_id),
+        id: ids[detection.target].clone(),
         seduced: detection.seduced,
     }
 }
@@ -297,7 +343,7 @@ fn drone_id(drone: usize) -> String {
     format!("D{}", drone + 1)
 }
 
-fn flight(drone: usize, equipped: bool, path: &Path, ground: &Ground, start: Time) -> Flight {
+fn flight(id: String, equipped: bool, path: &Path, ground: &Ground, start: Time) -> Flight {
     let sample = |(step, state): (usize, &motion::Kinematics)| {
         let place = ground.geodetic(&state.position);
         let velocity = state.velocity;
@@ -309,5 +355,5 @@ fn flight(drone: usize, equipped: bool, path: &Path, ground: &Ground, start: Tim
             velocity_ned_m_s: [velocity.y, velocity.x, -velocity.z],
         }
     };
-    Flight { id: drone_id(drone), equipped, samples: path.samples().iter().enumerate().map(sample).collect() }
+    Flight { id, equipped, samples: path.samples().iter().enumerate().map(sample).collect() }
 }

@@ -8,7 +8,7 @@ use asterix::{DataSource, TimeOfDay, encode_block};
 use super::scenario::{Network, Span};
 use super::streams::Stream;
 use super::wire::{Sent, after};
-use crate::config::{Address, Config, Input};
+use crate::config::{Address, Input};
 use crate::formats::UdpFlow;
 use crate::normalise::time_of_day_count;
 use fusion::time::Time;
@@ -29,18 +29,17 @@ const FOREIGN_CATEGORIES: [u8; 6] = [1, 2, 8, 21, 62, 240];
 /// A SAC/SIC of no sensor.
 const FOREIGN_SOURCE: DataSource = DataSource { sac: 99, sic: 98 };
 
-/// The datagrams that arrive of those sent, in order of arrival.
+/// The datagrams that arrive of those sent, in order of arrival; `lines` are each sensor's.
 pub fn arrivals(
     network: &Network,
-    config: &Config,
+    lines: &[&[Input]],
     sent: &[Sent],
     (start, duration_s): (Time, f64),
     stream: &mut Stream,
 ) -> Vec<Datagram> {
     let mut arrived = Vec::new();
     for datagram in sent {
-        let lines = &config.sensors[datagram.sensor].inputs;
-        for (line, input) in lines.iter().enumerate() {
+        for (line, input) in lines[datagram.sensor].iter().enumerate() {
             let mut behind_s = if line == 0 { 0.0 } else { stream.within(network.second_line_behind_s) };
             if stream.chance(network.lost) {
                 continue;
@@ -62,11 +61,11 @@ pub fn arrivals(
             }
         }
     }
-    let inputs: Vec<&Input> = config.sensors.iter().filter_map(|sensor| sensor.inputs.first()).collect();
+    let inputs: Vec<&Input> = lines.iter().filter_map(|lines| lines.first()).collect();
     let mut foreign = |per_s: f64, make: fn(&mut Stream, Time) -> Option<Vec<u8>>| {
         // At a rate of 0 the first one is infinitely far away.
         let mut time_s = stream.exponential(1.0 / per_s);
-        while time_s < duration_s {
+        while time_s < duration_s && !inputs.is_empty() {
             let received = after(start, time_s);
             let flow = flow(inputs[stream.below(inputs.len())]);
             arrived.extend(make(stream, received).map(|payload| Datagram { received, flow, payload }));

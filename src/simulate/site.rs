@@ -3,6 +3,7 @@
 use std::net::Ipv4Addr;
 
 use super::ground::Ground;
+use super::others::Receiver;
 use super::scenario::{Radar, Scenario, TRANSPONDER_ID, Transponder};
 use crate::config::{
     self, Address, Alerts, Config, Conflicts, Fusion, Http, Input, Integrity, Map, Output, Persistence,
@@ -17,23 +18,29 @@ const ASSUMED_AGL_M: f64 = 75.0;
 /// Port offset of a sensor's second line.
 const SECOND_LINE_PORTS: u16 = 10;
 
-/// The site of a scenario: its radars in order, then the transponder receiver.
+/// The site of a scenario: its radars in order, then the transponder receiver, if there is one.
 pub fn site(scenario: &Scenario, ground: &Ground) -> Config {
     let place = &scenario.place;
+    // Without a radar the site says where its local frame begins.
+    let origin = scenario.radars.is_empty();
     let mut sensors: Vec<Sensor> = scenario
         .radars
         .iter()
         .enumerate()
         .map(|(index, radar)| radar_sensor(scenario, ground, index, radar))
         .collect();
-    sensors.push(transponder_sensor(scenario, &scenario.transponder));
+    if scenario.transponder.has_receiver {
+        sensors.push(transponder_sensor(scenario, &scenario.transponder));
+    }
     Config {
         site: Site {
             name: scenario.name.clone(),
             sac: place.sac as u8,
             sic: place.sic as u8,
             geoid_undulation_m: Some(place.geoid_undulation_m),
-            ..Site::default()
+            latitude_deg: origin.then_some(place.latitude_deg),
+            longitude_deg: origin.then_some(place.longitude_deg),
+            height_amsl_m: origin.then_some(place.ground_amsl_m),
         },
         sensors,
         fusion: Fusion::default(),
@@ -96,8 +103,20 @@ fn transponder_sensor(scenario: &Scenario, model: &Transponder) -> Sensor {
     }
 }
 
+/// A receiver of ADS-B or of Remote ID; `None` of a sensor of another kind.
+pub fn receiver_sensor(receiver: &Receiver) -> Option<Sensor> {
+    let kind = match receiver.kind {
+        "adsb" => SensorKind::AdsB(config::AdsB::default()),
+        "remote-id" => SensorKind::RemoteId(config::Transponder::default()),
+        _ => return None,
+    };
+    let (sac, sic) = receiver.code;
+    let (id, inputs) = (receiver.id.clone(), receiver.inputs.clone());
+    Some(Sensor { id, sac, sic, period_s: Some(receiver.period_s), inputs, kind })
+}
+
 /// A sensor's one or two lines.
-fn inputs(scenario: &Scenario, address: Ipv4Addr, port: u16) -> Vec<Input> {
+pub fn inputs(scenario: &Scenario, address: Ipv4Addr, port: u16) -> Vec<Input> {
     let line = |port| Input { address: group(address), port, source: None, trailer_octets: None };
     let second = scenario.network.second_line.then(|| line(port + SECOND_LINE_PORTS));
     [Some(line(port)), second].into_iter().flatten().collect()

@@ -35,6 +35,20 @@ pub enum Entity {
     Network = 11,
     /// Velocities that one radar invents for tracks of one target, by [`sight`].
     Velocity = 12,
+    /// The flight of a crewed aircraft, or the way of a surface vehicle.
+    Crewed = 13,
+    /// What ADS-B says of it.
+    Adsb = 14,
+    /// The Remote ID of a drone.
+    Beacon = 15,
+    /// Which drones have Remote ID.
+    BeaconRole = 16,
+    /// A drone that does not exist, but for its Remote ID.
+    Fake = 17,
+    /// What one camera makes of one target, by [`sight`].
+    View = 18,
+    /// The network of ADS-B, Remote ID and cameras.
+    OtherNetwork = 19,
 }
 
 /// The number of the stream of radar number `radar` on target number `target`.

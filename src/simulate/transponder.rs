@@ -144,7 +144,7 @@ fn within(span: Span, time_s: f64) -> bool {
 }
 
 /// Episodes, each beginning `every_s` seconds after the end of the one before, on average.
-fn episodes(every_s: f64, lasting_s: Span, duration_s: f64, stream: &mut Stream) -> Vec<Span> {
+pub(super) fn episodes(every_s: f64, lasting_s: Span, duration_s: f64, stream: &mut Stream) -> Vec<Span> {
     let mut episodes = Vec::new();
     if every_s <= 0.0 {
         return episodes;

@@ -205,6 +205,11 @@ pub fn transponder_number(drone: usize) -> u32 {
     drone as u32 + 1
 }
 
+/// A transponder's serial number as a text.
+pub fn serial_text(drone: usize) -> String {
+    format!("{:012}", transponder_number(drone))
+}
+
 fn serial(drone: usize) -> [u8; 12] {
     let mut serial = [b'0'; 12];
     let digits = transponder_number(drone).to_string();

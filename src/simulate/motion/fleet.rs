@@ -57,6 +57,18 @@ pub fn number(drones: &Drones, drone: usize) -> usize {
     drone.checked_sub(drones.multirotors as usize).map_or(drone, |wing| WINGS + wing)
 }
 
+/// The flight of a multirotor that does not exist, anywhere in this airspace.
+pub(in crate::simulate) fn seeming(
+    scenario: &Scenario,
+    airspace: &Airspace,
+    steps: usize,
+    stream: &mut Stream,
+) -> Path {
+    let way = |stream: &mut Stream| anywhere(airspace, airspace.height_agl_m, stream);
+    let start = way(stream);
+    multirotor::fly(&scenario.multirotor, steps, start, way, stream)
+}
+
 /// Gives one waypoint after another.
 type Way = dyn FnMut(&mut Stream) -> Vector3<f64>;
 

@@ -1,6 +1,7 @@
 //! True motion: paths sampled at 10 Hz, linear between. Local metres: east and north of the origin, height above ground.
 
 mod animal;
+mod crewed;
 mod fixed_wing;
 mod fleet;
 mod multirotor;
@@ -8,6 +9,8 @@ mod multirotor;
 use nalgebra::Vector3;
 
 pub use animal::{birds, clutter};
+pub(super) use crewed::{circuit, conflict, surface, transit};
+pub(super) use fleet::seeming;
 pub use fleet::{Crowded, fleet, number};
 
 /// Samples of a path per second.

@@ -1,5 +1,6 @@
 //! A scenario: a TOML file whose every key has a default (`config/scenarios/every-key.toml` shows them all).
 
+mod emitters;
 mod keys;
 mod sections;
 
@@ -7,6 +8,7 @@ use std::path::Path;
 
 use jiff::Timestamp;
 
+pub use emitters::{Adsb, Camera, Crewed, RemoteId};
 pub use keys::{Attack, Pattern, Span, VelocityModel};
 pub use sections::{
     Airspace, Birds, Clutter, Drones, FixedWing, Multirotor, Network, Place, Radar, Transponder,
@@ -14,7 +16,7 @@ pub use sections::{
 
 use crate::config::ConfigErrors;
 use crate::config::error::{Faults, read_file};
-use crate::config::kinds::{Kind, Toml, inline, number, parsed, tables};
+use crate::config::kinds::{Kind, Toml, flag, inline, number, parsed, tables};
 use crate::config::reader::{Item, Section};
 use crate::config::table::{ByHand, Table, need, section};
 use crate::config::tree::{self, quoted};
@@ -34,6 +36,8 @@ section! {
             "a scenario lasts 20 to 43200 seconds",
             |s| (20.0..=43_200.0).contains(&s),
         );
+        /// whether there are radars
+        has_radars: bool = true, flag();
         /// The place.
         place: Place = Place::default(), inline();
         /// Where drones fly.
@@ -52,6 +56,14 @@ section! {
         radars: Vec<Radar> = Vec::new(), tables();
         /// The transponders and their receiver.
         transponder: Transponder = Transponder::default(), inline();
+        /// Crewed aircraft.
+        crewed: Crewed = Crewed::default(), inline();
+        /// The ADS-B receiver.
+        adsb: Adsb = Adsb::default(), inline();
+        /// Remote ID.
+        remote_id: RemoteId = RemoteId::default(), inline();
+        /// Cameras.
+        cameras: Vec<Camera> = Vec::new(), tables();
         /// The network.
         network: Network = Network::default(), inline();
     } by hand {}
@@ -91,7 +103,21 @@ impl ByHand for Scenario {
             let message = "SAC and SIC are the service's own ([place]); give the receiver others";
             refuse(table("transponder").as_ref(), "sic", message);
         }
-        if self.radars.is_empty() {
+        let is_without = |flag: bool, count: u32| !flag && count > 0;
+        if is_without(self.transponder.has_receiver, drones.equipped) {
+            refuse(table("transponder").as_ref(), "has_receiver", "there are transponders: drones.equipped");
+        }
+        if self.remote_id.drones > self.drone_count() {
+            let message = format!("there are only {} drones", self.drone_count());
+            refuse(table("remote_id").as_ref(), "drones", &message);
+        }
+        if self.crewed.conflicts > self.drone_count() {
+            refuse(table("crewed").as_ref(), "conflicts", "each meets a drone of its own; there are fewer");
+        }
+        if is_without(self.has_radars, self.radars.len() as u32) {
+            refuse(None, "has_radars", "there are [[radars]]; remove them, or set this to true");
+        }
+        if self.radars.is_empty() && self.has_radars {
             self.radars.push(Radar::default());
         }
         let list = section.written("radars").and_then(|list| list.list()).unwrap_or_default();
@@ -108,6 +134,25 @@ impl ByHand for Scenario {
                 refuse("max_range_m", "this is not above min_range_m");
             } else if index == MOST_RADARS {
                 table.as_ref().unwrap_or(section).refuse(format!("there are at most {MOST_RADARS} radars"));
+            }
+        }
+        let ids = self.radars.iter().map(|radar| radar.id.as_str()).chain([TRANSPONDER_ID]);
+        let mut ids: Vec<&str> = ids.collect();
+        let heard = [("adsb", &self.adsb.id), ("remote_id", &self.remote_id.id)];
+        for (name, id) in heard {
+            if ids.contains(&id.as_str()) {
+                refuse(table(name).as_ref(), "id", "another sensor has this id already; give each its own");
+            }
+            ids.push(id);
+        }
+        let list = section.written("cameras").and_then(|list| list.list()).unwrap_or_default();
+        for (index, camera) in self.cameras.iter().enumerate() {
+            let table = list.get(index).and_then(Item::section);
+            let before = &self.cameras[..index];
+            if ids.contains(&camera.id.as_str()) || before.iter().any(|other| other.id == camera.id) {
+                refuse(table.as_ref(), "id", "another sensor has this id already; give each its own");
+            } else if before.iter().any(|other| (other.sac, other.sic) == (camera.sac, camera.sic)) {
+                refuse(table.as_ref(), "sic", "each camera needs its own SAC and SIC");
             }
         }
     }
@@ -143,7 +188,7 @@ impl Scenario {
     /// The scenario as TOML, every key with its meaning.
     pub fn show(&self) -> String {
         let mut text = "# Every key with its meaning. One that is left out has its default.\n\n".to_owned();
-        text.extend(keys::lines(self).take(3));
+        text.extend(keys::lines(self).take(4));
         text += &keys::show(&self.place, "[place]");
         text += &keys::show(&self.airspace, "[airspace]");
         text += &keys::show(&self.drones, "[drones]");
@@ -155,6 +200,19 @@ impl Scenario {
             text += &keys::show(radar, "[[radars]]");
         }
         text += &keys::show(&self.transponder, "[transponder]");
+        text += &keys::show(&self.crewed, "[crewed]");
+        text += &keys::show(&self.adsb, "[adsb]");
+        text += &keys::show(&self.remote_id, "[remote_id]");
+        for camera in &self.cameras {
+            text += &keys::show(camera, "[[cameras]]");
+        }
+        if self.cameras.is_empty() {
+            // A table that is there is a camera.
+            let camera = keys::show(&Camera::default(), "[[cameras]]");
+            let lines = camera.trim_start().lines();
+            text.push('\n');
+            text.extend(lines.map(|line| format!("# {}\n", line.trim_start_matches("# "))));
+        }
         text += &keys::show(&self.network, "[network]");
         text
     }

@@ -223,12 +223,16 @@ section! {
         plot_probability: f64 = 0.05, SHARE;
         /// from a plot to its arrival, seconds
         latency_s: Span = Span::new(0.25, 0.6), SECONDS;
+        /// whether it sees crewed aircraft
+        sees_crewed: bool = false, flag();
     }
 }
 
 section! {
     /// The transponders, their receiver, and how they fail.
     Transponder {
+        /// whether there is a receiver
+        has_receiver: bool = true, flag();
         /// system area code of the receiver
         sac: u32 = 0, 0.0..=255.0;
         /// system identification code of the receiver

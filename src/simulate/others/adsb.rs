@@ -1,0 +1,246 @@
+//! ADS-B of crewed aircraft and surface vehicles, as a receiver reports it: CAT021, edition 2.6.
+
+use asterix::cat021::{
+    self, AircraftAddress, AircraftIdentification, AltitudeReporting, BarometricLevel, CoarsePosition,
+    Emitter, EmitterCategory, GeometricHeight, GroundVector, LinkTechnology, MopsVersion, Position,
+    QualityIndicators, Standard, TargetReport, VerticalRate,
+};
+use asterix::{DataSource, TimeOfDay, encode_block};
+use nalgebra::Vector3;
+
+use super::{Others, Receiver, Scene, inputs, silent};
+use crate::evaluate::Label;
+use crate::normalise::time_of_day_count;
+use crate::simulate::motion::Path;
+use crate::simulate::scenario::{Adsb, Span};
+use crate::simulate::streams::{Entity, GaussMarkov, Stream};
+use crate::simulate::wire::{Sent, after, stamped};
+
+/// Metres in a foot.
+const FOOT_M: f64 = 0.3048;
+/// Noise of velocities, metres a second per axis.
+const VELOCITY_M_S: f64 = 0.4;
+/// The first address of the block of the United Kingdom.
+const ADDRESSES: u32 = 0x40_0000;
+/// Addresses of a kind.
+const OF_A_KIND: usize = 0x800;
+
+/// What it is; part of every seed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// An aeroplane that passes.
+    Transit = 0,
+    /// An aeroplane in the circuit.
+    Circuit = 1,
+    /// A helicopter.
+    Helicopter = 2,
+    /// A helicopter that meets a drone.
+    Conflict = 3,
+    /// A surface vehicle.
+    Vehicle = 4,
+}
+
+/// A crewed aircraft or a surface vehicle.
+#[derive(Clone, Debug)]
+pub struct Aircraft {
+    kind: Kind,
+    of_kind: usize,
+    /// Its number in the random streams.
+    pub number: usize,
+    /// Its flight.
+    pub path: Path,
+    address: u32,
+    callsign: String,
+    category: EmitterCategory,
+    /// Beyond what it is: how its ADS-B fails.
+    stream: Stream,
+}
+
+impl Aircraft {
+    /// Number `of_kind` of its kind.
+    pub fn new(kind: Kind, of_kind: usize, number: usize, path: Path, stream: &mut Stream) -> Self {
+        let address = ADDRESSES + ((kind as usize * OF_A_KIND + of_kind) * 16 + stream.below(16)) as u32;
+        let letter = |stream: &mut Stream| char::from(b'A' + stream.below(26) as u8);
+        let registration: String = (0..4).map(|_| letter(stream)).collect();
+        let is_light = stream.chance(0.7);
+        let (callsign, category) = match kind {
+            Kind::Transit | Kind::Circuit if is_light => (format!("G{registration}"), EmitterCategory::Light),
+            Kind::Transit | Kind::Circuit => (format!("G{registration}"), EmitterCategory::Small),
+            Kind::Helicopter | Kind::Conflict => (format!("G{registration}"), EmitterCategory::Rotorcraft),
+            Kind::Vehicle if is_light => (format!("OPS{}", of_kind + 1), EmitterCategory::ServiceVehicle),
+            Kind::Vehicle => (format!("FIRE{}", of_kind + 1), EmitterCategory::EmergencyVehicle),
+        };
+        Self { kind, of_kind, number, path, address, callsign, category, stream: stream.clone() }
+    }
+
+    /// Its id in the truth: `A` for aeroplanes that pass, `C` in the circuit, `H` and `X` for helicopters, `V` for vehicles,
+    /// and its number, from 1.
+    pub fn id(&self) -> String {
+        let letter = match self.kind {
+            Kind::Transit => 'A',
+            Kind::Circuit => 'C',
+            Kind::Helicopter => 'H',
+            Kind::Conflict => 'X',
+            Kind::Vehicle => 'V',
+        };
+        format!("{letter}{}", self.of_kind + 1)
+    }
+
+    /// Whether it is a surface vehicle.
+    pub fn is_vehicle(&self) -> bool {
+        self.kind == Kind::Vehicle
+    }
+}
+
+/// All that the receiver reports.
+pub fn heard(scene: &Scene<'_>, others: &mut Others) {
+    let model = &scene.scenario.adsb;
+    let sensor = others.receivers.len();
+    others.receivers.push(Receiver {
+        id: model.id.clone(),
+        kind: "adsb",
+        code: (model.sac as u8, model.sic as u8),
+        period_s: (model.period_s.low + model.period_s.high) / 2.0,
+        keys: Vec::new(),
+        inputs: inputs(scene.scenario, [239, 192, 21, 1], 8021),
+        file: "adsb.ast",
+    });
+    let weather_m = scene.streams.of(Entity::Adsb, usize::MAX).within(model.weather_m);
+    for aircraft in scene.aircraft {
+        let is_without_category = of_aircraft(scene, aircraft, sensor, weather_m, others);
+        let class = if aircraft.is_vehicle() { "vehicle" } else { "crewed" };
+        let entry = others.identity(aircraft.id(), class);
+        entry.icao24 = Some(format!("{:06x}", aircraft.address));
+        entry.callsign = Some(aircraft.callsign.clone());
+        entry.emitter_category = (!is_without_category).then(|| aircraft.category.code());
+    }
+}
+
+/// What stays the same of one aircraft's ADS-B.
+struct Fitted {
+    nacp: u8,
+    is_geometric: bool,
+    is_applicable: bool,
+    is_fine: bool,
+    is_without_category: bool,
+    late_s: f64,
+    barometric_m: f64,
+}
+
+impl Fitted {
+    fn new(model: &Adsb, aircraft: &Aircraft, stream: &mut Stream) -> Self {
+        let nacp = stream.within(Span::new(model.nacp.low, model.nacp.high + 1.0)).min(11.0) as u8;
+        Self {
+            nacp: if stream.chance(model.nacp_missing) { 0 } else { nacp.min(model.nacp.high as u8) },
+            is_geometric: !stream.chance(model.barometric_share),
+            is_applicable: stream.chance(model.applicability_share),
+            is_fine: stream.chance(0.5),
+            // What is on the ground says that it is.
+            is_without_category: stream.chance(model.no_category_share) && !aircraft.is_vehicle(),
+            late_s: stream.within(model.stamped_late_s),
+            barometric_m: stream.normal(model.barometric_m),
+        }
+    }
+}
+
+/// Appends the records of one aircraft; whether they have no emitter category.
+fn of_aircraft(
+    scene: &Scene<'_>,
+    aircraft: &Aircraft,
+    sensor: usize,
+    weather_m: f64,
+    others: &mut Others,
+) -> bool {
+    let model = &scene.scenario.adsb;
+    let duration_s = scene.scenario.duration_s;
+    let mut stream = aircraft.stream.clone();
+    let stream = &mut stream;
+    let fitted = Fitted::new(model, aircraft, stream);
+    let gaps = silent(model.gap_every_s, model.gap_s, duration_s, stream);
+    let mut bias = [model.gnss_horizontal_m, model.gnss_horizontal_m, model.gnss_vertical_m]
+        .map(|sigma_m| GaussMarkov::new(sigma_m, model.gnss_time_s, 0.0, stream));
+    let stands = Vector3::new(model.east_m, model.north_m, 10.0);
+    let mut time_s = stream.within(Span::new(0.0, model.period_s.high));
+    while time_s < duration_s {
+        let state = aircraft.path.at(time_s);
+        let error = Vector3::from(bias.each_mut().map(|axis| axis.at(time_s, stream)));
+        let noise = Vector3::from_fn(|_, _| stream.normal(VELOCITY_M_S));
+        let is_lost = stream.chance(model.lost);
+        let latency_s = stream.within(model.latency_s);
+        let is_silent = gaps.iter().any(|gap| (gap.low..gap.high).contains(&time_s));
+        let stamped_s = if fitted.is_applicable { time_s } else { time_s + fitted.late_s };
+        if !is_lost && !is_silent && (state.position - stands).norm() <= model.range_m {
+            let state = Heard {
+                position: state.position + error,
+                velocity: state.velocity + noise,
+                pressure_m: scene.ground.altitude_amsl_m(&state.position) + weather_m + fitted.barometric_m,
+                stamped_s,
+            };
+            if let Some(payload) = record(scene, aircraft, &fitted, &state) {
+                let arrives = after(scene.start, stamped_s + latency_s);
+                others.sent.push(Sent { arrives, sensor, payload });
+                others.labels.push(Label {
+                    time: stamped(after(scene.start, stamped_s)),
+                    sensor: model.id.clone(),
+                    number: aircraft.address,
+                    id: Some(aircraft.id()),
+                    seduced: false,
+                });
+            }
+        }
+        time_s += stream.within(model.period_s);
+    }
+    fitted.is_without_category
+}
+
+/// What a record says of an aircraft's motion.
+struct Heard {
+    position: Vector3<f64>,
+    velocity: Vector3<f64>,
+    /// Pressure altitude, metres.
+    pressure_m: f64,
+    stamped_s: f64,
+}
+
+/// `None` where CAT021 cannot represent a value, which valid scenarios never cause.
+fn record(scene: &Scene<'_>, aircraft: &Aircraft, fitted: &Fitted, heard: &Heard) -> Option<Vec<u8>> {
+    let model = &scene.scenario.adsb;
+    let source = DataSource { sac: model.sac as u8, sic: model.sic as u8 };
+    let is_on_ground = aircraft.is_vehicle();
+    let report = TargetReport::default().with_altitude_reporting(AltitudeReporting::Feet25);
+    // The second octet only where there is something to say.
+    let report = if is_on_ground { report.with_on_ground(true) } else { report };
+    let place = scene.ground.geodetic(&heard.position);
+    let (latitude_deg, longitude_deg) = (place.latitude_deg(), place.longitude_deg());
+    let time = TimeOfDay::from_count(time_of_day_count(after(scene.start, heard.stamped_s)));
+    let technology = MopsVersion::default().with_standard(Standard::Do260B);
+    let mut record = cat021::Record::builder(source, report, AircraftAddress::new(aircraft.address))
+        .quality(QualityIndicators::default().with_accuracy_category(fitted.nacp))
+        .mops_version(technology.with_technology(LinkTechnology::ExtendedSquitter))
+        .ground_vector(GroundVector::new(
+            heard.velocity.xy().norm(),
+            heard.velocity.x.atan2(heard.velocity.y).to_degrees(),
+        ))
+        .target_identification(AircraftIdentification::new(&aircraft.callsign));
+    record = if fitted.is_applicable { record.position_time(time) } else { record.position_reception(time) };
+    record = if fitted.is_fine {
+        record.fine_position(Position::new(latitude_deg, longitude_deg))
+    } else {
+        record.position(CoarsePosition::new(latitude_deg, longitude_deg))
+    };
+    if !is_on_ground {
+        record = record
+            .flight_level(BarometricLevel::default().with_flight_level(heard.pressure_m / FOOT_M / 100.0));
+        if fitted.is_geometric {
+            record = record
+                .geometric_height(GeometricHeight::default().with_height_m(place.height_m))
+                .geometric_rate(VerticalRate::default().with_up_m_s(heard.velocity.z));
+        }
+    }
+    if !fitted.is_without_category {
+        record = record.emitter(Emitter::default().with_category(aircraft.category));
+    }
+    let mut payload = Vec::new();
+    encode_block(&[record.build().ok()?], &mut payload).ok()?;
+    Some(payload)
+}
