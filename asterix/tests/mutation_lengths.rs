@@ -1,4 +1,4 @@
-//! Blocks of CAT021, CAT062 and CAT063 damaged at random: the crate and a strict parser written by hand find the same
+//! Blocks of CAT015, CAT021, CAT062 and CAT063 damaged at random: the crate and a strict parser written by hand find the same
 //! records, and what is read comes back. `UTM_FUSION_MUTATIONS` says how many blocks of each.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
@@ -11,12 +11,12 @@ mod damaging;
 mod lengths;
 
 use asterix::cat021::Edition;
-use asterix::{Block, Record, blocks, cat021, cat062, cat063};
+use asterix::{Block, Record, blocks, cat015, cat021, cat062, cat063};
 use common::recordings::shared_data;
 use common::strategies::record_octets;
 use common::{block, encode};
 use damaging::{Random, damage};
-use lengths::{CAT021, CAT062, CAT063, Length, SURFACE_2_1};
+use lengths::{CAT015, CAT021, CAT062, CAT063, Length, SURFACE_2_1};
 use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
 
@@ -81,6 +81,11 @@ fn damaged_blocks<R: Record>(edition: R::Edition, items: &[Length]) {
     }
     eprintln!("CAT{:03}: {wanted} blocks, {read} records read, {refused} refused", R::CATEGORY);
     assert!(read > wanted / 8 && refused > wanted / 8);
+}
+
+#[test]
+fn cat015() {
+    damaged_blocks::<cat015::Record>((), &CAT015);
 }
 
 #[test]

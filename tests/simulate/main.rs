@@ -11,6 +11,7 @@ mod files;
 mod measurement;
 mod motion;
 mod network;
+mod others;
 #[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "shared by several tests")]
 mod program;

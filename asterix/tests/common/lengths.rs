@@ -1,4 +1,4 @@
-//! A strict parser of CAT021, CAT062 and CAT063 written by hand: where records end, by the lengths of their items. It shares
+//! A strict parser of CAT015, CAT021, CAT062 and CAT063 written by hand: where records end, by the lengths of their items. It shares
 //! no code and no table with the crate.
 
 /// How long an item is.
@@ -59,6 +59,19 @@ pub const CAT062: [Length; 35] = [
     Compound(2, &[O(4), O(2), O(4), O(1), O(1), O(2), O(2), O(1)]),
     Compound(1, &[O(2), O(4), O(2), O(2), O(2), O(1)]),
     No, No, No, No, No, Explicit, Explicit,
+];
+
+/// FRN 1 to 26 of CAT015.
+pub const CAT015: [Length; 26] = [
+    O(2), O(1), O(1), Extended, Extended, O(3), O(2),
+    Extended, O(2), Compound(1, &[O(2); 4]), Each(2), O(5), Compound(1, &[O(8), O(5), O(5)]),
+    Compound(2, &[O(3), O(3), O(3), O(3), O(3), O(2), O(2), O(2)]),
+    Compound(1, &[O(5), O(5), O(5), O(4)]), Compound(1, &[O(3), O(4), O(4), O(4)]),
+    Compound(1, &[O(3), O(2), O(3), O(2), O(2), O(2)]), Compound(1, &[O(2), O(4), O(2), O(2), O(2)]), Each(5),
+    Compound(2, &[O(3), O(3), O(3), O(3), O(3), O(4), O(2), O(4)]),
+    Compound(2, &[O(3), O(2), O(2), O(3), O(1), O(1), O(1), O(1), O(1), O(1)]),
+    Compound(1, &[O(2), O(2), O(2), O(2), O(3), O(4)]), Compound(1, &[O(2), O(2), O(2), O(2), O(3), O(4)]),
+    Compound(1, &[O(1), O(1), O(2), O(1)]), Each(8), Explicit,
 ];
 
 /// FRN 1 to 14 of CAT063.
