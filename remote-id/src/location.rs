@@ -94,7 +94,7 @@ impl Location {
         match content.speed_m_s {
             // As much as the fine steps hold.
             Some(speed_m_s) if speed_m_s < 0.25 * 255.5 => {
-                octets[3] = nearest(speed_m_s, 0.25, 0.0, 255.0) as u8
+                octets[3] = nearest(speed_m_s, 0.25, 0.0, 255.0) as u8;
             }
             Some(speed_m_s) => {
                 octets[1] |= 1;

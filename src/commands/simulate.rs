@@ -13,7 +13,7 @@ use crate::net::send;
 use crate::simulate::{Scenario, Simulation, simulate, write};
 use fusion::time::{SECOND, Time};
 
-/// Simulates radars, transponders, ADS-B, Remote ID and cameras that fail as real ones do, and tells the truth beside them.
+/// Simulates radars, transponders, ADS-B, Remote ID and cameras that fail as real ones do, and gives the truth beside them.
 ///
 /// The same scenario and seed give the same files.
 #[derive(Clone, Debug, clap::Args)]

@@ -87,7 +87,7 @@ fn crewed_aircraft_beside_a_scenario_change_nothing_of_it() {
         let joined = simulate(&beside, seed, None).unwrap();
         assert_eq!(alone.flights, joined.flights[..alone.flights.len()]);
         assert!(joined.flights.len() == alone.flights.len() + 7);
-        let all = |simulation| of_categories(simulation, RADARS_AND_TRANSPONDERS);
+        let all = |simulation: &Simulation| of_categories(simulation, RADARS_AND_TRANSPONDERS);
         assert!(all(&alone) == all(&joined), "other octets of the drones");
         let heard = |simulation: &Simulation| {
             let labels = simulation.labels.iter().filter(|label| label.sensor != "adsb");
@@ -341,7 +341,7 @@ fn far_away_remote_id_is_lost_in_bursts() {
         }
     }
     let share = far.len() as f64 / near.len() as f64;
-    assert!(f64::from(after_heard) / f64::from(after) > share + 0.1, "{after_heard} of {after}, {share}");
+    assert!(after_heard as f64 / after as f64 > share + 0.1, "{after_heard} of {after}, {share}");
 }
 
 #[test]

@@ -101,7 +101,7 @@ pub fn crewed(scenario: &Scenario, drones: &[Path], steps: usize, streams: &Stre
     ];
     let mut all = Vec::new();
     for (count, kind) in kinds {
-        for of_kind in 0..count as usize {
+        let flown = (0..count as usize).map(|of_kind| {
             // Each kind counts apart: another aircraft changes nothing for the rest.
             let number = (kind as usize) << 16 | of_kind;
             let mut stream = streams.of(Entity::Crewed, number);
@@ -119,8 +119,9 @@ pub fn crewed(scenario: &Scenario, drones: &[Path], steps: usize, streams: &Stre
                 adsb::Kind::Conflict => motion::conflict(model, &drones[of_kind], steps, stream),
                 adsb::Kind::Vehicle => motion::surface(model, steps, stream),
             };
-            all.push(Aircraft::new(kind, of_kind, number, path, &mut streams.of(Entity::Adsb, number)));
-        }
+            Aircraft::new(kind, of_kind, number, path, &mut streams.of(Entity::Adsb, number))
+        });
+        all.extend(flown);
     }
     all
 }
