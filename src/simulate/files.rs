@@ -4,8 +4,7 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use super::{Attacked, Flight, Identified, Receiver, Simulation};
-use crate::config::{Address, Input};
+use super::{Attacked, Flight, Identified, Simulation};
 use crate::evaluate::Label;
 use crate::formats::PcapWriter;
 use fusion::time::{SECOND, Time};
@@ -33,11 +32,11 @@ pub fn write(simulation: &Simulation, about: &str, directory: &Path) -> io::Resu
     file("radar.ast", &|out| blocks(simulation, out, true))?;
     file("transponder.ast", &|out| blocks(simulation, out, false))?;
     file("capture.pcap", &|out| capture(simulation, out))?;
-    let of_receivers = &simulation.receivers;
-    for (index, receiver) in of_receivers.iter().enumerate() {
-        // Receivers of a kind share a file.
-        if of_receivers[..index].iter().all(|before| before.file != receiver.file) {
-            file(receiver.file, &|out| heard(simulation, receiver.file, out))?;
+    let heard_files = &simulation.heard_files;
+    for (index, name) in heard_files.iter().enumerate() {
+        // Sensors of a kind share a file.
+        if !heard_files[..index].contains(name) {
+            file(name, &|out| heard(simulation, name, out))?;
         }
     }
     file("truth.csv", &|out| truth(&simulation.flights, out))?;
@@ -50,10 +49,7 @@ pub fn write(simulation: &Simulation, about: &str, directory: &Path) -> io::Resu
     }
     file("site.toml", &|out| {
         about.lines().try_for_each(|line| writeln!(out, "# {line}"))?;
-        write!(out, "{}", simulation.config)?;
-        // The others are in the configuration.
-        let cameras = simulation.receivers.iter().filter(|receiver| receiver.kind == "camera");
-        cameras.into_iter().try_for_each(|receiver| site(receiver, out))
+        write!(out, "{}", simulation.config)
     })
 }
 
@@ -66,29 +62,11 @@ fn blocks(simulation: &Simulation, out: &mut impl Write, of_radars: bool) -> io:
 
 /// What the receivers that share this file sent; a line of text ends with a line feed.
 fn heard(simulation: &Simulation, file: &str, out: &mut impl Write) -> io::Result<()> {
-    let mut wanted = simulation.heard.iter().filter(|sent| simulation.receivers[sent.sensor].file == file);
+    let mut wanted = simulation.heard.iter().filter(|sent| simulation.heard_files[sent.sensor] == file);
     wanted.try_for_each(|sent| {
         out.write_all(&sent.payload)?;
         if sent.payload.starts_with(b"{") { out.write_all(b"\n") } else { Ok(()) }
     })
-}
-
-/// A receiver's table of the configuration.
-fn site(receiver: &Receiver, out: &mut impl Write) -> io::Result<()> {
-    let Receiver { id, kind, code: (sac, sic), period_s, keys, inputs, .. } = receiver;
-    writeln!(out, "\n[[sensors]]\nid = \"{id}\"\nkind = \"{kind}\"\nsac = {sac}\nsic = {sic}")?;
-    writeln!(out, "period_s = {period_s:?}")?;
-    keys.iter().try_for_each(|(key, value)| writeln!(out, "{key} = {value}"))?;
-    writeln!(out, "inputs = [")?;
-    for Input { address, port, .. } in inputs {
-        match address {
-            Address::Multicast { group, interface } => {
-                writeln!(out, "    {{ group = \"{group}\", port = {port}, interface = \"{interface}\" }},")?;
-            }
-            Address::Unicast(bind) => writeln!(out, "    {{ bind = \"{bind}\", port = {port} }},")?,
-        }
-    }
-    writeln!(out, "]")
 }
 
 /// `id,class,serial,remote_id,icao24,callsign,emitter_category`, by id; what an identity does not have is blank.

@@ -24,7 +24,7 @@ mod wire;
 pub use files::write;
 pub use motion::Crowded;
 pub use network::Datagram;
-pub use others::{Identified, Receiver};
+pub use others::Identified;
 pub use scenario::{
     Adsb, Airspace, Attack, Birds, Camera, Clutter, Crewed, Drones, FixedWing, Multirotor, Network, Pattern,
     Place, Radar, RemoteId, Scenario, Span, TRANSPONDER_ID, Transponder, VelocityModel,
@@ -52,8 +52,6 @@ pub struct Simulation {
     pub flights: Vec<Flight>,
     /// Who is what and how it calls itself, where there are sensors of more kinds than radars and receivers of CAT129.
     pub identified: Vec<Identified>,
-    /// The sensors of those kinds.
-    pub receivers: Vec<Receiver>,
     /// The drone or aircraft behind each plot and report, in order of time.
     pub labels: Vec<Label>,
     /// The attacks on transponders, by drone.
@@ -62,6 +60,8 @@ pub struct Simulation {
     sent: Vec<Sent>,
     /// What the sensors of further kinds sent, likewise.
     heard: Vec<Sent>,
+    /// The files of these, by sensor.
+    heard_files: Vec<&'static str>,
     /// What arrives, in order of arrival.
     pub datagrams: Vec<Datagram>,
 }
@@ -81,9 +81,8 @@ impl Simulation {
 
     /// Replaces every port that sensors send to and that the site listens on or sends to.
     pub fn map_ports(&mut self, port: impl Fn(u16) -> u16) {
-        let Self { config, receivers, datagrams, .. } = self;
+        let Self { config, datagrams, .. } = self;
         let inputs = config.sensors.iter_mut().flat_map(|sensor| &mut sensor.inputs);
-        let inputs = inputs.chain(receivers.iter_mut().flat_map(|receiver| &mut receiver.inputs));
         let outputs = config.output.asterix.iter_mut().map(|sink| &mut sink.port);
         let flows = datagrams.iter_mut().map(|datagram| &mut datagram.flow.port);
         for used in inputs.map(|input| &mut input.port).chain(outputs).chain(flows) {
@@ -211,7 +210,8 @@ pub fn simulate(scenario: &Scenario, seed: u64, start: Option<Time>) -> Result<S
         targets: &targets,
     };
     let others = others::others(&scene);
-    config.sensors.extend(others.receivers.iter().filter_map(site::receiver_sensor));
+    let heard_files = others.receivers.iter().map(|receiver| receiver.file).collect();
+    config.sensors.extend(others.receivers.into_iter().map(|receiver| receiver.sensor));
     labels.extend(others.labels);
     // Stable sorts: at equal times sensors stay in the order of the configuration.
     labels.sort_by_key(|label| label.time);
@@ -231,8 +231,8 @@ pub fn simulate(scenario: &Scenario, seed: u64, start: Option<Time>) -> Result<S
         .map(|(drone, path)| flight(drone_id(drone), roles[drone].is_some(), path, &ground, start))
         .chain(aircraft.iter().map(|aircraft| flight(aircraft.id(), false, &aircraft.path, &ground, start)))
         .collect();
-    let (receivers, identified, heard) = (others.receivers, others.identified, others.sent);
-    Ok(Simulation { config, flights, identified, receivers, labels, attacks, sent, heard, datagrams })
+    let (identified, heard) = (others.identified, others.sent);
+    Ok(Simulation { config, flights, identified, labels, attacks, sent, heard, heard_files, datagrams })
 }
 
 /// All that radars may detect: the drones, then everything else.

@@ -3,7 +3,6 @@
 use std::net::Ipv4Addr;
 
 use super::ground::Ground;
-use super::others::Receiver;
 use super::scenario::{Radar, Scenario, TRANSPONDER_ID, Transponder};
 use crate::config::{
     self, Address, Alerts, Config, Conflicts, Fusion, Http, Input, Integrity, Map, Output, Persistence,
@@ -101,18 +100,6 @@ fn transponder_sensor(scenario: &Scenario, model: &Transponder) -> Sensor {
             ..config::Transponder::default()
         }),
     }
-}
-
-/// A receiver of ADS-B or of Remote ID; `None` of a sensor of another kind.
-pub fn receiver_sensor(receiver: &Receiver) -> Option<Sensor> {
-    let kind = match receiver.kind {
-        "adsb" => SensorKind::AdsB(config::AdsB::default()),
-        "remote-id" => SensorKind::RemoteId(config::Transponder::default()),
-        _ => return None,
-    };
-    let (sac, sic) = receiver.code;
-    let (id, inputs) = (receiver.id.clone(), receiver.inputs.clone());
-    Some(Sensor { id, sac, sic, period_s: Some(receiver.period_s), inputs, kind })
 }
 
 /// A sensor's one or two lines.

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
+use std::path::Path;
 
 use asterix::cat021::{self, Edition};
 use asterix::{Record, TimeOfDay, blocks, cat015, cat048, cat129};
@@ -426,6 +427,25 @@ fn a_camera_measures_bearings() {
     between("noise of elevations, degrees", 0.16, spread, 0.21);
 }
 
+/// The service accepts the site, and of each of these sensors as many reports as there are labels.
+fn taken(directory: &Path, sensors: &[&str]) {
+    let site = directory.join("site.toml");
+    let (code, shown, errors) = ran(utm_fusion("check").arg("--config").arg(&site));
+    assert_eq!(code, 0, "{shown}{errors}");
+    let mut replay = utm_fusion("replay");
+    let (code, summary, errors) = ran(replay.arg(directory.join("capture.pcap")).arg("--config").arg(&site));
+    assert_eq!(code, 0, "{summary}{errors}");
+    let labels = fs::read_to_string(directory.join("labels.csv")).unwrap();
+    for sensor in sensors {
+        let line = summary.lines().find(|line| line.starts_with(&format!("sensor     {sensor} ")));
+        let count = line.and_then(|line| line.split_whitespace().nth(3)?.parse::<usize>().ok()).unwrap();
+        let sent = labels.lines().filter(|line| line.contains(&format!(",{sensor},"))).count();
+        // A position without an identity, or of nowhere, is no report.
+        let least = if *sensor == "remote-id" { sent * 9 / 10 } else { sent };
+        assert!((least..=sent).contains(&count), "{sensor}: {sent} sent, {count} accepted: {summary}");
+    }
+}
+
 #[test]
 fn files_are_there_and_the_service_takes_them() {
     let scratch = Scratch::new();
@@ -440,23 +460,11 @@ fn files_are_there_and_the_service_takes_them() {
     let classes = fs::read_to_string(directory.join("classes.csv")).unwrap();
     let of = |class: &str| classes.lines().filter(|line| line.contains(&format!(",{class},"))).count();
     assert_eq!((of("unmanned"), of("crewed"), of("vehicle"), of("fake")), (5, 5, 1, 0));
-    let (code, shown, errors) = ran(utm_fusion("check").arg("--config").arg(directory.join("site.toml")));
-    assert_eq!(code, 0, "{shown}{errors}");
-    let mut replay = utm_fusion("replay");
-    replay.arg(directory.join("capture.pcap")).arg("--config").arg(directory.join("site.toml"));
-    let (code, summary, errors) = ran(&mut replay);
-    assert_eq!(code, 0, "{summary}{errors}");
-    let labels = fs::read_to_string(directory.join("labels.csv")).unwrap();
-    let adsb = labels.lines().filter(|line| line.contains(",adsb,")).count();
-    assert!(
-        summary.lines().any(|line| line.contains("adsb") && line.contains(&adsb.to_string())),
-        "{summary}"
-    );
+    taken(&directory, &["adsb", "remote-id"]);
     let directory = scratch.path("event");
     files(&kept_path("event"), 1, &directory);
     assert!(fs::metadata(directory.join("camera.ast")).unwrap().len() > 10_000);
-    let site = fs::read_to_string(directory.join("site.toml")).unwrap();
-    assert!(site.contains("kind = \"camera\"") && site.contains("kind = \"remote-id\""));
+    taken(&directory, &["gamekeeper", "drone-it", "adsb", "remote-id", "camera"]);
 }
 
 #[test]

@@ -8,7 +8,8 @@ use asterix::cat021::{
 use asterix::{DataSource, TimeOfDay, encode_block};
 use nalgebra::Vector3;
 
-use super::{Others, Receiver, Scene, inputs, silent};
+use super::{Others, Receiver, Scene, silent};
+use crate::config::{self, SensorKind};
 use crate::evaluate::Label;
 use crate::normalise::time_of_day_count;
 use crate::simulate::motion::Path;
@@ -97,12 +98,13 @@ pub fn heard(scene: &Scene<'_>, others: &mut Others) {
     let model = &scene.scenario.adsb;
     let sensor = others.receivers.len();
     others.receivers.push(Receiver {
-        id: model.id.clone(),
-        kind: "adsb",
-        code: (model.sac as u8, model.sic as u8),
-        period_s: (model.period_s.low + model.period_s.high) / 2.0,
-        keys: Vec::new(),
-        inputs: inputs(scene.scenario, [239, 192, 21, 1], 8021),
+        sensor: super::sensor(
+            scene.scenario,
+            (&model.id, model.sac, model.sic),
+            (model.period_s.low + model.period_s.high) / 2.0,
+            ([239, 192, 21, 1], 8021),
+            SensorKind::AdsB(config::AdsB::default()),
+        ),
         file: "adsb.ast",
     });
     let weather_m = scene.streams.of(Entity::Adsb, usize::MAX).within(model.weather_m);

@@ -7,7 +7,8 @@ use asterix::cat015::{
 use asterix::{DataSource, TimeOfDay, encode_block};
 use nalgebra::Vector3;
 
-use super::{CREWED, Others, Receiver, Scene, inputs};
+use super::{CREWED, Others, Receiver, Scene};
+use crate::config::{self, CameraAccuracy, SensorKind};
 use crate::evaluate::Label;
 use crate::normalise::time_of_day_count;
 use crate::simulate::drone_id;
@@ -16,6 +17,9 @@ use crate::simulate::radar::Target;
 use crate::simulate::scenario::Camera;
 use crate::simulate::streams::{Entity, Stream, sight};
 use crate::simulate::wire::{Sent, after, stamped};
+
+/// The least deviation that a site states, degrees.
+const LEAST_DEG: f64 = 0.001;
 
 /// What one camera makes of one target.
 struct View {
@@ -81,28 +85,23 @@ pub fn seen(scene: &Scene<'_>, index: usize, model: &Camera, others: &mut Others
     }
 }
 
+/// What the site knows of it: where it stands, and its data sheet.
 fn receiver(scene: &Scene<'_>, index: usize, model: &Camera, stand: &Antenna) -> Receiver {
-    let rounded = |value: f64| format!("{:?}", (value * 1e9).round() / 1e9);
-    let accuracy = format!(
-        "{{ azimuth_deg = {:?}, elevation_deg = {:?} }}",
-        model.noise_azimuth_deg.max(0.001),
-        model.noise_elevation_deg.max(0.001)
-    );
-    Receiver {
-        id: model.id.clone(),
-        kind: "camera",
-        code: (model.sac as u8, model.sic as u8),
-        period_s: model.period_s,
-        keys: vec![
-            ("latitude_deg", rounded(stand.position.latitude_deg())),
-            ("longitude_deg", rounded(stand.position.longitude_deg())),
-            ("height_amsl_m", format!("{:?}", stand.altitude_amsl_m)),
-            ("bearing_correction_deg", "0.0".to_owned()),
-            ("accuracy", accuracy),
-        ],
-        inputs: inputs(scene.scenario, [239, 192, 15, 1 + index as u8], 8015),
-        file: "camera.ast",
-    }
+    let rounded = |value: f64| (value * 1e9).round() / 1e9;
+    let kind = config::Camera {
+        latitude_deg: rounded(stand.position.latitude_deg()),
+        longitude_deg: rounded(stand.position.longitude_deg()),
+        height_amsl_m: stand.altitude_amsl_m,
+        accuracy: Some(CameraAccuracy {
+            azimuth_deg: model.noise_azimuth_deg.max(LEAST_DEG),
+            elevation_deg: model.noise_elevation_deg.max(LEAST_DEG),
+        }),
+        ..config::Camera::default()
+    };
+    let code = (model.id.as_str(), model.sac, model.sic);
+    let line = ([239, 192, 15, 1 + index as u8], 8015);
+    let sensor = super::sensor(scene.scenario, code, model.period_s, line, SensorKind::Camera(kind));
+    Receiver { sensor, file: "camera.ast" }
 }
 
 /// What the truth calls it; `None`: no aircraft.

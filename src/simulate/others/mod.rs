@@ -16,7 +16,7 @@ use super::site;
 use super::streams::{Entity, Streams};
 use super::wire::Sent;
 use super::{Datagram, drone_id};
-use crate::config::Input;
+use crate::config::{Input, Sensor, SensorKind};
 use crate::evaluate::Label;
 use fusion::time::Time;
 
@@ -28,18 +28,8 @@ pub const CREWED: usize = 1 << 24;
 /// A sensor that is neither radar nor receiver of CAT129.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Receiver {
-    /// Its name.
-    pub id: String,
-    /// `kind` in the configuration.
-    pub kind: &'static str,
-    /// SAC and SIC.
-    pub code: (u8, u8),
-    /// Between two reports of one target, seconds.
-    pub period_s: f64,
-    /// Further keys in the configuration, each with its value as TOML.
-    pub keys: Vec<(&'static str, String)>,
-    /// Its lines.
-    pub inputs: Vec<Input>,
+    /// As the configuration has it.
+    pub sensor: Sensor,
     /// The file that holds what it sends.
     pub file: &'static str,
 }
@@ -144,7 +134,8 @@ pub fn others(scene: &Scene<'_>) -> Others {
     }
     others.identified.sort_by(|one, other| key(&one.id).cmp(&key(&other.id)));
     others.sent.sort_by_key(|sent| sent.arrives);
-    let lines: Vec<&[Input]> = others.receivers.iter().map(|receiver| receiver.inputs.as_slice()).collect();
+    let lines: Vec<&[Input]> =
+        others.receivers.iter().map(|receiver| receiver.sensor.inputs.as_slice()).collect();
     let network =
         Network { foreign_source_per_s: 0.0, foreign_category_per_s: 0.0, ..scenario.network.clone() };
     let mut stream = scene.streams.of(Entity::OtherNetwork, 0);
@@ -186,9 +177,16 @@ fn key(id: &str) -> (&str, u32) {
     (letter, number.parse().unwrap_or(0))
 }
 
-/// A receiver's lines.
-fn inputs(scenario: &Scenario, group: [u8; 4], port: u16) -> Vec<Input> {
-    site::inputs(scenario, Ipv4Addr::from(group), port)
+/// A sensor of this scenario, with one line or two.
+fn sensor(
+    scenario: &Scenario,
+    (id, sac, sic): (&str, u32, u32),
+    period_s: f64,
+    (group, port): ([u8; 4], u16),
+    kind: SensorKind,
+) -> Sensor {
+    let inputs = site::inputs(scenario, Ipv4Addr::from(group), port);
+    Sensor { id: id.to_owned(), sac: sac as u8, sic: sic as u8, period_s: Some(period_s), inputs, kind }
 }
 
 /// Episodes, see [`super::transponder`].

@@ -7,7 +7,8 @@ use remote_id::{
     pack,
 };
 
-use super::{Others, Receiver, Scene, drones, inputs};
+use super::{Others, Receiver, Scene, drones};
+use crate::config::{self, SensorKind};
 use crate::evaluate::Label;
 use crate::hex;
 use crate::simulate::motion::{self, Path, RATE_HZ};
@@ -58,12 +59,13 @@ pub fn heard(scene: &Scene<'_>, others: &mut Others) {
     let model = &scene.scenario.remote_id;
     let sensor = others.receivers.len();
     others.receivers.push(Receiver {
-        id: model.id.clone(),
-        kind: "remote-id",
-        code: (model.sac as u8, model.sic as u8),
-        period_s: model.period_s,
-        keys: Vec::new(),
-        inputs: inputs(scene.scenario, [239, 192, 201, 1], 8201),
+        sensor: super::sensor(
+            scene.scenario,
+            (&model.id, model.sac, model.sic),
+            model.period_s,
+            ([239, 192, 201, 1], 8201),
+            SensorKind::RemoteId(config::Transponder::default()),
+        ),
         file: "remote-id.ndjson",
     });
     drones(scene, others);
