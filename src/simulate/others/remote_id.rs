@@ -186,8 +186,8 @@ fn broadcast(scene: &Scene<'_>, model: &RemoteId, beacon: Beacon<'_>, sensor: us
     let take_off = path.at(span.low).position;
     let mut frame = stream.below(SYSTEM_EVERY as usize) as u32;
     let mut time_s = span.low + stream.within(Span::new(0.0, model.period_s));
-    let mut next_s = time_s;
-    let (mut location, mut stamp, mut is_told) = (None, scene.start, true);
+    let (mut next_s, mut arrives_s) = (time_s, 0.0_f64);
+    let (mut location, mut stamp, mut is_labelled) = (None, scene.start, true);
     while time_s < span.high {
         if time_s >= next_s {
             next_s += model.period_s;
@@ -197,7 +197,7 @@ fn broadcast(scene: &Scene<'_>, model: &RemoteId, beacon: Beacon<'_>, sensor: us
             stamp = tenth(after(scene.start, time_s + habits.late_s));
             let said = motion::Kinematics { position: state.position + error, velocity: state.velocity };
             let content = content(scene, &habits, &said, take_off.z, (time_s, stamp));
-            is_told = content.place_deg.is_none();
+            is_labelled = content.place_deg.is_none();
             location = Some(Message::Location(Location::new(&content)));
         }
         let from = beacon.from.unwrap_or_else(|| path.at(time_s).position);
@@ -205,14 +205,15 @@ fn broadcast(scene: &Scene<'_>, model: &RemoteId, beacon: Beacon<'_>, sensor: us
         let margin_db = 10.0 * EXPONENT * (model.range_m / distance_m).log10()
             + fading.at(time_s, stream)
             + stream.normal(NOISE_DB);
-        let latency_s = stream.within(model.latency_s);
+        // A gateway does not overtake itself.
+        arrives_s = (time_s + stream.within(model.latency_s)).max(arrives_s);
         frame += 1;
         if let Some(location) = location
             && margin_db > 0.0
         {
             let messages = messages(scene, take_off, (frame, habits.sends_packs), (identity, location));
-            if messages.contains(&location) && !is_told {
-                is_told = true;
+            if messages.contains(&location) && !is_labelled {
+                is_labelled = true;
                 others.labels.push(Label {
                     time: stamp,
                     sensor: model.id.clone(),
@@ -227,7 +228,7 @@ fn broadcast(scene: &Scene<'_>, model: &RemoteId, beacon: Beacon<'_>, sensor: us
             };
             let heard = after(scene.start, time_s);
             let payload = octets.map(|octets| line(model, &beacon.transmitter, heard, margin_db, &octets));
-            let arrives = after(heard, latency_s);
+            let arrives = after(scene.start, arrives_s);
             others.sent.extend(payload.map(|payload| Sent { arrives, sensor, payload }));
         }
         time_s += stream.within(Span::new(0.8, 1.2)) / beacon.rate_hz;

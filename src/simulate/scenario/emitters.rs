@@ -149,7 +149,7 @@ section! {
         lost_s: Span = Span::new(5.0, 20.0), SECONDS;
         /// from the measurement of a position to its time stamp, seconds, per drone
         stamped_late_s: Span = Span::new(0.0, 0.3), 0.0..=10.0;
-        /// from a frame to its arrival, seconds
+        /// from a frame to its arrival, seconds; those of one transmitter keep their order
         latency_s: Span = Span::new(0.05, 0.4), SECONDS;
         /// identities that a person on the ground sends, of drones that do not exist
         fakes: u32 = 0, COUNT;
