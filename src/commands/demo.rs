@@ -2,6 +2,7 @@
 
 mod http;
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::net::SocketAddr;
@@ -18,19 +19,19 @@ use super::{CommandResult, Outcome};
 use crate::app::Failure;
 use crate::areas::Masks;
 use crate::evaluate::{self, InputsAlone, Labels, Scoring};
-use crate::picture::{MAX_ACCURACY_M, Picture, PictureMaker, PictureTrack};
+use crate::picture::{MAX_ACCURACY_M, Picture, PictureMaker, PictureTrack, serial_text, text};
 use crate::pipeline::{Output, Pipeline, Tally};
-use crate::simulate::{Attacked, Scenario, Simulation, TRANSPONDER_ID, simulate};
+use crate::simulate::{Attacked, Scenario, Simulation, simulate};
 use fusion::Enu;
 use fusion::integrity::PointIntegrity;
-use fusion::point::{Association, Because};
+use fusion::point::{Association, Because, TransponderPart};
 use fusion::time::Time;
 use fusion::{Emission, Source};
 
 /// Shows the main job on a simulated flight: radar and transponders in, one air picture out.
 ///
 /// Ten drones through one point, two of them without a transponder, and birds (config/scenarios/crossing.toml): five
-/// minutes, and one of the transponders begins to lie. In a terminal the table is live; elsewhere it is printed once a minute of the flight. With --http the flight
+/// minutes, and one of the transponders begins to lie. Others with --scenario. In a terminal the table is live; elsewhere it is printed once a minute of the flight. With --http the flight
 /// is sent as multicast on this machine, fused by the live service, and shown on its map.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
@@ -43,12 +44,40 @@ pub struct Args {
     /// Another seed flies otherwise.
     #[arg(long, default_value_t = 1, value_name = "N")]
     pub seed: u64,
+    /// What flies.
+    #[arg(long, value_enum, default_value_t = Flight::Crossing, value_name = "NAME")]
+    pub scenario: Flight,
+}
+
+/// What can be shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Flight {
+    /// Ten drones through one point, under a radar.
+    Crossing,
+    /// An aerodrome without any radar: aircraft with ADS-B, drones with Remote ID, and two about to meet.
+    Airfield,
+    /// A public event: radars, a camera, CAT129, Remote ID, a helicopter with ADS-B, and identities that are made up.
+    Event,
+}
+
+impl Flight {
+    /// Its file, and the text of that.
+    const fn file(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Crossing => {
+                ("config/scenarios/crossing.toml", include_str!("../../config/scenarios/crossing.toml"))
+            }
+            Self::Airfield => {
+                ("config/scenarios/airfield.toml", include_str!("../../config/scenarios/airfield.toml"))
+            }
+            Self::Event => ("config/scenarios/event.toml", include_str!("../../config/scenarios/event.toml")),
+        }
+    }
 }
 
 /// How long the show takes in a terminal, seconds.
 const SHOW_S: f64 = 60.0;
-const SCENARIO: &str = include_str!("../../config/scenarios/crossing.toml");
-/// Transponders that lie.
+/// Transponders that lie, in `crossing`.
 const LIARS: u32 = 1;
 /// A track stays in the table this long after its last point, seconds: the radar misses a detection now and then.
 const LINGER_S: f64 = 2.0;
@@ -61,8 +90,11 @@ const PRINT_EVERY_S: f64 = 60.0;
 
 /// Runs the command.
 pub fn run(args: &Args) -> CommandResult {
-    let mut scenario = Scenario::parse(SCENARIO, "config/scenarios/crossing.toml")?;
-    scenario.drones.spoofed = LIARS;
+    let (file, text) = args.scenario.file();
+    let mut scenario = Scenario::parse(text, file)?;
+    if args.scenario == Flight::Crossing {
+        scenario.drones.spoofed = LIARS;
+    }
     if let Some(listen) = args.http {
         return http::serve(scenario, args.seed, listen, args.duration);
     }
@@ -106,7 +138,8 @@ fn score(simulation: &Simulation) -> Result<String, Failure> {
     let receptions = || simulation.receptions().map(Ok);
     let points = evaluate::output(receptions(), config, Masks::default())?;
     let alone = InputsAlone::of(receptions(), config, Masks::default())?;
-    let labels = Labels::with_receivers(labels.clone(), &[TRANSPONDER_ID.to_owned()].into());
+    let receivers = config.sensors.iter().filter(|sensor| !sensor.kind.is_radar());
+    let labels = Labels::with_receivers(labels.clone(), &receivers.map(|sensor| sensor.id.clone()).collect());
     let settings = Scoring::of(config);
     Ok(verdict(&evaluate::evaluate(&simulation.truth(), Some(&labels), &points, Some(&alone), &settings)))
 }
@@ -212,7 +245,7 @@ impl Show<'_> {
             ),
             format!(
                 "{:>6}  {:<11}  {:<12}  {:>5}  {:>7}  {:>6}  {:>6}  apart",
-                "track", "source", "serial", "radar", "bearing", "range", "height",
+                "track", "source", "who", "radar", "bearing", "range", "height",
             ),
         ];
         // The cursor takes a line.
@@ -229,8 +262,7 @@ impl Show<'_> {
 /// A line of the table; how near the radar's and the transponder's places are is said as fully as there is room.
 fn row(track: &PictureTrack, now: Time, columns: usize) -> String {
     let source = &track.point.source;
-    let serial =
-        source.transponder().map_or("-".to_owned(), |part| part.identity.name().escape_ascii().to_string());
+    let who = source.transponder().map_or("-".to_owned(), who);
     let radar = source.radar().map_or("-".to_owned(), |part| part.track.number.to_string());
     let (bearing_deg, range_m) = bearing_and_range(track.point.position);
     let height = track.altitude_amsl_m.map_or("-".to_owned(), |metres| format!("{metres:.0} m"));
@@ -254,12 +286,22 @@ fn row(track: &PictureTrack, now: Time, columns: usize) -> String {
     };
     let range = format!("{range_m:.0} m");
     let line = format!(
-        "{:>6}  {:<11}  {serial:<12}  {radar:>5}  {bearing_deg:>6.1}°  {range:>6}  {height:>6}  {apart}",
-        track.point.number,
+        "{:>6}  {:<11}  {who:<12}  {radar:>5}  {bearing_deg:>6.1}°  {range:>6}  {height:>6}  {apart}",
+        // Of an aircraft without a serial number it has ten digits, of which the last four say nothing.
+        source
+            .transponder()
+            .filter(|part| part.identity.serial().is_none())
+            .map_or(track.point.number, |part| part.number),
         track.source_name(),
     );
     let has_room = line.chars().count() + more.chars().count() <= columns;
     if has_room { line + &more } else { line }
+}
+
+/// A callsign, or the name of an identity.
+fn who(part: &TransponderPart) -> String {
+    let callsign = text(&part.aircraft.callsign).map(Cow::into_owned);
+    callsign.unwrap_or_else(|| serial_text(part.identity))
 }
 
 /// That a transponder is not to be trusted, and how far off it is.
@@ -268,7 +310,7 @@ fn doubt(integrity: &PointIntegrity) -> (String, String) {
     (integrity.state.name().to_uppercase(), off)
 }
 
-/// From the first radar: degrees clockwise from north, metres over ground.
+/// From the origin: degrees clockwise from north, metres over ground.
 fn bearing_and_range(position: Enu) -> (f64, f64) {
     let bearing = position.east().atan2(position.north()).to_degrees();
     (bearing.rem_euclid(360.0), position.east().hypot(position.north()))

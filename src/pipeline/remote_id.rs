@@ -17,6 +17,8 @@ use fusion::time::{SECOND, Time};
 
 /// An identity stands for the positions of its transmitter so long.
 const BOUND: SignedDuration = SignedDuration::from_secs(5);
+/// Positions of a transmitter that are remembered, to know them again.
+const REMEMBERED: usize = 4;
 /// Longest name of a transmitter or a receiver, octets.
 const NAME_MAX: usize = 64;
 
@@ -161,8 +163,8 @@ pub(super) enum Said {
 struct Transmitter {
     /// Who it is, and when it said so.
     identity: Option<(Identity, Time)>,
-    /// Its last position.
-    location: Option<Location>,
+    /// Its last positions, the newest first: frames overtake one another.
+    locations: [Option<Location>; REMEMBERED],
 }
 
 /// The transmitters heard lately.
@@ -206,12 +208,13 @@ impl Transmitter {
     }
 
     fn locate(&mut self, location: Location, now: Time) -> Said {
-        if self.location == Some(location) {
+        if self.locations.contains(&Some(location)) {
             return Said::Unused(Refusal::Repeated);
         }
         match self.identity.filter(|(_, since)| (now - *since).abs() <= BOUND) {
             Some((identity, _)) => {
-                self.location = Some(location);
+                self.locations.rotate_right(1);
+                self.locations[0] = Some(location);
                 Said::Position(identity, location)
             }
             None => Said::Unused(Refusal::NoIdentity),

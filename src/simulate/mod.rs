@@ -211,6 +211,7 @@ pub fn simulate(scenario: &Scenario, seed: u64, start: Option<Time>) -> Result<S
     };
     let others = others::others(&scene);
     let heard_files = others.receivers.iter().map(|receiver| receiver.file).collect();
+    config.fusion.transponder_numbers.extend(others.numbers);
     config.sensors.extend(others.receivers.into_iter().map(|receiver| receiver.sensor));
     labels.extend(others.labels);
     // Stable sorts: at equal times sensors stay in the order of the configuration.

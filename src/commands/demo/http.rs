@@ -42,7 +42,7 @@ pub fn serve(
         for sink in &config.output.asterix {
             info!(to = sink.name(), "fused picture is sent");
         }
-        info!(url = %live.served.url, "ten drones and birds, live; Ctrl-C ends it");
+        info!(url = %live.served.url, flight = config.site.name, "live; Ctrl-C ends it");
         let over = async {
             match duration.map(Duration::try_from) {
                 Some(Ok(duration)) => tokio::time::sleep(duration).await,

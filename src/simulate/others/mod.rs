@@ -5,6 +5,7 @@ mod adsb;
 mod camera;
 mod remote_id;
 
+use std::collections::BTreeMap;
 use std::net::Ipv4Addr;
 
 use super::ground::Ground;
@@ -62,6 +63,8 @@ pub struct Others {
     pub datagrams: Vec<Datagram>,
     pub labels: Vec<Label>,
     pub identified: Vec<Identified>,
+    /// Track numbers that the configuration reserves, by serial number: those of the labels.
+    pub numbers: BTreeMap<String, u32>,
 }
 
 /// What all of them need.

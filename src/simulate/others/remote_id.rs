@@ -76,6 +76,9 @@ pub fn heard(scene: &Scene<'_>, others: &mut Others) {
         let is_same = scene.equipped[drone] && model.same_serial;
         let serial = if is_same { serial_text(drone) } else { own_serial(drone as u32 + 1) };
         others.identity(drone_id(drone), "unmanned").remote_id = Some(serial.clone());
+        if !scene.equipped[drone] {
+            others.numbers.insert(serial.clone(), wire::transponder_number(drone));
+        }
         let beacon = Beacon {
             path: &scene.drones[drone],
             from: None,
