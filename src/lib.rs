@@ -11,6 +11,7 @@ pub mod conflicts;
 pub mod current;
 pub mod evaluate;
 pub mod formats;
+pub mod gateways;
 mod hex;
 pub mod history;
 pub mod integrity;

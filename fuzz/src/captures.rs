@@ -2,7 +2,7 @@
 
 use std::io::{self, Cursor, Read};
 
-use utm_fusion::capture::{Capture, Datagram};
+use utm_fusion::capture::{Capture, Contents, Datagram};
 
 /// Gives a few octets at a time, as a pipe may.
 struct Trickle(Cursor<Vec<u8>>);
@@ -35,10 +35,11 @@ fn read(data: &[u8], reader: Box<dyn Read + Send>) -> (Vec<Datagram>, String) {
         match item {
             Ok(datagram) => {
                 let start = datagram.origin as usize;
-                // Of a compressed capture the origins count in what it unpacks to.
-                let in_place = || capture.is_compressed() || data[start..].starts_with(&datagram.payload);
-                assert!(start >= end && in_place());
-                end = start + datagram.payload.len();
+                // Of a compressed capture the origins count in what it unpacks to; what was translated lies nowhere.
+                let is_translated = datagram.contents == Contents::Translated;
+                let is_elsewhere = is_translated || capture.is_compressed();
+                assert!(start >= end && (is_elsewhere || data[start..].starts_with(&datagram.payload)));
+                end = if is_translated { start } else { start + datagram.payload.len() };
                 datagrams.push(datagram);
             }
             Err(damage) => error = Some(damage),

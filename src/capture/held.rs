@@ -41,7 +41,7 @@ impl Held {
 
     /// Queues the next one, and decides about those before it.
     pub(super) fn take(&mut self, mut datagram: Datagram) {
-        if datagram.contents == Contents::Unframed {
+        if datagram.contents != Contents::Blocks {
             return self.pass(datagram);
         }
         let ending = self.trailers.see(datagram.endpoints, &datagram.payload);

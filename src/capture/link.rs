@@ -1,4 +1,4 @@
-//! From a captured frame down to the payload of its UDP datagram.
+//! From a captured frame down to the payload of its UDP datagram, or to the line of Remote ID that it carries.
 
 use std::fmt;
 use std::net::{IpAddr, SocketAddr};
@@ -7,7 +7,12 @@ use std::ops::Range;
 use etherparse::err::packet::SliceError;
 use etherparse::{EtherType, IpNumber, LaxNetSlice, LaxSlicedPacket, UdpSlice, ether_type};
 
+use ::remote_id::{Link, NotHeard};
+
 use super::skipped::SkipReason;
+use super::{Contents, Datagram};
+use crate::gateways::remote_id;
+use fusion::time::Time;
 
 /// Sender and receiver of a datagram: IP addresses and UDP ports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -31,6 +36,12 @@ pub enum LinkType {
     RawIp,
     /// BSD and macOS loopback: an address family in 4 octets.
     Loopback,
+    /// Wi-Fi, off the air.
+    Ieee80211,
+    /// The same behind a radiotap header.
+    Radiotap,
+    /// Bluetooth Low Energy off the air, behind the header of the nRF sniffer.
+    NordicBle,
 }
 
 impl LinkType {
@@ -41,8 +52,21 @@ impl LinkType {
             1 => Some(Self::Ethernet),
             // 12 and 14 are what BSD systems wrote for 101; 228 and 229 are restricted to one version of IP.
             12 | 14 | 101 | 228 | 229 => Some(Self::RawIp),
+            105 => Some(Self::Ieee80211),
             113 => Some(Self::LinuxCooked),
+            127 => Some(Self::Radiotap),
+            272 => Some(Self::NordicBle),
             276 => Some(Self::LinuxCooked2),
+            _ => None,
+        }
+    }
+
+    /// What frames off the air begin with.
+    fn radio(self) -> Option<Link> {
+        match self {
+            Self::Ieee80211 => Some(Link::Ieee80211),
+            Self::Radiotap => Some(Link::Radiotap),
+            Self::NordicBle => Some(Link::NordicBle),
             _ => None,
         }
     }
@@ -60,6 +84,7 @@ impl LinkType {
                 let ether_type = if is_ip_family(*family) { ether_type::IPV4 } else { EtherType(0) };
                 return Some((ether_type, 4));
             }
+            Self::Ieee80211 | Self::Radiotap | Self::NordicBle => return None,
         };
         let number = frame.get(..header)?.get(place..)?.first_chunk::<2>()?;
         Some((EtherType(u16::from_be_bytes(*number)), header))
@@ -73,9 +98,38 @@ impl fmt::Display for LinkType {
             Self::LinuxCooked => "Linux cooked",
             Self::LinuxCooked2 => "Linux cooked v2",
             Self::RawIp => "raw IP",
+            Self::Ieee80211 => "Wi-Fi",
+            Self::Radiotap => "Wi-Fi with radiotap",
+            Self::NordicBle => "Bluetooth",
             Self::Loopback => "loopback",
         })
     }
+}
+
+/// What a frame that stands at `position` of the file carries.
+pub(super) fn datagram(
+    link: LinkType,
+    frame: &[u8],
+    received: Option<Time>,
+    position: u64,
+) -> Result<Datagram, SkipReason> {
+    if let Some(radio) = link.radio() {
+        let payload = remote_id::heard(radio, frame, received).map_err(|reason| match reason {
+            NotHeard::Other => SkipReason::NotRemoteId,
+            NotHeard::Damaged => SkipReason::Checksum,
+            NotHeard::Cut => SkipReason::Truncated,
+        })?;
+        let contents = Contents::Translated;
+        return Ok(Datagram { received, origin: position, payload, contents, ..Datagram::default() });
+    }
+    let (range, endpoints) = udp_payload(link, frame)?;
+    Ok(Datagram {
+        received,
+        endpoints: Some(endpoints),
+        origin: position + range.start as u64,
+        payload: frame[range].to_vec(),
+        ..Datagram::default()
+    })
 }
 
 /// Whether an address family is IPv4 or IPv6. The number is in the byte order of the machine that captured (108: in
@@ -90,7 +144,7 @@ fn is_ip_family(family: [u8; 4]) -> bool {
 
 /// Range of the UDP payload in `frame`, without padding, and its endpoints. A frame cut by the capture is fine as long as the
 /// datagram is whole.
-pub(super) fn udp_payload(link: LinkType, frame: &[u8]) -> Result<(Range<usize>, Endpoints), SkipReason> {
+fn udp_payload(link: LinkType, frame: &[u8]) -> Result<(Range<usize>, Endpoints), SkipReason> {
     let (ether_type, start) = link.ether_type(frame).ok_or(SkipReason::Truncated)?;
     let packet = LaxSlicedPacket::from_ether_type(ether_type, &frame[start..]);
     let error = packet.stop_err.as_ref().map(|(error, _)| match error {
@@ -151,11 +205,9 @@ pub(super) fn usual_name(number: u16) -> &'static str {
         10 => "FDDI",
         51 => "PPPoE",
         104 => "Cisco HDLC",
-        105 => "IEEE 802.11",
         107 => "Frame Relay",
         117 => "OpenBSD pflog",
         119 => "IEEE 802.11 with Prism header",
-        127 => "IEEE 802.11 with radiotap header",
         147..=162 => "private use",
         163 => "IEEE 802.11 with AVS header",
         187 | 201 => "Bluetooth HCI",

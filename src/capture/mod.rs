@@ -6,8 +6,10 @@
 //! | pcap | `a1b2c3d4` or `a1b23c4d`, either byte order | the payload of one UDP datagram | of the capture |
 //! | pcapng | `0a0d0d0a` | the payload of one UDP datagram | of the capture; none in a simple packet block |
 //! | FINAL | a whole first record, with its `a5a5a5a5` at the end | the data of one record | time of day, without a day |
+//! | pcap, pcapng of Wi-Fi or Bluetooth | link types 105, 127, 272 | the Remote ID of one frame, as a gateway's line | of the capture |
+//! | Beast | four frames of a 1090 MHz receiver in a row | one position, as CAT021 | by its counter, from the time in the file's name on |
 //!
-//! Each may be gzip-compressed (`1f8b08`); offsets are then those of the unpacked data. File names are ignored. Memory is
+//! Each may be gzip-compressed (`1f8b08`); offsets are then those of the unpacked data. File names say nothing, but for the time of a Beast file. Memory is
 //! bounded by one window over the file. Frames that hold no datagram (ARP, TCP, fragments, …) are skipped and counted in
 //! [`Skipped`]. Where octets of a raw file or a FINAL recording were lost, added or changed, reading resumes at the next
 //! block or record; the octets between are [`Contents::Unframed`] and counted in [`Gaps`]. Other damage ends the capture
@@ -15,6 +17,7 @@
 //!
 //! A new format takes a file of its own, a line in `recognise.rs`, and a variant of [`Format`] and of `Reader`.
 
+mod beast;
 mod chain;
 mod clock;
 mod error;
@@ -39,6 +42,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use asterix::DataSource;
 use fusion::time::Time;
 use gzip::Gunzip;
 use held::Held;
@@ -55,7 +59,7 @@ pub use skipped::{SkipReason, Skipped};
 pub(crate) use trailer::{Ending, Trailers};
 pub use trailer::{Trailer, TrailerRules};
 
-/// One UDP datagram of a capture, one record of a FINAL recording, or one data block of a raw file.
+/// One UDP datagram or radio frame of a capture, one record of a FINAL recording, or one data block of a raw file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Datagram {
     /// Time of reception; `None` in a file without reception times.
@@ -84,6 +88,8 @@ pub enum Contents {
     Blocks,
     /// Octets of a damaged raw file or FINAL recording that belong to no block or record; a long stretch comes in parts.
     Unframed,
+    /// A datagram that a translator of [`crate::gateways`] made of the frame at its origin.
+    Translated,
 }
 
 /// The format of a capture. `Display`: `pcap (Ethernet, nanoseconds)`.
@@ -102,6 +108,8 @@ pub enum Format {
     Pcapng,
     /// FINAL recording.
     Final,
+    /// Frames of a 1090 MHz receiver.
+    Beast,
 }
 
 impl Format {
@@ -118,6 +126,7 @@ impl fmt::Display for Format {
             Self::Pcap { link, resolution } => write!(f, "pcap ({link}, {resolution})"),
             Self::Pcapng => f.write_str("pcapng"),
             Self::Final => f.write_str("FINAL recording"),
+            Self::Beast => f.write_str("Beast (1090 MHz)"),
         }
     }
 }
@@ -145,6 +154,7 @@ enum Reader {
     Pcap(pcap::Pcap),
     Pcapng(pcapng::Pcapng),
     Final(final_recording::Recording),
+    Beast(Box<beast::Beast>),
 }
 
 impl Capture {
@@ -196,6 +206,7 @@ impl Capture {
             }
             Ok(Kind::Pcapng) => (Format::Pcapng, Reader::Pcapng(pcapng::Pcapng::default())),
             Ok(Kind::Final) => (Format::Final, Reader::Final(final_recording::Recording::default())),
+            Ok(Kind::Beast) => (Format::Beast, Reader::Beast(Box::new(beast::Beast::open(&name)))),
             Ok(Kind::Gzip) => return Err(OpenError::GzipInGzip { name }),
             Ok(Kind::Empty) => return Err(OpenError::Empty { name }),
             Ok(Kind::Foreign { found, advice }) => return Err(OpenError::Foreign { name, found, advice }),
@@ -219,6 +230,15 @@ impl Capture {
     /// Name in messages: its path, or `standard input`.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// Whether its days are known: from the capture, or from the name of a Beast file.
+    pub fn is_dated(&self) -> bool {
+        match &self.reader {
+            Reader::Raw(_) | Reader::Final(_) => false,
+            Reader::Beast(beast) => beast.is_dated(),
+            Reader::Pcap(_) | Reader::Pcapng(_) => true,
+        }
     }
 
     /// The recognised format.
@@ -246,6 +266,16 @@ impl Capture {
     #[must_use]
     pub fn with_trailers(mut self, rules: TrailerRules) -> Self {
         self.held = Held::new(rules);
+        self
+    }
+
+    /// Sets SAC and SIC of the records that are made of frames of a 1090 MHz receiver, before the first datagram; else both
+    /// are 0.
+    #[must_use]
+    pub fn with_adsb_source(mut self, source: DataSource) -> Self {
+        if let Reader::Beast(beast) = &mut self.reader {
+            beast.set_source(source);
+        }
         self
     }
 
@@ -290,16 +320,17 @@ impl Iterator for Capture {
 }
 
 impl Capture {
-    /// Reads the next datagram. A block of a raw file is returned; all else is held until trailers are decided.
+    /// Reads the next datagram. A block of a raw file and a position of a Beast file are returned; all else is held until trailers are decided.
     fn read(&mut self) -> Option<Datagram> {
         let next = match &mut self.reader {
             Reader::Raw(raw) => raw.next(&mut self.window),
             Reader::Pcap(pcap) => pcap.next(&mut self.window, &mut self.skipped),
             Reader::Pcapng(pcapng) => pcapng.next(&mut self.window, &mut self.skipped),
             Reader::Final(recording) => recording.next(&mut self.window),
+            Reader::Beast(beast) => beast.next(&mut self.window, &mut self.skipped),
         };
         match next {
-            Ok(Some(block)) if self.format == Format::Raw => return Some(block),
+            Ok(Some(block)) if matches!(self.format, Format::Raw | Format::Beast) => return Some(block),
             Ok(Some(datagram)) => self.held.take(datagram),
             Ok(None) => self.ended = true,
             Err(damage) => {

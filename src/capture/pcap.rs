@@ -85,7 +85,7 @@ impl Pcap {
         self.resolution
     }
 
-    /// The next UDP datagram; frames without one are counted in `skipped`.
+    /// The next datagram; frames without one are counted in `skipped`.
     pub(super) fn next(
         &self,
         window: &mut Window,
@@ -105,14 +105,9 @@ impl Pcap {
             match parse(octets) {
                 Ok((rest, record)) => {
                     let length = octets.len() - rest.len();
-                    let datagram =
-                        link::udp_payload(self.link, record.data).map(|(range, endpoints)| Datagram {
-                            received: Some(self.time(record.ts_sec, record.ts_usec)),
-                            endpoints: Some(endpoints),
-                            origin: position + (RECORD_HEADER + range.start) as u64,
-                            payload: record.data[range].to_vec(),
-                            ..Datagram::default()
-                        });
+                    let received = Some(self.time(record.ts_sec, record.ts_usec));
+                    let frame_at = position + RECORD_HEADER as u64;
+                    let datagram = link::datagram(self.link, record.data, received, frame_at);
                     window.consume(length);
                     match datagram {
                         Ok(datagram) => return Ok(Some(datagram)),

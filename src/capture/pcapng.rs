@@ -125,14 +125,8 @@ impl Pcapng {
         let packet = self.packet(kind, block).ok_or(SkipReason::Malformed)?;
         let interface = self.interfaces.get(packet.interface).ok_or(SkipReason::UnknownInterface)?;
         let link = interface.link.ok_or(SkipReason::LinkType)?;
-        let (range, endpoints) = link::udp_payload(link, packet.frame)?;
-        Ok(Datagram {
-            received: packet.time.and_then(|units| interface.time(units)),
-            endpoints: Some(endpoints),
-            origin: position + (packet.start + range.start) as u64,
-            payload: packet.frame[range].to_vec(),
-            ..Datagram::default()
-        })
+        let received = packet.time.and_then(|units| interface.time(units));
+        link::datagram(link, packet.frame, received, position + packet.start as u64)
     }
 
     /// `None` if the block is shorter than it claims.

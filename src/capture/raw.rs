@@ -62,7 +62,7 @@ impl Raw {
         window.consume(length);
         match contents {
             Contents::Blocks => self.ahead.pass(length),
-            Contents::Unframed => self.ahead = Ahead::default(),
+            Contents::Unframed | Contents::Translated => self.ahead = Ahead::default(),
         }
         Ok(Some(Datagram { origin, contents, payload, ..Datagram::default() }))
     }

@@ -16,6 +16,7 @@
 
 use std::io;
 
+use super::beast;
 use super::chain;
 use super::raw::{self, HEADER};
 use super::window::Window;
@@ -29,6 +30,7 @@ pub(super) enum Kind {
     Pcap,
     Pcapng,
     Final,
+    Beast,
     Gzip,
     Empty,
     Foreign { found: String, advice: &'static str },
@@ -58,7 +60,8 @@ const LARGE: usize = 0x0900;
 /// Category whose blocks are large.
 const VIDEO: u8 = 240;
 
-const WHAT_IS_READ: &str = "this program reads raw ASTERIX, pcap, pcapng and FINAL, also gzip-compressed";
+const WHAT_IS_READ: &str =
+    "this program reads raw ASTERIX, pcap, pcapng, FINAL and Beast, also gzip-compressed";
 const PACKED: &str = "unpack it first";
 
 /// Foreign formats by magic number, and what to do about them.
@@ -117,6 +120,10 @@ fn by_content(window: &mut Window) -> Kind {
     if head.starts_with(gzip::MAGIC) {
         return Kind::Gzip;
     }
+    if head.first() == Some(&beast::ESCAPE) && beast::begins(window.glimpse(beast::SAMPLE)) {
+        return Kind::Beast;
+    }
+    let head = window.glimpse(LONGEST_MAGIC);
     if let Some((_, found, advice)) = FOREIGN.iter().find(|(magic, ..)| head.starts_with(magic)) {
         return Kind::Foreign { found: (*found).to_owned(), advice };
     }

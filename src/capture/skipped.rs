@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Why a captured frame has no datagram. [`NotIp`](Self::NotIp) and [`NotUdp`](Self::NotUdp) are other traffic; any other
-/// reason may have cost surveillance data.
+/// Why a captured frame has no datagram. [`NotIp`](Self::NotIp), [`NotUdp`](Self::NotUdp), [`NotRemoteId`](Self::NotRemoteId)
+/// and [`NotAdsb`](Self::NotAdsb) are other traffic, a radio channel loses frames, and a [`Copy`](Self::Copy) costs nothing;
+/// any other reason may have cost surveillance data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum SkipReason {
     /// ARP, spanning tree, LLDP, IEEE 802.3 frames, …
@@ -21,6 +22,18 @@ pub enum SkipReason {
     LinkType,
     /// In a pcapng file, on an interface that the file does not describe.
     UnknownInterface,
+    /// On a radio channel: a frame that carries no Remote ID.
+    NotRemoteId,
+    /// On 1090 MHz: an answer to an interrogator, in Mode A, C or S; or a squitter that says nothing of use.
+    NotAdsb,
+    /// The radio's own checksum, or the parity, failed.
+    Checksum,
+    /// On 1090 MHz: a frame that has come before, its stamp included.
+    Copy,
+    /// On 1090 MHz: a position that takes two frames, of which one was not heard.
+    Unplaced,
+    /// On 1090 MHz: a position to which nothing flies from where it was.
+    Implausible,
 }
 
 impl fmt::Display for SkipReason {
@@ -33,6 +46,12 @@ impl fmt::Display for SkipReason {
             Self::Malformed => "malformed",
             Self::LinkType => "of a link type that cannot be read",
             Self::UnknownInterface => "on an interface that the file does not describe",
+            Self::NotRemoteId => "without Remote ID",
+            Self::NotAdsb => "without ADS-B",
+            Self::Checksum => "with a failed checksum",
+            Self::Copy => "repeated",
+            Self::Unplaced => "with half a position",
+            Self::Implausible => "with an implausible position",
         })
     }
 }

@@ -9,9 +9,12 @@ use asterix::{Block, Fault, Record, blocks, cat015, cat021, cat034, cat048, cat0
 
 use super::{CommandResult, Outcome, lost_frames};
 use crate::capture::{Capture, Contents, Datagram, Gaps};
+use crate::gateways::remote_id::{Line, is_broadcast, is_lines, lines};
 use crate::json::{
-    Named, Place, SKIPPED, write_block, write_fault, write_record, write_skipped, write_trailer,
+    Named, Place, REMOTE_ID, SKIPPED, write_block, write_fault, write_messages, write_record, write_refused,
+    write_skipped, write_trailer,
 };
+use crate::pipeline::LineFault;
 
 /// Print captures as JSON, one record a line
 ///
@@ -27,10 +30,14 @@ use crate::json::{
 /// {"trailer":8, "offset":…, "block":…, "hex":…}.
 /// With several inputs each line names its file, as `input`.
 ///
+/// A message of Remote ID (ASTM F3411), of a Wi-Fi or Bluetooth capture or a gateway's line: {"time":…, "offset":…, "block":…,
+/// "transmitter":"90:3a:e6:5b:c8:a8", "message":"location", "version":2, "latitude_deg":…, …}. Frames of a 1090 MHz receiver
+/// (Beast) are printed as the CAT021 records that they become, with SAC and SIC 0.
+///
 /// The exit code is 4 where octets of a raw file or a FINAL recording could not be read.
 #[derive(clap::Args, Debug, Default)]
 pub struct Args {
-    /// Capture files (raw ASTERIX, pcap, pcapng, FINAL; also gzip-compressed), or - for standard input; one after the other
+    /// Capture files (raw ASTERIX, pcap, pcapng, FINAL, Beast; also gzip-compressed), or - for standard input; one after the other
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
     /// Look at blocks of this category only; where no block can be made out is still told
@@ -138,6 +145,19 @@ impl<W: Write> Printer<'_, W> {
             write_skipped(&mut self.line, &datagram.payload, place);
             return self.print();
         }
+        let (payload, place) = (&datagram.payload, source.place(0, 0));
+        if is_lines(payload) {
+            for line in lines(payload) {
+                self.remote_id(Line::parse(line).map_err(LineFault::from), line, place, datagram)?;
+            }
+            return Ok(());
+        }
+        if is_broadcast(payload) {
+            let transmitter = datagram.endpoints.map_or("unknown".to_owned(), |of| of.source.to_string());
+            let octets = payload.clone();
+            let line = Line { time: None, transmitter, rssi_dbm: None, receiver: None, octets };
+            return self.remote_id(Ok(line), payload, place, datagram);
+        }
         for block in blocks(&datagram.payload) {
             match block {
                 Ok(block) if self.args.cat.is_some_and(|wanted| wanted != block.category) => {}
@@ -163,6 +183,39 @@ impl<W: Write> Printer<'_, W> {
         if !datagram.trailer.is_empty() && !self.args.errors_only && self.args.cat.is_none() {
             let at = datagram.payload.len();
             write_trailer(&mut self.line, &datagram.trailer, source.place(at, at));
+            self.print()?;
+        }
+        Ok(())
+    }
+
+    /// Prints the messages of a line of Remote ID. It has no category.
+    fn remote_id(
+        &mut self,
+        line: Result<Line, LineFault>,
+        octets: &[u8],
+        place: Place<'_>,
+        datagram: &Datagram,
+    ) -> io::Result<()> {
+        if self.args.cat.is_some() {
+            return Ok(());
+        }
+        let line = match line {
+            Ok(line) => line,
+            Err(refusal) => {
+                self.note(REMOTE_ID, place, octets);
+                write_refused(&mut self.line, &refusal.to_string(), octets, place);
+                return self.print();
+            }
+        };
+        let mut made = Vec::new();
+        let mut out = Vec::new();
+        let note = |out: &mut Vec<u8>, sound: Result<(), String>| made.push((std::mem::take(out), sound));
+        write_messages(&mut out, &line, datagram.received, place, self.args.errors_only, note);
+        for (text, sound) in made {
+            if sound.is_err() {
+                self.note(REMOTE_ID, place, &line.octets);
+            }
+            self.line = text;
             self.print()?;
         }
         Ok(())

@@ -9,11 +9,14 @@
 //! * Special purpose and reserved expansion fields are objects where their layout is known, otherwise hexadecimal, length
 //!   octet included. Texts that are not printable ASCII are `{"hex":"…"}`.
 //!
-//! All of it follows from the layouts of [`asterix::profile`]: nothing here knows a category.
+//! Messages of Remote ID have the names of their standard (`remote_id.rs`).
+//!
+//! All else follows from the layouts of [`asterix::profile`]: nothing here knows a category.
 
 mod characters;
 mod encoder;
 mod read;
+mod remote_id;
 mod values;
 mod write;
 
@@ -25,6 +28,7 @@ use values::{write_hex, write_integer};
 use write::{Object, write_item};
 
 pub use encoder::{Encoder, LineError};
+pub use remote_id::{REMOTE_ID, write_messages, write_refused};
 pub(crate) use values::rounded;
 
 /// Where the octets of a line stand.
@@ -180,6 +184,11 @@ impl<'a> Line<'a> {
     fn number(&mut self, key: &str, number: u64) {
         self.0.key(key);
         write_integer(self.0.out, number);
+    }
+
+    fn value(&mut self, key: &str, value: &serde_json::Value) {
+        self.0.key(key);
+        serde_json::to_writer(&mut *self.0.out, value).expect("writing to a vector cannot fail");
     }
 
     fn hex(&mut self, key: &str, octets: &[u8]) {

@@ -16,6 +16,8 @@ use asterix::{Block, Record, blocks, cat015, cat021, cat034, cat048, cat065, cat
 use crate::areas::Masks;
 use crate::capture::{Reception, ReceptionKind};
 use crate::config::Config;
+use crate::gateways::remote_id::Line;
+pub use crate::gateways::remote_id::{is_broadcast, is_lines};
 use crate::normalise::{Barometer, Normaliser, Refusal, Refused, Service};
 pub(crate) use duplicates::Duplicates;
 use fusion::time::{SECOND, Time};
@@ -23,7 +25,7 @@ use fusion::{Due, Emission, Engine, Report};
 
 pub use event::{Event, Tally};
 use names::Names;
-pub use remote_id::{LineFault, is_broadcast, is_lines};
+pub use remote_id::LineFault;
 use remote_id::{Said, Transmitters};
 pub use senders::Contest;
 use senders::{Judged, Senders, Subject};
@@ -218,7 +220,7 @@ impl Pipeline {
     }
 
     /// Notes what becomes of what a broadcast of Remote ID says.
-    fn hear(&mut self, heard: &remote_id::Heard, timed: Result<Time, Refused>) {
+    fn hear(&mut self, heard: &Line, timed: Result<Time, Refused>) {
         // Receivers of one site hear the same drones: none speaks against another.
         let mut nobody = Sender::default();
         let sensor = self.normaliser.remote_id_receiver(heard.receiver.as_deref());
@@ -233,7 +235,7 @@ impl Pipeline {
                 Said::Position(identity, location) => {
                     let drone = (identity, &location);
                     let Self { normaliser, barometer, .. } = self;
-                    let report = normaliser.remote_id(sensor, drone, received, heard.stamped, barometer);
+                    let report = normaliser.remote_id(sensor, drone, received, heard.time, barometer);
                     let taken = self.take(REMOTE_ID, report.map(Report::Fix), &mut nobody);
                     taken.unwrap_or_else(|(sensor, refusal)| Event::Refused { sensor, refusal })
                 }

@@ -23,8 +23,9 @@ use asterix::{
 };
 
 use crate::capture::{Contents, Datagram, Endpoints, Gaps};
-use crate::json::SKIPPED;
-use crate::pipeline::Duplicates;
+use crate::gateways::remote_id::{Line, is_broadcast, is_lines, lines};
+use crate::json::{REMOTE_ID, SKIPPED};
+use crate::pipeline::{Duplicates, LineFault};
 use bounded::Bounded;
 use editions::Editions;
 use fusion::time::{SECOND, Time};
@@ -33,12 +34,15 @@ use report::rate;
 use source::{Glimpse, Source, Target};
 
 pub use report::{
-    CategoryReport, Delay, EditionReport, ErrorReport, Followed, Interval, Items, LineHint, SensorHint,
-    Silences, SourceReport, Span, Stamp, StreamReport, SurveyReport,
+    CategoryReport, Delay, EditionReport, ErrorReport, Followed, Interval, Items, LineHint, RemoteIdReport,
+    SensorHint, Silences, SourceReport, Span, Stamp, StreamReport, SurveyReport,
 };
 
 /// Most streams that are distinguished.
 pub const STREAMS: usize = 1024;
+
+/// Most transmitters of Remote ID that are distinguished.
+pub const TRANSMITTERS: usize = 4096;
 
 /// Most sources that are distinguished; one may take half a megabyte.
 pub const SOURCES: usize = 256;
@@ -62,6 +66,8 @@ pub struct Survey {
     records_of_more_sources: u64,
     categories: BTreeMap<u8, Category>,
     editions: Editions,
+    transmitters: Bounded<String, (), TRANSMITTERS>,
+    remote_id: RemoteIdReport,
     errors: BTreeMap<(Option<u8>, &'static str), ErrorReport>,
     unread: Gaps,
 }
@@ -104,10 +110,51 @@ impl Survey {
                 None => self.datagrams_of_more_streams += 1,
             }
         }
+        if is_lines(&datagram.payload) || is_broadcast(&datagram.payload) {
+            return self.remote_id(datagram);
+        }
         for block in blocks(&datagram.payload) {
             match block {
                 Ok(block) => self.block(block, datagram),
                 Err(fault) => self.fault(fault, datagram, fault.offset..datagram.payload.len()),
+            }
+        }
+    }
+
+    /// Counts the messages of Remote ID in a datagram.
+    fn remote_id(&mut self, datagram: &Datagram) {
+        let payload = &datagram.payload;
+        if is_broadcast(payload) {
+            let transmitter = datagram.endpoints.map_or("unknown".to_owned(), |of| of.source.to_string());
+            return self.messages(transmitter, payload, datagram);
+        }
+        for line in lines(payload) {
+            match Line::parse(line) {
+                Ok(line) => self.messages(line.transmitter, &line.octets, datagram),
+                Err(refusal) => self
+                    .error(REMOTE_ID, None, None, datagram.origin, || LineFault::from(refusal).to_string()),
+            }
+        }
+    }
+
+    fn messages(&mut self, transmitter: String, octets: &[u8], datagram: &Datagram) {
+        if self.transmitters.get(transmitter).is_none() {
+            self.remote_id.messages_of_more_transmitters += 1;
+        }
+        for message in remote_id::messages(octets) {
+            let of = &mut self.remote_id;
+            match message {
+                Ok(message) => {
+                    *match message {
+                        remote_id::Message::BasicId(_) => &mut of.basic_id,
+                        remote_id::Message::Location(_) => &mut of.location,
+                        remote_id::Message::Authentication(_) => &mut of.authentication,
+                        remote_id::Message::SelfId(_) => &mut of.self_id,
+                        remote_id::Message::System(_) => &mut of.system,
+                        remote_id::Message::OperatorId(_) => &mut of.operator_id,
+                    } += 1;
+                }
+                Err(fault) => self.error(REMOTE_ID, None, None, datagram.origin, || fault.to_string()),
             }
         }
     }
@@ -240,6 +287,8 @@ impl Survey {
                 })
                 .collect(),
             editions: self.editions.report(),
+            remote_id: (self.transmitters.len() > 0)
+                .then(|| RemoteIdReport { transmitters: self.transmitters.len() as u64, ..self.remote_id }),
             errors: self.errors.values().cloned().collect(),
             unread: self.unread.clone(),
         }

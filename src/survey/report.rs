@@ -34,6 +34,9 @@ pub struct SurveyReport {
     /// The editions of CAT021 that its sources follow.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub editions: Vec<EditionReport>,
+    /// What there is of Remote ID.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub remote_id: Option<RemoteIdReport>,
     /// Errors, by category and kind.
     pub errors: Vec<ErrorReport>,
     /// The octets that stay unread because of them.
@@ -47,6 +50,22 @@ impl SurveyReport {
     pub fn error_count(&self) -> u64 {
         self.errors.iter().map(|error| error.count).sum()
     }
+}
+
+/// Messages of Remote ID, by type.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[expect(missing_docs, reason = "the types of the standard")]
+pub struct RemoteIdReport {
+    /// Transmitters.
+    pub transmitters: u64,
+    /// Datagrams of transmitters beyond [`super::TRANSMITTERS`].
+    pub messages_of_more_transmitters: u64,
+    pub basic_id: u64,
+    pub location: u64,
+    pub authentication: u64,
+    pub self_id: u64,
+    pub system: u64,
+    pub operator_id: u64,
 }
 
 /// A stretch of time.

@@ -177,7 +177,7 @@ fn what_is_of_no_interest_is_passed_over() {
 #[test]
 fn what_is_no_datagram_is_counted_by_reason() {
     let mut file = PcapngWriter::new(false);
-    file.interface(127, 0, &[]);
+    file.interface(119, 0, &[]);
     file.interface(1, 0, &[]);
     file.block(1, &[1, 0]); // an interface cut short is the third nevertheless
     file.packet(0, 1, &frame(BLOCKS[0]));

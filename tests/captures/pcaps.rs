@@ -212,7 +212,7 @@ fn a_record_of_absurd_length_ends_the_capture() {
 #[test]
 fn a_link_type_that_is_not_read_is_named() {
     let message = |link| open(&PcapWriter::new(true, true, link).octets).unwrap_err().to_string();
-    assert!(message(127).starts_with("test: is a pcap of link type 127 (IEEE 802.11 with radiotap header)"));
+    assert!(message(119).starts_with("test: is a pcap of link type 119 (IEEE 802.11 with Prism header)"));
     assert!(message(9999).contains("9999 (unknown)"));
 }
 

@@ -21,7 +21,7 @@ use crate::survey::{Survey, SurveyReport};
 /// Medians are good to 3 %. The exit code is 4 where octets of a raw file or a FINAL recording could not be read.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Args {
-    /// Capture files (raw ASTERIX, pcap, pcapng, FINAL; also gzip-compressed), or - for standard input; each by itself
+    /// Capture files (raw ASTERIX, pcap, pcapng, FINAL, Beast; also gzip-compressed), or - for standard input; each by itself
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
     /// Print one JSON object per input, a line each

@@ -26,6 +26,7 @@ pub(super) fn text(info: &Info) -> Result<String, fmt::Error> {
     items(&mut text, report)?;
     categories(&mut text, report)?;
     editions(&mut text, report)?;
+    remote_id(&mut text, report)?;
     errors(&mut text, info)?;
     sensors(&mut text, &report.sensors)?;
     Ok(text)
@@ -40,6 +41,16 @@ fn head(text: &mut String, info: &Info) -> fmt::Result {
         Format::Raw => {
             writeln!(text, "content    {} with {octets} octets", counted(report.datagrams, "block"))?;
         }
+        Format::Beast => {
+            let frames = report.datagrams + info.skipped.total();
+            write!(text, "content    {}, ", counted(frames, "frame"))?;
+            writeln!(
+                text,
+                "{} of them with {octets} octets of CAT021; skipped {}",
+                grouped(report.datagrams),
+                info.skipped
+            )?;
+        }
         Format::Final => {
             writeln!(
                 text,
@@ -49,8 +60,11 @@ fn head(text: &mut String, info: &Info) -> fmt::Result {
         }
         _ => {
             let frames = report.datagrams + info.skipped.total();
+            // Off the air there are no addresses of UDP.
+            let is_radio = report.streams.is_empty() && report.remote_id.is_some();
+            let what = if is_radio { "Remote ID frame" } else { "UDP datagram" };
             write!(text, "content    {}: ", counted(frames, "frame"))?;
-            write!(text, "{} with {octets} octets", counted(report.datagrams, "UDP datagram"))?;
+            write!(text, "{} with {octets} octets", counted(report.datagrams, what))?;
             if report.copies > 0 {
                 let copies = if report.copies == 1 { "is a copy" } else { "are copies" };
                 write!(text, ", of which {} {copies} of one at most 2 s before", grouped(report.copies))?;
@@ -257,6 +271,26 @@ fn errors(text: &mut String, info: &Info) -> fmt::Result {
         )?;
     }
     Ok(())
+}
+
+fn remote_id(text: &mut String, report: &SurveyReport) -> fmt::Result {
+    let Some(of) = report.remote_id else { return Ok(()) };
+    let counts = [
+        ("Basic ID", of.basic_id),
+        ("Location", of.location),
+        ("Authentication", of.authentication),
+        ("Self ID", of.self_id),
+        ("System", of.system),
+        ("Operator ID", of.operator_id),
+    ];
+    let there = counts.iter().filter(|(_, count)| *count > 0);
+    let counts: Vec<String> = there.map(|(name, count)| format!("{} {name}", grouped(*count))).collect();
+    let from = counted(of.transmitters, "transmitter");
+    writeln!(
+        text,
+        "\nRemote ID  {from}; {}",
+        if counts.is_empty() { "no message".to_owned() } else { counts.join(", ") }
+    )
 }
 
 /// The sensors, with the keys of `[[sensors]]`.

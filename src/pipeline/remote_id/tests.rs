@@ -1,6 +1,8 @@
 use remote_id::{BasicId, IdType, UaType};
 
 use super::*;
+use fusion::time::SECOND;
+use remote_id::LENGTH;
 
 fn at(seconds: i64) -> Time {
     Time::from_nanos((1_700_000_000 + seconds) * SECOND)
@@ -20,8 +22,14 @@ fn location(tenths: u16) -> Vec<u8> {
     octets
 }
 
-fn from(transmitter: &str, octets: &[u8]) -> Heard {
-    Heard { transmitter: transmitter.to_owned(), receiver: None, stamped: None, octets: octets.to_vec() }
+fn from(transmitter: &str, octets: &[u8]) -> Line {
+    Line {
+        time: None,
+        transmitter: transmitter.to_owned(),
+        rssi_dbm: None,
+        receiver: None,
+        octets: octets.to_vec(),
+    }
 }
 
 fn line(octets: &[u8]) -> String {
@@ -89,9 +97,9 @@ fn a_line_may_say_when_and_by_whom() {
     let text = r#"{"time": "2026-11-22T10:00:00.5Z", "transmitter": "aa", "rssi": -61, "receiver": "roof", "message": "00"}"#;
     let heard_at = heard(text.as_bytes(), None).unwrap().remove(0).unwrap();
     assert_eq!(heard_at.receiver.as_deref(), Some("roof"));
-    assert_eq!(heard_at.stamped.unwrap().nanos(), 1_795_341_600_500_000_000);
+    assert_eq!(heard_at.time.unwrap().nanos(), 1_795_341_600_500_000_000);
     let text = r#"{"time": 1700000000.25, "transmitter": "aa", "message": "00"}"#;
-    let stamped = heard(text.as_bytes(), None).unwrap().remove(0).unwrap().stamped.unwrap();
+    let stamped = heard(text.as_bytes(), None).unwrap().remove(0).unwrap().time.unwrap();
     assert_eq!(stamped, Time::from_nanos(at(0).nanos() + SECOND / 4));
 }
 

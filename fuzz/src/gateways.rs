@@ -1,0 +1,69 @@
+//! Any octets, taken for what other receivers send.
+
+use std::collections::BTreeMap;
+
+use asterix::{DataSource, Record, blocks, cat021, cat129};
+use fusion::Time;
+use remote_id::Link;
+use utm_fusion::gateways::{adsb, mavlink, remote_id as lines};
+
+const SOURCE: DataSource = DataSource { sac: 25, sic: 21 };
+const START: i64 = 1_800_000_000_000_000_000;
+
+/// Every datagram is one sound record of the sensor; every frame is translated, noted or dropped; in small parts the same
+/// comes.
+pub fn adsb(data: &[u8]) {
+    for framing in [adsb::Framing::Beast, adsb::Framing::Avr] {
+        let run = |step: usize| {
+            let mut translator = adsb::Translator::new(framing, SOURCE, Some([50.0, 8.0]));
+            let mut datagrams = Vec::new();
+            for part in data.chunks(step) {
+                translator.take(part, Time::from_nanos(START), |datagram| datagrams.push(datagram));
+            }
+            translator.end();
+            let counts = translator.counts();
+            assert_eq!(counts.frames, counts.translated + counts.noted + counts.dropped.total());
+            datagrams
+        };
+        let datagrams = run(usize::MAX);
+        assert_eq!(datagrams, run(3));
+        datagrams
+            .iter()
+            .for_each(|datagram| is_a_record::<cat021::Record>(datagram, cat021::Edition::default()));
+    }
+}
+
+/// The same of MAVLink, a datagram at a time.
+pub fn mavlink(data: &[u8]) {
+    let systems = (0..=255).filter_map(|number| Some((number, mavlink::System::new("DRONE")?)));
+    let mut translator = mavlink::Translator::new(SOURCE, systems.collect::<BTreeMap<_, _>>());
+    let mut datagrams = Vec::new();
+    translator.take(data, Time::from_nanos(START), |datagram| datagrams.push(datagram));
+    let counts = translator.counts();
+    assert_eq!(counts.frames, counts.translated + counts.heartbeats + counts.dropped.total());
+    datagrams.iter().for_each(|datagram| is_a_record::<cat129::Record>(datagram, ()));
+}
+
+/// Lines are taken or refused; what a radio heard is a sound line.
+pub fn remote_id(data: &[u8]) {
+    let (mut counts, mut taken) = (lines::Counts::default(), 0);
+    counts.lines(data, |line| {
+        assert!(lines::Line::parse(line).is_ok());
+        taken += 1;
+    });
+    assert_eq!((counts.taken, counts.lines), (taken, taken + counts.refused.total()));
+    for link in [Link::Radiotap, Link::Ieee80211, Link::NordicBle] {
+        if let Ok(line) = lines::heard(link, data, Some(Time::from_nanos(START))) {
+            let read = lines::Line::parse(&line).expect("a line of our own");
+            assert_eq!(read.time, Some(Time::from_nanos(START)));
+        }
+    }
+}
+
+fn is_a_record<R: Record>(datagram: &[u8], edition: R::Edition) {
+    let mut all = blocks(datagram);
+    let block = all.next().expect("a block").expect("a sound one");
+    assert!(all.next().is_none() && block.category == R::CATEGORY);
+    let records: Vec<_> = block.records_in::<R>(edition).collect();
+    assert!(matches!(&records[..], [Ok(located)] if located.record.data_source() == Some(SOURCE)));
+}

@@ -1,0 +1,268 @@
+//! Lines of Remote ID as gateways send them: a JSON object each, with a message of 25 octets or a pack of them in hexadecimal.
+//!
+//! ```text
+//! {"time":"2023-04-01T16:15:30.1Z","transmitter":"90:3a:e6:5b:c8:a8","rssi":-61,"receiver":"roof","message":"f01901…"}
+//! ```
+//!
+//! `transmitter` and `message` must be there; `time` is RFC 3339 or seconds since 1970, `rssi` in dBm, `receiver` the id of a
+//! sensor. What a radio heard becomes such a line, too.
+
+use std::borrow::Cow;
+use std::fmt::Write;
+
+use fusion::time::{SECOND, Time};
+use jiff::Timestamp;
+use remote_id::{Link, NotHeard, advertisement};
+use serde::Deserialize;
+
+use super::Dropped;
+use crate::hex;
+
+/// Longest name of a transmitter or a receiver, octets.
+const NAME_MAX: usize = 64;
+/// Octets of a message, of what stands before the messages of a pack, and of the largest pack.
+const MESSAGE: usize = remote_id::LENGTH;
+const PACK_HEADER: usize = 3;
+const PACK_MOST: usize = PACK_HEADER + 9 * MESSAGE;
+
+/// A broadcast that a receiver heard.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// When the gateway heard it, where it says that.
+    pub time: Option<Time>,
+    /// Who sent it: an address, as text.
+    pub transmitter: String,
+    /// How strong it was, dBm.
+    pub rssi_dbm: Option<f64>,
+    /// The id of the sensor that heard it, where the gateway says it.
+    pub receiver: Option<String>,
+    /// The message or the pack.
+    pub octets: Vec<u8>,
+}
+
+/// Why a line is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// It is no JSON object with the members that it must have.
+    NotAnObject,
+    /// The message is no octets in hexadecimal.
+    NotHexadecimal,
+    /// The transmitter or the receiver has a name of more than 64 octets, or none.
+    Name,
+    /// The time is neither RFC 3339 nor seconds since 1970.
+    Time,
+}
+
+const REFUSALS: [&str; 4] = ["line_not_an_object", "line_not_hexadecimal", "line_name", "line_time"];
+
+impl Refusal {
+    /// As counters name it.
+    pub const fn name(self) -> &'static str {
+        REFUSALS[self as usize]
+    }
+}
+
+/// The members of a line; what else it may hold is nobody's business.
+#[derive(Deserialize)]
+struct Members<'a> {
+    time: Option<Stamp<'a>>,
+    #[serde(borrow)]
+    transmitter: Cow<'a, str>,
+    rssi: Option<f64>,
+    receiver: Option<String>,
+    #[serde(borrow)]
+    message: Cow<'a, str>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Stamp<'a> {
+    Seconds(f64),
+    #[serde(borrow)]
+    Text(Cow<'a, str>),
+}
+
+impl Line {
+    /// Of its text.
+    ///
+    /// # Errors
+    /// It is no such line.
+    pub fn parse(text: &[u8]) -> Result<Self, Refusal> {
+        let Members { time, transmitter, rssi, receiver, message } =
+            serde_json::from_slice(text).map_err(|_| Refusal::NotAnObject)?;
+        let is_name = |name: &str| (1..=NAME_MAX).contains(&name.len());
+        if !is_name(&transmitter) || !receiver.as_deref().is_none_or(is_name) {
+            return Err(Refusal::Name);
+        }
+        let time = time.map(|stamp| time_of(&stamp).ok_or(Refusal::Time)).transpose()?;
+        let octets = hex::octets(&message).ok_or(Refusal::NotHexadecimal)?;
+        Ok(Self { time, transmitter: transmitter.into_owned(), rssi_dbm: rssi, receiver, octets })
+    }
+}
+
+fn time_of(stamp: &Stamp<'_>) -> Option<Time> {
+    let nanos = match stamp {
+        // Beyond that no time has nanoseconds.
+        Stamp::Seconds(seconds) if seconds.is_nan() || seconds.abs() > 9e9 => return None,
+        Stamp::Seconds(seconds) => {
+            let (whole, rest) = (seconds.trunc() as i128, seconds.fract());
+            whole * i128::from(SECOND) + (rest * SECOND as f64).round() as i128
+        }
+        Stamp::Text(text) => text.parse::<Timestamp>().ok()?.as_nanosecond(),
+    };
+    i64::try_from(nanos).ok().map(Time::from_nanos)
+}
+
+/// Whether a datagram holds a gateway's lines: no category of ASTERIX begins so.
+pub fn is_lines(payload: &[u8]) -> bool {
+    payload.trim_ascii_start().first() == Some(&b'{')
+}
+
+/// Its lines, without blank ones.
+pub fn lines(payload: &[u8]) -> impl Iterator<Item = &[u8]> {
+    payload.split(|octet| *octet == b'\n').map(<[u8]>::trim_ascii).filter(|line| !line.is_empty())
+}
+
+/// Whether a datagram is a message or a pack as a drone broadcasts it, and not a block of ASTERIX of as many octets.
+pub fn is_broadcast(payload: &[u8]) -> bool {
+    let is_block = payload.get(1..3).is_some_and(|length| length == (payload.len() as u16).to_be_bytes());
+    let is_whole = match *payload {
+        [0xf0..=0xf2, length, count, ..] => {
+            usize::from(length) == MESSAGE && payload.len() == PACK_HEADER + MESSAGE * usize::from(count)
+        }
+        [first, ..] => payload.len() == MESSAGE && first >> 4 <= 5 && first & 0xf <= 2,
+        [] => false,
+    };
+    is_whole && !is_block
+}
+
+/// The line of what a radio heard at a time.
+///
+/// # Errors
+/// The frame carries no Remote ID, or the radio garbled it.
+pub fn heard(link: Link, frame: &[u8], at: Option<Time>) -> Result<Vec<u8>, NotHeard> {
+    let heard = advertisement(link, frame)?;
+    let octets = cut_to_claim(heard.octets);
+    let mut line = String::with_capacity(2 * octets.len() + 96);
+    line.push('{');
+    if let Some(stamp) = at.and_then(|at| Timestamp::from_nanosecond(at.nanos().into()).ok()) {
+        let _ = write!(line, "\"time\":\"{stamp}\",");
+    }
+    let [first, rest @ ..] = heard.transmitter;
+    let _ = write!(line, "\"transmitter\":\"{first:02x}");
+    for octet in rest {
+        let _ = write!(line, ":{octet:02x}");
+    }
+    let _ = write!(line, "\",\"message\":\"{}\"}}", hex::text(octets));
+    Ok(line.into_bytes())
+}
+
+/// Without what a frame has behind its message or pack; a pack that claims more than is there stays as it is.
+fn cut_to_claim(octets: &[u8]) -> &[u8] {
+    let claim = match octets {
+        [first, _, count, ..] if first >> 4 == 0xf => PACK_HEADER + MESSAGE * usize::from(*count),
+        _ => MESSAGE,
+    };
+    &octets[..claim.min(octets.len()).min(PACK_MOST)]
+}
+
+/// What came of the lines of a gateway.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Counts {
+    /// Lines, blank ones apart.
+    pub lines: u64,
+    /// Lines handed on.
+    pub taken: u64,
+    /// Lines refused, by [`Refusal`].
+    pub refused: Dropped<4>,
+}
+
+impl Default for Counts {
+    fn default() -> Self {
+        Self { lines: 0, taken: 0, refused: Dropped::new(&REFUSALS) }
+    }
+}
+
+impl Counts {
+    /// The sound lines of a text, each a datagram; counts them and the others. Blank lines are nothing.
+    pub fn lines<'a>(&mut self, text: &'a [u8], mut out: impl FnMut(&'a [u8])) {
+        for line in lines(text) {
+            self.lines += 1;
+            match Line::parse(line) {
+                Ok(_) => {
+                    self.taken += 1;
+                    out(line);
+                }
+                Err(refusal) => self.refused.add(refusal as usize),
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn refusal(text: &str) -> Result<(), &'static str> {
+        Line::parse(text.as_bytes()).map(|_| ()).map_err(Refusal::name)
+    }
+
+    #[test]
+    fn lines_and_what_is_wrong_with_them() {
+        let line = Line::parse(br#"{"time": 1680365730.25, "transmitter": "a", "rssi": -61, "receiver": "roof", "message": "10Ff"}"#);
+        let expected = Line {
+            time: Some(Time::from_nanos(1_680_365_730_250_000_000)),
+            transmitter: "a".to_owned(),
+            rssi_dbm: Some(-61.0),
+            receiver: Some("roof".to_owned()),
+            octets: vec![0x10, 0xff],
+        };
+        assert_eq!(line, Ok(expected));
+        let stamp =
+            Line::parse(br#"{"time":"2023-04-01T16:15:30.25Z","transmitter":"a","message":"10","more":[]}"#);
+        assert_eq!(stamp.unwrap().time, Some(Time::from_nanos(1_680_365_730_250_000_000)));
+        assert_eq!(refusal(r#"{"transmitter":"a","message":"10","rssi":null,"time":null}"#), Ok(()));
+        for (text, reason) in [
+            ("", "line_not_an_object"),
+            ("[]", "line_not_an_object"),
+            ("{", "line_not_an_object"),
+            (r#"{"message":"10"}"#, "line_not_an_object"),
+            (r#"{"transmitter":"","message":"10"}"#, "line_name"),
+            (r#"{"transmitter":"a","receiver":"","message":"10"}"#, "line_name"),
+            (r#"{"transmitter":7,"message":"10"}"#, "line_not_an_object"),
+            (r#"{"transmitter":"a","message":"1"}"#, "line_not_hexadecimal"),
+            (r#"{"transmitter":"a","message":"10","time":"now"}"#, "line_time"),
+            (r#"{"transmitter":"a","message":"10","time":1e300}"#, "line_time"),
+            (r#"{"transmitter":"a","message":"10","rssi":"-61"}"#, "line_not_an_object"),
+        ] {
+            assert_eq!(refusal(text), Err(reason), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_pack_is_cut_to_what_it_claims() {
+        let pack = |count: u8, there: usize| [&[0xf0, 25, count][..], &vec![1; there]].concat();
+        for (octets, length) in
+            [(pack(1, 80), 28), (pack(2, 30), 33), (pack(0, 9), 3), (vec![0x10; 40], 25), (vec![0x10; 7], 7)]
+        {
+            assert_eq!(cut_to_claim(&octets).len(), length);
+        }
+        assert_eq!(cut_to_claim(&pack(255, 7000)).len(), PACK_MOST);
+    }
+
+    proptest! {
+        #[test]
+        fn a_bad_line_costs_its_neighbours_nothing(bad: Vec<u8>, at in 0..4_usize) {
+            let good = br#"{"transmitter":"a","message":"10"}"#;
+            let mut lines = vec![&good[..]; 3];
+            lines.insert(at, &bad);
+            let text = lines.join(&b'\n');
+            let (mut counts, mut taken) = (Counts::default(), 0);
+            counts.lines(&text, |line| taken += u64::from(line == good));
+            prop_assert!(taken >= 3);
+            prop_assert_eq!(counts.lines, counts.taken + counts.refused.total());
+        }
+    }
+}

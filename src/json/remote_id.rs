@@ -1,0 +1,164 @@
+//! Messages of Remote ID as JSON, with the names of ASTM F3411-22a and the unit of each number in its key. What the standard
+//! calls unknown is `null`.
+
+use remote_id::{HeightAbove, IdType, Location, Message, Status, UaType, messages};
+use serde_json::{Value, json};
+
+use super::{Line, Place};
+use crate::gateways::remote_id::Line as GatewayLine;
+use crate::hex;
+
+/// Kind of error of octets that hold no message, and of a line that is none.
+pub const REMOTE_ID: &str = "remote-id";
+
+/// Appends a line for each message of a gateway's line; whatever has a fault is an error's line, and what is wrong with it goes
+/// to `note`.
+pub fn write_messages(
+    out: &mut Vec<u8>,
+    line: &GatewayLine,
+    received: Option<fusion::time::Time>,
+    place: Place<'_>,
+    errors_only: bool,
+    mut note: impl FnMut(&mut Vec<u8>, Result<(), String>),
+) {
+    for message in messages(&line.octets) {
+        match message {
+            Ok(message) => {
+                if errors_only {
+                    continue;
+                }
+                let mut object = Line::open(out, line.time.or(received), place, None);
+                object.text("transmitter", &line.transmitter);
+                if let Some(rssi_dbm) = line.rssi_dbm {
+                    object.value("rssi_dbm", &json!(rssi_dbm));
+                }
+                if let Some(receiver) = &line.receiver {
+                    object.text("receiver", receiver);
+                }
+                let (name, fields) = fields(&message);
+                object.text("message", name);
+                object.number("version", message.version().into());
+                for (key, value) in fields.as_object().into_iter().flatten() {
+                    object.value(key, value);
+                }
+                object.close();
+                note(out, Ok(()));
+            }
+            Err(fault) => {
+                write_refused(out, &fault.to_string(), &line.octets, place);
+                note(out, Err(fault.to_string()));
+            }
+        }
+    }
+}
+
+/// Appends the line of octets that hold no message, or of a gateway's line that is none.
+pub fn write_refused(out: &mut Vec<u8>, detail: &str, octets: &[u8], place: Place<'_>) {
+    let mut line = Line(super::write::Object::open(out));
+    line.0.key("error");
+    let mut error = Line(super::write::Object::open(line.0.out));
+    error.text("kind", REMOTE_ID);
+    error.number("offset", place.offset);
+    error.text("detail", detail);
+    error.0.close();
+    line.place(place, None);
+    line.hex("hex", octets);
+    line.close();
+}
+
+/// Name and contents of a message.
+fn fields(message: &Message) -> (&'static str, Value) {
+    match message {
+        Message::BasicId(basic) => (
+            "basic_id",
+            json!({ "id_type": id_type(basic.id_type()), "ua_type": ua_type(basic.ua_type()), "uas_id": text(basic.id()) }),
+        ),
+        Message::Location(location) => ("location", location_fields(location)),
+        Message::Authentication(octets) => ("authentication", json!({ "hex": hex::text(octets) })),
+        Message::SelfId(own) => ("self_id", json!({ "description": text(own.words()) })),
+        Message::System(system) => {
+            let [latitude, longitude] = system.operator_deg();
+            let fields = json!({
+                "operator_latitude_deg": degrees(latitude), "operator_longitude_deg": degrees(longitude),
+                "area_count": system.area_count(), "area_radius_m": system.area_radius_m(),
+            });
+            ("system", fields)
+        }
+        Message::OperatorId(operator) => ("operator_id", json!({ "operator_id": text(operator.id()) })),
+    }
+}
+
+fn location_fields(location: &Location) -> Value {
+    let [latitude, longitude] = location.place_deg();
+    let (height_m, above) = location.height_m().unzip();
+    let height_type = above.map(|above| match above {
+        HeightAbove::TakeOff => "take-off",
+        HeightAbove::Ground => "ground",
+    });
+    // A tenth has no exact double.
+    let tenth = |seconds: f64| (seconds * 10.0).round() / 10.0;
+    json!({
+        "operational_status": status(location.status()),
+        "latitude_deg": degrees(latitude),
+        "longitude_deg": degrees(longitude),
+        "track_direction_deg": location.course_deg(),
+        "speed_m_s": location.speed_m_s(),
+        "vertical_speed_m_s": location.climb_m_s(),
+        "pressure_altitude_m": location.pressure_altitude_m(),
+        "geodetic_altitude_m": location.geodetic_altitude_m(),
+        "height_m": height_m,
+        "height_type": height_type,
+        "horizontal_accuracy_m": location.accuracy_h_m(),
+        "vertical_accuracy_m": location.accuracy_v_m(),
+        "baro_altitude_accuracy_m": location.accuracy_pressure_m(),
+        "speed_accuracy_m_s": location.accuracy_speed_m_s(),
+        "timestamp_s": location.seconds_of_hour().map(tenth),
+        "timestamp_accuracy_s": location.accuracy_time_s().map(tenth),
+    })
+}
+
+/// Seven decimals, as sent.
+fn degrees(degrees: f64) -> f64 {
+    (degrees * 1e7).round() / 1e7
+}
+
+/// Text where it is printable ASCII.
+fn text(octets: &[u8]) -> Value {
+    let is_printable = |octet: &u8| (b' '..=b'~').contains(octet);
+    match str::from_utf8(octets) {
+        Ok(text) if octets.iter().all(is_printable) => json!(text),
+        _ => json!({ "hex": hex::text(octets) }),
+    }
+}
+
+fn id_type(id_type: IdType) -> Value {
+    match id_type {
+        IdType::None => json!("none"),
+        IdType::SerialNumber => json!("serial-number"),
+        IdType::Registration => json!("registration"),
+        IdType::UtmAssigned => json!("utm-assigned"),
+        IdType::SpecificSession => json!("specific-session"),
+        IdType::Reserved(number) => json!(number),
+    }
+}
+
+fn ua_type(ua_type: UaType) -> Value {
+    match ua_type {
+        UaType::None => json!("none"),
+        UaType::Aeroplane => json!("aeroplane"),
+        UaType::Rotorcraft => json!("rotorcraft"),
+        UaType::HybridLift => json!("hybrid-lift"),
+        UaType::Other(number) => json!(number),
+    }
+}
+
+fn status(status: Status) -> Value {
+    match status {
+        Status::Undeclared => json!("undeclared"),
+        Status::Ground => json!("ground"),
+        Status::Airborne => json!("airborne"),
+        Status::Emergency => json!("emergency"),
+        Status::SystemFailure => json!("system-failure"),
+        Status::Reserved(number) => json!(number),
+    }
+}

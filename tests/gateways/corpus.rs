@@ -1,0 +1,29 @@
+//! The corpus of the fuzz targets of translators (`fuzz/corpus`), read as those read it.
+
+use std::path::Path;
+
+#[path = "../../fuzz/src/gateways.rs"]
+mod gateways;
+
+#[test]
+fn the_corpus_of_each_target_does_no_harm() {
+    let targets: [(&str, fn(&[u8])); 3] =
+        [("adsb", gateways::adsb), ("mavlink", gateways::mavlink), ("remote_id", gateways::remote_id)];
+    for (target, exercise) in targets {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus").join(target);
+        let mut count = 0;
+        for file in std::fs::read_dir(folder).unwrap() {
+            let octets = std::fs::read(file.unwrap().path()).unwrap();
+            exercise(&octets);
+            // Every beginning of it, and each octet another.
+            (0..octets.len()).for_each(|length| exercise(&octets[..length]));
+            for at in 0..octets.len() {
+                let mut damaged = octets.clone();
+                damaged[at] ^= 0x55;
+                exercise(&damaged);
+            }
+            count += 1;
+        }
+        assert!(count > 0, "{target}");
+    }
+}
