@@ -1,13 +1,14 @@
-//! UDP lines: one socket a group (or address), port and interface.
+//! UDP lines: one socket a group (or address), port and interface. A connection to a receiver or gateway is a line, too.
 
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, UdpSocket};
 use std::os::fd::AsRawFd;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use socket2::{Domain, Protocol, Socket, Type};
 
-use crate::config::{Address, Config};
+use crate::config::{Address, Config, Connection, ConnectionFormat};
 use fusion::time::Time;
 
 /// Receive buffer of a line in the kernel, octets: two seconds of the busiest sensors.
@@ -26,6 +27,8 @@ pub struct Line {
     pub sources: Vec<Ipv4Addr>,
     /// Indices of the configuration's sensors.
     pub sensors: Vec<usize>,
+    /// What is behind it, where that is no datagrams as the service handles them.
+    pub connection: Option<Connection>,
 }
 
 /// A datagram that came on a line.
@@ -59,12 +62,32 @@ pub struct LineCounters {
     pub joined: AtomicBool,
     /// The last datagram, nanoseconds since the epoch; 0: none yet.
     pub last_received: AtomicI64,
+    /// What its translator has dropped, by reason.
+    untranslated: Mutex<Vec<(&'static str, u64)>>,
 }
 
 impl LineCounters {
     fn count(&self, handed_on: bool) {
         let counter = if handed_on { &self.received } else { &self.queue_full };
         counter.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Notes what its translator has dropped so far.
+    pub fn note_untranslated(&self, reasons: impl Iterator<Item = (&'static str, u64)>) {
+        let mut noted = self.untranslated.lock().unwrap_or_else(PoisonError::into_inner);
+        noted.clear();
+        noted.extend(reasons);
+    }
+
+    /// What its translator has dropped, by reason; empty where there is none.
+    pub fn untranslated(&self) -> Vec<(&'static str, u64)> {
+        self.untranslated.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Notes a datagram, and whether it was handed on.
+    pub fn note(&self, received: Time, handed_on: bool) {
+        self.last_received.store(received.nanos(), Ordering::Relaxed);
+        self.count(handed_on);
     }
 
     /// Notes a socket that was just opened.
@@ -106,7 +129,9 @@ pub fn lines(config: &Config) -> Vec<Line> {
     let mut lines: Vec<Line> = Vec::new();
     for (sensor, of) in config.sensors.iter().enumerate() {
         for input in &of.inputs {
-            let same = |line: &&mut Line| line.address == input.address && line.port == input.port;
+            let same = |line: &&mut Line| {
+                line.connection.is_none() && line.address == input.address && line.port == input.port
+            };
             match lines.iter_mut().find(same) {
                 Some(line) => {
                     // An input without a source hears all.
@@ -121,9 +146,22 @@ pub fn lines(config: &Config) -> Vec<Line> {
                     port: input.port,
                     sources: input.source.into_iter().collect(),
                     sensors: vec![sensor],
+                    connection: None,
                 }),
             }
         }
+        lines.extend(of.connections.iter().map(|connection| Line {
+            address: Address::Unicast(
+                connection.socket().map_or(Ipv4Addr::UNSPECIFIED, |socket| *socket.ip()),
+            ),
+            port: match connection.socket() {
+                Some(socket) => socket.port(),
+                None => connection.broker().map_or(0, |broker| broker.port),
+            },
+            sources: Vec::new(),
+            sensors: vec![sensor],
+            connection: Some(connection.clone()),
+        }));
     }
     lines
 }
@@ -169,8 +207,19 @@ impl Line {
         self.sources.is_empty() || self.sources.contains(&from)
     }
 
-    /// `239.192.48.1:8048 on 127.0.0.1`, for people.
+    /// Whether it is a socket for datagrams.
+    pub fn is_udp(&self) -> bool {
+        self.connection.as_ref().is_none_or(|connection| connection.format == ConnectionFormat::Mavlink)
+    }
+
+    /// `239.192.48.1:8048 on 127.0.0.1`, or `beast 127.0.0.1:30005`, for people.
     pub fn name(&self) -> String {
+        if let Some(Connection { format: ConnectionFormat::Mqtt, address, topic, .. }) = &self.connection {
+            return format!("{topic} at {address}");
+        }
+        if let Some(Connection { format, address, .. }) = &self.connection {
+            return format!("{} {address}", format.name());
+        }
         match self.address {
             Address::Multicast { group, interface } => format!("{group}:{} on {interface}", self.port),
             Address::Unicast(address) => format!("{address}:{}", self.port),

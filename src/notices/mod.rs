@@ -11,14 +11,12 @@
 mod body;
 mod counts;
 mod desk;
-mod dial;
 mod health;
 mod mirror;
 mod mqtt;
 mod outbox;
 mod queue;
 mod receivers;
-mod secret;
 mod selection;
 mod signature;
 mod webhook;

@@ -12,15 +12,15 @@ use tokio::time::{Instant, timeout_at};
 
 use super::Notices;
 use super::desk::Desk;
-use super::dial::Dial;
 use super::mirror::Mirror;
 use super::mqtt::Broker;
 use super::outbox::Outbox;
-use super::secret::secret;
 use super::selection::Selection;
 use super::signature::Secret;
 use super::webhook::Webhook;
 use crate::config::{self, AlertKind, Config, Severity};
+use crate::net::dial::Dial;
+use crate::net::secret::secret;
 
 /// What waits when the service ends is on its way for at most this long.
 const LAST: Duration = Duration::from_millis(1_500);

@@ -7,12 +7,13 @@ use bytes::BytesMut;
 use rumqttc::v5::mqttbytes::v5::{
     ConnAck, ConnAckProperties, Connect, ConnectProperties, ConnectReturnCode, Disconnect,
     DisconnectReasonCode, LastWill, Login, Packet, PingReq, PubAckReason, Publish, Subscribe,
+    SubscribeReasonCode,
 };
 use rumqttc::v5::mqttbytes::{Error, QoS};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::time::{Instant, timeout, timeout_at};
 
-use super::super::dial::{Dial, Stream};
+use super::dial::{Dial, Stream};
 
 /// A broker that has not answered for this long is gone. By judgement.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -26,7 +27,7 @@ const SUBSCRIPTION: u16 = 2;
 
 /// Why a connection is no more.
 #[derive(Debug, thiserror::Error)]
-pub(super) enum Broken {
+pub(crate) enum Broken {
     #[error("{0}")]
     Io(#[from] io::Error),
     #[error("no answer within {} s", PATIENCE.as_secs())]
@@ -39,38 +40,40 @@ pub(super) enum Broken {
     NoRetain,
     #[error("the broker ends the connection: {0:?}")]
     Ended(DisconnectReasonCode),
+    #[error("the broker refuses the subscription: {0:?}")]
+    NotSubscribed(SubscribeReasonCode),
     #[error("the broker does not speak MQTT 5: {0}")]
     Garbled(Error),
 }
 
 /// What became of a publication.
-pub(super) enum Published {
+pub(crate) enum Published {
     Taken,
     Refused(String),
 }
 
-/// A message that is retained at the broker: its topic.
-pub(super) type Found = String;
+/// A message that a subscription brings.
+pub(crate) type Found = Publish;
 
 /// Who connects.
-pub(super) struct Caller<'a> {
-    pub(super) client_id: &'a str,
-    pub(super) login: Option<Login>,
-    pub(super) will: Option<LastWill>,
+pub(crate) struct Caller<'a> {
+    pub(crate) client_id: &'a str,
+    pub(crate) login: Option<Login>,
+    pub(crate) will: Option<LastWill>,
 }
 
-pub(super) struct Connection {
+pub(crate) struct Connection {
     stream: Box<dyn Stream>,
     /// What is read and not understood yet.
     read: BytesMut,
     /// The largest packet that the broker takes.
     largest: Option<u32>,
     /// Time between two signs of life.
-    pub(super) pause: Duration,
+    pub(crate) pause: Duration,
 }
 
 impl Connection {
-    pub(super) async fn open(dial: &Dial, caller: Caller<'_>) -> Result<Self, Broken> {
+    pub(crate) async fn open(dial: &Dial, caller: Caller<'_>) -> Result<Self, Broken> {
         let stream = timeout(PATIENCE, dial.dial()).await.map_err(|_| Broken::Silent)??;
         let mut connection = Self { stream, read: BytesMut::new(), largest: None, pause: Duration::ZERO };
         let properties = ConnectProperties { max_packet_size: Some(LARGEST), ..ConnectProperties::new() };
@@ -104,7 +107,7 @@ impl Connection {
     }
 
     /// Publishes at QoS 1.
-    pub(super) async fn publish(
+    pub(crate) async fn publish(
         &mut self,
         message: Publish,
         found: impl FnMut(Found),
@@ -128,26 +131,44 @@ impl Connection {
 
     /// Asks for messages; those that are retained come where others are waited for. A broker that shows them to nobody goes
     /// without saying.
-    pub(super) async fn subscribe(&mut self, subscribe: Subscribe) -> Result<(), Broken> {
+    pub(crate) async fn subscribe(&mut self, subscribe: Subscribe) -> Result<(), Broken> {
         self.write(&Packet::Subscribe(Subscribe { pkid: SUBSCRIPTION, ..subscribe })).await
     }
 
+    /// Asks for messages, and waits until the broker says that they will come.
+    pub(crate) async fn subscribed(
+        &mut self,
+        subscribe: Subscribe,
+        found: impl FnMut(Found),
+    ) -> Result<(), Broken> {
+        self.subscribe(subscribe).await?;
+        let wanted = |packet: &Packet| match packet {
+            Packet::SubAck(answer) if answer.pkid == SUBSCRIPTION => Some(answer.return_codes.clone()),
+            _ => None,
+        };
+        let codes = self.answer(wanted, found).await?;
+        match codes.into_iter().find(|code| !matches!(code, SubscribeReasonCode::Success(_))) {
+            Some(code) => Err(Broken::NotSubscribed(code)),
+            None => Ok(()),
+        }
+    }
+
     /// Asks for a sign of life.
-    pub(super) async fn ping(&mut self, found: impl FnMut(Found)) -> Result<(), Broken> {
+    pub(crate) async fn ping(&mut self, found: impl FnMut(Found)) -> Result<(), Broken> {
         self.write(&Packet::PingReq(PingReq)).await?;
         let wanted = |packet: &Packet| matches!(packet, Packet::PingResp(_)).then_some(());
         self.answer(wanted, found).await
     }
 
     /// Ends it, so that nobody hears the last will.
-    pub(super) async fn end(mut self) -> Result<(), Broken> {
+    pub(crate) async fn end(mut self) -> Result<(), Broken> {
         self.write(&Packet::Disconnect(Disconnect::new(DisconnectReasonCode::NormalDisconnection))).await?;
         self.stream.shutdown().await?;
         Ok(())
     }
 
     /// The next message that nobody asked for; it may be dropped while it waits.
-    pub(super) async fn listen(&mut self) -> Result<Option<Found>, Broken> {
+    pub(crate) async fn listen(&mut self) -> Result<Option<Found>, Broken> {
         let packet = self.receive().await?;
         Self::found(packet)
     }
@@ -171,9 +192,7 @@ impl Connection {
     fn found(packet: Packet) -> Result<Option<Found>, Broken> {
         match packet {
             Packet::Disconnect(Disconnect { reason_code, .. }) => Err(Broken::Ended(reason_code)),
-            Packet::Publish(Publish { topic, payload, retain: true, .. }) if !payload.is_empty() => {
-                Ok(String::from_utf8(topic.to_vec()).ok())
-            }
+            Packet::Publish(message) => Ok(Some(message)),
             _ => Ok(None),
         }
     }

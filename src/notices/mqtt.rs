@@ -3,8 +3,6 @@
 //! `rumqttc` reads and writes the packets. One message is on its way at a time, so that what a broker misses is known; and at
 //! each connection it gets all that lasts, and what it retains of an earlier run is cleared.
 
-mod connection;
-
 use std::fmt;
 use std::sync::Arc;
 
@@ -16,13 +14,13 @@ use tokio::time::sleep;
 
 use super::body;
 use super::desk::{Desk, Owed};
-use super::dial::Dial;
 use super::health::Answer;
 use super::mirror::Mirror;
 use super::queue::Notice;
 use super::receivers::{Closing, closed};
 use crate::live::now;
-use connection::{Broken, Caller, Connection, Found, Published};
+use crate::net::dial::Dial;
+use crate::net::mqtt::{Broken, Caller, Connection, Found, Published};
 
 const ONLINE: &str = "online";
 const OFFLINE: &str = "offline";
@@ -93,7 +91,7 @@ impl Broker {
         let mut connection = Connection::open(&self.dial, caller).await?;
         self.desk.mirrored(Mirror::begin);
         connection.publish(self.status(ONLINE), |_| {}).await?;
-        let found = |topic: Found| self.found(&topic);
+        let found = |message: Found| self.found(&message);
         connection.subscribe(self.retained()).await?;
         // A broker answers in order: what it retains has come by then.
         connection.ping(found).await?;
@@ -131,7 +129,7 @@ impl Broker {
         owed: Owed,
         unsent: &mut Option<Notice>,
     ) -> Result<(), Broken> {
-        let found = |topic: Found| self.found(&topic);
+        let found = |message: Found| self.found(&message);
         match owed {
             Owed::State(topic, alert) => {
                 let message = alert.as_deref().map(body::of_alert).unwrap_or_default();
@@ -159,7 +157,11 @@ impl Broker {
     }
 
     /// Where a message was retained.
-    fn found(&self, topic: &str) {
+    fn found(&self, message: &Found) {
+        if !message.retain || message.payload.is_empty() {
+            return;
+        }
+        let Ok(topic) = str::from_utf8(&message.topic) else { return };
         let end = topic.strip_prefix(&*self.prefix).and_then(|topic| topic.strip_prefix('/'));
         self.desk.mirrored(|mirror| end.into_iter().for_each(|topic| mirror.found(topic)));
     }

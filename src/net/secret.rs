@@ -4,7 +4,7 @@ use std::env;
 use std::path::Path;
 
 /// That of a file or a variable, where one of them is named.
-pub(super) fn secret(file: Option<&Path>, variable: Option<&str>) -> Result<Option<String>, String> {
+pub(crate) fn secret(file: Option<&Path>, variable: Option<&str>) -> Result<Option<String>, String> {
     let (place, text) = match (file, variable) {
         (Some(file), _) => {
             #[expect(clippy::disallowed_methods, reason = "the one place that reads receivers' secrets")]

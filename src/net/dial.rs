@@ -14,13 +14,13 @@ use tokio_rustls::rustls::pki_types::{CertificateDer, ServerName};
 use tokio_rustls::rustls::{ClientConfig, RootCertStore};
 
 /// Either kind of connection.
-pub(super) trait Stream: AsyncRead + AsyncWrite + Send + Unpin {}
+pub(crate) trait Stream: AsyncRead + AsyncWrite + Send + Unpin {}
 
 impl<S: AsyncRead + AsyncWrite + Send + Unpin> Stream for S {}
 
 /// Where a receiver is.
 #[derive(Clone)]
-pub(super) struct Dial {
+pub(crate) struct Dial {
     host: String,
     port: u16,
     tls: Option<(TlsConnector, ServerName<'static>)>,
@@ -34,12 +34,12 @@ impl fmt::Debug for Dial {
 
 impl Dial {
     /// Without TLS.
-    pub(super) fn plain(host: &str, port: u16) -> Self {
+    pub(crate) fn plain(host: &str, port: u16) -> Self {
         Self { host: host.trim_matches(['[', ']']).to_owned(), port, tls: None }
     }
 
     /// With TLS; `ca`: the certificates that the receiver's has to be issued by, else those that this machine trusts.
-    pub(super) fn tls(host: &str, port: u16, ca: Option<&Path>) -> Result<Self, String> {
+    pub(crate) fn tls(host: &str, port: u16, ca: Option<&Path>) -> Result<Self, String> {
         let plain = Self::plain(host, port);
         let roots = match ca {
             Some(file) => from_file(file)?,
@@ -56,7 +56,7 @@ impl Dial {
     }
 
     /// Connects.
-    pub(super) async fn dial(&self) -> io::Result<Box<dyn Stream>> {
+    pub(crate) async fn dial(&self) -> io::Result<Box<dyn Stream>> {
         let stream = TcpStream::connect((&*self.host, self.port)).await?;
         stream.set_nodelay(true)?;
         Ok(match &self.tls {
