@@ -77,6 +77,7 @@ fn whole_example() -> String {
         "secret_file = ",
         "authorization_file = ",
         "ca = ",
+        "connections = ",
         "kinds = ",
         "min_severity = ",
         "timeout_s = ",
@@ -134,6 +135,7 @@ fn the_table_of_keys_the_page_and_the_example_have_the_same_keys() {
         "conflicts.volumes.preset",
         "alerts.webhooks.secret_env",
         "alerts.mqtt.password_env",
+        "sensors.connections.password_env",
     ];
     // The sections, and the keys that the user names.
     let no_keys = [

@@ -36,6 +36,15 @@ export type Aircraft = {
   gva?: number;
 };
 
+/** What an aircraft says of itself by ADS-B. */
+export type AircraftJson = {
+  /** ICAO aircraft address, six hexadecimal digits. */
+  icao24: string;
+  callsign?: string;
+  /** As in I021/020. */
+  emitter_category?: number;
+};
+
 /** What is wrong, or was. */
 export type Alert = {
   id: string;
@@ -312,7 +321,7 @@ export type Correlations = {
 export type CoverageProperties = {
   /** Its configured id. */
   sensor: string;
-  kind: "radar" | "transponder";
+  kind: "radar" | "transponder" | "adsb" | "remote-id" | "camera";
   /** Area: as configured; circle: of the radar's range. */
   shape: "area" | "circle";
   max_range_m?: number;
@@ -648,6 +657,8 @@ export type Line = {
   kernel_dropped: number;
   /** A time, RFC 3339, UTC. */
   last_received?: string;
+  /** Of a connection: what was not translated, by reason. */
+  untranslated?: Record<string, number>;
 };
 
 /** Another track that has to do with it. */
@@ -1115,7 +1126,10 @@ export type TrackProperties = {
   extrapolated: boolean;
   /** Probability that it is a drone, according to the radar. */
   uav_probability?: number;
+  /** What it is taken for. */
+  aircraft_type: "drone" | "crewed" | "vehicle" | "other" | "unknown";
   uas_id?: UasId;
+  aircraft?: AircraftJson;
   /** Operational: whether its transponder can be trusted; docs/INTEGRITY.md. */
   integrity?: "unverified" | "verified" | "suspect" | "failed" | null;
   /** Natural logarithm of how much likelier a lie of its transponder is than none, by radar. */
@@ -1181,9 +1195,15 @@ export type TransponderId = {
   registration_country?: string;
 };
 
-/** Identity as the transponder reports it. */
+/** Identity of a drone as it reports it, by one of the kinds of ASTM F3411. */
 export type UasId = {
-  serial_number: string;
+  serial_number?: string;
+  /** Given by an authority. */
+  registration_id?: string;
+  /** Given by a traffic management service for a flight, hexadecimal. */
+  utm_id?: string;
+  /** Of a session, hexadecimal; its first octet says of which kind. */
+  specific_session_id?: string;
   manufacturer?: string;
   model?: string;
   /** ISO 3166-1 alpha-2. */

@@ -101,6 +101,9 @@ struct Line {
     kernel_dropped: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     last_received: Option<Rfc3339>,
+    /// Of a connection: what was not translated, by reason.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    untranslated: BTreeMap<&'static str, u64>,
 }
 
 impl From<&LineStatus> for Line {
@@ -116,7 +119,18 @@ impl From<&LineStatus> for Line {
             ..
         } = line;
         let (name, last_received) = (line.name.clone(), last_received.map(Rfc3339));
-        Self { name, joined, received, duplicates, foreign, queue_full, kernel_dropped, last_received }
+        let untranslated = line.untranslated.iter().copied().filter(|(_, count)| *count > 0).collect();
+        Self {
+            name,
+            joined,
+            received,
+            duplicates,
+            foreign,
+            queue_full,
+            kernel_dropped,
+            last_received,
+            untranslated,
+        }
     }
 }
 

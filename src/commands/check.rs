@@ -1,7 +1,9 @@
 //! `check`: is the configuration valid, and what is in force.
 
 use std::io::{self, Write};
+use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
 use std::path::PathBuf;
+use std::time::Duration;
 
 use tracing::warn;
 
@@ -11,7 +13,7 @@ use crate::api::Terms;
 use crate::app::runtime;
 use crate::areas::Areas;
 use crate::basemap::Basemap;
-use crate::config::{Address, Config};
+use crate::config::{Address, Config, Connection};
 use crate::live::{AlertSettings, now};
 use crate::net::listen as udp;
 use crate::net::send::Sinks;
@@ -85,6 +87,25 @@ fn notify(receivers: &Receivers, out: &mut impl Write) -> CommandResult {
     Ok(if failed { Outcome::Incomplete } else { Outcome::Done })
 }
 
+/// Whether a receiver or a broker takes a connection.
+fn reach(line: &udp::Line) -> io::Result<()> {
+    const PATIENCE: Duration = Duration::from_secs(2);
+    let broker = line.connection.as_ref().and_then(Connection::broker);
+    let mut addresses = match &broker {
+        Some(broker) => {
+            (broker.host.trim_matches(['[', ']']), broker.port).to_socket_addrs()?.collect::<Vec<_>>()
+        }
+        None => vec![line.destination().into()],
+    };
+    let last = addresses.pop().ok_or_else(|| io::Error::other("the name has no address"))?;
+    let is_reached = |address: &SocketAddr| TcpStream::connect_timeout(address, PATIENCE).is_ok();
+    if addresses.iter().any(is_reached) {
+        Ok(())
+    } else {
+        TcpStream::connect_timeout(&last, PATIENCE).map(|_| ())
+    }
+}
+
 /// A line for each input and output.
 fn network(config: &Config, out: &mut impl Write) -> CommandResult {
     let mut failed = false;
@@ -92,6 +113,16 @@ fn network(config: &Config, out: &mut impl Write) -> CommandResult {
         let sensors: Vec<&str> =
             line.sensors.iter().map(|&index| config.sensors[index].id.as_str()).collect();
         write!(out, "input   {} ({}): ", line.name(), sensors.join(", "))?;
+        if !line.is_udp() {
+            match reach(&line) {
+                Ok(()) => writeln!(out, "ok, it answers")?,
+                Err(error) => {
+                    failed = true;
+                    writeln!(out, "FAILED: {error}; is it running, and does it listen there?")?;
+                }
+            }
+            continue;
+        }
         match line.open() {
             Ok((_, buffer)) if buffer < udp::RECEIVE_BUFFER => writeln!(
                 out,

@@ -92,7 +92,7 @@ pub fn exit_code(result: &CommandResult) -> u8 {
 /// The configuration of a command that listens, which needs an input.
 fn load_live(file: &Path) -> Result<Config, ConfigErrors> {
     let config = Config::load(file)?;
-    if config.sensors.iter().any(|sensor| !sensor.inputs.is_empty()) {
+    if config.sensors.iter().any(|sensor| !sensor.inputs.is_empty() || !sensor.connections.is_empty()) {
         return Ok(config);
     }
     Err(ConfigErrors::from(ConfigError {

@@ -54,8 +54,8 @@ pub fn run(args: &Args) -> CommandResult {
         config.http.listen = args.http.unwrap_or(config.http.listen);
         return serve::serve(args, Arc::new(config), masks, speed);
     }
-    let trailers = TrailerRules::of(&config);
-    let captures = args.open(&trailers)?;
+    let (trailers, adsb) = (TrailerRules::of(&config), config.adsb_source());
+    let captures = args.open(&trailers, adsb)?;
     let day = args.day_of(&captures);
     let maker = PictureMaker::new(&config, Pipeline::new(&config, masks.clone()).normaliser());
     let lookout = Lookout::load(&config, masks.clone())?;
@@ -90,7 +90,7 @@ pub fn run(args: &Args) -> CommandResult {
     while args.again && !stage.is_over() && !stage.summary.is_empty() {
         info!("the recording has come to its end and begins again");
         stage.begin_anew();
-        (outcome, pipeline, skipped) = pass(&mut stage, args.open(&trailers)?)?;
+        (outcome, pipeline, skipped) = pass(&mut stage, args.open(&trailers, adsb)?)?;
     }
     let summary = std::mem::take(&mut stage.summary);
     let failed = stage.finish()?;

@@ -19,6 +19,7 @@ mod areas;
 mod changes;
 mod cidr;
 mod conflicts;
+mod connections;
 pub(crate) mod error;
 mod fusion;
 mod http;
@@ -49,6 +50,7 @@ pub use areas::{AlertArea, Area, AreaKind, AreaSeverity};
 pub use changes::{Change, changes};
 pub use cidr::{Network, NotANetwork};
 pub use conflicts::{Advisory, ConflictVolume, Conflicts, VolumePreset, VolumeSide, Warning};
+pub use connections::{BrokerAddress, Connection, ConnectionFormat, MavlinkSystem};
 pub use error::{ConfigError, ConfigErrors, Place};
 pub use fusion::{Fusion, MAX_WINDOW_SLOTS, Motion, Profile};
 pub use http::{Auth, Http, RateLimit, Tiles, TlsFiles};
@@ -207,6 +209,13 @@ impl Config {
     /// Whether it is computed who will come near whom.
     pub fn finds_conflicts(&self) -> bool {
         self.fusion.profile == Profile::Operational && self.conflicts.enabled
+    }
+
+    /// SAC and SIC of the first sensor of kind `"adsb"`: of the records that a recording of a 1090 MHz receiver becomes. Both are
+    /// 0 where there is none.
+    pub fn adsb_source(&self) -> DataSource {
+        let adsb = self.sensors.iter().find(|sensor| matches!(sensor.kind, SensorKind::AdsB(_)));
+        adsb.map_or(DataSource { sac: 0, sic: 0 }, |sensor| DataSource { sac: sensor.sac, sic: sensor.sic })
     }
 
     /// The radars, in the order of the file; the first is the origin of the ENU frame.

@@ -3,6 +3,7 @@
 use super::error::Faults;
 use asterix::cat021::Edition;
 
+use super::connections::Connection;
 use super::kinds::{
     Kind, Toml, checked_tables, flag, inline, is_plain, named, number, parsed, tables, text, whole,
 };
@@ -32,6 +33,9 @@ section! {
             number("a period is above 0 and at most 3600 seconds", |s| s > 0.0 && s <= 3600.0);
         /// UDP lines to listen on; several are redundant, and copies of a report are handled once. A replay needs none.
         inputs: Vec<Input> = Vec::new(), tables();
+        /// Receivers and gateways that speak something else, translated at the door (docs/INPUTS.md): what is recorded is ASTERIX
+        /// or lines of Remote ID. Not of a radar.
+        connections: Vec<Connection> = depends("none", Vec::new()), tables();
     } by hand {}
 }
 
@@ -297,6 +301,14 @@ impl ByHand for Sensor {
             SensorKind::RemoteId(remote_id) => read_into(remote_id, section),
             SensorKind::Camera(camera) => read_into(camera, section),
         };
+        let this = self.kind.name();
+        if let Some(stray) = self.connections.iter().find(|of| !of.format.kinds().contains(&this)) {
+            let (format, kind) = (stray.format.name(), stray.format.kinds()[0]);
+            section.contradict(
+                &["connections"],
+                format!("a connection with format = \"{format}\" belongs to a sensor with kind = \"{kind}\", and this is \"{this}\""),
+            );
+        }
         let others = [("radar", Radar::rows()), ("transponder", Transponder::rows()), ("adsb", AdsB::rows())];
         let mut known = own;
         for (kind, rows) in others {
@@ -306,7 +318,6 @@ impl ByHand for Sensor {
                 }
                 known.push(row.key);
                 if let Some(item) = section.stray(row.key) {
-                    let this = self.kind.name();
                     item.refuse(format!(
                         "only a sensor of kind \"{kind}\" has this key, and this is a sensor of kind \"{this}\"; remove it, or \
                          set kind = \"{kind}\""
@@ -317,6 +328,7 @@ impl ByHand for Sensor {
     }
 
     fn arrange(&self, entries: &mut Vec<Entry>) {
+        let connections = entries.pop().filter(|_| !self.connections.is_empty());
         let inputs = entries.pop();
         if !self.kind.is_radar()
             && let Some(Entry { value: Err(absent), .. }) = entries.last_mut()
@@ -331,6 +343,7 @@ impl ByHand for Sensor {
             SensorKind::Camera(camera) => camera.entries(),
         });
         entries.extend(inputs);
+        entries.extend(connections);
     }
 }
 

@@ -475,3 +475,59 @@ fn output_http_state_and_areas() {
     assert_eq!(tiles.origin(), "https://t.example:8443");
     assert_eq!(parse(&open.to_string()).unwrap(), open);
 }
+
+#[test]
+fn connections() {
+    let kind = "kind = \"transponder\"";
+    let with =
+        |kind: &str, connection: &str| format!("kind = \"{kind}\"\nconnections = [{{ {connection} }}]");
+    let adsb = |address: &str| with("adsb", &format!("format = \"beast\", address = \"{address}\""));
+    let mqtt = |rest: &str| with("remote-id", &format!("format = \"mqtt\", address = {rest}"));
+    let mavlink = |systems: &str| {
+        with(
+            "transponder",
+            &format!("format = \"mavlink\", address = \"0.0.0.0:14550\", systems = [{systems}]"),
+        )
+    };
+    let drone = "{ system_id = 1, serial_number = \"A\" }";
+    for (text, message) in [
+        (
+            with("transponder", "format = \"avr\", address = \"127.0.0.1:1\""),
+            "belongs to a sensor with kind = \"adsb\"",
+        ),
+        (with("adsb", "format = \"sbs\", address = \"127.0.0.1:1\""), "\"beast\""),
+        (adsb("127.0.0.1"), "an IPv4 address and a port"),
+        (adsb("0.0.0.0:30005"), "nothing can be connected to"),
+        (mqtt("\"127.0.0.1:1883\""), "mqtt://host:port"),
+        (mqtt("\"mqtt://user:word@host\""), "keys of their own"),
+        (mqtt("\"mqtt://host\", password_env = \"X\""), "belongs to a username"),
+        (mqtt("\"mqtt://host\", ca = \"a.pem\""), "without TLS"),
+        (
+            with("adsb", "format = \"avr\", address = \"127.0.0.1:1\", topic = \"a\""),
+            "only a connection with format = \"mqtt\"",
+        ),
+        (mavlink(""), "no drone would be known"),
+        (mavlink(&format!("{drone}, {drone}")), "the same system_id"),
+        (mavlink("{ system_id = 0, serial_number = \"A\" }"), "1 to 255"),
+        (mavlink("{ system_id = 1, serial_number = \"1234567890123\" }"), "1 to 12 printable"),
+        (mavlink("{ system_id = 1, serial_number = \"A\", country = \"nl\" }"), "two capital letters"),
+    ] {
+        let errors = parse(&BASE.replace(kind, &text)).unwrap_err();
+        let shown = errors.to_string();
+        assert_eq!(errors.iter().count(), 1, "{shown}");
+        assert!(shown.contains("sensors[1].connections") && shown.contains(message), "{text}: {shown}");
+    }
+    for text in [adsb("127.0.0.1:30005"), mqtt("\"mqtts://[::1]:8884/\", ca = \"a.pem\""), mavlink(drone)] {
+        let config = parse(&BASE.replace(kind, &text)).unwrap();
+        let again = parse(&config.to_string()).unwrap();
+        assert_eq!(again.sensors, config.sensors, "what is shown reads back");
+    }
+    let broker = |address: &str| {
+        let connection = Connection { address: address.to_owned(), ..Connection::default() };
+        connection.broker().map(|broker| (broker.host, broker.port, broker.tls))
+    };
+    assert_eq!(broker("mqtt://a.example"), Some(("a.example".to_owned(), 1883, false)));
+    assert_eq!(broker("mqtts://10.0.0.1"), Some(("10.0.0.1".to_owned(), 8883, true)));
+    assert_eq!(broker("mqtts://[::1]:8884/"), Some(("[::1]".to_owned(), 8884, true)));
+    assert_eq!(["mqtt://", "mqtt://a:0", "mqtt://a:x", "http://a"].map(broker), [None, None, None, None]);
+}

@@ -104,6 +104,8 @@ pub struct LineStatus {
     pub kernel_dropped: u64,
     /// The last datagram.
     pub last_received: Option<Time>,
+    /// What a translator at the door has dropped, by reason; empty where there is none.
+    pub untranslated: Vec<(&'static str, u64)>,
 }
 
 /// A source that is heard and not configured.
@@ -135,6 +137,7 @@ impl LineStatus {
             queue_full: count(&counters.queue_full),
             kernel_dropped: count(&counters.kernel_dropped),
             last_received: (last > 0).then(|| Time::from_nanos(last)),
+            untranslated: counters.untranslated(),
         }
     }
 }

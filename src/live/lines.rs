@@ -3,16 +3,19 @@
 
 use std::io;
 use std::net::UdpSocket;
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use asterix::DataSource;
 use tokio::sync::watch;
 use tracing::{Instrument, Span, error, error_span, info, warn};
 
 use super::clock::Clock;
-use crate::config::Config;
+use super::doors::{self, Door};
+use crate::config::{Config, Connection};
+use crate::gateways::mavlink::Translator;
 use crate::net::listen::{self as udp, Arrival, Line, LineCounters};
 
 /// Datagrams that may wait for the engine: some seconds of the busiest site.
@@ -84,16 +87,35 @@ pub(crate) fn listen(config: &Config, clock: &Clock, runtime: &tokio::runtime::H
         .iter()
         .enumerate()
         .map(|(index, (line, counters))| {
+            let sender = sender.clone();
+            // Enabled at every level: without it a warning does not say which input it is about.
+            let span = error_span!("input", name = line.name());
+            let sensor = &config.sensors[line.sensors[0]];
+            let source = DataSource { sac: sensor.sac, sic: sensor.sic };
+            if !line.is_udp() {
+                let door = Door {
+                    index,
+                    line: line.clone(),
+                    counters: counters.clone(),
+                    clock: clock.clone(),
+                    stopped: stopped.clone(),
+                    source,
+                    sensor: sensor.id.clone(),
+                    origin: doors::origin(config),
+                };
+                let hand_on = move |arrival| sender.try_send(arrival).is_ok();
+                return runtime.spawn(door.keep_reading(hand_on).instrument(span));
+            }
+            let systems = line.connection.as_ref().map(Connection::systems);
             let reader = Reader {
+                translator: systems.map(|systems| Mutex::new(Translator::new(source, systems))),
                 index,
                 line: line.clone(),
                 counters: counters.clone(),
                 clock: clock.clone(),
                 stopped: stopped.clone(),
             };
-            // Enabled at every level: without it a warning does not say which input it is about.
-            let span = error_span!("input", name = line.name());
-            runtime.spawn(reader.keep_reading(sender.clone()).instrument(span))
+            runtime.spawn(reader.keep_reading(sender).instrument(span))
         })
         .collect();
     Listening { arrivals, lines, readers: Readers { stop, tasks } }
@@ -101,6 +123,8 @@ pub(crate) fn listen(config: &Config, clock: &Clock, runtime: &tokio::runtime::H
 
 /// The reader of a line.
 struct Reader {
+    /// Of a line whose datagrams are translated.
+    translator: Option<Mutex<Translator>>,
     index: usize,
     line: Arc<Line>,
     counters: Arc<LineCounters>,
@@ -123,9 +147,11 @@ impl Reader {
     async fn keep_reading(self, sender: SyncSender<Arrival>) {
         let Self { line, counters, .. } = &self;
         let mut stopped = self.stopped.clone();
-        let hand_on = |arrival| match sender.try_send(arrival) {
-            Ok(()) => true,
-            Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => false,
+        let hand_on = |arrival| {
+            self.translated(arrival, |arrival| match sender.try_send(arrival) {
+                Ok(()) => true,
+                Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => false,
+            })
         };
         // A line that is joined anew and works needs no word.
         let (mut joined_anew, mut failing) = (false, false);
@@ -176,12 +202,25 @@ impl Reader {
         }
     }
 
+    /// Hands on an arrival, or what a translator makes of it; whether nothing of it was lost.
+    fn translated(&self, arrival: Arrival, hand_on: impl Fn(Arrival) -> bool) -> bool {
+        let Some(translator) = &self.translator else { return hand_on(arrival) };
+        let mut translator = translator.lock().unwrap_or_else(PoisonError::into_inner);
+        let Arrival { line, received, from, payload } = arrival;
+        let mut is_whole = true;
+        translator.take(&payload, received, |payload| {
+            is_whole &= hand_on(Arrival { line, received, from, payload });
+        });
+        self.counters.note_untranslated(translator.counts().dropped.iter());
+        is_whole
+    }
+
     async fn read_until_silent(
         &self,
         socket: &tokio::net::UdpSocket,
         hand_on: impl Fn(Arrival) -> bool,
     ) -> Ended {
-        let Self { index, line, counters, clock, stopped } = self;
+        let Self { index, line, counters, clock, stopped, .. } = self;
         let reading = udp::read(socket, *index, line, counters, || clock.now(), hand_on);
         tokio::pin!(reading);
         let mut stopped = stopped.clone();
@@ -206,7 +245,7 @@ impl Reader {
     fn drain(&self, socket: &UdpSocket, sender: &SyncSender<Arrival>) {
         let Self { index, line, counters, clock, .. } = self;
         let until = Instant::now() + DRAIN;
-        let hand_on = |mut arrival| loop {
+        let insist = |mut arrival| loop {
             match sender.try_send(arrival) {
                 Ok(()) => return true,
                 Err(TrySendError::Full(back)) if Instant::now() < until => arrival = back,
@@ -214,6 +253,7 @@ impl Reader {
             }
             std::thread::sleep(DRAIN_PAUSE);
         };
+        let hand_on = |arrival| self.translated(arrival, insist);
         let mut left = DRAIN_DATAGRAMS;
         let goes_on = || {
             left -= 1;

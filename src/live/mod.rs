@@ -14,6 +14,7 @@ mod clock;
 mod condition;
 mod contests;
 mod correlations;
+mod doors;
 mod driver;
 mod health;
 mod hub;

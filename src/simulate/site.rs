@@ -73,6 +73,7 @@ fn radar_sensor(scenario: &Scenario, ground: &Ground, index: usize, radar: &Rada
         sic: radar.sic as u8,
         period_s: Some(radar.period_s),
         inputs: inputs(scenario, Ipv4Addr::new(239, 192, 48, 1 + index as u8), 8048),
+        connections: Vec::new(),
         kind: SensorKind::Radar(config::Radar {
             latitude_deg: rounded(position.latitude_deg()),
             longitude_deg: rounded(position.longitude_deg()),
@@ -95,6 +96,7 @@ fn transponder_sensor(scenario: &Scenario, model: &Transponder) -> Sensor {
         sic: model.sic as u8,
         period_s: Some((model.period_s.low + model.period_s.high) / 2.0),
         inputs: inputs(scenario, Ipv4Addr::new(239, 192, 129, 1), 8129),
+        connections: Vec::new(),
         kind: SensorKind::Transponder(config::Transponder {
             accuracy: Some(TRANSPONDER_ACCURACY),
             ..config::Transponder::default()

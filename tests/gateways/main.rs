@@ -7,6 +7,9 @@
 
 mod adsb;
 mod corpus;
+mod live;
+#[path = "../shared/program.rs"]
+mod program;
 mod remote_id;
 #[path = "../shared/mod.rs"]
 #[expect(dead_code, reason = "of all captures, some are looked for by name")]

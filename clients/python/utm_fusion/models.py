@@ -34,6 +34,15 @@ Aircraft = TypedDict(
     },
 )
 
+AircraftJson = TypedDict(
+    "AircraftJson",
+    {
+        "icao24": str,
+        "callsign": NotRequired[str],
+        "emitter_category": NotRequired[int],
+    },
+)
+
 AlertArea = TypedDict(
     "AlertArea",
     {
@@ -264,7 +273,7 @@ CoverageProperties = TypedDict(
     "CoverageProperties",
     {
         "sensor": str,
-        "kind": Literal["radar", "transponder"],
+        "kind": Literal["radar", "transponder", "adsb", "remote-id", "camera"],
         "shape": Literal["area", "circle"],
         "max_range_m": NotRequired[float],
     },
@@ -631,6 +640,7 @@ Line = TypedDict(
         "queue_full": int,
         "kernel_dropped": int,
         "last_received": NotRequired[str],
+        "untranslated": NotRequired[dict[str, int]],
     },
 )
 
@@ -1147,7 +1157,9 @@ TrackProperties = TypedDict(
         "interpolated": bool,
         "extrapolated": bool,
         "uav_probability": NotRequired[float],
+        "aircraft_type": Literal["drone", "crewed", "vehicle", "other", "unknown"],
         "uas_id": NotRequired["UasId"],
+        "aircraft": NotRequired["AircraftJson"],
         "integrity": NotRequired[Literal["unverified", "verified", "suspect", "failed", None]],
         "integrity_index": NotRequired[float],
         "protection_level_m": NotRequired[float],
@@ -1201,7 +1213,10 @@ TransponderId = TypedDict(
 UasId = TypedDict(
     "UasId",
     {
-        "serial_number": str,
+        "serial_number": NotRequired[str],
+        "registration_id": NotRequired[str],
+        "utm_id": NotRequired[str],
+        "specific_session_id": NotRequired[str],
         "manufacturer": NotRequired[str],
         "model": NotRequired[str],
         "registration_country": NotRequired[str],

@@ -158,6 +158,12 @@ impl Metrics {
         for (name, help, count) in counts {
             self.by(name, help, "line", lines.iter().map(|line| (&line.name, count(line))));
         }
+        self.family("line_untranslated_total", "What a translator at the door dropped");
+        for line in &lines {
+            for (reason, count) in &line.untranslated {
+                self.sample("line_untranslated_total", &[("line", &line.name), ("reason", reason)], *count);
+            }
+        }
     }
 }
 

@@ -6,6 +6,7 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use asterix::DataSource;
 use jiff::civil::Date;
 use tracing::warn;
 
@@ -95,7 +96,7 @@ impl Args {
     /// The day on which files begin that do not say theirs; where none is given and one needs it, a warning is logged.
     pub(super) fn day_of(&self, captures: &[Capture]) -> Date {
         self.date.unwrap_or_else(|| {
-            for capture in captures.iter().filter(|capture| capture.format().is_asterix_only()) {
+            for capture in captures.iter().filter(|capture| !capture.is_dated()) {
                 let (capture, format) = (capture.name(), capture.format());
                 warn!(capture, format = format.to_string(), from = %UNDATED, "the format has no date: give it as --date YYYY-MM-DD");
             }
@@ -121,8 +122,10 @@ impl Args {
         Ok(saved)
     }
 
-    pub(super) fn open(&self, trailers: &TrailerRules) -> Result<Vec<Capture>, OpenError> {
-        let open = |path: &PathBuf| Ok(Capture::open(path)?.with_trailers(trailers.clone()));
+    /// The inputs; `adsb` has SAC and SIC of the records that frames of a 1090 MHz receiver become.
+    pub(super) fn open(&self, trailers: &TrailerRules, adsb: DataSource) -> Result<Vec<Capture>, OpenError> {
+        let open =
+            |path: &PathBuf| Ok(Capture::open(path)?.with_trailers(trailers.clone()).with_adsb_source(adsb));
         self.inputs.iter().map(open).collect()
     }
 

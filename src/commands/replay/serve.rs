@@ -23,8 +23,8 @@ use fusion::time::Time;
 /// An input cannot be opened, or the address is taken.
 pub fn serve(args: &Args, config: Arc<Config>, masks: Masks, speed: f64) -> CommandResult {
     let (named, again) = (args.clone(), args.again);
-    let trailers = TrailerRules::of(&config);
-    let open: OpenCaptures = Arc::new(move || named.open(&trailers));
+    let (trailers, adsb) = (TrailerRules::of(&config), config.adsb_source());
+    let open: OpenCaptures = Arc::new(move || named.open(&trailers, adsb));
     let date = args.day_of(&open()?); // a wrong path is an error at once
     let plan = args.saved_state()?.correlations.plan(&config);
     runtime(2)?.block_on(async {

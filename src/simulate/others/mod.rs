@@ -189,7 +189,8 @@ fn sensor(
     kind: SensorKind,
 ) -> Sensor {
     let inputs = site::inputs(scenario, Ipv4Addr::from(group), port);
-    Sensor { id: id.to_owned(), sac: sac as u8, sic: sic as u8, period_s: Some(period_s), inputs, kind }
+    let (id, connections) = (id.to_owned(), Vec::new());
+    Sensor { id, sac: sac as u8, sic: sic as u8, period_s: Some(period_s), inputs, connections, kind }
 }
 
 /// Episodes, see [`super::transponder`].

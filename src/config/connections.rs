@@ -1,0 +1,229 @@
+//! `connections` of a sensor: what is no ASTERIX over UDP, translated at the door.
+
+use std::collections::BTreeMap;
+use std::net::{Ipv4Addr, SocketAddrV4};
+use std::path::PathBuf;
+
+use super::kinds::{any_text, beside, is_plain, tables, text, whole};
+use super::names::{names, written_by_name};
+use super::reader::Section;
+use super::table::{ByHand, Entry, absent, depends, need, section};
+use crate::gateways::mavlink;
+
+section! {
+    /// A receiver or gateway whose data are translated before they are recorded and handled.
+    #[derive(Eq)]
+    Connection {
+        /// What it speaks.
+        format: ConnectionFormat = need(
+            "format = \"beast\" or \"avr\" (kind = \"adsb\"), \"mqtt\" (kind = \"remote-id\") or \"mavlink\" (kind = \"transponder\")",
+        ), super::kinds::named();
+        /// `"beast"`, `"avr"`: address and port of the receiver, such as `127.0.0.1:30005`. `"mqtt"`: the broker,
+        /// `mqtt://host:1883`, or with TLS `mqtts://host:8883`. `"mavlink"`: own address and UDP port to listen on.
+        address: String = need("address = \"127.0.0.1:30005\", or of a broker \"mqtt://127.0.0.1:1883\""), any_text();
+        /// Topics that are subscribed to, with `"mqtt"`; `+` and `#` stand for any name and any names.
+        topic: String = depends("`remote-id/#`", "remote-id/#".to_owned()), text("a filter of topics, up to 200 octets", |text| text.len() <= 200);
+        /// Who the service is to the broker.
+        username: Option<String> = absent("nobody"), any_text();
+        /// File of the password.
+        password_file: Option<PathBuf> = absent("none"), beside();
+        /// Environment variable that holds the password instead.
+        password_env: Option<String> = absent("none"), any_text();
+        /// Certificates that the broker's is issued by, PEM; with `mqtts://`.
+        ca: Option<PathBuf> = absent("those that this machine trusts"), beside();
+        /// Identifies this client at the broker; two of the same id end each other's connection.
+        client_id: Option<String> = absent("`utm-fusion-` with SAC, SIC and id of the sensor"),
+            text("a client id is made of letters, digits, _ and -", is_plain);
+        /// The drones that a `"mavlink"` connection carries.
+        systems: Vec<MavlinkSystem> = depends("none", Vec::new()), tables();
+    } by hand {}
+}
+
+names! {
+    /// What a receiver or gateway speaks.
+    #[derive(Copy, Eq)]
+    ConnectionFormat, "format" {
+        /// Frames of a 1090 MHz receiver (readsb, dump1090), binary, over TCP.
+        Beast = "beast",
+        /// The same as text.
+        Avr = "avr",
+        /// Lines of Remote ID from a broker of MQTT 5.
+        Mqtt = "mqtt",
+        /// MAVLink position reports of own drones over UDP.
+        Mavlink = "mavlink",
+    }
+}
+
+written_by_name!(ConnectionFormat);
+
+section! {
+    /// A drone that reports its position by MAVLink.
+    #[derive(Eq)]
+    MavlinkSystem {
+        /// MAVLink's number of the system.
+        system_id: u8 = need("system_id = 1, the number of the system"),
+            whole("a system has a number from 1 to 255", 1..=255);
+        /// Its serial number, by which the service knows it.
+        serial_number: String = need("serial_number = \"…\", by which the service knows the drone"),
+            text("a serial number has 1 to 12 printable characters", |text| mavlink::System::new(text).is_some());
+        /// Its manufacturer, three characters.
+        manufacturer: Option<String> = absent("not stated"), text("three printable characters", |text| is_code(text, 3));
+        /// Its model, three characters.
+        model: Option<String> = absent("not stated"), text("three printable characters", |text| is_code(text, 3));
+        /// The country that it is registered in, ISO 3166-1 alpha-2.
+        country: Option<String> = absent("`ZZ`, unknown"), text("two capital letters", |text| {
+            is_code(text, 2) && text.bytes().all(|octet| octet.is_ascii_uppercase())
+        });
+    }
+}
+
+fn is_code(text: &str, length: usize) -> bool {
+    text.len() == length && text.bytes().all(|octet| (b' '..=b'~').contains(&octet))
+}
+
+/// A blank one.
+impl Default for ConnectionFormat {
+    fn default() -> Self {
+        Self::Beast
+    }
+}
+
+/// Of MQTT, and of MQTT over TLS, as registered.
+const PORTS: [u16; 2] = [1883, 8883];
+
+/// A broker.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BrokerAddress {
+    /// Name or address.
+    pub host: String,
+    /// Its port.
+    pub port: u16,
+    /// Whether the connection is TLS.
+    pub tls: bool,
+}
+
+impl Connection {
+    /// The address of a connection that is no broker's. Configurations that were read have one.
+    pub fn socket(&self) -> Option<SocketAddrV4> {
+        self.address.parse().ok().filter(|address: &SocketAddrV4| address.port() > 0)
+    }
+
+    /// The broker of an `"mqtt"` connection. Configurations that were read have one.
+    pub fn broker(&self) -> Option<BrokerAddress> {
+        let (rest, tls) = match self.address.strip_prefix("mqtts://") {
+            Some(rest) => (rest, true),
+            None => (self.address.strip_prefix("mqtt://")?, false),
+        };
+        let rest = rest.strip_suffix('/').unwrap_or(rest);
+        let (host, port) = match rest.rsplit_once(':') {
+            // A colon of an IPv6 address is none of a port.
+            Some((host, port)) if !port.ends_with(']') => (host, port.parse().ok().filter(|port| *port > 0)?),
+            _ => (rest, PORTS[usize::from(tls)]),
+        };
+        let is_host = |text: &str| text.chars().all(|c| c.is_ascii_alphanumeric() || "-._:[]".contains(c));
+        (!host.is_empty() && is_host(host)).then(|| BrokerAddress { host: host.to_owned(), port, tls })
+    }
+
+    /// The table of a `"mavlink"` connection.
+    pub fn systems(&self) -> BTreeMap<u8, mavlink::System> {
+        let code =
+            |text: &Option<String>| text.as_ref().and_then(|text| text.as_bytes().first_chunk().copied());
+        let entry = |system: &MavlinkSystem| {
+            let country = system.country.as_ref().and_then(|text| text.as_bytes().first_chunk().copied());
+            let known = mavlink::System {
+                manufacturer: code(&system.manufacturer),
+                model: code(&system.model),
+                country: country.unwrap_or(mavlink::NO_COUNTRY),
+                ..mavlink::System::new(&system.serial_number)?
+            };
+            Some((system.system_id, known))
+        };
+        self.systems.iter().filter_map(entry).collect()
+    }
+}
+
+impl ConnectionFormat {
+    /// The kinds of sensors that have such connections.
+    pub(super) const fn kinds(self) -> &'static [&'static str] {
+        match self {
+            Self::Beast | Self::Avr => &["adsb"],
+            Self::Mqtt => &["remote-id"],
+            Self::Mavlink => &["transponder", "mavlink"],
+        }
+    }
+}
+
+/// An address that fits to the format, and no keys of another format.
+impl ByHand for Connection {
+    /// Without the keys of other formats.
+    fn arrange(&self, entries: &mut Vec<Entry>) {
+        let is_broker = self.format == ConnectionFormat::Mqtt;
+        let others = ["username", "password_file", "password_env", "ca", "client_id"];
+        entries.retain(|entry| match entry.key {
+            "topic" => is_broker,
+            "systems" => !self.systems.is_empty(),
+            key => is_broker || !others.contains(&key),
+        });
+    }
+
+    fn more(&mut self, section: &mut Section<'_>) {
+        if !section.is_sound(&["format", "address"]) {
+            return;
+        }
+        let is_broker = self.format == ConnectionFormat::Mqtt;
+        if is_broker && self.broker().is_none() {
+            section.contradict(&["address"], "a broker is mqtt://host:port, or with TLS mqtts://host:port; user and password have keys of their own");
+        } else if !is_broker && self.socket().is_none() {
+            section.contradict(&["address"], "expected an IPv4 address and a port, such as 127.0.0.1:30005");
+        } else if self.format != ConnectionFormat::Mavlink
+            && self.socket().is_some_and(|socket| *socket.ip() == Ipv4Addr::UNSPECIFIED)
+        {
+            section.contradict(
+                &["address"],
+                "nothing can be connected to at 0.0.0.0; write the address of the receiver",
+            );
+        }
+        if !is_broker {
+            for key in ["topic", "username", "password_file", "password_env", "ca", "client_id"] {
+                if section.written(key).is_some() {
+                    section.contradict(
+                        &[key],
+                        "only a connection with format = \"mqtt\" has this key; remove it",
+                    );
+                }
+            }
+        } else {
+            if self.password_file.is_some() && self.password_env.is_some() {
+                section
+                    .contradict(&["password_env"], "there is a file of it too; remove one of the two keys");
+            }
+            if self.username.is_none() {
+                section.contradict(
+                    &["password_file", "password_env"],
+                    "a password belongs to a username; add it, or remove the key",
+                );
+            }
+            if self.ca.is_some() && self.broker().is_some_and(|broker| !broker.tls) {
+                section.contradict(
+                    &["ca"],
+                    "nobody proves anything without TLS; write mqtts://, or remove the key",
+                );
+            }
+        }
+        let has_systems = !self.systems.is_empty();
+        if has_systems != (self.format == ConnectionFormat::Mavlink) {
+            let message = if has_systems {
+                "only a connection with format = \"mavlink\" has this key; remove it"
+            } else {
+                "no drone would be known; add systems = [{ system_id = 1, serial_number = \"…\" }]"
+            };
+            section.contradict(&[if has_systems { "systems" } else { "format" }], message);
+        }
+        let mut ids: Vec<u8> = self.systems.iter().map(|system| system.system_id).collect();
+        ids.sort_unstable();
+        ids.dedup();
+        if ids.len() < self.systems.len() {
+            section.contradict(&["systems"], "two drones have the same system_id; give each its own");
+        }
+    }
+}

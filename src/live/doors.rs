@@ -1,0 +1,246 @@
+//! Lines that are connections: to a receiver over TCP, or to a broker of MQTT 5. What comes is translated, and handed on as if
+//! it were datagrams; the connection is made again, more and more seldom, where it fails or falls silent.
+
+use std::io;
+use std::net::{Ipv4Addr, SocketAddrV4};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use asterix::DataSource;
+use rumqttc::v5::mqttbytes::QoS;
+use rumqttc::v5::mqttbytes::v5::{Filter, Login, RetainForwardRule, Subscribe};
+use tokio::io::AsyncReadExt;
+use tokio::net::TcpStream;
+use tokio::sync::watch;
+use tokio::time::{sleep, timeout};
+use tracing::{error, info};
+
+use super::clock::Clock;
+use crate::config::{Config, Connection, ConnectionFormat};
+use crate::gateways::adsb::{Framing, Place, Translator};
+use crate::gateways::remote_id::Counts;
+use crate::net::dial::Dial;
+use crate::net::listen::{Arrival, Line, LineCounters};
+use crate::net::mqtt::{Broken, Caller, Connection as Broker, Found};
+use crate::net::secret::secret;
+
+/// Pause before the next try: the first one, and the longest.
+const PAUSES: [Duration; 2] = [Duration::from_secs(2), Duration::from_secs(30)];
+/// Who does not answer a call for this long is not there.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// A receiver that sends nothing for this long may be gone without a word. By judgement: a busy sky is never silent, and an
+/// empty one costs a new connection a minute.
+const SILENCE: Duration = Duration::from_secs(60);
+/// Octets read in one go.
+const CHUNK: usize = 1 << 16;
+/// Chunks that are still read of a connection that is to end.
+const LAST_CHUNKS: usize = 64;
+
+/// The reader of such a line.
+pub(super) struct Door {
+    pub(super) index: usize,
+    pub(super) line: Arc<Line>,
+    pub(super) counters: Arc<LineCounters>,
+    pub(super) clock: Clock,
+    pub(super) stopped: watch::Receiver<bool>,
+    /// SAC and SIC of the sensor.
+    pub(super) source: DataSource,
+    /// The id of the sensor.
+    pub(super) sensor: String,
+    /// The origin of the site.
+    pub(super) origin: Option<Place>,
+}
+
+/// Why a connection is no more.
+enum Ended {
+    Failed(String),
+    Stopped,
+}
+
+impl From<Broken> for Ended {
+    fn from(broken: Broken) -> Self {
+        Self::Failed(broken.to_string())
+    }
+}
+
+impl From<io::Error> for Ended {
+    fn from(error: io::Error) -> Self {
+        Self::Failed(error.to_string())
+    }
+}
+
+/// Latitude and longitude of the origin of the local frame.
+pub(super) fn origin(config: &Config) -> Option<Place> {
+    match config.sensors.iter().find_map(|sensor| sensor.kind.radar()) {
+        Some(radar) => Some([radar.latitude_deg, radar.longitude_deg]),
+        None => Some([config.site.latitude_deg?, config.site.longitude_deg?]),
+    }
+}
+
+impl Door {
+    /// Connects and reads until it is stopped. `hand_on` is `false` where an arrival was lost.
+    pub(super) async fn keep_reading(self, hand_on: impl Fn(Arrival) -> bool) {
+        let Some(connection) = self.line.connection.clone() else { return };
+        let mut stopped = self.stopped.clone();
+        let (mut pause, mut failing) = (PAUSES[0], false);
+        let framing = match connection.format {
+            ConnectionFormat::Avr => Framing::Avr,
+            _ => Framing::Beast,
+        };
+        // What it has heard of aircraft outlives a short break.
+        let mut translator = Translator::new(framing, self.source, self.origin);
+        let mut counts = Counts::default();
+        loop {
+            let session = async {
+                match connection.format {
+                    ConnectionFormat::Mqtt => self.broker(&connection, &mut counts, &hand_on).await,
+                    _ => self.receiver(&mut translator, &hand_on).await,
+                }
+            };
+            let Err(ended) = session.await;
+            let was_open = self.counters.joined.swap(false, Ordering::Relaxed);
+            let Ended::Failed(why) = ended else { return };
+            if was_open {
+                (pause, failing) = (PAUSES[0], false);
+            }
+            if !std::mem::replace(&mut failing, true) {
+                let retry_s = pause.as_secs();
+                error!(error = why, retry_s, "input cannot be read: connected again");
+            }
+            tokio::select! {
+                () = sleep(pause) => pause = (pause * 2).min(PAUSES[1]),
+                () = stop(&mut stopped) => return,
+            }
+        }
+    }
+
+    /// A receiver's stream.
+    async fn receiver(
+        &self,
+        translator: &mut Translator,
+        hand_on: &impl Fn(Arrival) -> bool,
+    ) -> Result<std::convert::Infallible, Ended> {
+        let address = self.line.destination();
+        let mut stopped = self.stopped.clone();
+        let dialled = tokio::select! {
+            dialled = timeout(PATIENCE, TcpStream::connect(address)) => dialled,
+            () = stop(&mut stopped) => return Err(Ended::Stopped),
+        };
+        let silent = |_| io::Error::new(io::ErrorKind::TimedOut, "no answer");
+        let mut stream = dialled.map_err(silent)??;
+        self.counters.joined.store(true, Ordering::Relaxed);
+        info!("connected");
+        let mut buffer = vec![0; CHUNK];
+        let mut take = |octets: &[u8]| {
+            let received = self.clock.now();
+            translator.take(octets, received, |payload| {
+                let arrival = Arrival { line: self.index, received, from: address, payload };
+                self.counters.note(received, hand_on(arrival));
+            });
+            self.counters.note_untranslated(translator.counts().dropped.iter());
+        };
+        let ended = loop {
+            let read = tokio::select! {
+                read = timeout(SILENCE, stream.read(&mut buffer)) => read,
+                () = stop(&mut stopped) => {
+                    // What has arrived by now.
+                    for _ in 0..LAST_CHUNKS {
+                        match stream.try_read(&mut buffer) {
+                            Ok(length) if length > 0 => take(&buffer[..length]),
+                            _ => break,
+                        }
+                    }
+                    break Ended::Stopped;
+                }
+            };
+            match read {
+                Ok(Ok(0)) => break Ended::Failed("the receiver closed the connection".to_owned()),
+                Ok(Ok(length)) => take(&buffer[..length]),
+                Ok(Err(error)) => break error.into(),
+                Err(_) => break Ended::Failed(format!("nothing came for {} s", SILENCE.as_secs())),
+            }
+        };
+        translator.end();
+        Err(ended)
+    }
+
+    /// A broker's messages, each some lines.
+    async fn broker(
+        &self,
+        of: &Connection,
+        counts: &mut Counts,
+        hand_on: &impl Fn(Arrival) -> bool,
+    ) -> Result<std::convert::Infallible, Ended> {
+        let (dial, login) = dial(of).map_err(Ended::Failed)?;
+        let DataSource { sac, sic } = self.source;
+        let usual = || format!("utm-fusion-{sac}-{sic}-{}", self.sensor);
+        let client_id = of.client_id.clone().unwrap_or_else(usual);
+        let mut stopped = self.stopped.clone();
+        let mut take = |message: Found| {
+            let received = self.clock.now();
+            let from = SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, self.line.port);
+            counts.lines(&message.payload, |line| {
+                let arrival = Arrival { line: self.index, received, from, payload: line.to_vec() };
+                self.counters.note(received, hand_on(arrival));
+            });
+            self.counters.note_untranslated(counts.refused.iter());
+        };
+        let open = async {
+            let caller = Caller { client_id: &client_id, login, will: None };
+            let mut broker = Broker::open(&dial, caller).await?;
+            broker.subscribed(subscription(&of.topic), &mut take).await?;
+            Ok::<_, Broken>(broker)
+        };
+        let mut broker = tokio::select! {
+            broker = open => broker?,
+            () = stop(&mut stopped) => return Err(Ended::Stopped),
+        };
+        self.counters.joined.store(true, Ordering::Relaxed);
+        info!("subscribed");
+        let pause = broker.pause;
+        loop {
+            tokio::select! {
+                heard = broker.listen() => heard?.into_iter().for_each(&mut take),
+                () = sleep(pause) => broker.ping(&mut take).await?,
+                () = stop(&mut stopped) => {
+                    // A broker answers in order: what it has sent by now comes before the answer.
+                    let _ = broker.ping(&mut take).await;
+                    let _ = broker.end().await;
+                    return Err(Ended::Stopped);
+                }
+            }
+        }
+    }
+}
+
+/// Waits until it is to end, also where nobody is left who could say so.
+async fn stop(stopped: &mut watch::Receiver<bool>) {
+    let _ = stopped.wait_for(|stopped| *stopped).await;
+}
+
+fn dial(of: &Connection) -> Result<(Dial, Option<Login>), String> {
+    let broker = of.broker().ok_or("the address is no broker's")?;
+    let dial = match broker.tls {
+        true => Dial::tls(&broker.host, broker.port, of.ca.as_deref())?,
+        false => Dial::plain(&broker.host, broker.port),
+    };
+    let password = secret(of.password_file.as_deref(), of.password_env.as_deref())?;
+    let login = of
+        .username
+        .as_ref()
+        .map(|username| Login { username: username.clone(), password: password.unwrap_or_default() });
+    Ok((dial, login))
+}
+
+/// Messages as they are published; what is retained is of another time.
+fn subscription(topic: &str) -> Subscribe {
+    let filter = Filter {
+        path: topic.to_owned(),
+        qos: QoS::AtMostOnce,
+        nolocal: false,
+        preserve_retain: false,
+        retain_forward_rule: RetainForwardRule::Never,
+    };
+    Subscribe::new(filter, None)
+}
