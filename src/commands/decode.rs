@@ -1,13 +1,16 @@
-//! `decode`: captures as JSON, one record a line.
+//! `decode`: captures as JSON, one record a line, or as tables.
+
+mod tables;
 
 use std::collections::BTreeMap;
 use std::io::{self, BufWriter, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use asterix::cat021::Edition;
 use asterix::{Block, Fault, Record, blocks, cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
 
-use super::{CommandResult, Outcome, lost_frames};
+use super::{CommandResult, Outcome, Usage, lost_frames};
+use crate::app::Failure;
 use crate::capture::{Capture, Contents, Datagram, Gaps};
 use crate::gateways::remote_id::{Line, is_broadcast, is_lines, lines};
 use crate::json::{
@@ -15,6 +18,30 @@ use crate::json::{
     write_skipped, write_trailer,
 };
 use crate::pipeline::LineFault;
+use tables::Tables;
+
+/// How records are written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Format {
+    /// One JSON object per line, with nothing lost.
+    #[default]
+    Json,
+    /// Comma-separated values, a table per category.
+    Csv,
+    /// Apache Parquet, a table per category.
+    Parquet,
+}
+
+impl Format {
+    /// Of the names of its files.
+    fn extension(self) -> &'static str {
+        match self {
+            Self::Json => "ndjson",
+            Self::Csv => "csv",
+            Self::Parquet => "parquet",
+        }
+    }
+}
 
 /// Print captures as JSON, one record a line
 ///
@@ -33,6 +60,10 @@ use crate::pipeline::LineFault;
 /// A message of Remote ID (ASTM F3411), of a Wi-Fi or Bluetooth capture or a gateway's line: {"time":…, "offset":…, "block":…,
 /// "transmitter":"90:3a:e6:5b:c8:a8", "message":"location", "version":2, "latitude_deg":…, …}. Frames of a 1090 MHz receiver
 /// (Beast) are printed as the CAT021 records that they become, with SAC and SIC 0.
+///
+/// With --format csv or parquet a table of each category goes into the directory -o: cat048.parquet has a row per record and a
+/// column per scalar, I048_040_rho_m for `rho_m` of item 040; unread.parquet has what could not be read or was not looked into.
+/// CSV of one category (--cat) or of the errors (--errors-only) may go to standard output.
 ///
 /// The exit code is 4 where octets of a raw file or a FINAL recording could not be read.
 #[derive(clap::Args, Debug, Default)]
@@ -58,6 +89,44 @@ pub struct Args {
     /// Add the octets of each record, as `hex`
     #[arg(long)]
     pub hex: bool,
+    /// How records are written
+    #[arg(long, value_enum, value_name = "FORMAT", default_value_t)]
+    pub format: Format,
+    /// The directory of the tables of --format csv and parquet; it is made where it is missing
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+}
+
+impl Args {
+    /// Where records go.
+    fn sink<'a>(&'a self, out: &'a mut dyn Write) -> Result<Sink<'a>, Failure> {
+        let refuse = |text: &str| Err(Usage(text.to_owned()).into());
+        match (self.format, &self.output) {
+            (Format::Json, None) => Ok(Sink::Lines { out: BufWriter::new(out), line: Vec::new() }),
+            (Format::Json, Some(_)) => refuse("-o is for tables: --format csv or --format parquet"),
+            (format, Some(directory)) => {
+                let is_within = |input: &&PathBuf| {
+                    let is_table = input.extension().is_some_and(|extension| extension == format.extension());
+                    let (file, within) = (input.canonicalize().ok(), directory.canonicalize().ok());
+                    is_table
+                        && within.is_some()
+                        && file.as_deref().and_then(Path::parent) == within.as_deref()
+                };
+                if let Some(input) = self.inputs.iter().find(is_within) {
+                    let input = input.display();
+                    return refuse(&format!("-o: {input} is in that directory and might be overwritten"));
+                }
+                Ok(Sink::Tables(Tables::within(format, directory)?))
+            }
+            (Format::Csv, None) if self.cat.is_some() || self.errors_only => {
+                Ok(Sink::Tables(Tables::only(Format::Csv, out)))
+            }
+            (Format::Csv, None) => {
+                refuse("--format csv: a table per category needs -o DIR, or --cat for one of them")
+            }
+            (Format::Parquet, None) => refuse("--format parquet needs a directory: -o DIR"),
+        }
+    }
 }
 
 /// Reads the inputs and writes a line for each record, unknown block and error to `out`; what went wrong in all is said
@@ -71,8 +140,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     let several = captures.len() > 1;
     let mut printer = Printer {
         args,
-        out: BufWriter::new(out),
-        line: Vec::new(),
+        sink: args.sink(out)?,
         left: args.limit.unwrap_or(u64::MAX),
         errors: BTreeMap::new(),
         unread: Gaps::default(),
@@ -99,26 +167,60 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
             let _ = writeln!(io::stderr(), "{}: {unread} could not be read", capture.name());
         }
     }
-    printer.out.flush()?;
-    printer.summarise();
+    let Printer { sink, errors, .. } = printer;
+    sink.finish()?;
+    summarise(&errors);
     match damage {
         Some(error) => Err(error.into()),
-        None if damaged || args.strict && !printer.errors.is_empty() => Ok(Outcome::InputErrors),
+        None if damaged || args.strict && !errors.is_empty() => Ok(Outcome::InputErrors),
         None => Ok(Outcome::Done),
     }
 }
 
-struct Printer<'a, W: Write> {
+struct Printer<'a> {
     args: &'a Args,
-    out: BufWriter<W>,
-    /// The line being made.
-    line: Vec<u8>,
+    sink: Sink<'a>,
     /// Lines still wanted.
     left: u64,
     /// What could not be read, by reason.
     errors: BTreeMap<String, u64>,
     /// Octets of the input that could not be read.
     unread: Gaps,
+}
+
+/// Where records, and what could not be read, go.
+enum Sink<'a> {
+    Lines {
+        out: BufWriter<&'a mut dyn Write>,
+        /// The line being made.
+        line: Vec<u8>,
+    },
+    Tables(Tables<'a>),
+}
+
+impl Sink<'_> {
+    /// Makes a line, or adds a row.
+    fn write(
+        &mut self,
+        make: impl FnOnce(&mut Vec<u8>),
+        add: impl FnOnce(&mut Tables<'_>) -> io::Result<()>,
+    ) -> io::Result<()> {
+        match self {
+            Self::Tables(tables) => add(tables),
+            Self::Lines { out, line } => {
+                line.clear();
+                make(line);
+                out.write_all(line)
+            }
+        }
+    }
+
+    fn finish(self) -> io::Result<()> {
+        match self {
+            Self::Lines { mut out, .. } => out.flush(),
+            Self::Tables(tables) => tables.finish(),
+        }
+    }
 }
 
 /// A datagram and the file it is from, where there are several.
@@ -136,14 +238,15 @@ impl<'a> Source<'a> {
     }
 }
 
-impl<W: Write> Printer<'_, W> {
+impl Printer<'_> {
     fn datagram(&mut self, datagram: &Datagram, input: Option<&str>) -> io::Result<()> {
         let source = Source { input, datagram };
         if datagram.contents == Contents::Unframed {
             let place = source.place(0, 0);
             self.note(SKIPPED, place, &datagram.payload);
-            write_skipped(&mut self.line, &datagram.payload, place);
-            return self.print();
+            let octets = &datagram.payload;
+            return self
+                .write(|line| write_skipped(line, octets, place), |tables| tables.skipped(octets, place));
         }
         let (payload, place) = (&datagram.payload, source.place(0, 0));
         if is_lines(payload) {
@@ -182,8 +285,8 @@ impl<W: Write> Printer<'_, W> {
         }
         if !datagram.trailer.is_empty() && !self.args.errors_only && self.args.cat.is_none() {
             let at = datagram.payload.len();
-            write_trailer(&mut self.line, &datagram.trailer, source.place(at, at));
-            self.print()?;
+            let (octets, place) = (&datagram.trailer, source.place(at, at));
+            self.write(|line| write_trailer(line, octets, place), |tables| tables.trailer(octets, place))?;
         }
         Ok(())
     }
@@ -203,8 +306,10 @@ impl<W: Write> Printer<'_, W> {
             Ok(line) => line,
             Err(refusal) => {
                 self.note(REMOTE_ID, place, octets);
-                write_refused(&mut self.line, &refusal.to_string(), octets, place);
-                return self.print();
+                return self.write(
+                    |out| write_refused(out, &refusal.to_string(), octets, place),
+                    |tables| tables.skipped(octets, place),
+                );
             }
         };
         let mut made = Vec::new();
@@ -215,8 +320,7 @@ impl<W: Write> Printer<'_, W> {
             if sound.is_err() {
                 self.note(REMOTE_ID, place, &line.octets);
             }
-            self.line = text;
-            self.print()?;
+            self.write(|out| out.extend_from_slice(&text), |tables| tables.skipped(&line.octets, place))?;
         }
         Ok(())
     }
@@ -242,8 +346,10 @@ impl<W: Write> Printer<'_, W> {
                         let (octets, hex) = (&octets[..located.length], self.args.hex);
                         let received = source.datagram.received;
                         let record = &located.record;
-                        write_record(&mut self.line, record, edition, octets, place, received, hex);
-                        self.print()?;
+                        self.write(
+                            |line| write_record(line, record, edition, octets, place, received, hex),
+                            |tables| tables.record(record, edition, octets, place, received, hex),
+                        )?;
                     }
                 }
                 Err(fault) => self.fault(fault, place, octets, source)?,
@@ -257,24 +363,33 @@ impl<W: Write> Printer<'_, W> {
             return Ok(());
         }
         let place = source.place(block.offset, block.offset);
-        write_block(&mut self.line, block.category, block.octets, place);
-        self.print()
+        let Block { category, octets, .. } = block;
+        self.write(
+            |line| write_block(line, category, octets, place),
+            |tables| tables.block(category, octets, place),
+        )
     }
 
     fn fault(&mut self, fault: Fault, place: Place<'_>, octets: &[u8], source: Source<'_>) -> io::Result<()> {
         self.note(fault.kind.name(), place, octets);
-        write_fault(&mut self.line, fault, octets, source.datagram.origin, place);
-        self.print()
+        let origin = source.datagram.origin;
+        self.write(
+            |line| write_fault(line, fault, octets, origin, place),
+            |tables| tables.fault(fault, octets, origin, place),
+        )
     }
 
-    /// Prints the line that was made, if one is still wanted.
-    fn print(&mut self) -> io::Result<()> {
-        if self.left > 0 {
-            self.left -= 1;
-            self.out.write_all(&self.line)?;
+    /// Makes a line, or adds a row, if one is still wanted.
+    fn write(
+        &mut self,
+        make: impl FnOnce(&mut Vec<u8>),
+        add: impl FnOnce(&mut Tables<'_>) -> io::Result<()>,
+    ) -> io::Result<()> {
+        if self.left == 0 {
+            return Ok(());
         }
-        self.line.clear();
-        Ok(())
+        self.left -= 1;
+        self.sink.write(make, add)
     }
 
     /// Counts unreadable octets, if their line is still wanted.
@@ -295,15 +410,15 @@ impl<W: Write> Printer<'_, W> {
             self.count(format!("{reason} frame"), times);
         }
     }
+}
 
-    fn summarise(&self) {
-        let total: u64 = self.errors.values().sum();
-        if total > 0 {
-            let counts: Vec<_> =
-                self.errors.iter().map(|(reason, times)| format!("{times} {reason}")).collect();
-            let plural = if total == 1 { "" } else { "s" };
-            // Without a standard error there is nobody to tell.
-            let _ = writeln!(io::stderr(), "{total} error{plural} in the input: {}", counts.join(", "));
-        }
+/// Says on standard error what could not be read.
+fn summarise(errors: &BTreeMap<String, u64>) {
+    let total: u64 = errors.values().sum();
+    if total > 0 {
+        let counts: Vec<_> = errors.iter().map(|(reason, times)| format!("{times} {reason}")).collect();
+        let plural = if total == 1 { "" } else { "s" };
+        // Without a standard error there is nobody to tell.
+        let _ = writeln!(io::stderr(), "{total} error{plural} in the input: {}", counts.join(", "));
     }
 }

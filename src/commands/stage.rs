@@ -28,7 +28,7 @@ use fusion::Emission;
 use fusion::time::Time;
 
 /// What `-o` writes with.
-type Writer = PictureWriter<Box<dyn Write>>;
+type Writer = PictureWriter<Box<dyn Write + Send>>;
 
 /// Where the pictures go.
 pub(super) struct Stage<'a> {
@@ -298,13 +298,13 @@ fn open_output(args: &Args, config: &Config) -> Result<Option<Writer>, Failure> 
     };
     let format = args.output_format.or_else(|| OutputFormat::of(path)).ok_or_else(|| {
         Usage(format!(
-            "-o {}: the extension is none of .ast .pcap .ndjson .geojson .csv; name one with --output-format",
+            "-o {}: the extension is none of .ast .pcap .ndjson .geojson .csv .parquet; name one with --output-format",
             path.display()
         ))
     })?;
     refuse_input("-o", path, args)?;
-    let out: Box<dyn Write> = if path == Path::new("-") {
-        Box::new(BufWriter::new(io::stdout().lock()))
+    let out: Box<dyn Write + Send> = if path == Path::new("-") {
+        Box::new(BufWriter::new(io::stdout()))
     } else {
         #[expect(clippy::disallowed_methods, reason = "the file that -o names")]
         let file =

@@ -7,7 +7,8 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::csv::Columns;
-use super::{Cat129Encoder, PcapWriter, UdpFlow, pack};
+use super::table::{Parquet, Table};
+use super::{Cat129Encoder, PcapWriter, UdpFlow, pack, tracks};
 use crate::config::{Address, Config, PictureKind, Sink};
 use crate::picture::{Picture, PictureMaker, PictureTrack, TrackJson};
 use fusion::time::Time;
@@ -25,10 +26,12 @@ pub enum OutputFormat {
     Geojson,
     /// Comma-separated values.
     Csv,
+    /// Apache Parquet, a row per track and slot.
+    Parquet,
 }
 
 impl OutputFormat {
-    /// By the extension of a file's name: `.ast .pcap .ndjson .geojson .csv`.
+    /// By the extension of a file's name: `.ast .pcap .ndjson .geojson .csv .parquet`.
     pub fn of(path: &Path) -> Option<Self> {
         match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
             "ast" => Some(Self::Asterix),
@@ -36,31 +39,33 @@ impl OutputFormat {
             "ndjson" => Some(Self::Ndjson),
             "geojson" => Some(Self::Geojson),
             "csv" => Some(Self::Csv),
+            "parquet" => Some(Self::Parquet),
             _ => None,
         }
     }
 }
 
 /// Writes pictures in one format.
-pub struct PictureWriter<W> {
+pub struct PictureWriter<W: Write + Send> {
     form: Form<W>,
     encoder: Cat129Encoder,
     latency: jiff::SignedDuration,
 }
 
-enum Form<W> {
+enum Form<W: Write + Send> {
     Asterix { out: W, block: Vec<u8> },
     Pcap { out: PcapWriter<W>, flow: UdpFlow },
     Ndjson { out: W, lines: Vec<u8> },
     Geojson { out: W, features: u64 },
     Csv { out: W, columns: Columns },
+    Parquet(Box<Parquet<W>>),
 }
 
 /// Where the service sends when the configuration names no sink.
 const DEFAULT_FLOW: UdpFlow =
     UdpFlow { from: Ipv4Addr::LOCALHOST, to: Ipv4Addr::new(239, 192, 129, 2), port: 8130, ttl: 1 };
 
-impl<W: Write> PictureWriter<W> {
+impl<W: Write + Send> PictureWriter<W> {
     /// Writes the format's header. `picture`: which ones will be written.
     pub fn new(format: OutputFormat, mut out: W, config: &Config, picture: PictureKind) -> io::Result<Self> {
         let form = match format {
@@ -78,6 +83,7 @@ impl<W: Write> PictureWriter<W> {
                 columns.header(&mut out)?;
                 Form::Csv { out, columns }
             }
+            OutputFormat::Parquet => Form::Parquet(Box::new(Parquet::new(out, &tracks::columns())?)),
         };
         let encoder = Cat129Encoder::of(config);
         // A slot is sent this long after its centre.
@@ -115,6 +121,9 @@ impl<W: Write> PictureWriter<W> {
                 Ok(serde_json::to_writer(&mut *out, &Feature::new(track, maker))?)
             }),
             Form::Csv { out, columns } => columns.picture(out, picture, maker),
+            Form::Parquet(table) => {
+                picture.tracks.iter().try_for_each(|track| tracks::write(&mut **table, track, maker))
+            }
         }
     }
 
@@ -129,6 +138,7 @@ impl<W: Write> PictureWriter<W> {
                 out.write_all(b"\n]}\n")?;
                 out.flush()
             }
+            Form::Parquet(table) => table.finish(),
         }
     }
 }

@@ -1,11 +1,14 @@
-//! Pictures as octets: CAT129 records and datagrams, and the file formats of `replay`.
+//! Pictures as octets: CAT129 records and datagrams, and the file formats of `replay`; tables, also of records.
 
 mod cat129;
 mod csv;
 mod datagrams;
 mod files;
 mod pcap;
+pub(crate) mod records;
 mod status;
+pub(crate) mod table;
+mod tracks;
 
 pub use cat129::Cat129Encoder;
 pub use datagrams::{DATAGRAM_MAX, pack};

@@ -30,6 +30,7 @@ use write::{Object, write_item};
 pub use encoder::{Encoder, LineError};
 pub use remote_id::{REMOTE_ID, write_messages, write_refused};
 pub(crate) use values::rounded;
+pub(crate) use write::{announced, is_known, item_json, part_octets, scalar_json};
 
 /// Where the octets of a line stand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,11 +54,7 @@ pub fn write_record<R: Record<Edition: Named>>(
     received: Option<Time>,
     hex: bool,
 ) {
-    let time = received.zip(record.time_of_day()).and_then(|(received, time)| {
-        // The day is that of the reception, or the next or the last, whichever is nearest.
-        nearest_day(time.count(), received)
-    });
-    let mut line = Line::open(out, time, place, Some(R::CATEGORY));
+    let mut line = Line::open(out, time_of(record, received), place, Some(R::CATEGORY));
     if let Some(source) = record.data_source() {
         line.number("sac", source.sac.into());
         line.number("sic", source.sic.into());
@@ -79,6 +76,12 @@ pub fn write_record<R: Record<Edition: Named>>(
         line.hex("hex", octets);
     }
     line.close();
+}
+
+/// When a record was made that was received at `received`; `None` where either is not known.
+pub(crate) fn time_of<R: Record>(record: &R, received: Option<Time>) -> Option<Time> {
+    // The day is that of the reception, or the next or the last, whichever is nearest.
+    nearest_day(record.time_of_day()?.count(), received?)
 }
 
 /// An edition as a line says it.

@@ -54,14 +54,12 @@ pub(super) fn write_item(out: &mut Vec<u8>, layout: &Layout, octets: &[u8]) {
         Layout::Compound(subfields) => {
             let primary = octets.iter().position(|octet| octet & 1 == 0).map_or(0, |last| last + 1);
             let (primary, rest) = octets.split_at(primary);
-            let announces =
-                |index: usize| primary.get(index / 7).is_some_and(|octet| octet << (index % 7) & 0x80 != 0);
             let mut object = Object::open(out);
             if is_padded(primary) {
                 object.key(PRIMARY);
                 write_hex(object.out, primary);
             }
-            write_subfields(&mut object, subfields, announces, rest);
+            write_subfields(&mut object, subfields, |index| announced(primary, 7, index), rest);
             object.close();
         }
         Layout::Explicit(contents) => {
@@ -74,31 +72,59 @@ pub(super) fn write_item(out: &mut Vec<u8>, layout: &Layout, octets: &[u8]) {
     }
 }
 
-/// Prints what stands behind the length octet, if it is what the layout knows; the octets are then all told.
-fn write_contents(out: &mut Vec<u8>, contents: Contents, octets: &[u8]) -> bool {
+/// The item with these octets as JSON.
+pub(crate) fn item_json(layout: &Layout, octets: &[u8]) -> String {
+    printed(|out| write_item(out, layout, octets))
+}
+
+/// The field that begins at this bit as JSON.
+pub(crate) fn scalar_json(field: &Field, octets: &[u8], at: usize) -> String {
+    printed(|out| write_value(out, field, octets, at))
+}
+
+fn printed(write: impl FnOnce(&mut Vec<u8>)) -> String {
+    let mut out = Vec::new();
+    write(&mut out);
+    String::from_utf8(out).expect("what is printed is ASCII")
+}
+
+/// Whether the primary subfield announces this subfield, of which each octet says `each`.
+pub(crate) fn announced(primary: &[u8], each: usize, index: usize) -> bool {
+    primary.get(index / each).is_some_and(|octet| octet << (index % each) & 0x80 != 0)
+}
+
+/// Whether what stands behind the length octet is what the layout knows.
+pub(crate) fn is_known(contents: Contents, octets: &[u8]) -> bool {
     match contents {
         Contents::Opaque => false,
+        Contents::Known(_, fields) => octets_of(fields) == octets.len() && constants_agree(fields, octets),
+        Contents::Expansion(subfields) => octets
+            .split_first()
+            .is_some_and(|(_, rest)| measures(subfields, |index| announced(octets, 8, index), rest)),
+    }
+}
+
+/// Prints what stands behind the length octet, if it is what the layout knows; the octets are then all told.
+fn write_contents(out: &mut Vec<u8>, contents: Contents, octets: &[u8]) -> bool {
+    if !is_known(contents, octets) {
+        return false;
+    }
+    match contents {
+        Contents::Opaque => return false,
         Contents::Known(key, fields) => {
-            if octets_of(fields) != octets.len() || !constants_agree(fields, octets) {
-                return false;
-            }
             let mut object = Object::open(out);
             object.key(key);
             write_fields(object.out, fields, octets);
             object.close();
-            true
         }
         Contents::Expansion(subfields) => {
-            let Some((&announced, rest)) = octets.split_first() else { return false };
-            let announces = |index: usize| announced << index & 0x80 != 0;
-            measures(subfields, announces, rest) && {
-                let mut object = Object::open(out);
-                write_subfields(&mut object, subfields, announces, rest);
-                object.close();
-                true
-            }
+            let (primary, rest) = octets.split_at(1);
+            let mut object = Object::open(out);
+            write_subfields(&mut object, subfields, |index| announced(primary, 8, index), rest);
+            object.close();
         }
     }
+    true
 }
 
 /// Whether these subfields are defined and take exactly these octets.
@@ -123,7 +149,7 @@ fn is_padded(primary: &[u8]) -> bool {
 }
 
 /// Octets of fields that may leave the last bit to FX.
-pub(super) fn part_octets(fields: &[Field]) -> usize {
+pub(crate) fn part_octets(fields: &[Field]) -> usize {
     fields.iter().map(|field| usize::from(field.bits)).sum::<usize>().div_ceil(8)
 }
 

@@ -7,9 +7,12 @@ mod encoding;
 mod lines;
 mod lossless;
 mod options;
+#[path = "../shared/parquet.rs"]
+mod parquet_file;
 mod recordings;
 #[path = "../shared/mod.rs"]
 mod shared;
+mod tables;
 mod trailers;
 
 use std::fs;

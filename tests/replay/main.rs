@@ -12,6 +12,9 @@ mod inputs;
 mod integrity;
 mod masks;
 mod now;
+mod parquet;
+#[path = "../shared/parquet.rs"]
+mod parquet_file;
 #[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "shared by several tests")]
 mod program;

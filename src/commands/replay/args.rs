@@ -34,7 +34,8 @@ pub struct Args {
     /// The site's configuration.
     #[arg(long, value_name = "FILE")]
     pub config: PathBuf,
-    /// Where the output goes; `-` is standard output. The extension tells the format: .ast .pcap .ndjson .geojson .csv.
+    /// Where the output goes; `-` is standard output. The extension tells the format: .ast .pcap .ndjson .geojson
+    /// .csv .parquet.
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// The output's format, where the extension does not tell.

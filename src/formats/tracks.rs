@@ -1,0 +1,160 @@
+//! Pictures as a table: a row per track and slot, with the numbers of NDJSON.
+
+use std::borrow::Cow;
+
+use super::table::{Cell, Column, ColumnKind, Table};
+use crate::json::rounded;
+use crate::picture::{PictureMaker, PictureTrack, serial_text, text};
+use fusion::integrity::PointIntegrity;
+use fusion::point::{Association, Because, RadarPart, TransponderPart};
+use fusion::{Source, time::Time};
+
+/// A column of tracks: its name with its unit, what is in it, and where that is from.
+type TrackColumn = (&'static str, ColumnKind, for<'a> fn(&Row<'a>) -> Option<Cell<'a>>);
+
+/// A track and what its cells are made of.
+struct Row<'a> {
+    track: &'a PictureTrack,
+    maker: &'a PictureMaker,
+    radar: Option<&'a RadarPart>,
+    transponder: Option<&'a TransponderPart>,
+    pair: Option<&'a Association>,
+    integrity: Option<&'a PointIntegrity>,
+}
+
+/// Every column; they are the same for every configuration, so that files can be joined.
+const COLUMNS: &[TrackColumn] = &[
+    ("time", ColumnKind::Instant, |row| instant(row.track.time)),
+    ("id", ColumnKind::Text, |row| owned(row.maker.track_id(row.track))),
+    ("source", ColumnKind::Text, |row| name(row.track.source_name())),
+    ("track_number", ColumnKind::Count, |row| count(row.track.point.number)),
+    ("state", ColumnKind::Text, |row| name(if row.track.is_coasting() { "coasting" } else { "active" })),
+    ("latitude_deg", ColumnKind::Quantity, |row| quantity(row.track.position.latitude_deg(), 9)),
+    ("longitude_deg", ColumnKind::Quantity, |row| quantity(row.track.position.longitude_deg(), 9)),
+    ("height_ellipsoid_m", ColumnKind::Quantity, |row| {
+        row.track.altitude_amsl_m.and_then(|_| quantity(row.track.position.height_m, 3))
+    }),
+    ("altitude_msl_m", ColumnKind::Quantity, |row| {
+        row.track.altitude_amsl_m.and_then(|metres| quantity(metres, 3))
+    }),
+    ("speed_m_s", ColumnKind::Quantity, |row| quantity(row.track.motion?.speed(), 2)),
+    ("track_deg", ColumnKind::Quantity, |row| {
+        // What is rounded up to 360 is north.
+        Some(Cell::Quantity(rounded(row.track.motion?.track_deg?, 1) % 360.0))
+    }),
+    ("vertical_speed_m_s", ColumnKind::Quantity, |row| quantity(row.track.vertical_motion()?.climb(), 2)),
+    ("accuracy_h_m", ColumnKind::Quantity, |row| quantity(row.track.motion?.accuracy_h_m, 2)),
+    ("accuracy_v_m", ColumnKind::Quantity, |row| quantity(row.track.vertical_motion()?.accuracy_v_m, 2)),
+    ("ellipse_major_m", ColumnKind::Quantity, |row| quantity(row.track.motion?.ellipse?.half_axes_m[0], 2)),
+    ("ellipse_minor_m", ColumnKind::Quantity, |row| quantity(row.track.motion?.ellipse?.half_axes_m[1], 2)),
+    ("ellipse_azimuth_deg", ColumnKind::Quantity, |row| {
+        Some(Cell::Quantity(rounded(row.track.motion?.ellipse?.azimuth_deg, 1) % 180.0))
+    }),
+    ("interpolated", ColumnKind::Flag, |row| flag(row.track.is_interpolated())),
+    ("extrapolated", ColumnKind::Flag, |row| flag(row.track.is_extrapolated())),
+    ("uav_probability", ColumnKind::Quantity, |row| quantity(row.radar?.uav_probability?, 4)),
+    ("serial_number", ColumnKind::Text, |row| owned(serial_text(row.transponder?.identity))),
+    ("manufacturer", ColumnKind::Text, |row| said(row.transponder?.items.manufacturer.as_ref()?)),
+    ("model", ColumnKind::Text, |row| said(row.transponder?.items.model.as_ref()?)),
+    ("registration_country", ColumnKind::Text, |row| {
+        said(row.transponder?.items.registration_country.as_ref()?)
+    }),
+    ("integrity", ColumnKind::Text, |row| name(row.integrity?.state.name())),
+    ("integrity_index", ColumnKind::Quantity, |row| quantity(row.integrity?.index, 2)),
+    ("protection_level_m", ColumnKind::Quantity, |row| quantity(row.integrity?.protection_level_m?, 1)),
+    ("offset_m", ColumnKind::Quantity, |row| quantity(row.integrity?.offset_m?, 1)),
+    ("reasons", ColumnKind::Text, |row| list(row.integrity?.reasons.iter().map(|reason| reason.name()))),
+    ("linked", ColumnKind::Text, |row| list(row.track.disputed.iter().map(String::as_str))),
+    ("uncooperative", ColumnKind::Flag, |row| flag(row.track.is_uncooperative)),
+    ("first_seen", ColumnKind::Instant, |row| instant(row.track.point.first_seen)),
+    ("last_measurement", ColumnKind::Instant, |row| instant(row.track.motion?.last_measurement?)),
+    ("radar", ColumnKind::Text, |row| name(row.maker.sensor(row.radar?.track.sensor))),
+    ("radar_track", ColumnKind::Count, |row| count(row.radar?.track.number)),
+    ("radar_time", ColumnKind::Instant, |row| instant(row.radar?.time)),
+    ("radar_height_measured", ColumnKind::Flag, |row| flag(row.radar?.height_measured)),
+    ("transponder", ColumnKind::Text, |row| name(row.maker.sensor(row.transponder?.sensor))),
+    ("transponder_number", ColumnKind::Count, |row| count(row.transponder?.number)),
+    ("transponder_time", ColumnKind::Instant, |row| instant(row.transponder?.time?)),
+    ("distance_m", ColumnKind::Quantity, |row| quantity(row.pair?.distance_m, 3)),
+    ("threshold_m", ColumnKind::Quantity, |row| match row.pair?.because {
+        Because::Ratio { threshold_m, .. } => quantity(threshold_m, 3),
+        _ => None,
+    }),
+    ("ratio", ColumnKind::Quantity, |row| match row.pair?.because {
+        Because::Ratio { ratio, .. } => quantity(ratio.value(), 4),
+        _ => None,
+    }),
+    ("log_likelihood_ratio", ColumnKind::Quantity, |row| match row.pair?.because {
+        Because::Likelihood { score } => quantity(score, 2),
+        Because::Manual { score } => quantity(score?, 2),
+        Because::Ratio { .. } => None,
+    }),
+    ("manual", ColumnKind::Flag, |row| flag(matches!(row.pair?.because, Because::Manual { .. }))),
+];
+
+/// The columns of pictures.
+pub(super) fn columns() -> Vec<Column> {
+    COLUMNS.iter().map(|(name, kind, _)| Column::new(*name, *kind)).collect()
+}
+
+/// Adds a row.
+pub(super) fn write(
+    table: &mut impl Table,
+    track: &PictureTrack,
+    maker: &PictureMaker,
+) -> std::io::Result<()> {
+    let source = &track.point.source;
+    let row = Row {
+        track,
+        maker,
+        radar: source.radar(),
+        transponder: source.transponder(),
+        pair: match source {
+            Source::Fused(_, _, pair) => Some(pair),
+            _ => None,
+        },
+        integrity: track.point.integrity.as_ref(),
+    };
+    for (column, (_, _, cell)) in COLUMNS.iter().enumerate() {
+        if let Some(cell) = cell(&row) {
+            table.set(column, cell);
+        }
+    }
+    table.end_row()
+}
+
+fn instant(time: Time) -> Option<Cell<'static>> {
+    Some(Cell::Instant(time))
+}
+
+fn name(text: &str) -> Option<Cell<'_>> {
+    Some(Cell::Text(Cow::Borrowed(text)))
+}
+
+fn owned(text: String) -> Option<Cell<'static>> {
+    Some(Cell::Text(Cow::Owned(text)))
+}
+
+/// Octets of a transponder as text.
+fn said(octets: &[u8]) -> Option<Cell<'_>> {
+    text(octets).map(Cell::Text)
+}
+
+fn count(number: impl Into<i64>) -> Option<Cell<'static>> {
+    Some(Cell::Count(number.into()))
+}
+
+fn flag(flag: bool) -> Option<Cell<'static>> {
+    Some(Cell::Flag(flag))
+}
+
+/// A physical value with as many decimals as NDJSON has.
+fn quantity(value: f64, decimals: i32) -> Option<Cell<'static>> {
+    Some(Cell::Quantity(rounded(value, decimals)))
+}
+
+/// Several names in one text, as CSV has them; `None` where there is none.
+fn list<'a>(names: impl Iterator<Item = &'a str>) -> Option<Cell<'static>> {
+    let names: Vec<_> = names.collect();
+    if names.is_empty() { None } else { owned(names.join("+")) }
+}
