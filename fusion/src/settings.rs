@@ -403,6 +403,11 @@ impl Threshold {
         }
     }
 
+    /// The slant ranges between which D is linear, metres.
+    pub fn corners(&self) -> impl Iterator<Item = f64> {
+        self.rows.iter().map(|row| row.0)
+    }
+
     /// The largest D, metres.
     pub fn widest_m(&self) -> f64 {
         self.rows.iter().map(|row| row.1).fold(0.0, f64::max)

@@ -298,7 +298,7 @@ fn open_output(args: &Args, config: &Config) -> Result<Option<Writer>, Failure> 
     };
     let format = args.output_format.or_else(|| OutputFormat::of(path)).ok_or_else(|| {
         Usage(format!(
-            "-o {}: the extension is none of .ast .pcap .ndjson .geojson .csv .parquet; name one with --output-format",
+            "-o {}: the extension is none of .ast .pcap .ndjson .geojson .csv .parquet .mcap; name one with --output-format",
             path.display()
         ))
     })?;

@@ -15,6 +15,7 @@ mod owner;
 mod place;
 pub mod plot;
 pub mod read;
+mod residuals;
 mod score;
 mod truth;
 mod types;
@@ -31,6 +32,7 @@ pub use labels::{Attribution, Label, Labels};
 pub use metrics::gospa::{Gospa, Near, gospa};
 pub use metrics::nees::honest_band;
 pub use place::{Offset, Place};
+pub use residuals::{PlotResidual, RadarResiduals, Residual, misalignments, residuals};
 pub use truth::{TrueTrack, Truth};
 pub use types::{
     Covariance, Drone, ErrorStatistics, Evaluation, Flags, GospaParts, Nees, OutputPoint, PointSource,

@@ -7,6 +7,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::csv::Columns;
+use super::mcap::{Look, McapWriter};
 use super::table::{Parquet, Table};
 use super::{Cat129Encoder, PcapWriter, UdpFlow, pack, tracks};
 use crate::config::{Address, Config, PictureKind, Sink};
@@ -28,10 +29,12 @@ pub enum OutputFormat {
     Csv,
     /// Apache Parquet, a row per track and slot.
     Parquet,
+    /// MCAP for Foxglove, a GeoJSON feature collection per slot.
+    Mcap,
 }
 
 impl OutputFormat {
-    /// By the extension of a file's name: `.ast .pcap .ndjson .geojson .csv .parquet`.
+    /// By the extension of a file's name: `.ast .pcap .ndjson .geojson .csv .parquet .mcap`.
     pub fn of(path: &Path) -> Option<Self> {
         match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
             "ast" => Some(Self::Asterix),
@@ -40,6 +43,7 @@ impl OutputFormat {
             "geojson" => Some(Self::Geojson),
             "csv" => Some(Self::Csv),
             "parquet" => Some(Self::Parquet),
+            "mcap" => Some(Self::Mcap),
             _ => None,
         }
     }
@@ -59,6 +63,7 @@ enum Form<W: Write + Send> {
     Geojson { out: W, features: u64 },
     Csv { out: W, columns: Columns },
     Parquet(Box<Parquet<W>>),
+    Mcap(McapWriter<W>),
 }
 
 /// Where the service sends when the configuration names no sink.
@@ -84,6 +89,7 @@ impl<W: Write + Send> PictureWriter<W> {
                 Form::Csv { out, columns }
             }
             OutputFormat::Parquet => Form::Parquet(Box::new(Parquet::new(out, &tracks::columns())?)),
+            OutputFormat::Mcap => Form::Mcap(McapWriter::new(out)?),
         };
         let encoder = Cat129Encoder::of(config);
         // A slot is sent this long after its centre.
@@ -118,12 +124,13 @@ impl<W: Write + Send> PictureWriter<W> {
             Form::Geojson { out, features } => picture.tracks.iter().try_for_each(|track| {
                 out.write_all(if *features == 0 { b"\n" } else { b",\n" })?;
                 *features += 1;
-                Ok(serde_json::to_writer(&mut *out, &Feature::new(track, maker))?)
+                Ok(serde_json::to_writer(&mut *out, &Feature::new(track, maker, None))?)
             }),
             Form::Csv { out, columns } => columns.picture(out, picture, maker),
             Form::Parquet(table) => {
                 picture.tracks.iter().try_for_each(|track| tracks::write(&mut **table, track, maker))
             }
+            Form::Mcap(writer) => writer.picture(picture, maker),
         }
     }
 
@@ -139,6 +146,7 @@ impl<W: Write + Send> PictureWriter<W> {
                 out.flush()
             }
             Form::Parquet(table) => table.finish(),
+            Form::Mcap(writer) => writer.finish(),
         }
     }
 }
@@ -153,11 +161,12 @@ pub fn flow(sink: Option<&Sink>) -> UdpFlow {
     UdpFlow { from, to, port: sink.port, ttl: sink.ttl }
 }
 
+/// A track as GeoJSON has it.
 #[derive(Serialize)]
-struct Feature<'a> {
+pub(super) struct Feature<'a> {
     r#type: &'static str,
     geometry: Geometry,
-    properties: TrackJson<'a>,
+    properties: Properties<'a>,
 }
 
 /// Longitude, latitude and, where it was measured, ellipsoidal height.
@@ -167,11 +176,24 @@ struct Geometry {
     coordinates: Vec<f64>,
 }
 
+/// Those of the track and, for a map that asks for it, how it is to be drawn.
+#[derive(Serialize)]
+struct Properties<'a> {
+    #[serde(flatten)]
+    look: Option<Look>,
+    #[serde(flatten)]
+    track: TrackJson<'a>,
+}
+
 impl<'a> Feature<'a> {
-    fn new(track: &'a PictureTrack, maker: &'a PictureMaker) -> Self {
-        let properties = TrackJson::new(track, maker);
-        let mut coordinates = vec![properties.lng(), properties.lat()];
-        coordinates.extend(properties.alt());
-        Self { r#type: "Feature", geometry: Geometry { r#type: "Point", coordinates }, properties }
+    pub(super) fn new(track: &'a PictureTrack, maker: &'a PictureMaker, look: Option<Look>) -> Self {
+        let track = TrackJson::new(track, maker);
+        let mut coordinates = vec![track.lng(), track.lat()];
+        coordinates.extend(track.alt());
+        Self {
+            r#type: "Feature",
+            geometry: Geometry { r#type: "Point", coordinates },
+            properties: Properties { look, track },
+        }
     }
 }

@@ -4,6 +4,7 @@ mod cat129;
 mod csv;
 mod datagrams;
 mod files;
+mod mcap;
 mod pcap;
 pub(crate) mod records;
 mod status;

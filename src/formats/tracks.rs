@@ -7,6 +7,7 @@ use crate::json::rounded;
 use crate::picture::{PictureMaker, PictureTrack, serial_text, text};
 use fusion::integrity::PointIntegrity;
 use fusion::point::{Association, Because, RadarPart, TransponderPart};
+use fusion::report::Space;
 use fusion::{Source, time::Time};
 
 /// A column of tracks: its name with its unit, what is in it, and where that is from.
@@ -53,12 +54,17 @@ const COLUMNS: &[TrackColumn] = &[
     ("interpolated", ColumnKind::Flag, |row| flag(row.track.is_interpolated())),
     ("extrapolated", ColumnKind::Flag, |row| flag(row.track.is_extrapolated())),
     ("uav_probability", ColumnKind::Quantity, |row| quantity(row.radar?.uav_probability?, 4)),
-    ("serial_number", ColumnKind::Text, |row| owned(serial_text(row.transponder?.identity))),
-    ("manufacturer", ColumnKind::Text, |row| said(row.transponder?.items.manufacturer.as_ref()?)),
-    ("model", ColumnKind::Text, |row| said(row.transponder?.items.model.as_ref()?)),
-    ("registration_country", ColumnKind::Text, |row| {
-        said(row.transponder?.items.registration_country.as_ref()?)
-    }),
+    ("aircraft_type", ColumnKind::Text, |row| name(row.maker.class(row.track).name())),
+    ("serial_number", ColumnKind::Text, |row| identity(row, Space::Serial)),
+    ("registration_id", ColumnKind::Text, |row| identity(row, Space::Registration)),
+    ("utm_id", ColumnKind::Text, |row| identity(row, Space::Flight)),
+    ("specific_session_id", ColumnKind::Text, |row| identity(row, Space::Session)),
+    ("manufacturer", ColumnKind::Text, |row| said(uas(row)?.items.manufacturer.as_ref()?)),
+    ("model", ColumnKind::Text, |row| said(uas(row)?.items.model.as_ref()?)),
+    ("registration_country", ColumnKind::Text, |row| said(uas(row)?.items.registration_country.as_ref()?)),
+    ("icao24", ColumnKind::Text, |row| identity(row, Space::Address)),
+    ("callsign", ColumnKind::Text, |row| said(&addressed(row)?.aircraft.callsign)),
+    ("emitter_category", ColumnKind::Count, |row| count(addressed(row)?.aircraft.emitter_category?)),
     ("integrity", ColumnKind::Text, |row| name(row.integrity?.state.name())),
     ("integrity_index", ColumnKind::Quantity, |row| quantity(row.integrity?.index, 2)),
     ("protection_level_m", ColumnKind::Quantity, |row| quantity(row.integrity?.protection_level_m?, 1)),
@@ -121,6 +127,22 @@ pub(super) fn write(
         }
     }
     table.end_row()
+}
+
+/// An identity of this kind.
+fn identity(row: &Row<'_>, space: Space) -> Option<Cell<'static>> {
+    let identity = row.transponder?.identity;
+    if identity.space() == space { owned(serial_text(identity)) } else { None }
+}
+
+/// A transponder with an identity of a drone.
+fn uas<'a>(row: &Row<'a>) -> Option<&'a TransponderPart> {
+    row.transponder.filter(|part| part.identity.space() != Space::Address)
+}
+
+/// A transponder with an ICAO address.
+fn addressed<'a>(row: &Row<'a>) -> Option<&'a TransponderPart> {
+    row.transponder.filter(|part| part.identity.space() == Space::Address)
 }
 
 fn instant(time: Time) -> Option<Cell<'static>> {

@@ -20,7 +20,7 @@ pub(crate) use crate::program::{Scratch, utm_fusion};
 pub(crate) const SLOT_NS: i64 = 250_000_000;
 
 /// Every output format, by the extension that asks for it.
-pub(crate) const EXTENSIONS: [&str; 6] = ["ast", "pcap", "ndjson", "geojson", "csv", "parquet"];
+pub(crate) const EXTENSIONS: [&str; 7] = ["ast", "pcap", "ndjson", "geojson", "csv", "parquet", "mcap"];
 
 /// A directory with a capture, the site to replay it with, and what has to come out.
 pub(crate) struct Flight {

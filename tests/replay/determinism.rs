@@ -29,7 +29,7 @@ fn two_runs_give_the_same_bytes_in_every_format() {
 fn the_format_asked_for_gives_what_the_extension_gives() {
     let flight = demo();
     for (extension, format) in
-        EXTENSIONS.into_iter().zip(["asterix", "pcap", "ndjson", "geojson", "csv", "parquet"])
+        EXTENSIONS.into_iter().zip(["asterix", "pcap", "ndjson", "geojson", "csv", "parquet", "mcap"])
     {
         let ran = ran(flight.replay(&[&flight.capture()]).args(["-o", "-", "--output-format", format]));
         assert!(ran.stdout == flight.output(&[&flight.capture()], extension), "{format}");

@@ -11,6 +11,7 @@ mod hostile;
 mod inputs;
 mod integrity;
 mod masks;
+mod mcap;
 mod now;
 mod parquet;
 #[path = "../shared/parquet.rs"]

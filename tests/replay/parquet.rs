@@ -11,7 +11,7 @@ use super::common::{Scratch, bundled, demo, ran, three_radars};
 use super::parquet_file::rows;
 
 /// The members of a line that are a column of another name, or of the same.
-const MEMBERS: [(&str, &str); 24] = [
+const MEMBERS: [(&str, &str); 31] = [
     ("id", "/id"),
     ("source", "/source"),
     ("track_number", "/track_number"),
@@ -28,7 +28,14 @@ const MEMBERS: [(&str, &str); 24] = [
     ("interpolated", "/interpolated"),
     ("extrapolated", "/extrapolated"),
     ("uav_probability", "/uav_probability"),
+    ("aircraft_type", "/aircraft_type"),
     ("serial_number", "/uas_id/serial_number"),
+    ("registration_id", "/uas_id/registration_id"),
+    ("utm_id", "/uas_id/utm_id"),
+    ("specific_session_id", "/uas_id/specific_session_id"),
+    ("icao24", "/aircraft/icao24"),
+    ("callsign", "/aircraft/callsign"),
+    ("emitter_category", "/aircraft/emitter_category"),
     ("manufacturer", "/uas_id/manufacturer"),
     ("model", "/uas_id/model"),
     ("registration_country", "/uas_id/registration_country"),
@@ -144,7 +151,7 @@ fn a_file_that_is_cut_is_not_read() {
 #[test]
 fn a_full_disk_is_said() {
     let flight = demo();
-    for format in ["parquet"] {
+    for format in ["parquet", "mcap"] {
         let ran =
             ran(flight.replay(&[&flight.capture()]).args(["-o", "/dev/full", "--output-format", format]));
         assert_eq!(ran.code, 1);

@@ -51,7 +51,7 @@ fn wrong_usage_is_told_with_code_2() {
         ),
         (
             &["replay", capture, "--config", site, "-o", unknown],
-            "the extension is none of .ast .pcap .ndjson .geojson .csv .parquet; name one with --output-format",
+            "the extension is none of .ast .pcap .ndjson .geojson .csv .parquet .mcap; name one with --output-format",
         ),
         (&["replay", capture, "--config", site, "-o", "-"], "name one with --output-format"),
         (
@@ -302,7 +302,7 @@ fn a_reader_that_has_read_enough_is_no_failure() {
 fn standard_output_is_data_and_standard_error_plain_text() {
     let flight = demo();
     for (extension, format) in
-        EXTENSIONS.into_iter().zip(["asterix", "pcap", "ndjson", "geojson", "csv", "parquet"])
+        EXTENSIONS.into_iter().zip(["asterix", "pcap", "ndjson", "geojson", "csv", "parquet", "mcap"])
     {
         for more in [&[][..], &["--stats"]] {
             let mut command = flight.replay(&[&flight.capture()]);

@@ -33,7 +33,7 @@ mod tests;
 mod tracks;
 
 pub(crate) use along::{Residual, Sample, TrackComparison};
-pub(crate) use correction::Correction;
+pub use correction::Correction;
 pub(crate) use delay::DelaySums;
 pub(crate) use estimate::TimeInformation;
 pub use estimate::{BiasValue, Misalignment};

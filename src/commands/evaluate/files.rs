@@ -14,7 +14,7 @@ use super::Args;
 use crate::capture::{Capture, Merged, OpenError};
 use crate::commands::Usage;
 use crate::config::Config;
-use crate::evaluate::plot::{self, Figure, TruthLine};
+use crate::evaluate::plot::{self, Figure, Setting, TruthLine};
 use crate::evaluate::read::{self, Days, FileKind};
 use crate::evaluate::{Alert, Attack, Evaluation, Foreseen, Label, Labels, OutputPoint, Truth};
 use crate::normalise::{nearest_day, time_of_day_count};
@@ -161,11 +161,12 @@ pub(super) fn write_plots(
     output: &Path,
     evaluation: &Evaluation,
     truth: &Truth,
+    setting: &Setting<'_>,
     encounter: Option<Figure>,
 ) -> Result<(), Failure> {
     let lines: Vec<TruthLine<'_>> =
         truth.tracks().iter().map(|track| TruthLine { id: track.id(), points: track.samples() }).collect();
-    let mut figures = plot::figures(evaluation, &lines);
+    let mut figures = plot::figures(evaluation, &lines, setting);
     figures.extend(encounter);
     let page = plot::page(&name(output), evaluation, &figures);
     let mut files: Vec<(String, &str)> =

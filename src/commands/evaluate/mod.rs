@@ -8,7 +8,7 @@ mod require;
 mod text;
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use jiff::civil::Date;
 use tracing::{error, warn};
@@ -17,7 +17,12 @@ use super::moment::day;
 use super::{CommandResult, Outcome};
 use crate::areas::Masks;
 use crate::config::Config;
-use crate::evaluate::{Evaluation, InputsAlone, Labels, OutputPoint, Scoring, Truth, evaluate};
+use crate::evaluate::plot::Setting;
+use crate::evaluate::{
+    Evaluation, InputsAlone, Labels, OutputPoint, RadarResiduals, Scoring, Truth, evaluate, misalignments,
+    residuals,
+};
+use fusion::settings::Threshold;
 
 pub use require::Requirement;
 
@@ -31,7 +36,7 @@ precision, recall (0 to 1), id_changes (a drone and minute), two_numbers (%), gh
 /// is scored, too, as in the paper's Table 1. Without --labels a point belongs to the nearest drone within 150 m.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Args {
-    /// What `replay -o` wrote, in any of its formats, or CAT129 of another tracker; `-` is standard input
+    /// What `replay -o` wrote, in any of its formats but Parquet and MCAP, or CAT129 of another tracker; `-` is standard input
     #[arg(value_name = "OUTPUT")]
     pub output: PathBuf,
     /// Where the drones were: CSV with time,id,lat,lon,alt_msl, or GPX; several files are one truth
@@ -108,7 +113,11 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     let foreseen = args.conflicts.as_deref().map(files::conflicts).transpose()?;
     if let Some(directory) = &args.plot {
         let encounter = foreseen.as_deref().and_then(|all| conflicts::figure(all, &inputs, &settings));
-        files::write_plots(directory, &args.output, &evaluation, &inputs.truth, encounter)?;
+        let residuals = residuals_of(args, &inputs, &evaluation)?;
+        let config = inputs.config.as_ref();
+        let threshold = config.and_then(|config| Threshold::new(config.fusion.threshold_m.clone()));
+        let setting = Setting { site: settings.site, threshold: threshold.as_ref(), residuals: &residuals };
+        files::write_plots(directory, &args.output, &evaluation, &inputs.truth, &setting, encounter)?;
     }
     if evaluation.fused.all.pu_percent.is_none() {
         warn!(
@@ -140,6 +149,22 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     }
     out.flush()?;
     Ok(told(&scores))
+}
+
+/// What the radars' registrations leave of their misalignments, as far as the capture shows it.
+fn residuals_of(
+    args: &Args,
+    inputs: &Inputs,
+    evaluation: &Evaluation,
+) -> Result<Vec<RadarResiduals>, files::Failure> {
+    let (Some(config), Some(alone)) = (&inputs.config, &inputs.alone) else { return Ok(Vec::new()) };
+    if args.capture.iter().any(|capture| capture == Path::new("-")) {
+        warn!("standard input is read once: --plot draws no residuals of the registration");
+        return Ok(Vec::new());
+    }
+    let receptions = files::receptions(&args.capture, args.date, &inputs.truth)?;
+    let known = misalignments(receptions, config, Masks::load(&config.areas)?)?;
+    Ok(residuals(evaluation, &alone.radar, &known, config))
 }
 
 /// Reports the requirements that are missed.

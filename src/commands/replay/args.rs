@@ -35,7 +35,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     pub config: PathBuf,
     /// Where the output goes; `-` is standard output. The extension tells the format: .ast .pcap .ndjson .geojson
-    /// .csv .parquet.
+    /// .csv .parquet .mcap.
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// The output's format, where the extension does not tell.

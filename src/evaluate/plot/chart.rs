@@ -297,6 +297,6 @@ impl Chart {
     }
 }
 
-fn dashes(pattern: &str) -> String {
+pub(super) fn dashes(pattern: &str) -> String {
     if pattern.is_empty() { String::new() } else { format!(" stroke-dasharray=\"{pattern}\"") }
 }

@@ -1,4 +1,4 @@
-//! An evaluation as pictures: SVG figures as the paper's Figures 9 to 13, one of an encounter, and one HTML page with its Table 1.
+//! An evaluation as pictures: SVG figures as the paper's Figures 6 and 9 to 13, one of what a registration leaves, one of an encounter, and one HTML page with its Table 1.
 //!
 //! Strings only: the caller writes the files. The same evaluation gives the same bytes. Values that are not finite are
 //! left out; ids are escaped. SVG is written here because plotting libraries round each point to a whole pixel, spend a
@@ -11,7 +11,9 @@ mod encounter;
 mod errors;
 mod figure;
 mod flat;
+mod inputs;
 mod page;
+mod residuals;
 mod space;
 mod style;
 mod svg;
@@ -23,15 +25,29 @@ pub use encounter::encounter;
 pub use figure::{Figure, TruthLine};
 pub use page::page;
 
+use super::place::Place;
+use super::residuals::RadarResiduals;
 use super::types::{Evaluation, PointSource};
 use figure::{Clock, Stream};
+use fusion::settings::Threshold;
 use style::Style;
+
+/// What figures need besides an evaluation; what is not known is not drawn.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Setting<'a> {
+    /// The first radar's position.
+    pub site: Option<Place>,
+    /// The reference profile's threshold of distances.
+    pub threshold: Option<&'a Threshold>,
+    /// What the radars' registrations leave.
+    pub residuals: &'a [RadarResiduals],
+}
 
 /// All figures of an evaluation; one with nothing to show says so.
 ///
 /// `error-over-time`, `error-over-range`, `error-over-azimuth`, `plan-view`, `height-over-time`,
-/// `error-distribution`.
-pub fn figures(evaluation: &Evaluation, truth: &[TruthLine<'_>]) -> Vec<Figure> {
+/// `error-distribution`, `radar-tracks`, `threshold`, `registration-residuals`.
+pub fn figures(evaluation: &Evaluation, truth: &[TruthLine<'_>], setting: &Setting<'_>) -> Vec<Figure> {
     let streams = streams(evaluation);
     let clock = Clock::of(&streams, truth);
     vec![
@@ -41,6 +57,9 @@ pub fn figures(evaluation: &Evaluation, truth: &[TruthLine<'_>]) -> Vec<Figure> 
         space::plan_view(&streams, truth),
         space::height_over_time(&streams[0], truth, clock),
         errors::distribution(&streams),
+        inputs::radar_tracks(&streams, truth, clock),
+        inputs::threshold(&streams, setting),
+        residuals::registration(setting.residuals),
     ]
 }
 

@@ -3,7 +3,7 @@
 use super::super::place::Place;
 use super::super::types::{PointSource, Sample};
 use super::axis::{Axis, drawable, round_step, span};
-use super::chart::Chart;
+use super::chart::{Chart, dashes};
 use super::figure::{Clock, Figure, Stream, TruthLine, caption, counted, thinned};
 use super::flat::Flat;
 use super::style::{FALSE, Marker, Scale, Style};
@@ -18,7 +18,7 @@ const LINES_OVER_POINTS: usize = 20;
 const HEIGHT_SIZE: (f64, f64) = (600.0, 300.0);
 const PLAN_WIDTH: f64 = 560.0;
 const PLAN_HEIGHT: (f64, f64) = (300.0, 600.0);
-const NOTHING: &str = "no point and no true path";
+pub(super) const NOTHING: &str = "no point and no true path";
 
 /// What a point of the output is: made of what, or `None` of no drone. In the order of the legend.
 const KINDS: [(Option<PointSource>, &str); 4] = [
@@ -63,7 +63,7 @@ pub(super) fn plan_view(streams: &[Stream<'_>], truth: &[TruthLine<'_>]) -> Figu
 }
 
 /// A frame that holds both intervals with the same number of metres a pixel on both axes.
-fn plan_frame(x: Interval, y: Interval, origin: &str) -> Chart {
+pub(super) fn plan_frame(x: Interval, y: Interval, origin: &str) -> Chart {
     let padded = |side: Interval| 1.06 * (side.1 - side.0).max(20.0);
     let height = (PLAN_WIDTH * padded(y) / padded(x)).clamp(PLAN_HEIGHT.0, PLAN_HEIGHT.1).round();
     let metres_a_pixel = (padded(x) / PLAN_WIDTH).max(padded(y) / height);
@@ -78,31 +78,37 @@ fn plan_frame(x: Interval, y: Interval, origin: &str) -> Chart {
 /// Height of the output and of the truth over time.
 pub(super) fn height_over_time(output: &Stream<'_>, truth: &[TruthLine<'_>], clock: Clock) -> Figure {
     let scene = Scene::of(output, truth, |time, place| Some((clock.minutes(time), place.altitude_amsl_m?)));
-    let extent = scene.extent(|point| point.0).zip(scene.extent(|point| point.1));
-    let (x, y) = extent.unwrap_or(((0.0, 1.0), (0.0, 100.0)));
-    let pad = 0.06 * (y.1 - y.0).max(10.0);
-    let mut chart = Chart::new(
-        Axis::linear(clock.label(), x.0, x.1),
-        Axis::linear("Height above mean sea level (m)", y.0 - pad, y.1 + pad),
-        HEIGHT_SIZE,
-    );
+    let is_empty = scene.extent(|point| point.0).is_none();
+    let mut chart = height_frame(&scene, clock);
     let left_out = scene.draw(&mut chart);
     let flat = output.samples.iter().filter(|sample| sample.place.altitude_amsl_m.is_none()).count();
     let flat = if flat == 0 { String::new() } else { format!("{} points have no height.", counted(flat)) };
     let what = "Height of the output by what each point is made of, and of the true paths.";
     let text = caption(&[what.to_owned(), flat, left_out]);
-    chart.finish("height-over-time", "Height over time", text, extent.is_none().then_some(NOTHING))
+    chart.finish("height-over-time", "Height over time", text, is_empty.then_some(NOTHING))
+}
+
+/// A frame of heights over time that holds a scene.
+pub(super) fn height_frame(scene: &Scene<'_>, clock: Clock) -> Chart {
+    let extent = scene.extent(|point| point.0).zip(scene.extent(|point| point.1));
+    let (x, y) = extent.unwrap_or(((0.0, 1.0), (0.0, 100.0)));
+    let pad = 0.06 * (y.1 - y.0).max(10.0);
+    Chart::new(
+        Axis::linear(clock.label(), x.0, x.1),
+        Axis::linear("Height above mean sea level (m)", y.0 - pad, y.1 + pad),
+        HEIGHT_SIZE,
+    )
 }
 
 /// Points of the output by kind, and the true paths, each in pieces without a gap.
-struct Scene<'a> {
+pub(super) struct Scene<'a> {
     kinds: [Vec<Point>; 4],
     truth: Vec<(&'a str, Vec<Vec<Point>>)>,
 }
 
 impl<'a> Scene<'a> {
     /// What has a place in the figure; `place` tells it.
-    fn of(
+    pub(super) fn of(
         output: &Stream<'_>,
         truth: &[TruthLine<'a>],
         place: impl Fn(Time, &Place) -> Option<Point>,
@@ -138,7 +144,7 @@ impl<'a> Scene<'a> {
 
     /// The interval of the true paths and of the points of drones but for outliers. Points of no drone, which may be
     /// anywhere, stretch it to three times its length at most.
-    fn extent(&self, side: fn(&Point) -> f64) -> Option<Interval> {
+    pub(super) fn extent(&self, side: fn(&Point) -> f64) -> Option<Interval> {
         let mut drones: Vec<f64> = self.kinds[..3].iter().flatten().map(side).collect();
         let truth = || self.truth.iter().flat_map(|(_, pieces)| pieces.iter().flatten().map(side));
         let truth = truth().min_by(f64::total_cmp).zip(truth().max_by(f64::total_cmp));
@@ -162,13 +168,13 @@ impl<'a> Scene<'a> {
         // A few lines lie over the points, which would hide them; hundreds would hide the points.
         let few = self.truth.len() <= LINES_OVER_POINTS;
         let (width, colour) = if few { (0.8, "#000") } else { (0.5, "#777") };
-        let mut coarse = !few && self.draw_truth(chart, width, colour);
+        let mut coarse = !few && self.draw_truth(chart, width, colour, "");
         for ((kind, _), points) in KINDS.iter().zip(&self.kinds).rev() {
             let drawn = chart.points(&style_of(*kind), points);
             outside += drawn.outside;
             any_thinned |= drawn.thinned;
         }
-        coarse |= few && self.draw_truth(chart, width, colour);
+        coarse |= few && self.draw_truth(chart, width, colour, "");
         for ((kind, text), points) in KINDS.iter().zip(&self.kinds) {
             if !points.is_empty() {
                 let style = style_of(*kind);
@@ -187,7 +193,8 @@ impl<'a> Scene<'a> {
     }
 
     /// Whether the lines had to be made visibly simpler.
-    fn draw_truth(&self, chart: &mut Chart, width: f64, colour: &str) -> bool {
+    /// Lines of this width, colour and dash.
+    pub(super) fn draw_truth(&self, chart: &mut Chart, width: f64, colour: &str, dash: &str) -> bool {
         let owners =
             self.truth.iter().enumerate().flat_map(|(line, (_, pieces))| pieces.iter().map(move |_| line));
         let pieces = self.truth.iter().flat_map(|(_, pieces)| pieces);
@@ -197,8 +204,10 @@ impl<'a> Scene<'a> {
         for (owner, piece) in owners.zip(&pixels) {
             paths[owner].line(piece);
         }
-        let attributes =
-            format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linecap=\"round\"");
+        let attributes = format!(
+            "fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linecap=\"round\"{}",
+            dashes(dash)
+        );
         for ((id, _), path) in self.truth.iter().zip(&paths) {
             chart.titled_path(id, path, &attributes);
         }

@@ -71,6 +71,11 @@ pub(super) const FALSE: Style =
     Style { marker: Marker::Cross, colour: "#555", line_colour: "#555", dash: "" };
 
 impl Style {
+    /// Whether it is that of points of this source.
+    pub(super) fn is(&self, source: PointSource) -> bool {
+        self.colour == Self::of(source).colour
+    }
+
     /// A stream or a point of the output by what it is made of.
     pub(super) const fn of(source: PointSource) -> Self {
         match source {

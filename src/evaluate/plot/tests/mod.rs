@@ -14,7 +14,7 @@ mod flight;
 
 fn drawn(evaluation: &Evaluation, truth: &Truth) -> Vec<Figure> {
     let lines: Vec<_> = truth.iter().map(|(id, points)| TruthLine { id, points }).collect();
-    figures(evaluation, &lines)
+    figures(evaluation, &lines, &Setting::default())
 }
 
 /// Every figure and the page are well-formed, and nowhere stands a number that is none.
@@ -29,7 +29,10 @@ fn checked(evaluation: &Evaluation, truth: &Truth) -> Vec<Figure> {
             "error-over-azimuth",
             "plan-view",
             "height-over-time",
-            "error-distribution"
+            "error-distribution",
+            "radar-tracks",
+            "threshold",
+            "registration-residuals"
         ]
     );
     for figure in &figures {
@@ -203,4 +206,88 @@ fn the_table_holds_the_scores() {
     }
     assert!(!html.contains("ID changes (1/min)</th><td>"), "what no stream can tell has no row");
     assert_eq!(html.matches("<td>97.4</td><td>70.2</td>").count(), 2, "each drone's");
+}
+
+/// The threshold of the reference profile.
+fn threshold() -> fusion::settings::Threshold {
+    fusion::settings::Threshold::new(vec![(0.0, 60.0), (333.33, 60.0), (4333.33, 300.0)]).unwrap()
+}
+
+#[test]
+fn plots_are_coloured_by_their_track_numbers_beside_a_dotted_path() {
+    let (evaluation, truth) = (FLIGHT.evaluation(), FLIGHT.truth());
+    let figure = &checked(&evaluation, &truth)[6];
+    assert!(figure.caption.contains(" plots of 3 tracks, numbers 0 to 999."), "{}", figure.caption);
+    // Three numbers: dark, middle, light; and none of another track's.
+    let drawn =
+        |colour: &str| figure.svg.matches(&format!("stroke=\"{colour}\" stroke-width=\"2.4\"")).count();
+    let colours = ["#440154", "#472d7b", "#2c728e", "#5ec962", "#e3c51b"].map(drawn);
+    assert_eq!(colours, [2, 0, 2, 2, 0], "from above and over time");
+    assert!(figure.svg.contains("stroke-dasharray=\"1 2.4\"") && figure.svg.contains(">radar<"));
+    let nobody = Flight { radar: false, ..FLIGHT }.evaluation();
+    assert!(checked(&nobody, &truth)[6].caption.contains("There are no radar plots."));
+}
+
+#[test]
+fn pairs_of_one_drone_are_within_the_threshold_as_counted_by_hand() {
+    let (evaluation, truth) = (FLIGHT.evaluation(), FLIGHT.truth());
+    let lines: Vec<_> = truth.iter().map(|(id, points)| TruthLine { id, points }).collect();
+    let threshold = threshold();
+    let setting = Setting { site: Some(RADAR), threshold: Some(&threshold), residuals: &[] };
+    let figure = &figures(&evaluation, &lines, &setting)[7];
+    well_formed(figure);
+    let (plots, fixes) =
+        (&evaluation.radar.as_ref().unwrap().samples, &evaluation.transponder.as_ref().unwrap().samples);
+    let (mut pairs, mut within) = (0, 0);
+    for plot in plots.iter().filter(|plot| plot.drone.is_some()) {
+        let Some(fix) = fixes.iter().find(|fix| (fix.time, fix.drone) == (plot.time, plot.drone)) else {
+            continue;
+        };
+        pairs += 1;
+        let range = plot.place.offset_from(&RADAR).distance_m();
+        within += usize::from(plot.place.offset_from(&fix.place).distance_m() <= threshold.at(range));
+    }
+    assert!(pairs > 1000 && within > pairs / 2 && within <= pairs);
+    let said = format!(
+        "Within the threshold: {} of {} pairs of one drone.",
+        figure::counted(within),
+        figure::counted(pairs)
+    );
+    assert!(figure.caption.contains(&said), "{said}\n{}", figure.caption);
+    assert!(figure.svg.contains(">threshold D(ρ)<") && figure.svg.contains(">of two objects<"));
+    assert!(
+        figures(&evaluation, &lines, &Setting::default())[7].svg.contains("place of the radar is not known")
+    );
+}
+
+#[test]
+fn residuals_say_what_the_registration_took_away() {
+    use super::super::{PlotResidual, RadarResiduals, Residual};
+    let residual = |azimuth_deg: f64, elevation_deg: f64| Residual {
+        azimuth_deg,
+        elevation_deg,
+        angle_deg: azimuth_deg.hypot(elevation_deg),
+    };
+    let plot = |index: u32| {
+        let sway = f64::from(index % 2) - 0.5;
+        PlotResidual {
+            azimuth_deg: 40.0 + f64::from(index % 60),
+            elevation_deg: 3.0 + f64::from(index % 7),
+            before: residual(2.0 + sway, sway),
+            after: residual(sway, sway),
+        }
+    };
+    let radar = |id: &str, plots: u32| RadarResiduals {
+        radar: id.to_owned(),
+        tracks: 12.5,
+        plots: (0..plots).map(plot).collect(),
+    };
+    let radars = [radar("a <&>", 4000), radar("b", 0)];
+    let figure = residuals::registration(&radars);
+    well_formed(&figure);
+    let said = "a <&>: 4,000 plots, 12.5 tracks; angle between measured and true direction 2.12° before and 0.71° after \
+        (root mean square); mean of azimuth and elevation 2.00° and 0.00° before, 0.00° and 0.00° after;";
+    assert!(figure.caption.contains(said), "{}", figure.caption);
+    assert!(figure.caption.contains("b: no plots.") && figure.svg.contains(">no point of a drone"));
+    assert!(figure.svg.contains(">before<") && figure.svg.contains(">after<"));
 }
