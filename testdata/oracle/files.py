@@ -28,7 +28,7 @@ PLAIN = {
     "uav_probability": "uav_probability", "integrity": "integrity", "integrity_index": "integrity_index",
     "protection_level_m": "protection_level_m", "offset_m": "offset_m",
 }  # fmt: skip
-TIMES = {"I021_071", "I021_073", "I021_075", "I021_077", "I034_030", "I048_140", "I062_070", "I063_030", "I065_030", "I129_070"}
+TIMES = {"I015_145", "I021_071", "I021_073", "I021_075", "I021_077", "I034_030", "I048_140", "I062_070", "I063_030", "I065_030", "I129_070"}
 
 
 def run(program, *arguments):

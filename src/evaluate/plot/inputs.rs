@@ -11,6 +11,7 @@ use super::figure::{Clock, Figure, Stream, TruthLine, caption, counted, thinned}
 use super::flat::Flat;
 use super::space::{NOTHING, Scene, height_frame, plan_frame};
 use super::style::{FALSE, Marker, Scale, Style};
+use super::thin::POINTS_MAX;
 use crate::statistics::quantile;
 
 const SIZE: (f64, f64) = (600.0, 300.0);
@@ -43,13 +44,15 @@ pub(super) fn radar_tracks(streams: &[Stream<'_>], truth: &[TruthLine<'_>], cloc
     let to_zero = |side: (f64, f64)| if with_radar { (side.0.min(0.0), side.1.max(0.0)) } else { side };
     let mut plan = plan_frame(to_zero(x), to_zero(y), if with_radar { "radar" } else { "centre" });
     let mut height = height_frame(&aside, clock);
+    // The colours share what a figure may hold.
+    let each = radar.samples.len().div_ceil(POINTS_MAX).max(1);
     let (mut outside, mut any_thinned) = (0, false);
     for (step, colour) in NUMBERS.iter().enumerate() {
         let is_of = |sample: &&Sample| {
             let rank = numbers.partition_point(|&number| number < sample.number);
             rank * NUMBERS.len() / numbers.len().max(1) == step
         };
-        let own = || radar.samples.iter().filter(is_of);
+        let own = || radar.samples.iter().step_by(each).filter(is_of);
         let style = Style { marker: Marker::Dot, colour, line_colour: colour, dash: "" };
         let seen = |(x, y): &(f64, f64)| drawable(*x) && drawable(*y);
         let plan_points: Vec<_> =
@@ -95,6 +98,7 @@ pub(super) fn radar_tracks(streams: &[Stream<'_>], truth: &[TruthLine<'_>], cloc
             ),
             _ => "There are no radar plots.".to_owned(),
         },
+        if each == 1 { String::new() } else { format!("One plot of {each} is drawn.") },
         if outside == 0 { String::new() } else { format!("{} lie outside.", counted(outside)) },
         thinned(any_thinned),
         if coarse { "The true paths are simplified.".to_owned() } else { String::new() },
