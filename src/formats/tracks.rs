@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use super::table::{Cell, Column, ColumnKind, Table};
 use crate::json::rounded;
 use crate::picture::{PictureMaker, PictureTrack, serial_text, text};
-use fusion::integrity::PointIntegrity;
+use fusion::integrity::{PointIntegrity, Reason};
 use fusion::point::{Association, Because, RadarPart, TransponderPart};
 use fusion::report::Space;
 use fusion::{Source, time::Time};
@@ -69,7 +69,7 @@ const COLUMNS: &[TrackColumn] = &[
     ("integrity_index", ColumnKind::Quantity, |row| quantity(row.integrity?.index, 2)),
     ("protection_level_m", ColumnKind::Quantity, |row| quantity(row.integrity?.protection_level_m?, 1)),
     ("offset_m", ColumnKind::Quantity, |row| quantity(row.integrity?.offset_m?, 1)),
-    ("reasons", ColumnKind::Text, |row| list(row.integrity?.reasons.iter().map(|reason| reason.name()))),
+    ("reasons", ColumnKind::Text, |row| list(row.integrity?.reasons.iter().map(Reason::name))),
     ("linked", ColumnKind::Text, |row| list(row.track.disputed.iter().map(String::as_str))),
     ("uncooperative", ColumnKind::Flag, |row| flag(row.track.is_uncooperative)),
     ("first_seen", ColumnKind::Instant, |row| instant(row.track.point.first_seen)),
