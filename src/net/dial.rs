@@ -10,13 +10,24 @@ use tokio::net::TcpStream;
 use tokio_rustls::TlsConnector;
 use tokio_rustls::rustls::crypto::ring;
 use tokio_rustls::rustls::pki_types::pem::PemObject;
-use tokio_rustls::rustls::pki_types::{CertificateDer, ServerName};
+use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer, ServerName};
 use tokio_rustls::rustls::{ClientConfig, RootCertStore};
 
 /// Either kind of connection.
 pub(crate) trait Stream: AsyncRead + AsyncWrite + Send + Unpin {}
 
 impl<S: AsyncRead + AsyncWrite + Send + Unpin> Stream for S {}
+
+/// What both sides prove to each other.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Proofs<'a> {
+    /// The certificates that the receiver's has to be issued by; `None`: those that this machine trusts.
+    pub(crate) ca: Option<&'a Path>,
+    /// The name that the receiver's certificate has to have; `None`: that of its host.
+    pub(crate) server_name: Option<&'a str>,
+    /// Own certificate and key, PEM, for receivers that ask for them.
+    pub(crate) own: Option<(&'a Path, &'a Path)>,
+}
 
 /// Where a receiver is.
 #[derive(Clone)]
@@ -38,20 +49,28 @@ impl Dial {
         Self { host: host.trim_matches(['[', ']']).to_owned(), port, tls: None }
     }
 
-    /// With TLS; `ca`: the certificates that the receiver's has to be issued by, else those that this machine trusts.
-    pub(crate) fn tls(host: &str, port: u16, ca: Option<&Path>) -> Result<Self, String> {
+    /// With TLS.
+    pub(crate) fn tls(host: &str, port: u16, proofs: &Proofs<'_>) -> Result<Self, String> {
         let plain = Self::plain(host, port);
-        let roots = match ca {
+        let roots = match proofs.ca {
             Some(file) => from_file(file)?,
             None => trusted()?,
         };
         let config = ClientConfig::builder_with_provider(Arc::new(ring::default_provider()))
             .with_safe_default_protocol_versions()
             .map_err(|error| error.to_string())?
-            .with_root_certificates(roots)
-            .with_no_client_auth();
-        let name = ServerName::try_from(plain.host.clone())
-            .map_err(|_| format!("{} is no name that a certificate can have", plain.host))?;
+            .with_root_certificates(roots);
+        let config = match proofs.own {
+            None => config.with_no_client_auth(),
+            Some((certificate, key)) => config
+                .with_client_auth_cert(certificates(certificate)?, private_key(key)?)
+                .map_err(|error| {
+                    format!("{}: cannot be used with {}: {error}", certificate.display(), key.display())
+                })?,
+        };
+        let name = proofs.server_name.unwrap_or(&plain.host);
+        let name = ServerName::try_from(name.to_owned())
+            .map_err(|_| format!("{name} is no name that a certificate can have"))?;
         Ok(Self { tls: Some((Arc::new(config).into(), name)), ..plain })
     }
 
@@ -66,17 +85,26 @@ impl Dial {
     }
 }
 
-fn from_file(file: &Path) -> Result<RootCertStore, String> {
+fn certificates(file: &Path) -> Result<Vec<CertificateDer<'static>>, String> {
     let certificates: Vec<_> = CertificateDer::pem_file_iter(file)
         .and_then(Iterator::collect)
         .map_err(|error| format!("{}: cannot be read as certificates in PEM: {error}", file.display()))?;
+    if certificates.is_empty() {
+        return Err(format!("{}: holds no certificate", file.display()));
+    }
+    Ok(certificates)
+}
+
+fn private_key(file: &Path) -> Result<PrivateKeyDer<'static>, String> {
+    PrivateKeyDer::from_pem_file(file)
+        .map_err(|error| format!("{}: cannot be read as a private key in PEM: {error}", file.display()))
+}
+
+fn from_file(file: &Path) -> Result<RootCertStore, String> {
     let mut roots = RootCertStore::empty();
-    for certificate in certificates {
+    for certificate in certificates(file)? {
         let added = roots.add(certificate);
         added.map_err(|error| format!("{}: a certificate cannot be used: {error}", file.display()))?;
-    }
-    if roots.is_empty() {
-        return Err(format!("{}: holds no certificate", file.display()));
     }
     Ok(roots)
 }

@@ -7,11 +7,11 @@ use tokio::sync::Notify;
 use tracing::{info, warn};
 
 use super::counts::Counts;
-use super::health::{Answer, News};
 use super::mirror::{Mirror, Topic};
 use super::outbox::Outbox;
 use super::queue::Notice;
 use crate::live::{Alert, Change, Trouble, now};
+use crate::net::health::{Answer, News};
 use fusion::time::Time;
 
 /// Between the observer and the task of one receiver.

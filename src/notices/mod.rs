@@ -11,7 +11,6 @@
 mod body;
 mod counts;
 mod desk;
-mod health;
 mod mirror;
 mod mqtt;
 mod outbox;
@@ -27,7 +26,9 @@ use crate::live::{Alert, Change, Messenger, Trouble, now};
 use desk::Desk;
 
 pub use counts::{Counts, Loss};
-pub use receivers::{Deliveries, Receivers, Unusable};
+pub use receivers::Receivers;
+
+pub use crate::net::peers::{Deliveries, Unusable};
 
 /// Takes the changes of alerts for all receivers; cheap to clone.
 #[derive(Clone, Debug, Default)]

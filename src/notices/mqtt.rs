@@ -14,13 +14,13 @@ use tokio::time::sleep;
 
 use super::body;
 use super::desk::{Desk, Owed};
-use super::health::Answer;
 use super::mirror::Mirror;
 use super::queue::Notice;
-use super::receivers::{Closing, closed};
 use crate::live::now;
 use crate::net::dial::Dial;
+use crate::net::health::Answer;
 use crate::net::mqtt::{Broken, Caller, Connection, Found, Published};
+use crate::net::peers::{Closing, closed};
 
 const ONLINE: &str = "online";
 const OFFLINE: &str = "offline";

@@ -4,11 +4,11 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::counts::{Counts, Loss};
-use super::health::{Answer, Health, News};
 use super::mirror::Mirror;
 use super::queue::{Notice, Queue, WAITING};
 use super::selection::Selection;
-use crate::live::{Alert, Change, Trouble};
+use crate::live::{Alert, Change, Severity, Trouble};
+use crate::net::health::{Ailing, Answer, Health, News};
 use fusion::time::Time;
 
 #[derive(Debug)]
@@ -92,7 +92,13 @@ impl Outbox {
     }
 
     pub(super) fn trouble(&self, name: &str, now: Time) -> Option<Trouble> {
-        self.health.trouble(name, now)
+        let Ailing { lost, why } = self.health.ailing(now)?;
+        let text = match lost {
+            0 => format!("{name}: alerts are not delivered: {why}"),
+            1 => format!("{name}: one notice of an alert is lost: {why}"),
+            lost => format!("{name}: {lost} notices of alerts are lost: {why}"),
+        };
+        Some(Trouble { about: name.to_owned().into(), severity: Severity::Warning, text })
     }
 
     fn lose(&mut self, loss: Option<Loss>) {
@@ -107,7 +113,6 @@ impl Outbox {
 mod tests {
     use super::super::body::tests::alert;
     use super::*;
-    use crate::config::Severity;
 
     fn outbox() -> Outbox {
         Outbox::new(Selection::new("webhook:a".to_owned(), None, Severity::Warning), None)
@@ -138,6 +143,21 @@ mod tests {
         let counts = outbox.counts();
         assert_eq!((counts.sent, counts.failed, counts.waiting, counts.is_failing), (1, 3, 0, true));
         assert_eq!(Loss::ALL.map(|loss| counts.lost(loss)), [0, 1, 0]);
+    }
+
+    #[test]
+    fn an_alert_says_what_is_wrong_and_how_much_is_lost() {
+        let mut outbox = outbox();
+        let at = |seconds| Time::from_nanos(seconds * fusion::time::SECOND);
+        let text = |outbox: &Outbox| outbox.trouble("mqtt", at(60)).map(|trouble| trouble.text);
+        outbox.fails("closed".to_owned(), at(0));
+        assert_eq!(text(&outbox).as_deref(), Some("mqtt: alerts are not delivered: closed"));
+        outbox.lose(Some(Loss::Refused));
+        assert_eq!(text(&outbox).as_deref(), Some("mqtt: one notice of an alert is lost: closed"));
+        outbox.lose(Some(Loss::Refused));
+        assert_eq!(text(&outbox).as_deref(), Some("mqtt: 2 notices of alerts are lost: closed"));
+        outbox.works(at(61));
+        assert_eq!(text(&outbox), None);
     }
 
     #[test]

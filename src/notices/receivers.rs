@@ -1,14 +1,11 @@
 //! The receivers of a configuration: opened, shown, tried and started.
 
-use std::net::IpAddr;
 use std::sync::Arc;
-use std::time::Duration;
 
 use axum::http::HeaderValue;
 use rumqttc::v5::mqttbytes::v5::Login;
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
-use tokio::time::{Instant, timeout_at};
 
 use super::Notices;
 use super::desk::Desk;
@@ -19,28 +16,9 @@ use super::selection::Selection;
 use super::signature::Secret;
 use super::webhook::Webhook;
 use crate::config::{self, AlertKind, Config, Severity};
-use crate::net::dial::Dial;
+use crate::net::dial::{Dial, Proofs};
+use crate::net::peers::{Deliveries, Unusable, is_local};
 use crate::net::secret::secret;
-
-/// What waits when the service ends is on its way for at most this long.
-const LAST: Duration = Duration::from_millis(1_500);
-
-/// Says that the service ends.
-pub(super) type Closing = watch::Receiver<bool>;
-
-/// Waits until the service ends.
-pub(super) async fn closed(closing: &mut Closing) {
-    // Where nobody can say so any more it has.
-    let _ = closing.wait_for(|is_closing| *is_closing).await;
-}
-
-/// A receiver cannot be used as it is configured.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{key}: {problem}")]
-pub struct Unusable {
-    key: String,
-    problem: String,
-}
 
 /// Who hears of alerts; nobody is connected to yet.
 #[derive(Debug, Default)]
@@ -60,8 +38,7 @@ impl Receivers {
     pub fn open(config: &Config) -> Result<Self, Unusable> {
         let mut receivers = Self::default();
         for webhook in &config.alerts.webhooks {
-            let refuse =
-                |problem| Unusable { key: format!("alerts.webhooks, id \"{}\"", webhook.id), problem };
+            let refuse = |problem| Unusable::new(format!("alerts.webhooks, id \"{}\"", webhook.id), problem);
             receivers.lines.push(webhook_line(webhook));
             receivers.warnings.extend(webhook_warning(webhook));
             receivers.webhooks.push(Webhook::open(webhook, &config.site.name).map_err(refuse)?);
@@ -69,7 +46,7 @@ impl Receivers {
         if let Some(mqtt) = &config.alerts.mqtt {
             receivers.lines.push(mqtt_line(mqtt));
             receivers.warnings.extend(mqtt_warning(mqtt));
-            let refuse = |problem| Unusable { key: "alerts.mqtt".to_owned(), problem };
+            let refuse = |problem| Unusable::new("alerts.mqtt".to_owned(), problem);
             receivers.broker = Some(Broker::open(mqtt, &config.site).map_err(refuse)?);
         }
         Ok(receivers)
@@ -111,27 +88,7 @@ impl Receivers {
         if let Some(broker) = broker {
             tasks.push(tokio::spawn(broker.deliver(closing.subscribe())));
         }
-        (notices, Deliveries { closing, tasks })
-    }
-}
-
-/// The tasks that deliver.
-#[derive(Debug)]
-pub struct Deliveries {
-    closing: watch::Sender<bool>,
-    tasks: Vec<JoinHandle<()>>,
-}
-
-impl Deliveries {
-    /// Delivers what waits, as far as that goes at once, and ends.
-    pub async fn close(self) {
-        self.closing.send_replace(true);
-        let until = Instant::now() + LAST;
-        for mut task in self.tasks {
-            if timeout_at(until, &mut task).await.is_err() {
-                task.abort();
-            }
-        }
+        (notices, Deliveries::new(closing, tasks))
     }
 }
 
@@ -141,7 +98,11 @@ impl Webhook {
             webhook;
         let host = url.host().unwrap_or_default();
         let dial = if webhook.is_tls() {
-            Dial::tls(host, url.port_u16().unwrap_or(443), ca.as_deref())?
+            Dial::tls(
+                host,
+                url.port_u16().unwrap_or(443),
+                &Proofs { ca: ca.as_deref(), ..Proofs::default() },
+            )?
         } else {
             Dial::plain(host, url.port_u16().unwrap_or(80))
         };
@@ -175,7 +136,11 @@ impl Webhook {
 impl Broker {
     fn open(mqtt: &config::Mqtt, site: &config::Site) -> Result<Self, String> {
         let config::Mqtt { host, port, ca, username, password_file, password_env, .. } = mqtt;
-        let dial = if mqtt.tls { Dial::tls(host, *port, ca.as_deref())? } else { Dial::plain(host, *port) };
+        let dial = if mqtt.tls {
+            Dial::tls(host, *port, &Proofs { ca: ca.as_deref(), ..Proofs::default() })?
+        } else {
+            Dial::plain(host, *port)
+        };
         let password = secret(password_file.as_deref(), password_env.as_deref())?.unwrap_or_default();
         let name = "mqtt".to_owned();
         let selection = Selection::new(name.clone(), mqtt.kinds.clone(), mqtt.min_severity);
@@ -232,11 +197,6 @@ fn mqtt_warning(mqtt: &config::Mqtt) -> Option<String> {
     let is_open = (mqtt.password_file.is_some() || mqtt.password_env.is_some()) && !mqtt.tls;
     (is_open && !is_local(&mqtt.host))
         .then(|| "mqtt: its password travels beyond this machine without TLS".to_owned())
-}
-
-fn is_local(host: &str) -> bool {
-    let address = host.trim_matches(['[', ']']).parse::<IpAddr>();
-    host == "localhost" || address.is_ok_and(|address| address.to_canonical().is_loopback())
 }
 
 fn wanted(kinds: Option<&[AlertKind]>, min_severity: Severity) -> String {

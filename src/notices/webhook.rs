@@ -16,11 +16,11 @@ use tokio::time::timeout;
 
 use super::body;
 use super::desk::Desk;
-use super::health::Answer;
-use super::receivers::{Closing, closed};
 use super::signature::Secret;
 use crate::live::now;
 use crate::net::dial::Dial;
+use crate::net::health::Answer;
+use crate::net::peers::{Closing, closed};
 use fusion::time::{SECOND, Time};
 
 const PROGRAM: &str = concat!("utm-fusion/", env!("CARGO_PKG_VERSION"));

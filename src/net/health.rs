@@ -2,7 +2,6 @@
 
 use std::time::Duration;
 
-use crate::live::{Severity, Trouble};
 use fusion::time::{SECOND, Time};
 
 /// From the first failure to the next attempt; twice that after each further one.
@@ -16,7 +15,7 @@ const WORTH_AN_ALERT_NS: i64 = 60 * SECOND;
 
 /// What came of an attempt.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Answer {
+pub(crate) enum Answer {
     /// It is delivered.
     Taken,
     /// It is to be tried again, where the receiver says so not before `after`.
@@ -27,7 +26,7 @@ pub(super) enum Answer {
 
 /// What is worth a line in the log.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum News {
+pub(crate) enum News {
     /// It is the first failure.
     Fails(String),
     /// It works again.
@@ -36,7 +35,7 @@ pub(super) enum News {
 
 /// Of one receiver.
 #[derive(Debug, Default)]
-pub(super) struct Health(Option<Failing>);
+pub(crate) struct Health(Option<Failing>);
 
 #[derive(Debug)]
 struct Failing {
@@ -48,16 +47,16 @@ struct Failing {
 }
 
 impl Health {
-    pub(super) fn is_failing(&self) -> bool {
+    pub(crate) fn is_failing(&self) -> bool {
         self.0.is_some()
     }
 
-    pub(super) fn works(&mut self, now: Time) -> Option<News> {
+    pub(crate) fn works(&mut self, now: Time) -> Option<News> {
         let Failing { since, lost, .. } = self.0.take()?;
         Some(News::Works { failed_s: (now.nanos() - since.nanos()) / SECOND, lost })
     }
 
-    pub(super) fn fails(&mut self, why: String, now: Time) -> Option<News> {
+    pub(crate) fn fails(&mut self, why: String, now: Time) -> Option<News> {
         if let Some(failing) = &mut self.0 {
             failing.attempts = failing.attempts.saturating_add(1);
             failing.why = why;
@@ -68,31 +67,34 @@ impl Health {
     }
 
     /// A notice is lost.
-    pub(super) fn lose(&mut self) {
+    pub(crate) fn lose(&mut self) {
         if let Some(failing) = &mut self.0 {
             failing.lost += 1;
         }
     }
 
     /// Until the next attempt; `asked`: what the receiver asked for.
-    pub(super) fn wait(&self, asked: Option<Duration>) -> Duration {
+    pub(crate) fn wait(&self, asked: Option<Duration>) -> Duration {
         let Some(Failing { attempts, .. }) = &self.0 else { return Duration::ZERO };
         let doubled = FIRST_WAIT * 2_u32.pow((attempts - 1).min(6));
         asked.map_or(doubled.min(LONGEST_WAIT), |asked| asked.clamp(FIRST_WAIT, LONGEST_ASKED))
     }
 
     /// What is wrong, where that is worth an alert: for long, or something is lost.
-    pub(super) fn trouble(&self, name: &str, now: Time) -> Option<Trouble> {
+    pub(crate) fn ailing(&self, now: Time) -> Option<Ailing<'_>> {
         let Failing { since, lost, why, .. } = self.0.as_ref()?;
         let is_long = now.nanos() - since.nanos() >= WORTH_AN_ALERT_NS;
-        let text = match lost {
-            0 if !is_long => return None,
-            0 => format!("{name}: alerts are not delivered: {why}"),
-            1 => format!("{name}: one notice of an alert is lost: {why}"),
-            lost => format!("{name}: {lost} notices of alerts are lost: {why}"),
-        };
-        Some(Trouble { about: name.to_owned().into(), severity: Severity::Warning, text })
+        (*lost > 0 || is_long).then_some(Ailing { lost: *lost, why })
     }
+}
+
+/// What is wrong with a receiver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Ailing<'a> {
+    /// What is lost since it began to fail.
+    pub(crate) lost: u64,
+    /// Why the last attempt failed.
+    pub(crate) why: &'a str,
 }
 
 #[cfg(test)]
@@ -131,13 +133,11 @@ mod tests {
     fn an_alert_is_raised_after_a_minute_or_at_a_loss() {
         let mut health = Health::default();
         health.fails("closed".to_owned(), at(0));
-        assert_eq!(health.trouble("mqtt", at(59)), None);
-        let text = |health: &Health| health.trouble("mqtt", at(60)).unwrap().text;
-        assert_eq!(text(&health), "mqtt: alerts are not delivered: closed");
+        assert_eq!(health.ailing(at(59)), None);
+        assert_eq!(health.ailing(at(60)), Some(Ailing { lost: 0, why: "closed" }));
         health.lose();
-        assert!(health.trouble("mqtt", at(1)).is_some());
-        assert_eq!(text(&health), "mqtt: one notice of an alert is lost: closed");
+        assert_eq!(health.ailing(at(1)), Some(Ailing { lost: 1, why: "closed" }));
         health.works(at(61));
-        assert_eq!(health.trouble("mqtt", at(61)), None);
+        assert_eq!(health.ailing(at(61)), None);
     }
 }
