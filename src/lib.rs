@@ -24,6 +24,7 @@ pub mod picture;
 pub mod pipeline;
 pub mod record;
 pub mod simulate;
+pub mod sinks;
 pub mod state;
 mod statistics;
 pub mod survey;

@@ -26,6 +26,7 @@ use crate::current::Current;
 use crate::history::Store;
 use crate::live::{Condition, Hub, Level, Player};
 use crate::notices::Notices;
+use crate::sinks::SinkMeter;
 use fusion::time::Time;
 
 /// While a replay plays, slots come four times per second; a longer silence is a fault.
@@ -54,6 +55,8 @@ pub struct Options {
     pub history: Option<Store>,
     /// Who hears of alerts elsewhere.
     pub notices: Notices,
+    /// Whom the picture goes to elsewhere.
+    pub sinks: SinkMeter,
     /// The recording that is replayed; `None`: the service is live.
     pub player: Option<Player>,
 }
@@ -71,6 +74,7 @@ impl Default for Options {
             clock: crate::live::now,
             history: None,
             notices: Notices::default(),
+            sinks: SinkMeter::default(),
             player: None,
         }
     }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::io;
 use std::sync::Arc;
 
+use futures_util::future::join;
 use tokio::net::TcpListener;
 use tracing::{error, info, warn};
 
@@ -22,6 +23,7 @@ use crate::net::send::Sinks;
 use crate::notices::{Deliveries, Receivers};
 use crate::pipeline::Tally;
 use crate::record::{Recorded, Recorder, RecorderQueue};
+use crate::sinks::PictureSinks;
 use crate::state::{
     AlertDecision, CorrelationPlan, Keeper, Registrations, StateFile, alert_line, kept_lines,
     read_correlations, read_numbers, read_registration, registration_text,
@@ -61,7 +63,8 @@ pub struct Live {
     service: Service,
     keepers: Vec<Keeper>,
     recorder: Option<Recorder>,
-    deliveries: Deliveries,
+    /// Of alerts, and of the picture.
+    deliveries: [Deliveries; 2],
 }
 
 impl LiveBuilder {
@@ -189,9 +192,17 @@ impl LiveBuilder {
         let receivers = Receivers::open(&config)?;
         receivers.warnings().iter().for_each(|warning| warn!("{warning}"));
         let (notices, deliveries) = receivers.start();
-        let options =
-            api::Options { history: history.clone(), notices: notices.clone(), ..Default::default() };
-        let followers = Followers { archive, messenger: Some(Box::new(notices)) };
+        let picture_sinks = PictureSinks::open(&config)?;
+        picture_sinks.warnings().iter().for_each(|warning| warn!("{warning}"));
+        let (meter, picture_deliveries) = picture_sinks.start(hub.clone());
+        let options = api::Options {
+            history: history.clone(),
+            notices: notices.clone(),
+            sinks: meter.clone(),
+            ..Default::default()
+        };
+        let followers =
+            Followers { archive, messenger: Some(Box::new(notices)), outgoing: Some(Box::new(meter)) };
         let served = Served::start(listener, hub, options, alerts, followers)?;
         let sinks = open_sinks(&config)?;
         let (keeper_queues, keepers) = keepers.unzip();
@@ -201,6 +212,7 @@ impl LiveBuilder {
         let runtime = tokio::runtime::Handle::current();
         let service = Service::start(config, driver, outlets, Clock::default(), &runtime)?;
         let keepers = keepers.into_iter().flatten().collect();
+        let deliveries = [deliveries, picture_deliveries];
         Ok(Live { served, sinks, alert_settings, history, service, keepers, recorder, deliveries })
     }
 }
@@ -229,7 +241,8 @@ impl Live {
             () = signals.stop() => return Err("stopped at once; what the window held was not published".into()),
         };
         served.settle().await;
-        deliveries.close().await;
+        let [alerts, pictures] = deliveries;
+        join(alerts.close(), pictures.close()).await;
         served.close().await?;
         Ok(driver.pipeline().tally().clone())
     }

@@ -19,6 +19,7 @@ use crate::net::listen as udp;
 use crate::net::send::Sinks;
 use crate::normalise::Normaliser;
 use crate::notices::Receivers;
+use crate::sinks::PictureSinks;
 
 /// Validates a configuration, its areas, its tokens and its certificate, and prints the one in force, every default filled in.
 #[derive(Clone, Debug, clap::Args)]
@@ -29,8 +30,8 @@ pub struct Args {
     /// The configuration, named as for all other commands.
     #[arg(long, value_name = "FILE", conflicts_with = "file")]
     pub config: Option<PathBuf>,
-    /// Tries to open and join every input and to open every output on this machine, and says what happened instead of
-    /// printing the configuration. Nothing is sent. Exit code 1 if any fails.
+    /// Tries to open and join every input and to open every output on this machine, to connect to receivers of the picture
+    /// included, and says what happened instead of printing the configuration. Nothing is sent. Exit code 1 if any fails.
     #[arg(long)]
     pub network: bool,
     /// Sends a test to everybody who hears of alerts (`alerts.webhooks`, `alerts.mqtt`), and says what came of it instead of
@@ -54,10 +55,12 @@ pub fn run(args: &Args) -> CommandResult {
     }
     let receivers = Receivers::open(&config)?;
     receivers.warnings().iter().for_each(|warning| warn!("{warning}"));
+    let sinks = PictureSinks::open(&config)?;
+    sinks.warnings().iter().for_each(|warning| warn!("{warning}"));
     let undulation_m = Normaliser::new(&config, areas.masks()).undulation_m();
     let mut out = io::stdout().lock();
     if args.network {
-        return network(&config, &mut out);
+        return network(&config, &sinks, &mut out);
     }
     if args.notify {
         return notify(&receivers, &mut out);
@@ -65,7 +68,7 @@ pub fn run(args: &Args) -> CommandResult {
     writeln!(out, "# {}: valid. In force, defaults filled in:", file.display())?;
     writeln!(out, "# geoid undulation: {undulation_m:.2} m")?;
     writeln!(out, "{}", lines(&areas, now(), undulation_m))?;
-    receivers.lines().iter().try_for_each(|line| writeln!(out, "# {line}"))?;
+    receivers.lines().iter().chain(sinks.lines()).try_for_each(|line| writeln!(out, "# {line}"))?;
     write!(out, "{config}")?;
     Ok(Outcome::Done)
 }
@@ -107,7 +110,7 @@ fn reach(line: &udp::Line) -> io::Result<()> {
 }
 
 /// A line for each input and output.
-fn network(config: &Config, out: &mut impl Write) -> CommandResult {
+fn network(config: &Config, sinks: &PictureSinks, out: &mut impl Write) -> CommandResult {
     let mut failed = false;
     for line in udp::lines(config) {
         let sensors: Vec<&str> =
@@ -146,6 +149,13 @@ fn network(config: &Config, out: &mut impl Write) -> CommandResult {
                 failed = true;
                 writeln!(out, "output  {to}: FAILED: {error}{}", remedy(&error, sink.address))?;
             }
+        }
+    }
+    for (name, reached) in runtime(1)?.block_on(sinks.reach()) {
+        failed |= reached.is_err();
+        match reached {
+            Ok(()) => writeln!(out, "output  {name}: ok")?,
+            Err(why) => writeln!(out, "output  {name}: FAILED: {why}")?,
         }
     }
     Ok(if failed { Outcome::Incomplete } else { Outcome::Done })

@@ -34,6 +34,7 @@ mod page;
 pub(crate) mod reader;
 mod receivers;
 mod sensors;
+mod sinks;
 mod site;
 pub(crate) mod table;
 pub(crate) mod tree;
@@ -66,6 +67,7 @@ pub use sensors::{
     AdsB, Camera, CameraAccuracy, Classification, Radar, RadarAccuracy, Registration, Sensor, SensorKind,
     Transponder, TransponderAccuracy,
 };
+pub use sinks::{Carrier, Cot, CotUrl};
 pub use site::Site;
 
 use error::Faults;
@@ -166,12 +168,12 @@ impl Config {
         let areas =
             kinds::checked_tables(top.item("areas"), |area: &Area, section| area.check(section, &ids));
         let output = Output::read(top.section("output"));
-        let has_none = !fusion.now && output.sink(PictureKind::Now).is_some();
-        let sinks = || top.written("output")?.section()?.written("asterix");
-        if has_none && let Some(sinks) = sinks() {
-            sinks.refuse(
-                "there is no picture of now to send; set fusion.now = true, in the operational profile",
-            );
+        for key in output.sinks_of_now().into_iter().filter(|_| !fusion.now) {
+            if let Some(sinks) = top.written("output").and_then(|item| item.section()?.written(key)) {
+                sinks.refuse(
+                    "there is no picture of now to send; set fusion.now = true, in the operational profile",
+                );
+            }
         }
         let lacks_now = conflicts.lacks_now(&fusion);
         if lacks_now

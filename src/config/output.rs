@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use super::kinds::{directory, flag, inline, named, number, tables, whole};
 use super::names::{names, written_by_name};
 use super::network::{PictureKind, Sink};
+use super::sinks::Cot;
 use super::table::{absent, need, section};
 use crate::picture::MAX_ACCURACY_M;
 
@@ -13,6 +14,8 @@ section! {
     Output {
         /// Destinations of the fused CAT129. One that cannot be opened at SIGHUP leaves those before.
         asterix: Vec<Sink> = Vec::new(), tables(), reloaded;
+        /// Receivers of Cursor on Target events, one per track and second.
+        cot: Vec<Cot> = Vec::new(), tables();
         /// What I129/040 of a record with a transponder holds.
         serial: SerialSource = SerialSource::Uas, named();
         /// Of positions that no sensor measured in their slot (interpolated, extrapolated) those are left out, here and in the
@@ -32,6 +35,16 @@ impl Output {
     /// The first destination of a picture.
     pub fn sink(&self, picture: PictureKind) -> Option<&Sink> {
         self.asterix.iter().find(|sink| sink.picture == picture)
+    }
+
+    /// The keys under which somebody wants the picture of now.
+    pub(super) fn sinks_of_now(&self) -> Vec<&'static str> {
+        let is_now = |picture| picture == PictureKind::Now;
+        let keys = [
+            ("asterix", self.asterix.iter().any(|sink| is_now(sink.picture))),
+            ("cot", self.cot.iter().any(|sink| is_now(sink.picture))),
+        ];
+        keys.into_iter().filter_map(|(key, wants)| wants.then_some(key)).collect()
     }
 }
 

@@ -1,6 +1,7 @@
 //! Pictures as octets: CAT129 records and datagrams, and the file formats of `replay`; tables, also of records.
 
 mod cat129;
+mod cot;
 mod csv;
 mod datagrams;
 mod files;
@@ -12,6 +13,7 @@ pub(crate) mod table;
 mod tracks;
 
 pub use cat129::Cat129Encoder;
+pub use cot::{CotSecond, CotWriter};
 pub use datagrams::{DATAGRAM_MAX, pack};
 pub use files::{OutputFormat, PictureWriter, flow};
 pub use pcap::{PcapWriter, UdpFlow};

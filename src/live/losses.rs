@@ -7,7 +7,7 @@ const APART_NS: u64 = 5 * SECOND as u64;
 
 /// Watches a count of what was lost.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Losses {
+pub(crate) struct Losses {
     /// The count as it was last.
     total: u64,
     /// The count before the present stretch of losses, and when it rose last.
@@ -16,7 +16,7 @@ pub(super) struct Losses {
 
 impl Losses {
     /// Losses of the stretch that goes on at `at`, where the count is `total`; `None` where none goes on.
-    pub(super) fn going_on(&mut self, total: u64, at: Time) -> Option<u64> {
+    pub(crate) fn going_on(&mut self, total: u64, at: Time) -> Option<u64> {
         let before = std::mem::replace(&mut self.total, total);
         if total > before {
             let began_with = self.stretch.map_or(before, |(began_with, _)| began_with);

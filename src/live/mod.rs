@@ -52,10 +52,11 @@ pub use learning::{
     in_words, make_and_model, of_data_sheet, type_in_words, type_name, velocity_errors, verdict_name,
 };
 pub(crate) use lines::{Listening, listen};
+pub(crate) use losses::Losses;
 pub use observer::observe;
 pub use outlooks::{OutlookWriter, Outlooks};
 pub use player::{OpenCaptures, Order, Player, PlayerState};
-pub use published::{Archive, Fleeting, Followers, Messenger, PublishedPicture, Status};
+pub use published::{Archive, Fleeting, Followers, Messenger, Outgoing, PublishedPicture, Status};
 pub use registration::{RegistrationStatus, values};
 pub use requests::{Denied, Operators};
 pub use service::{KeeperQueues, Outlets, Service};

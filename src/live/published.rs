@@ -118,6 +118,12 @@ pub trait Messenger: Send {
     fn troubles(&self) -> Vec<Trouble>;
 }
 
+/// Who else the picture goes to.
+pub trait Outgoing: Send {
+    /// What is wrong with them.
+    fn troubles(&self) -> Vec<Trouble>;
+}
+
 /// Who is handed what the observer sees.
 #[derive(Default)]
 pub struct Followers {
@@ -125,12 +131,15 @@ pub struct Followers {
     pub archive: Option<Box<dyn Archive>>,
     /// Takes the alerts.
     pub messenger: Option<Box<dyn Messenger>>,
+    /// Takes the pictures by itself; only what is wrong with it is asked.
+    pub outgoing: Option<Box<dyn Outgoing>>,
 }
 
 impl Followers {
     /// What is wrong with them.
     pub(super) fn troubles(&self) -> Vec<Trouble> {
         let messenger = self.messenger.iter().flat_map(|messenger| messenger.troubles());
-        self.archive.iter().filter_map(|archive| archive.trouble()).chain(messenger).collect()
+        let outgoing = self.outgoing.iter().flat_map(|outgoing| outgoing.troubles());
+        self.archive.iter().filter_map(|archive| archive.trouble()).chain(messenger).chain(outgoing).collect()
     }
 }

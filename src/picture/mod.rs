@@ -274,6 +274,11 @@ impl PictureMaker {
         slot.0.rem_euclid(self.slots_per_second) == 0
     }
 
+    /// How many seconds so many slots are, rounded up.
+    pub fn seconds(&self, slots: u64) -> u64 {
+        slots.div_ceil(self.slots_per_second.unsigned_abs())
+    }
+
     /// What a track is taken for.
     pub fn class(&self, track: &PictureTrack) -> TrackClass {
         TrackClass::of(&track.point.source, &self.crewed)

@@ -5,6 +5,7 @@
 mod notices;
 mod process;
 mod sensors;
+mod sinks;
 mod text;
 
 use std::sync::Arc;
@@ -44,6 +45,7 @@ pub fn text(ask: &Ask) -> Answer {
     out.by("tracks_of_source", help, "source", SOURCES.map(|source| (source, of_source(source))));
     out.alerts(&hub.alerts());
     out.notices(&state.options.notices);
+    out.sinks(&state.options.sinks);
     out.one("streams", "Open event streams", state.seats.taken());
     out.by(
         "streams_dropped_total",

@@ -1,0 +1,152 @@
+//! `[[output.cot]]`: who else gets the picture.
+
+use std::fmt;
+use std::net::{Ipv4Addr, SocketAddrV4};
+use std::path::PathBuf;
+
+use axum::http::Uri;
+use jiff::SignedDuration;
+
+use super::kinds::{Toml, any_text, beside, ipv4, is_plain, named, parsed, seconds, text, whole};
+use super::network::PictureKind;
+use super::reader::Section;
+use super::table::{ByHand, absent, depends, need, section};
+use super::tree::quoted;
+
+section! {
+    /// A receiver of Cursor on Target events (docs/OUTPUTS.md).
+    #[derive(Eq)]
+    Cot {
+        /// Its name in the log, in `/metrics` and in alerts.
+        id: String = need("id = \"tak\", a name of the receiver"),
+            text("an id is made of letters, digits, _ and -", is_plain);
+        /// Where events are sent to.
+        url: CotUrl = need("url = \"tls://tak.example:8089\""),
+            parsed("`udp://` with a group's or a host's address, `tcp://` or `tls://` with a name or an address; each with a port", receiver);
+        /// This machine's own address on the network of a group; `0.0.0.0` leaves it to the routing table.
+        interface: Ipv4Addr = Ipv4Addr::UNSPECIFIED, ipv4(
+            "the interface is named by this machine's own address on it, such as \"127.0.0.1\"",
+            |interface| !interface.is_multicast() && !interface.is_broadcast(),
+        );
+        /// Time to live of datagrams, hops.
+        ttl: u8 = depends("1 for a group, 64 for an address", 64), whole("a time to live is 0 to 255 hops", 0..=255);
+        /// Certificates that the receiver's is issued by, PEM; with `tls://`.
+        ca: Option<PathBuf> = absent("those that this machine trusts"), beside();
+        /// The name that the receiver's certificate has to have.
+        server_name: Option<String> = absent("that of the url"), any_text();
+        /// Own certificate, PEM, for a receiver that asks for one; with `key`.
+        certificate: Option<PathBuf> = absent("none"), beside();
+        /// Its key, PEM, not encrypted.
+        key: Option<PathBuf> = absent("none"), beside();
+        /// Which picture is sent. `now` needs `fusion.now`.
+        picture: PictureKind = PictureKind::Lagged, named();
+        /// How long after it was sent an event counts, seconds: then a symbol fades whose track has ended.
+        stale_s: SignedDuration = SignedDuration::from_secs(5),
+            seconds("an event counts for 2 to 3600 seconds", |s| (2.0..=3600.0).contains(&s));
+    } by hand {}
+}
+
+/// Where events are sent to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CotUrl {
+    /// Over what.
+    pub carrier: Carrier,
+}
+
+/// What carries events.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Carrier {
+    /// A datagram each.
+    Udp(SocketAddrV4),
+    /// A connection: host and port.
+    Tcp(String, u16),
+    /// The same with TLS.
+    Tls(String, u16),
+}
+
+/// Of an empty table; it has to be given.
+impl Default for CotUrl {
+    fn default() -> Self {
+        Self { carrier: Carrier::Udp(SocketAddrV4::new(Ipv4Addr::LOCALHOST, 0)) }
+    }
+}
+
+impl fmt::Display for CotUrl {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.carrier {
+            Carrier::Udp(to) => write!(f, "udp://{to}"),
+            Carrier::Tcp(host, port) => write!(f, "tcp://{host}:{port}"),
+            Carrier::Tls(host, port) => write!(f, "tls://{host}:{port}"),
+        }
+    }
+}
+
+impl Toml for CotUrl {
+    fn toml(&self) -> Option<String> {
+        Some(quoted(&self.to_string()))
+    }
+}
+
+fn receiver(text: &str) -> Result<CotUrl, &'static str> {
+    const RULE: &str = "expected udp://239.2.3.1:6969, tcp://host:8087 or tls://host:8089";
+    let uri: Uri = text.parse().map_err(|_| RULE)?;
+    let host = uri.host().filter(|host| !host.is_empty()).ok_or(RULE)?;
+    let port = uri
+        .port_u16()
+        .filter(|&port| port > 0)
+        .ok_or("the port is missing: TAK has 6969 for udp, 8087 for tcp, 8089 for tls")?;
+    let is_bare = matches!(uri.path(), "" | "/") && uri.query().is_none();
+    if !is_bare || uri.authority().is_some_and(|authority| authority.as_str().contains('@')) {
+        return Err(RULE);
+    }
+    let carrier = match uri.scheme_str() {
+        Some("udp") => {
+            let host: Ipv4Addr =
+                host.parse().map_err(|_| "over UDP the receiver is a group or a host by its IPv4 address")?;
+            if host.is_unspecified() {
+                return Err("nothing can be sent to 0.0.0.0; write the address of the receiver");
+            }
+            Carrier::Udp(SocketAddrV4::new(host, port))
+        }
+        Some("tcp") => Carrier::Tcp(host.to_owned(), port),
+        Some("tls") => Carrier::Tls(host.to_owned(), port),
+        _ => return Err(RULE),
+    };
+    Ok(CotUrl { carrier })
+}
+
+/// Keys that belong to the carrier, and a certificate with its key.
+impl ByHand for Cot {
+    fn more(&mut self, section: &mut Section<'_>) {
+        let group = match self.url.carrier {
+            Carrier::Udp(to) => Some(to.ip().is_multicast()),
+            _ => None,
+        };
+        if section.written("ttl").is_none() {
+            self.ttl = if group == Some(true) { 1 } else { 64 };
+        }
+        if section.is_sound(&["url"]) {
+            if group != Some(true) {
+                section.contradict(
+                    &["interface"],
+                    "an interface goes with a group; remove it, the url says where",
+                );
+            }
+            if group.is_none() {
+                section.contradict(&["ttl"], "only datagrams have one here; remove it");
+            }
+            if !matches!(self.url.carrier, Carrier::Tls(..)) {
+                section.contradict(
+                    &["ca", "server_name", "certificate", "key"],
+                    "nobody proves anything without TLS; write tls://, or remove the key",
+                );
+            }
+        }
+        if self.certificate.is_some() != self.key.is_some() {
+            section.contradict(
+                &["certificate", "key"],
+                "a certificate and its key go together; name both files",
+            );
+        }
+    }
+}

@@ -1,0 +1,168 @@
+//! A track as a Cursor on Target event, version 2.0 (`docs/OUTPUTS.md`): the text that TAK clients and servers read.
+
+use std::fmt::Write;
+
+use jiff::SignedDuration;
+
+use crate::picture::{PictureMaker, PictureTrack, TrackClass, serial_text};
+use crate::xml::escape;
+use fusion::integrity::{Reason, State};
+use fusion::time::Time;
+
+/// What is said of a height, a radius and an error that is not known, metres.
+const UNKNOWN_M: f64 = 9_999_999.0;
+
+/// Writes events.
+#[derive(Clone, Debug)]
+pub struct CotWriter {
+    /// What the uid of every event begins with: the name of the site.
+    pub site: String,
+    /// How long an event counts after it was sent.
+    pub stale: SignedDuration,
+}
+
+/// What holds for all events of a second.
+#[derive(Clone, Copy, Debug)]
+pub struct CotSecond {
+    /// When they are sent.
+    pub due: Time,
+    /// The positions are predicted.
+    pub is_predicted: bool,
+    /// The service knows that something is wrong with itself or its sensors.
+    pub is_degraded: bool,
+}
+
+impl CotWriter {
+    /// The event of a track with its XML declaration, one line each; `None`: no event can hold its position.
+    pub fn event(&self, track: &PictureTrack, maker: &PictureMaker, second: CotSecond) -> Option<String> {
+        let (latitude, longitude) = (track.position.latitude_deg(), track.position.longitude_deg());
+        if !((-90.0..=90.0).contains(&latitude) && (-180.0..=180.0).contains(&longitude)) {
+            return None;
+        }
+        let id = maker.track_id(track);
+        let is_doubted = is_doubted(track);
+        let known = |metres: Option<f64>| metres.filter(|metres| metres.is_finite()).unwrap_or(UNKNOWN_M);
+        let height_m = known(track.altitude_amsl_m.map(|_| track.position.height_m));
+        let ce_m = known(track.motion.map(|motion| motion.deviation_h_m));
+        let le_m = known(track.vertical_motion().map(|motion| motion.deviation_v_m));
+        let mut event = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
+        // Writing into a text does not fail.
+        let _ = write!(
+            event,
+            "<event version=\"2.0\" uid=\"{}.{}\" type=\"{}\" how=\"{}\" time=\"{}\" start=\"{}\" stale=\"{}\">\
+             <point lat=\"{latitude:.7}\" lon=\"{longitude:.7}\" hae=\"{height_m:.1}\" ce=\"{ce_m:.1}\" le=\"{le_m:.1}\"/>\
+             <detail><contact callsign=\"{}\"/>",
+            escape(&self.site),
+            escape(&id),
+            kind(maker.class(track), track, is_doubted),
+            how(track, second.is_predicted),
+            second.due,
+            track.time,
+            second.due + self.stale,
+            escape(&callsign(track, &id, is_doubted)),
+        );
+        // Both have to be there: a speed without a direction is none to a reader.
+        let motion = track.motion.filter(|motion| motion.speed().is_finite());
+        if let Some((course, motion)) = motion.and_then(|motion| Some((motion.track_deg?, motion))) {
+            // What is rounded up to 360 is north.
+            let course = (course * 10.0).round() / 10.0 % 360.0;
+            let _ = write!(event, "<track course=\"{course:.1}\" speed=\"{:.2}\"/>", motion.speed());
+        }
+        let _ = writeln!(
+            event,
+            "<remarks>{}</remarks></detail></event>",
+            escape(&remarks(track, maker.class(track), second))
+        );
+        Some(event)
+    }
+}
+
+/// Whether somebody who looks at it has to know that it may be elsewhere, or somebody else.
+fn is_doubted(track: &PictureTrack) -> bool {
+    track.point.integrity.is_some_and(|known| known.state.is_flagged()) || !track.disputed.is_empty()
+}
+
+/// The type. The service knows no friends and no enemies: neutral is whose transponder is heard and not doubted, everybody
+/// else is unknown. The table of types has no civil drone with rotors; readers know `M-H-Q` for one.
+fn kind(class: TrackClass, track: &PictureTrack, is_doubted: bool) -> &'static str {
+    let is_known = track.point.source.transponder().is_some() && !is_doubted;
+    match (class, is_known) {
+        (TrackClass::Drone, true) => "a-n-A-M-H-Q",
+        (TrackClass::Drone, false) => "a-u-A-M-H-Q",
+        (TrackClass::Crewed, true) => "a-n-A-C",
+        (TrackClass::Crewed, false) => "a-u-A-C",
+        (TrackClass::Other | TrackClass::Unknown, _) => "a-u-A",
+    }
+}
+
+/// How its coordinates came about: predicted, fused, by its own GNSS receiver, or relayed from a radar.
+fn how(track: &PictureTrack, is_predicted: bool) -> &'static str {
+    let source = &track.point.source;
+    match (source.radar(), source.transponder()) {
+        _ if is_predicted => "m-p",
+        (Some(_), Some(_)) => "m-f",
+        (None, Some(_)) => "m-g",
+        (_, None) => "m-r",
+    }
+}
+
+/// The name on the screen: what the transponder calls itself, else the track's id; a doubted one is marked.
+fn callsign(track: &PictureTrack, id: &str, is_doubted: bool) -> String {
+    let serial = track.point.source.transponder().map(|part| serial_text(part.identity));
+    let name = serial.as_deref().map(str::trim).filter(|serial| !serial.is_empty()).unwrap_or(id);
+    if is_doubted { format!("? {name}") } else { name.to_owned() }
+}
+
+/// What the track is, in words; what speaks against it comes first.
+fn remarks(track: &PictureTrack, class: TrackClass, second: CotSecond) -> String {
+    let mut said: Vec<String> = Vec::new();
+    if let Some(known) = track.point.integrity.filter(|known| known.state.is_flagged()) {
+        let state = if known.state == State::Failed { "is wrong" } else { "is suspect" };
+        let reasons: Vec<&str> = known.reasons.iter().map(Reason::name).collect();
+        let reasons = if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join(", ")) };
+        said.push(format!("DOUBTED: the transponder {state}{reasons}."));
+    }
+    if !track.disputed.is_empty() {
+        said.push(format!(
+            "DISPUTED: {} claims to be the same aircraft elsewhere.",
+            track.disputed.join(", ")
+        ));
+    }
+    if track.is_uncooperative {
+        said.push("Without a transponder where one would be heard.".to_owned());
+    }
+    if second.is_degraded {
+        said.push("The service reports that it is degraded.".to_owned());
+    }
+    let source = &track.point.source;
+    said.push(
+        match (source.radar(), source.transponder()) {
+            (Some(_), Some(_)) => "Fused from radar and transponder.",
+            (None, Some(_)) => "Transponder alone, not seen by radar.",
+            (_, None) => "Radar alone.",
+        }
+        .to_owned(),
+    );
+    match class {
+        TrackClass::Other => said.push("The radar holds it for something else than a drone.".to_owned()),
+        TrackClass::Unknown => said.push("What it is is not known.".to_owned()),
+        TrackClass::Drone | TrackClass::Crewed => {}
+    }
+    if track.is_coasting() {
+        let last = track.motion.and_then(|motion| motion.last_measurement);
+        said.push(match last {
+            Some(last) => format!("Extrapolated: last measured at {}.", last),
+            None => "Extrapolated.".to_owned(),
+        });
+    }
+    if second.is_predicted {
+        said.push("Predicted position.".to_owned());
+    }
+    if let Some(motion) = track.motion {
+        said.push(format!("95 % within {:.0} m.", motion.accuracy_h_m.ceil()));
+    }
+    if track.altitude_amsl_m.is_none() {
+        said.push("Height not known.".to_owned());
+    }
+    said.join(" ")
+}

@@ -1,0 +1,58 @@
+//! The reader of the hub: hands each second's picture to the sinks.
+
+use std::sync::Arc;
+
+use tokio::sync::broadcast::error::{RecvError, TryRecvError};
+use tokio::sync::watch;
+use tracing::warn;
+
+use super::desk::Desk;
+use super::second::Second;
+use crate::config::PictureKind;
+use crate::live::{Hub, PublishedPicture};
+use crate::net::peers::{Closing, closed};
+
+/// Follows the hub until the service ends and its last slot is handed on; then it is `seen`.
+pub(super) async fn follow(
+    hub: Hub,
+    desks: Arc<[Arc<Desk>]>,
+    mut closing: Closing,
+    seen: watch::Sender<bool>,
+) {
+    let mut frames = hub.pictures();
+    loop {
+        tokio::select! {
+            frame = frames.recv() => match frame {
+                Ok(frame) => hand_on(&frame, &hub, &desks),
+                Err(RecvError::Lagged(slots)) => miss(slots, &hub, &desks),
+                Err(RecvError::Closed) => break,
+            },
+            () = closed(&mut closing) => break,
+        }
+    }
+    loop {
+        match frames.try_recv() {
+            Ok(frame) => hand_on(&frame, &hub, &desks),
+            Err(TryRecvError::Lagged(slots)) => miss(slots, &hub, &desks),
+            Err(TryRecvError::Empty | TryRecvError::Closed) => break,
+        }
+    }
+    seen.send_replace(true);
+}
+
+fn hand_on(frame: &Arc<PublishedPicture>, hub: &Hub, desks: &[Arc<Desk>]) {
+    for kind in [PictureKind::Lagged, PictureKind::Now] {
+        let mut those = desks.iter().filter(|desk| desk.picture == kind).peekable();
+        if those.peek().is_some()
+            && let Some(second) = Second::of(frame, kind, hub).map(Arc::new)
+        {
+            those.for_each(|desk| desk.note(second.clone()));
+        }
+    }
+}
+
+fn miss(slots: u64, hub: &Hub, desks: &[Arc<Desk>]) {
+    warn!(slots, "sinks miss slots, which were published faster than read");
+    let seconds = usize::try_from(hub.maker.seconds(slots)).unwrap_or(usize::MAX);
+    desks.iter().for_each(|desk| desk.missed(seconds));
+}
