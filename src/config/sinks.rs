@@ -10,7 +10,7 @@ use jiff::SignedDuration;
 use super::kinds::{Toml, any_text, beside, ipv4, is_plain, named, parsed, seconds, text, whole};
 use super::network::PictureKind;
 use super::reader::Section;
-use super::table::{ByHand, absent, depends, need, section};
+use super::table::{ByHand, absent, need, section};
 use super::tree::quoted;
 
 section! {
@@ -23,13 +23,13 @@ section! {
         /// Where events are sent to.
         url: CotUrl = need("url = \"tls://tak.example:8089\""),
             parsed("`udp://` with a group's or a host's address, `tcp://` or `tls://` with a name or an address; each with a port", receiver);
-        /// This machine's own address on the network of a group; `0.0.0.0` leaves it to the routing table.
-        interface: Ipv4Addr = Ipv4Addr::UNSPECIFIED, ipv4(
+        /// This machine's own address on the network of a group.
+        interface: Option<Ipv4Addr> = absent("left to the routing table"), ipv4(
             "the interface is named by this machine's own address on it, such as \"127.0.0.1\"",
             |interface| !interface.is_multicast() && !interface.is_broadcast(),
         );
         /// Time to live of datagrams, hops.
-        ttl: u8 = depends("1 for a group, 64 for an address", 64), whole("a time to live is 0 to 255 hops", 0..=255);
+        ttl: Option<u8> = absent("1 for a group, 64 for an address"), whole("a time to live is 0 to 255 hops", 0..=255);
         /// Certificates that the receiver's is issued by, PEM; with `tls://`.
         ca: Option<PathBuf> = absent("those that this machine trusts"), beside();
         /// The name that the receiver's certificate has to have.
@@ -122,9 +122,6 @@ impl ByHand for Cot {
             Carrier::Udp(to) => Some(to.ip().is_multicast()),
             _ => None,
         };
-        if section.written("ttl").is_none() {
-            self.ttl = if group == Some(true) { 1 } else { 64 };
-        }
         if section.is_sound(&["url"]) {
             if group != Some(true) {
                 section.contradict(

@@ -166,3 +166,6 @@ fn remarks(track: &PictureTrack, class: TrackClass, second: CotSecond) -> String
     }
     said.join(" ")
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,5 +1,6 @@
 //! `[[output.cot]]`: Cursor on Target, to a group or a host over UDP, or to a TAK server over TCP or TLS.
 
+use std::net::Ipv4Addr;
 use std::sync::Arc;
 
 use super::Sink;
@@ -24,13 +25,16 @@ pub(super) fn open(cot: &config::Cot, site: &Site) -> Result<Sink, String> {
     };
     let dial = match &cot.url.carrier {
         Carrier::Udp(to) => {
-            let interface = to.ip().is_multicast().then_some(cot.interface);
+            let is_group = to.ip().is_multicast();
+            let interface = is_group.then_some(cot.interface.unwrap_or(Ipv4Addr::UNSPECIFIED));
+            // A group stays in its network unless somebody says otherwise; a host may be anywhere.
+            let ttl = cot.ttl.unwrap_or(if is_group { 1 } else { 64 });
             return Ok(Sink::Datagrams(Datagrams {
                 messages: Box::new(datagrams(writer, desk.clone())),
                 desk,
                 to: *to,
                 interface,
-                ttl: cot.ttl,
+                ttl,
             }));
         }
         Carrier::Tcp(host, port) => Dial::plain(host, *port),

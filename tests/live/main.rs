@@ -23,6 +23,7 @@ mod registration;
 mod reload;
 mod replayed;
 mod senders;
+mod sinks;
 mod sockets;
 mod stage;
 mod terminal;
