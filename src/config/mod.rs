@@ -67,7 +67,7 @@ pub use sensors::{
     AdsB, Camera, CameraAccuracy, Classification, Radar, RadarAccuracy, Registration, Sensor, SensorKind,
     Transponder, TransponderAccuracy,
 };
-pub use sinks::{Carrier, Cot, CotUrl};
+pub use sinks::{Carrier, Cot, CotUrl, F3623};
 pub use site::Site;
 
 use error::Faults;

@@ -133,7 +133,7 @@ fn variable() -> super::kinds::Kind<String> {
     })
 }
 
-fn address(text: &str) -> Result<Uri, &'static str> {
+pub(super) fn address(text: &str) -> Result<Uri, &'static str> {
     const RULE: &str = "expected https://host/path or http://host/path";
     let uri: Uri = text.parse().map_err(|_| RULE)?;
     let host = uri.host().filter(|host| !host.is_empty()).ok_or(RULE)?;
@@ -142,7 +142,9 @@ fn address(text: &str) -> Result<Uri, &'static str> {
     }
     // User and password.
     if uri.authority().is_some_and(|authority| authority.as_str().contains('@')) || host.contains('@') {
-        return Err("no password belongs into this file; authorization_file names one that holds it");
+        return Err(
+            "no password belongs into this file; authorization_file or token_file names one that holds it",
+        );
     }
     Ok(uri)
 }

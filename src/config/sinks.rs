@@ -1,4 +1,4 @@
-//! `[[output.cot]]`: who else gets the picture.
+//! `[[output.cot]]`, `[[output.f3623]]`: who else gets the picture.
 
 use std::fmt;
 use std::net::{Ipv4Addr, SocketAddrV4};
@@ -7,9 +7,10 @@ use std::path::PathBuf;
 use axum::http::Uri;
 use jiff::SignedDuration;
 
-use super::kinds::{Toml, any_text, beside, ipv4, is_plain, named, parsed, seconds, text, whole};
+use super::kinds::{Toml, any_text, beside, flag, ipv4, is_plain, named, parsed, seconds, text, whole};
 use super::network::PictureKind;
 use super::reader::Section;
+use super::receivers::address;
 use super::table::{ByHand, absent, need, section};
 use super::tree::quoted;
 
@@ -44,6 +45,47 @@ section! {
         stale_s: SignedDuration = SignedDuration::from_secs(5),
             seconds("an event counts for 2 to 3600 seconds", |s| (2.0..=3600.0).contains(&s));
     } by hand {}
+}
+
+section! {
+    /// A receiver of observations for surveillance supplementary data (docs/OUTPUTS.md).
+    #[derive(Eq)]
+    F3623 {
+        /// Its name in the log, in `/metrics` and in alerts.
+        id: String = need("id = \"sdsp\", a name of the receiver"),
+            text("an id is made of letters, digits, _ and -", is_plain);
+        /// Where each second's observations are posted to; Flight Blender's path ends in the id of a session.
+        url: Uri = need("url = \"https://host/flight_stream/set_air_traffic/<session>\""),
+            parsed("https://host/path or http://host/path", address);
+        /// File of a bearer token, which is read anew for each post.
+        token_file: Option<PathBuf> = absent("none: the header `Authorization` is not sent"), beside();
+        /// Certificates that the receiver's is issued by, PEM.
+        ca: Option<PathBuf> = absent("those that this machine trusts"), beside();
+        /// Which picture is sent. `now` needs `fusion.now`.
+        picture: PictureKind = PictureKind::Lagged, named();
+        /// Whether tracks whose height no sensor measured are sent with the height that is assumed; else they are left out,
+        /// because an observation has to have one.
+        assume_height: bool = false, flag();
+        /// A post without an answer for this long has failed, seconds.
+        timeout_s: SignedDuration = SignedDuration::from_secs(5),
+            seconds("a timeout is between 0.1 and 60 seconds", |s| (0.1..=60.0).contains(&s));
+    } by hand {}
+}
+
+impl F3623 {
+    /// Whether what is sent can be read on its way.
+    pub fn is_tls(&self) -> bool {
+        self.url.scheme_str() == Some("https")
+    }
+}
+
+impl ByHand for F3623 {
+    fn more(&mut self, section: &mut Section<'_>) {
+        if self.ca.is_some() && !self.is_tls() && section.is_sound(&["url"]) {
+            section
+                .contradict(&["ca"], "nobody proves anything over http; write https://, or remove the key");
+        }
+    }
 }
 
 /// Where events are sent to.

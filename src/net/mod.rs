@@ -5,5 +5,6 @@ pub(crate) mod health;
 pub mod listen;
 pub(crate) mod mqtt;
 pub(crate) mod peers;
+pub(crate) mod post;
 pub(crate) mod secret;
 pub mod send;

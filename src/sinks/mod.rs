@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! hub ──► follow ──► Desk (8 s at most, per sink) ──► sink's task ──► UDP
-//!         never waits                             └─► sink's task ──► TCP, TLS: a Dialogue
+//!         never waits                             ├─► sink's task ──► TCP, TLS: a Dialogue
+//!                                             └─► sink's task ──► HTTP
 //! ```
 //!
 //! No slot waits for a sink: the follower reads the hub as any reader does, and what a receiver does not take in time is lost
@@ -13,6 +14,7 @@ mod cot;
 mod counts;
 mod datagrams;
 mod desk;
+mod f3623;
 mod follow;
 mod outbox;
 mod second;
@@ -27,6 +29,7 @@ use crate::live::{Hub, Outgoing, Trouble};
 use crate::net::peers::{Closing, Deliveries, Unusable};
 use datagrams::Datagrams;
 use desk::Desk;
+use f3623::Posts;
 use stream::Peer;
 
 pub use counts::{Counts, Loss};
@@ -37,6 +40,7 @@ pub use second::Second;
 enum Sink {
     Datagrams(Datagrams),
     Peer(Peer),
+    Posts(Posts),
 }
 
 impl Sink {
@@ -44,6 +48,7 @@ impl Sink {
         match self {
             Self::Datagrams(datagrams) => &datagrams.desk,
             Self::Peer(peer) => &peer.desk,
+            Self::Posts(posts) => &posts.desk,
         }
     }
 
@@ -51,6 +56,7 @@ impl Sink {
         match self {
             Self::Datagrams(datagrams) => datagrams.deliver(closing).await,
             Self::Peer(peer) => peer.deliver(closing).await,
+            Self::Posts(posts) => posts.deliver(closing).await,
         }
     }
 
@@ -59,6 +65,7 @@ impl Sink {
         match self {
             Self::Datagrams(datagrams) => datagrams.reach().await,
             Self::Peer(peer) => peer.reach().await,
+            Self::Posts(posts) => posts.reach().await,
         }
     }
 }
@@ -84,6 +91,12 @@ impl PictureSinks {
             all.lines.push(cot::line(cot));
             all.warnings.extend(cot::warning(cot));
             all.sinks.push(cot::open(cot, &config.site).map_err(refuse)?);
+        }
+        for f3623 in &config.output.f3623 {
+            let refuse = |problem| Unusable::new(format!("output.f3623, id \"{}\"", f3623.id), problem);
+            all.lines.push(f3623::line(f3623));
+            all.warnings.extend(f3623::warning(f3623));
+            all.sinks.push(f3623::open(f3623).map_err(refuse)?);
         }
         Ok(all)
     }

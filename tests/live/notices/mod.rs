@@ -2,7 +2,7 @@
 
 mod broker;
 mod mqtt;
-mod receiver;
+pub(crate) mod receiver;
 mod run;
 mod webhook;
 

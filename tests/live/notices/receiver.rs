@@ -12,7 +12,7 @@ use super::PATIENCE;
 
 /// What it answers.
 #[derive(Clone, Copy)]
-pub(super) enum Say {
+pub(crate) enum Say {
     /// A status, and header lines.
     Status(u16, &'static str),
     /// Nothing; it holds the connection.
@@ -21,20 +21,20 @@ pub(super) enum Say {
 
 /// What was posted.
 #[derive(Debug)]
-pub(super) struct Posted {
-    pub(super) path: String,
+pub(crate) struct Posted {
+    pub(crate) path: String,
     /// By their names in small letters.
-    pub(super) headers: BTreeMap<String, String>,
-    pub(super) body: Vec<u8>,
+    pub(crate) headers: BTreeMap<String, String>,
+    pub(crate) body: Vec<u8>,
 }
 
 impl Posted {
-    pub(super) fn json(&self) -> Value {
+    pub(crate) fn json(&self) -> Value {
         serde_json::from_slice(&self.body).unwrap()
     }
 
     /// Number of the alert, what became of it, and what had before.
-    pub(super) fn told(&self) -> (String, String, Vec<String>) {
+    pub(crate) fn told(&self) -> (String, String, Vec<String>) {
         let json = self.json();
         let text = |value: &Value| value.as_str().unwrap().to_owned();
         let earlier = json.get("earlier").and_then(Value::as_array).into_iter().flatten().map(text).collect();
@@ -42,18 +42,18 @@ impl Posted {
     }
 }
 
-pub(super) struct Receiver {
-    pub(super) port: u16,
+pub(crate) struct Receiver {
+    pub(crate) port: u16,
     heard: Heard<Posted>,
 }
 
 impl Receiver {
     /// Answers in that order, and then 204.
-    pub(super) fn start(answers: &[Say]) -> Self {
+    pub(crate) fn start(answers: &[Say]) -> Self {
         Self::on(TcpListener::bind("127.0.0.1:0").unwrap(), answers)
     }
 
-    pub(super) fn on(listener: TcpListener, answers: &[Say]) -> Self {
+    pub(crate) fn on(listener: TcpListener, answers: &[Say]) -> Self {
         let port = listener.local_addr().unwrap().port();
         let (hears, heard) = channel();
         let mut answers = answers.to_vec();
@@ -78,22 +78,22 @@ impl Receiver {
         Self { port, heard }
     }
 
-    pub(super) fn url(&self) -> String {
+    pub(crate) fn url(&self) -> String {
         format!("http://127.0.0.1:{}/hook?key=1", self.port)
     }
 
-    pub(super) fn next(&self) -> Posted {
+    pub(crate) fn next(&self) -> Posted {
         self.heard.recv_timeout(PATIENCE).expect("something is posted")
     }
 
     /// Nothing else has been posted.
-    pub(super) fn is_done(&self) -> bool {
+    pub(crate) fn is_done(&self) -> bool {
         matches!(self.heard.recv_timeout(Duration::from_millis(1)), Err(RecvTimeoutError::Timeout))
     }
 }
 
 /// One request, where there is one.
-pub(super) fn posted(stream: &mut impl BufRead) -> Option<Posted> {
+pub(crate) fn posted(stream: &mut impl BufRead) -> Option<Posted> {
     let mut line = String::new();
     stream.read_line(&mut line).ok()?;
     let path = line.split(' ').nth(1)?.to_owned();
@@ -111,7 +111,7 @@ pub(super) fn posted(stream: &mut impl BufRead) -> Option<Posted> {
 }
 
 /// The same over TLS, one connection after the other: what was posted.
-pub(super) fn over_tls(listener: TcpListener, certificate: &str, key: &str) -> Heard<Posted> {
+pub(crate) fn over_tls(listener: TcpListener, certificate: &str, key: &str) -> Heard<Posted> {
     use tokio_rustls::rustls::crypto::ring;
     use tokio_rustls::rustls::pki_types::pem::PemObject;
     use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};

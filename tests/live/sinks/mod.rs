@@ -1,6 +1,7 @@
 //! The picture reaches those who read it in formats of their own, through the program's own sockets.
 
 mod cot;
+mod f3623;
 mod hostile;
 mod run;
 
