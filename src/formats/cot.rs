@@ -1,16 +1,22 @@
 //! A track as a Cursor on Target event, version 2.0 (`docs/OUTPUTS.md`): the text that TAK clients and servers read.
 
+use std::borrow::Cow;
 use std::fmt::Write;
 
 use jiff::SignedDuration;
 
-use crate::picture::{PictureMaker, PictureTrack, TrackClass, serial_text};
+use crate::picture::{PictureMaker, PictureTrack, TrackClass, serial_text, text};
 use crate::xml::escape;
 use fusion::integrity::{Reason, State};
 use fusion::time::Time;
 
 /// What is said of a height, a radius and an error that is not known, metres.
 const UNKNOWN_M: f64 = 9_999_999.0;
+
+/// Emitter categories of ADS-B (I021/020): aeroplanes from the lightest to the fastest, and rotorcraft.
+const LIGHT: u8 = 1;
+const FAST: u8 = 6;
+const ROTORCRAFT: u8 = 10;
 
 /// Writes events.
 #[derive(Clone, Debug)]
@@ -84,15 +90,18 @@ fn is_doubted(track: &PictureTrack) -> bool {
 
 /// The type. The service knows no friends and no enemies: neutral is whose transponder is heard and not doubted, everybody
 /// else is unknown. The table of types has no civil drone with rotors; readers know `M-H-Q` for one.
-fn kind(class: TrackClass, track: &PictureTrack, is_doubted: bool) -> &'static str {
-    let is_known = track.point.source.transponder().is_some() && !is_doubted;
-    match (class, is_known) {
-        (TrackClass::Drone, true) => "a-n-A-M-H-Q",
-        (TrackClass::Drone, false) => "a-u-A-M-H-Q",
-        (TrackClass::Crewed, true) => "a-n-A-C",
-        (TrackClass::Crewed, false) => "a-u-A-C",
-        (TrackClass::Other | TrackClass::Unknown, _) => "a-u-A",
-    }
+fn kind(class: TrackClass, track: &PictureTrack, is_doubted: bool) -> String {
+    let part = track.point.source.transponder();
+    let whose = if part.is_some() && !is_doubted { 'n' } else { 'u' };
+    let what = match (class, part.and_then(|part| part.aircraft.emitter_category)) {
+        (TrackClass::Drone, _) => "A-M-H-Q",
+        (TrackClass::Crewed, Some(ROTORCRAFT)) => "A-C-H",
+        (TrackClass::Crewed, Some(LIGHT..=FAST)) => "A-C-F",
+        (TrackClass::Crewed, _) => "A-C",
+        (TrackClass::Vehicle, _) => "G-E-V",
+        (TrackClass::Other | TrackClass::Unknown, _) => "A",
+    };
+    format!("a-{whose}-{what}")
 }
 
 /// How its coordinates came about: predicted, fused, by its own GNSS receiver, or relayed from a radar.
@@ -106,11 +115,13 @@ fn how(track: &PictureTrack, is_predicted: bool) -> &'static str {
     }
 }
 
-/// The name on the screen: what the transponder calls itself, else the track's id; a doubted one is marked.
+/// The name on the screen: its callsign, or what its transponder calls itself, else the track's id; a doubted one is marked.
 fn callsign(track: &PictureTrack, id: &str, is_doubted: bool) -> String {
-    let serial = track.point.source.transponder().map(|part| serial_text(part.identity));
-    let name = serial.as_deref().map(str::trim).filter(|serial| !serial.is_empty()).unwrap_or(id);
-    if is_doubted { format!("? {name}") } else { name.to_owned() }
+    let part = track.point.source.transponder();
+    let own = part.and_then(|part| text(&part.aircraft.callsign).map(Cow::into_owned));
+    let name = own.or_else(|| Some(serial_text(part?.identity).trim().to_owned()));
+    let name = name.filter(|name| !name.is_empty()).unwrap_or_else(|| id.to_owned());
+    if is_doubted { format!("? {name}") } else { name }
 }
 
 /// What the track is, in words; what speaks against it comes first.
@@ -146,12 +157,12 @@ fn remarks(track: &PictureTrack, class: TrackClass, second: CotSecond) -> String
     match class {
         TrackClass::Other => said.push("The radar holds it for something else than a drone.".to_owned()),
         TrackClass::Unknown => said.push("What it is is not known.".to_owned()),
-        TrackClass::Drone | TrackClass::Crewed => {}
+        TrackClass::Drone | TrackClass::Crewed | TrackClass::Vehicle => {}
     }
     if track.is_coasting() {
         let last = track.motion.and_then(|motion| motion.last_measurement);
         said.push(match last {
-            Some(last) => format!("Extrapolated: last measured at {}.", last),
+            Some(last) => format!("Extrapolated: last measured at {last}."),
             None => "Extrapolated.".to_owned(),
         });
     }

@@ -10,8 +10,8 @@ use serde_json::Value;
 use crate::program::Scratch;
 use crate::service::{Demo, Ending, get, is_installed, try_get, until};
 
-/// Families that the demo has not, because it records nothing, keeps no history, has no TLS and registers no radar for long.
-const ELSEWHERE: [&str; 12] = [
+/// Families that the demo has not, because it records nothing, keeps no history, has no sinks and no TLS and registers no radar for long.
+const ELSEWHERE: [&str; 14] = [
     "utm_fusion_history_failing",
     "utm_fusion_history_lost_total",
     "utm_fusion_http_certificate_expires_seconds",
@@ -24,6 +24,8 @@ const ELSEWHERE: [&str; 12] = [
     "utm_fusion_recorder_unwritten_total",
     "utm_fusion_registration_bearing_degrees",
     "utm_fusion_registration_steps_total",
+    "utm_fusion_sink_failing",
+    "utm_fusion_sink_seconds_lost_total",
 ];
 
 fn folder() -> PathBuf {

@@ -9,7 +9,7 @@ use crate::config::Config;
 use crate::normalise::Normaliser;
 use fusion::integrity::PointIntegrity;
 use fusion::point::{Association, Basis, Because, Estimate, RadarPart, TransponderPart};
-use fusion::report::UasItems;
+use fusion::report::{Aircraft, AircraftKind, UasItems};
 use fusion::slots::Slot;
 use fusion::{Emission, Enu, Identity, Point, RadarTrackKey, SensorIndex, Source};
 
@@ -46,6 +46,8 @@ fn source(radar: Option<Option<f64>>, serial: Option<&[u8; 12]>) -> Source {
         sensor: SensorIndex(1),
         time: Some(time),
         items: UasItems::default(),
+        aircraft: Aircraft::default(),
+        height_measured: true,
     });
     let because = Association { distance_m: 3.0, because: Because::Likelihood { score: 12.0 } };
     match (radar, transponder) {
@@ -163,6 +165,31 @@ fn type_and_how_say_what_it_is_and_where_its_place_is_from() {
         let seen = Seen { text: writer().event(&track, &site().1, predicted).unwrap() };
         assert_eq!(seen.event("how"), "m-p");
         assert!(seen.text_of("remarks").contains("Predicted"), "{}", seen.text);
+    }
+}
+
+#[test]
+fn what_ads_b_says_of_an_aircraft_is_shown() {
+    let said = |kind, emitter_category| {
+        let mut flown = track(source(None, Some(b"DRONE-1     ")), Some(60.0));
+        if let Source::Transponder(part) = &mut flown.point.source {
+            part.identity = Identity::of_address(0x4B_1A_2C);
+            part.aircraft =
+                Aircraft { kind, callsign: *b"HELI1   ", emitter_category, ..Aircraft::default() };
+        }
+        let seen = Seen::of(&flown);
+        (seen.event("type"), seen.attribute("contact", "callsign").unwrap())
+    };
+    for (kind, category, wanted) in [
+        (AircraftKind::Crewed, Some(10), "a-n-A-C-H"),
+        (AircraftKind::Crewed, Some(1), "a-n-A-C-F"),
+        (AircraftKind::Crewed, Some(6), "a-n-A-C-F"),
+        (AircraftKind::Crewed, Some(11), "a-n-A-C"),
+        (AircraftKind::Crewed, None, "a-n-A-C"),
+        (AircraftKind::Unmanned, Some(13), "a-n-A-M-H-Q"),
+        (AircraftKind::Vehicle, Some(21), "a-n-G-E-V"),
+    ] {
+        assert_eq!(said(kind, category), (wanted.to_owned(), "HELI1".to_owned()));
     }
 }
 

@@ -24,7 +24,8 @@ fn observations(posted: &Posted) -> Vec<Value> {
     let json = posted.json();
     let observations = json["observations"].as_array().unwrap().clone();
     for observation in &observations {
-        let number = |name: &str| observation[name].as_f64().unwrap_or_else(|| panic!("{name}: {observation}"));
+        let number =
+            |name: &str| observation[name].as_f64().unwrap_or_else(|| panic!("{name}: {observation}"));
         assert!((-90.0..=90.0).contains(&number("lat_dd")) && (-180.0..=180.0).contains(&number("lon_dd")));
         assert!(number("altitude_mm").is_finite());
         let id = observation["icao_address"].as_str().unwrap();
@@ -39,7 +40,8 @@ fn observations(posted: &Posted) -> Vec<Value> {
 }
 
 fn is_of(observation: &Value, track: &PictureTrack) -> bool {
-    let near = |name: &str, value: f64, within: f64| (observation[name].as_f64().unwrap() - value).abs() < within;
+    let near =
+        |name: &str, value: f64, within: f64| (observation[name].as_f64().unwrap() - value).abs() < within;
     observation["icao_address"] == Value::from(flown().maker.track_id(track))
         && near("lat_dd", track.position.latitude_deg(), 1e-7)
         && near("lon_dd", track.position.longitude_deg(), 1e-7)
@@ -102,7 +104,8 @@ fn where_a_height_may_be_assumed_nobody_is_left_out() {
 
 #[test]
 fn what_is_refused_fails_or_waits_is_counted_and_the_newest_is_posted_then() {
-    let receiver = Receiver::start(&[Say::Status(401, ""), Say::Nothing, Say::Status(503, "Retry-After: 1\r\n")]);
+    let receiver =
+        Receiver::start(&[Say::Status(401, ""), Say::Nothing, Say::Status(503, "Retry-After: 1\r\n")]);
     let mut site = Site::open(&sink(receiver.port, "timeout_s = 0.5"));
     site.publish();
     receiver.next();
