@@ -88,6 +88,17 @@ fn whole_example() -> String {
         "password_file = ",
         "client_id = ",
         "prefix = ",
+        "[[output.cot]]",
+        "server_name = ",
+        "certificate = ",
+        "key = ",
+        "picture = ",
+        "stale_s = ",
+        "interface = ",
+        "ttl = ",
+        "[[output.f3623]]",
+        "token_file = ",
+        "assume_height = ",
     ];
     let uncommented = |line: &str| match line.strip_prefix("# ") {
         Some(text) if keys.iter().any(|key| text.starts_with(key)) => format!("{text}\n"),
