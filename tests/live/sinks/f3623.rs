@@ -42,11 +42,11 @@ fn observations(posted: &Posted) -> Vec<Value> {
 fn is_of(observation: &Value, track: &PictureTrack) -> bool {
     let near =
         |name: &str, value: f64, within: f64| (observation[name].as_f64().unwrap() - value).abs() < within;
-    observation["icao_address"] == Value::from(flown().maker.track_id(track))
+    observation["icao_address"] == flown().maker.track_id(track)
         && near("lat_dd", track.position.latitude_deg(), 1e-7)
         && near("lon_dd", track.position.longitude_deg(), 1e-7)
         && near("altitude_mm", track.position.height_m * 1000.0, 1.0)
-        && observation["timestamp"] == Value::from(track.time.nanos() / 1_000_000)
+        && observation["timestamp"] == track.time.nanos() / 1_000_000
         && observation["metadata"]["source"] == track.source_name()
         && observation["metadata"]["id"] == observation["icao_address"]
 }
