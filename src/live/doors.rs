@@ -20,7 +20,7 @@ use super::clock::Clock;
 use crate::config::{Config, Connection, ConnectionFormat};
 use crate::gateways::adsb::{Framing, Place, Translator};
 use crate::gateways::remote_id::Counts;
-use crate::net::dial::Dial;
+use crate::net::dial::{Dial, Proofs};
 use crate::net::listen::{Arrival, Line, LineCounters};
 use crate::net::mqtt::{Broken, Caller, Connection as Broker, Found};
 use crate::net::secret::secret;
@@ -222,7 +222,7 @@ async fn stop(stopped: &mut watch::Receiver<bool>) {
 fn dial(of: &Connection) -> Result<(Dial, Option<Login>), String> {
     let broker = of.broker().ok_or("the address is no broker's")?;
     let dial = match broker.tls {
-        true => Dial::tls(&broker.host, broker.port, of.ca.as_deref())?,
+        true => Dial::tls(&broker.host, broker.port, &Proofs { ca: of.ca.as_deref(), ..Proofs::default() })?,
         false => Dial::plain(&broker.host, broker.port),
     };
     let password = secret(of.password_file.as_deref(), of.password_env.as_deref())?;

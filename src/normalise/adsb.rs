@@ -1,6 +1,8 @@
 //! ADS-B reports (CAT021) to fixes.
 
-use asterix::cat021::{EmitterCategory, QualityIndicators, Record, TargetReport};
+use asterix::cat021::{
+    Emitter, EmitterCategory, GeometricHeight, QualityIndicators, Record, TargetReport, VerticalRate,
+};
 use nalgebra::Vector2;
 
 use super::barometer::Barometer;
@@ -46,7 +48,7 @@ pub(super) fn fix(
     let identity = Identity::of_address(address);
     let time = site.time(time_of_day, received)?;
     let geometric_m =
-        record.geometric_height.map(|height| height.height_m()).filter(|&height_m| height_m < HEIGHT_MOST_M);
+        record.geometric_height.map(GeometricHeight::height_m).filter(|&height_m| height_m < HEIGHT_MOST_M);
     let pressure_m = record.flight_level.map(|level| level.flight_level() * FLIGHT_LEVEL_M);
     if let Some((height_m, altitude_m)) = geometric_m.zip(pressure_m) {
         barometer.learn(altitude_m, height_m, time);
@@ -65,7 +67,7 @@ pub(super) fn fix(
         let (sin, cos) = vector.track_deg().to_radians().sin_cos();
         Vector2::new(sin, cos) * vector.speed_m_s()
     });
-    let (velocity, climb_m_s) = place.motion(over_ground, rate.map(|rate| rate.up_m_s()));
+    let (velocity, climb_m_s) = place.motion(over_ground, rate.map(VerticalRate::up_m_s));
     Ok(Fix {
         sensor,
         identity,
@@ -115,7 +117,7 @@ fn geometric_sigma_m(quality: &QualityIndicators) -> Option<f64> {
 fn aircraft(record: &Record) -> Aircraft {
     use asterix::cat021::AddressType;
 
-    let category = record.emitter.map(|emitter| emitter.category());
+    let category = record.emitter.map(Emitter::category);
     let is_vehicle = record
         .target_report
         .as_ref()

@@ -38,7 +38,8 @@ impl Barometer {
     pub fn height_m(&mut self, altitude_m: f64, time: Time) -> Option<(f64, f64)> {
         self.forget(time);
         let away_m = (altitude_m - self.altitude_m).abs();
-        (self.reports >= REPORTS).then(|| (altitude_m + self.difference_m, SIGMA_M + SIGMA_A_METRE * away_m))
+        (self.reports >= REPORTS)
+            .then_some((altitude_m + self.difference_m, SIGMA_M + SIGMA_A_METRE * away_m))
     }
 
     fn forget(&mut self, time: Time) {

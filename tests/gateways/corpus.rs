@@ -7,7 +7,8 @@ mod gateways;
 
 #[test]
 fn the_corpus_of_each_target_does_no_harm() {
-    let targets: [(&str, fn(&[u8])); 3] =
+    type Target = (&'static str, fn(&[u8]));
+    let targets: [Target; 3] =
         [("adsb", gateways::adsb), ("mavlink", gateways::mavlink), ("remote_id", gateways::remote_id)];
     for (target, exercise) in targets {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus").join(target);

@@ -179,11 +179,9 @@ dir = "{}"
     });
     if let Some((port, _)) = &broker {
         let (client, mut connection) = Client::new(MqttOptions::new("gateway", "127.0.0.1", *port), 16);
-        std::thread::spawn(move || connection.iter().for_each(|event| drop(event)));
-        let good = format!(
-            r#"{{"transmitter":"90:3a:e6:5b:c8:a8","message":"{}"}}"#,
-            format!("0212{}", "41".repeat(23))
-        );
+        std::thread::spawn(move || connection.iter().for_each(drop));
+        let serial = "41".repeat(23);
+        let good = format!(r#"{{"transmitter":"90:3a:e6:5b:c8:a8","message":"0212{serial}"}}"#);
         wait_for("lines come from the broker", || {
             client.publish("rid/a", QoS::AtMostOnce, false, format!("{good}\nnonsense\n\n{good}")).unwrap();
             client.publish("other", QoS::AtMostOnce, false, good.clone()).unwrap();

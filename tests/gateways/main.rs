@@ -12,7 +12,7 @@ mod live;
 mod program;
 mod remote_id;
 #[path = "../shared/mod.rs"]
-#[expect(dead_code, reason = "of all captures, some are looked for by name")]
+#[allow(dead_code, reason = "of all captures, some are looked for by name")]
 mod shared;
 
 use std::path::Path;

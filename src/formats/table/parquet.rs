@@ -206,7 +206,12 @@ mod tests {
 
     fn groups(file: Vec<u8>) -> Vec<i64> {
         let reader = SerializedFileReader::new(bytes::Bytes::from(file)).unwrap();
-        reader.metadata().row_groups().iter().map(|group| group.num_rows()).collect()
+        reader
+            .metadata()
+            .row_groups()
+            .iter()
+            .map(parquet::file::metadata::RowGroupMetaData::num_rows)
+            .collect()
     }
 
     #[test]

@@ -209,8 +209,8 @@ fn the_table_holds_the_scores() {
 }
 
 /// The threshold of the reference profile.
-fn threshold() -> fusion::settings::Threshold {
-    fusion::settings::Threshold::new(vec![(0.0, 60.0), (333.33, 60.0), (4333.33, 300.0)]).unwrap()
+fn threshold() -> Threshold {
+    Threshold::new(vec![(0.0, 60.0), (333.33, 60.0), (4333.33, 300.0)]).unwrap()
 }
 
 #[test]
