@@ -5,18 +5,18 @@ use tracing::warn;
 
 use super::Usage;
 use crate::app::{Failure, open_sinks};
-use crate::config::{Config, PictureKind};
-use crate::formats::{Cat129Encoder, pack, status_block};
-use crate::live::{Health, SensorState};
+use crate::config::{Config, Feed, PictureKind};
+use crate::formats::Outgoing;
+use crate::live::{Health, SensorState, SensorStatus};
 use crate::net::send::Sinks;
 use crate::picture::Picture;
 use crate::pipeline::Event;
 use fusion::time::{SECOND, Time};
 
-/// The outputs, and the health of the sensors, which the CAT065 status tells. Every time is one of the recording.
+/// The outputs, and the health of the sensors, of which CAT065 and CAT063 are. Every time is one of the recording.
 pub struct Broadcast {
     sinks: Sinks,
-    encoder: Cat129Encoder,
+    outgoing: Outgoing,
     /// Where a status is sent.
     health: Option<Health>,
     /// From a slot's centre until it is sent.
@@ -38,7 +38,7 @@ impl Broadcast {
         }
         Ok(Self {
             sinks: open_sinks(config)?,
-            encoder: Cat129Encoder::of(config),
+            outgoing: Outgoing::new(config),
             health: None,
             due_after: config.fusion.latency() - config.fusion.slot / 2,
             next_status: None,
@@ -50,6 +50,7 @@ impl Broadcast {
     pub fn begin(&mut self, config: &Config, first: Time) {
         self.health = config.output.status.then(|| Health::new(config, first));
         self.next_status = None;
+        self.outgoing = Outgoing::new(config);
     }
 
     /// Something happened to what was received.
@@ -70,11 +71,22 @@ impl Broadcast {
             self.next_status = Some(Time::from_nanos(at.nanos() + SECOND));
             let sensors = health.sensors(due, |_| Vec::new());
             let degraded = sensors.iter().any(|sensor| sensor.state != SensorState::Operational);
-            self.failed += self.sinks.send(&status_block(self.encoder.source, at, degraded));
+            self.failed += self.sinks.send(&self.outgoing.status(at, degraded));
+            for feed in Feed::ALL.into_iter().filter(|&feed| self.sinks.want(feed)) {
+                let items = sensors.iter().map(SensorStatus::item);
+                for datagram in self.outgoing.sensors(feed, at, items) {
+                    self.failed += self.sinks.send_of(feed, &datagram);
+                }
+            }
         }
-        for (kind, picture) in [(PictureKind::Lagged, Some(picture)), (PictureKind::Now, now)] {
-            for payload in picture.iter().flat_map(|picture| pack(&picture.tracks, &self.encoder)) {
-                self.failed += self.sinks.send_of(kind, &payload);
+        for feed in Feed::ALL.into_iter().filter(|&feed| self.sinks.want(feed)) {
+            let picture = match feed.picture {
+                PictureKind::Lagged => Some(picture),
+                PictureKind::Now => now,
+            };
+            let Some(picture) = picture else { continue };
+            for payload in self.outgoing.picture(feed, picture.time, &picture.tracks) {
+                self.failed += self.sinks.send_of(feed, &payload);
             }
         }
         if before == 0 && self.failed > 0 {

@@ -58,7 +58,7 @@ pub use http::{Auth, Http, RateLimit, Tiles, TlsFiles};
 pub use integrity::{Action, Integrity};
 pub use map::Map;
 pub use names::UnknownName;
-pub use network::{Address, Input, LONGEST_TRAILER, PictureKind, Sink};
+pub use network::{Address, Category, Feed, Input, LONGEST_TRAILER, PictureKind, Sink};
 pub use output::{Output, Persistence, Record, SerialSource};
 pub use page::{keys, reference};
 pub use reader::FILL_IN;

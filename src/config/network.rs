@@ -2,7 +2,7 @@
 
 use std::net::Ipv4Addr;
 
-use super::kinds::{ipv4, named, whole};
+use super::kinds::{Kind, Toml, ipv4, named, whole};
 use super::names::{names, written_by_name};
 use super::reader::Section;
 use super::table::{ByHand, Entry, Row, Table, absent, depends, need, section};
@@ -43,6 +43,8 @@ section! {
         ttl: u8 = depends("1 for a group, 64 for an address", 64), whole("a time to live is 0 to 255 hops", 0..=255);
         /// Which picture is sent. `now` needs `fusion.now`.
         picture: PictureKind = PictureKind::Lagged, named();
+        /// The category of its tracks. `62` goes with the state of each sensor, CAT063, once a second (docs/CAT062.md).
+        category: Category = Category::Cat129, of_tracks();
     } by hand {
         /// The group or host to send to.
         address: Address = Address::Unicast(Ipv4Addr::UNSPECIFIED);
@@ -51,7 +53,7 @@ section! {
 
 names! {
     /// Which of the pictures of a deadline.
-    #[derive(Copy, Eq, Hash)]
+    #[derive(Copy, Eq, PartialOrd, Ord, Hash)]
     PictureKind, "picture" {
         /// Of the slot that opened `latency_s` before.
         Lagged = "lagged",
@@ -61,6 +63,66 @@ names! {
 }
 
 written_by_name!(PictureKind);
+
+/// The ASTERIX category in which a destination gets its tracks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Category {
+    /// CAT129, of unmanned aircraft.
+    Cat129,
+    /// CAT062, of system tracks.
+    Cat062,
+}
+
+impl Category {
+    /// Its number.
+    pub const fn number(self) -> u8 {
+        match self {
+            Self::Cat129 => 129,
+            Self::Cat062 => 62,
+        }
+    }
+}
+
+/// The categories that tracks can be sent in.
+fn of_tracks() -> Kind<Category> {
+    const RULE: &str = "the category of the tracks is 129 or 62";
+    Kind::new("`129`: CAT129; `62`: CAT062 and CAT063", |item| {
+        let number = item.whole(0..=255_u8, RULE)?;
+        let known = [Category::Cat129, Category::Cat062].into_iter().find(|known| known.number() == number);
+        if known.is_none() {
+            item.refuse(RULE);
+        }
+        known
+    })
+}
+
+impl Toml for Category {
+    fn toml(&self) -> Option<String> {
+        Some(self.number().to_string())
+    }
+}
+
+/// What a destination gets: a picture, in a category.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Feed {
+    /// The picture.
+    pub picture: PictureKind,
+    /// The category.
+    pub category: Category,
+}
+
+impl Feed {
+    /// That of which a recording of the output is made.
+    pub const RECORDED: Self = Self { picture: PictureKind::Lagged, category: Category::Cat129 };
+
+    /// Every one there is.
+    pub const ALL: [Self; 4] = [
+        Self::RECORDED,
+        Self { picture: PictureKind::Now, category: Category::Cat129 },
+        Self { picture: PictureKind::Lagged, category: Category::Cat062 },
+        Self { picture: PictureKind::Now, category: Category::Cat062 },
+    ];
+}
 
 /// A multicast group or a single address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -77,6 +139,11 @@ pub enum Address {
 }
 
 impl Sink {
+    /// What it gets.
+    pub const fn feed(&self) -> Feed {
+        Feed { picture: self.picture, category: self.category }
+    }
+
     /// `239.192.129.2:8130 from 127.0.0.1`, for people.
     pub fn name(&self) -> String {
         match self.address {

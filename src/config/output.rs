@@ -4,15 +4,16 @@ use std::path::PathBuf;
 
 use super::kinds::{directory, flag, inline, named, number, tables, whole};
 use super::names::{names, written_by_name};
-use super::network::{PictureKind, Sink};
 use super::sinks::{Cot, F3623};
+use super::network::{Feed, PictureKind, Sink};
+use super::sinks::Cot;
 use super::table::{absent, need, section};
 use crate::picture::MAX_ACCURACY_M;
 
 section! {
     /// What is sent and recorded.
     Output {
-        /// Destinations of the fused CAT129. One that cannot be opened at SIGHUP leaves those before.
+        /// Destinations of the fused tracks. One that cannot be opened at SIGHUP leaves those before.
         asterix: Vec<Sink> = Vec::new(), tables(), reloaded;
         /// Receivers of Cursor on Target events, one per track and second.
         cot: Vec<Cot> = Vec::new(), tables();
@@ -24,7 +25,8 @@ section! {
         /// files of `replay`, whose horizontal 95 % radius is above this, metres. The API has a parameter of this name.
         max_accuracy_m: f64 = MAX_ACCURACY_M,
             number("an accuracy is a radius of 1 to 10000 metres", |metres| (1.0..=10_000.0).contains(&metres));
-        /// Whether a CAT065 service status is sent to the destinations each second, so that silence is a failure.
+        /// Whether the destinations get a CAT065 service status each second, so that silence is a failure, and those of CAT062
+        /// the CAT063 status of the sensors.
         status: bool = true, flag();
         /// Whether the slots that the window still holds are published when the service stops.
         flush_on_stop: bool = true, flag();
@@ -34,9 +36,9 @@ section! {
 }
 
 impl Output {
-    /// The first destination of a picture.
-    pub fn sink(&self, picture: PictureKind) -> Option<&Sink> {
-        self.asterix.iter().find(|sink| sink.picture == picture)
+    /// The first destination that gets this.
+    pub fn sink(&self, feed: Feed) -> Option<&Sink> {
+        self.asterix.iter().find(|sink| sink.feed() == feed)
     }
 
     /// The keys under which somebody wants the picture of now.

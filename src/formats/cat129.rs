@@ -67,8 +67,8 @@ impl Cat129Encoder {
     }
 }
 
-/// The special purpose field: what CAT129 has no item for.
-fn report(track: &PictureTrack) -> FusionReport {
+/// The special purpose field: what the categories have no item for.
+pub(super) fn report(track: &PictureTrack) -> FusionReport {
     let point = &track.point;
     let (radar, transponder) = (point.source.radar(), point.source.transponder());
     let state = point.integrity.map(|integrity| integrity.state);

@@ -1,10 +1,15 @@
 //! A slot's blocks as datagrams.
 
+use asterix::{Record, encode_block};
+
 use super::Cat129Encoder;
 use crate::picture::PictureTrack;
 
 /// No datagram is longer, octets: it fits an Ethernet frame with room for tunnels.
 pub const DATAGRAM_MAX: usize = 1400;
+
+/// CAT and LEN of a block, octets.
+const HEADER: usize = 3;
 
 /// The tracks' blocks in order, packed into as few datagrams of at most [`DATAGRAM_MAX`] octets as keep the order.
 pub fn pack<'a>(tracks: impl IntoIterator<Item = &'a PictureTrack>, encoder: &Cat129Encoder) -> Vec<Vec<u8>> {
@@ -23,4 +28,28 @@ pub fn pack<'a>(tracks: impl IntoIterator<Item = &'a PictureTrack>, encoder: &Ca
         }
     }
     datagrams
+}
+
+/// Records in order, a block a datagram: as few of at most [`DATAGRAM_MAX`] octets as keep the order.
+pub(super) fn pack_records<R: Record>(records: impl IntoIterator<Item = R>) -> Vec<Vec<u8>> {
+    let mut blocks: Vec<Vec<R>> = Vec::new();
+    let mut room = 0;
+    let mut octets = Vec::new();
+    for record in records {
+        octets.clear();
+        record.encode_into(&mut octets);
+        match blocks.last_mut() {
+            Some(block) if octets.len() <= room => block.push(record),
+            _ => {
+                blocks.push(vec![record]);
+                room = DATAGRAM_MAX - HEADER;
+            }
+        }
+        room = room.saturating_sub(octets.len());
+    }
+    let encoded = |block: &Vec<R>| {
+        let mut datagram = Vec::new();
+        encode_block(block, &mut datagram).is_ok().then_some(datagram)
+    };
+    blocks.iter().filter_map(encoded).collect()
 }

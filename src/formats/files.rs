@@ -9,8 +9,8 @@ use serde::Serialize;
 use super::csv::Columns;
 use super::mcap::{Look, McapWriter};
 use super::table::{Parquet, Table};
-use super::{Cat129Encoder, PcapWriter, UdpFlow, pack, tracks};
-use crate::config::{Address, Config, PictureKind, Sink};
+use super::{Cat062Encoder, Cat129Encoder, PcapWriter, UdpFlow, pack, tracks};
+use crate::config::{Address, Category, Config, Feed, PictureKind, Sink};
 use crate::picture::{Picture, PictureMaker, PictureTrack, TrackJson};
 use fusion::time::Time;
 
@@ -21,6 +21,11 @@ pub enum OutputFormat {
     Asterix,
     /// CAT129 datagrams as the service would send them, with the times at which it would.
     Pcap,
+    /// CAT062 data blocks, one after another.
+    Cat062,
+    /// CAT062 datagrams as the service would send them, with the times at which it would.
+    #[value(name = "cat062-pcap")]
+    Cat062Pcap,
     /// One JSON object per line and track.
     Ndjson,
     /// One GeoJSON feature collection (RFC 7946), a point per track and slot.
@@ -53,17 +58,26 @@ impl OutputFormat {
 pub struct PictureWriter<W: Write + Send> {
     form: Form<W>,
     encoder: Cat129Encoder,
+    system_tracks: Cat062Encoder,
     latency: jiff::SignedDuration,
 }
 
 enum Form<W: Write + Send> {
     Asterix { out: W, block: Vec<u8> },
-    Pcap { out: PcapWriter<W>, flow: UdpFlow },
+    Pcap { out: PcapWriter<W>, flow: UdpFlow, category: Category },
+    Cat062 { out: W },
     Ndjson { out: W, lines: Vec<u8> },
     Geojson { out: W, features: u64 },
     Csv { out: W, columns: Columns },
     Parquet(Box<Parquet<W>>),
     Mcap(McapWriter<W>),
+}
+
+impl<W: Write> Form<W> {
+    fn pcap(out: W, config: &Config, feed: Feed) -> io::Result<Self> {
+        let flow = flow(config.output.sink(feed));
+        Ok(Self::Pcap { out: PcapWriter::new(out)?, flow, category: feed.category })
+    }
 }
 
 /// Where the service sends when the configuration names no sink.
@@ -75,8 +89,10 @@ impl<W: Write + Send> PictureWriter<W> {
     pub fn new(format: OutputFormat, mut out: W, config: &Config, picture: PictureKind) -> io::Result<Self> {
         let form = match format {
             OutputFormat::Asterix => Form::Asterix { out, block: Vec::new() },
-            OutputFormat::Pcap => {
-                Form::Pcap { out: PcapWriter::new(out)?, flow: flow(config.output.sink(picture)) }
+            OutputFormat::Pcap => Form::pcap(out, config, Feed { picture, category: Category::Cat129 })?,
+            OutputFormat::Cat062 => Form::Cat062 { out },
+            OutputFormat::Cat062Pcap => {
+                Form::pcap(out, config, Feed { picture, category: Category::Cat062 })?
             }
             OutputFormat::Ndjson => Form::Ndjson { out, lines: Vec::new() },
             OutputFormat::Geojson => {
@@ -94,7 +110,7 @@ impl<W: Write + Send> PictureWriter<W> {
         let encoder = Cat129Encoder::of(config);
         // A slot is sent this long after its centre.
         let latency = config.fusion.latency_of(picture) - config.fusion.slot / 2;
-        Ok(Self { form, encoder, latency })
+        Ok(Self { form, encoder, system_tracks: Cat062Encoder::new(config, picture), latency })
     }
 
     /// Writes a picture.
@@ -107,11 +123,17 @@ impl<W: Write + Send> PictureWriter<W> {
                 }
                 out.write_all(block)
             }
-            Form::Pcap { out, flow } => {
+            Form::Cat062 { out } => {
+                let blocks = self.system_tracks.encode(picture.time, &picture.tracks);
+                blocks.iter().try_for_each(|block| out.write_all(block))
+            }
+            Form::Pcap { out, flow, category } => {
                 let sent: Time = picture.time + self.latency;
-                pack(&picture.tracks, &self.encoder)
-                    .iter()
-                    .try_for_each(|datagram| out.write(*flow, sent, datagram))
+                let datagrams = match category {
+                    Category::Cat129 => pack(&picture.tracks, &self.encoder),
+                    Category::Cat062 => self.system_tracks.encode(picture.time, &picture.tracks),
+                };
+                datagrams.iter().try_for_each(|datagram| out.write(*flow, sent, datagram))
             }
             Form::Ndjson { out, lines } => {
                 lines.clear();
@@ -137,9 +159,10 @@ impl<W: Write + Send> PictureWriter<W> {
     /// Writes the format's end, and everything buffered.
     pub fn finish(self) -> io::Result<()> {
         match self.form {
-            Form::Asterix { mut out, .. } | Form::Ndjson { mut out, .. } | Form::Csv { mut out, .. } => {
-                out.flush()
-            }
+            Form::Asterix { mut out, .. }
+            | Form::Cat062 { mut out }
+            | Form::Ndjson { mut out, .. }
+            | Form::Csv { mut out, .. } => out.flush(),
             Form::Pcap { mut out, .. } => out.flush(),
             Form::Geojson { mut out, .. } => {
                 out.write_all(b"\n]}\n")?;

@@ -1,5 +1,8 @@
-//! Pictures as octets: CAT129 records and datagrams, and the file formats of `replay`; tables, also of records.
+//! Pictures as octets: CAT129 and CAT062 records and datagrams, the status that goes with them, and the file formats of
+//! `replay`; tables, also of records.
 
+mod cat062;
+mod cat063;
 mod cat129;
 mod cot;
 mod csv;
@@ -7,16 +10,20 @@ mod datagrams;
 mod f3623;
 mod files;
 mod mcap;
+mod outgoing;
 mod pcap;
 pub(crate) mod records;
 mod status;
 pub(crate) mod table;
 mod tracks;
+mod track_numbers;
 
+pub use cat062::Cat062Encoder;
 pub use cat129::Cat129Encoder;
 pub use cot::{CotSecond, CotWriter};
 pub use datagrams::{DATAGRAM_MAX, pack};
 pub use f3623::observations;
 pub use files::{OutputFormat, PictureWriter, flow};
+pub use outgoing::Outgoing;
 pub use pcap::{PcapWriter, UdpFlow};
 pub use status::status_block;

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use asterix::DataSource;
+use asterix::cat063::{self, Connection};
 
 use super::contests::Contested;
 use super::registration::RegistrationStatus;
@@ -77,12 +78,32 @@ pub struct SensorStatus {
     pub refused: BTreeMap<&'static str, u64>,
     /// Senders that are refused because another one speaks for it.
     pub contested: Vec<Contested>,
+    /// Whether it is heard.
+    pub connected: bool,
+    /// What it says of itself (CAT034).
+    pub said: Service,
     /// Its registration, where it is a radar in the operational profile.
     pub registration: Option<RegistrationStatus>,
     /// What was learnt of the types of transponders that it hears.
     pub types: Vec<(TransponderType, LearntType)>,
     /// Its lines.
     pub lines: Vec<LineStatus>,
+}
+
+impl SensorStatus {
+    /// As I063/060.
+    pub fn item(&self) -> cat063::SensorStatus {
+        let connection = match self.state {
+            _ if !self.connected => Connection::NotConnected,
+            SensorState::Operational => Connection::Operational,
+            SensorState::Degraded | SensorState::Outage => Connection::Degraded,
+        };
+        let item = cat063::SensorStatus::default()
+            .with_connection(connection)
+            .with_psr_nogo(self.said.nogo == Some(true));
+        // The second octet only where there is something to say.
+        if self.said.time_invalid == Some(true) { item.with_time_invalid(true) } else { item }
+    }
 }
 
 /// Status of a line.
@@ -354,6 +375,8 @@ impl Sensor {
             clock_offset_s,
             refused: self.refused.clone(),
             contested: Vec::new(),
+            connected: self.last_seen.is_some() && silent_ns <= allowed_ns,
+            said: self.service,
             registration: None,
             types: Vec::new(),
             lines,

@@ -19,16 +19,16 @@ use super::alerts::{Severity, Trouble};
 use super::clock::Clock;
 use super::condition::Level;
 use super::driver::{Driver, Made};
-use super::health::LineStatus;
+use super::health::{LineStatus, SensorStatus};
 use super::hub::HubWriter;
 use super::lines::{Listening, Readers, listen};
 use super::losses::Losses;
 use super::published::{PublishedPicture, Status};
 use super::quiet::Quiet;
 use crate::capture::{Ending, Endpoints, Reception, ReceptionKind, TrailerRules, Trailers};
-use crate::config::{Config, Profile};
+use crate::config::{Config, Feed, Profile};
 use crate::conflicts::ConflictWatch;
-use crate::formats::{Cat129Encoder, status_block};
+use crate::formats::Outgoing;
 use crate::net::listen::{self as udp, Arrival, Line, LineCounters};
 use crate::net::send::Sinks;
 use crate::pipeline::Event;
@@ -73,7 +73,7 @@ impl Estimates {
 pub struct Outlets {
     /// Readers of the picture.
     pub hub: HubWriter,
-    /// Destinations of CAT129 and CAT065.
+    /// Destinations of the tracks and the status.
     pub sinks: Sinks,
     /// The recorder, where there is one.
     pub recorder: Option<RecorderQueue>,
@@ -154,7 +154,7 @@ struct Handled {
 /// The engine's thread.
 struct Engine {
     config: Arc<Config>,
-    encoder: Cat129Encoder,
+    outgoing: Outgoing,
     driver: Driver,
     /// In order.
     ready: VecDeque<ReadySlot>,
@@ -201,7 +201,7 @@ impl Engine {
         clock: Clock,
     ) -> Self {
         Self {
-            encoder: Cat129Encoder::of(&config),
+            outgoing: Outgoing::new(&config),
             watch: ConflictWatch::of(&config),
             unseen: VecDeque::new(),
             trailers: Trailers::new(TrailerRules::of(&config)),
@@ -348,8 +348,8 @@ impl Engine {
             match made {
                 Made::Slot(frame) => {
                     let max_accuracy_m = self.config.output.max_accuracy_m;
-                    let sinks = &self.outlets.sinks;
-                    self.ready.push_back(ReadySlot::new(frame, sinks, &self.encoder, max_accuracy_m));
+                    let (sinks, outgoing) = (&self.outlets.sinks, &mut self.outgoing);
+                    self.ready.push_back(ReadySlot::new(frame, sinks, outgoing, max_accuracy_m));
                 }
                 Made::Number(change) => self.note_number(change),
                 Made::Event(event) if event.is_warning() => {
@@ -409,7 +409,13 @@ impl Engine {
         };
         if self.config.output.status {
             let degraded = self.outlets.hub.condition(&status).level() > Level::Ok;
-            self.failed_sends += self.outlets.sinks.send(&status_block(self.encoder.source, at, degraded));
+            self.failed_sends += self.outlets.sinks.send(&self.outgoing.status(at, degraded));
+            for feed in Feed::ALL.into_iter().filter(|&feed| self.outlets.sinks.want(feed)) {
+                let sensors = status.sensors.iter().map(SensorStatus::item);
+                for datagram in self.outgoing.sensors(feed, at, sensors) {
+                    self.failed_sends += self.outlets.sinks.send_of(feed, &datagram);
+                }
+            }
             status.failed_sends = self.failed_sends;
         }
         self.outlets.hub.tell(status);

@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 
 use socket2::{Domain, Protocol, Socket, Type};
 
-use crate::config::{Address, PictureKind, Sink};
+use crate::config::{Address, Feed, Sink};
 use crate::current::Current;
 
 /// A socket for each destination, shared by clones. Sending never waits: what cannot be sent at once is an error.
@@ -43,9 +43,9 @@ impl Sinks {
         self.send_to(|_| true, datagram)
     }
 
-    /// Sends a datagram of this picture to those that want it; returns how many of these failed.
-    pub fn send_of(&self, picture: PictureKind, datagram: &[u8]) -> u64 {
-        self.send_to(|sink| sink.picture == picture, datagram)
+    /// Sends a datagram of this feed to those that want it; returns how many of these failed.
+    pub fn send_of(&self, feed: Feed, datagram: &[u8]) -> u64 {
+        self.send_to(|sink| sink.feed() == feed, datagram)
     }
 
     fn send_to(&self, is_wanted: impl Fn(&Sink) -> bool, datagram: &[u8]) -> u64 {
@@ -53,9 +53,9 @@ impl Sinks {
         self.0.get().iter().filter(failed).count() as u64
     }
 
-    /// Whether anybody wants this picture.
-    pub fn want(&self, picture: PictureKind) -> bool {
-        self.0.get().iter().any(|opened| opened.sink.picture == picture)
+    /// Whether anybody wants this feed.
+    pub fn want(&self, feed: Feed) -> bool {
+        self.0.get().iter().any(|opened| opened.sink.feed() == feed)
     }
 }
 

@@ -42,7 +42,7 @@ impl TrackClass {
     }
 
     /// Of what a track is made of; `crewed`: serial numbers of transponders.
-    pub(super) fn of(source: &Source, crewed: &BTreeSet<String>) -> Self {
+    pub(crate) fn of(source: &Source, crewed: &BTreeSet<String>) -> Self {
         if let Some(part) = source.transponder() {
             let is_crewed = !crewed.is_empty() && crewed.contains(&serial_text(part.identity));
             return match part.aircraft.kind {

@@ -11,7 +11,9 @@ mod settings;
 use std::collections::VecDeque;
 use std::net::SocketAddr;
 
-use asterix::{Block, Record, blocks, cat015, cat021, cat034, cat048, cat065, cat129, profile};
+use asterix::{
+    Block, DataSource, Record, blocks, cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129, profile,
+};
 
 use crate::areas::Masks;
 use crate::capture::{Reception, ReceptionKind};
@@ -46,6 +48,8 @@ pub struct Pipeline {
     barometer: Barometer,
     /// `None`: the site has no Remote ID.
     remote_id: Option<RemoteId>,
+    /// SAC and SIC of what the service sends.
+    own: DataSource,
     engine: Engine,
     /// Plots are judged and counted, and not given to the engine.
     withholds_plots: bool,
@@ -111,6 +115,7 @@ impl Pipeline {
             withholds_plots: false,
             barometer: Barometer::default(),
             remote_id,
+            own: DataSource { sac: config.site.sac, sic: config.site.sic },
             normaliser,
             journal: Journal::default(),
             now: Time::from_nanos(i64::MIN),
@@ -188,6 +193,12 @@ impl Pipeline {
                         sender.judge(subject, &mut pipeline.senders, pipeline.now)?;
                         Ok(Event::Service { sensor, service })
                     });
+                }
+                Ok(block) if block.category == cat062::Record::CATEGORY && self.is_own(block) => {
+                    self.refuse_own::<cat062::Record>(block);
+                }
+                Ok(block) if block.category == cat063::Record::CATEGORY && self.is_own(block) => {
+                    self.refuse_own::<cat063::Record>(block);
                 }
                 Ok(block) => self.journal.note(unused(block)),
                 Err(fault) => self.journal.note(Event::Faulty { fault }),
@@ -276,6 +287,22 @@ impl Pipeline {
             self.journal.note(event);
         }
         count
+    }
+
+    /// Whether the first record of a block of CAT062 or CAT063 is the service's own: whatever the edition, I062/010 and
+    /// I063/010 come first, behind the FSPEC.
+    fn is_own(&self, block: Block<'_>) -> bool {
+        let record = block.contents();
+        let announces_it = record.first().is_some_and(|first| first & 0x80 != 0);
+        let last = record.iter().position(|octet| octet & 1 == 0);
+        let source = last.and_then(|last| record.get(last + 1..last + 3));
+        announces_it && source == Some(&[self.own.sac, self.own.sic])
+    }
+
+    /// The service's own tracks and status come back: no sensor says them.
+    fn refuse_own<R: Record<Edition = ()>>(&mut self, block: Block<'_>) {
+        let own = self.own;
+        self.each::<R>(block, |_, _| Err((None, Refusal::UnknownSource(own))));
     }
 
     /// Gives a report of this category to the engine, unless somebody refuses it.

@@ -17,7 +17,7 @@ use super::names;
 use super::queue::Counters;
 use super::recorded::Recorded;
 use super::segment::{Beginning, Segment};
-use crate::config::{Config, PictureKind, Record};
+use crate::config::{Config, Feed, Record};
 use crate::formats::{UdpFlow, flow};
 use crate::net::listen as udp;
 use crate::state::{Registrations, registration_text};
@@ -87,7 +87,7 @@ impl Writer {
             with_output,
             site: config.to_string(),
             lines: udp::lines(config).iter().map(udp::Line::destination).collect(),
-            output: flow(config.output.sink(PictureKind::Lagged)),
+            output: flow(config.output.sink(Feed::RECORDED)),
             grid,
             latency_slots: config.fusion.latency_slots.into(),
             window_slots: config.fusion.window_slots.into(),

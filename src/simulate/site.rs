@@ -5,8 +5,8 @@ use std::net::Ipv4Addr;
 use super::ground::Ground;
 use super::scenario::{Radar, Scenario, TRANSPONDER_ID, Transponder};
 use crate::config::{
-    self, Address, Alerts, Config, Conflicts, Fusion, Http, Input, Integrity, Map, Output, Persistence,
-    PictureKind, RadarAccuracy, Sensor, SensorKind, Sink, Site, TransponderAccuracy,
+    self, Address, Alerts, Category, Config, Conflicts, Fusion, Http, Input, Integrity, Map, Output,
+    Persistence, PictureKind, RadarAccuracy, Sensor, SensorKind, Sink, Site, TransponderAccuracy,
 };
 
 /// The accuracy that a site knows from the data sheet, which is not the simulated one.
@@ -53,6 +53,7 @@ pub fn site(scenario: &Scenario, ground: &Ground) -> Config {
                 port: 8130,
                 ttl: 1,
                 picture: PictureKind::Lagged,
+                category: Category::Cat129,
             }],
             status: false,
             ..Output::default()

@@ -11,7 +11,7 @@ use fusion::time::Time;
 use serde_json::Value;
 use socket2::{Domain, Protocol, Socket, Type};
 use utm_fusion::capture::{Capture, Datagram};
-use utm_fusion::config::{Config, PictureKind, Record};
+use utm_fusion::config::{Category, Config, PictureKind, Record};
 use utm_fusion::simulate::{Scenario, Simulation, simulate};
 
 pub(crate) use crate::program::{Scratch, utm_fusion};
@@ -108,7 +108,13 @@ pub(crate) fn on_own_ports(config: &Config, port: u16, scratch: &Scratch, record
         let (address, port) = (address(index as u8), port + index);
         sensor.inputs = vec![Input { address, port, source: None, trailer_octets: None }];
     }
-    config.output.asterix = vec![Sink { address: address(99), port, ttl: 1, picture: PictureKind::Lagged }];
+    config.output.asterix = vec![Sink {
+        address: address(99),
+        port,
+        ttl: 1,
+        picture: PictureKind::Lagged,
+        category: Category::Cat129,
+    }];
     config.output.record = record;
     config.state.dir = scratch.path("state");
     config.http.listen = ([127, 0, 0, 1], 0).into();

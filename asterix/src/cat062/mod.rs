@@ -13,6 +13,7 @@ mod plan;
 mod status;
 mod track;
 
+use crate::cat129::FusionReport;
 use crate::record::record;
 use crate::{DataSource, Explicit, TimeOfDay};
 
@@ -83,6 +84,7 @@ record! {
         may 28 "340" "Measured Information" measured: MeasuredInformation;
         /// [`ReservedExpansion`] is what edition 1.3 of the appendix puts there.
         may 34 "RE" "Reserved Expansion Field" reserved_expansion: Explicit as ReservedExpansion;
-        may 35 "SP" "Special Purpose Field" special_purpose: Explicit;
+        /// [`FusionReport`] is one layout of it.
+        may 35 "SP" "Special Purpose Field" special_purpose: Explicit as FusionReport;
     }
 }

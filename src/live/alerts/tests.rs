@@ -24,6 +24,8 @@ fn sensor(state: SensorState, reason: &str) -> SensorStatus {
         clock_offset_s: None,
         refused: BTreeMap::new(),
         contested: Vec::new(),
+        connected: false,
+        said: crate::normalise::Service::default(),
         registration: None,
         types: Vec::new(),
         lines: Vec::new(),

@@ -1,11 +1,10 @@
 //! Slots between their making and their publication: the deadline finds them ready.
 
 use super::Engine;
-use crate::config::PictureKind;
-use crate::formats::{Cat129Encoder, pack};
+use crate::config::{Feed, PictureKind};
+use crate::formats::Outgoing;
 use crate::live::published::PublishedPicture;
 use crate::net::send::Sinks;
-use crate::picture::Picture;
 use crate::record::Recorded;
 use fusion::time::Time;
 
@@ -15,22 +14,29 @@ const LATENESS: usize = 2400;
 /// A slot that is made, and published when it is due.
 pub(super) struct ReadySlot {
     frame: PublishedPicture,
-    /// CAT129, and that of the picture of its deadline where somebody wants it.
-    payloads: Vec<Vec<u8>>,
-    now: Vec<Vec<u8>>,
+    /// The datagrams of the feeds that somebody wants, and of the one that is recorded.
+    payloads: Vec<(Feed, Vec<Vec<u8>>)>,
 }
 
 impl ReadySlot {
     pub(super) fn new(
         frame: PublishedPicture,
         sinks: &Sinks,
-        encoder: &Cat129Encoder,
+        outgoing: &mut Outgoing,
         max_accuracy_m: f64,
     ) -> Self {
-        let pack = |picture: &Picture| pack(picture.within(max_accuracy_m), encoder);
-        let now = frame.now.get().filter(|_| sinks.want(PictureKind::Now));
-        let now = now.map_or_else(Vec::new, |now| pack(&now));
-        Self { payloads: pack(&frame.picture), now, frame }
+        let mut payloads = Vec::new();
+        for feed in Feed::ALL.into_iter().filter(|&feed| feed == Feed::RECORDED || sinks.want(feed)) {
+            let now = frame.now.get();
+            let picture = match feed.picture {
+                PictureKind::Lagged => Some(&frame.picture),
+                PictureKind::Now => now.as_deref(),
+            };
+            let Some(picture) = picture else { continue };
+            let datagrams = outgoing.picture(feed, picture.time, picture.within(max_accuracy_m));
+            payloads.push((feed, datagrams));
+        }
+        Self { payloads, frame }
     }
 
     pub(super) fn due(&self) -> Time {
@@ -72,14 +78,15 @@ impl Engine {
     }
 
     /// Sends the slot, which is published now, and records it.
-    fn send(&mut self, ReadySlot { mut frame, payloads, now }: ReadySlot) -> PublishedPicture {
-        for payload in now {
-            self.failed_sends += self.outlets.sinks.send_of(PictureKind::Now, &payload);
-        }
-        for payload in payloads {
-            self.failed_sends += self.outlets.sinks.send_of(PictureKind::Lagged, &payload);
-            let due = frame.due;
-            self.record(|| Recorded::Output { due, payload });
+    fn send(&mut self, ReadySlot { mut frame, payloads }: ReadySlot) -> PublishedPicture {
+        for (feed, payloads) in payloads {
+            for payload in payloads {
+                self.failed_sends += self.outlets.sinks.send_of(feed, &payload);
+                if feed == Feed::RECORDED {
+                    let due = frame.due;
+                    self.record(|| Recorded::Output { due, payload });
+                }
+            }
         }
         frame.published_at = self.clock.now();
         frame

@@ -1,0 +1,228 @@
+//! A track as a CAT062 record (`docs/CAT062.md`).
+
+use std::collections::BTreeSet;
+
+use asterix::cat062::{
+    Age, AircraftDerivedData, AircraftIdentification, ClimbAccuracy, ClimbRate, Covariance, EmitterCategory,
+    EstimatedAccuracies, GeometricHeight, HeightAccuracy, HeightSource, IdentificationSource, Position,
+    PositionAccuracy, Record, ServiceIdentification, TargetIdentification, TrackNumber, TrackStatus,
+    UpdateAges, Velocity, VelocityAccuracy,
+};
+use asterix::{DataSource, TimeOfDay};
+
+use super::cat129::report;
+use super::datagrams::pack_records;
+use super::track_numbers::{Numbered, TrackNumbers};
+use crate::config::{Config, PictureKind};
+use crate::normalise::time_of_day_count;
+use crate::picture::{PictureTrack, TrackClass};
+use fusion::Source;
+use fusion::point::{Estimate, TransponderPart};
+use fusion::time::Time;
+
+/// A sensor that has not updated a track for longer is said to lack in I062/080, seconds.
+const LACKING_S: f64 = 5.0;
+
+/// EMC of I062/380: an unmanned aircraft.
+const UNMANNED: u8 = 13;
+
+/// LSBs of the deviations in I062/500: metres, metres a second, and of height and climb 6.25 ft and 6.25 ft a minute.
+const PLACE_LSB_M: f64 = 0.5;
+const SPEED_LSB_M_S: f64 = 0.25;
+const HEIGHT_LSB_M: f64 = 6.25 * 0.3048;
+const CLIMB_LSB_M_S: f64 = 6.25 * 0.3048 / 60.0;
+
+/// Encodes the pictures of one kind, in order: it gives tracks their numbers, and knows which begin and which end.
+#[derive(Clone, Debug)]
+pub struct Cat062Encoder {
+    source: DataSource,
+    service: Option<ServiceIdentification>,
+    numbers: TrackNumbers,
+    /// Serial numbers of transponders with somebody on board.
+    crewed: BTreeSet<String>,
+}
+
+impl Cat062Encoder {
+    /// For the pictures of this kind.
+    pub fn new(config: &Config, picture: PictureKind) -> Self {
+        Self {
+            source: DataSource { sac: config.site.sac, sic: config.site.sic },
+            service: service(picture),
+            numbers: TrackNumbers::default(),
+            crewed: config.conflicts.crewed.iter().cloned().collect(),
+        }
+    }
+
+    /// The datagrams of the next picture, which is of `time`, each a block of at most
+    /// [`DATAGRAM_MAX`](super::DATAGRAM_MAX) octets: its tracks in order, then the last messages of tracks that have been in
+    /// none for 10 s.
+    pub fn encode<'a>(
+        &mut self,
+        time: Time,
+        tracks: impl IntoIterator<Item = &'a PictureTrack>,
+    ) -> Vec<Vec<u8>> {
+        let mut records = Vec::new();
+        for track in tracks {
+            if let Some(numbered) = self.numbers.number(track) {
+                records.extend(self.record(track, numbered));
+            }
+        }
+        let ended = self.numbers.end(time);
+        records.extend(ended.into_iter().map(|number| self.last(number, time)));
+        pack_records(records)
+    }
+
+    /// `None` for a place that is not on Earth.
+    fn record(&self, track: &PictureTrack, numbered: Numbered) -> Option<Record> {
+        let position = Position::new(track.position.latitude_deg(), track.position.longitude_deg())?;
+        let height = track.altitude_amsl_m.and(Some(track.position.height_m));
+        let height = height.and_then(|height_m| GeometricHeight::default().with_height_m(height_m));
+        let motion = track.motion.as_ref();
+        let transponder = track.point.source.transponder();
+        let identification = transponder.and_then(identification);
+        Some(Record {
+            position: Some(position),
+            velocity: motion.and_then(|motion| Velocity::new(motion.velocity.x, motion.velocity.y)),
+            target_identification: identification
+                .map(|name| TargetIdentification::new(IdentificationSource::Downlinked, name)),
+            aircraft_derived: transponder.map(|_| AircraftDerivedData {
+                identification,
+                emitter: self.emitter(track),
+                ..AircraftDerivedData::default()
+            }),
+            track_status: Some(status(track, numbered.is_first, height.is_some())),
+            update_ages: Some(ages(track)),
+            geometric_altitude: height,
+            climb_rate: track
+                .vertical_motion()
+                .and_then(|motion| ClimbRate::default().with_up_m_s(motion.climb())),
+            accuracies: track.point.estimate.as_ref().map(|known| accuracies(known, height.is_some())),
+            special_purpose: Some(report(track).to_field()),
+            ..self.blank(numbered.number, track.time)
+        })
+        .map(Self::without_empty_items)
+    }
+
+    /// The last message of a track, in which only the mandatory items are.
+    fn last(&self, number: u16, time: Time) -> Record {
+        let status = TrackStatus::default().with_last(true);
+        Record { track_status: Some(status), ..self.blank(number, time) }
+    }
+
+    /// What every record has.
+    fn blank(&self, number: u16, time: Time) -> Record {
+        Record {
+            data_source: Some(self.source),
+            service_identification: self.service,
+            time_of_day: TimeOfDay::from_count(time_of_day_count(time)),
+            track_number: Some(TrackNumber::new(number)),
+            ..Record::default()
+        }
+    }
+
+    /// A compound item of which nothing is known is left out.
+    fn without_empty_items(record: Record) -> Record {
+        let Record { aircraft_derived, update_ages, .. } = record;
+        Record {
+            aircraft_derived: aircraft_derived.filter(|data| *data != AircraftDerivedData::default()),
+            update_ages: update_ages.filter(|ages| *ages != UpdateAges::default()),
+            ..record
+        }
+    }
+
+    /// EMC of I062/380: a transponder of CAT129 is an unmanned aircraft's, unless the configuration says otherwise.
+    fn emitter(&self, track: &PictureTrack) -> Option<EmitterCategory> {
+        let class = TrackClass::of(&track.point.source, &self.crewed);
+        let is_drone = class == TrackClass::Drone;
+        EmitterCategory::default().with_code(UNMANNED).filter(|_| is_drone)
+    }
+}
+
+/// I062/015 and I063/015: the two pictures are two services.
+pub(super) fn service(picture: PictureKind) -> Option<ServiceIdentification> {
+    ServiceIdentification::default().with_number(match picture {
+        PictureKind::Lagged => 1,
+        PictureKind::Now => 2,
+    })
+}
+
+/// The last eight characters of the serial number; `None` where one of them is none of I062/245.
+fn identification(transponder: &TransponderPart) -> Option<AircraftIdentification> {
+    let serial = transponder.identity.serial();
+    let last = &serial[serial.len().saturating_sub(8)..];
+    AircraftIdentification::new(str::from_utf8(last).ok()?)
+}
+
+/// I062/080.
+fn status(track: &PictureTrack, is_first: bool, has_height: bool) -> TrackStatus {
+    let source = &track.point.source;
+    let height_source = match source {
+        _ if !has_height => HeightSource::None,
+        Source::Radar(_) => HeightSource::Radar3D,
+        Source::Fused(..) | Source::Transponder(_) => HeightSource::Gnss,
+    };
+    let is_flagged = track.point.integrity.is_some_and(|known| known.state.is_flagged());
+    let lacks = |seen: Option<Time>| seen.is_none_or(|seen| track.time.seconds_since(seen) > LACKING_S);
+    TrackStatus::default()
+        .with_monosensor(!matches!(source, Source::Fused(..)))
+        .with_geometric_reliable(has_height)
+        .with_height_source(height_source)
+        .with_first(is_first)
+        .with_adsb_inconsistent(is_flagged)
+        .with_coasted(track.is_coasting())
+        .with_primary_lacking(lacks(source.radar().map(|radar| radar.time)))
+        .with_secondary_lacking(true)
+        .with_mode_s_lacking(true)
+        .with_adsb_lacking(lacks(heard(track)))
+        .with_surveillance(match source {
+            Source::Fused(..) => 0,
+            Source::Transponder(_) => 1,
+            Source::Radar(_) => 2,
+        })
+        .unwrap_or_default()
+}
+
+/// When its transponder was heard last. The `reference` profile knows nothing older than its window, and does not say when.
+fn heard(track: &PictureTrack) -> Option<Time> {
+    let transponder = track.point.source.transponder()?;
+    transponder.time.or(track.point.estimate.is_none().then_some(track.time))
+}
+
+/// I062/290.
+fn ages(track: &PictureTrack) -> UpdateAges {
+    // A measurement in the second half of its slot is as old as the picture.
+    let age = |time: Time| Age::from_seconds(track.time.seconds_since(time).max(0.0));
+    let source = &track.point.source;
+    UpdateAges {
+        track: track.motion.and_then(|motion| motion.last_measurement).and_then(age),
+        psr: source.radar().and_then(|radar| age(radar.time)),
+        squitter: source.transponder().and_then(|transponder| transponder.time).and_then(age),
+        ..UpdateAges::default()
+    }
+}
+
+/// I062/500: deviations rounded up, so that nothing is said to be better known than it is. What is beyond a range is left out.
+fn accuracies(known: &Estimate, has_height: bool) -> EstimatedAccuracies {
+    let up = |variance: f64, lsb: f64| (variance.max(0.0).sqrt() / lsb).ceil() * lsb;
+    let (place, speed) = (known.horizontal, known.velocity_covariance);
+    let height = has_height.then_some(known.vertical_m2);
+    let climb = has_height.then_some(known.climb_m2s2);
+    EstimatedAccuracies {
+        position: PositionAccuracy::default()
+            .with_east_m(up(place.m11, PLACE_LSB_M))
+            .and_then(|item| item.with_north_m(up(place.m22, PLACE_LSB_M))),
+        covariance: covariance(place.m12),
+        geometric: height.and_then(|m2| HeightAccuracy::default().with_metres(up(m2, HEIGHT_LSB_M))),
+        velocity: VelocityAccuracy::default()
+            .with_east_m_s(up(speed.m11, SPEED_LSB_M_S))
+            .and_then(|item| item.with_north_m_s(up(speed.m22, SPEED_LSB_M_S))),
+        climb: climb.and_then(|m2s2| ClimbAccuracy::default().with_up_m_s(up(m2s2, CLIMB_LSB_M_S))),
+        ..EstimatedAccuracies::default()
+    }
+}
+
+/// COV of I062/500, rounded towards none: with deviations that are rounded up it stays a covariance.
+fn covariance(m2: f64) -> Option<Covariance> {
+    let root = (m2.abs().sqrt() / PLACE_LSB_M).floor() * PLACE_LSB_M;
+    Covariance::default().with_metres(root.copysign(m2))
+}
