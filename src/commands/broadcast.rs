@@ -6,7 +6,7 @@ use tracing::warn;
 use super::Usage;
 use crate::app::{Failure, open_sinks};
 use crate::config::{Config, Feed, PictureKind};
-use crate::formats::Outgoing;
+use crate::formats::Encoders;
 use crate::live::{Health, SensorState, SensorStatus};
 use crate::net::send::Sinks;
 use crate::picture::Picture;
@@ -16,7 +16,7 @@ use fusion::time::{SECOND, Time};
 /// The outputs, and the health of the sensors, of which CAT065 and CAT063 are. Every time is one of the recording.
 pub struct Broadcast {
     sinks: Sinks,
-    outgoing: Outgoing,
+    encoders: Encoders,
     /// Where a status is sent.
     health: Option<Health>,
     /// From a slot's centre until it is sent.
@@ -38,7 +38,7 @@ impl Broadcast {
         }
         Ok(Self {
             sinks: open_sinks(config)?,
-            outgoing: Outgoing::new(config),
+            encoders: Encoders::new(config),
             health: None,
             due_after: config.fusion.latency() - config.fusion.slot / 2,
             next_status: None,
@@ -50,7 +50,7 @@ impl Broadcast {
     pub fn begin(&mut self, config: &Config, first: Time) {
         self.health = config.output.status.then(|| Health::new(config, first));
         self.next_status = None;
-        self.outgoing = Outgoing::new(config);
+        self.encoders = Encoders::new(config);
     }
 
     /// Something happened to what was received.
@@ -71,10 +71,10 @@ impl Broadcast {
             self.next_status = Some(Time::from_nanos(at.nanos() + SECOND));
             let sensors = health.sensors(due, |_| Vec::new());
             let degraded = sensors.iter().any(|sensor| sensor.state != SensorState::Operational);
-            self.failed += self.sinks.send(&self.outgoing.status(at, degraded));
+            self.failed += self.sinks.send(&self.encoders.status(at, degraded));
             for feed in Feed::ALL.into_iter().filter(|&feed| self.sinks.want(feed)) {
                 let items = sensors.iter().map(SensorStatus::item);
-                for datagram in self.outgoing.sensors(feed, at, items) {
+                for datagram in self.encoders.sensors(feed, at, items) {
                     self.failed += self.sinks.send_of(feed, &datagram);
                 }
             }
@@ -85,7 +85,7 @@ impl Broadcast {
                 PictureKind::Now => now,
             };
             let Some(picture) = picture else { continue };
-            for payload in self.outgoing.picture(feed, picture.time, &picture.tracks) {
+            for payload in self.encoders.picture(feed, picture.time, &picture.tracks) {
                 self.failed += self.sinks.send_of(feed, &payload);
             }
         }

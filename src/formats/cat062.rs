@@ -226,3 +226,6 @@ fn covariance(m2: f64) -> Option<Covariance> {
     let root = (m2.abs().sqrt() / PLACE_LSB_M).floor() * PLACE_LSB_M;
     Covariance::default().with_metres(root.copysign(m2))
 }
+
+#[cfg(test)]
+mod tests;

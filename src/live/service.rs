@@ -28,7 +28,7 @@ use super::quiet::Quiet;
 use crate::capture::{Ending, Endpoints, Reception, ReceptionKind, TrailerRules, Trailers};
 use crate::config::{Config, Feed, Profile};
 use crate::conflicts::ConflictWatch;
-use crate::formats::Outgoing;
+use crate::formats::Encoders;
 use crate::net::listen::{self as udp, Arrival, Line, LineCounters};
 use crate::net::send::Sinks;
 use crate::pipeline::Event;
@@ -154,7 +154,7 @@ struct Handled {
 /// The engine's thread.
 struct Engine {
     config: Arc<Config>,
-    outgoing: Outgoing,
+    encoders: Encoders,
     driver: Driver,
     /// In order.
     ready: VecDeque<ReadySlot>,
@@ -201,7 +201,7 @@ impl Engine {
         clock: Clock,
     ) -> Self {
         Self {
-            outgoing: Outgoing::new(&config),
+            encoders: Encoders::new(&config),
             watch: ConflictWatch::of(&config),
             unseen: VecDeque::new(),
             trailers: Trailers::new(TrailerRules::of(&config)),
@@ -348,8 +348,8 @@ impl Engine {
             match made {
                 Made::Slot(frame) => {
                     let max_accuracy_m = self.config.output.max_accuracy_m;
-                    let (sinks, outgoing) = (&self.outlets.sinks, &mut self.outgoing);
-                    self.ready.push_back(ReadySlot::new(frame, sinks, outgoing, max_accuracy_m));
+                    let (sinks, encoders) = (&self.outlets.sinks, &mut self.encoders);
+                    self.ready.push_back(ReadySlot::new(frame, sinks, encoders, max_accuracy_m));
                 }
                 Made::Number(change) => self.note_number(change),
                 Made::Event(event) if event.is_warning() => {
@@ -409,10 +409,10 @@ impl Engine {
         };
         if self.config.output.status {
             let degraded = self.outlets.hub.condition(&status).level() > Level::Ok;
-            self.failed_sends += self.outlets.sinks.send(&self.outgoing.status(at, degraded));
+            self.failed_sends += self.outlets.sinks.send(&self.encoders.status(at, degraded));
             for feed in Feed::ALL.into_iter().filter(|&feed| self.outlets.sinks.want(feed)) {
                 let sensors = status.sensors.iter().map(SensorStatus::item);
-                for datagram in self.outgoing.sensors(feed, at, sensors) {
+                for datagram in self.encoders.sensors(feed, at, sensors) {
                     self.failed_sends += self.outlets.sinks.send_of(feed, &datagram);
                 }
             }

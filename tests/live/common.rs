@@ -187,18 +187,23 @@ pub(crate) fn beside(input: &Path, extension: &str) -> PathBuf {
 
 /// `replay` of a recording with what stands beside it, as a pcap file; its octets.
 pub(crate) fn replayed(input: &Path) -> Vec<u8> {
-    replayed_at("lagged", input)
+    replayed_at("lagged", "pcap", input)
+}
+
+/// The same as CAT062.
+pub(crate) fn replayed_as_cat062(picture: &str, input: &Path) -> Vec<u8> {
+    replayed_at(picture, "cat062-pcap", input)
 }
 
 /// The datagrams of its pictures of now.
 pub(crate) fn replayed_now(input: &Path) -> Vec<(Time, Vec<u8>)> {
     let scratch = Scratch::new();
     let file = scratch.path("now.pcap");
-    fs::write(&file, replayed_at("now", input)).unwrap();
+    fs::write(&file, replayed_at("now", "pcap", input)).unwrap();
     datagrams(&file)
 }
 
-fn replayed_at(picture: &str, input: &Path) -> Vec<u8> {
+fn replayed_at(picture: &str, format: &str, input: &Path) -> Vec<u8> {
     let scratch = Scratch::new();
     let out = scratch.path("out.pcap");
     let output = utm_fusion("replay")
@@ -207,7 +212,7 @@ fn replayed_at(picture: &str, input: &Path) -> Vec<u8> {
         .arg(beside(input, "site.toml"))
         .arg("--state")
         .arg(input.with_extension(""))
-        .args(["--at", picture])
+        .args(["--at", picture, "--output-format", format])
         .arg("-o")
         .arg(&out)
         .output()

@@ -26,5 +26,6 @@ mod senders;
 mod sinks;
 mod sockets;
 mod stage;
+mod system_tracks;
 mod terminal;
 mod tls;

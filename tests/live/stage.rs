@@ -104,6 +104,17 @@ impl Stage {
         port: u16,
         stop: &Arc<AtomicBool>,
     ) -> JoinHandle<Vec<Vec<u8>>> {
+        self.listen_for(group, port, stop, |datagram| datagram[0] == 129)
+    }
+
+    /// The datagrams that are wanted.
+    pub(crate) fn listen_for(
+        &self,
+        group: Ipv4Addr,
+        port: u16,
+        stop: &Arc<AtomicBool>,
+        is_wanted: fn(&[u8]) -> bool,
+    ) -> JoinHandle<Vec<Vec<u8>>> {
         let socket = joined(group, port, self.interface());
         let stopped = stop.clone();
         std::thread::spawn(move || {
@@ -111,7 +122,7 @@ impl Stage {
             let mut octets = [0; 65536];
             loop {
                 match socket.recv(&mut octets) {
-                    Ok(length) if octets[0] == 129 => heard.push(octets[..length].to_vec()),
+                    Ok(length) if is_wanted(&octets[..length]) => heard.push(octets[..length].to_vec()),
                     Ok(_) => {}
                     Err(_) if stopped.load(Ordering::Relaxed) => return heard,
                     Err(_) => {}

@@ -22,5 +22,6 @@ mod program;
 #[path = "../shared/mod.rs"]
 #[allow(dead_code, reason = "shared by several tests")]
 mod shared;
+mod system_tracks;
 mod usage;
 mod zones;

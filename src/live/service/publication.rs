@@ -2,7 +2,7 @@
 
 use super::Engine;
 use crate::config::{Feed, PictureKind};
-use crate::formats::Outgoing;
+use crate::formats::Encoders;
 use crate::live::published::PublishedPicture;
 use crate::net::send::Sinks;
 use crate::record::Recorded;
@@ -22,7 +22,7 @@ impl ReadySlot {
     pub(super) fn new(
         frame: PublishedPicture,
         sinks: &Sinks,
-        outgoing: &mut Outgoing,
+        encoders: &mut Encoders,
         max_accuracy_m: f64,
     ) -> Self {
         let mut payloads = Vec::new();
@@ -33,7 +33,7 @@ impl ReadySlot {
                 PictureKind::Now => now.as_deref(),
             };
             let Some(picture) = picture else { continue };
-            let datagrams = outgoing.picture(feed, picture.time, picture.within(max_accuracy_m));
+            let datagrams = encoders.picture(feed, picture.time, picture.within(max_accuracy_m));
             payloads.push((feed, datagrams));
         }
         Self { payloads, frame }

@@ -13,7 +13,7 @@ use fusion::time::Time;
 /// The encoders of every [`Feed`], and of the status. Pictures have to come in order, those of a feed that nobody wants may
 /// be left out.
 #[derive(Clone, Debug)]
-pub struct Outgoing {
+pub struct Encoders {
     source: DataSource,
     /// Of the configuration, in its order.
     sensors: Vec<DataSource>,
@@ -22,7 +22,7 @@ pub struct Outgoing {
     now: Cat062Encoder,
 }
 
-impl Outgoing {
+impl Encoders {
     /// Of a configuration; no track has begun yet.
     pub fn new(config: &Config) -> Self {
         let cat129 = Cat129Encoder::of(config);
