@@ -240,6 +240,8 @@ fn lines_to_listen_on_and_to_send_to() {
     for (entry, key, message) in [
         (r#"group = "239.0.0.1", port = 1, ttl = 256"#, ".ttl = 256", "0 to 255"),
         (r#"address = "0.0.0.0", port = 1"#, ".address", "nothing can be sent"),
+        (r#"address = "127.0.0.1", port = 1, category = 48"#, ".category = 48", "129 or 62"),
+        (r#"address = "127.0.0.1", port = 1, category = "62""#, ".category", "a whole number without quotes"),
         (r#"group = "239.0.0.1", port = 1, source = "127.0.0.1""#, ".source", "unknown"),
     ] {
         check(&[(sink, &send(entry), &format!("26: output.asterix[0]{key}"), message)]);

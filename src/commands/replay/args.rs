@@ -66,7 +66,7 @@ pub struct Args {
     /// decided by hand (`.decisions.jsonl`, of each input) is decided again. It is only read.
     #[arg(long, value_name = "DIR")]
     pub state: Option<PathBuf>,
-    /// Sends the output as the service would, CAT129 and CAT065 to `[output] asterix`, in real time; Ctrl-C ends it. The
+    /// Sends the output as the service would, tracks and status to `[output] asterix`, in real time; Ctrl-C ends it. The
     /// times in it are those of the recording.
     #[arg(long)]
     pub udp: bool,
