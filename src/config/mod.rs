@@ -68,6 +68,7 @@ pub use sensors::{
     Transponder, TransponderAccuracy,
 };
 pub use sinks::{Carrier, Cot, CotUrl, F3623};
+pub use sinks::{Carrier, Cot, CotUrl, Sapient, TcpUrl};
 pub use site::Site;
 
 use error::Faults;

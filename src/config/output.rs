@@ -6,7 +6,7 @@ use super::kinds::{directory, flag, inline, named, number, tables, whole};
 use super::names::{names, written_by_name};
 use super::sinks::{Cot, F3623};
 use super::network::{Feed, PictureKind, Sink};
-use super::sinks::Cot;
+use super::sinks::{Cot, Sapient};
 use super::table::{absent, need, section};
 use crate::picture::MAX_ACCURACY_M;
 
@@ -19,6 +19,8 @@ section! {
         cot: Vec<Cot> = Vec::new(), tables();
         /// Receivers of observations for surveillance supplementary data (ASTM F3623), a post per second.
         f3623: Vec<F3623> = Vec::new(), tables();
+        /// Nodes that get SAPIENT detection reports, one per track and second.
+        sapient: Vec<Sapient> = Vec::new(), tables();
         /// What I129/040 of a record with a transponder holds.
         serial: SerialSource = SerialSource::Uas, named();
         /// Of positions that no sensor measured in their slot (interpolated, extrapolated) those are left out, here and in the
@@ -48,6 +50,7 @@ impl Output {
             ("asterix", self.asterix.iter().any(|sink| is_now(sink.picture))),
             ("cot", self.cot.iter().any(|sink| is_now(sink.picture))),
             ("f3623", self.f3623.iter().any(|sink| is_now(sink.picture))),
+            ("sapient", self.sapient.iter().any(|sink| is_now(sink.picture))),
         ];
         keys.into_iter().filter_map(|(key, wants)| wants.then_some(key)).collect()
     }

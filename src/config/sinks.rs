@@ -189,3 +189,60 @@ impl ByHand for Cot {
         }
     }
 }
+
+section! {
+    /// A SAPIENT node that takes reports, BSI Flex 335 v2.0 (docs/SAPIENT.md).
+    #[derive(Eq)]
+    Sapient {
+        /// Its name in the log, in `/metrics` and in alerts.
+        id: String = need("id = \"c2\", a name of the receiver"),
+            text("an id is made of letters, digits, _ and -", is_plain);
+        /// Where it listens.
+        url: TcpUrl = need("url = \"tcp://127.0.0.1:14000\""),
+            parsed("`tcp://` with a name or an address, and a port", tcp);
+        /// The UUID by which this service is known there, the same for good.
+        node_id: String = need("node_id = \"…\", a UUID as uuidgen prints it"),
+            text("a node is known by a UUID in lower case, such as a8654cdf-4328-47de-81fa-c495589e30c9", is_uuid);
+        /// Which picture is sent. `now` needs `fusion.now`.
+        picture: PictureKind = PictureKind::Lagged, named();
+        /// Between two status reports, seconds.
+        status_interval as "status_interval_s": SignedDuration = SignedDuration::from_secs(5),
+            seconds("a status report goes out every 1 to 60 seconds", |s| (1.0..=60.0).contains(&s));
+    }
+}
+
+/// A host and a port to connect to.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct TcpUrl {
+    /// Its name or address.
+    pub host: String,
+    /// The port.
+    pub port: u16,
+}
+
+impl fmt::Display for TcpUrl {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "tcp://{}:{}", self.host, self.port)
+    }
+}
+
+impl Toml for TcpUrl {
+    fn toml(&self) -> Option<String> {
+        Some(quoted(&self.to_string()))
+    }
+}
+
+fn tcp(text: &str) -> Result<TcpUrl, &'static str> {
+    const RULE: &str = "expected tcp://host:port";
+    match receiver(text).map(|url| url.carrier) {
+        Ok(Carrier::Tcp(host, port)) => Ok(TcpUrl { host, port }),
+        _ => Err(RULE),
+    }
+}
+
+/// 8-4-4-4-12 hexadecimal digits.
+fn is_uuid(text: &str) -> bool {
+    let is_digit = |c: u8| matches!(c, b'0'..=b'9' | b'a'..=b'f');
+    let lengths: Vec<usize> = text.split('-').map(str::len).collect();
+    lengths == [8, 4, 4, 4, 12] && text.bytes().all(|c| c == b'-' || is_digit(c))
+}

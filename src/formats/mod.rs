@@ -13,6 +13,7 @@ mod files;
 mod mcap;
 mod pcap;
 pub(crate) mod records;
+pub(crate) mod sapient;
 mod status;
 pub(crate) mod table;
 mod tracks;

@@ -88,6 +88,11 @@ impl Desk {
         self.outbox().missed(seconds);
     }
 
+    /// A second that the receiver has not agreed to.
+    pub(super) fn withheld(&self) {
+        self.outbox().withheld();
+    }
+
     /// Tracks that the format cannot hold.
     pub(super) fn left_out(&self, tracks: u64) {
         self.outbox().left_out(tracks);

@@ -17,6 +17,7 @@ mod desk;
 mod f3623;
 mod follow;
 mod outbox;
+mod sapient;
 mod second;
 mod stream;
 
@@ -97,6 +98,10 @@ impl PictureSinks {
             all.lines.push(f3623::line(f3623));
             all.warnings.extend(f3623::warning(f3623));
             all.sinks.push(f3623::open(f3623).map_err(refuse)?);
+        for sapient in &config.output.sapient {
+            all.lines.push(sapient::line(sapient));
+            all.warnings.extend(sapient::warning(sapient));
+            all.sinks.push(sapient::open(sapient, config));
         }
         Ok(all)
     }

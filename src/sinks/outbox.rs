@@ -73,6 +73,11 @@ impl<T> Outbox<T> {
         self.counts.left_out += tracks;
     }
 
+    /// A second that the receiver has not agreed to.
+    pub(super) fn withheld(&mut self) {
+        self.counts.lose(Loss::Refused, 1);
+    }
+
     /// Seconds that it never got to see.
     pub(super) fn missed(&mut self, seconds: usize) {
         self.counts.lose(Loss::Overload, seconds);

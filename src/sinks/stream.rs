@@ -62,6 +62,8 @@ pub(crate) struct Said {
     pub(crate) messages: u64,
     /// Tracks that the format cannot hold.
     pub(crate) left_out: u64,
+    /// The receiver has not agreed yet: the second is lost.
+    pub(crate) is_withheld: bool,
 }
 
 /// One sink.
@@ -140,15 +142,19 @@ impl Peer {
             };
             // Whatever goes wrong with it now, it is lost.
             let lose = |why: String| Broken { why, loss: Some(Loss::Unreachable) };
-            let Said { octets: said, messages, left_out } = dialogue.say(&second).map_err(lose)?;
+            let Said { octets: said, messages, left_out, is_withheld } =
+                dialogue.say(&second).map_err(lose)?;
             desk.left_out(left_out);
+            if is_withheld {
+                desk.withheld();
+            }
             let written = write(&mut writer, &said);
             let answers = exchange(written, &mut reader, &mut heard, dialogue.as_mut()).await;
             octets = answers.map_err(|broken| lose(broken.why))?;
             desk.sent(messages);
         }
         while let Some(second) = desk.take() {
-            let Said { octets, messages, left_out } = dialogue.say(&second)?;
+            let Said { octets, messages, left_out, .. } = dialogue.say(&second)?;
             desk.left_out(left_out);
             write(&mut writer, &octets).await?;
             desk.sent(messages);

@@ -22,6 +22,7 @@ mod recorder;
 mod registration;
 mod reload;
 mod replayed;
+mod sapient;
 mod senders;
 mod sinks;
 mod sockets;
