@@ -67,8 +67,7 @@ pub use sensors::{
     AdsB, Camera, CameraAccuracy, Classification, Radar, RadarAccuracy, Registration, Sensor, SensorKind,
     Transponder, TransponderAccuracy,
 };
-pub use sinks::{Carrier, Cot, CotUrl, F3623};
-pub use sinks::{Carrier, Cot, CotUrl, Sapient, TcpUrl};
+pub use sinks::{Carrier, Cot, CotUrl, F3623, Sapient, TcpUrl};
 pub use site::Site;
 
 use error::Faults;

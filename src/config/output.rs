@@ -4,9 +4,8 @@ use std::path::PathBuf;
 
 use super::kinds::{directory, flag, inline, named, number, tables, whole};
 use super::names::{names, written_by_name};
-use super::sinks::{Cot, F3623};
 use super::network::{Feed, PictureKind, Sink};
-use super::sinks::{Cot, Sapient};
+use super::sinks::{Cot, F3623, Sapient};
 use super::table::{absent, need, section};
 use crate::picture::MAX_ACCURACY_M;
 

@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 
 use asterix::cat062::{
-    Age, AircraftDerivedData, AircraftIdentification, ClimbAccuracy, ClimbRate, Covariance, EmitterCategory,
-    EstimatedAccuracies, GeometricHeight, HeightAccuracy, HeightSource, IdentificationSource, Position,
-    PositionAccuracy, Record, ServiceIdentification, TargetIdentification, TrackNumber, TrackStatus,
-    UpdateAges, Velocity, VelocityAccuracy,
+    Age, AircraftAddress, AircraftDerivedData, AircraftIdentification, ClimbAccuracy, ClimbRate, Covariance,
+    EmitterCategory, EstimatedAccuracies, GeometricHeight, HeightAccuracy, HeightSource,
+    IdentificationSource, Position, PositionAccuracy, Record, ServiceIdentification, TargetIdentification,
+    TrackNumber, TrackStatus, UpdateAges, Velocity, VelocityAccuracy,
 };
 use asterix::{DataSource, TimeOfDay};
 
@@ -18,6 +18,7 @@ use crate::normalise::time_of_day_count;
 use crate::picture::{PictureTrack, TrackClass};
 use fusion::Source;
 use fusion::point::{Estimate, TransponderPart};
+use fusion::report::Space;
 use fusion::time::Time;
 
 /// A sensor that has not updated a track for longer is said to lack in I062/080, seconds.
@@ -85,7 +86,8 @@ impl Cat062Encoder {
             velocity: motion.and_then(|motion| Velocity::new(motion.velocity.x, motion.velocity.y)),
             target_identification: identification
                 .map(|name| TargetIdentification::new(IdentificationSource::Downlinked, name)),
-            aircraft_derived: transponder.map(|_| AircraftDerivedData {
+            aircraft_derived: transponder.map(|transponder| AircraftDerivedData {
+                address: address(transponder),
                 identification,
                 emitter: self.emitter(track),
                 ..AircraftDerivedData::default()
@@ -130,11 +132,19 @@ impl Cat062Encoder {
         }
     }
 
-    /// EMC of I062/380: a transponder of CAT129 is an unmanned aircraft's, unless the configuration says otherwise.
+    /// EMC of I062/380: as the transponder says (I021/020), else an unmanned aircraft where it is a drone's.
     fn emitter(&self, track: &PictureTrack) -> Option<EmitterCategory> {
-        let class = TrackClass::of(&track.point.source, &self.crewed);
-        let is_drone = class == TrackClass::Drone;
-        EmitterCategory::default().with_code(UNMANNED).filter(|_| is_drone)
+        let said =
+            track.point.source.transponder().and_then(|transponder| transponder.aircraft.emitter_category);
+        let is_drone = TrackClass::of(&track.point.source, &self.crewed) == TrackClass::Drone;
+        let code = match said {
+            Some(0) | None if is_drone => UNMANNED,
+            Some(0) | None => return None,
+            // Small, medium and high vortex of I021/020 are one class of weight here.
+            Some(2..=4) => 3,
+            Some(code) => code,
+        };
+        EmitterCategory::default().with_code(code)
     }
 }
 
@@ -146,11 +156,22 @@ pub(super) fn service(picture: PictureKind) -> Option<ServiceIdentification> {
     })
 }
 
-/// The last eight characters of the serial number; `None` where one of them is none of I062/245.
+/// The callsign, or else the last eight characters of the serial number; `None` where one of them is none of I062/245.
 fn identification(transponder: &TransponderPart) -> Option<AircraftIdentification> {
-    let serial = transponder.identity.serial();
+    let callsign = str::from_utf8(&transponder.aircraft.callsign).ok()?.trim_end_matches('\0');
+    if !callsign.is_empty() {
+        return AircraftIdentification::new(callsign);
+    }
+    let serial = transponder.identity.serial()?;
     let last = &serial[serial.len().saturating_sub(8)..];
     AircraftIdentification::new(str::from_utf8(last).ok()?)
+}
+
+/// ADR of I062/380: an aircraft that is known by its address.
+fn address(transponder: &TransponderPart) -> Option<AircraftAddress> {
+    let identity = transponder.identity;
+    let digits = str::from_utf8(identity.name()).ok().filter(|_| identity.space() == Space::Address)?;
+    AircraftAddress::new(u32::from_str_radix(digits, 16).ok()?)
 }
 
 /// I062/080.

@@ -302,7 +302,8 @@ impl Pipeline {
     /// The service's own tracks and status come back: no sensor says them.
     fn refuse_own<R: Record<Edition = ()>>(&mut self, block: Block<'_>) {
         let own = self.own;
-        self.each::<R>(block, |_, _| Err((None, Refusal::UnknownSource(own))));
+        let refusal = Refusal::UnknownSource { category: block.category, source: own };
+        self.each::<R>(block, |_, _| Err((None, refusal)));
     }
 
     /// Gives a report of this category to the engine, unless somebody refuses it.

@@ -98,6 +98,7 @@ impl PictureSinks {
             all.lines.push(f3623::line(f3623));
             all.warnings.extend(f3623::warning(f3623));
             all.sinks.push(f3623::open(f3623).map_err(refuse)?);
+        }
         for sapient in &config.output.sapient {
             all.lines.push(sapient::line(sapient));
             all.warnings.extend(sapient::warning(sapient));

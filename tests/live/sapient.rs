@@ -196,7 +196,7 @@ fn a_node_that_agrees_hears_every_track_once_a_second_and_no_slot_waits_for_it()
     assert!(named.is_superset(&["000000000001", "000000000002"].map(str::to_owned).into()), "{named:?}");
     let site = stage.config.sensors.iter().find_map(|sensor| match &sensor.kind {
         SensorKind::Radar(radar) => Some(radar),
-        SensorKind::Transponder(_) => None,
+        _ => None,
     });
     let site = site.unwrap();
     let longest = tracks.values().map(Vec::len).max().unwrap();

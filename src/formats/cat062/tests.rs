@@ -13,7 +13,7 @@ use crate::picture::Motion;
 use fusion::frames::Geodetic;
 use fusion::integrity::{PointIntegrity, Reasons, State};
 use fusion::point::{Association, Basis, Because, RadarPart};
-use fusion::report::UasItems;
+use fusion::report::{Aircraft, UasItems};
 use fusion::time::SECOND;
 use fusion::{Enu, Identity, Point, RadarTrackKey, SensorIndex};
 
@@ -38,7 +38,15 @@ fn radar(number: u16, time: Time) -> RadarPart {
 fn transponder(serial: &[u8; 12], number: u32, time: Option<Time>) -> TransponderPart {
     let identity = Identity::new(serial, Some(b"NO")).unwrap();
     let items = UasItems { serial_number: *serial, ..UasItems::default() };
-    TransponderPart { number, identity, sensor: SensorIndex(1), time, items }
+    TransponderPart {
+        number,
+        identity,
+        sensor: SensorIndex(1),
+        time,
+        items,
+        aircraft: Aircraft::default(),
+        height_measured: true,
+    }
 }
 
 fn fused(radar: RadarPart, transponder: TransponderPart) -> Source {
@@ -295,7 +303,7 @@ proptest! {
 
         let status = record.track_status.unwrap();
         prop_assert_eq!(status.is_monosensor(), !matches!(source, Source::Fused(..)));
-        let serial = source.transponder().map(|part| String::from_utf8(part.identity.serial().to_vec()).unwrap());
+        let serial = source.transponder().map(|part| String::from_utf8(part.identity.serial().unwrap().to_vec()).unwrap());
         let named = record.target_identification.map(|name| name.identification().to_string());
         match serial {
             Some(serial) if !serial[serial.len().saturating_sub(8)..].contains('-') => {

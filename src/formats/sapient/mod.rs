@@ -153,6 +153,7 @@ fn classification(track: &PictureTrack, class: TrackClass) -> Option<Classificat
     let probability = probability.and_then(|radar| radar.uav_probability);
     let (kind, confidence) = match class {
         TrackClass::Drone | TrackClass::Crewed => ("Air Vehicle", probability),
+        TrackClass::Vehicle => ("Land Vehicle", None),
         TrackClass::Other => ("Other", probability.map(|drone| 1.0 - drone)),
         TrackClass::Unknown => return None,
     };

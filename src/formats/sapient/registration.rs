@@ -20,7 +20,7 @@ const REPORTED: [(ReportCategory, &str, &str); 6] = [
 ];
 
 /// What `classification` may hold.
-const CLASSES: [&str; 2] = ["Air Vehicle", "Other"];
+const CLASSES: [&str; 3] = ["Air Vehicle", "Land Vehicle", "Other"];
 
 fn text(words: &str) -> Option<String> {
     Some(words.to_owned())
