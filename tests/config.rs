@@ -99,6 +99,9 @@ fn whole_example() -> String {
         "[[output.f3623]]",
         "token_file = ",
         "assume_height = ",
+        "[[output.sapient]]",
+        "node_id = ",
+        "status_interval_s = ",
     ];
     let uncommented = |line: &str| match line.strip_prefix("# ") {
         Some(text) if keys.iter().any(|key| text.starts_with(key)) => format!("{text}\n"),
