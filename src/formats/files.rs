@@ -73,7 +73,7 @@ enum Form<W: Write + Send> {
     Mcap(McapWriter<W>),
 }
 
-impl<W: Write> Form<W> {
+impl<W: Write + Send> Form<W> {
     fn pcap(out: W, config: &Config, feed: Feed) -> io::Result<Self> {
         let flow = flow(config.output.sink(feed));
         Ok(Self::Pcap { out: PcapWriter::new(out)?, flow, category: feed.category })

@@ -16,8 +16,8 @@ pub(crate) mod records;
 pub(crate) mod sapient;
 mod status;
 pub(crate) mod table;
-mod tracks;
 mod track_numbers;
+mod tracks;
 
 pub use cat062::Cat062Encoder;
 pub use cat129::Cat129Encoder;

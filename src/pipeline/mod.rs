@@ -12,7 +12,8 @@ use std::collections::VecDeque;
 use std::net::SocketAddr;
 
 use asterix::{
-    Block, DataSource, Record, blocks, cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129, profile,
+    Block, DataSource, Record, blocks, cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129,
+    profile,
 };
 
 use crate::areas::Masks;
