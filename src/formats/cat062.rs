@@ -81,7 +81,7 @@ impl Cat062Encoder {
         let motion = track.motion.as_ref();
         let transponder = track.point.source.transponder();
         let identification = transponder.and_then(identification);
-        Some(Record {
+        Some(Self::without_empty_items(Record {
             position: Some(position),
             velocity: motion.and_then(|motion| Velocity::new(motion.velocity.x, motion.velocity.y)),
             target_identification: identification
@@ -101,8 +101,7 @@ impl Cat062Encoder {
             accuracies: track.point.estimate.as_ref().map(|known| accuracies(known, height.is_some())),
             special_purpose: Some(report(track).to_field()),
             ..self.blank(numbered.number, track.time)
-        })
-        .map(Self::without_empty_items)
+        }))
     }
 
     /// The last message of a track, in which only the mandatory items are.

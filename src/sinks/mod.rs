@@ -8,7 +8,7 @@
 //!
 //! No slot waits for a sink: the follower reads the hub as any reader does, and what a receiver does not take in time is lost
 //! and counted. Each sink has a task of its own; one that is slow or gone hinders nobody else. A format that needs a connection
-//! is a [`Dialogue`](stream::Dialogue), which is sans-IO.
+//! is a `stream::Dialogue`, which is sans-IO.
 
 mod cot;
 mod counts;

@@ -148,7 +148,7 @@ impl Dialogue for Conversation {
         while let Some(message) = self.frames.next()? {
             match message.content {
                 Some(Content::RegistrationAck(ack)) if ack.acceptance == Some(true) => {
-                    self.is_registered = true
+                    self.is_registered = true;
                 }
                 Some(Content::RegistrationAck(ack)) => {
                     let why = ack.ack_response_reason.join("; ");

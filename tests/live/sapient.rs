@@ -92,7 +92,7 @@ impl Node {
                     return Self { socket, read: Vec::new() };
                 }
                 Err(error) => {
-                    assert!(error.kind() == ErrorKind::WouldBlock && Instant::now() < until, "{error}")
+                    assert!(error.kind() == ErrorKind::WouldBlock && Instant::now() < until, "{error}");
                 }
             }
             std::thread::sleep(Duration::from_millis(20));

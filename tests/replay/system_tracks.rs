@@ -1,6 +1,7 @@
 //! CAT062 files: the same picture as in every other format.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
 
 use asterix::{blocks, cat062};
 use serde_json::Value;
@@ -53,7 +54,7 @@ fn a_file_holds_every_point_of_the_picture_and_a_last_message_of_every_track_tha
                 let position = record.position.unwrap();
                 assert!((position.latitude_deg() - number("lat").unwrap()).abs() < 2.8e-6, "{line}");
                 assert!((position.longitude_deg() - number("lng").unwrap()).abs() < 2.8e-6, "{line}");
-                let height = record.geometric_altitude.map(|height| height.height_m());
+                let height = record.geometric_altitude.map(cat062::GeometricHeight::height_m);
                 assert_eq!(height.is_some(), number("alt").is_some(), "{line}");
                 let off = |said: Option<f64>, key: &str| {
                     said.zip(number(key)).map_or(0.0, |(said, known)| (said - known).abs())
@@ -91,7 +92,7 @@ fn datagrams_of_cat062_go_when_those_of_cat129_go() {
 fn cat129_is_the_same_whoever_else_listens() {
     let flight = three_radars();
     let scratch = Scratch::new();
-    let site = std::fs::read_to_string(flight.site()).unwrap();
+    let site = String::from_utf8(fs::read(flight.site()).unwrap()).unwrap();
     let output = "[output]\nasterix = [{ address = \"127.0.0.1\", port = 8131, category = 62 }, \
                   { address = \"127.0.0.1\", port = 8130 }]\n";
     assert!(!site.contains("[output]"), "{site}");

@@ -5,7 +5,7 @@ pub(crate) mod messages;
 mod registration;
 mod ulid;
 
-use crate::picture::{PictureMaker, PictureTrack, TrackClass, serial_text};
+use crate::picture::{Motion, PictureMaker, PictureTrack, TrackClass, serial_text};
 use fusion::time::{SECOND, Time};
 use messages::{
     Classification, Content, CoordinateSystem, Datum, DetectionReport, EnuVelocity, Info, Location,
@@ -167,7 +167,7 @@ fn velocity(track: &PictureTrack) -> Option<EnuVelocity> {
     Some(EnuVelocity {
         east_rate: Some(motion.velocity.x),
         north_rate: Some(motion.velocity.y),
-        up_rate: vertical.map(|motion| motion.climb()),
+        up_rate: vertical.map(Motion::climb),
         east_rate_error: deviation(known.velocity_covariance.m11),
         north_rate_error: deviation(known.velocity_covariance.m22),
         up_rate_error: vertical.and_then(|_| deviation(known.climb_m2s2)),
