@@ -1,4 +1,5 @@
 //! A camera beside a radar: its bearings say nothing of the distance, and much of the direction.
+#![expect(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};

@@ -98,6 +98,8 @@ impl Plain<'_> {
                 Report::Fix(fix) => {
                     knots.entry(fix.identity).or_default().insert(fix.time, fix);
                 }
+                // The paper's rules know none.
+                Report::Bearing(_) => {}
             }
         }
         let mut curves: BTreeMap<Identity, BTreeMap<i64, Enu>> = BTreeMap::new();

@@ -4,7 +4,7 @@ use jiff::SignedDuration;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::Index;
-use utm_fusion_engine::report::UasItems;
+use utm_fusion_engine::report::{Bearing, UasItems};
 use utm_fusion_engine::settings::{Radar, ReferenceRules, Sensor};
 use utm_fusion_engine::time::{SECOND, Time};
 use utm_fusion_engine::{
@@ -66,6 +66,7 @@ impl Arrival {
         let report = match self.report {
             Report::Plot(plot) => Report::Plot(Plot { position: shifted(plot.position), ..plot }),
             Report::Fix(fix) => Report::Fix(Fix { position: shifted(fix.position), ..fix }),
+            Report::Bearing(_) => self.report,
         };
         Self { received: Time::from_nanos(self.received.nanos() + delay_ms * 1_000_000), report }
     }
@@ -141,6 +142,7 @@ impl Sending {
         let report = match report {
             Report::Plot(plot) => Report::Plot(Plot { position, slant_range_m: position.0.norm(), ..plot }),
             Report::Fix(fix) => Report::Fix(Fix { position, ..fix }),
+            Report::Bearing(_) => report,
         };
         // ASTERIX counts 1/128 s.
         let time = sent - sent.rem_euclid(7_812_500);
@@ -225,6 +227,7 @@ fn moved(report: Report, by_ns: i64) -> Report {
     match report {
         Report::Plot(plot) => Report::Plot(Plot { time, ..plot }),
         Report::Fix(fix) => Report::Fix(Fix { time, ..fix }),
+        Report::Bearing(bearing) => Report::Bearing(Bearing { time, ..bearing }),
     }
 }
 
@@ -238,6 +241,7 @@ pub fn indifferent_to_order(mut arrivals: Vec<Arrival>) -> Vec<Arrival> {
             fix.items.model = None;
             seen.insert((fix.time, 99, u16::from(fix.identity.name()[1])))
         }
+        Report::Bearing(bearing) => seen.insert((bearing.time, bearing.track.sensor.0, bearing.track.number)),
     });
     arrivals
 }

@@ -171,6 +171,7 @@ fn what_was_one_by_an_operators_word_alone_parts_when_he_takes_it_back() {
     let keep = |_, report: &Report| match report {
         Report::Plot(plot) => plot.track.number == TRACKS[0],
         Report::Fix(fix) => fix.identity == identity(1),
+        Report::Bearing(_) => false,
     };
     let pair = |verdict| correlation(TRACKS[0], 1, verdict);
     let (_, emissions, made) = fly(keep, &[(25, pair(Verdict::Correlated)), (40, pair(Verdict::Automatic))]);

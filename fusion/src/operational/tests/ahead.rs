@@ -37,6 +37,7 @@ fn of(report: &Report, which: usize) -> bool {
     match report {
         Report::Plot(plot) => plot.track.number == TRACKS[which],
         Report::Fix(fix) => fix.identity == identity(which),
+        Report::Bearing(_) => false,
     }
 }
 

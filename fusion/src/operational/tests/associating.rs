@@ -90,7 +90,7 @@ fn unseen(begun_at_m: f64) -> (Case, TargetId, TrackletId, TrackletId) {
     let target = case.transponder(0, &halves(80.0, 97.0), 0.0);
     let begun = case.track((0, 1), &halves(99.5, 104.0), begun_at_m, 0.9);
     let ahead = case.track((0, 2), &halves(102.0, 104.0), 0.0, 0.9);
-    case.run(|air, _, cycle| air.targets.filter_all(&air.tracklets, cycle));
+    case.run(|air, _, cycle| air.targets.filter_all(&air.tracklets, &air.cameras, cycle));
     (case, target, begun, ahead)
 }
 

@@ -59,7 +59,7 @@ fn a_target_is_known_from_its_tracks_first_plot_on() {
     let mut case = Case::new();
     let track = case.track((0, 1), &halves(96.0, 101.0), 0.0, 0.9);
     assert!(is_initiated(&mut case, track));
-    case.run(|air, _, cycle| air.targets.filter_all(&air.tracklets, cycle));
+    case.run(|air, _, cycle| air.targets.filter_all(&air.tracklets, &air.cameras, cycle));
     let target = case.air.targets.get(case.target(track).unwrap()).unwrap();
     assert_eq!(target.estimate(at(96.0)).unwrap().since_s, Some(0.0));
 }
@@ -91,7 +91,7 @@ fn a_track_ahead_that_could_be_a_known_target_waits() {
     case.transponder(0, &halves(80.0, 99.0), 0.0);
     let [there, elsewhere] = [(1, 0.0), (2, 900.0)]
         .map(|(number, east_m)| case.track((0, number), &halves(101.0, 104.0), east_m, 0.9));
-    case.run(|air, _, cycle| air.targets.filter_all(&air.tracklets, cycle));
+    case.run(|air, _, cycle| air.targets.filter_all(&air.tracklets, &air.cameras, cycle));
     assert!(!is_initiated(&mut case, there));
     assert!(case.target(elsewhere).is_some());
 }

@@ -75,7 +75,7 @@ fn a_radar_track_that_turns_out_to_be_a_transponder_gives_it_its_number() {
     case.pair(track, target, 12.0);
     case.associate();
     case.run(|air, numbers, cycle| {
-        air.targets.filter_all(&air.tracklets, cycle);
+        air.targets.filter_all(&air.tracklets, &air.cameras, cycle);
         let points =
             output::publish(&mut air.targets, &air.tracklets, &air.correlations, numbers, GRID, cycle);
         let [Point { number: 7, source: Source::Fused(_, _, pair), .. }] = &points[..] else {
