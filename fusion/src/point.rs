@@ -290,12 +290,12 @@ impl Source {
         }
     }
 
-    /// Whether the point's height was measured: by its transponder, unless that does not say it, else by its radar.
+    /// Whether the point's height was measured by who says where it is: its transponder, where it has one, else its radar. In
+    /// the `operational` profile a height may be known all the same, by its variance.
     pub fn height_measured(&self) -> bool {
         match self {
-            Self::Fused(radar, transponder, _) => transponder.height_measured || radar.height_measured,
             Self::Radar(radar) => radar.height_measured,
-            Self::Transponder(transponder) => transponder.height_measured,
+            Self::Fused(_, transponder, _) | Self::Transponder(transponder) => transponder.height_measured,
         }
     }
 

@@ -31,13 +31,13 @@ impl Measurement {
         match &self.by {
             By::Transponder { .. } => None,
             By::Radar { owner, .. } => Some(owner.radar),
-            By::Camera { sensor, .. } => Some(*sensor),
+            By::Camera { sensor, .. } | By::Height { sensor, .. } => Some(*sensor),
         }
     }
 
-    /// Whether it tells no more than on which line the target is.
-    pub fn is_bearing(&self) -> bool {
-        matches!(self.by, By::Camera { .. })
+    /// Whether it does not say where over ground the target is: no more than on which line, or how high.
+    pub fn is_partial(&self) -> bool {
+        matches!(self.by, By::Camera { .. } | By::Height { .. })
     }
 }
 
@@ -72,6 +72,13 @@ pub enum By {
         across_m: f64,
         /// In height.
         height_m: f64,
+    },
+    /// A radar's height of what a transponder locates that does not say its own.
+    Height {
+        /// The radar.
+        sensor: SensorIndex,
+        /// Standard deviation, metres.
+        sigma_m: f64,
     },
 }
 

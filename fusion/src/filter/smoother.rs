@@ -13,7 +13,7 @@ use crate::time::Time;
 #[derive(Debug)]
 struct Node<const P: usize, const M: usize, const H: usize, const S: usize> {
     measurement: Measurement,
-    /// The last one up to it that is no bearing.
+    /// The last one up to it that says where the target is.
     placed: Option<Measurement>,
     state: State<P, M, H, S>,
     /// To the node before; `None` for the first.
@@ -62,7 +62,7 @@ where
                 }
             };
             let smoothed = (state.told, state.height);
-            let placed = match measurement.is_bearing() {
+            let placed = match measurement.is_partial() {
                 true => self.nodes.back().and_then(|last| last.placed),
                 false => Some(*measurement),
             };
@@ -100,7 +100,7 @@ where
         self.nodes.drain(..keep);
     }
 
-    /// The newest that says where it is: a bearing does not.
+    /// The newest that says where it is.
     pub(super) fn newest(&self) -> Option<&Measurement> {
         self.nodes.back().and_then(|node| node.placed.as_ref())
     }
@@ -112,7 +112,7 @@ where
         let next = self.nodes.get(behind);
         // What it rests on are measurements of its place.
         let since_s = before.and_then(|before| Some(time.seconds_since(before.placed.as_ref()?.time)));
-        let placed = self.nodes.range(behind..).find(|node| !node.measurement.is_bearing());
+        let placed = self.nodes.range(behind..).find(|node| !node.measurement.is_partial());
         let until_s = placed.map(|next| next.measurement.time.seconds_since(time));
         let here = match (before, next) {
             (Some(before), _) => {

@@ -181,23 +181,26 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
     fn observe(&mut self, measurement: &Measurement, predicted: &Gaussian<P>) {
         let Measurement { position, height_measured, by, .. } = measurement;
         let place = position.0.xy();
-        let (mut over_ground, sigma_m, radar) = match by {
+        let (over_ground, sigma_m, radar) = match by {
             By::Transponder { horizontal_m, vertical_m } => {
-                (plane::fix(place, *horizontal_m), *vertical_m, None)
+                (Some(plane::fix(place, *horizontal_m)), *vertical_m, None)
             }
             By::Radar { owner, seen, errors, .. } => {
                 let radar = self.place(owner);
-                (plane::plot::<P, S>(place, seen, errors, radar), errors.noise_height_m, Some(radar))
+                (Some(plane::plot::<P, S>(place, seen, errors, radar)), errors.noise_height_m, Some(radar))
             }
             By::Camera { clockwise, across_m, height_m, .. } => {
-                (plane::line(place, *clockwise, *across_m), *height_m, None)
+                (Some(plane::line(place, *clockwise, *across_m)), *height_m, None)
             }
+            By::Height { sigma_m, .. } => (None, *sigma_m, None),
         };
-        let distance = predicted.distance(&over_ground);
-        if distance > FAR {
-            over_ground = over_ground.coarser(distance / FAR);
+        if let Some(mut over_ground) = over_ground {
+            let distance = predicted.distance(&over_ground);
+            if distance > FAR {
+                over_ground = over_ground.coarser(distance / FAR);
+            }
+            self.plane.observe(&over_ground);
         }
-        self.plane.observe(&over_ground);
         if *height_measured {
             self.height.observe(&height::height::<H, S>(position.0.z, sigma_m, radar));
         }

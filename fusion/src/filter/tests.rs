@@ -124,7 +124,7 @@ fn at_once<const STATES: usize, const M: usize, const S: usize>(
     times.dedup();
     let radar_of = |measurement: &Measurement| match measurement.by {
         By::Radar { owner, .. } => Some(owner.radar),
-        By::Transponder { .. } | By::Camera { .. } => None,
+        By::Transponder { .. } | By::Camera { .. } | By::Height { .. } => None,
     };
     let mut radars: Vec<(SensorIndex, Time)> = Vec::new();
     for measurement in measurements {
@@ -194,6 +194,7 @@ fn at_once<const STATES: usize, const M: usize, const S: usize>(
             By::Camera { clockwise, across_m, .. } => {
                 observe(*time, &plane::line(position.0.xy(), *clockwise, *across_m));
             }
+            By::Height { .. } => {}
         }
         if let Some((velocity, deviation)) = velocity {
             observe(*time, &plane::velocity(*velocity, *deviation));

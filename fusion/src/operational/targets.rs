@@ -195,10 +195,14 @@ impl Target {
             let pair = OnceCell::new();
             let pair = || *pair.get_or_init(|| self.pair_ahead(tracklet, radar, cycle));
             let silence = |time| self.transponder.as_ref()?.silence(time, tracklet.last());
+            let lacks_height = self.transponder.as_ref().is_some_and(Transponder::lacks_height);
             measurements.extend(tracklet.between(since, LATEST).filter_map(|plot| {
                 let silence = silence(plot.time);
                 let is_used = silence.is_none_or(|(_, silent_s)| silent_s > TRANSPONDER_SILENT_S);
-                is_used.then(|| measured_by_radar(plot, tracklet.id, radar, silence.map(|s| s.0), pair()))
+                match is_used {
+                    true => Some(measured_by_radar(plot, tracklet.id, radar, silence.map(|s| s.0), pair())),
+                    false => (lacks_height && plot.height_measured).then(|| height_by_radar(plot, radar)),
+                }
             }));
         }
         // A direction alone is no beginning.
@@ -482,6 +486,24 @@ fn measured_by_radar(
             .zip(radar.velocity_sigma_m_s)
             .map(|(velocity, sigma_m_s)| (velocity, correlated_m_s(sigma_m_s, radar.period_s))),
         climb: None,
+    }
+}
+
+/// The height of a plot, and nothing else of it.
+fn height_by_radar(plot: &Plot, radar: &Radar) -> Measurement {
+    let errors = &radar.errors;
+    // Its bias is no state here: as many plots as its correlation time spans tell of it as one would.
+    let spans = (2.0 * errors.correlation_s / radar.period_s).max(1.0);
+    Measurement {
+        time: plot.time,
+        position: plot.position,
+        height_measured: true,
+        velocity: None,
+        climb: None,
+        by: By::Height {
+            sensor: plot.track.sensor,
+            sigma_m: (errors.bias_height_m * spans.sqrt()).hypot(errors.noise_height_m),
+        },
     }
 }
 

@@ -273,6 +273,11 @@ impl Transponder {
         self.fixes.last().and_then(|fix| fix.height_sigma_m).unwrap_or(receiver.vertical_m)
     }
 
+    /// Whether its reports do not say their height.
+    pub(super) fn lacks_height(&self) -> bool {
+        self.fixes.last().is_some_and(|last| !last.height_measured)
+    }
+
     /// Whether a report is passed over: that of another receiver whose positions are far better was heard last, and it has not
     /// fallen silent.
     pub(super) fn has_better(&self, fix: &Fix, settings: &Settings) -> bool {
