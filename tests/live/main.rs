@@ -24,6 +24,7 @@ mod reload;
 mod replayed;
 mod sapient;
 mod senders;
+mod sensors;
 mod sinks;
 mod sockets;
 mod stage;

@@ -145,7 +145,7 @@ fn a_node_that_agrees_hears_every_track_once_a_second_and_no_slot_waits_for_it()
         );
         *config = Config::parse(&without_sapient(&text), "site.toml", std::iter::empty()).unwrap();
     };
-    let stage = Stage::new(SCENARIO, 22_700, change);
+    let stage = Stage::new(SCENARIO, 23_400, change);
     let service = stage.run("run.log");
 
     // It refuses the first registration, is asked again, and takes its time.

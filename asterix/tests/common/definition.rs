@@ -301,8 +301,13 @@ pub fn compare(variation: &Value, layout: Layout, key: &str, path: &str) -> Comp
         }
         ("Compound", Layout::Compound(subfields)) => compare_subfields(members(), subfields, path),
         ("Explicit", Layout::Explicit(ours)) => {
-            let expansion = tag(contents) == "ReservedExpansion";
-            let same = expansion || ours == Contents::Opaque;
+            // What a special purpose field holds is for those to agree on who send it and read it.
+            let described = match tag(contents) {
+                "ReservedExpansion" => true,
+                "SpecialPurpose" => matches!(ours, Contents::Known(..)),
+                _ => false,
+            };
+            let same = described || ours == Contents::Opaque;
             if same { vec![] } else { vec![format!("{path}: {ours:?}")] }
         }
         (other, layout) => vec![format!("{path}: {other} is not {layout:?}")],

@@ -1,0 +1,82 @@
+//! Every kind of sensor at once: one aircraft each, and a recording that replays to what was sent.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::net::Ipv4Addr;
+use std::time::Duration;
+
+use fusion::time::Time;
+use serde_json::Value;
+use utm_fusion::config::Address;
+use utm_fusion::live::now;
+
+use crate::common::{only, replayed};
+use crate::senders::json;
+use crate::stage::Stage;
+
+/// Radar, CAT129, CAT021, Remote ID and a camera.
+const EVENT: &str = include_str!("../../config/scenarios/event.toml");
+
+/// Sends the flight until `until_s`, each datagram to the sensor that it is of.
+fn send(stage: &Stage, until_s: f64) {
+    let sender = stage.sender();
+    let mut sensors: BTreeMap<(Ipv4Addr, u16), usize> = BTreeMap::new();
+    for (index, sensor) in stage.simulation.config.sensors.iter().enumerate() {
+        for input in &sensor.inputs {
+            let Address::Multicast { group, .. } = input.address else { continue };
+            sensors.insert((group, input.port), index);
+        }
+    }
+    let start: Time = stage.start();
+    for datagram in &stage.simulation.datagrams {
+        if datagram.received.seconds_since(start) > until_s {
+            break;
+        }
+        if let Ok(early) = Duration::try_from(datagram.received - now()) {
+            std::thread::sleep(early);
+        }
+        let sensor = sensors[&(datagram.flow.to, datagram.flow.port)];
+        sender.send_to(&datagram.payload, stage.to(sensor)).unwrap();
+    }
+}
+
+#[test]
+fn five_kinds_of_sensors_are_one_picture_and_their_recording_replays_to_it() {
+    let scenario = EVENT.replace("duration_s = 300", "duration_s = 24");
+    assert_ne!(scenario, EVENT);
+    let stage = Stage::new(&scenario, 23_500, |_, _| {});
+    let service = stage.run("run.log");
+    send(&stage, 22.0);
+    let address = ([127, 0, 0, 1], service.http_port()).into();
+    let sensors = json(address, "/api/v1/sensors");
+    let mut kinds: Vec<&str> = Vec::new();
+    for sensor in sensors["features"].as_array().unwrap() {
+        let properties = &sensor["properties"];
+        assert_eq!(properties["state"], "operational", "{properties}");
+        assert!(properties["accepted"].as_u64().unwrap() > 10, "{properties}");
+        kinds.push(properties["kind"].as_str().unwrap());
+    }
+    kinds.sort_unstable();
+    kinds.dedup();
+    assert_eq!(kinds, ["adsb", "camera", "radar", "remote-id", "transponder"]);
+    // One track each: whoever states the identity, CAT129 or Remote ID or both.
+    let mut tracks: BTreeMap<String, usize> = BTreeMap::new();
+    let picture = json(address, "/api/v1/tracks");
+    for track in picture["features"].as_array().unwrap() {
+        let properties = &track["properties"];
+        let icao24 = &properties["aircraft"]["icao24"];
+        let name = if icao24.is_null() { &properties["uas_id"]["serial_number"] } else { icao24 };
+        if let Value::String(name) = name {
+            *tracks.entry(name.clone()).or_default() += 1;
+        }
+        assert_eq!(properties["aircraft_type"] == "crewed", !icao24.is_null(), "{properties}");
+    }
+    assert!(tracks.len() > 8 && tracks.values().all(|&count| count == 1), "{tracks:?}");
+
+    let (code, log) = service.stop();
+    assert_eq!(code, Some(0), "{log}");
+    let recordings = stage.scratch.path("recordings");
+    let input = only(&recordings, "input-", ".pcap");
+    let output = only(&recordings, "output-", ".pcap");
+    assert!(replayed(&input) == fs::read(&output).unwrap(), "what is replayed is not what was sent");
+}
