@@ -20,6 +20,7 @@ mod ids;
 mod initiation;
 mod integrity;
 mod likelihood;
+mod measured;
 mod mutual;
 mod now;
 mod output;
