@@ -146,6 +146,7 @@ impl Pipeline {
         let timed = received.ok_or((None, Refusal::NoTime));
         let mut sender = Sender { address: *from, ..Sender::default() };
         if self.remote_id.is_some()
+            && reception.kind == ReceptionKind::Datagram
             && let Some(heard) = remote_id::heard(payload, *from)
         {
             return heard.into_iter().for_each(|heard| match heard {
