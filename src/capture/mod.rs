@@ -80,6 +80,14 @@ pub struct Datagram {
     pub trailer: Vec<u8>,
 }
 
+impl Datagram {
+    /// Whether it may hold something else than ASTERIX: of a file that holds nothing else it does not, whatever it looks like
+    /// where that is damaged.
+    pub fn may_be_remote_id(&self) -> bool {
+        self.endpoints.is_some() || self.contents == Contents::Translated
+    }
+}
+
 /// What a payload is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Contents {

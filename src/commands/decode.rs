@@ -249,15 +249,13 @@ impl Printer<'_> {
                 .write(|line| write_skipped(line, octets, place), |tables| tables.skipped(octets, place));
         }
         let (payload, place) = (&datagram.payload, source.place(0, 0));
-        // A file of ASTERIX holds nothing else, whatever it looks like where it is damaged.
-        let may_be_remote_id = datagram.endpoints.is_some() || datagram.contents == Contents::Translated;
-        if may_be_remote_id && is_lines(payload) {
+        if datagram.may_be_remote_id() && is_lines(payload) {
             for line in lines(payload) {
                 self.remote_id(Line::parse(line).map_err(LineFault::from), line, place, datagram)?;
             }
             return Ok(());
         }
-        if may_be_remote_id && is_broadcast(payload) {
+        if datagram.may_be_remote_id() && is_broadcast(payload) {
             let transmitter = datagram.endpoints.map_or("unknown".to_owned(), |of| of.source.to_string());
             let octets = payload.clone();
             let line = Line { time: None, transmitter, rssi_dbm: None, receiver: None, octets };

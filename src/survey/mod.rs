@@ -110,7 +110,7 @@ impl Survey {
                 None => self.datagrams_of_more_streams += 1,
             }
         }
-        if is_lines(&datagram.payload) || is_broadcast(&datagram.payload) {
+        if datagram.may_be_remote_id() && (is_lines(&datagram.payload) || is_broadcast(&datagram.payload)) {
             return self.remote_id(datagram);
         }
         for block in blocks(&datagram.payload) {
