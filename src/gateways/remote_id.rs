@@ -113,9 +113,9 @@ fn time_of(stamp: &Stamp<'_>) -> Option<Time> {
     i64::try_from(nanos).ok().map(Time::from_nanos)
 }
 
-/// Whether a datagram holds a gateway's lines: no category of ASTERIX begins so.
+/// Whether a datagram holds a gateway's lines, and not blocks of category 123, which begin so and is not in use.
 pub fn is_lines(payload: &[u8]) -> bool {
-    payload.trim_ascii_start().first() == Some(&b'{')
+    payload.trim_ascii_start().first() == Some(&b'{') && asterix::blocks(payload).any(|block| block.is_err())
 }
 
 /// Its lines, without blank ones.
