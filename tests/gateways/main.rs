@@ -7,6 +7,7 @@
 
 mod adsb;
 mod corpus;
+mod flights;
 mod live;
 #[path = "../shared/program.rs"]
 mod program;
