@@ -136,9 +136,11 @@ impl PictureTrack {
 
     /// The radius that holds 95 % of its horizontal errors, metres, where no sensor measured it in its slot: never in the
     /// `reference` profile. Nor of a transponder that is believed no more: that its place is in dispute has to be seen; nor of
-    /// one that is heard, however badly it says that it knows its place.
+    /// one with somebody on board that is heard, however badly it says that it knows its place.
     pub fn unmeasured_accuracy_m(&self) -> Option<f64> {
-        let heard = self.point.source.transponder().and_then(|part| part.time);
+        let part = self.point.source.transponder();
+        let crewed = part.filter(|part| part.aircraft.kind == AircraftKind::Crewed);
+        let heard = crewed.and_then(|part| part.time);
         let is_heard = heard.is_some_and(|heard| self.time.seconds_since(heard).abs() <= HEARD_S);
         if is_heard || self.point.estimate.is_some_and(|estimate| estimate.lie_m2 > 0.0) {
             return None;

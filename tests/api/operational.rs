@@ -5,7 +5,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use asterix::cat129::fusion_report::Flags;
 use asterix::cat129::{FusionReport, Record};
 use asterix::{DataSource, blocks};
-use fusion::Source;
 use fusion::point::Basis;
 use fusion::time::Time;
 use serde_json::Value;
@@ -296,11 +295,6 @@ fn poor_slot(accuracy_h_m: f64) -> (PublishedPicture, [String; 2]) {
     for (track, basis) in frame.picture.tracks.iter_mut().zip([Basis::Extrapolated, Basis::Measured]) {
         let motion = track.motion.as_mut().unwrap();
         (motion.basis, motion.accuracy_h_m) = (basis, accuracy_h_m);
-    }
-    // What is heard is there, however poorly it is known.
-    let silent = frame.picture.tracks[0].time + -jiff::SignedDuration::from_secs(20);
-    if let Source::Fused(_, part, _) | Source::Transponder(part) = &mut frame.picture.tracks[0].point.source {
-        part.time = Some(silent);
     }
     (frame, ids)
 }

@@ -47,7 +47,7 @@ fn wrong_usage_is_told_with_code_2() {
         (&["replay", capture, "--config", site, "--loud"], "unexpected argument '--loud'"),
         (
             &["replay", capture, "--config", site, "-o", "-", "--output-format", "xml"],
-            "asterix, pcap, ndjson, geojson, csv",
+            "asterix, pcap, cat062, cat062-pcap, ndjson, geojson, csv, parquet, mcap",
         ),
         (
             &["replay", capture, "--config", site, "-o", unknown],
