@@ -5,7 +5,7 @@
 //! |---|---|---|
 //! | [`adsb`] | frames of a 1090 MHz receiver, Beast or AVR | CAT021, edition 2.6 |
 //! | [`mavlink`] | MAVLink position reports | CAT129 |
-//! | [`remote_id`] | frames of Wi-Fi and Bluetooth; text from a broker or over HTTP | lines of Remote ID |
+//! | [`remote_id`] | frames of Wi-Fi and Bluetooth; text from a broker | lines of Remote ID |
 //!
 //! A translator reads no clock and no socket; it keeps what it has heard, within bounds, and counts what it drops by reason.
 //! What is recorded is what it gives, so that a replay needs no translator.

@@ -41,15 +41,19 @@ pub struct Line {
 }
 
 /// Why a line is refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Refusal {
     /// It is no JSON object with the members that it must have.
+    #[error("the line is no JSON object with a transmitter and a message")]
     NotAnObject,
     /// The message is no octets in hexadecimal.
+    #[error("the message of the line is not hexadecimal")]
     NotHexadecimal,
     /// The transmitter or the receiver has a name of more than 64 octets, or none.
+    #[error("a name in the line is empty or longer than 64 octets")]
     Name,
     /// The time is neither RFC 3339 nor seconds since 1970.
+    #[error("the time of the line is neither RFC 3339 nor seconds since 1970")]
     Time,
 }
 

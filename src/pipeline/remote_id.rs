@@ -23,18 +23,9 @@ const REMEMBERED: usize = 4;
 /// Why a gateway's line, or a message, is not read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LineFault {
-    /// It is no JSON object with the members that it must have.
-    #[error("the line is no JSON object with a transmitter and a message")]
-    NotAnObject,
-    /// The message is no octets in hexadecimal.
-    #[error("the message of the line is not hexadecimal")]
-    NotHexadecimal,
-    /// The transmitter or the receiver has a name of more than 64 octets, or none.
-    #[error("a name in the line is empty or longer than 64 octets")]
-    Name,
-    /// The time is none.
-    #[error("the time of the line is neither RFC 3339 nor seconds since 1970")]
-    Time,
+    /// What is wrong with the line.
+    #[error(transparent)]
+    Line(#[from] LineRefusal),
     /// What is wrong with the message.
     #[error(transparent)]
     Message(remote_id::Fault),
@@ -44,22 +35,8 @@ impl LineFault {
     /// A short name that stays the same over releases, for counters.
     pub const fn name(self) -> &'static str {
         match self {
-            Self::NotAnObject => LineRefusal::NotAnObject.name(),
-            Self::NotHexadecimal => LineRefusal::NotHexadecimal.name(),
-            Self::Name => LineRefusal::Name.name(),
-            Self::Time => LineRefusal::Time.name(),
+            Self::Line(refusal) => refusal.name(),
             Self::Message(_) => "remote_id_message",
-        }
-    }
-}
-
-impl From<LineRefusal> for LineFault {
-    fn from(refusal: LineRefusal) -> Self {
-        match refusal {
-            LineRefusal::NotAnObject => Self::NotAnObject,
-            LineRefusal::NotHexadecimal => Self::NotHexadecimal,
-            LineRefusal::Name => Self::Name,
-            LineRefusal::Time => Self::Time,
         }
     }
 }

@@ -1,6 +1,7 @@
 use remote_id::{BasicId, IdType, UaType};
 
 use super::*;
+use crate::gateways::remote_id::Refusal as LineRefusal;
 use fusion::time::SECOND;
 use remote_id::LENGTH;
 
@@ -77,12 +78,12 @@ fn a_pack_says_who_it_is_before_or_behind_where_it_is() {
 fn a_bad_line_costs_its_neighbours_nothing() {
     let good = line(&location(1));
     let bad = [
-        ("{", LineFault::NotAnObject),
-        (r#"{"message": "00"}"#, LineFault::NotAnObject),
-        (r#"{"transmitter": "aa", "message": "0g"}"#, LineFault::NotHexadecimal),
-        (r#"{"transmitter": "", "message": "00"}"#, LineFault::Name),
-        (r#"{"transmitter": "aa", "message": "00", "time": "noon"}"#, LineFault::Time),
-        (r#"{"transmitter": "aa", "message": "00", "time": 1e300}"#, LineFault::Time),
+        ("{", LineFault::Line(LineRefusal::NotAnObject)),
+        (r#"{"message": "00"}"#, LineFault::Line(LineRefusal::NotAnObject)),
+        (r#"{"transmitter": "aa", "message": "0g"}"#, LineFault::Line(LineRefusal::NotHexadecimal)),
+        (r#"{"transmitter": "", "message": "00"}"#, LineFault::Line(LineRefusal::Name)),
+        (r#"{"transmitter": "aa", "message": "00", "time": "noon"}"#, LineFault::Line(LineRefusal::Time)),
+        (r#"{"transmitter": "aa", "message": "00", "time": 1e300}"#, LineFault::Line(LineRefusal::Time)),
     ];
     for (text, fault) in bad {
         let datagram = format!("{good}\n{text}\n\n{good}\r\n");
