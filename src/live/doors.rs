@@ -17,7 +17,7 @@ use tokio::time::{sleep, timeout};
 use tracing::{error, info};
 
 use super::clock::Clock;
-use crate::config::{Config, Connection, ConnectionFormat};
+use crate::config::{Connection, ConnectionFormat};
 use crate::gateways::adsb::{Framing, Place, Translator};
 use crate::gateways::remote_id::Counts;
 use crate::net::dial::{Dial, Proofs};
@@ -49,7 +49,7 @@ pub(super) struct Door {
     /// The id of the sensor.
     pub(super) sensor: String,
     /// The origin of the site.
-    pub(super) origin: Option<Place>,
+    pub(super) origin: Place,
 }
 
 /// Why a connection is no more.
@@ -70,14 +70,6 @@ impl From<io::Error> for Ended {
     }
 }
 
-/// Latitude and longitude of the origin of the local frame.
-pub(super) fn origin(config: &Config) -> Option<Place> {
-    match config.sensors.iter().find_map(|sensor| sensor.kind.radar()) {
-        Some(radar) => Some([radar.latitude_deg, radar.longitude_deg]),
-        None => Some([config.site.latitude_deg?, config.site.longitude_deg?]),
-    }
-}
-
 impl Door {
     /// Connects and reads until it is stopped. `hand_on` is `false` where an arrival was lost.
     pub(super) async fn keep_reading(self, hand_on: impl Fn(Arrival) -> bool) {
@@ -89,7 +81,7 @@ impl Door {
             _ => Framing::Beast,
         };
         // What it has heard of aircraft outlives a short break.
-        let mut translator = Translator::new(framing, self.source, self.origin);
+        let mut translator = Translator::new(framing, self.source, Some(self.origin));
         let mut counts = Counts::default();
         loop {
             let session = async {

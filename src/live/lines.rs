@@ -13,7 +13,7 @@ use tokio::sync::watch;
 use tracing::{Instrument, Span, error, error_span, info, warn};
 
 use super::clock::Clock;
-use super::doors::{self, Door};
+use super::doors::Door;
 use crate::config::{Config, Connection};
 use crate::gateways::mavlink::Translator;
 use crate::net::listen::{self as udp, Arrival, Line, LineCounters};
@@ -93,6 +93,7 @@ pub(crate) fn listen(config: &Config, clock: &Clock, runtime: &tokio::runtime::H
             let sensor = &config.sensors[line.sensors[0]];
             let source = DataSource { sac: sensor.sac, sic: sensor.sic };
             if !line.is_udp() {
+                let (latitude, longitude, _) = config.origin();
                 let door = Door {
                     index,
                     line: line.clone(),
@@ -101,7 +102,7 @@ pub(crate) fn listen(config: &Config, clock: &Clock, runtime: &tokio::runtime::H
                     stopped: stopped.clone(),
                     source,
                     sensor: sensor.id.clone(),
-                    origin: doors::origin(config),
+                    origin: [latitude, longitude],
                 };
                 let hand_on = move |arrival| sender.try_send(arrival).is_ok();
                 return runtime.spawn(door.keep_reading(hand_on).instrument(span));
