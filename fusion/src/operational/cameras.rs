@@ -182,6 +182,8 @@ fn measured(look: &Bearing, camera: &Camera, place: &StateEstimate) -> Option<Me
     let along_m = (outward.transpose() * place.horizontal * outward).x.max(0.0).sqrt();
     let position = camera.position.0 + (outward * ground_m).push(up_m.unwrap_or(0.0));
     let slope = look.elevation.map_or(0.0, f64::tan);
+    // At least half a step, by which the distance was rounded.
+    let rounded_m = ground_m * (CAMERA_RANGE_STEP - 1.0) / 2.0;
     Some(Measurement {
         time: look.time,
         position: Enu::from(position),
@@ -193,7 +195,7 @@ fn measured(look: &Bearing, camera: &Camera, place: &StateEstimate) -> Option<Me
             clockwise: Vector2::new(cos, -sin),
             across_m: ground_m * camera.azimuth,
             height_m: (slant_m * camera.elevation / expected.elevation.cos())
-                .hypot(slope * along_m.max(ground_m * 0.02)),
+                .hypot(slope * along_m.max(rounded_m)),
         },
     })
 }
