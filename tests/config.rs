@@ -146,7 +146,6 @@ fn the_table_of_keys_the_page_and_the_example_have_the_same_keys() {
         "sensors.classification.value",
         "sensors.inputs.trailer_octets",
         "http.auth.tokens_file",
-        "conflicts.volumes.preset",
         "alerts.webhooks.secret_env",
         "alerts.mqtt.password_env",
         "sensors.connections.password_env",

@@ -42,9 +42,9 @@ section! {
         advisory: Advisory = Advisory::default(), inline::<Advisory>();
         /// The same of a warning. A violation is that a volume is entered.
         warning: Warning = Warning::default(), inline::<Warning>();
-        /// The volumes that aircraft keep around themselves; without any, one of 50 m and 15 m between drones.
+        /// The volumes that aircraft keep around themselves; without any, one of 50 m and 15 m between drones, and `f3442` between drones and crewed aircraft.
         volumes: Vec<ConflictVolume> = Vec::new(), tables();
-        /// Serial numbers of transponders on crewed aircraft. Every other aircraft counts as a drone.
+        /// Serial numbers of transponders on crewed aircraft. Others are crewed where they say so (ADS-B), else drones.
         crewed: Vec<String> = Vec::new(), list(any_text());
     } by hand {}
 }
@@ -243,13 +243,19 @@ impl Conflicts {
         if !self.volumes.is_empty() {
             return self.volumes.iter().map(ConflictVolume::volume).collect();
         }
-        let usual = ConflictVolume {
+        let drones = ConflictVolume {
             name: Some("drone".to_owned()),
             horizontal_m: Some(50.0),
             vertical_m: Some(15.0),
             ..ConflictVolume::default()
         };
-        vec![usual.volume()]
+        let crewed = ConflictVolume {
+            preset: Some(VolumePreset::F3442),
+            name: Some("crewed".to_owned()),
+            between: vec![VolumeSide::Drone, VolumeSide::Crewed],
+            ..ConflictVolume::default()
+        };
+        [drones, crewed].iter().map(ConflictVolume::volume).collect()
     }
 
     /// Whether they are to be computed on a picture that is not made.

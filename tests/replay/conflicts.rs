@@ -18,8 +18,12 @@ fn lines(path: &Path) -> Vec<Value> {
 }
 
 fn fly(scratch: &Scratch) {
+    simulate(scratch, SCENARIO);
+}
+
+fn simulate(scratch: &Scratch, text: &str) {
     let scenario = scratch.path("meeting.toml");
-    fs::write(&scenario, SCENARIO).unwrap();
+    fs::write(&scenario, text).unwrap();
     let flown = ran(utm_fusion("simulate").arg(scenario).arg("--out").arg(scratch.path("flight")));
     assert_eq!(flown.code, 0, "{}", flown.stderr);
 }
@@ -71,6 +75,23 @@ fn every_pair_has_a_line_a_second_and_the_same_flight_the_same_lines() {
         let mentioned = conflicts.iter().any(|line| line["id"] == alert["conflict"]);
         assert!(mentioned, "{alert}");
     }
+}
+
+/// Nobody has configured a volume or named a serial: ADS-B says who is crewed.
+#[test]
+fn a_helicopter_that_meets_a_drone_is_in_conflict_with_it() {
+    let scratch = Scratch::new();
+    simulate(&scratch, &SCENARIO.replace("duration_s = 90", "duration_s = 120\n[crewed]\nconflicts = 1"));
+    let [found, _] = replayed(&scratch, &[("UTM_FUSION__CONFLICTS__ENABLED", "true")]);
+    assert!(!found.is_empty());
+    let crewed: Vec<Value> = lines(&scratch.path("conflicts.ndjson"));
+    let crewed: Vec<&Value> = crewed.iter().filter(|line| line["volume"] == "crewed").collect();
+    assert!(crewed.iter().any(|line| line["level"] == "violation"), "{crewed:?}");
+    // The helicopter is one of both, each time.
+    let sides = |line: &Value| ["a", "b"].map(|side| line[side].as_str().unwrap().to_owned());
+    let helicopter =
+        sides(crewed[0]).into_iter().find(|id| crewed.iter().all(|line| sides(line).contains(id)));
+    assert!(helicopter.is_some(), "{crewed:?}");
 }
 
 /// Conflicts are asked for on the command line, alerts of them in the configuration.

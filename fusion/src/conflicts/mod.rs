@@ -29,7 +29,8 @@ pub use volume::{Kind, Preset, Side, Volume};
 const KEPT_PROBABILITY: f64 = 0.5;
 /// A violation is kept within a volume larger by this factor.
 const KEPT_VOLUME: f64 = 1.1;
-/// Pairs whose relative position has a larger standard deviation than this share of a volume's radius reach no level of it.
+/// Drones whose relative position has a larger standard deviation than this share of a volume's radius reach no level of it.
+/// Where somebody is on board the probability alone decides: many who state no accuracy have a good one.
 const KNOWN_SHARE: f64 = 0.44;
 /// Probability from which a pair is worth a line where no level holds; what is less counts as none.
 const WORTH_A_LINE: f64 = 0.01;
@@ -154,10 +155,6 @@ pub struct Rules {
 impl Rules {
     /// What the figures of a pair say of each level.
     fn said(&self, volume: &Volume, relative: &Relative, approach: &Approach, probability: f64) -> [Say; 3] {
-        // Those that are known too poorly would come and go.
-        if relative.sigma_m() >= KNOWN_SHARE * volume.horizontal_m {
-            return [Say::default(); 3];
-        }
         let is_entered = volume.is_entered(relative, approach, 1.0);
         let is_kept = volume.is_entered(relative, approach, KEPT_VOLUME);
         let by = |threshold: Threshold| Say {
@@ -301,12 +298,18 @@ impl Conflicts {
         let key = (one.key, other.key);
         let mut known = is_known.then(|| self.known.remove(&key)).flatten();
         let first = conflicts.len();
+        let is_crewed = [one.kind, other.kind].contains(&Kind::Crewed);
         for (index, volume) in self.rules.volumes.iter().enumerate() {
             if !volume.is_between(one.kind, other.kind) {
                 continue;
             }
             let probability = approach.probability(volume.horizontal_m, volume.vertical_m, WORTH_A_LINE);
-            let said = self.rules.said(volume, &relative, &approach, probability);
+            // Those that are known too poorly would come and go.
+            let is_certain = is_crewed || relative.sigma_m() < KNOWN_SHARE * volume.horizontal_m;
+            let said = match is_certain {
+                true => self.rules.said(volume, &relative, &approach, probability),
+                false => Default::default(),
+            };
             // Most pairs have nothing to remember.
             if known.is_none() && said.iter().any(|say| say.reached) {
                 known = Some(Known::new(&self.rules, time));
