@@ -2,11 +2,13 @@
 
 use std::ops::{Range, RangeInclusive};
 
+use serde::{Deserialize, Serialize};
+
 use crate::frames::Enu;
 
 /// Indices of positions by square. What is looked for lies in one small part of it, so that a slot with ten thousand
 /// detections costs little more than one with a hundred.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Cells {
     /// Row by row from south to north, and from west to east: row, column and index.
     squares: Vec<(i32, i32, u32)>,

@@ -8,7 +8,9 @@ mod plan;
 use std::collections::BTreeMap;
 
 use jiff::SignedDuration;
+use serde::{Deserialize, Serialize};
 
+use crate::checkpoint::{self, CheckpointError};
 use crate::integrity::{Assessment, HeldWord, Trust, Word};
 use crate::numbering::{Given, Keeping, Numbers};
 use crate::operational::{
@@ -42,7 +44,7 @@ enum Rules {
     Operational(Box<Operational>, operational::Settings),
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Clock {
     /// The latest time told, by a reception or a tick.
     now: Time,
@@ -82,6 +84,34 @@ impl Engine {
             plan: Plan::default(),
             settings,
         })
+    }
+
+    /// The state as octets: an engine of the same settings that is made of them publishes what this one would have
+    /// ([`Engine::restored`]).
+    #[must_use]
+    pub fn checkpoint(&self) -> Vec<u8> {
+        let Self { settings, clock, newest, rules, numbers, plan } = self;
+        let (reference, operational) = match rules {
+            Rules::Reference(reference) => (Some(reference), None),
+            Rules::Operational(operational, _) => (None, Some(operational)),
+        };
+        checkpoint::written(settings, &(clock, newest, numbers, plan, reference, operational))
+    }
+
+    /// The engine that wrote a checkpoint.
+    ///
+    /// # Errors
+    /// It is none, it is damaged, or another version or an engine with other settings wrote it.
+    pub fn restored(settings: Settings, octets: &[u8]) -> Result<Self, CheckpointError> {
+        let (clock, newest, numbers, plan, reference, operational) = checkpoint::read(&settings, octets)?;
+        let rules = match (Rules::new(&settings), reference, operational) {
+            (Rules::Reference(_), Some(reference), None) => Rules::Reference(reference),
+            (Rules::Operational(_, profile), None, Some(operational)) => {
+                Rules::Operational(operational, profile)
+            }
+            _ => return Err(CheckpointError::Damaged),
+        };
+        Ok(Self { settings, clock, newest, rules, numbers, plan })
     }
 
     /// Tells the time of a reception; yields the slots that are due before what was received may be handled.

@@ -4,6 +4,7 @@
 use std::marker::PhantomData;
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// Semi-major axis of WGS-84, metres.
 const SEMI_MAJOR_M: f64 = 6_378_137.0;
@@ -48,7 +49,7 @@ pub enum AtRadar {}
 /// let at_radar = Enu::<AtRadar>::new(0.0, 1200.0, 80.0);
 /// assert_eq!(at_radar.north(), 1200.0);
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Enu<F = AtSite>(pub Vector3<f64>, PhantomData<F>);
 
 impl Geodetic {

@@ -7,6 +7,7 @@ mod motion;
 mod rules;
 
 use nalgebra::{Matrix2, Vector2};
+use serde::{Deserialize, Serialize};
 
 use crate::frames::Enu;
 use crate::report::{Identity, RadarTrackKey};
@@ -18,7 +19,7 @@ pub(crate) use motion::{Motion, Step};
 pub(crate) use rules::{Finding, Jammed, ReportRules};
 
 /// How far a transponder's identity can be trusted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum State {
     /// Nothing independent speaks for or against it.
     #[default]
@@ -101,7 +102,7 @@ impl Reason {
 }
 
 /// A set of reasons.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Reasons(u8);
 
 impl Reasons {
@@ -141,7 +142,7 @@ impl FromIterator<Reason> for Reasons {
 }
 
 /// What is published of it with a point that a transponder takes part in.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PointIntegrity {
     /// The state.
     pub state: State,
@@ -156,7 +157,7 @@ pub struct PointIntegrity {
 }
 
 /// What is known of an identity that was heard lately.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Assessment {
     /// Who.
     pub identity: Identity,
@@ -205,7 +206,7 @@ impl Assessment {
 }
 
 /// What a radar track says of an identity.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
     /// The radar track.
     pub track: RadarTrackKey,
@@ -220,7 +221,7 @@ pub struct Evidence {
 }
 
 /// What an operator says of an identity: it overrides the state, not the index.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Trust {
     /// It is what it says: never suspect or failed.
     Trusted,
@@ -250,7 +251,7 @@ impl Trust {
 }
 
 /// What an operator says of an identity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Word {
     /// Who.
     pub identity: Identity,
@@ -259,7 +260,7 @@ pub struct Word {
 }
 
 /// An operator's word in force.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct HeldWord {
     /// The word; never [`Trust::Automatic`].
     pub word: Word,

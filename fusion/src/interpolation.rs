@@ -5,11 +5,12 @@
 //! `fusion/tests/oracles.rs`.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use crate::time::Time;
 
 /// A point that the curve goes through.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Knot {
     /// When.
     pub time: Time,
@@ -18,7 +19,7 @@ pub struct Knot {
 }
 
 /// A curve that is evaluated more often than its knots change: with the slopes at hand.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Curve {
     knots: Vec<Knot>,
     /// At each knot; of a single knot none.

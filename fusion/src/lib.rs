@@ -29,6 +29,7 @@
 
 pub mod assignment;
 mod cells;
+mod checkpoint;
 pub mod conflicts;
 mod decimals;
 mod engine;
@@ -48,6 +49,7 @@ pub mod settings;
 pub mod slots;
 pub mod time;
 
+pub use checkpoint::CheckpointError;
 pub use engine::{Due, Engine, Offer, Refused};
 pub use frames::Enu;
 pub use point::{Emission, Point, Source};

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use jiff::SignedDuration;
+use serde::{Deserialize, Serialize};
 
 use crate::report::Identity;
 use crate::slots::{Slot, SlotGrid};
@@ -18,7 +19,7 @@ pub const NOTED: SignedDuration = SignedDuration::from_secs(600);
 const KEPT: SignedDuration = SignedDuration::from_hours(24);
 
 /// A transponder's number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Numbered {
     /// The number T.
     pub number: u32,
@@ -27,7 +28,7 @@ pub struct Numbered {
 }
 
 /// Who has which number: what outlives a restart.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Given {
     /// The number T, 1 to [`LARGEST_TRANSPONDER_NUMBER`].
     pub number: u32,
@@ -38,7 +39,7 @@ pub struct Given {
 }
 
 /// A change of a number's holder.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum NumberChange {
     /// It was given, or its transponder has a point for the first time in [`NOTED`].
     Heard(Given),
@@ -56,7 +57,7 @@ impl NumberChange {
 }
 
 /// How long a transponder keeps its number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Keeping {
     /// For good. When none is left, who comes next has none and is left out.
     #[default]
@@ -67,7 +68,7 @@ pub enum Keeping {
 }
 
 /// Who has which number.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Numbers {
     grid: SlotGrid,
     keeping: Keeping,
@@ -88,7 +89,7 @@ pub struct Numbers {
 }
 
 /// A number that somebody has.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct HeldNumber {
     number: u32,
     /// `None`: not since the start.

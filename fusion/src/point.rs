@@ -1,6 +1,7 @@
 //! What is published for a slot, whichever the profile.
 
 use nalgebra::{Matrix2, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::frames::Enu;
 use crate::integrity::{Concern, PointIntegrity};
@@ -117,7 +118,7 @@ pub enum Source {
 }
 
 /// The radar's part in a point.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RadarPart {
     /// The radar track.
     pub track: RadarTrackKey,
@@ -234,7 +235,7 @@ pub enum Rival {
 }
 
 /// Fates of the new identities of a transponder receiver in a slot: how many of each.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Newcomers {
     /// The receiver.
     pub sensor: SensorIndex,

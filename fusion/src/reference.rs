@@ -6,6 +6,8 @@ mod transponder;
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 use crate::frames::Enu;
 use crate::numbering::{Numbered, Numbers};
 use crate::point::{Association, Because, Point, RadarPart, Source, TransponderPart};
@@ -17,7 +19,7 @@ use radar::{Detection, Detections};
 use transponder::Curve;
 
 /// The window of reports.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Reference {
     setup: Setup,
     detections: Detections,
@@ -25,7 +27,7 @@ pub(super) struct Reference {
 }
 
 /// The settings of these rules.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 struct Setup {
     grid: SlotGrid,
     rules: ReferenceRules,
@@ -33,7 +35,7 @@ struct Setup {
     detection_s: Vec<f64>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 struct Aircraft {
     curve: Curve,
     pairs: Pairs,

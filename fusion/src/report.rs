@@ -5,16 +5,17 @@ use std::fmt;
 use std::ops::Range;
 
 use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
 
 use crate::frames::Enu;
 use crate::time::Time;
 
 /// A sensor: its place in [`Settings::sensors`](crate::Settings::sensors).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct SensorIndex(pub u16);
 
 /// A radar track: the radar and its track number (I048/161, 12 bits). Orders by sensor, then number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct RadarTrackKey {
     /// The radar.
     pub sensor: SensorIndex,
@@ -23,7 +24,7 @@ pub struct RadarTrackKey {
 }
 
 /// One radar detection.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plot {
     /// The radar track it belongs to.
     pub track: RadarTrackKey,
@@ -86,7 +87,7 @@ impl Fix {
 /// assert_eq!(Identity::new(&[b' '; 12], None), None);
 /// assert_eq!(Identity::of_address(0x4B_1A_2C).name(), b"4B1A2C");
 /// ```
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Identity {
     // The space, the name, then the country from `COUNTRY` on: each filled with NULs behind, which keeps the order of the
     // octets. Three words altogether, so that a comparison takes no more than three: identities are looked for in every slot.
@@ -223,7 +224,7 @@ fn trimmed(octets: &[u8]) -> &[u8] {
 }
 
 /// Who is on board.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum AircraftKind {
     /// Nobody: a drone.
     #[default]
@@ -235,7 +236,7 @@ pub enum AircraftKind {
 }
 
 /// What else a report says of its aircraft, to be published unchanged.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Aircraft {
     /// Who is on board.
     pub kind: AircraftKind,
@@ -258,7 +259,7 @@ impl Aircraft {
 }
 
 /// The identifying items of a CAT129 report as received, to be sent on unchanged.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct UasItems {
     /// I129/020.
     pub manufacturer: Option<[u8; 3]>,
@@ -285,7 +286,7 @@ impl UasItems {
 }
 
 /// One transponder report.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fix {
     /// The receiving sensor.
     pub sensor: SensorIndex,
@@ -319,7 +320,7 @@ impl Fix {
 }
 
 /// Transponders of one make and model that one receiver hears: they are taken to err alike.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct TransponderType {
     /// The receiver: it may stamp the time.
     pub receiver: SensorIndex,
@@ -338,7 +339,7 @@ impl TransponderType {
 }
 
 /// A camera's track: the camera and its own number for what it looks at (I015/161). Orders by sensor, then number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct CameraTrackKey {
     /// The camera.
     pub sensor: SensorIndex,
@@ -347,7 +348,7 @@ pub struct CameraTrackKey {
 }
 
 /// One look of a camera: in which direction something is, not how far.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bearing {
     /// What the camera calls it.
     pub track: CameraTrackKey,

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 
 use jiff::SignedDuration;
+use serde::{Deserialize, Serialize};
 
 pub use crate::filter::{Dynamics, Model, Models, RadarErrors, Singer};
 use crate::frames::{Enu, RadarFrame};
@@ -57,7 +58,7 @@ pub enum Profile {
 }
 
 /// The numbers of [`Profile::Reference`], named as in the paper (`docs/ALGORITHM.md`).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceRules {
     /// Longest gap between two reports of a transponder across which it is interpolated (25 s).
     pub max_gap: SignedDuration,
@@ -77,7 +78,7 @@ pub struct ReferenceRules {
 }
 
 /// Weights of radar and transponder in a fused position.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Weights {
     /// The radar's (1).
     pub radar: f64,
@@ -375,7 +376,7 @@ fn not_negative(name: &'static str, value: f64) -> Result<(), SettingsError> {
 }
 
 /// The association threshold D(ρ): piecewise linear in slant range, constant beyond its ends.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Threshold {
     /// Slant range and distance, metres; ranges increase.
     rows: Vec<(f64, f64)>,

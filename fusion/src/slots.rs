@@ -1,11 +1,12 @@
 //! Time in slots, and sets of slots.
 
 use jiff::SignedDuration;
+use serde::{Deserialize, Serialize};
 
 use crate::time::Time;
 
 /// Slot number k: covers [k·slot, (k+1)·slot) since the Unix epoch.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Slot(pub i64);
 
 impl Slot {
@@ -16,7 +17,7 @@ impl Slot {
 }
 
 /// How long a slot is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SlotGrid {
     slot_ns: i64,
 }
@@ -70,7 +71,7 @@ pub(crate) const RING: usize = 128;
 
 /// A set of slots, no two of which are [`RING`] or more apart: a bit each, at the slot's place in the ring. A slot that
 /// has left the window must be taken out before the ring comes round to it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub(crate) struct SlotSet(u128);
 
 impl SlotSet {

@@ -7,6 +7,7 @@ use std::fmt;
 use std::ops::{Add, Sub};
 
 use jiff::{SignedDuration, Timestamp, civil::Date, tz::TimeZone};
+use serde::{Deserialize, Serialize};
 
 /// An instant: UTC, whole nanoseconds since 1970-01-01T00:00:00Z, leap seconds not counted. Years 1678 to 2262.
 ///
@@ -18,7 +19,7 @@ use jiff::{SignedDuration, Timestamp, civil::Date, tz::TimeZone};
 /// assert_eq!(noon.to_string(), "2026-11-22T12:00:00.000Z");
 /// assert_eq!(noon - (noon - SignedDuration::from_secs(3)), SignedDuration::from_secs(3));
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize)]
 pub struct Time(i64);
 
 /// Nanoseconds in a second.

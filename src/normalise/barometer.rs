@@ -3,6 +3,8 @@
 //! Pressure altitude assumes the standard atmosphere: on a day of 990 hPa it is 190 m too high, and warm air adds a share of the
 //! height. So it is no height until aircraft nearby have shown the difference, and the further above or below them, the worse.
 
+use serde::{Deserialize, Serialize};
+
 use fusion::time::{SECOND, Time};
 
 /// What was shown is forgotten to 1/e in this time, seconds: weather changes over hours.
@@ -15,7 +17,7 @@ const SIGMA_M: f64 = 38.0;
 const SIGMA_A_METRE: f64 = 0.05;
 
 /// The difference of the heights above the ellipsoid and the pressure altitudes of a site's aircraft.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Barometer {
     /// How many reports it rests on, as far as they are remembered.
     reports: f64,

@@ -4,6 +4,8 @@ use std::collections::{HashMap, VecDeque};
 use std::net::SocketAddr;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize, Serializer};
+
 use fusion::time::{SECOND, Time};
 
 /// Time for which a datagram is remembered, nanoseconds.
@@ -15,7 +17,8 @@ const MEMORY_OCTETS: usize = 64 << 20;
 const OVERHEAD: usize = 96;
 
 /// The datagrams of the last 2 s, octet by octet, not as hashes: none is lost by a collision.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Deserialize)]
+#[serde(from = "Vec<Written>")]
 pub(crate) struct Duplicates {
     known: HashMap<Arc<[u8]>, Earlier>,
     /// By the time they came at, oldest first.
@@ -24,13 +27,38 @@ pub(crate) struct Duplicates {
 }
 
 /// An earlier copy of a datagram.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Earlier {
     /// Its sender, where that is known.
     pub(super) from: Option<SocketAddr>,
     /// Whether it was handled; otherwise all of it was refused, and a copy from somebody else may count.
     pub(super) handled: bool,
     at: Time,
+}
+
+/// A datagram in a checkpoint, with what is known of it where it is the one that was handled last.
+type Written = (Time, Vec<u8>, Option<Earlier>);
+
+impl Serialize for Duplicates {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.order.iter().map(|(at, payload)| {
+            let known = self.known.get(payload).filter(|known| known.at == *at);
+            (at, &payload[..], known)
+        }))
+    }
+}
+
+impl From<Vec<Written>> for Duplicates {
+    fn from(written: Vec<Written>) -> Self {
+        let mut duplicates = Self::default();
+        for (at, payload, known) in written {
+            let payload: Arc<[u8]> = payload.into();
+            duplicates.octets += OVERHEAD + payload.len();
+            known.into_iter().for_each(|known| _ = duplicates.known.insert(payload.clone(), known));
+            duplicates.order.push_back((at, payload));
+        }
+        duplicates
+    }
 }
 
 impl Duplicates {

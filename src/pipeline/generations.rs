@@ -3,11 +3,13 @@
 use std::collections::BTreeMap;
 
 use jiff::SignedDuration;
+use serde::{Deserialize, Serialize};
 
 use fusion::time::Time;
 
 /// Keeps what was used within [`Generations::LASTS`], and nothing for longer than twice that.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(bound(deserialize = "K: Ord + Deserialize<'de>, V: Deserialize<'de>"))]
 pub(super) struct Generations<K, V> {
     young: BTreeMap<K, V>,
     old: BTreeMap<K, V>,

@@ -1,5 +1,6 @@
 //! The way in, in one place and one direction: datagram ► decode ► normalise ► who speaks ► engine. One owner; sans-IO.
 
+mod checkpoint;
 mod duplicates;
 mod event;
 mod generations;
@@ -15,6 +16,7 @@ use asterix::{
     Block, DataSource, Record, blocks, cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129,
     profile,
 };
+use serde::{Deserialize, Serialize};
 
 use crate::areas::Masks;
 use crate::capture::{Reception, ReceptionKind};
@@ -26,6 +28,7 @@ pub(crate) use duplicates::Duplicates;
 use fusion::time::{SECOND, Time};
 use fusion::{Due, Emission, Engine, Report};
 
+pub use checkpoint::NotRestored;
 pub use event::{Event, Tally};
 use names::Names;
 pub use remote_id::LineFault;
@@ -62,7 +65,7 @@ pub struct Pipeline {
 }
 
 /// What is known of those who speak Remote ID.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 struct RemoteId {
     transmitters: Transmitters,
     names: Names,

@@ -4,6 +4,8 @@
 //! without. They are one where the last 12 octets are the same and not both state a country: the identity that was heard first
 //! stands for both.
 
+use serde::{Deserialize, Serialize};
+
 use super::generations::Generations;
 use fusion::Identity;
 use fusion::time::Time;
@@ -12,7 +14,7 @@ use fusion::time::Time;
 const COMMON: usize = 12;
 
 /// The identities of late, by what of their serial numbers every source states.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Names(Generations<Vec<u8>, Identity>);
 
 impl Names {

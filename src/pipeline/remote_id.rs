@@ -8,6 +8,7 @@ use std::net::SocketAddr;
 
 use jiff::SignedDuration;
 use remote_id::{Location, Message, messages};
+use serde::{Deserialize, Serialize};
 
 use super::generations::Generations;
 use crate::gateways::remote_id::{Line, Refusal as LineRefusal, is_broadcast, is_lines, lines};
@@ -65,16 +66,17 @@ pub(super) enum Said {
 }
 
 /// What is known of a transmitter.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 struct Transmitter {
     /// Who it is, and when it said so.
     identity: Option<(Identity, Time)>,
     /// Its last positions, the newest first: frames overtake one another.
+    #[serde(with = "as_octets")]
     locations: [Option<Location>; REMEMBERED],
 }
 
 /// The transmitters heard lately.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Transmitters(Generations<String, Transmitter>);
 
 impl Transmitters {
@@ -125,6 +127,38 @@ impl Transmitter {
             }
             None => Said::Unused(Refusal::NoIdentity),
         }
+    }
+}
+
+/// Positions in a checkpoint: as they were sent.
+mod as_octets {
+    use remote_id::{LENGTH, Location, Message};
+    use serde::de::Error;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use super::REMEMBERED;
+
+    type Sent = [Option<[u8; LENGTH]>; REMEMBERED];
+
+    pub(super) fn serialize<S: Serializer>(
+        locations: &[Option<Location>; REMEMBERED],
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        locations.map(|location| location.map(|sent| *Message::Location(sent).octets())).serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<[Option<Location>; REMEMBERED], D::Error> {
+        let mut locations = [None; REMEMBERED];
+        for (location, sent) in locations.iter_mut().zip(Sent::deserialize(deserializer)?) {
+            *location = match sent.map(Message::new) {
+                None => None,
+                Some(Ok(Message::Location(location))) => Some(location),
+                Some(_) => return Err(D::Error::custom("no position")),
+            };
+        }
+        Ok(locations)
     }
 }
 

@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
 
 use asterix::{DataSource, Record, cat034, cat048};
+use serde::{Deserialize, Serialize};
 
 use crate::config::Config;
 use fusion::time::{SECOND, Time};
@@ -36,7 +37,7 @@ const RIVALS: usize = 8;
 
 /// What one sender speaks of at a time: a radar's plots, a radar's service messages, or one transponder. Receivers share
 /// SAC/SIC 0/0, and drones may send for themselves: so transponders are judged one by one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub(super) struct Subject {
     pub(super) sensor: SensorIndex,
     pub(super) category: u8,
@@ -80,7 +81,7 @@ struct Rule {
 }
 
 /// The senders that have spoken of a subject.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Heard {
     owner: SocketAddr,
     last: Time,
@@ -88,7 +89,7 @@ struct Heard {
 }
 
 /// A sender that was refused.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Rival {
     address: SocketAddr,
     /// First and last refusal.
@@ -98,14 +99,14 @@ struct Rival {
 }
 
 /// An address that datagrams come from.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Port {
     first: Time,
     last: Time,
 }
 
 /// The addresses that datagrams have come from lately.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 struct Ports(BTreeMap<SocketAddr, Port>);
 
 impl Ports {
@@ -133,7 +134,7 @@ impl Ports {
 }
 
 /// Senders that have brought the same datagrams lately.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 struct Same(BTreeMap<(SocketAddr, SocketAddr), Time>);
 
 impl Same {
@@ -171,8 +172,10 @@ impl Same {
 }
 
 /// Judges which sender speaks for which sensor.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Senders {
+    /// Of the configuration: no checkpoint has them.
+    #[serde(skip)]
     rules: Vec<Rule>,
     heard: BTreeMap<Subject, Heard>,
     ports: Ports,
@@ -195,6 +198,11 @@ impl Senders {
             same: Same::default(),
             tidied: Time::from_nanos(i64::MIN),
         }
+    }
+
+    /// The same who knows who was heard before.
+    pub(super) fn going_on(self, before: Self) -> Self {
+        Self { rules: self.rules, ..before }
     }
 
     /// A datagram has come from this address; `now` never decreases.

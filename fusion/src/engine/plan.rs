@@ -1,12 +1,14 @@
 //! Operators' decisions of a flight that is replayed, or of before a restart: carried out when their time comes.
 
+use serde::{Deserialize, Serialize};
+
 use crate::integrity::Word;
 use crate::operational::{self, Correlation, Operational, ResumedCorrelation, SavedCorrelation};
 use crate::slots::Slot;
 use crate::time::Time;
 
 /// Correlations and words of then.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Plan {
     /// By slot, those of one slot in their order.
     pub(super) correlations: Vec<(Slot, Correlation)>,

@@ -1,9 +1,11 @@
 //! The error of a radar that lasts for a while: a first-order Gauss–Markov process a radar track.
 
+use serde::{Deserialize, Serialize};
+
 use super::errors::RadarErrors;
 
 /// Mean and variance of each of its parts.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bias {
     /// Metres and m².
     pub range_m: Moments,
@@ -14,7 +16,7 @@ pub struct Bias {
 }
 
 /// Mean and variance, in a unit and its square.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Moments {
     /// The mean.
     pub mean: f64,

@@ -1,12 +1,13 @@
 //! A radar's errors, and how it sees a place.
 
 use nalgebra::{Matrix2, Vector2};
+use serde::{Deserialize, Serialize};
 
 use crate::frames::Enu;
 
 /// A radar's errors, standard deviations: a bias that lasts for a while (misalignment included, where it is not known), and
 /// white noise.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RadarErrors {
     /// Bias of the range, metres.
     pub bias_range_m: f64,
@@ -44,7 +45,7 @@ impl RadarErrors {
 }
 
 /// A position as a radar sees it over ground: distance, and the axes along and across the line of sight.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LineOfSight {
     /// Distance over ground, metres.
     pub range_m: f64,

@@ -1,11 +1,14 @@
 //! A Gaussian state of `D` numbers: how it moves, what an observation tells of it, and the way back to it.
 
+use serde::{Deserialize, Serialize};
+
 use super::bias::Moments;
 use super::symmetric::{Rows, Symmetric, Vector, add_scaled, difference, scale, transposed};
 
 /// Mean and covariance.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Gaussian<const D: usize> {
+    #[serde(with = "crate::checkpoint::array")]
     pub(crate) mean: Vector<D>,
     pub(crate) covariance: Symmetric<D>,
 }

@@ -1,5 +1,7 @@
 //! Interacting multiple models over a state of `D` numbers, and the one Gaussian that stands for their mixture.
 
+use serde::{Deserialize, Serialize};
+
 use super::gaussian::{Bridge, Gaussian, Motion, Pair, Slow};
 use super::symmetric::{Symmetric, add_scaled, difference, scale};
 
@@ -7,9 +9,11 @@ use super::symmetric::{Symmetric, add_scaled, difference, scale};
 const WEIGHT_MIN: f64 = 1e-6;
 
 /// A Gaussian for each of `M` models, with its probability. Of a single model it is that Gaussian.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Mixture<const D: usize, const M: usize> {
+    #[serde(with = "crate::checkpoint::array")]
     pub(crate) weights: [f64; M],
+    #[serde(with = "crate::checkpoint::array")]
     pub(crate) parts: [Gaussian<D>; M],
 }
 

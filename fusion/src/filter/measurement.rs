@@ -1,6 +1,7 @@
 //! What is measured of one target, and its state by that.
 
 use nalgebra::{Matrix2, Vector2, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::bias::Bias;
 use super::errors::{LineOfSight, RadarErrors};
@@ -9,7 +10,7 @@ use crate::report::SensorIndex;
 use crate::time::Time;
 
 /// One measurement of a target.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measurement {
     /// When.
     pub time: Time,
@@ -42,7 +43,7 @@ impl Measurement {
 }
 
 /// What measured.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum By {
     /// A transponder, with the standard deviations of its reports, metres.
     Transponder {
@@ -83,7 +84,7 @@ pub enum By {
 }
 
 /// Whose bias: a radar track, and since when it has been the source of the position.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Owner {
     /// The radar.
     pub radar: SensorIndex,

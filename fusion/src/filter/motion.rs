@@ -1,5 +1,7 @@
 //! How drones move: constant velocity, disturbed little or much, and turns at a constant rate.
 
+use serde::{Deserialize, Serialize};
+
 use super::gaussian::Motion;
 use super::symmetric::{Rows, Symmetric};
 
@@ -7,7 +9,7 @@ use super::symmetric::{Rows, Symmetric};
 pub(crate) const MODELS: usize = 4;
 
 /// A model of the motion over ground; the state is east, north (metres), and their rates (metres a second).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Model {
     /// Straight on; the acceleration is white noise of this density, m²/s³.
     ConstantVelocity {
@@ -24,7 +26,7 @@ pub enum Model {
 }
 
 /// The motion models and how long each lasts.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Models {
     /// The models.
     pub each: [Model; MODELS],

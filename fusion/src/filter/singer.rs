@@ -6,12 +6,13 @@
 //! in discrete time, G. Fasano et al., *Radar/electro-optical data fusion for non-cooperative UAS sense and avoid*, eq. 1.
 
 use nalgebra::{Matrix3, matrix};
+use serde::{Deserialize, Serialize};
 
 use super::gaussian::Motion;
 use super::symmetric::{Rows, Symmetric};
 
 /// How a target accelerates.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Singer {
     /// The correlation of the acceleration is forgotten to 1/e in this time τ, seconds; above zero.
     pub lasts_s: f64,

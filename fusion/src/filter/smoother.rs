@@ -4,6 +4,9 @@
 
 use std::collections::VecDeque;
 
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
 use super::gaussian::{Back, Gaussian};
 use super::measurement::{Measurement, StateEstimate};
 use super::state::{Moves, State};
@@ -36,6 +39,34 @@ where
 {
     pub(super) const fn new(models: K) -> Self {
         Self { models, nodes: VecDeque::new() }
+    }
+
+    /// What the rest follows from, for a checkpoint: the first node, and what was measured after it.
+    pub(super) fn write_down(&self) -> Vec<u8>
+    where
+        K: Serialize,
+    {
+        let first = self.nodes.front().map(|node| (&node.measurement, &node.placed, &node.state));
+        let later: Vec<&Measurement> = self.nodes.iter().skip(1).map(|node| &node.measurement).collect();
+        postcard::to_stdvec(&(&self.models, first, later)).expect("numbers can be written down")
+    }
+
+    /// The filter again; `None`: the octets are not one of this size.
+    pub(super) fn read_back(octets: &[u8]) -> Option<Self>
+    where
+        K: DeserializeOwned,
+    {
+        type First<const P: usize, const M: usize, const H: usize, const S: usize> =
+            (Measurement, Option<Measurement>, State<P, M, H, S>);
+        let (models, first, later): (K, Option<First<P, M, H, S>>, Vec<Measurement>) =
+            postcard::from_bytes(octets).ok()?;
+        let mut filter = Self::new(models);
+        if let Some((measurement, placed, state)) = first {
+            let smoothed = (state.told, state.height);
+            filter.nodes.push_back(Node { measurement, placed, state, back: None, smoothed });
+            filter.measure(measurement.time, &later);
+        }
+        Some(filter)
     }
 
     /// Brings the measurements after `since` to these, which are in order of time; those before stay. What did not change

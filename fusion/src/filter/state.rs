@@ -1,6 +1,7 @@
 //! What is known of a target at one instant, and what a measurement adds to that.
 
 use nalgebra::{Matrix2, Vector2, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::bias::{Bias, SlowChange};
 use super::errors::RadarErrors;
@@ -21,7 +22,7 @@ const JUMP_LASTS_S: f64 = 30.0;
 const FAR: f64 = 16.0;
 
 /// A radar track whose bias is estimated.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Held {
     owner: Owner,
     errors: RadarErrors,
@@ -41,8 +42,9 @@ impl<K, const P: usize, const M: usize, const H: usize> Moves<P, M, H> for K whe
 }
 
 /// What is known at one instant, with the biases of up to `S` radars.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct State<const P: usize, const M: usize, const H: usize, const S: usize> {
+    #[serde(with = "crate::checkpoint::array")]
     held: [Option<Held>; S],
     plane: Mixture<P, M>,
     /// The one Gaussian that stands for that mixture.

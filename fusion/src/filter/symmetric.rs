@@ -2,6 +2,8 @@
 //!
 //! Loops count from 0 to a length that the compiler knows, so that it unrolls them; iterators over arrays would leave calls.
 
+use serde::{Deserialize, Serialize};
+
 /// A vector of `D` numbers.
 pub(crate) type Vector<const D: usize> = [f64; D];
 
@@ -45,8 +47,8 @@ pub(super) fn transposed<const D: usize>(rows: &Rows<D, D>) -> Rows<D, D> {
 }
 
 /// A symmetric matrix: a covariance. Both halves are stored, so that a row is a column; they are the same but for rounding.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Symmetric<const D: usize>(Rows<D, D>);
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Symmetric<const D: usize>(#[serde(with = "crate::checkpoint::rows")] Rows<D, D>);
 
 impl<const D: usize> Symmetric<D> {
     pub(crate) const ZERO: Self = Self([[0.0; D]; D]);

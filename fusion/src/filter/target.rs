@@ -2,6 +2,9 @@
 
 use std::fmt::Debug;
 
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize, Serializer};
+
 use super::measurement::{Measurement, StateEstimate};
 use super::motion::{MODELS, Models};
 use super::singer::Singer;
@@ -20,11 +23,28 @@ pub enum Dynamics {
 }
 
 /// The filter of one target.
-#[derive(Debug)]
-pub struct TargetFilter(Box<dyn Filtering>);
+#[derive(Debug, Deserialize)]
+#[serde(try_from = "WrittenDown")]
+pub struct TargetFilter {
+    size: Size,
+    filter: Box<dyn Filtering>,
+}
+
+/// How many numbers a filter has.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+struct Size {
+    is_singer: bool,
+    /// Whose biases are estimated at a time, 1 to 3.
+    radars: u8,
+}
+
+/// A filter in a checkpoint.
+#[derive(Debug, Serialize, Deserialize)]
+struct WrittenDown(Size, Vec<u8>);
 
 /// A filter of whichever size.
 trait Filtering: Debug + Send + Sync {
+    fn write_down(&self) -> Vec<u8>;
     fn measure(&mut self, since: Time, measurements: &[Measurement]);
     fn forget_before(&mut self, time: Time);
     fn newest(&self) -> Option<&Measurement>;
@@ -33,8 +53,12 @@ trait Filtering: Debug + Send + Sync {
 
 impl<K, const P: usize, const M: usize, const H: usize, const S: usize> Filtering for Filter<K, P, M, H, S>
 where
-    K: Moves<P, M, H> + Debug + Send + Sync,
+    K: Moves<P, M, H> + Debug + Send + Sync + Serialize + DeserializeOwned,
 {
+    fn write_down(&self) -> Vec<u8> {
+        Self::write_down(self)
+    }
+
     fn measure(&mut self, since: Time, measurements: &[Measurement]) {
         Self::measure(self, since, measurements);
     }
@@ -52,49 +76,83 @@ where
     }
 }
 
-/// A filter with the biases of so many radars.
-macro_rules! filter_of {
-    ($models:expr, $count:expr, $radars:literal, $states:ident) => {
-        Box::new(
-            Filter::<_, { plane::$states($radars) }, $count, { height::$states($radars) }, $radars>::new(
-                $models,
-            ),
-        )
+/// The filter of these models with the biases of so many radars.
+macro_rules! sized {
+    ($models:ty, $count:expr, $radars:literal, $states:ident) => {
+        Filter<$models, { plane::$states($radars) }, { $count }, { height::$states($radars) }, $radars>
     };
+}
+
+type Imm1 = sized!(Models, MODELS, 1, states);
+type Imm2 = sized!(Models, MODELS, 2, states);
+type Imm3 = sized!(Models, MODELS, 3, states);
+type Singer1 = sized!(Singer, 1, 1, states_singer);
+type Singer2 = sized!(Singer, 1, 2, states_singer);
+type Singer3 = sized!(Singer, 1, 3, states_singer);
+
+/// The filter in what a checkpoint has of it.
+fn read_back<F: Filtering + 'static>(read: Option<F>) -> Option<Box<dyn Filtering>> {
+    read.map(|filter| Box::new(filter) as Box<dyn Filtering>)
+}
+
+impl Serialize for TargetFilter {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        WrittenDown(self.size, self.filter.write_down()).serialize(serializer)
+    }
+}
+
+impl TryFrom<WrittenDown> for TargetFilter {
+    type Error = &'static str;
+
+    fn try_from(WrittenDown(size, octets): WrittenDown) -> Result<Self, Self::Error> {
+        let filter = match (size.is_singer, size.radars) {
+            (false, 1) => read_back(Imm1::read_back(&octets)),
+            (false, 2) => read_back(Imm2::read_back(&octets)),
+            (false, 3) => read_back(Imm3::read_back(&octets)),
+            (true, 1) => read_back(Singer1::read_back(&octets)),
+            (true, 2) => read_back(Singer2::read_back(&octets)),
+            (true, 3) => read_back(Singer3::read_back(&octets)),
+            _ => None,
+        };
+        Ok(Self { size, filter: filter.ok_or("no filter")? })
+    }
 }
 
 impl TargetFilter {
     /// Of a target of which nothing was measured, on a site with so many radars: the biases of three of them at most are
     /// estimated at a time.
     pub fn new(dynamics: &Dynamics, radars: usize) -> Self {
-        Self(match (*dynamics, radars) {
-            (Dynamics::Imm(models), ..=1) => filter_of!(models, MODELS, 1, states),
-            (Dynamics::Imm(models), 2) => filter_of!(models, MODELS, 2, states),
-            (Dynamics::Imm(models), 3..) => filter_of!(models, MODELS, 3, states),
-            (Dynamics::Singer(singer), ..=1) => filter_of!(singer, 1, 1, states_singer),
-            (Dynamics::Singer(singer), 2) => filter_of!(singer, 1, 2, states_singer),
-            (Dynamics::Singer(singer), 3..) => filter_of!(singer, 1, 3, states_singer),
-        })
+        let size =
+            Size { is_singer: matches!(dynamics, Dynamics::Singer(_)), radars: radars.clamp(1, 3) as u8 };
+        let filter: Box<dyn Filtering> = match (*dynamics, size.radars) {
+            (Dynamics::Imm(models), ..=1) => Box::new(Imm1::new(models)),
+            (Dynamics::Imm(models), 2) => Box::new(Imm2::new(models)),
+            (Dynamics::Imm(models), 3..) => Box::new(Imm3::new(models)),
+            (Dynamics::Singer(singer), ..=1) => Box::new(Singer1::new(singer)),
+            (Dynamics::Singer(singer), 2) => Box::new(Singer2::new(singer)),
+            (Dynamics::Singer(singer), 3..) => Box::new(Singer3::new(singer)),
+        };
+        Self { size, filter }
     }
 
     /// Brings the measurements after `since` to these, which are in order of time; those before stay. What did not change
     /// is not filtered again.
     pub fn measure(&mut self, since: Time, measurements: &[Measurement]) {
-        self.0.measure(since, measurements);
+        self.filter.measure(since, measurements);
     }
 
     /// Forgets what lies before the last measurement up to `time`.
     pub fn forget_before(&mut self, time: Time) {
-        self.0.forget_before(time);
+        self.filter.forget_before(time);
     }
 
     /// The newest.
     pub fn newest(&self) -> Option<&Measurement> {
-        self.0.newest()
+        self.filter.newest()
     }
 
     /// Where the target is at `time`, from everything measured before and after; `None` if nothing was measured.
     pub fn at(&self, time: Time) -> Option<StateEstimate> {
-        self.0.at(time)
+        self.filter.at(time)
     }
 }

@@ -10,6 +10,7 @@ mod row;
 mod tests;
 
 use nalgebra::{Matrix2, Vector2};
+use serde::{Deserialize, Serialize};
 
 use crate::report::SensorIndex;
 use crate::time::Time;
@@ -44,7 +45,7 @@ const LATE_SIGMAS: f64 = 2.0;
 const RADIUS_95: f64 = 2.447_746_830_680_816;
 
 /// What a radar track shows of an aircraft within a second.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Look {
     /// Middle of the second.
     pub(crate) time: Time,
@@ -67,7 +68,7 @@ pub(crate) struct Look {
 }
 
 /// The errors of a radar track that last for a while: standard deviations, and correlation time.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Slow {
     /// Metres.
     pub(crate) range_m: f64,
@@ -90,7 +91,7 @@ pub(crate) struct Delay {
 }
 
 /// The rows.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Bank {
     honest: Row,
     /// Honest, while the radar track walks off.

@@ -1,6 +1,8 @@
 //! Does a radar track fly as a transponder does, wherever it is? Its plots, less the transponder's curve, are a constant offset
 //! that changes slowly if it is the same aircraft; if it is another one they move by themselves or hover.
 
+use serde::{Deserialize, Serialize};
+
 use std::f64::consts::TAU;
 
 /// How fast the offset of the same aircraft may change, metres a second, and how much that changes, m²/s³.
@@ -20,7 +22,7 @@ const LOOK_MAX: f64 = 4.0;
 const SUM: [f64; 2] = [-10.0, 14.0];
 
 /// A second of plots along one axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Step {
     /// Mean of the plots less the transponder's curve, metres.
     pub(crate) offset_m: f64,
@@ -35,7 +37,7 @@ pub(crate) struct Step {
 }
 
 /// Sum of the log-likelihood ratios so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Motion {
     /// Outward and clockwise; `None` before the first look.
     axes: Option<[[Model; 3]; 2]>,
@@ -123,7 +125,7 @@ fn other(&[_, moving, hovering]: &[f64; 3]) -> f64 {
 }
 
 /// Place, rate, and the radar track's slow error along one axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Model {
     mean: [f64; 3],
     /// Upper half, row by row.

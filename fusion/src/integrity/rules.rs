@@ -21,6 +21,7 @@ mod velocity;
 use std::collections::BTreeMap;
 
 use jiff::SignedDuration;
+use serde::{Deserialize, Serialize};
 
 use super::{Reason, Reasons};
 use crate::frames::Enu;
@@ -65,7 +66,7 @@ pub(crate) struct Finding {
 }
 
 /// Who fell silent at once.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Jammed {
     pub(crate) identities: Vec<Identity>,
     /// Where they were heard last, in the order of `identities`.
@@ -75,7 +76,7 @@ pub(crate) struct Jammed {
 }
 
 /// The reports of every identity, as received, and what they show.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct ReportRules {
     ledgers: BTreeMap<Identity, Ledger>,
     places: Places,
@@ -88,7 +89,7 @@ pub(crate) struct ReportRules {
 }
 
 /// What is kept of an identity.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 struct Ledger {
     /// By receiver, in the order in which they came.
     streams: Vec<Stream>,
@@ -210,7 +211,7 @@ impl ReportRules {
 }
 
 /// Heights at which an identity was heard, metres.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Heights {
     first_m: f64,
     lowest_m: f64,

@@ -1,6 +1,7 @@
 //! One axis of one radar: what its tracks' offsets from the transponders' curves tell of bias and white noise.
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::model::{AxisErrors, change_variance, mean_variance};
 use super::pyramid::{Change, LEVELS};
@@ -18,7 +19,7 @@ const TRANSPONDER_UNSURE: f64 = 1.0;
 const MODEL_UNSURE: f64 = 0.1;
 
 /// Changes or means of one kind: their sizes, and sums of what the transponder contributes to their variance.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Gathered {
     pub(super) sizes: Sizes,
     pub(super) count: f64,
@@ -31,7 +32,7 @@ pub(super) struct Gathered {
 }
 
 /// The mean of the first plots of a stretch of a track.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Mean {
     pub(super) size: f64,
     pub(super) spacing_s: f64,
@@ -86,7 +87,7 @@ pub(super) struct Fitted {
 }
 
 /// What the radar tracks told.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct AxisSums {
     pub(super) changes: [Gathered; LEVELS],
     pub(super) straight: Gathered,

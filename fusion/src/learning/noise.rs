@@ -10,6 +10,8 @@
 
 use std::array;
 
+use serde::{Deserialize, Serialize};
+
 use crate::report::Fix;
 
 /// Sizes of a transponder's white noise that are weighed, as multiples of what is configured.
@@ -34,7 +36,7 @@ const CHORD_MAX_S: f64 = 12.0;
 pub(crate) type Likelihoods = [f64; COUNT];
 
 /// What is known of the size of the white noise along one axis, relative to what is configured.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct WhiteNoise {
     /// Logarithms of the weights before any report, and now.
     prior: Likelihoods,

@@ -5,6 +5,8 @@
 //! 54 (1966); IEEE Std 952). Of white noise and a Gauss–Markov process they are nearly independent of one another, so each counts as
 //! one sample.
 
+use serde::{Deserialize, Serialize};
+
 use crate::time::Time;
 
 /// Changes between single plots up to those between means of 256.
@@ -22,7 +24,7 @@ pub(super) struct Sample {
 }
 
 /// The mean of successive plots.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Block {
     first: Time,
     last: Time,
@@ -32,7 +34,7 @@ pub(super) struct Block {
 }
 
 /// A change from one mean to the next.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Change {
     pub(super) level: usize,
     pub(super) size: f64,
@@ -43,7 +45,7 @@ pub(super) struct Change {
 }
 
 /// One stretch of a radar track.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Pyramid {
     /// By level: the first of two.
     waiting: [Option<Block>; LEVELS],

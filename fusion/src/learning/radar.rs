@@ -1,5 +1,7 @@
 //! What one radar's tracks told of its errors.
 
+use serde::{Deserialize, Serialize};
+
 use super::AXES;
 use super::axis::{AxisSums, Fitted, Prior};
 use super::model::AxisErrors;
@@ -26,7 +28,7 @@ const TURNS_PLOTS: f64 = 400.0;
 const MILLI: f64 = 1e-3;
 
 /// A value that is learnt.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LearntValue {
     /// The value.
     pub value: f64,
@@ -35,7 +37,7 @@ pub struct LearntValue {
 }
 
 /// The errors of one axis; range and height in metres, azimuth in radians.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LearntAxis {
     /// Sigma of the bias, turns included as often as they are flown.
     pub bias: LearntValue,
@@ -52,7 +54,7 @@ pub struct LearntAxis {
 }
 
 /// The errors of a radar as they have shown themselves.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LearntRadar {
     /// Slant range, metres.
     pub range_m: LearntAxis,
@@ -69,7 +71,7 @@ pub struct LearntRadar {
 }
 
 /// What a radar's tracks told.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct RadarLearning {
     pub(super) now: Time,
     pub(super) axes: [AxisSums; AXES],

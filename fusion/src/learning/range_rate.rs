@@ -1,5 +1,7 @@
 //! A radar's velocities against its own plots: along the line of sight, where no transponder tells better.
 
+use serde::{Deserialize, Serialize};
+
 use super::model::change_variance;
 use crate::filter::RadarErrors;
 use crate::time::Time;
@@ -12,11 +14,11 @@ const PLOTS: usize = 4;
 const LONGEST_S: f64 = 6.0;
 
 /// The plots of a radar track since its last comparison.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct RangeRate(Vec<Seen>);
 
 /// A plot.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Seen {
     pub(crate) time: Time,
     /// Distance over ground, metres.

@@ -1,5 +1,7 @@
 //! How large numbers of zero mean are, whatever a few of them are: counted in classes of equal ratio, and forgotten slowly.
 
+use serde::{Deserialize, Serialize};
+
 /// Width of a class, logarithm of the size.
 const WIDTH: f64 = 0.25;
 /// The smallest class ends here: far below what any radar tells apart, in the units of the axes.
@@ -17,8 +19,8 @@ const STEPS: usize = 40;
 const SETTLED: f64 = 1e-6;
 
 /// The sizes of numbers, each with a weight.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Sizes(pub(super) [f64; CLASSES]);
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Sizes(#[serde(with = "crate::checkpoint::array")] pub(super) [f64; CLASSES]);
 
 impl Sizes {
     pub(super) const NONE: Self = Self([0.0; CLASSES]);

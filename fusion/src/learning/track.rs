@@ -1,6 +1,7 @@
 //! One radar track of an aircraft with a transponder: stretches of straight flight and of turns, and what they tell.
 
 use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
 
 use super::AXES;
 use super::axis::{MEAN_OF, Mean};
@@ -8,7 +9,7 @@ use super::pyramid::{Change, Pyramid, Sample};
 use crate::time::{SECOND, Time};
 
 /// A plot against the transponder's curve at its time.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Compared {
     /// When.
     pub(crate) time: Time,
@@ -26,7 +27,7 @@ pub(crate) struct Compared {
 }
 
 /// What a piece of a track told, one at a time.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) enum Told {
     Change(usize, Change),
     Mean(usize, Mean, Flight),
@@ -36,7 +37,7 @@ pub(super) enum Told {
     Velocity(Vector2<f64>),
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Flight {
     Straight,
     Turning,
@@ -58,7 +59,7 @@ const BREAK_SPACINGS: f64 = 4.0;
 const VELOCITY_EVERY_S: f64 = 3.0;
 
 /// What is known of a track so far.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct TrackLearning {
     /// Means of the bias are taken this far apart, seconds: nearer, they are the same.
     correlation_s: f64,

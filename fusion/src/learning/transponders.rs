@@ -5,6 +5,8 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 use super::LearntValue;
 use super::noise::{Likelihoods, WhiteNoise};
 use crate::registration::{DelaySums, Sample, TimeInformation};
@@ -12,7 +14,7 @@ use crate::report::SensorIndex;
 use crate::time::Time;
 
 /// All that is known of a type.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct TypeLearning {
     /// Over ground, and in height.
     pub(super) noise: [WhiteNoise; 2],

@@ -1,6 +1,7 @@
 //! Whether the velocities that a radar tells are worth anything.
 
 use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
 
 use super::range_rate::RateOff;
 use super::sizes::Sizes;
@@ -13,7 +14,7 @@ const ENOUGH: f64 = 8.0;
 pub(super) const USEFUL_M_S: f64 = 4.0;
 
 /// What is made of a radar's velocities.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum VelocityVerdict {
     /// Too few were compared; they are not used.
     Unknown,
@@ -24,7 +25,7 @@ pub enum VelocityVerdict {
 }
 
 /// How wrong a radar's velocities are.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VelocityErrors {
     /// One sigma, each axis, metres a second.
     pub sigma_m_s: f64,
@@ -33,7 +34,7 @@ pub struct VelocityErrors {
 }
 
 /// How far they were off.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct VelocitySums {
     /// Against transponders, each axis.
     pub(super) paired: Sizes,

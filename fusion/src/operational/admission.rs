@@ -11,6 +11,7 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use jiff::SignedDuration;
+use serde::{Deserialize, Serialize};
 
 use super::ids::TargetId;
 use super::settings::{Transponder, periods};
@@ -23,7 +24,7 @@ use crate::report::{AircraftKind, Fix, Identity, SensorIndex};
 use crate::time::{SECOND, Time};
 
 /// Who waits, and who was admitted.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Admission {
     waiting: BTreeMap<Identity, Waiting>,
     /// When each was last heard that was admitted.
@@ -34,7 +35,7 @@ pub(super) struct Admission {
 }
 
 /// A waiting identity.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 struct Waiting {
     /// Its place among the targets, by when it was first heard.
     target: TargetId,
@@ -48,7 +49,7 @@ struct Waiting {
 }
 
 /// A transponder receiver's newcomers.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 struct Receiver {
     /// By when they were first heard; those that were admitted meanwhile are still among them.
     queue: VecDeque<(Time, Identity, TargetId)>,
@@ -64,14 +65,14 @@ struct Receiver {
     told: bool,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Flood {
     until: Time,
     most: u32,
 }
 
 /// `per_s` permits per second, accumulated for [`PERMITS_ACCUMULATE_S`]; kept as the time at which all are there again.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Permits(Time);
 
 impl Permits {

@@ -6,6 +6,8 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
+use serde::{Deserialize, Serialize};
+
 use super::tracklets::Tracklet;
 use super::tuning::{
     CLASS_LLR_MAX, CLASS_SETTLED_S, OWN_CLASS_ELSE, OWN_CLASS_LLR, OWN_CLASS_MEMORY_S, OWN_CLASS_SIGMA,
@@ -13,7 +15,7 @@ use super::tuning::{
 use crate::report::SensorIndex;
 
 /// The class probability of one aircraft, as each radar has shown it.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct AircraftClass(BTreeMap<SensorIndex, f64>);
 
 impl AircraftClass {

@@ -1,7 +1,9 @@
 //! Things by their name, side by side: walked through from the first to the last far more often than one is looked for.
 
+use serde::{Deserialize, Serialize};
+
 /// Things in the order of their names. New names are the largest but for a few.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct ById<K, T> {
     ids: Vec<K>,
     /// In the same order.

@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::f64::consts::TAU;
 
 use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
 
 use super::cycle::Cycle;
 use super::ids::TargetId;
@@ -24,11 +25,11 @@ use crate::report::{Bearing, CameraTrackKey};
 use crate::time::Time;
 
 /// The tracks of all cameras.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Cameras(BTreeMap<CameraTrackKey, CameraTrack>);
 
 /// The bearings of one track, and what it looks at.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 struct CameraTrack {
     /// By time, no nearer to each other than [`CAMERA_LOOK_S`]: what a camera sees wrong it sees wrong for a while.
     looks: VecDeque<Bearing>,

@@ -8,6 +8,8 @@
 use std::array;
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 use super::cycle::Cycle;
 use super::targets::Targets;
 use super::tracklets::Tracklets;
@@ -18,7 +20,7 @@ use super::tuning::{
 use crate::report::SensorIndex;
 
 /// Radar tracks by their mean class probability.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct ClassEvidence {
     /// Those that go with a transponder.
     drones: [f64; CLASS_BINS],
@@ -83,7 +85,7 @@ impl ClassEvidence {
 }
 
 /// The evidence of each radar.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Classes {
     radars: BTreeMap<SensorIndex, ClassEvidence>,
     none: ClassEvidence,

@@ -7,6 +7,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use serde::{Deserialize, Serialize};
+
 use super::ids::{TargetId, TrackletId};
 use super::settings::Settings;
 use super::targets::Targets;
@@ -16,7 +18,7 @@ use crate::slots::Slot;
 use crate::time::Time;
 
 /// What an operator says of a pair.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Verdict {
     /// They are one aircraft.
     Correlated,
@@ -46,7 +48,7 @@ impl Verdict {
 }
 
 /// An operator's decision on a pair.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Correlation {
     /// The radar track that has this number now.
     pub radar: RadarTrackKey,
@@ -57,7 +59,7 @@ pub struct Correlation {
 }
 
 /// A correlation in force.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct HeldCorrelation {
     /// The decision; never [`Verdict::Automatic`].
     pub correlation: Correlation,
@@ -66,7 +68,7 @@ pub struct HeldCorrelation {
 }
 
 /// A correlation kept for the time after a restart.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SavedCorrelation {
     /// The decision, and since when it holds.
     pub held: HeldCorrelation,
@@ -75,7 +77,7 @@ pub struct SavedCorrelation {
 }
 
 /// What has become of a correlation of before a restart.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ResumedCorrelation {
     /// It holds as before: the radar track is heard again.
     Holds(HeldCorrelation),
@@ -98,7 +100,7 @@ pub enum NotCorrelated {
 }
 
 /// The correlations in force, by radar track and transponder: the verdict, and since when.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Correlations(BTreeMap<(TrackletId, Identity), (Verdict, Slot)>);
 
 /// The correlations in force, as association and initiation need them.

@@ -7,11 +7,13 @@
 //!
 //! [`reacquisition`]: super::reacquisition
 
+use serde::{Deserialize, Serialize};
+
 use super::tuning::{DOUBT_SIGMA_MAX_M, SEPARATION_OVER_GROUND};
 use crate::time::Time;
 
 /// How likely it is that the track is another aircraft, and how far the target may then be from it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Doubt {
     probability: f64,
     /// Of the expected place, on each axis over ground, m².

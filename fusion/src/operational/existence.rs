@@ -4,13 +4,15 @@ mod kinematics;
 
 use kinematics::Kinematics;
 
+use serde::{Deserialize, Serialize};
+
 use super::classes::ClassEvidence;
 use super::settings::Radar;
 use super::tuning::{CLASS_MEMORY_S, CLASS_NEVER, CLASS_PLOT_MAX_S, CLASS_SETTLED_S};
 use crate::report::Plot;
 
 /// What the plots so far tell of it.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Existence {
     /// Seconds of plots that told a class, and their mean probability of a drone.
     class_s: f64,

@@ -12,6 +12,7 @@ mod watch;
 use std::collections::{BTreeMap, BTreeSet};
 
 use jiff::SignedDuration;
+use serde::{Deserialize, Serialize};
 
 use super::correlation::Decided;
 use super::cycle::Cycle;
@@ -44,7 +45,7 @@ const FORGOTTEN: SignedDuration = SignedDuration::from_hours(1);
 const JUDGES_MAX: usize = 16_384;
 
 /// A radar track that sees an aircraft where its transponder is not.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Twin {
     /// The target of that transponder.
     liar: TargetId,
@@ -56,7 +57,7 @@ pub(super) struct Twin {
 pub(super) type Twins = BTreeMap<TrackletId, Twin>;
 
 /// What is known of every identity heard lately.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Integrities {
     reports: ReportRules,
     judges: BTreeMap<Identity, Judge>,

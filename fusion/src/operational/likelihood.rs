@@ -9,6 +9,8 @@ mod axis;
 pub(super) use axis::Scales;
 use axis::{Axis, Errors};
 
+use serde::{Deserialize, Serialize};
+
 use super::settings::{Radar, Settings};
 use super::transponder::{Transponder, TransponderBias};
 use super::tuning::{
@@ -66,7 +68,7 @@ impl Offset {
 }
 
 /// The likelihood ratio of a pair, and what is expected of the next plot.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct PairLikelihood {
     /// Sum over the plots.
     pub(super) llr: f64,

@@ -39,6 +39,8 @@ mod transponder_types;
 mod tuning;
 mod walk_off;
 
+use serde::{Deserialize, Serialize};
+
 use crate::integrity::{Assessment, Concern, HeldWord, Word};
 use crate::learning::{LearningState, LearningStateError, LearntType, TypeState};
 use crate::numbering::Numbers;
@@ -67,7 +69,7 @@ pub(super) use tuning::DECIDED_AFTER;
 pub use tuning::{ASSOCIATE_LLR, DISSOCIATE_LLR};
 
 /// What the profile knows, and the reports since the last slot.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Operational {
     plots: Vec<Plot>,
     fixes: Vec<Fix>,

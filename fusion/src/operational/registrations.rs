@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
 
 use super::cycle::Cycle;
 use super::ids::{TargetId, TrackletId};
@@ -33,7 +34,7 @@ use crate::settings::RegistrationMode;
 use crate::time::{SECOND, Time};
 
 /// One radar's registration, and its errors.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Registered {
     registration: Registration,
     learning: RadarLearning,
@@ -47,7 +48,7 @@ pub struct Registered {
 }
 
 /// A step of the misalignment: the latest tracks contradict those before.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Step {
     /// When it was detected.
     pub time: Time,
@@ -175,7 +176,7 @@ fn in_steps(sigma: f64) -> f64 {
 }
 
 /// A part of a radar track that goes with a target.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 struct Segment {
     sensor: SensorIndex,
     target: TargetId,
@@ -188,7 +189,7 @@ struct Segment {
 const WITHDRAWN_S: f64 = 60.0;
 
 /// The registrations of all radars.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Registrations {
     radars: BTreeMap<SensorIndex, Registered>,
     segments: BTreeMap<TrackletId, Segment>,

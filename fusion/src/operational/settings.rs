@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 
 use jiff::SignedDuration;
+use serde::{Deserialize, Serialize};
 
 use super::likelihood::Scales;
 use super::tuning;
@@ -100,7 +101,7 @@ impl Settings {
 }
 
 /// Delay of transponders' times behind the measurement, seconds.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Delay {
     /// The best guess, and its standard deviation.
     pub(super) mean_s: f64,

@@ -3,6 +3,8 @@
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 use super::aircraft_class::AircraftClass;
 use super::by_id::ById;
 use super::cameras::Cameras;
@@ -26,7 +28,7 @@ use crate::slots::Slot;
 use crate::time::Time;
 
 /// An aircraft.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Target {
     id: TargetId,
     transponder: Option<Transponder>,
@@ -226,7 +228,7 @@ impl Target {
 }
 
 /// All of them.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Targets {
     all: ById<TargetId, Target>,
     by_identity: BTreeMap<Identity, TargetId>,

@@ -2,20 +2,22 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use serde::{Deserialize, Serialize};
+
 use super::tuning::{FIRST_FREE_NUMBER, NUMBERS_PER_TRANSPONDER};
 use crate::point::Source;
 use crate::report::Identity;
 use crate::slots::Slot;
 
 /// A number, and the slot in which it was given.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct TrackNumber {
     pub(super) number: u32,
     pub(super) since: Slot,
 }
 
 /// Who has which number.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct TrackNumbers {
     in_use: BTreeSet<u32>,
     /// Of each transponder's aircraft, which has it again when it comes back.

@@ -3,6 +3,8 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use super::by_id::ById;
 use super::classes::Classes;
 use super::cycle::{Cycle, EARLIEST, LATEST};
@@ -21,14 +23,14 @@ use crate::report::{Plot, RadarTrackKey, SensorIndex};
 use crate::time::Time;
 
 /// A plot, and its position before the radar's misalignment was corrected.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct CorrectedPlot {
     pub(super) plot: Plot,
     pub(super) raw: Enu,
 }
 
 /// What is asked of the plots in every slot.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Marks {
     /// Times of the first plot and of the last.
     first: Time,
@@ -53,7 +55,7 @@ impl Marks {
 }
 
 /// The plots of one radar track without a long break.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Tracklet {
     pub(super) id: TrackletId,
     pub(super) key: RadarTrackKey,
@@ -343,7 +345,7 @@ impl Tracklet {
 }
 
 /// All of them.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Tracklets {
     all: ById<TrackletId, Tracklet>,
     by_key: BTreeMap<RadarTrackKey, Vec<TrackletId>>,

@@ -2,6 +2,8 @@
 
 use std::f64::consts::{LN_2, SQRT_2};
 
+use serde::{Deserialize, Serialize};
+
 use super::cycle::EARLIEST;
 use super::settings::{self, Settings};
 use super::transponder_types::TransponderTypes;
@@ -18,7 +20,7 @@ use crate::report::{Aircraft, Fix, Identity, SensorIndex, TransponderType, UasIt
 use crate::time::Time;
 
 /// A transponder.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Transponder {
     pub(super) identity: Identity,
     /// The receiver of the latest report.
@@ -36,7 +38,7 @@ pub(super) struct Transponder {
 }
 
 /// The white noise of its positions.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Noise {
     /// Over ground, and in height.
     axes: [WhiteNoise; 2],

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 use super::settings::{Delay, Settings};
 use super::tuning::{DELAY_BETWEEN_TYPES_S, FRESH_SHARE, TYPE_NOISE_CHANGE_S, TYPES_MAX};
 use crate::learning::{
@@ -12,7 +14,7 @@ use crate::report::{SensorIndex, TransponderType};
 use crate::time::Time;
 
 /// The types that have been heard.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct TransponderTypes {
     known: BTreeMap<TransponderType, TypeLearning>,
     /// As [`Self::delays`] had them last.

@@ -1,5 +1,7 @@
 //! Which radar tracks are this aircraft: by distance threshold and ratio.
 
+use serde::{Deserialize, Serialize};
+
 use super::radar::Detections;
 use super::transponder::Curve;
 use crate::point::SlotRatio;
@@ -10,11 +12,11 @@ use crate::slots::{Slot, SlotSet, Window};
 /// The radar tracks that came within the threshold of one transponder somewhere in the window.
 ///
 /// Only these are looked at: a radar track that was never near costs nothing.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Pairs(Vec<Pair>);
 
 /// A radar track that came near.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Pair {
     pub(super) track: RadarTrackKey,
     /// Slots where both have a point and their distance is within the threshold.

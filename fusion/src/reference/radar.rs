@@ -1,5 +1,7 @@
 //! The window's radar detections: by slot, by track, and by place.
 
+use serde::{Deserialize, Serialize};
+
 use crate::cells::Cells;
 use crate::frames::Enu;
 use crate::report::{Plot, RadarTrackKey};
@@ -8,7 +10,7 @@ use crate::slots::{RING, Slot, SlotGrid, SlotSet, Window, ring_place};
 use crate::time::Time;
 
 /// A plot and the distance within which a transponder agrees with it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Detection {
     pub(super) plot: Plot,
     pub(super) threshold_m: f64,
@@ -23,7 +25,7 @@ impl Detection {
 }
 
 /// A radar track's slots.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct TrackSlots {
     /// Slots that hold a detection.
     pub(super) present: SlotSet,
@@ -34,7 +36,7 @@ pub(super) struct TrackSlots {
 }
 
 /// Detections of the window and of the reports that wait ahead of it.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Detections {
     grid: SlotGrid,
     threshold: Threshold,
@@ -50,7 +52,7 @@ pub(super) struct Detections {
     sorted: Vec<Detection>,
 }
 
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct SlotDetections {
     /// Settled: one detection a track, by track. Plots that came since stand behind, in order of reception.
     detections: Vec<Detection>,
@@ -60,7 +62,7 @@ struct SlotDetections {
 }
 
 /// Where a detection is over ground, metres, and how far a transponder may be from it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Outline {
     east: f64,
     north: f64,

@@ -1,6 +1,7 @@
 //! One unmanned aircraft as its transponder tells it: the knots of the window and the curve through them.
 
 use jiff::SignedDuration;
+use serde::{Deserialize, Serialize};
 
 use crate::frames::Enu;
 use crate::interpolation::{self, Knot};
@@ -9,7 +10,7 @@ use crate::slots::{RING, Slot, SlotGrid, SlotSet, Window, ring_place};
 use crate::time::Time;
 
 /// The curve of one identity over the window.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Curve {
     /// By time. Those of slots ahead of the window wait at the end and are no knots yet.
     knots: Vec<Knot>,

@@ -7,6 +7,7 @@
 //! errors' correlation time T, however many plots there are.
 
 use nalgebra::{Matrix4, Matrix4x6, Matrix6, RowVector4, RowVector6, Vector3, Vector4, Vector6};
+use serde::{Deserialize, Serialize};
 
 use super::parameters::{AXES, AZIMUTH, BEARING, HEIGHT, OWN, PRIOR, RANGE, TILT_EAST, TILT_NORTH, TIME};
 use crate::filter::RadarErrors;
@@ -31,7 +32,7 @@ pub struct Residual {
 }
 
 /// What is known of p: inverse covariance, and that times the mean.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Information {
     pub(super) matrix: Matrix6<f64>,
     pub(super) vector: Vector6<f64>,
@@ -57,7 +58,7 @@ pub struct Sample {
 }
 
 /// One radar track of one target.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct TrackComparison {
     correlation_s: f64,
     axes: [Axis; AXES],
@@ -79,7 +80,7 @@ const STEEP: f64 = 2.0;
 
 /// An axis: its errors that last (the radar's in the axis' unit; the reference's east, north, up, as shares of its deviation,
 /// because a target that passes by turns them from one axis into another), and how their mean changes with p.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Axis {
     own: usize,
     bias_sigma: f64,

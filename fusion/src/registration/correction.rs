@@ -1,6 +1,7 @@
 //! The correction of a plot.
 
 use nalgebra::{Matrix6, UnitQuaternion, Vector2, Vector3, Vector6};
+use serde::{Deserialize, Serialize};
 
 use super::along::rows;
 use super::estimate::Misalignment;
@@ -9,7 +10,7 @@ use super::qmethod::rotation_vector;
 use crate::frames::{AtRadar, Enu};
 
 /// The negative of the estimated misalignment, as far as that is observable.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Correction {
     /// Nothing is observable: plots stay as they are, to the bit.
     nothing: bool,

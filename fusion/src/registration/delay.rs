@@ -2,13 +2,14 @@
 //! radar's misalignment as what is known otherwise.
 
 use nalgebra::Vector6;
+use serde::{Deserialize, Serialize};
 
 use super::along::Sample;
 use super::estimate::{BiasValue, Misalignment, TimeInformation};
 use super::parameters::{PARAMETERS, TIME};
 
 /// Sums over pieces of radar tracks of one radar, slowly forgotten.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct DelaySums {
     /// Information about the delay, and about it together with each other parameter of the radar.
     row: Vector6<f64>,

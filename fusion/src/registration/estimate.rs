@@ -1,13 +1,14 @@
 //! What follows from the sums, and how well that is known.
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use serde::{Deserialize, Serialize};
 
 use super::parameters::{AZIMUTH, BEARING, HEIGHT, PRIOR, RANGE, TILT_EAST, TILT_NORTH, TIME, USEFUL};
 use super::qmethod;
 use super::sums::{Solved, Sums};
 
 /// A bias: measured minus true.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BiasValue {
     /// The value.
     pub value: f64,
@@ -18,7 +19,7 @@ pub struct BiasValue {
 }
 
 /// A radar's misalignment, as estimated.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Misalignment {
     /// Bias of the azimuth, radians clockwise: the negative of what `bearing_correction_deg` lacks.
     pub bearing: BiasValue,

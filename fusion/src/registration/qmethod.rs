@@ -6,12 +6,13 @@
 //! information F about a small rotation, B = tr(F) 1 / 2 - F (Shuster, who has F = tr(B) 1 - B).
 
 use nalgebra::{Matrix3, Matrix3x6, Matrix4, Quaternion, Rotation3, UnitQuaternion, Vector3, Vector6};
+use serde::{Deserialize, Serialize};
 
 use super::along::Information;
 use super::parameters::{BEARING, HEIGHT, TILT_EAST, TILT_NORTH, TIME};
 
 /// The attitude profile B of a piece of track or of a sum of them, and how it changes with what else is misaligned.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct AttitudeProfile {
     pub(super) matrix: Matrix3<f64>,
     /// With a metre of height.

@@ -1,13 +1,14 @@
 //! What radar tracks told, added up and slowly forgotten.
 
 use nalgebra::{Matrix6, Vector6};
+use serde::{Deserialize, Serialize};
 
 use super::along::{Information, Offset};
 use super::parameters::{AXES, AZIMUTH, OWN, PRIOR};
 use super::qmethod::AttitudeProfile;
 
 /// A sum over radar tracks, each with a weight.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Sums {
     /// Least squares: azimuth, range, height.
     pub(super) axes: [Information; AXES],
@@ -19,7 +20,7 @@ pub(super) struct Sums {
 }
 
 /// How far tracks lie from what the others say, against what the deviations promise; by axis.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Scatter {
     /// Squares of normalised offsets.
     pub(super) squares: [f64; AXES],

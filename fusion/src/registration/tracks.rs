@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use nalgebra::Vector6;
+use serde::{Deserialize, Serialize};
 
 use super::along::{Information, Offset, Sample};
 use super::estimate::Misalignment;
@@ -33,7 +34,7 @@ pub enum Taken {
 }
 
 /// One of the latest tracks.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Latest {
     pub(super) begun: Time,
     pub(super) time: Time,
@@ -43,7 +44,7 @@ pub(super) struct Latest {
 }
 
 /// One radar's misalignment, learnt from its tracks.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Registration {
     pub(super) now: Time,
     /// The tracks before the latest.

@@ -1,6 +1,7 @@
 //! One row of the bank: what the offsets would be if the transponder were honest, or lied since then.
 
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 use super::{Delay, ELSEWHERE_M, Look, Slow};
@@ -30,7 +31,7 @@ const LOOK_ADDS: [f64; 2] = [-6.0, 4.0];
 const SURELY_OWN: f64 = 3.0;
 
 /// What a row supposes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Kind {
     Honest,
     /// Honest; the radar track begins to walk off.
@@ -57,7 +58,7 @@ impl Kind {
     }
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Row {
     pub(super) kind: Kind,
     pub(super) since: Time,
@@ -74,7 +75,7 @@ pub(super) struct Row {
 
 /// The radar track that is looked at: natural logarithms of the likelihoods that it is the aircraft's own, and that it is
 /// another one's or has become one, beside that of another one's.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Track {
     own: f64,
     other: f64,

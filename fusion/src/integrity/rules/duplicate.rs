@@ -1,6 +1,7 @@
 //! `duplicate`: an identity is in turn at two places no aircraft flies between.
 
 use jiff::SignedDuration;
+use serde::{Deserialize, Serialize};
 
 use super::history::Heard;
 use super::stream::Stream;
@@ -23,7 +24,7 @@ const REPORTS: u32 = 2;
 const HOLDS: SignedDuration = SignedDuration::from_secs(12);
 
 /// When an identity was at two places last.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Duplicate {
     newest: Option<Received>,
     /// The last report that no aircraft could have sent after the one before it.
@@ -32,7 +33,7 @@ pub(super) struct Duplicate {
 }
 
 /// A report, and who received it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Received {
     heard: Heard,
     sensor: SensorIndex,

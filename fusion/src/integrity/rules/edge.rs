@@ -1,6 +1,7 @@
 //! Place and velocity at the edge of a gap, from the three reports on one side of it.
 
 use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
 
 use super::history::Heard;
 use crate::time::Time;
@@ -27,7 +28,7 @@ const MORE_THAN_SEEN: f64 = 1.4;
 const TURN_MAX_M_S2: f64 = 10.0;
 
 /// Motion at the edge of a gap: a parabola through the three reports nearest to it, the line through two, or one place.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Edge {
     pub(super) time: Time,
     /// Over ground, metres.
@@ -36,7 +37,7 @@ pub(super) struct Edge {
 }
 
 /// Velocity at an edge.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Motion {
     /// Over ground, m/s.
     velocity: Vector2<f64>,

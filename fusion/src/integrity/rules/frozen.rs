@@ -1,5 +1,7 @@
 //! `frozen`: the same place to the octet again and again, after places that differed.
 
+use serde::{Deserialize, Serialize};
+
 use super::history::{Heard, History};
 use crate::time::Time;
 
@@ -19,7 +21,7 @@ const REST_SPEED_M_S: f64 = 1.0;
 const MOVING_M_S: f64 = 1.0;
 
 /// How an identity's place stands still.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Frozen {
     run: Option<Run>,
     /// Whether its place has ever changed.
@@ -33,7 +35,7 @@ pub(super) struct Frozen {
 }
 
 /// Reports at one place, up to the newest one.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Run {
     first: Heard,
     last: Heard,

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use jiff::SignedDuration;
 use nalgebra::{Vector2, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::report::Fix;
 use crate::time::Time;
@@ -16,7 +17,7 @@ const KEPT_REPORTS: usize = 12;
 const REPORTS_MAX: usize = 160;
 
 /// A report, as received.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Heard {
     pub(super) time: Time,
     /// In the site's frame, metres; equal octets give equal bits.
@@ -59,7 +60,7 @@ impl Heard {
 }
 
 /// Reports by [`Heard::order`].
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct History(VecDeque<Heard>);
 
 impl History {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use jiff::SignedDuration;
+use serde::{Deserialize, Serialize};
 
 use super::{Jammed, Ledger};
 use crate::frames::Enu;
@@ -29,7 +30,7 @@ const FORGOTTEN_S: f64 = 3600.0;
 const LASTS_MAX: SignedDuration = SignedDuration::from_mins(10);
 
 /// Who is jammed, and how often one falls silent by itself.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Jamming {
     jammed: Option<Jammed>,
     /// Silences, and the identity-seconds in which they began.

@@ -1,6 +1,7 @@
 //! `jump`: a report lies where the motion before it did not lead, and the next two go on from there.
 
 use jiff::SignedDuration;
+use serde::{Deserialize, Serialize};
 
 use super::edge::{Edge, Miss};
 use super::history::History;
@@ -24,7 +25,7 @@ const HOLDS: SignedDuration = SignedDuration::from_secs(30);
 const WAITED: SignedDuration = SignedDuration::from_secs(16);
 
 /// The motion broke off at one place and went on at another one.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Break {
     pub(super) before: Edge,
     pub(super) after: Edge,
@@ -37,7 +38,7 @@ pub(super) struct Break {
 }
 
 /// What is known of the jumps of a stream.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Jump {
     /// Gaps up to the report of this time have been judged.
     judged: Time,
@@ -105,9 +106,10 @@ impl Jump {
 
 /// White noise of a receiver, an axis, by how far motion misses over the gaps of late: the lowest sixth, since turns add to
 /// many of the others.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 struct Noise {
     /// The newest overwrite the oldest, metres.
+    #[serde(with = "crate::checkpoint::array")]
     lately_m: [f32; Self::GAPS],
     next: usize,
     known: usize,

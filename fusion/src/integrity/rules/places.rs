@@ -5,6 +5,8 @@
 
 use std::collections::VecDeque;
 
+use serde::{Deserialize, Serialize};
+
 use crate::time::Time;
 
 /// Reports in a block: blocks come and go whole.
@@ -17,7 +19,7 @@ const BUCKETS: usize = 1 << 20;
 const WALK_MAX: usize = 48;
 
 /// A report's place, when, and whose.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Entry {
     key: u64,
     time: Time,
@@ -34,7 +36,7 @@ pub(super) struct Seen {
 }
 
 /// The places, in the order in which they came.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Places {
     /// By bucket, the number of its newest report.
     buckets: Vec<u32>,

@@ -2,6 +2,7 @@
 
 use jiff::SignedDuration;
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use super::history::Heard;
 use super::places::{Places, Seen};
@@ -29,7 +30,7 @@ const NEW_BEFORE: f64 = 10.0;
 const CHAINS_MAX: usize = 4;
 
 /// What of a stream has come before.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Replay {
     chains: Vec<Chain>,
     /// Places that differed from the one before.
@@ -41,7 +42,7 @@ pub(super) struct Replay {
 }
 
 /// Reports that have come again at one time difference.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Chain {
     source: u32,
     lag: SignedDuration,

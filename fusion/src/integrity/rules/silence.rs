@@ -1,6 +1,7 @@
 //! Silence: what is not heard for longer than its reports are usually apart.
 
 use jiff::SignedDuration;
+use serde::{Deserialize, Serialize};
 
 use super::history::{Heard, History};
 use super::stream::Stream;
@@ -33,7 +34,7 @@ pub(super) fn is_over(history: &History, deadline: Time) -> bool {
 }
 
 /// Whether no receiver hears an identity any longer.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Silence {
     /// Whether it was heard often enough to be missed.
     pub(super) is_known: bool,

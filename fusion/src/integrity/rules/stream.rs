@@ -1,5 +1,7 @@
 //! What one receiver hears of one identity, and the rules that need no more.
 
+use serde::{Deserialize, Serialize};
+
 use super::frozen::Frozen;
 use super::history::{Heard, History};
 use super::jump::{Break, Jump};
@@ -11,7 +13,7 @@ use crate::report::SensorIndex;
 use crate::time::Time;
 
 /// What one receiver hears of one identity.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Stream {
     pub(super) sensor: SensorIndex,
     pub(super) history: History,

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use jiff::SignedDuration;
+use serde::{Deserialize, Serialize};
 
 use super::Ledger;
 use super::edge::{Edge, Miss};
@@ -37,7 +38,7 @@ const HOLDS: SignedDuration = SignedDuration::from_mins(5);
 const SAME_CHANGE: SignedDuration = SignedDuration::from_secs(30);
 
 /// An identity sends what another one's aircraft does.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Swap {
     with: Identity,
     /// When they changed places last.
@@ -73,7 +74,7 @@ struct Likeness {
 }
 
 /// The breaks that have not been looked into.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Breaks(Vec<(Identity, Break)>);
 
 impl Breaks {

@@ -2,6 +2,7 @@
 
 use jiff::SignedDuration;
 use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
 
 use super::history::{Heard, History};
 use crate::time::Time;
@@ -30,7 +31,7 @@ const NOISE_MIN_M: f64 = 2.0;
 const HOLDS: SignedDuration = SignedDuration::from_secs(12);
 
 /// When stated velocity and change of place differed last.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Velocity {
     last: Option<Time>,
 }

@@ -6,6 +6,7 @@
 //! seconds its bias moves a track as far as a wing does.
 
 use nalgebra::{Matrix3, Vector3, matrix, vector};
+use serde::{Deserialize, Serialize};
 
 use crate::filter::LineOfSight;
 use crate::operational::settings::Radar;
@@ -20,13 +21,13 @@ use crate::time::Time;
 const MOTIONS: [RangeMotion; 3] = [DRONE_MOTIONS[0], DRONE_MOTIONS[1], BIRD_MOTION];
 
 /// Drone against bird, and what is expected of the next plot.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Kinematics {
     pub(super) log_odds: f64,
     models: Option<ModelBank>,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct ModelBank {
     time: Time,
     filters: [Filter; 3],
@@ -35,7 +36,7 @@ struct ModelBank {
 }
 
 /// Range, its rate and its acceleration.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Filter {
     mean: Vector3<f64>,
     covariance: Matrix3<f64>,

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 use super::watch::{Judged, TakenFor};
 use crate::operational::ids::TrackletId;
 use crate::operational::tracklets::Tracklets;
@@ -21,7 +23,7 @@ const OWN_NEAR: f64 = 0.7;
 const OWN_FAR: f64 = 0.35;
 
 /// How near a radar track is to a transponder: the least is the nearest.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Nearness {
     is_elsewhere: bool,
     is_no_pair: bool,
@@ -41,7 +43,7 @@ impl Nearness {
 }
 
 /// A radar track as it was seen from a transponder.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Claim {
     identity: Identity,
     time: Time,
@@ -66,7 +68,7 @@ impl Claim {
 }
 
 /// As whose each radar track was seen lately, up to the slot before.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Claims {
     /// By identity.
     all: BTreeMap<TrackletId, Vec<Claim>>,

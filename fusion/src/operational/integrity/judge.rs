@@ -16,6 +16,7 @@ use crate::point::TransponderPart;
 use crate::report::{Identity, RadarTrackKey};
 use crate::time::Time;
 use jiff::SignedDuration;
+use serde::{Deserialize, Serialize};
 
 /// Plots come within this after they were made.
 const PLOTS_COME_WITHIN: SignedDuration = SignedDuration::from_secs(1);
@@ -46,7 +47,7 @@ const FAILED_SECONDS: u32 = 5;
 const FAILED_GAIN: f64 = 3.0;
 
 /// One identity.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Judge {
     pub(super) bank: Bank,
     pub(super) watches: Watches,
@@ -80,7 +81,7 @@ pub(super) struct Judge {
 }
 
 /// The point of an identity in a slot.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Shown {
     /// Its track number.
     pub(super) track: u32,
@@ -100,7 +101,7 @@ pub(super) fn first_end(cycle: &Cycle) -> Time {
 }
 
 /// The radar track that is evidence now.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Current {
     tracklet: TrackletId,
     /// Aircraft without a transponder that the association takes it for.

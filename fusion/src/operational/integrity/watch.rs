@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use jiff::SignedDuration;
 use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
 
 use crate::filter::LineOfSight;
 use crate::frames::Enu;
@@ -86,7 +87,7 @@ fn middle(end: Time) -> Time {
 }
 
 /// The plots of a radar track within a second, and the transponder's curve.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Second {
     pub(super) look: Look,
     /// Mean difference of the heights, metres, where the radar measures them.
@@ -175,7 +176,7 @@ fn velocity(walk: &mut Walk, time: Time) -> Option<Vector2<f64>> {
 
 /// Where a radar track was seen from a transponder: mean of the plots less the transponder's curve, outward and clockwise,
 /// metres.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Offset {
     time: Time,
     offset_m: [f64; 2],
@@ -188,7 +189,7 @@ impl From<&Look> for Offset {
 }
 
 /// A second that is known already, and how the radar track flies up to it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Ahead {
     second: Second,
     motion: Motion,
@@ -204,7 +205,7 @@ impl From<Second> for Ahead {
 }
 
 /// A radar track as it is seen from a transponder.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Watch {
     motion: Motion,
     /// The looks of the last seconds, up to that which is judged.
@@ -221,7 +222,7 @@ pub(super) struct Watch {
 }
 
 /// What the association takes a radar track for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum TakenFor {
     /// The transponder's aircraft.
     Own,
@@ -234,7 +235,7 @@ pub(super) enum TakenFor {
 }
 
 /// What is made of a look.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Judged {
     pub(super) second: Second,
     /// What the association takes the radar track for.

@@ -12,6 +12,8 @@
 //! Source: the static multiple-model estimator, Y. Bar-Shalom, X. R. Li, T. Kirubarajan, *Estimation with Applications to Tracking and
 //! Navigation* (2001), section 11.6.2.
 
+use serde::{Deserialize, Serialize};
+
 use crate::operational::tuning::{
     BIAS_FREE_SIGMAS2, ERROR_SCALES, MODEL_PROBABILITY_MIN, SCALES_UNSURE_MIN, Separation,
 };
@@ -72,14 +74,14 @@ impl Errors {
 }
 
 /// Both hypotheses, as the plots so far have them.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Axis {
     /// One aircraft, for each of [`ERROR_SCALES`].
     one: [Weighted; COUNT],
     two: TwoAircraft,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Weighted {
     /// Probability of this multiple; they add up to 1.
     weight: f64,
@@ -87,14 +89,14 @@ struct Weighted {
 }
 
 /// The offset of one aircraft: mean and variance.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct OneAircraft {
     mean: f64,
     variance: f64,
 }
 
 /// The offset of two and its rate: means, and covariance (offset, both, rate).
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct TwoAircraft {
     mean: [f64; 2],
     covariance: [f64; 3],

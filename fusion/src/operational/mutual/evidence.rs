@@ -5,6 +5,7 @@
 //! count by the time between them, and what was long ago counts less.
 
 use nalgebra::Matrix2;
+use serde::{Deserialize, Serialize};
 
 use crate::filter::{LineOfSight, RadarErrors};
 use crate::frames::Enu;
@@ -29,7 +30,7 @@ pub(super) struct Reference {
 }
 
 /// The likelihood ratio of two tracks: one aircraft over two.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(in crate::operational) struct Evidence {
     /// Its natural logarithm.
     pub(in crate::operational) llr: f64,
