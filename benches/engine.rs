@@ -100,6 +100,29 @@ fn growth(criterion: &mut Criterion) {
     }
 }
 
+/// The state as octets, and back.
+fn checkpoints(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("checkpoint, operational");
+    group.sample_size(20);
+    for targets in [110, 1_000, 2_000] {
+        let traffic = Traffic { targets, drones: targets / 2 };
+        let settings = traffic.operational();
+        let mut engine = Engine::new(settings.clone()).expect("the settings are right");
+        for slot in 0..seconds(40) {
+            feed(&mut engine, slot, traffic.reports(slot));
+        }
+        let octets = engine.checkpoint();
+        println!("{targets} radar tracks: {:.2} MB", 1e-6 * octets.len() as f64);
+        group.bench_function(format!("{targets} radar tracks, written"), |bencher| {
+            bencher.iter(|| engine.checkpoint());
+        });
+        group.bench_function(format!("{targets} radar tracks, read"), |bencher| {
+            bencher.iter(|| Engine::restored(settings.clone(), &octets).expect("it is whole"));
+        });
+    }
+    group.finish();
+}
+
 /// Measures slots of this traffic once it has settled, and tells their quantiles; the fastest, seconds.
 fn slots(
     group: &mut BenchmarkGroup<'_, WallTime>,
@@ -230,5 +253,5 @@ sac = 1
 sic = 3
 "#;
 
-criterion_group!(benches, dense, end_to_end, growth);
+criterion_group!(benches, dense, end_to_end, growth, checkpoints);
 criterion::criterion_main!(benches);

@@ -49,8 +49,12 @@ pub enum CheckpointError {
 
 /// A state of an engine with these settings as octets.
 pub(crate) fn written(settings: &Settings, state: &impl Serialize) -> Vec<u8> {
-    let mut octets = [MAGIC.as_slice(), &LAYOUT.to_be_bytes(), &of_settings(settings).to_be_bytes()].concat();
-    octets = postcard::to_extend(state, octets).expect("every state can be written down");
+    let state = postcard::to_stdvec(state).expect("every state can be written down");
+    let mut octets = Vec::with_capacity(FRONT + state.len() + BACK);
+    octets.extend(MAGIC);
+    octets.extend(LAYOUT.to_be_bytes());
+    octets.extend(of_settings(settings).to_be_bytes());
+    octets.extend(state);
     let hash = hash(&octets);
     octets.extend(hash.to_be_bytes());
     octets
@@ -88,11 +92,12 @@ fn of_settings(settings: &Settings) -> u64 {
     hash(format!("{settings:?}").as_bytes())
 }
 
-/// FNV-1a of 64 bits: against accidents, not against anybody.
+/// FNV-1a, eight octets at a time: against accidents, not against anybody.
 fn hash(octets: &[u8]) -> u64 {
-    octets.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &octet| {
-        (hash ^ u64::from(octet)).wrapping_mul(0x0000_0100_0000_01b3)
-    })
+    let mix = |hash: u64, word: u64| (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3).rotate_left(29);
+    let (words, rest) = octets.as_chunks::<8>();
+    let hash = words.iter().fold(0xcbf2_9ce4_8422_2325, |hash, word| mix(hash, u64::from_le_bytes(*word)));
+    rest.iter().fold(mix(hash, rest.len() as u64), |hash, &octet| mix(hash, octet.into()))
 }
 
 /// Arrays of any length, which serde knows up to 32 elements and not at all where the length is a parameter.

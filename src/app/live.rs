@@ -13,6 +13,7 @@ use crate::api;
 use crate::areas::Areas;
 use crate::config::Config;
 use crate::current::Current;
+use crate::formats::Encoders;
 use crate::history::{Historian, Limits, Store};
 use crate::integrity::Lookout;
 use crate::live::{
@@ -25,11 +26,12 @@ use crate::pipeline::Tally;
 use crate::record::{Recorded, Recorder, RecorderQueue};
 use crate::sinks::PictureSinks;
 use crate::state::{
-    AlertDecision, CorrelationPlan, Keeper, Registrations, StateFile, alert_line, kept_lines,
-    read_correlations, read_numbers, read_registration, registration_text,
+    AlertDecision, CorrelationPlan, Keeper, Registrations, StateFile, Warm, WarmKeeper, alert_line,
+    kept_lines, read_correlations, read_numbers, read_registration, registration_text,
 };
 use fusion::integrity::HeldWord;
 use fusion::numbering::Given;
+use fusion::operational::SavedCorrelation;
 use fusion::time::Time;
 
 /// A live service that is being put together. It keeps nothing unless it is told to.
@@ -45,10 +47,15 @@ pub struct LiveBuilder {
     before: Vec<Recorded>,
     /// The alerts that were shelved.
     shelved: Vec<AlertDecision>,
-    keepers: Option<(KeeperQueues, [Keeper; 4])>,
+    encoders: Encoders,
+    keepers: Option<KeeperQueues>,
+    kept_by: Option<([Keeper; 4], Option<WarmKeeper>)>,
     recorder: Option<(RecorderQueue, Recorder)>,
     history: Option<Store>,
 }
+
+/// What outlives a restart: numbers, correlations and words.
+type Outlived = (Vec<Given>, Vec<SavedCorrelation>, Vec<HeldWord>);
 
 /// The running service.
 pub struct Live {
@@ -62,6 +69,7 @@ pub struct Live {
     pub history: Option<Store>,
     service: Service,
     keepers: Vec<Keeper>,
+    warm: Option<WarmKeeper>,
     recorder: Option<Recorder>,
     /// Of alerts, and of the picture.
     deliveries: [Deliveries; 2],
@@ -74,6 +82,7 @@ impl LiveBuilder {
         Self {
             driver: Driver::new(&config, areas.masks(), started, lines(&config).len())
                 .with_lookout(Lookout::new(&config, &areas)),
+            encoders: Encoders::new(&config),
             config,
             areas,
             listener,
@@ -82,6 +91,7 @@ impl LiveBuilder {
             before: Vec::new(),
             shelved: Vec::new(),
             keepers: None,
+            kept_by: None,
             recorder: None,
             history: None,
         }
@@ -92,7 +102,79 @@ impl LiveBuilder {
     /// # Errors
     /// No thread could be started.
     pub fn keep_state(mut self) -> io::Result<Self> {
+        let is_warm = self.go_on();
+        let (numbers, kept, words) = if is_warm { self.known() } else { self.recalled() };
         let Self { config, driver, started, .. } = &mut self;
+        let (directory, now) = (&config.state.dir, *started);
+        let registrations = Registrations::of(config, driver.pipeline().engine());
+        if !registrations.is_empty() {
+            info!(radars = registrations.len(), "registration goes on");
+        }
+        let shelved = StateFile::SHELVED.load(directory, now, read_correlations).plan(config).alerts;
+        if !shelved.is_empty() {
+            info!(alerts = shelved.len(), "alerts stay shelved");
+        }
+        let shelves: String = shelved.iter().map(alert_line).collect();
+        let decisions = (kept_lines(&kept, &words, config) + &shelves).into();
+
+        let by_number: BTreeMap<_, _> = numbers.iter().map(|&given| (given.number, given)).collect();
+        let nothing = Arc::<str>::from("");
+        let (of_numbers, numbers_keeper) = StateFile::NUMBERS.keep(directory, by_number)?;
+        let (registration, registration_keeper) = StateFile::REGISTRATION.keep(directory, nothing.clone())?;
+        let (of_decisions, decisions_keeper) = StateFile::DECISIONS.keep(directory, nothing.clone())?;
+        let (of_shelved, shelved_keeper) = StateFile::SHELVED.keep(directory, nothing)?;
+        let warm = (config.state.checkpoint_s > 0.0).then(|| WarmKeeper::start(directory)).transpose()?;
+        let (of_engine, warm) = warm.unzip();
+        let queues = KeeperQueues {
+            numbers: of_numbers,
+            registration,
+            decisions: of_decisions,
+            shelved: of_shelved,
+            warm: of_engine,
+        };
+        let keepers = [numbers_keeper, registration_keeper, decisions_keeper, shelved_keeper];
+        self.keepers = Some(queues);
+        self.kept_by = Some((keepers, warm));
+        self.shelved = shelved;
+        self.numbers = numbers;
+        self.before = vec![
+            Recorded::Registered(registration_text(&registrations).into()),
+            Recorded::Correlations(decisions),
+        ];
+        if is_warm {
+            // What is recorded begins where the engine is.
+            self.before.push(Recorded::Checkpoint(self.driver.checkpoint(&self.config).into()));
+        }
+        Ok(self)
+    }
+
+    /// Goes on where a service has stopped just now, if there was one; whether it does.
+    fn go_on(&mut self) -> bool {
+        let Self { config, areas, driver, started, encoders, .. } = self;
+        let oldest = config.fusion.window();
+        let is_wanted = config.state.checkpoint_s > 0.0;
+        let Some(warm) = is_wanted.then(|| Warm::load(&config.state.dir, *started, oldest)).flatten() else {
+            return false;
+        };
+        if let Err(error) = driver.go_on(config, areas.masks(), &warm, *started) {
+            info!(%error, "state of the engine does not fit: begun anew");
+            return false;
+        }
+        encoders.go_on(&warm.encoders);
+        let pause_s = (*started - warm.until).as_secs_f64();
+        info!(datagrams = warm.inputs.len(), pause_s, "the engine goes on where it stopped");
+        true
+    }
+
+    /// What the engine that goes on knows.
+    fn known(&self) -> Outlived {
+        let engine = self.driver.pipeline().engine();
+        (engine.numbers().given().collect(), engine.kept(), engine.words())
+    }
+
+    /// What the files of the state hold, given to the engine.
+    fn recalled(&mut self) -> Outlived {
+        let Self { config, driver, started, .. } = self;
         let (directory, now) = (&config.state.dir, *started);
         let mut numbers = StateFile::NUMBERS.load(directory, now, read_numbers);
         // A file of an earlier version has no times.
@@ -107,10 +189,6 @@ impl LiveBuilder {
         }
         let registrations = StateFile::REGISTRATION.load(directory, now, read_registration);
         registrations.restore(config, Some(now), driver.engine_mut());
-        let registrations = Registrations::of(config, driver.pipeline().engine());
-        if !registrations.is_empty() {
-            info!(radars = registrations.len(), "registration goes on");
-        }
         let decisions = StateFile::DECISIONS.load(directory, now, read_correlations);
         let CorrelationPlan { kept, words, .. } = decisions.plan(config);
         if !kept.is_empty() {
@@ -119,33 +197,10 @@ impl LiveBuilder {
         if !words.is_empty() {
             info!(words = words.len(), "what operators said of transponders holds again");
         }
-        let held = words.iter().map(|&(since, word)| HeldWord { word, since });
-        let shelved = StateFile::SHELVED.load(directory, now, read_correlations).plan(config).alerts;
-        if !shelved.is_empty() {
-            info!(alerts = shelved.len(), "alerts stay shelved");
-        }
-        let shelves: String = shelved.iter().map(alert_line).collect();
-        let decisions = (kept_lines(&kept, &held.collect::<Vec<_>>(), config) + &shelves).into();
-        driver.engine_mut().resume(kept);
+        let held = words.iter().map(|&(since, word)| HeldWord { word, since }).collect();
+        driver.engine_mut().resume(kept.clone());
         driver.engine_mut().plan_words(words);
-
-        let by_number: BTreeMap<_, _> = numbers.iter().map(|&given| (given.number, given)).collect();
-        let nothing = Arc::<str>::from("");
-        let (of_numbers, numbers_keeper) = StateFile::NUMBERS.keep(directory, by_number)?;
-        let (registration, registration_keeper) = StateFile::REGISTRATION.keep(directory, nothing.clone())?;
-        let (of_decisions, decisions_keeper) = StateFile::DECISIONS.keep(directory, nothing.clone())?;
-        let (of_shelved, shelved_keeper) = StateFile::SHELVED.keep(directory, nothing)?;
-        let queues =
-            KeeperQueues { numbers: of_numbers, registration, decisions: of_decisions, shelved: of_shelved };
-        let keepers = [numbers_keeper, registration_keeper, decisions_keeper, shelved_keeper];
-        self.keepers = Some((queues, keepers));
-        self.shelved = shelved;
-        self.numbers = numbers;
-        self.before = vec![
-            Recorded::Registered(registration_text(&registrations).into()),
-            Recorded::Correlations(decisions),
-        ];
-        Ok(self)
+        (numbers, kept, held)
     }
 
     /// Records, where the configuration asks for it; what was before is known by then.
@@ -180,7 +235,8 @@ impl LiveBuilder {
     /// # Errors
     /// An output, or what the configuration of the API names, cannot be used; or no thread could be started.
     pub fn start(self) -> Result<Live, Failure> {
-        let Self { config, areas, listener, started, driver, shelved, keepers, recorder, history, .. } = self;
+        let Self { config, areas, listener, started, driver, encoders, shelved, recorder, history, .. } =
+            self;
         let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), started);
         let alert_settings = Current::from(AlertSettings::new(&config.alerts, &areas)?);
         let mut alerts = Alerts::new(alert_settings.clone(), started);
@@ -205,15 +261,21 @@ impl LiveBuilder {
             Followers { archive, messenger: Some(Box::new(notices)), outgoing: Some(Box::new(meter)) };
         let served = Served::start(listener, hub, options, alerts, followers)?;
         let sinks = open_sinks(&config)?;
-        let (keeper_queues, keepers) = keepers.unzip();
+        let (keepers, warm) = self.kept_by.unzip();
         let (recorder_queue, recorder) = recorder.unzip();
-        let outlets =
-            Outlets { hub: writer, sinks: sinks.clone(), recorder: recorder_queue, keepers: keeper_queues };
+        let outlets = Outlets {
+            hub: writer,
+            sinks: sinks.clone(),
+            encoders,
+            recorder: recorder_queue,
+            keepers: self.keepers,
+        };
         let runtime = tokio::runtime::Handle::current();
         let service = Service::start(config, driver, outlets, Clock::default(), &runtime)?;
         let keepers = keepers.into_iter().flatten().collect();
         let deliveries = [deliveries, picture_deliveries];
-        Ok(Live { served, sinks, alert_settings, history, service, keepers, recorder, deliveries })
+        let warm = warm.flatten();
+        Ok(Live { served, sinks, alert_settings, history, service, keepers, warm, recorder, deliveries })
     }
 }
 
@@ -228,11 +290,12 @@ impl Live {
     /// # Errors
     /// A thread panicked, or a further signal came: it does not wait for what is owed.
     pub async fn stop(self, signals: &mut Signals) -> Result<Tally, Failure> {
-        let Self { mut served, service, keepers, recorder, deliveries, .. } = self;
+        let Self { mut served, service, keepers, warm, recorder, deliveries, .. } = self;
         let stopped = tokio::task::spawn_blocking(move || {
             let driver = service.stop();
             // The engine is gone, and with it what fed these.
             keepers.into_iter().for_each(Keeper::join);
+            warm.into_iter().for_each(WarmKeeper::join);
             recorder.map(Recorder::join);
             driver
         });

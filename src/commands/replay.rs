@@ -59,7 +59,7 @@ pub fn run(args: &Args) -> CommandResult {
     let day = args.day_of(&captures);
     let maker = PictureMaker::new(&config, Pipeline::new(&config, masks.clone()).normaliser());
     let lookout = Lookout::load(&config, masks.clone())?;
-    let SavedState { numbers, registrations, correlations } = args.saved_state()?;
+    let SavedState { numbers, registrations, correlations, engine } = args.saved_state()?;
     let mut plan = correlations.plan(&config);
     let mut stage = Stage::open(args, &config, maker, lookout, std::mem::take(&mut plan.alerts))?;
     let to_stdout = args.output.as_deref() == Some(Path::new("-"));
@@ -67,19 +67,29 @@ pub fn run(args: &Args) -> CommandResult {
     #[expect(clippy::disallowed_methods, reason = "how long it took")]
     let started = Instant::now();
     let pass = |stage: &mut Stage<'_>, captures| {
-        let mut pipeline = Pipeline::new(&config, masks.clone());
-        if args.state.is_none() {
-            pipeline.engine_mut().keep_numbers_for_good();
-        }
-        let engine = pipeline.engine_mut();
-        let refused = numbers.iter().filter(|&&given| !engine.remember(given)).count();
-        if refused > 0 {
-            warn!(numbers = refused, "numbers of --state contradict others and are given anew");
-        }
-        registrations.restore(&config, None, engine);
-        engine.plan(plan.correlated.clone());
-        engine.plan_words(plan.words.clone());
-        engine.resume(plan.kept.clone());
+        let restored = engine.as_deref().map(|octets| Pipeline::restored(&config, masks.clone(), octets));
+        let mut pipeline = match restored {
+            Some(Ok(pipeline)) => pipeline,
+            unrestored => {
+                if let Some(Err(error)) = unrestored {
+                    warn!(%error, "the state that the recording begins with cannot be used: numbers and registration alone");
+                }
+                let mut pipeline = Pipeline::new(&config, masks.clone());
+                if args.state.is_none() {
+                    pipeline.engine_mut().keep_numbers_for_good();
+                }
+                let engine = pipeline.engine_mut();
+                let refused = numbers.iter().filter(|&&given| !engine.remember(given)).count();
+                if refused > 0 {
+                    warn!(numbers = refused, "numbers of --state contradict others and are given anew");
+                }
+                registrations.restore(&config, None, engine);
+                engine.resume(plan.kept.clone());
+                pipeline
+            }
+        };
+        pipeline.engine_mut().plan(plan.correlated.clone());
+        pipeline.engine_mut().plan_words(plan.words.clone());
         let mut replay =
             Replay { pipeline, stage, warnings: 0, bar: None, unread: false, skipped: String::new() };
         let outcome = replay.run(captures, day)?;

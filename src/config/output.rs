@@ -86,6 +86,9 @@ section! {
     Persistence {
         /// Directory of the kept files.
         dir: PathBuf = PathBuf::from("state"), directory();
+        /// Seconds between two checkpoints of the engine, from which a restart within 25 s goes on; 0 for none.
+        checkpoint_s: f64 = 30.0,
+            number("a checkpoint is written every 1 to 600 s, or 0 (none)", |seconds| seconds == 0.0 || (1.0..=600.0).contains(&seconds));
         /// Length of the history (trails, and one past picture per second), hours; 0 for none.
         history_hours: f64 = 24.0,
             number("the history goes back 0 (none) to 8784 hours", |hours| (0.0..=8784.0).contains(&hours)), reloaded;

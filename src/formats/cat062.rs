@@ -44,6 +44,16 @@ pub struct Cat062Encoder {
 }
 
 impl Cat062Encoder {
+    /// Which track has which number.
+    pub(super) const fn numbers(&self) -> &TrackNumbers {
+        &self.numbers
+    }
+
+    /// Goes on with numbers of before.
+    pub(super) fn go_on(&mut self, numbers: TrackNumbers) {
+        self.numbers = numbers;
+    }
+
     /// For the pictures of this kind.
     pub fn new(config: &Config, picture: PictureKind) -> Self {
         Self {

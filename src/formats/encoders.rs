@@ -39,6 +39,20 @@ impl Encoders {
         }
     }
 
+    /// Which track has which number of CAT062, as octets.
+    pub fn checkpoint(&self) -> Vec<u8> {
+        postcard::to_stdvec(&(self.lagged.numbers(), self.now.numbers()))
+            .expect("numbers can be written down")
+    }
+
+    /// Goes on with a checkpoint; whether it is one.
+    pub fn go_on(&mut self, octets: &[u8]) -> bool {
+        let Ok((lagged, now)) = postcard::from_bytes(octets) else { return false };
+        self.lagged.go_on(lagged);
+        self.now.go_on(now);
+        true
+    }
+
     /// The datagrams of a picture of `time`.
     pub fn picture<'a>(
         &mut self,

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use jiff::SignedDuration;
+use serde::{Deserialize, Serialize};
 
 use crate::picture::PictureTrack;
 use fusion::time::Time;
@@ -13,13 +14,13 @@ const KEPT: SignedDuration = SignedDuration::from_secs(10);
 
 /// Gives the tracks of a series of pictures numbers: the low 16 bits of their own, or the next number behind that no other
 /// track has. The same pictures give the same numbers.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct TrackNumbers {
     alive: BTreeMap<Key, Alive>,
     taken: BTreeSet<u16>,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Alive {
     number: u16,
     seen: Time,
@@ -34,7 +35,7 @@ pub(super) struct Numbered {
 }
 
 /// What a track's id is made of ([`PictureMaker::track_id`](crate::picture::PictureMaker::track_id)).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 enum Key {
     /// Of an aircraft, for its life.
     Own(u32),

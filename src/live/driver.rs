@@ -13,7 +13,8 @@ use crate::capture::Reception;
 use crate::config::Config;
 use crate::integrity::{Flags, Lookout};
 use crate::picture::PictureMaker;
-use crate::pipeline::{Event, Output, Pipeline};
+use crate::pipeline::{Event, NotRestored, Output, Pipeline};
+use crate::state::Warm;
 use fusion::Engine;
 use fusion::integrity::Word;
 use fusion::numbering::{Given, NumberChange};
@@ -50,6 +51,8 @@ pub struct Driver {
     made_at: Option<Time>,
     /// The latest slot's centre.
     latest: Option<Time>,
+    /// Slots up to this centre were published before a restart.
+    published: Option<Time>,
     seq: u64,
     /// Copies by line.
     duplicates: Vec<u64>,
@@ -71,10 +74,37 @@ impl Driver {
             pipeline,
             made_at: None,
             latest: None,
+            published: None,
             seq: 0,
             duplicates: vec![0; lines],
             made: VecDeque::new(),
         }
+    }
+
+    /// Goes on where an earlier service has stopped: what that one had not published, and was not due by `now`, this one does.
+    ///
+    /// # Errors
+    /// The state is of another version, or the site or its settings are others now.
+    pub fn go_on(
+        &mut self,
+        config: &Config,
+        masks: Masks,
+        warm: &Warm,
+        now: Time,
+    ) -> Result<(), NotRestored> {
+        self.pipeline = Pipeline::restored(config, masks, &warm.pipeline)?;
+        self.published = warm.published;
+        warm.inputs.iter().for_each(|input| self.receive(input));
+        // Slots that were due meanwhile are nobody's any more.
+        self.tick(now);
+        self.made.clear();
+        self.seq = 0;
+        Ok(())
+    }
+
+    /// The state as octets ([`Driver::go_on`]).
+    pub fn checkpoint(&self, config: &Config) -> Vec<u8> {
+        self.pipeline.checkpoint(config)
     }
 
     /// The same with somebody on the lookout for drones without a transponder.
@@ -146,14 +176,16 @@ impl Driver {
                     self.latest = Some(picture.time);
                     let due = picture.time + self.due_after;
                     self.made_at = Some(due + -self.lead());
-                    self.seq += 1;
-                    self.made.push_back(Made::Slot(PublishedPicture {
-                        seq: self.seq,
-                        due,
-                        published_at: due,
-                        picture,
-                        now: now.into(),
-                    }));
+                    if self.published.is_none_or(|until| picture.time > until) {
+                        self.seq += 1;
+                        self.made.push_back(Made::Slot(PublishedPicture {
+                            seq: self.seq,
+                            due,
+                            published_at: due,
+                            picture,
+                            now: now.into(),
+                        }));
+                    }
                     self.made.extend(numbers.into_iter().map(Made::Number));
                 }
                 Output::Event(event) => {

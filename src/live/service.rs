@@ -3,6 +3,7 @@
 mod foresight;
 mod keepers;
 mod publication;
+mod warm;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::io;
@@ -33,6 +34,7 @@ use crate::net::listen::{self as udp, Arrival, Line, LineCounters};
 use crate::net::send::Sinks;
 use crate::pipeline::Event;
 use crate::record::{Recorded, RecorderQueue};
+use crate::state::WarmQueue;
 use fusion::SensorIndex;
 use fusion::numbering::{LARGEST_TRANSPONDER_NUMBER, NumberChange};
 use fusion::registration::Misalignment;
@@ -75,6 +77,8 @@ pub struct Outlets {
     pub hub: HubWriter,
     /// Destinations of the tracks and the status.
     pub sinks: Sinks,
+    /// What is sent to them.
+    pub encoders: Encoders,
     /// The recorder, where there is one.
     pub recorder: Option<RecorderQueue>,
     /// Those who keep the state across restarts, where it is kept.
@@ -91,6 +95,8 @@ pub struct KeeperQueues {
     pub decisions: SyncSender<Arc<str>>,
     /// Of the alerts that are shelved: the text of its file.
     pub shelved: SyncSender<Arc<str>>,
+    /// Of the engine's state, where checkpoints are wanted.
+    pub warm: Option<WarmQueue>,
 }
 
 /// The running service.
@@ -154,7 +160,6 @@ struct Handled {
 /// The engine's thread.
 struct Engine {
     config: Arc<Config>,
-    encoders: Encoders,
     driver: Driver,
     /// In order.
     ready: VecDeque<ReadySlot>,
@@ -190,6 +195,8 @@ struct Engine {
     /// The text that the decisions' keeper has, and that of the shelved alerts.
     kept: Arc<str>,
     kept_shelves: Arc<str>,
+    /// When the next checkpoint is written.
+    next_checkpoint: Time,
 }
 
 impl Engine {
@@ -201,7 +208,6 @@ impl Engine {
         clock: Clock,
     ) -> Self {
         Self {
-            encoders: Encoders::new(&config),
             watch: ConflictWatch::of(&config),
             unseen: VecDeque::new(),
             trailers: Trailers::new(TrailerRules::of(&config)),
@@ -228,6 +234,7 @@ impl Engine {
             unrecorded: VecDeque::new(),
             kept: "".into(),
             kept_shelves: "".into(),
+            next_checkpoint: Time::default(),
         }
     }
 
@@ -253,16 +260,19 @@ impl Engine {
                 if status_is_due {
                     self.tell(handled.until);
                 }
+                self.keep_checkpoint();
             }
         }
         while let Ok(arrival) = arrivals.try_recv() {
             self.receive(arrival);
         }
+        self.end_checkpoint();
         if self.config.output.flush_on_stop {
             self.driver.finish();
             self.hand_out(true);
         }
         self.publish_owed();
+        self.end_published();
         self.tell(self.clock.now());
         // This time there is time to wait.
         if let Some(keepers) = self.outlets.keepers.take() {
@@ -316,6 +326,7 @@ impl Engine {
             origin: 0,
             payload: self.without_trailer(arrival),
         };
+        self.keep_input(&reception);
         self.driver.receive(&reception);
         self.hand_out(self.driver.starts_afresh());
     }
@@ -348,7 +359,7 @@ impl Engine {
             match made {
                 Made::Slot(frame) => {
                     let max_accuracy_m = self.config.output.max_accuracy_m;
-                    let (sinks, encoders) = (&self.outlets.sinks, &mut self.encoders);
+                    let Outlets { sinks, encoders, .. } = &mut self.outlets;
                     self.ready.push_back(ReadySlot::new(frame, sinks, encoders, max_accuracy_m));
                 }
                 Made::Number(change) => self.note_number(change),
@@ -409,10 +420,10 @@ impl Engine {
         };
         if self.config.output.status {
             let degraded = self.outlets.hub.condition(&status).level() > Level::Ok;
-            self.failed_sends += self.outlets.sinks.send(&self.encoders.status(at, degraded));
+            self.failed_sends += self.outlets.sinks.send(&self.outlets.encoders.status(at, degraded));
             for feed in Feed::ALL.into_iter().filter(|&feed| self.outlets.sinks.want(feed)) {
                 let sensors = status.sensors.iter().map(SensorStatus::item);
-                for datagram in self.encoders.sensors(feed, at, sensors) {
+                for datagram in self.outlets.encoders.sensors(feed, at, sensors) {
                     self.failed_sends += self.outlets.sinks.send_of(feed, &datagram);
                 }
             }

@@ -9,6 +9,7 @@
 //! | `input-<start>.site.toml` | the configuration in force; its head says from which slot on the replay equals the output |
 //! | `input-<start>.numbers.json` | the numbers of the transponders that have points in the file, to begin the replay with; appended, one per line |
 //! | `input-<start>.registration.json` | how the radars were registered, to begin the replay with; that is at most 10 s old |
+//! | `input-<start>.engine` | the state of the engine before the first datagram, where checkpoints are made |
 //! | `input-<start>.decisions.jsonl` | what operators decided, with the slots from which it counts; only where they did |
 //!
 //! Files being written end in `.part`. Datagrams reach them whole, at least once a second.

@@ -3,14 +3,14 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::state::CORRELATIONS;
+use crate::state::{CORRELATIONS, ENGINE};
 use fusion::time::{SECOND, Time};
 
 /// What a file has behind its name while it is written.
 pub(super) const PART: &str = ".part";
 
 /// What may stand beside a file.
-const BESIDE: [&str; 4] = ["site.toml", "numbers.json", "registration.json", CORRELATIONS];
+const BESIDE: [&str; 5] = ["site.toml", "numbers.json", "registration.json", CORRELATIONS, ENGINE];
 
 /// What is recorded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

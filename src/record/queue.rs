@@ -33,6 +33,7 @@ impl RecorderQueue {
             Recorded::Numbered(_)
             | Recorded::Registered(_)
             | Recorded::Decided(_)
+            | Recorded::Checkpoint(_)
             | Recorded::Correlations(_) => None,
         };
         if let Some(until) = self.gap

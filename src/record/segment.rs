@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use super::names::{self, Series};
 use crate::formats::{PcapWriter, UdpFlow};
-use crate::state::{CORRELATIONS, NUMBERS_END, number_line, numbers_text, write_atomically};
+use crate::state::{CORRELATIONS, ENGINE, NUMBERS_END, number_line, numbers_text, write_atomically};
 use fusion::numbering::Given;
 use fusion::time::Time;
 
@@ -159,6 +159,8 @@ pub(super) struct Beginning<'a> {
     pub(super) registration: &'a str,
     /// The lines of the decisions that are in force.
     pub(super) held: &'a str,
+    /// The state of the pipeline, where it is known.
+    pub(super) checkpoint: Option<&'a [u8]>,
     /// Whether the output is recorded, too.
     pub(super) with_output: bool,
 }
@@ -183,15 +185,16 @@ impl Segment {
         stamp: &str,
         path: &dyn Fn(Series, &str) -> PathBuf,
     ) -> io::Result<Self> {
-        let Beginning { directory, began, complete_from, site, numbers, registration, held, with_output } =
-            *beginning;
+        let Beginning {
+            directory, began, complete_from, site, numbers, registration, held, checkpoint, ..
+        } = *beginning;
         let name = Series::Input.name(stamp);
         write_atomically(
             &path(Series::Input, "site.toml"),
-            &format!(
+            format!(
                 "# The configuration in force while {name}.pcap was recorded. To replay it:\n\
                  #   utm-fusion replay {name}.pcap --config {name}.site.toml --state {name}\n\
-                 # From this slot on, its window lies wholly in the file, and the replay equals what was sent:\n\
+                 # From this slot on the replay equals what was sent:\n\
                  # complete_from = {complete_from}\n\n{site}"
             ),
         )?;
@@ -201,8 +204,12 @@ impl Segment {
         if !held.is_empty() {
             write_atomically(&decisions_path, held)?;
         }
+        if let Some(state) = checkpoint {
+            write_atomically(&path(Series::Input, ENGINE), state)?;
+        }
         let input = PcapFile::begin(path(Series::Input, "pcap"))?;
-        let output = with_output.then(|| PcapFile::begin(path(Series::Output, "pcap"))).transpose()?;
+        let output =
+            beginning.with_output.then(|| PcapFile::begin(path(Series::Output, "pcap"))).transpose()?;
         Ok(Self {
             directory: directory.to_owned(),
             stamp: stamp.to_owned(),

@@ -31,6 +31,8 @@ const FLUSH: Duration = Duration::from_secs(1);
 const RETRY: Duration = Duration::from_secs(5);
 /// Longest time of a file: an operator asks for "what happened at ten", and a file opens in seconds.
 const LONGEST: SignedDuration = SignedDuration::from_hours(1);
+/// A file that is full waits no longer for a checkpoint that the next could begin with.
+const CHECKPOINT_AWAITED: SignedDuration = SignedDuration::from_secs(60);
 /// Time for which copies of a datagram are known: what was handled before a file began is not handled again in it.
 const DUPLICATES: SignedDuration = SignedDuration::from_secs(2);
 /// A disk that failed is used again when it takes this many octets: less is full again in a moment.
@@ -59,6 +61,11 @@ pub(super) struct Writer {
     registration: Arc<str>,
     /// The lines of the decisions that are in force.
     held: Arc<str>,
+    /// The state before the next datagram, where there is one.
+    checkpoint: Option<Arc<[u8]>>,
+    /// Where there are checkpoints a full file waits for one; since when it is full.
+    has_checkpoints: bool,
+    full_since: Option<Time>,
     /// The latest reception, recorded or not, or the latest time of what did not fit the queue.
     latest: Option<Time>,
     lock: Option<File>,
@@ -95,6 +102,9 @@ impl Writer {
             numbers: numbers.into_iter().map(|given| (given.number, given)).collect(),
             registration: registration_text(&Registrations::default()).into(),
             held: "".into(),
+            checkpoint: None,
+            has_checkpoints: false,
+            full_since: None,
             latest: None,
             lock: None,
             segment: None,
@@ -155,6 +165,7 @@ impl Writer {
         let written = match recorded {
             Recorded::Input { received, line, from, payload } => {
                 let written = self.input(received, line, from, &payload);
+                self.checkpoint = None;
                 self.latest = self.latest.max(Some(received));
                 return written;
             }
@@ -166,6 +177,11 @@ impl Writer {
                 segment.map(|segment| segment.numbered(&given))
             }
             Recorded::Decided(line) => segment.map(|segment| segment.decided(&line)),
+            Recorded::Checkpoint(state) => {
+                self.checkpoint = Some(state);
+                self.has_checkpoints = true;
+                None
+            }
             Recorded::Registered(text) => {
                 self.registration = text;
                 None
@@ -197,7 +213,11 @@ impl Writer {
         let rotate = self.rotate;
         let is_full = |segment: &mut Segment| segment.size() >= rotate || now - segment.began >= LONGEST;
         if self.segment.as_mut().is_none_or(is_full) {
-            self.begin(now)?;
+            let waits = self.segment.is_some() && self.has_checkpoints && self.checkpoint.is_none();
+            let since = *self.full_since.get_or_insert(now);
+            if !waits || now - since > CHECKPOINT_AWAITED {
+                self.begin(now)?;
+            }
         }
         let to = self.lines.get(line).copied().unwrap_or(SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, 0));
         let flow = UdpFlow { from: *from.ip(), to: *to.ip(), port: to.port(), ttl: 1 };
@@ -207,16 +227,19 @@ impl Writer {
 
     /// Ends the segment, and begins one at `now`, the latest reception. Does nothing while a failed disk is left alone.
     fn begin(&mut self, now: Time) -> io::Result<()> {
+        self.full_since = None;
         self.end()?;
         if !self.may_try() {
             return Ok(());
         }
         self.open()?;
-        let complete_from = match self.latest {
+        let complete_from = match (&self.checkpoint, self.latest) {
+            // The next slot but one: the next may be made already.
+            (Some(_), _) => self.grid.open(self.grid.of(now).plus(2 - self.latency_slots)),
             // The engine began with this datagram.
-            None => self.grid.open(self.grid.of(now).plus(1 - self.latency_slots)),
+            (None, None) => self.grid.open(self.grid.of(now).plus(1 - self.latency_slots)),
             // The slots of the window are those of reports that were received in this file.
-            Some(latest) => {
+            (None, Some(latest)) => {
                 let whole = latest.max(now) + DUPLICATES + self.max_future;
                 self.grid.open(self.grid.of(whole).plus(1 + self.window_slots - self.latency_slots))
             }
@@ -234,6 +257,7 @@ impl Writer {
             numbers: &numbers,
             registration: &self.registration,
             held: &self.held,
+            checkpoint: self.checkpoint.as_deref(),
             with_output: self.with_output,
         })?);
         // A trial that may fail again costs no recording.

@@ -121,8 +121,8 @@ impl StateFile {
                     Err(error) => error == RecvTimeoutError::Disconnected,
                 };
                 let file = directory.join(name);
-                let written =
-                    std::fs::create_dir_all(directory).and_then(|()| write_atomically(&file, &kept.text()));
+                let written = std::fs::create_dir_all(directory)
+                    .and_then(|()| write_atomically(&file, kept.text().as_bytes()));
                 match written {
                     Ok(()) => {
                         if std::mem::take(&mut failed) {

@@ -1,6 +1,6 @@
 //! What outlives a restart: `numbers.json`, the transponder numbers given so far; `registration.json`, the misalignment of
 //! each radar ([`Registrations`]); `decisions.jsonl`, the operators' decisions ([`Correlations`]); and `shelved.jsonl`, the alerts
-//! that are shelved ([`AlertDecision`]).
+//! are shelved ([`AlertDecision`]). Of a service that stopped seconds ago `engine.warm` has all that its engine knew ([`Warm`]).
 //!
 //! ```json
 //! {"version":1,"numbers":[
@@ -16,6 +16,7 @@ mod correlations;
 mod keeper;
 mod registration;
 mod sources;
+mod warm;
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -38,9 +39,12 @@ pub use registration::{
     REGISTRATION, Registrations, parse_registration, read_registration, registration_text,
 };
 pub use sources::{SavedState, read_beside, read_kept, read_numbers_beside};
+pub use warm::{Frame, Warm, WarmKeeper, WarmQueue};
 
 /// The file's name in the directory of `[state]`.
 pub const NUMBERS: &str = "numbers.json";
+/// The end of the name of the file of a recording that holds the state of the pipeline before its first datagram.
+pub const ENGINE: &str = "engine";
 /// The end of such a file, behind the last line.
 pub const NUMBERS_END: &str = "\n]}\n";
 /// The only version so far.
@@ -187,13 +191,13 @@ pub(crate) fn set_aside(directory: &Path, name: &str, now: Time) -> io::Result<P
 ///
 /// # Errors
 /// The directory or the file cannot be written.
-pub fn write_atomically(path: &Path, text: &str) -> io::Result<()> {
+pub fn write_atomically(path: &Path, contents: impl AsRef<[u8]>) -> io::Result<()> {
     let mut part = path.as_os_str().to_owned();
     part.push(".part");
     let part = PathBuf::from(part);
     #[expect(clippy::disallowed_methods, reason = "the state is a file")]
     let mut file = File::create(&part)?;
-    file.write_all(text.as_bytes())?;
+    file.write_all(contents.as_ref())?;
     file.sync_all()?;
     fs::rename(&part, path)
 }

@@ -4,8 +4,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::{
-    CORRELATIONS, Correlations, NUMBERS, REGISTRATION, Registrations, read_correlations, read_numbers,
-    read_registration,
+    CORRELATIONS, Correlations, ENGINE, NUMBERS, REGISTRATION, Registrations, read_correlations,
+    read_numbers, read_registration,
 };
 use fusion::numbering::Given;
 
@@ -18,11 +18,14 @@ pub struct SavedState {
     pub registrations: Registrations,
     /// Operators' decisions while the recording was made.
     pub correlations: Correlations,
+    /// The state of the pipeline before the recording's first datagram.
+    pub engine: Option<Vec<u8>>,
 }
 
 /// Reads what is kept at a path: a directory with `numbers.json` and `registration.json`, one of these two files, in a
 /// recording `<name>.numbers.json` and `<name>.registration.json`, or `<name>` alone, with `.pcap` or without. The other file
-/// is taken with it; one of them may be missing. So is `<name>.decisions.jsonl`, where something was decided.
+/// is taken with it; one of them may be missing. So are `<name>.decisions.jsonl`, where something was decided, and `<name>.engine`,
+/// where the state is known.
 ///
 /// # Errors
 /// Neither exists, or one cannot be read or not be understood; the error names it.
@@ -41,7 +44,17 @@ pub fn read_kept(path: &Path) -> io::Result<SavedState> {
         (numbers, _) => numbers?,
     };
     let correlations = if path.is_dir() { Correlations::default() } else { read_beside(path)? };
-    Ok(SavedState { numbers, registrations: registrations.unwrap_or_default(), correlations })
+    let engine = if path.is_dir() { None } else { engine_beside(path)? };
+    Ok(SavedState { numbers, registrations: registrations.unwrap_or_default(), correlations, engine })
+}
+
+fn engine_beside(path: &Path) -> io::Result<Option<Vec<u8>>> {
+    let path = beside(path, ENGINE);
+    match std::fs::read(&path) {
+        Ok(octets) => Ok(Some(octets)),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(io::Error::new(error.kind(), format!("{}: {error}", path.display()))),
+    }
 }
 
 /// What operators decided while this file of a recording was made; nothing where there is no such file beside it. The name
@@ -71,7 +84,7 @@ pub fn read_numbers_beside(path: &Path) -> io::Result<Vec<Given>> {
 /// The file of that end beside one of a recording's.
 fn beside(path: &Path, wanted: &str) -> PathBuf {
     let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-    let ends = [NUMBERS, REGISTRATION, CORRELATIONS, "pcap", "pcap.part", "pcap.gz"];
+    let ends = [NUMBERS, REGISTRATION, CORRELATIONS, ENGINE, "pcap", "pcap.part", "pcap.gz"];
     let stem = ends.iter().find_map(|end| name.strip_suffix(end)?.strip_suffix('.')).unwrap_or(name);
     path.with_file_name(format!("{stem}.{wanted}"))
 }

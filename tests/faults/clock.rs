@@ -9,6 +9,7 @@ use jiff::SignedDuration;
 use tokio::runtime::Runtime;
 use utm_fusion::api::{ApiState, Options, serve};
 use utm_fusion::areas::Masks;
+use utm_fusion::formats::Encoders;
 use utm_fusion::live::{
     AlertSettings, Alerts, Clock, Driver, Followers, Hub, Outlets, Service, now, observe,
 };
@@ -46,7 +47,8 @@ impl Live {
         let (queue, recorder) = Recorder::start(&config, record, Vec::new(), true).unwrap();
         let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), now());
         let sinks = Sinks::open(&config.output.asterix).unwrap();
-        let outlets = Outlets { hub: writer, sinks, recorder: Some(queue), keepers: None };
+        let encoders = Encoders::new(&config);
+        let outlets = Outlets { hub: writer, sinks, encoders, recorder: Some(queue), keepers: None };
         let clock = Clock::default();
         let service = Service::start(config, driver, outlets, clock.clone(), runtime.handle()).unwrap();
         runtime.spawn(observe(

@@ -164,6 +164,8 @@ fn a_decision_outlives_a_restart_that_is_short_and_no_other() {
     let stage = Stage::new(scenario, 22_600, |config, _| {
         config.fusion.profile = Profile::Operational;
         config.sensors.truncate(2);
+        // What the files of the state alone do.
+        config.state.checkpoint_s = 0.0;
     });
     let port = Running::http_port;
     let held = |port: u16| ask(port, "GET", "/api/v1/correlations").1["correlations"].clone();

@@ -58,6 +58,8 @@ pub(crate) struct Fate {
     pub(crate) decide_s: Vec<i64>,
     /// At these he says something of a transponder, seconds.
     pub(crate) say_s: Vec<i64>,
+    /// Datagrams from one checkpoint to the next; 0: there are none.
+    pub(crate) checkpoint_every: usize,
 }
 
 fn seconds(seconds: i64) -> SignedDuration {
@@ -174,7 +176,7 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
     // When each is read from its socket, and when the engine takes it; the queue keeps the order.
     let mut taken = start;
     let mut steady = start;
-    for datagram in heard {
+    for (index, datagram) in heard.enumerate() {
         let waits = if random.random_bool(0.3) { random.random_range(0..=fate.queue_ms) } else { 0 };
         taken = taken.max(datagram.received + SignedDuration::from_millis(waits));
         taken = within(fate.pause_s, taken).unwrap_or(taken);
@@ -223,6 +225,9 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
         let line = usize::from(datagram.flow.port != 8048);
         let received = driver.reception(wall(datagram.received));
         let payload = datagram.payload.clone();
+        if fate.checkpoint_every > 0 && index % fate.checkpoint_every == 0 {
+            assert!(recorder.wait(Recorded::Checkpoint(driver.checkpoint(config).into())));
+        }
         assert!(recorder.wait(Recorded::Input { received, line, from, payload: payload.clone() }));
         driver.receive(&reception(line, received, payload));
         hand_out(&mut driver);
@@ -357,15 +362,23 @@ proptest! {
 
 #[test]
 fn each_file_alone_replays_to_the_output_from_its_mark_on() {
+    each_file_alone(Profile::Reference, 0);
+}
+
+/// The memory of this profile is longer than the window: each file begins with the state of then.
+#[test]
+fn so_it_does_with_a_checkpoint_in_the_profile_that_remembers() {
+    each_file_alone(Profile::Operational, 40);
+}
+
+fn each_file_alone(profile: Profile, checkpoint_every: usize) {
     let scratch = Scratch::new();
     let directory = scratch.path("recordings");
     // Radars that see much fill a mebibyte in less than a minute.
     let scenario =
         "name = \"long\"\nduration_s = 240\n[drones]\nmultirotors = 12\nequipped = 9\n[birds]\ncount = 250\n";
-    let fate = Fate { seed: 3, queue_ms: 300, tick_ms: 5, ..Fate::default() };
-    // The memory of the `operational` profile is longer than the window: a later file of it is near to what was sent, not the
-    // same while the aircraft fly that it began among.
-    record_as(Profile::Reference, scenario, None, &fate, &directory, 1);
+    let fate = Fate { seed: 3, queue_ms: 300, tick_ms: 5, checkpoint_every, ..Fate::default() };
+    record_as(profile, scenario, None, &fate, &directory, 1);
     let inputs = files(&directory, "input-", ".pcap");
     let sent: Vec<_> =
         files(&directory, "output-", ".pcap").iter().flat_map(|file| datagrams(file)).collect();

@@ -31,3 +31,4 @@ mod stage;
 mod system_tracks;
 mod terminal;
 mod tls;
+mod warm;

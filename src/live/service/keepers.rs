@@ -77,6 +77,8 @@ impl Engine {
             self.unrecorded.push_back(Recorded::Correlations(held.lines(&self.config).into()));
             self.outlets.hub.correlations.tell(&held.correlations);
             self.held = held;
+            // No restart forgets what an operator has decided.
+            self.next_checkpoint = Time::default();
         }
         self.outlets.hub.integrity.tell(&self.driver);
         while let Some(next) = self.unrecorded.front() {

@@ -28,7 +28,8 @@ fn waiting() -> Waiting {
     let driver = Driver::new(&config, Masks::default(), start, 1);
     let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), start);
     let sinks = Sinks::open(&[]).unwrap();
-    let outlets = Outlets { hub: writer, sinks, recorder: None, keepers: None };
+    let encoders = Encoders::new(&config);
+    let outlets = Outlets { hub: writer, sinks, encoders, recorder: None, keepers: None };
     let (sender, arrivals) = sync_channel(flight.datagrams.len());
     let from = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 4711);
     for datagram in flight.datagrams.into_iter().filter(|datagram| datagram.received <= now()) {

@@ -1,0 +1,69 @@
+//! The engine's state, for a restart that comes soon. Nothing here waits, but at the end.
+
+use jiff::SignedDuration;
+
+use super::Engine;
+use crate::capture::Reception;
+use crate::record::Recorded;
+use crate::state::{Frame, WarmQueue};
+use fusion::time::Time;
+
+impl Engine {
+    /// Hands on what is handled now.
+    pub(super) fn keep_input(&mut self, reception: &Reception) {
+        let Reception { received: Some(received), input, from: Some(from), payload, .. } = reception else {
+            return;
+        };
+        if let Some(warm) = self.warm() {
+            warm.offer(|| Frame::Input {
+                received: *received,
+                line: *input,
+                from: *from,
+                payload: payload.clone(),
+            });
+        }
+    }
+
+    /// Hands on a checkpoint, where it is time for one.
+    pub(super) fn keep_checkpoint(&mut self) {
+        let now = self.clock.now();
+        let period = SignedDuration::try_from_secs_f64(self.config.state.checkpoint_s).unwrap_or_default();
+        // Also where the clock has stepped back.
+        let is_due = now >= self.next_checkpoint || self.next_checkpoint - now > period;
+        if !is_due || self.driver.next_made().is_none() || self.warm().is_none() {
+            return;
+        }
+        let pipeline = self.driver.checkpoint(&self.config);
+        // A recording may begin a file here.
+        if let Some(recorder) = &self.outlets.recorder {
+            recorder.has_room_for(Recorded::Checkpoint(pipeline.clone().into()));
+        }
+        let checkpoint = self.checkpoint(now, pipeline);
+        if self.warm().is_some_and(|warm| warm.begin(checkpoint)) {
+            self.next_checkpoint = now + period;
+        }
+    }
+
+    /// The state as it is before the window is emptied.
+    pub(super) fn end_checkpoint(&mut self) {
+        if self.driver.next_made().is_some() && self.warm().is_some() {
+            let checkpoint = self.checkpoint(self.clock.now(), self.driver.checkpoint(&self.config));
+            self.warm().into_iter().for_each(|warm| warm.end(checkpoint.clone()));
+        }
+    }
+
+    /// What was published ahead is not to be published again.
+    pub(super) fn end_published(&mut self) {
+        if let (Some(latest), Some(warm)) = (self.driver.latest(), self.warm()) {
+            warm.end(Frame::Published(latest));
+        }
+    }
+
+    fn checkpoint(&self, at: Time, pipeline: Vec<u8>) -> Frame {
+        Frame::Checkpoint { at, pipeline, encoders: self.outlets.encoders.checkpoint() }
+    }
+
+    fn warm(&mut self) -> Option<&mut WarmQueue> {
+        self.outlets.keepers.as_mut()?.warm.as_mut()
+    }
+}
