@@ -45,6 +45,11 @@ impl<const N: usize> Dropped<N> {
     fn add(&mut self, reason: usize) {
         self.counts[reason] += 1;
     }
+
+    /// Adds what another one has counted.
+    fn join(&mut self, other: &Self) {
+        self.counts.iter_mut().zip(other.counts).for_each(|(count, more)| *count += more);
+    }
 }
 
 impl<const N: usize> fmt::Display for Dropped<N> {
