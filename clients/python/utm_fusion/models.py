@@ -870,6 +870,15 @@ RegistrationValues = TypedDict(
     },
 )
 
+RemoteIdPosted = TypedDict(
+    "RemoteIdPosted",
+    {
+        "lines": int,
+        "taken": int,
+        "refused": dict[str, int],
+    },
+)
+
 Replay = TypedDict(
     "Replay",
     {
