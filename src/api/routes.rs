@@ -28,8 +28,9 @@ const FILTER: [Parameter; 13] = [
     Parameter::new(
         "class",
         "string",
-        "of drone (with a transponder, or the radar says so), crewed (conflicts.crewed names its transponder), other (the radar holds it for something else), unknown (the \
-         radar does not say), separated by commas",
+        "of drone (with a transponder, or the radar says so), crewed (conflicts.crewed names its transponder, or it is heard by \
+         ADS-B), vehicle (on the ground of an aerodrome; left out unless it is named), other (the radar holds it for something \
+         else), unknown (the radar does not say), separated by commas",
     ),
     Parameter::new(
         "integrity",

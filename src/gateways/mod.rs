@@ -69,3 +69,14 @@ fn time_of_day(time: Time) -> Option<TimeOfDay> {
     let count = (time.since_midnight() * per_second + SECOND / 2) / SECOND;
     TimeOfDay::from_count(count as u32 % TimeOfDay::PER_DAY)
 }
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_page_names_each_reason() {
+        let page = include_str!("../../docs/INPUTS.md");
+        let all =
+            super::adsb::REASONS.iter().chain(&super::mavlink::REASONS).chain(&super::remote_id::REFUSALS);
+        all.for_each(|reason| assert!(page.contains(&format!("`{reason}`")), "{reason}"));
+    }
+}
