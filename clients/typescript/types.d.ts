@@ -273,11 +273,11 @@ export type Contested = {
 
 /** A sensor's part in a track and, of a fused track's radar, why it was associated. */
 export type Contributor = {
-  kind: "radar" | "transponder";
+  kind: "radar" | "transponder" | "camera";
   /** Its configured id. */
   sensor: string;
   track_number: number;
-  /** Of its measurement. */
+  /** Of its measurement; of a camera, of the latest bearing that is used. */
   time?: string;
   /** Its share in the position, where that is fixed. */
   weight?: number;

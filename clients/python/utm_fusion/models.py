@@ -233,7 +233,7 @@ Contested = TypedDict(
 Contributor = TypedDict(
     "Contributor",
     {
-        "kind": Literal["radar", "transponder"],
+        "kind": Literal["radar", "transponder", "camera"],
         "sensor": str,
         "track_number": int,
         "time": NotRequired[str],
