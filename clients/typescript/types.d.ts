@@ -273,11 +273,11 @@ export type Contested = {
 
 /** A sensor's part in a track and, of a fused track's radar, why it was associated. */
 export type Contributor = {
-  kind: "radar" | "transponder";
+  kind: "radar" | "transponder" | "camera";
   /** Its configured id. */
   sensor: string;
   track_number: number;
-  /** Of its measurement. */
+  /** Of its measurement; of a camera, of the latest bearing that is used. */
   time?: string;
   /** Its share in the position, where that is fixed. */
   weight?: number;
@@ -863,6 +863,16 @@ export type RegistrationValues = {
   time_s: RegistrationValue;
 };
 
+/** What came of the lines. */
+export type RemoteIdPosted = {
+  /** Lines, blank ones apart. */
+  lines: number;
+  /** Lines that were handed to the engine. What it does not use of them is counted with the sensor. */
+  taken: number;
+  /** Lines that were not, by reason; the others beside them stand. */
+  refused: Record<string, number>;
+};
+
 /** How a replay is. */
 export type Replay = {
   playing: boolean;
@@ -1263,6 +1273,7 @@ export interface Answers {
 export interface Orders {
   "/api/v1/correlations": Correlations;
   "/api/v1/integrity/{identity}": Integrity;
+  "/api/v1/remote-id": RemoteIdPosted;
   "/api/v1/replay/play": Replay;
   "/api/v1/replay/pause": Replay;
   "/api/v1/replay/seek": Replay;
@@ -1282,6 +1293,7 @@ export interface Parameters {
   "/api/v1/correlations": { sensor?: string; track?: number; uas?: string; country?: string; verdict?: string };
   "/api/v1/integrity": {};
   "/api/v1/integrity/{identity}": { identity: string; country?: string };
+  "/api/v1/remote-id": {};
   "/api/v1/replay/play": {};
   "/api/v1/replay/pause": {};
   "/api/v1/replay/seek": { time: string };

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::frames::Enu;
 use crate::integrity::{Concern, PointIntegrity};
 use crate::numbering::NumberChange;
-use crate::report::{Aircraft, Identity, Plot, RadarTrackKey, SensorIndex, UasItems};
+use crate::report::{Aircraft, CameraTrackKey, Identity, Plot, RadarTrackKey, SensorIndex, UasItems};
 use crate::slots::Slot;
 use crate::time::Time;
 
@@ -61,6 +61,8 @@ pub struct Point {
     pub disputed: Vec<u32>,
     /// A confirmed drone seen by radar alone that no transponder heard lately explains (`operational` profile).
     pub is_unexplained: bool,
+    /// The cameras' tracks that its position rests on as well, by sensor and number (`operational` profile).
+    pub cameras: Vec<CameraPart>,
 }
 
 /// Velocity and covariance of a point's aircraft, in the site's axes.
@@ -128,6 +130,15 @@ pub struct RadarPart {
     pub height_measured: bool,
     /// Probability that it is a UAV; `None` unknown.
     pub uav_probability: Option<f64>,
+}
+
+/// A camera's part in a point: its bearings say in which direction that is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CameraPart {
+    /// The camera's track.
+    pub track: CameraTrackKey,
+    /// Time of its latest bearing that is used, up to the slot's end.
+    pub time: Time,
 }
 
 /// The transponder's part in a point.

@@ -180,6 +180,7 @@ impl Aircraft {
                     integrity: None,
                     disputed: Vec::new(),
                     is_unexplained: false,
+                    cameras: Vec::new(),
                 });
             }
         }
@@ -195,6 +196,7 @@ impl Aircraft {
                 integrity: None,
                 disputed: Vec::new(),
                 is_unexplained: false,
+                cameras: Vec::new(),
             });
         }
     }
@@ -227,6 +229,7 @@ fn radar_only(
         integrity: None,
         disputed: Vec::new(),
         is_unexplained: false,
+        cameras: Vec::new(),
     })
 }
 

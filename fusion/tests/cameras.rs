@@ -144,6 +144,38 @@ fn it_is_the_drone_that_it_looks_at_that_is_better_known() {
     assert!(other[1] < 1.15 * other[0], "{other:?}");
 }
 
+/// The latest look up to the end of the slot: looks that are used are half a second apart.
+#[test]
+fn who_is_looked_at_says_which_camera_it_rests_on_and_since_when() {
+    let (mut with, mut without) = (0, 0);
+    for point_and_time in fly(&reports(1001, 2, Some(1)))
+        .iter()
+        .flat_map(|emission| emission.points.iter().map(|point| (point, emission.time)).collect::<Vec<_>>())
+    {
+        let (point, time) = point_and_time;
+        let seconds = (time.nanos() - at(0.0).nanos()) as f64 / SECOND as f64;
+        let away = |drone| (place(drone, seconds) - point.position.0).xy().norm();
+        if away(1) > away(0) {
+            assert!(point.cameras.is_empty(), "{seconds} s: nobody looks at this one");
+            continue;
+        }
+        match point.cameras[..] {
+            [] => without += 1,
+            [part] => {
+                assert_eq!((part.track.sensor.0, part.track.number), (1, 7));
+                let age_s = time.seconds_since(part.time);
+                assert!((-0.25..0.75).contains(&age_s), "{seconds} s: {age_s}");
+                with += 1;
+            }
+            _ => panic!("one camera has one track"),
+        }
+    }
+    assert!(with > 400 && without < 40, "{with} {without}");
+    // Before it looked, and without it, nobody is named.
+    let alone = fly(&reports(1001, 2, None));
+    assert!(alone.iter().flat_map(|emission| &emission.points).all(|point| point.cameras.is_empty()));
+}
+
 #[test]
 fn a_camera_alone_shows_nothing() {
     let bearings = reports(1001, 0, Some(0));

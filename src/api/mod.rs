@@ -42,6 +42,7 @@ mod rate;
 mod raw;
 mod reader;
 mod readsb;
+mod remote_id;
 mod replay;
 mod route;
 pub mod routes;

@@ -121,7 +121,8 @@ fn operation(route: &Route, generator: &mut SchemaGenerator) -> Value {
     let mut operation = json!({ "summary": route.summary, "parameters": parameters, "responses": responses });
     if let Some(body) = route.body {
         let schema = body(generator);
-        operation["requestBody"] = json!({ "required": true, "content": { JSON: { "schema": schema } } });
+        operation["requestBody"] =
+            json!({ "required": true, "content": { route.body_type: { "schema": schema } } });
     }
     if let Some(scope) = route.scope {
         operation["security"] = json!([{}, { "token": [] }]);

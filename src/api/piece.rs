@@ -36,6 +36,7 @@ pub struct Piece {
     pub unmeasured_accuracy_m: Option<f64>,
     pub(super) radar: Option<usize>,
     pub(super) transponder: Option<usize>,
+    cameras: Vec<usize>,
     /// Whether it differs from the slot before.
     pub is_new: bool,
     /// The GeoJSON feature with competitors, once somebody has asked for them.
@@ -59,6 +60,7 @@ impl Piece {
             unmeasured_accuracy_m: track.unmeasured_accuracy_m(),
             radar: source.radar().map(|radar| usize::from(radar.track.sensor.0)),
             transponder: source.transponder().map(|part| usize::from(part.sensor.0)),
+            cameras: track.point.cameras.iter().map(|part| usize::from(part.track.sensor.0)).collect(),
             is_new,
             full: OnceLock::new(),
         }
@@ -66,6 +68,6 @@ impl Piece {
 
     /// The sensors that took part, as indices.
     pub fn sensors(&self) -> impl Iterator<Item = usize> {
-        self.radar.into_iter().chain(self.transponder)
+        self.radar.into_iter().chain(self.transponder).chain(self.cameras.iter().copied())
     }
 }

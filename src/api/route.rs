@@ -22,8 +22,10 @@ pub struct Route {
     pub post: bool,
     /// One line for the document.
     pub summary: &'static str,
-    /// The type of the JSON in its body; `None`: no body is read.
+    /// The type of what is in its body; `None`: no body is read.
     pub body: Option<fn(&mut SchemaGenerator) -> Schema>,
+    /// What the body is, where one is read.
+    pub body_type: &'static str,
     /// The only parameters that a query may have; `None`: the query is ignored.
     pub parameters: Option<&'static [Parameter]>,
     /// What a token needs; `None`: open to everybody.
@@ -41,7 +43,19 @@ impl Route {
     pub(super) fn get(path: &'static str, summary: &'static str, reply: Reply) -> Self {
         let scope = Some(Scope::Read);
         let (parameters, problems) = (Some(&[][..]), &[]);
-        Self { path, post: false, summary, body: None, parameters, scope, problems, limited: true, reply }
+        let (body, body_type) = (None, JSON);
+        Self {
+            path,
+            post: false,
+            summary,
+            body,
+            body_type,
+            parameters,
+            scope,
+            problems,
+            limited: true,
+            reply,
+        }
     }
 
     /// One that does something.
@@ -57,6 +71,11 @@ impl Route {
     /// With this as JSON in its body.
     pub(super) fn reads<T: JsonSchema>(self) -> Self {
         Self { body: Some(SchemaGenerator::subschema_for::<T>), ..self }
+    }
+
+    /// With text of this type in its body.
+    pub(super) fn reads_text(self, body_type: &'static str) -> Self {
+        Self { body: Some(SchemaGenerator::subschema_for::<String>), body_type, ..self }
     }
 
     /// Which ignores its query.

@@ -14,8 +14,9 @@ use super::shown::{TrackFeature, Tracks};
 use super::tokens::Scope;
 use super::{
     alerts, asyncapi, basemap, conflicts, correlations, events, history, integrity, metrics, openapi, page,
-    raw, readsb, replay, service, sites, stream, tracks, uss, websocket,
+    raw, readsb, remote_id, replay, service, sites, stream, tracks, uss, websocket,
 };
+use crate::net::listen::POSTED_TO;
 
 const FILTER: [Parameter; 13] = [
     Parameter::new(
@@ -27,8 +28,9 @@ const FILTER: [Parameter; 13] = [
     Parameter::new(
         "class",
         "string",
-        "of drone (with a transponder, or the radar says so), crewed (conflicts.crewed names its transponder), other (the radar holds it for something else), unknown (the \
-         radar does not say), separated by commas",
+        "of drone (with a transponder, or the radar says so), crewed (conflicts.crewed names its transponder, or it is heard by \
+         ADS-B), vehicle (on the ground of an aerodrome; left out unless it is named), other (the radar holds it for something \
+         else), unknown (the radar does not say), separated by commas",
     ),
     Parameter::new(
         "integrity",
@@ -252,6 +254,15 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
         )
         .with(&WHOSE)
         .reads::<integrity::Body>()
+        .or(&[404, 408, 409, 503]),
+        Route::post(
+            POSTED_TO,
+            "What a gateway has heard of Remote ID, an object a line with transmitter, message (hexadecimal) and, where it says so, \
+             time and receiver: taken as if it had come in datagrams",
+            Scope::Input,
+            Reply::json(remote_id::post),
+        )
+        .reads_text(remote_id::LINES)
         .or(&[404, 408, 409, 503]),
         Route::post("/api/v1/replay/play", "The replay goes on", Scope::Control, Reply::json(replay::play))
             .or(&[409, 413]),

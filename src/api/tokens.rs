@@ -29,6 +29,8 @@ pub enum Scope {
     Stream,
     /// To steer a replay, and to decide: which radar track is which transponder, what to do about an alert.
     Control,
+    /// To post what a receiver has heard.
+    Input,
 }
 
 impl Scope {
@@ -38,6 +40,7 @@ impl Scope {
             Self::Read => "read",
             Self::Stream => "stream",
             Self::Control => "control",
+            Self::Input => "input",
         }
     }
 }

@@ -6,7 +6,7 @@ use std::sync::mpsc::RecvTimeoutError;
 use std::time::Duration;
 
 use jiff::SignedDuration;
-use tracing::info;
+use tracing::{info, warn};
 
 use super::moment::duration;
 use super::{CommandResult, Outcome, load_live};
@@ -53,7 +53,10 @@ pub fn run(args: &Args) -> CommandResult {
     let (queue, recorder) = Recorder::start(&config, &record, Vec::new(), false)?;
 
     let (runtime, stop) = (runtime(1)?, Stop::listen()?);
-    let listening = listen(&config, &Clock::default(), runtime.handle());
+    let mut listening = listen(&config, &Clock::default(), runtime.handle());
+    if listening.posts.take().is_some() {
+        warn!("what gateways post over HTTP is not recorded: only a running service is posted to");
+    }
     info!(directory = %args.dir.display(), "recording; Ctrl-C ends it");
     hand_on(&listening, queue, &stop, args.duration);
 

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use super::kinds::{any_text, beside, is_plain, tables, text, whole};
 use super::names::{names, written_by_name};
 use super::reader::Section;
+use super::sensors::Sensor;
 use super::table::{ByHand, Entry, absent, depends, need, section};
 use crate::gateways::mavlink;
 
@@ -16,11 +17,12 @@ section! {
     Connection {
         /// What it speaks.
         format: ConnectionFormat = need(
-            "format = \"beast\" or \"avr\" (kind = \"adsb\"), \"mqtt\" (kind = \"remote-id\") or \"mavlink\" (kind = \"transponder\")",
+            "format = \"beast\" or \"avr\" (kind = \"adsb\"), \"mqtt\" or \"http\" (kind = \"remote-id\") or \"mavlink\" (kind = \"transponder\")",
         ), super::kinds::named();
         /// `"beast"`, `"avr"`: address and port of the receiver, such as `127.0.0.1:30005`. `"mqtt"`: the broker,
-        /// `mqtt://host:1883`, or with TLS `mqtts://host:8883`. `"mavlink"`: own address and UDP port to listen on.
-        address: String = need("address = \"127.0.0.1:30005\", or of a broker \"mqtt://127.0.0.1:1883\""), any_text();
+        /// `mqtt://host:1883`, or with TLS `mqtts://host:8883`. `"mavlink"`: own address and UDP port to listen on. `"http"` has
+        /// none: gateways post to the service's own API.
+        address: String = depends("none with `\"http\"`, else it is needed", String::new()), any_text();
         /// Topics that are subscribed to, with `"mqtt"`; `+` and `#` stand for any name and any names.
         topic: String = depends("`remote-id/#`", "remote-id/#".to_owned()), text("a filter of topics, up to 200 octets", |text| text.len() <= 200);
         /// Who the service is to the broker.
@@ -49,6 +51,8 @@ names! {
         Avr = "avr",
         /// Lines of Remote ID from a broker of MQTT 5.
         Mqtt = "mqtt",
+        /// Lines of Remote ID that gateways post to `/api/v1/remote-id` of this service (docs/API.md).
+        Http = "http",
         /// MAVLink position reports of own drones over UDP.
         Mavlink = "mavlink",
     }
@@ -80,6 +84,9 @@ section! {
 fn is_code(text: &str, length: usize) -> bool {
     text.len() == length && text.bytes().all(|octet| (b' '..=b'~').contains(&octet))
 }
+
+/// What to write as the address.
+const ADDRESS: &str = "address = \"127.0.0.1:30005\", or of a broker \"mqtt://127.0.0.1:1883\"";
 
 /// A blank one.
 impl Default for ConnectionFormat {
@@ -142,12 +149,19 @@ impl Connection {
     }
 }
 
+impl Sensor {
+    /// Whether gateways post to it over HTTP.
+    pub fn is_posted(&self) -> bool {
+        self.connections.iter().any(|connection| connection.format == ConnectionFormat::Http)
+    }
+}
+
 impl ConnectionFormat {
     /// The kinds of sensors that have such connections.
     pub(super) const fn kinds(self) -> &'static [&'static str] {
         match self {
             Self::Beast | Self::Avr => &["adsb"],
-            Self::Mqtt => &["remote-id"],
+            Self::Mqtt | Self::Http => &["remote-id"],
             Self::Mavlink => &["transponder", "mavlink"],
         }
     }
@@ -160,6 +174,7 @@ impl ByHand for Connection {
         let is_broker = self.format == ConnectionFormat::Mqtt;
         let others = ["username", "password_file", "password_env", "ca", "client_id"];
         entries.retain(|entry| match entry.key {
+            "address" => self.format != ConnectionFormat::Http,
             "topic" => is_broker,
             "systems" => !self.systems.is_empty(),
             key => is_broker || !others.contains(&key),
@@ -171,7 +186,14 @@ impl ByHand for Connection {
             return;
         }
         let is_broker = self.format == ConnectionFormat::Mqtt;
-        if is_broker && self.broker().is_none() {
+        if self.format == ConnectionFormat::Http {
+            section.contradict(
+                &["address"],
+                "gateways post to this service, where http.listen says; remove this key",
+            );
+        } else if section.need("address", ADDRESS).is_none() {
+            return;
+        } else if is_broker && self.broker().is_none() {
             section.contradict(&["address"], "a broker is mqtt://host:port, or with TLS mqtts://host:port; user and password have keys of their own");
         } else if !is_broker && self.socket().is_none() {
             section.contradict(&["address"], "expected an IPv4 address and a port, such as 127.0.0.1:30005");

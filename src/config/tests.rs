@@ -508,6 +508,10 @@ fn connections() {
             with("adsb", "format = \"avr\", address = \"127.0.0.1:1\", topic = \"a\""),
             "only a connection with format = \"mqtt\"",
         ),
+        (with("remote-id", "format = \"mqtt\""), "this key is missing"),
+        (with("remote-id", "format = \"http\", address = \"127.0.0.1:8080\""), "where http.listen says"),
+        (with("remote-id", "format = \"http\", topic = \"a\""), "only a connection with format = \"mqtt\""),
+        (with("adsb", "format = \"http\""), "belongs to a sensor with kind = \"remote-id\""),
         (mavlink(""), "no drone would be known"),
         (mavlink(&format!("{drone}, {drone}")), "the same system_id"),
         (mavlink("{ system_id = 0, serial_number = \"A\" }"), "1 to 255"),
@@ -519,7 +523,10 @@ fn connections() {
         assert_eq!(errors.iter().count(), 1, "{shown}");
         assert!(shown.contains("sensors[1].connections") && shown.contains(message), "{text}: {shown}");
     }
-    for text in [adsb("127.0.0.1:30005"), mqtt("\"mqtts://[::1]:8884/\", ca = \"a.pem\""), mavlink(drone)] {
+    let http = with("remote-id", "format = \"http\"");
+    for text in
+        [adsb("127.0.0.1:30005"), http, mqtt("\"mqtts://[::1]:8884/\", ca = \"a.pem\""), mavlink(drone)]
+    {
         let config = parse(&BASE.replace(kind, &text)).unwrap();
         let again = parse(&config.to_string()).unwrap();
         assert_eq!(again.sensors, config.sensors, "what is shown reads back");

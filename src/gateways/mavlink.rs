@@ -61,7 +61,7 @@ pub enum Reason {
     OutOfRange,
 }
 
-const REASONS: [&str; 7] =
+pub(super) const REASONS: [&str; 7] =
     ["cut", "checksum", "incompatible", "other_message", "unknown_system", "no_position", "out_of_range"];
 
 /// What a translator has met. Every frame is translated, a sign of life, or dropped.

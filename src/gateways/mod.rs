@@ -45,6 +45,11 @@ impl<const N: usize> Dropped<N> {
     fn add(&mut self, reason: usize) {
         self.counts[reason] += 1;
     }
+
+    /// Adds what another one has counted.
+    fn join(&mut self, other: &Self) {
+        self.counts.iter_mut().zip(other.counts).for_each(|(count, more)| *count += more);
+    }
 }
 
 impl<const N: usize> fmt::Display for Dropped<N> {
@@ -63,4 +68,15 @@ fn time_of_day(time: Time) -> Option<TimeOfDay> {
     let per_second = i64::from(TimeOfDay::PER_SECOND);
     let count = (time.since_midnight() * per_second + SECOND / 2) / SECOND;
     TimeOfDay::from_count(count as u32 % TimeOfDay::PER_DAY)
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_page_names_each_reason() {
+        let page = include_str!("../../docs/INPUTS.md");
+        let all =
+            super::adsb::REASONS.iter().chain(&super::mavlink::REASONS).chain(&super::remote_id::REFUSALS);
+        all.for_each(|reason| assert!(page.contains(&format!("`{reason}`")), "{reason}"));
+    }
 }

@@ -20,6 +20,9 @@ use crate::hex;
 
 /// Longest name of a transmitter or a receiver, octets.
 const NAME_MAX: usize = 64;
+/// Longest line, octets: four times that of the largest pack, and shorter than the shortest text that could be a block of
+/// category 123, which begins as a line does (with a length of at least 2,304).
+const LINE_MAX: usize = 2_048;
 /// Octets of a message, of what stands before the messages of a pack, and of the largest pack.
 const MESSAGE: usize = remote_id::LENGTH;
 const PACK_HEADER: usize = 3;
@@ -55,9 +58,14 @@ pub enum Refusal {
     /// The time is neither RFC 3339 nor seconds since 1970.
     #[error("the time of the line is neither RFC 3339 nor seconds since 1970")]
     Time,
+    /// It has more than 2,048 octets.
+    #[error("the line has more than 2048 octets")]
+    TooLong,
 }
 
-const REFUSALS: [&str; 4] = ["line_not_an_object", "line_not_hexadecimal", "line_name", "line_time"];
+/// Why lines are refused, as counters name it.
+pub const REFUSALS: [&str; 5] =
+    ["line_not_an_object", "line_not_hexadecimal", "line_name", "line_time", "line_too_long"];
 
 impl Refusal {
     /// As counters name it.
@@ -92,6 +100,13 @@ impl Line {
     /// # Errors
     /// It is no such line.
     pub fn parse(text: &[u8]) -> Result<Self, Refusal> {
+        if text.len() > LINE_MAX {
+            return Err(Refusal::TooLong);
+        }
+        // The members alone, in their order, are no line: whoever reads it later knows a line by its brace.
+        if text.trim_ascii_start().first() != Some(&b'{') {
+            return Err(Refusal::NotAnObject);
+        }
         let Members { time, transmitter, rssi, receiver, message } =
             serde_json::from_slice(text).map_err(|_| Refusal::NotAnObject)?;
         let is_name = |name: &str| (1..=NAME_MAX).contains(&name.len());
@@ -178,7 +193,7 @@ pub struct Counts {
     /// Lines handed on.
     pub taken: u64,
     /// Lines refused, by [`Refusal`].
-    pub refused: Dropped<4>,
+    pub refused: Dropped<{ REFUSALS.len() }>,
 }
 
 impl Default for Counts {
@@ -188,6 +203,13 @@ impl Default for Counts {
 }
 
 impl Counts {
+    /// Adds what another one has counted.
+    pub fn join(&mut self, other: &Self) {
+        self.lines += other.lines;
+        self.taken += other.taken;
+        self.refused.join(&other.refused);
+    }
+
     /// The sound lines of a text, each a datagram; counts them and the others. Blank lines are nothing.
     pub fn lines<'a>(&mut self, text: &'a [u8], mut out: impl FnMut(&'a [u8])) {
         for line in lines(text) {
@@ -232,6 +254,7 @@ mod tests {
             ("", "line_not_an_object"),
             ("[]", "line_not_an_object"),
             ("{", "line_not_an_object"),
+            (r#"[null,"a",null,null,"10"]"#, "line_not_an_object"),
             (r#"{"message":"10"}"#, "line_not_an_object"),
             (r#"{"transmitter":"","message":"10"}"#, "line_name"),
             (r#"{"transmitter":"a","receiver":"","message":"10"}"#, "line_name"),
@@ -243,6 +266,17 @@ mod tests {
         ] {
             assert_eq!(refusal(text), Err(reason), "{text}");
         }
+        let more = |octets: usize| {
+            format!(
+                "{}\"}}",
+                r#"{"transmitter":"a","message":"10","more":""#.to_owned() + &"x".repeat(octets)
+            )
+        };
+        let longest = LINE_MAX - more(0).len();
+        assert_eq!(
+            [longest, longest + 1].map(|octets| refusal(&more(octets))),
+            [Ok(()), Err("line_too_long")]
+        );
     }
 
     #[test]
@@ -257,6 +291,20 @@ mod tests {
     }
 
     proptest! {
+        /// What is recorded is known again for what it is, whatever stands behind the brace.
+        #[test]
+        fn a_sound_line_is_a_datagram_of_lines(
+            space in "[ \t\r]{0,3}",
+            key in "[a-z \u{0}-\u{20}]{0,3}",
+            octets in 0..LINE_MAX,
+        ) {
+            let fill = "x".repeat(octets);
+            let text = format!(r#"{{{space}"{key}":"{fill}","transmitter":"a","message":"10"}}"#);
+            if Line::parse(text.as_bytes()).is_ok() {
+                prop_assert!(is_lines(text.as_bytes()) && !is_broadcast(text.as_bytes()));
+            }
+        }
+
         #[test]
         fn a_bad_line_costs_its_neighbours_nothing(bad: Vec<u8>, at in 0..4_usize) {
             let good = br#"{"transmitter":"a","message":"10"}"#;

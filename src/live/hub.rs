@@ -12,6 +12,7 @@ use super::correlations::{Correlations, Correlator, correlations};
 use super::inputs::Inputs;
 use super::integrity::{IntegrityDesk, IntegrityRequests, integrity};
 use super::outlooks::{OutlookWriter, Outlooks, outlooks};
+use super::posts::Posts;
 use super::published::{PublishedPicture, Status};
 use super::timings::Timings;
 use crate::config::Config;
@@ -76,6 +77,8 @@ struct Known {
     /// None before the first slot, and in a replay.
     timings: Mutex<Option<Timings>>,
     recorder: OnceLock<RecorderMeter>,
+    /// Where gateways post to, in a live service that has such a line.
+    posts: OnceLock<Posts>,
     /// What is wrong with those that the observer hands on to.
     followers: watch::Sender<Vec<Trouble>>,
 }
@@ -91,6 +94,7 @@ impl Known {
             punctuality: Mutex::new(Punctuality::new(slot)),
             timings: Mutex::default(),
             recorder: OnceLock::new(),
+            posts: OnceLock::new(),
             followers: watch::Sender::default(),
         }
     }
@@ -194,6 +198,11 @@ impl Hub {
         self.known.recorder.get().map(RecorderMeter::counts)
     }
 
+    /// Where gateways post to; `None` where the site has no such line, in a replay, and in the first moments.
+    pub fn posts(&self) -> Option<&Posts> {
+        self.known.posts.get()
+    }
+
     /// For the observer: what is wrong with those that it hands on to.
     pub(super) fn set_followers_troubles(&self, troubles: Vec<Trouble>) {
         self.known.followers.send_replace(troubles);
@@ -249,6 +258,12 @@ impl HubWriter {
     pub fn set_recorder(&self, meter: RecorderMeter) {
         // There is one recorder, and this is said once.
         let _ = self.known.recorder.set(meter);
+    }
+
+    /// Lets gateways post from now on.
+    pub fn set_posts(&self, posts: Posts) {
+        // There is one such line, and this is said once.
+        let _ = self.known.posts.set(posts);
     }
 
     /// Publishes a slot; never waits.

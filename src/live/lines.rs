@@ -14,6 +14,7 @@ use tracing::{Instrument, Span, error, error_span, info, warn};
 
 use super::clock::Clock;
 use super::doors::Door;
+use super::posts::Posts;
 use crate::config::{Config, Connection};
 use crate::gateways::mavlink::Translator;
 use crate::net::listen::{self as udp, Arrival, Line, LineCounters};
@@ -44,6 +45,8 @@ pub(crate) struct Listening {
     pub(crate) lines: Vec<(Arc<Line>, Arc<LineCounters>)>,
     /// Who reads them.
     pub(crate) readers: Readers,
+    /// The line that gateways post to; closed where nobody keeps it.
+    pub(crate) posts: Option<Posts>,
 }
 
 /// The tasks that read the lines; each goes on until it is stopped.
@@ -83,6 +86,7 @@ pub(crate) fn listen(config: &Config, clock: &Clock, runtime: &tokio::runtime::H
     let lines: Vec<(Arc<Line>, Arc<LineCounters>)> =
         udp::lines(config).into_iter().map(|line| (Arc::new(line), Arc::default())).collect();
     let (stop, stopped) = watch::channel(false);
+    let mut posts = None;
     let tasks = lines
         .iter()
         .enumerate()
@@ -92,6 +96,12 @@ pub(crate) fn listen(config: &Config, clock: &Clock, runtime: &tokio::runtime::H
             let span = error_span!("input", name = line.name());
             let sensor = &config.sensors[line.sensors[0]];
             let source = DataSource { sac: sensor.sac, sic: sensor.sic };
+            if line.is_posted() {
+                let door = Posts::new(index, counters.clone(), clock.clone(), sender, QUEUE as u64 / 2);
+                let closed = door.close_when(stopped.clone());
+                posts = Some(door);
+                return runtime.spawn(closed.instrument(span));
+            }
             if !line.is_udp() {
                 let (latitude, longitude, _) = config.origin();
                 let door = Door {
@@ -119,7 +129,7 @@ pub(crate) fn listen(config: &Config, clock: &Clock, runtime: &tokio::runtime::H
             runtime.spawn(reader.keep_reading(sender).instrument(span))
         })
         .collect();
-    Listening { arrivals, lines, readers: Readers { stop, tasks } }
+    Listening { arrivals, lines, readers: Readers { stop, tasks }, posts }
 }
 
 /// The reader of a line.
@@ -295,7 +305,7 @@ mod tests {
             }];
         }
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
-        let Listening { arrivals, lines, readers } = listen(&config, &Clock::default(), runtime.handle());
+        let Listening { arrivals, lines, readers, .. } = listen(&config, &Clock::default(), runtime.handle());
         let is_joined = || lines.iter().all(|(_, counters)| counters.joined.load(Ordering::Relaxed));
         runtime.block_on(async {
             while !is_joined() {

@@ -119,7 +119,8 @@ impl Service {
         runtime: &tokio::runtime::Handle,
     ) -> io::Result<Self> {
         let stop = Arc::new(AtomicBool::new(false));
-        let Listening { arrivals, lines, readers } = listen(&config, &clock, runtime);
+        let Listening { arrivals, lines, readers, posts } = listen(&config, &clock, runtime);
+        posts.into_iter().for_each(|posts| outlets.hub.set_posts(posts));
         if let Some(recorder) = &outlets.recorder {
             outlets.hub.set_recorder(recorder.meter());
         }
@@ -329,6 +330,10 @@ impl Engine {
         self.keep_input(&reception);
         self.driver.receive(&reception);
         self.hand_out(self.driver.starts_afresh());
+        let posted = self.lines.get(reception.input).filter(|(line, _)| line.is_posted());
+        if let Some((_, counters)) = posted {
+            counters.handled.fetch_add(1, Ordering::Relaxed);
+        }
     }
 
     /// The blocks of a datagram.

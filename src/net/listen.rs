@@ -16,6 +16,9 @@ pub const RECEIVE_BUFFER: usize = 8 << 20;
 /// Room for the largest datagram, octets.
 const DATAGRAM_MAX: usize = 1 << 16;
 
+/// Where gateways post lines of Remote ID to.
+pub const POSTED_TO: &str = "/api/v1/remote-id";
+
 /// A socket, and the sensors that are heard on it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Line {
@@ -62,6 +65,8 @@ pub struct LineCounters {
     pub joined: AtomicBool,
     /// The last datagram, nanoseconds since the epoch; 0: none yet.
     pub last_received: AtomicI64,
+    /// Datagrams that the engine has taken; counted of a line that is posted to.
+    pub handled: AtomicU64,
     /// What its translator has dropped, by reason.
     untranslated: Mutex<Vec<(&'static str, u64)>>,
 }
@@ -150,18 +155,32 @@ pub fn lines(config: &Config) -> Vec<Line> {
                 }),
             }
         }
-        lines.extend(of.connections.iter().map(|connection| Line {
-            address: Address::Unicast(
-                connection.socket().map_or(Ipv4Addr::UNSPECIFIED, |socket| *socket.ip()),
-            ),
-            port: match connection.socket() {
-                Some(socket) => socket.port(),
-                None => connection.broker().map_or(0, |broker| broker.port),
-            },
-            sources: Vec::new(),
-            sensors: vec![sensor],
-            connection: Some(connection.clone()),
-        }));
+        for connection in &of.connections {
+            let posted = connection.format == ConnectionFormat::Http;
+            // There is one route, whoever's lines are posted to it.
+            if let Some(line) = lines.iter_mut().find(|line| posted && line.is_posted()) {
+                if !line.sensors.contains(&sensor) {
+                    line.sensors.push(sensor);
+                }
+                continue;
+            }
+            let listen = match config.http.listen {
+                SocketAddr::V4(listen) => Some(listen),
+                SocketAddr::V6(_) => None,
+            };
+            let socket = if posted { listen } else { connection.socket() };
+            lines.push(Line {
+                address: Address::Unicast(socket.map_or(Ipv4Addr::UNSPECIFIED, |socket| *socket.ip())),
+                port: match socket {
+                    Some(socket) => socket.port(),
+                    None if posted => config.http.listen.port(),
+                    None => connection.broker().map_or(0, |broker| broker.port),
+                },
+                sources: Vec::new(),
+                sensors: vec![sensor],
+                connection: Some(connection.clone()),
+            });
+        }
     }
     lines
 }
@@ -212,10 +231,18 @@ impl Line {
         self.connection.as_ref().is_none_or(|connection| connection.format == ConnectionFormat::Mavlink)
     }
 
+    /// Whether gateways post to it over HTTP.
+    pub fn is_posted(&self) -> bool {
+        self.connection.as_ref().is_some_and(|connection| connection.format == ConnectionFormat::Http)
+    }
+
     /// `239.192.48.1:8048 on 127.0.0.1`, or `beast 127.0.0.1:30005`, for people.
     pub fn name(&self) -> String {
         if let Some(Connection { format: ConnectionFormat::Mqtt, address, topic, .. }) = &self.connection {
             return format!("{topic} at {address}");
+        }
+        if self.is_posted() {
+            return format!("POST {POSTED_TO}");
         }
         if let Some(Connection { format, address, .. }) = &self.connection {
             return format!("{} {address}", format.name());

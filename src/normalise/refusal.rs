@@ -91,3 +91,24 @@ impl Refusal {
 
 /// A record that gives no report: from which sensor, where that is known, and why.
 pub type Refused = (Option<SensorIndex>, Refusal);
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    /// The names in the code between quotation marks, behind `=>`, and the rows of the table of the page.
+    #[test]
+    fn the_page_has_a_row_for_each_reason_and_no_other() {
+        let (code, _) = include_str!("refusal.rs").split_once("#[cfg(test)]").unwrap();
+        let named = |line: &'static str| line.split_once("=> \"")?.1.split('"').next();
+        let named: BTreeSet<&str> = code.lines().filter_map(named).collect();
+        let page = include_str!("../../docs/INPUTS.md");
+        let (_, section) = page.split_once("## What gives no report").unwrap();
+        let (section, _) = section.split_once("\n## ").unwrap();
+        let rows = section.lines().filter_map(|line| line.strip_prefix("| `")?.split('|').next());
+        let rows: Vec<&str> = rows.flat_map(|names| names.split(['`', ',', ' '])).collect();
+        let rows: BTreeSet<&str> = rows.into_iter().filter(|name| !name.is_empty()).collect();
+        assert!(named.len() > 20);
+        assert_eq!(named, rows);
+    }
+}

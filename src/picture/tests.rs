@@ -42,6 +42,7 @@ fn track(estimate: Option<(Basis, f64)>) -> PictureTrack {
             integrity: None,
             disputed: Vec::new(),
             is_unexplained: false,
+            cameras: Vec::new(),
         },
         time,
         position: place,

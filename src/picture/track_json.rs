@@ -9,7 +9,7 @@ use super::integrity_json::TrackIntegrity;
 use super::{Ellipse, HORIZONTAL, PictureMaker, PictureTrack, Rfc3339, TrackClass, VERTICAL};
 use crate::json::rounded;
 use fusion::operational::{ASSOCIATE_LLR, DISSOCIATE_LLR};
-use fusion::point::{Because, Competitor, RadarPart, Rival, TransponderPart};
+use fusion::point::{Because, CameraPart, Competitor, Point, RadarPart, Rival, TransponderPart};
 use fusion::report::Space;
 use fusion::{Identity, Source};
 
@@ -151,12 +151,12 @@ struct AircraftJson<'a> {
 /// A sensor's part in a track and, of a fused track's radar, why it was associated.
 #[derive(Clone, Debug, Default, Serialize, JsonSchema)]
 struct Contributor<'a> {
-    #[schemars(extend("enum" = ["radar", "transponder"]))]
+    #[schemars(extend("enum" = ["radar", "transponder", "camera"]))]
     kind: &'static str,
     /// Its configured id.
     sensor: &'a str,
     track_number: u32,
-    /// Of its measurement.
+    /// Of its measurement; of a camera, of the latest bearing that is used.
     #[serde(skip_serializing_if = "Option::is_none")]
     time: Option<Rfc3339>,
     /// Its share in the position, where that is fixed.
@@ -286,7 +286,7 @@ impl<'a> TrackJson<'a> {
             integrity: TrackIntegrity::new(track),
             first_seen: track.point.first_seen.into(),
             last_measurement: motion.and_then(|motion| motion.last_measurement).map(Rfc3339),
-            contributors: contributors(source, competitors, maker),
+            contributors: contributors(&track.point, competitors, maker),
         }
     }
 }
@@ -347,7 +347,7 @@ impl<'a> AircraftJson<'a> {
 }
 
 fn contributors<'a>(
-    source: &Source,
+    point: &Point,
     competitors: &[Competitor],
     maker: &'a PictureMaker,
 ) -> Vec<Contributor<'a>> {
@@ -374,7 +374,16 @@ fn contributors<'a>(
         competitors: rivals(false),
         ..Contributor::default()
     };
-    match source {
+    let camera = |part: &CameraPart| Contributor {
+        kind: "camera",
+        sensor: maker.sensor(part.track.sensor),
+        track_number: part.track.number.into(),
+        time: Some(part.time.into()),
+        ..Contributor::default()
+    };
+    // With a direction beside it, no share is fixed.
+    let alone = point.cameras.is_empty().then_some(1.0);
+    let mut contributors = match &point.source {
         Source::Fused(radar_part, transponder_part, pair) => {
             let mut radar = radar(radar_part, None);
             let mut transponder = transponder(transponder_part, None);
@@ -403,9 +412,11 @@ fn contributors<'a>(
             }
             vec![radar, transponder]
         }
-        Source::Radar(part) => vec![radar(part, Some(1.0))],
-        Source::Transponder(part) => vec![transponder(part, Some(1.0))],
-    }
+        Source::Radar(part) => vec![radar(part, alone)],
+        Source::Transponder(part) => vec![transponder(part, alone)],
+    };
+    contributors.extend(point.cameras.iter().map(camera));
+    contributors
 }
 
 fn competitor<'a>(rival: &Competitor, maker: &'a PictureMaker) -> CompetitorJson<'a> {

@@ -89,7 +89,7 @@ function reason(contributor, needed) {
     parts.push(`that they are one is e^${log_likelihood_ratio.toFixed(1)} times as likely as not${limit}`);
   }
   if (manual) parts.push("an operator has said so");
-  const own = kind === "radar" ? `radar track ${track_number}` : `transponder track ${track_number}`;
+  const own = `${kind} track ${track_number}`;
   return { own, sensor, weight, why: parts.join(", "), ...contributor };
 }
 

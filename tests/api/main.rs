@@ -17,6 +17,7 @@ mod now;
 mod operational;
 mod rate;
 mod registration;
+mod remote_id;
 mod replay;
 mod routes;
 mod schema;

@@ -13,6 +13,7 @@ mod integrity;
 #[path = "../shared/invented.rs"]
 mod invented;
 mod notices;
+mod posted;
 mod process;
 #[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "shared by several tests")]

@@ -10,7 +10,7 @@ use serde_json::Value;
 use utm_fusion::config::Address;
 use utm_fusion::live::now;
 
-use crate::common::{only, replayed};
+use crate::common::{beside, only, replayed, utm_fusion};
 use crate::senders::json;
 use crate::stage::Stage;
 
@@ -73,10 +73,41 @@ fn five_kinds_of_sensors_are_one_picture_and_their_recording_replays_to_it() {
     }
     assert!(tracks.len() > 8 && tracks.values().all(|&count| count == 1), "{tracks:?}");
 
+    let looked_at = json(address, "/api/v1/tracks?sensor=camera");
+    for track in looked_at["features"].as_array().unwrap() {
+        assert!(by_camera(&track["properties"]).is_some(), "{track}");
+    }
+
     let (code, log) = service.stop();
     assert_eq!(code, Some(0), "{log}");
     let recordings = stage.scratch.path("recordings");
     let input = only(&recordings, "input-", ".pcap");
     let output = only(&recordings, "output-", ".pcap");
     assert!(replayed(&input) == fs::read(&output).unwrap(), "what is replayed is not what was sent");
+    // What the camera looked at names it, with a bearing of these moments; nobody else does.
+    let lines = stage.scratch.path("tracks.ndjson");
+    let mut replay = utm_fusion("replay");
+    replay.arg(&input).arg("--config").arg(beside(&input, "site.toml")).arg("-o").arg(&lines);
+    assert!(replay.output().unwrap().status.success());
+    let (mut with, mut without) = (0, 0);
+    for line in fs::read_to_string(&lines).unwrap().lines() {
+        let track: Value = serde_json::from_str(line).unwrap();
+        let Some(part) = by_camera(&track) else {
+            without += 1;
+            continue;
+        };
+        let time = |value: &Value| value["time"].as_str().unwrap().parse::<jiff::Timestamp>().unwrap();
+        let age_s = time(&track).duration_since(time(part)).as_secs_f64();
+        assert!(part["track_number"].is_u64() && (-0.25..10.5).contains(&age_s), "{track}");
+        with += 1;
+    }
+    assert!(with > 10 && without > with, "{with} {without}");
+}
+
+/// The camera's part in a track.
+fn by_camera(track: &Value) -> Option<&Value> {
+    track["contributors"]
+        .as_array()?
+        .iter()
+        .find(|part| part["kind"] == "camera" && part["sensor"] == "camera")
 }

@@ -233,7 +233,7 @@ Contested = TypedDict(
 Contributor = TypedDict(
     "Contributor",
     {
-        "kind": Literal["radar", "transponder"],
+        "kind": Literal["radar", "transponder", "camera"],
         "sensor": str,
         "track_number": int,
         "time": NotRequired[str],
@@ -867,6 +867,15 @@ RegistrationValues = TypedDict(
         "range_m": "RegistrationValue",
         "height_m": "RegistrationValue",
         "time_s": "RegistrationValue",
+    },
+)
+
+RemoteIdPosted = TypedDict(
+    "RemoteIdPosted",
+    {
+        "lines": int,
+        "taken": int,
+        "refused": dict[str, int],
     },
 )
 

@@ -36,6 +36,8 @@ struct CameraTrack {
     /// Sums of log-likelihood ratios, by target.
     scores: BTreeMap<TargetId, f64>,
     target: Option<TargetId>,
+    /// Of what it looks at, the looks behind that time are used.
+    from: Time,
     /// Looks up to then are in the scores.
     until: Time,
 }
@@ -57,7 +59,7 @@ impl Cameras {
 
     /// Decides what each track looks at, by the looks up to the slot, and forgets those that have ended.
     pub(super) fn follow(&mut self, targets: &Targets, cycle: &Cycle) {
-        let Cycle { centre, settings, .. } = *cycle;
+        let Cycle { centre, previous, settings, .. } = *cycle;
         self.0.retain(|_, track| {
             while track.looks.front().is_some_and(|look| look.time < centre + -CAMERA_KEPT) {
                 track.looks.pop_front();
@@ -67,23 +69,29 @@ impl Cameras {
         for (key, track) in &mut self.0 {
             if let Some(camera) = settings.camera(key.sensor) {
                 track.score(targets, camera, centre);
+                let before = track.target;
                 track.decide(targets);
+                if track.target != before {
+                    track.from = previous;
+                }
             }
         }
     }
 
-    /// What cameras measured of a target after `since`, each look with the distance at which the target is expected then.
+    /// What cameras measured of a target after `since`, each look with the distance at which the target is expected then; by
+    /// track, and by time.
     pub(super) fn of<'a>(
         &'a self,
         target: &'a Target,
         since: Time,
         settings: &'a Settings,
-    ) -> impl Iterator<Item = Measurement> + 'a {
+    ) -> impl Iterator<Item = (CameraTrackKey, Measurement)> + 'a {
         let its = self.0.iter().filter(|(_, track)| track.target == Some(target.id()));
-        its.filter_map(move |(key, track)| Some((track, settings.camera(key.sensor)?))).flat_map(
-            move |(track, camera)| {
-                let after = track.looks.iter().filter(move |look| look.time > since);
-                after.filter_map(move |look| measured(look, camera, &target.estimate(look.time)?))
+        its.filter_map(move |(key, track)| Some((*key, track, settings.camera(key.sensor)?))).flat_map(
+            move |(key, track, camera)| {
+                let after = track.looks.iter().filter(move |look| look.time > since.max(track.from));
+                let measured = move |look| measured(look, camera, &target.estimate(look.time)?);
+                after.filter_map(move |look| Some((key, measured(look)?)))
             },
         )
     }

@@ -163,11 +163,11 @@ impl Operational {
         initiation::initiate(tracklets, targets, measured, decided, integrities.twins(), cycle);
         cameras.follow(targets, cycle);
         targets.filter_all(tracklets, cameras, cycle);
-        let mut points = output::publish(targets, tracklets, correlations, numbers, grid, shown);
+        let mut points = output::publish(targets, tracklets, cameras, correlations, numbers, grid, shown);
         let concerns = integrities.mark(&mut points, tracklets, targets, cycle);
         let now = settings.now.then(|| {
             let cycle = &cycle_of(grid.of(deadline), None);
-            let mut predicted = now::predict(targets, tracklets, correlations, grid, cycle);
+            let mut predicted = now::predict(targets, tracklets, cameras, correlations, grid, cycle);
             integrities.flag(&mut predicted, &points, cycle);
             NowPicture { slot: cycle.slot, time: cycle.centre, points: predicted }
         });

@@ -2,6 +2,7 @@
 //!
 //! It changes nothing: who is which aircraft, and under which number, was decided for the picture that waits.
 
+use super::cameras::Cameras;
 use super::correlation::Correlations;
 use super::cycle::Cycle;
 use super::output::{self, Known};
@@ -16,6 +17,7 @@ use crate::slots::SlotGrid;
 pub(super) fn predict(
     targets: &Targets,
     tracklets: &Tracklets,
+    cameras: &Cameras,
     correlations: &Correlations,
     grid: SlotGrid,
     cycle: &Cycle,
@@ -39,6 +41,7 @@ pub(super) fn predict(
             integrity: None,
             disputed: Vec::new(),
             is_unexplained: false,
+            cameras: target.looked_at_by(cameras, cycle),
         })
     });
     let mut points: Vec<Point> = predicted.into_iter().flatten().collect();

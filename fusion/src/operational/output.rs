@@ -2,6 +2,7 @@
 
 use nalgebra::Matrix2;
 
+use super::cameras::Cameras;
 use super::competitors::competitors;
 use super::correlation::{Correlations, Verdict};
 use super::cycle::Cycle;
@@ -22,6 +23,7 @@ use crate::time::{SECOND, Time};
 pub(super) fn publish(
     targets: &mut Targets,
     tracklets: &Tracklets,
+    cameras: &Cameras,
     correlations: &Correlations,
     numbers: &mut Numbers,
     grid: SlotGrid,
@@ -52,6 +54,7 @@ pub(super) fn publish(
         let radar = target.radar().map(|radar| radar.0);
         let Some(source) = source(target, radar, plot, because, &estimate, cycle) else { continue };
         let estimated = estimated(target, &estimate, seen, cycle);
+        let looked_at_by = target.looked_at_by(cameras, cycle);
         let Some(number) = targets.number(id, &source, slot) else { continue };
         points.push(Point {
             number: number.number,
@@ -63,6 +66,7 @@ pub(super) fn publish(
             integrity: None,
             disputed: Vec::new(),
             is_unexplained: false,
+            cameras: looked_at_by,
         });
     }
     // Stable, and each is moved but once.

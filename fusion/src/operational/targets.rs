@@ -22,8 +22,8 @@ use super::transponder_types::TransponderTypes;
 use super::tuning::{TARGET_SILENT_MAX, TRANSPONDER_SILENT_S};
 use crate::filter::{Measurement, StateEstimate, TargetFilter};
 use crate::numbering::{NumberChange, Numbers};
-use crate::point::{RadarPart, Source};
-use crate::report::{Fix, Identity, Plot, SensorIndex};
+use crate::point::{CameraPart, RadarPart, Source};
+use crate::report::{CameraTrackKey, Fix, Identity, Plot, SensorIndex};
 use crate::slots::Slot;
 use crate::time::Time;
 
@@ -207,15 +207,37 @@ impl Target {
         }
         // A direction alone is no beginning.
         if !is_new {
-            let silent = |time| self.transponder.as_ref()?.silence(time, time).map(|(_, silent_s)| silent_s);
-            let looks = cameras.of(self, settled, settings);
-            measurements
-                .extend(looks.filter(|look| silent(look.time).is_none_or(|s| s > TRANSPONDER_SILENT_S)));
+            measurements.extend(self.looks(cameras, settled, settings).map(|(_, look)| look));
         }
         // Of one time the transponder comes first, then radars in their order.
         measurements.sort_by_key(|measurement| (measurement.time, measurement.sensor()));
         self.filter.measure(settled, &measurements);
         self.newest = self.newest.max(self.filter.newest().map_or(self.newest, |newest| newest.time));
+    }
+
+    /// What cameras measured of it after `since`, while its transponder does not say where it is.
+    fn looks<'a>(
+        &'a self,
+        cameras: &'a Cameras,
+        since: Time,
+        settings: &'a Settings,
+    ) -> impl Iterator<Item = (CameraTrackKey, Measurement)> + 'a {
+        let silent = |time| self.transponder.as_ref()?.silence(time, time).map(|(_, silent_s)| silent_s);
+        let is_used = move |time| silent(time).is_none_or(|silent_s| silent_s > TRANSPONDER_SILENT_S);
+        cameras.of(self, since, settings).filter(move |(_, look)| is_used(look.time))
+    }
+
+    /// The cameras' tracks whose bearings it rests on, each with the latest one up to the slot's end.
+    pub(super) fn looked_at_by(&self, cameras: &Cameras, cycle: &Cycle) -> Vec<CameraPart> {
+        let mut parts: Vec<CameraPart> = Vec::new();
+        let looks = self.looks(cameras, EARLIEST, cycle.settings);
+        for (track, Measurement { time, .. }) in looks.filter(|(_, look)| look.time <= cycle.end) {
+            match parts.last_mut().filter(|part| part.track == track) {
+                Some(part) => part.time = time,
+                None => parts.push(CameraPart { track, time }),
+            }
+        }
+        parts
     }
 
     /// Its likelihood with a tracklet, with the plots after the slot.

@@ -182,6 +182,7 @@ impl Plain<'_> {
                         integrity: None,
                         disputed: Vec::new(),
                         is_unexplained: false,
+                        cameras: Vec::new(),
                     },
                 ));
             }
@@ -202,6 +203,7 @@ impl Plain<'_> {
                         integrity: None,
                         disputed: Vec::new(),
                         is_unexplained: false,
+                        cameras: Vec::new(),
                     },
                 ));
             }
@@ -225,6 +227,7 @@ impl Plain<'_> {
                         integrity: None,
                         disputed: Vec::new(),
                         is_unexplained: false,
+                        cameras: Vec::new(),
                     },
                 ));
             }

@@ -31,8 +31,15 @@ struct TrackRow {
 #[derive(Deserialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 enum Contributor {
-    Radar { sensor: Option<String>, track_number: u16 },
-    Transponder { track_number: u32 },
+    Radar {
+        sensor: Option<String>,
+        track_number: u16,
+    },
+    Transponder {
+        track_number: u32,
+    },
+    /// Whose point it is the others say.
+    Camera,
 }
 
 #[derive(Deserialize)]
@@ -187,6 +194,7 @@ fn point(name: &str, line: u64, track: TrackRow) -> Result<OutputPoint, FileErro
                 point.sensor = sensor;
             }
             Contributor::Transponder { track_number } => point.transponder = Some(track_number),
+            Contributor::Camera => {}
         }
     }
     Ok(point)

@@ -84,6 +84,7 @@ fn track(number: u32, source: Source, estimate: Option<Estimate>) -> PictureTrac
             integrity: None,
             disputed: Vec::new(),
             is_unexplained: false,
+            cameras: Vec::new(),
         },
         time,
         position: Geodetic::from_degrees(60.0, 30.0, 190.5),

@@ -83,6 +83,7 @@ fn track(source: Source, speed: Option<f64>) -> PictureTrack {
         integrity: None,
         disputed: Vec::new(),
         is_unexplained: false,
+        cameras: Vec::new(),
     };
     let emission = Emission {
         slot: Slot(0),

@@ -78,7 +78,7 @@ pub enum Step {
     Dropped(Reason),
 }
 
-const REASONS: [&str; 12] = [
+pub(super) const REASONS: [&str; 12] = [
     "cut",
     "malformed",
     "mode_ac",

@@ -94,6 +94,7 @@ fn drone(number: u32, east_m: f64, north_m: f64) -> Point {
         integrity: None,
         disputed: Vec::new(),
         is_unexplained: true,
+        cameras: Vec::new(),
     }
 }
 

@@ -153,6 +153,7 @@ impl Slots {
             integrity: None,
             disputed: Vec::new(),
             is_unexplained: false,
+            cameras: Vec::new(),
         };
         let mut picture = self.maker.picture(Emission {
             now: None,

@@ -76,8 +76,15 @@ fn a_radar_track_that_turns_out_to_be_a_transponder_gives_it_its_number() {
     case.associate();
     case.run(|air, numbers, cycle| {
         air.targets.filter_all(&air.tracklets, &air.cameras, cycle);
-        let points =
-            output::publish(&mut air.targets, &air.tracklets, &air.correlations, numbers, GRID, cycle);
+        let points = output::publish(
+            &mut air.targets,
+            &air.tracklets,
+            &air.cameras,
+            &air.correlations,
+            numbers,
+            GRID,
+            cycle,
+        );
         let [Point { number: 7, source: Source::Fused(_, _, pair), .. }] = &points[..] else {
             panic!("{points:?}");
         };

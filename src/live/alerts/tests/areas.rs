@@ -93,6 +93,7 @@ impl Site {
             integrity: Some(integrity),
             disputed: Vec::new(),
             is_unexplained: false,
+            cameras: Vec::new(),
         }
     }
 

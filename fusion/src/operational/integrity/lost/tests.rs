@@ -21,6 +21,7 @@ fn seen(east_m: f64, since_s: f64) -> Point {
         integrity: None,
         disputed: Vec::new(),
         is_unexplained: true,
+        cameras: Vec::new(),
     }
 }
 
