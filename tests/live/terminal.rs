@@ -126,15 +126,14 @@ fn demonstrated(scenario: &str) -> Vec<String> {
 }
 
 /// Of the last table: sources, names and the other columns, by rows.
-fn rows(shown: &[String]) -> Vec<(&str, &str, &str)> {
+fn rows<'a>(shown: &'a [String]) -> Vec<(&'a str, &'a str, &'a str)> {
     let table = shown.iter().rposition(|line| line.starts_with(" track  source")).unwrap();
     let rows = shown[table + 1..].iter().take_while(|line| !line.is_empty());
-    let columns = |line: &str| line.split_whitespace().collect::<Vec<_>>();
-    let row = |line| match columns(line)[..] {
+    let row = |line: &'a str| match line.split_whitespace().collect::<Vec<_>>()[..] {
         [_, source, who, ..] => (source, who, line),
         _ => panic!("{line}"),
     };
-    rows.map(|line| row(line.as_str())).collect()
+    rows.map(|line| row(line)).collect()
 }
 
 /// How many aircraft of the summary are known by an address, and by a serial number that begins so.
