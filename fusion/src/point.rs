@@ -148,7 +148,7 @@ pub struct TransponderPart {
     pub number: u32,
     /// Who it is.
     pub identity: Identity,
-    /// The sensor that received it last.
+    /// The sensor that received it last; in the `operational` profile, up to the slot's end.
     pub sensor: SensorIndex,
     /// Its latest report up to the slot's end (`operational` profile).
     pub time: Option<Time>,

@@ -114,7 +114,8 @@ impl Summary {
         for (number, aircraft) in self.aircraft.iter().take(SHOWN) {
             writeln!(
                 text,
-                "aircraft   {number} (serial {}): {} points fused with {} radar tracks, {} of the transponder alone",
+                "aircraft   {number} ({} {}): {} points fused with {} radar tracks, {} of the transponder alone",
+                aircraft.identity.space().key(),
                 aircraft.identity.name().escape_ascii(),
                 aircraft.fused,
                 aircraft.radar_tracks.len(),

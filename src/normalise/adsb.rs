@@ -147,3 +147,6 @@ fn aircraft(record: &Record) -> Aircraft {
     let emitter_category = record.emitter.map(|emitter| emitter.octets()[0]).filter(|&number| number > 0);
     Aircraft { kind, callsign, emitter_category }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,7 +1,8 @@
 //! Which tracks a reader gets.
 
 use fusion::RadarTrackKey;
-use fusion::point::RadarPart;
+use fusion::point::{RadarPart, TransponderPart};
+use fusion::report::{Aircraft, UasItems};
 use nalgebra::{Matrix2, Vector3};
 
 use super::*;
@@ -67,6 +68,60 @@ fn what_nobody_measured_is_left_out_beyond_the_radius_that_holds_95_of_100_place
 fn what_a_sensor_measured_is_never_left_out() {
     assert!(track(Some((Basis::Measured, 5_000.0))).is_within(1.0));
     assert!(track(None).is_within(1.0), "the reference profile estimates nothing");
+}
+
+/// An aircraft with a transponder that was heard so long before, seconds, known to 900 m.
+fn reported(kind: AircraftKind, heard_s: Option<f64>) -> PictureTrack {
+    let mut track = track(Some((Basis::Extrapolated, 900.0)));
+    let identity = Identity::of_address(0x48_4A_F0);
+    let before = |seconds: f64| Time::from_nanos(track.time.nanos() - (seconds * SECOND as f64) as i64);
+    track.point.source = Source::Transponder(TransponderPart {
+        number: 429_496,
+        identity,
+        sensor: SensorIndex(1),
+        time: heard_s.map(before),
+        items: UasItems::of(identity),
+        aircraft: Aircraft { kind, ..Aircraft::default() },
+        height_measured: true,
+    });
+    track
+}
+
+/// An aeroplane that says that it knows its place to half a mile is there, while it is heard.
+#[test]
+fn who_has_somebody_on_board_is_never_left_out_while_it_is_heard() {
+    let crewed = |heard_s| reported(AircraftKind::Crewed, heard_s);
+    for heard_s in [0.0, 1.0, 5.0, -2.0] {
+        assert_eq!(crewed(Some(heard_s)).unmeasured_accuracy_m(), None, "{heard_s} s");
+        assert!(crewed(Some(heard_s)).is_within(1.0));
+    }
+    // 2.4477 sigma.
+    for heard_s in [Some(5.1), Some(60.0), None] {
+        let accuracy_m = crewed(heard_s).unmeasured_accuracy_m().unwrap();
+        assert!((accuracy_m - 2202.9).abs() < 0.5, "{heard_s:?}: {accuracy_m}");
+        assert!(!crewed(heard_s).is_within(MAX_ACCURACY_M));
+    }
+    for kind in [AircraftKind::Unmanned, AircraftKind::Vehicle] {
+        assert!(reported(kind, Some(1.0)).unmeasured_accuracy_m().is_some(), "{kind:?}");
+    }
+    // One that is believed no more is shown as well, heard or not.
+    let mut lies = reported(AircraftKind::Unmanned, Some(60.0));
+    lies.point.estimate.as_mut().unwrap().lie_m2 = 1.0;
+    assert_eq!(lies.unmeasured_accuracy_m(), None);
+}
+
+#[test]
+fn vehicles_are_not_in_the_air_picture() {
+    let mut picture = Picture {
+        slot: Slot(0),
+        time: Time::default(),
+        tracks: [AircraftKind::Vehicle, AircraftKind::Crewed].map(|kind| reported(kind, Some(0.0))).into(),
+        concerns: Vec::new(),
+        resolved: Vec::new(),
+    };
+    assert_eq!(picture.within(1e6).collect::<Vec<_>>(), [&picture.tracks[1]]);
+    picture.keep_within(1e6);
+    assert!(picture.tracks.len() == 1 && !picture.tracks[0].is_vehicle());
 }
 
 #[test]

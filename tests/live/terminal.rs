@@ -115,3 +115,93 @@ fn the_demo_ends_with_the_scores_of_evaluate() {
         }
     }
 }
+
+/// The lines of a demonstration without a terminal: code 0, and no control characters.
+fn demonstrated(scenario: &str) -> Vec<String> {
+    let output = utm_fusion("demo").args(["--scenario", scenario]).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let shown = String::from_utf8(output.stdout).unwrap();
+    assert!(!shown.contains('\x1b') && output.stderr.is_empty(), "{shown}");
+    shown.lines().map(str::to_owned).collect()
+}
+
+/// Of the last table: sources, names and the other columns, by rows.
+fn rows<'a>(shown: &'a [String]) -> Vec<(&'a str, &'a str, &'a str)> {
+    let table = shown.iter().rposition(|line| line.starts_with(" track  source")).unwrap();
+    let rows = shown[table + 1..].iter().take_while(|line| !line.is_empty());
+    let row = |line: &'a str| match line.split_whitespace().collect::<Vec<_>>()[..] {
+        [_, source, who, ..] => (source, who, line),
+        _ => panic!("{line}"),
+    };
+    rows.map(|line| row(line)).collect()
+}
+
+/// How many aircraft of the summary are known by an address, and by a serial number that begins so.
+fn aircraft(shown: &[String], serial: &str) -> (usize, usize) {
+    let count =
+        |of: &str| shown.iter().filter(|line| line.starts_with("aircraft") && line.contains(of)).count();
+    (count(" (address "), count(&format!(" (serial {serial}")))
+}
+
+/// How many reports of a sensor were used.
+fn used(shown: &[String], sensor: &str) -> u64 {
+    let begins = format!("sensor     {sensor}: ");
+    let line = shown.iter().find_map(|line| line.strip_prefix(&begins)).unwrap_or_else(|| panic!("{sensor}"));
+    line.split(' ').next().unwrap().parse().unwrap()
+}
+
+/// Share of the time, percent, in which who is heard has a place.
+fn seen_percent(shown: &[String]) -> u64 {
+    let row = "while its transponder spoke";
+    let line = shown.iter().find(|line| line.starts_with(row)).unwrap();
+    let words: Vec<&str> = line.split_whitespace().collect();
+    let percent = words.iter().position(|word| *word == "%").unwrap();
+    words[percent - 1].parse().unwrap()
+}
+
+/// Callsigns of the simulated aeroplanes and helicopters: a G, and four letters.
+fn is_callsign(who: &str) -> bool {
+    who.len() == 5 && who.starts_with('G') && who.bytes().all(|octet| octet.is_ascii_uppercase())
+}
+
+#[test]
+fn an_airfield_shows_aeroplanes_and_drones_without_a_radar() {
+    let shown = demonstrated("airfield");
+    // Two that pass, two in the circuit, one that meets a drone; and no vehicle on the ground.
+    assert_eq!(aircraft(&shown, "SMTR7"), (5, 5), "{shown:#?}");
+    let rows = rows(&shown);
+    assert!(rows.iter().all(|(source, ..)| *source == "transponder"), "{rows:#?}");
+    let crewed = rows.iter().filter(|(_, who, _)| is_callsign(who)).count();
+    let drones = rows.iter().filter(|(_, who, _)| who.starts_with("SMTR7")).count();
+    assert_eq!((crewed, drones, rows.len()), (5, 5, 10), "{rows:#?}");
+    assert!(rows.iter().filter(|(_, who, _)| is_callsign(who)).all(|(.., row)| row.contains(" m")));
+    assert!(used(&shown, "adsb (adsb)") > 1000 && used(&shown, "remote-id (remote-id)") > 1000);
+    assert!(shown.iter().any(|line| line.contains(" slots: 0 fused, 0 radar, ")));
+    assert!(seen_percent(&shown) >= 99, "{shown:#?}");
+}
+
+#[test]
+fn an_event_shows_what_every_kind_of_sensor_sees() {
+    let shown = demonstrated("event");
+    let rows = rows(&shown);
+    let of_source = |wanted: &str| rows.iter().filter(|(source, ..)| *source == wanted).count();
+    assert!(of_source("transponder") > 10, "{rows:#?}");
+    assert!(rows.iter().any(|(_, who, _)| is_callsign(who)), "a helicopter: {rows:#?}");
+    assert!(rows.iter().any(|(_, who, _)| who.starts_with("SMTR7000")), "a drone by Remote ID: {rows:#?}");
+    assert!(rows.iter().any(|(_, who, _)| who.starts_with("0000")), "one by CAT129: {rows:#?}");
+    let (crewed, drones) = aircraft(&shown, "SMTR7000");
+    assert!(crewed == 3 && drones >= 2, "{crewed} {drones} {shown:#?}");
+    for sensor in [
+        "gamekeeper (radar)",
+        "drone-it (transponder)",
+        "adsb (adsb)",
+        "remote-id (remote-id)",
+        "camera (camera)",
+    ] {
+        assert!(used(&shown, sensor) > 100, "{sensor}");
+    }
+    let output = shown.iter().find(|line| line.starts_with("output")).unwrap();
+    let fused = output.split(" slots: ").nth(1).unwrap().split(' ').next().unwrap();
+    assert!(fused.parse::<u64>().unwrap() > 1000, "{output}");
+    assert!(seen_percent(&shown) >= 95, "{shown:#?}");
+}

@@ -296,7 +296,7 @@ impl Transponder {
         Some(TransponderPart {
             number: self.numbered?.number,
             identity: self.identity,
-            sensor: self.sensor,
+            sensor: heard.map_or(self.sensor, |index| self.fixes[index].sensor),
             time: heard.map(|index| self.fixes[index].time),
             items: self.items,
             aircraft: self.aircraft,

@@ -167,3 +167,27 @@ fn what_is_usual_is_no_flood() {
         assert_eq!(gate.flood, None, "{seconds}");
     }
 }
+
+/// Airliners fly faster than any drone.
+#[test]
+fn who_has_somebody_on_board_may_be_faster() {
+    let mut identity = 0;
+    // Whether one is let in by its second report, so far from its first, a second later.
+    let mut is_let_in = |kind: AircraftKind, away_m: f64| {
+        let mut gate = Gate::new(50);
+        gate.turn(0.0);
+        identity += 1;
+        let of_kind = |seconds, east_m| {
+            let mut fix = fix(identity, seconds, east_m);
+            fix.aircraft.kind = kind;
+            fix
+        };
+        assert_eq!(gate.offer(&of_kind(0.0, 0.0)), None);
+        gate.offer(&of_kind(1.0, away_m)).is_some()
+    };
+    // And 100 m, for the errors of their positions.
+    assert!(is_let_in(AircraftKind::Crewed, 449.0) && !is_let_in(AircraftKind::Crewed, 451.0));
+    for kind in [AircraftKind::Unmanned, AircraftKind::Vehicle] {
+        assert!(is_let_in(kind, 199.0) && !is_let_in(kind, 201.0), "{kind:?}");
+    }
+}
