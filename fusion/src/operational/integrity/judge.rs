@@ -43,7 +43,7 @@ const FAILED_ENDS_S: f64 = 30.0;
 const VERIFY_LASTS_S: f64 = 60.0;
 /// A radar track agrees once it was looked at for so many seconds, and flies so much likelier as this aircraft than as another one
 /// that passes by, natural logarithm: 20 to 1.
-const AGREES_SECONDS: u32 = 10;
+const AGREES_SECONDS: u32 = 15;
 const AGREES_MOTION: f64 = 3.0;
 /// Two radar tracks of at least so many seconds, each of which raises the index by so much, are enough.
 const FAILED_TRACKS: usize = 2;
