@@ -331,7 +331,7 @@ impl Default for IntegrityRules {
             action: Action::Flag,
             on: 8.5,
             off: 2.0,
-            alert_limit_m: 60.0,
+            alert_limit_m: 100.0,
             accuracy: true,
             show_twin: true,
             protect: true,

@@ -20,7 +20,7 @@ section! {
         /// Index below which it is no longer; below `on`.
         off: f64 = 2.0, index();
         /// The offset that radar would not have shown by now is at most this, metres, where an identity is verified.
-        alert_limit_m: f64 = 60.0,
+        alert_limit_m: f64 = 100.0,
             number("an alert limit is above 0, and at most 10000 metres", |metres| metres > 0.0 && metres <= 1e4);
         /// Whether the accuracy of a suspect or failed identity holds its estimated offset.
         accuracy: bool = true, flag();

@@ -43,10 +43,20 @@ class Flight:
         with open(self.output, encoding="utf-8") as lines:
             yield from map(json.loads, lines)
 
+    def rows(self, file):
+        """Those of a table, where there is one."""
+        if not (self.folder / file).exists():
+            return []
+        with open(self.folder / file, encoding="utf-8", newline="") as rows:
+            return list(csv.DictReader(rows))
+
     def classes(self):
-        """Class by Remote ID's serial number."""
-        with open(self.folder / "classes.csv", encoding="utf-8", newline="") as rows:
-            return {row["remote_id"]: row["class"] for row in csv.DictReader(rows) if row["remote_id"]}
+        """Class by serial number, in CAT129 or Remote ID."""
+        return {row[key]: row["class"] for row in self.rows("classes.csv") for key in ("serial", "remote_id") if row[key]}
+
+    def attacked(self):
+        """The serial numbers of those that lie, or are jammed, at some time; the simulator's count from 1."""
+        return {f"{row['number']:0>12}" for row in self.rows("attacks.csv")}
 
 
 def who(track):
@@ -85,23 +95,24 @@ def remote_id(program, seeds, folder):
           f"error over ground {error:.2f} m (alone {error_alone:.2f} m), in height {vertical:.2f} m")
 
 
-def fakes(program, seeds, folder):
-    """Twenty identities at once that do not exist."""
-    for seed in seeds:
-        flight = Flight(program, "fakes", seed, folder)
-        classes = flight.classes()
-        states = collections.defaultdict(collections.Counter)
-        verified = collections.defaultdict(set)
-        for track in flight.tracks():
-            kind = classes.get(who(track))
-            if kind:
-                states[kind][track.get("integrity")] += 1
-                if track.get("integrity") == "verified":
-                    verified[kind].add(who(track))
-        share = {kind: count["verified"] / count.total() for kind, count in states.items()}
-        print(f"fakes {seed}: " + "; ".join(
-            f"{kind}: {len(verified[kind])} of {sum(of == kind for of in classes.values())} ever verified, "
-            f"{100 * share.get(kind, 0):.1f} % of their points" for kind in ("unmanned", "fake")))
+def verified(program, seeds, folder):
+    """Twenty identities at once that do not exist, and those that do and do not lie: who is verified?"""
+    for scenario in ("fakes", "event", "crossing", "spoof"):
+        points, of_these = collections.Counter(), collections.Counter()
+        for seed in seeds:
+            flight = Flight(program, scenario, seed, folder)
+            classes, liars = flight.classes(), flight.attacked()
+            for track in flight.tracks():
+                kind = classes.get(who(track)) if classes else "unmanned"
+                if track.get("integrity") and kind in ("unmanned", "fake") and who(track) not in liars:
+                    points[kind, seed, who(track)] += 1
+                    of_these[kind, seed, who(track)] += track["integrity"] == "verified"
+        for kind in ("unmanned", "fake"):
+            its = [identity for identity in points if identity[0] == kind]
+            if its:
+                share = sum(of_these[identity] for identity in its) / sum(points[identity] for identity in its)
+                print(f"{scenario}: {kind}: {sum(of_these[identity] > 0 for identity in its)} of {len(its)} ever verified, "
+                      f"{100 * share:.1f} % of their points")
 
 
 def event(program, seeds, folder):
@@ -123,7 +134,7 @@ def main():
     arguments = parser.parse_args()
     seeds = range(arguments.first_seed, arguments.first_seed + arguments.seeds)
     with tempfile.TemporaryDirectory() as folder:
-        for figure in (crewed, remote_id, fakes, event):
+        for figure in (crewed, remote_id, verified, event):
             figure(arguments.program, seeds, pathlib.Path(folder))
 
 

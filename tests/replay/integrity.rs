@@ -78,6 +78,57 @@ fn who_is_not_to_be_trusted_is_flagged_in_every_format_and_in_the_alerts() {
     assert!(table.lines().any(|line| line.contains(",failed,")));
 }
 
+/// Three drones with Remote ID, birds, and twenty identities that a laptop makes up among them.
+const FAKES: &str = "name = \"fakes\"\nduration_s = 150\n[airspace]\nradius_m = 400\n[drones]\nmultirotors = 3\n[birds]\ncount = 5\n\
+    [remote_id]\ndrones = 3\nfakes = 20\nfakes_east_m = 1100\nfakes_north_m = 1050\nfakes_after_s = [10, 20]\n";
+
+/// The identities of a flight that a replay has, by what they are, each with how many points it has and how many of them are
+/// verified.
+fn verified(scratch: &Scratch, seed: u32) -> BTreeMap<String, BTreeMap<String, (u32, u32)>> {
+    let (scenario, flight) = (scratch.path("fakes.toml"), scratch.path(format!("fakes-{seed}")));
+    fs::write(&scenario, FAKES).unwrap();
+    let mut simulate = utm_fusion("simulate");
+    simulate.arg(scenario).arg("--out").arg(&flight).args(["--seed", &seed.to_string()]);
+    let flown = ran(&mut simulate);
+    assert_eq!(flown.code, 0, "{}", flown.stderr);
+    let classes = text(&flight.join("classes.csv"));
+    let classes: BTreeMap<&str, &str> = classes
+        .lines()
+        .map(|line| line.split(',').collect::<Vec<_>>())
+        .map(|columns| (columns[3], columns[1]))
+        .collect();
+    let out = flight.join("out.ndjson");
+    let mut replay = utm_fusion("replay");
+    replay.arg(flight.join("capture.pcap")).arg("--config").arg(flight.join("site.toml")).arg("-o").arg(&out);
+    let ran = ran(&mut replay);
+    assert_eq!(ran.code, 0, "{}", ran.stderr);
+    let mut found = BTreeMap::<String, BTreeMap<String, (u32, u32)>>::new();
+    for line in text(&out).lines() {
+        let track: Value = serde_json::from_str(line).unwrap();
+        let Some(serial) = track["uas_id"]["serial_number"].as_str() else { continue };
+        let of_class = found.entry(classes[serial].to_owned()).or_default();
+        let (points, verified) = of_class.entry(serial.to_owned()).or_default();
+        *points += 1;
+        *verified += u32::from(track["integrity"] == "verified");
+    }
+    found
+}
+
+#[test]
+fn identities_that_are_made_up_are_never_verified_and_real_drones_are() {
+    let scratch = Scratch::new();
+    let (mut real, mut of_real) = (0, (0, 0));
+    for seed in [41, 42, 43, 44] {
+        let found = verified(&scratch, seed);
+        let (fakes, drones) = (&found["fake"], &found["unmanned"]);
+        assert_eq!((fakes.len(), drones.len()), (20, 3), "{seed}");
+        assert!(fakes.values().all(|&(points, verified)| points > 200 && verified == 0), "{seed} {fakes:?}");
+        real += drones.values().filter(|drone| drone.1 > 0).count();
+        of_real = drones.values().fold(of_real, |all, drone| (all.0 + drone.0, all.1 + drone.1));
+    }
+    assert!(real >= 9 && of_real.1 * 10 > of_real.0, "{real} of 12 drones, {of_real:?} points");
+}
+
 #[test]
 fn where_nothing_is_judged_nothing_is_said() {
     let scratch = Scratch::new();

@@ -9,6 +9,7 @@ mod row;
 #[cfg(test)]
 mod tests;
 
+use jiff::SignedDuration;
 use nalgebra::{Matrix2, Vector2};
 use serde::{Deserialize, Serialize};
 
@@ -29,8 +30,8 @@ const BEHIND: f64 = -12.0;
 const BEHIND_AFTER_S: f64 = 20.0;
 /// Where a radar track of another aircraft may be: sigma of the offset, each axis, metres.
 pub(crate) const ELSEWHERE_M: f64 = 150.0;
-/// The protection level is that of a lie which began this long ago, seconds.
-const PROTECTION_S: f64 = 60.0;
+/// The protection level is that of a lie which began at least this long ago.
+const PROTECTION: SignedDuration = SignedDuration::from_secs(60);
 /// A radar track walks off for no longer than this, seconds; that it begins to within five of them costs so much, natural
 /// logarithm.
 const WALK_MAX_S: f64 = 14.0;
@@ -41,8 +42,8 @@ const JUMP_COST: f64 = 3.0;
 const LATE_MIN_S: f64 = 0.5;
 /// It is by more than so many standard deviations.
 const LATE_SIGMAS: f64 = 2.0;
-/// Radius that holds 95 % of a two-dimensional normal distribution, in standard deviations.
-const RADIUS_95: f64 = 2.447_746_830_680_816;
+/// A standard normal variable is below this with a probability of 95 %.
+const NORMAL_95: f64 = 1.644_853_626_951_472;
 
 /// What a radar track shows of an aircraft within a second.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -97,6 +98,8 @@ pub(crate) struct Bank {
     /// Honest, while the radar track walks off.
     walks: Vec<Row>,
     lies: Vec<Row>,
+    /// A drift that began while nobody looked: it bounds what could hide until one that was looked at is old enough.
+    unseen: Option<Row>,
     /// The time of the last look, and that of the last rows.
     looked: Option<Time>,
     begun: Option<Time>,
@@ -114,6 +117,7 @@ impl Bank {
             honest: Row::honest(time, delay),
             walks: Vec::new(),
             lies: Vec::new(),
+            unseen: None,
             looked: None,
             begun: None,
             begun_late: None,
@@ -159,6 +163,11 @@ impl Bank {
         best.unwrap_or(&self.honest).is_own()
     }
 
+    /// Whether the radar track that is looked at is rather the aircraft's own, if the transponder is honest.
+    pub(crate) fn agrees(&self) -> bool {
+        self.honest.is_own()
+    }
+
     /// How much likelier a lie of this kind is than honesty, natural logarithm.
     fn index_of(&self, is_kind: impl Fn(Kind) -> bool) -> f64 {
         let count = self.lies.iter().filter(|row| is_kind(row.kind)).count();
@@ -195,11 +204,13 @@ impl Bank {
 
     /// The lie that radar would not have shown at `time`, metres: radius that holds 95 %. `None`: any lie.
     pub(crate) fn protection_level_m(&self, time: Time) -> Option<f64> {
-        self.looked?;
-        let age = |row: &&Row| (time.seconds_since(row.since) - PROTECTION_S).abs();
-        let drifts = self.lies.iter().filter(|row| row.kind == Kind::Drift);
-        let (mean, covariance) = drifts.min_by(|a, b| age(a).total_cmp(&age(b)))?.offset(time);
-        Some(RADIUS_95 * longest_m2(&covariance).max(0.0).sqrt() + mean.norm())
+        let is_drift = |row: &&Row| row.kind == Kind::Drift;
+        let drifts = || self.unseen.iter().chain(&self.lies).filter(is_drift);
+        let begun = time + -PROTECTION;
+        // The youngest that is old enough; where all of these were given up, the oldest.
+        let old_enough = drifts().filter(|row| row.since <= begun).max_by_key(|row| row.since);
+        let (mean, covariance) = old_enough.or_else(|| drifts().min_by_key(|row| row.since))?.offset(time);
+        Some(radius_95_m(&mean, &covariance))
     }
 
     /// The last look.
@@ -216,10 +227,12 @@ impl Bank {
             // It may have begun while nobody looked.
             self.begin(self.honest.at);
         }
+        let unseen = self.begun_unseen(look);
         // All rows are at one time.
         let passage = Passage::between(self.honest.at, look.time, self.slow);
+        self.all().for_each(|row| passage.iter().for_each(|passage| row.turn(passage)));
+        self.unseen = unseen.or(self.unseen.take());
         for row in self.all() {
-            passage.iter().for_each(|passage| row.turn(passage));
             if radar != Some(look.radar) {
                 row.meet_radar(look);
             }
@@ -240,6 +253,22 @@ impl Bank {
         }
     }
 
+    /// A drift that began a minute ago, where nobody has looked since.
+    fn begun_unseen(&self, look: &Look) -> Option<Row> {
+        let since = look.time + -PROTECTION;
+        if self.looked.is_some_and(|looked| looked > since) {
+            return None;
+        }
+        let mut honest = self.honest.clone();
+        let turn = |row: &mut Row, from, until| {
+            Passage::between(from, until, self.slow).iter().for_each(|passage| row.turn(passage));
+        };
+        turn(&mut honest, self.honest.at, since);
+        let mut unseen = honest.branch(Kind::Drift, since);
+        turn(&mut unseen, since, look.time.max(self.honest.at));
+        Some(unseen)
+    }
+
     /// The radar track has ended: if it had walked off, honesty is as likely as that.
     fn end_track(&mut self) {
         let walked = self.walks.drain(..).map(|row| row.log()).fold(f64::NEG_INFINITY, f64::max);
@@ -250,7 +279,7 @@ impl Bank {
     }
 
     fn all(&mut self) -> impl Iterator<Item = &mut Row> {
-        [&mut self.honest].into_iter().chain(&mut self.walks).chain(&mut self.lies)
+        [&mut self.honest].into_iter().chain(&mut self.walks).chain(&mut self.lies).chain(&mut self.unseen)
     }
 
     /// Rows of lies that begin then.
@@ -279,13 +308,23 @@ impl Bank {
             let is_behind = lead < BEHIND && age_s > BEHIND_AFTER_S;
             !is_thinned && (lead > LEADS || age_s <= KEPT_S && !is_behind)
         });
+        self.unseen.take_if(|row| time.seconds_since(row.since) > KEPT_S);
         self.walks.retain(|row| time.seconds_since(row.since) <= WALK_MAX_S);
         self.all().for_each(|row| row.relate(honest));
     }
 }
 
-/// Variance along the longer axis of a covariance's ellipse: its larger eigenvalue.
-fn longest_m2(covariance: &Matrix2<f64>) -> f64 {
-    let (sum, difference) = (covariance.m11 + covariance.m22, covariance.m11 - covariance.m22);
-    0.5 * (sum + difference.hypot(2.0 * covariance.m21))
+/// Radius around nothing that holds 95 % of a normal distribution over ground. The squared distance is nearly a χ² variable,
+/// shifted and scaled to its first three cumulants (J. P. Imhof, *Computing the distribution of quadratic forms in normal
+/// variables*, Biometrika 48, 1961), and the cube root of that nearly a normal one (E. B. Wilson, M. M. Hilferty, *The
+/// distribution of chi-square*, Proc. National Academy of Sciences 17, 1931): 94.6 to 95.7 % are held.
+fn radius_95_m(mean: &Vector2<f64>, covariance: &Matrix2<f64>) -> f64 {
+    let square = covariance * covariance;
+    let first = covariance.trace() + mean.norm_squared();
+    let second = square.trace() + 2.0 * mean.dot(&(covariance * mean));
+    let third = (square * covariance).trace() + 3.0 * mean.dot(&(square * mean));
+    let freedom = second.powi(3) / third.powi(2);
+    let ninth = 2.0 / (9.0 * freedom);
+    let quantile = freedom * (1.0 - ninth + NORMAL_95 * ninth.sqrt()).powi(3);
+    (first + (quantile - freedom) * (second / freedom).sqrt()).max(0.0).sqrt()
 }

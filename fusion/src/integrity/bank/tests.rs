@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use proptest::prelude::*;
 
 use super::row::{Passage, Row, Sight};
-use super::{Bank, Delay, Look, Slow, longest_m2};
+use super::{Bank, Delay, Look, Slow, radius_95_m};
 use crate::report::SensorIndex;
 use crate::time::Time;
 
@@ -169,16 +169,82 @@ fn without_a_look_any_lie_could_hide() {
     assert_eq!((bank.protection_level_m(at(1.0)), bank.late_index(), bank.index()), (None, None, 0.0));
 }
 
+/// A lie may have begun before anybody looked: looks bound it better and better, and no worse than the first; once nobody has
+/// looked for long it is as at first.
+#[test]
+fn what_could_hide_begins_before_anybody_looked() {
+    let mut bank = Bank::new(at(0.0), DELAY);
+    let level_m = |bank: &mut Bank, second: u32, track| {
+        bank.take(&look(f64::from(second), track, [0.0, 0.0], 0.0), 0.9, OTHER);
+        bank.protection_level_m(at(f64::from(second))).unwrap()
+    };
+    // A slow error of 0.02 at 1.5 km is 30 m, to both sides.
+    let first = level_m(&mut bank, 0, 1);
+    assert!((58.0..63.0).contains(&first), "{first}");
+    let mut then = first;
+    for second in 1..90 {
+        let now = level_m(&mut bank, second, 1);
+        assert!(now < then + 1.5 && now < first + 0.5, "{second} {now} {then} {first}");
+        then = now;
+    }
+    for rest in [61, 100, 149, 151, 400] {
+        let mut bank = bank.clone();
+        let again = level_m(&mut bank, 89 + rest, 2);
+        assert!((0.9 * first..1.1 * first).contains(&again), "{rest} {again} {first}");
+        for second in 1..90 {
+            let later = level_m(&mut bank, 89 + rest + second, 2);
+            assert!(later > 0.9 * then, "{rest} {second} {later} {then}");
+        }
+    }
+}
+
+#[test]
+fn a_track_agrees_that_is_the_aircrafts_own_if_it_is_honest() {
+    let agrees = |offset_m: f64| {
+        let mut bank = Bank::new(at(0.0), DELAY);
+        assert!(!bank.agrees());
+        (0..20).for_each(|second| bank.take(&look(f64::from(second), 1, [3.0, offset_m], 0.0), 0.7, OTHER));
+        bank.agrees()
+    };
+    assert_eq!([20.0, 300.0].map(agrees), [true, false]);
+}
+
+/// Probability that a normal variable is nearer to nothing than a radius: over the angle x = r sin t.
+fn within(radius_m: f64, mean: &Vector2<f64>, sigmas_m: [f64; 2]) -> f64 {
+    let below = |deviations: f64| 0.5 * libm::erfc(-deviations / std::f64::consts::SQRT_2);
+    let step = std::f64::consts::PI / 2000.0;
+    (0..2000)
+        .map(|index| {
+            let angle = (f64::from(index) + 0.5) * step - std::f64::consts::FRAC_PI_2;
+            let (x, half) = (radius_m * angle.sin(), radius_m * angle.cos());
+            let along = (x - mean.x) / sigmas_m[0];
+            let density = (-0.5 * along * along).exp() / (sigmas_m[0] * std::f64::consts::TAU.sqrt());
+            density
+                * (below((half - mean.y) / sigmas_m[1]) - below((-half - mean.y) / sigmas_m[1]))
+                * half
+                * step
+        })
+        .sum()
+}
+
 proptest! {
     #[test]
-    fn the_longer_axis_is_the_larger_eigenvalue(
-        (east_m, north_m) in (0.1..200.0_f64, 0.1..200.0_f64),
-        correlation in -0.99..0.99_f64,
+    fn the_radius_holds_95_of_100(
+        long_m in 1.0..200.0_f64,
+        share in 0.05..1.0_f64,
+        away in 0.0..6.0_f64,
+        (from, turned) in (0.0..6.3_f64, 0.0..3.2_f64),
     ) {
-        let across = correlation * east_m * north_m;
-        let covariance = Matrix2::new(east_m * east_m, across, across, north_m * north_m);
-        let expected = covariance.symmetric_eigenvalues().max();
-        prop_assert!((longest_m2(&covariance) / expected - 1.0).abs() < 1e-12);
+        let sigmas_m = [long_m, share * long_m];
+        let mean = Vector2::new(from.sin(), from.cos()) * (away * long_m);
+        let covariance = Matrix2::new(sigmas_m[0].powi(2), 0.0, 0.0, sigmas_m[1].powi(2));
+        let radius_m = radius_95_m(&mean, &covariance);
+        let held = within(radius_m, &mean, sigmas_m);
+        prop_assert!((0.944..0.957).contains(&held), "{held}");
+        // Whichever way it lies.
+        let turn = nalgebra::Rotation2::new(turned).into_inner();
+        let other = radius_95_m(&(turn * mean), &(turn * covariance * turn.transpose()));
+        prop_assert!((other / radius_m - 1.0).abs() < 1e-9);
     }
 }
 

@@ -39,8 +39,12 @@ const OFFSET_MIN_M: f64 = 15.0;
 const LOOKED_LATELY_S: f64 = 10.0;
 const SUSPECT_ENDS_S: f64 = 5.0;
 const FAILED_ENDS_S: f64 = 30.0;
-/// Without evidence for so long nobody stays verified, seconds.
+/// Without a radar track that agrees for so long nobody stays verified, seconds.
 const VERIFY_LASTS_S: f64 = 60.0;
+/// A radar track agrees once it was looked at for so many seconds, and flies so much likelier as this aircraft than as another one
+/// that passes by, natural logarithm: 20 to 1.
+const AGREES_SECONDS: u32 = 15;
+const AGREES_MOTION: f64 = 3.0;
 /// Two radar tracks of at least so many seconds, each of which raises the index by so much, are enough.
 const FAILED_TRACKS: usize = 2;
 const FAILED_SECONDS: u32 = 5;
@@ -70,6 +74,8 @@ pub(super) struct Judge {
     /// The last second that was looked at ended then; the last look that was weighed.
     looked: Option<Time>,
     weighed: Option<Time>,
+    /// The last look at a radar track that agrees, since it was flagged last.
+    agreed: Option<Time>,
     /// Time of its newest report.
     heard: Time,
     /// Whether a look was weighed since it was judged last.
@@ -127,6 +133,7 @@ impl Judge {
             index: 0.0,
             looked: None,
             weighed: None,
+            agreed: None,
             heard: time,
             is_weighed_anew: true,
             twin_number: None,
@@ -216,6 +223,11 @@ impl Judge {
         if let Some(evidence) = self.evidence.front_mut() {
             evidence.seconds += 1;
             evidence.gain = self.index - before;
+            // To be near for a moment is no agreement: who passes by is, too.
+            let is_alike = evidence.seconds >= AGREES_SECONDS && judged.so_far >= AGREES_MOTION;
+            if own != Own::Far && is_alike && self.bank.agrees() {
+                self.agreed = Some(look.time);
+            }
         }
     }
 
@@ -257,15 +269,15 @@ impl Judge {
     }
 
     fn unflagged(&self, time: Time, level_m: Option<f64>, rules: &IntegrityRules) -> State {
-        let is_looked_at = self.bank.looked().is_some_and(|last| time.seconds_since(last) < VERIFY_LASTS_S);
+        let agrees = self.agreed.is_some_and(|last| time.seconds_since(last) < VERIFY_LASTS_S);
         let is_bounded = level_m.is_some_and(|level_m| level_m <= rules.alert_limit_m);
-        if is_looked_at && self.index < rules.off && is_bounded { State::Verified } else { State::Unverified }
+        if agrees && self.index < rules.off && is_bounded { State::Verified } else { State::Unverified }
     }
 
     /// A flag lasts until evidence says that it is over.
     fn settle(&mut self, found: State, reasons: Reasons, time: Time, rules: &IntegrityRules) {
         if found.is_flagged() {
-            self.quiet = None;
+            (self.quiet, self.agreed) = (None, None);
             self.reasons = if self.state.is_flagged() { self.reasons.or(reasons) } else { reasons };
             self.enter(found.max(if self.state.is_flagged() { self.state } else { found }), time);
             return;
