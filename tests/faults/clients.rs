@@ -148,7 +148,8 @@ fn two_thousand_bad_clients_hinder_nobody_and_are_gone_afterwards() {
         println!("{count} good requests, the slowest in {slowest:?}");
         assert!(count > 50 && slowest < Duration::from_secs(2), "{count}, {slowest:?}");
     });
-    until("all files are given back", Duration::from_secs(15), || taken(service.id()).0 <= before.0 + 4);
+    // But for the recording's, and that of the engine's state.
+    until("all files are given back", Duration::from_secs(15), || taken(service.id()).0 <= before.0 + 5);
     let after = taken(service.id());
     println!("files {} to {}, memory {} to {} KiB", before.0, after.0, before.1, after.1);
     assert!(after.1 < before.1 + 60_000, "memory {} to {} KiB", before.1, after.1);
