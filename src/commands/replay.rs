@@ -24,8 +24,8 @@ use crate::capture::{Capture, Format, Merged, Reception, TrailerRules};
 use crate::config::{Config, PictureKind, Profile};
 use crate::integrity::Lookout;
 use crate::picture::PictureMaker;
-use crate::pipeline::{Event, Output, Pipeline};
-use crate::state::SavedState;
+use crate::pipeline::{Event, NotRestored, Output, Pipeline};
+use crate::state::{EngineState, SavedState};
 
 pub use args::Args;
 
@@ -58,8 +58,9 @@ pub fn run(args: &Args) -> CommandResult {
     let captures = args.open(&trailers, adsb)?;
     let day = args.day_of(&captures);
     let maker = PictureMaker::new(&config, Pipeline::new(&config, masks.clone()).normaliser());
-    let lookout = Lookout::load(&config, masks.clone())?;
+    let mut lookout = Lookout::load(&config, masks.clone())?;
     let SavedState { numbers, registrations, correlations, engine } = args.saved_state()?;
+    let begun = engine.and_then(|octets| begun(&octets, &config, &masks, &mut lookout));
     let mut plan = correlations.plan(&config);
     let mut stage = Stage::open(args, &config, maker, lookout, std::mem::take(&mut plan.alerts))?;
     let to_stdout = args.output.as_deref() == Some(Path::new("-"));
@@ -67,13 +68,10 @@ pub fn run(args: &Args) -> CommandResult {
     #[expect(clippy::disallowed_methods, reason = "how long it took")]
     let started = Instant::now();
     let pass = |stage: &mut Stage<'_>, captures| {
-        let restored = engine.as_deref().map(|octets| Pipeline::restored(&config, masks.clone(), octets));
-        let mut pipeline = match restored {
-            Some(Ok(pipeline)) => pipeline,
-            unrestored => {
-                if let Some(Err(error)) = unrestored {
-                    warn!(%error, "the state that the recording begins with cannot be used: numbers and registration alone");
-                }
+        let begun = begun.as_deref().map(|octets| Pipeline::restored(&config, masks.clone(), octets));
+        let mut pipeline = match begun {
+            Some(begun) => begun?,
+            None => {
                 let mut pipeline = Pipeline::new(&config, masks.clone());
                 if args.state.is_none() {
                     pipeline.engine_mut().keep_numbers_for_good();
@@ -131,6 +129,26 @@ pub fn run(args: &Args) -> CommandResult {
         return Err(problem.into());
     }
     Ok(if failed > 0 && outcome == Outcome::Done { Outcome::Incomplete } else { outcome })
+}
+
+/// The pipeline as it was when the recording began, as octets; the lookout is then, too. `None`, which is logged: they are of
+/// another version or site.
+fn begun(octets: &[u8], config: &Config, masks: &Masks, lookout: &mut Lookout) -> Option<Vec<u8>> {
+    let state = EngineState::parse(octets).ok_or(NotRestored::Unreadable);
+    let state = state.and_then(|state| {
+        Pipeline::restored(config, masks.clone(), &state.pipeline)?;
+        Ok(state)
+    });
+    match state {
+        Ok(EngineState { pipeline, lookout: watched }) => {
+            lookout.go_on(&watched);
+            Some(pipeline)
+        }
+        Err(error) => {
+            warn!(%error, "the state that the recording begins with cannot be used: numbers and registration alone");
+            None
+        }
+    }
 }
 
 /// A pass through the recording.

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 use crate::areas::{AreaError, Areas, HeardAreas, Masks};
 use crate::config::Config;
 use crate::picture::{Picture, PictureMaker, PictureTrack};
@@ -26,7 +28,7 @@ pub struct Lookout {
 }
 
 /// A drone that was seen by radar alone.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Watched {
     /// Its latest point.
     seen: Time,
@@ -66,6 +68,16 @@ impl Lookout {
         }
         let slot_ns = config.fusion.slot.as_nanos() as i64;
         Ok(Self { heard: HeardAreas::load(config)?, masks, slot_ns, watched: BTreeMap::new() })
+    }
+
+    /// Who is watched, as octets.
+    pub fn checkpoint(&self) -> Vec<u8> {
+        postcard::to_stdvec(&self.watched).expect("times and numbers can be written down")
+    }
+
+    /// Goes on with a checkpoint; whether it is one.
+    pub fn go_on(&mut self, octets: &[u8]) -> bool {
+        postcard::from_bytes(octets).map(|watched| self.watched = watched).is_ok()
     }
 
     /// Marks the tracks of the picture that are uncooperative, and notes in it which ones no longer are.

@@ -14,7 +14,7 @@ use crate::config::Config;
 use crate::integrity::{Flags, Lookout};
 use crate::picture::PictureMaker;
 use crate::pipeline::{Event, NotRestored, Output, Pipeline};
-use crate::state::Warm;
+use crate::state::{EngineState, Warm};
 use fusion::Engine;
 use fusion::integrity::Word;
 use fusion::numbering::{Given, NumberChange};
@@ -92,7 +92,9 @@ impl Driver {
         warm: &Warm,
         now: Time,
     ) -> Result<(), NotRestored> {
-        self.pipeline = Pipeline::restored(config, masks, &warm.pipeline)?;
+        let state = EngineState::parse(&warm.engine).ok_or(NotRestored::Unreadable)?;
+        self.pipeline = Pipeline::restored(config, masks, &state.pipeline)?;
+        self.lookout.go_on(&state.lookout);
         self.published = warm.published;
         warm.inputs.iter().for_each(|input| self.receive(input));
         // Slots that were due meanwhile are nobody's any more.
@@ -104,7 +106,8 @@ impl Driver {
 
     /// The state as octets ([`Driver::go_on`]).
     pub fn checkpoint(&self, config: &Config) -> Vec<u8> {
-        self.pipeline.checkpoint(config)
+        EngineState { pipeline: self.pipeline.checkpoint(config), lookout: self.lookout.checkpoint() }
+            .octets()
     }
 
     /// The same with somebody on the lookout for drones without a transponder.

@@ -28,7 +28,8 @@ pub enum Recorded {
     Decided(Arc<str>),
     /// The lines of the decisions in force, which have changed: a further file begins with these.
     Correlations(Arc<str>),
-    /// The state of the pipeline before what follows: a file that begins here is replayed from it.
+    /// The state of the engine before what follows ([`EngineState`](crate::state::EngineState)): a file that begins here is
+    /// replayed from it.
     Checkpoint(Arc<[u8]>),
     /// A datagram that was sent.
     Output {

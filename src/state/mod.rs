@@ -13,6 +13,7 @@
 
 mod alerts;
 mod correlations;
+mod engine;
 mod keeper;
 mod registration;
 mod sources;
@@ -34,6 +35,7 @@ pub use correlations::{
     CORRELATIONS, CorrelationPlan, Correlations, correlation_line, kept_lines, parse_decisions,
     read_correlations, word_line,
 };
+pub use engine::{ENGINE, EngineState};
 pub use keeper::{Keeper, StateContents, StateFile};
 pub use registration::{
     REGISTRATION, Registrations, parse_registration, read_registration, registration_text,
@@ -43,8 +45,6 @@ pub use warm::{Frame, Warm, WarmKeeper, WarmQueue};
 
 /// The file's name in the directory of `[state]`.
 pub const NUMBERS: &str = "numbers.json";
-/// The end of the name of the file of a recording that holds the state of the pipeline before its first datagram.
-pub const ENGINE: &str = "engine";
 /// The end of such a file, behind the last line.
 pub const NUMBERS_END: &str = "\n]}\n";
 /// The only version so far.

@@ -18,7 +18,7 @@ pub struct SavedState {
     pub registrations: Registrations,
     /// Operators' decisions while the recording was made.
     pub correlations: Correlations,
-    /// The state of the pipeline before the recording's first datagram.
+    /// The state of the engine before the recording's first datagram, [`EngineState::octets`](super::EngineState::octets).
     pub engine: Option<Vec<u8>>,
 }
 

@@ -34,8 +34,8 @@ pub enum Frame {
     Checkpoint {
         /// When it was written.
         at: Time,
-        /// Of the pipeline.
-        pipeline: Vec<u8>,
+        /// Of the engine, [`EngineState::octets`](super::EngineState::octets).
+        engine: Vec<u8>,
         /// Of the encoders.
         encoders: Vec<u8>,
     },
@@ -57,8 +57,8 @@ pub enum Frame {
 /// What a service goes on from.
 #[derive(Debug)]
 pub struct Warm {
-    /// Of the pipeline.
-    pub pipeline: Vec<u8>,
+    /// Of the engine, [`EngineState::octets`](super::EngineState::octets).
+    pub engine: Vec<u8>,
     /// Of the encoders.
     pub encoders: Vec<u8>,
     /// What was handled since, in order.
@@ -95,8 +95,8 @@ impl Warm {
 
     fn of(octets: &[u8]) -> Option<Self> {
         let mut frames = Frames(octets);
-        let Some(Frame::Checkpoint { at, pipeline, encoders }) = frames.next() else { return None };
-        let mut warm = Self { pipeline, encoders, inputs: Vec::new(), published: None, until: at };
+        let Some(Frame::Checkpoint { at, engine, encoders }) = frames.next() else { return None };
+        let mut warm = Self { engine, encoders, inputs: Vec::new(), published: None, until: at };
         for frame in frames {
             match frame {
                 Frame::Input { received, line, from, payload } => {
@@ -284,7 +284,7 @@ mod tests {
     }
 
     fn checkpoint(second: i64) -> Frame {
-        Frame::Checkpoint { at: at(second), pipeline: vec![second as u8; 9], encoders: vec![7] }
+        Frame::Checkpoint { at: at(second), engine: vec![second as u8; 9], encoders: vec![7] }
     }
 
     fn input(second: i64) -> Frame {
@@ -309,7 +309,7 @@ mod tests {
         drop(queue);
         keeper.join();
         let warm = Warm::load(&directory, at(20), OLDEST).unwrap();
-        assert_eq!((warm.pipeline, warm.encoders), (vec![2; 9], vec![7]));
+        assert_eq!((warm.engine, warm.encoders), (vec![2; 9], vec![7]));
         assert_eq!((warm.published, warm.until), (Some(at(4)), at(5)));
         let received: Vec<_> = warm.inputs.iter().map(|input| (input.received, input.payload[0])).collect();
         assert_eq!(received, [(Some(at(3)), 3), (Some(at(5)), 5)]);

@@ -72,13 +72,13 @@ proptest! {
 
         let mut driver = Driver::new(&config, Masks::default(), start, 2);
         let mut slots = Slots::new();
-        let mut warm = Warm { pipeline: Vec::new(), encoders: Vec::new(), inputs: Vec::new(), published: None, until: start };
+        let mut warm = Warm { engine: Vec::new(), encoders: Vec::new(), inputs: Vec::new(), published: None, until: start };
         for index in 0..=stopped {
             let received = reception(&simulation, index);
             driver.receive(&received);
             take(&mut driver, &mut slots);
             if index == written {
-                warm.pipeline = driver.checkpoint(&config);
+                warm.engine = driver.checkpoint(&config);
             } else if index > written {
                 warm.inputs.push(received);
             }

@@ -122,6 +122,19 @@ fn fifteen_seconds_in_the_coverage_of_a_receiver_are_enough_and_less_is_not() {
 }
 
 #[test]
+fn a_restart_begins_no_one_s_time_anew() {
+    let mut field = Field::new();
+    field.pass(60, &[drone(7, 0.0, 0.0)]);
+    assert_eq!(field.pass(30, &[drone(7, 0.0, 0.0), drone(8, 90.0, 0.0)]).len(), 1);
+    let written = field.lookout.checkpoint();
+    let mut again = Field::new();
+    assert!(again.lookout.go_on(&written) && !again.lookout.go_on(&written[..written.len() - 1]));
+    again.slot = field.slot;
+    assert_eq!(again.pass(29, &[drone(7, 0.0, 0.0), drone(8, 90.0, 0.0)]).len(), 1);
+    assert_eq!(again.pass(1, &[drone(7, 0.0, 0.0), drone(8, 90.0, 0.0)]).len(), 2);
+}
+
+#[test]
 fn outside_it_in_a_mask_and_explained_nobody_is_uncooperative() {
     let mut field = Field::new();
     let explained = Point { is_unexplained: false, ..drone(9, 0.0, 0.0) };

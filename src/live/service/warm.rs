@@ -33,12 +33,12 @@ impl Engine {
         if !is_due || self.driver.next_made().is_none() || self.warm().is_none() {
             return;
         }
-        let pipeline = self.driver.checkpoint(&self.config);
+        let engine = self.driver.checkpoint(&self.config);
         // A recording may begin a file here.
         if let Some(recorder) = &self.outlets.recorder {
-            recorder.has_room_for(Recorded::Checkpoint(pipeline.clone().into()));
+            recorder.has_room_for(Recorded::Checkpoint(engine.clone().into()));
         }
-        let checkpoint = self.checkpoint(now, pipeline);
+        let checkpoint = self.checkpoint(now, engine);
         if self.warm().is_some_and(|warm| warm.begin(checkpoint)) {
             self.next_checkpoint = now + period;
         }
@@ -59,8 +59,8 @@ impl Engine {
         }
     }
 
-    fn checkpoint(&self, at: Time, pipeline: Vec<u8>) -> Frame {
-        Frame::Checkpoint { at, pipeline, encoders: self.outlets.encoders.checkpoint() }
+    fn checkpoint(&self, at: Time, engine: Vec<u8>) -> Frame {
+        Frame::Checkpoint { at, engine, encoders: self.outlets.encoders.checkpoint() }
     }
 
     fn warm(&mut self) -> Option<&mut WarmQueue> {
