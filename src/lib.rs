@@ -5,6 +5,8 @@ pub mod app;
 pub mod areas;
 mod basemap;
 pub mod capture;
+#[cfg(any(test, feature = "cluster"))]
+pub mod cluster;
 pub mod commands;
 pub mod config;
 pub mod conflicts;

@@ -16,7 +16,7 @@ const E2: f64 = FLATTENING * (2.0 - FLATTENING);
 const SEMI_MINOR_M: f64 = SEMI_MAJOR_M * (1.0 - FLATTENING);
 
 /// A position on WGS-84: radians, and metres above the ellipsoid (not above mean sea level).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Geodetic {
     /// Geodetic latitude, radians, north positive.
     pub latitude: f64,

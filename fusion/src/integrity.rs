@@ -269,7 +269,7 @@ pub struct HeldWord {
 }
 
 /// What is wrong with transponders at a slot: in every emission for as long as it holds.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Concern {
     /// An identity is suspect or failed.
     Integrity {

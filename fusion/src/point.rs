@@ -41,7 +41,7 @@ pub struct NowPicture {
 }
 
 /// One output point.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Point {
     /// Track number: T · 10000 + R, R or T.
     pub number: u32,
@@ -66,7 +66,7 @@ pub struct Point {
 }
 
 /// Velocity and covariance of a point's aircraft, in the site's axes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// East, north, up, metres a second.
     pub velocity: Vector3<f64>,
@@ -98,7 +98,7 @@ impl Estimate {
 }
 
 /// What a position rests on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Basis {
     /// A measurement within the slot.
     Measured,
@@ -109,7 +109,7 @@ pub enum Basis {
 }
 
 /// What a point is made of.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Source {
     /// An associated pair; in the `operational` profile also while one of the two is silent.
     Fused(RadarPart, TransponderPart, Association),
@@ -133,7 +133,7 @@ pub struct RadarPart {
 }
 
 /// A camera's part in a point: its bearings say in which direction that is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CameraPart {
     /// The camera's track.
     pub track: CameraTrackKey,
@@ -142,7 +142,7 @@ pub struct CameraPart {
 }
 
 /// The transponder's part in a point.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TransponderPart {
     /// Its number T.
     pub number: u32,
@@ -172,7 +172,7 @@ impl From<&Plot> for RadarPart {
 }
 
 /// Why a pair was fused.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Association {
     /// Distance between the two, metres (horizontal where the radar measured no height).
     pub distance_m: f64,
@@ -181,7 +181,7 @@ pub struct Association {
 }
 
 /// What an association rests on.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Because {
     /// Distance threshold and ratio (`reference` profile).
     Ratio {
@@ -203,7 +203,7 @@ pub enum Because {
 }
 
 /// How often the two of a pair agreed, from the window's first slot to the point's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SlotRatio {
     /// Slots where both have a point.
     pub co_present: u32,
@@ -219,7 +219,7 @@ impl SlotRatio {
 }
 
 /// A sensor track that came near a point without being part of it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Competitor {
     /// Who.
     pub who: Rival,
@@ -230,7 +230,7 @@ pub struct Competitor {
 }
 
 /// What could take a part of a point.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Rival {
     /// A radar track that could be its transponder's.
     Radar(RadarTrackKey),

@@ -40,7 +40,7 @@ struct Watched {
 }
 
 /// An uncooperative aircraft that is none any more.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Resolved {
     /// Its track id.
     pub id: String,

@@ -92,9 +92,7 @@ impl Driver {
         warm: &Warm,
         now: Time,
     ) -> Result<(), NotRestored> {
-        let state = EngineState::parse(&warm.engine).ok_or(NotRestored::Unreadable)?;
-        self.pipeline = Pipeline::restored(config, masks, &state.pipeline)?;
-        self.lookout.go_on(&state.lookout);
+        self.restore(config, masks, &warm.engine)?;
         self.published = warm.published;
         warm.inputs.iter().for_each(|input| self.receive(input));
         // Slots that were due meanwhile are nobody's any more.
@@ -104,7 +102,18 @@ impl Driver {
         Ok(())
     }
 
-    /// The state as octets ([`Driver::go_on`]).
+    /// Is from now on as the driver was that wrote this state.
+    ///
+    /// # Errors
+    /// The state is of another version, or the site or its settings are others now.
+    pub fn restore(&mut self, config: &Config, masks: Masks, state: &[u8]) -> Result<(), NotRestored> {
+        let state = EngineState::parse(state).ok_or(NotRestored::Unreadable)?;
+        self.pipeline = Pipeline::restored(config, masks, &state.pipeline)?;
+        self.lookout.go_on(&state.lookout);
+        Ok(())
+    }
+
+    /// The state as octets ([`Driver::restore`]).
     pub fn checkpoint(&self, config: &Config) -> Vec<u8> {
         EngineState { pipeline: self.pipeline.checkpoint(config), lookout: self.lookout.checkpoint() }
             .octets()

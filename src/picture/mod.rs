@@ -19,6 +19,7 @@ use fusion::report::AircraftKind;
 use fusion::slots::Slot;
 use fusion::time::{SECOND, Time};
 use fusion::{Emission, Enu, Identity, Point, SensorIndex, Source};
+use serde::{Deserialize, Serialize};
 
 pub use accuracy::{Class, HORIZONTAL, SPEED, VERTICAL};
 pub use class::TrackClass;
@@ -38,7 +39,7 @@ const HEARD_S: f64 = 5.0;
 pub const MAX_ACCURACY_M: f64 = 100.0;
 
 /// Everything of one slot.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Picture {
     /// The slot.
     pub slot: Slot,
@@ -78,7 +79,7 @@ impl Picture {
 }
 
 /// One point of the engine's output with its position on Earth.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PictureTrack {
     /// As the engine emitted it.
     pub point: Point,

@@ -1,6 +1,7 @@
 //! Velocity and accuracy of a track, as published: only for a track with an estimate.
 
 use nalgebra::{Matrix2, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::accuracy::{self, Class, HALF, HORIZONTAL, MOST, SPEED, VERTICAL};
 use fusion::Enu;
@@ -16,7 +17,7 @@ const MOST_OF_A_LINE: f64 = 1.96;
 const MOST_OF_A_PLANE: f64 = 5.991;
 
 /// Velocity of a track, and the accuracy of velocity and position.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Motion {
     /// East, north and up at the track's position, metres per second.
     pub velocity: Vector3<f64>,
@@ -43,7 +44,7 @@ pub struct Motion {
 }
 
 /// An ellipse about a position.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ellipse {
     /// Its longer and its shorter half axis, metres.
     pub half_axes_m: [f64; 2],

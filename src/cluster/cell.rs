@@ -1,0 +1,330 @@
+//! A cell on one node: it follows the owner's output, or owns it.
+
+use std::collections::VecDeque;
+
+use fusion::slots::{Slot, SlotGrid};
+use fusion::time::Time;
+use jiff::SignedDuration;
+
+use super::message::{Heard, Input, Output};
+use super::watermarks::Watermarks;
+
+/// What is handled after a slot was made is handled this much later than it was due, and before the next one is by as much.
+const APART: SignedDuration = SignedDuration::from_micros(1);
+
+/// What a cell does with its inputs: told the same at the same times it makes the same, to the byte.
+pub trait Fusing {
+    /// Takes in a datagram as received at `at`, which is before the next slot is due.
+    fn receive(&mut self, heard: &Heard, at: Time);
+
+    /// Makes the slots that are due by `now`.
+    fn tick(&mut self, now: Time);
+
+    /// When the next slot is due; `None` before the first datagram.
+    fn next_due(&self) -> Option<Time>;
+
+    /// The next slot that was made, with its picture.
+    fn poll(&mut self) -> Option<(Slot, Vec<u8>)>;
+}
+
+/// Why a node has to begin this cell anew, from a checkpoint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Lost {
+    /// The owner has published another picture than this node would have.
+    #[error("the state differs from the owner's")]
+    Diverged,
+    /// Somebody else owns the cell now.
+    #[error("another node owns the cell")]
+    Fenced,
+    /// What the owner has published needs a state that this node has not.
+    #[error("the state is too old to follow the owner")]
+    Behind,
+}
+
+/// What a cell asks of the log; each is answered once, before it asks for another.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Wish {
+    /// Create the lease, which nobody holds: [`Cell::leased`].
+    Lease,
+    /// The last output of the cell: [`Cell::last`].
+    Last,
+    /// Append, if the last output has this sequence (0: there is none): [`Cell::appended`].
+    Append {
+        /// The sequence.
+        expected: u64,
+        /// What is published.
+        output: Output,
+    },
+}
+
+/// What has become of an output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Appended {
+    /// It is in the log, with this sequence.
+    Stored(u64),
+    /// The last output is another one than the expected.
+    Refused,
+    /// Nobody answered in time.
+    Unknown,
+}
+
+/// What a node is for a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Role {
+    /// It stands by.
+    Follows,
+    /// It has the lease of this number; `until`: the last output that there was then, once that is known.
+    Claims { epoch: u64, until: Option<u64> },
+    /// It publishes.
+    Owns { epoch: u64 },
+}
+
+/// A cell on a node.
+#[derive(Debug)]
+pub struct Cell<E> {
+    engine: E,
+    grid: SlotGrid,
+    /// How long after a slot is due sensors are waited for.
+    wait: SignedDuration,
+    role: Role,
+    /// Read and not handled yet, with their sequences.
+    inputs: VecDeque<(u64, Input)>,
+    /// Sequences of the last input that was read, and of the last that was handled.
+    read: u64,
+    handled: u64,
+    /// When the last slot was due that is made.
+    made_until: Option<Time>,
+    watermarks: Watermarks,
+    /// What others published and this node has not made yet.
+    outputs: VecDeque<(u64, Output)>,
+    /// Sequence of the last output that this node has made, too, or published.
+    published: u64,
+    /// Own slots that are not in the log yet.
+    made: VecDeque<Output>,
+    is_lease_free: bool,
+    /// An answer is awaited; whether the fate of the output in front is in doubt.
+    is_asking: bool,
+    is_in_doubt: bool,
+}
+
+impl<E: Fusing> Cell<E> {
+    /// A cell whose engine has handled the inputs up to the sequence `handled` and made the outputs up to `published`; 0: none.
+    pub fn new(engine: E, grid: SlotGrid, wait: SignedDuration, handled: u64, published: u64) -> Self {
+        Self {
+            engine,
+            grid,
+            wait,
+            role: Role::Follows,
+            inputs: VecDeque::new(),
+            read: handled,
+            handled,
+            made_until: None,
+            watermarks: Watermarks::default(),
+            outputs: VecDeque::new(),
+            published,
+            made: VecDeque::new(),
+            is_lease_free: false,
+            is_asking: false,
+            is_in_doubt: false,
+        }
+    }
+
+    /// Whether this node publishes.
+    pub const fn owns(&self) -> bool {
+        matches!(self.role, Role::Owns { .. })
+    }
+
+    /// Sequences of the last input handled and the last output made, where the engine's state is that of just these.
+    pub fn rests_at(&self) -> Option<(u64, u64)> {
+        self.made.is_empty().then_some((self.handled, self.published))
+    }
+
+    /// The engine, to write it down.
+    pub const fn engine(&self) -> &E {
+        &self.engine
+    }
+
+    /// A message of the input, in order of its sequence; again is as good as once.
+    pub fn input(&mut self, sequence: u64, input: Input) {
+        if sequence > self.read {
+            self.read = sequence;
+            self.inputs.push_back((sequence, input));
+        }
+    }
+
+    /// An output of the cell, likewise.
+    ///
+    /// # Errors
+    /// Somebody else publishes.
+    pub fn output(&mut self, sequence: u64, output: Output) -> Result<(), Lost> {
+        match self.role {
+            Role::Owns { epoch } if output.epoch > epoch => return Err(Lost::Fenced),
+            Role::Owns { .. } => {}
+            Role::Follows | Role::Claims { .. } => {
+                let newest = self.outputs.back().map_or(self.published, |(newest, _)| *newest);
+                if sequence > newest {
+                    self.outputs.push_back((sequence, output));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether anybody holds the lease.
+    pub const fn lease(&mut self, is_held: bool) {
+        self.is_lease_free = !is_held;
+    }
+
+    /// What there is to do at `now`, by this node's clock: inputs are handled, slots made.
+    ///
+    /// # Errors
+    /// This node has to begin anew.
+    pub fn pump(&mut self, now: Time) -> Result<(), Lost> {
+        if !self.owns() {
+            self.follow()?;
+        }
+        if let Role::Claims { epoch, until: Some(until) } = self.role
+            && self.published >= until
+        {
+            self.role = Role::Owns { epoch };
+        }
+        if let Role::Owns { epoch } = self.role {
+            self.lead(epoch, now);
+        }
+        Ok(())
+    }
+
+    /// What is to be asked of the log now.
+    pub fn wish(&mut self) -> Option<Wish> {
+        if self.is_asking {
+            return None;
+        }
+        let wish = match self.role {
+            Role::Follows => self.is_lease_free.then_some(Wish::Lease),
+            Role::Claims { until: None, .. } => Some(Wish::Last),
+            Role::Claims { .. } => None,
+            Role::Owns { .. } if self.is_in_doubt => Some(Wish::Last),
+            Role::Owns { .. } => {
+                let output = self.made.front().cloned();
+                output.map(|output| Wish::Append { expected: self.published, output })
+            }
+        };
+        self.is_asking = wish.is_some();
+        wish
+    }
+
+    /// The lease has been created under this number; `None`: somebody else was first, or nobody answered.
+    pub const fn leased(&mut self, epoch: Option<u64>) {
+        self.is_asking = false;
+        self.is_lease_free = false;
+        if let Some(epoch) = epoch {
+            self.role = Role::Claims { epoch, until: None };
+        }
+    }
+
+    /// The last output that the log has, as asked for: its sequence, slot and epoch. `Err`: nobody answered.
+    ///
+    /// # Errors
+    /// Somebody else has published.
+    pub fn last(&mut self, last: Result<Option<(u64, Slot, u64)>, ()>) -> Result<(), Lost> {
+        self.is_asking = false;
+        let Ok(last) = last else { return Ok(()) };
+        let sequence = last.map_or(0, |last| last.0);
+        match &mut self.role {
+            Role::Follows => {}
+            Role::Claims { until, .. } => *until = Some(sequence),
+            Role::Owns { epoch } => {
+                let is_own =
+                    |output: &Output| last.is_some_and(|(_, slot, by)| slot == output.slot && by == *epoch);
+                match self.made.front() {
+                    Some(output) if is_own(output) => self.stored(sequence),
+                    _ if sequence == self.published => self.is_in_doubt = false,
+                    _ => return Err(Lost::Fenced),
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// What has become of the output that was to be appended.
+    pub fn appended(&mut self, appended: Appended) {
+        self.is_asking = false;
+        match appended {
+            Appended::Stored(sequence) => self.stored(sequence),
+            Appended::Refused | Appended::Unknown => self.is_in_doubt = true,
+        }
+    }
+
+    fn stored(&mut self, sequence: u64) {
+        self.made.pop_front();
+        self.published = sequence;
+        self.is_in_doubt = false;
+    }
+
+    /// Makes what the owner has published, each slot behind the same input.
+    fn follow(&mut self) -> Result<(), Lost> {
+        while let Some((_, output)) = self.outputs.front() {
+            if output.behind < self.handled {
+                return Err(Lost::Behind);
+            }
+            if output.behind > self.read {
+                break;
+            }
+            let (sequence, output) = self.outputs.pop_front().expect("it is there");
+            while self.inputs.front().is_some_and(|(sequence, _)| *sequence <= output.behind) {
+                self.handle();
+            }
+            let due = self.engine.next_due().ok_or(Lost::Behind)?;
+            match self.make(due) {
+                Some((slot, picture)) if (slot, &picture) == (output.slot, &output.picture) => {}
+                _ => return Err(Lost::Diverged),
+            }
+            self.published = sequence;
+        }
+        Ok(())
+    }
+
+    /// Handles what is there, and makes each slot once every sensor has been heard until it is due, or was waited for.
+    fn lead(&mut self, epoch: u64, now: Time) {
+        loop {
+            if let Some(due) = self.engine.next_due()
+                && self.is_time_for(due, now)
+            {
+                while let Some((slot, picture)) = self.make(due) {
+                    self.made.push_back(Output { slot, epoch, behind: self.handled, picture });
+                }
+            } else if !self.handle() {
+                return;
+            }
+        }
+    }
+
+    fn is_time_for(&self, due: Time, now: Time) -> bool {
+        let latest = due + self.wait;
+        let is_whole = self.watermarks.whole().is_some_and(|slot| self.grid.open(slot.plus(1)) >= due);
+        // What is that new would not be in the log if older things were still on their way.
+        let is_passed = self.inputs.front().is_some_and(|(_, input)| self.grid.open(input.slot) >= latest);
+        is_whole || is_passed || now >= latest
+    }
+
+    /// Handles the next input; whether there was one.
+    fn handle(&mut self) -> bool {
+        let Some((sequence, input)) = self.inputs.pop_front() else { return false };
+        for heard in &input.heard {
+            let earliest = self.made_until.map_or(heard.received, |made| heard.received.max(made + APART));
+            let at = self.engine.next_due().map_or(earliest, |due| earliest.min(due + -APART));
+            self.engine.receive(heard, at);
+        }
+        if input.is_last {
+            self.watermarks.note(input.sensor, input.slot);
+        }
+        self.handled = sequence;
+        true
+    }
+
+    fn make(&mut self, due: Time) -> Option<(Slot, Vec<u8>)> {
+        self.made_until = Some(due);
+        self.engine.tick(due);
+        self.engine.poll()
+    }
+}

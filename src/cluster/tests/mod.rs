@@ -1,0 +1,104 @@
+//! Seeded schedules of faults in virtual time, over a model of the log's four operations.
+
+mod site;
+mod toy;
+mod world;
+
+use fusion::slots::SlotGrid;
+use fusion::time::Time;
+
+use super::cell::Cell;
+use super::engine::{SiteEngine, pictures};
+use toy::Toy;
+use world::{Engine, Fault, Faults, WAIT, World};
+
+/// What an engine that was there all the time, and handled the log in order, would have published.
+fn checked<E: Engine>(world: &World<E>, what: &str) {
+    let outputs = world.outputs();
+    assert!(outputs.len() > 100, "{what}: {} slots", outputs.len());
+    for pair in outputs.windows(2) {
+        assert_eq!(pair[1].slot.0, pair[0].slot.0 + 1, "{what}: a slot is doubled or missing");
+        assert!(pair[1].epoch >= pair[0].epoch, "{what}: who was replaced has published");
+    }
+    let mut alone = Cell::new(E::new(), SlotGrid::default(), WAIT, 0, 0);
+    for (index, input) in world.inputs().iter().enumerate() {
+        alone.input(index as u64 + 1, input.clone());
+    }
+    for (index, output) in outputs.iter().enumerate() {
+        alone.output(index as u64 + 1, output.clone()).unwrap();
+    }
+    assert_eq!(alone.pump(Time::default()), Ok(()), "{what}: another picture");
+    assert_eq!(alone.rests_at().map(|(_, published)| published), Some(outputs.len() as u64), "{what}");
+}
+
+fn flown(seed: u64, faults: Faults) -> World<Toy> {
+    let mut world = World::new(seed, faults, toy::feed());
+    world.run();
+    world
+}
+
+#[test]
+fn without_a_fault_every_slot_is_published_once_and_soon() {
+    let world = flown(1, Faults::none());
+    checked(&world, "no fault");
+    assert_eq!(world.takeovers(), 1, "the first owner is the only one");
+    assert!(world.silence_s() < 0.7, "{}", world.silence_s());
+}
+
+#[test]
+fn a_killed_owner_is_followed_within_the_lease_and_a_second() {
+    for seed in 0..40 {
+        let world = flown(seed, Faults::only(seed, Fault::Kill));
+        checked(&world, &format!("seed {seed}"));
+        assert!(world.silence_s() < 4.0, "seed {seed}: silent for {} s", world.silence_s());
+    }
+}
+
+#[test]
+fn an_owner_that_stood_still_publishes_nothing_when_it_goes_on() {
+    for seed in 0..40 {
+        let world = flown(seed, Faults::only(seed, Fault::Pause));
+        checked(&world, &format!("seed {seed}"));
+    }
+}
+
+#[test]
+fn while_the_log_has_no_leader_it_is_late_and_never_doubled() {
+    for seed in 0..40 {
+        checked(&flown(seed, Faults::only(seed, Fault::Leaderless)), &format!("seed {seed}"));
+    }
+}
+
+#[test]
+fn a_node_without_the_log_is_replaced() {
+    for seed in 0..40 {
+        checked(&flown(seed, Faults::only(seed, Fault::Partition)), &format!("seed {seed}"));
+    }
+}
+
+#[test]
+fn whatever_happens_nothing_is_doubled_and_nothing_is_missing() {
+    let count = std::env::var("UTM_FUSION_SCHEDULES").ok().and_then(|text| text.parse().ok()).unwrap_or(200);
+    let (mut takeovers, mut refused, mut lost) = (0, 0, 0);
+    for seed in 0..count {
+        let world = flown(seed, Faults::any(seed));
+        checked(&world, &format!("seed {seed}"));
+        takeovers += world.takeovers();
+        refused += world.refused();
+        lost += world.lost();
+    }
+    // The schedules would say nothing if nothing happened in them.
+    assert!(takeovers > 2 * count as usize && refused > 0 && lost > 0, "{takeovers} {refused} {lost}");
+}
+
+/// The whole engine, and not a cheap one in its place: filters, registration, integrity, pictures.
+#[test]
+fn so_it_is_with_the_engine_of_a_site() {
+    for seed in 0..6 {
+        let mut world: World<SiteEngine> = World::new(seed, Faults::any(seed), site::feed());
+        world.run();
+        checked(&world, &format!("seed {seed}"));
+        let (picture, now) = pictures(&world.outputs().last().unwrap().picture).unwrap();
+        assert!(picture.tracks.len() > 4 && now.is_some(), "{} aircraft", picture.tracks.len());
+    }
+}

@@ -1,0 +1,447 @@
+//! Three nodes, two gateways, and a log that is slow, forgets to answer, loses its leader or a node.
+
+use std::collections::{BTreeSet, VecDeque};
+
+use asterix::DataSource;
+use fusion::slots::{Slot, SlotGrid};
+use fusion::time::Time;
+use jiff::SignedDuration;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::cluster::cell::{Appended, Cell, Fusing, Lost, Wish};
+use crate::cluster::message::{Heard, Input, Output};
+
+const STEP_MS: i64 = 20;
+pub(super) const LASTS_MS: i64 = 60_000;
+/// Faults are over by then, so that everybody recovers.
+const FAULTS_MS: std::ops::Range<i64> = 3_000..42_000;
+/// How long a node waits for sensors.
+pub(super) const WAIT: SignedDuration = SignedDuration::from_millis(500);
+const LEASE_MS: i64 = 3_000;
+const RENEWED_MS: i64 = 900;
+const CHECKPOINT_MS: i64 = 5_000;
+/// Nobody waits longer for the log.
+const PATIENCE_MS: i64 = 1_000;
+const NODES: usize = 3;
+const GATEWAYS: usize = 2;
+
+/// What sensors send: when, milliseconds, which of them, and its octets.
+pub(super) type Feed = Vec<(i64, DataSource, Vec<u8>)>;
+
+/// An engine of a node.
+pub(super) trait Engine: Fusing {
+    /// With nothing received.
+    fn new() -> Self;
+
+    /// Its state.
+    fn written(&self) -> Vec<u8>;
+
+    /// The one that was written.
+    fn read(octets: &[u8]) -> Self;
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Fault {
+    /// The owner's process ends, and comes again after some seconds.
+    Kill,
+    /// The owner stands still for some seconds.
+    Pause,
+    /// The log has no leader: nobody gets an answer, and half of what is asked is done all the same.
+    Leaderless,
+    /// The owner does not reach the log, nor the log it.
+    Partition,
+    /// A gateway ends, and comes again.
+    Gateway,
+}
+
+/// What happens when: from, until, milliseconds.
+#[derive(Clone, Debug)]
+pub(super) struct Faults(Vec<(Fault, i64, i64)>);
+
+impl Faults {
+    pub(super) const fn none() -> Self {
+        Self(Vec::new())
+    }
+
+    pub(super) fn only(seed: u64, fault: Fault) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0xfa17);
+        let from = random.random_range(10_000..30_000);
+        Self(vec![(fault, from, from + random.random_range(200..10_000))])
+    }
+
+    pub(super) fn any(seed: u64) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0xa11);
+        let kinds = [Fault::Kill, Fault::Pause, Fault::Leaderless, Fault::Partition, Fault::Gateway];
+        let count = random.random_range(3..12);
+        let fault = |_| {
+            let from = random.random_range(FAULTS_MS);
+            (kinds[random.random_range(0..kinds.len())], from, from + random.random_range(100..9_000))
+        };
+        Self((0..count).map(fault).collect())
+    }
+}
+
+/// The log.
+#[derive(Debug, Default)]
+struct Log {
+    inputs: Vec<Input>,
+    outputs: Vec<Output>,
+    /// Its number, by whom, and until when.
+    lease: Option<(u64, usize, i64)>,
+    leases: u64,
+    checkpoint: Option<(Vec<u8>, u64, u64)>,
+    refused: usize,
+}
+
+impl Log {
+    fn append(&mut self, expected: u64, output: Output) -> Appended {
+        if self.outputs.len() as u64 != expected {
+            self.refused += 1;
+            return Appended::Refused;
+        }
+        self.outputs.push(output);
+        Appended::Stored(self.outputs.len() as u64)
+    }
+
+    fn create_lease(&mut self, node: usize, now: i64) -> Option<u64> {
+        if self.lease.is_some_and(|(_, _, until)| now < until) {
+            return None;
+        }
+        self.leases += 1;
+        self.lease = Some((self.leases, node, now + LEASE_MS));
+        Some(self.leases)
+    }
+
+    fn renew(&mut self, epoch: u64, now: i64) -> bool {
+        match &mut self.lease {
+            Some((of, _, until)) if *of == epoch && now < *until => {
+                *until = now + LEASE_MS;
+                true
+            }
+            _ => false,
+        }
+    }
+}
+
+/// What is on its way back to a node.
+#[derive(Debug)]
+enum Answer {
+    Leased(Option<u64>),
+    Last(Result<Option<(u64, Slot, u64)>, ()>),
+    Appended(Appended),
+}
+
+#[derive(Debug)]
+struct Node<E> {
+    cell: Option<Cell<E>>,
+    /// Its clock is ahead by so much.
+    clock_ms: i64,
+    /// What the log has delivered: inputs and outputs, by their number.
+    read: (usize, usize),
+    /// When it comes again, or goes on.
+    down_until: i64,
+    paused_until: i64,
+    cut_until: i64,
+    answer: Option<(i64, Answer)>,
+    epoch: Option<u64>,
+    renews_at: i64,
+    writes_at: i64,
+}
+
+pub(super) struct World<E> {
+    feed: Feed,
+    sensors: BTreeSet<DataSource>,
+    random: ChaCha8Rng,
+    faults: Faults,
+    log: Log,
+    nodes: Vec<Node<E>>,
+    gateways_down: [i64; GATEWAYS],
+    /// Messages on their way to the log.
+    sent: VecDeque<(i64, Input)>,
+    now: i64,
+    takeovers: usize,
+    lost: usize,
+    last_output: (usize, i64),
+    silence_ms: i64,
+}
+
+/// Milliseconds since 1970.
+pub(super) const BEGINS_MS: i64 = 1_795_168_800_000;
+
+fn time(ms: i64) -> Time {
+    Time::from_nanos((BEGINS_MS + ms) * 1_000_000)
+}
+
+impl<E: Engine> World<E> {
+    pub(super) fn new(seed: u64, faults: Faults, feed: Feed) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let node = |_| Node {
+            cell: None,
+            clock_ms: random.random_range(-100..100),
+            read: (0, 0),
+            down_until: 0,
+            paused_until: 0,
+            cut_until: 0,
+            answer: None,
+            epoch: None,
+            renews_at: 0,
+            writes_at: CHECKPOINT_MS,
+        };
+        let nodes = (0..NODES).map(node).collect();
+        Self {
+            sensors: feed.iter().map(|(_, sensor, _)| *sensor).collect(),
+            feed,
+            random,
+            faults,
+            log: Log::default(),
+            nodes,
+            gateways_down: [0; GATEWAYS],
+            sent: VecDeque::new(),
+            now: 0,
+            takeovers: 0,
+            lost: 0,
+            last_output: (0, 8_000),
+            silence_ms: 0,
+        }
+    }
+
+    pub(super) fn inputs(&self) -> &[Input] {
+        &self.log.inputs
+    }
+
+    pub(super) fn outputs(&self) -> &[Output] {
+        &self.log.outputs
+    }
+
+    pub(super) const fn takeovers(&self) -> usize {
+        self.takeovers
+    }
+
+    pub(super) const fn refused(&self) -> usize {
+        self.log.refused
+    }
+
+    pub(super) const fn lost(&self) -> usize {
+        self.lost
+    }
+
+    /// The longest time without an output, once there was one.
+    pub(super) fn silence_s(&self) -> f64 {
+        self.silence_ms as f64 * 1e-3
+    }
+
+    pub(super) fn run(&mut self) {
+        while self.now < LASTS_MS {
+            self.strike();
+            self.gather();
+            for index in 0..NODES {
+                self.step(index);
+            }
+            if self.log.outputs.len() > self.last_output.0 {
+                self.last_output = (self.log.outputs.len(), self.now);
+            } else if self.last_output.0 > 0 {
+                self.silence_ms = self.silence_ms.max(self.now - self.last_output.1);
+            }
+            self.now += STEP_MS;
+        }
+        let behind_ms = self.now - self.last_output.1;
+        assert!(behind_ms < 2_500, "nothing was published in the last {behind_ms} ms");
+    }
+
+    fn is_leaderless(&self) -> bool {
+        self.faults
+            .0
+            .iter()
+            .any(|(fault, from, until)| *fault == Fault::Leaderless && (*from..*until).contains(&self.now))
+    }
+
+    /// Faults that begin now, of whoever owns the cell then.
+    fn strike(&mut self) {
+        let owner = self.nodes.iter().position(|node| node.cell.as_ref().is_some_and(Cell::owns));
+        let victim = owner.filter(|_| self.random.random_bool(0.8));
+        let victim = victim.unwrap_or_else(|| self.random.random_range(0..NODES));
+        for &(fault, from, until) in &self.faults.0 {
+            if !(from..from + STEP_MS).contains(&self.now) {
+                continue;
+            }
+            let node = &mut self.nodes[victim];
+            match fault {
+                Fault::Kill => {
+                    (node.cell, node.answer, node.epoch) = (None, None, None);
+                    node.down_until = until;
+                }
+                Fault::Pause => node.paused_until = until,
+                Fault::Partition => node.cut_until = until,
+                Fault::Gateway => self.gateways_down[victim % GATEWAYS] = until,
+                Fault::Leaderless => {}
+            }
+        }
+    }
+
+    /// Gateways hear the sensors, and write a message a sensor and slot.
+    fn gather(&mut self) {
+        const SLOT_MS: i64 = 250;
+        if self.now % SLOT_MS < STEP_MS && self.now >= SLOT_MS {
+            let slot_ms = self.now / SLOT_MS * SLOT_MS - SLOT_MS;
+            for gateway in 0..GATEWAYS {
+                if self.now < self.gateways_down[gateway] {
+                    continue;
+                }
+                for &sensor in &self.sensors {
+                    let within = slot_ms..slot_ms + SLOT_MS;
+                    let mut heard = Vec::new();
+                    for (at_ms, from, payload) in &self.feed {
+                        // A gateway does not hear all of it.
+                        if within.contains(at_ms) && *from == sensor && self.random.random_bool(0.97) {
+                            heard.push(Heard {
+                                received: time(at_ms + gateway as i64),
+                                from: "127.0.0.1:5000".parse().unwrap(),
+                                to: "239.1.1.1:8048".parse().unwrap(),
+                                payload: payload.clone(),
+                            });
+                        }
+                    }
+                    let input = Input {
+                        sensor,
+                        slot: SlotGrid::default().of(time(slot_ms)),
+                        part: 0,
+                        is_last: true,
+                        heard,
+                    };
+                    let delay = if self.random.random_bool(0.02) { 400 } else { 40 };
+                    self.sent.push_back((self.now + self.random.random_range(1..delay), input));
+                }
+            }
+        }
+        if self.is_leaderless() {
+            return;
+        }
+        let now = self.now;
+        let (arrived, waiting): (VecDeque<_>, _) =
+            std::mem::take(&mut self.sent).into_iter().partition(|(at, _)| *at <= now);
+        self.sent = waiting;
+        for (_, input) in arrived {
+            // The log knows copies; now and then it has forgotten.
+            let is_copy = self.log.inputs.iter().rev().take(40).any(|known| known.id() == input.id());
+            if !is_copy || self.random.random_bool(0.05) {
+                self.log.inputs.push(input);
+            }
+        }
+    }
+
+    fn step(&mut self, index: usize) {
+        let now = self.now;
+        if now < self.nodes[index].down_until || now < self.nodes[index].paused_until {
+            return;
+        }
+        if self.nodes[index].cell.is_none() {
+            self.begin(index);
+        }
+        if let Err(lost) = self.work(index) {
+            let node = &mut self.nodes[index];
+            (node.cell, node.answer, node.epoch) = (None, None, None);
+            self.lost += 1;
+            // From the next checkpoint on, unless there is a newer one than what it had.
+            if lost == Lost::Behind {
+                node.down_until = now + 1_000;
+            }
+        }
+    }
+
+    /// From the newest checkpoint, or with nothing where nothing was published.
+    fn begin(&mut self, index: usize) {
+        let (engine, handled, published) = match &self.log.checkpoint {
+            Some((engine, handled, published)) => (E::read(engine), *handled, *published),
+            None => (E::new(), 0, 0),
+        };
+        let node = &mut self.nodes[index];
+        node.read = (handled as usize, published as usize);
+        node.cell = Some(Cell::new(engine, SlotGrid::default(), WAIT, handled, published));
+    }
+
+    fn work(&mut self, index: usize) -> Result<(), Lost> {
+        let (now, is_leaderless) = (self.now, self.is_leaderless());
+        let has_faults = self.faults.0.len() > 1;
+        let Self { nodes, log, random, takeovers, .. } = self;
+        let node = &mut nodes[index];
+        let Some(cell) = &mut node.cell else { return Ok(()) };
+        let is_cut = now < node.cut_until;
+        if let Some((_, answer)) = node.answer.take_if(|(at, _)| *at <= now) {
+            match answer {
+                Answer::Leased(epoch) => {
+                    node.epoch = epoch;
+                    node.renews_at = now + RENEWED_MS;
+                    *takeovers += usize::from(epoch.is_some());
+                    cell.leased(epoch);
+                }
+                Answer::Last(last) => cell.last(last)?,
+                Answer::Appended(appended) => cell.appended(appended),
+            }
+        }
+        // Deliveries come late, in order, and now and then not at all for a while.
+        if !is_cut && random.random_bool(0.8) {
+            for (sequence, input) in log.inputs.iter().enumerate().skip(node.read.0) {
+                cell.input(sequence as u64 + 1, input.clone());
+            }
+            node.read.0 = log.inputs.len();
+        }
+        if !is_cut && random.random_bool(0.8) {
+            for (sequence, output) in log.outputs.iter().enumerate().skip(node.read.1) {
+                cell.output(sequence as u64 + 1, output.clone())?;
+            }
+            node.read.1 = log.outputs.len();
+        }
+        if !is_cut && !is_leaderless {
+            cell.lease(log.lease.is_some_and(|(_, _, until)| now < until));
+            // Who goes on after a pause may ask for anything first.
+            if let Some(epoch) = node.epoch
+                && now >= node.renews_at
+                && random.random_bool(0.3)
+            {
+                node.renews_at = now + RENEWED_MS;
+                if !log.renew(epoch, now) {
+                    return Err(Lost::Fenced);
+                }
+            }
+        }
+        cell.pump(time(now + node.clock_ms))?;
+        if let Some(wish) = cell.wish() {
+            // Now and then an answer is lost, where much goes wrong.
+            let is_lost = has_faults && random.random_bool(0.01);
+            let is_answered = !is_cut && !is_leaderless && !is_lost;
+            let is_done = is_answered || (!is_cut && random.random_bool(0.5));
+            let at = match is_answered {
+                true => now + random.random_range(2..60),
+                false => now + PATIENCE_MS,
+            };
+            let answer = match wish {
+                Wish::Lease => {
+                    let lease = is_done.then(|| log.create_lease(index, now)).flatten();
+                    Answer::Leased(lease.filter(|_| is_answered))
+                }
+                Wish::Last => {
+                    let last = log.outputs.last();
+                    let last = last.map(|last| (log.outputs.len() as u64, last.slot, last.epoch));
+                    Answer::Last(if is_answered { Ok(last) } else { Err(()) })
+                }
+                Wish::Append { expected, output } => {
+                    let appended = if is_done { log.append(expected, output) } else { Appended::Unknown };
+                    Answer::Appended(if is_answered { appended } else { Appended::Unknown })
+                }
+            };
+            node.answer = Some((at, answer));
+        }
+        if now >= node.writes_at
+            && !is_cut
+            && !is_leaderless
+            && let Some((handled, published)) = cell.rests_at()
+        {
+            node.writes_at = now + CHECKPOINT_MS;
+            if published > 0 {
+                log.checkpoint = Some((cell.engine().written(), handled, published));
+            }
+        }
+        Ok(())
+    }
+}
