@@ -12,6 +12,7 @@ use super::shown::Shown;
 use crate::json::rounded;
 use crate::picture::TrackClass;
 use crate::picture::serial_text;
+use fusion::point::TransponderPart;
 
 const FEET_PER_METRE: f64 = 1.0 / 0.3048;
 /// Knots in a metre per second.
@@ -95,7 +96,7 @@ fn entry(piece: &Piece, shown: &Shown, hex: u32) -> Aircraft {
         mlat: [],
         tisb: [],
         category: (piece.class == TrackClass::Drone).then_some("B6"),
-        flight: transponder.map_or(piece.id.to_string(), |part| serial_text(part.identity)),
+        flight: transponder.map_or(piece.id.to_string(), called),
         alt_geom: piece.height_m.map(feet),
         gs: motion.map(|motion| rounded(motion.speed() * KNOTS, 1)),
         nac_p: motion.map(|motion| motion.class_h().category),
@@ -104,6 +105,12 @@ fn entry(piece: &Piece, shown: &Shown, hex: u32) -> Aircraft {
         geom_rate: vertical.map(|motion| (motion.climb() * FEET_PER_METRE * 60.0).round() as i64),
         gva: vertical.map(|motion| motion.class_v().category),
     }
+}
+
+/// Its callsign, or who it says it is.
+fn called(part: &TransponderPart) -> String {
+    let callsign = std::str::from_utf8(&part.aircraft.callsign).unwrap_or_default().trim_matches(['\0', ' ']);
+    if callsign.is_empty() { serial_text(part.identity) } else { callsign.to_owned() }
 }
 
 /// A number of 24 bits from the id: the same as long as no other track of the picture has it.

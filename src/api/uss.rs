@@ -16,8 +16,10 @@ use super::problem::Problem;
 use super::shown::Shown;
 use super::trails::Trail;
 use crate::json::rounded;
-use crate::picture::{PictureTrack, serial_text};
+use crate::picture::{PictureTrack, TrackClass, serial_text};
+use fusion::Identity;
 use fusion::point::TransponderPart;
+use fusion::report::Space;
 
 /// NetMaxNearRealTimeDataPeriod.
 const WINDOW_S: u32 = 60;
@@ -171,12 +173,14 @@ fn recent_position(&(at, lng, lat, height_m): &(&str, f64, f64, Option<f64>)) ->
     RecentPosition { time: Timestamp::new(&at), position }
 }
 
-/// The tracks with a transponder.
+/// The drones that say who they are. Remote ID knows nobody on board, and no ICAO address.
 fn identified(shown: &Shown) -> impl Iterator<Item = (&Piece, &PictureTrack, &TransponderPart)> {
-    let known = |piece| {
-        let track = shown.track(piece);
-        Some((piece, track, track.point.source.transponder()?))
+    let known = |piece: &'_ Piece| {
+        let part = shown.track(piece).point.source.transponder()?;
+        let is_drone = piece.class == TrackClass::Drone && part.identity.space() != Space::Address;
+        is_drone.then_some(part)
     };
+    let known = move |piece| Some((piece, shown.track(piece), known(piece)?));
     shown.usual().filter_map(known)
 }
 
@@ -220,13 +224,30 @@ pub struct FlightDetails {
 #[schemars(rename = "RIDFlightDetails")]
 struct Details {
     id: String,
-    uas_id: SerialNumber,
+    uas_id: UasId,
 }
 
+/// One of them.
 #[derive(Serialize, JsonSchema)]
 #[schemars(inline)]
-struct SerialNumber {
-    serial_number: String,
+#[serde(rename_all = "snake_case")]
+enum UasId {
+    SerialNumber(String),
+    RegistrationId(String),
+    UtmId(String),
+    SpecificSessionId(String),
+}
+
+impl UasId {
+    fn of(identity: Identity) -> Self {
+        let text = serial_text(identity);
+        match identity.space() {
+            Space::Serial | Space::Address => Self::SerialNumber(text),
+            Space::Registration => Self::RegistrationId(text),
+            Space::Flight => Self::UtmId(text),
+            Space::Session => Self::SpecificSessionId(text),
+        }
+    }
 }
 
 /// `/uss/flights/{id}/details`.
@@ -236,6 +257,6 @@ pub fn details(ask: &Ask) -> Result<FlightDetails, Problem> {
     let (_, _, part) = known
         .find(|(piece, _, _)| *piece.id == *ask.id)
         .ok_or_else(|| Problem::not_found("no flight of the last seconds has this id"))?;
-    let uas_id = SerialNumber { serial_number: serial_text(part.identity) };
+    let uas_id = UasId::of(part.identity);
     Ok(FlightDetails { details: Details { id: ask.id.clone(), uas_id } })
 }
