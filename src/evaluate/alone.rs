@@ -8,7 +8,7 @@ use crate::areas::Masks;
 use crate::capture::{ReadError, Reception};
 use crate::config::{Config, PictureKind, Profile};
 use crate::normalise::Normaliser;
-use crate::picture::PictureMaker;
+use crate::picture::{PictureMaker, serial_text};
 use crate::pipeline::{Event, Output, Pipeline};
 use fusion::report::{Fix, Identity};
 use fusion::{Emission, Plot, Report};
@@ -114,6 +114,7 @@ impl InputsAlone {
                 radar_track: Some(plot.track.number),
                 sensor: Some(maker.sensor(plot.track.sensor).to_owned()),
                 transponder: None,
+                identity: None,
                 covariance: None,
                 flags: Flags::default(),
             }
@@ -152,6 +153,7 @@ pub fn reports<'a>(
             radar_track: None,
             sensor: None,
             transponder: Some(number),
+            identity: Some(serial_text(fix.identity)),
             covariance: None,
             flags: Flags::default(),
         })
