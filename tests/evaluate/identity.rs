@@ -12,7 +12,7 @@ use fusion::time::Time;
 
 use super::common::{Ran, Scratch, evaluate, number, ran, utm_fusion};
 
-/// Drones with CAT129, with Remote ID under a serial number of its own, with both and with neither; a helicopter with ADS-B;
+/// Drones with CAT129, with Remote ID under a serial number of its own, with both and with neither, some without a height; a helicopter with ADS-B;
 /// identities that are made up, some of them before a drone is heard; a camera, whose track numbers are nobody's.
 const SCENARIO: &str = r#"name = "identities"
 duration_s = 100
@@ -30,6 +30,7 @@ helicopters = 1
 [remote_id]
 drones = 4
 same_serial = false
+altitude_unknown = 0.5
 fakes = 6
 fakes_after_s = [0.0, 20.0]
 [[cameras]]
@@ -96,6 +97,14 @@ fn each_aircraft_is_scored_by_its_own_transponder() {
                 assert_eq!(pu, Some(0.0), "{drone}");
             }
         }
+        let heights = scores["drones"].as_array().unwrap().iter().map(|drone| &drone["transponder"]);
+        let heights =
+            heights.filter(|score| score.get("epos").is_some()).map(|score| score.get("eposv").is_some());
+        assert_eq!(
+            heights.collect::<BTreeSet<_>>(),
+            [false, true].into(),
+            "{extension}: who says no height has none"
+        );
         // Nobody's points are false tracks: each of six identities has most of the minute.
         assert!(number(&scores, "transponder.all.false_track_s") > 200.0, "{extension}");
         assert!(number(&scores, "fused.all.false_track_s") > 100.0, "{extension}");
