@@ -38,7 +38,11 @@ fakes_after_s = [0.0, 20.0]
 
 const HEAD: &str = "time,sensor,number,id,seduced";
 
-/// The flight and its directory.
+fn text(file: &Path) -> String {
+    String::from_utf8(fs::read(file).unwrap()).unwrap()
+}
+
+/// The flight's directory.
 fn flown(scratch: &Scratch) -> PathBuf {
     let flight = scratch.path("flight");
     let scenario = scratch.file("identities.toml", SCENARIO);
@@ -64,7 +68,7 @@ fn scored(flight: &Path, output: &Path) -> Ran {
 
 /// Those that transmit, as `classes.csv` has them.
 fn transmitters(flight: &Path) -> BTreeSet<String> {
-    let classes = fs::read_to_string(flight.join("classes.csv")).unwrap();
+    let classes = text(&flight.join("classes.csv"));
     let rows = classes.lines().skip(1).map(|line| line.split(',').collect::<Vec<_>>());
     let rows = rows.filter(|cells| cells[1] != "fake" && cells[2..5].iter().any(|name| !name.is_empty()));
     rows.map(|cells| cells[0].to_owned()).collect()
@@ -133,7 +137,7 @@ fn a_format_without_identities_is_said_to_be_one() {
 fn the_column_is_there_where_other_transmitters_are() {
     let scratch = Scratch::new();
     let flight = flown(&scratch);
-    let labels = fs::read_to_string(flight.join("labels.csv")).unwrap();
+    let labels = text(&flight.join("labels.csv"));
     assert_eq!(labels.lines().next(), Some("time,sensor,number,id,seduced,identity"));
     let mut names = BTreeSet::new();
     for line in labels.lines().skip(1) {
@@ -153,7 +157,7 @@ fn the_column_is_there_where_other_transmitters_are() {
     let cat129 = scratch
         .file("cat129.toml", "name = \"a\"\nduration_s = 30\n[drones]\nmultirotors = 2\nequipped = 1\n");
     assert_eq!(ran(utm_fusion("simulate").arg(cat129).arg("--out").arg(&before)).code, 0);
-    let labels = fs::read_to_string(before.join("labels.csv")).unwrap();
+    let labels = text(&before.join("labels.csv"));
     assert!(labels.lines().next() == Some(HEAD) && labels.lines().all(|line| line.split(',').count() == 5));
 }
 
