@@ -126,6 +126,8 @@ impl InputsAlone {
         let reports = reports(&fixes, &emissions, normaliser);
         let heights = Heights::of(&fixes);
         let tracks = emissions.into_iter().flat_map(|emission| maker.picture(emission).tracks);
+        // As in the output.
+        let tracks = tracks.filter(|track| !track.is_vehicle());
         let interpolated = |track: PictureTrack| {
             let mut point = OutputPoint::of_track(&track, &maker);
             let identity = track.point.source.transponder().map(|part| part.identity);
